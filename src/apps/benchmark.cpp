@@ -1,0 +1,88 @@
+#include "apps/benchmark.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+#include "core/error.hpp"
+#include "core/log.hpp"
+#include "core/machine.hpp"
+#include "core/manifest.hpp"
+#include "lbm/permeability.hpp"
+#include "packing/grains.hpp"
+
+namespace porepack {
+namespace {
+
+// Bytes a second of a[i] = b[i] + s c[i], three streams, best of five.
+double triad_bytes_per_second() {
+    const std::size_t n = 20000000;
+    std::vector<double> a(n), b(n), c(n);
+#pragma omp parallel for schedule(static)
+    for (std::size_t i = 0; i < n; ++i) {
+        b[i] = 1.0;
+        c[i] = 2.0;
+        a[i] = 0.0;
+    }
+    double best = 1e300;
+    for (int round = 0; round < 5; ++round) {
+        const Stopwatch watch;
+#pragma omp parallel for schedule(static)
+        for (std::size_t i = 0; i < n; ++i) a[i] = b[i] + 0.5 * c[i];
+        best = std::min(best, watch.seconds());
+    }
+    return 24.0 * static_cast<double>(n) / best;
+}
+
+Packing simple_cubic(double solid_fraction) {
+    Packing packing;
+    packing.container.kind = Container::Kind::box;
+    packing.container.size_m = Vec3::Ones();
+    packing.container.periodic = {true, true, true};
+    const double r = std::cbrt(3.0 * solid_fraction / (4.0 * std::numbers::pi));
+    packing.shapes.push_back({.id = "sphere", .capsules = {{Vec3::Zero(), Vec3::Zero(), r}}});
+    packing.bodies.push_back({.shape = 0, .position_m = Vec3::Constant(0.5)});
+    return packing;
+}
+
+// Error of k against the exact drag of simple cubic spheres (Zick & Homsy 1982), and speed against the memory's limit.
+Json lbm_benchmark() {
+    constexpr double solid = 0.343, drag = 15.39949;
+    const Packing packing = simple_cubic(solid);
+    const double r = packing.shapes[0].capsules[0].radius;
+    const double exact = 2.0 * r * r / (9.0 * solid * drag);
+    const Grains grains(packing);
+    const double bandwidth = triad_bytes_per_second();
+    Json rows = Json::array();
+    for (const int cells : {16, 32, 48, 64}) {
+        const Section section{0.0, 1.0};
+        const auto voxels = [&](double size) { return voxelise(grains, packing.container, section, plan_voxels(packing.container, section, size, 0.0, 1.0)); };
+        const LbmResult result = lbm_permeability(voxels, 1.0 / cells, packing.container, section, {.tolerance = 1e-6, .grids = 1}, false);
+        // Moved at the least: 19 populations read and written in double precision, and 19 indices.
+        const double bytes_an_update = 19.0 * (16.0 + 4.0);
+        rows.push_back({{"cells", cells}, {"nodes_a_diameter", 2.0 * r * cells}, {"error", result.fine.permeability_m2 / exact - 1.0}, {"seconds", result.fine.run.seconds}, {"steps", result.fine.run.steps},
+                        {"updates_per_second", result.fine.run.updates_per_second}, {"ratio_to_memory_limit", result.fine.run.updates_per_second * bytes_an_update / bandwidth}, {"bytes_per_node", result.fine.bytes_per_node}});
+    }
+    return {{"case", "simple cubic spheres, solid fraction 0.343"}, {"triad_bytes_per_second", bandwidth}, {"rows", rows}};
+}
+
+}  // namespace
+
+const std::vector<std::string>& benchmark_names() {
+    static const std::vector<std::string> names = {"lbm"};
+    return names;
+}
+
+Json run_benchmark(const std::string& name) {
+    if (name != "lbm") throw UserError("no such benchmark: " + name, {.allowed = fmt::format("{}", fmt::join(benchmark_names(), ", "))});
+    Json result = lbm_benchmark();
+    result["machine"] = processor_name();
+    result["threads"] = thread_count();
+    result["git_hash"] = git_hash();
+    return result;
+}
+
+}  // namespace porepack

@@ -1,0 +1,15 @@
+// Measurements: they report, they do not judge.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/files.hpp"
+
+namespace porepack {
+
+[[nodiscard]] const std::vector<std::string>& benchmark_names();
+/// Throws UserError for a name that is not known.
+[[nodiscard]] Json run_benchmark(const std::string& name);
+
+}  // namespace porepack

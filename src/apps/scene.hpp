@@ -1,0 +1,32 @@
+// What the geometry and flow stages work on: a packing, or a user's closed surface in a container.
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "converters/config.hpp"
+#include "converters/surface.hpp"
+#include "converters/voxels.hpp"
+
+namespace porepack {
+
+struct Scene {
+    Container container;
+    std::optional<Packing> packing;
+    std::optional<TriangleSurface> surface;
+    std::unique_ptr<Grains> grains;               ///< when there is a packing
+    std::unique_ptr<SurfaceSolid> surface_solid;  ///< when there is only a surface
+    double grain_size_m = 0.0;                    ///< smallest capsule diameter; of a surface: what one voxel may not exceed
+    double grain_span_m = 0.0;
+    double bed_top_m = 0.0;
+    Section section;
+
+    [[nodiscard]] const Solid& solid() const { return grains ? static_cast<const Solid&>(*grains) : *surface_solid; }
+    /// Default voxel: the smallest capsule diameter / 10; a surface has none.
+    [[nodiscard]] double voxel_size(const GeometryConfig& geometry) const;
+};
+
+/// `input` is packing.json[.gz] or an .stl, which needs `container`. Throws UserError on anything else.
+[[nodiscard]] Scene load_scene(const Path& input, const std::optional<Container>& container, const GeometryConfig& geometry, double unit_m);
+
+}  // namespace porepack

@@ -1,0 +1,121 @@
+#include <CGAL/Polygon_mesh_processing/bbox.h>
+#include <CGAL/Polygon_mesh_processing/connected_components.h>
+#include <CGAL/Polygon_mesh_processing/measure.h>
+#include <CGAL/Polygon_mesh_processing/orientation.h>
+#include <CGAL/Polygon_mesh_processing/polygon_soup_to_polygon_mesh.h>
+#include <CGAL/Polygon_mesh_processing/self_intersections.h>
+#include <fmt/format.h>
+
+#include <map>
+
+#include "converters/cgal_mesh.hpp"
+#include "converters/surface.hpp"
+#include "core/error.hpp"
+
+namespace porepack {
+namespace pmp = CGAL::Polygon_mesh_processing;
+namespace {
+
+std::string place_text(const std::array<double, 3>& p) {
+    return fmt::format("near ({:.6g}, {:.6g}, {:.6g}) m", p[0], p[1], p[2]);
+}
+
+// Every edge of a closed surface has exactly two triangles that run along it in opposite directions.
+std::string edge_fault(const TriangleSurface& surface, SurfaceCheck& check) {
+    std::map<std::pair<int, int>, int> balance, count;
+    for (const auto& triangle : surface.triangles)
+        for (std::size_t c = 0; c < 3; ++c) {
+            const int from = triangle[c], to = triangle[(c + 1) % 3];
+            balance[std::minmax(from, to)] += from < to ? 1 : -1;
+            ++count[std::minmax(from, to)];
+        }
+    long open_edges = 0, twisted = 0;
+    std::pair<int, int> first_open{}, first_twisted{};
+    for (const auto& [edge, sum] : balance) {
+        const auto& p = surface.points[static_cast<std::size_t>(edge.first)];
+        if (count[edge] != 2 || sum != 0) check.fault_places.emplace_back(p[0], p[1], p[2]);
+        if (count[edge] % 2 == 1 && open_edges++ == 0) first_open = edge;
+        if (count[edge] % 2 == 0 && sum != 0 && twisted++ == 0) first_twisted = edge;
+    }
+    check.closed = open_edges == 0;
+    const auto at = [&](const std::pair<int, int>& edge) { return place_text(surface.points[static_cast<std::size_t>(edge.first)]); };
+    if (open_edges > 0) return fmt::format("the surface is open: {} edges have no neighbour, the first {}", open_edges, at(first_open));
+    if (twisted > 0) return fmt::format("neighbouring triangles are turned against each other at {} edges, the first {}", twisted, at(first_twisted));
+    return {};
+}
+
+bool to_mesh(const TriangleSurface& surface, Mesh& mesh) {
+    std::vector<Point> points;
+    for (const auto& p : surface.points) points.emplace_back(p[0], p[1], p[2]);
+    std::vector<std::vector<std::size_t>> triangles;
+    for (const auto& t : surface.triangles) triangles.push_back({static_cast<std::size_t>(t[0]), static_cast<std::size_t>(t[1]), static_cast<std::size_t>(t[2])});
+    if (!pmp::is_polygon_soup_a_polygon_mesh(triangles)) return false;
+    pmp::polygon_soup_to_polygon_mesh(points, triangles, mesh);
+    return true;
+}
+
+}  // namespace
+
+SurfaceCheck check_surface(const TriangleSurface& surface) {
+    SurfaceCheck check;
+    check.low = Vec3::Constant(1e300);
+    check.high = Vec3::Constant(-1e300);
+    for (const auto& p : surface.points) {
+        check.low = check.low.cwiseMin(Vec3(p[0], p[1], p[2]));
+        check.high = check.high.cwiseMax(Vec3(p[0], p[1], p[2]));
+    }
+    check.fault = edge_fault(surface, check);
+    if (!check.fault.empty()) return check;
+    Mesh mesh;
+    if (!to_mesh(surface, mesh)) {
+        check.fault = "the surface is not manifold: more than two triangles share an edge, or shells meet in a point";
+        return check;
+    }
+    check.volume_m3 = pmp::volume(mesh);
+    check.area_m2 = pmp::area(mesh);
+
+    auto shell = mesh.add_property_map<Mesh::Face_index, std::size_t>("f:shell").first;
+    check.shells = static_cast<long>(pmp::connected_components(mesh, shell));
+    std::vector<CGAL::Bbox_3> boxes(static_cast<std::size_t>(check.shells));
+    for (const auto face : mesh.faces()) boxes[shell[face]] += pmp::face_bbox(face, mesh);
+    for (const auto& box : boxes)
+        check.largest_shell_span_m = std::max(check.largest_shell_span_m, Vec3(box.x_span(), box.y_span(), box.z_span()).norm());
+
+    std::vector<std::pair<Mesh::Face_index, Mesh::Face_index>> crossings;
+    pmp::self_intersections(mesh, std::back_inserter(crossings));
+    check.self_intersecting = !crossings.empty();
+    for (const auto& [first, second] : crossings) {
+        const Point& p = mesh.point(mesh.source(mesh.halfedge(first)));
+        check.fault_places.emplace_back(p.x(), p.y(), p.z());
+    }
+    check.outward = check.volume_m3 > 0.0 && (check.self_intersecting || pmp::is_outward_oriented(mesh));
+    if (check.volume_m3 <= 0.0) {
+        check.fault = fmt::format("the surface is inside out: its volume is {:g} m3", check.volume_m3);
+    } else if (check.self_intersecting) {
+        const auto box = pmp::face_bbox(crossings.front().first, mesh);
+        check.fault = fmt::format("the surface crosses itself: {} pairs of triangles, the first {}", crossings.size(), place_text({box.xmin(), box.ymin(), box.zmin()}));
+    }
+    return check;
+}
+
+void require_sound(const SurfaceCheck& check, const std::string& where) {
+    if (check.fault.empty()) return;
+    throw UserError("the surface does not bound a volume: " + check.fault, {.where = where, .allowed = "a closed surface with outward triangles that do not cross", .mend = "repair it in the program that made it; nothing is repaired silently"});
+}
+
+void require_plausible_size(const SurfaceCheck& check, const Container& container, const std::string& where) {
+    const Vec3 size = container.high() - container.low();
+    const Vec3 extent = check.high - check.low;
+    const double ratio = (extent.array() / size.array()).maxCoeff();
+    const std::string numbers = fmt::format("the surface is {:.4g} x {:.4g} x {:.4g} m, the container {:.4g} x {:.4g} x {:.4g} m", extent.x(), extent.y(), extent.z(), size.x(), size.y(), size.z());
+    if (ratio > 50.0) throw UserError("the surface is much larger than the container: " + numbers, {.where = where, .mend = "it looks like millimetres: give --unit 0.001 (metres a unit)"});
+    if (ratio < 0.002) throw UserError("the surface is much smaller than the container: " + numbers, {.where = where, .mend = "check the unit with --unit (metres a unit)"});
+    const Vec3 slack = 0.02 * size + (container.any_periodic() ? size : Vec3(Vec3::Zero()));
+    if (((check.low - container.low() + slack).array() < 0.0).any() || ((container.high() + slack - check.high).array() < 0.0).any())
+        throw UserError("the surface sticks out of the container: " + numbers,
+                        {.where = fmt::format("{}: from ({:.4g}, {:.4g}, {:.4g}) to ({:.4g}, {:.4g}, {:.4g}) m", where, check.low.x(), check.low.y(), check.low.z(), check.high.x(), check.high.y(), check.high.z()),
+                         .allowed = "cylinder: axis x = y = 0, floor z = 0; box: corner at the origin",
+                         .mend = "move the surface, or give the right container and unit"});
+}
+
+}  // namespace porepack

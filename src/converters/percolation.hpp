@@ -1,0 +1,34 @@
+// Which pore cells flow can reach.
+#pragma once
+
+#include <vector>
+
+#include "io/image.hpp"
+#include "packing/packing.hpp"
+
+namespace porepack {
+
+/// How the flow is driven, and what lies beyond the grid's faces.
+struct Drive {
+    int axis = 2;                                   ///< direction of the flow
+    std::array<bool, 3> periodic = {false, false, false};
+    [[nodiscard]] bool by_pressure() const { return !periodic[static_cast<std::size_t>(axis)]; }
+};
+
+/// Throws UserError for a direction that the container cannot be driven in.
+[[nodiscard]] Drive choose_drive(const Container& container, const std::string& direction);
+
+/// Moves `at` by `step`; false beyond an end that is not periodic. `turns` counts the passages through the periodic faces
+/// along the drive's axis, with their sign.
+[[nodiscard]] bool step_in_grid(const Grid& grid, const Drive& drive, std::array<int, 3>& at, const std::array<int, 3>& step, int& turns);
+[[nodiscard]] std::array<int, 3> place_in_grid(const Grid& grid, std::size_t cell);
+
+struct Percolation {
+    std::vector<std::uint8_t> keep;   ///< 1 for the cells that flow can reach
+    std::int64_t isolated_cells = 0;  ///< pore cells that it cannot
+};
+/// Keeps the pieces of pore space (connected through cell faces) that join the inlet to the outlet, or that wind round a
+/// periodic box in the direction of flow. Throws NumericalError "does not percolate" when there is none.
+[[nodiscard]] Percolation find_percolating_cells(const PhaseImage& image, const Drive& drive);
+
+}  // namespace porepack

@@ -1,0 +1,104 @@
+#include <algorithm>
+#include <cmath>
+
+#include "converters/surface.hpp"
+
+namespace porepack {
+
+struct SurfaceSolid::Bins {
+    struct Triangle {
+        Vec3 a, b, c;
+    };
+    Container container;
+    std::vector<Triangle> triangles;
+    Bounds bounds{};
+    double size = 1.0;
+    int columns = 1, rows = 1;
+    std::vector<std::vector<int>> cells;
+
+    [[nodiscard]] int clamp_cell(double value, double low, int count) const { return std::clamp(static_cast<int>((value - low) / size), 0, count - 1); }
+    struct Crossing {
+        double z;
+        int step;  // +1 into the solid, going up
+    };
+    // All crossings of the line at (x, y), moved by `lift`.
+    void collect(double x, double y, double lift, std::vector<Crossing>& crossings) const;
+};
+
+SurfaceSolid::SurfaceSolid(const TriangleSurface& surface, const Container& container) : bins_(std::make_unique<Bins>()) {
+    Bins& bins = *bins_;
+    bins.container = container;
+    const auto point = [&](int i) {
+        const auto& p = surface.points[static_cast<std::size_t>(i)];
+        return Vec3(p[0], p[1], p[2]);
+    };
+    double extent = 0.0;
+    for (const auto& t : surface.triangles) {
+        bins.triangles.push_back({point(t[0]), point(t[1]), point(t[2])});
+        const auto& last = bins.triangles.back();
+        const Vec3 low = last.a.cwiseMin(last.b).cwiseMin(last.c), high = last.a.cwiseMax(last.b).cwiseMax(last.c);
+        bins.bounds.low = bins.bounds.low.cwiseMin(low);
+        bins.bounds.high = bins.bounds.high.cwiseMax(high);
+        extent += (high - low).head<2>().maxCoeff() / static_cast<double>(surface.triangles.size());
+    }
+    const Vec3 size = bins.bounds.high - bins.bounds.low;
+    bins.size = std::max(extent, size.head<2>().maxCoeff() / 1024.0);
+    bins.columns = 1 + static_cast<int>(size.x() / bins.size);
+    bins.rows = 1 + static_cast<int>(size.y() / bins.size);
+    bins.cells.resize(static_cast<std::size_t>(bins.columns) * static_cast<std::size_t>(bins.rows));
+    for (std::size_t t = 0; t < bins.triangles.size(); ++t) {
+        const auto& triangle = bins.triangles[t];
+        const Vec3 low = triangle.a.cwiseMin(triangle.b).cwiseMin(triangle.c), high = triangle.a.cwiseMax(triangle.b).cwiseMax(triangle.c);
+        for (int j = bins.clamp_cell(low.y(), bins.bounds.low.y(), bins.rows); j <= bins.clamp_cell(high.y(), bins.bounds.low.y(), bins.rows); ++j)
+            for (int i = bins.clamp_cell(low.x(), bins.bounds.low.x(), bins.columns); i <= bins.clamp_cell(high.x(), bins.bounds.low.x(), bins.columns); ++i)
+                bins.cells[static_cast<std::size_t>(j) * static_cast<std::size_t>(bins.columns) + static_cast<std::size_t>(i)].push_back(static_cast<int>(t));
+    }
+}
+
+SurfaceSolid::~SurfaceSolid() = default;
+
+Bounds SurfaceSolid::bounds() const {
+    return bins_->bounds;
+}
+
+void SurfaceSolid::Bins::collect(double x, double y, double lift, std::vector<Crossing>& crossings) const {
+    if (x < bounds.low.x() || x > bounds.high.x() || y < bounds.low.y() || y > bounds.high.y()) return;
+    const auto& cell = cells[static_cast<std::size_t>(clamp_cell(y, bounds.low.y(), rows)) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(clamp_cell(x, bounds.low.x(), columns))];
+    for (const int t : cell) {
+        const Triangle& s = triangles[static_cast<std::size_t>(t)];
+        const auto side = [&](const Vec3& p, const Vec3& q) { return (q.x() - p.x()) * (y - p.y()) - (q.y() - p.y()) * (x - p.x()); };
+        const double u = side(s.b, s.c), v = side(s.c, s.a), w = side(s.a, s.b);
+        const double area = u + v + w;
+        if (area == 0.0 || ((u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0))) continue;
+        crossings.push_back({(u * s.a.z() + v * s.b.z() + w * s.c.z()) / area + lift, area > 0.0 ? -1 : 1});
+    }
+}
+
+void SurfaceSolid::column(double x, double y, std::vector<Interval>& parts) const {
+    parts.clear();
+    thread_local std::vector<Bins::Crossing> crossings;
+    const Container& container = bins_->container;
+    const double extent = (bins_->bounds.high - bins_->bounds.low).norm();
+    // A line through an edge or a corner counts it twice or not at all: then the line is moved by a hair and asked again.
+    for (int attempt = 0; attempt < 8; ++attempt) {
+        crossings.clear();
+        const double px = x + (1.13e-9 + 2.7e-9 * attempt) * extent, py = y + (0.71e-9 - 1.9e-9 * attempt) * extent;
+        const auto around = [&](int axis) { return container.periodic[static_cast<std::size_t>(axis)] ? 1 : 0; };
+        for (int i = -around(0); i <= around(0); ++i)
+            for (int j = -around(1); j <= around(1); ++j)
+                for (int k = -around(2); k <= around(2); ++k) bins_->collect(px + i * container.size_m.x(), py + j * container.size_m.y(), k * container.size_m.z(), crossings);
+        int sum = 0;
+        for (const auto& crossing : crossings) sum += crossing.step;
+        if (sum == 0) break;
+    }
+    std::sort(crossings.begin(), crossings.end(), [](const auto& p, const auto& q) { return p.z < q.z; });
+    int depth = 0;
+    for (const auto& crossing : crossings) {
+        if (depth == 0 && crossing.step > 0) parts.push_back({crossing.z, crossing.z});
+        depth += crossing.step;
+        if (depth == 0 && !parts.empty()) parts.back().high = crossing.z;
+    }
+    unite(parts);
+}
+
+}  // namespace porepack

@@ -1,0 +1,92 @@
+// Configuration: every table of case.toml is a struct, and one function `describe` a struct lists its keys with unit,
+// range, default and meaning. Reading TOML, command-line flags, the resolved configuration and the reference page all
+// come from that one list.
+#pragma once
+
+#include <functional>
+#include <limits>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/files.hpp"
+
+namespace porepack {
+
+/// Allowed values of a number; finite always.
+struct Range {
+    double low = -std::numeric_limits<double>::infinity();
+    double high = std::numeric_limits<double>::infinity();
+    bool low_open = false;
+    bool zero_is_auto = false;  ///< 0 stands for "chosen from the scene"
+    [[nodiscard]] bool holds(double value) const;
+    [[nodiscard]] std::string text() const;
+};
+
+[[nodiscard]] inline Range positive() { return {.low = 0.0, .low_open = true}; }
+[[nodiscard]] inline Range positive_or_auto() { return {.low = 0.0, .low_open = true, .zero_is_auto = true}; }
+[[nodiscard]] inline Range not_negative() { return {.low = 0.0}; }
+[[nodiscard]] inline Range between(double low, double high) { return {.low = low, .high = high}; }
+
+class ConfigVisitor {
+public:
+    virtual ~ConfigVisitor() = default;
+    virtual void number(const char* key, double& value, const Range& range, const char* meaning) = 0;
+    virtual void integer(const char* key, long& value, const Range& range, const char* meaning) = 0;
+    virtual void boolean(const char* key, bool& value, const char* meaning) = 0;
+    virtual void text(const char* key, std::string& value, const char* meaning) = 0;
+    virtual void choice(const char* key, std::string& value, const std::vector<std::string>& allowed, const char* meaning) = 0;
+    /// A list of `sizes.first` to `sizes.second` numbers (an empty list stands for "not given").
+    virtual void numbers(const char* key, std::vector<double>& values, std::pair<std::size_t, std::size_t> sizes, const Range& range,
+                         const char* meaning) = 0;
+    virtual void booleans(const char* key, std::vector<bool>& values, std::size_t size, const char* meaning) = 0;
+    /// An array of tables; `resize` makes room, `describe_one` lists the keys of entry i.
+    virtual void tables(const char* key, const std::function<std::size_t(std::size_t)>& resize,
+                        const std::function<void(std::size_t, ConfigVisitor&)>& describe_one, const char* meaning) = 0;
+};
+
+using Describe = std::function<void(ConfigVisitor&)>;
+/// Values from the command line by key; they win over the file.
+using Flags = std::map<std::string, std::string>;
+
+/// A TOML file that has been parsed. Faults of syntax throw UserError with file and line.
+class TomlFile {
+public:
+    explicit TomlFile(const Path& path);
+    TomlFile();  ///< an empty one: defaults and flags only
+    ~TomlFile();
+    TomlFile(TomlFile&&) noexcept;
+    TomlFile& operator=(TomlFile&&) noexcept;
+
+    /// Reads table `name` ("" = the top level) into what `describe` lists. An unknown key, a wrong type and a value out
+    /// of range throw UserError with file, line, what is allowed and the nearest known key.
+    void read(std::string_view name, const Describe& describe, const Flags& flags = {}) const;
+    [[nodiscard]] bool has(std::string_view name) const;
+    /// Throws UserError when the file has a table that is not in `known`.
+    void require_known_tables(const std::vector<std::string>& known) const;
+
+private:
+    struct Content;
+    std::unique_ptr<Content> content_;
+};
+
+/// The resolved values, in the order of the list.
+[[nodiscard]] Json to_json(const Describe& describe);
+
+/// One row a key, for help and for the reference page.
+struct KeyRow {
+    std::string key, unit, type, allowed, standard, meaning;
+};
+[[nodiscard]] std::vector<KeyRow> key_rows(const Describe& describe);
+
+/// "voxel_size_m" -> {"voxel_size", "m"}; the unit is empty when the key has none.
+[[nodiscard]] std::pair<std::string, std::string> split_unit(std::string_view key);
+/// "voxel_size_m" -> "--voxel-size".
+[[nodiscard]] std::string flag_of(std::string_view key);
+/// The known word nearest to `word` (Levenshtein), or empty when none is near.
+[[nodiscard]] std::string nearest(std::string_view word, const std::vector<std::string>& known);
+
+}  // namespace porepack

@@ -1,0 +1,13 @@
+#include "core/error.hpp"
+
+namespace porepack {
+
+std::string with_advice(std::string_view what, const Advice& advice) {
+    std::string text(what);
+    if (!advice.where.empty()) text += "\n  where:   " + advice.where;
+    if (!advice.allowed.empty()) text += "\n  allowed: " + advice.allowed;
+    if (!advice.mend.empty()) text += "\n  mend:    " + advice.mend;
+    return text;
+}
+
+}  // namespace porepack

@@ -1,0 +1,55 @@
+// Errors that a run can end with, and the exit code of each. They are caught once, in main.
+#pragma once
+
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+namespace porepack {
+
+enum class ExitCode { done = 0, user = 2, numerical = 3, engine = 4, machine = 5 };
+
+/// What a message tells beside what happened: where, what is allowed, and how to mend it. Empty parts are left out.
+struct Advice {
+    std::string where = {};
+    std::string allowed = {};
+    std::string mend = {};
+};
+
+[[nodiscard]] std::string with_advice(std::string_view what, const Advice& advice);
+
+class Error : public std::runtime_error {
+public:
+    Error(ExitCode code, std::string_view what, const Advice& advice = {})
+        : std::runtime_error(with_advice(what, advice)), code_(code) {}
+    [[nodiscard]] ExitCode code() const { return code_; }
+
+private:
+    ExitCode code_;
+};
+
+/// The input is wrong, and the user can mend it (exit 2).
+struct UserError : Error {
+    explicit UserError(std::string_view what, const Advice& advice = {})
+        : Error(ExitCode::user, what, advice) {}
+};
+
+/// Not converged, diverged, does not percolate (exit 3).
+struct NumericalError : Error {
+    explicit NumericalError(std::string_view what, const Advice& advice = {})
+        : Error(ExitCode::numerical, what, advice) {}
+};
+
+/// LIGGGHTS, OpenFOAM or another program is missing or failed (exit 4).
+struct EngineError : Error {
+    explicit EngineError(std::string_view what, const Advice& advice = {})
+        : Error(ExitCode::engine, what, advice) {}
+};
+
+/// Disk full, out of memory, interrupted (exit 5).
+struct MachineError : Error {
+    explicit MachineError(std::string_view what, const Advice& advice = {})
+        : Error(ExitCode::machine, what, advice) {}
+};
+
+}  // namespace porepack

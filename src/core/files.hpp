@@ -1,0 +1,38 @@
+// Files under their final name are whole: text and bytes are written to a temporary name and renamed.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+
+namespace porepack {
+
+using Path = std::filesystem::path;
+using Json = nlohmann::ordered_json;
+
+/// Throws UserError when `path` is missing, a folder, or cannot be read.
+[[nodiscard]] std::string read_text(const Path& path);
+/// Throws UserError with the place of the fault.
+[[nodiscard]] Json read_json(const Path& path);
+
+void write_text(const Path& path, std::string_view text);
+void write_json(const Path& path, const Json& json);
+/// Calls `write` with a temporary name beside `path`, then renames it. A failed write leaves nothing behind.
+/// The temporary name keeps the extension of `path`, because some writers choose the format by it.
+void write_whole(const Path& path, const std::function<void(const Path&)>& write);
+
+/// Makes the folder and its parents; throws UserError when that is not allowed.
+void make_folder(const Path& path);
+/// Throws UserError unless a file can be written in the folder.
+void require_writable(const Path& folder);
+
+/// Digests as sha256sum prints them.
+[[nodiscard]] std::string sha256(std::string_view bytes);
+[[nodiscard]] std::string sha256_of_file(const Path& path);
+
+/// The last `lines` lines of a text file; empty when there is none.
+[[nodiscard]] std::string tail(const Path& path, int lines);
+
+}  // namespace porepack

@@ -1,0 +1,38 @@
+#include "core/interrupt.hpp"
+
+#include <atomic>
+#include <csignal>
+
+#include "core/error.hpp"
+
+namespace porepack {
+namespace {
+
+std::atomic<int> received_signal{0};
+static_assert(std::atomic<int>::is_always_lock_free);
+
+void remember_signal(int number) {
+    received_signal = number;
+}
+
+}  // namespace
+
+void install_signal_handlers() {
+    struct sigaction action {};
+    action.sa_handler = remember_signal;
+    sigaction(SIGINT, &action, nullptr);
+    sigaction(SIGTERM, &action, nullptr);
+    std::signal(SIGXFSZ, SIG_IGN);
+    std::signal(SIGPIPE, SIG_IGN);
+}
+
+bool interrupted() {
+    return received_signal != 0;
+}
+
+void check_interrupt() {
+    if (interrupted())
+        throw MachineError("interrupted", {.mend = "run the same command again: it goes on at the stage that was cut"});
+}
+
+}  // namespace porepack

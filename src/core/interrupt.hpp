@@ -1,0 +1,14 @@
+// Ctrl-C and SIGTERM set a flag; long loops ask for it, so that nothing is cut in the middle of a write.
+#pragma once
+
+namespace porepack {
+
+/// Installs the handlers for SIGINT and SIGTERM, and ignores SIGXFSZ and SIGPIPE (the write then reports the error).
+void install_signal_handlers();
+
+[[nodiscard]] bool interrupted();
+
+/// Throws MachineError (exit 5) once a signal has come. Cheap enough for every time step.
+void check_interrupt();
+
+}  // namespace porepack

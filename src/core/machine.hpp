@@ -1,0 +1,24 @@
+// What this machine is and has.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace porepack {
+
+[[nodiscard]] std::string host_name();
+[[nodiscard]] std::string processor_name();
+/// Memory that a new allocation can get without swapping, in bytes (the smaller of the machine's and the control group's).
+[[nodiscard]] double available_memory_bytes();
+/// Largest resident memory of this process so far, in bytes.
+[[nodiscard]] double peak_memory_bytes();
+/// Largest resident memory of any finished child process so far, in bytes.
+[[nodiscard]] double peak_child_memory_bytes();
+/// Threads that parallel loops use: --threads, else OMP_NUM_THREADS, else the cores.
+[[nodiscard]] int thread_count();
+void set_thread_count(int threads);
+
+/// Throws UserError with the numbers when `bytes` will not fit, before anything is allocated.
+void require_memory(double bytes, const std::string& what, const std::string& mend);
+
+}  // namespace porepack

@@ -1,0 +1,121 @@
+#include "core/process.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <signal.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <sstream>
+#include <thread>
+
+#include "core/error.hpp"
+#include "core/interrupt.hpp"
+#include "core/log.hpp"
+
+namespace porepack {
+namespace {
+
+// The child's side, between fork and exec: only calls that are safe there.
+[[noreturn]] void become(const Program& program, char* const* arguments, char* const* environment) {
+    setpgid(0, 0);  // its own group, so that it and its children can be ended together
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+    signal(SIGXFSZ, SIG_DFL);
+    signal(SIGPIPE, SIG_DFL);
+    const int log = open(program.log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
+    const int nothing = open("/dev/null", O_RDONLY);
+    if (log < 0 || nothing < 0 || dup2(log, 1) < 0 || dup2(log, 2) < 0 || dup2(nothing, 0) < 0 || chdir(program.folder.c_str()) != 0) _exit(126);
+    execvpe(arguments[0], arguments, environment);
+    _exit(127);
+}
+
+std::vector<std::string> merged_environment(const std::map<std::string, std::string>& added) {
+    std::vector<std::string> all;
+    for (char** entry = environ; *entry != nullptr; ++entry) {
+        const std::string text(*entry);
+        if (!added.contains(text.substr(0, text.find('=')))) all.push_back(text);
+    }
+    for (const auto& [name, value] : added) all.push_back(name + "=" + value);
+    return all;
+}
+
+std::vector<char*> as_pointers(std::vector<std::string>& texts) {
+    std::vector<char*> pointers;
+    for (auto& text : texts) pointers.push_back(text.data());
+    pointers.push_back(nullptr);
+    return pointers;
+}
+
+void end_group(pid_t child) {
+    kill(-child, SIGTERM);
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    kill(-child, SIGKILL);
+    waitpid(child, nullptr, 0);
+}
+
+}  // namespace
+
+ProgramEnd run_program(const Program& program) {
+    auto command = program.command;
+    auto environment = merged_environment(program.environment);
+    auto arguments = as_pointers(command);
+    auto variables = as_pointers(environment);
+    const Stopwatch watch;
+    Program absolute = program;
+    absolute.log = std::filesystem::absolute(program.log);
+    const pid_t child = fork();
+    if (child < 0) throw MachineError(std::string("cannot start another process: ") + std::strerror(errno));
+    if (child == 0) become(absolute, arguments.data(), variables.data());
+
+    int status = 0;
+    rusage usage{};
+    auto pause = std::chrono::milliseconds(2);
+    while (wait4(child, &status, WNOHANG, &usage) == 0) {
+        std::this_thread::sleep_for(pause);
+        pause = std::min(pause * 2, std::chrono::milliseconds(200));
+        try {
+            check_interrupt();
+            if (program.while_running) program.while_running();
+        } catch (...) {
+            end_group(child);
+            throw;
+        }
+    }
+    ProgramEnd end{.wall_time_s = watch.seconds(), .peak_memory_bytes = 1024.0 * static_cast<double>(usage.ru_maxrss)};
+    end.exit_code = WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
+    if (end.exit_code == 126 || end.exit_code == 127)
+        throw EngineError("cannot start " + program.command.front(), {.where = program.folder.string(), .mend = "see `porepack --version` for the engines found"});
+    return end;
+}
+
+std::optional<Path> find_program(const std::string& name) {
+    const char* path = std::getenv("PATH");
+    std::istringstream folders(path == nullptr ? "" : path);
+    for (std::string folder; std::getline(folders, folder, ':');) {
+        const Path candidate = Path(folder) / name;
+        if (access(candidate.c_str(), X_OK) == 0 && !std::filesystem::is_directory(candidate)) return candidate;
+    }
+    return std::nullopt;
+}
+
+void require_program(const std::string& name, const std::string& package) {
+    if (find_program(name)) return;
+    throw EngineError(name + " is not installed (not on PATH)", {.mend = "apt-get install --no-install-recommends " + package});
+}
+
+std::string first_line_of(const std::string& shell_command) {
+    FILE* pipe = popen((shell_command + " 2>/dev/null").c_str(), "r");
+    if (pipe == nullptr) return {};
+    std::array<char, 512> line{};
+    std::string text = std::fgets(line.data(), line.size(), pipe) == nullptr ? "" : line.data();
+    pclose(pipe);
+    while (!text.empty() && (text.back() == '\n' || text.back() == '\r')) text.pop_back();
+    return text;
+}
+
+}  // namespace porepack

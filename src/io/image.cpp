@@ -1,0 +1,194 @@
+#include "io/image.hpp"
+
+#include <fmt/format.h>
+#include <vtkCellData.h>
+#include <vtkFieldData.h>
+#include <vtkFloatArray.h>
+#include <vtkImageData.h>
+#include <vtkNew.h>
+#include <vtkPNGReader.h>
+#include <vtkPNGWriter.h>
+#include <vtkPointData.h>
+#include <vtkStringArray.h>
+#include <vtkUnsignedCharArray.h>
+#include <vtkXMLImageDataReader.h>
+#include <vtkXMLImageDataWriter.h>
+
+#include <cmath>
+
+#include "core/error.hpp"
+#include "core/log.hpp"
+
+namespace porepack {
+namespace {
+
+vtkNew<vtkImageData> make_image(const Grid& grid, const std::map<std::string, std::string>& notes) {
+    vtkNew<vtkImageData> image;
+    image->SetDimensions(grid.cells[0] + 1, grid.cells[1] + 1, grid.cells[2] + 1);
+    image->SetOrigin(grid.origin_m.data());
+    image->SetSpacing(grid.spacing_m.data());
+    for (const auto& [name, value] : notes) {
+        vtkNew<vtkStringArray> array;
+        array->SetName(name.c_str());
+        array->InsertNextValue(value);
+        image->GetFieldData()->AddArray(array);
+    }
+    return image;
+}
+
+// The array keeps pointing at our memory; nothing is copied.
+template <typename Array, typename Value>
+vtkNew<Array> wrap(const char* name, const std::vector<Value>& values, int components) {
+    vtkNew<Array> array;
+    array->SetName(name);
+    array->SetNumberOfComponents(components);
+    array->SetArray(const_cast<Value*>(values.data()), static_cast<vtkIdType>(values.size()), 1);
+    return array;
+}
+
+void write_image(const Path& path, vtkImageData* image) {
+    write_whole(path, [&](const Path& name) {
+        vtkNew<vtkXMLImageDataWriter> writer;
+        writer->SetFileName(name.c_str());
+        writer->SetInputData(image);
+        writer->SetDataModeToAppended();
+        writer->EncodeAppendedDataOff();
+        writer->SetCompressorTypeToZLib();
+        writer->SetCompressionLevel(1);
+        if (writer->Write() != 1 || writer->GetErrorCode() != 0)
+            throw MachineError("cannot write " + path.string(), {.mend = "free some disk space or choose another folder with --output"});
+    });
+}
+
+vtkNew<vtkXMLImageDataReader> open_image(const Path& path) {
+    const std::string text = read_text(path);
+    if (text.find("<VTKFile") == std::string::npos || text.find("ImageData") == std::string::npos)
+        throw UserError("not a VTK image: " + path.string(), {.allowed = "an XML image (.vti) with cell data"});
+    vtkNew<vtkXMLImageDataReader> reader;
+    reader->SetFileName(path.c_str());
+    reader->Update();
+    if (reader->GetErrorCode() != 0 || reader->GetOutput()->GetNumberOfCells() == 0)
+        throw UserError("the image cannot be read: " + path.string(), {.mend = "the file may be cut: write it again"});
+    return reader;
+}
+
+Grid grid_of(vtkImageData* image) {
+    Grid grid;
+    int dimensions[3];
+    image->GetDimensions(dimensions);
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto a = static_cast<std::size_t>(axis);
+        grid.cells[a] = dimensions[axis] - 1;
+        grid.origin_m[a] = image->GetOrigin()[axis];
+        grid.spacing_m[a] = image->GetSpacing()[axis];
+    }
+    return grid;
+}
+
+std::map<std::string, std::string> notes_of(vtkImageData* image) {
+    std::map<std::string, std::string> notes;
+    for (int i = 0; i < image->GetFieldData()->GetNumberOfArrays(); ++i)
+        if (auto* array = vtkStringArray::SafeDownCast(image->GetFieldData()->GetAbstractArray(i)); array != nullptr && array->GetNumberOfValues() > 0)
+            notes[array->GetName()] = array->GetValue(0);
+    return notes;
+}
+
+vtkDataArray* require_array(vtkImageData* image, const char* name, int components, const Path& path) {
+    vtkDataArray* array = image->GetCellData()->GetArray(name);
+    if (array == nullptr || array->GetNumberOfComponents() != components)
+        throw UserError(fmt::format("{} has no cell data `{}` of {} component(s)", path.string(), name, components),
+                        {.allowed = "pore.vti: uint8 cell data `phase` (0 grain, 1 pore, 2 outside); flow.vti: `velocity` and `pressure`"});
+    return array;
+}
+
+std::vector<std::uint8_t> phases_of(vtkImageData* image, const Path& path) {
+    vtkDataArray* array = require_array(image, "phase", 1, path);
+    std::vector<std::uint8_t> phase(static_cast<std::size_t>(array->GetNumberOfTuples()));
+    for (std::size_t i = 0; i < phase.size(); ++i) {
+        const double value = array->GetTuple1(static_cast<vtkIdType>(i));
+        if (value != 0.0 && value != 1.0 && value != 2.0)
+            throw UserError(fmt::format("phase {:g} in cell {} of {}", value, i, path.string()), {.allowed = "0 grain, 1 pore, 2 outside the container"});
+        phase[i] = static_cast<std::uint8_t>(value);
+    }
+    return phase;
+}
+
+void write_png(const Path& path, int width, int height, std::span<const std::uint8_t> pixels, int components) {
+    vtkNew<vtkImageData> image;
+    image->SetDimensions(width, height, 1);
+    vtkNew<vtkUnsignedCharArray> array;
+    array->SetNumberOfComponents(components);
+    array->SetArray(const_cast<std::uint8_t*>(pixels.data()), static_cast<vtkIdType>(pixels.size()), 1);
+    image->GetPointData()->SetScalars(array);
+    write_whole(path, [&](const Path& name) {
+        vtkNew<vtkPNGWriter> writer;
+        writer->SetFileName(name.c_str());
+        writer->SetInputData(image);
+        writer->Write();
+        if (writer->GetErrorCode() != 0) throw MachineError("cannot write " + path.string(), {.mend = "free some disk space or choose another folder with --output"});
+    });
+}
+
+}  // namespace
+
+void write_phase_image(const Path& path, const PhaseImage& image) {
+    const auto data = make_image(image.grid, image.notes);
+    const auto phase = wrap<vtkUnsignedCharArray>("phase", image.phase, 1);
+    data->GetCellData()->SetScalars(phase);
+    write_image(path, data);
+}
+
+PhaseImage read_phase_image(const Path& path) {
+    const auto reader = open_image(path);
+    return {.grid = grid_of(reader->GetOutput()), .phase = phases_of(reader->GetOutput(), path), .notes = notes_of(reader->GetOutput())};
+}
+
+void write_flow_image(const Path& path, const FlowImage& image) {
+    const auto data = make_image(image.grid, image.notes);
+    data->GetCellData()->SetVectors(wrap<vtkFloatArray>("velocity", image.velocity_m_per_s, 3));
+    data->GetCellData()->AddArray(wrap<vtkFloatArray>("pressure", image.pressure_Pa, 1));
+    data->GetCellData()->AddArray(wrap<vtkUnsignedCharArray>("phase", image.phase, 1));
+    write_image(path, data);
+}
+
+FlowImage read_flow_image(const Path& path) {
+    const auto reader = open_image(path);
+    vtkImageData* data = reader->GetOutput();
+    FlowImage image{.grid = grid_of(data), .velocity_m_per_s = {}, .pressure_Pa = {}, .phase = {}, .notes = notes_of(data)};
+    vtkDataArray* velocity = require_array(data, "velocity", 3, path);
+    image.velocity_m_per_s.resize(3 * image.grid.size());
+    for (std::size_t i = 0; i < image.grid.size(); ++i)
+        for (int axis = 0; axis < 3; ++axis) {
+            const double value = velocity->GetComponent(static_cast<vtkIdType>(i), axis);
+            if (!std::isfinite(value)) throw UserError(fmt::format("the velocity is not finite in cell {} of {}", i, path.string()), {.mend = "the flow run that wrote it went wrong: run it again"});
+            image.velocity_m_per_s[3 * i + static_cast<std::size_t>(axis)] = static_cast<float>(value);
+        }
+    if (data->GetCellData()->HasArray("phase") == 1) image.phase = phases_of(data, path);
+    return image;
+}
+
+void write_gray_png(const Path& path, int width, int height, std::span<const std::uint8_t> pixels) {
+    write_png(path, width, height, pixels, 1);
+}
+
+void write_colour_png(const Path& path, int width, int height, std::span<const std::uint8_t> pixels) {
+    write_png(path, width, height, pixels, 3);
+}
+
+std::vector<std::uint8_t> read_gray_png(const Path& path, int& width, int& height) {
+    (void)read_text(path);
+    vtkNew<vtkPNGReader> reader;
+    if (reader->CanReadFile(path.c_str()) == 0) throw UserError("not a PNG picture: " + path.string());
+    reader->SetFileName(path.c_str());
+    reader->Update();
+    int dimensions[3];
+    reader->GetOutput()->GetDimensions(dimensions);
+    width = dimensions[0];
+    height = dimensions[1];
+    vtkDataArray* array = reader->GetOutput()->GetPointData()->GetScalars();
+    std::vector<std::uint8_t> pixels(static_cast<std::size_t>(array->GetNumberOfTuples()));
+    for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] = static_cast<std::uint8_t>(array->GetComponent(static_cast<vtkIdType>(i), 0));
+    return pixels;
+}
+
+}  // namespace porepack

@@ -1,0 +1,95 @@
+#include "io/render.hpp"
+
+#include <vtkActor.h>
+#include <vtkCamera.h>
+#include <vtkCellArray.h>
+#include <vtkCylinderSource.h>
+#include <vtkLight.h>
+#include <vtkNew.h>
+#include <vtkPNGWriter.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkPolyDataMapper.h>
+#include <vtkPolyDataNormals.h>
+#include <vtkProperty.h>
+#include <vtkRenderWindow.h>
+#include <vtkRenderer.h>
+#include <vtkWindowToImageFilter.h>
+
+#include "core/error.hpp"
+
+namespace porepack {
+namespace {
+
+vtkNew<vtkPolyData> poly_data(const TriangleSurface& surface) {
+    vtkNew<vtkPoints> points;
+    for (const auto& p : surface.points) points->InsertNextPoint(p.data());
+    vtkNew<vtkCellArray> cells;
+    for (const auto& t : surface.triangles) {
+        cells->InsertNextCell(3);
+        for (const int corner : t) cells->InsertCellPoint(corner);
+    }
+    vtkNew<vtkPolyData> data;
+    data->SetPoints(points);
+    data->SetPolys(cells);
+    return data;
+}
+
+void add_container(vtkRenderer* renderer, const PictureStyle& style) {
+    vtkNew<vtkCylinderSource> wall;
+    wall->SetRadius(style.cylinder_diameter_m / 2.0);
+    wall->SetHeight(style.cylinder_height_m);
+    wall->SetResolution(96);
+    wall->CappingOff();
+    vtkNew<vtkPolyDataMapper> mapper;
+    mapper->SetInputConnection(wall->GetOutputPort());
+    vtkNew<vtkActor> actor;
+    actor->SetMapper(mapper);
+    actor->RotateX(90.0);
+    actor->SetPosition(0.0, 0.0, style.cylinder_height_m / 2.0);
+    actor->GetProperty()->SetColor(0.55, 0.65, 0.75);
+    actor->GetProperty()->SetOpacity(0.18);
+    renderer->AddActor(actor);
+}
+
+}  // namespace
+
+void render_surface(const Path& png, const TriangleSurface& surface, const PictureStyle& style) {
+    vtkNew<vtkPolyDataNormals> normals;
+    normals->SetInputData(poly_data(surface));
+    normals->SetFeatureAngle(40.0);
+    vtkNew<vtkPolyDataMapper> mapper;
+    mapper->SetInputConnection(normals->GetOutputPort());
+    vtkNew<vtkActor> grains;
+    grains->SetMapper(mapper);
+    grains->GetProperty()->SetColor(0.80, 0.62, 0.42);
+    grains->GetProperty()->SetSpecular(0.15);
+    grains->GetProperty()->SetAmbient(0.12);
+    vtkNew<vtkRenderer> renderer;
+    renderer->AddActor(grains);
+    renderer->SetBackground(1.0, 1.0, 1.0);
+    if (style.cylinder_diameter_m > 0.0) add_container(renderer, style);
+    vtkNew<vtkRenderWindow> window;
+    window->SetOffScreenRendering(1);
+    window->SetSize(style.width, style.height);
+    window->SetMultiSamples(8);
+    window->AddRenderer(renderer);
+    renderer->GetActiveCamera()->SetPosition(1.0, -2.0, 0.9);
+    renderer->GetActiveCamera()->SetFocalPoint(0.0, 0.0, 0.0);
+    renderer->GetActiveCamera()->SetViewUp(0.0, 0.0, 1.0);
+    renderer->ResetCamera();
+    renderer->GetActiveCamera()->Zoom(1.25);
+    window->Render();
+    vtkNew<vtkWindowToImageFilter> grabber;
+    grabber->SetInput(window);
+    grabber->ReadFrontBufferOff();
+    write_whole(png, [&](const Path& name) {
+        vtkNew<vtkPNGWriter> writer;
+        writer->SetFileName(name.c_str());
+        writer->SetInputConnection(grabber->GetOutputPort());
+        writer->Write();
+        if (writer->GetErrorCode() != 0) throw MachineError("cannot write " + png.string());
+    });
+}
+
+}  // namespace porepack

@@ -1,0 +1,18 @@
+// Pictures of surfaces. Needs a display, or xvfb-run around the program.
+#pragma once
+
+#include "io/stl.hpp"
+
+namespace porepack {
+
+struct PictureStyle {
+    int width = 900;
+    int height = 1100;
+    double cylinder_diameter_m = 0.0;  ///< > 0: draws the container's wall, transparent
+    double cylinder_height_m = 0.0;
+};
+
+/// Renders the surface seen from the side and slightly from above, z up.
+void render_surface(const Path& png, const TriangleSurface& surface, const PictureStyle& style = {});
+
+}  // namespace porepack

@@ -1,0 +1,228 @@
+#include "openfoam/foam.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+#include "core/error.hpp"
+#include "core/log.hpp"
+#include "core/process.hpp"
+
+namespace porepack {
+namespace fs = std::filesystem;
+namespace {
+
+struct Block {
+    Vec3 low, high;
+    std::array<int, 3> cells;
+};
+
+// A cylinder's background block is wider than the cylinder by one cell.
+Block background_block(const Container& container, const Section& section, double cell) {
+    Block block{container.low(), container.high(), {}};
+    block.low.z() = section.z0;
+    block.high.z() = section.z1;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double extent = block.high[axis] - block.low[axis];
+        int count = std::max(1, static_cast<int>(std::lround(extent / cell)));
+        if (container.kind == Container::Kind::cylinder && axis < 2) {
+            count = 2 * static_cast<int>(std::ceil(extent / (2.0 * cell))) + 2;
+            block.low[axis] = -0.5 * count * cell;
+            block.high[axis] = 0.5 * count * cell;
+        }
+        block.cells[static_cast<std::size_t>(axis)] = count;
+    }
+    return block;
+}
+
+std::string parameters(const FoamScene& scene, const FoamConfig& config, double cell) {
+    const Block block = background_block(scene.container, scene.section, cell);
+    const Vec3& p = scene.pore_point;
+    std::string text = "// Written by porepack; metres, seconds.\n";
+    text += fmt::format("xMin {:.12g}; xMax {:.12g}; yMin {:.12g}; yMax {:.12g}; zMin {:.12g}; zMax {:.12g};\n", block.low.x(), block.high.x(), block.low.y(), block.high.y(), block.low.z(), block.high.z());
+    text += fmt::format("nx {}; ny {}; nz {};\nsurfaceLevel {};\n", block.cells[0], block.cells[1], block.cells[2], config.surface_level);
+    text += fmt::format("locationInMesh ({:.12g} {:.12g} {:.12g});\nviscosity 1;\n", p.x(), p.y(), p.z());
+    text += scene.container.any_periodic() ? "gradient (0 0 1);\n" : "pressureDrop 1;\n";
+    text += fmt::format("relaxationU {:g}; relaxationP {:g};\nresidual {:g};\nmaxIterations {};\n", config.relaxation_velocity, config.relaxation_pressure, config.residual, config.max_iterations);
+    return text;
+}
+
+void prepare(const FoamScene& scene, const FoamConfig& config, double cell, const Path& cases, const Path& folder) {
+    const bool periodic = scene.container.any_periodic();
+    fs::copy(cases / (periodic ? "stokes_periodic" : "stokes_packing"), folder, fs::copy_options::recursive | fs::copy_options::overwrite_existing);
+    fs::copy_file(cases / "runFunctions", folder.parent_path() / "runFunctions", fs::copy_options::overwrite_existing);
+    write_text(folder / "system" / "caseParameters", parameters(scene, config, cell));
+    if (scene.container.kind == Container::Kind::cylinder)
+        write_text(folder / "system" / "container", fmt::format("wall {{ type searchableCylinder; point1 (0 0 {:.12g}); point2 (0 0 {:.12g}); radius {:.12g}; }}\n", scene.section.z0 - scene.container.diameter_m,
+                                                                scene.section.z1 + scene.container.diameter_m, scene.container.diameter_m / 2.0));
+    else if (!periodic)
+        write_text(folder / "system" / "container", "// A box: the sides of the background block are its walls.\n");
+    write_stl(folder / "constant" / "triSurface" / "solid.stl", scene.surface, "porepack; unit: metre");
+}
+
+// The number behind `label` in the last line of a log that has it.
+std::optional<double> last_number(const Path& log, const std::string& label) {
+    std::ifstream in(log);
+    std::optional<double> value;
+    for (std::string line; std::getline(in, line);)
+        if (const auto at = line.find(label); at != std::string::npos) {
+            std::istringstream rest(line.substr(at + label.size()));
+            double number = 0.0;
+            if (rest >> number) value = number;
+        }
+    return value;
+}
+
+// The series of numbers that a function object wrote: one row an iteration, `column` behind the time.
+std::vector<double> read_series(const Path& file, int column) {
+    std::ifstream in(file);
+    std::vector<double> values;
+    for (std::string line; std::getline(in, line);) {
+        if (line.empty() || line.front() == '#') continue;
+        for (char& ch : line)
+            if (ch == '(' || ch == ')') ch = ' ';
+        std::istringstream numbers(line);
+        double value = 0.0;
+        bool good = true;
+        for (int i = 0; i <= column; ++i) good = good && static_cast<bool>(numbers >> value);
+        if (good) values.push_back(value);
+    }
+    return values;
+}
+
+[[noreturn]] void reject(const std::string& what, const Path& log, const std::string& mend = {}) {
+    throw EngineError("OpenFOAM: " + what + "\n" + tail(log, 12), {.where = log.string(), .mend = mend});
+}
+
+void judge_mesh(const FoamScene& scene, const Path& folder, FoamMeshResult& result) {
+    const Path log = folder / "log.checkMesh";
+    if (tail(log, 6).find("Mesh OK") == std::string::npos) reject("the mesh fails checkMesh", log, "change cell_size_m a little");
+    const auto cells = last_number(log, "    cells:"), volume = last_number(log, "Total volume = "), slant = last_number(log, "Mesh non-orthogonality Max:"), regions = last_number(log, "*Number of regions:");
+    if (!cells || !volume || *cells < 1.0) reject("the mesh has no cells", log, "check locationInMesh and the surface");
+    if (regions && *regions > 1.0) reject("the mesh has more than one region", log, "check the surface");
+    result.cells = std::lround(*cells);
+    result.max_non_orthogonality = slant.value_or(0.0);
+    result.mesh_volume_ratio = *volume / scene.pore_volume_m3;
+    // Meshes cut corners where grains touch: the loss grows with the square of the cell (0.2 (cell/d)^2 was measured).
+    const double coarse = scene.grain_size_m > 0.0 ? result.cell_size_m / scene.grain_size_m : 0.25;
+    const double allowed = 0.015 + 0.3 * coarse * coarse;
+    if (std::abs(result.mesh_volume_ratio - 1.0) > allowed)
+        reject(fmt::format("the mesh lost or invented pore space: its volume is {:.4f} of the exact one, {:.4f} is allowed at this cell size", result.mesh_volume_ratio, allowed), log,
+               "take smaller cells, or check that the surface is closed and lies where it should");
+}
+
+void judge_flow(const FoamScene& scene, const Path& folder, FoamMeshResult& result) {
+    const Path log = folder / "log.simpleFoam";
+    const auto iterations = last_number(log, "SIMPLE solution converged in ");
+    if (!iterations) {
+        throw NumericalError("OpenFOAM did not converge; no permeability is given\n" + tail(log, 8), {.where = log.string(), .mend = "raise max_iterations; or lower relaxation_pressure to 3 (1 - relaxation_velocity)"});
+    }
+    result.iterations = std::lround(*iterations);
+    if (result.iterations < 2) reject("the solver stopped after one iteration: nothing flows in the meshed region", log, "check locationInMesh");
+    const Path post = folder / "postProcessing";
+    const double length = scene.section.length(), area = scene.container.inner_area_m2();
+    std::vector<double> flow;
+    if (scene.container.any_periodic()) {
+        flow = read_series(post / "meanVelocity" / "0" / "volFieldValue.dat", 3);
+        if (flow.empty()) reject("no flow rate was written", log);
+        for (double& q : flow) q /= length;  // volume integral of u_z / length: mean flow rate
+        result.permeability_m2 = flow.back() / area;
+    } else {
+        flow = read_series(post / "outletFlow" / "0" / "surfaceFieldValue.dat", 1);
+        const auto inlet = read_series(post / "inletFlow" / "0" / "surfaceFieldValue.dat", 1);
+        if (flow.empty() || inlet.empty()) reject("no flow rate was written", log);
+        result.flow_imbalance = std::abs(inlet.back() + flow.back()) / std::abs(flow.back());
+        result.permeability_m2 = flow.back() * length / area;
+    }
+    result.flow_drift = flow.size() > 10 ? std::abs(flow.back() / flow[flow.size() - 11] - 1.0) : 1.0;
+    if (!(result.permeability_m2 > 0.0) || !std::isfinite(result.permeability_m2)) reject(fmt::format("the flow goes the wrong way or diverged: k = {:g} m2", result.permeability_m2), log);
+    if (result.flow_imbalance > 1e-4) throw NumericalError(fmt::format("OpenFOAM's flow does not balance: in and out differ by {:.1e}", result.flow_imbalance), {.where = log.string(), .mend = "tighten residual"});
+    if (result.flow_drift > 1e-3) throw NumericalError(fmt::format("OpenFOAM's flow still drifts: {:.1e} over the last 10 iterations", result.flow_drift), {.where = log.string(), .mend = "tighten residual"});
+}
+
+FoamMeshResult solve_on_mesh(const FoamScene& scene, const FoamConfig& config, double cell, const Path& cases, const Path& folder) {
+    FoamMeshResult result{.cell_size_m = cell};
+    make_folder(folder.parent_path());
+    prepare(scene, config, cell, cases, folder);
+    log_info("OpenFOAM: background cells of {:.3g} m; by hand: {}", cell, (folder / "Allrun").string());
+    Progress progress("OpenFOAM");
+    const char* steps[] = {"log.blockMesh", "log.snappyHexMesh", "log.checkMesh", "log.simpleFoam"};
+    const ProgramEnd end = run_program({.command = {"bash", "./Allrun"}, .folder = folder, .log = folder / "log.Allrun", .environment = {{"WM_PROJECT_DIR", "/usr/share/openfoam"}}, .while_running = [&] {
+                                            double done = 0.0;
+                                            for (const char* step : steps) done += fs::exists(folder / (std::string(step) + ".done")) ? 0.25 : 0.0;
+                                            progress.update(done, fs::exists(folder / "log.simpleFoam") ? "solving" : "meshing");
+                                        }});
+    result.wall_time_s = end.wall_time_s;
+    result.peak_memory_bytes = end.peak_memory_bytes;
+    const bool solver_ran = fs::exists(folder / "log.simpleFoam.done");
+    if (!fs::exists(folder / "log.checkMesh")) reject(fmt::format("meshing failed (exit code {})", end.exit_code), folder / "log.Allrun");
+    judge_mesh(scene, folder, result);
+    if (!solver_ran) reject(fmt::format("the solver failed (exit code {})", end.exit_code), folder / "log.Allrun", "lower relaxation_velocity and relaxation_pressure");
+    judge_flow(scene, folder, result);
+    return result;
+}
+
+}  // namespace
+
+std::array<int, 3> background_cells(const Container& container, const Section& section, double cell_size_m) {
+    return background_block(container, section, cell_size_m).cells;
+}
+
+Vec3 find_pore_point(const PhaseImage& image, const Container& container) {
+    const Drive drive{.axis = 2, .periodic = container.periodic};
+    const Percolation percolation = find_percolating_cells(image, drive);
+    // Distance in steps from everything that is not reached by flow, layer by layer.
+    std::vector<std::size_t> front, next;
+    std::vector<std::uint8_t> seen(image.grid.size(), 0);
+    for (std::size_t cell = 0; cell < image.grid.size(); ++cell) {
+        const auto at = place_in_grid(image.grid, cell);
+        bool edge = false;
+        for (std::size_t a = 0; a < 3; ++a) edge = edge || at[a] == 0 || at[a] == image.grid.cells[a] - 1;
+        if (percolation.keep[cell] == 1 && !edge) continue;
+        seen[cell] = 1;
+        front.push_back(cell);
+    }
+    std::size_t deepest = 0;
+    for (std::size_t cell = 0; cell < percolation.keep.size(); ++cell)
+        if (percolation.keep[cell] == 1) deepest = cell;  // for images that are all edge
+    while (!front.empty()) {
+        next.clear();
+        for (const std::size_t cell : front)
+            for (int q = 0; q < 6; ++q) {
+                auto at = place_in_grid(image.grid, cell);
+                at[static_cast<std::size_t>(q / 2)] += q % 2 == 0 ? 1 : -1;
+                if (at[0] < 0 || at[1] < 0 || at[2] < 0 || at[0] >= image.grid.cells[0] || at[1] >= image.grid.cells[1] || at[2] >= image.grid.cells[2]) continue;
+                const std::size_t other = image.grid.index(at[0], at[1], at[2]);
+                if (seen[other] == 1) continue;
+                seen[other] = 1;
+                next.push_back(other);
+                deepest = other;
+            }
+        front.swap(next);
+    }
+    const auto at = place_in_grid(image.grid, deepest);
+    const double h = image.grid.spacing_m[0];
+    return {image.grid.centre(0, at[0]) + 0.0131 * h, image.grid.centre(1, at[1]) + 0.0173 * h, image.grid.centre(2, at[2]) + 0.0119 * h};
+}
+
+FoamResult foam_permeability(const FoamScene& scene, const FoamConfig& config, double cell_size_m, const Path& cases, const Path& folder) {
+    for (const char* program : {"blockMesh", "snappyHexMesh", "checkMesh", "simpleFoam"}) require_program(program, "openfoam");
+    const auto& periodic = scene.container.periodic;
+    if (scene.container.any_periodic() && !(periodic[0] && periodic[1] && periodic[2])) throw UserError("OpenFOAM runs take a box that is periodic in all directions or in none", {.mend = "use the lattice Boltzmann solver: porepack lbm"});
+    FoamResult result;
+    if (config.meshes == 2) result.coarse = solve_on_mesh(scene, config, config.mesh_ratio * cell_size_m, cases, folder / "mesh_coarse");
+    result.fine = solve_on_mesh(scene, config, cell_size_m, cases, folder / "mesh_fine");
+    result.permeability_m2 = result.fine.permeability_m2;
+    if (result.coarse) {
+        const double ratio = std::cbrt(static_cast<double>(result.fine.cells) / static_cast<double>(result.coarse->cells));
+        const double change = result.fine.permeability_m2 - result.coarse->permeability_m2;
+        const auto extrapolated = [&](double order) { return result.fine.permeability_m2 + change / (std::pow(ratio, order) - 1.0); };
+        result.permeability_m2 = extrapolated(1.5);
+        result.interval_m2 = Interval{std::min(extrapolated(1.0), extrapolated(2.0)), std::max(extrapolated(1.0), extrapolated(2.0))};
+    }
+    return result;
+}
+
+}  // namespace porepack

@@ -1,0 +1,59 @@
+// Table [packing] of case.toml.
+#pragma once
+
+#include "core/config.hpp"
+
+namespace porepack {
+
+struct PackingConfig {
+    std::string engine = "liggghts";
+    std::string file;
+    long seed = 1;
+    long grains = 0;
+    double fill_height_m = 0.0;
+    double surface_tolerance = 0.05;
+    double density_kg_per_m3 = 1000.0;
+    double gravity_m_per_s2 = 9.81;
+    double normal_stiffness_N_per_m = 10000.0;
+    double tangential_stiffness_N_per_m = 5000.0;
+    double normal_damping = 0.35;
+    double tangential_damping = 0.3;
+    double friction = 0.35;
+    double wall_friction = 0.1;
+    double time_step_s = 0.0;
+    double drop_height_m = 0.0;
+    long batch_grains = 9;
+    double batch_interval_s = 0.11;
+    double horizontal_speed_m_per_s = 0.5;
+    double rest_energy_fraction = 1e-6;
+    double settle_time_s = 5.0;
+    long processes = 1;
+};
+
+inline void describe(ConfigVisitor& v, PackingConfig& c) {
+    v.choice("engine", c.engine, {"liggghts", "none"}, "who makes the packing; none: take `file` as it is");
+    v.text("file", c.file, "a given packing.json or packing.json.gz (engine = \"none\"), relative to the case");
+    v.integer("seed", c.seed, between(0, 2147483647), "seed of all random poses");
+    v.integer("grains", c.grains, {.low = 0, .high = 1e6, .zero_is_auto = true}, "number of grains; auto: until the bed reaches fill_height_m");
+    v.number("fill_height_m", c.fill_height_m, positive_or_auto(), "height at which pouring stops; auto: half the container's height");
+    v.number("surface_tolerance", c.surface_tolerance, {.low = 0.0005, .high = 0.4},
+             "largest distance between the sphere clump's surface and the exact one, as a fraction of the capsule's diameter");
+    v.number("density_kg_per_m3", c.density_kg_per_m3, positive(), "density of the grains");
+    v.number("gravity_m_per_s2", c.gravity_m_per_s2, positive(), "gravity, along -z");
+    v.number("normal_stiffness_N_per_m", c.normal_stiffness_N_per_m, positive(), "s_n of Eq. 9; the spring's stiffness is s_n/2");
+    v.number("tangential_stiffness_N_per_m", c.tangential_stiffness_N_per_m, positive(), "s_t; the spring's stiffness is s_t/2");
+    v.number("normal_damping", c.normal_damping, between(0.0, 0.99), "eta_n of Eq. 9");
+    v.number("tangential_damping", c.tangential_damping, between(0.0, 0.99), "eta_t");
+    v.number("friction", c.friction, between(0.0, 10.0), "Coulomb friction between grains");
+    v.number("wall_friction", c.wall_friction, between(0.0, 10.0), "Coulomb friction at the walls");
+    v.number("time_step_s", c.time_step_s, positive_or_auto(), "time step; auto: the contact time / 45");
+    v.number("drop_height_m", c.drop_height_m, positive_or_auto(), "height above the floor at which grains are created; auto: one span below the rim");
+    v.integer("batch_grains", c.batch_grains, between(1, 10000), "grains created together, as many of them as fit without overlap");
+    v.number("batch_interval_s", c.batch_interval_s, positive(), "time between two batches");
+    v.number("horizontal_speed_m_per_s", c.horizontal_speed_m_per_s, not_negative(), "each horizontal velocity is random within +- this");
+    v.number("rest_energy_fraction", c.rest_energy_fraction, {.low = 1e-12, .high = 0.1}, "at rest when the kinetic energy a grain is below this fraction of m g d");
+    v.number("settle_time_s", c.settle_time_s, positive(), "longest simulated time after the last batch");
+    v.integer("processes", c.processes, between(1, 256), "MPI processes of LIGGGHTS; another number gives another packing of the same kind");
+}
+
+}  // namespace porepack

@@ -1,0 +1,41 @@
+// Table [container] of case.toml.
+#pragma once
+
+#include "core/config.hpp"
+#include "core/error.hpp"
+#include "packing/packing.hpp"
+
+namespace porepack {
+
+struct ContainerConfig {
+    std::string kind = "cylinder";
+    double diameter_m = 0.0;
+    double height_m = 0.0;
+    std::vector<double> size_m;
+    std::vector<bool> periodic = {false, false, false};
+};
+
+inline void describe(ConfigVisitor& v, ContainerConfig& c) {
+    v.choice("kind", c.kind, {"cylinder", "box"}, "an upright cylinder (axis x = y = 0) or a box (corner at the origin); floor at z = 0");
+    v.number("diameter_m", c.diameter_m, positive_or_auto(), "inner diameter of the cylinder");
+    v.number("height_m", c.height_m, positive_or_auto(), "inner height of the cylinder");
+    v.numbers("size_m", c.size_m, {3, 3}, positive(), "inner size of the box");
+    v.booleans("periodic", c.periodic, 3, "is the box periodic along x, y, z?");
+}
+
+[[nodiscard]] inline Container make_container(const ContainerConfig& c) {
+    Container container;
+    if (c.kind == "cylinder") {
+        if (c.diameter_m == 0.0 || c.height_m == 0.0) throw UserError("a cylinder needs diameter_m and height_m", {.where = "[container]"});
+        container.diameter_m = c.diameter_m;
+        container.height_m = c.height_m;
+        return container;
+    }
+    if (c.size_m.empty()) throw UserError("a box needs size_m", {.where = "[container]", .mend = "size_m = [x, y, z] in metres"});
+    container.kind = Container::Kind::box;
+    container.size_m = Vec3(c.size_m[0], c.size_m[1], c.size_m[2]);
+    for (std::size_t i = 0; i < 3; ++i) container.periodic[i] = c.periodic[i];
+    return container;
+}
+
+}  // namespace porepack

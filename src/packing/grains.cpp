@@ -1,0 +1,195 @@
+#include "packing/grains.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+
+namespace porepack {
+
+void unite(std::vector<Interval>& parts) {
+    std::sort(parts.begin(), parts.end(), [](const Interval& p, const Interval& q) { return p.low < q.low; });
+    std::size_t last = 0;
+    for (std::size_t i = 1; i < parts.size(); ++i) {
+        if (parts[i].low <= parts[last].high)
+            parts[last].high = std::max(parts[last].high, parts[i].high);
+        else
+            parts[++last] = parts[i];
+    }
+    if (!parts.empty()) parts.resize(last + 1);
+}
+
+Grains::Grains(const Packing& packing) : shapes_(packing.shapes) {
+    for (const auto& body : packing.bodies) {
+        shape_of_body_.push_back(body.shape);
+        orientation_.push_back(body.orientation);
+        position_.push_back(body.position_m);
+    }
+    add_images(packing);
+    sort_into_bins();
+}
+
+void Grains::add_images(const Packing& packing) {
+    const Container& container = packing.container;
+    for (std::size_t b = 0; b < packing.bodies.size(); ++b) {
+        const auto capsules = world_capsules(packing, packing.bodies[b]);
+        const Bounds own = bounds_of(capsules);
+        int count = 0;
+        std::array<std::vector<int>, 3> steps;
+        for (int axis = 0; axis < 3; ++axis) {
+            auto& list = steps[static_cast<std::size_t>(axis)];
+            list = {0};
+            if (!container.periodic[static_cast<std::size_t>(axis)]) continue;
+            const double size = container.size_m[axis];
+            for (int k = 1; own.high[axis] - k * size > 0.0; ++k) list.push_back(-k);
+            for (int k = 1; own.low[axis] + k * size < size; ++k) list.push_back(k);
+        }
+        for (const int i : steps[0])
+            for (const int j : steps[1])
+                for (const int k : steps[2]) {
+                    const Vec3 shift(i * container.size_m.x(), j * container.size_m.y(), k * container.size_m.z());
+                    Image image{.capsules = capsules, .bounds = {}, .body = b, .shift = shift, .image = count++};
+                    for (auto& capsule : image.capsules) {
+                        capsule.a += shift;
+                        capsule.b += shift;
+                    }
+                    image.bounds = bounds_of(image.capsules);
+                    images_.push_back(image);
+                }
+    }
+    for (const auto& image : images_) {
+        bounds_.low = bounds_.low.cwiseMin(image.bounds.low);
+        bounds_.high = bounds_.high.cwiseMax(image.bounds.high);
+    }
+}
+
+void Grains::sort_into_bins() {
+    if (images_.empty()) {
+        bounds_ = {Vec3::Zero(), Vec3::Zero()};
+        bins_.resize(1);
+        return;
+    }
+    double extent = 0.0;
+    for (const auto& image : images_) extent += (image.bounds.high - image.bounds.low).head<2>().maxCoeff() / static_cast<double>(images_.size());
+    const Vec3 size = bounds_.high - bounds_.low;
+    bin_size_ = std::max(extent / 4.0, size.head<2>().maxCoeff() / 512.0);
+    columns_ = 1 + static_cast<int>(size.x() / bin_size_);
+    rows_ = 1 + static_cast<int>(size.y() / bin_size_);
+    bins_.resize(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_));
+    for (std::size_t g = 0; g < images_.size(); ++g) {
+        const auto& box = images_[g].bounds;
+        const auto cell = [&](double value, double low, int count) { return std::clamp(static_cast<int>((value - low) / bin_size_), 0, count - 1); };
+        for (int j = cell(box.low.y(), bounds_.low.y(), rows_); j <= cell(box.high.y(), bounds_.low.y(), rows_); ++j)
+            for (int i = cell(box.low.x(), bounds_.low.x(), columns_); i <= cell(box.high.x(), bounds_.low.x(), columns_); ++i)
+                bins_[static_cast<std::size_t>(j) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(i)].push_back(static_cast<int>(g));
+    }
+}
+
+const std::vector<int>& Grains::near(double x, double y) const {
+    const double fi = (x - bounds_.low.x()) / bin_size_;
+    const double fj = (y - bounds_.low.y()) / bin_size_;
+    if (!(fi >= 0.0) || !(fj >= 0.0) || fi >= columns_ || fj >= rows_) return none_;
+    return bins_[static_cast<std::size_t>(fj) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(fi)];
+}
+
+void Grains::column(double x, double y, std::vector<Interval>& parts) const {
+    parts.clear();
+    thread_local std::vector<Interval> own;
+    const Vec3 origin(x, y, 0.0);
+    for (const int g : near(x, y)) {
+        const Image& image = images_[static_cast<std::size_t>(g)];
+        if (x < image.bounds.low.x() || x > image.bounds.high.x() || y < image.bounds.low.y() || y > image.bounds.high.y()) continue;
+        own.clear();
+        for (const auto& capsule : image.capsules)
+            if (const auto part = line_interval(capsule, origin, Vec3::UnitZ())) own.push_back(*part);
+        const Shape& shape = shapes_[shape_of_body_[image.body]];
+        if (!shape.cavity_points.empty() && shape.cavity == Cavity::filled && own.size() > 1) {
+            // A gap between two parts of one grain lies in an enclosed void as a whole or not at all.
+            unite(own);
+            for (std::size_t i = 1; i < own.size(); ++i) {
+                const Vec3 middle(x, y, 0.5 * (own[i - 1].high + own[i].low));
+                if (in_cavity(shape, orientation_[image.body].conjugate() * (middle - image.shift - position_[image.body]))) own[i].low = own[i - 1].high;
+            }
+        }
+        parts.insert(parts.end(), own.begin(), own.end());
+    }
+    unite(parts);
+}
+
+double Grains::distance(const Vec3& point, double cap) const {
+    double least = cap;
+    const int reach = 1 + static_cast<int>(cap / bin_size_);
+    for (int dj = -reach; dj <= reach; ++dj)
+        for (int di = -reach; di <= reach; ++di)
+            for (const int g : near(point.x() + di * bin_size_, point.y() + dj * bin_size_)) {
+                const Image& image = images_[static_cast<std::size_t>(g)];
+                if (((image.bounds.low - point).array() > least).any() || ((point - image.bounds.high).array() > least).any()) continue;
+                least = std::min(least, signed_distance(image.capsules, point));
+            }
+    return least;
+}
+
+Section choose_section(const Container& container, const SectionChoice& choice, double bed_top_m, double grain_span_m) {
+    if (choice.section_m.size() == 2) {
+        const Section section{choice.section_m[0], choice.section_m[1]};
+        if (section.length() <= 0.0 || section.z0 < 0.0 || section.z1 > container.height() * (1.0 + 1e-9))
+            throw UserError(fmt::format("the section from {:g} to {:g} m is not possible", section.z0, section.z1),
+                            {.allowed = fmt::format("0 <= z0 < z1 <= {:g} m (the container's height); the bed is {:g} m high", container.height(), bed_top_m)});
+        return section;
+    }
+    if (container.periodic[2]) return {0.0, container.size_m.z()};
+    const double trim = choice.trim_m > 0.0 ? choice.trim_m : std::min(0.03, grain_span_m);
+    if (bed_top_m - 2.0 * trim <= 0.0)
+        throw UserError(fmt::format("nothing is left of the bed: it is {:.4g} m high, and {:.4g} m are trimmed at both ends", bed_top_m, trim),
+                        {.mend = "pour more grains, or set the section or the trim (--section z0,z1 or trim_m)"});
+    return {trim, bed_top_m - trim};
+}
+
+namespace {
+
+struct LatticeSum {
+    double solid = 0.0;
+    long lines = 0;
+};
+
+LatticeSum sum_on_lattice(const Solid& solid, const Container& container, const Section& section, double spacing, double shift) {
+    const Vec3 low = container.low();
+    const Vec3 high = container.high();
+    const int nx = static_cast<int>(std::ceil((high.x() - low.x()) / spacing));
+    const int ny = static_cast<int>(std::ceil((high.y() - low.y()) / spacing));
+    const double hx = (high.x() - low.x()) / nx;
+    const double hy = (high.y() - low.y()) / ny;
+    double sum = 0.0;
+    long lines = 0;
+#pragma omp parallel for schedule(dynamic, 8) reduction(+ : lines) reduction(+ : sum)
+    for (int j = 0; j < ny; ++j) {
+        std::vector<Interval> parts;
+        for (int i = 0; i < nx; ++i) {
+            const double x = low.x() + (i + shift) * hx;
+            const double y = low.y() + (j + shift) * hy;
+            if (!container.contains_column(x, y)) continue;
+            ++lines;
+            solid.column(x, y, parts);
+            for (const auto& part : parts) sum += std::max(0.0, std::min(part.high, section.z1) - std::max(part.low, section.z0));
+        }
+    }
+    return {sum, lines};
+}
+
+}  // namespace
+
+Porosity porosity(const Solid& solid, const Container& container, const Section& section, long lines) {
+    const double spacing = std::sqrt(2.0 * container.inner_area_m2() / static_cast<double>(lines));
+    double values[2];
+    long used = 0;
+    for (int lattice = 0; lattice < 2; ++lattice) {
+        const LatticeSum sum = sum_on_lattice(solid, container, section, spacing, 0.25 + 0.5 * lattice);
+        values[lattice] = 1.0 - sum.solid / (static_cast<double>(sum.lines) * section.length());
+        used += sum.lines;
+    }
+    return {.value = 0.5 * (values[0] + values[1]), .uncertainty = 0.5 * std::abs(values[0] - values[1]), .line_spacing_m = spacing, .lines = used};
+}
+
+}  // namespace porepack

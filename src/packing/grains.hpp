@@ -1,0 +1,81 @@
+// The solid of a packing, asked along vertical lines: exact, and all that porosity, voxels and slices need.
+#pragma once
+
+#include "packing/packing.hpp"
+
+namespace porepack {
+
+/// A solid that can be cut by vertical lines. Grains and closed triangle surfaces are such solids.
+class Solid {
+public:
+    virtual ~Solid() = default;
+    /// The parts of the vertical line at (x, y) inside the solid: sorted, disjoint; `parts` is overwritten.
+    virtual void column(double x, double y, std::vector<Interval>& parts) const = 0;
+    /// Lowest and highest point.
+    [[nodiscard]] virtual Bounds bounds() const = 0;
+};
+
+/// Sorts and joins overlapping intervals in place.
+void unite(std::vector<Interval>& parts);
+
+/// The grains with their periodic images, sorted into bins by (x, y).
+class Grains : public Solid {
+public:
+    explicit Grains(const Packing& packing);
+    void column(double x, double y, std::vector<Interval>& parts) const override;
+    [[nodiscard]] Bounds bounds() const override { return bounds_; }
+
+    struct Image {
+        std::vector<Capsule> capsules;
+        Bounds bounds;
+        std::size_t body;
+        Vec3 shift;  ///< 0 for the body itself
+        int image;   ///< 0 for the body itself
+    };
+    [[nodiscard]] const std::vector<Image>& images() const { return images_; }
+    /// Distance to the nearest grain (capped at `cap`), negative inside; looks only at grains near the point.
+    [[nodiscard]] double distance(const Vec3& point, double cap) const;
+    /// Indices of the images whose bounds may hold the column at (x, y), or come within the bins around it.
+    [[nodiscard]] const std::vector<int>& near(double x, double y) const;
+
+private:
+    void add_images(const Packing& packing);
+    void sort_into_bins();
+
+    const std::vector<Shape> shapes_;
+    std::vector<std::size_t> shape_of_body_;
+    std::vector<Quaternion> orientation_;
+    std::vector<Vec3> position_;
+    std::vector<Image> images_;
+    Bounds bounds_;
+    double bin_size_ = 1.0;
+    int columns_ = 1, rows_ = 1;
+    std::vector<std::vector<int>> bins_;
+    std::vector<int> none_;
+};
+
+/// The part of the bed that is evaluated, between two horizontal planes.
+struct Section {
+    double z0 = 0.0;
+    double z1 = 0.0;
+    [[nodiscard]] double length() const { return z1 - z0; }
+};
+
+struct SectionChoice {
+    std::vector<double> section_m;  ///< z0, z1; empty: chosen from the bed
+    double trim_m = 0.0;            ///< 0: the smaller of 30 mm and one grain's span
+};
+/// The default is the bed (floor to highest point) less the trim at both ends; a periodic container is taken whole.
+/// Throws UserError with the bed's height when nothing is left.
+[[nodiscard]] Section choose_section(const Container& container, const SectionChoice& choice, double bed_top_m, double grain_span_m);
+
+struct Porosity {
+    double value = 0.0;
+    double uncertainty = 0.0;  ///< half the difference between two shifted lattices of lines
+    double line_spacing_m = 0.0;
+    long lines = 0;
+};
+/// Pore volume / inner container volume of the section, from exact intervals on about `lines` vertical lines.
+[[nodiscard]] Porosity porosity(const Solid& solid, const Container& container, const Section& section, long lines = 60000);
+
+}  // namespace porepack

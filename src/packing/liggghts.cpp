@@ -1,0 +1,396 @@
+#include "packing/liggghts.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <numbers>
+#include <random>
+#include <sstream>
+
+#include "core/error.hpp"
+#include "core/log.hpp"
+#include "core/process.hpp"
+
+namespace porepack {
+namespace {
+
+// The standard library's distributions differ between implementations; these do not.
+class Random {
+public:
+    explicit Random(long seed) : engine_(static_cast<std::uint64_t>(seed)) {}
+    double uniform(double low, double high) { return low + (high - low) * static_cast<double>(engine_() >> 11) * 0x1p-53; }
+    // Uniform over all rotations (Shoemake 1992).
+    Quaternion rotation() {
+        const double u = uniform(0, 1), v = 2.0 * std::numbers::pi * uniform(0, 1), w = 2.0 * std::numbers::pi * uniform(0, 1);
+        return {std::sqrt(1 - u) * std::sin(v), std::sqrt(1 - u) * std::cos(v), std::sqrt(u) * std::sin(w), std::sqrt(u) * std::cos(w)};
+    }
+
+private:
+    std::mt19937_64 engine_;
+};
+
+// The grain as LIGGGHTS sees it: clump about the centre of mass, axes along the principal ones, so that the body frame
+// that LIGGGHTS finds is this frame.
+struct ClumpBody {
+    std::vector<Capsule> spheres;
+    double mass = 0.0;
+    Vec3 inertia = Vec3::Zero();
+    Vec3 centre = Vec3::Zero();                   // in the shape's frame
+    Quaternion turn = Quaternion::Identity();     // from the principal frame to the shape's frame
+};
+
+ClumpBody clump_body(const Shape& shape, const PackingConfig& config) {
+    const ShapeMeasures measures = measure(shape);
+    ClumpBody body;
+    body.mass = config.density_kg_per_m3 * measures.volume_m3;
+    body.centre = measures.centre_of_mass_m;
+    const Eigen::Matrix3d& tensor = measures.inertia_per_density_m5;
+    const Eigen::Matrix3d off = tensor - Eigen::Matrix3d(tensor.diagonal().asDiagonal());
+    Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
+    if (off.norm() > 1e-5 * tensor.norm()) {
+        axes = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(tensor).eigenvectors();
+        if (axes.determinant() < 0.0) axes.col(2) *= -1.0;
+    }
+    body.turn = Quaternion(axes);
+    body.inertia = config.density_kg_per_m3 * (axes.transpose() * tensor * axes).diagonal();
+    for (auto sphere : sphere_clump(shape, config.surface_tolerance * smallest_diameter(shape))) {
+        sphere.a = sphere.b = axes.transpose() * (sphere.a - body.centre);
+        body.spheres.push_back(sphere);
+    }
+    return body;
+}
+
+double contact_time(double mass, const PackingConfig& config) {
+    const double kn = config.normal_stiffness_N_per_m / 2.0;
+    return std::numbers::pi / std::sqrt(kn / (mass / 2.0) * (1.0 - config.normal_damping * config.normal_damping));
+}
+
+// A grain about to be created: its origin, orientation and velocity.
+struct Newcomer {
+    Vec3 position;
+    Quaternion orientation;
+    double vx, vy;
+};
+
+// Poses of one batch: random in a slab at the drop height, clear of the walls and of each other. As many as fit.
+std::vector<Newcomer> make_batch(const Shape& shape, const Container& container, const PackingConfig& config, double drop_height, long count, Random& random) {
+    constexpr int tries = 300;
+    const double slab = span(shape);
+    const double clearance = 0.02 * smallest_diameter(shape);
+    std::vector<Newcomer> batch;
+    std::vector<std::vector<Capsule>> placed;
+    const auto fits = [&](const std::vector<Capsule>& grain) {
+        for (const auto& capsule : grain)
+            for (const Vec3& end : {capsule.a, capsule.b})
+                if (container.wall_distance(end) < capsule.radius + clearance) return false;
+        for (const auto& other : placed)
+            for (const auto& p : other)
+                for (const auto& q : grain)
+                    if (gap(p, q) < clearance) return false;
+        return true;
+    };
+    for (long n = 0; n < count; ++n)
+        for (int t = 0; t < tries; ++t) {
+            const Vec3 low = container.low(), high = container.high();
+            Newcomer grain{};
+            grain.position = Vec3(random.uniform(low.x(), high.x()), random.uniform(low.y(), high.y()), drop_height + random.uniform(0.0, slab) - slab / 2.0);
+            grain.orientation = random.rotation();
+            std::vector<Capsule> capsules;
+            for (const auto& capsule : shape.capsules) capsules.push_back(moved(capsule, grain.position, grain.orientation));
+            if (!fits(capsules)) continue;
+            grain.vx = random.uniform(-config.horizontal_speed_m_per_s, config.horizontal_speed_m_per_s);
+            grain.vy = random.uniform(-config.horizontal_speed_m_per_s, config.horizontal_speed_m_per_s);
+            batch.push_back(grain);
+            placed.push_back(capsules);
+            break;
+        }
+    return batch;
+}
+
+void write_batch(const Path& file, const std::vector<Newcomer>& batch, const ClumpBody& body) {
+    std::string text = "# Creates one batch, each grain at its own pose.\n";
+    const double h = 1e-9;
+    for (std::size_t g = 0; g < batch.size(); ++g) {
+        const Vec3 x = batch[g].position + batch[g].orientation * body.centre;
+        const Quaternion q = batch[g].orientation * body.turn;
+        text += fmt::format("region at{0} block {1:.17g} {2:.17g} {3:.17g} {4:.17g} {5:.17g} {6:.17g} units box volume_limit 1e-40\n", g, x.x() - h, x.x() + h, x.y() - h,
+                            x.y() + h, x.z() - h, x.z() + h);
+        text += fmt::format("fix new{0} all insert/pack seed 32452843 distributiontemplate grains insert_every once verbose no overlapcheck no all_in no &\n"
+                            "    orientation constant {1:.17g} {2:.17g} {3:.17g} {4:.17g} vel constant {5:.17g} {6:.17g} 0.0 region at{0} particles_in_region 1 ntry_mc 1000\n",
+                            g, q.w(), q.x(), q.y(), q.z(), batch[g].vx, batch[g].vy);
+    }
+    text += "run 1\n";
+    for (std::size_t g = 0; g < batch.size(); ++g) text += fmt::format("unfix new{0}\nregion at{0} delete\n", g);
+    write_text(file, text);
+}
+
+struct Run {
+    const Shape& shape;
+    const Container& container;
+    const PackingConfig& config;
+    PourPlan plan;
+    ClumpBody body;
+    Path folder;
+    std::vector<long> batch_sizes;
+};
+
+void write_batches(Run& run) {
+    Random random(run.config.seed);
+    for (long left = run.plan.most_grains; left > 0;) {
+        const auto batch = make_batch(run.shape, run.container, run.config, run.plan.drop_height_m, std::min(left, run.config.batch_grains), random);
+        if (batch.empty()) throw UserError("no grain fits into the container at the drop height", {.mend = "take a wider container or smaller grains"});
+        run.batch_sizes.push_back(static_cast<long>(batch.size()));
+        left -= run.batch_sizes.back();
+        write_batch(run.folder / fmt::format("batch_{}.in", run.batch_sizes.size()), batch, run.body);
+    }
+}
+
+void write_parameters(const Run& run) {
+    const auto& c = run.config;
+    const double kn = c.normal_stiffness_N_per_m / 2.0, kt = c.tangential_stiffness_N_per_m / 2.0, m = run.body.mass;
+    const auto gamma = [](double eta, double k, double effective_mass) { return 2.0 * eta * std::sqrt(k / effective_mass); };
+    const double d = smallest_diameter(run.shape);
+    const double margin = d;
+    const Vec3 low = run.container.low(), high = run.container.high();
+    const double dt = run.plan.time_step_s;
+    const double limit = c.rest_energy_fraction * m * c.gravity_m_per_s2 * d / static_cast<double>(run.body.spheres.size());
+    constexpr long part = 5000;
+    std::string text = "# Written by porepack; SI units. The law is Eq. 9: spring s_n/2, dashpot 2 eta sqrt((s_n/2)/m_ij) a mass m_ij.\n";
+    const auto number = [&](const char* name, double value) { text += fmt::format("variable {} equal {:.17g}\n", name, value); };
+    const auto whole = [&](const char* name, long value) { text += fmt::format("variable {} equal {}\n", name, value); };
+    text += fmt::format("variable container string {}\n", run.container.kind == Container::Kind::cylinder ? "cylinder" : "box");
+    number("radius", run.container.diameter_m / 2.0);
+    number("size_x", run.container.size_m.x());
+    number("size_y", run.container.size_m.y());
+    number("x_low", low.x() - margin);
+    number("x_high", high.x() + margin);
+    number("y_low", low.y() - margin);
+    number("y_high", high.y() + margin);
+    number("z_low", -margin);
+    number("z_high", std::max(high.z(), run.plan.drop_height_m + span(run.shape)) + 4.0 * margin);
+    number("neighbour_skin", d);
+    number("kn", kn);
+    number("kt", kt);
+    number("gamman_grain", gamma(c.normal_damping, kn, m / 2.0));
+    number("gamman_wall", gamma(c.normal_damping, kn, m));
+    number("gammat_grain", gamma(c.tangential_damping, kt, m / 2.0));
+    number("gammat_wall", gamma(c.tangential_damping, kt, m));
+    number("friction_grain", c.friction);
+    number("friction_wall", c.wall_friction);
+    number("time_step", dt);
+    number("gravity", c.gravity_m_per_s2);
+    number("density", c.density_kg_per_m3);
+    whole("clump_spheres", static_cast<long>(run.body.spheres.size()));
+    number("grain_mass", m);
+    number("inertia_xx", run.body.inertia.x());
+    number("inertia_yy", run.body.inertia.y());
+    number("inertia_zz", run.body.inertia.z());
+    whole("batches", static_cast<long>(run.batch_sizes.size()));
+    whole("loop_end", static_cast<long>(run.batch_sizes.size()) + 2);
+    whole("steps_between_batches", std::max(1L, std::lround(c.batch_interval_s / dt)));
+    whole("steps_per_line", 2000);
+    whole("steps_per_part", part);
+    whole("settle_parts", std::max(1L, static_cast<long>(std::ceil(c.settle_time_s / dt / part))));
+    number("fill_height", c.grains > 0 ? 1e30 : run.plan.fill_height_m - d / 2.0);
+    number("energy_limit_per_sphere", limit);
+    write_text(run.folder / "parameters.in", text);
+
+    std::string clump;
+    for (const auto& sphere : run.body.spheres) clump += fmt::format("{:.17g} {:.17g} {:.17g} {:.17g}\n", sphere.a.x(), sphere.a.y(), sphere.a.z(), sphere.radius);
+    write_text(run.folder / "grain.clump", clump);
+}
+
+// The last thermo line of a growing log: step, spheres, energies, height of the bed.
+std::optional<std::array<double, 5>> last_state(const Path& log) {
+    std::istringstream lines(tail(log, 3));
+    std::optional<std::array<double, 5>> state;
+    for (std::string line; std::getline(lines, line);) {
+        std::istringstream numbers(line.substr(std::min<std::size_t>(4, line.size())));
+        std::array<double, 5> values{};
+        bool all = true;
+        for (double& value : values) all = all && static_cast<bool>(numbers >> value);
+        if (all) state = values;
+    }
+    return state;
+}
+
+struct LogEnd {
+    long poured = 0, step = 0, spheres = 0;
+    double energy = 0.0, limit = 0.0;
+    bool done = false;
+};
+
+LogEnd read_log_end(const Path& log) {
+    LogEnd end;
+    std::ifstream in(log);
+    for (std::string line; std::getline(in, line);) {
+        if (std::sscanf(line.c_str(), "POREPACK poured %ld", &end.poured) == 1) continue;
+        end.done = end.done || std::sscanf(line.c_str(), "POREPACK done step %ld spheres %ld energy %lf limit %lf", &end.step, &end.spheres, &end.energy, &end.limit) == 4;
+    }
+    return end;
+}
+
+// Rows of a LIGGGHTS dump of `columns` numbers behind "ITEM: ENTRIES" or "ITEM: ATOMS".
+std::vector<std::vector<double>> read_dump(const Path& file, std::size_t columns) {
+    std::ifstream in(file);
+    std::vector<std::vector<double>> rows;
+    bool inside = false;
+    for (std::string line; std::getline(in, line);) {
+        if (line.starts_with("ITEM:")) {
+            inside = line.starts_with("ITEM: ENTRIES") || line.starts_with("ITEM: ATOMS");
+            if (inside) rows.clear();
+            continue;
+        }
+        if (!inside) continue;
+        std::istringstream numbers(line);
+        std::vector<double> row(columns);
+        for (double& value : row) numbers >> value;
+        if (!numbers) throw EngineError("LIGGGHTS wrote a line that is no row of numbers: " + line, {.where = file.string()});
+        rows.push_back(row);
+    }
+    std::sort(rows.begin(), rows.end());
+    return rows;
+}
+
+// Predicts every clump sphere from the poses and compares with where LIGGGHTS has it.
+double pose_error(const Run& run, const Packing& packing, const std::vector<std::vector<double>>& spheres) {
+    std::vector<Vec3> real;
+    for (const auto& row : spheres) real.emplace_back(row[1], row[2], row[3]);
+    const auto by_z = [](const Vec3& p, const Vec3& q) { return p.z() < q.z(); };
+    std::sort(real.begin(), real.end(), by_z);
+    double worst = 0.0;
+    for (const auto& body : packing.bodies)
+        for (const auto& sphere : run.body.spheres) {
+            const Vec3 there = body.position_m + body.orientation * (run.body.centre + run.body.turn * sphere.a);
+            double least = 1e300;
+            auto at = std::lower_bound(real.begin(), real.end(), there, by_z);
+            for (auto up = at; up != real.end() && up->z() - there.z() < least; ++up) least = std::min(least, (*up - there).norm());
+            for (auto down = at; down != real.begin() && there.z() - std::prev(down)->z() < least; --down) least = std::min(least, (*std::prev(down) - there).norm());
+            worst = std::max(worst, least);
+        }
+    return worst;
+}
+
+[[noreturn]] void fail_with_log(const std::string& what, const Path& log, const std::string& mend = {}) {
+    throw EngineError(what + "\n" + tail(log, 12), {.where = log.string(), .mend = mend});
+}
+
+Packing read_packing_back(const Run& run, long expected_grains, const Path& log) {
+    Packing packing{.container = run.container, .shapes = {run.shape}, .bodies = {}};
+    const auto bodies = read_dump(run.folder / "final.bodies", 8);
+    if (static_cast<long>(bodies.size()) != expected_grains)
+        fail_with_log(fmt::format("LIGGGHTS lost grains: {} were poured, {} are left", expected_grains, bodies.size()), log,
+                      "raise the container or lower drop_height_m, horizontal_speed_m_per_s or time_step_s");
+    for (const auto& row : bodies) {
+        Body body;
+        const Quaternion q(row[4], row[5], row[6], row[7]);
+        body.orientation = (q * run.body.turn.conjugate()).normalized();
+        body.position_m = Vec3(row[1], row[2], row[3]) - body.orientation * run.body.centre;
+        packing.bodies.push_back(body);
+    }
+    return packing;
+}
+
+std::vector<std::string> command_for(long processes) {
+    std::vector<std::string> command = {"stdbuf", "-oL"};
+    if (processes > 1) command.insert(command.end(), {"mpirun", "--oversubscribe", "-np", std::to_string(processes)});
+    command.insert(command.end(), {"liggghts", "-in", "pour.in"});
+    return command;
+}
+
+void run_liggghts(const Run& run, const Path& log) {
+    Progress progress("pour (LIGGGHTS)");
+    const double steps_a_batch = std::max(1.0, run.config.batch_interval_s / run.plan.time_step_s);
+    const double steps = steps_a_batch * static_cast<double>(run.batch_sizes.size()) + 1.0 / run.plan.time_step_s;
+    const Program program{.command = command_for(run.config.processes),
+                          .folder = run.folder,
+                          .log = log,
+                          .environment = {{"OMPI_ALLOW_RUN_AS_ROOT", "1"}, {"OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"}, {"OMP_NUM_THREADS", "1"}},
+                          .while_running = [&] {
+                              if (const auto state = last_state(log))
+                                  progress.update((*state)[0] / steps, fmt::format("step {:.0f}, {:.0f} grains, bed {:.3f} m", (*state)[0],
+                                                                                   (*state)[1] / static_cast<double>(run.body.spheres.size()), (*state)[4]));
+                          }};
+    const ProgramEnd end = run_program(program);
+    if (end.exit_code != 0) fail_with_log(fmt::format("LIGGGHTS failed with exit code {}", end.exit_code), log);
+}
+
+}  // namespace
+
+PourPlan plan_pour(const Shape& shape, const Container& container, const PackingConfig& config) {
+    if (container.any_periodic()) throw UserError("LIGGGHTS pours into a container with walls, this one is periodic", {.mend = "give a packing.json with engine = \"none\", or a container with walls"});
+    const double d = smallest_diameter(shape);
+    const double extent = span(shape);
+    const Vec3 inner = container.high() - container.low();
+    if (extent > std::min(inner.x(), inner.y()) || 2.0 * extent > container.height())
+        throw UserError(fmt::format("the grain is too large for the container: it spans {:.4g} m, the container is {:.4g} m wide and {:.4g} m high", extent, std::min(inner.x(), inner.y()), container.height()),
+                        {.allowed = "a container wider than one grain's span and higher than two", .mend = "check the units (metres), take a larger container or smaller grains"});
+    PourPlan plan;
+    const ShapeMeasures measures = measure(shape, 128);
+    plan.grain_mass_kg = config.density_kg_per_m3 * measures.volume_m3;
+    const double static_overlap = plan.grain_mass_kg * config.gravity_m_per_s2 / (config.normal_stiffness_N_per_m / 2.0) / d;
+    if (static_overlap > 0.01)
+        throw UserError(fmt::format("the contacts are too soft: one grain's weight presses a contact in by {:.2g} of its diameter", static_overlap),
+                        {.allowed = "1 % of the diameter", .mend = fmt::format("set normal_stiffness_N_per_m to {:.2g} or more, tangential_stiffness_N_per_m to half of it", config.normal_stiffness_N_per_m * static_overlap / 0.001)});
+    plan.contact_time_s = contact_time(plan.grain_mass_kg, config);
+    plan.time_step_s = config.time_step_s > 0.0 ? config.time_step_s : plan.contact_time_s / 45.0;
+    if (plan.time_step_s > plan.contact_time_s / 30.0)
+        throw UserError(fmt::format("the time step {:.3g} s is too long: a contact lasts {:.3g} s", plan.time_step_s, plan.contact_time_s),
+                        {.allowed = fmt::format("up to {:.3g} s (1/30 of the contact; longer steps never come to rest or lose grains)", plan.contact_time_s / 30.0)});
+    plan.fill_height_m = config.fill_height_m > 0.0 ? config.fill_height_m : container.height() / 2.0;
+    plan.drop_height_m = config.drop_height_m > 0.0 ? config.drop_height_m : container.height() - extent;
+    if (config.grains == 0 && plan.fill_height_m > plan.drop_height_m - extent)
+        throw UserError(fmt::format("the bed would reach the place where grains are created: fill height {:.4g} m, drop height {:.4g} m", plan.fill_height_m, plan.drop_height_m),
+                        {.allowed = fmt::format("a fill height up to {:.4g} m", plan.drop_height_m - extent), .mend = "take a higher container or a lower fill_height_m"});
+    const double densest = 0.75 * container.inner_area_m2() * plan.fill_height_m / measures.volume_m3;
+    plan.most_grains = config.grains > 0 ? config.grains : std::max(1L, static_cast<long>(densest));
+    plan.clump_spheres = static_cast<long>(sphere_clump(shape, config.surface_tolerance * d).size());
+    // From measurements: 0.4 us a sphere and step, on average half of the grains present, about four a batch.
+    const double grains = config.grains > 0 ? static_cast<double>(config.grains) : densest / 1.8;
+    const double steps = (grains / 4.0 * config.batch_interval_s + 0.6) / plan.time_step_s;
+    plan.expected_wall_time_s = 0.4e-6 * 0.6 * grains * static_cast<double>(plan.clump_spheres) * steps / static_cast<double>(config.processes);
+    plan.expected_memory_bytes = 60e6 + 4000.0 * static_cast<double>(plan.most_grains * plan.clump_spheres);
+    return plan;
+}
+
+PourResult pour_with_liggghts(const Shape& shape, const Container& container, const PackingConfig& config, const Path& templates, const Path& folder) {
+    Run run{shape, container, config, plan_pour(shape, container, config), clump_body(shape, config), folder, {}};
+    require_program("liggghts", "liggghts");
+    if (config.processes > 1) require_program("mpirun", "openmpi-bin");
+    make_folder(folder);
+    for (const char* name : {"pour.in", "walls_cylinder.in", "walls_box.in"})
+        std::filesystem::copy_file(templates / name, folder / name, std::filesystem::copy_options::overwrite_existing);
+    write_batches(run);
+    write_parameters(run);
+
+    PourResult result;
+    for (const auto& word : command_for(config.processes)) result.command += (result.command.empty() ? "" : " ") + word;
+    log_info("pour: at most {} grains of {} spheres, time step {:.2e} s; by hand: cd {} && {}", run.plan.most_grains, run.body.spheres.size(), run.plan.time_step_s, folder.string(), result.command);
+    const Path log = folder / "log.liggghts.screen";
+    const Stopwatch watch;
+    run_liggghts(run, log);
+    result.wall_time_s = watch.seconds();
+
+    const LogEnd end = read_log_end(log);
+    if (!end.done) fail_with_log("LIGGGHTS ended with exit code 0, but before the end of its script", log);
+    for (long b = 0; b < end.poured; ++b) result.grains += run.batch_sizes[static_cast<std::size_t>(b)];
+    if (end.spheres != result.grains * static_cast<long>(run.body.spheres.size()))
+        fail_with_log(fmt::format("LIGGGHTS lost grains: {} spheres are left of {}", end.spheres, result.grains * static_cast<long>(run.body.spheres.size())), log,
+                      "raise the container or lower drop_height_m, horizontal_speed_m_per_s or time_step_s");
+    result.packing = read_packing_back(run, result.grains, log);
+    result.batches = end.poured;
+    result.steps = end.step;
+    result.kinetic_energy_per_grain_J = end.energy / static_cast<double>(result.grains);
+    result.rest_limit_J = end.limit / static_cast<double>(result.grains);
+    if (!(result.kinetic_energy_per_grain_J <= result.rest_limit_J))
+        throw NumericalError(fmt::format("the grains are not at rest after {:g} s: kinetic energy {:.3g} J a grain, limit {:.3g} J", config.settle_time_s, result.kinetic_energy_per_grain_J, result.rest_limit_J),
+                             {.where = log.string(), .mend = "raise settle_time_s, or shorten time_step_s"});
+    result.pose_error_m = pose_error(run, result.packing, read_dump(folder / "final.spheres", 5));
+    if (result.pose_error_m > 1e-6 * smallest_diameter(shape))
+        throw EngineError(fmt::format("the poses read back do not give the clump's spheres: off by {:.3g} m", result.pose_error_m), {.where = (folder / "final.bodies").string()});
+    return result;
+}
+
+}  // namespace porepack

@@ -1,0 +1,187 @@
+#include "packing/packing.hpp"
+
+#include <fmt/format.h>
+#include <zlib.h>
+
+#include <cmath>
+
+#include "core/error.hpp"
+#include "packing/grains.hpp"
+
+namespace porepack {
+namespace {
+
+std::string read_maybe_compressed(const Path& path) {
+    if (path.extension() != ".gz") return read_text(path);
+    (void)read_text(path);  // the plain reader's messages for a missing file or a folder
+    gzFile file = gzopen(path.c_str(), "rb");
+    std::string text;
+    std::vector<char> buffer(1 << 16);
+    int count = 0;
+    while ((count = gzread(file, buffer.data(), static_cast<unsigned>(buffer.size()))) > 0) text.append(buffer.data(), static_cast<std::size_t>(count));
+    const bool good = count == 0 && gzeof(file) == 1;
+    gzclose(file);
+    if (!good) throw UserError("cannot unpack " + path.string(), {.mend = "the file is damaged or cut: copy it again"});
+    return text;
+}
+
+// Reads members with messages that name the file and the place in it.
+struct Place {
+    const Json& json;
+    std::string path;
+
+    [[nodiscard]] Place at(const char* key) const {
+        if (!json.is_object() || !json.contains(key)) throw UserError(fmt::format("`{}` is missing", key), {.where = path});
+        return {json[key], path + "/" + key};
+    }
+    [[nodiscard]] Place at(std::size_t i) const { return {json[i], fmt::format("{}[{}]", path, i)}; }
+    [[nodiscard]] const Json& list(std::size_t size = 0) const {
+        if (!json.is_array() || (size > 0 && json.size() != size))
+            throw UserError("is not a list" + (size > 0 ? fmt::format(" of {} numbers", size) : std::string()), {.where = path});
+        return json;
+    }
+    [[nodiscard]] double number() const {
+        if (!json.is_number() || !std::isfinite(json.get<double>())) throw UserError("is not a finite number", {.where = path});
+        return json.get<double>();
+    }
+    [[nodiscard]] std::string text() const {
+        if (!json.is_string()) throw UserError("is not text", {.where = path});
+        return json.get<std::string>();
+    }
+    [[nodiscard]] Vec3 vector() const {
+        (void)list(3);
+        return {at(std::size_t{0}).number(), at(std::size_t{1}).number(), at(std::size_t{2}).number()};
+    }
+};
+
+Shape shape_from(const Place& place) {
+    Shape shape;
+    shape.id = place.at("id").text();
+    const std::string cavity = place.json.contains("cavity") ? place.at("cavity").text() : "filled";
+    if (cavity != "filled" && cavity != "open") throw UserError("no such cavity convention: " + cavity, {.where = place.path, .allowed = "filled, open"});
+    shape.cavity = cavity == "filled" ? Cavity::filled : Cavity::open;
+    const Place capsules = place.at("capsules");
+    for (std::size_t i = 0; i < capsules.list().size(); ++i) {
+        const Place entry = capsules.at(i);
+        shape.capsules.push_back({entry.at("a_m").vector(), entry.at("b_m").vector(), entry.at("radius_m").number()});
+    }
+    validate(shape);
+    if (shape.cavity == Cavity::filled) find_cavities(shape);
+    return shape;
+}
+
+Body body_from(const Place& place, const std::vector<Shape>& shapes) {
+    Body body;
+    const std::string id = place.at("shape").text();
+    body.shape = shapes.size();
+    for (std::size_t i = 0; i < shapes.size(); ++i)
+        if (shapes[i].id == id) body.shape = i;
+    if (body.shape == shapes.size()) throw UserError("no such shape in this file: " + id, {.where = place.path});
+    body.position_m = place.at("position_m").vector();
+    const Place q = place.at("orientation");
+    (void)q.list(4);
+    body.orientation = Quaternion(q.at(std::size_t{0}).number(), q.at(std::size_t{1}).number(), q.at(std::size_t{2}).number(), q.at(std::size_t{3}).number());
+    if (std::abs(body.orientation.norm() - 1.0) > 1e-6)
+        throw UserError(fmt::format("the orientation is no unit quaternion: its norm is {:g}", body.orientation.norm()), {.where = place.path, .allowed = "[w, x, y, z] of norm 1"});
+    body.orientation.normalize();
+    return body;
+}
+
+void require_plausible(const Packing& packing, const Path& path) {
+    const Vec3 size = packing.container.high() - packing.container.low();
+    for (const auto& shape : packing.shapes)
+        if (span(shape) > 1.001 * size.norm())
+            throw UserError(fmt::format("a grain is larger than the container: `{}` spans {:g} m, the container's diagonal is {:g} m", shape.id, span(shape), size.norm()),
+                            {.where = path.string(), .mend = "check the units: all lengths are metres"});
+    for (std::size_t i = 0; i < packing.bodies.size(); ++i) {
+        const Vec3& at = packing.bodies[i].position_m;
+        const Vec3 slack = Vec3::Constant(0.05 * size.maxCoeff() + span(packing.shapes[packing.bodies[i].shape]));
+        if (((at - packing.container.low() + slack).array() < 0.0).any() || ((packing.container.high() + slack - at).array() < 0.0).any())
+            throw UserError(fmt::format("body {} lies outside the container: at ({:g}, {:g}, {:g}) m", i, at.x(), at.y(), at.z()),
+                            {.where = path.string(), .mend = "check the units (metres) and the frame: cylinder axis x = y = 0, box corner at the origin, floor z = 0"});
+    }
+}
+
+Json vector_json(const Vec3& v) {
+    return {v.x(), v.y(), v.z()};
+}
+
+}  // namespace
+
+Packing read_packing(const Path& path) {
+    const std::string text = read_maybe_compressed(path);
+    if (text.empty()) throw UserError("the file is empty: " + path.string());
+    Json json;
+    try {
+        json = Json::parse(text);
+    } catch (const nlohmann::json::parse_error& fault) {
+        throw UserError("not valid JSON: " + path.string(), {.where = fmt::format("byte {}", fault.byte), .mend = "the file may be cut: write it again"});
+    }
+    const Place root{json, path.string()};
+    if (root.at("format").text() != "porepack-packing") throw UserError("not a packing file: " + path.string(), {.allowed = "\"format\": \"porepack-packing\""});
+    if (root.at("version").number() != 1.0)
+        throw UserError(fmt::format("packing file of version {:g}", root.at("version").number()), {.where = path.string(), .allowed = "version 1"});
+    Packing packing;
+    packing.container = container_from_json(root.at("container").json, path.string() + "/container");
+    const Place shapes = root.at("shapes");
+    for (std::size_t i = 0; i < shapes.list().size(); ++i) packing.shapes.push_back(shape_from(shapes.at(i)));
+    const Place bodies = root.at("bodies");
+    for (std::size_t i = 0; i < bodies.list().size(); ++i) packing.bodies.push_back(body_from(bodies.at(i), packing.shapes));
+    require_plausible(packing, path);
+    return packing;
+}
+
+void write_packing(const Path& path, const Packing& packing) {
+    Json json = {{"format", "porepack-packing"}, {"version", 1}, {"container", to_json(packing.container)}, {"shapes", Json::array()}, {"bodies", Json::array()}};
+    for (const auto& shape : packing.shapes) {
+        Json entry = {{"id", shape.id}, {"cavity", shape.cavity == Cavity::filled ? "filled" : "open"}, {"capsules", Json::array()}};
+        for (const auto& capsule : shape.capsules)
+            entry["capsules"].push_back({{"a_m", vector_json(capsule.a)}, {"b_m", vector_json(capsule.b)}, {"radius_m", capsule.radius}});
+        json["shapes"].push_back(entry);
+    }
+    for (const auto& body : packing.bodies) {
+        const auto& q = body.orientation;
+        json["bodies"].push_back({{"shape", packing.shapes[body.shape].id}, {"position_m", vector_json(body.position_m)}, {"orientation", {q.w(), q.x(), q.y(), q.z()}}});
+    }
+    // One body a line: readable, and small enough.
+    std::string text = json.dump();
+    for (const char* start : {"{\"shape\":", "\"bodies\":", "\"shapes\":", "\"container\":"})
+        for (std::size_t at = 0; (at = text.find(start, at)) != std::string::npos; at += 2) text.insert(at, "\n");
+    write_text(path, text + "\n");
+}
+
+std::vector<Capsule> world_capsules(const Packing& packing, const Body& body) {
+    std::vector<Capsule> capsules;
+    for (const auto& capsule : packing.shapes[body.shape].capsules) capsules.push_back(moved(capsule, body.position_m, body.orientation));
+    return capsules;
+}
+
+Overlaps find_overlaps(const Packing& packing) {
+    const Grains grains(packing);
+    Overlaps overlaps;
+    double sum = 0.0;
+    const auto& all = grains.images();
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        for (const auto& capsule : all[i].capsules)
+            for (const Vec3& end : {capsule.a, capsule.b}) {
+                double outside = capsule.radius - packing.container.wall_distance(end);
+                if (!packing.container.periodic[2]) outside = std::max(outside, capsule.radius - end.z());
+                if (all[i].image == 0) overlaps.largest_with_wall_m = std::max(overlaps.largest_with_wall_m, outside);
+            }
+        for (std::size_t j = i + 1; j < all.size(); ++j) {
+            if (all[i].image != 0 && all[j].image != 0) continue;  // the same pair is met once with an original
+            if (((all[i].bounds.high - all[j].bounds.low).array() < 0.0).any() || ((all[j].bounds.high - all[i].bounds.low).array() < 0.0).any()) continue;
+            double least = 1e300;
+            for (const auto& first : all[i].capsules)
+                for (const auto& second : all[j].capsules) least = std::min(least, gap(first, second));
+            if (least >= 0.0) continue;
+            ++overlaps.contacts;
+            sum -= least;
+            overlaps.largest_between_grains_m = std::max(overlaps.largest_between_grains_m, -least);
+        }
+    }
+    if (overlaps.contacts > 0) overlaps.mean_between_grains_m = sum / static_cast<double>(overlaps.contacts);
+    return overlaps;
+}
+
+}  // namespace porepack

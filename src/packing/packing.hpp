@@ -1,0 +1,67 @@
+// A packing: grains at rest in a container. Read from and written to packing.json (docs/files.md, docs/schema/).
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "core/config.hpp"
+#include "shapes/shape.hpp"
+
+namespace porepack {
+
+/// A cylinder has its axis at x = y = 0 and its floor at z = 0; a box has its corner at the origin.
+struct Container {
+    enum class Kind { cylinder, box };
+    Kind kind = Kind::cylinder;
+    double diameter_m = 0.0;
+    double height_m = 0.0;
+    Vec3 size_m = Vec3::Zero();
+    std::array<bool, 3> periodic = {false, false, false};
+
+    [[nodiscard]] double inner_area_m2() const;
+    [[nodiscard]] double height() const { return kind == Kind::cylinder ? height_m : size_m.z(); }
+    [[nodiscard]] bool any_periodic() const { return periodic[0] || periodic[1] || periodic[2]; }
+    /// Lowest and highest corner of the inner space.
+    [[nodiscard]] Vec3 low() const;
+    [[nodiscard]] Vec3 high() const;
+    [[nodiscard]] bool contains_column(double x, double y) const;
+    /// Distance to the nearest wall from inside; negative outside. Periodic faces and open ends are no walls.
+    [[nodiscard]] double wall_distance(const Vec3& point) const;
+};
+
+/// "cylinder:D,H" or "box:X,Y,Z[:periodic]", in metres. Throws UserError with the form allowed.
+[[nodiscard]] Container parse_container(const std::string& text);
+[[nodiscard]] Json to_json(const Container& container);
+[[nodiscard]] Container container_from_json(const Json& json, const std::string& where);
+
+struct Body {
+    std::size_t shape = 0;
+    Vec3 position_m = Vec3::Zero();  ///< of the origin of the shape's frame, not of the centre of mass
+    Quaternion orientation = Quaternion::Identity();  ///< from the shape's frame to the world
+};
+
+struct Packing {
+    Container container;
+    std::vector<Shape> shapes;
+    std::vector<Body> bodies;
+};
+
+/// Reads .json and .json.gz; checks the schema, the numbers and the plausibility. Throws UserError with the place.
+[[nodiscard]] Packing read_packing(const Path& path);
+/// The same packing gives the same bytes.
+void write_packing(const Path& path, const Packing& packing);
+
+/// All capsules of one body in the world frame.
+[[nodiscard]] std::vector<Capsule> world_capsules(const Packing& packing, const Body& body);
+
+/// Largest overlap of two grains' exact capsules, and of a grain with the wall, in metres (0 when nothing overlaps).
+struct Overlaps {
+    double largest_between_grains_m = 0.0;
+    double mean_between_grains_m = 0.0;  ///< over the contacts
+    double largest_with_wall_m = 0.0;
+    long contacts = 0;
+};
+[[nodiscard]] Overlaps find_overlaps(const Packing& packing);
+
+}  // namespace porepack

@@ -1,0 +1,40 @@
+// Correlations for the permeability, and the falling-head test.
+#pragma once
+
+#include <span>
+
+#include "permeability/config.hpp"
+
+namespace porepack {
+
+inline constexpr double darcy_m2 = 9.869233e-13;
+
+/// Carman-Kozeny, Eq. 2: k = Psi^2 d^2 eps^3 / (constant (1 - eps)^2). The paper's constant is 150; 180 fits spheres better.
+[[nodiscard]] double carman_kozeny_m2(double sphericity, double equal_diameter_m, double porosity, double constant);
+/// The paper's fit, Eq. 22 corrected: k = 5.3e-9 exp(7.3 eps) m2 (for grains of 733 mm3).
+[[nodiscard]] double paper_fit_m2(double porosity);
+/// Ergun: k_in = eps^3 Psi d / (1.75 (1 - eps)), metres.
+[[nodiscard]] double ergun_inertial_m(double sphericity, double equal_diameter_m, double porosity);
+/// Hydraulic conductivity for water at 20 C, m/s: k g / nu with nu = 1e-6 m2/s.
+[[nodiscard]] double conductivity_m_per_s(double permeability_m2);
+
+/// Falling head, Eq. 18: g (h + L)/L = (nu/k) v + v^2/k_in with v = -dh/dt, without the inertia of the water column.
+/// Solved in closed form through x + ln x = y, which does not overflow.
+class FallingHead {
+public:
+    /// `inertial_permeability_m` may be infinite (Darcy only). Throws UserError unless both are positive.
+    FallingHead(double permeability_m2, double inertial_permeability_m, const FallingHeadConfig& config);
+
+    [[nodiscard]] double speed_at(double level_m) const;
+    /// Time at which the level passes `level_m`. Throws UserError for a level above the start.
+    [[nodiscard]] double time_at(double level_m) const;
+    [[nodiscard]] double level_at(double time_s) const;
+
+private:
+    double A_, B_, g_, L_, start_speed_, start_;
+};
+
+/// Solves x + ln x = y for x > 0.
+[[nodiscard]] double solve_x_plus_log_x(double y);
+
+}  // namespace porepack

@@ -1,0 +1,35 @@
+// One page a case: what came out, how sure it is, what it cost.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "core/files.hpp"
+
+namespace porepack {
+
+struct ReportInput {
+    std::string title;
+    Json configuration = Json::object();
+    std::map<std::string, Json> results = {};    ///< by stage
+    std::map<std::string, Json> manifests = {};  ///< by stage
+    Json versions = {};
+    Path stage_folders = {};                     ///< results/: histories and flow fields are read from here
+    std::vector<std::string> notes = {};         ///< shown at the top
+};
+
+/// Every main number with unit, method, uncertainty or null, converged or not, cost.
+[[nodiscard]] Json quantities(const ReportInput& input);
+
+/// Writes report.html (self-contained), report.md and merged.json, with the pictures beside them. packing.png is used
+/// when it lies in `folder`. Returns a summary.
+Json write_report(const ReportInput& input, const Path& folder);
+
+/// A plot by gnuplot: `commands` draw to the file that is set already. Returns false (with a note in the log) without gnuplot.
+bool draw_plot(const Path& svg, const std::string& commands);
+
+/// Slice y = 0 (or the middle) through the speed of flow.vti as a picture with a colour scale. Returns the largest speed in m/s.
+double draw_speed_slice(const Path& flow_vti, const Path& png);
+
+}  // namespace porepack

@@ -1,0 +1,118 @@
+#include "shapes/capsule.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace porepack {
+
+Vec3 closest_on_axis(const Capsule& capsule, const Vec3& point) {
+    const Vec3 axis = capsule.b - capsule.a;
+    const double length2 = axis.squaredNorm();
+    if (length2 == 0.0) return capsule.a;
+    return capsule.a + std::clamp((point - capsule.a).dot(axis) / length2, 0.0, 1.0) * axis;
+}
+
+double signed_distance(const Capsule& capsule, const Vec3& point) {
+    return (point - closest_on_axis(capsule, point)).norm() - capsule.radius;
+}
+
+double signed_distance(const std::vector<Capsule>& capsules, const Vec3& point) {
+    double least = 1e300;
+    for (const auto& capsule : capsules) least = std::min(least, signed_distance(capsule, point));
+    return least;
+}
+
+namespace {
+
+std::optional<Interval> sphere_interval(const Vec3& centre, double radius, const Vec3& origin, const Vec3& direction) {
+    const double middle = (centre - origin).dot(direction);
+    const double half2 = radius * radius - (origin + middle * direction - centre).squaredNorm();
+    if (half2 <= 0.0) return std::nullopt;
+    return Interval{middle - std::sqrt(half2), middle + std::sqrt(half2)};
+}
+
+// The cylinder between the two end planes, without the caps.
+std::optional<Interval> cylinder_interval(const Capsule& capsule, const Vec3& origin, const Vec3& direction) {
+    const Vec3 axis = capsule.b - capsule.a;
+    const double length = axis.norm();
+    if (length == 0.0) return std::nullopt;
+    const Vec3 u = axis / length;
+    const Vec3 offset = origin - capsule.a;
+    const double along_line = direction.dot(u);
+    const double along_offset = offset.dot(u);
+    const Vec3 across_line = direction - along_line * u;
+    const Vec3 across_offset = offset - along_offset * u;
+    const double A = across_line.squaredNorm();
+    Interval inside{-1e300, 1e300};
+    if (A < 1e-28) {
+        if (across_offset.squaredNorm() >= capsule.radius * capsule.radius) return std::nullopt;
+    } else {
+        const double middle = -across_line.dot(across_offset) / A;
+        const double half2 = (capsule.radius * capsule.radius - (across_offset + middle * across_line).squaredNorm()) / A;
+        if (half2 <= 0.0) return std::nullopt;
+        inside = {middle - std::sqrt(half2), middle + std::sqrt(half2)};
+    }
+    if (std::abs(along_line) < 1e-14) {
+        if (along_offset < 0.0 || along_offset > length) return std::nullopt;
+    } else {
+        const double t0 = -along_offset / along_line;
+        const double t1 = (length - along_offset) / along_line;
+        inside.low = std::max(inside.low, std::min(t0, t1));
+        inside.high = std::min(inside.high, std::max(t0, t1));
+    }
+    if (inside.low >= inside.high) return std::nullopt;
+    return inside;
+}
+
+}  // namespace
+
+std::optional<Interval> line_interval(const Capsule& capsule, const Vec3& origin, const Vec3& direction) {
+    std::optional<Interval> whole;
+    const auto join = [&](const std::optional<Interval>& part) {
+        if (!part) return;
+        whole = whole ? Interval{std::min(whole->low, part->low), std::max(whole->high, part->high)} : *part;
+    };
+    join(sphere_interval(capsule.a, capsule.radius, origin, direction));
+    join(sphere_interval(capsule.b, capsule.radius, origin, direction));
+    join(cylinder_interval(capsule, origin, direction));
+    return whole;
+}
+
+double axis_distance(const Capsule& first, const Capsule& second) {
+    const Vec3 u = first.b - first.a;
+    const Vec3 v = second.b - second.a;
+    const Vec3 w = first.a - second.a;
+    const double uu = u.squaredNorm();
+    const double vv = v.squaredNorm();
+    const double uv = u.dot(v);
+    const double uw = u.dot(w);
+    const double vw = v.dot(w);
+    const double determinant = uu * vv - uv * uv;
+    // Start on the first axis: the foot of the common perpendicular, or anywhere when the axes are parallel.
+    double s = determinant > 1e-14 * uu * vv ? std::clamp((uv * vw - vv * uw) / determinant, 0.0, 1.0) : 0.0;
+    const double t = vv > 0.0 ? std::clamp((uv * s + vw) / vv, 0.0, 1.0) : 0.0;
+    s = uu > 0.0 ? std::clamp((uv * t - uw) / uu, 0.0, 1.0) : 0.0;
+    double least = (w + s * u - t * v).norm();
+    // Clamping twice may miss the minimum for nearly parallel axes: the ends settle it.
+    for (const Vec3& end : {second.a, second.b}) least = std::min(least, (end - closest_on_axis(first, end)).norm());
+    for (const Vec3& end : {first.a, first.b}) least = std::min(least, (end - closest_on_axis(second, end)).norm());
+    return least;
+}
+
+void Bounds::add(const Capsule& capsule) {
+    const Vec3 r = Vec3::Constant(capsule.radius);
+    low = low.cwiseMin(capsule.a - r).cwiseMin(capsule.b - r);
+    high = high.cwiseMax(capsule.a + r).cwiseMax(capsule.b + r);
+}
+
+Bounds bounds_of(const std::vector<Capsule>& capsules) {
+    Bounds bounds;
+    for (const auto& capsule : capsules) bounds.add(capsule);
+    return bounds;
+}
+
+Capsule moved(const Capsule& capsule, const Vec3& position, const Quaternion& orientation) {
+    return {position + orientation * capsule.a, position + orientation * capsule.b, capsule.radius};
+}
+
+}  // namespace porepack

@@ -1,0 +1,49 @@
+// A capsule (spherocylinder): all points within `radius` of the segment from a to b. A sphere has a = b.
+// Lengths in metres, or in any unit as long as it is one unit.
+#pragma once
+
+#include <Eigen/Dense>
+#include <optional>
+#include <vector>
+
+namespace porepack {
+
+using Vec3 = Eigen::Vector3d;
+using Quaternion = Eigen::Quaterniond;
+
+struct Capsule {
+    Vec3 a = Vec3::Zero();
+    Vec3 b = Vec3::Zero();
+    double radius = 0.0;
+};
+
+struct Interval {
+    double low = 0.0;
+    double high = 0.0;
+};
+
+/// Point of the capsule's axis that is closest to `point`.
+[[nodiscard]] Vec3 closest_on_axis(const Capsule& capsule, const Vec3& point);
+/// Distance to the surface, negative inside. Exact.
+[[nodiscard]] double signed_distance(const Capsule& capsule, const Vec3& point);
+/// Distance to the nearest surface of the union; exact outside, a lower bound of the depth inside.
+[[nodiscard]] double signed_distance(const std::vector<Capsule>& capsules, const Vec3& point);
+/// The part of the line origin + t direction (unit vector) inside the capsule; capsules are convex, so it is one interval.
+[[nodiscard]] std::optional<Interval> line_interval(const Capsule& capsule, const Vec3& origin, const Vec3& direction);
+/// Shortest distance between two axes (Lumelsky 1985), robust for parallel and degenerate segments.
+[[nodiscard]] double axis_distance(const Capsule& first, const Capsule& second);
+/// Distance between two surfaces; negative when they overlap.
+[[nodiscard]] inline double gap(const Capsule& first, const Capsule& second) {
+    return axis_distance(first, second) - first.radius - second.radius;
+}
+
+struct Bounds {
+    Vec3 low = Vec3::Constant(1e300);
+    Vec3 high = Vec3::Constant(-1e300);
+    void add(const Capsule& capsule);
+};
+[[nodiscard]] Bounds bounds_of(const std::vector<Capsule>& capsules);
+
+[[nodiscard]] Capsule moved(const Capsule& capsule, const Vec3& position, const Quaternion& orientation);
+
+}  // namespace porepack

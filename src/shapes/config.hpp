@@ -1,0 +1,27 @@
+// Table [shape] of case.toml.
+#pragma once
+
+#include "core/config.hpp"
+#include "shapes/shape.hpp"
+
+namespace porepack {
+
+struct ShapeConfig {
+    std::string kind = "tetrapod";
+    double sphericity = 0.0;
+    double volume_m3 = 0.0;
+    double diameter_m = 0.0;
+    double length_m = 0.0;
+    std::string cavity = "filled";
+    std::string file;
+    double unit_m = 1.0;
+    std::vector<Capsule> capsule;
+};
+
+/// Lists the keys.
+void describe(ConfigVisitor& v, ShapeConfig& c);
+
+/// The shape with its cavities found. Throws UserError when the keys do not determine a shape, or too much is given.
+[[nodiscard]] Shape make_shape(const ShapeConfig& config);
+
+}  // namespace porepack

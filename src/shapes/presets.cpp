@@ -1,0 +1,136 @@
+#include <boost/math/tools/toms748_solve.hpp>
+#include <cmath>
+#include <numbers>
+
+#include "core/error.hpp"
+#include "core/log.hpp"
+#include "shapes/shape.hpp"
+
+namespace porepack {
+namespace {
+
+std::vector<Capsule> tetrapod(double r, double L) {
+    const double s = L / std::sqrt(3.0);
+    const Vec3 o = Vec3::Zero();
+    return {{o, Vec3(s, s, s), r}, {o, Vec3(s, -s, -s), r}, {o, Vec3(-s, s, -s), r}, {o, Vec3(-s, -s, s), r}};
+}
+
+std::vector<Capsule> dolos(double r, double L) {
+    const double h = L / 2.0;
+    return {{Vec3(-h, 0, 0), Vec3(h, 0, 0), r}, {Vec3(-h, -h, 0), Vec3(-h, h, 0), r}, {Vec3(h, 0, -h), Vec3(h, 0, h), r}};
+}
+
+std::vector<Capsule> tetrahedron(double r, double L) {
+    const double s = L / std::sqrt(8.0);
+    const Vec3 corners[4] = {{s, s, s}, {s, -s, -s}, {-s, s, -s}, {-s, -s, s}};
+    std::vector<Capsule> edges;
+    for (int i = 0; i < 4; ++i)
+        for (int j = i + 1; j < 4; ++j) edges.push_back({corners[i], corners[j], r});
+    return edges;
+}
+
+double sphericity_at(const std::string& kind, double aspect, Cavity cavity) {
+    Shape shape = make_preset(kind, 1.0, aspect);
+    shape.cavity = cavity;
+    if (cavity == Cavity::filled) find_cavities(shape);
+    return measure(shape, 256).sphericity;
+}
+
+}  // namespace
+
+Shape make_preset(const std::string& kind, double diameter, double length) {
+    if (!(diameter > 0.0) || !std::isfinite(diameter)) throw UserError(fmt::format("the diameter of a {} must be positive, got {:g} m", kind, diameter));
+    if (!(length >= 0.0) || !std::isfinite(length)) throw UserError(fmt::format("the length of a {} must not be negative, got {:g} m", kind, length));
+    const double r = diameter / 2.0;
+    if (kind == "tetrapod") return {.id = kind, .capsules = tetrapod(r, length)};
+    if (kind == "dolos") return {.id = kind, .capsules = dolos(r, length)};
+    if (kind == "tetrahedron") return {.id = kind, .capsules = tetrahedron(r, length)};
+    if (kind == "sphere") return {.id = kind, .capsules = {{Vec3::Zero(), Vec3::Zero(), r}}};
+    if (kind == "rod") return {.id = kind, .capsules = {{Vec3(0, 0, -length / 2), Vec3(0, 0, length / 2), r}}};
+    throw UserError("no such shape: " + kind, {.allowed = "tetrapod, dolos, tetrahedron, sphere, rod"});
+}
+
+Dimensions dimensions_for(const std::string& kind, double sphericity, double volume_m3, Cavity cavity) {
+    if (!(sphericity > 0.0) || sphericity > 1.0)
+        throw UserError(fmt::format("sphericity {:g} is not possible", sphericity), {.allowed = "0 < sphericity <= 1 (1 is a sphere)"});
+    if (!(volume_m3 > 0.0) || !std::isfinite(volume_m3)) throw UserError(fmt::format("the volume must be positive, got {:g} m3", volume_m3));
+    const double equal_diameter = std::cbrt(6.0 * volume_m3 / std::numbers::pi);
+    if (kind == "sphere" && sphericity < 1.0) throw UserError("a sphere has sphericity 1", {.mend = "choose another shape"});
+    if (sphericity == 1.0) return {equal_diameter, 0.0};
+
+    constexpr double largest_aspect = 50.0;
+    const double least = sphericity_at(kind, largest_aspect, cavity);
+    if (sphericity < least)
+        throw UserError(fmt::format("no {} has sphericity {:g}", kind, sphericity), {.allowed = fmt::format("{:.4f} (at L/d = {:g}) to 1", least, largest_aspect)});
+    const auto excess = [&](double log_aspect) { return sphericity_at(kind, std::exp(log_aspect), cavity) - sphericity; };
+    std::uintmax_t steps = 60;
+    const auto bracket = boost::math::tools::toms748_solve(excess, std::log(1e-3), std::log(largest_aspect), 1.0 - sphericity, least - sphericity,
+                                                           boost::math::tools::eps_tolerance<double>(34), steps);
+    const double aspect = std::exp(0.5 * (bracket.first + bracket.second));
+    const double above = sphericity_at(kind, std::exp(bracket.first) * (1.0 - 1e-6), cavity);
+    const double below = sphericity_at(kind, std::exp(bracket.second) * (1.0 + 1e-6), cavity);
+    if (above - below > 1e-3)
+        throw UserError(fmt::format("no {} with filled cavity has sphericity {:g}: it jumps where the cavity closes", kind, sphericity),
+                        {.allowed = fmt::format("above {:.4f} or below {:.4f}", above, below), .mend = "choose another sphericity, or count the cavity as void (cavity = \"open\")"});
+    Shape unit = make_preset(kind, 1.0, aspect);
+    unit.cavity = cavity;
+    if (cavity == Cavity::filled) find_cavities(unit);
+    const double scale = std::cbrt(volume_m3 / measure(unit).volume_m3);
+    return {scale, aspect * scale};
+}
+
+std::vector<Capsule> sphere_clump(const Shape& shape, double tolerance) {
+    std::vector<Capsule> spheres;
+    const auto add_once = [&](const Vec3& centre, double radius) {
+        for (const auto& sphere : spheres)
+            if ((sphere.a - centre).norm() < 1e-6 * radius && std::abs(sphere.radius - radius) < 1e-6 * radius) return;
+        spheres.push_back({centre, centre, radius});
+    };
+    for (const auto& capsule : shape.capsules) {
+        const double r = capsule.radius;
+        if (tolerance >= r) throw UserError("the clump's surface tolerance must be smaller than the capsule's radius");
+        const double spacing = 2.0 * std::sqrt(r * r - (r - tolerance) * (r - tolerance));
+        const double length = (capsule.b - capsule.a).norm();
+        const int pieces = std::max(1, static_cast<int>(std::ceil(length / spacing - 1e-9)));
+        for (int i = 0; i <= pieces; ++i) add_once(capsule.a + (capsule.b - capsule.a) * (static_cast<double>(i) / pieces), r);
+    }
+    return spheres;
+}
+
+double smallest_diameter(const Shape& shape) {
+    double least = 1e300;
+    for (const auto& capsule : shape.capsules) least = std::min(least, 2.0 * capsule.radius);
+    return least;
+}
+
+double span(const Shape& shape) {
+    double largest = 0.0;
+    for (const auto& first : shape.capsules)
+        for (const auto& second : shape.capsules)
+            for (const Vec3& p : {first.a, first.b})
+                for (const Vec3& q : {second.a, second.b}) largest = std::max(largest, (p - q).norm() + first.radius + second.radius);
+    return largest;
+}
+
+void validate(const Shape& shape) {
+    const auto& capsules = shape.capsules;
+    if (capsules.empty()) throw UserError("shape `" + shape.id + "` has no capsule", {.mend = "give at least one [[shape.capsule]]"});
+    if (capsules.size() > 64) throw UserError(fmt::format("shape `{}` has {} capsules", shape.id, capsules.size()), {.allowed = "1 to 64"});
+    for (std::size_t i = 0; i < capsules.size(); ++i)
+        if (!capsules[i].a.allFinite() || !capsules[i].b.allFinite() || !(capsules[i].radius > 0.0) || !std::isfinite(capsules[i].radius))
+            throw UserError(fmt::format("capsule {} of shape `{}` is not possible: radius {:g} m", i, shape.id, capsules[i].radius), {.allowed = "finite coordinates, radius_m > 0"});
+    std::vector<std::size_t> reached = {0};
+    std::vector<bool> seen(capsules.size(), false);
+    seen[0] = true;
+    for (std::size_t next = 0; next < reached.size(); ++next)
+        for (std::size_t j = 0; j < capsules.size(); ++j)
+            if (!seen[j] && gap(capsules[reached[next]], capsules[j]) <= 0.0) {
+                seen[j] = true;
+                reached.push_back(j);
+            }
+    if (reached.size() < capsules.size())
+        throw UserError(fmt::format("shape `{}` is not connected: {} of {} capsules hang together", shape.id, reached.size(), capsules.size()),
+                        {.mend = "let the capsules overlap, or describe two shapes"});
+}
+
+}  // namespace porepack

@@ -1,0 +1,69 @@
+// A grain's shape: a union of capsules in the shape's own frame, and what is known about it.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "shapes/capsule.hpp"
+
+namespace porepack {
+
+/// Does a void that the grain encloses on all sides count as solid ("filled": no fluid reaches it) or as void ("open")?
+enum class Cavity { filled, open };
+
+struct Shape {
+    std::string id;
+    std::vector<Capsule> capsules;
+    Cavity cavity = Cavity::filled;
+    /// Points from which every point of the enclosed voids is seen; filled by find_cavities, empty when there are none.
+    std::vector<Vec3> cavity_points;
+};
+
+/// The presets of the paper (2.1.1). `diameter` of the capsules, `length` of their axes. Throws UserError on sizes <= 0.
+/// The frame's origin is the centre of symmetry (tetrapod, tetrahedron, sphere, rod), of the middle capsule (dolos).
+[[nodiscard]] Shape make_preset(const std::string& kind, double diameter, double length);
+
+/// Throws UserError unless there is at least one capsule, all radii are positive and all is finite and connected.
+void validate(const Shape& shape);
+
+/// Finds the voids that the union encloses and sets `cavity_points`. Grid of 48 cells a side, then an escape search by
+/// rays: a straight throat of any width opens a void; a crooked one narrower than a cell does not.
+void find_cavities(Shape& shape);
+/// True when `point`, known to lie outside all capsules, lies in an enclosed void.
+[[nodiscard]] bool in_cavity(const Shape& shape, const Vec3& point);
+
+struct ShapeMeasures {
+    double volume_m3 = 0.0;
+    double surface_area_m2 = 0.0;
+    double cavity_volume_m3 = 0.0;  ///< of the enclosed voids, counted in volume_m3 only when filled
+    double sphericity = 0.0;        ///< area of the equal-volume sphere / area
+    Vec3 centre_of_mass_m = Vec3::Zero();
+    Eigen::Matrix3d inertia_per_density_m5 = Eigen::Matrix3d::Zero();  ///< about the centre of mass, for density 1
+    double bounding_radius_m = 0.0;  ///< about the centre of mass
+    double span_m = 0.0;             ///< largest Feret length
+    double relative_error = 0.0;     ///< of volume and area: the difference to half as many meridians
+};
+
+/// Quadrature over the exposed surface (divergence theorem) with `meridians` round each capsule. Throws nothing.
+[[nodiscard]] ShapeMeasures measure(const Shape& shape, int meridians = 512);
+
+struct Dimensions {
+    double diameter_m = 0.0;
+    double length_m = 0.0;
+};
+/// The capsule's diameter and length at which preset `kind` has this sphericity and volume. Throws UserError when there is
+/// none: sphericity out of (0, 1], below what L/d = 50 reaches, or in the gap where a cavity closes.
+[[nodiscard]] Dimensions dimensions_for(const std::string& kind, double sphericity, double volume_m3, Cavity cavity);
+
+/// Spheres along the axes whose union stays within `tolerance` below the capsules' surface: spacing
+/// 2 sqrt(r^2 - (r - tolerance)^2). Each is a capsule with a = b.
+[[nodiscard]] std::vector<Capsule> sphere_clump(const Shape& shape, double tolerance);
+
+/// Smallest capsule diameter.
+[[nodiscard]] double smallest_diameter(const Shape& shape);
+/// Largest Feret length: exact for unions of capsules.
+[[nodiscard]] double span(const Shape& shape);
+/// Volume of the convex hull (of the end spheres).
+[[nodiscard]] double hull_volume(const std::vector<Capsule>& capsules);
+
+}  // namespace porepack

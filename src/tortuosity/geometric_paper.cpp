@@ -1,0 +1,227 @@
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/error.hpp"
+#include "core/interrupt.hpp"
+#include "core/log.hpp"
+#include "tortuosity/tortuosity.hpp"
+
+namespace porepack {
+namespace {
+
+using Vec2 = Eigen::Vector2d;
+
+// Closest void point to a point of slice `slice`; nothing when there is none within reach.
+using ClosestVoid = std::function<std::optional<Vec2>(const Vec2& from, int slice)>;
+
+// A square grid of half-offset dots, those inside the container.
+std::vector<Vec2> grid_of_dots(const Container& container, double spacing) {
+    std::vector<Vec2> dots;
+    const Vec3 low = container.low(), high = container.high();
+    const Vec3 middle = 0.5 * (low + high);
+    const int nx = static_cast<int>(std::ceil((high.x() - low.x()) / spacing)), ny = static_cast<int>(std::ceil((high.y() - low.y()) / spacing));
+    for (int j = -ny; j <= ny; ++j)
+        for (int i = -nx; i <= nx; ++i) {
+            const Vec2 dot(middle.x() + (i + 0.5) * spacing, middle.y() + (j + 0.5) * spacing);
+            if (container.contains_column(dot.x(), dot.y())) dots.push_back(dot);
+        }
+    return dots;
+}
+
+struct Path1D {
+    double length = 0.0;
+    double straight = 0.0;
+    long points = 0, rejected = 0;
+    bool complete = true;
+};
+
+// Follows one dot from slice to slice. `shift` is the line dot -> moved dot.
+Path1D follow(const Vec2& dot, int slices, double spacing, double largest_angle, const ClosestVoid& closest_void) {
+    Path1D path;
+    Vec2 before = Vec2::Zero(), first = Vec2::Zero();
+    for (int s = 0; s < slices; ++s) {
+        auto point = closest_void(dot, s);
+        if (point && s > 0) {
+            const Vec2 shift = *point - dot, last = before - dot;
+            const double product = shift.norm() * last.norm();
+            if (product > 0.0 && shift.dot(last) < std::cos(largest_angle) * product - 1e-12 * product) {
+                ++path.rejected;
+                point = closest_void(0.5 * (dot + before), s);
+            }
+        }
+        if (!point) {
+            path.complete = false;
+            return path;
+        }
+        ++path.points;
+        if (s == 0)
+            first = *point;
+        else
+            path.length += std::hypot((*point - before).norm(), spacing);
+        before = *point;
+    }
+    path.straight = std::hypot((before - first).norm(), (slices - 1) * spacing);
+    return path;
+}
+
+GeometricPaperResult average(const std::vector<Vec2>& dots, int slices, double spacing, double angle_deg, const ClosestVoid& closest_void) {
+    if (slices < 2) throw UserError("one slice is no path", {.mend = "take a longer section or a smaller slice spacing"});
+    if (dots.empty()) throw UserError("no dot lies inside the container", {.mend = "take a smaller dot_spacing_m"});
+    std::vector<double> values;
+    long points = 0, rejected = 0, done = 0;
+    Progress progress("tortuosity (geometric_paper)");
+    // No exception may leave a parallel loop: an interrupt ends the loop early and is thrown behind it.
+#pragma omp parallel for schedule(dynamic, 1)
+    for (std::size_t d = 0; d < dots.size(); ++d) {
+        if (interrupted()) continue;
+        const Path1D path = follow(dots[d], slices, spacing, angle_deg * std::numbers::pi / 180.0, closest_void);
+#pragma omp critical
+        {
+            if (path.complete) values.push_back(path.length / path.straight);
+            points += path.points;
+            rejected += path.rejected;
+            progress.update(static_cast<double>(++done) / static_cast<double>(dots.size()));
+        }
+    }
+    check_interrupt();
+    if (values.empty()) throw NumericalError("no path leads through the packing: some slices have no void point near any dot");
+    std::sort(values.begin(), values.end());  // the sum does not depend on the order in which threads finish
+    GeometricPaperResult result{.paths = static_cast<long>(values.size()), .slices = slices};
+    for (const double value : values) result.value += value / static_cast<double>(values.size());
+    double squares = 0.0;
+    for (const double value : values) squares += (value - result.value) * (value - result.value);
+    if (values.size() > 1) result.standard_deviation = std::sqrt(squares / static_cast<double>(values.size() - 1));
+    result.standard_error = result.standard_deviation / std::sqrt(static_cast<double>(values.size()));
+    result.rejections_per_point = static_cast<double>(rejected) / static_cast<double>(points);
+    return result;
+}
+
+// Distance along a ray in the slice's plane to the first point outside all grains.
+class RayExit {
+public:
+    RayExit(const std::vector<const Capsule*>& capsules, const Container& container, const Vec3& origin) : capsules_(capsules), container_(container), origin_(origin) {}
+    double operator()(double angle) const {
+        const Vec3 direction(std::cos(angle), std::sin(angle), 0.0);
+        parts_.clear();
+        for (const Capsule* capsule : capsules_)
+            if (const auto part = line_interval(*capsule, origin_, direction))
+                if (part->high > 0.0) parts_.push_back(*part);
+        std::sort(parts_.begin(), parts_.end(), [](const Interval& p, const Interval& q) { return p.low < q.low; });
+        double at = 0.0;
+        for (const auto& part : parts_) {
+            if (part.low > at) break;
+            at = std::max(at, part.high);
+        }
+        const Vec3 exit = origin_ + at * direction;
+        if (!container_.any_periodic() && !container_.contains_column(exit.x(), exit.y())) return 1e300;
+        return at;
+    }
+
+private:
+    const std::vector<const Capsule*>& capsules_;
+    const Container& container_;
+    Vec3 origin_;
+    mutable std::vector<Interval> parts_;
+};
+
+// Smallest exit over all directions: 48 directions, then golden section round the best three.
+std::optional<Vec2> closest_exit(const RayExit& exit, const Vec2& from) {
+    constexpr int directions = 48;
+    const double step = 2.0 * std::numbers::pi / directions;
+    std::array<std::pair<double, int>, directions> coarse;
+    for (int i = 0; i < directions; ++i) coarse[static_cast<std::size_t>(i)] = {exit(i * step), i};
+    std::partial_sort(coarse.begin(), coarse.begin() + 3, coarse.end());
+    if (coarse[0].first == 0.0) return from;
+    double best = 1e300, best_angle = 0.0;
+    for (int b = 0; b < 3; ++b) {
+        double low = (coarse[static_cast<std::size_t>(b)].second - 1) * step, high = low + 2.0 * step;
+        constexpr double golden = 0.6180339887498949;
+        double p = high - golden * (high - low), q = low + golden * (high - low);
+        double fp = exit(p), fq = exit(q);
+        while (high - low > 1e-9) {
+            if (fp < fq) {
+                high = q;
+                q = p;
+                fq = fp;
+                p = high - golden * (high - low);
+                fp = exit(p);
+            } else {
+                low = p;
+                p = q;
+                fp = fq;
+                q = low + golden * (high - low);
+                fq = exit(q);
+            }
+        }
+        for (const auto& [value, angle] : {std::pair(std::min(fp, fq), fp < fq ? p : q), std::pair(coarse[static_cast<std::size_t>(b)].first, coarse[static_cast<std::size_t>(b)].second * step)})
+            if (value < best) {
+                best = value;
+                best_angle = angle;
+            }
+    }
+    if (best >= 1e300) return std::nullopt;
+    return Vec2(from + best * Vec2(std::cos(best_angle), std::sin(best_angle)));
+}
+
+}  // namespace
+
+GeometricPaperResult geometric_paper_exact(const Grains& grains, const Container& container, const Section& section, const TortuosityConfig& config) {
+    const int slices = 1 + static_cast<int>(std::floor(section.length() / config.slice_spacing_m + 1e-9));
+    // The grains that each slice cuts.
+    std::vector<std::vector<const Capsule*>> cut(static_cast<std::size_t>(slices));
+    for (const auto& image : grains.images())
+        for (const auto& capsule : image.capsules) {
+            const double low = std::min(capsule.a.z(), capsule.b.z()) - capsule.radius, high = std::max(capsule.a.z(), capsule.b.z()) + capsule.radius;
+            const int from = std::max(0, static_cast<int>(std::ceil((low - section.z0) / config.slice_spacing_m)));
+            const int to = std::min(slices - 1, static_cast<int>(std::floor((high - section.z0) / config.slice_spacing_m)));
+            for (int s = from; s <= to; ++s) cut[static_cast<std::size_t>(s)].push_back(&capsule);
+        }
+    double reach = 0.0;
+    for (const auto& image : grains.images()) reach = std::max(reach, (image.bounds.high - image.bounds.low).norm());
+    const ClosestVoid closest = [&](const Vec2& from, int slice) -> std::optional<Vec2> {
+        const Vec3 at(from.x(), from.y(), section.z0 + slice * config.slice_spacing_m);
+        thread_local std::vector<const Capsule*> near;
+        near.clear();
+        bool inside = false;
+        for (const Capsule* capsule : cut[static_cast<std::size_t>(slice)]) {
+            const double s = signed_distance(*capsule, at);
+            inside = inside || s < 0.0;
+            if (s < reach) near.push_back(capsule);
+        }
+        if (!inside) return from;
+        return closest_exit(RayExit(near, container, at), from);
+    };
+    return average(grid_of_dots(container, config.dot_spacing_m), slices, config.slice_spacing_m, config.largest_angle_deg, closest);
+}
+
+GeometricPaperResult geometric_paper_on_slices(const SliceStack& slices, const TortuosityConfig& config) {
+    const Grid& grid = slices.grid;
+    const auto pixel_of = [&](double value, int axis) { return static_cast<int>(std::floor((value - grid.origin_m[static_cast<std::size_t>(axis)]) / grid.spacing_m[static_cast<std::size_t>(axis)])); };
+    const auto is_void = [&](int i, int j, int k) { return i >= 0 && j >= 0 && i < grid.cells[0] && j < grid.cells[1] && slices.phase[grid.index(i, j, k)] == pore; };
+    const ClosestVoid closest = [&](const Vec2& from, int slice) -> std::optional<Vec2> {
+        const int i0 = pixel_of(from.x(), 0), j0 = pixel_of(from.y(), 1);
+        if (is_void(i0, j0, slice)) return from;
+        double best = 1e300;
+        Vec2 point = from;
+        const int most = std::max(grid.cells[0], grid.cells[1]);
+        const double pixel = grid.spacing_m[0];
+        // Ring by ring; a ring at distance n holds nothing closer than (n - 1/2) pixels.
+        for (int n = 1; n < most && (n - 0.5) * pixel < best; ++n)
+            for (int j = j0 - n; j <= j0 + n; ++j)
+                for (int i = i0 - n; i <= i0 + n; i += (j == j0 - n || j == j0 + n) ? 1 : 2 * n) {
+                    if (!is_void(i, j, slice)) continue;
+                    const Vec2 centre(grid.centre(0, i), grid.centre(1, j));
+                    const double distance = (centre - from).norm();
+                    if (distance < best) {
+                        best = distance;
+                        point = centre;
+                    }
+                }
+        if (best >= 1e300) return std::nullopt;
+        return point;
+    };
+    return average(grid_of_dots(slices.container, config.dot_spacing_m), grid.cells[2], grid.spacing_m[2], config.largest_angle_deg, closest);
+}
+
+}  // namespace porepack
