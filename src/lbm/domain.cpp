@@ -27,7 +27,8 @@ Domain build_domain(const PhaseImage& image, const Drive& drive) {
     if (static_cast<double>(n) * 19.0 > 4.2e9) throw UserError(fmt::format("{} fluid nodes are more than this solver can number", n), {.allowed = "220 million", .mend = "take a larger voxel size"});
     require_memory(lbm_memory_bytes(0.0, static_cast<double>(n)), fmt::format("the flow on {} fluid nodes", n), "take a larger voxel size or a shorter section");
 
-    domain.pull.resize(19 * n);
+    domain.pull.resize(domain.populations());
+    for (std::size_t slot = 0; slot < domain.pull.size(); ++slot) domain.pull[slot] = static_cast<std::uint32_t>(slot);
     const auto axis = static_cast<std::size_t>(drive.axis);
     for (std::size_t node = 0; node < n; ++node) {
         const auto here = place_in_grid(image.grid, static_cast<std::size_t>(domain.cell[node]));
@@ -36,11 +37,11 @@ Domain build_domain(const PhaseImage& image, const Drive& drive) {
             const auto& c = d3q19::c[static_cast<std::size_t>(d3q19::opposite(q))];
             auto from = here;
             int turns = 0;
-            auto& slot = domain.pull[static_cast<std::size_t>(q) * n + node];
-            const auto bounced = static_cast<std::uint32_t>(static_cast<std::size_t>(d3q19::opposite(q)) * n + node);
+            auto& slot = domain.pull[Domain::slot(static_cast<std::size_t>(q), node)];
+            const auto bounced = static_cast<std::uint32_t>(Domain::slot(static_cast<std::size_t>(d3q19::opposite(q)), node));
             if (step_in_grid(image.grid, drive, from, c, turns)) {
                 const std::int32_t other = node_of[image.grid.index(from[0], from[1], from[2])];
-                slot = other >= 0 ? static_cast<std::uint32_t>(static_cast<std::size_t>(q) * n + static_cast<std::size_t>(other)) : bounced;
+                slot = other >= 0 ? static_cast<std::uint32_t>(Domain::slot(static_cast<std::size_t>(q), static_cast<std::size_t>(other))) : bounced;
                 continue;
             }
             slot = bounced;
@@ -52,7 +53,7 @@ Domain build_domain(const PhaseImage& image, const Drive& drive) {
             auto lateral = c;
             lateral[axis] = 0;
             if (!step_in_grid(image.grid, drive, aside, lateral, turns) || node_of[image.grid.index(aside[0], aside[1], aside[2])] < 0) continue;
-            slot = static_cast<std::uint32_t>(19 * n + domain.open_links.size());
+            slot = static_cast<std::uint32_t>(domain.populations() + domain.open_links.size());
             domain.open_links.push_back({bounced, d3q19::w(q), beyond < 0});
         }
     }

@@ -18,7 +18,7 @@ StokesSolver::StokesSolver(const Domain& domain, const Relaxation& relaxation) :
     const std::size_t n = domain.nodes();
     const auto axis = static_cast<std::size_t>(domain.drive.axis);
     const double length = domain.grid.cells[axis];
-    const std::size_t slots = 19 * n + domain.open_links.size();
+    const std::size_t slots = domain.populations() + domain.open_links.size();
     now_.resize(slots);
     next_.resize(slots);
     const bool by_pressure = domain.drive.by_pressure();
@@ -28,7 +28,7 @@ StokesSolver::StokesSolver(const Domain& domain, const Relaxation& relaxation) :
     for (std::size_t node = 0; node < n; ++node) {
         const double z = static_cast<double>(static_cast<std::size_t>(domain.cell[node]) / layer) + 0.5;
         const double density = by_pressure ? 1.0 - z / length : 0.0;
-        for (std::size_t q = 0; q < 19; ++q) next_[q * n + node] = now_[q * n + node] = d3q19::w(static_cast<int>(q)) * density;
+        for (std::size_t q = 0; q < 19; ++q) next_[Domain::slot(q, node)] = now_[Domain::slot(q, node)] = d3q19::w(static_cast<int>(q)) * density;
     }
     fill_open_links();
 }
@@ -40,7 +40,7 @@ double StokesSolver::bytes_per_node() const {
 
 // Constant pressure on a plane half a link away (anti-bounce-back): density 1 at the inlet, 0 at the outlet.
 void StokesSolver::fill_open_links() {
-    const std::size_t first = 19 * domain_.nodes();
+    const std::size_t first = domain_.populations();
     for (std::size_t l = 0; l < domain_.open_links.size(); ++l) {
         const auto& link = domain_.open_links[l];
         now_[first + l] = -now_[link.source] + (link.inlet ? 2.0 * link.weight : 0.0);
@@ -48,8 +48,7 @@ void StokesSolver::fill_open_links() {
 }
 
 void StokesSolver::gather(std::size_t node, std::array<double, 19>& f) const {
-    const std::size_t n = domain_.nodes();
-    for (std::size_t q = 0; q < 19; ++q) f[q] = now_[domain_.pull[q * n + node]];
+    for (std::size_t q = 0; q < 19; ++q) f[q] = now_[domain_.pull[Domain::slot(q, node)]];
 }
 
 namespace {
@@ -67,28 +66,80 @@ DensityAndMomentum sum_up(const std::array<double, 19>& f) {
 
 }  // namespace
 
-// Legend: f populations, j momentum, e+ = w rho, e- = 3 w c.j the symmetric and antisymmetric parts of the linear
-// equilibrium, s+ and s- their relaxation rates, F the body force.
+namespace {
+
+// Nodes are taken in blocks: gather, collide in registers (vectorised over the block), write in runs.
+constexpr std::size_t block = Domain::block;
+using Lane = std::array<double, block>;
+
+struct Rates {
+    double plus, minus;
+    std::array<double, 3> force;
+};
+
+// Legend: f populations, rho density, j momentum, e+ = w rho, e- = 3 w c.j the symmetric and antisymmetric parts of the
+// linear equilibrium, s+ and s- their relaxation rates, F the body force.
+template <std::size_t q>
+inline void relax_pair(std::array<Lane, 19>& f, const Lane& rho, const std::array<Lane, 3>& j, const Rates& rates) {
+    constexpr double w = q < 7 ? d3q19::w_axis : d3q19::w_diagonal;
+    constexpr double cx = c[q][0], cy = c[q][1], cz = c[q][2];
+    const double cF = cx * rates.force[0] + cy * rates.force[1] + cz * rates.force[2];
+#pragma omp simd
+    for (std::size_t i = 0; i < block; ++i) {
+        const double cj = cx * j[0][i] + cy * j[1][i] + cz * j[2][i];
+        const double even = rates.plus * (0.5 * (f[q][i] + f[q + 1][i]) - w * rho[i]);
+        const double odd = rates.minus * (0.5 * (f[q][i] - f[q + 1][i]) - 3.0 * w * cj) - 3.0 * w * cF;
+        f[q][i] -= even + odd;
+        f[q + 1][i] -= even - odd;
+    }
+}
+
+template <std::size_t... pair>
+inline void relax_pairs(std::array<Lane, 19>& f, const Lane& rho, const std::array<Lane, 3>& j, const Rates& rates, std::index_sequence<pair...>) {
+    (relax_pair<2 * pair + 1>(f, rho, j, rates), ...);
+}
+
+template <std::size_t q>
+inline void add_moments(const std::array<Lane, 19>& f, Lane& rho, std::array<Lane, 3>& j) {
+#pragma omp simd
+    for (std::size_t i = 0; i < block; ++i) {
+        const double sum = f[q][i] + f[q + 1][i], difference = f[q][i] - f[q + 1][i];
+        rho[i] += sum;
+        j[0][i] += static_cast<double>(c[q][0]) * difference;
+        j[1][i] += static_cast<double>(c[q][1]) * difference;
+        j[2][i] += static_cast<double>(c[q][2]) * difference;
+    }
+}
+
+template <std::size_t... pair>
+inline void sum_moments(const std::array<Lane, 19>& f, Lane& rho, std::array<Lane, 3>& j, std::index_sequence<pair...>) {
+    (add_moments<2 * pair + 1>(f, rho, j), ...);
+}
+
+void collide(std::array<Lane, 19>& f, const Rates& rates) {
+    Lane rho = f[0];
+    std::array<Lane, 3> j{};
+    sum_moments(f, rho, j, std::make_index_sequence<9>{});
+#pragma omp simd
+    for (std::size_t i = 0; i < block; ++i) f[0][i] -= rates.plus * (f[0][i] - d3q19::w_rest * rho[i]);
+    relax_pairs(f, rho, j, rates, std::make_index_sequence<9>{});
+}
+
+}  // namespace
+
 void StokesSolver::step() {
-    const std::size_t n = domain_.nodes();
-    const double s_plus = 1.0 / relaxation_.tau;
-    const double s_minus = 1.0 / (0.5 + relaxation_.magic / (relaxation_.tau - 0.5));
-    const std::array<double, 3> F = force_;
+    const Rates rates{.plus = 1.0 / relaxation_.tau, .minus = 1.0 / (0.5 + relaxation_.magic / (relaxation_.tau - 0.5)), .force = force_};
+    const double* from = now_.data();
+    double* to = next_.data();
+    const std::uint32_t* pull = domain_.pull.data();
 #pragma omp parallel for schedule(static)
-    for (std::size_t node = 0; node < n; ++node) {
-        std::array<double, 19> f{};
-        gather(node, f);
-        const auto [rho, jx, jy, jz] = sum_up(f);
-        next_[node] = f[0] - s_plus * (f[0] - d3q19::w_rest * rho);
-        for (std::size_t q = 1; q < 19; q += 2) {
-            const double w = q < 7 ? d3q19::w_axis : d3q19::w_diagonal;
-            const double cj = c[q][0] * jx + c[q][1] * jy + c[q][2] * jz;
-            const double cF = c[q][0] * F[0] + c[q][1] * F[1] + c[q][2] * F[2];
-            const double even = s_plus * (0.5 * (f[q] + f[q + 1]) - w * rho);
-            const double odd = s_minus * (0.5 * (f[q] - f[q + 1]) - 3.0 * w * cj) - 3.0 * w * cF;
-            next_[q * n + node] = f[q] - even - odd;
-            next_[(q + 1) * n + node] = f[q + 1] - even + odd;
-        }
+    for (std::size_t b = 0; b < domain_.blocks(); ++b) {
+        const std::size_t first = b * 19 * block;
+        alignas(64) std::array<Lane, 19> f;
+        for (std::size_t q = 0; q < 19; ++q)
+            for (std::size_t i = 0; i < block; ++i) f[q][i] = from[pull[first + q * block + i]];
+        collide(f, rates);
+        std::copy_n(f.front().data(), 19 * block, to + first);
     }
     now_.swap(next_);
     fill_open_links();
