@@ -129,7 +129,7 @@ Json report_of_case(const Case& c, const Path& folder) {
     input.stage_folders = c.results();
     if (c.settings.report.pictures) {
         const Container container = make_container(c.settings.container);
-        std::vector<std::string> command = {fs::read_symlink("/proc/self/exe").string(), "picture", (folder_of(c, "stl") / "solid.stl").string(), "--output", (folder / "packing.png").string()};
+        std::vector<std::string> command = {fs::read_symlink("/proc/self/exe").string(), "picture", fs::absolute(folder_of(c, "stl") / "solid.stl").string(), "--output", fs::absolute(folder / "packing.png").string()};
         if (container.kind == Container::Kind::cylinder) command.insert(command.end(), {"--container", fmt::format("cylinder:{:.9g},{:.9g}", container.diameter_m, container.height_m)});
         if (std::getenv("DISPLAY") == nullptr) command.insert(command.begin(), {"xvfb-run", "-a"});
         const bool can = std::getenv("DISPLAY") != nullptr || find_program("xvfb-run").has_value();
@@ -216,6 +216,7 @@ Json run_stage(const Case& c, const Stage& stage) {
         fs::remove_all(final);
         fs::rename(running, final);
         log_info("{}: done in {}", stage.name, human_time(manifest.wall_time_s));
+        if (whole.contains("repeat_by_hand")) log_info("{}: by hand: cd {} && {}", stage.name, final.string(), whole["repeat_by_hand"].get<std::string>());
         return whole;
     } catch (...) {
         std::error_code ignored;

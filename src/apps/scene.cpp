@@ -33,7 +33,7 @@ void load_surface(Scene& scene, const Path& input, const std::optional<Container
     require_plausible_size(check, *container, input.string());
     require_sound(check, input.string());
     scene.surface_solid = std::make_unique<SurfaceSolid>(*scene.surface, *container);
-    scene.grain_size_m = check.largest_shell_span_m;
+    scene.grain_size_m = 4.0 * check.volume_m3 / check.area_m2;  // the diameter of a long capsule
     scene.grain_span_m = check.largest_shell_span_m;
     scene.bed_top_m = check.high.z();
 }

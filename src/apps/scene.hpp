@@ -16,7 +16,7 @@ struct Scene {
     std::optional<TriangleSurface> surface;
     std::unique_ptr<Grains> grains;               ///< when there is a packing
     std::unique_ptr<SurfaceSolid> surface_solid;  ///< when there is only a surface
-    double grain_size_m = 0.0;                    ///< smallest capsule diameter; of a surface: what one voxel may not exceed
+    double grain_size_m = 0.0;                    ///< smallest capsule diameter; of a surface 4 volume / area
     double grain_span_m = 0.0;
     double bed_top_m = 0.0;
     Section section;

@@ -115,7 +115,7 @@ Json pack_stage(const Case& the_case, const Path& folder) {
         json["at_rest"] = true;
         json["pose_error_relative_to_diameter"] = pour.pose_error_m / d;
         json["clump_spheres"] = sphere_clump(shape, config.surface_tolerance * d).size();
-        json["command"] = "cd run && " + pour.command;
+        json["repeat_by_hand"] = "cd run && " + pour.command;
         json["engine_wall_time_s"] = pour.wall_time_s;
     }
     const Overlaps overlaps = find_overlaps(packing);
@@ -281,7 +281,7 @@ Json foam_stage(const Scene& scene, const GeometryConfig& geometry, const FoamCo
     FoamScene foam{.surface = {}, .container = scene.container, .section = scene.section};
     foam.surface = scene.surface ? *scene.surface : make_surface(*scene.packing, {.deviation_m = geometry.surface_deviation_m, .contact_gap_m = geometry.contact_gap_m}).surface;
     foam.pore_volume_m3 = exact * scene.container.inner_area_m2() * scene.section.length();
-    foam.grain_size_m = scene.grains ? scene.grain_size_m : 0.0;
+    foam.grain_size_m = scene.grain_size_m;
     const double coarsest = cell * (config.meshes == 2 ? config.mesh_ratio : 1.0);
     const double probe = scene.container.any_periodic() ? scene.section.length() / std::ceil(scene.section.length() / (0.5 * coarsest)) : 0.5 * coarsest;
     foam.pore_point = find_pore_point(voxelise(scene.solid(), scene.container, scene.section, plan_voxels(scene.container, scene.section, probe, 0.0, scene.grain_size_m)), scene.container);
@@ -294,6 +294,7 @@ Json foam_stage(const Scene& scene, const GeometryConfig& geometry, const FoamCo
     Json json;
     add_permeability(json, result.permeability_m2, result.interval_m2);
     json["method"] = "OpenFOAM simpleFoam, creeping flow, snappyHexMesh";
+    json["repeat_by_hand"] = "cd mesh_fine && ./Allclean && ./Allrun";
     json["interval_meaning"] = result.interval_m2 ? "extrapolated from two meshes with order 1.5; the interval spans orders 1 to 2" : "one mesh: no uncertainty";
     json["section_m"] = list(scene.section);
     json["converged"] = true;

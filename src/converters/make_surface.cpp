@@ -23,27 +23,9 @@ Point to_point(const Vec3& v) {
     return {v.x(), v.y(), v.z()};
 }
 
-// Corners round a ring so that no facet is further than `deviation` from the surface. The ring's radius is scaled to keep
-// the area of the circle, so the polygon lies partly outside, partly inside.
-double ring_scale(int corners) {
-    const double step = 2.0 * std::numbers::pi / corners;
-    return std::sqrt(step / std::sin(step));
-}
-
-int ring_corners(double radius, double deviation) {
-    for (int n = 8; n < 512; n += 4) {
-        const double out = radius * (ring_scale(n) - 1.0);
-        const double c = std::cos(std::numbers::pi / n);
-        const double in = radius * (1.0 - ring_scale(n) * c * c);
-        if (std::max(out, in) <= deviation) return n;
-    }
-    throw UserError(fmt::format("a surface deviation of {:g} m needs more than 512 corners round a capsule", deviation), {.mend = "take a larger surface_deviation_m"});
-}
-
-// A capsule, ring by ring from pole to pole. `turn` differs from arm to arm so that no facets are coplanar.
-Mesh capsule_mesh(const Capsule& capsule, double deviation, double turn) {
-    const int n = ring_corners(capsule.radius, deviation);
-    const double r = capsule.radius * ring_scale(n);
+// A capsule, ring by ring from pole to pole, its corners at distance `r` from the axis. `turn` differs from arm to arm so
+// that no facets are coplanar.
+Mesh ring_mesh(const Capsule& capsule, double r, int n, double turn) {
     const double length = (capsule.b - capsule.a).norm();
     const Vec3 axis = length > 0.0 ? Vec3((capsule.b - capsule.a) / length) : Vec3(Vec3::UnitZ());
     const Vec3 e1 = axis.unitOrthogonal(), e2 = axis.cross(e1);
@@ -82,6 +64,40 @@ Mesh capsule_mesh(const Capsule& capsule, double deviation, double turn) {
         mesh.add_face(top, corner(rings.size() - 1, i), corner(rings.size() - 1, i + 1));
     }
     return mesh;
+}
+
+// Largest distance of a facet's middle or corner from the capsule's surface.
+double mesh_deviation(const Mesh& mesh, const Capsule& capsule) {
+    double worst = 0.0;
+    for (const auto face : mesh.faces()) {
+        Vec3 middle = Vec3::Zero();
+        for (const auto v : vertices_around_face(mesh.halfedge(face), mesh)) {
+            const Vec3 corner(mesh.point(v).x(), mesh.point(v).y(), mesh.point(v).z());
+            worst = std::max(worst, std::abs(signed_distance(capsule, corner)));
+            middle += corner / 3.0;
+        }
+        worst = std::max(worst, std::abs(signed_distance(capsule, middle)));
+    }
+    return worst;
+}
+
+// The coarsest mesh of a capsule within the deviation. Its corners lie outside, its facets inside, so that it has the
+// capsule's volume.
+Mesh capsule_mesh(const Capsule& capsule, double deviation, double turn) {
+    const double r = capsule.radius;
+    const double volume = std::numbers::pi * r * r * ((capsule.b - capsule.a).norm() + 4.0 / 3.0 * r);
+    for (int n = 8; n <= 512; n += 4) {
+        double radius = r;
+        Mesh mesh;
+        for (int round = 0; round < 4; ++round) {
+            mesh = ring_mesh(capsule, radius, n, turn);
+            // dV/dr is the surface, up to the small error of the facets.
+            const double surface = 2.0 * std::numbers::pi * r * ((capsule.b - capsule.a).norm() + 2.0 * r);
+            radius += (volume - pmp::volume(mesh)) / surface;
+        }
+        if (mesh_deviation(mesh, capsule) <= deviation) return mesh;
+    }
+    throw UserError(fmt::format("a surface deviation of {:g} m needs more than 512 corners round a capsule", deviation), {.mend = "take a larger surface_deviation_m"});
 }
 
 void unite_into(Mesh& all, Mesh& part) {

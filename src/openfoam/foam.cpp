@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <future>
 #include <sstream>
 
 #include "core/error.hpp"
@@ -52,7 +53,6 @@ std::string parameters(const FoamScene& scene, const FoamConfig& config, double 
 void prepare(const FoamScene& scene, const FoamConfig& config, double cell, const Path& cases, const Path& folder) {
     const bool periodic = scene.container.any_periodic();
     fs::copy(cases / (periodic ? "stokes_periodic" : "stokes_packing"), folder, fs::copy_options::recursive | fs::copy_options::overwrite_existing);
-    fs::copy_file(cases / "runFunctions", folder.parent_path() / "runFunctions", fs::copy_options::overwrite_existing);
     write_text(folder / "system" / "caseParameters", parameters(scene, config, cell));
     if (scene.container.kind == Container::Kind::cylinder)
         write_text(folder / "system" / "container", fmt::format("wall {{ type searchableCylinder; point1 (0 0 {:.12g}); point2 (0 0 {:.12g}); radius {:.12g}; }}\n", scene.section.z0 - scene.container.diameter_m,
@@ -106,7 +106,7 @@ void judge_mesh(const FoamScene& scene, const Path& folder, FoamMeshResult& resu
     result.max_non_orthogonality = slant.value_or(0.0);
     result.mesh_volume_ratio = *volume / scene.pore_volume_m3;
     // Meshes cut corners where grains touch: the loss grows with the square of the cell (0.2 (cell/d)^2 was measured).
-    const double coarse = scene.grain_size_m > 0.0 ? result.cell_size_m / scene.grain_size_m : 0.25;
+    const double coarse = result.cell_size_m / scene.grain_size_m;
     const double allowed = 0.015 + 0.3 * coarse * coarse;
     if (std::abs(result.mesh_volume_ratio - 1.0) > allowed)
         reject(fmt::format("the mesh lost or invented pore space: its volume is {:.4f} of the exact one, {:.4f} is allowed at this cell size", result.mesh_volume_ratio, allowed), log,
@@ -142,12 +142,11 @@ void judge_flow(const FoamScene& scene, const Path& folder, FoamMeshResult& resu
     if (result.flow_drift > 1e-3) throw NumericalError(fmt::format("OpenFOAM's flow still drifts: {:.1e} over the last 10 iterations", result.flow_drift), {.where = log.string(), .mend = "tighten residual"});
 }
 
-FoamMeshResult solve_on_mesh(const FoamScene& scene, const FoamConfig& config, double cell, const Path& cases, const Path& folder) {
+FoamMeshResult solve_on_mesh(const FoamScene& scene, const FoamConfig& config, double cell, const Path& cases, const Path& folder, const char* label) {
     FoamMeshResult result{.cell_size_m = cell};
-    make_folder(folder.parent_path());
     prepare(scene, config, cell, cases, folder);
-    log_info("OpenFOAM: background cells of {:.3g} m; by hand: {}", cell, (folder / "Allrun").string());
-    Progress progress("OpenFOAM");
+    log_info("{}: background cells of {:.3g} m", label, cell);
+    Progress progress(label);
     const char* steps[] = {"log.blockMesh", "log.snappyHexMesh", "log.checkMesh", "log.simpleFoam"};
     const ProgramEnd end = run_program({.command = {"bash", "./Allrun"}, .folder = folder, .log = folder / "log.Allrun", .environment = {{"WM_PROJECT_DIR", "/usr/share/openfoam"}}, .while_running = [&] {
                                             double done = 0.0;
@@ -212,8 +211,13 @@ FoamResult foam_permeability(const FoamScene& scene, const FoamConfig& config, d
     const auto& periodic = scene.container.periodic;
     if (scene.container.any_periodic() && !(periodic[0] && periodic[1] && periodic[2])) throw UserError("OpenFOAM runs take a box that is periodic in all directions or in none", {.mend = "use the lattice Boltzmann solver: porepack lbm"});
     FoamResult result;
-    if (config.meshes == 2) result.coarse = solve_on_mesh(scene, config, config.mesh_ratio * cell_size_m, cases, folder / "mesh_coarse");
-    result.fine = solve_on_mesh(scene, config, cell_size_m, cases, folder / "mesh_fine");
+    make_folder(folder);
+    fs::copy_file(cases / "runFunctions", folder / "runFunctions", fs::copy_options::overwrite_existing);
+    // Both meshes at the same time: each keeps one core busy.
+    std::future<FoamMeshResult> coarse;
+    if (config.meshes == 2) coarse = std::async(std::launch::async, [&] { return solve_on_mesh(scene, config, config.mesh_ratio * cell_size_m, cases, folder / "mesh_coarse", "OpenFOAM, coarser mesh"); });
+    result.fine = solve_on_mesh(scene, config, cell_size_m, cases, folder / "mesh_fine", "OpenFOAM, finer mesh");
+    if (coarse.valid()) result.coarse = coarse.get();
     result.permeability_m2 = result.fine.permeability_m2;
     if (result.coarse) {
         const double ratio = std::cbrt(static_cast<double>(result.fine.cells) / static_cast<double>(result.coarse->cells));

@@ -15,7 +15,7 @@ struct FoamScene {
     Container container;
     Section section;
     double pore_volume_m3 = 0.0;  ///< exact, of the section
-    double grain_size_m = 0.0;    ///< smallest capsule diameter, or 0 when unknown
+    double grain_size_m = 0.0;    ///< smallest capsule diameter, or 4 volume / area of a surface
     Vec3 pore_point = Vec3::Zero();  ///< a point in the pore space that flow reaches, far from grains and walls
 };
 

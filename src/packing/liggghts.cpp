@@ -367,7 +367,7 @@ PourResult pour_with_liggghts(const Shape& shape, const Container& container, co
 
     PourResult result;
     for (const auto& word : command_for(config.processes)) result.command += (result.command.empty() ? "" : " ") + word;
-    log_info("pour: at most {} grains of {} spheres, time step {:.2e} s; by hand: cd {} && {}", run.plan.most_grains, run.body.spheres.size(), run.plan.time_step_s, folder.string(), result.command);
+    log_info("pour: at most {} grains of {} spheres, time step {:.2e} s", run.plan.most_grains, run.body.spheres.size(), run.plan.time_step_s);
     const Path log = folder / "log.liggghts.screen";
     const Stopwatch watch;
     run_liggghts(run, log);

@@ -1,0 +1,45 @@
+# What the doors share: installing packages and building. Sourced; `here` is the project's folder.
+# shellcheck shell=bash
+# shellcheck disable=SC2154  # here is set by the door
+install="${install:-yes}"
+
+# install_packages: what packages.apt lists and dpkg does not know as installed.
+install_packages() {
+    local missing=() package sudo=()
+    while read -r package; do
+        dpkg-query -W -f '${db:Status-Abbrev}' "$package" 2> /dev/null | grep -q '^ii' || missing+=("$package")
+    done < <(grep -v '^#' "$here/packages.apt" | grep -v '^$')
+    [ "${#missing[@]}" -gt 0 ] || return 0
+    if [ "$install" = no ]; then
+        echo "missing packages (not installed because of --no-install): ${missing[*]}" >&2
+        return 0
+    fi
+    if ! command -v apt-get > /dev/null; then
+        echo "apt-get is not here; install by hand: ${missing[*]}" >&2
+        return 0
+    fi
+    [ "$(id -u)" = 0 ] || sudo=(sudo)
+    if [ "$(id -u)" != 0 ] && ! command -v sudo > /dev/null; then
+        echo "not root and no sudo; ask your administrator to run:" >&2
+        echo "  apt-get install --no-install-recommends ${missing[*]}" >&2
+        exit 4
+    fi
+    echo "installing ${#missing[@]} Debian packages: ${missing[*]}"
+    "${sudo[@]}" apt-get update -qq
+    "${sudo[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends "${missing[@]}" > /dev/null
+}
+
+# build_project PRESET FOLDER TARGET: configures when needed and builds; quiet unless it fails.
+build_project() {
+    local log="$here/$2/build.log"
+    for tool in cmake ninja g++; do
+        command -v "$tool" > /dev/null || { echo "$tool is missing: run without --no-install, or install what packages.apt lists" >&2; exit 4; }
+    done
+    mkdir -p "$here/$2"
+    if [ ! -e "$here/$2/build.ninja" ]; then
+        echo "configuring (log: $2/configure.log)"
+        (cd "$here" && cmake --preset "$1") > "$here/$2/configure.log" 2>&1 || { tail -n 30 "$here/$2/configure.log" >&2; exit 4; }
+    fi
+    echo "building (log: $2/build.log)"
+    cmake --build "$here/$2" --target "$3" > "$log" 2>&1 || { grep -E -A 5 'error|FAILED' "$log" | head -n 40 >&2; exit 4; }
+}

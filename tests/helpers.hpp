@@ -1,0 +1,95 @@
+// What the tests share.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/process.hpp"
+
+namespace porepack::test {
+
+/// A folder of its own for each test, with a space in its name; removed at the end.
+class Folder {
+public:
+    Folder() {
+        const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
+        path_ = std::filesystem::temp_directory_path() / ("porepack test " + std::string(info->test_suite_name()) + "." + info->name() + "." + std::to_string(getpid()));
+        std::filesystem::remove_all(path_);
+        std::filesystem::create_directories(path_);
+    }
+    ~Folder() {
+        std::error_code ignored;
+        std::filesystem::remove_all(path_, ignored);
+    }
+    Folder(const Folder&) = delete;
+    Folder& operator=(const Folder&) = delete;
+    [[nodiscard]] const Path& path() const { return path_; }
+    Path write(const std::string& name, const std::string& text) const {
+        std::filesystem::create_directories((path_ / name).parent_path());
+        std::ofstream(path_ / name, std::ios::binary) << text;
+        return path_ / name;
+    }
+
+private:
+    Path path_;
+};
+
+struct Output {
+    int exit_code;
+    std::string out, err;
+    [[nodiscard]] Json json() const { return Json::parse(out); }
+};
+
+inline std::string quoted(const std::string& text) {
+    return "'" + text + "'";
+}
+
+/// Runs the program through a shell: `before` is put in front (for instance "ulimit -f 1;").
+inline Output porepack(const std::string& arguments, const std::string& before = "") {
+    const Path base = std::filesystem::temp_directory_path() / ("porepack_output_" + std::to_string(getpid()));
+    const std::string command = before + " " + quoted(POREPACK_PROGRAM) + " " + arguments + " > " + base.string() + ".out 2> " + base.string() + ".err";
+    const int status = std::system(command.c_str());
+    Output output{.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128, .out = {}, .err = {}};
+    output.out = read_text(base.string() + ".out");
+    output.err = read_text(base.string() + ".err");
+    std::filesystem::remove(base.string() + ".out");
+    std::filesystem::remove(base.string() + ".err");
+    return output;
+}
+
+/// The message of the error that `action` throws.
+template <typename ErrorType, typename Action>
+std::string message_of(Action action) {
+    try {
+        action();
+    } catch (const ErrorType& error) {
+        return error.what();
+    } catch (const std::exception& other) {
+        ADD_FAILURE() << "another error came: " << other.what();
+        return {};
+    }
+    ADD_FAILURE() << "no error was thrown";
+    return {};
+}
+
+inline ::testing::AssertionResult has(const std::string& text, const std::string& part) {
+    if (text.find(part) != std::string::npos) return ::testing::AssertionSuccess();
+    return ::testing::AssertionFailure() << "\"" << part << "\" is not in:\n" << text;
+}
+
+/// Skips a test, visibly, when an engine is not installed.
+#define REQUIRE_PROGRAM(name) \
+    if (!::porepack::find_program(name)) GTEST_SKIP() << name << " is not installed"
+
+}  // namespace porepack::test

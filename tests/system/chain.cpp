@@ -1,0 +1,236 @@
+// The program as a user calls it: the chain on the real engines, in reduced sizes; resuming; reruns.
+#include <csignal>
+#include <thread>
+
+#include "helpers.hpp"
+#include "packing/packing.hpp"
+
+namespace porepack {
+namespace {
+
+using test::has;
+using test::porepack;
+
+// A small pour: 8 tetrapods.
+const std::string small_case = R"(
+[shape]
+kind = "tetrapod"
+sphericity = 0.53
+volume_m3 = 7.33e-7
+[container]
+kind = "cylinder"
+diameter_m = 0.05
+height_m = 0.15
+[packing]
+grains = 8
+[geometry]
+voxel_size_m = 1e-3
+surface_deviation_m = 2e-4
+section_m = [0.004, 0.016]
+[openfoam]
+cell_size_m = 0.0015
+meshes = 1
+)";
+
+std::string quoted(const Path& path) {
+    return test::quoted(path.string());
+}
+
+TEST(Chain, PoursReadsBackAndRerunsToTheSameBytes) {
+    REQUIRE_PROGRAM("liggghts");
+    const test::Folder folder;
+    folder.write("case.toml", small_case);
+    const auto first = porepack("pack --json " + quoted(folder.path()));
+    ASSERT_EQ(first.exit_code, 0) << first.err;
+    const Json result = first.json();
+    EXPECT_EQ(result["grains"], 8);
+    EXPECT_TRUE(result["at_rest"]);
+    EXPECT_LT(result["pose_error_relative_to_diameter"].get<double>(), 1e-6);
+    EXPECT_LT(result["largest_overlap_relative_to_diameter"].get<double>(), 0.10);
+    const Path packing = folder.path() / "results" / "pack" / "packing.json";
+    const std::string bytes = read_text(packing);
+    std::filesystem::remove_all(folder.path() / "results");
+    ASSERT_EQ(porepack("pack " + quoted(folder.path())).exit_code, 0);
+    EXPECT_EQ(read_text(packing), bytes);
+    const auto by_hand = std::system(("cd " + quoted(folder.path() / "results" / "pack" / "run") + " && liggghts -in pour.in > by_hand.log 2>&1 && grep -q 'POREPACK done' by_hand.log").c_str());
+    EXPECT_EQ(by_hand, 0);
+}
+
+// Rods have another inertia about each axis, dolosse another origin than their centre of mass would suggest.
+TEST(Chain, PosesOfOtherShapesComeBackToo) {
+    REQUIRE_PROGRAM("liggghts");
+    for (const std::string kind : {"rod", "dolos", "sphere"}) {
+        const test::Folder folder;
+        folder.write("case.toml", "[shape]\nkind = \"" + kind + "\"\ndiameter_m = 0.005\n" + (kind == "sphere" ? "" : "length_m = 0.008\n") + "[container]\nkind = \"box\"\nsize_m = [0.04, 0.04, 0.1]\n[packing]\ngrains = 4\n[geometry]\nsection_m = [0.0, 0.005]\n");
+        const auto output = porepack("pack --json " + quoted(folder.path()));
+        ASSERT_EQ(output.exit_code, 0) << kind << output.err;
+        EXPECT_LT(output.json()["pose_error_relative_to_diameter"].get<double>(), 1e-6) << kind;
+    }
+}
+
+TEST(Chain, AnUnsymmetricUnionKeepsItsFrame) {
+    REQUIRE_PROGRAM("liggghts");
+    const test::Folder folder;
+    folder.write("case.toml", R"(
+[shape]
+kind = "capsules"
+[[shape.capsule]]
+a_m = [0, 0, 0]
+b_m = [0.009, 0, 0]
+radius_m = 0.002
+[[shape.capsule]]
+a_m = [0, 0, 0]
+b_m = [0, 0.006, 0.002]
+radius_m = 0.0025
+[container]
+kind = "cylinder"
+diameter_m = 0.05
+height_m = 0.1
+[packing]
+grains = 5
+[geometry]
+section_m = [0.0, 0.004]
+)");
+    const auto output = porepack("pack --json " + quoted(folder.path()));
+    ASSERT_EQ(output.exit_code, 0) << output.err;
+    EXPECT_LT(output.json()["pose_error_relative_to_diameter"].get<double>(), 1e-6);
+    // The capsules of the packing rest on the floor: the exact body, not only its clump, lies where it should.
+    const Packing packing = read_packing(folder.path() / "results" / "pack" / "packing.json");
+    const Overlaps overlaps = find_overlaps(packing);
+    EXPECT_LT(overlaps.largest_with_wall_m, 0.05 * 0.004);
+}
+
+TEST(Chain, TheQuickstartInReducedSize) {
+    REQUIRE_PROGRAM("liggghts");
+    REQUIRE_PROGRAM("simpleFoam");
+    const test::Folder folder;
+    folder.write("case.toml", small_case);
+    const auto output = porepack("run --json " + quoted(folder.path()));
+    ASSERT_EQ(output.exit_code, 0) << output.err;
+    const Path results = folder.path() / "results";
+    for (const char* file : {"report.html", "report.md", "result.json", "stl/solid.stl", "voxelise/pore.vti", "lbm/flow.vti", "slices/slice_0000.png", "pack/manifest.json", "foam/mesh_fine/case.foam", "falling-head/falling_head.csv"})
+        EXPECT_TRUE(std::filesystem::exists(results / file)) << file;
+    const Json result = output.json();
+    double lbm = 0.0, foam = 0.0;
+    for (const auto& quantity : result["quantities"]) {
+        for (const char* key : {"name", "value", "unit", "method", "uncertainty", "converged", "cost_s"}) EXPECT_TRUE(quantity.contains(key)) << quantity.dump();
+        if (quantity["name"] == "permeability_lbm") lbm = quantity["value"];
+        if (quantity["name"] == "permeability_foam") foam = quantity["value"];
+    }
+    // Four voxels a diameter and one coarse mesh: the solvers see the same scene, no more is asked here.
+    EXPECT_GT(lbm, 0.0);
+    EXPECT_NEAR(foam / lbm, 1.0, 0.25);
+    EXPECT_TRUE(has(read_text(results / "report.html"), "Permeability"));
+
+    // Nothing is redone; a change is found, and only what depends on it runs again.
+    const auto again = porepack("run " + quoted(folder.path()));
+    EXPECT_EQ(again.exit_code, 0);
+    for (const char* stage : {"pack", "stl", "lbm", "foam", "report"}) EXPECT_TRUE(has(again.err, std::string(stage) + ": already done"));
+    folder.write("case.toml", small_case + "[tortuosity]\ndot_spacing_m = 0.004\n");
+    const auto changed = porepack("run " + quoted(folder.path()));
+    EXPECT_TRUE(has(changed.err, "lbm: already done"));
+    EXPECT_TRUE(has(changed.err, "tortuosity: done before, but configuration changed: tortuosity"));
+    // A result that was touched is stale, and status says why.
+    std::ofstream(results / "voxelise" / "pore.vti", std::ios::app) << "x";
+    const auto status = porepack("status --json " + quoted(folder.path())).json();
+    for (const auto& entry : status)
+        if (entry["stage"] == "voxelise") {
+            EXPECT_EQ(entry["state"], "stale");
+            EXPECT_EQ(entry["why"], "output changed or missing: pore.vti");
+        }
+}
+
+TEST(Chain, TheSphereArrayCaseInReducedSize) {
+    REQUIRE_PROGRAM("simpleFoam");
+    const test::Folder folder;
+    std::string text = read_text(Path(POREPACK_SOURCE_FOLDER) / "cases/sphere_array/case.toml");
+    folder.write("case.toml", text);
+    std::filesystem::copy_file(Path(POREPACK_SOURCE_FOLDER) / "cases/sphere_array/packing.json", folder.path() / "packing.json");
+    const auto lbm = porepack("lbm --json --voxel-size 0.003125 --grids 1 " + quoted(folder.path()));
+    ASSERT_EQ(lbm.exit_code, 0) << lbm.err;
+    const double exact = 7.93338e-5;  // 2 a^2/(9 c K), K = 15.39949
+    EXPECT_NEAR(lbm.json()["permeability_m2"].get<double>() / exact, 1.0, 0.06);
+    EXPECT_EQ(lbm.json()["driven_by"], "body force");
+    const auto foam = porepack("foam --json --cell-size 0.004 --meshes 1 " + quoted(folder.path()));
+    ASSERT_EQ(foam.exit_code, 0) << foam.err;
+    EXPECT_NEAR(foam.json()["permeability_m2"].get<double>() / exact, 1.0, 0.06);
+}
+
+TEST(Chain, TheOwnStlCaseInReducedSize) {
+    const test::Folder folder;
+    std::filesystem::copy_file(Path(POREPACK_SOURCE_FOLDER) / "cases/own_stl/case.toml", folder.path() / "case.toml");
+    std::filesystem::copy_file(Path(POREPACK_SOURCE_FOLDER) / "cases/own_stl/grains.stl", folder.path() / "grains.stl");
+    const auto output = porepack("lbm --json --voxel-size 1e-3 --grids 1 " + quoted(folder.path()));
+    ASSERT_EQ(output.exit_code, 0) << output.err;
+    EXPECT_GT(output.json()["permeability_m2"].get<double>(), 0.0);
+    // The same by loose files, from the STL in millimetres.
+    const auto loose = porepack("lbm --json --grids 1 --voxel-size 1e-3 --unit 0.001 --container box:0.05,0.05,0.15 --section 0.01,0.04 --output " + quoted(folder.path() / "out") + " " + quoted(folder.path() / "grains.stl"));
+    ASSERT_EQ(loose.exit_code, 0) << loose.err;
+    EXPECT_NEAR(loose.json()["permeability_m2"].get<double>() / output.json()["permeability_m2"].get<double>(), 1.0, 0.02);
+}
+
+TEST(Chain, GoesOnAfterAKillAndAfterCtrlC) {
+    REQUIRE_PROGRAM("liggghts");
+    for (const int signal : {SIGKILL, SIGINT}) {
+        const test::Folder folder;
+        folder.write("case.toml", small_case);
+        const Path results = folder.path() / "results";
+        const Path status = folder.path() / "exit";
+        // Cut in the middle of the pour.
+        const std::string command = "( " + test::quoted(POREPACK_PROGRAM) + " pack " + quoted(folder.path()) + " 2> " + quoted(folder.path() / "err") + " & pid=$!; sleep 1; kill -" + std::to_string(signal) + " $pid; wait $pid; echo $? > " + quoted(status) + " )";
+        (void)std::system(("bash -c " + ("\"" + command + "\"")).c_str());
+        (void)command;
+        std::this_thread::sleep_for(std::chrono::milliseconds(300));
+        EXPECT_FALSE(std::filesystem::exists(results / "pack" / "packing.json"));
+        const auto after = porepack("status " + quoted(folder.path()));
+        EXPECT_TRUE(has(after.out, signal == SIGKILL ? "cut or running" : "missing"));
+        const auto again = porepack("pack " + quoted(folder.path()));
+        EXPECT_EQ(again.exit_code, 0) << again.err;
+        EXPECT_TRUE(std::filesystem::exists(results / "pack" / "packing.json"));
+    }
+}
+
+TEST(Calls, TheOnesThatAreDocumentedWork) {
+    const test::Folder folder;
+    const auto shape = porepack("shape tetrapod --sphericity 0.53 --volume 7.33e-7 --json");
+    ASSERT_EQ(shape.exit_code, 0) << shape.err;
+    EXPECT_NEAR(shape.json()["diameter_m"].get<double>(), 4.0293e-3, 1e-6);
+    EXPECT_NEAR(shape.json()["convexity"].get<double>(), 0.1988, 2e-4);
+    folder.write("grain.toml", "[[capsule]]\na_m = [0, 0, 0]\nb_m = [0, 0, 0]\nradius_m = 0.001\n");
+    const auto own = porepack("shape --json --capsules " + quoted(folder.path() / "grain.toml"));
+    ASSERT_EQ(own.exit_code, 0) << own.err;
+    EXPECT_NEAR(own.json()["sphericity"].get<double>(), 1.0, 1e-6);
+
+    Packing packing{.container = parse_container("cylinder:0.03,0.04"), .shapes = {make_preset("sphere", 0.01, 0.0)}, .bodies = {}};
+    for (int i = 0; i < 3; ++i) packing.bodies.push_back({.shape = 0, .position_m = Vec3(0.005 * i - 0.004, 0.002, 0.005 + 0.0101 * i)});
+    write_packing(folder.path() / "packing.json", packing);
+    const std::string in = quoted(folder.path() / "packing.json");
+    for (const std::string& call : {"stl " + in, "voxelise " + in + " --voxel-size 1e-3", "slices " + in + " --spacing 5e-4", "lbm " + in + " --voxel-size 1e-3 --direction z", "lbm " + quoted(folder.path() / "pore.vti"),
+                                    "lbm " + quoted(folder.path() / "solid.stl") + " --container cylinder:0.03,0.04 --voxel-size 1e-3 --section 0.01,0.02", "tortuosity geometric_paper " + in, "tortuosity hydraulic " + quoted(folder.path() / "flow.vti")}) {
+        const auto output = porepack(call + " --json");
+        EXPECT_EQ(output.exit_code, 0) << call << output.err;
+        EXPECT_NO_THROW((void)output.json()) << call;
+    }
+    for (const char* file : {"solid.stl", "stl.manifest.json", "stl.result.json", "pore.vti", "flow.vti", "slices.json"}) EXPECT_TRUE(std::filesystem::exists(folder.path() / file)) << file;
+    const auto head = porepack("falling-head simulate --permeability 8.931320185e-7 --inertial-permeability 3.873579470e-3 --sample-length 0.12 --start-level 1.6 --levels 1.3,0.7,0.1 --json");
+    ASSERT_EQ(head.exit_code, 0) << head.err;
+    EXPECT_NEAR(head.json()["times_s"][2].get<double>(), 3.00825823, 1e-6);
+    const auto version = porepack("--version");
+    EXPECT_TRUE(has(version.out, "porepack 0."));
+    EXPECT_TRUE(has(version.out, "liggghts"));
+    for (const char* command : {"run", "status", "shape", "pack", "stl", "voxelise", "slices", "lbm", "foam", "tortuosity", "falling-head simulate", "report", "benchmark"}) EXPECT_TRUE(has(porepack(std::string(command) + " --help").out, "Example:")) << command;
+}
+
+TEST(Calls, DryRunsTellMemoryAndTimeAndWriteNothing) {
+    const test::Folder folder;
+    folder.write("case.toml", small_case);
+    const auto output = porepack("run --dry-run --json " + quoted(folder.path()));
+    ASSERT_EQ(output.exit_code, 0) << output.err;
+    EXPECT_EQ(output.json()["configuration"]["geometry"]["voxel_size_m"], 1e-3);
+    EXPECT_EQ(output.json()["stages"].size(), 10U);
+    EXPECT_TRUE(has(output.out, "memory about"));
+    EXPECT_FALSE(std::filesystem::exists(folder.path() / "results"));
+}
+
+}  // namespace
+}  // namespace porepack

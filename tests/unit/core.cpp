@@ -1,0 +1,114 @@
+#include <cmath>
+
+#include "core/config.hpp"
+#include "core/manifest.hpp"
+#include "helpers.hpp"
+
+namespace porepack {
+namespace {
+
+using test::has;
+using test::message_of;
+
+struct Sample {
+    double voxel_size_m = 1.0;
+    long count = 3;
+    std::string kind = "a";
+    std::vector<double> pair;
+};
+
+void describe(ConfigVisitor& v, Sample& s) {
+    v.number("voxel_size_m", s.voxel_size_m, positive(), "a length");
+    v.integer("count", s.count, between(1, 10), "a number");
+    v.choice("kind", s.kind, {"tetrapod", "sphere"}, "a choice");
+    v.numbers("pair", s.pair, {2, 2}, not_negative(), "two numbers");
+}
+
+Sample read(const std::string& toml, const Flags& flags = {}) {
+    const test::Folder folder;
+    const TomlFile file(folder.write("case.toml", toml));
+    file.require_known_tables({"sample"});
+    Sample sample;
+    file.read("sample", [&](ConfigVisitor& v) { describe(v, sample); }, flags);
+    return sample;
+}
+
+TEST(Config, ReadsValuesAndKeepsDefaults) {
+    const Sample sample = read("[sample]\nvoxel_size_m = 2e-4\npair = [0, 1.5]\n");
+    EXPECT_EQ(sample.voxel_size_m, 2e-4);
+    EXPECT_EQ(sample.count, 3);
+    EXPECT_EQ(sample.pair, (std::vector<double>{0.0, 1.5}));
+}
+
+TEST(Config, FlagsWinOverTheFile) {
+    const Sample sample = read("[sample]\nvoxel_size_m = 2e-4\n", {{"voxel_size_m", "3e-4"}, {"kind", "sphere"}, {"pair", "1,2"}});
+    EXPECT_EQ(sample.voxel_size_m, 3e-4);
+    EXPECT_EQ(sample.kind, "sphere");
+    EXPECT_EQ(sample.pair, (std::vector<double>{1.0, 2.0}));
+}
+
+TEST(Config, NamesLineAndNearestKey) {
+    const auto text = message_of<UserError>([] { (void)read("[sample]\n\nvoxel_sise_m = 1\n"); });
+    EXPECT_TRUE(has(text, "unknown key `sample.voxel_sise_m`"));
+    EXPECT_TRUE(has(text, "line 3"));
+    EXPECT_TRUE(has(text, "perhaps `voxel_size_m`"));
+}
+
+TEST(Config, NamesTheMissingUnit) {
+    EXPECT_TRUE(has(message_of<UserError>([] { (void)read("[sample]\nvoxel_size = 1\n"); }), "the unit is missing: write `voxel_size_m`"));
+}
+
+TEST(Config, RefusesBadValues) {
+    EXPECT_TRUE(has(message_of<UserError>([] { (void)read("[sample]\nvoxel_size_m = -1\n"); }), "out of range: -1"));
+    EXPECT_TRUE(has(message_of<UserError>([] { (void)read("[sample]\nvoxel_size_m = 0\n"); }), "> 0"));
+    EXPECT_TRUE(has(message_of<UserError>([] { (void)read("[sample]\nvoxel_size_m = nan\n"); }), "out of range: nan"));
+    EXPECT_TRUE(has(message_of<UserError>([] { (void)read("[sample]\nvoxel_size_m = inf\n"); }), "out of range"));
+    EXPECT_TRUE(has(message_of<UserError>([] { (void)read("[sample]\nvoxel_size_m = \"x\"\n"); }), "is not a number"));
+    EXPECT_TRUE(has(message_of<UserError>([] { (void)read("[sample]\ncount = 2.5\n"); }), "not a whole number"));
+    EXPECT_TRUE(has(message_of<UserError>([] { (void)read("[sample]\nkind = \"tetrapot\"\n"); }), "perhaps \"tetrapod\""));
+    EXPECT_TRUE(has(message_of<UserError>([] { (void)read("[sample]\npair = [1]\n"); }), "has 1 entries"));
+    EXPECT_TRUE(has(message_of<UserError>([] { (void)read("[simple]\n"); }), "perhaps [sample]"));
+    EXPECT_TRUE(has(message_of<UserError>([] { (void)read("[sample\n"); }), "not valid TOML"));
+    EXPECT_TRUE(has(message_of<UserError>([] { (void)read("", {{"voxel_size_m", "-2"}}); }), "--voxel-size"));
+}
+
+TEST(Files, DigestIsTheOneOfSha256sum) {
+    EXPECT_EQ(sha256("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+}
+
+TEST(Files, AFailedWriteLeavesNothing) {
+    const test::Folder folder;
+    const Path file = folder.path() / "out.txt";
+    EXPECT_ANY_THROW(write_whole(file, [](const Path& name) {
+        std::ofstream(name) << "half";
+        throw MachineError("disk full");
+    }));
+    EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+}
+
+TEST(Manifest, KnowsDoneStaleAndOfAnotherVersion) {
+    const test::Folder folder;
+    Manifest manifest{.stage = "lbm", .configuration = {{"a", 1}}, .inputs = {{"packing.json", "x"}}};
+    EXPECT_EQ(state_of(folder.path(), manifest), StageState::missing);
+    folder.write("k.txt", "1");
+    manifest.outputs["k.txt"] = sha256("1");
+    write_json(folder.path() / "manifest.json", to_json(manifest));
+    EXPECT_EQ(state_of(folder.path(), manifest), StageState::done);
+    std::string why;
+    Manifest changed = manifest;
+    changed.inputs["packing.json"] = "y";
+    EXPECT_EQ(state_of(folder.path(), changed, &why), StageState::stale);
+    EXPECT_EQ(why, "input changed: packing.json");
+    folder.write("k.txt", "2");
+    EXPECT_EQ(state_of(folder.path(), manifest, &why), StageState::stale);
+    EXPECT_EQ(why, "output changed or missing: k.txt");
+    Json old = to_json(manifest);
+    old["program_version"] = "0.0.1";
+    old["key"] = "other";
+    write_json(folder.path() / "manifest.json", old);
+    EXPECT_EQ(state_of(folder.path(), manifest, &why), StageState::stale);
+    EXPECT_TRUE(has(why, "made by porepack 0.0.1"));
+}
+
+}  // namespace
+}  // namespace porepack

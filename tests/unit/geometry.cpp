@@ -1,0 +1,246 @@
+// Containers, packings, voxels, slices, surfaces: axes, handedness, faults.
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <numbers>
+
+#include "converters/percolation.hpp"
+#include "converters/surface.hpp"
+#include "converters/voxels.hpp"
+#include "helpers.hpp"
+
+namespace porepack {
+namespace {
+
+using test::has;
+using test::message_of;
+
+// A body without any symmetry: a long foot along +x, a shorter one along +y, a stem along +z, in a corner of the box.
+Packing l_shaped() {
+    Packing packing;
+    packing.container.kind = Container::Kind::box;
+    packing.container.size_m = Vec3(0.06, 0.05, 0.04);
+    packing.shapes.push_back({.id = "L", .capsules = {{Vec3::Zero(), Vec3(0.03, 0, 0), 0.003}, {Vec3::Zero(), Vec3(0, 0.02, 0), 0.003}, {Vec3::Zero(), Vec3(0, 0, 0.012), 0.003}}});
+    packing.bodies.push_back({.shape = 0, .position_m = Vec3(0.01, 0.012, 0.014)});
+    return packing;
+}
+
+struct Extent {
+    Vec3 low = Vec3::Constant(1e300), high = Vec3::Constant(-1e300);
+    void add(const Vec3& p) {
+        low = low.cwiseMin(p);
+        high = high.cwiseMax(p);
+    }
+    void expect_l(double slack) const {
+        EXPECT_NEAR(low.x(), 0.007, slack);
+        EXPECT_NEAR(high.x(), 0.043, slack);
+        EXPECT_NEAR(low.y(), 0.009, slack);
+        EXPECT_NEAR(high.y(), 0.035, slack);
+        EXPECT_NEAR(low.z(), 0.011, slack);
+        EXPECT_NEAR(high.z(), 0.029, slack);
+    }
+};
+
+Extent extent_of(const Grid& grid, const std::vector<std::uint8_t>& phase) {
+    Extent extent;
+    for (int k = 0; k < grid.cells[2]; ++k)
+        for (int j = 0; j < grid.cells[1]; ++j)
+            for (int i = 0; i < grid.cells[0]; ++i)
+                if (phase[grid.index(i, j, k)] == grain) extent.add(Vec3(grid.centre(0, i), grid.centre(1, j), grid.centre(2, k)));
+    return extent;
+}
+
+TEST(Axes, TheLStandsRightInEveryFile) {
+    const test::Folder folder;
+    write_packing(folder.path() / "packing.json", l_shaped());
+    const Packing packing = read_packing(folder.path() / "packing.json");
+    const Grains grains(packing);
+    const Section whole{0.0, 0.04};
+
+    const VoxelPlan plan = plan_voxels(packing.container, whole, 1e-3, 0.0, 0.006);
+    write_phase_image(folder.path() / "pore.vti", voxelise(grains, packing.container, whole, plan));
+    const PhaseImage image = read_phase_image(folder.path() / "pore.vti");
+    extent_of(image.grid, image.phase).expect_l(1.1e-3);
+
+    write_slices(folder.path() / "slices", grains, packing.container, whole, 1e-3, 1e-3);
+    const SliceStack stack = read_slices(folder.path() / "slices");
+    extent_of(stack.grid, stack.phase).expect_l(1.1e-3);
+
+    write_stl(folder.path() / "solid.stl", make_surface(packing, {}).surface);
+    const TriangleSurface surface = read_stl(folder.path() / "solid.stl");
+    Extent corners;
+    for (const auto& p : surface.points) corners.add(Vec3(p[0], p[1], p[2]));
+    corners.expect_l(2e-4);
+    const SurfaceCheck check = check_surface(surface);
+    EXPECT_EQ(check.fault, "");
+    EXPECT_TRUE(check.closed && check.outward && !check.self_intersecting);
+
+    FlowImage flow{.grid = image.grid, .velocity_m_per_s = std::vector<float>(3 * image.grid.size()), .pressure_Pa = std::vector<float>(image.grid.size()), .phase = image.phase, .notes = image.notes};
+    for (std::size_t cell = 0; cell < image.grid.size(); ++cell)
+        if (image.phase[cell] == pore) flow.velocity_m_per_s[3 * cell + 2] = static_cast<float>(cell);
+    write_flow_image(folder.path() / "flow.vti", flow);
+    const FlowImage back = read_flow_image(folder.path() / "flow.vti");
+    EXPECT_EQ(back.velocity_m_per_s, flow.velocity_m_per_s);
+    EXPECT_EQ(back.phase, image.phase);
+    EXPECT_EQ(back.notes.at("unit"), "metre");
+
+    // The surface's own columns give the same voxels, but for those that its facets cut.
+    const PhaseImage from_stl = voxelise(SurfaceSolid(surface, packing.container), packing.container, whole, plan);
+    std::size_t different = 0, solid = 0;
+    for (std::size_t cell = 0; cell < image.phase.size(); ++cell) {
+        different += image.phase[cell] != from_stl.phase[cell] ? 1 : 0;
+        solid += image.phase[cell] == grain ? 1 : 0;
+    }
+    EXPECT_LT(different, solid / 20);
+}
+
+TEST(Packing, IsReadBackAsWritten) {
+    const test::Folder folder;
+    Packing packing = l_shaped();
+    packing.bodies[0].orientation = Quaternion(0.5, 0.5, -0.5, 0.5);
+    write_packing(folder.path() / "a.json", packing);
+    write_packing(folder.path() / "b.json", read_packing(folder.path() / "a.json"));
+    EXPECT_EQ(read_text(folder.path() / "a.json"), read_text(folder.path() / "b.json"));
+    ASSERT_EQ(std::system(("cd '" + folder.path().string() + "' && gzip -k a.json").c_str()), 0);
+    EXPECT_EQ(read_packing(folder.path() / "a.json.gz").bodies.size(), 1U);
+}
+
+TEST(Packing, FaultsAreNamedWithTheirPlace) {
+    const test::Folder folder;
+    const auto fault = [&](const std::string& text) { return message_of<UserError>([&] { (void)read_packing(folder.write("p.json", text)); }); };
+    const std::string head = R"({"format":"porepack-packing","version":1,"container":{"kind":"cylinder","diameter_m":0.1,"height_m":0.2},"shapes":[{"id":"s","capsules":[{"a_m":[0,0,0],"b_m":[0,0,0],"radius_m":0.01}]}],"bodies":[)";
+    EXPECT_TRUE(has(fault(""), "the file is empty"));
+    EXPECT_TRUE(has(fault("{"), "not valid JSON"));
+    EXPECT_TRUE(has(fault("{}"), "`format` is missing"));
+    EXPECT_TRUE(has(fault(head + R"({"shape":"t","position_m":[0,0,0.1],"orientation":[1,0,0,0]}]})"), "no such shape in this file: t"));
+    EXPECT_TRUE(has(fault(head + R"({"shape":"s","position_m":[0,0,100],"orientation":[1,0,0,0]}]})"), "outside the container"));
+    EXPECT_TRUE(has(fault(head + R"({"shape":"s","position_m":[0,0,0.1],"orientation":[2,0,0,0]}]})"), "no unit quaternion"));
+    EXPECT_TRUE(has(fault(head + R"({"shape":"s","position_m":[0,null,0.1],"orientation":[1,0,0,0]}]})"), "/bodies[0]/position_m[1]"));
+    EXPECT_TRUE(has(message_of<UserError>([&] { (void)read_packing(folder.path()); }), "is a folder"));
+    EXPECT_TRUE(has(message_of<UserError>([&] { (void)read_packing(folder.path() / "none.json"); }), "no such file"));
+}
+
+TEST(Container, IsParsed) {
+    EXPECT_NEAR(parse_container("cylinder:0.1,0.7").inner_area_m2(), std::numbers::pi * 0.0025, 1e-12);
+    EXPECT_TRUE(parse_container("box:1,2,3:periodic").periodic[2]);
+    for (const char* bad : {"", "box", "box:1,2", "cylinder:1", "cylinder:0,1", "box:1,2,nan", "box:1,2,3:open", "cylinder:1,2x"}) EXPECT_TRUE(has(message_of<UserError>([&] { (void)parse_container(bad); }), "container")) << bad;
+}
+
+TEST(Porosity, OneSphereInABoxAndAcrossAPeriodicCorner) {
+    Packing packing;
+    packing.container.kind = Container::Kind::box;
+    packing.container.size_m = Vec3::Ones();
+    packing.shapes.push_back({.id = "sphere", .capsules = {{Vec3::Zero(), Vec3::Zero(), 0.4}}});
+    packing.bodies.push_back({.shape = 0, .position_m = Vec3::Constant(0.5)});
+    const double exact = 1.0 - 4.0 / 3.0 * std::numbers::pi * 0.064;
+    const Porosity middle = porosity(Grains(packing), packing.container, {0.0, 1.0});
+    EXPECT_NEAR(middle.value, exact, 1e-4);
+    EXPECT_LT(middle.uncertainty, 1e-3);
+    packing.container.periodic = {true, true, true};
+    packing.bodies[0].position_m = Vec3::Zero();
+    EXPECT_NEAR(porosity(Grains(packing), packing.container, {0.0, 1.0}).value, exact, 1e-4);
+}
+
+TEST(Porosity, AFilledCavityIsSolid) {
+    for (const Cavity cavity : {Cavity::filled, Cavity::open}) {
+        Packing packing;
+        packing.container.kind = Container::Kind::box;
+        packing.container.size_m = Vec3::Constant(8.0);
+        packing.shapes.push_back(make_preset("tetrahedron", 2.0, 3.3));
+        packing.shapes[0].cavity = cavity;
+        find_cavities(packing.shapes[0]);
+        packing.bodies.push_back({.shape = 0, .position_m = Vec3::Constant(4.0), .orientation = Quaternion(0.5, 0.5, 0.5, 0.5)});
+        const double solid = (1.0 - porosity(Grains(packing), packing.container, {0.0, 8.0}, 200000).value) * 512.0;
+        EXPECT_NEAR(solid, measure(packing.shapes[0]).volume_m3, 2e-3 * solid);
+        const SurfaceCheck check = check_surface(make_surface(packing, {.deviation_m = 0.02}).surface);
+        EXPECT_EQ(check.shells, cavity == Cavity::filled ? 1 : 2);
+        EXPECT_NEAR(check.volume_m3, solid, 0.01 * solid);
+    }
+}
+
+TEST(Section, DefaultsTrimAndTheEmptyOneIsNamed) {
+    const Container container = parse_container("cylinder:0.1,0.7");
+    const Section section = choose_section(container, {}, 0.35, 0.05);
+    EXPECT_EQ(section.z0, 0.03);
+    EXPECT_NEAR(section.z1, 0.32, 1e-15);
+    EXPECT_TRUE(has(message_of<UserError>([&] { (void)choose_section(container, {}, 0.04, 0.03); }), "it is 0.04 m high"));
+    EXPECT_TRUE(has(message_of<UserError>([&] { (void)choose_section(container, {.section_m = {0.3, 0.2}}, 0.35, 0.03); }), "0 <= z0 < z1"));
+}
+
+TEST(Voxels, RefusesWhatCannotBe) {
+    const Container box = parse_container("box:1,1,1:periodic");
+    EXPECT_TRUE(has(message_of<UserError>([&] { (void)plan_voxels(parse_container("box:1,0.73,1:periodic"), {0, 1}, 0.1, 0.0, 1.0); }), "no whole number of voxels"));
+    EXPECT_TRUE(has(message_of<UserError>([&] { (void)plan_voxels(box, {0, 1}, 0.5, 0.0, 0.3); }), "larger than the grain"));
+    EXPECT_TRUE(has(message_of<UserError>([&] { (void)plan_voxels(box, {0, 1}, 1e-5, 0.0, 1.0); }), "cells"));
+    EXPECT_EQ(plan_voxels(parse_container("cylinder:0.05,0.2"), {0.02, 0.06}, 3e-4, 0.0, 1.0).grid.cells[2], 133);
+}
+
+TEST(Surface, TouchingOverlappingAndParallelGrainsBecomeOneSoundSurface) {
+    for (const double distance : {2.0001, 2.0, 1.998, 1.5, 1.9999999}) {
+        Packing packing;
+        packing.container = parse_container("box:20,20,20");
+        packing.shapes.push_back(make_preset("rod", 2.0, 5.0));
+        packing.bodies.push_back({.shape = 0, .position_m = Vec3(5, 5, 6)});
+        packing.bodies.push_back({.shape = 0, .position_m = Vec3(5 + distance, 5, 6.5)});
+        const SurfaceResult result = make_surface(packing, {});
+        EXPECT_EQ(check_surface(result.surface).fault, "") << distance;
+        EXPECT_LT(result.deviation_m, 0.045) << distance;
+    }
+}
+
+TEST(Stl, FaultsAreNamed) {
+    const test::Folder folder;
+    Packing packing = l_shaped();
+    const TriangleSurface surface = make_surface(packing, {}).surface;
+    const Path good = folder.path() / "good.stl";
+    write_stl(good, surface);
+    const std::string bytes = read_text(good);
+    const auto fault = [&](const std::string& content) { return message_of<UserError>([&] { (void)read_stl(folder.write("bad.stl", content)); }); };
+    EXPECT_TRUE(has(fault(""), "empty"));
+    EXPECT_TRUE(has(fault(bytes.substr(0, bytes.size() / 2)), "the STL file is cut"));
+    EXPECT_TRUE(has(fault("hello"), "not an STL"));
+    EXPECT_TRUE(has(fault("solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0"), "is no number"));
+    std::string nan = bytes;
+    const float value = std::nanf("");
+    std::memcpy(nan.data() + 84 + 50 * 7 + 12, &value, 4);
+    EXPECT_TRUE(has(fault(nan), "triangle 7"));
+    TriangleSurface open = surface;
+    open.triangles.pop_back();
+    EXPECT_TRUE(has(check_surface(open).fault, "the surface is open: 3 edges"));
+    TriangleSurface inside_out = surface;
+    for (auto& triangle : inside_out.triangles) std::swap(triangle[0], triangle[1]);
+    EXPECT_TRUE(has(check_surface(inside_out).fault, "inside out"));
+    TriangleSurface crossing = surface;
+    for (std::size_t i = 0; i < surface.points.size(); ++i) {
+        auto p = surface.points[i];
+        p[0] += 0.002;
+        crossing.points.push_back(p);
+    }
+    const int shift = static_cast<int>(surface.points.size());
+    for (const auto& t : surface.triangles) crossing.triangles.push_back({t[0] + shift, t[1] + shift, t[2] + shift});
+    EXPECT_TRUE(has(check_surface(crossing).fault, "crosses itself"));
+    TriangleSurface millimetres = surface;
+    for (auto& p : millimetres.points)
+        for (double& x : p) x *= 1000.0;
+    EXPECT_TRUE(has(message_of<UserError>([&] { require_plausible_size(check_surface(millimetres), packing.container, "x.stl"); }), "millimetres"));
+}
+
+TEST(Percolation, FindsBlockedAndIsolatedPores) {
+    PhaseImage image{.grid = {.cells = {5, 5, 6}}, .phase = std::vector<std::uint8_t>(150, grain), .notes = {}};
+    const Drive drive{.axis = 2, .periodic = {false, false, false}};
+    for (int k = 0; k < 6; ++k) image.phase[image.grid.index(1, 1, k)] = pore;
+    image.phase[image.grid.index(3, 3, 3)] = pore;
+    const Percolation open = find_percolating_cells(image, drive);
+    EXPECT_EQ(open.isolated_cells, 1);
+    EXPECT_EQ(std::count(open.keep.begin(), open.keep.end(), 1), 6);
+    image.phase[image.grid.index(1, 1, 2)] = grain;
+    EXPECT_TRUE(has(message_of<NumericalError>([&] { (void)find_percolating_cells(image, drive); }), "does not percolate"));
+    // Round a periodic box: a channel that goes back to itself without a turn carries nothing.
+    const Drive periodic{.axis = 2, .periodic = {true, true, true}};
+    EXPECT_TRUE(has(message_of<NumericalError>([&] { (void)find_percolating_cells(image, periodic); }), "does not percolate"));
+    image.phase[image.grid.index(1, 1, 2)] = pore;
+    EXPECT_EQ(find_percolating_cells(image, periodic).isolated_cells, 1);
+}
+
+}  // namespace
+}  // namespace porepack

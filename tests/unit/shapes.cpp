@@ -1,0 +1,117 @@
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "helpers.hpp"
+#include "shapes/config.hpp"
+
+namespace porepack {
+namespace {
+
+using test::has;
+using test::message_of;
+
+Vec3 random_point(std::mt19937& random, double size = 1.0) {
+    std::uniform_real_distribution<double> uniform(-size, size);
+    return {uniform(random), uniform(random), uniform(random)};
+}
+
+TEST(Capsule, LineIntervalAgreesWithTheDistance) {
+    std::mt19937 random(1);
+    for (int i = 0; i < 2000; ++i) {
+        const Capsule capsule{random_point(random), i % 5 == 0 ? Vec3(Vec3::Zero()) : random_point(random), 0.3};
+        const Vec3 origin = random_point(random), direction = i % 7 == 0 ? Vec3(Vec3::UnitZ()) : Vec3(random_point(random).normalized());
+        const auto inside = line_interval(capsule, origin, direction);
+        for (double t = -3.0; t <= 3.0; t += 0.0517) {
+            const bool in = signed_distance(capsule, origin + t * direction) < 0.0;
+            EXPECT_EQ(in, inside && t > inside->low && t < inside->high);
+        }
+        if (inside) EXPECT_NEAR(signed_distance(capsule, origin + inside->low * direction), 0.0, 1e-12);
+    }
+}
+
+TEST(Capsule, AxisDistanceIsTheBruteForceMinimum) {
+    std::mt19937 random(2);
+    for (int i = 0; i < 3000; ++i) {
+        Capsule p{random_point(random), random_point(random), 0.0}, q{random_point(random), random_point(random), 0.0};
+        if (i % 4 == 1) q.b = q.a + 0.7 * (p.b - p.a);               // parallel
+        if (i % 4 == 2) q.b = q.a;                                     // a point
+        if (i % 4 == 3) q.b = q.a + (p.b - p.a) + 1e-9 * random_point(random);  // nearly parallel
+        double brute = 1e300;
+        for (int k = 0; k <= 400; ++k) {
+            const Vec3 at = p.a + (p.b - p.a) * (k / 400.0);
+            brute = std::min(brute, (at - closest_on_axis(q, at)).norm());
+        }
+        EXPECT_LE(axis_distance(p, q), brute + 1e-12);
+        EXPECT_GE(axis_distance(p, q), brute - (p.b - p.a).norm() / 400.0);
+    }
+}
+
+TEST(Shape, OneCapsuleIsExact) {
+    const double r = 0.5, L = 1.7;
+    const ShapeMeasures m = measure(make_preset("rod", 2 * r, L));
+    EXPECT_NEAR(m.volume_m3, std::numbers::pi * r * r * (L + 4.0 / 3.0 * r), 1e-12);
+    EXPECT_NEAR(m.surface_area_m2, 2.0 * std::numbers::pi * r * (L + 2.0 * r), 1e-12);
+    // Two half spheres and a cylinder about the long axis.
+    const double inertia = std::numbers::pi * r * r * L * r * r / 2.0 + 8.0 / 15.0 * std::numbers::pi * std::pow(r, 5);
+    EXPECT_NEAR(m.inertia_per_density_m5(2, 2), inertia, 1e-12);
+}
+
+TEST(Shape, LensOfTwoSpheresIsExact) {
+    const double r = 1.0, d = 1.0;
+    const Shape pair{.id = "pair", .capsules = {{Vec3::Zero(), Vec3::Zero(), r}, {Vec3(d, 0, 0), Vec3(d, 0, 0), r}}};
+    const double lens = std::numbers::pi * (4 * r + d) * (2 * r - d) * (2 * r - d) / 12.0;
+    const double cap = 2.0 * std::numbers::pi * r * (r - d / 2.0);
+    const ShapeMeasures m = measure(pair);
+    EXPECT_NEAR(m.volume_m3, 8.0 / 3.0 * std::numbers::pi - lens, 1e-4);
+    EXPECT_NEAR(m.surface_area_m2, 8.0 * std::numbers::pi - 2.0 * cap, 1e-4);
+}
+
+TEST(Shape, ACapsuleInsideAnotherOrTwiceChangesNothing) {
+    Shape rod = make_preset("rod", 1.0, 2.0);
+    const ShapeMeasures alone = measure(rod);
+    rod.capsules.push_back(rod.capsules.front());
+    rod.capsules.push_back({Vec3::Zero(), Vec3(0, 0, 0.3), 0.2});
+    const ShapeMeasures more = measure(rod);
+    EXPECT_NEAR(more.volume_m3, alone.volume_m3, 1e-10);
+    EXPECT_NEAR(more.surface_area_m2, alone.surface_area_m2, 1e-10);
+}
+
+TEST(Shape, BadInputIsNamed) {
+    EXPECT_TRUE(has(message_of<UserError>([] { (void)dimensions_for("tetrapod", 1.2, 1e-6, Cavity::filled); }), "0 < sphericity <= 1"));
+    EXPECT_TRUE(has(message_of<UserError>([] { (void)dimensions_for("tetrapod", 0.1, 1e-6, Cavity::filled); }), "no tetrapod has sphericity 0.1"));
+    EXPECT_TRUE(has(message_of<UserError>([] { (void)dimensions_for("tetrahedron", 0.83, 1e-6, Cavity::filled); }), "jumps where the cavity closes"));
+    EXPECT_TRUE(has(message_of<UserError>([] { validate({.id = "x", .capsules = {{Vec3::Zero(), Vec3::Zero(), 0.1}, {Vec3::Ones(), Vec3::Ones(), 0.1}}}); }), "not connected"));
+    EXPECT_TRUE(has(message_of<UserError>([] { validate({.id = "x", .capsules = {{Vec3::Zero(), Vec3::Zero(), 0.0}}}); }), "radius_m > 0"));
+    EXPECT_TRUE(has(message_of<UserError>([] { (void)make_shape({.kind = "tetrapod"}); }), "size is missing"));
+    EXPECT_TRUE(has(message_of<UserError>([] { (void)make_shape({.kind = "tetrapod", .sphericity = 0.5, .volume_m3 = 1e-6, .diameter_m = 1e-3}); }), "contradict"));
+}
+
+TEST(Shape, TheTetrahedronsCavityIsFoundBetweenItsLimits) {
+    for (const double ratio : {2.80, 2.90, 3.40, 3.46, 3.47, 3.60}) {
+        Shape shape = make_preset("tetrahedron", 2.0, ratio);
+        find_cavities(shape);
+        const bool closed = ratio > 2.0 * std::sqrt(2.0) && ratio < 2.0 * std::sqrt(3.0);
+        EXPECT_EQ(!shape.cavity_points.empty(), closed) << ratio;
+    }
+}
+
+TEST(Clump, StaysWithinItsTolerance) {
+    const Shape shape = make_preset("tetrapod", 4e-3, 14e-3);
+    const double tolerance = 0.05 * 4e-3;
+    const auto spheres = sphere_clump(shape, tolerance);
+    EXPECT_EQ(spheres.size(), 33U);
+    // Every surface point of an arm, seen along its normal, is at most the tolerance above the clump.
+    const Capsule& arm = shape.capsules.front();
+    const Vec3 axis = (arm.b - arm.a).normalized(), normal = axis.unitOrthogonal();
+    for (int k = 0; k <= 1000; ++k) {
+        const Vec3 at = arm.a + (arm.b - arm.a) * (k / 1000.0) + arm.radius * normal;
+        double reach = 1e300;
+        for (const auto& sphere : spheres)
+            if (const auto inside = line_interval(sphere, at, normal)) reach = std::min(reach, -inside->high);
+        EXPECT_LE(reach, tolerance * (1.0 + 1e-9));
+    }
+}
+
+}  // namespace
+}  // namespace porepack
