@@ -48,13 +48,17 @@ Domain build_domain(const PhaseImage& image, const Drive& drive) {
             if (!drive.by_pressure()) continue;
             const int beyond = here[axis] + c[axis];
             if (beyond >= 0 && beyond < image.grid.cells[axis]) continue;  // a side wall
-            // Through an open end, unless the way there is barred by a grain or a wall.
+            // Through an open end, unless the way there is barred by a grain or a wall. Beyond the plane lies the mirror image
+            // with pressure and tangential velocity reversed: constant pressure and normal flow hold exactly on the plane.
             auto aside = here;
             auto lateral = c;
             lateral[axis] = 0;
-            if (!step_in_grid(image.grid, drive, aside, lateral, turns) || node_of[image.grid.index(aside[0], aside[1], aside[2])] < 0) continue;
+            if (!step_in_grid(image.grid, drive, aside, lateral, turns)) continue;
+            const std::int32_t other = node_of[image.grid.index(aside[0], aside[1], aside[2])];
+            if (other < 0) continue;
             slot = static_cast<std::uint32_t>(domain.populations() + domain.open_links.size());
-            domain.open_links.push_back({bounced, d3q19::w(q), beyond < 0});
+            const auto mirrored = Domain::slot(static_cast<std::size_t>(d3q19::mirrored(q, drive.axis)), static_cast<std::size_t>(other));
+            domain.open_links.push_back({static_cast<std::uint32_t>(mirrored), d3q19::w(q), beyond < 0});
         }
     }
     return domain;

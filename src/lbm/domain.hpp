@@ -16,7 +16,7 @@ struct Domain {
     /// above populations() are the open ends' links.
     std::vector<std::uint32_t> pull;
     struct OpenLink {
-        std::uint32_t source;  ///< slot of the outgoing population (opposite direction, same node)
+        std::uint32_t source;  ///< slot of the outgoing population whose mirror image comes in
         double weight;
         bool inlet;
     };

@@ -38,7 +38,8 @@ double StokesSolver::bytes_per_node() const {
     return bytes / static_cast<double>(domain_.nodes());
 }
 
-// Constant pressure on a plane half a link away (anti-bounce-back): density 1 at the inlet, 0 at the outlet.
+// Constant pressure and normal flow on a plane half a cell away, by an antisymmetric mirror image: density 1 at the inlet,
+// 0 at the outlet.
 void StokesSolver::fill_open_links() {
     const std::size_t first = domain_.populations();
     for (std::size_t l = 0; l < domain_.open_links.size(); ++l) {

@@ -13,9 +13,9 @@ struct ShapeConfig {
     double diameter_m = 0.0;
     double length_m = 0.0;
     std::string cavity = "filled";
-    std::string file;
+    std::string file = {};
     double unit_m = 1.0;
-    std::vector<Capsule> capsule;
+    std::vector<Capsule> capsule = {};
 };
 
 /// Lists the keys.

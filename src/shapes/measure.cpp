@@ -130,11 +130,14 @@ private:
         const SurfacePoint start = point(0.0);
         for (std::size_t j = 0; j < shape_.capsules.size(); ++j) {
             if (j == own) continue;
-            const auto inside = line_interval(shape_.capsules[j], start.x, axis);
+            // A line on the very surface (collinear capsules, twice the same) is hidden by the capsule listed first: the other
+            // is taken thicker by a hair to find such a touch, and asked in the middle whether it is one.
+            Capsule other = shape_.capsules[j];
+            other.radius *= 1.0 + 1e-12;
+            const auto inside = line_interval(other, start.x, axis);
             if (!inside) continue;
             const double middle = std::clamp(0.5 * (inside->low + inside->high), 0.0, length);
-            // A line that only touches (collinear capsules) is hidden by the capsule listed first.
-            if (covered({shape_.capsules[j]}, 1, point(middle).x, start.normal) || j < own) hidden.push_back(*inside);
+            if (j < own || signed_distance(shape_.capsules[j], point(middle).x) < -1e-10 * other.radius) hidden.push_back(*inside);
         }
         std::sort(hidden.begin(), hidden.end(), [](const Interval& p, const Interval& q) { return p.low < q.low; });
         double at = 0.0;

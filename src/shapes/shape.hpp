@@ -16,7 +16,7 @@ struct Shape {
     std::vector<Capsule> capsules;
     Cavity cavity = Cavity::filled;
     /// Points from which every point of the enclosed voids is seen; filled by find_cavities, empty when there are none.
-    std::vector<Vec3> cavity_points;
+    std::vector<Vec3> cavity_points = {};
 };
 
 /// The presets of the paper (2.1.1). `diameter` of the capsules, `length` of their axes. Throws UserError on sizes <= 0.
@@ -45,7 +45,7 @@ struct ShapeMeasures {
 };
 
 /// Quadrature over the exposed surface (divergence theorem) with `meridians` round each capsule. Throws nothing.
-[[nodiscard]] ShapeMeasures measure(const Shape& shape, int meridians = 512);
+[[nodiscard]] ShapeMeasures measure(const Shape& shape, int meridians = 1024);
 
 struct Dimensions {
     double diameter_m = 0.0;

@@ -30,7 +30,8 @@ std::vector<Vec2> grid_of_dots(const Container& container, double spacing) {
 }
 
 struct Path1D {
-    double length = 0.0;
+    double excess = 0.0;    // length less the height, summed without cancellation: exactly 0 for a straight path
+    double height = 0.0;
     double straight = 0.0;
     long points = 0, rejected = 0;
     bool complete = true;
@@ -58,10 +59,11 @@ Path1D follow(const Vec2& dot, int slices, double spacing, double largest_angle,
         if (s == 0)
             first = *point;
         else
-            path.length += std::hypot((*point - before).norm(), spacing);
+            path.excess += (*point - before).squaredNorm() / (spacing + std::hypot((*point - before).norm(), spacing));
         before = *point;
     }
-    path.straight = std::hypot((before - first).norm(), (slices - 1) * spacing);
+    path.height = (slices - 1) * spacing;
+    path.straight = std::hypot((before - first).norm(), path.height);
     return path;
 }
 
@@ -78,7 +80,7 @@ GeometricPaperResult average(const std::vector<Vec2>& dots, int slices, double s
         const Path1D path = follow(dots[d], slices, spacing, angle_deg * std::numbers::pi / 180.0, closest_void);
 #pragma omp critical
         {
-            if (path.complete) values.push_back(path.length / path.straight);
+            if (path.complete) values.push_back((path.height + path.excess) / path.straight);
             points += path.points;
             rejected += path.rejected;
             progress.update(static_cast<double>(++done) / static_cast<double>(dots.size()));
@@ -88,7 +90,8 @@ GeometricPaperResult average(const std::vector<Vec2>& dots, int slices, double s
     if (values.empty()) throw NumericalError("no path leads through the packing: some slices have no void point near any dot");
     std::sort(values.begin(), values.end());  // the sum does not depend on the order in which threads finish
     GeometricPaperResult result{.paths = static_cast<long>(values.size()), .slices = slices};
-    for (const double value : values) result.value += value / static_cast<double>(values.size());
+    for (const double value : values) result.value += (value - 1.0) / static_cast<double>(values.size());
+    result.value += 1.0;
     double squares = 0.0;
     for (const double value : values) squares += (value - result.value) * (value - result.value);
     if (values.size() > 1) result.standard_deviation = std::sqrt(squares / static_cast<double>(values.size() - 1));

@@ -26,7 +26,9 @@ TEST(Capsule, LineIntervalAgreesWithTheDistance) {
             const bool in = signed_distance(capsule, origin + t * direction) < 0.0;
             EXPECT_EQ(in, inside && t > inside->low && t < inside->high);
         }
-        if (inside) EXPECT_NEAR(signed_distance(capsule, origin + inside->low * direction), 0.0, 1e-12);
+        if (inside) {
+            EXPECT_NEAR(signed_distance(capsule, origin + inside->low * direction), 0.0, 1e-12);
+        }
     }
 }
 
@@ -54,7 +56,7 @@ TEST(Shape, OneCapsuleIsExact) {
     EXPECT_NEAR(m.surface_area_m2, 2.0 * std::numbers::pi * r * (L + 2.0 * r), 1e-12);
     // Two half spheres and a cylinder about the long axis.
     const double inertia = std::numbers::pi * r * r * L * r * r / 2.0 + 8.0 / 15.0 * std::numbers::pi * std::pow(r, 5);
-    EXPECT_NEAR(m.inertia_per_density_m5(2, 2), inertia, 1e-12);
+    EXPECT_NEAR(m.inertia_per_density_m5(2, 2), inertia, 1e-9);  // the caps by Gauss' rule
 }
 
 TEST(Shape, LensOfTwoSpheresIsExact) {
@@ -63,8 +65,8 @@ TEST(Shape, LensOfTwoSpheresIsExact) {
     const double lens = std::numbers::pi * (4 * r + d) * (2 * r - d) * (2 * r - d) / 12.0;
     const double cap = 2.0 * std::numbers::pi * r * (r - d / 2.0);
     const ShapeMeasures m = measure(pair);
-    EXPECT_NEAR(m.volume_m3, 8.0 / 3.0 * std::numbers::pi - lens, 1e-4);
-    EXPECT_NEAR(m.surface_area_m2, 8.0 * std::numbers::pi - 2.0 * cap, 1e-4);
+    EXPECT_NEAR(m.volume_m3 / (8.0 / 3.0 * std::numbers::pi - lens), 1.0, 1e-4);
+    EXPECT_NEAR(m.surface_area_m2 / (8.0 * std::numbers::pi - 2.0 * cap), 1.0, 1e-4);
 }
 
 TEST(Shape, ACapsuleInsideAnotherOrTwiceChangesNothing) {
@@ -100,7 +102,7 @@ TEST(Clump, StaysWithinItsTolerance) {
     const Shape shape = make_preset("tetrapod", 4e-3, 14e-3);
     const double tolerance = 0.05 * 4e-3;
     const auto spheres = sphere_clump(shape, tolerance);
-    EXPECT_EQ(spheres.size(), 33U);
+    EXPECT_EQ(spheres.size(), 37U);  // spacing 1.744 mm: 9 pieces an arm, and the middle
     // Every surface point of an arm, seen along its normal, is at most the tolerance above the clump.
     const Capsule& arm = shape.capsules.front();
     const Vec3 axis = (arm.b - arm.a).normalized(), normal = axis.unitOrthogonal();
