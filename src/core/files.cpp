@@ -113,7 +113,7 @@ std::string sha256(std::string_view bytes) {
 
 std::string sha256_of_file(const Path& path) {
     std::ifstream in(path, std::ios::binary);
-    if (!in) throw UserError("cannot read " + path.string());
+    if (!in) throw UserError((fs::exists(path) ? "cannot read " : "no such file: ") + path.string(), {.mend = "check the path"});
     Sha256 digest;
     std::vector<char> buffer(1 << 20);
     while (in.read(buffer.data(), static_cast<std::streamsize>(buffer.size())) || in.gcount() > 0)

@@ -136,7 +136,7 @@ void judge_flow(const FoamScene& scene, const FoamConfig& config, const Path& fo
     // Either the residuals fell below their limit, or (where a component of the velocity is zero and its residual is noise)
     // the flow rate stands still for 50 iterations and balances.
     const bool by_residual = last_number(log, "SIMPLE solution converged in ").has_value();
-    const bool by_flow = flow.size() > 50 && std::abs(flow.back() / flow[flow.size() - 51] - 1.0) < 0.01 * config.residual + 1e-9 && result.flow_imbalance < config.residual;
+    const bool by_flow = flow.size() > 50 && std::abs(flow.back() / flow[flow.size() - 51] - 1.0) < config.residual && result.flow_imbalance < config.residual;
     if (!by_residual && !by_flow)
         throw NumericalError("OpenFOAM did not converge; no permeability is given\n" + tail(log, 8), {.where = log.string(), .mend = "raise max_iterations; or lower relaxation_pressure to 3 (1 - relaxation_velocity)"});
     if (!(result.permeability_m2 > 0.0) || !std::isfinite(result.permeability_m2)) reject(fmt::format("the flow goes the wrong way or diverged: k = {:g} m2", result.permeability_m2), log);

@@ -59,6 +59,10 @@ ClumpBody clump_body(const Shape& shape, const PackingConfig& config) {
         sphere.a = sphere.b = axes.transpose() * (sphere.a - body.centre);
         body.spheres.push_back(sphere);
     }
+    if (body.spheres.size() == 1) {  // LIGGGHTS wants two spheres or more: one inside, which nothing touches
+        body.spheres.push_back(body.spheres.front());
+        body.spheres.back().radius *= 0.5;
+    }
     return body;
 }
 

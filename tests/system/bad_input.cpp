@@ -107,7 +107,7 @@ TEST(BadStl, EachHasItsMessage) {
     std::memcpy(open.data() + 80, &count, 4);
     fault(open.substr(0, 84 + 50 * count), container, "the surface is open");
     EXPECT_TRUE(has(porepack("voxelise --container cylinder:1,1 " + quoted(folder.path())).err, "cannot tell what"));
-    EXPECT_TRUE(has(porepack("voxelise " + container + " " + quoted(folder.path() / "solid.stl")).err, "voxel size is missing"));
+    EXPECT_TRUE(has(porepack("voxelise --section 0.005,0.025 " + container + " " + quoted(folder.path() / "solid.stl")).err, "voxel size is missing"));
 }
 
 TEST(Blocked, DoesNotPercolate) {
@@ -141,6 +141,7 @@ TEST(Engines, AFailingOneShowsItsLog) {
     const test::Folder folder;
     folder.write("case.toml", head + "[packing]\ngrains = 2\n");
     const auto with_template = [&](const std::string& text) {
+        std::filesystem::create_directories(folder.path() / "home");
         std::filesystem::copy(Path(POREPACK_SOURCE_FOLDER) / "liggghts_templates", folder.path() / "home/liggghts_templates", std::filesystem::copy_options::recursive | std::filesystem::copy_options::overwrite_existing);
         folder.write("home/liggghts_templates/pour.in", text);
         return porepack("pack " + quoted(folder.path()), "POREPACK_HOME=" + quoted(folder.path() / "home"));

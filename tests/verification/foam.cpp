@@ -23,14 +23,14 @@ TEST(FoamDuct, IsOfSecondOrder) {
     const test::Folder folder;
     double error[3];
     int i = 0;
-    for (const int cells : {8, 16, 32}) {
-        const FoamResult result = foam_permeability(duct(), {.meshes = 1, .residual = 1e-6, .max_iterations = 200}, 0.01 / cells, cases, folder.path() / std::to_string(cells));
+    for (const int cells : {6, 12, 24}) {
+        const FoamResult result = foam_permeability(duct(), {.meshes = 1, .residual = 1e-6, .max_iterations = 400}, 0.01 / cells, cases, folder.path() / std::to_string(cells));
         error[i++] = result.fine.permeability_m2 / (0.03514425 * 1e-4) - 1.0;
         EXPECT_EQ(result.fine.cells, cells * cells * cells);
         EXPECT_LT(result.fine.flow_imbalance, 1e-6);
     }
     std::printf("  errors %+.4f %+.4f %+.4f\n", error[0], error[1], error[2]);
-    EXPECT_LT(std::abs(error[2]), 0.005);
+    EXPECT_LT(std::abs(error[2]), 0.01);
     for (int k = 0; k < 2; ++k) EXPECT_NEAR(std::log2(error[k] / error[k + 1]), 2.0, 0.15);
 }
 
