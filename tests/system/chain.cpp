@@ -61,7 +61,7 @@ TEST(Chain, PosesOfOtherShapesComeBackToo) {
     REQUIRE_PROGRAM("liggghts");
     for (const std::string kind : {"rod", "dolos", "sphere"}) {
         const test::Folder folder;
-        folder.write("case.toml", "[shape]\nkind = \"" + kind + "\"\ndiameter_m = 0.005\n" + (kind == "sphere" ? "" : "length_m = 0.008\n") + "[container]\nkind = \"box\"\nsize_m = [0.04, 0.04, 0.1]\n[packing]\ngrains = 4\nrest_energy_fraction = 0.01\n[geometry]\nsection_m = [0.0, 0.005]\n");
+        folder.write("case.toml", "[shape]\nkind = \"" + kind + "\"\ndiameter_m = 0.005\n" + (kind == "sphere" ? "" : "length_m = 0.008\n") + "[container]\nkind = \"box\"\nsize_m = [0.04, 0.04, 0.1]\n[packing]\ngrains = 4\nrest_energy_fraction = 0.1\nhorizontal_speed_m_per_s = 0\n[geometry]\nsection_m = [0.0, 0.005]\n");
         const auto output = porepack("pack --json " + quoted(folder.path()));
         ASSERT_EQ(output.exit_code, 0) << kind << output.err;
         EXPECT_LT(output.json()["pose_error_relative_to_diameter"].get<double>(), 1e-6) << kind;
