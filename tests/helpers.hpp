@@ -24,7 +24,8 @@ class Folder {
 public:
     Folder() {
         const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
-        path_ = std::filesystem::temp_directory_path() / ("porepack test " + std::string(info->test_suite_name()) + "." + info->name() + "." + std::to_string(getpid()));
+        path_ = std::filesystem::temp_directory_path() /
+                ("porepack test " + std::string(info->test_suite_name()) + "." + info->name() + "." + std::to_string(getpid()));
         std::filesystem::remove_all(path_);
         std::filesystem::create_directories(path_);
     }
@@ -58,7 +59,8 @@ inline std::string quoted(const std::string& text) {
 /// Runs the program through a shell: `before` is put in front (for instance "ulimit -f 1;").
 inline Output porepack(const std::string& arguments, const std::string& before = "") {
     const Path base = std::filesystem::temp_directory_path() / ("porepack_output_" + std::to_string(getpid()));
-    const std::string command = before + " " + quoted(POREPACK_PROGRAM) + " " + arguments + " > " + base.string() + ".out 2> " + base.string() + ".err";
+    const std::string command =
+        before + " " + quoted(POREPACK_PROGRAM) + " " + arguments + " > " + base.string() + ".out 2> " + base.string() + ".err";
     const int status = std::system(command.c_str());
     Output output{.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128, .out = {}, .err = {}};
     output.out = read_text(base.string() + ".out");

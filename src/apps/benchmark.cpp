@@ -59,12 +59,20 @@ Json lbm_benchmark() {
     Json rows = Json::array();
     for (const int cells : {16, 32, 48, 64}) {
         const Section section{0.0, 1.0};
-        const auto voxels = [&](double size) { return voxelise(grains, packing.container, section, plan_voxels(packing.container, section, size, 0.0, 1.0)); };
+        const auto voxels = [&](double size) {
+            return voxelise(grains, packing.container, section, plan_voxels(packing.container, section, size, 0.0, 1.0));
+        };
         const LbmResult result = lbm_permeability(voxels, 1.0 / cells, packing.container, section, {.tolerance = 1e-6, .grids = 1}, false);
         // Moved at the least: 19 populations read and written in double precision, and 19 indices.
         const double bytes_an_update = 19.0 * (16.0 + 4.0);
-        rows.push_back({{"cells", cells}, {"nodes_a_diameter", 2.0 * r * cells}, {"error", result.fine.permeability_m2 / exact - 1.0}, {"seconds", result.fine.run.seconds}, {"steps", result.fine.run.steps},
-                        {"updates_per_second", result.fine.run.updates_per_second}, {"ratio_to_memory_limit", result.fine.run.updates_per_second * bytes_an_update / bandwidth}, {"bytes_per_node", result.fine.bytes_per_node}});
+        rows.push_back({{"cells", cells},
+                        {"nodes_a_diameter", 2.0 * r * cells},
+                        {"error", result.fine.permeability_m2 / exact - 1.0},
+                        {"seconds", result.fine.run.seconds},
+                        {"steps", result.fine.run.steps},
+                        {"updates_per_second", result.fine.run.updates_per_second},
+                        {"ratio_to_memory_limit", result.fine.run.updates_per_second * bytes_an_update / bandwidth},
+                        {"bytes_per_node", result.fine.bytes_per_node}});
     }
     return {{"case", "simple cubic spheres, solid fraction 0.343"}, {"triad_bytes_per_second", bandwidth}, {"rows", rows}};
 }

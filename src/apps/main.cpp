@@ -1,7 +1,7 @@
 // The command line. Thin: it reads flags, calls a stage or the pipeline, prints the result.
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <CLI/CLI.hpp>
 
 #include <cmath>
 
@@ -45,7 +45,9 @@ void add_keys(CLI::App& command, Flags& flags, const Describe& describe, const s
         if (std::find(leave_out.begin(), leave_out.end(), row.key) != leave_out.end() || row.type == "array of tables") continue;
         const std::string unit = row.unit.empty() ? "" : " [" + row.unit + ", SI]";
         const std::string key = row.key;
-        command.add_option_function<std::string>(flag_of(row.key), [&flags, key](const std::string& value) { flags[key] = value; }, row.meaning + unit + "; default " + (row.standard.empty() ? "none" : row.standard));
+        command.add_option_function<std::string>(
+            flag_of(row.key), [&flags, key](const std::string& value) { flags[key] = value; },
+            row.meaning + unit + "; default " + (row.standard.empty() ? "none" : row.standard));
     }
 }
 
@@ -87,7 +89,8 @@ std::optional<Container> container_of(const Common& common) {
 template <typename Config>
 Config from_flags(const Flags& flags) {
     Config config;
-    TomlFile().read("", [&](ConfigVisitor& v) { describe(v, config); }, flags);
+    TomlFile().read(
+        "", [&](ConfigVisitor& v) { describe(v, config); }, flags);
     return config;
 }
 
@@ -108,10 +111,15 @@ void run_in_case(const Common& common, const std::string& stage, const std::stri
 }
 
 // A stage on loose files; `work` gets the scene and a folder.
-void run_on_scene(const Common& common, const std::string& stage, const GeometryConfig& geometry, const Json& configuration, const std::function<Json(const Scene&, const Path&)>& work, const std::function<std::string(const Scene&)>& expect = {}) {
+void run_on_scene(const Common& common, const std::string& stage, const GeometryConfig& geometry, const Json& configuration,
+                  const std::function<Json(const Scene&, const Path&)>& work, const std::function<std::string(const Scene&)>& expect = {}) {
     const Scene scene = load_scene(common.input, container_of(common), geometry, common.unit_m);
     if (common.dry_run)
-        return print_result(common, {{"configuration", configuration}, {"stage", stage}, {"section_m", {scene.section.z0, scene.section.z1}}, {"expected", expect ? expect(scene) : "seconds"}, {"memory_available", human_bytes(available_memory_bytes())}});
+        return print_result(common, {{"configuration", configuration},
+                                     {"stage", stage},
+                                     {"section_m", {scene.section.z0, scene.section.z1}},
+                                     {"expected", expect ? expect(scene) : "seconds"},
+                                     {"memory_available", human_bytes(available_memory_bytes())}});
     Path target = common.output.empty() ? Path(common.input).parent_path() : Path(common.output);
     if (target.empty()) target = ".";
     print_result(common, run_loose(stage, target, configuration, {common.input}, [&](const Path& folder) { return work(scene, folder); }));
@@ -128,7 +136,9 @@ void print_status(const Common& common) {
     Json json = Json::array();
     for (const auto& entry : list) {
         json.push_back({{"stage", entry.name}, {"state", name_of(entry.state)}, {"why", entry.why}, {"wall_time_s", entry.wall_time_s}});
-        if (!common.json) fmt::print("{:<13} {:<15} {}\n", entry.name, name_of(entry.state), entry.state == StageState::done ? human_time(entry.wall_time_s) : entry.why);
+        if (!common.json)
+            fmt::print("{:<13} {:<15} {}\n", entry.name, name_of(entry.state),
+                       entry.state == StageState::done ? human_time(entry.wall_time_s) : entry.why);
     }
     if (common.json) fmt::print("{}\n", json.dump(2));
 }
@@ -138,14 +148,16 @@ void print_main_numbers(const Common& common, const Case& the_case, const Json& 
         fmt::print("{}\n", read_json(the_case.results() / "result.json").dump(2));
         return;
     }
-    for (const auto& entry : report.at("main_numbers")) fmt::print("{:<28} {}\n", entry["label"].get<std::string>(), entry["text"].get<std::string>());
+    for (const auto& entry : report.at("main_numbers"))
+        fmt::print("{:<28} {}\n", entry["label"].get<std::string>(), entry["text"].get<std::string>());
     fmt::print("report: {}\n", std::filesystem::absolute(the_case.results() / "report.html").lexically_normal().string());
 }
 
 std::string version_text() {
     std::string text = fmt::format("porepack {} ({})\n", program_version(), git_hash());
     const Json versions = engine_versions();
-    for (const auto& [name, version] : versions.items()) text += fmt::format("  {:<10} {}\n", name, version.get<std::string>().empty() ? "not found" : version.get<std::string>());
+    for (const auto& [name, version] : versions.items())
+        text += fmt::format("  {:<10} {}\n", name, version.get<std::string>().empty() ? "not found" : version.get<std::string>());
     text.pop_back();
     return text;
 }
@@ -156,7 +168,8 @@ std::string key_reference() {
     for (const auto& table : Settings::tables()) {
         text += "\n## [" + table + "]\n\n| key | type | default | allowed | meaning |\n|---|---|---|---|---|\n";
         for (const auto& row : key_rows(settings.describe_table(table)))
-            text += fmt::format("| `{}` | {} | {} | {} | {} |\n", row.key, row.type, row.standard.empty() ? "–" : row.standard, row.allowed.empty() ? "–" : row.allowed, row.meaning);
+            text += fmt::format("| `{}` | {} | {} | {} | {} |\n", row.key, row.type, row.standard.empty() ? "–" : row.standard,
+                                row.allowed.empty() ? "–" : row.allowed, row.meaning);
     }
     return text;
 }
@@ -167,7 +180,9 @@ public:
     CommandLine() {
         app_.require_subcommand(0, 1);
         app_.set_version_flag("--version", version_text);
-        app_.footer("Exit codes: 0 done, 2 the input, 3 a numerical failure, 4 an engine is missing or failed, 5 interrupted or the machine.\nExample:\n  porepack run cases/quickstart");
+        app_.footer(
+            "Exit codes: 0 done, 2 the input, 3 a numerical failure, 4 an engine is missing or failed, 5 interrupted or the "
+            "machine.\nExample:\n  porepack run cases/quickstart");
         add_case_commands();
         add_shape();
         add_geometry_commands();
@@ -185,7 +200,8 @@ public:
             if (action_) action_();
         } catch (const CLI::ParseError& fault) {
             if (fault.get_exit_code() == 0) return app_.exit(fault);
-            fmt::print(stderr, "error: {}\n  mend:    porepack {}--help shows what is allowed\n", fault.what(), app_.get_subcommands().empty() ? "" : app_.get_subcommands().front()->get_name() + " ");
+            fmt::print(stderr, "error: {}\n  mend:    porepack {}--help shows what is allowed\n", fault.what(),
+                       app_.get_subcommands().empty() ? "" : app_.get_subcommands().front()->get_name() + " ");
             return static_cast<int>(ExitCode::user);
         }
         return 0;
@@ -207,33 +223,43 @@ private:
             print_main_numbers(common_, the_case, report);
         });
         run.add_option("case", common_.input, "folder with case.toml")->required();
-        auto& status = command("status", "what is done, stale, failed or missing in a case", "porepack status cases/quickstart", [this] { print_status(common_); });
+        auto& status = command("status", "what is done, stale, failed or missing in a case", "porepack status cases/quickstart",
+                               [this] { print_status(common_); });
         status.add_option("case", common_.input, "folder with case.toml")->required();
-        auto& pack = command("pack", "pour the grains of a case (LIGGGHTS)", "porepack pack cases/quickstart --seed 7", [this] { run_in_case(common_, "pack", "packing"); });
+        auto& pack = command("pack", "pour the grains of a case (LIGGGHTS)", "porepack pack cases/quickstart --seed 7",
+                             [this] { run_in_case(common_, "pack", "packing"); });
         pack.add_option("case", common_.input, "folder with case.toml")->required();
         add_keys(pack, common_.flags, settings_.describe_table("packing"));
-        auto& report = command("report", "write the report of a case, running what it needs", "porepack report cases/quickstart", [this] { run_in_case(common_, "report", "report"); });
+        auto& report = command("report", "write the report of a case, running what it needs", "porepack report cases/quickstart",
+                               [this] { run_in_case(common_, "report", "report"); });
         report.add_option("case", common_.input, "folder with case.toml")->required();
         add_keys(report, common_.flags, settings_.describe_table("report"));
     }
 
     void add_shape() {
-        auto& shape = command("shape", "volume, surface, sphericity, inertia of a grain", "porepack shape tetrapod --sphericity 0.53 --volume 7.33e-7", [this] {
-            Flags flags = common_.flags;
-            ShapeConfig config;
-            if (!capsules_file_.empty()) {
-                const TomlFile file{Path(capsules_file_)};
-                flags["kind"] = "\"capsules\"";
-                file.read(file.has("shape") ? "shape" : "", [&](ConfigVisitor& v) { describe(v, config); }, flags);
-            } else {
-                if (common_.input.empty()) throw UserError("which shape?", {.allowed = "tetrapod, dolos, tetrahedron, sphere, rod, or --capsules FILE"});
-                flags["kind"] = "\"" + common_.input + "\"";
-                TomlFile().read("", [&](ConfigVisitor& v) { describe(v, config); }, flags);
-            }
-            if (common_.dry_run) return print_result(common_, {{"configuration", resolved(config)}, {"expected", "seconds"}});
-            if (common_.output.empty()) return print_result(common_, shape_stage(config, density_));
-            print_result(common_, run_loose("shape", common_.output, resolved(config), {}, [&](const Path&) { return shape_stage(config, density_); }));
-        });
+        auto& shape = command("shape", "volume, surface, sphericity, inertia of a grain",
+                              "porepack shape tetrapod --sphericity 0.53 --volume 7.33e-7", [this] {
+                                  Flags flags = common_.flags;
+                                  ShapeConfig config;
+                                  if (!capsules_file_.empty()) {
+                                      const TomlFile file{Path(capsules_file_)};
+                                      flags["kind"] = "\"capsules\"";
+                                      file.read(
+                                          file.has("shape") ? "shape" : "", [&](ConfigVisitor& v) { describe(v, config); }, flags);
+                                  } else {
+                                      if (common_.input.empty())
+                                          throw UserError("which shape?",
+                                                          {.allowed = "tetrapod, dolos, tetrahedron, sphere, rod, or --capsules FILE"});
+                                      flags["kind"] = "\"" + common_.input + "\"";
+                                      TomlFile().read(
+                                          "", [&](ConfigVisitor& v) { describe(v, config); }, flags);
+                                  }
+                                  if (common_.dry_run)
+                                      return print_result(common_, {{"configuration", resolved(config)}, {"expected", "seconds"}});
+                                  if (common_.output.empty()) return print_result(common_, shape_stage(config, density_));
+                                  print_result(common_, run_loose("shape", common_.output, resolved(config), {},
+                                                                  [&](const Path&) { return shape_stage(config, density_); }));
+                              });
         shape.add_option("kind", common_.input, "tetrapod, dolos, tetrahedron, sphere, rod");
         shape.add_option("--capsules", capsules_file_, "TOML file with [[capsule]] tables (a_m, b_m, radius_m) in metres");
         shape.add_option("--density", density_, "density for mass and inertia [kg/m3]; default 1000");
@@ -243,14 +269,17 @@ private:
     void add_scene_input(CLI::App& sub, const char* what) {
         sub.add_option("input", common_.input, what)->required();
         sub.add_option("--container", common_.container, "container of an STL file: cylinder:D,H or box:X,Y,Z[:periodic] [m]");
-        sub.add_option("--unit", common_.unit_m, "metres a unit of the STL file (0.001: millimetres); default 1")->check(CLI::PositiveNumber);
+        sub.add_option("--unit", common_.unit_m, "metres a unit of the STL file (0.001: millimetres); default 1")
+            ->check(CLI::PositiveNumber);
     }
 
-    void geometry_command(const char* name, const char* help, const char* example, Json (*stage)(const Scene&, const GeometryConfig&, const Path&)) {
+    void geometry_command(const char* name, const char* help, const char* example,
+                          Json (*stage)(const Scene&, const GeometryConfig&, const Path&)) {
         auto& sub = command(name, help, example, [this, name = std::string(name), stage] {
             if (is_case(common_.input)) return run_in_case(common_, name, "geometry");
             const auto geometry = from_flags<GeometryConfig>(common_.flags);
-            run_on_scene(common_, name, geometry, resolved(geometry), [&](const Scene& scene, const Path& folder) { return stage(scene, geometry, folder); });
+            run_on_scene(common_, name, geometry, resolved(geometry),
+                         [&](const Scene& scene, const Path& folder) { return stage(scene, geometry, folder); });
         });
         add_scene_input(sub, "a case, packing.json[.gz] or an STL file");
         add_keys(sub, common_.flags, settings_.describe_table("geometry"));
@@ -261,44 +290,66 @@ private:
         geometry_command("stl", "one closed triangle surface of the grains (CGAL)", "porepack stl packing.json", stl_stage);
         geometry_command("voxelise", "grains to voxels (pore.vti)", "porepack voxelise packing.json --voxel-size 2e-4", voxelise_stage);
         geometry_command("slices", "grains to a stack of pictures", "porepack slices packing.json --slice-spacing 2e-4", slices_stage);
-        app_.get_subcommand("slices")->add_option_function<std::string>("--spacing", [this](const std::string& value) { common_.flags["slice_spacing_m"] = value; }, "the same as --slice-spacing [m]");
-        app_.get_subcommand("slices")->add_option_function<std::string>("--pixel", [this](const std::string& value) { common_.flags["slice_pixel_m"] = value; }, "the same as --slice-pixel [m]");
+        app_.get_subcommand("slices")->add_option_function<std::string>(
+            "--spacing", [this](const std::string& value) { common_.flags["slice_spacing_m"] = value; }, "the same as --slice-spacing [m]");
+        app_.get_subcommand("slices")->add_option_function<std::string>(
+            "--pixel", [this](const std::string& value) { common_.flags["slice_pixel_m"] = value; }, "the same as --slice-pixel [m]");
     }
 
     void add_flow_commands() {
-        auto& lbm = command("lbm", "permeability by lattice Boltzmann", "porepack lbm packing.json --voxel-size 2e-4 --direction z", [this] {
-            if (is_case(common_.input)) return run_in_case(common_, "lbm", "lbm");
-            const auto geometry = from_flags<GeometryConfig>(flags_of<GeometryConfig>(common_.flags));
-            const auto config = from_flags<LbmConfig>(flags_of<LbmConfig>(common_.flags));
-            const Json configuration = {{"geometry", resolved(geometry)}, {"lbm", resolved(config)}};
-            if (Path(common_.input).extension() == ".vti") {
-                if (common_.dry_run) return print_result(common_, {{"configuration", configuration}, {"expected", "one grid, as it is in the file"}});
-                const Path target = common_.output.empty() ? Path(common_.input).parent_path() : Path(common_.output);
-                return print_result(common_, run_loose("lbm", target.empty() ? Path(".") : target, configuration, {common_.input}, [&](const Path& folder) { return lbm_image_stage(common_.input, container_of(common_), geometry.section_m, config, folder); }));
-            }
-            run_on_scene(common_, "lbm", geometry, configuration, [&](const Scene& scene, const Path& folder) { return lbm_stage(scene, geometry, config, folder); }, [&](const Scene& scene) {
-                const Expectation e = expect_lbm(scene.container, scene.section, scene.voxel_size(geometry), scene.grain_size_m, porosity(scene.solid(), scene.container, scene.section, 4000).value, geometry, config);
-                return fmt::format("{}; memory about {}, time about {}", e.text, human_bytes(e.memory_bytes), human_time(e.wall_time_s));
+        auto& lbm =
+            command("lbm", "permeability by lattice Boltzmann", "porepack lbm packing.json --voxel-size 2e-4 --direction z", [this] {
+                if (is_case(common_.input)) return run_in_case(common_, "lbm", "lbm");
+                const auto geometry = from_flags<GeometryConfig>(flags_of<GeometryConfig>(common_.flags));
+                const auto config = from_flags<LbmConfig>(flags_of<LbmConfig>(common_.flags));
+                const Json configuration = {{"geometry", resolved(geometry)}, {"lbm", resolved(config)}};
+                if (Path(common_.input).extension() == ".vti") {
+                    if (common_.dry_run)
+                        return print_result(common_, {{"configuration", configuration}, {"expected", "one grid, as it is in the file"}});
+                    const Path target = common_.output.empty() ? Path(common_.input).parent_path() : Path(common_.output);
+                    return print_result(
+                        common_,
+                        run_loose("lbm", target.empty() ? Path(".") : target, configuration, {common_.input}, [&](const Path& folder) {
+                            return lbm_image_stage(common_.input, container_of(common_), geometry.section_m, config, folder);
+                        }));
+                }
+                run_on_scene(
+                    common_, "lbm", geometry, configuration,
+                    [&](const Scene& scene, const Path& folder) { return lbm_stage(scene, geometry, config, folder); },
+                    [&](const Scene& scene) {
+                        const Expectation e =
+                            expect_lbm(scene.container, scene.section, scene.voxel_size(geometry), scene.grain_size_m,
+                                       porosity(scene.solid(), scene.container, scene.section, 4000).value, geometry, config);
+                        return fmt::format("{}; memory about {}, time about {}", e.text, human_bytes(e.memory_bytes),
+                                           human_time(e.wall_time_s));
+                    });
             });
-        });
         add_scene_input(lbm, "a case, packing.json[.gz], an STL file or pore.vti");
-        add_keys(lbm, common_.flags, settings_.describe_table("geometry"), {"surface_deviation_m", "contact_gap_m", "slice_spacing_m", "slice_pixel_m"});
+        add_keys(lbm, common_.flags, settings_.describe_table("geometry"),
+                 {"surface_deviation_m", "contact_gap_m", "slice_spacing_m", "slice_pixel_m"});
         add_keys(lbm, common_.flags, settings_.describe_table("lbm"));
 
         auto& foam = command("foam", "permeability by OpenFOAM", "porepack foam packing.json --cell-size 5e-4", [this] {
             if (is_case(common_.input)) return run_in_case(common_, "foam", "openfoam");
             const auto geometry = from_flags<GeometryConfig>(flags_of<GeometryConfig>(common_.flags));
             const auto config = from_flags<FoamConfig>(flags_of<FoamConfig>(common_.flags));
-            run_on_scene(common_, "foam", geometry, {{"geometry", resolved(geometry)}, {"openfoam", resolved(config)}}, [&](const Scene& scene, const Path& folder) {
-                make_folder(folder / "foam");
-                return foam_stage(scene, geometry, config, folder / "foam");
-            }, [&](const Scene& scene) {
-                const Expectation e = expect_foam(scene.container, scene.section, config.cell_size_m > 0.0 ? config.cell_size_m : scene.grain_size_m / 4.0, porosity(scene.solid(), scene.container, scene.section, 4000).value, config);
-                return fmt::format("{}; memory about {}, time about {}", e.text, human_bytes(e.memory_bytes), human_time(e.wall_time_s));
-            });
+            run_on_scene(
+                common_, "foam", geometry, {{"geometry", resolved(geometry)}, {"openfoam", resolved(config)}},
+                [&](const Scene& scene, const Path& folder) {
+                    make_folder(folder / "foam");
+                    return foam_stage(scene, geometry, config, folder / "foam");
+                },
+                [&](const Scene& scene) {
+                    const Expectation e = expect_foam(scene.container, scene.section,
+                                                      config.cell_size_m > 0.0 ? config.cell_size_m : scene.grain_size_m / 4.0,
+                                                      porosity(scene.solid(), scene.container, scene.section, 4000).value, config);
+                    return fmt::format("{}; memory about {}, time about {}", e.text, human_bytes(e.memory_bytes),
+                                       human_time(e.wall_time_s));
+                });
         });
         add_scene_input(foam, "a case, packing.json[.gz] or an STL file");
-        add_keys(foam, common_.flags, settings_.describe_table("geometry"), {"voxel_size_m", "slice_spacing_m", "slice_pixel_m", "reservoir_m"});
+        add_keys(foam, common_.flags, settings_.describe_table("geometry"),
+                 {"voxel_size_m", "slice_spacing_m", "slice_pixel_m", "reservoir_m"});
         add_keys(foam, common_.flags, settings_.describe_table("openfoam"), {"enabled"});
     }
 
@@ -308,23 +359,30 @@ private:
             const auto geometry = from_flags<GeometryConfig>(flags_of<GeometryConfig>(common_.flags));
             const auto config = from_flags<TortuosityConfig>(flags_of<TortuosityConfig>(common_.flags));
             if (kind_ == "geometric_paper" && !std::filesystem::is_directory(common_.input))
-                return run_on_scene(common_, "tortuosity", geometry, resolved(config), [&](const Scene& scene, const Path&) { return geometric_paper_stage(scene, config); });
+                return run_on_scene(common_, "tortuosity", geometry, resolved(config),
+                                    [&](const Scene& scene, const Path&) { return geometric_paper_stage(scene, config); });
             if (common_.dry_run) return print_result(common_, {{"configuration", resolved(config)}, {"expected", "seconds"}});
-            const auto work = [&](const Path&) { return kind_ == "hydraulic" ? hydraulic_stage(common_.input, geometry.section_m) : geometric_paper_slices_stage(common_.input, config); };
+            const auto work = [&](const Path&) {
+                return kind_ == "hydraulic" ? hydraulic_stage(common_.input, geometry.section_m)
+                                            : geometric_paper_slices_stage(common_.input, config);
+            };
             const Path target = common_.output.empty() ? Path(common_.input).parent_path() : Path(common_.output);
             print_result(common_, run_loose("tortuosity", target.empty() ? Path(".") : target, resolved(config), {common_.input}, work));
         });
         sub.add_option("kind", kind_, "geometric_paper or hydraulic")->required()->check(CLI::IsMember({"geometric_paper", "hydraulic"}));
         add_scene_input(sub, "packing.json[.gz] or a folder of slices (geometric_paper), flow.vti (hydraulic), or a case");
         add_keys(sub, common_.flags, settings_.describe_table("tortuosity"));
-        add_keys(sub, common_.flags, settings_.describe_table("geometry"), {"slice_spacing_m", "slice_pixel_m", "voxel_size_m", "surface_deviation_m", "contact_gap_m", "reservoir_m"});
+        add_keys(sub, common_.flags, settings_.describe_table("geometry"),
+                 {"slice_spacing_m", "slice_pixel_m", "voxel_size_m", "surface_deviation_m", "contact_gap_m", "reservoir_m"});
     }
 
     void add_falling_head() {
         auto& head = *app_.add_subcommand("falling-head", "the falling-head test");
         head.require_subcommand(1);
         auto& simulate = *head.add_subcommand("simulate", "times at which the level passes given heights (Eq. 18, closed form)");
-        add_common(simulate, common_, "porepack falling-head simulate --permeability 8.9e-7 --inertial-permeability 3.9e-3 --sample-length 0.12 --start-level 1.6 --levels 1.3,0.7,0.1");
+        add_common(simulate, common_,
+                   "porepack falling-head simulate --permeability 8.9e-7 --inertial-permeability 3.9e-3 --sample-length 0.12 --start-level "
+                   "1.6 --levels 1.3,0.7,0.1");
         simulate.add_option("--permeability", permeability_m2_, "k [m2]")->required();
         simulate.add_option("--inertial-permeability", inertial_permeability_m_, "k_in [m]; default infinite (Darcy's law alone)");
         add_keys(simulate, common_.flags, settings_.describe_table("falling_head"));
@@ -332,8 +390,11 @@ private:
             action_ = [this] {
                 const auto config = from_flags<FallingHeadConfig>(common_.flags);
                 if (common_.dry_run) return print_result(common_, {{"configuration", resolved(config)}, {"expected", "seconds"}});
-                if (common_.output.empty()) return print_result(common_, falling_head_stage(permeability_m2_, inertial_permeability_m_, config, nullptr));
-                print_result(common_, run_loose("falling-head", common_.output, resolved(config), {}, [&](const Path& folder) { return falling_head_stage(permeability_m2_, inertial_permeability_m_, config, &folder); }));
+                if (common_.output.empty())
+                    return print_result(common_, falling_head_stage(permeability_m2_, inertial_permeability_m_, config, nullptr));
+                print_result(common_, run_loose("falling-head", common_.output, resolved(config), {}, [&](const Path& folder) {
+                                 return falling_head_stage(permeability_m2_, inertial_permeability_m_, config, &folder);
+                             }));
             };
         });
         auto& of_case = *head.add_subcommand("case", "the falling-head stage of a case");
@@ -343,13 +404,17 @@ private:
     }
 
     void add_tools() {
-        auto& benchmark = command("benchmark", "measurements", "porepack benchmark lbm", [this] { print_result(common_, run_benchmark(common_.input)); });
+        auto& benchmark =
+            command("benchmark", "measurements", "porepack benchmark lbm", [this] { print_result(common_, run_benchmark(common_.input)); });
         benchmark.add_option("name", common_.input, fmt::format("{}", fmt::join(benchmark_names(), ", ")))->required();
-        auto& picture = command("picture", "render an STL file to a PNG", "xvfb-run -a porepack picture solid.stl --output solid.png", [this] {
-            PictureStyle style;
-            if (const auto container = container_of(common_); container && container->kind == Container::Kind::cylinder) style = {.cylinder_diameter_m = container->diameter_m, .cylinder_height_m = container->height_m};
-            render_surface(common_.output.empty() ? Path(common_.input).replace_extension(".png") : Path(common_.output), read_stl(common_.input, common_.unit_m), style);
-        });
+        auto& picture =
+            command("picture", "render an STL file to a PNG", "xvfb-run -a porepack picture solid.stl --output solid.png", [this] {
+                PictureStyle style;
+                if (const auto container = container_of(common_); container && container->kind == Container::Kind::cylinder)
+                    style = {.cylinder_diameter_m = container->diameter_m, .cylinder_height_m = container->height_m};
+                render_surface(common_.output.empty() ? Path(common_.input).replace_extension(".png") : Path(common_.output),
+                               read_stl(common_.input, common_.unit_m), style);
+            });
         add_scene_input(picture, "an STL file");
         auto& keys = *app_.add_subcommand("keys", "all keys of case.toml, as a Markdown table");
         keys.callback([this] { action_ = [] { fmt::print("{}", key_reference()); }; });

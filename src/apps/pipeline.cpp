@@ -72,7 +72,9 @@ Section expected_section(const Case& c, const Container& container) {
         const Shape shape = make_shape(c.settings.shape);
         extent = span(shape);
         if (c.settings.packing.fill_height_m > 0.0) top = c.settings.packing.fill_height_m;
-        if (c.settings.packing.grains > 0) top = std::min(container.height(), static_cast<double>(c.settings.packing.grains) * measure(shape, 64).volume_m3 / (0.4 * container.inner_area_m2()));
+        if (c.settings.packing.grains > 0)
+            top = std::min(container.height(), static_cast<double>(c.settings.packing.grains) * measure(shape, 64).volume_m3 /
+                                                   (0.4 * container.inner_area_m2()));
     }
     return choose_section(container, {.section_m = geometry.section_m, .trim_m = geometry.trim_m}, top, extent);
 }
@@ -82,7 +84,8 @@ double finest_diameter(const Case& c) {
 }
 
 std::string expect_text(const Expectation& expected) {
-    return fmt::format("{}; memory about {}, time about {}", expected.text, human_bytes(expected.memory_bytes), human_time(expected.wall_time_s));
+    return fmt::format("{}; memory about {}, time about {}", expected.text, human_bytes(expected.memory_bytes),
+                       human_time(expected.wall_time_s));
 }
 
 Json tortuosity_of_case(const Case& c) {
@@ -115,7 +118,8 @@ Json falling_head_of_case(const Case& c, const Path& folder) {
 }
 
 Json report_of_case(const Case& c, const Path& folder) {
-    ReportInput input{.title = c.settings.report.title.empty() ? fs::absolute(c.folder).lexically_normal().filename().string() : c.settings.report.title};
+    ReportInput input{.title = c.settings.report.title.empty() ? fs::absolute(c.folder).lexically_normal().filename().string()
+                                                               : c.settings.report.title};
     if (input.title.empty()) input.title = fs::absolute(c.folder).lexically_normal().parent_path().filename().string();
     Case copy = c;
     for (const auto& table : Settings::tables()) input.configuration[table] = to_json(copy.settings.describe_table(table));
@@ -129,12 +133,19 @@ Json report_of_case(const Case& c, const Path& folder) {
     input.stage_folders = c.results();
     if (c.settings.report.pictures) {
         const Container container = make_container(c.settings.container);
-        std::vector<std::string> command = {fs::read_symlink("/proc/self/exe").string(), "picture", fs::absolute(folder_of(c, "stl") / "solid.stl").string(), "--output", fs::absolute(folder / "packing.png").string()};
-        if (container.kind == Container::Kind::cylinder) command.insert(command.end(), {"--container", fmt::format("cylinder:{:.9g},{:.9g}", container.diameter_m, container.height_m)});
+        std::vector<std::string> command = {fs::read_symlink("/proc/self/exe").string(), "picture",
+                                            fs::absolute(folder_of(c, "stl") / "solid.stl").string(), "--output",
+                                            fs::absolute(folder / "packing.png").string()};
+        const Json& made = input.results.contains("pack") ? input.results["pack"] : input.results["stl"];
+        const double shown =
+            std::min(container.height(), 1.15 * made.value("bed_height_m", container.height()));  // the empty part is no news
+        if (container.kind == Container::Kind::cylinder)
+            command.insert(command.end(), {"--container", fmt::format("cylinder:{:.9g},{:.9g}", container.diameter_m, shown)});
         if (std::getenv("DISPLAY") == nullptr) command.insert(command.begin(), {"xvfb-run", "-a"});
         const bool can = std::getenv("DISPLAY") != nullptr || find_program("xvfb-run").has_value();
         if (!can)
-            input.notes.push_back("No picture of the packing: there is no display and xvfb-run is not installed (apt-get install xvfb xauth).");
+            input.notes.push_back(
+                "No picture of the packing: there is no display and xvfb-run is not installed (apt-get install xvfb xauth).");
         else if (run_program({.command = command, .folder = folder, .log = folder / "log.picture"}).exit_code != 0)
             input.notes.push_back("No picture of the packing: rendering failed, see results/report/log.picture.");
     }
@@ -195,7 +206,8 @@ std::vector<std::string> files_in(const Path& folder, const std::vector<std::str
 
 // Removes the running folder whatever happens; keeps it as .failed when the stage failed (not when it was interrupted).
 Json run_stage(const Case& c, const Stage& stage) {
-    const Path running = c.results() / ("." + stage.name + ".running"), final = folder_of(c, stage.name), failed = c.results() / (stage.name + ".failed");
+    const Path running = c.results() / ("." + stage.name + ".running"), final = folder_of(c, stage.name),
+               failed = c.results() / (stage.name + ".failed");
     fs::remove_all(running);
     fs::remove_all(failed);
     make_folder(running);
@@ -216,7 +228,8 @@ Json run_stage(const Case& c, const Stage& stage) {
         fs::remove_all(final);
         fs::rename(running, final);
         log_info("{}: done in {}", stage.name, human_time(manifest.wall_time_s));
-        if (whole.contains("repeat_by_hand")) log_info("{}: by hand: cd {} && {}", stage.name, final.string(), whole["repeat_by_hand"].get<std::string>());
+        if (whole.contains("repeat_by_hand"))
+            log_info("{}: by hand: cd {} && {}", stage.name, final.string(), whole["repeat_by_hand"].get<std::string>());
         return whole;
     } catch (...) {
         std::error_code ignored;
@@ -255,7 +268,8 @@ std::vector<Stage> stages_up_to(const Case& c, const std::string& last) {
     for (auto stage = all.rbegin(); stage != all.rend(); ++stage)
         if (wanted.contains(stage->name)) wanted.insert(stage->needs.begin(), stage->needs.end());
     if (std::none_of(all.begin(), all.end(), [&](const Stage& stage) { return stage.name == last; }))
-        throw UserError("this case has no stage " + last, {.mend = "openfoam.enabled = false leaves foam out; a case from an STL file has no pack"});
+        throw UserError("this case has no stage " + last,
+                        {.mend = "openfoam.enabled = false leaves foam out; a case from an STL file has no pack"});
     std::erase_if(all, [&](const Stage& stage) { return !wanted.contains(stage.name); });
     return all;
 }
@@ -276,44 +290,115 @@ std::vector<Stage> stages_of(const Case& c) {
     const Path stl_file = stl ? c.resolve(s.shape.file) : Path();
     if (stl && s.shape.file.empty()) throw UserError("kind = \"stl\" needs a file", {.where = "[shape]", .mend = "file = \"grains.stl\""});
 
-    stages.push_back({"shape", {}, table_json(c, {"shape"}), stl ? std::vector<Path>{stl_file} : std::vector<Path>{}, {}, [c, stl, stl_file](const Path&) {
-                          return stl ? surface_shape_stage(stl_file, c.settings.shape.unit_m) : shape_stage(c.settings.shape, c.settings.packing.density_kg_per_m3);
-                      }, quick});
+    stages.push_back({"shape",
+                      {},
+                      table_json(c, {"shape"}),
+                      stl ? std::vector<Path>{stl_file} : std::vector<Path>{},
+                      {},
+                      [c, stl, stl_file](const Path&) {
+                          return stl ? surface_shape_stage(stl_file, c.settings.shape.unit_m)
+                                     : shape_stage(c.settings.shape, c.settings.packing.density_kg_per_m3);
+                      },
+                      quick});
     if (!stl) {
         std::vector<Path> given;
         if (s.packing.engine == "none" && !s.packing.file.empty()) given.push_back(c.resolve(s.packing.file));
         for (const auto& file : given) (void)sha256_of_file(file);
-        stages.push_back({"pack", {}, only(table_json(c, {"shape", "container", "packing", "geometry"}), "geometry", section_keys), given, {"packing.json"}, [c](const Path& folder) { return pack_stage(c, folder); }, [c]() -> std::string {
-                              if (c.settings.packing.engine == "none") return "seconds";
-                              const PourPlan plan = plan_pour(make_shape(c.settings.shape), make_container(c.settings.container), c.settings.packing);
-                              return fmt::format("LIGGGHTS, up to {} grains of {} spheres, time step {:.2e} s; memory about {}, time about {}", plan.most_grains, plan.clump_spheres, plan.time_step_s, human_bytes(plan.expected_memory_bytes), human_time(plan.expected_wall_time_s));
-                          }});
+        stages.push_back(
+            {"pack",
+             {},
+             only(table_json(c, {"shape", "container", "packing", "geometry"}), "geometry", section_keys),
+             given,
+             {"packing.json"},
+             [c](const Path& folder) { return pack_stage(c, folder); },
+             [c]() -> std::string {
+                 if (c.settings.packing.engine == "none") return "seconds";
+                 const PourPlan plan = plan_pour(make_shape(c.settings.shape), make_container(c.settings.container), c.settings.packing);
+                 return fmt::format("LIGGGHTS, up to {} grains of {} spheres, time step {:.2e} s; memory about {}, time about {}",
+                                    plan.most_grains, plan.clump_spheres, plan.time_step_s, human_bytes(plan.expected_memory_bytes),
+                                    human_time(plan.expected_wall_time_s));
+             }});
     }
     const auto stl_needs = stl ? std::vector<std::string>{} : std::vector<std::string>{"pack"};
-    stages.push_back({"stl", stl_needs, only(table_json(c, {"container", "shape", "geometry"}), "geometry", {"surface_deviation_m", "contact_gap_m"}), stl ? std::vector<Path>{stl_file} : std::vector<Path>{}, {"solid.stl"}, [c, stl, stl_file](const Path& folder) {
+    stages.push_back({"stl",
+                      stl_needs,
+                      only(table_json(c, {"container", "shape", "geometry"}), "geometry", {"surface_deviation_m", "contact_gap_m"}),
+                      stl ? std::vector<Path>{stl_file} : std::vector<Path>{},
+                      {"solid.stl"},
+                      [c, stl, stl_file](const Path& folder) {
                           const Container container = make_container(c.settings.container);
-                          return stl_stage(stl ? load_scene(stl_file, container, c.settings.geometry, c.settings.shape.unit_m) : scene_of(c), c.settings.geometry, folder);
-                      }, quick});
-    stages.push_back({"voxelise", {solid}, only(table_json(c, {"container", "geometry"}), "geometry", with_section({"voxel_size_m", "reservoir_m"})), {}, {"pore.vti"}, [c](const Path& folder) { return voxelise_stage(scene_of(c), c.settings.geometry, folder); }, quick});
-    stages.push_back({"slices", {solid}, only(table_json(c, {"container", "geometry"}), "geometry", with_section({"slice_spacing_m", "slice_pixel_m"})), {}, {"slices.json", "*.png"}, [c](const Path& folder) { return slices_stage(scene_of(c), c.settings.geometry, folder); }, quick});
-    stages.push_back({"lbm", {solid}, only(table_json(c, {"container", "geometry", "lbm"}), "geometry", with_section({"voxel_size_m", "reservoir_m"})), {}, {"flow.vti", "history.csv"}, [c](const Path& folder) { return lbm_stage(scene_of(c), c.settings.geometry, c.settings.lbm, folder); }, [c]() -> std::string {
+                          return stl_stage(
+                              stl ? load_scene(stl_file, container, c.settings.geometry, c.settings.shape.unit_m) : scene_of(c),
+                              c.settings.geometry, folder);
+                      },
+                      quick});
+    stages.push_back({"voxelise",
+                      {solid},
+                      only(table_json(c, {"container", "geometry"}), "geometry", with_section({"voxel_size_m", "reservoir_m"})),
+                      {},
+                      {"pore.vti"},
+                      [c](const Path& folder) { return voxelise_stage(scene_of(c), c.settings.geometry, folder); },
+                      quick});
+    stages.push_back({"slices",
+                      {solid},
+                      only(table_json(c, {"container", "geometry"}), "geometry", with_section({"slice_spacing_m", "slice_pixel_m"})),
+                      {},
+                      {"slices.json", "*.png"},
+                      [c](const Path& folder) { return slices_stage(scene_of(c), c.settings.geometry, folder); },
+                      quick});
+    stages.push_back({"lbm",
+                      {solid},
+                      only(table_json(c, {"container", "geometry", "lbm"}), "geometry", with_section({"voxel_size_m", "reservoir_m"})),
+                      {},
+                      {"flow.vti", "history.csv"},
+                      [c](const Path& folder) { return lbm_stage(scene_of(c), c.settings.geometry, c.settings.lbm, folder); },
+                      [c]() -> std::string {
                           const Container container = make_container(c.settings.container);
-                          const double d = finest_diameter(c), h = c.settings.geometry.voxel_size_m > 0.0 ? c.settings.geometry.voxel_size_m : d / 10.0;
-                          return expect_text(expect_lbm(container, expected_section(c, container), h, std::isfinite(d) ? d : 10.0 * h, expected_porosity(c), c.settings.geometry, c.settings.lbm));
+                          const double d = finest_diameter(c),
+                                       h = c.settings.geometry.voxel_size_m > 0.0 ? c.settings.geometry.voxel_size_m : d / 10.0;
+                          return expect_text(expect_lbm(container, expected_section(c, container), h, std::isfinite(d) ? d : 10.0 * h,
+                                                        expected_porosity(c), c.settings.geometry, c.settings.lbm));
                       }});
     if (s.openfoam.enabled)
-        stages.push_back({"foam", stl ? std::vector<std::string>{"stl"} : std::vector<std::string>{"pack", "stl"}, only(table_json(c, {"container", "geometry", "openfoam"}), "geometry", section_keys), {}, {}, [c](const Path& folder) { return foam_stage(scene_of(c, true), c.settings.geometry, c.settings.openfoam, folder); }, [c]() -> std::string {
-                              const Container container = make_container(c.settings.container);
-                              const double d = finest_diameter(c), cell = c.settings.openfoam.cell_size_m > 0.0 ? c.settings.openfoam.cell_size_m : d / 4.0;
-                              return expect_text(expect_foam(container, expected_section(c, container), cell, expected_porosity(c), c.settings.openfoam));
-                          }});
+        stages.push_back(
+            {"foam",
+             stl ? std::vector<std::string>{"stl"} : std::vector<std::string>{"pack", "stl"},
+             only(table_json(c, {"container", "geometry", "openfoam"}), "geometry", section_keys),
+             {},
+             {},
+             [c](const Path& folder) { return foam_stage(scene_of(c, true), c.settings.geometry, c.settings.openfoam, folder); },
+             [c]() -> std::string {
+                 const Container container = make_container(c.settings.container);
+                 const double d = finest_diameter(c),
+                              cell = c.settings.openfoam.cell_size_m > 0.0 ? c.settings.openfoam.cell_size_m : d / 4.0;
+                 return expect_text(
+                     expect_foam(container, expected_section(c, container), cell, expected_porosity(c), c.settings.openfoam));
+             }});
     auto tortuosity_needs = std::vector<std::string>{"slices", "lbm"};
     if (!stl) tortuosity_needs.insert(tortuosity_needs.begin(), "pack");
-    stages.push_back({"tortuosity", tortuosity_needs, only(table_json(c, {"tortuosity", "geometry"}), "geometry", section_keys), {}, {}, [c](const Path&) { return tortuosity_of_case(c); }, quick});
-    stages.push_back({"falling-head", {"shape", "voxelise", "lbm"}, table_json(c, {"falling_head"}), {}, {"falling_head.csv"}, [c](const Path& folder) { return falling_head_of_case(c, folder); }, quick});
+    stages.push_back({"tortuosity",
+                      tortuosity_needs,
+                      only(table_json(c, {"tortuosity", "geometry"}), "geometry", section_keys),
+                      {},
+                      {},
+                      [c](const Path&) { return tortuosity_of_case(c); },
+                      quick});
+    stages.push_back({"falling-head",
+                      {"shape", "voxelise", "lbm"},
+                      table_json(c, {"falling_head"}),
+                      {},
+                      {"falling_head.csv"},
+                      [c](const Path& folder) { return falling_head_of_case(c, folder); },
+                      quick});
     std::vector<std::string> everything;
     for (const auto& stage : stages) everything.push_back(stage.name);
-    stages.push_back({"report", everything, table_json(c, {"report"}), {}, {"report.html", "report.md"}, [c](const Path& folder) { return report_of_case(c, folder); }, quick});
+    stages.push_back({"report",
+                      everything,
+                      table_json(c, {"report"}),
+                      {},
+                      {"report.html", "report.md"},
+                      [c](const Path& folder) { return report_of_case(c, folder); },
+                      quick});
     return stages;
 }
 
@@ -355,7 +440,8 @@ Json run_case(const Case& c, const std::string& last) {
         if (stage.name == "report")
             for (const char* name : {"report.html", "report.md", "result.json"}) {
                 // The report's pictures lie beside it in results/report; the page itself holds all of them.
-                const Path source = std::string(name) == "result.json" ? folder_of(c, "report") / "merged.json" : folder_of(c, "report") / name;
+                const Path source =
+                    std::string(name) == "result.json" ? folder_of(c, "report") / "merged.json" : folder_of(c, "report") / name;
                 write_text(c.results() / name, read_text(source));
             }
     }
@@ -369,7 +455,10 @@ Json plan_case(const Case& c, const std::string& last) {
     for (const auto& stage : stages_up_to(c, last)) {
         std::string why;
         const StageState state = state_in(c, stage, &why);
-        plan["stages"].push_back({{"stage", stage.name}, {"state", name_of(state)}, {"would_run", state != StageState::done}, {"expected", state == StageState::done ? "nothing" : stage.expect()}});
+        plan["stages"].push_back({{"stage", stage.name},
+                                  {"state", name_of(state)},
+                                  {"would_run", state != StageState::done},
+                                  {"expected", state == StageState::done ? "nothing" : stage.expect()}});
     }
     plan["memory_available"] = human_bytes(available_memory_bytes());
     return plan;
@@ -383,7 +472,8 @@ Json engine_versions() {
     return versions;
 }
 
-Json run_loose(const std::string& stage, const Path& target, const Json& configuration, const std::vector<Path>& inputs, const std::function<Json(const Path&)>& work) {
+Json run_loose(const std::string& stage, const Path& target, const Json& configuration, const std::vector<Path>& inputs,
+               const std::function<Json(const Path&)>& work) {
     require_writable(target);
     const Path running = target / fmt::format(".{}.{}.running", stage, getpid());
     make_folder(running);

@@ -11,10 +11,10 @@ namespace porepack {
 
 struct Stage {
     std::string name;
-    std::vector<std::string> needs;     ///< stages whose results it reads
-    Json configuration;                 ///< all settings that decide its result
-    std::vector<Path> files;            ///< a user's files that it reads
-    std::vector<std::string> outputs;   ///< files whose change makes it stale; result.json is always one
+    std::vector<std::string> needs;    ///< stages whose results it reads
+    Json configuration;                ///< all settings that decide its result
+    std::vector<Path> files;           ///< a user's files that it reads
+    std::vector<std::string> outputs;  ///< files whose change makes it stale; result.json is always one
     std::function<Json(const Path& folder)> run;
     std::function<std::string()> expect;  ///< for --dry-run: what will run, memory and time
 };
@@ -42,6 +42,7 @@ Json run_case(const Case& the_case, const std::string& last = {});
 
 /// Runs `work` in a temporary folder inside `target`, writes <stage>.result.json and <stage>.manifest.json beside the files
 /// and moves all of them into `target`, replacing what has the same name. For calls on loose files.
-Json run_loose(const std::string& stage, const Path& target, const Json& configuration, const std::vector<Path>& inputs, const std::function<Json(const Path&)>& work);
+Json run_loose(const std::string& stage, const Path& target, const Json& configuration, const std::vector<Path>& inputs,
+               const std::function<Json(const Path&)>& work);
 
 }  // namespace porepack

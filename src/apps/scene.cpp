@@ -26,7 +26,9 @@ void load_packing(Scene& scene, const Path& input) {
 }
 
 void load_surface(Scene& scene, const Path& input, const std::optional<Container>& container, double unit_m) {
-    if (!container) throw UserError("an STL file needs a container", {.where = input.string(), .allowed = "--container cylinder:D,H or box:X,Y,Z[:periodic] (metres)"});
+    if (!container)
+        throw UserError("an STL file needs a container",
+                        {.where = input.string(), .allowed = "--container cylinder:D,H or box:X,Y,Z[:periodic] (metres)"});
     scene.surface = read_stl(input, unit_m);
     scene.container = *container;
     const SurfaceCheck check = check_surface(*scene.surface);
@@ -43,7 +45,8 @@ void load_surface(Scene& scene, const Path& input, const std::optional<Container
 double Scene::voxel_size(const GeometryConfig& geometry) const {
     if (geometry.voxel_size_m > 0.0) return geometry.voxel_size_m;
     if (grains) return grain_size_m / 10.0;
-    throw UserError("the voxel size is missing: an STL file does not tell how thick its grains are", {.mend = "--voxel-size (metres), or voxel_size_m in [geometry]"});
+    throw UserError("the voxel size is missing: an STL file does not tell how thick its grains are",
+                    {.mend = "--voxel-size (metres), or voxel_size_m in [geometry]"});
 }
 
 Scene load_scene(const Path& input, const std::optional<Container>& container, const GeometryConfig& geometry, double unit_m) {
@@ -53,8 +56,10 @@ Scene load_scene(const Path& input, const std::optional<Container>& container, c
     else if (input.extension() == ".stl" || input.extension() == ".STL")
         load_surface(scene, input, container, unit_m);
     else
-        throw UserError("cannot tell what " + input.string() + " is", {.allowed = "packing.json, packing.json.gz, an .stl file, or a case"});
-    scene.section = choose_section(scene.container, {.section_m = geometry.section_m, .trim_m = geometry.trim_m}, scene.bed_top_m, scene.grain_span_m);
+        throw UserError("cannot tell what " + input.string() + " is",
+                        {.allowed = "packing.json, packing.json.gz, an .stl file, or a case"});
+    scene.section =
+        choose_section(scene.container, {.section_m = geometry.section_m, .trim_m = geometry.trim_m}, scene.bed_top_m, scene.grain_span_m);
     return scene;
 }
 

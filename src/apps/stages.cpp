@@ -57,7 +57,8 @@ Path home_folder() {
     const char* home = std::getenv("POREPACK_HOME");
     const Path folder = home != nullptr ? Path(home) : Path(POREPACK_SOURCE_FOLDER);
     if (!std::filesystem::exists(folder / "liggghts_templates"))
-        throw UserError("the folder liggghts_templates/ is not in " + folder.string(), {.mend = "set POREPACK_HOME to the project's folder"});
+        throw UserError("the folder liggghts_templates/ is not in " + folder.string(),
+                        {.mend = "set POREPACK_HOME to the project's folder"});
     return folder;
 }
 
@@ -90,7 +91,12 @@ Json shape_stage(const ShapeConfig& config, double density) {
 Json surface_shape_stage(const Path& stl, double unit_m) {
     const SurfaceCheck check = check_surface(read_stl(stl, unit_m));
     require_sound(check, stl.string());
-    return {{"kind", "stl"}, {"shells", check.shells}, {"volume_m3", check.volume_m3}, {"surface_area_m2", check.area_m2}, {"low_m", list(check.low)}, {"high_m", list(check.high)}};
+    return {{"kind", "stl"},
+            {"shells", check.shells},
+            {"volume_m3", check.volume_m3},
+            {"surface_area_m2", check.area_m2},
+            {"low_m", list(check.low)},
+            {"high_m", list(check.high)}};
 }
 
 Json pack_stage(const Case& the_case, const Path& folder) {
@@ -99,10 +105,14 @@ Json pack_stage(const Case& the_case, const Path& folder) {
     Json json = {{"engine", config.engine}, {"seed", config.seed}};
     Packing packing;
     if (config.engine == "none") {
-        if (config.file.empty()) throw UserError("engine = \"none\" needs a packing", {.where = "[packing]", .mend = "file = \"packing.json\""});
+        if (config.file.empty())
+            throw UserError("engine = \"none\" needs a packing", {.where = "[packing]", .mend = "file = \"packing.json\""});
         packing = read_packing(the_case.resolve(config.file));
         if (to_json(packing.container) != to_json(container))
-            throw UserError("the container of the packing is not the one of the case", {.where = config.file, .allowed = to_json(container).dump(), .mend = "[container] must say " + to_json(packing.container).dump()});
+            throw UserError("the container of the packing is not the one of the case",
+                            {.where = config.file,
+                             .allowed = to_json(container).dump(),
+                             .mend = "[container] must say " + to_json(packing.container).dump()});
     } else {
         const Shape shape = make_shape(the_case.settings.shape);
         const PourResult pour = pour_with_liggghts(shape, container, config, home_folder() / "liggghts_templates", folder / "run");
@@ -135,7 +145,8 @@ Json stl_stage(const Scene& scene, const GeometryConfig& geometry, const Path& f
     Json json;
     const Path file = folder / "solid.stl";
     if (scene.packing) {
-        const SurfaceResult result = make_surface(*scene.packing, {.deviation_m = geometry.surface_deviation_m, .contact_gap_m = geometry.contact_gap_m});
+        const SurfaceResult result =
+            make_surface(*scene.packing, {.deviation_m = geometry.surface_deviation_m, .contact_gap_m = geometry.contact_gap_m});
         write_stl(file, result.surface);
         const Porosity exact = porosity(*scene.grains, scene.container, {0.0, scene.container.height()});
         const double solid = (1.0 - exact.value) * scene.container.inner_area_m2() * scene.container.height();
@@ -149,7 +160,9 @@ Json stl_stage(const Scene& scene, const GeometryConfig& geometry, const Path& f
     }
     // What is claimed is checked on the file as it was written, in single precision.
     const SurfaceCheck check = check_surface(read_stl(file));
-    if (!check.fault.empty()) throw NumericalError("the surface written is not sound: " + check.fault, {.where = file.string(), .mend = "change surface_deviation_m or contact_gap_m"});
+    if (!check.fault.empty())
+        throw NumericalError("the surface written is not sound: " + check.fault,
+                             {.where = file.string(), .mend = "change surface_deviation_m or contact_gap_m"});
     json["triangles"] = (std::filesystem::file_size(file) - 84) / 50;
     json["shells"] = check.shells;
     json["closed"] = check.closed;
@@ -163,7 +176,8 @@ Json stl_stage(const Scene& scene, const GeometryConfig& geometry, const Path& f
 }
 
 Json voxelise_stage(const Scene& scene, const GeometryConfig& geometry, const Path& folder) {
-    const VoxelPlan plan = plan_voxels(scene.container, scene.section, scene.voxel_size(geometry), geometry.reservoir_m, scene.grain_size_m);
+    const VoxelPlan plan =
+        plan_voxels(scene.container, scene.section, scene.voxel_size(geometry), geometry.reservoir_m, scene.grain_size_m);
     const PhaseImage image = voxelise(scene.solid(), scene.container, scene.section, plan);
     write_phase_image(folder / "pore.vti", image);
     std::array<double, 3> count = {0, 0, 0};
@@ -181,7 +195,10 @@ Json voxelise_stage(const Scene& scene, const GeometryConfig& geometry, const Pa
 
 Json slices_stage(const Scene& scene, const GeometryConfig& geometry, const Path& folder) {
     const int count = write_slices(folder, scene.solid(), scene.container, scene.section, geometry.slice_spacing_m, geometry.slice_pixel_m);
-    return {{"slices", count}, {"spacing_m", geometry.slice_spacing_m}, {"pixel_m", geometry.slice_pixel_m}, {"section_m", list(scene.section)}};
+    return {{"slices", count},
+            {"spacing_m", geometry.slice_spacing_m},
+            {"pixel_m", geometry.slice_pixel_m},
+            {"section_m", list(scene.section)}};
 }
 
 namespace {
@@ -189,7 +206,9 @@ namespace {
 void write_history(const Path& file, const LbmGridResult& grid) {
     std::string text = "step,permeability_m2,iteration_error,flow_imbalance\n";
     const double h2 = grid.voxel_size_m * grid.voxel_size_m;
-    for (const auto& point : grid.run.history) text += fmt::format("{},{:.12g},{:.6g},{:.6g}\n", point.step, point.permeability_lu * h2, point.iteration_error, point.flow_imbalance);
+    for (const auto& point : grid.run.history)
+        text +=
+            fmt::format("{},{:.12g},{:.6g},{:.6g}\n", point.step, point.permeability_lu * h2, point.iteration_error, point.flow_imbalance);
     write_text(file, text);
 }
 
@@ -210,7 +229,10 @@ Json lbm_json(const LbmResult& result, const Section& section, const LbmConfig& 
     add_permeability(json, result.fine.permeability_m2, result.interval_m2);
     json["permeability_by_volume_average_m2"] = result.fine.permeability_volume_m2;
     json["method"] = "D3Q19 two relaxation times, linear equilibrium, half-way bounce-back";
-    json["interval_meaning"] = result.interval_m2 ? "first-order Richardson estimate from two grids; bounce-back on voxels converges irregularly, so it is indicative" : "one grid: no uncertainty";
+    json["interval_meaning"] =
+        result.interval_m2
+            ? "first-order Richardson estimate from two grids; bounce-back on voxels converges irregularly, so it is indicative"
+            : "one grid: no uncertainty";
     json["direction"] = config.direction;
     json["driven_by"] = result.fine.run.gradient_lu == 1e-3 ? "body force" : "pressure planes";
     json["section_m"] = list(section);
@@ -235,29 +257,41 @@ Json lbm_json(const LbmResult& result, const Section& section, const LbmConfig& 
 }  // namespace
 
 Json lbm_stage(const Scene& scene, const GeometryConfig& geometry, const LbmConfig& config, const Path& folder) {
-    const auto voxels = [&](double size) { return plan_voxels(scene.container, scene.section, size, geometry.reservoir_m, scene.grain_size_m); };
+    const auto voxels = [&](double size) {
+        return plan_voxels(scene.container, scene.section, size, geometry.reservoir_m, scene.grain_size_m);
+    };
     const VoxelPlan plan = voxels(scene.voxel_size(geometry));
     const Porosity pores = porosity(scene.solid(), scene.container, scene.section, 4000);
-    const Expectation expected = expect_lbm(scene.container, scene.section, plan.voxel_size_m, scene.grain_size_m, pores.value, geometry, config);
-    require_memory(expected.memory_bytes, fmt::format("the flow on {} x {} x {} voxels", plan.grid.cells[0], plan.grid.cells[1], plan.grid.cells[2]), "take a larger voxel size or a shorter section");
-    const LbmResult result = lbm_permeability([&](double size) { return voxelise(scene.solid(), scene.container, scene.section, voxels(size)); }, plan.voxel_size_m, scene.container, scene.section, config, true);
+    const Expectation expected =
+        expect_lbm(scene.container, scene.section, plan.voxel_size_m, scene.grain_size_m, pores.value, geometry, config);
+    require_memory(expected.memory_bytes,
+                   fmt::format("the flow on {} x {} x {} voxels", plan.grid.cells[0], plan.grid.cells[1], plan.grid.cells[2]),
+                   "take a larger voxel size or a shorter section");
+    const LbmResult result =
+        lbm_permeability([&](double size) { return voxelise(scene.solid(), scene.container, scene.section, voxels(size)); },
+                         plan.voxel_size_m, scene.container, scene.section, config, true);
     Json json = lbm_json(result, scene.section, config, folder);
     json["expected_memory_bytes"] = expected.memory_bytes;
     return json;
 }
 
-Json lbm_image_stage(const Path& pore_vti, const std::optional<Container>& container, const std::vector<double>& section_m, const LbmConfig& config, const Path& folder) {
+Json lbm_image_stage(const Path& pore_vti, const std::optional<Container>& container, const std::vector<double>& section_m,
+                     const LbmConfig& config, const Path& folder) {
     const PhaseImage image = read_phase_image(pore_vti);
     const auto& grid = image.grid;
     for (const double spacing : grid.spacing_m)
-        if (std::abs(spacing / grid.spacing_m[0] - 1.0) > 1e-6) throw UserError(fmt::format("the voxels are not cubic: {:g} x {:g} x {:g} m", grid.spacing_m[0], grid.spacing_m[1], grid.spacing_m[2]), {.where = pore_vti.string(), .mend = "resample the image"});
+        if (std::abs(spacing / grid.spacing_m[0] - 1.0) > 1e-6)
+            throw UserError(
+                fmt::format("the voxels are not cubic: {:g} x {:g} x {:g} m", grid.spacing_m[0], grid.spacing_m[1], grid.spacing_m[2]),
+                {.where = pore_vti.string(), .mend = "resample the image"});
     Container vessel;
     if (container)
         vessel = *container;
     else if (image.notes.contains("container"))
         vessel = container_from_json(Json::parse(image.notes.at("container")), pore_vti.string());
     else
-        throw UserError("the image does not say what its container is", {.where = pore_vti.string(), .mend = "--container cylinder:D,H or box:X,Y,Z[:periodic] (metres)"});
+        throw UserError("the image does not say what its container is",
+                        {.where = pore_vti.string(), .mend = "--container cylinder:D,H or box:X,Y,Z[:periodic] (metres)"});
     Section section{grid.origin_m[2], grid.origin_m[2] + grid.cells[2] * grid.spacing_m[2]};
     if (section_m.size() == 2)
         section = {section_m[0], section_m[1]};
@@ -269,33 +303,53 @@ Json lbm_image_stage(const Path& pore_vti, const std::optional<Container>& conta
 }
 
 Json foam_stage(const Scene& scene, const GeometryConfig& geometry, const FoamConfig& config, const Path& folder) {
-    const double cell = config.cell_size_m > 0.0 ? config.cell_size_m : scene.grains ? scene.grain_size_m / 4.0 : throw UserError("the cell size is missing", {.mend = "--cell-size (metres), or cell_size_m in [openfoam]"});
+    const double cell = config.cell_size_m > 0.0 ? config.cell_size_m
+                        : scene.grains
+                            ? scene.grain_size_m / 4.0
+                            : throw UserError("the cell size is missing", {.mend = "--cell-size (metres), or cell_size_m in [openfoam]"});
     const auto cells = background_cells(scene.container, scene.section, cell);
     const double count = static_cast<double>(cells[0]) * cells[1] * cells[2];
     if (cell > scene.grain_size_m || count > 2e8)
-        throw UserError(fmt::format("a background cell of {:g} m does not fit the scene: {} x {} x {} cells, capsule diameter {:g} m", cell, cells[0], cells[1], cells[2], scene.grain_size_m), {.allowed = "cells smaller than the capsules, at most 2e8 of them", .mend = "the cell size is in metres"});
+        throw UserError(fmt::format("a background cell of {:g} m does not fit the scene: {} x {} x {} cells, capsule diameter {:g} m", cell,
+                                    cells[0], cells[1], cells[2], scene.grain_size_m),
+                        {.allowed = "cells smaller than the capsules, at most 2e8 of them", .mend = "the cell size is in metres"});
     const double exact = porosity(scene.solid(), scene.container, scene.section).value;
     const Expectation expected = expect_foam(scene.container, scene.section, cell, exact, config);
     require_memory(expected.memory_bytes, "the OpenFOAM mesh", "take larger cells or a shorter section");
 
     FoamScene foam{.surface = {}, .container = scene.container, .section = scene.section};
-    foam.surface = scene.surface ? *scene.surface : make_surface(*scene.packing, {.deviation_m = geometry.surface_deviation_m, .contact_gap_m = geometry.contact_gap_m}).surface;
+    foam.surface =
+        scene.surface
+            ? *scene.surface
+            : make_surface(*scene.packing, {.deviation_m = geometry.surface_deviation_m, .contact_gap_m = geometry.contact_gap_m}).surface;
     foam.pore_volume_m3 = exact * scene.container.inner_area_m2() * scene.section.length();
     foam.grain_size_m = scene.grain_size_m;
     const double coarsest = cell * (config.meshes == 2 ? config.mesh_ratio : 1.0);
-    const double probe = scene.container.any_periodic() ? scene.section.length() / std::ceil(scene.section.length() / (0.5 * coarsest)) : 0.5 * coarsest;
-    foam.pore_point = find_pore_point(voxelise(scene.solid(), scene.container, scene.section, plan_voxels(scene.container, scene.section, probe, 0.0, scene.grain_size_m)), scene.container);
+    const double probe =
+        scene.container.any_periodic() ? scene.section.length() / std::ceil(scene.section.length() / (0.5 * coarsest)) : 0.5 * coarsest;
+    foam.pore_point = find_pore_point(voxelise(scene.solid(), scene.container, scene.section,
+                                               plan_voxels(scene.container, scene.section, probe, 0.0, scene.grain_size_m)),
+                                      scene.container);
     const FoamResult result = foam_permeability(foam, config, cell, home_folder() / "openfoam_cases", folder);
 
     const auto mesh_json = [](const FoamMeshResult& mesh) -> Json {
-        return {{"cell_size_m", mesh.cell_size_m}, {"cells", mesh.cells}, {"max_non_orthogonality_deg", mesh.max_non_orthogonality}, {"mesh_volume_ratio", mesh.mesh_volume_ratio}, {"iterations", mesh.iterations},
-                {"flow_imbalance", mesh.flow_imbalance}, {"flow_drift", mesh.flow_drift}, {"permeability_m2", mesh.permeability_m2}, {"wall_time_s", mesh.wall_time_s}, {"peak_memory_bytes", mesh.peak_memory_bytes}};
+        return {{"cell_size_m", mesh.cell_size_m},
+                {"cells", mesh.cells},
+                {"max_non_orthogonality_deg", mesh.max_non_orthogonality},
+                {"mesh_volume_ratio", mesh.mesh_volume_ratio},
+                {"iterations", mesh.iterations},
+                {"flow_imbalance", mesh.flow_imbalance},
+                {"flow_drift", mesh.flow_drift},
+                {"permeability_m2", mesh.permeability_m2},
+                {"wall_time_s", mesh.wall_time_s},
+                {"peak_memory_bytes", mesh.peak_memory_bytes}};
     };
     Json json;
     add_permeability(json, result.permeability_m2, result.interval_m2);
     json["method"] = "OpenFOAM simpleFoam, creeping flow, snappyHexMesh";
     json["repeat_by_hand"] = "cd mesh_fine && ./Allclean && ./Allrun";
-    json["interval_meaning"] = result.interval_m2 ? "extrapolated from two meshes with order 1.5; the interval spans orders 1 to 2" : "one mesh: no uncertainty";
+    json["interval_meaning"] =
+        result.interval_m2 ? "extrapolated from two meshes with order 1.5; the interval spans orders 1 to 2" : "one mesh: no uncertainty";
     json["section_m"] = list(scene.section);
     json["converged"] = true;
     json["cells"] = result.fine.cells;
@@ -309,14 +363,24 @@ Json foam_stage(const Scene& scene, const GeometryConfig& geometry, const FoamCo
 namespace {
 
 Json geometric_json(const GeometricPaperResult& result, const std::string& geometry) {
-    return {{"kind", "geometric_paper"}, {"geometry", geometry}, {"tortuosity_geometric_paper", result.value}, {"standard_error", result.standard_error}, {"standard_deviation", result.standard_deviation},
-            {"paths", result.paths}, {"slices", result.slices}, {"rejections_per_point", result.rejections_per_point}};
+    return {{"kind", "geometric_paper"},
+            {"geometry", geometry},
+            {"tortuosity_geometric_paper", result.value},
+            {"standard_error", result.standard_error},
+            {"standard_deviation", result.standard_deviation},
+            {"paths", result.paths},
+            {"slices", result.slices},
+            {"rejections_per_point", result.rejections_per_point}};
 }
 
 }  // namespace
 
 Json geometric_paper_stage(const Scene& scene, const TortuosityConfig& config) {
-    if (!scene.grains) throw UserError("the exact dot method needs a packing", {.mend = "make slices of the STL file and give their folder: porepack slices, then porepack tortuosity geometric_paper SLICES"});
+    if (!scene.grains)
+        throw UserError(
+            "the exact dot method needs a packing",
+            {.mend =
+                 "make slices of the STL file and give their folder: porepack slices, then porepack tortuosity geometric_paper SLICES"});
     return geometric_json(geometric_paper_exact(*scene.grains, scene.container, scene.section, config), "exact");
 }
 
@@ -336,13 +400,20 @@ Json hydraulic_stage(const Path& flow_vti, const std::vector<double>& section_m)
         std::sscanf(flow.notes.at("section").c_str(), "%lf,%lf", &section.z0, &section.z1);
     const std::string direction = flow.notes.contains("direction") ? flow.notes.at("direction") : "z";
     const int axis = direction == "x" ? 0 : direction == "y" ? 1 : 2;
-    return {{"kind", "hydraulic"}, {"direction", direction}, {"tortuosity_hydraulic", hydraulic_tortuosity(flow, section, axis)}, {"uncertainty", nullptr}};
+    return {{"kind", "hydraulic"},
+            {"direction", direction},
+            {"tortuosity_hydraulic", hydraulic_tortuosity(flow, section, axis)},
+            {"uncertainty", nullptr}};
 }
 
 Json falling_head_stage(double permeability_m2, double inertial_permeability_m, const FallingHeadConfig& config, const Path* folder) {
     const FallingHead test(permeability_m2, inertial_permeability_m, config);
-    Json json = {{"permeability_m2", permeability_m2}, {"inertial_permeability_m", std::isfinite(inertial_permeability_m) ? Json(inertial_permeability_m) : Json("infinite")}, {"sample_length_m", config.sample_length_m},
-                 {"start_level_m", config.start_level_m}, {"levels_m", config.levels_m}, {"times_s", Json::array()}};
+    Json json = {{"permeability_m2", permeability_m2},
+                 {"inertial_permeability_m", std::isfinite(inertial_permeability_m) ? Json(inertial_permeability_m) : Json("infinite")},
+                 {"sample_length_m", config.sample_length_m},
+                 {"start_level_m", config.start_level_m},
+                 {"levels_m", config.levels_m},
+                 {"times_s", Json::array()}};
     for (const double level : config.levels_m) json["times_s"].push_back(test.time_at(level));
     json["start_speed_m_per_s"] = test.speed_at(config.start_level_m);
     json["equation"] = "Eq. 18, closed form, without the inertia of the water column";
@@ -355,7 +426,8 @@ Json falling_head_stage(double permeability_m2, double inertial_permeability_m, 
     return json;
 }
 
-Expectation expect_lbm(const Container& container, const Section& section, double voxel_size_m, double grain_size_m, double pores, const GeometryConfig& geometry, const LbmConfig& config) {
+Expectation expect_lbm(const Container& container, const Section& section, double voxel_size_m, double grain_size_m, double pores,
+                       const GeometryConfig& geometry, const LbmConfig& config) {
     const VoxelPlan plan = plan_voxels(container, section, voxel_size_m, geometry.reservoir_m, grain_size_m);
     const double cells = static_cast<double>(plan.grid.size());
     const double fluid = pores * container.inner_area_m2() * section.length() / std::pow(plan.voxel_size_m, 3);
@@ -364,7 +436,8 @@ Expectation expect_lbm(const Container& container, const Section& section, doubl
     const double steps = std::max(400.0, 4.0 * std::pow(grain_size_m / plan.voxel_size_m, 2.0)) * 1.2 / config.relaxation_time;
     const double coarse = config.grids == 2 ? 1.0 + std::pow(config.grid_ratio, -5.0) : 1.0;
     expected.wall_time_s = coarse * steps * fluid / (8e6 * thread_count());
-    expected.text = fmt::format("{} x {} x {} voxels of {:.4g} m, about {:.2g} fluid nodes", plan.grid.cells[0], plan.grid.cells[1], plan.grid.cells[2], plan.voxel_size_m, fluid);
+    expected.text = fmt::format("{} x {} x {} voxels of {:.4g} m, about {:.2g} fluid nodes", plan.grid.cells[0], plan.grid.cells[1],
+                                plan.grid.cells[2], plan.voxel_size_m, fluid);
     return expected;
 }
 
@@ -374,7 +447,9 @@ Expectation expect_foam(const Container& container, const Section& section, doub
     const double cells = background * std::pow(2.5, config.surface_level);
     // Measured: 0.45 ms a cell for meshing and solving, 1.6 kB a cell.
     const double coarse = config.meshes == 2 ? 1.0 + std::pow(config.mesh_ratio, -3.0) : 1.0;
-    return {.text = fmt::format("background {} x {} x {}, about {:.2g} cells in the finest mesh", block[0], block[1], block[2], cells), .memory_bytes = 1e8 + 1600.0 * cells, .wall_time_s = coarse * 0.45e-3 * cells};
+    return {.text = fmt::format("background {} x {} x {}, about {:.2g} cells in the finest mesh", block[0], block[1], block[2], cells),
+            .memory_bytes = 1e8 + 1600.0 * cells,
+            .wall_time_s = coarse * 0.45e-3 * cells};
 }
 
 }  // namespace porepack

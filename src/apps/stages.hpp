@@ -15,12 +15,14 @@ namespace porepack {
 [[nodiscard]] Json voxelise_stage(const Scene& scene, const GeometryConfig& geometry, const Path& folder);
 [[nodiscard]] Json slices_stage(const Scene& scene, const GeometryConfig& geometry, const Path& folder);
 [[nodiscard]] Json lbm_stage(const Scene& scene, const GeometryConfig& geometry, const LbmConfig& config, const Path& folder);
-[[nodiscard]] Json lbm_image_stage(const Path& pore_vti, const std::optional<Container>& container, const std::vector<double>& section_m, const LbmConfig& config, const Path& folder);
+[[nodiscard]] Json lbm_image_stage(const Path& pore_vti, const std::optional<Container>& container, const std::vector<double>& section_m,
+                                   const LbmConfig& config, const Path& folder);
 [[nodiscard]] Json foam_stage(const Scene& scene, const GeometryConfig& geometry, const FoamConfig& config, const Path& folder);
 [[nodiscard]] Json geometric_paper_stage(const Scene& scene, const TortuosityConfig& config);
 [[nodiscard]] Json geometric_paper_slices_stage(const Path& slices, const TortuosityConfig& config);
 [[nodiscard]] Json hydraulic_stage(const Path& flow_vti, const std::vector<double>& section_m);
-[[nodiscard]] Json falling_head_stage(double permeability_m2, double inertial_permeability_m, const FallingHeadConfig& config, const Path* folder);
+[[nodiscard]] Json falling_head_stage(double permeability_m2, double inertial_permeability_m, const FallingHeadConfig& config,
+                                      const Path* folder);
 
 /// What a stage will take on this scene.
 struct Expectation {
@@ -28,8 +30,10 @@ struct Expectation {
     double memory_bytes = 0.0;
     double wall_time_s = 0.0;
 };
-[[nodiscard]] Expectation expect_lbm(const Container& container, const Section& section, double voxel_size_m, double grain_size_m, double porosity, const GeometryConfig& geometry, const LbmConfig& config);
-[[nodiscard]] Expectation expect_foam(const Container& container, const Section& section, double cell_size_m, double porosity, const FoamConfig& config);
+[[nodiscard]] Expectation expect_lbm(const Container& container, const Section& section, double voxel_size_m, double grain_size_m,
+                                     double porosity, const GeometryConfig& geometry, const LbmConfig& config);
+[[nodiscard]] Expectation expect_foam(const Container& container, const Section& section, double cell_size_m, double porosity,
+                                      const FoamConfig& config);
 
 /// Where the templates and cases lie: POREPACK_HOME, else beside the sources this program was built from.
 [[nodiscard]] Path home_folder();

@@ -40,7 +40,8 @@ std::string edge_fault(const TriangleSurface& surface, SurfaceCheck& check) {
     check.closed = open_edges == 0;
     const auto at = [&](const std::pair<int, int>& edge) { return place_text(surface.points[static_cast<std::size_t>(edge.first)]); };
     if (open_edges > 0) return fmt::format("the surface is open: {} edges have no neighbour, the first {}", open_edges, at(first_open));
-    if (twisted > 0) return fmt::format("neighbouring triangles are turned against each other at {} edges, the first {}", twisted, at(first_twisted));
+    if (twisted > 0)
+        return fmt::format("neighbouring triangles are turned against each other at {} edges, the first {}", twisted, at(first_twisted));
     return {};
 }
 
@@ -48,7 +49,8 @@ bool to_mesh(const TriangleSurface& surface, Mesh& mesh) {
     std::vector<Point> points;
     for (const auto& p : surface.points) points.emplace_back(p[0], p[1], p[2]);
     std::vector<std::vector<std::size_t>> triangles;
-    for (const auto& t : surface.triangles) triangles.push_back({static_cast<std::size_t>(t[0]), static_cast<std::size_t>(t[1]), static_cast<std::size_t>(t[2])});
+    for (const auto& t : surface.triangles)
+        triangles.push_back({static_cast<std::size_t>(t[0]), static_cast<std::size_t>(t[1]), static_cast<std::size_t>(t[2])});
     if (!pmp::is_polygon_soup_a_polygon_mesh(triangles)) return false;
     pmp::polygon_soup_to_polygon_mesh(points, triangles, mesh);
     return true;
@@ -93,27 +95,37 @@ SurfaceCheck check_surface(const TriangleSurface& surface) {
         check.fault = fmt::format("the surface is inside out: its volume is {:g} m3", check.volume_m3);
     } else if (check.self_intersecting) {
         const auto box = pmp::face_bbox(crossings.front().first, mesh);
-        check.fault = fmt::format("the surface crosses itself: {} pairs of triangles, the first {}", crossings.size(), place_text({box.xmin(), box.ymin(), box.zmin()}));
+        check.fault = fmt::format("the surface crosses itself: {} pairs of triangles, the first {}", crossings.size(),
+                                  place_text({box.xmin(), box.ymin(), box.zmin()}));
     }
     return check;
 }
 
 void require_sound(const SurfaceCheck& check, const std::string& where) {
     if (check.fault.empty()) return;
-    throw UserError("the surface does not bound a volume: " + check.fault, {.where = where, .allowed = "a closed surface with outward triangles that do not cross", .mend = "repair it in the program that made it; nothing is repaired silently"});
+    throw UserError("the surface does not bound a volume: " + check.fault,
+                    {.where = where,
+                     .allowed = "a closed surface with outward triangles that do not cross",
+                     .mend = "repair it in the program that made it; nothing is repaired silently"});
 }
 
 void require_plausible_size(const SurfaceCheck& check, const Container& container, const std::string& where) {
     const Vec3 size = container.high() - container.low();
     const Vec3 extent = check.high - check.low;
     const double ratio = (extent.array() / size.array()).maxCoeff();
-    const std::string numbers = fmt::format("the surface is {:.4g} x {:.4g} x {:.4g} m, the container {:.4g} x {:.4g} x {:.4g} m", extent.x(), extent.y(), extent.z(), size.x(), size.y(), size.z());
-    if (ratio > 50.0) throw UserError("the surface is much larger than the container: " + numbers, {.where = where, .mend = "it looks like millimetres: give --unit 0.001 (metres a unit)"});
-    if (ratio < 0.002) throw UserError("the surface is much smaller than the container: " + numbers, {.where = where, .mend = "check the unit with --unit (metres a unit)"});
+    const std::string numbers = fmt::format("the surface is {:.4g} x {:.4g} x {:.4g} m, the container {:.4g} x {:.4g} x {:.4g} m",
+                                            extent.x(), extent.y(), extent.z(), size.x(), size.y(), size.z());
+    if (ratio > 50.0)
+        throw UserError("the surface is much larger than the container: " + numbers,
+                        {.where = where, .mend = "it looks like millimetres: give --unit 0.001 (metres a unit)"});
+    if (ratio < 0.002)
+        throw UserError("the surface is much smaller than the container: " + numbers,
+                        {.where = where, .mend = "check the unit with --unit (metres a unit)"});
     const Vec3 slack = 0.02 * size + (container.any_periodic() ? size : Vec3(Vec3::Zero()));
     if (((check.low - container.low() + slack).array() < 0.0).any() || ((container.high() + slack - check.high).array() < 0.0).any())
         throw UserError("the surface sticks out of the container: " + numbers,
-                        {.where = fmt::format("{}: from ({:.4g}, {:.4g}, {:.4g}) to ({:.4g}, {:.4g}, {:.4g}) m", where, check.low.x(), check.low.y(), check.low.z(), check.high.x(), check.high.y(), check.high.z()),
+                        {.where = fmt::format("{}: from ({:.4g}, {:.4g}, {:.4g}) to ({:.4g}, {:.4g}, {:.4g}) m", where, check.low.x(),
+                                              check.low.y(), check.low.z(), check.high.x(), check.high.y(), check.high.z()),
                          .allowed = "cylinder: axis x = y = 0, floor z = 0; box: corner at the origin",
                          .mend = "move the surface, or give the right container and unit"});
 }

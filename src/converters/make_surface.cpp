@@ -1,5 +1,5 @@
-#include <CGAL/Polygon_mesh_processing/corefinement.h>
 #include <CGAL/Polygon_mesh_processing/connected_components.h>
+#include <CGAL/Polygon_mesh_processing/corefinement.h>
 #include <CGAL/Polygon_mesh_processing/measure.h>
 #include <fmt/format.h>
 
@@ -97,12 +97,14 @@ Mesh capsule_mesh(const Capsule& capsule, double deviation, double turn) {
         }
         if (mesh_deviation(mesh, capsule) <= deviation) return mesh;
     }
-    throw UserError(fmt::format("a surface deviation of {:g} m needs more than 512 corners round a capsule", deviation), {.mend = "take a larger surface_deviation_m"});
+    throw UserError(fmt::format("a surface deviation of {:g} m needs more than 512 corners round a capsule", deviation),
+                    {.mend = "take a larger surface_deviation_m"});
 }
 
 void unite_into(Mesh& all, Mesh& part) {
     Mesh result;
-    if (!pmp::corefine_and_compute_union(all, part, result)) throw NumericalError("CGAL cannot unite two bodies", {.mend = "change surface_deviation_m a little"});
+    if (!pmp::corefine_and_compute_union(all, part, result))
+        throw NumericalError("CGAL cannot unite two bodies", {.mend = "change surface_deviation_m a little"});
     result.collect_garbage();
     all = std::move(result);
 }
@@ -117,7 +119,8 @@ void drop_cavities(Mesh& mesh) {
         for (const auto face : mesh.faces()) {
             if (shell[face] != s) continue;
             auto h = mesh.halfedge(face);
-            volume += CGAL::volume(Point(0, 0, 0), mesh.point(mesh.source(h)), mesh.point(mesh.target(h)), mesh.point(mesh.target(mesh.next(h))));
+            volume +=
+                CGAL::volume(Point(0, 0, 0), mesh.point(mesh.source(h)), mesh.point(mesh.target(h)), mesh.point(mesh.target(mesh.next(h))));
         }
         if (volume > 0.0) keep.push_back(s);
     }
@@ -161,7 +164,9 @@ std::vector<std::vector<std::size_t>> clusters_of(const std::vector<Grains::Imag
     for (std::size_t i = 0; i < images.size(); ++i)
         for (std::size_t j = i + 1; j < images.size(); ++j) {
             if (root(i) == root(j)) continue;
-            if (((images[i].bounds.high - images[j].bounds.low).array() < -reach).any() || ((images[j].bounds.high - images[i].bounds.low).array() < -reach).any()) continue;
+            if (((images[i].bounds.high - images[j].bounds.low).array() < -reach).any() ||
+                ((images[j].bounds.high - images[i].bounds.low).array() < -reach).any())
+                continue;
             bool near = false;
             for (const auto& p : images[i].capsules)
                 for (const auto& q : images[j].capsules) near = near || gap(p, q) < reach;
@@ -228,7 +233,8 @@ TriangleSurface round_to_single(const TriangleSurface& surface) {
         index.push_back(entry->second);
     }
     for (const auto& t : surface.triangles) {
-        const std::array<int, 3> r = {index[static_cast<std::size_t>(t[0])], index[static_cast<std::size_t>(t[1])], index[static_cast<std::size_t>(t[2])]};
+        const std::array<int, 3> r = {index[static_cast<std::size_t>(t[0])], index[static_cast<std::size_t>(t[1])],
+                                      index[static_cast<std::size_t>(t[2])]};
         if (r[0] != r[1] && r[1] != r[2] && r[2] != r[0]) rounded.triangles.push_back(r);
     }
     return rounded;
@@ -271,31 +277,39 @@ SurfaceResult make_surface(const Packing& packing, const SurfaceOptions& options
         std::map<std::pair<std::size_t, int>, Mesh> unit;  // grain's mesh by shape and thinning
         for (const auto& image : images) {
             const auto key = std::pair(packing.bodies[image.body].shape, thinned[image.body]);
-            if (!unit.contains(key)) unit.emplace(key, grain_mesh(packing.shapes[key.first], 0.9 * deviation, key.second * result.contact_gap_m));
+            if (!unit.contains(key))
+                unit.emplace(key, grain_mesh(packing.shapes[key.first], 0.9 * deviation, key.second * result.contact_gap_m));
         }
         TriangleSurface surface;
         Progress progress("surface (CGAL)");
         std::size_t done = 0;
         for (auto& cluster : clusters) {
-            std::sort(cluster.begin(), cluster.end(), [&](std::size_t p, std::size_t q) { return images[p].bounds.low.z() < images[q].bounds.low.z(); });
+            std::sort(cluster.begin(), cluster.end(),
+                      [&](std::size_t p, std::size_t q) { return images[p].bounds.low.z() < images[q].bounds.low.z(); });
             std::vector<Mesh> meshes;
             for (const std::size_t g : cluster) {
                 const Body& body = packing.bodies[images[g].body];
-                meshes.push_back(moved_mesh(unit.at({body.shape, thinned[images[g].body]}), body.position_m + images[g].shift, body.orientation));
+                meshes.push_back(
+                    moved_mesh(unit.at({body.shape, thinned[images[g].body]}), body.position_m + images[g].shift, body.orientation));
             }
-            append(surface, unite_cluster(std::move(meshes), [&] { progress.update(static_cast<double>(++done) / static_cast<double>(images.size())); }));
+            append(surface, unite_cluster(std::move(meshes),
+                                          [&] { progress.update(static_cast<double>(++done) / static_cast<double>(images.size())); }));
         }
         result.surface = round_to_single(surface);
         const SurfaceCheck check = check_surface(result.surface);
         if (check.fault.empty()) break;
         const auto& crossings = check.fault_places;
-        if (round + 1 == most_rounds) throw NumericalError(fmt::format("the surface still has faults at {} places after the grains there were thinned {} times: {}", crossings.size(), round, check.fault), {.mend = "raise contact_gap_m, or change surface_deviation_m a little"});
+        if (round + 1 == most_rounds)
+            throw NumericalError(fmt::format("the surface still has faults at {} places after the grains there were thinned {} times: {}",
+                                             crossings.size(), round, check.fault),
+                                 {.mend = "raise contact_gap_m, or change surface_deviation_m a little"});
         std::set<std::size_t> guilty;
         for (const Vec3& place : crossings)
             for (const auto& image : images)
                 if (signed_distance(image.capsules, place) < 2.0 * deviation) guilty.insert(image.body);
         for (const std::size_t body : guilty) ++thinned[body];
-        log_info("surface: {} faults after rounding to single precision; {} grains are thinned by {:.2g} m", crossings.size(), guilty.size(), result.contact_gap_m);
+        log_info("surface: {} faults after rounding to single precision; {} grains are thinned by {:.2g} m", crossings.size(),
+                 guilty.size(), result.contact_gap_m);
     }
     for (const int steps : thinned) result.shrunk_grains += steps > 0 ? 1 : 0;
     result.deviation_m = largest_deviation(result.surface, grains, d);

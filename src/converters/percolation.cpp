@@ -31,7 +31,8 @@ constexpr std::array<std::array<int, 3>, 6> faces = {{{1, 0, 0}, {-1, 0, 0}, {0,
 
 // One connected piece of the pore space, found from `start`; marks its cells in `turn_at` with the number of turns round
 // the box. It carries flow when it touches both ends, or meets itself after a turn.
-bool explore(const PhaseImage& image, const Drive& drive, std::size_t start, std::vector<std::int32_t>& turn_at, std::vector<std::size_t>& members) {
+bool explore(const PhaseImage& image, const Drive& drive, std::size_t start, std::vector<std::int32_t>& turn_at,
+             std::vector<std::size_t>& members) {
     const auto axis = static_cast<std::size_t>(drive.axis);
     bool inlet = false, outlet = false, winds = false;
     members.assign(1, start);
@@ -64,7 +65,8 @@ Drive choose_drive(const Container& container, const std::string& direction) {
     const int axis = direction == "x" ? 0 : direction == "y" ? 1 : 2;
     Drive drive{.axis = axis, .periodic = container.periodic};
     if (axis != 2 && drive.by_pressure())
-        throw UserError("flow along " + direction + " needs a box that is periodic along " + direction, {.allowed = "direction z, or a periodic box"});
+        throw UserError("flow along " + direction + " needs a box that is periodic along " + direction,
+                        {.allowed = "direction z, or a periodic box"});
     return drive;
 }
 

@@ -10,7 +10,7 @@ namespace porepack {
 
 /// How the flow is driven, and what lies beyond the grid's faces.
 struct Drive {
-    int axis = 2;                                   ///< direction of the flow
+    int axis = 2;  ///< direction of the flow
     std::array<bool, 3> periodic = {false, false, false};
     [[nodiscard]] bool by_pressure() const { return !periodic[static_cast<std::size_t>(axis)]; }
 };

@@ -33,10 +33,10 @@ struct SurfaceOptions {
 
 struct SurfaceResult {
     TriangleSurface surface;
-    double deviation_m = 0.0;      ///< measured: largest distance of a corner or a facet's middle from the exact capsules
+    double deviation_m = 0.0;  ///< measured: largest distance of a corner or a facet's middle from the exact capsules
     double contact_gap_m = 0.0;
-    long joined_grains = 0;        ///< grains that became one body with others
-    long shrunk_grains = 0;        ///< grains thinned by contact_gap_m because the surface crossed itself in single precision
+    long joined_grains = 0;  ///< grains that became one body with others
+    long shrunk_grains = 0;  ///< grains thinned by contact_gap_m because the surface crossed itself in single precision
 };
 
 /// One closed surface of the union of all grains. Throws NumericalError when CGAL cannot make one.

@@ -16,7 +16,9 @@ struct SurfaceSolid::Bins {
     int columns = 1, rows = 1;
     std::vector<std::vector<int>> cells;
 
-    [[nodiscard]] int clamp_cell(double value, double low, int count) const { return std::clamp(static_cast<int>((value - low) / size), 0, count - 1); }
+    [[nodiscard]] int clamp_cell(double value, double low, int count) const {
+        return std::clamp(static_cast<int>((value - low) / size), 0, count - 1);
+    }
     struct Crossing {
         double z;
         int step;  // +1 into the solid, going up
@@ -49,9 +51,12 @@ SurfaceSolid::SurfaceSolid(const TriangleSurface& surface, const Container& cont
     for (std::size_t t = 0; t < bins.triangles.size(); ++t) {
         const auto& triangle = bins.triangles[t];
         const Vec3 low = triangle.a.cwiseMin(triangle.b).cwiseMin(triangle.c), high = triangle.a.cwiseMax(triangle.b).cwiseMax(triangle.c);
-        for (int j = bins.clamp_cell(low.y(), bins.bounds.low.y(), bins.rows); j <= bins.clamp_cell(high.y(), bins.bounds.low.y(), bins.rows); ++j)
-            for (int i = bins.clamp_cell(low.x(), bins.bounds.low.x(), bins.columns); i <= bins.clamp_cell(high.x(), bins.bounds.low.x(), bins.columns); ++i)
-                bins.cells[static_cast<std::size_t>(j) * static_cast<std::size_t>(bins.columns) + static_cast<std::size_t>(i)].push_back(static_cast<int>(t));
+        for (int j = bins.clamp_cell(low.y(), bins.bounds.low.y(), bins.rows);
+             j <= bins.clamp_cell(high.y(), bins.bounds.low.y(), bins.rows); ++j)
+            for (int i = bins.clamp_cell(low.x(), bins.bounds.low.x(), bins.columns);
+                 i <= bins.clamp_cell(high.x(), bins.bounds.low.x(), bins.columns); ++i)
+                bins.cells[static_cast<std::size_t>(j) * static_cast<std::size_t>(bins.columns) + static_cast<std::size_t>(i)].push_back(
+                    static_cast<int>(t));
     }
 }
 
@@ -63,7 +68,8 @@ Bounds SurfaceSolid::bounds() const {
 
 void SurfaceSolid::Bins::collect(double x, double y, double lift, std::vector<Crossing>& crossings) const {
     if (x < bounds.low.x() || x > bounds.high.x() || y < bounds.low.y() || y > bounds.high.y()) return;
-    const auto& cell = cells[static_cast<std::size_t>(clamp_cell(y, bounds.low.y(), rows)) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(clamp_cell(x, bounds.low.x(), columns))];
+    const auto& cell = cells[static_cast<std::size_t>(clamp_cell(y, bounds.low.y(), rows)) * static_cast<std::size_t>(columns) +
+                             static_cast<std::size_t>(clamp_cell(x, bounds.low.x(), columns))];
     for (const int t : cell) {
         const Triangle& s = triangles[static_cast<std::size_t>(t)];
         const auto side = [&](const Vec3& p, const Vec3& q) { return (q.x() - p.x()) * (y - p.y()) - (q.y() - p.y()) * (x - p.x()); };
@@ -86,7 +92,8 @@ void SurfaceSolid::column(double x, double y, std::vector<Interval>& parts) cons
         const auto around = [&](int axis) { return container.periodic[static_cast<std::size_t>(axis)] ? 1 : 0; };
         for (int i = -around(0); i <= around(0); ++i)
             for (int j = -around(1); j <= around(1); ++j)
-                for (int k = -around(2); k <= around(2); ++k) bins_->collect(px + i * container.size_m.x(), py + j * container.size_m.y(), k * container.size_m.z(), crossings);
+                for (int k = -around(2); k <= around(2); ++k)
+                    bins_->collect(px + i * container.size_m.x(), py + j * container.size_m.y(), k * container.size_m.z(), crossings);
         int sum = 0;
         for (const auto& crossing : crossings) sum += crossing.step;
         if (sum == 0) break;

@@ -13,17 +13,23 @@
 namespace porepack {
 
 VoxelPlan plan_voxels(const Container& container, const Section& section, double voxel_size_m, double reservoir_m, double grain_size_m) {
-    if (!(voxel_size_m > 0.0) || !std::isfinite(voxel_size_m)) throw UserError(fmt::format("the voxel size must be positive, got {:g} m", voxel_size_m));
+    if (!(voxel_size_m > 0.0) || !std::isfinite(voxel_size_m))
+        throw UserError(fmt::format("the voxel size must be positive, got {:g} m", voxel_size_m));
     if (voxel_size_m > grain_size_m || voxel_size_m > section.length())
-        throw UserError(fmt::format("the voxel is larger than the grain: voxel {:g} m, capsule diameter {:g} m, section {:g} m", voxel_size_m, grain_size_m, section.length()),
-                        {.allowed = fmt::format("up to {:.3g} m; 10 voxels a diameter are a good start", std::min(grain_size_m, section.length())), .mend = "the voxel size is in metres"});
+        throw UserError(
+            fmt::format("the voxel is larger than the grain: voxel {:g} m, capsule diameter {:g} m, section {:g} m", voxel_size_m,
+                        grain_size_m, section.length()),
+            {.allowed = fmt::format("up to {:.3g} m; 10 voxels a diameter are a good start", std::min(grain_size_m, section.length())),
+             .mend = "the voxel size is in metres"});
     VoxelPlan plan;
     const Vec3 size = container.high() - container.low();
     const double layers = std::max(1.0, std::round(section.length() / voxel_size_m));
     const double h = section.length() / layers;
     plan.voxel_size_m = h;
     const double ahead = layers * std::ceil(size.x() / h) * std::ceil(size.y() / h);
-    if (!(ahead < 2e9)) throw UserError(fmt::format("the grid would have {:.3g} cells", ahead), {.allowed = "2e9 cells", .mend = "take a larger voxel size (metres) or a shorter section"});
+    if (!(ahead < 2e9))
+        throw UserError(fmt::format("the grid would have {:.3g} cells", ahead),
+                        {.allowed = "2e9 cells", .mend = "take a larger voxel size (metres) or a shorter section"});
     plan.reservoir_cells = static_cast<int>(std::ceil(reservoir_m / h - 1e-9));
     plan.grid.spacing_m = {h, h, h};
     plan.grid.cells[2] = static_cast<int>(layers) + 2 * plan.reservoir_cells;
@@ -37,8 +43,10 @@ VoxelPlan plan_voxels(const Container& container, const Section& section, double
         }
         const double count = std::round(extent / h);
         if (container.periodic[axis] && std::abs(count * h - extent) > 1e-6 * extent)
-            throw UserError(fmt::format("the periodic box is no whole number of voxels: {:g} m / {:g} m = {:.4f}", extent, h, extent / h), {.mend = "choose a voxel size that divides all sides of the box"});
-        plan.grid.cells[axis] = static_cast<int>(std::max(1.0, std::abs(count * h - extent) < 1e-6 * extent ? count : std::ceil(extent / h)));
+            throw UserError(fmt::format("the periodic box is no whole number of voxels: {:g} m / {:g} m = {:.4f}", extent, h, extent / h),
+                            {.mend = "choose a voxel size that divides all sides of the box"});
+        plan.grid.cells[axis] =
+            static_cast<int>(std::max(1.0, std::abs(count * h - extent) < 1e-6 * extent ? count : std::ceil(extent / h)));
         plan.grid.origin_m[axis] = 0.5 * (extent - plan.grid.cells[axis] * h);
     }
     plan.memory_bytes = static_cast<double>(plan.grid.size());
@@ -48,7 +56,8 @@ VoxelPlan plan_voxels(const Container& container, const Section& section, double
 namespace {
 
 // Fills a column of cells whose centres lie in the intervals.
-void fill_column(std::uint8_t* first, std::size_t stride, int cells, double z_first, double h, const std::vector<Interval>& parts, const Section& section) {
+void fill_column(std::uint8_t* first, std::size_t stride, int cells, double z_first, double h, const std::vector<Interval>& parts,
+                 const Section& section) {
     for (const auto& part : parts) {
         const double low = std::max(part.low, section.z0);
         const double high = std::min(part.high, section.z1);
@@ -81,7 +90,8 @@ void fill(std::vector<std::uint8_t>& phase, const Grid& grid, const Solid& solid
 }  // namespace
 
 PhaseImage voxelise(const Solid& solid, const Container& container, const Section& section, const VoxelPlan& plan) {
-    require_memory(plan.memory_bytes, fmt::format("the grid of {} x {} x {} voxels", plan.grid.cells[0], plan.grid.cells[1], plan.grid.cells[2]),
+    require_memory(plan.memory_bytes,
+                   fmt::format("the grid of {} x {} x {} voxels", plan.grid.cells[0], plan.grid.cells[1], plan.grid.cells[2]),
                    "take a larger voxel size or a shorter section");
     PhaseImage image{.grid = plan.grid, .phase = std::vector<std::uint8_t>(plan.grid.size()), .notes = {}};
     image.notes["container"] = to_json(container).dump();
@@ -91,7 +101,8 @@ PhaseImage voxelise(const Solid& solid, const Container& container, const Sectio
     return image;
 }
 
-int write_slices(const Path& folder, const Solid& solid, const Container& container, const Section& section, double spacing_m, double pixel_m) {
+int write_slices(const Path& folder, const Solid& solid, const Container& container, const Section& section, double spacing_m,
+                 double pixel_m) {
     if (!(spacing_m > 0.0) || !(pixel_m > 0.0)) throw UserError("the slice spacing and the pixel must be positive");
     Grid layer;
     const Vec3 low = container.low(), size = container.high() - container.low();
@@ -117,7 +128,8 @@ int write_slices(const Path& folder, const Solid& solid, const Container& contai
         for (auto& value : phase) value = value == grain ? 0 : value == pore ? 255 : 128;
         for (int k = 0; k < grid.cells[2]; ++k) {
             check_interrupt();
-            write_gray_png(folder / fmt::format("slice_{:04}.png", first + k), grid.cells[0], grid.cells[1], {phase.data() + static_cast<std::size_t>(k) * pixels, pixels});
+            write_gray_png(folder / fmt::format("slice_{:04}.png", first + k), grid.cells[0], grid.cells[1],
+                           {phase.data() + static_cast<std::size_t>(k) * pixels, pixels});
         }
         progress.update(static_cast<double>(first + grid.cells[2]) / count);
     }
@@ -145,7 +157,8 @@ SliceStack read_slices(const Path& folder) {
         stack.grid.cells = {json.at("pixels").at(0).get<int>(), json.at("pixels").at(1).get<int>(), count};
         const double pixel = json.at("pixel_m").get<double>();
         stack.grid.spacing_m = {pixel, pixel, json.at("spacing_m").get<double>()};
-        stack.grid.origin_m = {json.at("origin_m").at(0).get<double>(), json.at("origin_m").at(1).get<double>(), json.at("origin_m").at(2).get<double>() - 0.5 * stack.grid.spacing_m[2]};
+        stack.grid.origin_m = {json.at("origin_m").at(0).get<double>(), json.at("origin_m").at(1).get<double>(),
+                               json.at("origin_m").at(2).get<double>() - 0.5 * stack.grid.spacing_m[2]};
         stack.section = {json.at("section_m").at(0).get<double>(), json.at("section_m").at(1).get<double>()};
         stack.container = container_from_json(json.at("container"), (folder / "slices.json").string());
     } catch (const Json::exception& fault) {
@@ -159,7 +172,8 @@ SliceStack read_slices(const Path& folder) {
         int width = 0, height = 0;
         const auto pixels = read_gray_png(file, width, height);
         if (width != stack.grid.cells[0] || height != stack.grid.cells[1])
-            throw UserError(fmt::format("{} has {} x {} pixels, slices.json says {} x {}", file.string(), width, height, stack.grid.cells[0], stack.grid.cells[1]));
+            throw UserError(fmt::format("{} has {} x {} pixels, slices.json says {} x {}", file.string(), width, height,
+                                        stack.grid.cells[0], stack.grid.cells[1]));
         for (const auto value : pixels) stack.phase.push_back(value < 64 ? grain : value > 192 ? pore : outside);
     }
     return stack;

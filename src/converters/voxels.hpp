@@ -9,20 +9,22 @@ namespace porepack {
 /// The grid of a section: cubic voxels, z0 on a cell face, the cylinder's axis in the middle of the grid.
 struct VoxelPlan {
     Grid grid;
-    double voxel_size_m = 0.0;   ///< the size asked for, adjusted so that the section is a whole number of voxels
-    int reservoir_cells = 0;     ///< empty layers below and above the section
+    double voxel_size_m = 0.0;  ///< the size asked for, adjusted so that the section is a whole number of voxels
+    int reservoir_cells = 0;    ///< empty layers below and above the section
     double memory_bytes = 0.0;
 };
 
 /// Throws UserError when a periodic side is no whole number of voxels, or the voxel is larger than `grain_size_m`.
-[[nodiscard]] VoxelPlan plan_voxels(const Container& container, const Section& section, double voxel_size_m, double reservoir_m, double grain_size_m);
+[[nodiscard]] VoxelPlan plan_voxels(const Container& container, const Section& section, double voxel_size_m, double reservoir_m,
+                                    double grain_size_m);
 
 /// Phase of every cell; solid beyond the section's planes is left out. Notes: the container and the section.
 [[nodiscard]] PhaseImage voxelise(const Solid& solid, const Container& container, const Section& section, const VoxelPlan& plan);
 
 /// A stack of gray pictures slice_0000.png (grain 0, pore 255, outside 128) from z0 to z1, with slices.json for the frame.
 /// Returns the number of slices.
-int write_slices(const Path& folder, const Solid& solid, const Container& container, const Section& section, double spacing_m, double pixel_m);
+int write_slices(const Path& folder, const Solid& solid, const Container& container, const Section& section, double spacing_m,
+                 double pixel_m);
 
 struct SliceStack {
     Grid grid;  ///< spacing in z is the distance of the slices, which lie in the middle of their cells

@@ -31,9 +31,11 @@ std::string Range::text() const {
 }
 
 std::pair<std::string, std::string> split_unit(std::string_view key) {
-    static const std::vector<std::string> units = {"kg_per_m3", "m2_per_s", "m_per_s2", "N_per_m", "m_per_s", "Pa_s", "mm", "deg", "m3", "m2", "Pa", "kg", "m", "s"};
+    static const std::vector<std::string> units = {"kg_per_m3", "m2_per_s", "m_per_s2", "N_per_m", "m_per_s", "Pa_s", "mm",
+                                                   "deg",       "m3",       "m2",       "Pa",      "kg",      "m",    "s"};
     for (const auto& unit : units)
-        if (key.size() > unit.size() + 1 && key.ends_with("_" + unit)) return {std::string(key.substr(0, key.size() - unit.size() - 1)), unit};
+        if (key.size() > unit.size() + 1 && key.ends_with("_" + unit))
+            return {std::string(key.substr(0, key.size() - unit.size() - 1)), unit};
     return {std::string(key), ""};
 }
 
@@ -108,14 +110,17 @@ public:
         }
         value = given;
     }
-    void numbers(const char* key, std::vector<double>& values, std::pair<std::size_t, std::size_t> sizes, const Range& range, const char*) override {
+    void numbers(const char* key, std::vector<double>& values, std::pair<std::size_t, std::size_t> sizes, const Range& range,
+                 const char*) override {
         const auto node = find(key, true);
         if (!node) return;
-        const std::string allowed = sizes.first == sizes.second ? fmt::format("a list of {} numbers, each {}", sizes.first, range.text())
-                                                                : fmt::format("a list of {} to {} numbers, each {}", sizes.first, sizes.second, range.text());
+        const std::string allowed = sizes.first == sizes.second
+                                        ? fmt::format("a list of {} numbers, each {}", sizes.first, range.text())
+                                        : fmt::format("a list of {} to {} numbers, each {}", sizes.first, sizes.second, range.text());
         const toml::array* array = node->as_array();
         if (array == nullptr) fail(key, *node, "is not a list", allowed);
-        if (array->size() < sizes.first || array->size() > sizes.second) fail(key, *node, fmt::format("has {} entries", array->size()), allowed);
+        if (array->size() < sizes.first || array->size() > sizes.second)
+            fail(key, *node, fmt::format("has {} entries", array->size()), allowed);
         values.clear();
         for (const auto& entry : *array) values.push_back(number_of(entry, key, range));
     }
@@ -123,16 +128,18 @@ public:
         const auto node = find(key, true);
         if (!node) return;
         const toml::array* array = node->as_array();
-        if (array == nullptr || array->size() != size) fail(key, *node, "has the wrong form", fmt::format("a list of {} times true or false", size));
+        if (array == nullptr || array->size() != size)
+            fail(key, *node, "has the wrong form", fmt::format("a list of {} times true or false", size));
         values.clear();
         for (const auto& entry : *array) values.push_back(boolean_of(entry, key));
     }
-    void tables(const char* key, const std::function<std::size_t(std::size_t)>& resize, const std::function<void(std::size_t, ConfigVisitor&)>& describe_one,
-                const char*) override {
+    void tables(const char* key, const std::function<std::size_t(std::size_t)>& resize,
+                const std::function<void(std::size_t, ConfigVisitor&)>& describe_one, const char*) override {
         const auto node = find(key);
         if (!node) return;
         const toml::array* array = node->as_array();
-        if (array == nullptr || !array->is_array_of_tables()) fail(key, *node, "is not an array of tables", fmt::format("[[{}]] once for each entry", place_ + key));
+        if (array == nullptr || !array->is_array_of_tables())
+            fail(key, *node, "is not an array of tables", fmt::format("[[{}]] once for each entry", place_ + key));
         resize(array->size());
         for (std::size_t i = 0; i < array->size(); ++i) {
             Reader entry(array->get(i)->as_table(), fmt::format("{}{}[{}].", place_, key, i), file_, no_flags_);
@@ -148,7 +155,9 @@ public:
             if (node.is_table() && place_.empty()) continue;  // checked by require_known_tables
             if (std::find(known_.begin(), known_.end(), name) != known_.end()) continue;
             const std::string near = nearest(name, known_);
-            throw UserError(fmt::format("unknown key `{}{}`", place_, name), {.where = where(node), .allowed = fmt::format("{}", fmt::join(known_, ", ")), .mend = mend_unknown(name, near)});
+            throw UserError(
+                fmt::format("unknown key `{}{}`", place_, name),
+                {.where = where(node), .allowed = fmt::format("{}", fmt::join(known_, ", ")), .mend = mend_unknown(name, near)});
         }
     }
 
@@ -199,7 +208,8 @@ private:
         if (const auto flag = flag_nodes_.find(&node); flag != flag_nodes_.end()) return flag->second;
         return fmt::format("{}, line {}", file_.string(), node.source().begin.line);
     }
-    [[noreturn]] void fail(const char* key, const toml::node& node, const std::string& fault, const std::string& allowed, const std::string& mend = {}) const {
+    [[noreturn]] void fail(const char* key, const toml::node& node, const std::string& fault, const std::string& allowed,
+                           const std::string& mend = {}) const {
         throw UserError(fmt::format("`{}{}` {}", place_, key, fault), {.where = where(node), .allowed = allowed, .mend = mend});
     }
 
@@ -221,10 +231,12 @@ public:
     void boolean(const char* key, bool& value, const char*) override { json[key] = value; }
     void text(const char* key, std::string& value, const char*) override { json[key] = value; }
     void choice(const char* key, std::string& value, const std::vector<std::string>&, const char*) override { json[key] = value; }
-    void numbers(const char* key, std::vector<double>& values, std::pair<std::size_t, std::size_t>, const Range&, const char*) override { json[key] = values; }
+    void numbers(const char* key, std::vector<double>& values, std::pair<std::size_t, std::size_t>, const Range&, const char*) override {
+        json[key] = values;
+    }
     void booleans(const char* key, std::vector<bool>& values, std::size_t, const char*) override { json[key] = values; }
-    void tables(const char* key, const std::function<std::size_t(std::size_t)>& resize, const std::function<void(std::size_t, ConfigVisitor&)>& describe_one,
-                const char*) override {
+    void tables(const char* key, const std::function<std::size_t(std::size_t)>& resize,
+                const std::function<void(std::size_t, ConfigVisitor&)>& describe_one, const char*) override {
         json[key] = Json::array();
         const std::size_t count = resize(std::numeric_limits<std::size_t>::max());
         for (std::size_t i = 0; i < count; ++i) {
@@ -244,19 +256,25 @@ public:
     void integer(const char* key, long& value, const Range& range, const char* meaning) override {
         add(key, "whole number", range.text(), range.zero_is_auto && value == 0 ? "auto" : fmt::format("{}", value), meaning);
     }
-    void boolean(const char* key, bool& value, const char* meaning) override { add(key, "true or false", "true, false", value ? "true" : "false", meaning); }
+    void boolean(const char* key, bool& value, const char* meaning) override {
+        add(key, "true or false", "true, false", value ? "true" : "false", meaning);
+    }
     void text(const char* key, std::string& value, const char* meaning) override { add(key, "text", "", value, meaning); }
     void choice(const char* key, std::string& value, const std::vector<std::string>& allowed, const char* meaning) override {
         add(key, "choice", fmt::format("{}", fmt::join(allowed, ", ")), value, meaning);
     }
-    void numbers(const char* key, std::vector<double>& values, std::pair<std::size_t, std::size_t> sizes, const Range& range, const char* meaning) override {
-        const std::string count = sizes.first == sizes.second ? fmt::format("{}", sizes.first) : fmt::format("{} to {}", sizes.first, sizes.second);
-        add(key, "list of " + count + " numbers", range.text(), values.empty() ? "auto" : fmt::format("{}", fmt::join(values, ", ")), meaning);
+    void numbers(const char* key, std::vector<double>& values, std::pair<std::size_t, std::size_t> sizes, const Range& range,
+                 const char* meaning) override {
+        const std::string count =
+            sizes.first == sizes.second ? fmt::format("{}", sizes.first) : fmt::format("{} to {}", sizes.first, sizes.second);
+        add(key, "list of " + count + " numbers", range.text(), values.empty() ? "auto" : fmt::format("{}", fmt::join(values, ", ")),
+            meaning);
     }
     void booleans(const char* key, std::vector<bool>& values, std::size_t size, const char* meaning) override {
         add(key, fmt::format("list of {}", size), "true, false", fmt::format("{}", fmt::join(values, ", ")), meaning);
     }
-    void tables(const char* key, const std::function<std::size_t(std::size_t)>&, const std::function<void(std::size_t, ConfigVisitor&)>&, const char* meaning) override {
+    void tables(const char* key, const std::function<std::size_t(std::size_t)>&, const std::function<void(std::size_t, ConfigVisitor&)>&,
+                const char* meaning) override {
         add(key, "array of tables", "", "none", meaning);
     }
 
@@ -279,7 +297,8 @@ TomlFile::TomlFile(const Path& path) : content_(std::make_unique<Content>()) {
     try {
         content_->table = toml::parse(text, path.string());
     } catch (const toml::parse_error& fault) {
-        throw UserError(fmt::format("not valid TOML: {}", fault.description()), {.where = fmt::format("{}, line {}", path.string(), fault.source().begin.line)});
+        throw UserError(fmt::format("not valid TOML: {}", fault.description()),
+                        {.where = fmt::format("{}, line {}", path.string(), fault.source().begin.line)});
     }
 }
 
@@ -289,7 +308,9 @@ void TomlFile::read(std::string_view name, const Describe& describe, const Flags
         if (const auto* node = content_->table.get(name)) {
             table = node->as_table();
             if (table == nullptr)
-                throw UserError(fmt::format("`{}` is not a table", name), {.where = fmt::format("{}, line {}", content_->path.string(), node->source().begin.line), .mend = fmt::format("write [{}] on a line of its own, its keys below", name)});
+                throw UserError(fmt::format("`{}` is not a table", name),
+                                {.where = fmt::format("{}, line {}", content_->path.string(), node->source().begin.line),
+                                 .mend = fmt::format("write [{}] on a line of its own, its keys below", name)});
         }
     Reader reader(table, name.empty() ? "" : fmt::format("{}.", name), content_->path, flags);
     describe(reader);

@@ -26,10 +26,18 @@ struct Range {
     [[nodiscard]] std::string text() const;
 };
 
-[[nodiscard]] inline Range positive() { return {.low = 0.0, .low_open = true}; }
-[[nodiscard]] inline Range positive_or_auto() { return {.low = 0.0, .low_open = true, .zero_is_auto = true}; }
-[[nodiscard]] inline Range not_negative() { return {.low = 0.0}; }
-[[nodiscard]] inline Range between(double low, double high) { return {.low = low, .high = high}; }
+[[nodiscard]] inline Range positive() {
+    return {.low = 0.0, .low_open = true};
+}
+[[nodiscard]] inline Range positive_or_auto() {
+    return {.low = 0.0, .low_open = true, .zero_is_auto = true};
+}
+[[nodiscard]] inline Range not_negative() {
+    return {.low = 0.0};
+}
+[[nodiscard]] inline Range between(double low, double high) {
+    return {.low = low, .high = high};
+}
 
 class ConfigVisitor {
 public:

@@ -20,8 +20,7 @@ struct Advice {
 
 class Error : public std::runtime_error {
 public:
-    Error(ExitCode code, std::string_view what, const Advice& advice = {})
-        : std::runtime_error(with_advice(what, advice)), code_(code) {}
+    Error(ExitCode code, std::string_view what, const Advice& advice = {}) : std::runtime_error(with_advice(what, advice)), code_(code) {}
     [[nodiscard]] ExitCode code() const { return code_; }
 
 private:
@@ -30,26 +29,22 @@ private:
 
 /// The input is wrong, and the user can mend it (exit 2).
 struct UserError : Error {
-    explicit UserError(std::string_view what, const Advice& advice = {})
-        : Error(ExitCode::user, what, advice) {}
+    explicit UserError(std::string_view what, const Advice& advice = {}) : Error(ExitCode::user, what, advice) {}
 };
 
 /// Not converged, diverged, does not percolate (exit 3).
 struct NumericalError : Error {
-    explicit NumericalError(std::string_view what, const Advice& advice = {})
-        : Error(ExitCode::numerical, what, advice) {}
+    explicit NumericalError(std::string_view what, const Advice& advice = {}) : Error(ExitCode::numerical, what, advice) {}
 };
 
 /// LIGGGHTS, OpenFOAM or another program is missing or failed (exit 4).
 struct EngineError : Error {
-    explicit EngineError(std::string_view what, const Advice& advice = {})
-        : Error(ExitCode::engine, what, advice) {}
+    explicit EngineError(std::string_view what, const Advice& advice = {}) : Error(ExitCode::engine, what, advice) {}
 };
 
 /// Disk full, out of memory, interrupted (exit 5).
 struct MachineError : Error {
-    explicit MachineError(std::string_view what, const Advice& advice = {})
-        : Error(ExitCode::machine, what, advice) {}
+    explicit MachineError(std::string_view what, const Advice& advice = {}) : Error(ExitCode::machine, what, advice) {}
 };
 
 }  // namespace porepack

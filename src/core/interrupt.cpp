@@ -31,8 +31,7 @@ bool interrupted() {
 }
 
 void check_interrupt() {
-    if (interrupted())
-        throw MachineError("interrupted", {.mend = "run the same command again: it goes on at the stage that was cut"});
+    if (interrupted()) throw MachineError("interrupted", {.mend = "run the same command again: it goes on at the stage that was cut"});
 }
 
 }  // namespace porepack

@@ -73,7 +73,8 @@ void set_thread_count(int threads) {
 void require_memory(double bytes, const std::string& what, const std::string& mend) {
     const double available = available_memory_bytes();
     if (bytes < 0.95 * available) return;
-    throw UserError(fmt::format("{} needs {}, and this machine has {} free", what, human_bytes(bytes), human_bytes(available)), {.mend = mend});
+    throw UserError(fmt::format("{} needs {}, and this machine has {} free", what, human_bytes(bytes), human_bytes(available)),
+                    {.mend = mend});
 }
 
 }  // namespace porepack

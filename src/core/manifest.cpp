@@ -20,7 +20,8 @@ const char* git_hash() {
 }
 
 std::string key_of(const Manifest& manifest) {
-    const Json decisive = {{"stage", manifest.stage}, {"version", program_version()}, {"configuration", manifest.configuration}, {"inputs", manifest.inputs}};
+    const Json decisive = {
+        {"stage", manifest.stage}, {"version", program_version()}, {"configuration", manifest.configuration}, {"inputs", manifest.inputs}};
     return sha256(decisive.dump());
 }
 
@@ -47,11 +48,16 @@ Json to_json(const Manifest& manifest) {
 
 const char* name_of(StageState state) {
     switch (state) {
-        case StageState::missing: return "missing";
-        case StageState::done: return "done";
-        case StageState::stale: return "stale";
-        case StageState::failed: return "failed";
-        case StageState::running: return "cut or running";
+        case StageState::missing:
+            return "missing";
+        case StageState::done:
+            return "done";
+        case StageState::stale:
+            return "stale";
+        case StageState::failed:
+            return "failed";
+        case StageState::running:
+            return "cut or running";
     }
     return "";
 }

@@ -11,9 +11,9 @@ namespace porepack {
 
 struct Manifest {
     std::string stage;
-    Json configuration;                         ///< resolved
-    std::map<std::string, std::string> inputs = {};  ///< name -> sha256
-    std::map<std::string, std::string> outputs = {}; ///< name -> sha256
+    Json configuration;                               ///< resolved
+    std::map<std::string, std::string> inputs = {};   ///< name -> sha256
+    std::map<std::string, std::string> outputs = {};  ///< name -> sha256
     Json versions = {};
     long seed = 0;
     long processes = 1;

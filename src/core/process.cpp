@@ -29,7 +29,8 @@ namespace {
     signal(SIGPIPE, SIG_DFL);
     const int log = open(program.log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
     const int nothing = open("/dev/null", O_RDONLY);
-    if (log < 0 || nothing < 0 || dup2(log, 1) < 0 || dup2(log, 2) < 0 || dup2(nothing, 0) < 0 || chdir(program.folder.c_str()) != 0) _exit(126);
+    if (log < 0 || nothing < 0 || dup2(log, 1) < 0 || dup2(log, 2) < 0 || dup2(nothing, 0) < 0 || chdir(program.folder.c_str()) != 0)
+        _exit(126);
     execvpe(arguments[0], arguments, environment);
     _exit(127);
 }
@@ -89,7 +90,8 @@ ProgramEnd run_program(const Program& program) {
     ProgramEnd end{.wall_time_s = watch.seconds(), .peak_memory_bytes = 1024.0 * static_cast<double>(usage.ru_maxrss)};
     end.exit_code = WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
     if (end.exit_code == 126 || end.exit_code == 127)
-        throw EngineError("cannot start " + program.command.front(), {.where = program.folder.string(), .mend = "see `porepack --version` for the engines found"});
+        throw EngineError("cannot start " + program.command.front(),
+                          {.where = program.folder.string(), .mend = "see `porepack --version` for the engines found"});
     return end;
 }
 

@@ -12,11 +12,11 @@
 namespace porepack {
 
 struct Program {
-    std::vector<std::string> command;              ///< program and arguments, no shell in between
-    Path folder = ".";                             ///< where it runs
-    Path log;                                      ///< stdout and stderr go here
+    std::vector<std::string> command;                     ///< program and arguments, no shell in between
+    Path folder = ".";                                    ///< where it runs
+    Path log;                                             ///< stdout and stderr go here
     std::map<std::string, std::string> environment = {};  ///< added to ours
-    std::function<void()> while_running = {};           ///< called every 0.2 s
+    std::function<void()> while_running = {};             ///< called every 0.2 s
 };
 
 struct ProgramEnd {

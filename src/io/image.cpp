@@ -88,7 +88,8 @@ Grid grid_of(vtkImageData* image) {
 std::map<std::string, std::string> notes_of(vtkImageData* image) {
     std::map<std::string, std::string> notes;
     for (int i = 0; i < image->GetFieldData()->GetNumberOfArrays(); ++i)
-        if (auto* array = vtkStringArray::SafeDownCast(image->GetFieldData()->GetAbstractArray(i)); array != nullptr && array->GetNumberOfValues() > 0)
+        if (auto* array = vtkStringArray::SafeDownCast(image->GetFieldData()->GetAbstractArray(i));
+            array != nullptr && array->GetNumberOfValues() > 0)
             notes[array->GetName()] = array->GetValue(0);
     return notes;
 }
@@ -107,7 +108,8 @@ std::vector<std::uint8_t> phases_of(vtkImageData* image, const Path& path) {
     for (std::size_t i = 0; i < phase.size(); ++i) {
         const double value = array->GetTuple1(static_cast<vtkIdType>(i));
         if (value != 0.0 && value != 1.0 && value != 2.0)
-            throw UserError(fmt::format("phase {:g} in cell {} of {}", value, i, path.string()), {.allowed = "0 grain, 1 pore, 2 outside the container"});
+            throw UserError(fmt::format("phase {:g} in cell {} of {}", value, i, path.string()),
+                            {.allowed = "0 grain, 1 pore, 2 outside the container"});
         phase[i] = static_cast<std::uint8_t>(value);
     }
     return phase;
@@ -125,7 +127,8 @@ void write_png(const Path& path, int width, int height, std::span<const std::uin
         writer->SetFileName(name.c_str());
         writer->SetInputData(image);
         writer->Write();
-        if (writer->GetErrorCode() != 0) throw MachineError("cannot write " + path.string(), {.mend = "free some disk space or choose another folder with --output"});
+        if (writer->GetErrorCode() != 0)
+            throw MachineError("cannot write " + path.string(), {.mend = "free some disk space or choose another folder with --output"});
     });
 }
 
@@ -160,7 +163,9 @@ FlowImage read_flow_image(const Path& path) {
     for (std::size_t i = 0; i < image.grid.size(); ++i)
         for (int axis = 0; axis < 3; ++axis) {
             const double value = velocity->GetComponent(static_cast<vtkIdType>(i), axis);
-            if (!std::isfinite(value)) throw UserError(fmt::format("the velocity is not finite in cell {} of {}", i, path.string()), {.mend = "the flow run that wrote it went wrong: run it again"});
+            if (!std::isfinite(value))
+                throw UserError(fmt::format("the velocity is not finite in cell {} of {}", i, path.string()),
+                                {.mend = "the flow run that wrote it went wrong: run it again"});
             image.velocity_m_per_s[3 * i + static_cast<std::size_t>(axis)] = static_cast<float>(value);
         }
     if (data->GetCellData()->HasArray("phase") == 1) image.phase = phases_of(data, path);
@@ -187,7 +192,8 @@ std::vector<std::uint8_t> read_gray_png(const Path& path, int& width, int& heigh
     height = dimensions[1];
     vtkDataArray* array = reader->GetOutput()->GetPointData()->GetScalars();
     std::vector<std::uint8_t> pixels(static_cast<std::size_t>(array->GetNumberOfTuples()));
-    for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] = static_cast<std::uint8_t>(array->GetComponent(static_cast<vtkIdType>(i), 0));
+    for (std::size_t i = 0; i < pixels.size(); ++i)
+        pixels[i] = static_cast<std::uint8_t>(array->GetComponent(static_cast<vtkIdType>(i), 0));
     return pixels;
 }
 

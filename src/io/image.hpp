@@ -17,9 +17,13 @@ struct Grid {
     std::array<int, 3> cells = {0, 0, 0};
     std::array<double, 3> origin_m = {0, 0, 0};
     std::array<double, 3> spacing_m = {1, 1, 1};
-    [[nodiscard]] std::size_t size() const { return static_cast<std::size_t>(cells[0]) * static_cast<std::size_t>(cells[1]) * static_cast<std::size_t>(cells[2]); }
+    [[nodiscard]] std::size_t size() const {
+        return static_cast<std::size_t>(cells[0]) * static_cast<std::size_t>(cells[1]) * static_cast<std::size_t>(cells[2]);
+    }
     [[nodiscard]] std::size_t index(int i, int j, int k) const {
-        return (static_cast<std::size_t>(k) * static_cast<std::size_t>(cells[1]) + static_cast<std::size_t>(j)) * static_cast<std::size_t>(cells[0]) + static_cast<std::size_t>(i);
+        return (static_cast<std::size_t>(k) * static_cast<std::size_t>(cells[1]) + static_cast<std::size_t>(j)) *
+                   static_cast<std::size_t>(cells[0]) +
+               static_cast<std::size_t>(i);
     }
     [[nodiscard]] double centre(int axis, int i) const {
         const auto a = static_cast<std::size_t>(axis);

@@ -52,7 +52,9 @@ private:
 void require_finite(const std::array<std::array<float, 3>, 3>& corners, std::size_t triangle, const Path& path) {
     for (const auto& corner : corners)
         for (const float value : corner)
-            if (!std::isfinite(value)) throw UserError(fmt::format("triangle {} of {} has a corner that is not finite", triangle, path.string()), {.mend = "export the surface again"});
+            if (!std::isfinite(value))
+                throw UserError(fmt::format("triangle {} of {} has a corner that is not finite", triangle, path.string()),
+                                {.mend = "export the surface again"});
 }
 
 TriangleSurface read_binary(const std::string& bytes, std::uint32_t count, const Path& path, double unit) {
@@ -82,7 +84,8 @@ TriangleSurface read_ascii(const std::string& text, const Path& path, double uni
             try {
                 value = std::stof(number);
             } catch (const std::exception&) {
-                throw UserError(fmt::format("`{}` is no number in triangle {} of {}", number, triangle, path.string()), {.mend = "the file may be cut: export it again"});
+                throw UserError(fmt::format("`{}` is no number in triangle {} of {}", number, triangle, path.string()),
+                                {.mend = "the file may be cut: export it again"});
             }
         }
         if (++corner < 3) continue;
@@ -91,7 +94,9 @@ TriangleSurface read_ascii(const std::string& text, const Path& path, double uni
         corner = 0;
         ++triangle;
     }
-    if (!ended || corner != 0) throw UserError(fmt::format("the STL file is cut: {} ends in triangle {}", path.string(), triangle), {.mend = "export or copy it again"});
+    if (!ended || corner != 0)
+        throw UserError(fmt::format("the STL file is cut: {} ends in triangle {}", path.string(), triangle),
+                        {.mend = "export or copy it again"});
     return std::move(welder.surface);
 }
 
@@ -135,7 +140,9 @@ TriangleSurface read_stl(const Path& path, double unit_m) {
     } else {
         if (bytes.size() < header_size) throw UserError("not an STL file: " + path.string(), {.allowed = "binary or ASCII STL"});
         if (bytes.size() < expected)
-            throw UserError(fmt::format("the STL file is cut: {} announces {} triangles ({} bytes) and has {} bytes", path.string(), count, expected, bytes.size()), {.mend = "export or copy it again"});
+            throw UserError(fmt::format("the STL file is cut: {} announces {} triangles ({} bytes) and has {} bytes", path.string(), count,
+                                        expected, bytes.size()),
+                            {.mend = "export or copy it again"});
         surface = read_binary(bytes, count, path, unit_m);
     }
     if (surface.triangles.empty()) throw UserError("the STL file has no triangle: " + path.string());

@@ -18,13 +18,17 @@ struct LbmConfig {
 
 inline void describe(ConfigVisitor& v, LbmConfig& c) {
     v.choice("direction", c.direction, {"x", "y", "z"}, "direction of the flow; x and y in periodic boxes only");
-    v.number("relaxation_time", c.relaxation_time, {.low = 0.5, .high = 100.0, .low_open = true}, "tau of the symmetric moments (lattice viscosity (tau - 1/2)/3); k does not depend on it, the number of steps does");
-    v.number("magic_number", c.magic_number, {.low = 0.0, .high = 10.0, .low_open = true}, "Lambda = (tau+ - 1/2)(tau- - 1/2) of the two relaxation times");
-    v.number("tolerance", c.tolerance, {.low = 1e-12, .high = 0.1}, "relative iteration error of k at which the run stops; also the largest difference of the flow rate between planes");
+    v.number("relaxation_time", c.relaxation_time, {.low = 0.5, .high = 100.0, .low_open = true},
+             "tau of the symmetric moments (lattice viscosity (tau - 1/2)/3); k does not depend on it, the number of steps does");
+    v.number("magic_number", c.magic_number, {.low = 0.0, .high = 10.0, .low_open = true},
+             "Lambda = (tau+ - 1/2)(tau- - 1/2) of the two relaxation times");
+    v.number("tolerance", c.tolerance, {.low = 1e-12, .high = 0.1},
+             "relative iteration error of k at which the run stops; also the largest difference of the flow rate between planes");
     v.integer("max_steps", c.max_steps, {.low = 1, .high = 1e9}, "give up after as many time steps");
     v.integer("grids", c.grids, between(1, 2), "1: one grid, no uncertainty; 2: a coarser grid first, their difference gives the interval");
     v.number("grid_ratio", c.grid_ratio, {.low = 1.1, .high = 4.0}, "voxel size of the coarser grid / voxel size");
-    v.number("superficial_velocity_m_per_s", c.superficial_velocity_m_per_s, positive(), "physical state of flow.vti: water (1e-6 m2/s, 1000 kg/m3) at this superficial velocity");
+    v.number("superficial_velocity_m_per_s", c.superficial_velocity_m_per_s, positive(),
+             "physical state of flow.vti: water (1e-6 m2/s, 1000 kg/m3) at this superficial velocity");
 }
 
 }  // namespace porepack

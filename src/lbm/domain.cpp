@@ -24,8 +24,11 @@ Domain build_domain(const PhaseImage& image, const Drive& drive) {
             domain.cell.push_back(static_cast<std::int32_t>(cell));
         }
     const std::size_t n = domain.nodes();
-    if (static_cast<double>(n) * 19.0 > 4.2e9) throw UserError(fmt::format("{} fluid nodes are more than this solver can number", n), {.allowed = "220 million", .mend = "take a larger voxel size"});
-    require_memory(lbm_memory_bytes(0.0, static_cast<double>(n)), fmt::format("the flow on {} fluid nodes", n), "take a larger voxel size or a shorter section");
+    if (static_cast<double>(n) * 19.0 > 4.2e9)
+        throw UserError(fmt::format("{} fluid nodes are more than this solver can number", n),
+                        {.allowed = "220 million", .mend = "take a larger voxel size"});
+    require_memory(lbm_memory_bytes(0.0, static_cast<double>(n)), fmt::format("the flow on {} fluid nodes", n),
+                   "take a larger voxel size or a shorter section");
 
     domain.pull.resize(domain.populations());
     for (std::size_t slot = 0; slot < domain.pull.size(); ++slot) domain.pull[slot] = static_cast<std::uint32_t>(slot);
@@ -41,7 +44,8 @@ Domain build_domain(const PhaseImage& image, const Drive& drive) {
             const auto bounced = static_cast<std::uint32_t>(Domain::slot(static_cast<std::size_t>(d3q19::opposite(q)), node));
             if (step_in_grid(image.grid, drive, from, c, turns)) {
                 const std::int32_t other = node_of[image.grid.index(from[0], from[1], from[2])];
-                slot = other >= 0 ? static_cast<std::uint32_t>(Domain::slot(static_cast<std::size_t>(q), static_cast<std::size_t>(other))) : bounced;
+                slot = other >= 0 ? static_cast<std::uint32_t>(Domain::slot(static_cast<std::size_t>(q), static_cast<std::size_t>(other)))
+                                  : bounced;
                 continue;
             }
             slot = bounced;

@@ -11,7 +11,7 @@ namespace porepack {
 struct Domain {
     Grid grid;
     Drive drive;
-    std::vector<std::int32_t> cell;   ///< cell of each node, in ascending order
+    std::vector<std::int32_t> cell;  ///< cell of each node, in ascending order
     /// Where each population comes from: the slot that is read into slot s before the collision is pull[s]. Slots at and
     /// above populations() are the open ends' links.
     std::vector<std::uint32_t> pull;

@@ -7,11 +7,28 @@ namespace porepack::d3q19 {
 
 inline constexpr int directions = 19;
 inline constexpr std::array<std::array<int, 3>, directions> c = {{{0, 0, 0},
-                                                                  {1, 0, 0},  {-1, 0, 0},  {0, 1, 0},  {0, -1, 0},  {0, 0, 1},  {0, 0, -1},
-                                                                  {1, 1, 0},  {-1, -1, 0}, {1, -1, 0}, {-1, 1, 0},  {1, 0, 1},  {-1, 0, -1},
-                                                                  {1, 0, -1}, {-1, 0, 1},  {0, 1, 1},  {0, -1, -1}, {0, 1, -1}, {0, -1, 1}}};
+                                                                  {1, 0, 0},
+                                                                  {-1, 0, 0},
+                                                                  {0, 1, 0},
+                                                                  {0, -1, 0},
+                                                                  {0, 0, 1},
+                                                                  {0, 0, -1},
+                                                                  {1, 1, 0},
+                                                                  {-1, -1, 0},
+                                                                  {1, -1, 0},
+                                                                  {-1, 1, 0},
+                                                                  {1, 0, 1},
+                                                                  {-1, 0, -1},
+                                                                  {1, 0, -1},
+                                                                  {-1, 0, 1},
+                                                                  {0, 1, 1},
+                                                                  {0, -1, -1},
+                                                                  {0, 1, -1},
+                                                                  {0, -1, 1}}};
 inline constexpr double w_rest = 1.0 / 3.0, w_axis = 1.0 / 18.0, w_diagonal = 1.0 / 36.0;
-[[nodiscard]] constexpr double w(int q) { return q == 0 ? w_rest : q < 7 ? w_axis : w_diagonal; }
+[[nodiscard]] constexpr double w(int q) {
+    return q == 0 ? w_rest : q < 7 ? w_axis : w_diagonal;
+}
 /// The direction with its component along `axis` reversed.
 [[nodiscard]] constexpr int mirrored(int q, int axis) {
     auto wanted = c[static_cast<std::size_t>(q)];
@@ -20,6 +37,8 @@ inline constexpr double w_rest = 1.0 / 3.0, w_axis = 1.0 / 18.0, w_diagonal = 1.
     while (c[static_cast<std::size_t>(found)] != wanted) ++found;
     return found;
 }
-[[nodiscard]] constexpr int opposite(int q) { return q == 0 ? 0 : q % 2 == 1 ? q + 1 : q - 1; }
+[[nodiscard]] constexpr int opposite(int q) {
+    return q == 0 ? 0 : q % 2 == 1 ? q + 1 : q - 1;
+}
 
 }  // namespace porepack::d3q19

@@ -28,8 +28,13 @@ FlowSection flow_section(const PhaseImage& image, const Container& container, co
 }
 
 // Scales to water at the superficial velocity asked for. In Stokes flow everything is proportional.
-FlowImage flow_image(const PhaseImage& image, const Domain& domain, const StokesSolver& solver, const LbmGridResult& result, double superficial_velocity) {
-    FlowImage flow{.grid = image.grid, .velocity_m_per_s = std::vector<float>(3 * image.grid.size(), 0.0F), .pressure_Pa = std::vector<float>(image.grid.size(), 0.0F), .phase = image.phase, .notes = image.notes};
+FlowImage flow_image(const PhaseImage& image, const Domain& domain, const StokesSolver& solver, const LbmGridResult& result,
+                     double superficial_velocity) {
+    FlowImage flow{.grid = image.grid,
+                   .velocity_m_per_s = std::vector<float>(3 * image.grid.size(), 0.0F),
+                   .pressure_Pa = std::vector<float>(image.grid.size(), 0.0F),
+                   .phase = image.phase,
+                   .notes = image.notes};
     const double speed = superficial_velocity / result.run.superficial_velocity_lu;
     const double gradient = water_viscosity_Pa_s * superficial_velocity / result.permeability_m2;
     const double pressure = gradient * result.voxel_size_m / (3.0 * result.run.gradient_lu);
@@ -40,23 +45,32 @@ FlowImage flow_image(const PhaseImage& image, const Domain& domain, const Stokes
         for (std::size_t a = 0; a < 3; ++a) flow.velocity_m_per_s[3 * cell + a] = static_cast<float>(speed * here.velocity[a]);
         flow.pressure_Pa[cell] = static_cast<float>(pressure * here.density);
     }
-    flow.notes["state"] = fmt::format("water (1e-3 Pa s) at a superficial velocity of {:g} m/s along {}", superficial_velocity, "xyz"[domain.drive.axis]);
+    flow.notes["state"] =
+        fmt::format("water (1e-3 Pa s) at a superficial velocity of {:g} m/s along {}", superficial_velocity, "xyz"[domain.drive.axis]);
     flow.notes["direction"] = std::string(1, "xyz"[domain.drive.axis]);
     return flow;
 }
 
-LbmGridResult solve_on(const PhaseImage& image, const Container& container, const Section& section, const LbmConfig& config, FlowImage* flow) {
+LbmGridResult solve_on(const PhaseImage& image, const Container& container, const Section& section, const LbmConfig& config,
+                       FlowImage* flow) {
     const Drive drive = choose_drive(container, config.direction);
     const Domain domain = build_domain(image, drive);
     const Relaxation relaxation{.tau = config.relaxation_time, .magic = config.magic_number};
     StokesSolver solver(domain, relaxation);
-    LbmGridResult result{.voxel_size_m = image.grid.spacing_m[2], .cells = image.grid.cells, .nodes = domain.nodes(), .isolated_cells = domain.isolated_cells, .bytes_per_node = solver.bytes_per_node()};
-    log_info("lattice Boltzmann: {} x {} x {} voxels of {:.4g} m, {} fluid nodes ({} isolated), {}", image.grid.cells[0], image.grid.cells[1], image.grid.cells[2], result.voxel_size_m, result.nodes, result.isolated_cells,
+    LbmGridResult result{.voxel_size_m = image.grid.spacing_m[2],
+                         .cells = image.grid.cells,
+                         .nodes = domain.nodes(),
+                         .isolated_cells = domain.isolated_cells,
+                         .bytes_per_node = solver.bytes_per_node()};
+    log_info("lattice Boltzmann: {} x {} x {} voxels of {:.4g} m, {} fluid nodes ({} isolated), {}", image.grid.cells[0],
+             image.grid.cells[1], image.grid.cells[2], result.voxel_size_m, result.nodes, result.isolated_cells,
              human_bytes(result.bytes_per_node * static_cast<double>(result.nodes)));
-    result.run = run_to_steady(solver, domain, relaxation, flow_section(image, container, section, drive), {.tolerance = config.tolerance, .max_steps = config.max_steps});
+    result.run = run_to_steady(solver, domain, relaxation, flow_section(image, container, section, drive),
+                               {.tolerance = config.tolerance, .max_steps = config.max_steps});
     if (!result.run.converged)
-        throw NumericalError(fmt::format("the flow is not steady after {} steps: iteration error {:.1e}, flow imbalance {:.1e}, gate {:.1e}; no permeability is given", result.run.steps, result.run.iteration_error,
-                                         result.run.flow_imbalance, config.tolerance),
+        throw NumericalError(fmt::format("the flow is not steady after {} steps: iteration error {:.1e}, flow imbalance {:.1e}, gate "
+                                         "{:.1e}; no permeability is given",
+                                         result.run.steps, result.run.iteration_error, result.run.flow_imbalance, config.tolerance),
                              {.mend = "raise max_steps, or loosen the tolerance"});
     const double h2 = result.voxel_size_m * result.voxel_size_m;
     result.permeability_m2 = result.run.permeability_lu * h2;
@@ -67,7 +81,8 @@ LbmGridResult solve_on(const PhaseImage& image, const Container& container, cons
 
 }  // namespace
 
-LbmResult lbm_permeability(const Voxeliser& voxeliser, double voxel_size_m, const Container& container, const Section& section, const LbmConfig& config, bool with_flow) {
+LbmResult lbm_permeability(const Voxeliser& voxeliser, double voxel_size_m, const Container& container, const Section& section,
+                           const LbmConfig& config, bool with_flow) {
     LbmResult result;
     if (config.grids == 2) result.coarse = solve_on(voxeliser(config.grid_ratio * voxel_size_m), container, section, config, nullptr);
     result.fine = solve_on(voxeliser(voxel_size_m), container, section, config, with_flow ? &result.flow : nullptr);

@@ -33,6 +33,7 @@ using Voxeliser = std::function<PhaseImage(double voxel_size_m)>;
 
 /// Solves at `voxel_size_m`, and before that on the coarser grid if config.grids is 2. `section` lies in the image.
 /// Throws NumericalError when the pore space does not percolate or the gate is not passed: no k then.
-[[nodiscard]] LbmResult lbm_permeability(const Voxeliser& voxeliser, double voxel_size_m, const Container& container, const Section& section, const LbmConfig& config, bool with_flow);
+[[nodiscard]] LbmResult lbm_permeability(const Voxeliser& voxeliser, double voxel_size_m, const Container& container,
+                                         const Section& section, const LbmConfig& config, bool with_flow);
 
 }  // namespace porepack

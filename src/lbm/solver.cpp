@@ -28,13 +28,15 @@ StokesSolver::StokesSolver(const Domain& domain, const Relaxation& relaxation) :
     for (std::size_t node = 0; node < n; ++node) {
         const double z = static_cast<double>(static_cast<std::size_t>(domain.cell[node]) / layer) + 0.5;
         const double density = by_pressure ? 1.0 - z / length : 0.0;
-        for (std::size_t q = 0; q < 19; ++q) next_[Domain::slot(q, node)] = now_[Domain::slot(q, node)] = d3q19::w(static_cast<int>(q)) * density;
+        for (std::size_t q = 0; q < 19; ++q)
+            next_[Domain::slot(q, node)] = now_[Domain::slot(q, node)] = d3q19::w(static_cast<int>(q)) * density;
     }
     fill_open_links();
 }
 
 double StokesSolver::bytes_per_node() const {
-    const double bytes = 8.0 * static_cast<double>(now_.size() + next_.size()) + 4.0 * static_cast<double>(domain_.pull.size()) + 4.0 * static_cast<double>(domain_.cell.size());
+    const double bytes = 8.0 * static_cast<double>(now_.size() + next_.size()) + 4.0 * static_cast<double>(domain_.pull.size()) +
+                         4.0 * static_cast<double>(domain_.cell.size());
     return bytes / static_cast<double>(domain_.nodes());
 }
 
@@ -59,7 +61,8 @@ struct DensityAndMomentum {
 };
 
 DensityAndMomentum sum_up(const std::array<double, 19>& f) {
-    return {f[0] + f[1] + f[2] + f[3] + f[4] + f[5] + f[6] + f[7] + f[8] + f[9] + f[10] + f[11] + f[12] + f[13] + f[14] + f[15] + f[16] + f[17] + f[18],
+    return {f[0] + f[1] + f[2] + f[3] + f[4] + f[5] + f[6] + f[7] + f[8] + f[9] + f[10] + f[11] + f[12] + f[13] + f[14] + f[15] + f[16] +
+                f[17] + f[18],
             f[1] - f[2] + f[7] - f[8] + f[9] - f[10] + f[11] - f[12] + f[13] - f[14],
             f[3] - f[4] + f[7] - f[8] - f[9] + f[10] + f[15] - f[16] + f[17] - f[18],
             f[5] - f[6] + f[11] - f[12] - f[13] + f[14] + f[15] - f[16] - f[17] + f[18]};
@@ -96,7 +99,8 @@ inline void relax_pair(std::array<Lane, 19>& f, const Lane& rho, const std::arra
 }
 
 template <std::size_t... pair>
-inline void relax_pairs(std::array<Lane, 19>& f, const Lane& rho, const std::array<Lane, 3>& j, const Rates& rates, std::index_sequence<pair...>) {
+inline void relax_pairs(std::array<Lane, 19>& f, const Lane& rho, const std::array<Lane, 3>& j, const Rates& rates,
+                        std::index_sequence<pair...>) {
     (relax_pair<2 * pair + 1>(f, rho, j, rates), ...);
 }
 
@@ -204,7 +208,8 @@ double remaining_change(const std::vector<ConvergencePoint>& history, double k) 
 
 // Driving gradient over the section: the force, or the drop of pressure c_s^2 rho between its planes. Where reservoirs lie
 // beyond the planes, the pressure on a plane is the mean of the layers on both sides.
-double gradient_over(const StokesSolver& solver, const Domain& domain, const StokesSolver::Layers& layers, std::size_t first, std::size_t last) {
+double gradient_over(const StokesSolver& solver, const Domain& domain, const StokesSolver::Layers& layers, std::size_t first,
+                     std::size_t last) {
     if (!domain.drive.by_pressure()) return solver.force_lu();
     const double above = first == 0 ? 1.0 : 0.5 * (layers.density[first - 1] + layers.density[first]);
     const double below = last + 1 == layers.density.size() ? 0.0 : 0.5 * (layers.density[last] + layers.density[last + 1]);
@@ -227,7 +232,8 @@ double tortuosity_of(const StokesSolver& solver, const Domain& domain, const Flo
 
 }  // namespace
 
-StokesRun run_to_steady(StokesSolver& solver, const Domain& domain, const Relaxation& relaxation, const FlowSection& section, const StokesGate& gate) {
+StokesRun run_to_steady(StokesSolver& solver, const Domain& domain, const Relaxation& relaxation, const FlowSection& section,
+                        const StokesGate& gate) {
     constexpr long steps_a_check = 40;
     StokesRun run;
     const Stopwatch watch;
@@ -248,7 +254,9 @@ StokesRun run_to_steady(StokesSolver& solver, const Domain& domain, const Relaxa
             high = std::max(high, flow[layer]);
         }
         const double mean = sum / static_cast<double>(last - first + 1);
-        if (!std::isfinite(sum)) throw NumericalError(fmt::format("the flow diverged within {} steps", run.steps), {.mend = "choose relaxation_time between 0.55 and 2"});
+        if (!std::isfinite(sum))
+            throw NumericalError(fmt::format("the flow diverged within {} steps", run.steps),
+                                 {.mend = "choose relaxation_time between 0.55 and 2"});
         run.gradient_lu = gradient_over(solver, domain, layers, first, last);
         const double darcy = relaxation.viscosity_lu() / (section.area_cells * run.gradient_lu);
         run.permeability_volume_lu = mean * darcy;
@@ -259,7 +267,8 @@ StokesRun run_to_steady(StokesSolver& solver, const Domain& domain, const Relaxa
         run.history.push_back({run.steps, run.permeability_volume_lu, run.iteration_error, run.flow_imbalance});
         passed = run.iteration_error < gate.tolerance && run.flow_imbalance < gate.tolerance && mean > 0.0 ? passed + 1 : 0;
         const double worst = std::max(run.iteration_error, run.flow_imbalance);
-        progress.update(std::clamp(std::log(worst) / std::log(gate.tolerance), 0.0, 1.0), fmt::format("step {}, error {:.1e}", run.steps, worst));
+        progress.update(std::clamp(std::log(worst) / std::log(gate.tolerance), 0.0, 1.0),
+                        fmt::format("step {}, error {:.1e}", run.steps, worst));
     }
     run.converged = passed >= 2;
     run.seconds = watch.seconds();

@@ -9,8 +9,8 @@
 namespace porepack {
 
 struct Relaxation {
-    double tau = 1.2;            ///< of the symmetric part: viscosity (tau - 1/2)/3
-    double magic = 3.0 / 16.0;   ///< (tau - 1/2)(tau_minus - 1/2)
+    double tau = 1.2;           ///< of the symmetric part: viscosity (tau - 1/2)/3
+    double magic = 3.0 / 16.0;  ///< (tau - 1/2)(tau_minus - 1/2)
     [[nodiscard]] double viscosity_lu() const { return (tau - 0.5) / 3.0; }
 };
 
@@ -57,8 +57,8 @@ struct StokesRun {
     double permeability_lu = 0.0;         ///< by the flow rate through the end planes, for the area of `area_cells`
     double permeability_volume_lu = 0.0;  ///< by the volume average between the planes
     double superficial_velocity_lu = 0.0;
-    double gradient_lu = 0.0;             ///< driving gradient of pressure over the section
-    double hydraulic_tortuosity = 0.0;    ///< sum |u| / sum u_axis over the section's fluid
+    double gradient_lu = 0.0;           ///< driving gradient of pressure over the section
+    double hydraulic_tortuosity = 0.0;  ///< sum |u| / sum u_axis over the section's fluid
     double iteration_error = 0.0;
     double flow_imbalance = 0.0;
     bool converged = false;
@@ -82,6 +82,7 @@ struct FlowSection {
 
 /// Steps until the gate is passed. Throws NumericalError on divergence (named, with the step).
 /// When the gate is not passed, `converged` is false and the numbers must not be used.
-[[nodiscard]] StokesRun run_to_steady(StokesSolver& solver, const Domain& domain, const Relaxation& relaxation, const FlowSection& section, const StokesGate& gate);
+[[nodiscard]] StokesRun run_to_steady(StokesSolver& solver, const Domain& domain, const Relaxation& relaxation, const FlowSection& section,
+                                      const StokesGate& gate);
 
 }  // namespace porepack

@@ -19,13 +19,16 @@ struct FoamConfig {
 
 inline void describe(ConfigVisitor& v, FoamConfig& c) {
     v.boolean("enabled", c.enabled, "run the OpenFOAM cross-check");
-    v.number("cell_size_m", c.cell_size_m, positive_or_auto(), "background cell of the finest mesh; auto: the smallest capsule diameter / 4");
+    v.number("cell_size_m", c.cell_size_m, positive_or_auto(),
+             "background cell of the finest mesh; auto: the smallest capsule diameter / 4");
     v.integer("meshes", c.meshes, between(1, 2), "1: one mesh, no uncertainty; 2: a coarser mesh too, k is extrapolated");
     v.number("mesh_ratio", c.mesh_ratio, {.low = 1.2, .high = 3.0}, "background cell of the coarser mesh / cell_size_m");
     v.integer("surface_level", c.surface_level, between(0, 3), "cells at grains and wall are 2^level times finer");
     v.number("relaxation_velocity", c.relaxation_velocity, {.low = 0.1, .high = 0.99}, "relaxation of U");
-    v.number("relaxation_pressure", c.relaxation_pressure, {.low = 0.01, .high = 0.99}, "relaxation of p; 3 (1 - relaxation_velocity) is best, much more diverges");
-    v.number("residual", c.residual, {.low = 1e-12, .high = 1e-2}, "residual of U and p at which the solver stops; the flux is then about as far off");
+    v.number("relaxation_pressure", c.relaxation_pressure, {.low = 0.01, .high = 0.99},
+             "relaxation of p; 3 (1 - relaxation_velocity) is best, much more diverges");
+    v.number("residual", c.residual, {.low = 1e-12, .high = 1e-2},
+             "residual of U and p at which the solver stops; the flux is then about as far off");
     v.integer("max_iterations", c.max_iterations, between(2, 1000000), "give up after as many iterations");
 }
 

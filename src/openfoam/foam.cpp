@@ -42,21 +42,26 @@ std::string parameters(const FoamScene& scene, const FoamConfig& config, double 
     const Block block = background_block(scene.container, scene.section, cell);
     const Vec3& p = scene.pore_point;
     std::string text = "// Written by porepack; metres, seconds.\n";
-    text += fmt::format("xMin {:.12g}; xMax {:.12g}; yMin {:.12g}; yMax {:.12g}; zMin {:.12g}; zMax {:.12g};\n", block.low.x(), block.high.x(), block.low.y(), block.high.y(), block.low.z(), block.high.z());
+    text += fmt::format("xMin {:.12g}; xMax {:.12g}; yMin {:.12g}; yMax {:.12g}; zMin {:.12g}; zMax {:.12g};\n", block.low.x(),
+                        block.high.x(), block.low.y(), block.high.y(), block.low.z(), block.high.z());
     text += fmt::format("nx {}; ny {}; nz {};\nsurfaceLevel {};\n", block.cells[0], block.cells[1], block.cells[2], config.surface_level);
     text += fmt::format("locationInMesh ({:.12g} {:.12g} {:.12g});\nviscosity 1;\n", p.x(), p.y(), p.z());
     text += scene.container.any_periodic() ? "gradient (0 0 1);\n" : "pressureDrop 1;\n";
-    text += fmt::format("relaxationU {:g}; relaxationP {:g};\nresidual {:g};\nmaxIterations {};\n", config.relaxation_velocity, config.relaxation_pressure, config.residual, config.max_iterations);
+    text += fmt::format("relaxationU {:g}; relaxationP {:g};\nresidual {:g};\nmaxIterations {};\n", config.relaxation_velocity,
+                        config.relaxation_pressure, config.residual, config.max_iterations);
     return text;
 }
 
 void prepare(const FoamScene& scene, const FoamConfig& config, double cell, const Path& cases, const Path& folder) {
     const bool periodic = scene.container.any_periodic();
-    fs::copy(cases / (periodic ? "stokes_periodic" : "stokes_packing"), folder, fs::copy_options::recursive | fs::copy_options::overwrite_existing);
+    fs::copy(cases / (periodic ? "stokes_periodic" : "stokes_packing"), folder,
+             fs::copy_options::recursive | fs::copy_options::overwrite_existing);
     write_text(folder / "system" / "caseParameters", parameters(scene, config, cell));
     if (scene.container.kind == Container::Kind::cylinder)
-        write_text(folder / "system" / "container", fmt::format("wall {{ type searchableCylinder; point1 (0 0 {:.12g}); point2 (0 0 {:.12g}); radius {:.12g}; }}\n", scene.section.z0 - scene.container.diameter_m,
-                                                                scene.section.z1 + scene.container.diameter_m, scene.container.diameter_m / 2.0));
+        write_text(folder / "system" / "container",
+                   fmt::format("wall {{ type searchableCylinder; point1 (0 0 {:.12g}); point2 (0 0 {:.12g}); radius {:.12g}; }}\n",
+                               scene.section.z0 - scene.container.diameter_m, scene.section.z1 + scene.container.diameter_m,
+                               scene.container.diameter_m / 2.0));
     else if (!periodic)
         write_text(folder / "system" / "container", "// A box: the sides of the background block are its walls.\n");
     write_stl(folder / "constant" / "triSurface" / "solid.stl", scene.surface, "porepack; unit: metre");
@@ -99,7 +104,8 @@ std::vector<double> read_series(const Path& file, int column) {
 void judge_mesh(const FoamScene& scene, const Path& folder, FoamMeshResult& result) {
     const Path log = folder / "log.checkMesh";
     if (tail(log, 6).find("Mesh OK") == std::string::npos) reject("the mesh fails checkMesh", log, "change cell_size_m a little");
-    const auto cells = last_number(log, "    cells:"), volume = last_number(log, "Total volume = "), slant = last_number(log, "Mesh non-orthogonality Max:"), regions = last_number(log, "*Number of regions:");
+    const auto cells = last_number(log, "    cells:"), volume = last_number(log, "Total volume = "),
+               slant = last_number(log, "Mesh non-orthogonality Max:"), regions = last_number(log, "*Number of regions:");
     if (!cells || !volume || *cells < 1.0) reject("the mesh has no cells", log, "check locationInMesh and the surface");
     if (regions && *regions > 1.0) reject("the mesh has more than one region", log, "check the surface");
     result.cells = std::lround(*cells);
@@ -109,8 +115,10 @@ void judge_mesh(const FoamScene& scene, const Path& folder, FoamMeshResult& resu
     const double coarse = result.cell_size_m / scene.grain_size_m;
     const double allowed = 0.015 + 0.3 * coarse * coarse;
     if (std::abs(result.mesh_volume_ratio - 1.0) > allowed)
-        reject(fmt::format("the mesh lost or invented pore space: its volume is {:.4f} of the exact one, {:.4f} is allowed at this cell size", result.mesh_volume_ratio, allowed), log,
-               "take smaller cells, or check that the surface is closed and lies where it should");
+        reject(
+            fmt::format("the mesh lost or invented pore space: its volume is {:.4f} of the exact one, {:.4f} is allowed at this cell size",
+                        result.mesh_volume_ratio, allowed),
+            log, "take smaller cells, or check that the surface is closed and lies where it should");
 }
 
 void judge_flow(const FoamScene& scene, const FoamConfig& config, const Path& folder, FoamMeshResult& result) {
@@ -131,28 +139,43 @@ void judge_flow(const FoamScene& scene, const FoamConfig& config, const Path& fo
         result.permeability_m2 = flow.back() * length / area;
     }
     result.iterations = static_cast<long>(flow.size());
-    if (result.iterations < 2) reject("the solver stopped after one iteration: nothing flows in the meshed region", log, "check locationInMesh");
+    if (result.iterations < 2)
+        reject("the solver stopped after one iteration: nothing flows in the meshed region", log, "check locationInMesh");
     result.flow_drift = flow.size() > 10 ? std::abs(flow.back() / flow[flow.size() - 11] - 1.0) : 1.0;
     // Either the residuals fell below their limit, or (where a component of the velocity is zero and its residual is noise)
     // the flow rate stands still for 50 iterations and balances.
     const bool by_residual = last_number(log, "SIMPLE solution converged in ").has_value();
-    const bool by_flow = flow.size() > 50 && std::abs(flow.back() / flow[flow.size() - 51] - 1.0) < config.residual && result.flow_imbalance < config.residual;
+    const bool by_flow = flow.size() > 50 && std::abs(flow.back() / flow[flow.size() - 51] - 1.0) < config.residual &&
+                         result.flow_imbalance < config.residual;
     if (!by_residual && !by_flow)
-        throw NumericalError("OpenFOAM did not converge; no permeability is given\n" + tail(log, 8), {.where = log.string(), .mend = "raise max_iterations; or lower relaxation_pressure to 3 (1 - relaxation_velocity)"});
-    if (!(result.permeability_m2 > 0.0) || !std::isfinite(result.permeability_m2)) reject(fmt::format("the flow goes the wrong way or diverged: k = {:g} m2", result.permeability_m2), log);
-    if (result.flow_imbalance > 1e-4) throw NumericalError(fmt::format("OpenFOAM's flow does not balance: in and out differ by {:.1e}", result.flow_imbalance), {.where = log.string(), .mend = "tighten residual"});
-    if (result.flow_drift > 1e-3) throw NumericalError(fmt::format("OpenFOAM's flow still drifts: {:.1e} over the last 10 iterations", result.flow_drift), {.where = log.string(), .mend = "tighten residual"});
+        throw NumericalError(
+            "OpenFOAM did not converge; no permeability is given\n" + tail(log, 8),
+            {.where = log.string(), .mend = "raise max_iterations; or lower relaxation_pressure to 3 (1 - relaxation_velocity)"});
+    if (!(result.permeability_m2 > 0.0) || !std::isfinite(result.permeability_m2))
+        reject(fmt::format("the flow goes the wrong way or diverged: k = {:g} m2", result.permeability_m2), log);
+    if (result.flow_imbalance > 1e-4)
+        throw NumericalError(fmt::format("OpenFOAM's flow does not balance: in and out differ by {:.1e}", result.flow_imbalance),
+                             {.where = log.string(), .mend = "tighten residual"});
+    if (result.flow_drift > 1e-3)
+        throw NumericalError(fmt::format("OpenFOAM's flow still drifts: {:.1e} over the last 10 iterations", result.flow_drift),
+                             {.where = log.string(), .mend = "tighten residual"});
 }
 
-FoamMeshResult solve_on_mesh(const FoamScene& scene, const FoamConfig& config, double cell, const Path& cases, const Path& folder, const char* label) {
+FoamMeshResult solve_on_mesh(const FoamScene& scene, const FoamConfig& config, double cell, const Path& cases, const Path& folder,
+                             const char* label) {
     FoamMeshResult result{.cell_size_m = cell};
     prepare(scene, config, cell, cases, folder);
     log_info("{}: background cells of {:.3g} m", label, cell);
     Progress progress(label);
     const char* steps[] = {"log.blockMesh", "log.snappyHexMesh", "log.checkMesh", "log.simpleFoam"};
-    const ProgramEnd end = run_program({.command = {"bash", "./Allrun"}, .folder = folder, .log = folder / "log.Allrun", .environment = {{"WM_PROJECT_DIR", "/usr/share/openfoam"}}, .while_running = [&] {
+    const ProgramEnd end = run_program({.command = {"bash", "./Allrun"},
+                                        .folder = folder,
+                                        .log = folder / "log.Allrun",
+                                        .environment = {{"WM_PROJECT_DIR", "/usr/share/openfoam"}},
+                                        .while_running = [&] {
                                             double done = 0.0;
-                                            for (const char* step : steps) done += fs::exists(folder / (std::string(step) + ".done")) ? 0.25 : 0.0;
+                                            for (const char* step : steps)
+                                                done += fs::exists(folder / (std::string(step) + ".done")) ? 0.25 : 0.0;
                                             progress.update(done, fs::exists(folder / "log.simpleFoam") ? "solving" : "meshing");
                                         }});
     result.wall_time_s = end.wall_time_s;
@@ -160,7 +183,9 @@ FoamMeshResult solve_on_mesh(const FoamScene& scene, const FoamConfig& config, d
     const bool solver_ran = fs::exists(folder / "log.simpleFoam.done");
     if (!fs::exists(folder / "log.checkMesh")) reject(fmt::format("meshing failed (exit code {})", end.exit_code), folder / "log.Allrun");
     judge_mesh(scene, folder, result);
-    if (!solver_ran) reject(fmt::format("the solver failed (exit code {})", end.exit_code), folder / "log.Allrun", "lower relaxation_velocity and relaxation_pressure");
+    if (!solver_ran)
+        reject(fmt::format("the solver failed (exit code {})", end.exit_code), folder / "log.Allrun",
+               "lower relaxation_velocity and relaxation_pressure");
     judge_flow(scene, config, folder, result);
     return result;
 }
@@ -194,7 +219,9 @@ Vec3 find_pore_point(const PhaseImage& image, const Container& container) {
             for (int q = 0; q < 6; ++q) {
                 auto at = place_in_grid(image.grid, cell);
                 at[static_cast<std::size_t>(q / 2)] += q % 2 == 0 ? 1 : -1;
-                if (at[0] < 0 || at[1] < 0 || at[2] < 0 || at[0] >= image.grid.cells[0] || at[1] >= image.grid.cells[1] || at[2] >= image.grid.cells[2]) continue;
+                if (at[0] < 0 || at[1] < 0 || at[2] < 0 || at[0] >= image.grid.cells[0] || at[1] >= image.grid.cells[1] ||
+                    at[2] >= image.grid.cells[2])
+                    continue;
                 const std::size_t other = image.grid.index(at[0], at[1], at[2]);
                 if (seen[other] == 1) continue;
                 seen[other] = 1;
@@ -211,13 +238,18 @@ Vec3 find_pore_point(const PhaseImage& image, const Container& container) {
 FoamResult foam_permeability(const FoamScene& scene, const FoamConfig& config, double cell_size_m, const Path& cases, const Path& folder) {
     for (const char* program : {"blockMesh", "snappyHexMesh", "checkMesh", "simpleFoam"}) require_program(program, "openfoam");
     const auto& periodic = scene.container.periodic;
-    if (scene.container.any_periodic() && !(periodic[0] && periodic[1] && periodic[2])) throw UserError("OpenFOAM runs take a box that is periodic in all directions or in none", {.mend = "use the lattice Boltzmann solver: porepack lbm"});
+    if (scene.container.any_periodic() && !(periodic[0] && periodic[1] && periodic[2]))
+        throw UserError("OpenFOAM runs take a box that is periodic in all directions or in none",
+                        {.mend = "use the lattice Boltzmann solver: porepack lbm"});
     FoamResult result;
     make_folder(folder);
     fs::copy_file(cases / "runFunctions", folder / "runFunctions", fs::copy_options::overwrite_existing);
     // Both meshes at the same time: each keeps one core busy.
     std::future<FoamMeshResult> coarse;
-    if (config.meshes == 2) coarse = std::async(std::launch::async, [&] { return solve_on_mesh(scene, config, config.mesh_ratio * cell_size_m, cases, folder / "mesh_coarse", "OpenFOAM, coarser mesh"); });
+    if (config.meshes == 2)
+        coarse = std::async(std::launch::async, [&] {
+            return solve_on_mesh(scene, config, config.mesh_ratio * cell_size_m, cases, folder / "mesh_coarse", "OpenFOAM, coarser mesh");
+        });
     result.fine = solve_on_mesh(scene, config, cell_size_m, cases, folder / "mesh_fine", "OpenFOAM, finer mesh");
     if (coarse.valid()) result.coarse = coarse.get();
     result.permeability_m2 = result.fine.permeability_m2;

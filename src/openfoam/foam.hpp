@@ -4,18 +4,18 @@
 
 #include <optional>
 
-#include "converters/surface.hpp"
 #include "converters/percolation.hpp"
+#include "converters/surface.hpp"
 #include "openfoam/config.hpp"
 
 namespace porepack {
 
 struct FoamScene {
-    TriangleSurface surface;    ///< the grains; for a periodic box with the images that reach into it
+    TriangleSurface surface;  ///< the grains; for a periodic box with the images that reach into it
     Container container;
     Section section;
-    double pore_volume_m3 = 0.0;  ///< exact, of the section
-    double grain_size_m = 0.0;    ///< smallest capsule diameter, or 4 volume / area of a surface
+    double pore_volume_m3 = 0.0;     ///< exact, of the section
+    double grain_size_m = 0.0;       ///< smallest capsule diameter, or 4 volume / area of a surface
     Vec3 pore_point = Vec3::Zero();  ///< a point in the pore space that flow reaches, far from grains and walls
 };
 
@@ -25,8 +25,8 @@ struct FoamMeshResult {
     double max_non_orthogonality = 0.0;
     double mesh_volume_ratio = 0.0;  ///< meshed / exact pore volume
     long iterations = 0;
-    double flow_imbalance = 0.0;     ///< |q_in + q_out| / |q_in|
-    double flow_drift = 0.0;         ///< relative change of the flow rate over the last 10 iterations
+    double flow_imbalance = 0.0;  ///< |q_in + q_out| / |q_in|
+    double flow_drift = 0.0;      ///< relative change of the flow rate over the last 10 iterations
     double permeability_m2 = 0.0;
     double wall_time_s = 0.0;
     double peak_memory_bytes = 0.0;
@@ -35,8 +35,8 @@ struct FoamMeshResult {
 struct FoamResult {
     FoamMeshResult fine;
     std::optional<FoamMeshResult> coarse;
-    double permeability_m2 = 0.0;          ///< extrapolated with order 1.5 when there are two meshes
-    std::optional<Interval> interval_m2;   ///< between the extrapolations with order 1 and with order 2
+    double permeability_m2 = 0.0;         ///< extrapolated with order 1.5 when there are two meshes
+    std::optional<Interval> interval_m2;  ///< between the extrapolations with order 1 and with order 2
 };
 
 /// Number of background cells.
@@ -46,6 +46,7 @@ struct FoamResult {
 
 /// Runs in `folder`/mesh_coarse and `folder`/mesh_fine. `cases` is the folder openfoam_cases/.
 /// Throws EngineError when OpenFOAM is missing, fails, or ends on garbage; NumericalError when it does not converge.
-[[nodiscard]] FoamResult foam_permeability(const FoamScene& scene, const FoamConfig& config, double cell_size_m, const Path& cases, const Path& folder);
+[[nodiscard]] FoamResult foam_permeability(const FoamScene& scene, const FoamConfig& config, double cell_size_m, const Path& cases,
+                                           const Path& folder);
 
 }  // namespace porepack

@@ -34,7 +34,8 @@ inline void describe(ConfigVisitor& v, PackingConfig& c) {
     v.choice("engine", c.engine, {"liggghts", "none"}, "who makes the packing; none: take `file` as it is");
     v.text("file", c.file, "a given packing.json or packing.json.gz (engine = \"none\"), relative to the case");
     v.integer("seed", c.seed, between(0, 2147483647), "seed of all random poses");
-    v.integer("grains", c.grains, {.low = 0, .high = 1e6, .zero_is_auto = true}, "number of grains; auto: until the bed reaches fill_height_m");
+    v.integer("grains", c.grains, {.low = 0, .high = 1e6, .zero_is_auto = true},
+              "number of grains; auto: until the bed reaches fill_height_m");
     v.number("fill_height_m", c.fill_height_m, positive_or_auto(), "height at which pouring stops; auto: half the container's height");
     v.number("surface_tolerance", c.surface_tolerance, {.low = 0.0005, .high = 0.4},
              "largest distance between the sphere clump's surface and the exact one, as a fraction of the capsule's diameter");
@@ -47,13 +48,16 @@ inline void describe(ConfigVisitor& v, PackingConfig& c) {
     v.number("friction", c.friction, between(0.0, 10.0), "Coulomb friction between grains");
     v.number("wall_friction", c.wall_friction, between(0.0, 10.0), "Coulomb friction at the walls");
     v.number("time_step_s", c.time_step_s, positive_or_auto(), "time step; auto: the contact time / 45");
-    v.number("drop_height_m", c.drop_height_m, positive_or_auto(), "height above the floor at which grains are created; auto: one span below the rim");
+    v.number("drop_height_m", c.drop_height_m, positive_or_auto(),
+             "height above the floor at which grains are created; auto: one span below the rim");
     v.integer("batch_grains", c.batch_grains, between(1, 10000), "grains created together, as many of them as fit without overlap");
     v.number("batch_interval_s", c.batch_interval_s, positive(), "time between two batches");
     v.number("horizontal_speed_m_per_s", c.horizontal_speed_m_per_s, not_negative(), "each horizontal velocity is random within +- this");
-    v.number("rest_energy_fraction", c.rest_energy_fraction, {.low = 1e-12, .high = 0.1}, "at rest when the kinetic energy a grain is below this fraction of m g d");
+    v.number("rest_energy_fraction", c.rest_energy_fraction, {.low = 1e-12, .high = 0.1},
+             "at rest when the kinetic energy a grain is below this fraction of m g d");
     v.number("settle_time_s", c.settle_time_s, positive(), "longest simulated time after the last batch");
-    v.integer("processes", c.processes, between(1, 256), "MPI processes of LIGGGHTS; another number gives another packing of the same kind");
+    v.integer("processes", c.processes, between(1, 256),
+              "MPI processes of LIGGGHTS; another number gives another packing of the same kind");
 }
 
 }  // namespace porepack

@@ -85,8 +85,10 @@ Container parse_container(const std::string& text) {
 }
 
 Json to_json(const Container& container) {
-    if (container.kind == Container::Kind::cylinder) return {{"kind", "cylinder"}, {"diameter_m", container.diameter_m}, {"height_m", container.height_m}};
-    return {{"kind", "box"}, {"size_m", {container.size_m.x(), container.size_m.y(), container.size_m.z()}}, {"periodic", container.periodic}};
+    if (container.kind == Container::Kind::cylinder)
+        return {{"kind", "cylinder"}, {"diameter_m", container.diameter_m}, {"height_m", container.height_m}};
+    return {
+        {"kind", "box"}, {"size_m", {container.size_m.x(), container.size_m.y(), container.size_m.z()}}, {"periodic", container.periodic}};
 }
 
 Container container_from_json(const Json& json, const std::string& where) {
@@ -111,7 +113,8 @@ Container container_from_json(const Json& json, const std::string& where) {
         for (int i = 0; i < 3; ++i) container.size_m[i] = positive_number(size[static_cast<std::size_t>(i)], "size_m");
         if (json.contains("periodic")) {
             const Json& periodic = json["periodic"];
-            if (!periodic.is_array() || periodic.size() != 3) throw UserError("`periodic` must be a list of 3 times true or false", {.where = where});
+            if (!periodic.is_array() || periodic.size() != 3)
+                throw UserError("`periodic` must be a list of 3 times true or false", {.where = where});
             for (std::size_t i = 0; i < 3; ++i) {
                 if (!periodic[i].is_boolean()) throw UserError("`periodic` must be a list of 3 times true or false", {.where = where});
                 container.periodic[i] = periodic[i].get<bool>();

@@ -72,7 +72,8 @@ void Grains::sort_into_bins() {
         return;
     }
     double extent = 0.0;
-    for (const auto& image : images_) extent += (image.bounds.high - image.bounds.low).head<2>().maxCoeff() / static_cast<double>(images_.size());
+    for (const auto& image : images_)
+        extent += (image.bounds.high - image.bounds.low).head<2>().maxCoeff() / static_cast<double>(images_.size());
     const Vec3 size = bounds_.high - bounds_.low;
     bin_size_ = std::max(extent / 4.0, size.head<2>().maxCoeff() / 512.0);
     columns_ = 1 + static_cast<int>(size.x() / bin_size_);
@@ -80,10 +81,13 @@ void Grains::sort_into_bins() {
     bins_.resize(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_));
     for (std::size_t g = 0; g < images_.size(); ++g) {
         const auto& box = images_[g].bounds;
-        const auto cell = [&](double value, double low, int count) { return std::clamp(static_cast<int>((value - low) / bin_size_), 0, count - 1); };
+        const auto cell = [&](double value, double low, int count) {
+            return std::clamp(static_cast<int>((value - low) / bin_size_), 0, count - 1);
+        };
         for (int j = cell(box.low.y(), bounds_.low.y(), rows_); j <= cell(box.high.y(), bounds_.low.y(), rows_); ++j)
             for (int i = cell(box.low.x(), bounds_.low.x(), columns_); i <= cell(box.high.x(), bounds_.low.x(), columns_); ++i)
-                bins_[static_cast<std::size_t>(j) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(i)].push_back(static_cast<int>(g));
+                bins_[static_cast<std::size_t>(j) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(i)].push_back(
+                    static_cast<int>(g));
     }
 }
 
@@ -110,7 +114,8 @@ void Grains::column(double x, double y, std::vector<Interval>& parts) const {
             unite(own);
             for (std::size_t i = 1; i < own.size(); ++i) {
                 const Vec3 middle(x, y, 0.5 * (own[i - 1].high + own[i].low));
-                if (in_cavity(shape, orientation_[image.body].conjugate() * (middle - image.shift - position_[image.body]))) own[i].low = own[i - 1].high;
+                if (in_cavity(shape, orientation_[image.body].conjugate() * (middle - image.shift - position_[image.body])))
+                    own[i].low = own[i - 1].high;
             }
         }
         parts.insert(parts.end(), own.begin(), own.end());
@@ -136,14 +141,16 @@ Section choose_section(const Container& container, const SectionChoice& choice, 
         const Section section{choice.section_m[0], choice.section_m[1]};
         if (section.length() <= 0.0 || section.z0 < 0.0 || section.z1 > container.height() * (1.0 + 1e-9))
             throw UserError(fmt::format("the section from {:g} to {:g} m is not possible", section.z0, section.z1),
-                            {.allowed = fmt::format("0 <= z0 < z1 <= {:g} m (the container's height); the bed is {:g} m high", container.height(), bed_top_m)});
+                            {.allowed = fmt::format("0 <= z0 < z1 <= {:g} m (the container's height); the bed is {:g} m high",
+                                                    container.height(), bed_top_m)});
         return section;
     }
     if (container.periodic[2]) return {0.0, container.size_m.z()};
     const double trim = choice.trim_m > 0.0 ? choice.trim_m : std::min(0.03, grain_span_m);
     if (bed_top_m - 2.0 * trim <= 0.0)
-        throw UserError(fmt::format("nothing is left of the bed: it is {:.4g} m high, and {:.4g} m are trimmed at both ends", bed_top_m, trim),
-                        {.mend = "pour more grains, or set the section or the trim (--section z0,z1 or trim_m)"});
+        throw UserError(
+            fmt::format("nothing is left of the bed: it is {:.4g} m high, and {:.4g} m are trimmed at both ends", bed_top_m, trim),
+            {.mend = "pour more grains, or set the section or the trim (--section z0,z1 or trim_m)"});
     return {trim, bed_top_m - trim};
 }
 
@@ -189,7 +196,10 @@ Porosity porosity(const Solid& solid, const Container& container, const Section&
         values[lattice] = 1.0 - sum.solid / (static_cast<double>(sum.lines) * section.length());
         used += sum.lines;
     }
-    return {.value = 0.5 * (values[0] + values[1]), .uncertainty = 0.5 * std::abs(values[0] - values[1]), .line_spacing_m = spacing, .lines = used};
+    return {.value = 0.5 * (values[0] + values[1]),
+            .uncertainty = 0.5 * std::abs(values[0] - values[1]),
+            .line_spacing_m = spacing,
+            .lines = used};
 }
 
 }  // namespace porepack

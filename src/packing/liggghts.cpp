@@ -37,8 +37,8 @@ struct ClumpBody {
     std::vector<Capsule> spheres;
     double mass = 0.0;
     Vec3 inertia = Vec3::Zero();
-    Vec3 centre = Vec3::Zero();                   // in the shape's frame
-    Quaternion turn = Quaternion::Identity();     // from the principal frame to the shape's frame
+    Vec3 centre = Vec3::Zero();                // in the shape's frame
+    Quaternion turn = Quaternion::Identity();  // from the principal frame to the shape's frame
 };
 
 ClumpBody clump_body(const Shape& shape, const PackingConfig& config) {
@@ -79,7 +79,8 @@ struct Newcomer {
 };
 
 // Poses of one batch: random in a slab at the drop height, clear of the walls and of each other. As many as fit.
-std::vector<Newcomer> make_batch(const Shape& shape, const Container& container, const PackingConfig& config, double drop_height, long count, Random& random) {
+std::vector<Newcomer> make_batch(const Shape& shape, const Container& container, const PackingConfig& config, double drop_height,
+                                 long count, Random& random) {
     constexpr int tries = 300;
     const double slab = span(shape);
     const double clearance = 0.02 * smallest_diameter(shape);
@@ -99,7 +100,8 @@ std::vector<Newcomer> make_batch(const Shape& shape, const Container& container,
         for (int t = 0; t < tries; ++t) {
             const Vec3 low = container.low(), high = container.high();
             Newcomer grain{};
-            grain.position = Vec3(random.uniform(low.x(), high.x()), random.uniform(low.y(), high.y()), drop_height + random.uniform(0.0, slab) - slab / 2.0);
+            grain.position = Vec3(random.uniform(low.x(), high.x()), random.uniform(low.y(), high.y()),
+                                  drop_height + random.uniform(0.0, slab) - slab / 2.0);
             grain.orientation = random.rotation();
             std::vector<Capsule> capsules;
             for (const auto& capsule : shape.capsules) capsules.push_back(moved(capsule, grain.position, grain.orientation));
@@ -119,11 +121,14 @@ void write_batch(const Path& file, const std::vector<Newcomer>& batch, const Clu
     for (std::size_t g = 0; g < batch.size(); ++g) {
         const Vec3 x = batch[g].position + batch[g].orientation * body.centre;
         const Quaternion q = batch[g].orientation * body.turn;
-        text += fmt::format("region at{0} block {1:.17g} {2:.17g} {3:.17g} {4:.17g} {5:.17g} {6:.17g} units box volume_limit 1e-40\n", g, x.x() - h, x.x() + h, x.y() - h,
-                            x.y() + h, x.z() - h, x.z() + h);
-        text += fmt::format("fix new{0} all insert/pack seed 32452843 distributiontemplate grains insert_every once verbose no overlapcheck no all_in no &\n"
-                            "    orientation constant {1:.17g} {2:.17g} {3:.17g} {4:.17g} vel constant {5:.17g} {6:.17g} 0.0 region at{0} particles_in_region 1 ntry_mc 1000\n",
-                            g, q.w(), q.x(), q.y(), q.z(), batch[g].vx, batch[g].vy);
+        text += fmt::format("region at{0} block {1:.17g} {2:.17g} {3:.17g} {4:.17g} {5:.17g} {6:.17g} units box volume_limit 1e-40\n", g,
+                            x.x() - h, x.x() + h, x.y() - h, x.y() + h, x.z() - h, x.z() + h);
+        text += fmt::format(
+            "fix new{0} all insert/pack seed 32452843 distributiontemplate grains insert_every once verbose no overlapcheck no all_in no "
+            "&\n"
+            "    orientation constant {1:.17g} {2:.17g} {3:.17g} {4:.17g} vel constant {5:.17g} {6:.17g} 0.0 region at{0} "
+            "particles_in_region 1 ntry_mc 1000\n",
+            g, q.w(), q.x(), q.y(), q.z(), batch[g].vx, batch[g].vy);
     }
     text += "run 1\n";
     for (std::size_t g = 0; g < batch.size(); ++g) text += fmt::format("unfix new{0}\nregion at{0} delete\n", g);
@@ -143,8 +148,10 @@ struct Run {
 void write_batches(Run& run) {
     Random random(run.config.seed);
     for (long left = run.plan.most_grains; left > 0;) {
-        const auto batch = make_batch(run.shape, run.container, run.config, run.plan.drop_height_m, std::min(left, run.config.batch_grains), random);
-        if (batch.empty()) throw UserError("no grain fits into the container at the drop height", {.mend = "take a wider container or smaller grains"});
+        const auto batch =
+            make_batch(run.shape, run.container, run.config, run.plan.drop_height_m, std::min(left, run.config.batch_grains), random);
+        if (batch.empty())
+            throw UserError("no grain fits into the container at the drop height", {.mend = "take a wider container or smaller grains"});
         run.batch_sizes.push_back(static_cast<long>(batch.size()));
         left -= run.batch_sizes.back();
         write_batch(run.folder / fmt::format("batch_{}.in", run.batch_sizes.size()), batch, run.body);
@@ -202,7 +209,8 @@ void write_parameters(const Run& run) {
     write_text(run.folder / "parameters.in", text);
 
     std::string clump;
-    for (const auto& sphere : run.body.spheres) clump += fmt::format("{:.17g} {:.17g} {:.17g} {:.17g}\n", sphere.a.x(), sphere.a.y(), sphere.a.z(), sphere.radius);
+    for (const auto& sphere : run.body.spheres)
+        clump += fmt::format("{:.17g} {:.17g} {:.17g} {:.17g}\n", sphere.a.x(), sphere.a.y(), sphere.a.z(), sphere.radius);
     write_text(run.folder / "grain.clump", clump);
 }
 
@@ -231,7 +239,8 @@ LogEnd read_log_end(const Path& log) {
     std::ifstream in(log);
     for (std::string line; std::getline(in, line);) {
         if (std::sscanf(line.c_str(), "POREPACK poured %ld", &end.poured) == 1) continue;
-        end.done = end.done || std::sscanf(line.c_str(), "POREPACK done step %ld spheres %ld energy %lf limit %lf", &end.step, &end.spheres, &end.energy, &end.limit) == 4;
+        end.done = end.done || std::sscanf(line.c_str(), "POREPACK done step %ld spheres %ld energy %lf limit %lf", &end.step, &end.spheres,
+                                           &end.energy, &end.limit) == 4;
     }
     return end;
 }
@@ -271,7 +280,8 @@ double pose_error(const Run& run, const Packing& packing, const std::vector<std:
             double least = 1e300;
             auto at = std::lower_bound(real.begin(), real.end(), there, by_z);
             for (auto up = at; up != real.end() && up->z() - there.z() < least; ++up) least = std::min(least, (*up - there).norm());
-            for (auto down = at; down != real.begin() && there.z() - std::prev(down)->z() < least; --down) least = std::min(least, (*std::prev(down) - there).norm());
+            for (auto down = at; down != real.begin() && there.z() - std::prev(down)->z() < least; --down)
+                least = std::min(least, (*std::prev(down) - there).norm());
             worst = std::max(worst, least);
         }
     return worst;
@@ -308,15 +318,16 @@ void run_liggghts(const Run& run, const Path& log) {
     Progress progress("pour (LIGGGHTS)");
     const double steps_a_batch = std::max(1.0, run.config.batch_interval_s / run.plan.time_step_s);
     const double steps = steps_a_batch * static_cast<double>(run.batch_sizes.size()) + 1.0 / run.plan.time_step_s;
-    const Program program{.command = command_for(run.config.processes),
-                          .folder = run.folder,
-                          .log = log,
-                          .environment = {{"OMPI_ALLOW_RUN_AS_ROOT", "1"}, {"OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"}, {"OMP_NUM_THREADS", "1"}},
-                          .while_running = [&] {
-                              if (const auto state = last_state(log))
-                                  progress.update((*state)[0] / steps, fmt::format("step {:.0f}, {:.0f} grains, bed {:.3f} m", (*state)[0],
-                                                                                   (*state)[1] / static_cast<double>(run.body.spheres.size()), (*state)[4]));
-                          }};
+    const Program program{
+        .command = command_for(run.config.processes),
+        .folder = run.folder,
+        .log = log,
+        .environment = {{"OMPI_ALLOW_RUN_AS_ROOT", "1"}, {"OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"}, {"OMP_NUM_THREADS", "1"}},
+        .while_running = [&] {
+            if (const auto state = last_state(log))
+                progress.update((*state)[0] / steps, fmt::format("step {:.0f}, {:.0f} grains, bed {:.3f} m", (*state)[0],
+                                                                 (*state)[1] / static_cast<double>(run.body.spheres.size()), (*state)[4]));
+        }};
     const ProgramEnd end = run_program(program);
     if (end.exit_code != 0) fail_with_log(fmt::format("LIGGGHTS failed with exit code {}", end.exit_code), log);
 }
@@ -324,42 +335,55 @@ void run_liggghts(const Run& run, const Path& log) {
 }  // namespace
 
 PourPlan plan_pour(const Shape& shape, const Container& container, const PackingConfig& config) {
-    if (container.any_periodic()) throw UserError("LIGGGHTS pours into a container with walls, this one is periodic", {.mend = "give a packing.json with engine = \"none\", or a container with walls"});
+    if (container.any_periodic())
+        throw UserError("LIGGGHTS pours into a container with walls, this one is periodic",
+                        {.mend = "give a packing.json with engine = \"none\", or a container with walls"});
     const double d = smallest_diameter(shape);
     const double extent = span(shape);
     const Vec3 inner = container.high() - container.low();
     if (extent > std::min(inner.x(), inner.y()) || 2.0 * extent > container.height())
-        throw UserError(fmt::format("the grain is too large for the container: it spans {:.4g} m, the container is {:.4g} m wide and {:.4g} m high", extent, std::min(inner.x(), inner.y()), container.height()),
-                        {.allowed = "a container wider than one grain's span and higher than two", .mend = "check the units (metres), take a larger container or smaller grains"});
+        throw UserError(
+            fmt::format("the grain is too large for the container: it spans {:.4g} m, the container is {:.4g} m wide and {:.4g} m high",
+                        extent, std::min(inner.x(), inner.y()), container.height()),
+            {.allowed = "a container wider than one grain's span and higher than two",
+             .mend = "check the units (metres), take a larger container or smaller grains"});
     PourPlan plan;
     const ShapeMeasures measures = measure(shape, 128);
     plan.grain_mass_kg = config.density_kg_per_m3 * measures.volume_m3;
     const double static_overlap = plan.grain_mass_kg * config.gravity_m_per_s2 / (config.normal_stiffness_N_per_m / 2.0) / d;
     if (static_overlap > 0.01)
-        throw UserError(fmt::format("the contacts are too soft: one grain's weight presses a contact in by {:.2g} of its diameter", static_overlap),
-                        {.allowed = "1 % of the diameter", .mend = fmt::format("set normal_stiffness_N_per_m to {:.2g} or more, tangential_stiffness_N_per_m to half of it", config.normal_stiffness_N_per_m * static_overlap / 0.001)});
+        throw UserError(
+            fmt::format("the contacts are too soft: one grain's weight presses a contact in by {:.2g} of its diameter", static_overlap),
+            {.allowed = "1 % of the diameter",
+             .mend = fmt::format("set normal_stiffness_N_per_m to {:.2g} or more, tangential_stiffness_N_per_m to half of it",
+                                 config.normal_stiffness_N_per_m * static_overlap / 0.001)});
     plan.contact_time_s = contact_time(plan.grain_mass_kg, config);
     plan.time_step_s = config.time_step_s > 0.0 ? config.time_step_s : plan.contact_time_s / 45.0;
     if (plan.time_step_s > plan.contact_time_s / 30.0)
         throw UserError(fmt::format("the time step {:.3g} s is too long: a contact lasts {:.3g} s", plan.time_step_s, plan.contact_time_s),
-                        {.allowed = fmt::format("up to {:.3g} s (1/30 of the contact; longer steps never come to rest or lose grains)", plan.contact_time_s / 30.0)});
+                        {.allowed = fmt::format("up to {:.3g} s (1/30 of the contact; longer steps never come to rest or lose grains)",
+                                                plan.contact_time_s / 30.0)});
     plan.fill_height_m = config.fill_height_m > 0.0 ? config.fill_height_m : container.height() / 2.0;
     plan.drop_height_m = config.drop_height_m > 0.0 ? config.drop_height_m : container.height() - extent;
     if (config.grains == 0 && plan.fill_height_m > plan.drop_height_m - extent)
-        throw UserError(fmt::format("the bed would reach the place where grains are created: fill height {:.4g} m, drop height {:.4g} m", plan.fill_height_m, plan.drop_height_m),
-                        {.allowed = fmt::format("a fill height up to {:.4g} m", plan.drop_height_m - extent), .mend = "take a higher container or a lower fill_height_m"});
+        throw UserError(fmt::format("the bed would reach the place where grains are created: fill height {:.4g} m, drop height {:.4g} m",
+                                    plan.fill_height_m, plan.drop_height_m),
+                        {.allowed = fmt::format("a fill height up to {:.4g} m", plan.drop_height_m - extent),
+                         .mend = "take a higher container or a lower fill_height_m"});
     const double densest = 0.75 * container.inner_area_m2() * plan.fill_height_m / measures.volume_m3;
     plan.most_grains = config.grains > 0 ? config.grains : std::max(1L, static_cast<long>(densest));
     plan.clump_spheres = static_cast<long>(sphere_clump(shape, config.surface_tolerance * d).size());
     // From measurements: 0.4 us a sphere and step, on average half of the grains present, about four a batch.
     const double grains = config.grains > 0 ? static_cast<double>(config.grains) : densest / 1.8;
     const double steps = (grains / 4.0 * config.batch_interval_s + 0.6) / plan.time_step_s;
-    plan.expected_wall_time_s = 0.4e-6 * 0.6 * grains * static_cast<double>(plan.clump_spheres) * steps / static_cast<double>(config.processes);
+    plan.expected_wall_time_s =
+        0.4e-6 * 0.6 * grains * static_cast<double>(plan.clump_spheres) * steps / static_cast<double>(config.processes);
     plan.expected_memory_bytes = 60e6 + 4000.0 * static_cast<double>(plan.most_grains * plan.clump_spheres);
     return plan;
 }
 
-PourResult pour_with_liggghts(const Shape& shape, const Container& container, const PackingConfig& config, const Path& templates, const Path& folder) {
+PourResult pour_with_liggghts(const Shape& shape, const Container& container, const PackingConfig& config, const Path& templates,
+                              const Path& folder) {
     Run run{shape, container, config, plan_pour(shape, container, config), clump_body(shape, config), folder, {}};
     require_program("liggghts", "liggghts");
     if (config.processes > 1) require_program("mpirun", "openmpi-bin");
@@ -371,7 +395,8 @@ PourResult pour_with_liggghts(const Shape& shape, const Container& container, co
 
     PourResult result;
     for (const auto& word : command_for(config.processes)) result.command += (result.command.empty() ? "" : " ") + word;
-    log_info("pour: at most {} grains of {} spheres, time step {:.2e} s", run.plan.most_grains, run.body.spheres.size(), run.plan.time_step_s);
+    log_info("pour: at most {} grains of {} spheres, time step {:.2e} s", run.plan.most_grains, run.body.spheres.size(),
+             run.plan.time_step_s);
     const Path log = folder / "log.liggghts.screen";
     const Stopwatch watch;
     run_liggghts(run, log);
@@ -381,19 +406,22 @@ PourResult pour_with_liggghts(const Shape& shape, const Container& container, co
     if (!end.done) fail_with_log("LIGGGHTS ended with exit code 0, but before the end of its script", log);
     for (long b = 0; b < end.poured; ++b) result.grains += run.batch_sizes[static_cast<std::size_t>(b)];
     if (end.spheres != result.grains * static_cast<long>(run.body.spheres.size()))
-        fail_with_log(fmt::format("LIGGGHTS lost grains: {} spheres are left of {}", end.spheres, result.grains * static_cast<long>(run.body.spheres.size())), log,
-                      "raise the container or lower drop_height_m, horizontal_speed_m_per_s or time_step_s");
+        fail_with_log(fmt::format("LIGGGHTS lost grains: {} spheres are left of {}", end.spheres,
+                                  result.grains * static_cast<long>(run.body.spheres.size())),
+                      log, "raise the container or lower drop_height_m, horizontal_speed_m_per_s or time_step_s");
     result.packing = read_packing_back(run, result.grains, log);
     result.batches = end.poured;
     result.steps = end.step;
     result.kinetic_energy_per_grain_J = end.energy / static_cast<double>(result.grains);
     result.rest_limit_J = end.limit / static_cast<double>(result.grains);
     if (!(result.kinetic_energy_per_grain_J <= result.rest_limit_J))
-        throw NumericalError(fmt::format("the grains are not at rest after {:g} s: kinetic energy {:.3g} J a grain, limit {:.3g} J", config.settle_time_s, result.kinetic_energy_per_grain_J, result.rest_limit_J),
+        throw NumericalError(fmt::format("the grains are not at rest after {:g} s: kinetic energy {:.3g} J a grain, limit {:.3g} J",
+                                         config.settle_time_s, result.kinetic_energy_per_grain_J, result.rest_limit_J),
                              {.where = log.string(), .mend = "raise settle_time_s, or shorten time_step_s"});
     result.pose_error_m = pose_error(run, result.packing, read_dump(folder / "final.spheres", 5));
     if (result.pose_error_m > 1e-6 * smallest_diameter(shape))
-        throw EngineError(fmt::format("the poses read back do not give the clump's spheres: off by {:.3g} m", result.pose_error_m), {.where = (folder / "final.bodies").string()});
+        throw EngineError(fmt::format("the poses read back do not give the clump's spheres: off by {:.3g} m", result.pose_error_m),
+                          {.where = (folder / "final.bodies").string()});
     return result;
 }
 

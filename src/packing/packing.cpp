@@ -18,7 +18,8 @@ std::string read_maybe_compressed(const Path& path) {
     std::string text;
     std::vector<char> buffer(1 << 16);
     int count = 0;
-    while ((count = gzread(file, buffer.data(), static_cast<unsigned>(buffer.size()))) > 0) text.append(buffer.data(), static_cast<std::size_t>(count));
+    while ((count = gzread(file, buffer.data(), static_cast<unsigned>(buffer.size()))) > 0)
+        text.append(buffer.data(), static_cast<std::size_t>(count));
     const bool good = count == 0 && gzeof(file) == 1;
     gzclose(file);
     if (!good) throw UserError("cannot unpack " + path.string(), {.mend = "the file is damaged or cut: copy it again"});
@@ -58,7 +59,8 @@ Shape shape_from(const Place& place) {
     Shape shape;
     shape.id = place.at("id").text();
     const std::string cavity = place.json.contains("cavity") ? place.at("cavity").text() : "filled";
-    if (cavity != "filled" && cavity != "open") throw UserError("no such cavity convention: " + cavity, {.where = place.path, .allowed = "filled, open"});
+    if (cavity != "filled" && cavity != "open")
+        throw UserError("no such cavity convention: " + cavity, {.where = place.path, .allowed = "filled, open"});
     shape.cavity = cavity == "filled" ? Cavity::filled : Cavity::open;
     const Place capsules = place.at("capsules");
     for (std::size_t i = 0; i < capsules.list().size(); ++i) {
@@ -80,9 +82,11 @@ Body body_from(const Place& place, const std::vector<Shape>& shapes) {
     body.position_m = place.at("position_m").vector();
     const Place q = place.at("orientation");
     (void)q.list(4);
-    body.orientation = Quaternion(q.at(std::size_t{0}).number(), q.at(std::size_t{1}).number(), q.at(std::size_t{2}).number(), q.at(std::size_t{3}).number());
+    body.orientation = Quaternion(q.at(std::size_t{0}).number(), q.at(std::size_t{1}).number(), q.at(std::size_t{2}).number(),
+                                  q.at(std::size_t{3}).number());
     if (std::abs(body.orientation.norm() - 1.0) > 1e-6)
-        throw UserError(fmt::format("the orientation is no unit quaternion: its norm is {:g}", body.orientation.norm()), {.where = place.path, .allowed = "[w, x, y, z] of norm 1"});
+        throw UserError(fmt::format("the orientation is no unit quaternion: its norm is {:g}", body.orientation.norm()),
+                        {.where = place.path, .allowed = "[w, x, y, z] of norm 1"});
     body.orientation.normalize();
     return body;
 }
@@ -91,14 +95,17 @@ void require_plausible(const Packing& packing, const Path& path) {
     const Vec3 size = packing.container.high() - packing.container.low();
     for (const auto& shape : packing.shapes)
         if (span(shape) > 1.001 * size.norm())
-            throw UserError(fmt::format("a grain is larger than the container: `{}` spans {:g} m, the container's diagonal is {:g} m", shape.id, span(shape), size.norm()),
+            throw UserError(fmt::format("a grain is larger than the container: `{}` spans {:g} m, the container's diagonal is {:g} m",
+                                        shape.id, span(shape), size.norm()),
                             {.where = path.string(), .mend = "check the units: all lengths are metres"});
     for (std::size_t i = 0; i < packing.bodies.size(); ++i) {
         const Vec3& at = packing.bodies[i].position_m;
         const Vec3 slack = Vec3::Constant(0.05 * size.maxCoeff() + span(packing.shapes[packing.bodies[i].shape]));
         if (((at - packing.container.low() + slack).array() < 0.0).any() || ((packing.container.high() + slack - at).array() < 0.0).any())
-            throw UserError(fmt::format("body {} lies outside the container: at ({:g}, {:g}, {:g}) m", i, at.x(), at.y(), at.z()),
-                            {.where = path.string(), .mend = "check the units (metres) and the frame: cylinder axis x = y = 0, box corner at the origin, floor z = 0"});
+            throw UserError(
+                fmt::format("body {} lies outside the container: at ({:g}, {:g}, {:g}) m", i, at.x(), at.y(), at.z()),
+                {.where = path.string(),
+                 .mend = "check the units (metres) and the frame: cylinder axis x = y = 0, box corner at the origin, floor z = 0"});
     }
 }
 
@@ -115,12 +122,15 @@ Packing read_packing(const Path& path) {
     try {
         json = Json::parse(text);
     } catch (const nlohmann::json::parse_error& fault) {
-        throw UserError("not valid JSON: " + path.string(), {.where = fmt::format("byte {}", fault.byte), .mend = "the file may be cut: write it again"});
+        throw UserError("not valid JSON: " + path.string(),
+                        {.where = fmt::format("byte {}", fault.byte), .mend = "the file may be cut: write it again"});
     }
     const Place root{json, path.string()};
-    if (root.at("format").text() != "porepack-packing") throw UserError("not a packing file: " + path.string(), {.allowed = "\"format\": \"porepack-packing\""});
+    if (root.at("format").text() != "porepack-packing")
+        throw UserError("not a packing file: " + path.string(), {.allowed = "\"format\": \"porepack-packing\""});
     if (root.at("version").number() != 1.0)
-        throw UserError(fmt::format("packing file of version {:g}", root.at("version").number()), {.where = path.string(), .allowed = "version 1"});
+        throw UserError(fmt::format("packing file of version {:g}", root.at("version").number()),
+                        {.where = path.string(), .allowed = "version 1"});
     Packing packing;
     packing.container = container_from_json(root.at("container").json, path.string() + "/container");
     const Place shapes = root.at("shapes");
@@ -132,7 +142,11 @@ Packing read_packing(const Path& path) {
 }
 
 void write_packing(const Path& path, const Packing& packing) {
-    Json json = {{"format", "porepack-packing"}, {"version", 1}, {"container", to_json(packing.container)}, {"shapes", Json::array()}, {"bodies", Json::array()}};
+    Json json = {{"format", "porepack-packing"},
+                 {"version", 1},
+                 {"container", to_json(packing.container)},
+                 {"shapes", Json::array()},
+                 {"bodies", Json::array()}};
     for (const auto& shape : packing.shapes) {
         Json entry = {{"id", shape.id}, {"cavity", shape.cavity == Cavity::filled ? "filled" : "open"}, {"capsules", Json::array()}};
         for (const auto& capsule : shape.capsules)
@@ -141,7 +155,9 @@ void write_packing(const Path& path, const Packing& packing) {
     }
     for (const auto& body : packing.bodies) {
         const auto& q = body.orientation;
-        json["bodies"].push_back({{"shape", packing.shapes[body.shape].id}, {"position_m", vector_json(body.position_m)}, {"orientation", {q.w(), q.x(), q.y(), q.z()}}});
+        json["bodies"].push_back({{"shape", packing.shapes[body.shape].id},
+                                  {"position_m", vector_json(body.position_m)},
+                                  {"orientation", {q.w(), q.x(), q.y(), q.z()}}});
     }
     // One body a line: readable, and small enough.
     std::string text = json.dump();
@@ -170,7 +186,9 @@ Overlaps find_overlaps(const Packing& packing) {
             }
         for (std::size_t j = i + 1; j < all.size(); ++j) {
             if (all[i].image != 0 && all[j].image != 0) continue;  // the same pair is met once with an original
-            if (((all[i].bounds.high - all[j].bounds.low).array() < 0.0).any() || ((all[j].bounds.high - all[i].bounds.low).array() < 0.0).any()) continue;
+            if (((all[i].bounds.high - all[j].bounds.low).array() < 0.0).any() ||
+                ((all[j].bounds.high - all[i].bounds.low).array() < 0.0).any())
+                continue;
             double least = 1e300;
             for (const auto& first : all[i].capsules)
                 for (const auto& second : all[j].capsules) least = std::min(least, gap(first, second));

@@ -37,7 +37,7 @@ struct Container {
 
 struct Body {
     std::size_t shape = 0;
-    Vec3 position_m = Vec3::Zero();  ///< of the origin of the shape's frame, not of the centre of mass
+    Vec3 position_m = Vec3::Zero();                   ///< of the origin of the shape's frame, not of the centre of mass
     Quaternion orientation = Quaternion::Identity();  ///< from the shape's frame to the world
 };
 

@@ -39,9 +39,17 @@ double solve_x_plus_log_x(double y) {
 
 // With A = nu/k and B = 1/k_in: t = (L/g) (A ln(v0/v) + 2 B (v0 - v)).
 FallingHead::FallingHead(double permeability_m2, double inertial_permeability_m, const FallingHeadConfig& config)
-    : A_(config.kinematic_viscosity_m2_per_s / permeability_m2), B_(1.0 / inertial_permeability_m), g_(config.gravity_m_per_s2), L_(config.sample_length_m), start_speed_(0.0), start_(config.start_level_m) {
-    if (!(permeability_m2 > 0.0) || !std::isfinite(permeability_m2)) throw UserError(fmt::format("the permeability must be positive, got {:g} m2", permeability_m2));
-    if (!(inertial_permeability_m > 0.0)) throw UserError(fmt::format("the inertial permeability must be positive, got {:g} m", inertial_permeability_m), {.allowed = "> 0, or inf for Darcy's law alone"});
+    : A_(config.kinematic_viscosity_m2_per_s / permeability_m2),
+      B_(1.0 / inertial_permeability_m),
+      g_(config.gravity_m_per_s2),
+      L_(config.sample_length_m),
+      start_speed_(0.0),
+      start_(config.start_level_m) {
+    if (!(permeability_m2 > 0.0) || !std::isfinite(permeability_m2))
+        throw UserError(fmt::format("the permeability must be positive, got {:g} m2", permeability_m2));
+    if (!(inertial_permeability_m > 0.0))
+        throw UserError(fmt::format("the inertial permeability must be positive, got {:g} m", inertial_permeability_m),
+                        {.allowed = "> 0, or inf for Darcy's law alone"});
     start_speed_ = speed_at(start_);
 }
 
@@ -51,7 +59,9 @@ double FallingHead::speed_at(double level_m) const {
 }
 
 double FallingHead::time_at(double level_m) const {
-    if (level_m > start_) throw UserError(fmt::format("the level {:g} m lies above the start level {:g} m", level_m, start_), {.allowed = fmt::format("0 to {:g} m", start_)});
+    if (level_m > start_)
+        throw UserError(fmt::format("the level {:g} m lies above the start level {:g} m", level_m, start_),
+                        {.allowed = fmt::format("0 to {:g} m", start_)});
     const double v = speed_at(level_m);
     return L_ / g_ * (A_ * std::log(start_speed_ / v) + 2.0 * B_ * (start_speed_ - v));
 }

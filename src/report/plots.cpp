@@ -17,7 +17,8 @@ bool draw_plot(const Path& svg, const std::string& commands) {
         return false;
     }
     const Path script = svg.parent_path() / (svg.stem().string() + ".gnuplot");
-    write_text(script, "set terminal svg size 620,380 font 'DejaVu Sans,12' background 'white'\nset output '" + svg.filename().string() + "'\nset grid lc rgb '#dddddd'\nset border 3\nset tics nomirror\n" + commands);
+    write_text(script, "set terminal svg size 620,380 font 'DejaVu Sans,12' background 'white'\nset output '" + svg.filename().string() +
+                           "'\nset grid lc rgb '#dddddd'\nset border 3\nset tics nomirror\n" + commands);
     const Path log = svg.parent_path() / ("log." + svg.stem().string());
     const ProgramEnd end = run_program({.command = {"gnuplot", script.filename().string()}, .folder = svg.parent_path(), .log = log});
     if (end.exit_code != 0) throw EngineError("gnuplot failed\n" + tail(log, 5), {.where = script.string()});
@@ -29,11 +30,14 @@ namespace {
 
 // Dark blue over green to yellow; close to equal steps of lightness, so it prints well.
 std::array<std::uint8_t, 3> colour(double t) {
-    constexpr std::array<std::array<double, 3>, 5> stops = {{{0.27, 0.00, 0.33}, {0.23, 0.32, 0.55}, {0.13, 0.57, 0.55}, {0.37, 0.79, 0.38}, {0.99, 0.91, 0.14}}};
+    constexpr std::array<std::array<double, 3>, 5> stops = {
+        {{0.27, 0.00, 0.33}, {0.23, 0.32, 0.55}, {0.13, 0.57, 0.55}, {0.37, 0.79, 0.38}, {0.99, 0.91, 0.14}}};
     const double place = std::clamp(t, 0.0, 1.0) * 4.0;
     const auto i = std::min<std::size_t>(3, static_cast<std::size_t>(place));
     std::array<std::uint8_t, 3> rgb{};
-    for (std::size_t c = 0; c < 3; ++c) rgb[c] = static_cast<std::uint8_t>(255.0 * (stops[i][c] + (place - static_cast<double>(i)) * (stops[i + 1][c] - stops[i][c])) + 0.5);
+    for (std::size_t c = 0; c < 3; ++c)
+        rgb[c] =
+            static_cast<std::uint8_t>(255.0 * (stops[i][c] + (place - static_cast<double>(i)) * (stops[i + 1][c] - stops[i][c])) + 0.5);
     return rgb;
 }
 
@@ -46,7 +50,8 @@ double draw_speed_slice(const Path& flow_vti, const Path& png) {
     for (int k = 0; k < height; ++k)
         for (int i = 0; i < width; ++i) {
             const float* u = &flow.velocity_m_per_s[3 * flow.grid.index(i, row, k)];
-            speed.push_back(std::sqrt(static_cast<double>(u[0]) * u[0] + static_cast<double>(u[1]) * u[1] + static_cast<double>(u[2]) * u[2]));
+            speed.push_back(
+                std::sqrt(static_cast<double>(u[0]) * u[0] + static_cast<double>(u[1]) * u[1] + static_cast<double>(u[2]) * u[2]));
         }
     // The scale ends at the 99.5th percentile: single fast cells must not darken the picture.
     std::vector<double> sorted = speed;
@@ -57,7 +62,8 @@ double draw_speed_slice(const Path& flow_vti, const Path& png) {
     for (int k = 0; k < height * zoom; ++k)
         for (int i = 0; i < width * zoom; ++i) {
             const std::size_t cell = flow.grid.index(i / zoom, row, k / zoom);
-            std::array<std::uint8_t, 3> rgb = colour(speed[static_cast<std::size_t>(k / zoom) * static_cast<std::size_t>(width) + static_cast<std::size_t>(i / zoom)] / top);
+            std::array<std::uint8_t, 3> rgb = colour(
+                speed[static_cast<std::size_t>(k / zoom) * static_cast<std::size_t>(width) + static_cast<std::size_t>(i / zoom)] / top);
             if (!flow.phase.empty() && flow.phase[cell] == grain) rgb = {205, 190, 170};
             if (!flow.phase.empty() && flow.phase[cell] == outside) rgb = {255, 255, 255};
             pixels.insert(pixels.end(), rgb.begin(), rgb.end());

@@ -52,10 +52,10 @@ std::string paper_number(const ReportInput& input, const std::string& quantity) 
     const Json& sphericity = at(input, "shape/sphericity");
     if (!kind.is_string() || !sphericity.is_number()) return "";
     for (const auto& entry : paper_numbers)
-        if (kind == entry.kind && quantity == entry.quantity && std::abs(sphericity.get<double>() - entry.sphericity) < 0.006) return entry.text;
+        if (kind == entry.kind && quantity == entry.quantity && std::abs(sphericity.get<double>() - entry.sphericity) < 0.006)
+            return entry.text;
     return "";
 }
-
 
 struct Section {
     std::string title;
@@ -81,12 +81,15 @@ std::string percent(const Json& value) {
 
 Section permeability_section(const ReportInput& input) {
     const Json& lbm = at(input, "lbm/permeability_m2");
-    Section section{.title = "Permeability", .intro = "k = mu U L / dP, with U the flow rate over the inner area of the container and dP between the planes of the section."};
+    Section section{
+        .title = "Permeability",
+        .intro = "k = mu U L / dP, with U the flow rate over the inner area of the container and dP between the planes of the section."};
     section.header = {"method", "k (m²)", "interval (m²)", "k (darcy)", "K, water (m/s)", "against LBM"};
     const auto add = [&](const std::string& method, const Json& k, const std::string& interval) {
         if (!k.is_number()) return;
         const double value = k.get<double>();
-        section.rows.push_back({method, number(k), interval, fmt::format("{:.4g}", value / 9.869233e-13), fmt::format("{:.3g}", value * 9.81e6), difference(k, lbm)});
+        section.rows.push_back({method, number(k), interval, fmt::format("{:.4g}", value / 9.869233e-13),
+                                fmt::format("{:.3g}", value * 9.81e6), difference(k, lbm)});
     };
     add("lattice Boltzmann", lbm, interval_text(at(input, "lbm/permeability_interval_m2")));
     if (at(input, "lbm/coarse").is_object()) add("lattice Boltzmann, coarser grid", at(input, "lbm/coarse/permeability_m2"), "none");
@@ -110,28 +113,43 @@ Section packing_section(const ReportInput& input) {
     const std::string stage = input.results.contains("pack") ? "pack" : "stl";
     add("grain", at(input, "shape/kind").is_string() ? at(input, "shape/kind").get<std::string>() : "–", "");
     add("sphericity", number(at(input, "shape/sphericity")), number(at(input, "shape/relative_error"), "{:.1e} (relative)"));
-    add("capsule diameter d, length L", at(input, "shape/diameter_m").is_number() ? number(at(input, "shape/diameter_m")) + " m, " + number(at(input, "shape/length_m")) + " m" : "–", "");
+    add("capsule diameter d, length L",
+        at(input, "shape/diameter_m").is_number()
+            ? number(at(input, "shape/diameter_m")) + " m, " + number(at(input, "shape/length_m")) + " m"
+            : "–",
+        "");
     add("grains", number(at(input, stage + "/grains"), "{:.0f}"), "");
     add("bed height", number(at(input, stage + "/bed_height_m")) + " m", "");
-    add("porosity of the section", number(at(input, stage + "/porosity"), "{:.4f}"), number(at(input, stage + "/porosity_uncertainty"), "± {:.1e} (quadrature; one packing, so no scatter)"), paper_number(input, "porosity"));
-    add("porosity of the whole bed", number(at(input, stage + "/porosity_bed"), "{:.4f}"), number(at(input, stage + "/porosity_bed_uncertainty"), "± {:.1e} (quadrature)"));
+    add("porosity of the section", number(at(input, stage + "/porosity"), "{:.4f}"),
+        number(at(input, stage + "/porosity_uncertainty"), "± {:.1e} (quadrature; one packing, so no scatter)"),
+        paper_number(input, "porosity"));
+    add("porosity of the whole bed", number(at(input, stage + "/porosity_bed"), "{:.4f}"),
+        number(at(input, stage + "/porosity_bed_uncertainty"), "± {:.1e} (quadrature)"));
     add("largest overlap of grains / d", number(at(input, stage + "/largest_overlap_relative_to_diameter")), "");
     add("contacts", number(at(input, stage + "/contacts"), "{:.0f}"), "");
     const Json& z = at(input, "voxelise/section_m");
     if (z.is_array()) add("section", fmt::format("z = {:.4g} to {:.4g} m", z[0].get<double>(), z[1].get<double>()), "");
-    if (fs::exists(input.stage_folders / "report" / "packing.png")) section.pictures.emplace_back("packing.png", "The packing as the surface that CGAL made of it.");
+    if (fs::exists(input.stage_folders / "report" / "packing.png"))
+        section.pictures.emplace_back("packing.png", "The packing as the surface that CGAL made of it.");
     return section;
 }
 
 Section tortuosity_section(const ReportInput& input) {
-    Section section{.title = "Tortuosity", .intro = "Three different numbers: the paper's path through dots (exact, and on pictures, where it grows with the pixel), and the flow's."};
+    Section section{.title = "Tortuosity",
+                    .intro =
+                        "Three different numbers: the paper's path through dots (exact, and on pictures, where it grows with the pixel), "
+                        "and the flow's."};
     section.header = {"kind", "value", "uncertainty", "the paper"};
     const auto add = [&](const std::string& name, const Json& value, const std::string& uncertainty, const std::string& paper) {
         if (value.is_number()) section.rows.push_back({name, number(value, "{:.4f}"), uncertainty, paper});
     };
-    add("geometric_paper, exact", at(input, "tortuosity/geometric_paper_exact/tortuosity_geometric_paper"), number(at(input, "tortuosity/geometric_paper_exact/standard_error"), "± {:.1e} (standard error over paths)"), paper_number(input, "tortuosity"));
-    add("geometric_paper, pixels of " + number(at(input, "tortuosity/geometric_paper_pixels/pixel_m")) + " m", at(input, "tortuosity/geometric_paper_pixels/tortuosity_geometric_paper"),
-        number(at(input, "tortuosity/geometric_paper_pixels/standard_error"), "± {:.1e} (standard error over paths)"), paper_number(input, "tortuosity"));
+    add("geometric_paper, exact", at(input, "tortuosity/geometric_paper_exact/tortuosity_geometric_paper"),
+        number(at(input, "tortuosity/geometric_paper_exact/standard_error"), "± {:.1e} (standard error over paths)"),
+        paper_number(input, "tortuosity"));
+    add("geometric_paper, pixels of " + number(at(input, "tortuosity/geometric_paper_pixels/pixel_m")) + " m",
+        at(input, "tortuosity/geometric_paper_pixels/tortuosity_geometric_paper"),
+        number(at(input, "tortuosity/geometric_paper_pixels/standard_error"), "± {:.1e} (standard error over paths)"),
+        paper_number(input, "tortuosity"));
     add("hydraulic", at(input, "tortuosity/hydraulic/tortuosity_hydraulic"), "none", "");
     return section;
 }
@@ -164,26 +182,46 @@ Section cost_section(const ReportInput& input) {
         if (found == input.manifests.end()) continue;
         const Json& m = found->second;
         sum += m.value("wall_time_s", 0.0);
-        section.rows.push_back({stage, human_time(m.value("wall_time_s", 0.0)), human_bytes(m.value("peak_memory_bytes", 0.0)), std::to_string(m.value("seed", 0L)), std::to_string(m.value("processes", 1L))});
+        section.rows.push_back({stage, human_time(m.value("wall_time_s", 0.0)), human_bytes(m.value("peak_memory_bytes", 0.0)),
+                                std::to_string(m.value("seed", 0L)), std::to_string(m.value("processes", 1L))});
     }
     section.rows.push_back({"all", human_time(sum), "", "", ""});
     return section;
 }
 
 void add_plots(const ReportInput& input, const Path& folder, std::vector<Section>& sections) {
-    const auto section = [&](const char* title) -> Section& { return *std::find_if(sections.begin(), sections.end(), [&](const Section& s) { return s.title == title; }); };
+    const auto section = [&](const char* title) -> Section& {
+        return *std::find_if(sections.begin(), sections.end(), [&](const Section& s) { return s.title == title; });
+    };
     const Path history = input.stage_folders / "lbm" / "history.csv";
-    if (fs::exists(history) && draw_plot(folder / "convergence.svg", fmt::format("set datafile separator ','\nset logscale y\nset format y '10^{{%T}}'\nset xlabel 'time step'\nset ylabel 'relative'\nset key top right\n"
-                                                                                 "plot '{0}' every ::2 using 1:($3>0?$3:NaN) with lines lw 2 lc rgb '#205080' title 'iteration error of k', "
-                                                                                 "'{0}' every ::2 using 1:($4>0?$4:NaN) with lines lw 2 lc rgb '#c07020' title 'difference of flow rate between planes'\n", fs::absolute(history).string())))
-        section("Did it converge?").pictures.emplace_back("convergence.svg", "Lattice Boltzmann on the finer grid: the run stops when both lines have fallen below the gate.");
+    if (fs::exists(history) &&
+        draw_plot(
+            folder / "convergence.svg",
+            fmt::format(
+                "set datafile separator ','\nset logscale y\nset format y '10^{{%T}}'\nset xlabel 'time step'\nset ylabel 'relative'\nset "
+                "key top right\n"
+                "plot '{0}' every ::2 using 1:($3>0?$3:NaN) with lines lw 2 lc rgb '#205080' title 'iteration error of k', "
+                "'{0}' every ::2 using 1:($4>0?$4:NaN) with lines lw 2 lc rgb '#c07020' title 'difference of flow rate between planes'\n",
+                fs::absolute(history).string())))
+        section("Did it converge?")
+            .pictures.emplace_back("convergence.svg",
+                                   "Lattice Boltzmann on the finer grid: the run stops when both lines have fallen below the gate.");
     const Path head = input.stage_folders / "falling-head" / "falling_head.csv";
-    if (fs::exists(head) && draw_plot(folder / "falling_head.svg", fmt::format("set datafile separator ','\nset xlabel 'time (s)'\nset ylabel 'level above the sample (m)'\nset yrange [0:*]\nplot '{}' skip 1 using 1:2 with lines lw 2 lc rgb '#205080' notitle\n", fs::absolute(head).string())))
-        section("Falling head").pictures.emplace_back("falling_head.svg", "Predicted level over time (Eq. 18, without the inertia of the water column and without the meshes).");
+    if (fs::exists(head) &&
+        draw_plot(folder / "falling_head.svg",
+                  fmt::format("set datafile separator ','\nset xlabel 'time (s)'\nset ylabel 'level above the sample (m)'\nset yrange "
+                              "[0:*]\nplot '{}' skip 1 using 1:2 with lines lw 2 lc rgb '#205080' notitle\n",
+                              fs::absolute(head).string())))
+        section("Falling head")
+            .pictures.emplace_back("falling_head.svg",
+                                   "Predicted level over time (Eq. 18, without the inertia of the water column and without the meshes).");
     const Path flow = input.stage_folders / "lbm" / "flow.vti";
     if (fs::exists(flow)) {
         const double top = draw_speed_slice(flow, folder / "speed.png");
-        section("Permeability").pictures.emplace_back("speed.png", fmt::format("Speed on the slice y = middle, z up: dark 0, yellow {:.2g} m/s and more (water at 0.05 mm/s superficial velocity unless the case says otherwise).", top));
+        section("Permeability")
+            .pictures.emplace_back("speed.png", fmt::format("Speed on the slice y = middle, z up: dark 0, yellow {:.2g} m/s and more "
+                                                            "(water at 0.05 mm/s superficial velocity unless the case says otherwise).",
+                                                            top));
     }
 }
 
@@ -192,15 +230,19 @@ Section falling_head_section(const ReportInput& input) {
     section.header = {"level above the sample (m)", "passed after (s)"};
     const Json& levels = at(input, "falling-head/levels_m");
     const Json& times = at(input, "falling-head/times_s");
-    for (std::size_t i = 0; levels.is_array() && i < levels.size(); ++i) section.rows.push_back({number(levels[i]), number(times[i], "{:.5g}")});
+    for (std::size_t i = 0; levels.is_array() && i < levels.size(); ++i)
+        section.rows.push_back({number(levels[i]), number(times[i], "{:.5g}")});
     if (at(input, "falling-head/inertial_permeability_from").is_string())
-        section.intro = fmt::format("With k from the lattice Boltzmann run and k_in = {} m from {}.", number(at(input, "falling-head/inertial_permeability_m")), at(input, "falling-head/inertial_permeability_from").get<std::string>());
+        section.intro = fmt::format("With k from the lattice Boltzmann run and k_in = {} m from {}.",
+                                    number(at(input, "falling-head/inertial_permeability_m")),
+                                    at(input, "falling-head/inertial_permeability_from").get<std::string>());
     return section;
 }
 
 std::string base64(const std::string& bytes) {
     std::string text(4 * ((bytes.size() + 2) / 3) + 1, '\0');
-    const int size = EVP_EncodeBlock(reinterpret_cast<unsigned char*>(text.data()), reinterpret_cast<const unsigned char*>(bytes.data()), static_cast<int>(bytes.size()));
+    const int size = EVP_EncodeBlock(reinterpret_cast<unsigned char*>(text.data()), reinterpret_cast<const unsigned char*>(bytes.data()),
+                                     static_cast<int>(bytes.size()));
     text.resize(static_cast<std::size_t>(size));
     return text;
 }
@@ -211,7 +253,8 @@ std::string escaped(const std::string& text) {
     return out;
 }
 
-constexpr const char* style = R"(body{font:15px/1.45 'DejaVu Sans',Helvetica,Arial,sans-serif;color:#222;max-width:900px;margin:2em auto;padding:0 1em}
+constexpr const char* style =
+    R"(body{font:15px/1.45 'DejaVu Sans',Helvetica,Arial,sans-serif;color:#222;max-width:900px;margin:2em auto;padding:0 1em}
 h1{font-size:1.6em;margin-bottom:.2em}h2{font-size:1.2em;margin-top:1.8em;border-bottom:1px solid #bbb}
 table{border-collapse:collapse;margin:.6em 0;width:100%}th,td{text-align:left;padding:.25em .7em .25em 0;border-bottom:1px solid #ddd;font-size:.92em;vertical-align:top}
 th{color:#555;font-weight:600}figure{margin:1em 0;break-inside:avoid}figure img,figure svg{max-width:100%;max-height:560px;height:auto}
@@ -220,11 +263,14 @@ figcaption{font-size:.85em;color:#555}.main{display:flex;flex-wrap:wrap;gap:.6em
 @media print{body{margin:0;max-width:none}h2{break-after:avoid}tr{break-inside:avoid}})";
 
 std::string html_page(const ReportInput& input, const std::vector<Section>& sections, const Json& main_numbers, const Path& folder) {
-    std::string html = "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\"><title>" + escaped(input.title) + "</title><style>" + style + "</style></head><body>\n";
+    std::string html =
+        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\"><title>" +
+        escaped(input.title) + "</title><style>" + style + "</style></head><body>\n";
     html += "<h1>" + escaped(input.title) + "</h1>\n";
     for (const auto& note : input.notes) html += "<p class=\"note\">" + escaped(note) + "</p>\n";
     html += "<div class=\"main\">";
-    for (const auto& entry : main_numbers) html += "<div>" + escaped(entry["label"].get<std::string>()) + "<b>" + escaped(entry["text"].get<std::string>()) + "</b></div>";
+    for (const auto& entry : main_numbers)
+        html += "<div>" + escaped(entry["label"].get<std::string>()) + "<b>" + escaped(entry["text"].get<std::string>()) + "</b></div>";
     html += "</div>\n";
     for (const auto& section : sections) {
         if (section.rows.empty() && section.pictures.empty()) continue;
@@ -241,18 +287,22 @@ std::string html_page(const ReportInput& input, const std::vector<Section>& sect
         html += "</table>\n";
         for (const auto& [file, caption] : section.pictures) {
             const std::string bytes = read_text(folder / file);
-            const std::string picture = file.ends_with(".svg") ? bytes.substr(bytes.find("<svg")) : "<img alt=\"" + escaped(caption) + "\" src=\"data:image/png;base64," + base64(bytes) + "\">";
+            const std::string picture = file.ends_with(".svg")
+                                            ? bytes.substr(bytes.find("<svg"))
+                                            : "<img alt=\"" + escaped(caption) + "\" src=\"data:image/png;base64," + base64(bytes) + "\">";
             html += "<figure>" + picture + "<figcaption>" + escaped(caption) + "</figcaption></figure>\n";
         }
     }
-    html += "<h2>Versions and configuration</h2>\n<pre>" + escaped(input.versions.dump(2)) + "</pre>\n<pre>" + escaped(input.configuration.dump(2)) + "</pre>\n</body></html>\n";
+    html += "<h2>Versions and configuration</h2>\n<pre>" + escaped(input.versions.dump(2)) + "</pre>\n<pre>" +
+            escaped(input.configuration.dump(2)) + "</pre>\n</body></html>\n";
     return html;
 }
 
 std::string markdown_page(const ReportInput& input, const std::vector<Section>& sections, const Json& main_numbers) {
     std::string text = "# " + input.title + "\n\n";
     for (const auto& note : input.notes) text += "> " + note + "\n\n";
-    for (const auto& entry : main_numbers) text += "- " + entry["label"].get<std::string>() + ": **" + entry["text"].get<std::string>() + "**\n";
+    for (const auto& entry : main_numbers)
+        text += "- " + entry["label"].get<std::string>() + ": **" + entry["text"].get<std::string>() + "**\n";
     for (const auto& section : sections) {
         if (section.rows.empty() && section.pictures.empty()) continue;
         text += "\n## " + section.title + "\n\n";
@@ -283,12 +333,17 @@ Json main_numbers_of(const ReportInput& input) {
     const auto k_text = [&](const char* stage) {
         const Json& k = at(input, std::string(stage) + "/permeability_m2");
         const Json& interval = at(input, std::string(stage) + "/permeability_interval_m2");
-        return k.is_number() ? number(k, "{:.4g} m²") + (interval.is_array() ? " (" + interval_text(interval) + ")" : "") : std::string("not run");
+        return k.is_number() ? number(k, "{:.4g} m²") + (interval.is_array() ? " (" + interval_text(interval) + ")" : "")
+                             : std::string("not run");
     };
     add("k by lattice Boltzmann", k_text("lbm"));
-    add("k by OpenFOAM", at(input, "foam/permeability_m2").is_number() ? k_text("foam") + ", " + difference(at(input, "foam/permeability_m2"), at(input, "lbm/permeability_m2")) : "not run");
+    add("k by OpenFOAM", at(input, "foam/permeability_m2").is_number()
+                             ? k_text("foam") + ", " + difference(at(input, "foam/permeability_m2"), at(input, "lbm/permeability_m2"))
+                             : "not run");
     add("tortuosity, hydraulic", number(at(input, "tortuosity/hydraulic/tortuosity_hydraulic"), "{:.4f}"));
-    const Json& geometric = at(input, "tortuosity/geometric_paper_exact/tortuosity_geometric_paper").is_number() ? at(input, "tortuosity/geometric_paper_exact/tortuosity_geometric_paper") : at(input, "tortuosity/geometric_paper_pixels/tortuosity_geometric_paper");
+    const Json& geometric = at(input, "tortuosity/geometric_paper_exact/tortuosity_geometric_paper").is_number()
+                                ? at(input, "tortuosity/geometric_paper_exact/tortuosity_geometric_paper")
+                                : at(input, "tortuosity/geometric_paper_pixels/tortuosity_geometric_paper");
     add("tortuosity, geometric_paper", number(geometric, "{:.4f}"));
     return list;
 }
@@ -297,41 +352,66 @@ Json main_numbers_of(const ReportInput& input) {
 
 Json quantities(const ReportInput& input) {
     Json list = Json::array();
-    const auto add = [&](const char* name, const std::string& path, const char* unit, const char* method, const Json& uncertainty, const Json& converged) {
+    const auto add = [&](const char* name, const std::string& path, const char* unit, const char* method, const Json& uncertainty,
+                         const Json& converged) {
         const Json& value = at(input, path);
         if (!value.is_number()) return;
         const auto manifest = input.manifests.find(path.substr(0, path.find('/')));
-        list.push_back({{"name", name}, {"value", value}, {"unit", unit}, {"method", method}, {"uncertainty", uncertainty}, {"converged", converged},
+        list.push_back({{"name", name},
+                        {"value", value},
+                        {"unit", unit},
+                        {"method", method},
+                        {"uncertainty", uncertainty},
+                        {"converged", converged},
                         {"cost_s", manifest == input.manifests.end() ? Json(nullptr) : manifest->second["wall_time_s"]}});
     };
-    const auto interval = [&](const std::string& path) -> Json { return at(input, path).is_array() ? Json{{"interval", at(input, path)}} : Json(nullptr); };
-    const auto plus_minus = [&](const std::string& path) -> Json { return at(input, path).is_number() ? Json{{"plus_minus", at(input, path)}} : Json(nullptr); };
+    const auto interval = [&](const std::string& path) -> Json {
+        return at(input, path).is_array() ? Json{{"interval", at(input, path)}} : Json(nullptr);
+    };
+    const auto plus_minus = [&](const std::string& path) -> Json {
+        return at(input, path).is_number() ? Json{{"plus_minus", at(input, path)}} : Json(nullptr);
+    };
     const std::string stage = input.results.contains("pack") ? "pack" : "stl";
-    add("porosity", stage + "/porosity", "1", "exact capsules or triangles, vertical lines", plus_minus(stage + "/porosity_uncertainty"), nullptr);
-    add("porosity_bed", stage + "/porosity_bed", "1", "exact capsules or triangles, vertical lines", plus_minus(stage + "/porosity_bed_uncertainty"), nullptr);
-    add("permeability_lbm", "lbm/permeability_m2", "m2", "lattice Boltzmann", interval("lbm/permeability_interval_m2"), at(input, "lbm/converged"));
+    add("porosity", stage + "/porosity", "1", "exact capsules or triangles, vertical lines", plus_minus(stage + "/porosity_uncertainty"),
+        nullptr);
+    add("porosity_bed", stage + "/porosity_bed", "1", "exact capsules or triangles, vertical lines",
+        plus_minus(stage + "/porosity_bed_uncertainty"), nullptr);
+    add("permeability_lbm", "lbm/permeability_m2", "m2", "lattice Boltzmann", interval("lbm/permeability_interval_m2"),
+        at(input, "lbm/converged"));
     add("permeability_lbm_darcy", "lbm/permeability_darcy", "darcy", "lattice Boltzmann", nullptr, at(input, "lbm/converged"));
     add("conductivity_lbm", "lbm/conductivity_m_per_s", "m/s", "lattice Boltzmann, water", nullptr, at(input, "lbm/converged"));
-    add("permeability_foam", "foam/permeability_m2", "m2", "OpenFOAM, extrapolated when there are two meshes", interval("foam/permeability_interval_m2"), at(input, "foam/converged"));
+    add("permeability_foam", "foam/permeability_m2", "m2", "OpenFOAM, extrapolated when there are two meshes",
+        interval("foam/permeability_interval_m2"), at(input, "foam/converged"));
     add("permeability_foam_darcy", "foam/permeability_darcy", "darcy", "OpenFOAM", nullptr, at(input, "foam/converged"));
     add("conductivity_foam", "foam/conductivity_m_per_s", "m/s", "OpenFOAM, water", nullptr, at(input, "foam/converged"));
     add("permeability_carman_kozeny_150", "falling-head/correlations/carman_kozeny_150_m2", "m2", "Eq. 2", nullptr, nullptr);
     add("permeability_carman_kozeny_180", "falling-head/correlations/carman_kozeny_180_m2", "m2", "Eq. 2 with 180", nullptr, nullptr);
     add("permeability_paper_fit", "falling-head/correlations/paper_fit_m2", "m2", "Eq. 22, corrected", nullptr, nullptr);
-    add("tortuosity_geometric_paper_exact", "tortuosity/geometric_paper_exact/tortuosity_geometric_paper", "1", "the paper's dots, exact", plus_minus("tortuosity/geometric_paper_exact/standard_error"), nullptr);
-    add("tortuosity_geometric_paper_pixels", "tortuosity/geometric_paper_pixels/tortuosity_geometric_paper", "1", "the paper's dots, on slices", plus_minus("tortuosity/geometric_paper_pixels/standard_error"), nullptr);
+    add("tortuosity_geometric_paper_exact", "tortuosity/geometric_paper_exact/tortuosity_geometric_paper", "1", "the paper's dots, exact",
+        plus_minus("tortuosity/geometric_paper_exact/standard_error"), nullptr);
+    add("tortuosity_geometric_paper_pixels", "tortuosity/geometric_paper_pixels/tortuosity_geometric_paper", "1",
+        "the paper's dots, on slices", plus_minus("tortuosity/geometric_paper_pixels/standard_error"), nullptr);
     add("tortuosity_hydraulic", "tortuosity/hydraulic/tortuosity_hydraulic", "1", "flow.vti", nullptr, at(input, "lbm/converged"));
     return list;
 }
 
 Json write_report(const ReportInput& input, const Path& folder) {
-    std::vector<Section> sections = {permeability_section(input), packing_section(input), tortuosity_section(input), falling_head_section(input), convergence_section(input), cost_section(input)};
-    if (!sections[1].pictures.empty() || fs::exists(folder / "packing.png")) sections[1].pictures = {{"packing.png", "The packing as the surface that CGAL made of it."}};
+    std::vector<Section> sections = {permeability_section(input), packing_section(input),     tortuosity_section(input),
+                                     falling_head_section(input), convergence_section(input), cost_section(input)};
+    if (!sections[1].pictures.empty() || fs::exists(folder / "packing.png"))
+        sections[1].pictures = {{"packing.png", "The packing as the surface that CGAL made of it."}};
     add_plots(input, folder, sections);
     const Json main_numbers = main_numbers_of(input);
     write_text(folder / "report.html", html_page(input, sections, main_numbers, folder));
     write_text(folder / "report.md", markdown_page(input, sections, main_numbers));
-    write_json(folder / "merged.json", {{"format", "porepack-result"}, {"version", 1}, {"title", input.title}, {"quantities", quantities(input)}, {"stages", input.results}, {"manifests", input.manifests}, {"versions", input.versions}, {"configuration", input.configuration}});
+    write_json(folder / "merged.json", {{"format", "porepack-result"},
+                                        {"version", 1},
+                                        {"title", input.title},
+                                        {"quantities", quantities(input)},
+                                        {"stages", input.results},
+                                        {"manifests", input.manifests},
+                                        {"versions", input.versions},
+                                        {"configuration", input.configuration}});
     return {{"report", "report.html"}, {"main_numbers", main_numbers}, {"notes", input.notes}};
 }
 

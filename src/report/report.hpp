@@ -15,8 +15,8 @@ struct ReportInput {
     std::map<std::string, Json> results = {};    ///< by stage
     std::map<std::string, Json> manifests = {};  ///< by stage
     Json versions = {};
-    Path stage_folders = {};                     ///< results/: histories and flow fields are read from here
-    std::vector<std::string> notes = {};         ///< shown at the top
+    Path stage_folders = {};              ///< results/: histories and flow fields are read from here
+    std::vector<std::string> notes = {};  ///< shown at the top
 };
 
 /// Every main number with unit, method, uncertainty or null, converged or not, cost.

@@ -68,7 +68,8 @@ bool ray_escapes(const std::vector<Capsule>& capsules, const Vec3& origin, doubl
         const Vec3 direction(rho * std::cos(golden * i), rho * std::sin(golden * i), z);
         directions.emplace_back(clearance(capsules, origin, direction, far), direction);
     }
-    std::partial_sort(directions.begin(), directions.begin() + 24, directions.end(), [](const auto& p, const auto& q) { return p.first > q.first; });
+    std::partial_sort(directions.begin(), directions.begin() + 24, directions.end(),
+                      [](const auto& p, const auto& q) { return p.first > q.first; });
     return std::any_of(directions.begin(), directions.begin() + 24,
                        [&](const auto& start) { return best_clearance(capsules, origin, start.second, far) > 0.0; });
 }

@@ -25,7 +25,8 @@ double hull_volume(const std::vector<Capsule>& capsules) {
                 for (int i = 0; i < points; ++i) {
                     const double z = 1.0 - (2.0 * i + 1.0) / points;
                     const double rho = std::sqrt(1.0 - z * z);
-                    const Vec3 x = (centre + capsule.radius * Vec3(rho * std::cos(golden * i + turn), rho * std::sin(golden * i + turn), z)) / size;
+                    const Vec3 x =
+                        (centre + capsule.radius * Vec3(rho * std::cos(golden * i + turn), rho * std::sin(golden * i + turn), z)) / size;
                     cloud.emplace_back(x.x(), x.y(), x.z());
                 }
             }

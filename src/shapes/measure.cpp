@@ -102,7 +102,9 @@ private:
         };
         const double end = std::numbers::pi / 2.0;
         // Crowded at both ends (Chebyshev points), where a neighbour may hide a sliver of the arc.
-        const auto sample = [&](int k) { return std::clamp(0.5 * end * (1.0 - std::cos(std::numbers::pi * k / arc_samples)), 1e-9, end - 1e-9); };
+        const auto sample = [&](int k) {
+            return std::clamp(0.5 * end * (1.0 - std::cos(std::numbers::pi * k / arc_samples)), 1e-9, end - 1e-9);
+        };
         double start = 0.0;
         double before = sample(0);
         bool state = is_covered(before);
@@ -153,7 +155,8 @@ private:
     void add_part(std::size_t own, const Point& point, double low, double high) {
         if (high <= low) return;
         const SurfacePoint middle = point(0.5 * (low + high));
-        const bool inner = !shape_.cavity_points.empty() && in_cavity(shape_, middle.x + 1e-7 * shape_.capsules[own].radius * middle.normal);
+        const bool inner =
+            !shape_.cavity_points.empty() && in_cavity(shape_, middle.x + 1e-7 * shape_.capsules[own].radius * middle.normal);
         Sums& sums = inner ? cavity : outer;
         const double half = 0.5 * (high - low);
         for (std::size_t g = 0; g < gauss_node.size(); ++g) {

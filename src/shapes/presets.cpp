@@ -39,8 +39,10 @@ double sphericity_at(const std::string& kind, double aspect, Cavity cavity) {
 }  // namespace
 
 Shape make_preset(const std::string& kind, double diameter, double length) {
-    if (!(diameter > 0.0) || !std::isfinite(diameter)) throw UserError(fmt::format("the diameter of a {} must be positive, got {:g} m", kind, diameter));
-    if (!(length >= 0.0) || !std::isfinite(length)) throw UserError(fmt::format("the length of a {} must not be negative, got {:g} m", kind, length));
+    if (!(diameter > 0.0) || !std::isfinite(diameter))
+        throw UserError(fmt::format("the diameter of a {} must be positive, got {:g} m", kind, diameter));
+    if (!(length >= 0.0) || !std::isfinite(length))
+        throw UserError(fmt::format("the length of a {} must not be negative, got {:g} m", kind, length));
     const double r = diameter / 2.0;
     if (kind == "tetrapod") return {.id = kind, .capsules = tetrapod(r, length)};
     if (kind == "dolos") return {.id = kind, .capsules = dolos(r, length)};
@@ -53,7 +55,8 @@ Shape make_preset(const std::string& kind, double diameter, double length) {
 Dimensions dimensions_for(const std::string& kind, double sphericity, double volume_m3, Cavity cavity) {
     if (!(sphericity > 0.0) || sphericity > 1.0)
         throw UserError(fmt::format("sphericity {:g} is not possible", sphericity), {.allowed = "0 < sphericity <= 1 (1 is a sphere)"});
-    if (!(volume_m3 > 0.0) || !std::isfinite(volume_m3)) throw UserError(fmt::format("the volume must be positive, got {:g} m3", volume_m3));
+    if (!(volume_m3 > 0.0) || !std::isfinite(volume_m3))
+        throw UserError(fmt::format("the volume must be positive, got {:g} m3", volume_m3));
     const double equal_diameter = std::cbrt(6.0 * volume_m3 / std::numbers::pi);
     if (kind == "sphere" && sphericity < 1.0) throw UserError("a sphere has sphericity 1", {.mend = "choose another shape"});
     if (sphericity == 1.0) return {equal_diameter, 0.0};
@@ -61,17 +64,19 @@ Dimensions dimensions_for(const std::string& kind, double sphericity, double vol
     constexpr double largest_aspect = 50.0;
     const double least = sphericity_at(kind, largest_aspect, cavity);
     if (sphericity < least)
-        throw UserError(fmt::format("no {} has sphericity {:g}", kind, sphericity), {.allowed = fmt::format("{:.4f} (at L/d = {:g}) to 1", least, largest_aspect)});
+        throw UserError(fmt::format("no {} has sphericity {:g}", kind, sphericity),
+                        {.allowed = fmt::format("{:.4f} (at L/d = {:g}) to 1", least, largest_aspect)});
     const auto excess = [&](double log_aspect) { return sphericity_at(kind, std::exp(log_aspect), cavity) - sphericity; };
     std::uintmax_t steps = 60;
-    const auto bracket = boost::math::tools::toms748_solve(excess, std::log(1e-3), std::log(largest_aspect), 1.0 - sphericity, least - sphericity,
-                                                           boost::math::tools::eps_tolerance<double>(34), steps);
+    const auto bracket = boost::math::tools::toms748_solve(excess, std::log(1e-3), std::log(largest_aspect), 1.0 - sphericity,
+                                                           least - sphericity, boost::math::tools::eps_tolerance<double>(34), steps);
     const double aspect = std::exp(0.5 * (bracket.first + bracket.second));
     const double above = sphericity_at(kind, std::exp(bracket.first) * (1.0 - 1e-6), cavity);
     const double below = sphericity_at(kind, std::exp(bracket.second) * (1.0 + 1e-6), cavity);
     if (above - below > 1e-3)
         throw UserError(fmt::format("no {} with filled cavity has sphericity {:g}: it jumps where the cavity closes", kind, sphericity),
-                        {.allowed = fmt::format("above {:.4f} or below {:.4f}", above, below), .mend = "choose another sphericity, or count the cavity as void (cavity = \"open\")"});
+                        {.allowed = fmt::format("above {:.4f} or below {:.4f}", above, below),
+                         .mend = "choose another sphericity, or count the cavity as void (cavity = \"open\")"});
     Shape unit = make_preset(kind, 1.0, aspect);
     unit.cavity = cavity;
     if (cavity == Cavity::filled) find_cavities(unit);
@@ -118,7 +123,8 @@ void validate(const Shape& shape) {
     if (capsules.size() > 64) throw UserError(fmt::format("shape `{}` has {} capsules", shape.id, capsules.size()), {.allowed = "1 to 64"});
     for (std::size_t i = 0; i < capsules.size(); ++i)
         if (!capsules[i].a.allFinite() || !capsules[i].b.allFinite() || !(capsules[i].radius > 0.0) || !std::isfinite(capsules[i].radius))
-            throw UserError(fmt::format("capsule {} of shape `{}` is not possible: radius {:g} m", i, shape.id, capsules[i].radius), {.allowed = "finite coordinates, radius_m > 0"});
+            throw UserError(fmt::format("capsule {} of shape `{}` is not possible: radius {:g} m", i, shape.id, capsules[i].radius),
+                            {.allowed = "finite coordinates, radius_m > 0"});
     std::vector<std::size_t> reached = {0};
     std::vector<bool> seen(capsules.size(), false);
     seen[0] = true;
@@ -129,8 +135,9 @@ void validate(const Shape& shape) {
                 reached.push_back(j);
             }
     if (reached.size() < capsules.size())
-        throw UserError(fmt::format("shape `{}` is not connected: {} of {} capsules hang together", shape.id, reached.size(), capsules.size()),
-                        {.mend = "let the capsules overlap, or describe two shapes"});
+        throw UserError(
+            fmt::format("shape `{}` is not connected: {} of {} capsules hang together", shape.id, reached.size(), capsules.size()),
+            {.mend = "let the capsules overlap, or describe two shapes"});
 }
 
 }  // namespace porepack

@@ -39,9 +39,9 @@ struct ShapeMeasures {
     double sphericity = 0.0;        ///< area of the equal-volume sphere / area
     Vec3 centre_of_mass_m = Vec3::Zero();
     Eigen::Matrix3d inertia_per_density_m5 = Eigen::Matrix3d::Zero();  ///< about the centre of mass, for density 1
-    double bounding_radius_m = 0.0;  ///< about the centre of mass
-    double span_m = 0.0;             ///< largest Feret length
-    double relative_error = 0.0;     ///< of volume and area: the difference to half as many meridians
+    double bounding_radius_m = 0.0;                                    ///< about the centre of mass
+    double span_m = 0.0;                                               ///< largest Feret length
+    double relative_error = 0.0;                                       ///< of volume and area: the difference to half as many meridians
 };
 
 /// Quadrature over the exposed surface (divergence theorem) with `meridians` round each capsule. Throws nothing.

@@ -20,7 +20,8 @@ std::vector<Vec2> grid_of_dots(const Container& container, double spacing) {
     std::vector<Vec2> dots;
     const Vec3 low = container.low(), high = container.high();
     const Vec3 middle = 0.5 * (low + high);
-    const int nx = static_cast<int>(std::ceil((high.x() - low.x()) / spacing)), ny = static_cast<int>(std::ceil((high.y() - low.y()) / spacing));
+    const int nx = static_cast<int>(std::ceil((high.x() - low.x()) / spacing)),
+              ny = static_cast<int>(std::ceil((high.y() - low.y()) / spacing));
     for (int j = -ny; j <= ny; ++j)
         for (int i = -nx; i <= nx; ++i) {
             const Vec2 dot(middle.x() + (i + 0.5) * spacing, middle.y() + (j + 0.5) * spacing);
@@ -30,7 +31,7 @@ std::vector<Vec2> grid_of_dots(const Container& container, double spacing) {
 }
 
 struct Path1D {
-    double excess = 0.0;    // length less the height, summed without cancellation: exactly 0 for a straight path
+    double excess = 0.0;  // length less the height, summed without cancellation: exactly 0 for a straight path
     double height = 0.0;
     double straight = 0.0;
     long points = 0, rejected = 0;
@@ -103,7 +104,8 @@ GeometricPaperResult average(const std::vector<Vec2>& dots, int slices, double s
 // Distance along a ray in the slice's plane to the first point outside all grains.
 class RayExit {
 public:
-    RayExit(const std::vector<const Capsule*>& capsules, const Container& container, const Vec3& origin) : capsules_(capsules), container_(container), origin_(origin) {}
+    RayExit(const std::vector<const Capsule*>& capsules, const Container& container, const Vec3& origin)
+        : capsules_(capsules), container_(container), origin_(origin) {}
     double operator()(double angle) const {
         const Vec3 direction(std::cos(angle), std::sin(angle), 0.0);
         parts_.clear();
@@ -157,7 +159,9 @@ std::optional<Vec2> closest_exit(const RayExit& exit, const Vec2& from) {
                 fq = exit(q);
             }
         }
-        for (const auto& [value, angle] : {std::pair(std::min(fp, fq), fp < fq ? p : q), std::pair(coarse[static_cast<std::size_t>(b)].first, coarse[static_cast<std::size_t>(b)].second * step)})
+        for (const auto& [value, angle] :
+             {std::pair(std::min(fp, fq), fp < fq ? p : q),
+              std::pair(coarse[static_cast<std::size_t>(b)].first, coarse[static_cast<std::size_t>(b)].second * step)})
             if (value < best) {
                 best = value;
                 best_angle = angle;
@@ -169,13 +173,15 @@ std::optional<Vec2> closest_exit(const RayExit& exit, const Vec2& from) {
 
 }  // namespace
 
-GeometricPaperResult geometric_paper_exact(const Grains& grains, const Container& container, const Section& section, const TortuosityConfig& config) {
+GeometricPaperResult geometric_paper_exact(const Grains& grains, const Container& container, const Section& section,
+                                           const TortuosityConfig& config) {
     const int slices = 1 + static_cast<int>(std::floor(section.length() / config.slice_spacing_m + 1e-9));
     // The grains that each slice cuts.
     std::vector<std::vector<const Capsule*>> cut(static_cast<std::size_t>(slices));
     for (const auto& image : grains.images())
         for (const auto& capsule : image.capsules) {
-            const double low = std::min(capsule.a.z(), capsule.b.z()) - capsule.radius, high = std::max(capsule.a.z(), capsule.b.z()) + capsule.radius;
+            const double low = std::min(capsule.a.z(), capsule.b.z()) - capsule.radius,
+                         high = std::max(capsule.a.z(), capsule.b.z()) + capsule.radius;
             const int from = std::max(0, static_cast<int>(std::ceil((low - section.z0) / config.slice_spacing_m)));
             const int to = std::min(slices - 1, static_cast<int>(std::floor((high - section.z0) / config.slice_spacing_m)));
             for (int s = from; s <= to; ++s) cut[static_cast<std::size_t>(s)].push_back(&capsule);
@@ -200,8 +206,13 @@ GeometricPaperResult geometric_paper_exact(const Grains& grains, const Container
 
 GeometricPaperResult geometric_paper_on_slices(const SliceStack& slices, const TortuosityConfig& config) {
     const Grid& grid = slices.grid;
-    const auto pixel_of = [&](double value, int axis) { return static_cast<int>(std::floor((value - grid.origin_m[static_cast<std::size_t>(axis)]) / grid.spacing_m[static_cast<std::size_t>(axis)])); };
-    const auto is_void = [&](int i, int j, int k) { return i >= 0 && j >= 0 && i < grid.cells[0] && j < grid.cells[1] && slices.phase[grid.index(i, j, k)] == pore; };
+    const auto pixel_of = [&](double value, int axis) {
+        return static_cast<int>(
+            std::floor((value - grid.origin_m[static_cast<std::size_t>(axis)]) / grid.spacing_m[static_cast<std::size_t>(axis)]));
+    };
+    const auto is_void = [&](int i, int j, int k) {
+        return i >= 0 && j >= 0 && i < grid.cells[0] && j < grid.cells[1] && slices.phase[grid.index(i, j, k)] == pore;
+    };
     const ClosestVoid closest = [&](const Vec2& from, int slice) -> std::optional<Vec2> {
         const int i0 = pixel_of(from.x(), 0), j0 = pixel_of(from.y(), 1);
         if (is_void(i0, j0, slice)) return from;
@@ -224,7 +235,8 @@ GeometricPaperResult geometric_paper_on_slices(const SliceStack& slices, const T
         if (best >= 1e300) return std::nullopt;
         return point;
     };
-    return average(grid_of_dots(slices.container, config.dot_spacing_m), grid.cells[2], grid.spacing_m[2], config.largest_angle_deg, closest);
+    return average(grid_of_dots(slices.container, config.dot_spacing_m), grid.cells[2], grid.spacing_m[2], config.largest_angle_deg,
+                   closest);
 }
 
 }  // namespace porepack

@@ -15,7 +15,9 @@ std::string quoted(const Path& path) {
     return test::quoted(path.string());
 }
 
-const std::string head = "[shape]\nkind = \"tetrapod\"\nsphericity = 0.53\nvolume_m3 = 7.33e-7\n[container]\nkind = \"cylinder\"\ndiameter_m = 0.05\nheight_m = 0.15\n";
+const std::string head =
+    "[shape]\nkind = \"tetrapod\"\nsphericity = 0.53\nvolume_m3 = 7.33e-7\n[container]\nkind = \"cylinder\"\ndiameter_m = 0.05\nheight_m = "
+    "0.15\n";
 
 void expect_fault(const std::string& toml, const std::string& message, const std::string& command = "run") {
     const test::Folder folder;
@@ -40,11 +42,14 @@ TEST(BadCase, EachHasItsMessage) {
     expect_fault(head + "[lbm]\ntolerence = 1\n", "perhaps `tolerance`");
     expect_fault(head + "[geometry]\nvoxel_size = 1e-3\n", "the unit is missing: write `voxel_size_m`");
     expect_fault(head + "[geometry]\nvoxel_size_m = 0.1\n[packing]\nengine = \"none\"\nfile = \"p.json\"\n", "no such file");
-    expect_fault("[shape]\nkind = \"tetrapod\"\nsphericity = 1.5\nvolume_m3 = 7e-7\n[container]\ndiameter_m = 0.05\nheight_m = 0.1\n", "0 < value <= 1");
-    expect_fault("[shape]\nkind = \"tetrapod\"\nsphericity = nan\nvolume_m3 = 7e-7\n[container]\ndiameter_m = 0.05\nheight_m = 0.1\n", "out of range: nan");
+    expect_fault("[shape]\nkind = \"tetrapod\"\nsphericity = 1.5\nvolume_m3 = 7e-7\n[container]\ndiameter_m = 0.05\nheight_m = 0.1\n",
+                 "0 < value <= 1");
+    expect_fault("[shape]\nkind = \"tetrapod\"\nsphericity = nan\nvolume_m3 = 7e-7\n[container]\ndiameter_m = 0.05\nheight_m = 0.1\n",
+                 "out of range: nan");
     expect_fault("[shape]\nkind = \"tetrapod\"\nsphericity = 0.53\n[container]\ndiameter_m = 0.05\nheight_m = 0.1\n", "needs volume_m3");
     // Sizes that cannot be: millimetres for metres.
-    expect_fault("[shape]\nkind = \"tetrapod\"\nsphericity = 0.53\nvolume_m3 = 733\n[container]\ndiameter_m = 0.05\nheight_m = 0.1\n", "too large for the container");
+    expect_fault("[shape]\nkind = \"tetrapod\"\nsphericity = 0.53\nvolume_m3 = 733\n[container]\ndiameter_m = 0.05\nheight_m = 0.1\n",
+                 "too large for the container");
     expect_fault(head + "[packing]\ntime_step_s = 1e-3\n", "the time step 0.001 s is too long");
     expect_fault(head + "[packing]\nnormal_stiffness_N_per_m = 10\n", "contacts are too soft");
     expect_fault("[shape]\nkind = \"stl\"\n[container]\ndiameter_m = 0.05\nheight_m = 0.1\n", "needs a file");
@@ -107,7 +112,8 @@ TEST(BadStl, EachHasItsMessage) {
     std::memcpy(open.data() + 80, &count, 4);
     fault(open.substr(0, 84 + 50 * count), container, "the surface is open");
     EXPECT_TRUE(has(porepack("voxelise --container cylinder:1,1 " + quoted(folder.path())).err, "cannot tell what"));
-    EXPECT_TRUE(has(porepack("voxelise --section 0.005,0.025 " + container + " " + quoted(folder.path() / "solid.stl")).err, "voxel size is missing"));
+    EXPECT_TRUE(has(porepack("voxelise --section 0.005,0.025 " + container + " " + quoted(folder.path() / "solid.stl")).err,
+                    "voxel size is missing"));
 }
 
 TEST(Blocked, DoesNotPercolate) {
@@ -142,7 +148,8 @@ TEST(Engines, AFailingOneShowsItsLog) {
     folder.write("case.toml", head + "[packing]\ngrains = 2\n");
     const auto with_template = [&](const std::string& text) {
         std::filesystem::create_directories(folder.path() / "home");
-        std::filesystem::copy(Path(POREPACK_SOURCE_FOLDER) / "liggghts_templates", folder.path() / "home/liggghts_templates", std::filesystem::copy_options::recursive | std::filesystem::copy_options::overwrite_existing);
+        std::filesystem::copy(Path(POREPACK_SOURCE_FOLDER) / "liggghts_templates", folder.path() / "home/liggghts_templates",
+                              std::filesystem::copy_options::recursive | std::filesystem::copy_options::overwrite_existing);
         folder.write("home/liggghts_templates/pour.in", text);
         return porepack("pack " + quoted(folder.path()), "POREPACK_HOME=" + quoted(folder.path() / "home"));
     };
@@ -180,14 +187,17 @@ TEST(Interrupt, EndsEveryLongStageWithFive) {
     Packing packing{.container = parse_container("cylinder:0.03,0.06"), .shapes = {make_preset("sphere", 0.01, 0.0)}, .bodies = {}};
     for (int i = 0; i < 5; ++i) packing.bodies.push_back({.shape = 0, .position_m = Vec3(0.004 * (i % 2), 0.0, 0.005 + 0.0105 * i)});
     write_packing(folder.path() / "packing.json", packing);
-    std::vector<std::string> calls = {"lbm --grids 1 --voxel-size 2e-4 --tolerance 1e-10 --section 0.005,0.045", "tortuosity geometric_paper --dot-spacing 1e-4 --slice-spacing 1e-5 --section 0.005,0.045", "slices --spacing 2e-6 --pixel 1e-4 --section 0.005,0.045"};
+    std::vector<std::string> calls = {"lbm --grids 1 --voxel-size 2e-4 --tolerance 1e-10 --section 0.005,0.045",
+                                      "tortuosity geometric_paper --dot-spacing 1e-4 --slice-spacing 1e-5 --section 0.005,0.045",
+                                      "slices --spacing 2e-6 --pixel 1e-4 --section 0.005,0.045"};
     if (find_program("simpleFoam")) calls.push_back("foam --cell-size 4e-4 --section 0.005,0.045");
     for (const auto& call : calls) {
         const auto output = porepack(call + " " + quoted(folder.path() / "packing.json"), "timeout -s INT 1");
         EXPECT_TRUE(has(output.err, "interrupted")) << call;
         EXPECT_TRUE(output.exit_code == 5 || output.exit_code == 124) << call << output.exit_code;
         int files = 0;
-        for (const auto& entry : std::filesystem::directory_iterator(folder.path())) files += entry.path().filename() == "packing.json" ? 0 : 1;
+        for (const auto& entry : std::filesystem::directory_iterator(folder.path()))
+            files += entry.path().filename() == "packing.json" ? 0 : 1;
         EXPECT_EQ(files, 0) << call;
     }
 }

@@ -52,7 +52,9 @@ TEST(Chain, PoursReadsBackAndRerunsToTheSameBytes) {
     std::filesystem::remove_all(folder.path() / "results");
     ASSERT_EQ(porepack("pack " + quoted(folder.path())).exit_code, 0);
     EXPECT_EQ(read_text(packing), bytes);
-    const auto by_hand = std::system(("cd " + quoted(folder.path() / "results" / "pack" / "run") + " && liggghts -in pour.in > by_hand.log 2>&1 && grep -q 'POREPACK done' by_hand.log").c_str());
+    const auto by_hand = std::system(("cd " + quoted(folder.path() / "results" / "pack" / "run") +
+                                      " && liggghts -in pour.in > by_hand.log 2>&1 && grep -q 'POREPACK done' by_hand.log")
+                                         .c_str());
     EXPECT_EQ(by_hand, 0);
 }
 
@@ -61,7 +63,10 @@ TEST(Chain, PosesOfOtherShapesComeBackToo) {
     REQUIRE_PROGRAM("liggghts");
     for (const std::string kind : {"rod", "dolos", "sphere"}) {
         const test::Folder folder;
-        folder.write("case.toml", "[shape]\nkind = \"" + kind + "\"\ndiameter_m = 0.005\n" + (kind == "sphere" ? "" : "length_m = 0.008\n") + "[container]\nkind = \"box\"\nsize_m = [0.04, 0.04, 0.1]\n[packing]\ngrains = 4\nrest_energy_fraction = 0.1\nhorizontal_speed_m_per_s = 0\n[geometry]\nsection_m = [0.0, 0.005]\n");
+        folder.write("case.toml",
+                     "[shape]\nkind = \"" + kind + "\"\ndiameter_m = 0.005\n" + (kind == "sphere" ? "" : "length_m = 0.008\n") +
+                         "[container]\nkind = \"box\"\nsize_m = [0.04, 0.04, 0.1]\n[packing]\ngrains = 4\nrest_energy_fraction = "
+                         "0.1\nhorizontal_speed_m_per_s = 0\n[geometry]\nsection_m = [0.0, 0.005]\n");
         const auto output = porepack("pack --json " + quoted(folder.path()));
         ASSERT_EQ(output.exit_code, 0) << kind << output.err;
         EXPECT_LT(output.json()["pose_error_relative_to_diameter"].get<double>(), 1e-6) << kind;
@@ -108,12 +113,14 @@ TEST(Chain, TheQuickstartInReducedSize) {
     const auto output = porepack("run --json " + quoted(folder.path()));
     ASSERT_EQ(output.exit_code, 0) << output.err;
     const Path results = folder.path() / "results";
-    for (const char* file : {"report.html", "report.md", "result.json", "stl/solid.stl", "voxelise/pore.vti", "lbm/flow.vti", "slices/slice_0000.png", "pack/manifest.json", "foam/mesh_fine/case.foam", "falling-head/falling_head.csv"})
+    for (const char* file : {"report.html", "report.md", "result.json", "stl/solid.stl", "voxelise/pore.vti", "lbm/flow.vti",
+                             "slices/slice_0000.png", "pack/manifest.json", "foam/mesh_fine/case.foam", "falling-head/falling_head.csv"})
         EXPECT_TRUE(std::filesystem::exists(results / file)) << file;
     const Json result = output.json();
     double lbm = 0.0, foam = 0.0;
     for (const auto& quantity : result["quantities"]) {
-        for (const char* key : {"name", "value", "unit", "method", "uncertainty", "converged", "cost_s"}) EXPECT_TRUE(quantity.contains(key)) << quantity.dump();
+        for (const char* key : {"name", "value", "unit", "method", "uncertainty", "converged", "cost_s"})
+            EXPECT_TRUE(quantity.contains(key)) << quantity.dump();
         if (quantity["name"] == "permeability_lbm") lbm = quantity["value"];
         if (quantity["name"] == "permeability_foam") foam = quantity["value"];
     }
@@ -164,7 +171,9 @@ TEST(Chain, TheOwnStlCaseInReducedSize) {
     ASSERT_EQ(output.exit_code, 0) << output.err;
     EXPECT_GT(output.json()["permeability_m2"].get<double>(), 0.0);
     // The same by loose files, from the STL in millimetres.
-    const auto loose = porepack("lbm --json --grids 1 --voxel-size 1e-3 --unit 0.001 --container box:0.05,0.05,0.15 --section 0.01,0.04 --output " + quoted(folder.path() / "out") + " " + quoted(folder.path() / "grains.stl"));
+    const auto loose =
+        porepack("lbm --json --grids 1 --voxel-size 1e-3 --unit 0.001 --container box:0.05,0.05,0.15 --section 0.01,0.04 --output " +
+                 quoted(folder.path() / "out") + " " + quoted(folder.path() / "grains.stl"));
     ASSERT_EQ(loose.exit_code, 0) << loose.err;
     EXPECT_NEAR(loose.json()["permeability_m2"].get<double>() / output.json()["permeability_m2"].get<double>(), 1.0, 0.02);
 }
@@ -178,8 +187,10 @@ TEST(Chain, GoesOnAfterAKillAndAfterCtrlC) {
         folder.write("case.toml", text);
         const Path results = folder.path() / "results";
         // Cut in the middle of the pour.
-        const Path script = folder.write("cut.sh", "\"$1\" pack \"$2\" & pid=$!; sleep 2; kill -" + std::to_string(signal) + " $pid; wait $pid; exit $?\n");
-        const int end = std::system(("bash " + quoted(script) + " " + test::quoted(POREPACK_PROGRAM) + " " + quoted(folder.path()) + " > /dev/null 2>&1").c_str());
+        const Path script =
+            folder.write("cut.sh", "\"$1\" pack \"$2\" & pid=$!; sleep 2; kill -" + std::to_string(signal) + " $pid; wait $pid; exit $?\n");
+        const int end = std::system(
+            ("bash " + quoted(script) + " " + test::quoted(POREPACK_PROGRAM) + " " + quoted(folder.path()) + " > /dev/null 2>&1").c_str());
         EXPECT_EQ(WEXITSTATUS(end), signal == SIGKILL ? 137 : 5);
         std::this_thread::sleep_for(std::chrono::milliseconds(300));
         EXPECT_FALSE(std::filesystem::exists(results / "pack" / "packing.json"));
@@ -206,20 +217,28 @@ TEST(Calls, TheOnesThatAreDocumentedWork) {
     for (int i = 0; i < 3; ++i) packing.bodies.push_back({.shape = 0, .position_m = Vec3(0.005 * i - 0.004, 0.002, 0.005 + 0.0101 * i)});
     write_packing(folder.path() / "packing.json", packing);
     const std::string in = quoted(folder.path() / "packing.json");
-    for (const std::string& call : {"stl " + in, "voxelise " + in + " --voxel-size 1e-3", "slices " + in + " --spacing 5e-4", "lbm " + in + " --voxel-size 1e-3 --direction z", "lbm " + quoted(folder.path() / "pore.vti"),
-                                    "lbm " + quoted(folder.path() / "solid.stl") + " --container cylinder:0.03,0.04 --voxel-size 1e-3 --section 0.01,0.02", "tortuosity geometric_paper " + in, "tortuosity hydraulic " + quoted(folder.path() / "flow.vti")}) {
+    for (const std::string& call :
+         {"stl " + in, "voxelise " + in + " --voxel-size 1e-3", "slices " + in + " --spacing 5e-4",
+          "lbm " + in + " --voxel-size 1e-3 --direction z", "lbm " + quoted(folder.path() / "pore.vti"),
+          "lbm " + quoted(folder.path() / "solid.stl") + " --container cylinder:0.03,0.04 --voxel-size 1e-3 --section 0.01,0.02",
+          "tortuosity geometric_paper " + in, "tortuosity hydraulic " + quoted(folder.path() / "flow.vti")}) {
         const auto output = porepack(call + " --json");
         EXPECT_EQ(output.exit_code, 0) << call << output.err;
         EXPECT_NO_THROW((void)output.json()) << call;
     }
-    for (const char* file : {"solid.stl", "stl.manifest.json", "stl.result.json", "pore.vti", "flow.vti", "slices.json"}) EXPECT_TRUE(std::filesystem::exists(folder.path() / file)) << file;
-    const auto head = porepack("falling-head simulate --permeability 8.931320185e-7 --inertial-permeability 3.873579470e-3 --sample-length 0.12 --start-level 1.6 --levels 1.3,0.7,0.1 --json");
+    for (const char* file : {"solid.stl", "stl.manifest.json", "stl.result.json", "pore.vti", "flow.vti", "slices.json"})
+        EXPECT_TRUE(std::filesystem::exists(folder.path() / file)) << file;
+    const auto head = porepack(
+        "falling-head simulate --permeability 8.931320185e-7 --inertial-permeability 3.873579470e-3 --sample-length 0.12 --start-level 1.6 "
+        "--levels 1.3,0.7,0.1 --json");
     ASSERT_EQ(head.exit_code, 0) << head.err;
     EXPECT_NEAR(head.json()["times_s"][2].get<double>(), 3.00825823, 1e-6);
     const auto version = porepack("--version");
     EXPECT_TRUE(has(version.out, "porepack 0."));
     EXPECT_TRUE(has(version.out, "liggghts"));
-    for (const char* command : {"run", "status", "shape", "pack", "stl", "voxelise", "slices", "lbm", "foam", "tortuosity", "falling-head simulate", "report", "benchmark"}) EXPECT_TRUE(has(porepack(std::string(command) + " --help").out, "Example:")) << command;
+    for (const char* command : {"run", "status", "shape", "pack", "stl", "voxelise", "slices", "lbm", "foam", "tortuosity",
+                                "falling-head simulate", "report", "benchmark"})
+        EXPECT_TRUE(has(porepack(std::string(command) + " --help").out, "Example:")) << command;
 }
 
 TEST(Calls, DryRunsTellMemoryAndTimeAndWriteNothing) {

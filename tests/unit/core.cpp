@@ -29,7 +29,8 @@ Sample read(const std::string& toml, const Flags& flags = {}) {
     const TomlFile file(folder.write("case.toml", toml));
     file.require_known_tables({"sample"});
     Sample sample;
-    file.read("sample", [&](ConfigVisitor& v) { describe(v, sample); }, flags);
+    file.read(
+        "sample", [&](ConfigVisitor& v) { describe(v, sample); }, flags);
     return sample;
 }
 

@@ -19,7 +19,8 @@ TEST(FallingHead, LevelAndTimeAreInverse) {
     for (const double k : {1e-10, 1e-7, 2e-6, 1e-4, 1e-2})
         for (const double k_in : {1e-3, 1.0, std::numeric_limits<double>::infinity()}) {
             const FallingHead test(k, k_in, {});
-            for (const double level : {1.5, 1.0, 0.3, 0.01}) EXPECT_NEAR(test.level_at(test.time_at(level)), level, 1e-10) << k << " " << k_in;
+            for (const double level : {1.5, 1.0, 0.3, 0.01})
+                EXPECT_NEAR(test.level_at(test.time_at(level)), level, 1e-10) << k << " " << k_in;
         }
 }
 

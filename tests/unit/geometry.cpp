@@ -20,7 +20,10 @@ Packing l_shaped() {
     Packing packing;
     packing.container.kind = Container::Kind::box;
     packing.container.size_m = Vec3(0.06, 0.05, 0.04);
-    packing.shapes.push_back({.id = "L", .capsules = {{Vec3::Zero(), Vec3(0.03, 0, 0), 0.003}, {Vec3::Zero(), Vec3(0, 0.02, 0), 0.003}, {Vec3::Zero(), Vec3(0, 0, 0.012), 0.003}}});
+    packing.shapes.push_back(
+        {.id = "L",
+         .capsules = {
+             {Vec3::Zero(), Vec3(0.03, 0, 0), 0.003}, {Vec3::Zero(), Vec3(0, 0.02, 0), 0.003}, {Vec3::Zero(), Vec3(0, 0, 0.012), 0.003}}});
     packing.bodies.push_back({.shape = 0, .position_m = Vec3(0.01, 0.012, 0.014)});
     return packing;
 }
@@ -75,7 +78,11 @@ TEST(Axes, TheLStandsRightInEveryFile) {
     EXPECT_EQ(check.fault, "");
     EXPECT_TRUE(check.closed && check.outward && !check.self_intersecting);
 
-    FlowImage flow{.grid = image.grid, .velocity_m_per_s = std::vector<float>(3 * image.grid.size()), .pressure_Pa = std::vector<float>(image.grid.size()), .phase = image.phase, .notes = image.notes};
+    FlowImage flow{.grid = image.grid,
+                   .velocity_m_per_s = std::vector<float>(3 * image.grid.size()),
+                   .pressure_Pa = std::vector<float>(image.grid.size()),
+                   .phase = image.phase,
+                   .notes = image.notes};
     for (std::size_t cell = 0; cell < image.grid.size(); ++cell)
         if (image.phase[cell] == pore) flow.velocity_m_per_s[3 * cell + 2] = static_cast<float>(cell);
     write_flow_image(folder.path() / "flow.vti", flow);
@@ -107,8 +114,11 @@ TEST(Packing, IsReadBackAsWritten) {
 
 TEST(Packing, FaultsAreNamedWithTheirPlace) {
     const test::Folder folder;
-    const auto fault = [&](const std::string& text) { return message_of<UserError>([&] { (void)read_packing(folder.write("p.json", text)); }); };
-    const std::string head = R"({"format":"porepack-packing","version":1,"container":{"kind":"cylinder","diameter_m":0.1,"height_m":0.2},"shapes":[{"id":"s","capsules":[{"a_m":[0,0,0],"b_m":[0,0,0],"radius_m":0.01}]}],"bodies":[)";
+    const auto fault = [&](const std::string& text) {
+        return message_of<UserError>([&] { (void)read_packing(folder.write("p.json", text)); });
+    };
+    const std::string head =
+        R"({"format":"porepack-packing","version":1,"container":{"kind":"cylinder","diameter_m":0.1,"height_m":0.2},"shapes":[{"id":"s","capsules":[{"a_m":[0,0,0],"b_m":[0,0,0],"radius_m":0.01}]}],"bodies":[)";
     EXPECT_TRUE(has(fault(""), "the file is empty"));
     EXPECT_TRUE(has(fault("{"), "not valid JSON"));
     EXPECT_TRUE(has(fault("{}"), "`format` is missing"));
@@ -123,7 +133,8 @@ TEST(Packing, FaultsAreNamedWithTheirPlace) {
 TEST(Container, IsParsed) {
     EXPECT_NEAR(parse_container("cylinder:0.1,0.7").inner_area_m2(), std::numbers::pi * 0.0025, 1e-12);
     EXPECT_TRUE(parse_container("box:1,2,3:periodic").periodic[2]);
-    for (const char* bad : {"", "box", "box:1,2", "cylinder:1", "cylinder:0,1", "box:1,2,nan", "box:1,2,3:open", "cylinder:1,2x"}) EXPECT_TRUE(has(message_of<UserError>([&] { (void)parse_container(bad); }), "container")) << bad;
+    for (const char* bad : {"", "box", "box:1,2", "cylinder:1", "cylinder:0,1", "box:1,2,nan", "box:1,2,3:open", "cylinder:1,2x"})
+        EXPECT_TRUE(has(message_of<UserError>([&] { (void)parse_container(bad); }), "container")) << bad;
 }
 
 TEST(Porosity, OneSphereInABoxAndAcrossAPeriodicCorner) {
@@ -164,12 +175,18 @@ TEST(Section, DefaultsTrimAndTheEmptyOneIsNamed) {
     EXPECT_EQ(section.z0, 0.03);
     EXPECT_NEAR(section.z1, 0.32, 1e-15);
     EXPECT_TRUE(has(message_of<UserError>([&] { (void)choose_section(container, {}, 0.04, 0.03); }), "it is 0.04 m high"));
-    EXPECT_TRUE(has(message_of<UserError>([&] { (void)choose_section(container, {.section_m = {0.3, 0.2}}, 0.35, 0.03); }), "0 <= z0 < z1"));
+    EXPECT_TRUE(has(message_of<UserError>([&] {
+                        (void)choose_section(container, {.section_m = {0.3, 0.2}}, 0.35, 0.03);
+                    }),
+                    "0 <= z0 < z1"));
 }
 
 TEST(Voxels, RefusesWhatCannotBe) {
     const Container box = parse_container("box:1,1,1:periodic");
-    EXPECT_TRUE(has(message_of<UserError>([&] { (void)plan_voxels(parse_container("box:1,0.73,1:periodic"), {0, 1}, 0.1, 0.0, 1.0); }), "no whole number of voxels"));
+    EXPECT_TRUE(has(message_of<UserError>([&] {
+                        (void)plan_voxels(parse_container("box:1,0.73,1:periodic"), {0, 1}, 0.1, 0.0, 1.0);
+                    }),
+                    "no whole number of voxels"));
     EXPECT_TRUE(has(message_of<UserError>([&] { (void)plan_voxels(box, {0, 1}, 0.5, 0.0, 0.3); }), "larger than the grain"));
     EXPECT_TRUE(has(message_of<UserError>([&] { (void)plan_voxels(box, {0, 1}, 1e-5, 0.0, 1.0); }), "cells"));
     EXPECT_EQ(plan_voxels(parse_container("cylinder:0.05,0.2"), {0.02, 0.06}, 3e-4, 0.0, 1.0).grid.cells[2], 133);
@@ -195,7 +212,9 @@ TEST(Stl, FaultsAreNamed) {
     const Path good = folder.path() / "good.stl";
     write_stl(good, surface);
     const std::string bytes = read_text(good);
-    const auto fault = [&](const std::string& content) { return message_of<UserError>([&] { (void)read_stl(folder.write("bad.stl", content)); }); };
+    const auto fault = [&](const std::string& content) {
+        return message_of<UserError>([&] { (void)read_stl(folder.write("bad.stl", content)); });
+    };
     EXPECT_TRUE(has(fault(""), "empty"));
     EXPECT_TRUE(has(fault(bytes.substr(0, bytes.size() / 2)), "the STL file is cut"));
     EXPECT_TRUE(has(fault("hello"), "not an STL"));
@@ -222,7 +241,8 @@ TEST(Stl, FaultsAreNamed) {
     TriangleSurface millimetres = surface;
     for (auto& p : millimetres.points)
         for (double& x : p) x *= 1000.0;
-    EXPECT_TRUE(has(message_of<UserError>([&] { require_plausible_size(check_surface(millimetres), packing.container, "x.stl"); }), "millimetres"));
+    EXPECT_TRUE(
+        has(message_of<UserError>([&] { require_plausible_size(check_surface(millimetres), packing.container, "x.stl"); }), "millimetres"));
 }
 
 TEST(Percolation, FindsBlockedAndIsolatedPores) {

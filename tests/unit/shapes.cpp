@@ -36,8 +36,8 @@ TEST(Capsule, AxisDistanceIsTheBruteForceMinimum) {
     std::mt19937 random(2);
     for (int i = 0; i < 3000; ++i) {
         Capsule p{random_point(random), random_point(random), 0.0}, q{random_point(random), random_point(random), 0.0};
-        if (i % 4 == 1) q.b = q.a + 0.7 * (p.b - p.a);               // parallel
-        if (i % 4 == 2) q.b = q.a;                                     // a point
+        if (i % 4 == 1) q.b = q.a + 0.7 * (p.b - p.a);                          // parallel
+        if (i % 4 == 2) q.b = q.a;                                              // a point
         if (i % 4 == 3) q.b = q.a + (p.b - p.a) + 1e-9 * random_point(random);  // nearly parallel
         double brute = 1e300;
         for (int k = 0; k <= 400; ++k) {
@@ -81,12 +81,19 @@ TEST(Shape, ACapsuleInsideAnotherOrTwiceChangesNothing) {
 
 TEST(Shape, BadInputIsNamed) {
     EXPECT_TRUE(has(message_of<UserError>([] { (void)dimensions_for("tetrapod", 1.2, 1e-6, Cavity::filled); }), "0 < sphericity <= 1"));
-    EXPECT_TRUE(has(message_of<UserError>([] { (void)dimensions_for("tetrapod", 0.1, 1e-6, Cavity::filled); }), "no tetrapod has sphericity 0.1"));
-    EXPECT_TRUE(has(message_of<UserError>([] { (void)dimensions_for("tetrahedron", 0.83, 1e-6, Cavity::filled); }), "jumps where the cavity closes"));
-    EXPECT_TRUE(has(message_of<UserError>([] { validate({.id = "x", .capsules = {{Vec3::Zero(), Vec3::Zero(), 0.1}, {Vec3::Ones(), Vec3::Ones(), 0.1}}}); }), "not connected"));
+    EXPECT_TRUE(
+        has(message_of<UserError>([] { (void)dimensions_for("tetrapod", 0.1, 1e-6, Cavity::filled); }), "no tetrapod has sphericity 0.1"));
+    EXPECT_TRUE(has(message_of<UserError>([] { (void)dimensions_for("tetrahedron", 0.83, 1e-6, Cavity::filled); }),
+                    "jumps where the cavity closes"));
+    EXPECT_TRUE(has(message_of<UserError>([] {
+                        validate({.id = "x", .capsules = {{Vec3::Zero(), Vec3::Zero(), 0.1}, {Vec3::Ones(), Vec3::Ones(), 0.1}}});
+                    }),
+                    "not connected"));
     EXPECT_TRUE(has(message_of<UserError>([] { validate({.id = "x", .capsules = {{Vec3::Zero(), Vec3::Zero(), 0.0}}}); }), "radius_m > 0"));
     EXPECT_TRUE(has(message_of<UserError>([] { (void)make_shape({.kind = "tetrapod"}); }), "size is missing"));
-    EXPECT_TRUE(has(message_of<UserError>([] { (void)make_shape({.kind = "tetrapod", .sphericity = 0.5, .volume_m3 = 1e-6, .diameter_m = 1e-3}); }), "contradict"));
+    EXPECT_TRUE(
+        has(message_of<UserError>([] { (void)make_shape({.kind = "tetrapod", .sphericity = 0.5, .volume_m3 = 1e-6, .diameter_m = 1e-3}); }),
+            "contradict"));
 }
 
 TEST(Shape, TheTetrahedronsCavityIsFoundBetweenItsLimits) {

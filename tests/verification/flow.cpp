@@ -11,12 +11,14 @@ namespace porepack {
 namespace {
 
 // Flow along z in a channel without grains, periodic or between pressure planes.
-StokesRun channel(std::array<int, 3> cells, std::array<bool, 3> periodic, const Relaxation& relaxation, const std::vector<std::uint8_t>& phase = {}, double tolerance = 1e-9) {
+StokesRun channel(std::array<int, 3> cells, std::array<bool, 3> periodic, const Relaxation& relaxation,
+                  const std::vector<std::uint8_t>& phase = {}, double tolerance = 1e-9) {
     PhaseImage image{.grid = {.cells = cells}, .phase = phase, .notes = {}};
     if (image.phase.empty()) image.phase.assign(image.grid.size(), pore);
     const Domain domain = build_domain(image, {.axis = 2, .periodic = periodic});
     StokesSolver solver(domain, relaxation);
-    return run_to_steady(solver, domain, relaxation, {.area_cells = static_cast<double>(cells[0]) * cells[1], .last_layer = cells[2] - 1}, {.tolerance = tolerance, .max_steps = 400000});
+    return run_to_steady(solver, domain, relaxation, {.area_cells = static_cast<double>(cells[0]) * cells[1], .last_layer = cells[2] - 1},
+                         {.tolerance = tolerance, .max_steps = 400000});
 }
 
 double observed_order(double coarse_error, double fine_error, double ratio) {
@@ -43,7 +45,8 @@ TEST(SquareDuct, IsOfSecondOrderByForceAndByPressure) {
     for (const bool by_force : {true, false}) {
         double error[3];
         int i = 0;
-        for (const int a : {8, 16, 32}) error[i++] = channel({a, a, by_force ? 1 : 6}, {false, false, by_force}, {}).permeability_lu / (0.03514425 * a * a) - 1.0;
+        for (const int a : {8, 16, 32})
+            error[i++] = channel({a, a, by_force ? 1 : 6}, {false, false, by_force}, {}).permeability_lu / (0.03514425 * a * a) - 1.0;
         EXPECT_LT(std::abs(error[2]), 2e-3);
         for (int k = 0; k < 2; ++k) EXPECT_NEAR(observed_order(error[k], error[k + 1], 2.0), 2.0, 0.1);
     }
@@ -86,7 +89,8 @@ TEST(StraightDuct, HydraulicTortuosityIsExactlyOne) {
 }
 
 // Periodic cubic cell with spheres; `centres` in units of the cell.
-LbmResult sphere_array(double solid_fraction, const std::vector<Vec3>& centres, int cells, const LbmConfig& config, double* exact_scale = nullptr) {
+LbmResult sphere_array(double solid_fraction, const std::vector<Vec3>& centres, int cells, const LbmConfig& config,
+                       double* exact_scale = nullptr) {
     Packing packing;
     packing.container = parse_container("box:1,1,1:periodic");
     const double r = std::cbrt(3.0 * solid_fraction / (4.0 * std::numbers::pi * static_cast<double>(centres.size())));
@@ -95,7 +99,9 @@ LbmResult sphere_array(double solid_fraction, const std::vector<Vec3>& centres, 
     if (exact_scale != nullptr) *exact_scale = 2.0 * r * r / (9.0 * solid_fraction);
     const Grains grains(packing);
     const Section whole{0.0, 1.0};
-    return lbm_permeability([&](double size) { return voxelise(grains, packing.container, whole, plan_voxels(packing.container, whole, size, 0.0, 1.0)); }, 1.0 / cells, packing.container, whole, config, true);
+    return lbm_permeability(
+        [&](double size) { return voxelise(grains, packing.container, whole, plan_voxels(packing.container, whole, size, 0.0, 1.0)); },
+        1.0 / cells, packing.container, whole, config, true);
 }
 
 const std::vector<Vec3> simple_cubic = {{0.5, 0.5, 0.5}}, body_centred = {{0.25, 0.25, 0.25}, {0.75, 0.75, 0.75}};
@@ -108,7 +114,8 @@ TEST(SphereArrays, PermeabilityWithinTheBoundsOfPlainBounceBack) {
         const std::vector<Vec3>* centres;
         std::array<int, 3> cells;
     };
-    for (const Row& row : {Row{0.125, 4.291589, 0.06, &simple_cubic, {16, 24, 40}}, Row{0.343, 15.39949, 0.06, &simple_cubic, {24, 32, 48}}, Row{0.343, 16.33505, 0.10, &body_centred, {32, 40, 48}}, Row{0.6, 88.8734, 0.14, &body_centred, {32, 40, 48}}})
+    for (const Row& row : {Row{0.125, 4.291589, 0.06, &simple_cubic, {16, 24, 40}}, Row{0.343, 15.39949, 0.06, &simple_cubic, {24, 32, 48}},
+                           Row{0.343, 16.33505, 0.10, &body_centred, {32, 40, 48}}, Row{0.6, 88.8734, 0.14, &body_centred, {32, 40, 48}}})
         for (const int cells : row.cells) {
             double scale = 0.0;
             const LbmResult result = sphere_array(row.c, *row.centres, cells, {.tolerance = 1e-5, .grids = 1}, &scale);
@@ -122,7 +129,8 @@ TEST(SphereArrays, PermeabilityWithinTheBoundsOfPlainBounceBack) {
 TEST(SphereArrays, PermeabilityDoesNotDependOnTheViscosity) {
     double first = 0.0;
     for (const double tau : {0.6, 1.0, 2.0}) {
-        const double k = sphere_array(0.343, simple_cubic, 20, {.relaxation_time = tau, .tolerance = 1e-8, .grids = 1}).fine.permeability_m2;
+        const double k =
+            sphere_array(0.343, simple_cubic, 20, {.relaxation_time = tau, .tolerance = 1e-8, .grids = 1}).fine.permeability_m2;
         if (first == 0.0) first = k;
         EXPECT_NEAR(k / first, 1.0, 1e-4) << tau;
     }
@@ -131,7 +139,8 @@ TEST(SphereArrays, PermeabilityDoesNotDependOnTheViscosity) {
 TEST(SphereArrays, IsTheSameAlongAllAxesAndTheTwoEstimatesAgree) {
     double k[3];
     for (int axis = 0; axis < 3; ++axis) {
-        const LbmResult result = sphere_array(0.343, simple_cubic, 20, {.direction = std::string(1, "xyz"[axis]), .tolerance = 1e-8, .grids = 1});
+        const LbmResult result =
+            sphere_array(0.343, simple_cubic, 20, {.direction = std::string(1, "xyz"[axis]), .tolerance = 1e-8, .grids = 1});
         k[axis] = result.fine.permeability_m2;
         EXPECT_NEAR(result.fine.permeability_volume_m2 / k[axis], 1.0, 1e-7);
         EXPECT_NEAR(hydraulic_tortuosity(result.flow, {0.0, 1.0}, axis), result.fine.run.hydraulic_tortuosity, 1e-5);
@@ -155,7 +164,9 @@ TEST(PressurePlanes, GiveThePeriodicAnswerOnASymmetricCell) {
     packing.shapes.push_back({.id = "sphere", .capsules = {{Vec3::Zero(), Vec3::Zero(), r}}});
     packing.bodies.push_back({.shape = 0, .position_m = Vec3::Constant(0.5)});
     const Grains grains(packing);
-    const auto voxels = [&](double size) { return voxelise(grains, packing.container, {0, 1}, plan_voxels(packing.container, {0, 1}, size, 0.0, 1.0)); };
+    const auto voxels = [&](double size) {
+        return voxelise(grains, packing.container, {0, 1}, plan_voxels(packing.container, {0, 1}, size, 0.0, 1.0));
+    };
     const LbmConfig config{.tolerance = 1e-6, .grids = 1};
     const double planes = lbm_permeability(voxels, 1.0 / 32, packing.container, {0, 1}, config, false).fine.permeability_m2;
     EXPECT_NEAR(planes / sphere_array(0.343, simple_cubic, 32, config).fine.permeability_m2, 1.0, 5e-3);
@@ -174,7 +185,9 @@ TEST(Reservoir, ADuctsPressureDropIsTheSectionsOwn) {
 }
 
 TEST(Gate, NoPermeabilityFromAnUnconvergedRun) {
-    EXPECT_TRUE(test::has(test::message_of<NumericalError>([] { (void)sphere_array(0.343, simple_cubic, 20, {.max_steps = 60, .grids = 1}); }), "not steady after 60 steps"));
+    EXPECT_TRUE(
+        test::has(test::message_of<NumericalError>([] { (void)sphere_array(0.343, simple_cubic, 20, {.max_steps = 60, .grids = 1}); }),
+                  "not steady after 60 steps"));
 }
 
 TEST(Gate, KDoesNotDependOnTheNumberOfThreads) {

@@ -15,7 +15,12 @@ FoamScene duct() {
     Packing packing{.container = parse_container("box:0.01,0.01,0.1"), .shapes = {make_preset("sphere", 0.002, 0.0)}, .bodies = {}};
     packing.bodies.push_back({.shape = 0, .position_m = Vec3(0.005, 0.005, 0.08)});
     const Section section{0.01, 0.02};
-    return {.surface = make_surface(packing, {}).surface, .container = packing.container, .section = section, .pore_volume_m3 = 1e-6, .grain_size_m = 0.002, .pore_point = Vec3(0.00501, 0.00502, 0.01503)};
+    return {.surface = make_surface(packing, {}).surface,
+            .container = packing.container,
+            .section = section,
+            .pore_volume_m3 = 1e-6,
+            .grain_size_m = 0.002,
+            .pore_point = Vec3(0.00501, 0.00502, 0.01503)};
 }
 
 TEST(FoamDuct, IsOfSecondOrder) {
@@ -24,7 +29,8 @@ TEST(FoamDuct, IsOfSecondOrder) {
     double error[3];
     int i = 0;
     for (const int cells : {6, 12, 24}) {
-        const FoamResult result = foam_permeability(duct(), {.meshes = 1, .residual = 1e-6, .max_iterations = 400}, 0.01 / cells, cases, folder.path() / std::to_string(cells));
+        const FoamResult result = foam_permeability(duct(), {.meshes = 1, .residual = 1e-6, .max_iterations = 400}, 0.01 / cells, cases,
+                                                    folder.path() / std::to_string(cells));
         error[i++] = result.fine.permeability_m2 / (0.03514425 * 1e-4) - 1.0;
         EXPECT_EQ(result.fine.cells, cells * cells * cells);
         EXPECT_LT(result.fine.flow_imbalance, 1e-6);
@@ -41,10 +47,16 @@ TEST(FoamSpheres, SimpleCubicWithinItsInterval) {
     const double r = std::cbrt(3.0 * 0.343 / (4.0 * std::numbers::pi));
     packing.shapes.push_back(make_preset("sphere", 2.0 * r, 0.0));
     packing.bodies.push_back({.shape = 0, .position_m = Vec3::Constant(0.5)});
-    const FoamScene scene{.surface = make_surface(packing, {.deviation_m = 0.002}).surface, .container = packing.container, .section = {0.0, 1.0}, .pore_volume_m3 = 0.657, .grain_size_m = 2.0 * r, .pore_point = Vec3(0.0131, 0.0173, 0.0119)};
+    const FoamScene scene{.surface = make_surface(packing, {.deviation_m = 0.002}).surface,
+                          .container = packing.container,
+                          .section = {0.0, 1.0},
+                          .pore_volume_m3 = 0.657,
+                          .grain_size_m = 2.0 * r,
+                          .pore_point = Vec3(0.0131, 0.0173, 0.0119)};
     const FoamResult result = foam_permeability(scene, {.mesh_ratio = 1.5}, 1.0 / 36, cases, folder.path() / "run");
     const double exact = 2.0 * r * r / (9.0 * 0.343 * 15.39949);
-    std::printf("  coarse %+.2f %%, fine %+.2f %%, extrapolated %+.2f %%\n", 100.0 * (result.coarse->permeability_m2 / exact - 1.0), 100.0 * (result.fine.permeability_m2 / exact - 1.0), 100.0 * (result.permeability_m2 / exact - 1.0));
+    std::printf("  coarse %+.2f %%, fine %+.2f %%, extrapolated %+.2f %%\n", 100.0 * (result.coarse->permeability_m2 / exact - 1.0),
+                100.0 * (result.fine.permeability_m2 / exact - 1.0), 100.0 * (result.permeability_m2 / exact - 1.0));
     // Two meshes of this size leave about 1 %.
     EXPECT_NEAR(result.permeability_m2 / exact, 1.0, 0.02);
     EXPECT_LT(std::abs(result.fine.permeability_m2 / exact - 1.0), std::abs(result.coarse->permeability_m2 / exact - 1.0));
@@ -57,12 +69,18 @@ TEST(FoamFailure, GarbageThatEndsWithZeroIsSeen) {
     in_grain.section = {0.07, 0.09};
     in_grain.pore_volume_m3 = 2e-6;
     in_grain.pore_point = Vec3(0.00501, 0.00502, 0.0801);  // inside the bead
-    EXPECT_TRUE(test::has(test::message_of<EngineError>([&] { (void)foam_permeability(in_grain, {.meshes = 1, .surface_level = 2}, 0.001, cases, folder.path() / "grain"); }), "OpenFOAM"));
+    EXPECT_TRUE(test::has(test::message_of<EngineError>([&] {
+                              (void)foam_permeability(in_grain, {.meshes = 1, .surface_level = 2}, 0.001, cases, folder.path() / "grain");
+                          }),
+                          "OpenFOAM"));
     FoamConfig wild{.meshes = 1};
     wild.relaxation_velocity = 0.99;
     wild.relaxation_pressure = 0.99;
     EXPECT_ANY_THROW((void)foam_permeability(duct(), wild, 0.001, cases, folder.path() / "wild"));
-    EXPECT_TRUE(test::has(test::message_of<NumericalError>([&] { (void)foam_permeability(duct(), {.meshes = 1, .max_iterations = 5}, 0.001, cases, folder.path() / "short"); }), "did not converge"));
+    EXPECT_TRUE(test::has(test::message_of<NumericalError>([&] {
+                              (void)foam_permeability(duct(), {.meshes = 1, .max_iterations = 5}, 0.001, cases, folder.path() / "short");
+                          }),
+                          "did not converge"));
 }
 
 }  // namespace

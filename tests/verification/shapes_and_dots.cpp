@@ -17,12 +17,14 @@ struct Row {
 
 // Independent values, cavity open, 733 mm3.
 constexpr Row rows[] = {
-    {"tetrapod", 0.99, 9.6047, 1.1276, .9956},    {"dolos", 0.99, 9.557, 1.660, .9964},     {"tetrahedron", 0.99, 9.2743, 2.2255, .9999},  {"tetrapod", 0.92, 7.8431, 2.7074, .9334},
-    {"dolos", 0.92, 7.6626, 4.0553, .9424},       {"tetrahedron", 0.92, 6.1647, 6.5422, .9899}, {"tetrapod", 0.87, 7.2094, 3.4912, .8669},     {"dolos", 0.87, 7.1181, 4.9855, .8925},
-    {"tetrahedron", 0.87, 5.3064, 7.9838, .9731}, {"tetrapod", 0.81, 6.5426, 4.5451, .7618},  {"dolos", 0.81, 6.4644, 6.4005, .7971},        {"tetrahedron", 0.81, 4.9423, 8.6843, .9555},
-    {"tetrapod", 0.74, 5.8458, 6.0185, .6176},    {"dolos", 0.74, 5.7980, 8.3178, .6635},     {"tetrahedron", 0.74, 4.6713, 9.3175, .9264},  {"tetrapod", 0.53, 4.0293, 13.8134, .1988},
-    {"dolos", 0.53, 4.0192, 18.6085, .2322},      {"tetrahedron", 0.53, 3.6606, 13.3238, .6527}, {"tetrapod", 0.47, 3.5517, 18.0041, .1181},    {"dolos", 0.47, 3.5457, 24.1721, .1412},
-    {"tetrahedron", 0.47, 3.3131, 15.7232, .5112}, {"tetrapod", 0.43, 3.2392, 21.7891, .0779}, {"dolos", 0.43, 3.2350, 29.2034, .0945},       {"tetrahedron", 0.43, 3.0674, 17.9692, .4075},
+    {"tetrapod", 0.99, 9.6047, 1.1276, .9956},  {"dolos", 0.99, 9.557, 1.660, .9964},    {"tetrahedron", 0.99, 9.2743, 2.2255, .9999},
+    {"tetrapod", 0.92, 7.8431, 2.7074, .9334},  {"dolos", 0.92, 7.6626, 4.0553, .9424},  {"tetrahedron", 0.92, 6.1647, 6.5422, .9899},
+    {"tetrapod", 0.87, 7.2094, 3.4912, .8669},  {"dolos", 0.87, 7.1181, 4.9855, .8925},  {"tetrahedron", 0.87, 5.3064, 7.9838, .9731},
+    {"tetrapod", 0.81, 6.5426, 4.5451, .7618},  {"dolos", 0.81, 6.4644, 6.4005, .7971},  {"tetrahedron", 0.81, 4.9423, 8.6843, .9555},
+    {"tetrapod", 0.74, 5.8458, 6.0185, .6176},  {"dolos", 0.74, 5.7980, 8.3178, .6635},  {"tetrahedron", 0.74, 4.6713, 9.3175, .9264},
+    {"tetrapod", 0.53, 4.0293, 13.8134, .1988}, {"dolos", 0.53, 4.0192, 18.6085, .2322}, {"tetrahedron", 0.53, 3.6606, 13.3238, .6527},
+    {"tetrapod", 0.47, 3.5517, 18.0041, .1181}, {"dolos", 0.47, 3.5457, 24.1721, .1412}, {"tetrahedron", 0.47, 3.3131, 15.7232, .5112},
+    {"tetrapod", 0.43, 3.2392, 21.7891, .0779}, {"dolos", 0.43, 3.2350, 29.2034, .0945}, {"tetrahedron", 0.43, 3.0674, 17.9692, .4075},
 };
 
 TEST(PaperShapes, MeasuresOfTheTable) {
@@ -103,7 +105,8 @@ TEST(GeometricPaper, ReachesItsLimitForSeparateSpheres) {
     double error[3];
     int i = 0;
     for (const double slice : {8e-4, 2e-4, 5e-5}) {
-        const GeometricPaperResult result = geometric_paper_exact(grains, packing.container, {0.0, 0.1}, {.dot_spacing_m = 0.0025, .slice_spacing_m = slice, .largest_angle_deg = 180.0});
+        const GeometricPaperResult result = geometric_paper_exact(
+            grains, packing.container, {0.0, 0.1}, {.dot_spacing_m = 0.0025, .slice_spacing_m = slice, .largest_angle_deg = 180.0});
         EXPECT_EQ(result.paths, 1600);
         error[i++] = std::abs(result.value - limit);
         std::printf("  slices of %g m: %.4f +- %.4f, limit %.4f\n", slice, result.value, result.standard_error, limit);
