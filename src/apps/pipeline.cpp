@@ -212,6 +212,8 @@ Json run_stage(const Case& c, const Stage& stage) {
     fs::remove_all(failed);
     make_folder(running);
     log_info("{}: runs", stage.name);
+    reset_peak_memory();
+    (void)take_peak_program_memory_bytes();
     const Stopwatch watch;
     Manifest manifest = expected_manifest(c, stage);
     try {
@@ -223,7 +225,7 @@ Json run_stage(const Case& c, const Stage& stage) {
         for (const auto& name : files_in(running, stage.outputs)) manifest.outputs[name] = sha256_of_file(running / name);
         manifest.versions = engine_versions();
         manifest.wall_time_s = watch.seconds();
-        manifest.peak_memory_bytes = std::max(peak_memory_bytes(), peak_child_memory_bytes());
+        manifest.peak_memory_bytes = std::max(peak_memory_bytes(), take_peak_program_memory_bytes());
         write_json(running / "manifest.json", to_json(manifest));
         fs::remove_all(final);
         fs::rename(running, final);
@@ -490,7 +492,7 @@ Json run_loose(const std::string& stage, const Path& target, const Json& configu
         for (const auto& entry : fs::directory_iterator(running))
             if (entry.is_regular_file()) manifest.outputs[entry.path().filename().string()] = sha256_of_file(entry.path());
         manifest.wall_time_s = watch.seconds();
-        manifest.peak_memory_bytes = std::max(peak_memory_bytes(), peak_child_memory_bytes());
+        manifest.peak_memory_bytes = std::max(peak_memory_bytes(), take_peak_program_memory_bytes());
         write_json(running / (stage + ".manifest.json"), to_json(manifest));
         for (const auto& entry : fs::directory_iterator(running)) {
             const Path there = target / entry.path().filename();

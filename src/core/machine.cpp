@@ -1,7 +1,6 @@
 #include "core/machine.hpp"
 
 #include <omp.h>
-#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -14,12 +13,6 @@
 
 namespace porepack {
 namespace {
-
-double peak_of(int who) {
-    rusage usage{};
-    getrusage(who, &usage);
-    return 1024.0 * static_cast<double>(usage.ru_maxrss);
-}
 
 double read_number(const char* path) {
     std::ifstream in(path);
@@ -55,11 +48,14 @@ double available_memory_bytes() {
 }
 
 double peak_memory_bytes() {
-    return peak_of(RUSAGE_SELF);
+    std::ifstream in("/proc/self/status");
+    for (std::string line; std::getline(in, line);)
+        if (line.starts_with("VmHWM:")) return 1024.0 * std::stod(line.substr(6));
+    return 0.0;
 }
 
-double peak_child_memory_bytes() {
-    return peak_of(RUSAGE_CHILDREN);
+void reset_peak_memory() {
+    std::ofstream("/proc/self/clear_refs") << "5";
 }
 
 int thread_count() {

@@ -10,10 +10,9 @@ namespace porepack {
 [[nodiscard]] std::string processor_name();
 /// Memory that a new allocation can get without swapping, in bytes (the smaller of the machine's and the control group's).
 [[nodiscard]] double available_memory_bytes();
-/// Largest resident memory of this process so far, in bytes.
+/// Largest resident memory of this process since the start or the last reset, in bytes.
 [[nodiscard]] double peak_memory_bytes();
-/// Largest resident memory of any finished child process so far, in bytes.
-[[nodiscard]] double peak_child_memory_bytes();
+void reset_peak_memory();
 /// Threads that parallel loops use: --threads, else OMP_NUM_THREADS, else the cores.
 [[nodiscard]] int thread_count();
 void set_thread_count(int threads);

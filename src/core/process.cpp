@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <atomic>
 #include <cerrno>
 #include <cstring>
 #include <sstream>
@@ -20,6 +21,8 @@
 
 namespace porepack {
 namespace {
+
+std::atomic<double> peak_program_memory{0.0};
 
 // The child's side, between fork and exec: only calls that are safe there.
 [[noreturn]] void become(const Program& program, char* const* arguments, char* const* environment) {
@@ -89,10 +92,17 @@ ProgramEnd run_program(const Program& program) {
     }
     ProgramEnd end{.wall_time_s = watch.seconds(), .peak_memory_bytes = 1024.0 * static_cast<double>(usage.ru_maxrss)};
     end.exit_code = WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
+    double before = peak_program_memory;
+    while (end.peak_memory_bytes > before && !peak_program_memory.compare_exchange_weak(before, end.peak_memory_bytes)) {
+    }
     if (end.exit_code == 126 || end.exit_code == 127)
         throw EngineError("cannot start " + program.command.front(),
                           {.where = program.folder.string(), .mend = "see `porepack --version` for the engines found"});
     return end;
+}
+
+double take_peak_program_memory_bytes() {
+    return peak_program_memory.exchange(0.0);
 }
 
 std::optional<Path> find_program(const std::string& name) {

@@ -29,6 +29,9 @@ struct ProgramEnd {
 /// A bad exit code is the caller's to judge.
 [[nodiscard]] ProgramEnd run_program(const Program& program);
 
+/// Largest memory of a program run since the last call of this, in bytes.
+[[nodiscard]] double take_peak_program_memory_bytes();
+
 /// Full path of a program on PATH.
 [[nodiscard]] std::optional<Path> find_program(const std::string& name);
 /// Throws EngineError that names the Debian package to install.

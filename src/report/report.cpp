@@ -59,10 +59,10 @@ std::string paper_number(const ReportInput& input, const std::string& quantity) 
 
 struct Section {
     std::string title;
-    std::string intro;
-    std::vector<std::string> header;
-    std::vector<std::vector<std::string>> rows;
-    std::vector<std::pair<std::string, std::string>> pictures;  // file, caption
+    std::string intro = {};
+    std::vector<std::string> header = {};
+    std::vector<std::vector<std::string>> rows = {};
+    std::vector<std::pair<std::string, std::string>> pictures = {};  // file, caption
 };
 
 std::string interval_text(const Json& interval) {
