@@ -270,6 +270,7 @@ std::vector<std::vector<double>> read_dump(const Path& file, std::size_t columns
 // Predicts every clump sphere from the poses and compares with where LIGGGHTS has it.
 double pose_error(const Run& run, const Packing& packing, const std::vector<std::vector<double>>& spheres) {
     std::vector<Vec3> real;
+    real.reserve(spheres.size());
     for (const auto& row : spheres) real.emplace_back(row[1], row[2], row[3]);
     const auto by_z = [](const Vec3& p, const Vec3& q) { return p.z() < q.z(); };
     std::sort(real.begin(), real.end(), by_z);

@@ -36,8 +36,8 @@ std::array<std::uint8_t, 3> colour(double t) {
     const auto i = std::min<std::size_t>(3, static_cast<std::size_t>(place));
     std::array<std::uint8_t, 3> rgb{};
     for (std::size_t c = 0; c < 3; ++c)
-        rgb[c] =
-            static_cast<std::uint8_t>(255.0 * (stops[i][c] + (place - static_cast<double>(i)) * (stops[i + 1][c] - stops[i][c])) + 0.5);
+        rgb[c] = static_cast<std::uint8_t>(
+            std::lround(255.0 * (stops[i][c] + (place - static_cast<double>(i)) * (stops[i + 1][c] - stops[i][c]))));
     return rgb;
 }
 
