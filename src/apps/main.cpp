@@ -110,6 +110,12 @@ void run_in_case(const Common& common, const std::string& stage, const std::stri
     print_result(common, run_case(the_case, stage));
 }
 
+// Where loose files go: --output, else beside the input.
+Path target_folder(const Common& common) {
+    const Path target = common.output.empty() ? Path(common.input).parent_path() : Path(common.output);
+    return target.empty() ? Path(".") : target;
+}
+
 // A stage on loose files; `work` gets the scene and a folder.
 void run_on_scene(const Common& common, const std::string& stage, const GeometryConfig& geometry, const Json& configuration,
                   const std::function<Json(const Scene&, const Path&)>& work, const std::function<std::string(const Scene&)>& expect = {}) {
@@ -120,8 +126,7 @@ void run_on_scene(const Common& common, const std::string& stage, const Geometry
                                      {"section_m", {scene.section.z0, scene.section.z1}},
                                      {"expected", expect ? expect(scene) : "seconds"},
                                      {"memory_available", human_bytes(available_memory_bytes())}});
-    Path target = common.output.empty() ? Path(common.input).parent_path() : Path(common.output);
-    if (target.empty()) target = ".";
+    const Path target = target_folder(common);
     print_result(common, run_loose(stage, target, configuration, {common.input}, [&](const Path& folder) { return work(scene, folder); }));
 }
 
@@ -306,10 +311,8 @@ private:
                 if (Path(common_.input).extension() == ".vti") {
                     if (common_.dry_run)
                         return print_result(common_, {{"configuration", configuration}, {"expected", "one grid, as it is in the file"}});
-                    const Path target = common_.output.empty() ? Path(common_.input).parent_path() : Path(common_.output);
                     return print_result(
-                        common_,
-                        run_loose("lbm", target.empty() ? Path(".") : target, configuration, {common_.input}, [&](const Path& folder) {
+                        common_, run_loose("lbm", target_folder(common_), configuration, {common_.input}, [&](const Path& folder) {
                             return lbm_image_stage(common_.input, container_of(common_), geometry.section_m, config, folder);
                         }));
                 }
@@ -366,8 +369,7 @@ private:
                 return kind_ == "hydraulic" ? hydraulic_stage(common_.input, geometry.section_m)
                                             : geometric_paper_slices_stage(common_.input, config);
             };
-            const Path target = common_.output.empty() ? Path(common_.input).parent_path() : Path(common_.output);
-            print_result(common_, run_loose("tortuosity", target.empty() ? Path(".") : target, resolved(config), {common_.input}, work));
+            print_result(common_, run_loose("tortuosity", target_folder(common_), resolved(config), {common_.input}, work));
         });
         sub.add_option("kind", kind_, "geometric_paper or hydraulic")->required()->check(CLI::IsMember({"geometric_paper", "hydraulic"}));
         add_scene_input(sub, "packing.json[.gz] or a folder of slices (geometric_paper), flow.vti (hydraulic), or a case");

@@ -406,7 +406,6 @@ std::vector<Stage> stages_of(const Case& c) {
 
 std::vector<StageStatus> status_of(const Case& c) {
     std::vector<StageStatus> list;
-    bool upstream_done = true;
     for (const auto& stage : stages_of(c)) {
         StageStatus status{.name = stage.name, .state = StageState::missing, .why = {}};
         status.state = state_in(c, stage, &status.why);
@@ -419,7 +418,6 @@ std::vector<StageStatus> status_of(const Case& c) {
                         status.why = other.name + " is " + name_of(other.state);
                     }
         }
-        upstream_done = upstream_done && status.state == StageState::done;
         list.push_back(status);
     }
     return list;

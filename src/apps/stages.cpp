@@ -31,6 +31,15 @@ Json list(const std::optional<Interval>& interval) {
     return {interval->low, interval->high};
 }
 
+// The section as an image's field data tells it.
+Section section_of_note(const std::string& note, const Path& file) {
+    Section section;
+    if (std::sscanf(note.c_str(), "%lf,%lf", &section.z0, &section.z1) != 2)
+        throw UserError("the image's field data `section` is not \"z0,z1\": " + note,
+                        {.where = file.string(), .mend = "--section z0,z1 (metres)"});
+    return section;
+}
+
 void add_porosity(Json& json, const Scene& scene) {
     const Porosity section = porosity(scene.solid(), scene.container, scene.section);
     json["section_m"] = list(scene.section);
@@ -234,7 +243,7 @@ Json lbm_json(const LbmResult& result, const Section& section, const LbmConfig& 
             ? "first-order Richardson estimate from two grids; bounce-back on voxels converges irregularly, so it is indicative"
             : "one grid: no uncertainty";
     json["direction"] = config.direction;
-    json["driven_by"] = result.fine.run.gradient_lu == 1e-3 ? "body force" : "pressure planes";
+    json["driven_by"] = result.fine.by_pressure ? "pressure planes" : "body force";
     json["section_m"] = list(section);
     json["converged"] = result.fine.run.converged;
     json["iteration_error"] = result.fine.run.iteration_error;
@@ -296,7 +305,7 @@ Json lbm_image_stage(const Path& pore_vti, const std::optional<Container>& conta
     if (section_m.size() == 2)
         section = {section_m[0], section_m[1]};
     else if (image.notes.contains("section"))
-        std::sscanf(image.notes.at("section").c_str(), "%lf,%lf", &section.z0, &section.z1);
+        section = section_of_note(image.notes.at("section"), pore_vti);
     LbmConfig one = config;
     one.grids = 1;  // an image has one resolution
     return lbm_json(lbm_permeability([&](double) { return image; }, grid.spacing_m[0], vessel, section, one, true), section, one, folder);
@@ -397,7 +406,7 @@ Json hydraulic_stage(const Path& flow_vti, const std::vector<double>& section_m)
     if (section_m.size() == 2)
         section = {section_m[0], section_m[1]};
     else if (flow.notes.contains("section"))
-        std::sscanf(flow.notes.at("section").c_str(), "%lf,%lf", &section.z0, &section.z1);
+        section = section_of_note(flow.notes.at("section"), flow_vti);
     const std::string direction = flow.notes.contains("direction") ? flow.notes.at("direction") : "z";
     const int axis = direction == "x" ? 0 : direction == "y" ? 1 : 2;
     return {{"kind", "hydraulic"},

@@ -61,7 +61,8 @@ LbmGridResult solve_on(const PhaseImage& image, const Container& container, cons
                          .cells = image.grid.cells,
                          .nodes = domain.nodes(),
                          .isolated_cells = domain.isolated_cells,
-                         .bytes_per_node = solver.bytes_per_node()};
+                         .bytes_per_node = solver.bytes_per_node(),
+                         .by_pressure = drive.by_pressure()};
     log_info("lattice Boltzmann: {} x {} x {} voxels of {:.4g} m, {} fluid nodes ({} isolated), {}", image.grid.cells[0],
              image.grid.cells[1], image.grid.cells[2], result.voxel_size_m, result.nodes, result.isolated_cells,
              human_bytes(result.bytes_per_node * static_cast<double>(result.nodes)));

@@ -18,6 +18,7 @@ struct LbmGridResult {
     double bytes_per_node = 0.0;
     double permeability_m2 = 0.0;         ///< by flow rate
     double permeability_volume_m2 = 0.0;  ///< by volume average; the difference checks the mass balance
+    bool by_pressure = false;             ///< driven by pressure planes, else by a body force
     StokesRun run = {};
 };
 

@@ -129,8 +129,6 @@ Section packing_section(const ReportInput& input) {
     add("contacts", number(at(input, stage + "/contacts"), "{:.0f}"), "");
     const Json& z = at(input, "voxelise/section_m");
     if (z.is_array()) add("section", fmt::format("z = {:.4g} to {:.4g} m", z[0].get<double>(), z[1].get<double>()), "");
-    if (fs::exists(input.stage_folders / "report" / "packing.png"))
-        section.pictures.emplace_back("packing.png", "The packing as the surface that CGAL made of it.");
     return section;
 }
 
@@ -398,8 +396,7 @@ Json quantities(const ReportInput& input) {
 Json write_report(const ReportInput& input, const Path& folder) {
     std::vector<Section> sections = {permeability_section(input), packing_section(input),     tortuosity_section(input),
                                      falling_head_section(input), convergence_section(input), cost_section(input)};
-    if (!sections[1].pictures.empty() || fs::exists(folder / "packing.png"))
-        sections[1].pictures = {{"packing.png", "The packing as the surface that CGAL made of it."}};
+    if (fs::exists(folder / "packing.png")) sections[1].pictures = {{"packing.png", "The packing as the surface that CGAL made of it."}};
     add_plots(input, folder, sections);
     const Json main_numbers = main_numbers_of(input);
     write_text(folder / "report.html", html_page(input, sections, main_numbers, folder));
