@@ -182,7 +182,7 @@ TEST(Disk, FullOrForbiddenLeavesNothing) {
     EXPECT_TRUE(has(forbidden.err, "cannot make the folder"));
 }
 
-TEST(Interrupt, EndsEveryLongStageWithFive) {
+TEST(Interrupt, EndsEverySlowStageWithFive) {
     const test::Folder folder;
     Packing packing{.container = parse_container("cylinder:0.03,0.06"), .shapes = {make_preset("sphere", 0.01, 0.0)}, .bodies = {}};
     for (int i = 0; i < 5; ++i) packing.bodies.push_back({.shape = 0, .position_m = Vec3(0.004 * (i % 2), 0.0, 0.005 + 0.0105 * i)});
