@@ -33,7 +33,8 @@ struct Settings {
 struct Case {
     Path folder;
     Settings settings;
-    [[nodiscard]] Path results() const { return folder / "results"; }
+    Path output = {};  ///< where results go instead of the case's own folder `results`
+    [[nodiscard]] Path results() const { return output.empty() ? folder / "results" : output; }
     /// A file named in case.toml, relative to the case.
     [[nodiscard]] Path resolve(const std::string& file) const { return Path(file).is_absolute() ? Path(file) : folder / file; }
 };

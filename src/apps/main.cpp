@@ -3,6 +3,8 @@
 #include <fmt/ranges.h>
 #include <CLI/CLI.hpp>
 
+#include <unistd.h>
+
 #include <cmath>
 
 #include "apps/benchmark.hpp"
@@ -13,6 +15,7 @@
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "core/manifest.hpp"
+#include "core/process.hpp"
 #include "io/render.hpp"
 #include "permeability/permeability.hpp"
 
@@ -104,8 +107,17 @@ Flags flags_of(const Flags& flags) {
     return own;
 }
 
+// The case with its results where --output says.
+Case open_case(const Common& common, const std::string& table = {}, const Flags& flags = {}) {
+    if (!common.container.empty() || common.unit_m != 1.0)
+        throw UserError("a case says itself what its container and unit are", {.mend = "leave --container and --unit out; see case.toml"});
+    Case the_case = read_case(common.input, table, flags);
+    the_case.output = common.output;
+    return the_case;
+}
+
 void run_in_case(const Common& common, const std::string& stage, const std::string& table) {
-    const Case the_case = read_case(common.input, table, common.flags);
+    const Case the_case = open_case(common, table, common.flags);
     if (common.dry_run) return print_result(common, plan_case(the_case, stage));
     print_result(common, run_case(the_case, stage));
 }
@@ -119,6 +131,10 @@ Path target_folder(const Common& common) {
 // A stage on loose files; `work` gets the scene and a folder.
 void run_on_scene(const Common& common, const std::string& stage, const GeometryConfig& geometry, const Json& configuration,
                   const std::function<Json(const Scene&, const Path&)>& work, const std::function<std::string(const Scene&)>& expect = {}) {
+    const bool is_packing = Path(common.input).extension() == ".json" || Path(common.input).extension() == ".gz";
+    if (is_packing && (!common.container.empty() || common.unit_m != 1.0))
+        throw UserError("a packing brings its own container, in metres",
+                        {.where = common.input, .mend = "leave --container and --unit out"});
     const Scene scene = load_scene(common.input, container_of(common), geometry, common.unit_m);
     if (common.dry_run)
         return print_result(common, {{"configuration", configuration},
@@ -137,7 +153,7 @@ Json resolved(const Config& config) {
 }
 
 void print_status(const Common& common) {
-    const auto list = status_of(read_case(common.input));
+    const auto list = status_of(open_case(common));
     Json json = Json::array();
     for (const auto& entry : list) {
         json.push_back({{"stage", entry.name}, {"state", name_of(entry.state)}, {"why", entry.why}, {"wall_time_s", entry.wall_time_s}});
@@ -179,6 +195,18 @@ std::string key_reference() {
     return text;
 }
 
+// Without a display the command is run again under xvfb-run, which brings one.
+void render_under_some_display(const std::vector<std::string>& arguments) {
+    if (std::getenv("DISPLAY") != nullptr) return;
+    require_program("xvfb-run", "xvfb xauth");
+    const std::string self = std::filesystem::read_symlink("/proc/self/exe").string();
+    std::vector<const char*> words = {"xvfb-run", "-a", self.c_str()};
+    for (const auto& argument : arguments) words.push_back(argument.c_str());
+    words.push_back(nullptr);
+    execvp(words[0], const_cast<char* const*>(words.data()));
+    throw EngineError("cannot start xvfb-run");
+}
+
 // Builds the commands. Each callback runs after parsing, so a throw reaches main.
 class CommandLine {
 public:
@@ -198,21 +226,31 @@ public:
     }
 
     int run(int argc, char** argv) {
+        arguments_.assign(argv + 1, argv + argc);
         try {
             app_.parse(argc, argv);
             set_thread_count(common_.threads);
             if (app_.get_subcommands().empty()) fmt::print("{}", app_.help());
             if (action_) action_();
+            if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
+                throw MachineError("the result could not be written to the standard output",
+                                   {.mend = "is the disk full, or the pipe closed?"});
         } catch (const CLI::ParseError& fault) {
             if (fault.get_exit_code() == 0) return app_.exit(fault);
-            fmt::print(stderr, "error: {}\n  mend:    porepack {}--help shows what is allowed\n", fault.what(),
-                       app_.get_subcommands().empty() ? "" : app_.get_subcommands().front()->get_name() + " ");
+            log_raw(fmt::format("error: {}\n  mend:    porepack {}--help shows what is allowed\n", fault.what(), command_path()));
             return static_cast<int>(ExitCode::user);
         }
         return 0;
     }
 
 private:
+    // "falling-head simulate ", as it was typed.
+    [[nodiscard]] std::string command_path() const {
+        std::string path;
+        for (const CLI::App* at = &app_; !at->get_subcommands().empty(); path += at->get_name() + " ") at = at->get_subcommands().front();
+        return path;
+    }
+
     CLI::App& command(const std::string& name, const std::string& help, const std::string& example, std::function<void()> action) {
         CLI::App& sub = *app_.add_subcommand(name, help);
         add_common(sub, common_, example);
@@ -222,7 +260,7 @@ private:
 
     void add_case_commands() {
         auto& run = command("run", "run all stages of a case that are not done", "porepack run cases/quickstart", [this] {
-            const Case the_case = read_case(common_.input);
+            const Case the_case = open_case(common_);
             if (common_.dry_run) return print_result(common_, plan_case(the_case));
             const Json report = run_case(the_case);
             print_main_numbers(common_, the_case, report);
@@ -242,32 +280,31 @@ private:
     }
 
     void add_shape() {
-        auto& shape = command("shape", "volume, surface, sphericity, inertia of a grain",
-                              "porepack shape tetrapod --sphericity 0.53 --volume 7.33e-7", [this] {
-                                  Flags flags = common_.flags;
-                                  ShapeConfig config;
-                                  if (!capsules_file_.empty()) {
-                                      const TomlFile file{Path(capsules_file_)};
-                                      flags["kind"] = "\"capsules\"";
-                                      file.read(
-                                          file.has("shape") ? "shape" : "", [&](ConfigVisitor& v) { describe(v, config); }, flags);
-                                  } else {
-                                      if (common_.input.empty())
-                                          throw UserError("which shape?",
-                                                          {.allowed = "tetrapod, dolos, tetrahedron, sphere, rod, or --capsules FILE"});
-                                      flags["kind"] = "\"" + common_.input + "\"";
-                                      TomlFile().read(
-                                          "", [&](ConfigVisitor& v) { describe(v, config); }, flags);
-                                  }
-                                  if (common_.dry_run)
-                                      return print_result(common_, {{"configuration", resolved(config)}, {"expected", "seconds"}});
-                                  if (common_.output.empty()) return print_result(common_, shape_stage(config, density_));
-                                  print_result(common_, run_loose("shape", common_.output, resolved(config), {},
-                                                                  [&](const Path&) { return shape_stage(config, density_); }));
-                              });
-        shape.add_option("kind", common_.input, "tetrapod, dolos, tetrahedron, sphere, rod");
+        auto& shape = command(
+            "shape", "volume, surface, sphericity, inertia of a grain", "porepack shape tetrapod --sphericity 0.53 --volume 7.33e-7",
+            [this] {
+                Flags flags = common_.flags;
+                ShapeConfig config;
+                if (!capsules_file_.empty()) {
+                    const TomlFile file{Path(capsules_file_)};
+                    flags["kind"] = "\"capsules\"";
+                    file.read(
+                        file.has("shape") ? "shape" : "", [&](ConfigVisitor& v) { describe(v, config); }, flags);
+                } else {
+                    if (common_.input.empty())
+                        throw UserError("which shape?", {.allowed = "tetrapod, dolos, tetrahedron, star, sphere, rod, or --capsules FILE"});
+                    flags["kind"] = "\"" + common_.input + "\"";
+                    TomlFile().read(
+                        "", [&](ConfigVisitor& v) { describe(v, config); }, flags);
+                }
+                if (common_.dry_run) return print_result(common_, {{"configuration", resolved(config)}, {"expected", "seconds"}});
+                if (common_.output.empty()) return print_result(common_, shape_stage(config, density_));
+                print_result(common_, run_loose("shape", common_.output, resolved(config), {},
+                                                [&](const Path&) { return shape_stage(config, density_); }));
+            });
+        shape.add_option("kind", common_.input, "tetrapod, dolos, tetrahedron, star, sphere, rod");
         shape.add_option("--capsules", capsules_file_, "TOML file with [[capsule]] tables (a_m, b_m, radius_m) in metres");
-        shape.add_option("--density", density_, "density for mass and inertia [kg/m3]; default 1000");
+        shape.add_option("--density", density_, "density for mass and inertia [kg/m3]; default 1000")->check(CLI::Range(1.0, 1e5));
         add_keys(shape, common_.flags, settings_.describe_table("shape"), {"kind", "file", "unit_m"});
     }
 
@@ -340,7 +377,9 @@ private:
                 common_, "foam", geometry, {{"geometry", resolved(geometry)}, {"openfoam", resolved(config)}},
                 [&](const Scene& scene, const Path& folder) {
                     make_folder(folder / "foam");
-                    return foam_stage(scene, geometry, config, folder / "foam");
+                    Json result = foam_stage(scene, geometry, config, folder / "foam");
+                    result["repeat_by_hand"] = "cd foam/" + result["repeat_by_hand"].get<std::string>().substr(3);
+                    return result;
                 },
                 [&](const Scene& scene) {
                     const Expectation e = expect_foam(scene.container, scene.section,
@@ -358,18 +397,21 @@ private:
 
     void add_tortuosity() {
         auto& sub = command("tortuosity", "tortuosity of a named kind", "porepack tortuosity hydraulic flow.vti", [this] {
-            if (is_case(common_.input)) return run_in_case(common_, "tortuosity", "tortuosity");
+            if (is_case(common_.input)) {
+                log_warning("a case gets all kinds of tortuosity, not " + kind_ + " alone");
+                return run_in_case(common_, "tortuosity", "tortuosity");
+            }
             const auto geometry = from_flags<GeometryConfig>(flags_of<GeometryConfig>(common_.flags));
             const auto config = from_flags<TortuosityConfig>(flags_of<TortuosityConfig>(common_.flags));
             if (kind_ == "geometric_paper" && !std::filesystem::is_directory(common_.input))
-                return run_on_scene(common_, "tortuosity", geometry, resolved(config),
+                return run_on_scene(common_, "tortuosity." + kind_, geometry, resolved(config),
                                     [&](const Scene& scene, const Path&) { return geometric_paper_stage(scene, config); });
             if (common_.dry_run) return print_result(common_, {{"configuration", resolved(config)}, {"expected", "seconds"}});
             const auto work = [&](const Path&) {
                 return kind_ == "hydraulic" ? hydraulic_stage(common_.input, geometry.section_m)
                                             : geometric_paper_slices_stage(common_.input, config);
             };
-            print_result(common_, run_loose("tortuosity", target_folder(common_), resolved(config), {common_.input}, work));
+            print_result(common_, run_loose("tortuosity." + kind_, target_folder(common_), resolved(config), {common_.input}, work));
         });
         sub.add_option("kind", kind_, "geometric_paper or hydraulic")->required()->check(CLI::IsMember({"geometric_paper", "hydraulic"}));
         add_scene_input(sub, "packing.json[.gz] or a folder of slices (geometric_paper), flow.vti (hydraulic), or a case");
@@ -394,7 +436,10 @@ private:
                 if (common_.dry_run) return print_result(common_, {{"configuration", resolved(config)}, {"expected", "seconds"}});
                 if (common_.output.empty())
                     return print_result(common_, falling_head_stage(permeability_m2_, inertial_permeability_m_, config, nullptr));
-                print_result(common_, run_loose("falling-head", common_.output, resolved(config), {}, [&](const Path& folder) {
+                Json configuration = resolved(config);
+                configuration["permeability_m2"] = permeability_m2_;
+                configuration["inertial_permeability_m"] = fmt::format("{:g}", inertial_permeability_m_);
+                print_result(common_, run_loose("falling-head", common_.output, configuration, {}, [&](const Path& folder) {
                                  return falling_head_stage(permeability_m2_, inertial_permeability_m_, config, &folder);
                              }));
             };
@@ -406,17 +451,23 @@ private:
     }
 
     void add_tools() {
-        auto& benchmark =
-            command("benchmark", "measurements", "porepack benchmark lbm", [this] { print_result(common_, run_benchmark(common_.input)); });
+        auto& benchmark = command("benchmark", "measurements", "porepack benchmark lbm", [this] {
+            if (common_.dry_run) return print_result(common_, {{"benchmark", common_.input}, {"expected", "minutes"}});
+            print_result(common_, run_benchmark(common_.input));
+        });
         benchmark.add_option("name", common_.input, fmt::format("{}", fmt::join(benchmark_names(), ", ")))->required();
-        auto& picture =
-            command("picture", "render an STL file to a PNG", "xvfb-run -a porepack picture solid.stl --output solid.png", [this] {
-                PictureStyle style;
-                if (const auto container = container_of(common_); container && container->kind == Container::Kind::cylinder)
-                    style = {.cylinder_diameter_m = container->diameter_m, .cylinder_height_m = container->height_m};
-                render_surface(common_.output.empty() ? Path(common_.input).replace_extension(".png") : Path(common_.output),
-                               read_stl(common_.input, common_.unit_m), style);
-            });
+        auto& picture = command("picture", "render an STL file to a PNG", "porepack picture solid.stl --output solid.png", [this] {
+            const Path target = common_.output.empty() ? Path(common_.input).replace_extension(".png") : Path(common_.output);
+            if (common_.dry_run) return print_result(common_, {{"picture", target.string()}, {"expected", "seconds"}});
+            if (Path(common_.input).extension() != ".stl" && Path(common_.input).extension() != ".STL")
+                throw UserError("not an STL file: " + common_.input, {.mend = "make one: porepack stl packing.json"});
+            render_under_some_display(arguments_);
+            PictureStyle style;
+            if (const auto container = container_of(common_); container && container->kind == Container::Kind::cylinder)
+                style = {.cylinder_diameter_m = container->diameter_m, .cylinder_height_m = container->height_m};
+            render_surface(target, read_stl(common_.input, common_.unit_m), style);
+            print_result(common_, {{"picture", target.string()}});
+        });
         add_scene_input(picture, "an STL file");
         auto& keys = *app_.add_subcommand("keys", "all keys of case.toml, as a Markdown table");
         keys.callback([this] { action_ = [] { fmt::print("{}", key_reference()); }; });
@@ -430,6 +481,7 @@ private:
     double permeability_m2_ = 0.0;
     double inertial_permeability_m_ = std::numeric_limits<double>::infinity();
     std::function<void()> action_;
+    std::vector<std::string> arguments_;
 };
 
 }  // namespace
@@ -441,14 +493,12 @@ int main(int argc, char** argv) {
     try {
         return CommandLine().run(argc, argv);
     } catch (const Error& error) {
-        fmt::print(stderr, "error: {}\n", error.what());
+        log_raw(fmt::format("error: {}\n", error.what()));
         return static_cast<int>(error.code());
     } catch (const std::bad_alloc&) {
-        fmt::print(stderr, "error: out of memory\n  mend:    take a larger voxel size or a shorter section\n");
-    } catch (const std::filesystem::filesystem_error& fault) {
-        fmt::print(stderr, "error: {}\n", fault.what());
+        log_raw("error: out of memory\n  mend:    take a larger voxel size or a shorter section\n");
     } catch (const std::exception& fault) {
-        fmt::print(stderr, "error: {}\n", fault.what());
+        log_raw(fmt::format("error: {}\n", fault.what()));
     }
     return static_cast<int>(ExitCode::machine);
 }

@@ -59,28 +59,33 @@ Scene scene_of(const Case& c, bool with_surface = false) {
 
 double expected_porosity(const Case& c) {
     const Path file = folder_of(c, "pack") / "result.json";
-    return fs::exists(file) ? read_json(file).value("porosity", 0.6) : 0.6;
+    return fs::exists(file) ? read_json(file).value("porosity_bed", 0.6) : 0.6;
 }
 
 // The section before the packing is there: the height at which pouring stops, less one span at both ends.
 Section expected_section(const Case& c, const Container& container) {
     const auto& geometry = c.settings.geometry;
-    double top = container.height() / 2.0, extent = 0.1 * top;
+    double top = container.height() / 2.0, extent = 0.0;
     if (!from_stl(c)) {
         const Path file = folder_of(c, "pack") / "packing.json";
         if (fs::exists(file)) return load_scene(file, container, geometry, 1.0).section;
-        const Shape shape = make_shape(c.settings.shape);
-        extent = span(shape);
+        double volume = 0.0;
+        for (const auto& [shape, share] : make_shapes(c.settings.shape)) {
+            extent = std::max(extent, span(shape));
+            volume += share * measure(shape, 1e-4).volume_m3;
+        }
         if (c.settings.packing.fill_height_m > 0.0) top = c.settings.packing.fill_height_m;
         if (c.settings.packing.grains > 0)
-            top = std::min(container.height(), static_cast<double>(c.settings.packing.grains) * measure(shape, 64).volume_m3 /
-                                                   (0.4 * container.inner_area_m2()));
+            top = std::min(container.height(), static_cast<double>(c.settings.packing.grains) * volume / (0.4 * container.inner_area_m2()));
     }
     return choose_section(container, {.section_m = geometry.section_m, .trim_m = geometry.trim_m}, top, extent);
 }
 
 double finest_diameter(const Case& c) {
-    return from_stl(c) ? std::numeric_limits<double>::infinity() : smallest_diameter(make_shape(c.settings.shape));
+    double least = std::numeric_limits<double>::infinity();
+    if (!from_stl(c))
+        for (const auto& share : make_shapes(c.settings.shape)) least = std::min(least, smallest_diameter(share.shape));
+    return least;
 }
 
 std::string expect_text(const Expectation& expected) {
@@ -141,7 +146,6 @@ Json report_of_case(const Case& c, const Path& folder) {
             std::min(container.height(), 1.15 * made.value("bed_height_m", container.height()));  // the empty part is no news
         if (container.kind == Container::Kind::cylinder)
             command.insert(command.end(), {"--container", fmt::format("cylinder:{:.9g},{:.9g}", container.diameter_m, shown)});
-        if (std::getenv("DISPLAY") == nullptr) command.insert(command.begin(), {"xvfb-run", "-a"});
         const bool can = std::getenv("DISPLAY") != nullptr || find_program("xvfb-run").has_value();
         if (!can)
             input.notes.push_back(
@@ -150,6 +154,13 @@ Json report_of_case(const Case& c, const Path& folder) {
             input.notes.push_back("No picture of the packing: rendering failed, see results/report/log.picture.");
     }
     return write_report(input, folder);
+}
+
+std::string shell_quoted(const std::string& text) {
+    if (text.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+./,:=") == std::string::npos) return text;
+    std::string quoted = "'";
+    for (const char ch : text) quoted += ch == '\'' ? std::string("'\\''") : std::string(1, ch);
+    return quoted + "'";
 }
 
 std::map<std::string, std::string> digests_of(const Case& c, const Stage& stage) {
@@ -162,9 +173,14 @@ std::map<std::string, std::string> digests_of(const Case& c, const Stage& stage)
             continue;
         }
         // Cost is no input: result.json holds seconds, so the key of the stage stands for it.
-        Json outputs = read_json(manifest).at("outputs_sha256");
-        outputs.erase("result.json");
-        digests[need] = sha256(read_json(manifest).at("key").get<std::string>() + outputs.dump());
+        try {
+            const Json content = read_json(manifest);
+            Json outputs = content.at("outputs_sha256");
+            outputs.erase("result.json");
+            digests[need] = sha256(content.at("key").get<std::string>() + outputs.dump());
+        } catch (const std::exception&) {
+            digests[need] = "unreadable";
+        }
     }
     return digests;
 }
@@ -204,6 +220,29 @@ std::vector<std::string> files_in(const Path& folder, const std::vector<std::str
     return names;
 }
 
+// In a catch block: ends the stage and throws on. A failed stage keeps its folder, and the message names files where they
+// now are; an interrupted one leaves nothing.
+[[noreturn]] void keep_what_is_left(const Path& running, const Path& failed) {
+    std::error_code ignored;
+    try {
+        throw;
+    } catch (const Error& error) {
+        if (interrupted()) {
+            fs::remove_all(running, ignored);
+            throw;
+        }
+        fs::remove_all(failed, ignored);
+        fs::rename(running, failed, ignored);
+        std::string text = error.what();
+        for (std::size_t at = 0; (at = text.find(running.string(), at)) != std::string::npos; at += failed.string().size())
+            text.replace(at, running.string().size(), failed.string());
+        throw Error(error.code(), text);
+    } catch (...) {
+        fs::remove_all(running, ignored);
+        throw;
+    }
+}
+
 // Removes the running folder whatever happens; keeps it as .failed when the stage failed (not when it was interrupted).
 Json run_stage(const Case& c, const Stage& stage) {
     const Path running = c.results() / ("." + stage.name + ".running"), final = folder_of(c, stage.name),
@@ -231,15 +270,11 @@ Json run_stage(const Case& c, const Stage& stage) {
         fs::rename(running, final);
         log_info("{}: done in {}", stage.name, human_time(manifest.wall_time_s));
         if (whole.contains("repeat_by_hand"))
-            log_info("{}: by hand: cd {} && {}", stage.name, final.string(), whole["repeat_by_hand"].get<std::string>());
+            log_info("{}: by hand: cd {} && {}", stage.name, shell_quoted(fs::absolute(final).lexically_normal().string()),
+                     whole["repeat_by_hand"].get<std::string>());
         return whole;
     } catch (...) {
-        std::error_code ignored;
-        if (interrupted())
-            fs::remove_all(running, ignored);
-        else
-            fs::rename(running, failed, ignored);
-        throw;
+        keep_what_is_left(running, failed);
     }
 }
 
@@ -309,13 +344,13 @@ std::vector<Stage> stages_of(const Case& c) {
         stages.push_back(
             {"pack",
              {},
-             only(table_json(c, {"shape", "container", "packing", "geometry"}), "geometry", section_keys),
+             table_json(c, {"shape", "container", "packing"}),
              given,
              {"packing.json"},
              [c](const Path& folder) { return pack_stage(c, folder); },
              [c]() -> std::string {
                  if (c.settings.packing.engine == "none") return "seconds";
-                 const PourPlan plan = plan_pour(make_shape(c.settings.shape), make_container(c.settings.container), c.settings.packing);
+                 const PourPlan plan = plan_pour(make_shapes(c.settings.shape), make_container(c.settings.container), c.settings.packing);
                  return fmt::format("LIGGGHTS, up to {} grains of {} spheres, time step {:.2e} s; memory about {}, time about {}",
                                     plan.most_grains, plan.clump_spheres, plan.time_step_s, human_bytes(plan.expected_memory_bytes),
                                     human_time(plan.expected_wall_time_s));
@@ -329,9 +364,9 @@ std::vector<Stage> stages_of(const Case& c) {
                       {"solid.stl"},
                       [c, stl, stl_file](const Path& folder) {
                           const Container container = make_container(c.settings.container);
-                          return stl_stage(
-                              stl ? load_scene(stl_file, container, c.settings.geometry, c.settings.shape.unit_m) : scene_of(c),
-                              c.settings.geometry, folder);
+                          return stl_stage(stl ? load_bed(stl_file, container, c.settings.shape.unit_m)
+                                               : load_bed(folder_of(c, "pack") / "packing.json", container, 1.0),
+                                           c.settings.geometry, folder);
                       },
                       quick});
     stages.push_back({"voxelise",
@@ -393,6 +428,7 @@ std::vector<Stage> stages_of(const Case& c) {
                       [c](const Path& folder) { return falling_head_of_case(c, folder); },
                       quick});
     std::vector<std::string> everything;
+    everything.reserve(stages.size());
     for (const auto& stage : stages) everything.push_back(stage.name);
     stages.push_back({"report",
                       everything,
@@ -433,16 +469,17 @@ Json run_case(const Case& c, const std::string& last) {
         if (state == StageState::done) {
             log_info("{}: already done", stage.name);
             result = read_json(folder_of(c, stage.name) / "result.json");
-            continue;
+        } else {
+            if (state == StageState::stale) log_info("{}: done before, but {}", stage.name, why);
+            result = run_stage(c, stage);
         }
-        if (state == StageState::stale) log_info("{}: done before, but {}", stage.name, why);
-        result = run_stage(c, stage);
         if (stage.name == "report")
             for (const char* name : {"report.html", "report.md", "result.json"}) {
                 // The report's pictures lie beside it in results/report; the page itself holds all of them.
                 const Path source =
                     std::string(name) == "result.json" ? folder_of(c, "report") / "merged.json" : folder_of(c, "report") / name;
-                write_text(c.results() / name, read_text(source));
+                const std::string text = read_text(source);
+                if (!fs::exists(c.results() / name) || read_text(c.results() / name) != text) write_text(c.results() / name, text);
             }
     }
     return result;
@@ -465,12 +502,19 @@ Json plan_case(const Case& c, const std::string& last) {
 }
 
 Json engine_versions() {
-    static const Json versions = {{"liggghts", first_line_of("liggghts -h")},
+    static const Json versions = {{"liggghts", first_line_of("liggghts -log none -h")},
                                   {"openfoam", first_line_of("dpkg-query -W -f '${Version}' openfoam")},
                                   {"mpirun", first_line_of("mpirun --version")},
                                   {"gnuplot", first_line_of("gnuplot --version")}};
     return versions;
 }
+
+namespace {
+
+// Tells a folder that a loose stage may replace from one of the user's own.
+constexpr const char* owner_mark = ".porepack";
+
+}  // namespace
 
 Json run_loose(const std::string& stage, const Path& target, const Json& configuration, const std::vector<Path>& inputs,
                const std::function<Json(const Path&)>& work) {
@@ -488,17 +532,35 @@ Json run_loose(const std::string& stage, const Path& target, const Json& configu
         manifest.versions = engine_versions();
         write_json(running / (stage + ".result.json"), result);
         for (const auto& entry : fs::directory_iterator(running))
-            if (entry.is_regular_file()) manifest.outputs[entry.path().filename().string()] = sha256_of_file(entry.path());
+            if (entry.is_regular_file())
+                manifest.outputs[entry.path().filename().string()] = sha256_of_file(entry.path());
+            else if (entry.is_directory())
+                write_text(entry.path() / owner_mark, "This folder was written by porepack and is replaced as a whole.\n");
         manifest.wall_time_s = watch.seconds();
         manifest.peak_memory_bytes = std::max(peak_memory_bytes(), take_peak_program_memory_bytes());
         write_json(running / (stage + ".manifest.json"), to_json(manifest));
         for (const auto& entry : fs::directory_iterator(running)) {
             const Path there = target / entry.path().filename();
-            if (fs::is_directory(there)) fs::remove_all(there);
+            for (const auto& input : inputs)
+                if (std::error_code none; fs::equivalent(there, input, none))
+                    throw UserError("the result would overwrite its own input " + there.string(),
+                                    {.mend = "choose another folder with --output"});
+            if (fs::is_directory(there)) {
+                if (!fs::exists(there / owner_mark))
+                    throw UserError("the folder " + there.string() + " is in the way and was not written by porepack",
+                                    {.mend = "move it, or choose another folder with --output"});
+                fs::remove_all(there);
+            }
             fs::rename(entry.path(), there);
         }
         fs::remove_all(running);
         return result;
+    } catch (const Error& error) {
+        // An engine's logs are worth keeping.
+        if (error.code() == ExitCode::engine) keep_what_is_left(running, target / (stage + ".failed"));
+        std::error_code ignored;
+        fs::remove_all(running, ignored);
+        throw;
     } catch (...) {
         std::error_code ignored;
         fs::remove_all(running, ignored);

@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "core/error.hpp"
+#include "core/log.hpp"
 
 namespace porepack {
 namespace {
@@ -36,8 +39,9 @@ void load_surface(Scene& scene, const Path& input, const std::optional<Container
     require_sound(check, input.string());
     scene.surface_solid = std::make_unique<SurfaceSolid>(*scene.surface, *container);
     scene.grain_size_m = 4.0 * check.volume_m3 / check.area_m2;  // the diameter of a long capsule
-    scene.grain_span_m = check.largest_shell_span_m;
     scene.bed_top_m = check.high.z();
+    // What hangs together in an STL may be one grain or the whole bed: a quarter of the bed at most is trimmed.
+    scene.grain_span_m = std::min(check.largest_shell_span_m, 0.25 * scene.bed_top_m);
 }
 
 }  // namespace
@@ -49,8 +53,10 @@ double Scene::voxel_size(const GeometryConfig& geometry) const {
                     {.mend = "--voxel-size (metres), or voxel_size_m in [geometry]"});
 }
 
-Scene load_scene(const Path& input, const std::optional<Container>& container, const GeometryConfig& geometry, double unit_m) {
+Scene load_bed(const Path& input, const std::optional<Container>& container, double unit_m) {
     Scene scene;
+    if (!(unit_m >= 1e-12 && unit_m <= 1e6))
+        throw UserError(fmt::format("a unit of {:g} m is not possible", unit_m), {.allowed = "1e-12 to 1e6 (0.001: millimetres)"});
     if (is_packing(input))
         load_packing(scene, input);
     else if (input.extension() == ".stl" || input.extension() == ".STL")
@@ -58,8 +64,17 @@ Scene load_scene(const Path& input, const std::optional<Container>& container, c
     else
         throw UserError("cannot tell what " + input.string() + " is",
                         {.allowed = "packing.json, packing.json.gz, an .stl file, or a case"});
+    scene.section = {0.0, scene.container.any_periodic() ? scene.container.height() : std::min(scene.bed_top_m, scene.container.height())};
+    return scene;
+}
+
+Scene load_scene(const Path& input, const std::optional<Container>& container, const GeometryConfig& geometry, double unit_m) {
+    Scene scene = load_bed(input, container, unit_m);
     scene.section =
         choose_section(scene.container, {.section_m = geometry.section_m, .trim_m = geometry.trim_m}, scene.bed_top_m, scene.grain_span_m);
+    if (scene.section.length() < scene.grain_span_m && !scene.container.any_periodic())
+        log_warning(fmt::format("the section is {:.3g} m long, less than one grain's span ({:.3g} m): it hardly stands for the packing",
+                                scene.section.length(), scene.grain_span_m));
     return scene;
 }
 

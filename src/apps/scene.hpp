@@ -26,7 +26,10 @@ struct Scene {
     [[nodiscard]] double voxel_size(const GeometryConfig& geometry) const;
 };
 
-/// `input` is packing.json[.gz] or an .stl, which needs `container`. Throws UserError on anything else.
+/// `input` is packing.json[.gz] or an .stl, which needs `container`; the section is the whole bed. Throws UserError on
+/// anything else.
+[[nodiscard]] Scene load_bed(const Path& input, const std::optional<Container>& container, double unit_m);
+/// The same with the section that `geometry` asks for.
 [[nodiscard]] Scene load_scene(const Path& input, const std::optional<Container>& container, const GeometryConfig& geometry, double unit_m);
 
 }  // namespace porepack

@@ -34,20 +34,35 @@ Json list(const std::optional<Interval>& interval) {
 // The section as an image's field data tells it.
 Section section_of_note(const std::string& note, const Path& file) {
     Section section;
-    if (std::sscanf(note.c_str(), "%lf,%lf", &section.z0, &section.z1) != 2)
+    if (std::sscanf(note.c_str(), "%lf,%lf", &section.z0, &section.z1) != 2 || !std::isfinite(section.z0) || !std::isfinite(section.z1))
         throw UserError("the image's field data `section` is not \"z0,z1\": " + note,
                         {.where = file.string(), .mend = "--section z0,z1 (metres)"});
     return section;
 }
 
-void add_porosity(Json& json, const Scene& scene) {
-    const Porosity section = porosity(scene.solid(), scene.container, scene.section);
-    json["section_m"] = list(scene.section);
-    json["porosity"] = section.value;
-    json["porosity_uncertainty"] = section.uncertainty;
-    if (scene.container.periodic[2]) return;
-    const Porosity bed = porosity(scene.solid(), scene.container, {0.0, scene.bed_top_m});
-    json["bed_height_m"] = scene.bed_top_m;
+Container container_of_note(const std::string& note, const Path& file) {
+    const Json json = Json::parse(note, nullptr, false);
+    if (json.is_discarded())
+        throw UserError("the image's field data `container` is not JSON: " + note,
+                        {.where = file.string(), .mend = "--container cylinder:D,H or box:X,Y,Z[:periodic] (metres)"});
+    return container_from_json(json, file.string());
+}
+
+// The image covers the container's cross section, to a voxel or two.
+void require_same_size(const Grid& grid, const Container& container, const Path& file) {
+    const Vec3 inner = container.high() - container.low();
+    for (const int axis : {0, 1}) {
+        const auto a = static_cast<std::size_t>(axis);
+        const double width = grid.cells[a] * grid.spacing_m[a];
+        if (std::abs(width - inner[axis]) > 2.01 * grid.spacing_m[a])
+            throw UserError(fmt::format("the image is {:g} m wide along axis {}, the container {:g} m", width, axis, inner[axis]),
+                            {.where = file.string(), .mend = "give the container that the image shows (--container, metres)"});
+    }
+}
+
+void add_bed_porosity(Json& json, const Scene& bed_scene) {
+    const Porosity bed = porosity(bed_scene.solid(), bed_scene.container, bed_scene.section);
+    json["bed_height_m"] = bed_scene.section.z1;
     json["porosity_bed"] = bed.value;
     json["porosity_bed_uncertainty"] = bed.uncertainty;
 }
@@ -59,6 +74,8 @@ void add_permeability(Json& json, double permeability_m2, const std::optional<In
     json["permeability_darcy"] = permeability_m2 / darcy_m2;
     json["conductivity_m_per_s"] = conductivity_m_per_s(permeability_m2);
 }
+
+Json mixture_json(const ShapeConfig& config, double density);
 
 }  // namespace
 
@@ -72,6 +89,7 @@ Path home_folder() {
 }
 
 Json shape_stage(const ShapeConfig& config, double density) {
+    if (config.kind == "mixture") return mixture_json(config, density);
     const Shape shape = make_shape(config);
     const ShapeMeasures m = measure(shape);
     Json json = {{"kind", config.kind}, {"cavity", shape.cavity == Cavity::filled ? "filled" : "open"}};
@@ -83,7 +101,7 @@ Json shape_stage(const ShapeConfig& config, double density) {
     json["volume_m3"] = m.volume_m3;
     json["surface_area_m2"] = m.surface_area_m2;
     json["sphericity"] = m.sphericity;
-    json["convexity"] = m.volume_m3 / hull_volume(shape.capsules);
+    json["convexity"] = std::min(1.0, m.volume_m3 / hull(shape.capsules).volume_m3);
     json["equal_volume_diameter_m"] = std::cbrt(6.0 * m.volume_m3 / std::numbers::pi);
     json["cavity_volume_m3"] = m.cavity_volume_m3;
     json["centre_of_mass_m"] = list(m.centre_of_mass_m);
@@ -97,6 +115,32 @@ Json shape_stage(const ShapeConfig& config, double density) {
     return json;
 }
 
+namespace {
+
+// The mixture's own numbers are means over the grains, by number; its sphericity is the one that gives the mixture's specific
+// surface (6 V/A = sphericity times the equal-volume diameter), as Carman-Kozeny's equation wants it.
+Json mixture_json(const ShapeConfig& config, double density) {
+    Json json = {{"kind", "mixture"}, {"components", Json::array()}};
+    double volume = 0.0, area = 0.0, error = 0.0;
+    (void)make_shapes(config);  // its faults are named before anything is measured
+    for (const auto& part : config.component) {
+        Json component = shape_stage(part, density);
+        component["number_fraction"] = part.number_fraction;
+        volume += part.number_fraction * component["volume_m3"].get<double>();
+        area += part.number_fraction * component["surface_area_m2"].get<double>();
+        error = std::max(error, component["relative_error"].get<double>());
+        json["components"].push_back(component);
+    }
+    json["volume_m3"] = volume;
+    json["surface_area_m2"] = area;
+    json["sphericity"] = std::cbrt(36.0 * std::numbers::pi * volume * volume) / area;
+    json["equal_volume_diameter_m"] = std::cbrt(6.0 * volume / std::numbers::pi);
+    json["relative_error"] = error;
+    return json;
+}
+
+}  // namespace
+
 Json surface_shape_stage(const Path& stl, double unit_m) {
     const SurfaceCheck check = check_surface(read_stl(stl, unit_m));
     require_sound(check, stl.string());
@@ -108,11 +152,47 @@ Json surface_shape_stage(const Path& stl, double unit_m) {
             {"high_m", list(check.high)}};
 }
 
+namespace {
+
+double finest_diameter(const Packing& packing) {
+    double least = 1e300;
+    for (const auto& shape : packing.shapes) least = std::min(least, smallest_diameter(shape));
+    return least;
+}
+
+// What the clump of spheres costs, and what it gets wrong: LIGGGHTS is given the exact mass and inertia all the same.
+Json clump_json(const Shape& shape, double surface_tolerance) {
+    const double tolerance = surface_tolerance * smallest_diameter(shape);
+    Shape clump{.id = shape.id, .capsules = sphere_clump(shape, tolerance), .cavity = shape.cavity};
+    const ShapeMeasures exact = measure(shape, 1e-6), of_clump = measure(clump, 1e-6);
+    return {
+        {"shape", shape.id},
+        {"spheres", clump.capsules.size()},
+        {"largest_surface_error_m", tolerance},
+        {"volume_error", of_clump.volume_m3 / (exact.volume_m3 - (shape.cavity == Cavity::filled ? exact.cavity_volume_m3 : 0.0)) - 1.0},
+        {"area_error", of_clump.surface_area_m2 / exact.surface_area_m2 - 1.0}};
+}
+
+// Carman-Kozeny, Ergun and the report speak of the case's shape: it must be the packing's.
+void require_same_shape(const std::vector<ShapeShare>& shapes, const Packing& packing, const std::string& file) {
+    for (const auto& other : packing.shapes) {
+        const double volume = measure(other, 1e-6).volume_m3;
+        if (std::none_of(shapes.begin(), shapes.end(),
+                         [&](const ShapeShare& share) { return std::abs(volume / measure(share.shape, 1e-6).volume_m3 - 1.0) < 1e-3; }))
+            throw UserError(fmt::format("the grain of the case is not the one of the packing: {:.4g} m3, `{}` has {:.4g} m3",
+                                        measure(shapes.front().shape, 1e-6).volume_m3, other.id, volume),
+                            {.where = file, .mend = "let [shape] describe the packing's grain"});
+    }
+}
+
+}  // namespace
+
 Json pack_stage(const Case& the_case, const Path& folder) {
     const auto& config = the_case.settings.packing;
     const Container container = make_container(the_case.settings.container);
     Json json = {{"engine", config.engine}, {"seed", config.seed}};
     Packing packing;
+    const std::vector<ShapeShare> shapes = make_shapes(the_case.settings.shape);
     if (config.engine == "none") {
         if (config.file.empty())
             throw UserError("engine = \"none\" needs a packing", {.where = "[packing]", .mend = "file = \"packing.json\""});
@@ -122,31 +202,38 @@ Json pack_stage(const Case& the_case, const Path& folder) {
                             {.where = config.file,
                              .allowed = to_json(container).dump(),
                              .mend = "[container] must say " + to_json(packing.container).dump()});
+        require_same_shape(shapes, packing, config.file);
     } else {
-        const Shape shape = make_shape(the_case.settings.shape);
-        const PourResult pour = pour_with_liggghts(shape, container, config, home_folder() / "liggghts_templates", folder / "run");
+        const PourResult pour = pour_with_liggghts(shapes, container, config, home_folder() / "liggghts_templates", folder / "run");
         packing = pour.packing;
-        const double d = smallest_diameter(shape);
         json["batches"] = pour.batches;
         json["steps"] = pour.steps;
         json["kinetic_energy_per_grain_J"] = pour.kinetic_energy_per_grain_J;
         json["rest_limit_J"] = pour.rest_limit_J;
         json["at_rest"] = true;
-        json["pose_error_relative_to_diameter"] = pour.pose_error_m / d;
-        json["clump_spheres"] = sphere_clump(shape, config.surface_tolerance * d).size();
+        json["pose_error_relative_to_diameter"] = pour.pose_error_m / finest_diameter(packing);
+        json["clumps"] = Json::array();
+        for (const auto& share : shapes) json["clumps"].push_back(clump_json(share.shape, config.surface_tolerance));
         json["repeat_by_hand"] = "cd run && " + pour.command;
         json["engine_wall_time_s"] = pour.wall_time_s;
     }
     const Overlaps overlaps = find_overlaps(packing);
-    double d = 1e300;
-    for (const auto& shape : packing.shapes) d = std::min(d, smallest_diameter(shape));
+    const double d = finest_diameter(packing);
     json["grains"] = packing.bodies.size();
+    if (packing.shapes.size() > 1) {
+        json["grains_of_shape"] = Json::object();
+        for (const auto& shape : packing.shapes) json["grains_of_shape"][shape.id] = 0;
+        for (const auto& body : packing.bodies) {
+            Json& count = json["grains_of_shape"][packing.shapes[body.shape].id];
+            count = count.get<long>() + 1;
+        }
+    }
     json["largest_overlap_relative_to_diameter"] = overlaps.largest_between_grains_m / d;
     json["mean_overlap_relative_to_diameter"] = overlaps.mean_between_grains_m / d;
     json["largest_wall_overlap_relative_to_diameter"] = overlaps.largest_with_wall_m / d;
     json["contacts"] = overlaps.contacts;
     write_packing(folder / "packing.json", packing);
-    add_porosity(json, load_scene(folder / "packing.json", std::nullopt, the_case.settings.geometry, 1.0));
+    add_bed_porosity(json, load_bed(folder / "packing.json", std::nullopt, 1.0));
     return json;
 }
 
@@ -180,7 +267,7 @@ Json stl_stage(const Scene& scene, const GeometryConfig& geometry, const Path& f
     json["volume_m3"] = check.volume_m3;
     json["area_m2"] = check.area_m2;
     if (json.contains("exact_volume_m3")) json["volume_error"] = check.volume_m3 / json["exact_volume_m3"].get<double>() - 1.0;
-    if (!scene.packing) add_porosity(json, scene);
+    if (!scene.packing) add_bed_porosity(json, scene);
     return json;
 }
 
@@ -239,9 +326,8 @@ Json lbm_json(const LbmResult& result, const Section& section, const LbmConfig& 
     json["permeability_by_volume_average_m2"] = result.fine.permeability_volume_m2;
     json["method"] = "D3Q19 two relaxation times, linear equilibrium, half-way bounce-back";
     json["interval_meaning"] =
-        result.interval_m2
-            ? "first-order Richardson estimate from two grids; bounce-back on voxels converges irregularly, so it is indicative"
-            : "one grid: no uncertainty";
+        result.interval_m2 ? "first-order Richardson estimate from two grids, at least the 4 % by which bounce-back on voxels scatters"
+                           : "one grid: no uncertainty";
     json["direction"] = config.direction;
     json["driven_by"] = result.fine.by_pressure ? "pressure planes" : "body force";
     json["section_m"] = list(section);
@@ -297,15 +383,21 @@ Json lbm_image_stage(const Path& pore_vti, const std::optional<Container>& conta
     if (container)
         vessel = *container;
     else if (image.notes.contains("container"))
-        vessel = container_from_json(Json::parse(image.notes.at("container")), pore_vti.string());
+        vessel = container_of_note(image.notes.at("container"), pore_vti);
     else
         throw UserError("the image does not say what its container is",
                         {.where = pore_vti.string(), .mend = "--container cylinder:D,H or box:X,Y,Z[:periodic] (metres)"});
-    Section section{grid.origin_m[2], grid.origin_m[2] + grid.cells[2] * grid.spacing_m[2]};
+    require_same_size(grid, vessel, pore_vti);
+    const Section whole{grid.origin_m[2], grid.origin_m[2] + grid.cells[2] * grid.spacing_m[2]};
+    Section section = whole;
     if (section_m.size() == 2)
         section = {section_m[0], section_m[1]};
     else if (image.notes.contains("section"))
         section = section_of_note(image.notes.at("section"), pore_vti);
+    const double slack = 0.5 * grid.spacing_m[2];
+    if (section.z0 < whole.z0 - slack || section.z1 > whole.z1 + slack || section.length() < grid.spacing_m[2])
+        throw UserError(fmt::format("the section from {:g} to {:g} m is not in the image", section.z0, section.z1),
+                        {.where = pore_vti.string(), .allowed = fmt::format("{:g} <= z0 < z1 <= {:g} m", whole.z0, whole.z1)});
     LbmConfig one = config;
     one.grids = 1;  // an image has one resolution
     return lbm_json(lbm_permeability([&](double) { return image; }, grid.spacing_m[0], vessel, section, one, true), section, one, folder);
@@ -423,8 +515,23 @@ Json falling_head_stage(double permeability_m2, double inertial_permeability_m, 
                  {"start_level_m", config.start_level_m},
                  {"levels_m", config.levels_m},
                  {"times_s", Json::array()}};
-    for (const double level : config.levels_m) json["times_s"].push_back(test.time_at(level));
-    json["start_speed_m_per_s"] = test.speed_at(config.start_level_m);
+    for (const double level : config.levels_m) {
+        const double time = test.time_at(level);
+        if (!std::isfinite(time))
+            throw UserError(fmt::format("the time at which the level passes {:g} m is beyond all numbers", level),
+                            {.mend = "check k, k_in, the viscosity and gravity: SI units"});
+        json["times_s"].push_back(time);
+    }
+    const double speed = test.speed_at(config.start_level_m);
+    json["start_speed_m_per_s"] = speed;
+    // Water that falls freely from the start level would be no faster than this.
+    const double free_fall = std::sqrt(2.0 * config.gravity_m_per_s2 * (config.start_level_m + config.sample_length_m));
+    if (speed > free_fall)
+        json["warning"] = fmt::format(
+            "the water would start at {:.3g} m/s, faster than it can fall ({:.3g} m/s): Darcy's law alone does not hold here; give an "
+            "inertial "
+            "permeability",
+            speed, free_fall);
     json["equation"] = "Eq. 18, closed form, without the inertia of the water column";
     if (folder != nullptr) {
         std::string text = "time_s,level_m\n";

@@ -4,6 +4,9 @@
 #include <CGAL/Polygon_mesh_processing/orientation.h>
 #include <CGAL/Polygon_mesh_processing/polygon_soup_to_polygon_mesh.h>
 #include <CGAL/Polygon_mesh_processing/self_intersections.h>
+#include <CGAL/Side_of_triangle_mesh.h>
+#include <CGAL/boost/graph/Face_filtered_graph.h>
+#include <CGAL/boost/graph/copy_face_graph.h>
 #include <fmt/format.h>
 
 #include <map>
@@ -56,6 +59,27 @@ bool to_mesh(const TriangleSurface& surface, Mesh& mesh) {
     return true;
 }
 
+// Names the first shell that is turned the wrong way for the number of shells round it.
+template <typename ShellMap>
+std::string misplaced_shell(const Mesh& mesh, const ShellMap& shell, long shells) {
+    std::vector<Mesh> parts(static_cast<std::size_t>(shells));
+    for (std::size_t s = 0; s < parts.size(); ++s) {
+        const CGAL::Face_filtered_graph<Mesh> part(mesh, s, shell);
+        CGAL::copy_face_graph(part, parts[s]);
+    }
+    for (const auto& part : parts) {
+        int depth = 0;
+        const Point& corner = part.point(*part.vertices().begin());
+        for (const auto& other : parts)
+            if (&other != &part && CGAL::Side_of_triangle_mesh<Mesh, Kernel>(other)(corner) == CGAL::ON_BOUNDED_SIDE) ++depth;
+        const bool outward = pmp::volume(part) > 0.0;
+        if (outward == (depth % 2 == 0)) continue;
+        return fmt::format("the shell {} is turned {} although {} shells lie round it", place_text({corner.x(), corner.y(), corner.z()}),
+                           outward ? "outward" : "inward", depth);
+    }
+    return "shells are turned against each other";
+}
+
 }  // namespace
 
 SurfaceCheck check_surface(const TriangleSurface& surface) {
@@ -97,6 +121,8 @@ SurfaceCheck check_surface(const TriangleSurface& surface) {
         const auto box = pmp::face_bbox(crossings.front().first, mesh);
         check.fault = fmt::format("the surface crosses itself: {} pairs of triangles, the first {}", crossings.size(),
                                   place_text({box.xmin(), box.ymin(), box.zmin()}));
+    } else if (!pmp::does_bound_a_volume(mesh)) {
+        check.fault = misplaced_shell(mesh, shell, check.shells);
     }
     return check;
 }

@@ -18,19 +18,19 @@ struct GeometryConfig {
 
 inline void describe(ConfigVisitor& v, GeometryConfig& c) {
     v.number(
-        "voxel_size_m", c.voxel_size_m, positive_or_auto(),
+        "voxel_size_m", c.voxel_size_m, length_or_auto(),
         "edge of the cubic voxels; auto: the smallest capsule diameter / 10. Adjusted so that the section is a whole number of voxels");
-    v.number("surface_deviation_m", c.surface_deviation_m, positive_or_auto(),
+    v.number("surface_deviation_m", c.surface_deviation_m, length_or_auto(),
              "largest distance between the triangles and the exact surface; auto: 2 % of the capsule's diameter");
-    v.number("contact_gap_m", c.contact_gap_m, positive_or_auto(),
+    v.number("contact_gap_m", c.contact_gap_m, length_or_auto(),
              "grains that touch or overlap become one body; where the surface then crosses itself in single precision, the grains there "
              "are thinned by this much; auto: 1e-4 of the capsule's diameter");
     v.numbers("section_m", c.section_m, {2, 2}, not_negative(),
               "z0 and z1 of the section that is evaluated; auto: the bed less trim_m at both ends");
-    v.number("trim_m", c.trim_m, positive_or_auto(), "cut off the bed at both ends; auto: the smaller of 30 mm and one grain's span");
-    v.number("reservoir_m", c.reservoir_m, not_negative(), "empty container beyond both ends of the section in flow runs");
-    v.number("slice_spacing_m", c.slice_spacing_m, positive(), "distance between two slices");
-    v.number("slice_pixel_m", c.slice_pixel_m, positive(), "edge of the slices' square pixels");
+    v.number("trim_m", c.trim_m, length_or_auto(), "cut off the bed at both ends; auto: the smaller of 30 mm and one grain's span");
+    v.number("reservoir_m", c.reservoir_m, between(0.0, 1e6), "empty container beyond both ends of the section in flow runs");
+    v.number("slice_spacing_m", c.slice_spacing_m, length(), "distance between two slices");
+    v.number("slice_pixel_m", c.slice_pixel_m, length(), "edge of the slices' square pixels");
 }
 
 }  // namespace porepack

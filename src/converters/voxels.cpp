@@ -26,11 +26,14 @@ VoxelPlan plan_voxels(const Container& container, const Section& section, double
     const double layers = std::max(1.0, std::round(section.length() / voxel_size_m));
     const double h = section.length() / layers;
     plan.voxel_size_m = h;
-    const double ahead = layers * std::ceil(size.x() / h) * std::ceil(size.y() / h);
+    if (reservoir_m > 0.0 && container.any_periodic())
+        throw UserError("a periodic cell has no reservoir: it would put void into the cell", {.mend = "leave reservoir_m out"});
+    const double reservoir_layers = std::ceil(reservoir_m / h - 1e-9);
+    const double ahead = (layers + 2.0 * reservoir_layers) * std::ceil(size.x() / h) * std::ceil(size.y() / h);
     if (!(ahead < 2e9))
         throw UserError(fmt::format("the grid would have {:.3g} cells", ahead),
-                        {.allowed = "2e9 cells", .mend = "take a larger voxel size (metres) or a shorter section"});
-    plan.reservoir_cells = static_cast<int>(std::ceil(reservoir_m / h - 1e-9));
+                        {.allowed = "2e9 cells", .mend = "take a larger voxel size (metres), a shorter section or a shorter reservoir"});
+    plan.reservoir_cells = static_cast<int>(reservoir_layers);
     plan.grid.spacing_m = {h, h, h};
     plan.grid.cells[2] = static_cast<int>(layers) + 2 * plan.reservoir_cells;
     plan.grid.origin_m[2] = section.z0 - plan.reservoir_cells * h;
@@ -104,6 +107,16 @@ PhaseImage voxelise(const Solid& solid, const Container& container, const Sectio
 int write_slices(const Path& folder, const Solid& solid, const Container& container, const Section& section, double spacing_m,
                  double pixel_m) {
     if (!(spacing_m > 0.0) || !(pixel_m > 0.0)) throw UserError("the slice spacing and the pixel must be positive");
+    constexpr double most_slices = 100000, most_pixels = 1e8;
+    const Vec3 inner = container.high() - container.low();
+    const double pixels = std::ceil(inner.x() / pixel_m) * std::ceil(inner.y() / pixel_m);
+    if (pixel_m > inner.head<2>().minCoeff() / 4.0 || pixels > most_pixels)
+        throw UserError(fmt::format("pixels of {:g} m do not fit a container {:g} x {:g} m wide: {:.3g} pixels a slice", pixel_m, inner.x(),
+                                    inner.y(), pixels),
+                        {.allowed = "at least 4 pixels across, at most 1e8 a slice", .mend = "the pixel is in metres"});
+    if (section.length() / spacing_m > most_slices)
+        throw UserError(fmt::format("a spacing of {:g} m would make {:.3g} slices", spacing_m, section.length() / spacing_m),
+                        {.allowed = fmt::format("at most {:g} slices", most_slices), .mend = "the spacing is in metres"});
     Grid layer;
     const Vec3 low = container.low(), size = container.high() - container.low();
     for (std::size_t axis = 0; axis < 2; ++axis) {

@@ -21,7 +21,9 @@ bool Range::holds(double value) const {
 
 std::string Range::text() const {
     std::string text = "a finite number";
-    if (std::isfinite(low) && std::isfinite(high))
+    if (low == smallest_size && high == largest_size)
+        text = fmt::format("> 0, at most {:g}", high);
+    else if (std::isfinite(low) && std::isfinite(high))
         text = fmt::format("{:g} {} value <= {:g}", low, low_open ? "<" : "<=", high);
     else if (std::isfinite(low))
         text = fmt::format("{} {:g}", low_open ? ">" : ">=", low);
@@ -238,7 +240,7 @@ public:
     void tables(const char* key, const std::function<std::size_t(std::size_t)>& resize,
                 const std::function<void(std::size_t, ConfigVisitor&)>& describe_one, const char*) override {
         json[key] = Json::array();
-        const std::size_t count = resize(std::numeric_limits<std::size_t>::max());
+        const std::size_t count = resize(keep_size);
         for (std::size_t i = 0; i < count; ++i) {
             JsonWriter entry;
             describe_one(i, entry);

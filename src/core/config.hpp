@@ -26,18 +26,31 @@ struct Range {
     [[nodiscard]] std::string text() const;
 };
 
+// Sizes beyond these limits are slips of the pen; their powers would overflow.
+inline constexpr double smallest_size = 1e-30, largest_size = 1e12;
+
 [[nodiscard]] inline Range positive() {
-    return {.low = 0.0, .low_open = true};
+    return {.low = smallest_size, .high = largest_size};
 }
 [[nodiscard]] inline Range positive_or_auto() {
-    return {.low = 0.0, .low_open = true, .zero_is_auto = true};
+    return {.low = smallest_size, .high = largest_size, .zero_is_auto = true};
 }
 [[nodiscard]] inline Range not_negative() {
-    return {.low = 0.0};
+    return {.low = 0.0, .high = largest_size};
+}
+/// A length that a thing can have, in metres.
+[[nodiscard]] inline Range length() {
+    return {.low = 1e-12, .high = 1e6};
+}
+[[nodiscard]] inline Range length_or_auto() {
+    return {.low = 1e-12, .high = 1e6, .zero_is_auto = true};
 }
 [[nodiscard]] inline Range between(double low, double high) {
     return {.low = low, .high = high};
 }
+
+/// Asks an array of tables for its size without changing it.
+inline constexpr std::size_t keep_size = std::numeric_limits<std::size_t>::max();
 
 class ConfigVisitor {
 public:

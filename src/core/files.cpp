@@ -87,7 +87,7 @@ void write_text(const Path& path, std::string_view text) {
 }
 
 void write_json(const Path& path, const Json& json) {
-    write_text(path, json.dump(2) + "\n");
+    write_text(path, json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 
 void make_folder(const Path& path) {

@@ -8,12 +8,17 @@
 
 namespace porepack {
 
+// A log that cannot be written must not end the work.
+void log_raw(const std::string& text) {
+    (void)std::fwrite(text.data(), 1, text.size(), stderr);
+}
+
 void log_line(std::string_view text) {
-    fmt::print(stderr, "{}\n", text);
+    log_raw(fmt::format("{}\n", text));
 }
 
 void log_warning(std::string_view text) {
-    fmt::print(stderr, "warning: {}\n", text);
+    log_raw(fmt::format("warning: {}\n", text));
 }
 
 std::string human_time(double seconds) {
@@ -33,20 +38,21 @@ std::string human_bytes(double bytes) {
 Progress::Progress(std::string label) : label_(std::move(label)), terminal_(isatty(STDERR_FILENO) == 1) {}
 
 Progress::~Progress() {
-    if (terminal_ && drawn_) fmt::print(stderr, "\r\033[K");
+    if (terminal_ && drawn_) log_raw("\r\033[K");
 }
 
 void Progress::update(double fraction, std::string_view detail) {
     const double now = watch_.seconds();
     if (now - last_ < (terminal_ ? 0.2 : 10.0)) return;
     last_ = now;
-    const double done = std::clamp(fraction, 0.0, 1.0);
+    done_ = std::max(done_, std::min(fraction, 1.0));  // never backwards
+    const double done = done_;
     const std::string left = done > 0.01 ? human_time(now * (1.0 - done) / done) + " left" : "time left unknown";
     const std::string line = fmt::format("{}: {:3.0f} %, {}{}{}", label_, 100.0 * done, left, detail.empty() ? "" : ", ", detail);
     if (terminal_)
-        fmt::print(stderr, "\r\033[K{}", line);
+        log_raw(fmt::format("\r\033[K{}", line));
     else
-        fmt::print(stderr, "{}\n", line);
+        log_line(line);
     std::fflush(stderr);
     drawn_ = true;
 }

@@ -9,6 +9,7 @@
 
 namespace porepack {
 
+void log_raw(const std::string& text);
 void log_line(std::string_view text);
 void log_warning(std::string_view text);
 
@@ -47,6 +48,7 @@ private:
     bool drawn_ = false;
     Stopwatch watch_;
     double last_ = 0.0;
+    double done_ = 0.0;
 };
 
 }  // namespace porepack

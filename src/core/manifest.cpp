@@ -88,6 +88,11 @@ StageState state_of(const Path& folder, const Manifest& expected, std::string* w
             say(difference(found, expected));
             return StageState::stale;
         }
+        if (!found.at("outputs_sha256").contains("result.json") || !found.at("peak_memory_bytes").is_number() ||
+            !found.at("wall_time_s").is_number()) {
+            say("manifest damaged");
+            return StageState::stale;
+        }
         for (const auto& [name, digest] : found.at("outputs_sha256").items())
             if (!std::filesystem::exists(folder / name) || sha256_of_file(folder / name) != digest.get<std::string>()) {
                 say("output changed or missing: " + name);

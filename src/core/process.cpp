@@ -44,16 +44,53 @@ std::vector<std::string> merged_environment(const std::map<std::string, std::str
         const std::string text(*entry);
         if (!added.contains(text.substr(0, text.find('=')))) all.push_back(text);
     }
-    for (const auto& [name, value] : added) all.push_back(name + "=" + value);
+    for (const auto& [name, value] : added) all.push_back(fmt::format("{}={}", name, value));
     return all;
 }
 
 std::vector<char*> as_pointers(std::vector<std::string>& texts) {
     std::vector<char*> pointers;
+    pointers.reserve(texts.size() + 1);
     for (auto& text : texts) pointers.push_back(text.data());
     pointers.push_back(nullptr);
     return pointers;
 }
+
+// Ends the whole group of a program when this process dies, even by SIGKILL: a shell that waits for one byte on a pipe
+// whose other end only we hold.
+class Guardian {
+public:
+    explicit Guardian(pid_t group) {
+        int ends[2];
+        if (pipe2(ends, O_CLOEXEC) != 0) return;
+        const std::string script = fmt::format("read word || kill -9 -{}", group);
+        const char* arguments[] = {"sh", "-c", script.c_str(), nullptr};
+        guardian_ = fork();
+        if (guardian_ == 0) {
+            setpgid(0, 0);
+            dup2(ends[0], 0);
+            const int nothing = open("/dev/null", O_WRONLY);
+            dup2(nothing, 1);
+            dup2(nothing, 2);
+            execv("/bin/sh", const_cast<char* const*>(arguments));
+            _exit(127);
+        }
+        close(ends[0]);
+        pipe_ = ends[1];
+    }
+    ~Guardian() {
+        if (pipe_ < 0) return;
+        (void)!write(pipe_, "\n", 1);
+        close(pipe_);
+        if (guardian_ > 0) waitpid(guardian_, nullptr, 0);
+    }
+    Guardian(const Guardian&) = delete;
+    Guardian& operator=(const Guardian&) = delete;
+
+private:
+    pid_t guardian_ = -1;
+    int pipe_ = -1;
+};
 
 void end_group(pid_t child) {
     kill(-child, SIGTERM);
@@ -75,6 +112,9 @@ ProgramEnd run_program(const Program& program) {
     const pid_t child = fork();
     if (child < 0) throw MachineError(std::string("cannot start another process: ") + std::strerror(errno));
     if (child == 0) become(absolute, arguments.data(), variables.data());
+
+    setpgid(child, child);  // also here, whoever comes first
+    const Guardian guardian(child);
 
     int status = 0;
     rusage usage{};
@@ -121,7 +161,7 @@ void require_program(const std::string& name, const std::string& package) {
 }
 
 std::string first_line_of(const std::string& shell_command) {
-    FILE* pipe = popen((shell_command + " 2>/dev/null").c_str(), "r");
+    FILE* pipe = popen(("cd /tmp && timeout 10 " + shell_command + " 2>/dev/null").c_str(), "r");
     if (pipe == nullptr) return {};
     std::array<char, 512> line{};
     std::string text = std::fgets(line.data(), line.size(), pipe) == nullptr ? "" : line.data();

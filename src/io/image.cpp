@@ -6,6 +6,7 @@
 #include <vtkFloatArray.h>
 #include <vtkImageData.h>
 #include <vtkNew.h>
+#include <vtkObject.h>
 #include <vtkPNGReader.h>
 #include <vtkPNGWriter.h>
 #include <vtkPointData.h>
@@ -13,6 +14,7 @@
 #include <vtkUnsignedCharArray.h>
 #include <vtkXMLImageDataReader.h>
 #include <vtkXMLImageDataWriter.h>
+#include <zlib.h>
 
 #include <cmath>
 
@@ -21,6 +23,12 @@
 
 namespace porepack {
 namespace {
+
+// Faults are told by our own messages.
+const bool vtk_is_silent = [] {
+    vtkObject::GlobalWarningDisplayOff();
+    return true;
+}();
 
 vtkNew<vtkImageData> make_image(const Grid& grid, const std::map<std::string, std::string>& notes) {
     vtkNew<vtkImageData> image;
@@ -72,7 +80,7 @@ vtkNew<vtkXMLImageDataReader> open_image(const Path& path) {
     return reader;
 }
 
-Grid grid_of(vtkImageData* image) {
+Grid grid_of(vtkImageData* image, const Path& path) {
     Grid grid;
     int dimensions[3];
     image->GetDimensions(dimensions);
@@ -81,6 +89,10 @@ Grid grid_of(vtkImageData* image) {
         grid.cells[a] = dimensions[axis] - 1;
         grid.origin_m[a] = image->GetOrigin()[axis];
         grid.spacing_m[a] = image->GetSpacing()[axis];
+        if (!(grid.spacing_m[a] > 0.0) || !std::isfinite(grid.spacing_m[a]) || !std::isfinite(grid.origin_m[a]) || grid.cells[a] < 1)
+            throw UserError(fmt::format("the image's grid is not possible: {} cells of {:g} m from {:g} m along axis {}", grid.cells[a],
+                                        grid.spacing_m[a], grid.origin_m[a], axis),
+                            {.where = path.string(), .allowed = "finite origin, spacing > 0 (metres)"});
     }
     return grid;
 }
@@ -115,6 +127,26 @@ std::vector<std::uint8_t> phases_of(vtkImageData* image, const Path& path) {
     return phase;
 }
 
+// VTK's reader crashes on a damaged picture: every chunk's length and check sum is looked at first.
+void require_whole_png(const std::string& bytes, const Path& path) {
+    const auto number = [&](std::size_t at) {
+        std::uint32_t value = 0;
+        for (std::size_t i = 0; i < 4; ++i) value = value << 8 | static_cast<unsigned char>(bytes[at + i]);
+        return value;
+    };
+    if (!bytes.starts_with("\x89PNG\r\n\x1a\n")) throw UserError("not a PNG picture: " + path.string());
+    std::size_t at = 8;
+    while (at + 12 <= bytes.size()) {
+        const std::size_t length = number(at);
+        if (at + 12 + length > bytes.size()) break;
+        const auto* body = reinterpret_cast<const Bytef*>(bytes.data() + at + 4);
+        if (crc32(0, body, static_cast<uInt>(length + 4)) != number(at + 8 + length)) break;
+        if (bytes.compare(at + 4, 4, "IEND") == 0) return;
+        at += 12 + length;
+    }
+    throw UserError("the picture is damaged or cut: " + path.string(), {.mend = "write it again"});
+}
+
 void write_png(const Path& path, int width, int height, std::span<const std::uint8_t> pixels, int components) {
     vtkNew<vtkImageData> image;
     image->SetDimensions(width, height, 1);
@@ -143,7 +175,8 @@ void write_phase_image(const Path& path, const PhaseImage& image) {
 
 PhaseImage read_phase_image(const Path& path) {
     const auto reader = open_image(path);
-    return {.grid = grid_of(reader->GetOutput()), .phase = phases_of(reader->GetOutput(), path), .notes = notes_of(reader->GetOutput())};
+    return {
+        .grid = grid_of(reader->GetOutput(), path), .phase = phases_of(reader->GetOutput(), path), .notes = notes_of(reader->GetOutput())};
 }
 
 void write_flow_image(const Path& path, const FlowImage& image) {
@@ -157,7 +190,7 @@ void write_flow_image(const Path& path, const FlowImage& image) {
 FlowImage read_flow_image(const Path& path) {
     const auto reader = open_image(path);
     vtkImageData* data = reader->GetOutput();
-    FlowImage image{.grid = grid_of(data), .velocity_m_per_s = {}, .pressure_Pa = {}, .phase = {}, .notes = notes_of(data)};
+    FlowImage image{.grid = grid_of(data, path), .velocity_m_per_s = {}, .pressure_Pa = {}, .phase = {}, .notes = notes_of(data)};
     vtkDataArray* velocity = require_array(data, "velocity", 3, path);
     image.velocity_m_per_s.resize(3 * image.grid.size());
     for (std::size_t i = 0; i < image.grid.size(); ++i)
@@ -181,16 +214,18 @@ void write_colour_png(const Path& path, int width, int height, std::span<const s
 }
 
 std::vector<std::uint8_t> read_gray_png(const Path& path, int& width, int& height) {
-    (void)read_text(path);
+    require_whole_png(read_text(path), path);
     vtkNew<vtkPNGReader> reader;
     if (reader->CanReadFile(path.c_str()) == 0) throw UserError("not a PNG picture: " + path.string());
     reader->SetFileName(path.c_str());
     reader->Update();
-    int dimensions[3];
+    int dimensions[3] = {0, 0, 0};
     reader->GetOutput()->GetDimensions(dimensions);
     width = dimensions[0];
     height = dimensions[1];
     vtkDataArray* array = reader->GetOutput()->GetPointData()->GetScalars();
+    if (reader->GetErrorCode() != 0 || array == nullptr || width < 1 || height < 1)
+        throw UserError("the picture cannot be read: " + path.string(), {.mend = "the file may be cut: write it again"});
     std::vector<std::uint8_t> pixels(static_cast<std::size_t>(array->GetNumberOfTuples()));
     for (std::size_t i = 0; i < pixels.size(); ++i)
         pixels[i] = static_cast<std::uint8_t>(array->GetComponent(static_cast<vtkIdType>(i), 0));

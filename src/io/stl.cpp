@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cctype>
+#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -76,14 +79,15 @@ TriangleSurface read_ascii(const std::string& text, const Path& path, double uni
     std::size_t corner = 0, triangle = 0;
     bool ended = false;
     while (words >> word) {
+        std::transform(word.begin(), word.end(), word.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
         ended = word == "endsolid" || (ended && word != "solid");
         if (word != "vertex") continue;
         for (float& value : corners[corner]) {
             std::string number;
             words >> number;
-            try {
-                value = std::stof(number);
-            } catch (const std::exception&) {
+            const auto [end, fault] =
+                std::from_chars(number.data() + (number.starts_with('+') ? 1 : 0), number.data() + number.size(), value);
+            if (fault != std::errc() || end != number.data() + number.size()) {
                 throw UserError(fmt::format("`{}` is no number in triangle {} of {}", number, triangle, path.string()),
                                 {.mend = "the file may be cut: export it again"});
             }
@@ -134,7 +138,11 @@ TriangleSurface read_stl(const Path& path, double unit_m) {
     std::uint32_t count = 0;
     if (bytes.size() >= header_size) std::memcpy(&count, bytes.data() + 80, sizeof count);
     const std::size_t expected = header_size + record_size * static_cast<std::size_t>(count);
-    const bool ascii = bytes.starts_with("solid") && bytes.find("facet") < 1000 && bytes.size() != expected;
+    std::string start = bytes.substr(0, 1000);
+    std::transform(start.begin(), start.end(), start.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const std::size_t first = start.find_first_not_of(" \t\r\n");
+    const bool ascii = first != std::string::npos && start.compare(first, 5, "solid") == 0 && start.find("facet") != std::string::npos &&
+                       bytes.size() != expected;
     if (ascii) {
         surface = read_ascii(bytes, path, unit_m);
     } else {

@@ -27,7 +27,7 @@ inline void describe(ConfigVisitor& v, LbmConfig& c) {
     v.integer("max_steps", c.max_steps, {.low = 1, .high = 1e9}, "give up after as many time steps");
     v.integer("grids", c.grids, between(1, 2), "1: one grid, no uncertainty; 2: a coarser grid first, their difference gives the interval");
     v.number("grid_ratio", c.grid_ratio, {.low = 1.1, .high = 4.0}, "voxel size of the coarser grid / voxel size");
-    v.number("superficial_velocity_m_per_s", c.superficial_velocity_m_per_s, positive(),
+    v.number("superficial_velocity_m_per_s", c.superficial_velocity_m_per_s, between(1e-12, 1e3),
              "physical state of flow.vti: water (1e-6 m2/s, 1000 kg/m3) at this superficial velocity");
 }
 

@@ -54,8 +54,11 @@ std::string parameters(const FoamScene& scene, const FoamConfig& config, double 
 
 void prepare(const FoamScene& scene, const FoamConfig& config, double cell, const Path& cases, const Path& folder) {
     const bool periodic = scene.container.any_periodic();
-    fs::copy(cases / (periodic ? "stokes_periodic" : "stokes_packing"), folder,
-             fs::copy_options::recursive | fs::copy_options::overwrite_existing);
+    // The case alone, not what an earlier run by hand left in its folder.
+    const Path source = cases / (periodic ? "stokes_periodic" : "stokes_packing");
+    make_folder(folder / "constant" / "triSurface");
+    for (const char* part : {"Allrun", "Allclean", "0.orig", "system", "constant/transportProperties", "constant/turbulenceProperties"})
+        fs::copy(source / part, folder / part, fs::copy_options::recursive | fs::copy_options::overwrite_existing);
     write_text(folder / "system" / "caseParameters", parameters(scene, config, cell));
     if (scene.container.kind == Container::Kind::cylinder)
         write_text(folder / "system" / "container",

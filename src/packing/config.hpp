@@ -39,8 +39,8 @@ inline void describe(ConfigVisitor& v, PackingConfig& c) {
     v.number("fill_height_m", c.fill_height_m, positive_or_auto(), "height at which pouring stops; auto: half the container's height");
     v.number("surface_tolerance", c.surface_tolerance, {.low = 0.0005, .high = 0.4},
              "largest distance between the sphere clump's surface and the exact one, as a fraction of the capsule's diameter");
-    v.number("density_kg_per_m3", c.density_kg_per_m3, positive(), "density of the grains");
-    v.number("gravity_m_per_s2", c.gravity_m_per_s2, positive(), "gravity, along -z");
+    v.number("density_kg_per_m3", c.density_kg_per_m3, between(1.0, 1e5), "density of the grains");
+    v.number("gravity_m_per_s2", c.gravity_m_per_s2, between(1e-3, 1e4), "gravity, along -z");
     v.number("normal_stiffness_N_per_m", c.normal_stiffness_N_per_m, positive(), "s_n of Eq. 9; the spring's stiffness is s_n/2");
     v.number("tangential_stiffness_N_per_m", c.tangential_stiffness_N_per_m, positive(), "s_t; the spring's stiffness is s_t/2");
     v.number("normal_damping", c.normal_damping, between(0.0, 0.99), "eta_n of Eq. 9");
@@ -51,11 +51,12 @@ inline void describe(ConfigVisitor& v, PackingConfig& c) {
     v.number("drop_height_m", c.drop_height_m, positive_or_auto(),
              "height above the floor at which grains are created; auto: one span below the rim");
     v.integer("batch_grains", c.batch_grains, between(1, 10000), "grains created together, as many of them as fit without overlap");
-    v.number("batch_interval_s", c.batch_interval_s, positive(), "time between two batches");
-    v.number("horizontal_speed_m_per_s", c.horizontal_speed_m_per_s, not_negative(), "each horizontal velocity is random within +- this");
+    v.number("batch_interval_s", c.batch_interval_s, between(1e-4, 1e3), "time between two batches");
+    v.number("horizontal_speed_m_per_s", c.horizontal_speed_m_per_s, between(0.0, 100.0),
+             "each horizontal velocity is random within +- this");
     v.number("rest_energy_fraction", c.rest_energy_fraction, {.low = 1e-12, .high = 0.1},
              "at rest when the kinetic energy a grain is below this fraction of m g d");
-    v.number("settle_time_s", c.settle_time_s, positive(), "longest simulated time after the last batch");
+    v.number("settle_time_s", c.settle_time_s, between(1e-4, 1e4), "longest simulated time after the last batch");
     v.integer("processes", c.processes, between(1, 256),
               "MPI processes of LIGGGHTS; another number gives another packing of the same kind");
 }

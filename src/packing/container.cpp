@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/config.hpp"
 #include "core/error.hpp"
 #include "packing/packing.hpp"
 
@@ -57,7 +58,7 @@ std::vector<double> parse_numbers(const std::string& text, std::size_t count, co
     }
     if (values.size() != count) throw UserError("not a container: " + whole, {.allowed = forms});
     for (const double value : values)
-        if (!(value > 0.0) || !std::isfinite(value)) throw UserError("a container's sizes must be positive: " + whole, {.allowed = forms});
+        if (!length().holds(value)) throw UserError("a container's sizes must be from 1e-12 to 1e6 m: " + whole, {.allowed = forms});
     return values;
 }
 
@@ -93,8 +94,8 @@ Json to_json(const Container& container) {
 
 Container container_from_json(const Json& json, const std::string& where) {
     const auto positive_number = [&](const Json& value, const char* key) {
-        if (!value.is_number() || !(value.get<double>() > 0.0) || !std::isfinite(value.get<double>()))
-            throw UserError(fmt::format("`{}` must be a positive number", key), {.where = where});
+        if (!value.is_number() || !length().holds(value.get<double>()))
+            throw UserError(fmt::format("`{}` must be a number from 1e-12 to 1e6 (metres)", key), {.where = where});
         return value.get<double>();
     };
     const auto member = [&](const char* key) -> const Json& {

@@ -17,9 +17,9 @@ struct ContainerConfig {
 
 inline void describe(ConfigVisitor& v, ContainerConfig& c) {
     v.choice("kind", c.kind, {"cylinder", "box"}, "an upright cylinder (axis x = y = 0) or a box (corner at the origin); floor at z = 0");
-    v.number("diameter_m", c.diameter_m, positive_or_auto(), "inner diameter of the cylinder");
-    v.number("height_m", c.height_m, positive_or_auto(), "inner height of the cylinder");
-    v.numbers("size_m", c.size_m, {3, 3}, positive(), "inner size of the box");
+    v.number("diameter_m", c.diameter_m, length_or_auto(), "inner diameter of the cylinder");
+    v.number("height_m", c.height_m, length_or_auto(), "inner height of the cylinder");
+    v.numbers("size_m", c.size_m, {3, 3}, length(), "inner size of the box");
     v.booleans("periodic", c.periodic, 3, "is the box periodic along x, y, z?");
 }
 

@@ -139,19 +139,26 @@ double Grains::distance(const Vec3& point, double cap) const {
 Section choose_section(const Container& container, const SectionChoice& choice, double bed_top_m, double grain_span_m) {
     if (choice.section_m.size() == 2) {
         const Section section{choice.section_m[0], choice.section_m[1]};
+        if (container.any_periodic() && (section.z0 > 1e-9 * container.height() || section.z1 < container.height() * (1.0 - 1e-9)))
+            throw UserError("a periodic cell is taken as a whole: it has no section",
+                            {.allowed = fmt::format("0,{:g} or nothing", container.height()), .mend = "leave the section out"});
         if (section.length() <= 0.0 || section.z0 < 0.0 || section.z1 > container.height() * (1.0 + 1e-9))
             throw UserError(fmt::format("the section from {:g} to {:g} m is not possible", section.z0, section.z1),
                             {.allowed = fmt::format("0 <= z0 < z1 <= {:g} m (the container's height); the bed is {:g} m high",
                                                     container.height(), bed_top_m)});
+        if (section.z0 >= bed_top_m)
+            throw UserError(fmt::format("the section from {:g} to {:g} m lies above the bed", section.z0, section.z1),
+                            {.allowed = fmt::format("0 <= z0 < {:g} m (the bed's height)", bed_top_m)});
         return section;
     }
-    if (container.periodic[2]) return {0.0, container.size_m.z()};
+    if (container.any_periodic()) return {0.0, container.size_m.z()};
     const double trim = choice.trim_m > 0.0 ? choice.trim_m : std::min(0.03, grain_span_m);
-    if (bed_top_m - 2.0 * trim <= 0.0)
+    const double top = std::min(bed_top_m, container.height());
+    if (top - 2.0 * trim <= 0.0)
         throw UserError(
             fmt::format("nothing is left of the bed: it is {:.4g} m high, and {:.4g} m are trimmed at both ends", bed_top_m, trim),
-            {.mend = "pour more grains, or set the section or the trim (--section z0,z1 or trim_m)"});
-    return {trim, bed_top_m - trim};
+            {.mend = "set the section (--section z0,z1; section_m) or a smaller trim (--trim; trim_m), or take a higher bed"});
+    return {trim, top - trim};
 }
 
 namespace {

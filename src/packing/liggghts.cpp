@@ -73,17 +73,41 @@ double contact_time(double mass, const PackingConfig& config) {
 
 // A grain about to be created: its origin, orientation and velocity.
 struct Newcomer {
+    std::size_t shape;
     Vec3 position;
     Quaternion orientation;
     double vx, vy;
 };
 
+double finest_diameter(const std::vector<ShapeShare>& shapes) {
+    double least = 1e300;
+    for (const auto& share : shapes) least = std::min(least, smallest_diameter(share.shape));
+    return least;
+}
+
+double largest_span(const std::vector<ShapeShare>& shapes) {
+    double largest = 0.0;
+    for (const auto& share : shapes) largest = std::max(largest, span(share.shape));
+    return largest;
+}
+
+// Draws a shape by the number fractions; one shape needs no draw.
+std::size_t draw(const std::vector<ShapeShare>& shapes, Random& random) {
+    if (shapes.size() == 1) return 0;
+    double at = random.uniform(0.0, 1.0);
+    for (std::size_t s = 0; s + 1 < shapes.size(); ++s) {
+        if (at < shapes[s].number_fraction) return s;
+        at -= shapes[s].number_fraction;
+    }
+    return shapes.size() - 1;
+}
+
 // Poses of one batch: random in a slab at the drop height, clear of the walls and of each other. As many as fit.
-std::vector<Newcomer> make_batch(const Shape& shape, const Container& container, const PackingConfig& config, double drop_height,
-                                 long count, Random& random) {
+std::vector<Newcomer> make_batch(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config,
+                                 double drop_height, long count, Random& random) {
     constexpr int tries = 300;
-    const double slab = span(shape);
-    const double clearance = 0.02 * smallest_diameter(shape);
+    const double slab = largest_span(shapes);
+    const double clearance = 0.02 * finest_diameter(shapes);
     std::vector<Newcomer> batch;
     std::vector<std::vector<Capsule>> placed;
     const auto fits = [&](const std::vector<Capsule>& grain) {
@@ -96,15 +120,17 @@ std::vector<Newcomer> make_batch(const Shape& shape, const Container& container,
                     if (gap(p, q) < clearance) return false;
         return true;
     };
-    for (long n = 0; n < count; ++n)
+    for (long n = 0; n < count; ++n) {
+        const std::size_t kind = draw(shapes, random);
         for (int t = 0; t < tries; ++t) {
             const Vec3 low = container.low(), high = container.high();
             Newcomer grain{};
+            grain.shape = kind;
             grain.position = Vec3(random.uniform(low.x(), high.x()), random.uniform(low.y(), high.y()),
                                   drop_height + random.uniform(0.0, slab) - slab / 2.0);
             grain.orientation = random.rotation();
             std::vector<Capsule> capsules;
-            for (const auto& capsule : shape.capsules) capsules.push_back(moved(capsule, grain.position, grain.orientation));
+            for (const auto& capsule : shapes[kind].shape.capsules) capsules.push_back(moved(capsule, grain.position, grain.orientation));
             if (!fits(capsules)) continue;
             grain.vx = random.uniform(-config.horizontal_speed_m_per_s, config.horizontal_speed_m_per_s);
             grain.vy = random.uniform(-config.horizontal_speed_m_per_s, config.horizontal_speed_m_per_s);
@@ -112,23 +138,26 @@ std::vector<Newcomer> make_batch(const Shape& shape, const Container& container,
             placed.push_back(capsules);
             break;
         }
+    }
     return batch;
 }
 
-void write_batch(const Path& file, const std::vector<Newcomer>& batch, const ClumpBody& body) {
+void write_batch(const Path& file, const std::vector<Newcomer>& batch, const std::vector<ClumpBody>& bodies) {
     std::string text = "# Creates one batch, each grain at its own pose.\n";
     const double h = 1e-9;
     for (std::size_t g = 0; g < batch.size(); ++g) {
+        const ClumpBody& body = bodies[batch[g].shape];
         const Vec3 x = batch[g].position + batch[g].orientation * body.centre;
         const Quaternion q = batch[g].orientation * body.turn;
         text += fmt::format("region at{0} block {1:.17g} {2:.17g} {3:.17g} {4:.17g} {5:.17g} {6:.17g} units box volume_limit 1e-40\n", g,
                             x.x() - h, x.x() + h, x.y() - h, x.y() + h, x.z() - h, x.z() + h);
         text += fmt::format(
-            "fix new{0} all insert/pack seed 32452843 distributiontemplate grains insert_every once verbose no overlapcheck no all_in no "
+            "fix new{0} all insert/pack seed 32452843 distributiontemplate grains_{8} insert_every once verbose no overlapcheck no all_in "
+            "no "
             "&\n"
             "    orientation constant {1:.17g} {2:.17g} {3:.17g} {4:.17g} vel constant {5:.17g} {6:.17g} 0.0 region at{0} "
             "particles_in_region 1 ntry_mc 1000\n",
-            g, q.w(), q.x(), q.y(), q.z(), batch[g].vx, batch[g].vy);
+            g, q.w(), q.x(), q.y(), q.z(), batch[g].vx, batch[g].vy, 0, batch[g].shape + 1);
     }
     text += "run 1\n";
     for (std::size_t g = 0; g < batch.size(); ++g) text += fmt::format("unfix new{0}\nregion at{0} delete\n", g);
@@ -136,37 +165,39 @@ void write_batch(const Path& file, const std::vector<Newcomer>& batch, const Clu
 }
 
 struct Run {
-    const Shape& shape;
+    const std::vector<ShapeShare>& shapes;
     const Container& container;
     const PackingConfig& config;
     PourPlan plan;
-    ClumpBody body;
+    std::vector<ClumpBody> bodies;  // by shape
     Path folder;
-    std::vector<long> batch_sizes;
+    std::vector<std::vector<std::size_t>> batches = {};  // the shapes of each batch's grains, in the order of creation
 };
 
 void write_batches(Run& run) {
     Random random(run.config.seed);
     for (long left = run.plan.most_grains; left > 0;) {
         const auto batch =
-            make_batch(run.shape, run.container, run.config, run.plan.drop_height_m, std::min(left, run.config.batch_grains), random);
+            make_batch(run.shapes, run.container, run.config, run.plan.drop_height_m, std::min(left, run.config.batch_grains), random);
         if (batch.empty())
             throw UserError("no grain fits into the container at the drop height", {.mend = "take a wider container or smaller grains"});
-        run.batch_sizes.push_back(static_cast<long>(batch.size()));
-        left -= run.batch_sizes.back();
-        write_batch(run.folder / fmt::format("batch_{}.in", run.batch_sizes.size()), batch, run.body);
+        left -= static_cast<long>(batch.size());
+        run.batches.emplace_back();
+        for (const auto& grain : batch) run.batches.back().push_back(grain.shape);
+        write_batch(run.folder / fmt::format("batch_{}.in", run.batches.size()), batch, run.bodies);
     }
 }
 
 void write_parameters(const Run& run) {
     const auto& c = run.config;
-    const double kn = c.normal_stiffness_N_per_m / 2.0, kt = c.tangential_stiffness_N_per_m / 2.0, m = run.body.mass;
-    const auto gamma = [](double eta, double k, double effective_mass) { return 2.0 * eta * std::sqrt(k / effective_mass); };
-    const double d = smallest_diameter(run.shape);
+    const double d = finest_diameter(run.shapes);
     const double margin = d;
     const Vec3 low = run.container.low(), high = run.container.high();
     const double dt = run.plan.time_step_s;
-    const double limit = c.rest_energy_fraction * m * c.gravity_m_per_s2 * d / static_cast<double>(run.body.spheres.size());
+    double limit = 1e300;  // a sphere; of a mixture the strictest
+    for (std::size_t s = 0; s < run.bodies.size(); ++s)
+        limit = std::min(limit, c.rest_energy_fraction * run.bodies[s].mass * c.gravity_m_per_s2 * smallest_diameter(run.shapes[s].shape) /
+                                    static_cast<double>(run.bodies[s].spheres.size()));
     constexpr long part = 5000;
     std::string text = "# Written by porepack; SI units. The law is Eq. 9: spring s_n/2, dashpot 2 eta sqrt((s_n/2)/m_ij) a mass m_ij.\n";
     const auto number = [&](const char* name, double value) { text += fmt::format("variable {} equal {:.17g}\n", name, value); };
@@ -180,38 +211,66 @@ void write_parameters(const Run& run) {
     number("y_low", low.y() - margin);
     number("y_high", high.y() + margin);
     number("z_low", -margin);
-    number("z_high", std::max(high.z(), run.plan.drop_height_m + span(run.shape)) + 4.0 * margin);
+    number("z_high", std::max(high.z(), run.plan.drop_height_m + largest_span(run.shapes)) + 4.0 * margin);
     number("neighbour_skin", d);
-    number("kn", kn);
-    number("kt", kt);
-    number("gamman_grain", gamma(c.normal_damping, kn, m / 2.0));
-    number("gamman_wall", gamma(c.normal_damping, kn, m));
-    number("gammat_grain", gamma(c.tangential_damping, kt, m / 2.0));
-    number("gammat_wall", gamma(c.tangential_damping, kt, m));
-    number("friction_grain", c.friction);
-    number("friction_wall", c.wall_friction);
     number("time_step", dt);
     number("gravity", c.gravity_m_per_s2);
-    number("density", c.density_kg_per_m3);
-    whole("clump_spheres", static_cast<long>(run.body.spheres.size()));
-    number("grain_mass", m);
-    number("inertia_xx", run.body.inertia.x());
-    number("inertia_yy", run.body.inertia.y());
-    number("inertia_zz", run.body.inertia.z());
-    whole("batches", static_cast<long>(run.batch_sizes.size()));
-    whole("loop_end", static_cast<long>(run.batch_sizes.size()) + 2);
+    whole("types", static_cast<long>(run.shapes.size()) + 1);
+    whole("wall_type", static_cast<long>(run.shapes.size()) + 1);
+    whole("batches", static_cast<long>(run.batches.size()));
+    whole("loop_end", static_cast<long>(run.batches.size()) + 2);
     whole("steps_between_batches", std::max(1L, std::lround(c.batch_interval_s / dt)));
     whole("steps_per_line", 2000);
     whole("steps_per_part", part);
     whole("settle_parts", std::max(1L, static_cast<long>(std::ceil(c.settle_time_s / dt / part))));
     number("fill_height", c.grains > 0 ? 1e30 : run.plan.fill_height_m - d / 2.0);
     number("energy_limit_per_sphere", limit);
+    const bool spheres = std::any_of(run.shapes.begin(), run.shapes.end(), [](const ShapeShare& share) {
+        return share.shape.capsules.size() == 1 && share.shape.capsules.front().a == share.shape.capsules.front().b;
+    });
+    whole("rotation_counts", spheres ? 0 : 1);
     write_text(run.folder / "parameters.in", text);
+}
 
-    std::string clump;
-    for (const auto& sphere : run.body.spheres)
-        clump += fmt::format("{:.17g} {:.17g} {:.17g} {:.17g}\n", sphere.a.x(), sphere.a.y(), sphere.a.z(), sphere.radius);
-    write_text(run.folder / "grain.clump", clump);
+// The contact law between all types, and a template for each shape.
+void write_grains(const Run& run) {
+    const auto& c = run.config;
+    const std::size_t types = run.bodies.size() + 1;
+    // A wall is infinitely heavy; between walls nothing is ever asked.
+    const auto effective_mass = [&](std::size_t i, std::size_t j) {
+        const double first = run.bodies[std::min(i, types - 2)].mass, second = run.bodies[std::min(j, types - 2)].mass;
+        if (i + 1 == types) return second;
+        return j + 1 == types ? first : first * second / (first + second);
+    };
+    std::string text = "# Written by porepack. Types: the shapes in their order, then the walls.\n";
+    const auto property = [&](const char* name, const char* global, const auto& value) {
+        text += fmt::format("fix {} all property/global {} peratomtypepair {}", name, global, types);
+        for (std::size_t i = 0; i < types; ++i)
+            for (std::size_t j = 0; j < types; ++j)
+                text += fmt::format(" {:.17g}", value(effective_mass(i, j), std::max(i, j) + 1 == types));
+        text += "\n";
+    };
+    const double kn = c.normal_stiffness_N_per_m / 2.0, kt = c.tangential_stiffness_N_per_m / 2.0;
+    property("kn", "kn", [&](double, bool) { return kn; });
+    property("kt", "kt", [&](double, bool) { return kt; });
+    property("gn", "gamman", [&](double mass, bool) { return 2.0 * c.normal_damping * std::sqrt(kn / mass); });
+    property("gt", "gammat", [&](double mass, bool) { return 2.0 * c.tangential_damping * std::sqrt(kt / mass); });
+    property("mu", "coefficientFriction", [&](double, bool wall) { return wall ? c.wall_friction : c.friction; });
+    // LIGGGHTS wants a prime above 10000 as the seed of each template; poses are given, so nothing is drawn from it.
+    for (std::size_t s = 0; s < run.bodies.size(); ++s) {
+        const ClumpBody& body = run.bodies[s];
+        text += fmt::format(
+            "fix grain_{0} all particletemplate/multisphere 15485863 atom_type {0} density constant {1:.17g} nspheres {2} ntry 1000 &\n"
+            "    spheres file grain_{0}.clump scale 1.0 type {0} mass {3:.17g} inertia_tensor {4:.17g} 0 0 {5:.17g} 0 {6:.17g} "
+            "use_density\n"
+            "fix grains_{0} all particledistribution/discrete 15485867 1 grain_{0} 1.0\n",
+            s + 1, c.density_kg_per_m3, body.spheres.size(), body.mass, body.inertia.x(), body.inertia.y(), body.inertia.z());
+        std::string clump;
+        for (const auto& sphere : body.spheres)
+            clump += fmt::format("{:.17g} {:.17g} {:.17g} {:.17g}\n", sphere.a.x(), sphere.a.y(), sphere.a.z(), sphere.radius);
+        write_text(run.folder / fmt::format("grain_{}.clump", s + 1), clump);
+    }
+    write_text(run.folder / "grains.in", text);
 }
 
 // The last thermo line of a growing log: step, spheres, energies, height of the bed.
@@ -269,15 +328,18 @@ std::vector<std::vector<double>> read_dump(const Path& file, std::size_t columns
 
 // Predicts every clump sphere from the poses and compares with where LIGGGHTS has it.
 double pose_error(const Run& run, const Packing& packing, const std::vector<std::vector<double>>& spheres) {
-    std::vector<Vec3> real;
+    using Sphere = Eigen::Vector4d;  // centre and radius
+    std::vector<Sphere> real;
     real.reserve(spheres.size());
-    for (const auto& row : spheres) real.emplace_back(row[1], row[2], row[3]);
-    const auto by_z = [](const Vec3& p, const Vec3& q) { return p.z() < q.z(); };
+    for (const auto& row : spheres) real.emplace_back(row[1], row[2], row[3], row[4]);
+    const auto by_z = [](const Sphere& p, const Sphere& q) { return p.z() < q.z(); };
     std::sort(real.begin(), real.end(), by_z);
     double worst = 0.0;
     for (const auto& body : packing.bodies)
-        for (const auto& sphere : run.body.spheres) {
-            const Vec3 there = body.position_m + body.orientation * (run.body.centre + run.body.turn * sphere.a);
+        for (const auto& sphere : run.bodies[body.shape].spheres) {
+            const ClumpBody& clump = run.bodies[body.shape];
+            Sphere there;
+            there << body.position_m + body.orientation * (clump.centre + clump.turn * sphere.a), sphere.radius;
             double least = 1e300;
             auto at = std::lower_bound(real.begin(), real.end(), there, by_z);
             for (auto up = at; up != real.end() && up->z() - there.z() < least; ++up) least = std::min(least, (*up - there).norm());
@@ -293,16 +355,22 @@ double pose_error(const Run& run, const Packing& packing, const std::vector<std:
 }
 
 Packing read_packing_back(const Run& run, long expected_grains, const Path& log) {
-    Packing packing{.container = run.container, .shapes = {run.shape}, .bodies = {}};
+    Packing packing{.container = run.container, .shapes = {}, .bodies = {}};
+    for (const auto& share : run.shapes) packing.shapes.push_back(share.shape);
+    // Bodies are numbered in the order of their creation.
+    std::vector<std::size_t> order;
+    for (const auto& batch : run.batches) order.insert(order.end(), batch.begin(), batch.end());
     const auto bodies = read_dump(run.folder / "final.bodies", 8);
     if (static_cast<long>(bodies.size()) != expected_grains)
         fail_with_log(fmt::format("LIGGGHTS lost grains: {} were poured, {} are left", expected_grains, bodies.size()), log,
                       "raise the container or lower drop_height_m, horizontal_speed_m_per_s or time_step_s");
-    for (const auto& row : bodies) {
-        Body body;
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+        const auto& row = bodies[b];
+        const ClumpBody& clump = run.bodies[order[b]];
+        Body body{.shape = order[b]};
         const Quaternion q(row[4], row[5], row[6], row[7]);
-        body.orientation = (q * run.body.turn.conjugate()).normalized();
-        body.position_m = Vec3(row[1], row[2], row[3]) - body.orientation * run.body.centre;
+        body.orientation = (q * clump.turn.conjugate()).normalized();
+        body.position_m = Vec3(row[1], row[2], row[3]) - body.orientation * clump.centre;
         packing.bodies.push_back(body);
     }
     return packing;
@@ -318,7 +386,7 @@ std::vector<std::string> command_for(long processes) {
 void run_liggghts(const Run& run, const Path& log) {
     Progress progress("pour (LIGGGHTS)");
     const double steps_a_batch = std::max(1.0, run.config.batch_interval_s / run.plan.time_step_s);
-    const double steps = steps_a_batch * static_cast<double>(run.batch_sizes.size()) + 1.0 / run.plan.time_step_s;
+    const double steps = steps_a_batch * static_cast<double>(run.batches.size()) + 1.0 / run.plan.time_step_s;
     const Program program{
         .command = command_for(run.config.processes),
         .folder = run.folder,
@@ -326,8 +394,8 @@ void run_liggghts(const Run& run, const Path& log) {
         .environment = {{"OMPI_ALLOW_RUN_AS_ROOT", "1"}, {"OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"}, {"OMP_NUM_THREADS", "1"}},
         .while_running = [&] {
             if (const auto state = last_state(log))
-                progress.update((*state)[0] / steps, fmt::format("step {:.0f}, {:.0f} grains, bed {:.3f} m", (*state)[0],
-                                                                 (*state)[1] / static_cast<double>(run.body.spheres.size()), (*state)[4]));
+                progress.update((*state)[0] / steps,
+                                fmt::format("step {:.0f}, {:.0f} spheres, the highest at {:.3f} m", (*state)[0], (*state)[1], (*state)[4]));
         }};
     const ProgramEnd end = run_program(program);
     if (end.exit_code != 0) fail_with_log(fmt::format("LIGGGHTS failed with exit code {}", end.exit_code), log);
@@ -335,12 +403,12 @@ void run_liggghts(const Run& run, const Path& log) {
 
 }  // namespace
 
-PourPlan plan_pour(const Shape& shape, const Container& container, const PackingConfig& config) {
+PourPlan plan_pour(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config) {
     if (container.any_periodic())
         throw UserError("LIGGGHTS pours into a container with walls, this one is periodic",
                         {.mend = "give a packing.json with engine = \"none\", or a container with walls"});
-    const double d = smallest_diameter(shape);
-    const double extent = span(shape);
+    const double d = finest_diameter(shapes);
+    const double extent = largest_span(shapes);
     const Vec3 inner = container.high() - container.low();
     if (extent > std::min(inner.x(), inner.y()) || 2.0 * extent > container.height())
         throw UserError(
@@ -349,16 +417,25 @@ PourPlan plan_pour(const Shape& shape, const Container& container, const Packing
             {.allowed = "a container wider than one grain's span and higher than two",
              .mend = "check the units (metres), take a larger container or smaller grains"});
     PourPlan plan;
-    const ShapeMeasures measures = measure(shape, 128);
-    plan.grain_mass_kg = config.density_kg_per_m3 * measures.volume_m3;
-    const double static_overlap = plan.grain_mass_kg * config.gravity_m_per_s2 / (config.normal_stiffness_N_per_m / 2.0) / d;
+    double mean_volume = 0.0, largest_volume = 0.0, smallest_volume = 1e300, mean_spheres = 0.0;
+    for (const auto& [shape, share] : shapes) {
+        const double volume = measure(shape, 1e-6).volume_m3;
+        mean_volume += share * volume;
+        largest_volume = std::max(largest_volume, volume);
+        smallest_volume = std::min(smallest_volume, volume);
+        const auto spheres = static_cast<double>(sphere_clump(shape, config.surface_tolerance * smallest_diameter(shape)).size());
+        mean_spheres += share * spheres;
+    }
+    plan.grain_mass_kg = config.density_kg_per_m3 * mean_volume;
+    const double static_overlap =
+        config.density_kg_per_m3 * largest_volume * config.gravity_m_per_s2 / (config.normal_stiffness_N_per_m / 2.0) / d;
     if (static_overlap > 0.01)
         throw UserError(
             fmt::format("the contacts are too soft: one grain's weight presses a contact in by {:.2g} of its diameter", static_overlap),
             {.allowed = "1 % of the diameter",
              .mend = fmt::format("set normal_stiffness_N_per_m to {:.2g} or more, tangential_stiffness_N_per_m to half of it",
                                  config.normal_stiffness_N_per_m * static_overlap / 0.001)});
-    plan.contact_time_s = contact_time(plan.grain_mass_kg, config);
+    plan.contact_time_s = contact_time(config.density_kg_per_m3 * smallest_volume, config);
     plan.time_step_s = config.time_step_s > 0.0 ? config.time_step_s : plan.contact_time_s / 45.0;
     if (plan.time_step_s > plan.contact_time_s / 30.0)
         throw UserError(fmt::format("the time step {:.3g} s is too long: a contact lasts {:.3g} s", plan.time_step_s, plan.contact_time_s),
@@ -371,9 +448,14 @@ PourPlan plan_pour(const Shape& shape, const Container& container, const Packing
                                     plan.fill_height_m, plan.drop_height_m),
                         {.allowed = fmt::format("a fill height up to {:.4g} m", plan.drop_height_m - extent),
                          .mend = "take a higher container or a lower fill_height_m"});
-    const double densest = 0.75 * container.inner_area_m2() * plan.fill_height_m / measures.volume_m3;
+    // Poured grains of these shapes fill no more than 3/4 of the space.
+    const double most = 0.75 * container.inner_area_m2() * plan.drop_height_m / mean_volume;
+    if (static_cast<double>(config.grains) > most)
+        throw UserError(fmt::format("{} grains do not fit below the drop height", config.grains),
+                        {.allowed = fmt::format("at most about {:.0f}", most), .mend = "take a higher container or fewer grains"});
+    const double densest = 0.75 * container.inner_area_m2() * plan.fill_height_m / mean_volume;
     plan.most_grains = config.grains > 0 ? config.grains : std::max(1L, static_cast<long>(densest));
-    plan.clump_spheres = static_cast<long>(sphere_clump(shape, config.surface_tolerance * d).size());
+    plan.clump_spheres = std::lround(mean_spheres);
     // From measurements: 0.4 us a sphere and step, on average half of the grains present, about four a batch.
     const double grains = config.grains > 0 ? static_cast<double>(config.grains) : densest / 1.8;
     const double steps = (grains / 4.0 * config.batch_interval_s + 0.6) / plan.time_step_s;
@@ -383,9 +465,15 @@ PourPlan plan_pour(const Shape& shape, const Container& container, const Packing
     return plan;
 }
 
-PourResult pour_with_liggghts(const Shape& shape, const Container& container, const PackingConfig& config, const Path& templates,
-                              const Path& folder) {
-    Run run{shape, container, config, plan_pour(shape, container, config), clump_body(shape, config), folder, {}};
+PourResult pour_with_liggghts(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config,
+                              const Path& templates, const Path& folder) {
+    Run run{.shapes = shapes,
+            .container = container,
+            .config = config,
+            .plan = plan_pour(shapes, container, config),
+            .bodies = {},
+            .folder = folder};
+    for (const auto& share : shapes) run.bodies.push_back(clump_body(share.shape, config));
     require_program("liggghts", "liggghts");
     if (config.processes > 1) require_program("mpirun", "openmpi-bin");
     make_folder(folder);
@@ -393,10 +481,11 @@ PourResult pour_with_liggghts(const Shape& shape, const Container& container, co
         std::filesystem::copy_file(templates / name, folder / name, std::filesystem::copy_options::overwrite_existing);
     write_batches(run);
     write_parameters(run);
+    write_grains(run);
 
     PourResult result;
     for (const auto& word : command_for(config.processes)) result.command += (result.command.empty() ? "" : " ") + word;
-    log_info("pour: at most {} grains of {} spheres, time step {:.2e} s", run.plan.most_grains, run.body.spheres.size(),
+    log_info("pour: at most {} grains of {} spheres, time step {:.2e} s", run.plan.most_grains, run.plan.clump_spheres,
              run.plan.time_step_s);
     const Path log = folder / "log.liggghts.screen";
     const Stopwatch watch;
@@ -405,11 +494,18 @@ PourResult pour_with_liggghts(const Shape& shape, const Container& container, co
 
     const LogEnd end = read_log_end(log);
     if (!end.done) fail_with_log("LIGGGHTS ended with exit code 0, but before the end of its script", log);
-    for (long b = 0; b < end.poured; ++b) result.grains += run.batch_sizes[static_cast<std::size_t>(b)];
-    if (end.spheres != result.grains * static_cast<long>(run.body.spheres.size()))
-        fail_with_log(fmt::format("LIGGGHTS lost grains: {} spheres are left of {}", end.spheres,
-                                  result.grains * static_cast<long>(run.body.spheres.size())),
-                      log, "raise the container or lower drop_height_m, horizontal_speed_m_per_s or time_step_s");
+    if (end.poured < 1 || end.poured > static_cast<long>(run.batches.size()))
+        fail_with_log(fmt::format("LIGGGHTS says that it poured {} batches of {}", end.poured, run.batches.size()), log);
+    run.batches.resize(static_cast<std::size_t>(end.poured));
+    long spheres = 0;
+    for (const auto& batch : run.batches)
+        for (const std::size_t shape : batch) {
+            ++result.grains;
+            spheres += static_cast<long>(run.bodies[shape].spheres.size());
+        }
+    if (end.spheres != spheres)
+        fail_with_log(fmt::format("LIGGGHTS lost grains: {} spheres are left of {}", end.spheres, spheres), log,
+                      "raise the container or lower drop_height_m, horizontal_speed_m_per_s or time_step_s");
     result.packing = read_packing_back(run, result.grains, log);
     result.batches = end.poured;
     result.steps = end.step;
@@ -420,7 +516,7 @@ PourResult pour_with_liggghts(const Shape& shape, const Container& container, co
                                          config.settle_time_s, result.kinetic_energy_per_grain_J, result.rest_limit_J),
                              {.where = log.string(), .mend = "raise settle_time_s, or shorten time_step_s"});
     result.pose_error_m = pose_error(run, result.packing, read_dump(folder / "final.spheres", 5));
-    if (result.pose_error_m > 1e-6 * smallest_diameter(shape))
+    if (result.pose_error_m > 1e-6 * finest_diameter(shapes))
         throw EngineError(fmt::format("the poses read back do not give the clump's spheres: off by {:.3g} m", result.pose_error_m),
                           {.where = (folder / "final.bodies").string()});
     return result;

@@ -1,9 +1,13 @@
 #include "packing/packing.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <zlib.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
 
 #include "core/error.hpp"
 #include "packing/grains.hpp"
@@ -49,6 +53,12 @@ struct Place {
         if (!json.is_string()) throw UserError("is not text", {.where = path});
         return json.get<std::string>();
     }
+    void only(const std::vector<std::string>& known) const {
+        for (const auto& [key, value] : json.items())
+            if (std::find(known.begin(), known.end(), key) == known.end())
+                throw UserError(fmt::format("unknown key `{}`", key),
+                                {.where = path, .allowed = fmt::format("{}", fmt::join(known, ", "))});
+    }
     [[nodiscard]] Vec3 vector() const {
         (void)list(3);
         return {at(std::size_t{0}).number(), at(std::size_t{1}).number(), at(std::size_t{2}).number()};
@@ -58,6 +68,7 @@ struct Place {
 Shape shape_from(const Place& place) {
     Shape shape;
     shape.id = place.at("id").text();
+    place.only({"id", "cavity", "capsules", "note"});
     const std::string cavity = place.json.contains("cavity") ? place.at("cavity").text() : "filled";
     if (cavity != "filled" && cavity != "open")
         throw UserError("no such cavity convention: " + cavity, {.where = place.path, .allowed = "filled, open"});
@@ -65,6 +76,7 @@ Shape shape_from(const Place& place) {
     const Place capsules = place.at("capsules");
     for (std::size_t i = 0; i < capsules.list().size(); ++i) {
         const Place entry = capsules.at(i);
+        entry.only({"a_m", "b_m", "radius_m"});
         shape.capsules.push_back({entry.at("a_m").vector(), entry.at("b_m").vector(), entry.at("radius_m").number()});
     }
     validate(shape);
@@ -75,6 +87,7 @@ Shape shape_from(const Place& place) {
 Body body_from(const Place& place, const std::vector<Shape>& shapes) {
     Body body;
     const std::string id = place.at("shape").text();
+    place.only({"shape", "position_m", "orientation", "note"});
     body.shape = shapes.size();
     for (std::size_t i = 0; i < shapes.size(); ++i)
         if (shapes[i].id == id) body.shape = i;
@@ -98,10 +111,27 @@ void require_plausible(const Packing& packing, const Path& path) {
             throw UserError(fmt::format("a grain is larger than the container: `{}` spans {:g} m, the container's diagonal is {:g} m",
                                         shape.id, span(shape), size.norm()),
                             {.where = path.string(), .mend = "check the units: all lengths are metres"});
+    std::map<std::array<double, 3>, std::size_t> seen;
     for (std::size_t i = 0; i < packing.bodies.size(); ++i) {
         const Vec3& at = packing.bodies[i].position_m;
-        const Vec3 slack = Vec3::Constant(0.05 * size.maxCoeff() + span(packing.shapes[packing.bodies[i].shape]));
-        if (((at - packing.container.low() + slack).array() < 0.0).any() || ((packing.container.high() + slack - at).array() < 0.0).any())
+        const auto [twin, fresh] = seen.try_emplace({at.x(), at.y(), at.z()}, i);
+        if (!fresh && packing.bodies[twin->second].orientation.coeffs() == packing.bodies[i].orientation.coeffs() &&
+            packing.bodies[twin->second].shape == packing.bodies[i].shape)
+            throw UserError(fmt::format("bodies {} and {} are the same grain at the same place", twin->second, i),
+                            {.where = path.string()});
+        if (packing.container.any_periodic() &&
+            !(packing.container.periodic[0] && packing.container.periodic[1] && packing.container.periodic[2]))
+            continue;
+        // Every grain must reach into the container; how far it may stand out is a matter of soft contacts and open lids.
+        bool reaches_in = false;
+        for (const auto& capsule : world_capsules(packing, packing.bodies[i]))
+            for (int k = 0; k <= 16; ++k) {
+                const Vec3 x = capsule.a + (capsule.b - capsule.a) * (k / 16.0);
+                const bool in_height =
+                    packing.container.periodic[2] || (x.z() > -capsule.radius && x.z() < packing.container.height() + capsule.radius);
+                reaches_in = reaches_in || (in_height && packing.container.wall_distance(x) > -capsule.radius);
+            }
+        if (!reaches_in && !packing.container.any_periodic())
             throw UserError(
                 fmt::format("body {} lies outside the container: at ({:g}, {:g}, {:g}) m", i, at.x(), at.y(), at.z()),
                 {.where = path.string(),
@@ -124,6 +154,8 @@ Packing read_packing(const Path& path) {
     } catch (const nlohmann::json::parse_error& fault) {
         throw UserError("not valid JSON: " + path.string(),
                         {.where = fmt::format("byte {}", fault.byte), .mend = "the file may be cut: write it again"});
+    } catch (const nlohmann::json::exception& fault) {
+        throw UserError("not valid JSON: " + path.string() + ": " + fault.what());
     }
     const Place root{json, path.string()};
     if (root.at("format").text() != "porepack-packing")
@@ -133,8 +165,14 @@ Packing read_packing(const Path& path) {
                         {.where = path.string(), .allowed = "version 1"});
     Packing packing;
     packing.container = container_from_json(root.at("container").json, path.string() + "/container");
+    root.only({"format", "version", "container", "shapes", "bodies", "note"});
     const Place shapes = root.at("shapes");
-    for (std::size_t i = 0; i < shapes.list().size(); ++i) packing.shapes.push_back(shape_from(shapes.at(i)));
+    for (std::size_t i = 0; i < shapes.list().size(); ++i) {
+        packing.shapes.push_back(shape_from(shapes.at(i)));
+        for (std::size_t j = 0; j < i; ++j)
+            if (packing.shapes[j].id == packing.shapes[i].id)
+                throw UserError("two shapes have the same id: " + packing.shapes[i].id, {.where = shapes.at(i).path});
+    }
     const Place bodies = root.at("bodies");
     for (std::size_t i = 0; i < bodies.list().size(); ++i) packing.bodies.push_back(body_from(bodies.at(i), packing.shapes));
     require_plausible(packing, path);

@@ -14,8 +14,8 @@ struct FallingHeadConfig {
 };
 
 inline void describe(ConfigVisitor& v, FallingHeadConfig& c) {
-    v.number("sample_length_m", c.sample_length_m, positive(), "length of the sample, L of Eq. 18");
-    v.number("start_level_m", c.start_level_m, positive(), "water level above the sample at time 0");
+    v.number("sample_length_m", c.sample_length_m, length(), "length of the sample, L of Eq. 18");
+    v.number("start_level_m", c.start_level_m, length(), "water level above the sample at time 0");
     v.numbers("levels_m", c.levels_m, {1, 1000}, not_negative(), "levels whose times are asked for");
     v.number("kinematic_viscosity_m2_per_s", c.kinematic_viscosity_m2_per_s, positive(), "of the liquid");
     v.number("gravity_m_per_s2", c.gravity_m_per_s2, positive(), "gravity");

@@ -120,8 +120,8 @@ Section packing_section(const ReportInput& input) {
         "");
     add("grains", number(at(input, stage + "/grains"), "{:.0f}"), "");
     add("bed height", number(at(input, stage + "/bed_height_m")) + " m", "");
-    add("porosity of the section", number(at(input, stage + "/porosity"), "{:.4f}"),
-        number(at(input, stage + "/porosity_uncertainty"), "± {:.1e} (quadrature; one packing, so no scatter)"),
+    add("porosity of the section", number(at(input, "voxelise/porosity"), "{:.4f}"),
+        number(at(input, "voxelise/porosity_uncertainty"), "± {:.1e} (quadrature; one packing, so no scatter)"),
         paper_number(input, "porosity"));
     add("porosity of the whole bed", number(at(input, stage + "/porosity_bed"), "{:.4f}"),
         number(at(input, stage + "/porosity_bed_uncertainty"), "± {:.1e} (quadrature)"));
@@ -339,10 +339,9 @@ Json main_numbers_of(const ReportInput& input) {
                              ? k_text("foam") + ", " + difference(at(input, "foam/permeability_m2"), at(input, "lbm/permeability_m2"))
                              : "not run");
     add("tortuosity, hydraulic", number(at(input, "tortuosity/hydraulic/tortuosity_hydraulic"), "{:.4f}"));
-    const Json& geometric = at(input, "tortuosity/geometric_paper_exact/tortuosity_geometric_paper").is_number()
-                                ? at(input, "tortuosity/geometric_paper_exact/tortuosity_geometric_paper")
-                                : at(input, "tortuosity/geometric_paper_pixels/tortuosity_geometric_paper");
-    add("tortuosity, geometric_paper", number(geometric, "{:.4f}"));
+    const bool exact = at(input, "tortuosity/geometric_paper_exact/tortuosity_geometric_paper").is_number();
+    const std::string kind = exact ? "geometric_paper_exact" : "geometric_paper_pixels";
+    add("tortuosity, " + kind, number(at(input, "tortuosity/" + kind + "/tortuosity_geometric_paper"), "{:.4f}"));
     return list;
 }
 
@@ -370,7 +369,7 @@ Json quantities(const ReportInput& input) {
         return at(input, path).is_number() ? Json{{"plus_minus", at(input, path)}} : Json(nullptr);
     };
     const std::string stage = input.results.contains("pack") ? "pack" : "stl";
-    add("porosity", stage + "/porosity", "1", "exact capsules or triangles, vertical lines", plus_minus(stage + "/porosity_uncertainty"),
+    add("porosity", "voxelise/porosity", "1", "exact capsules or triangles, vertical lines", plus_minus("voxelise/porosity_uncertainty"),
         nullptr);
     add("porosity_bed", stage + "/porosity_bed", "1", "exact capsules or triangles, vertical lines",
         plus_minus(stage + "/porosity_bed_uncertainty"), nullptr);

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "core/error.hpp"
 
 namespace porepack {
@@ -13,36 +15,62 @@ void describe_point(ConfigVisitor& v, const char* key, Vec3& point, const char* 
     point = Vec3(values[0], values[1], values[2]);
 }
 
-}  // namespace
-
-void describe(ConfigVisitor& v, ShapeConfig& c) {
-    v.choice("kind", c.kind, {"tetrapod", "dolos", "tetrahedron", "sphere", "rod", "capsules", "stl"},
-             "capsules: a union listed in [[shape.capsule]]; stl: the grains are a closed surface of your own (`file`)");
+// The keys of one shape; a mixture's components have them too.
+void describe_shape(ConfigVisitor& v, ShapeConfig& c, const std::vector<std::string>& kinds) {
+    v.choice("kind", c.kind, kinds,
+             "capsules: a union listed in [[shape.capsule]]; stl: the grains are a closed surface of your own (`file`); mixture: several "
+             "shapes, listed in [[shape.component]]");
     v.number("sphericity", c.sphericity, {.low = 0.0, .high = 1.0, .low_open = true, .zero_is_auto = true},
              "with volume_m3: determines diameter and length");
-    v.number("volume_m3", c.volume_m3, positive_or_auto(), "volume of one grain");
-    v.number("diameter_m", c.diameter_m, positive_or_auto(), "diameter of the capsules (instead of sphericity and volume)");
-    v.number("length_m", c.length_m, not_negative(), "length of the capsules' axes");
+    v.number("volume_m3", c.volume_m3, Range{.low = 1e-36, .high = 1e18, .zero_is_auto = true}, "volume of one grain");
+    v.number("diameter_m", c.diameter_m, length_or_auto(), "diameter of the capsules (instead of sphericity and volume)");
+    v.number("length_m", c.length_m, between(0.0, 1e6), "length of the capsules' axes");
+    v.integer("arms", c.arms, between(2, 64), "arms of a star, spread evenly");
     v.choice("cavity", c.cavity, {"filled", "open"}, "does an enclosed void count as solid (no fluid reaches it) or as void?");
-    v.text("file", c.file, "STL file (kind = \"stl\"), relative to the case");
-    v.number("unit_m", c.unit_m, positive(), "length of the STL file's unit in metres: 0.001 for millimetres");
     v.tables(
         "capsule",
         [&](std::size_t count) {
-            if (count < 100000) c.capsule.resize(count);
+            constexpr std::size_t most = 64;
+            if (count > most && count != keep_size)
+                throw UserError(fmt::format("{} capsules are listed", count), {.where = "[[shape.capsule]]", .allowed = "1 to 64"});
+            if (count != keep_size) c.capsule.resize(count);
             return c.capsule.size();
         },
         [&](std::size_t i, ConfigVisitor& entry) {
             describe_point(entry, "a_m", c.capsule[i].a, "one end of the axis");
             describe_point(entry, "b_m", c.capsule[i].b, "the other end");
-            entry.number("radius_m", c.capsule[i].radius, positive(), "radius");
+            entry.number("radius_m", c.capsule[i].radius, length(), "radius");
         },
         "the capsules of a union (kind = \"capsules\"): a_m, b_m, radius_m");
+}
+
+}  // namespace
+
+void describe(ConfigVisitor& v, ShapeConfig& c) {
+    describe_shape(v, c, {"tetrapod", "dolos", "tetrahedron", "star", "sphere", "rod", "capsules", "stl", "mixture"});
+    v.text("file", c.file, "STL file (kind = \"stl\"), relative to the case");
+    v.number("unit_m", c.unit_m, length(), "length of the STL file's unit in metres: 0.001 for millimetres");
+    v.tables(
+        "component",
+        [&](std::size_t count) {
+            constexpr std::size_t most = 32;
+            if (count > most && count != keep_size)
+                throw UserError(fmt::format("{} components are listed", count), {.where = "[[shape.component]]", .allowed = "2 to 32"});
+            if (count != keep_size) c.component.resize(count);
+            return c.component.size();
+        },
+        [&](std::size_t i, ConfigVisitor& entry) {
+            entry.number("number_fraction", c.component[i].number_fraction, {.low = 0.0, .high = 1.0, .low_open = true},
+                         "share of the grains, by number");
+            describe_shape(entry, c.component[i], {"tetrapod", "dolos", "tetrahedron", "star", "sphere", "rod", "capsules"});
+        },
+        "the shapes of a mixture (kind = \"mixture\"): number_fraction and the keys of a shape");
 }
 
 Shape make_shape(const ShapeConfig& c) {
     Shape shape;
     const bool by_sphericity = c.sphericity > 0.0, by_size = c.diameter_m > 0.0;
+    if (c.kind == "mixture") throw UserError("a mixture is not one shape", {.mend = "ask for one of its components"});
     if (c.kind == "stl") throw UserError("the shape is an STL file, not a union of capsules", {.mend = "start the chain at the stl stage"});
     if (c.kind == "capsules") {
         shape.id = "capsules";
@@ -57,13 +85,13 @@ Shape make_shape(const ShapeConfig& c) {
                         {.mend = "give sphericity and volume_m3, or diameter_m and length_m"});
     } else if (by_sphericity || (c.kind == "sphere" && c.volume_m3 > 0.0 && !by_size)) {
         if (c.volume_m3 == 0.0) throw UserError("sphericity needs volume_m3 beside it", {.mend = "add volume_m3, for instance 7.33e-7"});
-        const Dimensions size =
-            dimensions_for(c.kind, by_sphericity ? c.sphericity : 1.0, c.volume_m3, c.cavity == "open" ? Cavity::open : Cavity::filled);
-        shape = make_preset(c.kind, size.diameter_m, size.length_m);
+        const Dimensions size = dimensions_for(c.kind, by_sphericity ? c.sphericity : 1.0, c.volume_m3,
+                                               c.cavity == "open" ? Cavity::open : Cavity::filled, c.arms);
+        shape = make_preset(c.kind, size.diameter_m, size.length_m, c.arms);
     } else if (by_size) {
         if (c.kind == "sphere" && c.length_m > 0.0)
             throw UserError("a sphere has no length", {.mend = "remove length_m, or choose kind = \"rod\""});
-        shape = make_preset(c.kind, c.diameter_m, c.length_m);
+        shape = make_preset(c.kind, c.diameter_m, c.length_m, c.arms);
     } else {
         throw UserError("the shape's size is missing", {.mend = "give sphericity and volume_m3, or diameter_m and length_m"});
     }
@@ -71,6 +99,28 @@ Shape make_shape(const ShapeConfig& c) {
     validate(shape);
     find_cavities(shape);
     return shape;
+}
+
+std::vector<ShapeShare> make_shapes(const ShapeConfig& c) {
+    if (c.kind != "mixture") {
+        if (!c.component.empty())
+            throw UserError("components are given, but kind is \"" + c.kind + "\"", {.mend = "set kind = \"mixture\""});
+        return {{make_shape(c), 1.0}};
+    }
+    if (c.component.size() < 2)
+        throw UserError(fmt::format("a mixture needs two shapes or more, {} is given", c.component.size()),
+                        {.mend = "add tables [[shape.component]] with number_fraction and the keys of a shape"});
+    std::vector<ShapeShare> shares;
+    double sum = 0.0;
+    for (std::size_t i = 0; i < c.component.size(); ++i) {
+        shares.push_back({make_shape(c.component[i]), c.component[i].number_fraction});
+        shares.back().shape.id += fmt::format("_{}", i + 1);
+        sum += c.component[i].number_fraction;
+    }
+    if (std::abs(sum - 1.0) > 1e-6)
+        throw UserError(fmt::format("the number fractions of a mixture add up to {:g}", sum),
+                        {.where = "[[shape.component]]", .allowed = "1"});
+    return shares;
 }
 
 }  // namespace porepack

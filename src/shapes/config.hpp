@@ -1,4 +1,4 @@
-// Table [shape] of case.toml.
+// Table [shape] of case.toml: one shape, or a mixture of several.
 #pragma once
 
 #include "core/config.hpp"
@@ -15,7 +15,10 @@ struct ShapeConfig {
     std::string cavity = "filled";
     std::string file = {};
     double unit_m = 1.0;
+    long arms = 6;
     std::vector<Capsule> capsule = {};
+    std::vector<ShapeConfig> component = {};
+    double number_fraction = 0.0;
 };
 
 /// Lists the keys.
@@ -23,5 +26,12 @@ void describe(ConfigVisitor& v, ShapeConfig& c);
 
 /// The shape with its cavities found. Throws UserError when the keys do not determine a shape, or too much is given.
 [[nodiscard]] Shape make_shape(const ShapeConfig& config);
+
+/// A mixture's shapes with the share of grains of each (sum 1); one shape alone has the share 1.
+struct ShapeShare {
+    Shape shape;
+    double number_fraction = 1.0;
+};
+[[nodiscard]] std::vector<ShapeShare> make_shapes(const ShapeConfig& config);
 
 }  // namespace porepack

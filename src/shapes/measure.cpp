@@ -1,60 +1,35 @@
-// Volume, area and moments of a union of capsules, by quadrature over its exposed surface (divergence theorem).
-// A capsule's surface is swept by meridians: cap, side line, cap. On each meridian the exposed parts are found to rounding
-// (the side lines in closed form), and each part is integrated by Gauss' rule; only the sum over the meridians is a
-// quadrature with an error, of order 3/2 because of the kinks where a meridian touches another capsule.
+// Volume, area and moments of a union of capsules, by integration over its exposed surface (divergence theorem).
+// A capsule's surface is swept by meridians. What is exposed of each is known to rounding and integrated by Gauss' rule, so
+// that one integral is left, over the angle phi. Its integrand is smooth but where a meridian touches another capsule or the
+// pattern of exposed parts changes; these angles are found by bisection, and the smooth pieces between them are integrated
+// by the pair of Gauss and Kronrod (7, 15) in a variable that flattens square roots at both ends.
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <queue>
+#include <vector>
 
+#include "shapes/meridian.hpp"
 #include "shapes/shape.hpp"
 
 namespace porepack {
 namespace {
 
-constexpr int arc_samples = 48;
+// Area, volume, first moments, second moments (xx, yy, zz, xy, yz, zx); of the outer surface, then of the cavities'.
+constexpr int quantities = 11;
+using Sums = Eigen::Array<double, 2 * quantities, 1>;
 
-struct SurfacePoint {
-    Vec3 x, normal;
-    double area_per_parameter;  // per unit of the meridian's parameter and of the angle phi
-};
-
-// Integrals over the surface that give area, volume and the first and second moments.
-struct Sums {
-    double area = 0.0, volume = 0.0;
-    Vec3 first = Vec3::Zero();
-    Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
-
-    void add(const Vec3& x, const Vec3& normal, double dA) {
-        const Vec3 n = dA * normal;
-        area += dA;
-        volume += x.dot(n) / 3.0;
-        for (int i = 0; i < 3; ++i) {
-            const int j = (i + 1) % 3;
-            first[i] += x[i] * x[i] * n[i] / 2.0;
-            second(i, i) += x[i] * x[i] * x[i] * n[i] / 3.0;
-            second(i, j) += x[i] * x[i] * x[j] * n[i] / 2.0;
-            second(j, i) = second(i, j);
-        }
+void add_point(Sums& sums, int offset, const Vec3& x, const Vec3& normal, double dA) {
+    const Vec3 n = dA * normal;
+    sums[offset] += dA;
+    sums[offset + 1] += x.dot(n) / 3.0;
+    for (int i = 0; i < 3; ++i) {
+        const int j = (i + 1) % 3;
+        sums[offset + 2 + i] += x[i] * x[i] * n[i] / 2.0;
+        sums[offset + 5 + i] += x[i] * x[i] * x[i] * n[i] / 3.0;
+        sums[offset + 8 + i] += x[i] * x[i] * x[j] * n[i] / 2.0;
     }
-    void add(const Sums& other) {
-        area += other.area;
-        volume += other.volume;
-        first += other.first;
-        second += other.second;
-    }
-};
-
-// Where surfaces coincide (shared end spheres, collinear capsules), the capsule listed first owns them.
-bool covered(const std::vector<Capsule>& capsules, std::size_t own, const Vec3& x, const Vec3& normal) {
-    for (std::size_t j = 0; j < capsules.size(); ++j) {
-        if (j == own) continue;
-        const double tolerance = 1e-10 * capsules[j].radius;
-        const Vec3 offset = x - closest_on_axis(capsules[j], x);
-        const double s = offset.norm() - capsules[j].radius;
-        if (s < -tolerance || (s <= tolerance && j < own && offset.dot(normal) > 0.5 * capsules[j].radius)) return true;
-    }
-    return false;
 }
 
 constexpr std::array<double, 8> gauss_node = {-0.9602898564975363, -0.7966664774136267, -0.5255324099163290, -0.1834346424956498,
@@ -62,144 +37,234 @@ constexpr std::array<double, 8> gauss_node = {-0.9602898564975363, -0.7966664774
 constexpr std::array<double, 8> gauss_weight = {0.1012285362903763, 0.2223810344533745, 0.3137066458778873, 0.3626837833783620,
                                                 0.3626837833783620, 0.3137066458778873, 0.2223810344533745, 0.1012285362903763};
 
-class Surface {
-public:
-    Surface(const Shape& shape, const Vec3& about, int meridians) : shape_(shape), about_(about), meridians_(meridians) {}
+constexpr double rounding = 1e-13;
+constexpr int nodes = 15;
+constexpr std::array<double, nodes> kronrod_node = {-0.991455371120812639206854697526329, -0.949107912342758524526189684047851,
+                                                    -0.864864423359769072789712788640926, -0.741531185599394439863864773280788,
+                                                    -0.586087235467691130294144691693013, -0.405845151377397166906606412076961,
+                                                    -0.207784955007898467600689403773245, 0.0,
+                                                    0.207784955007898467600689403773245,  0.405845151377397166906606412076961,
+                                                    0.586087235467691130294144691693013,  0.741531185599394439863864773280788,
+                                                    0.864864423359769072789712788640926,  0.949107912342758524526189684047851,
+                                                    0.991455371120812639206854697526329};
+constexpr std::array<double, 8> kronrod_weight = {0.022935322010529224963732008058970, 0.063092092629978553290700663189204,
+                                                  0.104790010322250183839876322541518, 0.140653259715525918745189590510238,
+                                                  0.169004726639267902826583426598550, 0.190350578064785409913256402421014,
+                                                  0.204432940075298892414161999234649, 0.209482141084727828012999174891714};
+// At every other node of Kronrod's.
+constexpr std::array<double, 4> embedded_weight = {0.129484966168869693270611432679082, 0.279705391489276667901467771423780,
+                                                   0.381830050505118944950369775488975, 0.417959183673469387755102040816327};
 
-    void integrate() {
-        for (std::size_t own = 0; own < shape_.capsules.size(); ++own)
-            for (int p = 0; p < meridians_; ++p) integrate_meridian(own, (p + 0.5) * 2.0 * std::numbers::pi / meridians_);
+struct Stretch {  // of the angle phi on one capsule
+    std::size_t own;
+    double low, high;
+    Sums value = Sums::Zero();
+    Eigen::Array3d uncertain = Eigen::Array3d::Zero();  // of area, volume and second moments
+    double error = 0.0;                                 // the largest of them, relative to the whole shape
+    double change_low = 0.0, change_high = 0.0;         // the pattern of exposed parts changes between these angles, if they differ
+    bool operator<(const Stretch& other) const { return error < other.error; }
+};
+
+class Integral {
+public:
+    Integral(const Shape& shape, double tolerance) : shape_(shape), surface_(shape.capsules), tolerance_(tolerance) {}
+
+    void run() {
+        std::priority_queue<Stretch> open;
+        std::vector<Stretch> first;
+        constexpr int quarters = 4;
+        for (std::size_t own = 0; own < surface_.capsules().size(); ++own)
+            for (int k = 0; k < quarters; ++k) {
+                const double quarter = 2.0 * std::numbers::pi / quarters;
+                first.push_back(integrated(own, k * quarter, (k + 1) * quarter));
+                total_ += first.back().value;
+            }
+        // What errors are held against.
+        scale_.setZero();
+        for (const int offset : {0, quantities}) {
+            scale_[0] += std::abs(total_[offset]);
+            scale_[1] += std::abs(total_[offset + 1]);
+            scale_[2] += total_.segment<3>(offset + 5).abs().sum();
+        }
+        for (auto& stretch : first) {
+            stretch.error = (stretch.uncertain / scale_).maxCoeff();
+            error_ += stretch.error;
+            open.push(stretch);
+        }
+        while (error_ > tolerance_ && evaluations_ < most_evaluations) {
+            const Stretch worst = open.top();
+            open.pop();
+            total_ -= worst.value;
+            error_ -= worst.error;
+            for (const auto& part : split(worst)) {
+                total_ += part.value;
+                error_ += part.error;
+                open.push(part);
+            }
+        }
+        // Added up anew: differences leave rounding behind.
+        total_.setZero();
+        error_ = 0.0;
+        for (; !open.empty(); open.pop()) {
+            total_ += open.top().value;
+            error_ += open.top().error;
+        }
     }
-    Sums outer, cavity;
+
+    [[nodiscard]] const Sums& total() const { return total_; }
+    [[nodiscard]] double error() const { return error_; }
+    [[nodiscard]] long evaluations() const { return evaluations_; }
 
 private:
-    void integrate_meridian(std::size_t own, double phi) {
-        const Capsule& capsule = shape_.capsules[own];
-        const double r = capsule.radius;
-        const double length = (capsule.b - capsule.a).norm();
-        const Vec3 axis = length > 0.0 ? Vec3((capsule.b - capsule.a) / length) : Vec3(Vec3::UnitZ());
-        const Vec3 e1 = axis.unitOrthogonal();
-        const Vec3 radial = std::cos(phi) * e1 + std::sin(phi) * axis.cross(e1);
-        for (const double sign : {-1.0, 1.0}) {
-            const Vec3 centre = sign > 0 ? capsule.b : capsule.a;
-            const auto arc = [&](double theta) {
-                const Vec3 normal = std::sin(theta) * radial + sign * std::cos(theta) * axis;
-                return SurfacePoint{centre + r * normal, normal, r * r * std::sin(theta)};
-            };
-            integrate_arc(own, arc);
-        }
-        if (length > 0.0) {
-            const auto line = [&](double t) { return SurfacePoint{capsule.a + t * axis + r * radial, radial, r}; };
-            integrate_line(own, line, length, axis);
-        }
-    }
+    static constexpr long most_evaluations = 1'000'000;
 
-    template <typename Point>
-    void integrate_arc(std::size_t own, const Point& point) {
-        const auto is_covered = [&](double theta) {
-            const SurfacePoint at = point(theta);
-            return covered(shape_.capsules, own, at.x, at.normal);
-        };
-        const double end = std::numbers::pi / 2.0;
-        // Crowded at both ends (Chebyshev points), where a neighbour may hide a sliver of the arc.
-        const auto sample = [&](int k) {
-            return std::clamp(0.5 * end * (1.0 - std::cos(std::numbers::pi * k / arc_samples)), 1e-9, end - 1e-9);
-        };
-        double start = 0.0;
-        double before = sample(0);
-        bool state = is_covered(before);
-        for (int k = 1; k <= arc_samples; ++k) {
-            const double here = sample(k);
-            const bool now = is_covered(here);
-            if (now != state) {
-                double low = before, high = here;
-                while (high - low > 1e-13) {
-                    const double middle = 0.5 * (low + high);
-                    (is_covered(middle) == state ? low : high) = middle;
-                }
-                if (!state) add_part(own, point, start, low);
-                start = high;
-                state = now;
+    // The exposed parts at `phi` as a hash of what they end at.
+    std::uint64_t pattern(std::size_t own, double phi) {
+        ++evaluations_;
+        surface_.meridian(own, phi, parts_);
+        std::uint64_t hash = 1469598103934665603U;
+        const auto mix = [&](std::uint64_t value) { hash = (hash ^ value) * 1099511628211U; };
+        in_cavity_.clear();
+        for (const auto& part : parts_) {
+            // An exposed part is one connected piece of the surface, so it lies in a cavity as a whole or not at all.
+            bool inner = false;
+            if (!shape_.cavity_points.empty()) {
+                const SurfacePoint middle = surface_.point(own, phi, part.piece, 0.5 * (part.low + part.high));
+                inner = in_cavity(shape_, middle.x + 1e-7 * surface_.capsules()[own].radius * middle.normal);
             }
-            before = here;
+            in_cavity_.push_back(inner);
+            mix(static_cast<std::uint64_t>(part.piece));
+            mix(part.low_tag);
+            mix(part.high_tag);
+            mix(inner);
         }
-        if (!state) add_part(own, point, start, end);
+        return hash;
     }
 
-    template <typename Point>
-    void integrate_line(std::size_t own, const Point& point, double length, const Vec3& axis) {
-        std::vector<Interval> hidden;
-        const SurfacePoint start = point(0.0);
-        for (std::size_t j = 0; j < shape_.capsules.size(); ++j) {
-            if (j == own) continue;
-            // A line on the very surface (collinear capsules, twice the same) is hidden by the capsule listed first: the other
-            // is taken thicker by a hair to find such a touch, and asked in the middle whether it is one.
-            Capsule other = shape_.capsules[j];
-            other.radius *= 1.0 + 1e-12;
-            const auto inside = line_interval(other, start.x, axis);
-            if (!inside) continue;
-            const double middle = std::clamp(0.5 * (inside->low + inside->high), 0.0, length);
-            if (j < own || signed_distance(shape_.capsules[j], point(middle).x) < -1e-10 * other.radius) hidden.push_back(*inside);
+    void add_meridian(Sums& sums, std::size_t own, double phi, double weight) const {
+        for (std::size_t p = 0; p < parts_.size(); ++p) {
+            const ExposedPart& part = parts_[p];
+            const double half = 0.5 * (part.high - part.low);
+            for (std::size_t g = 0; g < gauss_node.size(); ++g) {
+                const SurfacePoint at = surface_.point(own, phi, part.piece, part.low + half * (1.0 + gauss_node[g]));
+                add_point(sums, in_cavity_[p] ? quantities : 0, at.x, at.normal, at.area_per_parameter * half * gauss_weight[g] * weight);
+            }
         }
-        std::sort(hidden.begin(), hidden.end(), [](const Interval& p, const Interval& q) { return p.low < q.low; });
-        double at = 0.0;
-        for (const auto& part : hidden) {
-            if (part.low > at) add_part(own, point, at, std::min(part.low, length));
-            at = std::max(at, part.high);
-        }
-        if (at < length) add_part(own, point, at, length);
     }
 
-    // An exposed part is one connected piece of the surface, so it lies in a cavity as a whole or not at all.
-    template <typename Point>
-    void add_part(std::size_t own, const Point& point, double low, double high) {
-        if (high <= low) return;
-        const SurfacePoint middle = point(0.5 * (low + high));
-        const bool inner =
-            !shape_.cavity_points.empty() && in_cavity(shape_, middle.x + 1e-7 * shape_.capsules[own].radius * middle.normal);
-        Sums& sums = inner ? cavity : outer;
-        const double half = 0.5 * (high - low);
-        for (std::size_t g = 0; g < gauss_node.size(); ++g) {
-            const SurfacePoint at = point(0.5 * (low + high) + half * gauss_node[g]);
-            sums.add(at.x - about_, at.normal, at.area_per_parameter * half * gauss_weight[g] * 2.0 * std::numbers::pi / meridians_);
+    [[nodiscard]] Stretch integrated(std::size_t own, double low, double high) {
+        Stretch stretch{.own = own, .low = low, .high = high};
+        const double width = high - low;
+        Sums embedded = Sums::Zero(), size = Sums::Zero();
+        std::uint64_t before = 0;
+        double phi_before = low;
+        bool changed = false;
+        for (int k = 0; k < nodes; ++k) {
+            // phi = low + width s^2 (3 - 2 s): a square root at an end becomes linear in s.
+            const double s = 0.5 * (1.0 + kronrod_node[static_cast<std::size_t>(k)]);
+            const double phi = low + width * s * s * (3.0 - 2.0 * s);
+            const std::uint64_t hash = pattern(own, phi);
+            if (k > 0 && hash != before && !changed) {
+                changed = true;
+                stretch.change_low = phi_before;
+                stretch.change_high = phi;
+            }
+            before = hash;
+            phi_before = phi;
+            Sums value = Sums::Zero();
+            add_meridian(value, own, phi, 0.5 * width * 6.0 * s * (1.0 - s));
+            const auto mirrored = static_cast<std::size_t>(std::min(k, nodes - 1 - k));
+            stretch.value += kronrod_weight[mirrored] * value;
+            size += kronrod_weight[mirrored] * value.abs();
+            if (k % 2 == 1) embedded += embedded_weight[mirrored / 2] * value;
         }
+        for (int q = 0; q < 3; ++q)
+            for (const int offset : {0, quantities}) {
+                const int at = offset + (q < 2 ? q : 5);
+                const int count = q < 2 ? 1 : 3;
+                stretch.uncertain[q] +=
+                    kronrod_error((stretch.value - embedded).segment(at, count).abs().sum(), size.segment(at, count).sum());
+            }
+        stretch.error = (stretch.uncertain / scale_).maxCoeff();
+        return stretch;
+    }
+
+    // As in QUADPACK: where both rules have converged their difference is far larger than the error of the better one.
+    [[nodiscard]] static double kronrod_error(double difference, double size) {
+        if (size == 0.0) return 0.0;
+        return std::min(difference, size * std::pow(200.0 * difference / size, 1.5));
+    }
+
+    [[nodiscard]] std::vector<Stretch> split(const Stretch& stretch) {
+        if (stretch.change_high > stretch.change_low) {
+            double low = stretch.change_low, high = stretch.change_high;
+            const std::uint64_t at_low = pattern(stretch.own, low);
+            while (high - low > 1e-9) {
+                const double middle = 0.5 * (low + high);
+                (pattern(stretch.own, middle) == at_low ? low : high) = middle;
+            }
+            const double change = 0.5 * (low + high);
+            if (change - stretch.low > 1e-8 && stretch.high - change > 1e-8)
+                return {integrated(stretch.own, stretch.low, change), integrated(stretch.own, change, stretch.high)};
+        }
+        const double middle = 0.5 * (stretch.low + stretch.high);
+        return {integrated(stretch.own, stretch.low, middle), integrated(stretch.own, middle, stretch.high)};
     }
 
     const Shape& shape_;
-    Vec3 about_;
-    int meridians_;
+    ExposedSurface surface_;
+    double tolerance_;
+    std::vector<ExposedPart> parts_;
+    std::vector<bool> in_cavity_;
+    Sums total_ = Sums::Zero();
+    Eigen::Array3d scale_ = Eigen::Array3d::Ones();
+    double error_ = 0.0;
+    long evaluations_ = 0;
 };
 
 }  // namespace
 
-ShapeMeasures measure(const Shape& shape, int meridians) {
+ShapeMeasures measure(const Shape& shape, double tolerance) {
+    // In units of the shape's own size, about its middle: sizes of 1e-9 m and 1e3 m have the same relative error.
     const Bounds bounds = bounds_of(shape.capsules);
     const Vec3 about = 0.5 * (bounds.low + bounds.high);
-    double cavity_volume = 0.0;
-    const auto sums_at = [&](int n) {
-        Surface surface(shape, about, n);
-        surface.integrate();
-        cavity_volume = std::max(0.0, -surface.cavity.volume);  // its outward normal points into the void
-        if (shape.cavity == Cavity::open) surface.outer.add(surface.cavity);
-        return surface.outer;
-    };
-    const Sums coarse = sums_at(meridians / 2);
-    const Sums fine = sums_at(meridians);
+    const double unit = 0.5 * (bounds.high - bounds.low).maxCoeff();
+    Shape scaled{.id = shape.id, .capsules = {}, .cavity = shape.cavity};
+    for (const auto& capsule : shape.capsules)
+        scaled.capsules.push_back({(capsule.a - about) / unit, (capsule.b - about) / unit, capsule.radius / unit});
+    for (const auto& point : shape.cavity_points) scaled.cavity_points.emplace_back((point - about) / unit);
+    scaled.cavity_bounds = {(shape.cavity_bounds.low - about) / unit, (shape.cavity_bounds.high - about) / unit};
+
+    Integral integral(scaled, tolerance);
+    integral.run();
+    const auto& total = integral.total();
+    Eigen::Array<double, quantities, 1> sums = total.head<quantities>();
+    if (shape.cavity == Cavity::open) sums += total.tail<quantities>();
 
     ShapeMeasures measures;
-    measures.volume_m3 = fine.volume;
-    measures.surface_area_m2 = fine.area;
-    measures.cavity_volume_m3 = cavity_volume;
-    const Vec3 centre = fine.first / fine.volume;
-    measures.centre_of_mass_m = about + centre;
-    const Eigen::Matrix3d second = fine.second - fine.volume * centre * centre.transpose();
-    measures.inertia_per_density_m5 = second.trace() * Eigen::Matrix3d::Identity() - second;
-    measures.sphericity = std::cbrt(36.0 * std::numbers::pi * fine.volume * fine.volume) / fine.area;
+    const double area = sums[0], volume = sums[1];
+    const double unit3 = unit * unit * unit;
+    measures.surface_area_m2 = area * unit * unit;
+    measures.volume_m3 = volume * unit3;
+    measures.cavity_volume_m3 = std::max(0.0, -total[quantities + 1]) * unit3;  // its outward normal points into the void
+    measures.cavity_area_m2 = total[quantities] * unit * unit;
+    const Vec3 centre = sums.segment<3>(2).matrix() / volume;
+    measures.centre_of_mass_m = about + unit * centre;
+    Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
+    for (int i = 0; i < 3; ++i) {
+        const int j = (i + 1) % 3;
+        second(i, i) = sums[5 + i];
+        second(i, j) = second(j, i) = sums[8 + i];
+    }
+    second -= volume * centre * centre.transpose();
+    measures.inertia_per_density_m5 = (second.trace() * Eigen::Matrix3d::Identity() - second) * unit3 * unit * unit;
+    measures.sphericity = std::cbrt(36.0 * std::numbers::pi * volume * volume) / area;
     for (const auto& capsule : shape.capsules)
         for (const Vec3& end : {capsule.a, capsule.b})
             measures.bounding_radius_m = std::max(measures.bounding_radius_m, (end - measures.centre_of_mass_m).norm() + capsule.radius);
     measures.span_m = span(shape);
-    measures.relative_error = std::max(std::abs(fine.volume / coarse.volume - 1.0), std::abs(fine.area / coarse.area - 1.0));
+    measures.relative_error = std::max(integral.error(), rounding);
+    measures.meridians = integral.evaluations();
     return measures;
 }
 

@@ -29,16 +29,88 @@ std::vector<Capsule> tetrahedron(double r, double L) {
     return edges;
 }
 
-double sphericity_at(const std::string& kind, double aspect, Cavity cavity) {
-    Shape shape = make_preset(kind, 1.0, aspect);
-    shape.cavity = cavity;
-    if (cavity == Cavity::filled) find_cavities(shape);
-    return measure(shape, 256).sphericity;
+// Directions that repel each other (Thomson's problem), by steepest descent from a spiral; 4 arms make a tetrapod, 6 a jack.
+std::vector<Vec3> spread_directions(long count) {
+    std::vector<Vec3> arms;
+    const double golden = std::numbers::pi * (3.0 - std::sqrt(5.0));
+    for (long i = 0; i < count; ++i) {
+        const double z = 1.0 - (2.0 * static_cast<double>(i) + 1.0) / static_cast<double>(count), phi = golden * static_cast<double>(i);
+        arms.emplace_back(std::sqrt(1.0 - z * z) * std::cos(phi), std::sqrt(1.0 - z * z) * std::sin(phi), z);
+    }
+    double step = 0.5 / static_cast<double>(count * count);
+    for (int round = 0; round < 20000; ++round) {
+        double largest = 0.0;
+        std::vector<Vec3> next = arms;
+        for (std::size_t i = 0; i < arms.size(); ++i) {
+            Vec3 push = Vec3::Zero();
+            for (std::size_t j = 0; j < arms.size(); ++j)
+                if (j != i) push += (arms[i] - arms[j]) / std::pow((arms[i] - arms[j]).norm(), 3);
+            push -= push.dot(arms[i]) * arms[i];
+            largest = std::max(largest, push.norm());
+            next[i] = (arms[i] + step * push).normalized();
+        }
+        arms = next;
+        if (largest < 1e-13) break;
+    }
+    return arms;
+}
+
+std::vector<Capsule> star(double r, double L, long arms) {
+    if (arms < 2 || arms > 64) throw UserError(fmt::format("a star of {} arms is not possible", arms), {.allowed = "2 to 64 arms"});
+    std::vector<Capsule> capsules;
+    for (const Vec3& direction : spread_directions(arms)) capsules.push_back({Vec3::Zero(), L * direction, r});
+    return capsules;
+}
+
+// A preset with diameter 1, whose measures depend on L/d alone.
+struct UnitPreset {
+    std::string kind;
+    long arms;
+    Cavity cavity;
+    [[nodiscard]] ShapeMeasures at(double log_aspect, double tolerance) const {
+        Shape shape = make_preset(kind, 1.0, std::exp(log_aspect), arms);
+        shape.cavity = cavity;
+        if (cavity == Cavity::filled) find_cavities(shape);
+        return measure(shape, tolerance);
+    }
+};
+
+Dimensions solve(const UnitPreset& preset, double sphericity, double volume_m3) {
+    constexpr double largest_aspect = 50.0;
+    constexpr double coarse = 1e-5, fine = 1e-9;
+    const double least = preset.at(std::log(largest_aspect), coarse).sphericity;
+    if (sphericity < least)
+        throw UserError(fmt::format("no {} has sphericity {:g}", preset.kind, sphericity),
+                        {.allowed = fmt::format("{:.4f} (at L/d = {:g}) to 1", least, largest_aspect)});
+
+    // The sphericity falls with L/d: a bracket first, then Newton's steps on exact values with the slope of the bracket.
+    const auto excess = [&](double log_aspect) { return preset.at(log_aspect, coarse).sphericity - sphericity; };
+    constexpr double bracket = 1e-3;
+    const auto close_enough = [](double low, double high) { return high - low < bracket; };
+    std::uintmax_t steps = 60;
+    const auto [low, high] = boost::math::tools::toms748_solve(excess, std::log(1e-6), std::log(largest_aspect), 1.0 - sphericity,
+                                                               least - sphericity, close_enough, steps);
+    const ShapeMeasures above = preset.at(low - bracket, fine), below = preset.at(high + bracket, fine);
+    const double slope = (below.sphericity - above.sphericity) / (high - low + 2.0 * bracket);
+    // The slope of a smooth shape is of order one; a cliff is a cavity that closes.
+    if (slope < -3.0)
+        throw UserError(
+            fmt::format("no {} with filled cavity has sphericity {:g}: it jumps where the cavity closes", preset.kind, sphericity),
+            {.allowed = fmt::format("above {:.4f} or below {:.4f}", above.sphericity, below.sphericity),
+             .mend = "choose another sphericity, or count the cavity as void (cavity = \"open\")"});
+    double at = high + bracket;
+    ShapeMeasures here = below;
+    for (int round = 0; round < 8 && std::abs(here.sphericity - sphericity) > 1e-10; ++round) {
+        at += (sphericity - here.sphericity) / slope;
+        here = preset.at(at, fine);
+    }
+    const double scale = std::cbrt(volume_m3 / here.volume_m3);
+    return {scale, std::exp(at) * scale};
 }
 
 }  // namespace
 
-Shape make_preset(const std::string& kind, double diameter, double length) {
+Shape make_preset(const std::string& kind, double diameter, double length, long arms) {
     if (!(diameter > 0.0) || !std::isfinite(diameter))
         throw UserError(fmt::format("the diameter of a {} must be positive, got {:g} m", kind, diameter));
     if (!(length >= 0.0) || !std::isfinite(length))
@@ -49,10 +121,11 @@ Shape make_preset(const std::string& kind, double diameter, double length) {
     if (kind == "tetrahedron") return {.id = kind, .capsules = tetrahedron(r, length)};
     if (kind == "sphere") return {.id = kind, .capsules = {{Vec3::Zero(), Vec3::Zero(), r}}};
     if (kind == "rod") return {.id = kind, .capsules = {{Vec3(0, 0, -length / 2), Vec3(0, 0, length / 2), r}}};
-    throw UserError("no such shape: " + kind, {.allowed = "tetrapod, dolos, tetrahedron, sphere, rod"});
+    if (kind == "star") return {.id = kind, .capsules = star(r, length, arms)};
+    throw UserError("no such shape: " + kind, {.allowed = "tetrapod, dolos, tetrahedron, star, sphere, rod"});
 }
 
-Dimensions dimensions_for(const std::string& kind, double sphericity, double volume_m3, Cavity cavity) {
+Dimensions dimensions_for(const std::string& kind, double sphericity, double volume_m3, Cavity cavity, long arms) {
     if (!(sphericity > 0.0) || sphericity > 1.0)
         throw UserError(fmt::format("sphericity {:g} is not possible", sphericity), {.allowed = "0 < sphericity <= 1 (1 is a sphere)"});
     if (!(volume_m3 > 0.0) || !std::isfinite(volume_m3))
@@ -61,27 +134,14 @@ Dimensions dimensions_for(const std::string& kind, double sphericity, double vol
     if (kind == "sphere" && sphericity < 1.0) throw UserError("a sphere has sphericity 1", {.mend = "choose another shape"});
     if (sphericity == 1.0) return {equal_diameter, 0.0};
 
-    constexpr double largest_aspect = 50.0;
-    const double least = sphericity_at(kind, largest_aspect, cavity);
-    if (sphericity < least)
-        throw UserError(fmt::format("no {} has sphericity {:g}", kind, sphericity),
-                        {.allowed = fmt::format("{:.4f} (at L/d = {:g}) to 1", least, largest_aspect)});
-    const auto excess = [&](double log_aspect) { return sphericity_at(kind, std::exp(log_aspect), cavity) - sphericity; };
-    std::uintmax_t steps = 60;
-    const auto bracket = boost::math::tools::toms748_solve(excess, std::log(1e-3), std::log(largest_aspect), 1.0 - sphericity,
-                                                           least - sphericity, boost::math::tools::eps_tolerance<double>(34), steps);
-    const double aspect = std::exp(0.5 * (bracket.first + bracket.second));
-    const double above = sphericity_at(kind, std::exp(bracket.first) * (1.0 - 1e-6), cavity);
-    const double below = sphericity_at(kind, std::exp(bracket.second) * (1.0 + 1e-6), cavity);
-    if (above - below > 1e-3)
-        throw UserError(fmt::format("no {} with filled cavity has sphericity {:g}: it jumps where the cavity closes", kind, sphericity),
-                        {.allowed = fmt::format("above {:.4f} or below {:.4f}", above, below),
-                         .mend = "choose another sphericity, or count the cavity as void (cavity = \"open\")"});
-    Shape unit = make_preset(kind, 1.0, aspect);
-    unit.cavity = cavity;
-    if (cavity == Cavity::filled) find_cavities(unit);
-    const double scale = std::cbrt(volume_m3 / measure(unit).volume_m3);
-    return {scale, aspect * scale};
+    // Where the open shape encloses nothing, the filled one is the same: the search for cavities is done once.
+    Dimensions size = solve({kind, arms, Cavity::open}, sphericity, volume_m3);
+    if (cavity == Cavity::filled) {
+        Shape shape = make_preset(kind, size.diameter_m, size.length_m, arms);
+        find_cavities(shape);
+        if (!shape.cavity_points.empty()) size = solve({kind, arms, cavity}, sphericity, volume_m3);
+    }
+    return size;
 }
 
 std::vector<Capsule> sphere_clump(const Shape& shape, double tolerance) {

@@ -12,8 +12,8 @@ struct TortuosityConfig {
 };
 
 inline void describe(ConfigVisitor& v, TortuosityConfig& c) {
-    v.number("dot_spacing_m", c.dot_spacing_m, positive(), "spacing of the paper's grid of dots");
-    v.number("slice_spacing_m", c.slice_spacing_m, positive(), "distance of the slices on which a path's points lie");
+    v.number("dot_spacing_m", c.dot_spacing_m, length(), "spacing of the paper's grid of dots");
+    v.number("slice_spacing_m", c.slice_spacing_m, length(), "distance of the slices on which a path's points lie");
     v.number("largest_angle_deg", c.largest_angle_deg, {.low = 0.0, .high = 180.0, .low_open = true},
              "a moved dot is rejected when its direction turns by more between two slices");
 }

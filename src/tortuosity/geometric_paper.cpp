@@ -20,6 +20,10 @@ std::vector<Vec2> grid_of_dots(const Container& container, double spacing) {
     std::vector<Vec2> dots;
     const Vec3 low = container.low(), high = container.high();
     const Vec3 middle = 0.5 * (low + high);
+    constexpr double most_dots = 1e7;
+    if ((high.x() - low.x()) / spacing * ((high.y() - low.y()) / spacing) > most_dots)
+        throw UserError(fmt::format("a dot spacing of {:g} m makes too many dots", spacing),
+                        {.allowed = "at most 1e7 dots", .mend = "the spacing is in metres"});
     const int nx = static_cast<int>(std::ceil((high.x() - low.x()) / spacing)),
               ny = static_cast<int>(std::ceil((high.y() - low.y()) / spacing));
     for (int j = -ny; j <= ny; ++j)
@@ -175,6 +179,10 @@ std::optional<Vec2> closest_exit(const RayExit& exit, const Vec2& from) {
 
 GeometricPaperResult geometric_paper_exact(const Grains& grains, const Container& container, const Section& section,
                                            const TortuosityConfig& config) {
+    constexpr double most_slices = 1e6;
+    if (section.length() / config.slice_spacing_m > most_slices)
+        throw UserError(fmt::format("a slice spacing of {:g} m makes too many slices", config.slice_spacing_m),
+                        {.allowed = "at most 1e6 slices", .mend = "the spacing is in metres"});
     const int slices = 1 + static_cast<int>(std::floor(section.length() / config.slice_spacing_m + 1e-9));
     // The grains that each slice cuts.
     std::vector<std::vector<const Capsule*>> cut(static_cast<std::size_t>(slices));

@@ -92,7 +92,11 @@ TEST(Manifest, KnowsDoneStaleAndOfAnotherVersion) {
     Manifest manifest{.stage = "lbm", .configuration = {{"a", 1}}, .inputs = {{"packing.json", "x"}}};
     EXPECT_EQ(state_of(folder.path(), manifest), StageState::missing);
     folder.write("k.txt", "1");
+    folder.write("result.json", "{}");
     manifest.outputs["k.txt"] = sha256("1");
+    write_json(folder.path() / "manifest.json", to_json(manifest));
+    EXPECT_EQ(state_of(folder.path(), manifest), StageState::stale);  // a forged result could stand beside it
+    manifest.outputs["result.json"] = sha256("{}");
     write_json(folder.path() / "manifest.json", to_json(manifest));
     EXPECT_EQ(state_of(folder.path(), manifest), StageState::done);
     std::string why;

@@ -1,0 +1,189 @@
+// What a breaker tried: damaged files, impossible frames, sudden ends. Never a crash, never a number that means nothing.
+#include <cstring>
+
+#include "converters/surface.hpp"
+#include "helpers.hpp"
+#include "io/image.hpp"
+#include "packing/packing.hpp"
+
+namespace porepack {
+namespace {
+
+using test::has;
+using test::porepack;
+
+std::string quoted(const Path& path) {
+    return test::quoted(path.string());
+}
+
+void expect_fault(const std::string& call, const std::string& message, int code = 2) {
+    const auto output = porepack(call);
+    EXPECT_EQ(output.exit_code, code) << call << "\n" << output.err;
+    EXPECT_TRUE(has(output.err, message)) << call;
+}
+
+Packing three_spheres(const std::string& container = "box:0.03,0.03,0.06") {
+    Packing packing{.container = parse_container(container), .shapes = {make_preset("sphere", 0.01, 0.0)}, .bodies = {}};
+    for (int i = 0; i < 3; ++i) packing.bodies.push_back({.shape = 0, .position_m = Vec3(0.015, 0.015, 0.006 + 0.011 * i)});
+    return packing;
+}
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+    const auto at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    return text.replace(at, from.size(), to);
+}
+
+TEST(HostileImage, GridAndContainerMustFit) {
+    const test::Folder folder;
+    PhaseImage image{.grid = {.cells = {10, 10, 10}, .origin_m = {0, 0, 0}, .spacing_m = {1e-3, 1e-3, 1e-3}},
+                     .phase = std::vector<std::uint8_t>(1000, pore),
+                     .notes = {{"section", "nan,nan"}}};
+    const Path file = folder.path() / "pore.vti";
+    write_phase_image(file, image);
+    const std::string box = " --container box:0.01,0.01,0.01 ";
+    expect_fault("lbm " + quoted(file) + box, "is not \"z0,z1\"");
+    expect_fault("lbm " + quoted(file) + box + "--section 5,6", "not in the image");
+    expect_fault("lbm " + quoted(file) + box + "--section 0.008,0.002", "not in the image");
+    expect_fault("lbm " + quoted(file) + " --container box:0.05,0.01,0.01 --section 0,0.01",
+                 "0.01 m wide along axis 0, the container 0.05");
+    for (const char* spacing : {"0 0 0", "nan 1 1", "-1 1 1"}) {
+        const Path bad =
+            folder.write("bad.vti", replaced(read_text(file), "Spacing=\"0.001 0.001 0.001\"", std::string("Spacing=\"") + spacing + "\""));
+        EXPECT_EQ(porepack("lbm " + quoted(bad) + box).exit_code, 2) << spacing;
+    }
+    image.notes = {{"container", "{{"}};
+    write_phase_image(file, image);
+    expect_fault("lbm " + quoted(file), "is not JSON");
+}
+
+TEST(HostileImage, ACutPictureIsNamed) {
+    const test::Folder folder;
+    write_packing(folder.path() / "packing.json", three_spheres());
+    ASSERT_EQ(porepack("slices --spacing 5e-3 --pixel 1e-3 --section 0.005,0.03 " + quoted(folder.path() / "packing.json")).exit_code, 0);
+    Path picture;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(folder.path()))
+        if (entry.path().filename() == "slice_0001.png") picture = entry.path();
+    ASSERT_FALSE(picture.empty());
+    std::filesystem::resize_file(picture, 60);
+    expect_fault("tortuosity geometric_paper " + quoted(picture.parent_path()), "picture");
+}
+
+TEST(HostilePacking, EachFaultIsNamed) {
+    const test::Folder folder;
+    const Path file = folder.path() / "packing.json";
+    write_packing(file, three_spheres());
+    const std::string good = read_text(file);
+    const auto fault = [&](const std::string& text, const std::string& message) {
+        expect_fault("voxelise --voxel-size 1e-3 --section 0.005,0.03 " + quoted(folder.write("bad.json", text)), message);
+    };
+    fault(replaced(good, "\"version\":1", "\"version\":1,\"unit\":\"mm\""), "unknown key `unit`");
+    fault(replaced(good, "0.006", "1e400"), "not valid JSON");
+    Packing packing = three_spheres();
+    packing.shapes.push_back(packing.shapes.front());
+    write_packing(file, packing);
+    fault(read_text(file), "same id");
+    packing = three_spheres();
+    packing.bodies[1] = packing.bodies[0];
+    write_packing(file, packing);
+    fault(read_text(file), "the same grain at the same place");
+    for (const Vec3& at : {Vec3(0.015, 0.015, -0.006), Vec3(0.015, 0.015, 0.066), Vec3(-0.0051, 0.015, 0.03)}) {
+        packing = three_spheres();
+        packing.bodies[1].position_m = at;
+        write_packing(file, packing);
+        fault(read_text(file), "outside the container");
+    }
+    write_packing(file, three_spheres());
+    const std::string in = quoted(file);
+    expect_fault("voxelise --voxel-size 1e-3 --section 0.04,0.05 " + in, "above the bed");
+    expect_fault("voxelise --voxel-size 1e-3 --section 0.005,0.03 --reservoir 1e5 " + in, "cells");
+    expect_fault("lbm --voxel-size 1e-3 --section 0.005,0.007 --grid-ratio 1.1 " + in, "same voxel size");
+    expect_fault("slices --section 0.005,0.03 --spacing 1e-9 " + in, "slices");
+    expect_fault("slices --section 0.005,0.03 --pixel 1 " + in, "pixels");
+    expect_fault("tortuosity geometric_paper --section 0.005,0.03 --dot-spacing 1e-9 " + in, "too many dots");
+    expect_fault("voxelise --container box:1,1,1 " + in, "its own container");
+    write_packing(file, three_spheres("box:0.03,0.03,0.06:periodic"));
+    expect_fault("lbm --voxel-size 1e-3 --section 0.01,0.03 " + in, "taken as a whole");
+    expect_fault("lbm --voxel-size 1e-3 --reservoir 0.01 " + in, "no reservoir");
+}
+
+// A box with its corner at `low`; inside out when `inward`.
+void add_box(TriangleSurface& surface, double low, double size, bool inward) {
+    const int first = static_cast<int>(surface.points.size());
+    for (int c = 0; c < 8; ++c) surface.points.push_back({low + size * (c & 1), low + size * (c >> 1 & 1), low + size * (c >> 2 & 1)});
+    constexpr int quads[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+    for (const auto& q : quads)
+        for (int half = 0; half < 2; ++half) {
+            std::array<int, 3> t = {first + q[0], first + q[1 + half], first + q[2 + half]};
+            if (inward) std::swap(t[1], t[2]);
+            surface.triangles.push_back(t);
+        }
+}
+
+TEST(HostileStl, ShellsMustBeTurnedAsTheyAreNested) {
+    const test::Folder folder;
+    const auto fault_of = [&](double low, double size, bool inward) {
+        TriangleSurface surface;
+        add_box(surface, 0.01, 0.02, false);
+        add_box(surface, low, size, inward);
+        return check_surface(surface).fault;
+    };
+    EXPECT_EQ(fault_of(0.04, 0.01, false), "");   // two bodies
+    EXPECT_EQ(fault_of(0.015, 0.005, true), "");  // a cavity
+    EXPECT_TRUE(has(fault_of(0.04, 0.01, true), "turned inward although 0 shells"));
+    EXPECT_TRUE(has(fault_of(0.015, 0.005, false), "turned outward although 1 shells"));
+}
+
+TEST(HostileStl, AsciiNumbersAreReadWholly) {
+    const test::Folder folder;
+    const std::string good =
+        "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0,5 1 0\nendloop\nendfacet\nendsolid a\n";
+    expect_fault("voxelise --container box:1,1,1 --voxel-size 0.1 " + quoted(folder.write("a.stl", good)), "`0,5` is no number");
+}
+
+TEST(HostileOutput, InputsAndForeignFoldersStay) {
+    const test::Folder folder;
+    write_packing(folder.path() / "packing.json", three_spheres());
+    ASSERT_EQ(porepack("stl " + quoted(folder.path() / "packing.json")).exit_code, 0);
+    const std::string before = read_text(folder.path() / "solid.stl");
+    expect_fault("stl --container box:0.03,0.03,0.06 " + quoted(folder.path() / "solid.stl"), "overwrite its own input");
+    EXPECT_EQ(read_text(folder.path() / "solid.stl"), before);
+    EXPECT_EQ(porepack("shape sphere --diameter 0.01 --json > /dev/full; false", "").exit_code, 1);
+    EXPECT_EQ(WEXITSTATUS(std::system((test::quoted(POREPACK_PROGRAM) + " shape sphere --diameter 0.01 > /dev/full 2> /dev/null").c_str())),
+              5);
+    EXPECT_EQ(WEXITSTATUS(std::system((test::quoted(POREPACK_PROGRAM) + " run nope 2> /dev/full").c_str())), 2);
+    if (!find_program("simpleFoam")) return;
+    folder.write("foam/thesis.txt", "years of work");
+    expect_fault("foam --cell-size 3e-3 --meshes 1 --section 0.01,0.02 " + quoted(folder.path() / "packing.json"), "is in the way");
+    EXPECT_TRUE(std::filesystem::exists(folder.path() / "foam/thesis.txt"));
+}
+
+// kill -9 of the parent ends the whole family of a program, grandchildren too.
+TEST(Guardian, NoOrphanOutlivesUs) {
+    const test::Folder folder;
+    const pid_t child = fork();
+    if (child == 0) {
+        (void)run_program(
+            {.command = {"sh", "-c", "sleep 300 & echo $! > grandchild; wait"}, .folder = folder.path(), .log = folder.path() / "log"});
+        _exit(0);
+    }
+    pid_t grandchild = 0;
+    for (int i = 0; i < 100 && grandchild == 0; ++i) {
+        usleep(50000);
+        std::ifstream(folder.path() / "grandchild") >> grandchild;
+    }
+    ASSERT_GT(grandchild, 0);
+    kill(child, SIGKILL);
+    waitpid(child, nullptr, 0);
+    bool alive = true;
+    for (int i = 0; i < 100 && alive; ++i) {
+        usleep(50000);
+        std::ifstream status("/proc/" + std::to_string(grandchild) + "/stat");
+        std::string pid, name, state;
+        alive = static_cast<bool>(status >> pid >> name >> state) && state != "Z";
+    }
+    EXPECT_FALSE(alive);
+}
+
+}  // namespace
+}  // namespace porepack
