@@ -5,7 +5,7 @@
 namespace porepack {
 
 const std::vector<std::string>& Settings::tables() {
-    static const std::vector<std::string> names = {"shape",    "container",  "packing",      "geometry", "lbm",
+    static const std::vector<std::string> names = {"shape",    "container",  "packing",      "geometry", "stl", "lbm",
                                                    "openfoam", "tortuosity", "falling_head", "report"};
     return names;
 }
@@ -15,6 +15,7 @@ Describe Settings::describe_table(const std::string& table) {
     if (table == "container") return [this](ConfigVisitor& v) { describe(v, container); };
     if (table == "packing") return [this](ConfigVisitor& v) { describe(v, packing); };
     if (table == "geometry") return [this](ConfigVisitor& v) { describe(v, geometry); };
+    if (table == "stl") return [this](ConfigVisitor& v) { describe(v, stl); };
     if (table == "lbm") return [this](ConfigVisitor& v) { describe(v, lbm); };
     if (table == "openfoam") return [this](ConfigVisitor& v) { describe(v, openfoam); };
     if (table == "tortuosity") return [this](ConfigVisitor& v) { describe(v, tortuosity); };

@@ -19,6 +19,7 @@ struct Settings {
     ContainerConfig container;
     PackingConfig packing;
     GeometryConfig geometry;
+    StlConfig stl;
     LbmConfig lbm;
     FoamConfig openfoam;
     TortuosityConfig tortuosity;

@@ -10,6 +10,7 @@
 #include "apps/benchmark.hpp"
 #include "apps/pipeline.hpp"
 #include "apps/stages.hpp"
+#include "apps/sweep.hpp"
 #include "core/error.hpp"
 #include "core/interrupt.hpp"
 #include "core/log.hpp"
@@ -130,12 +131,14 @@ Path target_folder(const Common& common) {
 
 // A stage on loose files; `work` gets the scene and a folder.
 void run_on_scene(const Common& common, const std::string& stage, const GeometryConfig& geometry, const Json& configuration,
-                  const std::function<Json(const Scene&, const Path&)>& work, const std::function<std::string(const Scene&)>& expect = {}) {
+                  const std::function<Json(const Scene&, const Path&)>& work, const std::function<std::string(const Scene&)>& expect = {},
+                  bool with_section = true) {
     const bool is_packing = Path(common.input).extension() == ".json" || Path(common.input).extension() == ".gz";
     if (is_packing && (!common.container.empty() || common.unit_m != 1.0))
         throw UserError("a packing brings its own container, in metres",
                         {.where = common.input, .mend = "leave --container and --unit out"});
-    const Scene scene = load_scene(common.input, container_of(common), geometry, common.unit_m);
+    const Scene scene = with_section ? load_scene(common.input, container_of(common), geometry, common.unit_m)
+                                     : load_bed(common.input, container_of(common), common.unit_m);
     if (common.dry_run)
         return print_result(common, {{"configuration", configuration},
                                      {"stage", stage},
@@ -279,10 +282,21 @@ private:
         add_keys(report, common_.flags, settings_.describe_table("report"));
     }
 
+    void sweep() {
+        const auto config = from_flags<ShapeConfig>(common_.flags);
+        const double volume = config.volume_m3 > 0.0 ? config.volume_m3 : 7.33e-7;
+        if (common_.dry_run) return print_result(common_, {{"volume_m3", volume}, {"expected", "171 shapes, about ten seconds"}});
+        const Path target = common_.output.empty() ? Path("sweep") : Path(common_.output);
+        const Json result = run_loose("sweep", target, {{"volume_m3", volume}}, {}, [&](const Path& folder) { return sweep_stage(volume, folder); });
+        if (!draw_picture(target / "grains.stl", target / "grains.png", {"--front"})) log_warning("no picture of the grains: see " + (target / "log.picture").string());
+        print_result(common_, result);
+    }
+
     void add_shape() {
         auto& shape = command(
             "shape", "volume, surface, sphericity, inertia of a grain", "porepack shape tetrapod --sphericity 0.53 --volume 7.33e-7",
             [this] {
+                if (sweep_) return sweep();
                 Flags flags = common_.flags;
                 ShapeConfig config;
                 if (!capsules_file_.empty()) {
@@ -291,6 +305,8 @@ private:
                     file.read(
                         file.has("shape") ? "shape" : "", [&](ConfigVisitor& v) { describe(v, config); }, flags);
                 } else {
+                    if (common_.input.ends_with(".stl") || common_.input.ends_with(".STL"))
+                        return print_result(common_, surface_shape_stage(common_.input, common_.unit_m, density_));
                     if (common_.input.empty())
                         throw UserError("which shape?", {.allowed = "tetrapod, dolos, tetrahedron, star, sphere, rod, or --capsules FILE"});
                     flags["kind"] = "\"" + common_.input + "\"";
@@ -302,8 +318,10 @@ private:
                 print_result(common_, run_loose("shape", common_.output, resolved(config), {},
                                                 [&](const Path&) { return shape_stage(config, density_); }));
             });
-        shape.add_option("kind", common_.input, "tetrapod, dolos, tetrahedron, star, sphere, rod");
+        shape.add_option("kind", common_.input, "tetrapod, dolos, tetrahedron, star, sphere, rod, or an STL file");
+        shape.add_flag("--sweep", sweep_, "figure 7: convexity against sphericity of the paper's aggregates, as CSV, plot and picture");
         shape.add_option("--capsules", capsules_file_, "TOML file with [[capsule]] tables (a_m, b_m, radius_m) in metres");
+        shape.add_option("--unit", common_.unit_m, "metres a unit of the STL file (0.001: millimetres); default 1")->check(CLI::PositiveNumber);
         shape.add_option("--density", density_, "density for mass and inertia [kg/m3]; default 1000")->check(CLI::Range(1.0, 1e5));
         add_keys(shape, common_.flags, settings_.describe_table("shape"), {"kind", "file", "unit_m"});
     }
@@ -329,7 +347,17 @@ private:
     }
 
     void add_geometry_commands() {
-        geometry_command("stl", "one closed triangle surface of the grains (CGAL)", "porepack stl packing.json", stl_stage);
+        auto& stl = command("stl", "one closed triangle surface of the grains (CGAL)", "porepack stl packing.json --pores true", [this] {
+            if (is_case(common_.input)) return run_in_case(common_, "stl", "stl");
+            const auto geometry = from_flags<GeometryConfig>(flags_of<GeometryConfig>(common_.flags));
+            const auto extras = from_flags<StlConfig>(flags_of<StlConfig>(common_.flags));
+            run_on_scene(common_, "stl", geometry, {{"geometry", resolved(geometry)}, {"stl", resolved(extras)}},
+                         [&](const Scene& scene, const Path& folder) { return stl_stage(scene, geometry, extras, folder); }, {},
+                         extras.pores || extras.clip);
+        });
+        add_scene_input(stl, "a case, packing.json[.gz] or an STL file");
+        add_keys(stl, common_.flags, settings_.describe_table("geometry"), {"voxel_size_m", "slice_spacing_m", "slice_pixel_m", "reservoir_m"});
+        add_keys(stl, common_.flags, settings_.describe_table("stl"));
         geometry_command("voxelise", "grains to voxels (pore.vti)", "porepack voxelise packing.json --voxel-size 2e-4", voxelise_stage);
         geometry_command("slices", "grains to a stack of pictures", "porepack slices packing.json --slice-spacing 2e-4", slices_stage);
         app_.get_subcommand("slices")->add_option_function<std::string>(
@@ -462,13 +490,16 @@ private:
             if (Path(common_.input).extension() != ".stl" && Path(common_.input).extension() != ".STL")
                 throw UserError("not an STL file: " + common_.input, {.mend = "make one: porepack stl packing.json"});
             render_under_some_display(arguments_);
-            PictureStyle style;
+            const TriangleSurface surface = read_stl(common_.input, common_.unit_m);
+            PictureStyle style = style_for(surface);
+            style.front = front_;
             if (const auto container = container_of(common_); container && container->kind == Container::Kind::cylinder)
                 style = {.cylinder_diameter_m = container->diameter_m, .cylinder_height_m = container->height_m};
-            render_surface(target, read_stl(common_.input, common_.unit_m), style);
+            render_surface(target, surface, style);
             print_result(common_, {{"picture", target.string()}});
         });
         add_scene_input(picture, "an STL file");
+        picture.add_flag("--front", front_, "seen along y, without perspective");
         auto& keys = *app_.add_subcommand("keys", "all keys of case.toml, as a Markdown table");
         keys.callback([this] { action_ = [] { fmt::print("{}", key_reference()); }; });
     }
@@ -477,6 +508,7 @@ private:
     Settings settings_;
     Common common_;
     std::string capsules_file_, kind_;
+    bool sweep_ = false, front_ = false;
     double density_ = 1000.0;
     double permeability_m2_ = 0.0;
     double inertial_permeability_m_ = std::numeric_limits<double>::infinity();

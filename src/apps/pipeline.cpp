@@ -138,19 +138,13 @@ Json report_of_case(const Case& c, const Path& folder) {
     input.stage_folders = c.results();
     if (c.settings.report.pictures) {
         const Container container = make_container(c.settings.container);
-        std::vector<std::string> command = {fs::read_symlink("/proc/self/exe").string(), "picture",
-                                            fs::absolute(folder_of(c, "stl") / "solid.stl").string(), "--output",
-                                            fs::absolute(folder / "packing.png").string()};
         const Json& made = input.results.contains("pack") ? input.results["pack"] : input.results["stl"];
         const double shown =
             std::min(container.height(), 1.15 * made.value("bed_height_m", container.height()));  // the empty part is no news
+        std::vector<std::string> more;
         if (container.kind == Container::Kind::cylinder)
-            command.insert(command.end(), {"--container", fmt::format("cylinder:{:.9g},{:.9g}", container.diameter_m, shown)});
-        const bool can = std::getenv("DISPLAY") != nullptr || find_program("xvfb-run").has_value();
-        if (!can)
-            input.notes.push_back(
-                "No picture of the packing: there is no display and xvfb-run is not installed (apt-get install xvfb xauth).");
-        else if (run_program({.command = command, .folder = folder, .log = folder / "log.picture"}).exit_code != 0)
+            more = {"--container", fmt::format("cylinder:{:.9g},{:.9g}", container.diameter_m, shown)};
+        if (!draw_picture(folder_of(c, "stl") / "solid.stl", folder / "packing.png", more))
             input.notes.push_back("No picture of the packing: rendering failed, see results/report/log.picture.");
     }
     return write_report(input, folder);
@@ -333,7 +327,7 @@ std::vector<Stage> stages_of(const Case& c) {
                       stl ? std::vector<Path>{stl_file} : std::vector<Path>{},
                       {},
                       [c, stl, stl_file](const Path&) {
-                          return stl ? surface_shape_stage(stl_file, c.settings.shape.unit_m)
+                          return stl ? surface_shape_stage(stl_file, c.settings.shape.unit_m, c.settings.packing.density_kg_per_m3)
                                      : shape_stage(c.settings.shape, c.settings.packing.density_kg_per_m3);
                       },
                       quick});
@@ -356,17 +350,21 @@ std::vector<Stage> stages_of(const Case& c) {
                                     human_time(plan.expected_wall_time_s));
              }});
     }
+    const bool with_planes = s.stl.pores || s.stl.clip;
     const auto stl_needs = stl ? std::vector<std::string>{} : std::vector<std::string>{"pack"};
     stages.push_back({"stl",
                       stl_needs,
-                      only(table_json(c, {"container", "shape", "geometry"}), "geometry", {"surface_deviation_m", "contact_gap_m"}),
+                      only(table_json(c, {"container", "shape", "geometry", "stl"}), "geometry",
+                           with_planes ? with_section({"surface_deviation_m", "contact_gap_m"})
+                                       : std::set<std::string>{"surface_deviation_m", "contact_gap_m"}),
                       stl ? std::vector<Path>{stl_file} : std::vector<Path>{},
                       {"solid.stl"},
-                      [c, stl, stl_file](const Path& folder) {
+                      [c, stl, stl_file, with_planes](const Path& folder) {
                           const Container container = make_container(c.settings.container);
-                          return stl_stage(stl ? load_bed(stl_file, container, c.settings.shape.unit_m)
-                                               : load_bed(folder_of(c, "pack") / "packing.json", container, 1.0),
-                                           c.settings.geometry, folder);
+                          const Path file = stl ? stl_file : folder_of(c, "pack") / "packing.json";
+                          const double unit = stl ? c.settings.shape.unit_m : 1.0;
+                          return stl_stage(with_planes ? load_scene(file, container, c.settings.geometry, unit) : load_bed(file, container, unit),
+                                           c.settings.geometry, c.settings.stl, folder);
                       },
                       quick});
     stages.push_back({"voxelise",

@@ -9,6 +9,7 @@
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
+#include "core/process.hpp"
 #include "lbm/permeability.hpp"
 #include "openfoam/foam.hpp"
 #include "packing/liggghts.hpp"
@@ -77,6 +78,15 @@ void add_permeability(Json& json, double permeability_m2, const std::optional<In
 
 Json mixture_json(const ShapeConfig& config, double density);
 
+void add_inertia(Json& json, const Eigen::Matrix3d& inertia) {
+    json["inertia_kg_m2"] = Json::array();
+    for (int row = 0; row < 3; ++row) json["inertia_kg_m2"].push_back(list(Vec3(inertia.row(row).transpose())));
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(inertia);
+    json["principal_moments_kg_m2"] = list(Vec3(axes.eigenvalues()));
+    json["principal_axes"] = Json::array();
+    for (int i = 0; i < 3; ++i) json["principal_axes"].push_back(list(Vec3(axes.eigenvectors().col(i))));
+}
+
 }  // namespace
 
 Path home_folder() {
@@ -101,14 +111,24 @@ Json shape_stage(const ShapeConfig& config, double density) {
     json["volume_m3"] = m.volume_m3;
     json["surface_area_m2"] = m.surface_area_m2;
     json["sphericity"] = m.sphericity;
-    json["convexity"] = std::min(1.0, m.volume_m3 / hull(shape.capsules).volume_m3);
+    const HullMeasures convex = hull(shape.capsules);
+    json["convexity"] = std::min(1.0, m.volume_m3 / convex.volume_m3);
+    json["convex_hull_volume_m3"] = convex.volume_m3;
+    json["convex_hull_area_m2"] = convex.surface_area_m2;
     json["equal_volume_diameter_m"] = std::cbrt(6.0 * m.volume_m3 / std::numbers::pi);
     json["cavity_volume_m3"] = m.cavity_volume_m3;
+    json["cavity_area_m2"] = m.cavity_area_m2;
+    if (m.cavity_volume_m3 > 0.0) {
+        const bool filled = shape.cavity == Cavity::filled;
+        json["volume_filled_m3"] = m.volume_m3 + (filled ? 0.0 : m.cavity_volume_m3);
+        json["volume_open_m3"] = m.volume_m3 - (filled ? m.cavity_volume_m3 : 0.0);
+        json["surface_area_filled_m2"] = m.surface_area_m2 - (filled ? 0.0 : m.cavity_area_m2);
+        json["surface_area_open_m2"] = m.surface_area_m2 + (filled ? m.cavity_area_m2 : 0.0);
+    }
     json["centre_of_mass_m"] = list(m.centre_of_mass_m);
     json["density_kg_per_m3"] = density;
     json["mass_kg"] = density * m.volume_m3;
-    json["inertia_kg_m2"] = Json::array();
-    for (int row = 0; row < 3; ++row) json["inertia_kg_m2"].push_back(list(Vec3(density * m.inertia_per_density_m5.row(row).transpose())));
+    add_inertia(json, density * m.inertia_per_density_m5);
     json["bounding_radius_m"] = m.bounding_radius_m;
     json["span_m"] = m.span_m;
     json["relative_error"] = m.relative_error;
@@ -141,15 +161,29 @@ Json mixture_json(const ShapeConfig& config, double density) {
 
 }  // namespace
 
-Json surface_shape_stage(const Path& stl, double unit_m) {
-    const SurfaceCheck check = check_surface(read_stl(stl, unit_m));
+Json surface_shape_stage(const Path& stl, double unit_m, double density) {
+    const TriangleSurface surface = read_stl(stl, unit_m);
+    const SurfaceCheck check = check_surface(surface);
     require_sound(check, stl.string());
-    return {{"kind", "stl"},
-            {"shells", check.shells},
-            {"volume_m3", check.volume_m3},
-            {"surface_area_m2", check.area_m2},
-            {"low_m", list(check.low)},
-            {"high_m", list(check.high)}};
+    const SurfaceMeasures m = measure_surface(surface);
+    Json json = {{"kind", "stl"},
+                 {"shells", check.shells},
+                 {"volume_m3", m.volume_m3},
+                 {"surface_area_m2", m.area_m2},
+                 {"low_m", list(check.low)},
+                 {"high_m", list(check.high)},
+                 {"convexity", std::min(1.0, m.volume_m3 / m.hull_volume_m3)},
+                 {"convex_hull_volume_m3", m.hull_volume_m3},
+                 {"convex_hull_area_m2", m.hull_area_m2},
+                 {"centre_of_mass_m", list(m.centre_of_mass_m)},
+                 {"density_kg_per_m3", density},
+                 {"mass_kg", density * m.volume_m3},
+                 {"bounding_radius_m", m.bounding_radius_m},
+                 {"span_m", m.span_m}};
+    add_inertia(json, density * m.inertia_per_density_m5);
+    // The correlations want one grain's sphericity, which several bodies together do not have.
+    json["sphericity_of_all"] = m.sphericity;
+    return json;
 }
 
 namespace {
@@ -237,7 +271,52 @@ Json pack_stage(const Case& the_case, const Path& folder) {
     return json;
 }
 
-Json stl_stage(const Scene& scene, const GeometryConfig& geometry, const Path& folder) {
+namespace {
+
+// What the table [stl] asks for beside solid.stl.
+void write_extra_surfaces(const Scene& scene, const GeometryConfig& geometry, const StlConfig& extras, const TriangleSurface& solid,
+                          const Path& folder, Json& json) {
+    const double deviation = scene.surface_deviation(geometry);
+    const double section_volume = scene.container.inner_area_m2() * scene.section.length();
+    if (extras.pores) {
+        const PoreSurface pores = make_pore_surface(solid, scene.container, scene.section, deviation);
+        write_stl_regions(folder / "pores.stl", pores.surface, pores.region, {"inlet", "outlet", "wall", "grains"});
+        const SurfaceMeasures measures = measure_surface(pores.surface);
+        json["pores"] = {{"section_m", list(scene.section)},
+                         {"volume_m3", measures.volume_m3},
+                         {"porosity", measures.volume_m3 / section_volume},
+                         {"triangles", pores.surface.triangles.size()}};
+    }
+    if (extras.clip) {
+        const TriangleSurface clipped = clip_surface(solid, scene.section);
+        write_stl(folder / "clipped.stl", clipped);
+        json["clipped"] = {{"section_m", list(scene.section)}, {"volume_m3", measure_surface(clipped).volume_m3}};
+    }
+    if (extras.one_file_a_grain) {
+        if (!scene.packing) throw UserError("an STL file's grains cannot be told apart", {.mend = "leave one_file_a_grain out"});
+        make_folder(folder / "grains");
+        Packing one{.container = scene.packing->container, .shapes = scene.packing->shapes, .bodies = {}};
+        one.container.periodic = {false, false, false};
+        for (std::size_t b = 0; b < scene.packing->bodies.size(); ++b) {
+            one.bodies = {scene.packing->bodies[b]};
+            write_stl(folder / "grains" / fmt::format("grain_{:05}.stl", b + 1), make_surface(one, {.deviation_m = deviation}).surface);
+        }
+        json["grain_files"] = scene.packing->bodies.size();
+    }
+    if (extras.also == "ply" || extras.also == "both") write_ply(folder / "solid.ply", solid);
+    if (extras.also == "vtp" || extras.also == "both") write_vtp(folder / "solid.vtp", solid);
+    if (extras.millimetres) {
+        TriangleSurface scaled = solid;
+        for (auto& p : scaled.points)
+            for (double& x : p) x *= 1000.0;
+        write_stl(folder / "solid_mm.stl", scaled, "porepack; unit: millimetre");
+        json["unit_of_solid_mm"] = "millimetre";
+    }
+}
+
+}  // namespace
+
+Json stl_stage(const Scene& scene, const GeometryConfig& geometry, const StlConfig& extras, const Path& folder) {
     Json json;
     const Path file = folder / "solid.stl";
     if (scene.packing) {
@@ -249,13 +328,15 @@ Json stl_stage(const Scene& scene, const GeometryConfig& geometry, const Path& f
         json["largest_deviation_m"] = result.deviation_m;
         json["contact_gap_m"] = result.contact_gap_m;
         json["joined_grains"] = result.joined_grains;
+        json["contacts_joined"] = result.bridges;
         json["thinned_grains"] = result.shrunk_grains;
         if (!scene.container.any_periodic()) json["exact_volume_m3"] = solid;
     } else {
         write_stl(file, *scene.surface);
     }
     // What is claimed is checked on the file as it was written, in single precision.
-    const SurfaceCheck check = check_surface(read_stl(file));
+    const TriangleSurface written = read_stl(file);
+    const SurfaceCheck check = check_surface(written);
     if (!check.fault.empty())
         throw NumericalError("the surface written is not sound: " + check.fault,
                              {.where = file.string(), .mend = "change surface_deviation_m or contact_gap_m"});
@@ -266,7 +347,13 @@ Json stl_stage(const Scene& scene, const GeometryConfig& geometry, const Path& f
     json["self_intersecting"] = check.self_intersecting;
     json["volume_m3"] = check.volume_m3;
     json["area_m2"] = check.area_m2;
-    if (json.contains("exact_volume_m3")) json["volume_error"] = check.volume_m3 / json["exact_volume_m3"].get<double>() - 1.0;
+    if (json.contains("exact_volume_m3")) {
+        const double exact = json["exact_volume_m3"].get<double>();
+        json["volume_error"] = check.volume_m3 / exact - 1.0;
+        // Facets and bridges together, over the bed.
+        json["porosity_change"] = (exact - check.volume_m3) / (scene.container.inner_area_m2() * std::min(scene.bed_top_m, scene.container.height()));
+    }
+    write_extra_surfaces(scene, geometry, extras, written, folder, json);
     if (!scene.packing) add_bed_porosity(json, scene);
     return json;
 }
@@ -540,6 +627,16 @@ Json falling_head_stage(double permeability_m2, double inertial_permeability_m, 
         write_text(*folder / "falling_head.csv", text);
     }
     return json;
+}
+
+bool draw_picture(const Path& stl, const Path& png, const std::vector<std::string>& more) {
+    std::vector<std::string> command = {std::filesystem::read_symlink("/proc/self/exe").string(), "picture", std::filesystem::absolute(stl).string(),
+                                        "--output", std::filesystem::absolute(png).string()};
+    command.insert(command.end(), more.begin(), more.end());
+    const Path log = png.parent_path() / "log.picture";
+    const bool drawn = run_program({.command = command, .folder = png.parent_path(), .log = log}).exit_code == 0;
+    if (drawn) std::filesystem::remove(log);
+    return drawn;
 }
 
 Expectation expect_lbm(const Container& container, const Section& section, double voxel_size_m, double grain_size_m, double pores,

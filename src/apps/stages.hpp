@@ -9,9 +9,9 @@
 namespace porepack {
 
 [[nodiscard]] Json shape_stage(const ShapeConfig& config, double density_kg_per_m3);
-[[nodiscard]] Json surface_shape_stage(const Path& stl, double unit_m);
+[[nodiscard]] Json surface_shape_stage(const Path& stl, double unit_m, double density_kg_per_m3);
 [[nodiscard]] Json pack_stage(const Case& the_case, const Path& folder);
-[[nodiscard]] Json stl_stage(const Scene& scene, const GeometryConfig& geometry, const Path& folder);
+[[nodiscard]] Json stl_stage(const Scene& scene, const GeometryConfig& geometry, const StlConfig& extras, const Path& folder);
 [[nodiscard]] Json voxelise_stage(const Scene& scene, const GeometryConfig& geometry, const Path& folder);
 [[nodiscard]] Json slices_stage(const Scene& scene, const GeometryConfig& geometry, const Path& folder);
 [[nodiscard]] Json lbm_stage(const Scene& scene, const GeometryConfig& geometry, const LbmConfig& config, const Path& folder);
@@ -23,6 +23,9 @@ namespace porepack {
 [[nodiscard]] Json hydraulic_stage(const Path& flow_vti, const std::vector<double>& section_m);
 [[nodiscard]] Json falling_head_stage(double permeability_m2, double inertial_permeability_m, const FallingHeadConfig& config,
                                       const Path* folder);
+
+/// Renders an STL file by this program's own command `picture`. False when it could not.
+bool draw_picture(const Path& stl, const Path& png, const std::vector<std::string>& more = {});
 
 /// What a stage will take on this scene.
 struct Expectation {

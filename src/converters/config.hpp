@@ -16,6 +16,24 @@ struct GeometryConfig {
     double slice_pixel_m = 2e-4;
 };
 
+/// Table [stl]: what the stl stage writes beside solid.stl, which is always the grains in metres.
+struct StlConfig {
+    bool pores = false;
+    bool clip = false;
+    bool one_file_a_grain = false;
+    std::string also = "nothing";
+    bool millimetres = false;
+};
+
+inline void describe(ConfigVisitor& v, StlConfig& c) {
+    v.boolean("pores", c.pores,
+              "pores.stl: the boundary of the pore space of the section inside the container, with regions inlet, outlet, wall, grains");
+    v.boolean("clip", c.clip, "clipped.stl: the grains cut off at the section's planes, closed");
+    v.boolean("one_file_a_grain", c.one_file_a_grain, "grains/grain_00001.stl ...: every grain by itself");
+    v.choice("also", c.also, {"nothing", "ply", "vtp", "both"}, "solid.ply, solid.vtp: the same surface in other formats");
+    v.boolean("millimetres", c.millimetres, "solid_mm.stl: the same surface in millimetres, for 3D printing");
+}
+
 inline void describe(ConfigVisitor& v, GeometryConfig& c) {
     v.number(
         "voxel_size_m", c.voxel_size_m, length_or_auto(),

@@ -7,7 +7,9 @@
 #include <atomic>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <set>
+#include <tuple>
 
 #include "converters/cgal_mesh.hpp"
 #include "converters/surface.hpp"
@@ -129,12 +131,13 @@ void drop_cavities(Mesh& mesh) {
     mesh.remove_property_map(shell);
 }
 
-Mesh grain_mesh(const Shape& shape, double deviation, double thinner) {
+// `variant` counts the attempts: each has its corners elsewhere.
+Mesh grain_mesh(const Shape& shape, double deviation, double thinner, int variant) {
     Mesh mesh;
     for (std::size_t i = 0; i < shape.capsules.size(); ++i) {
         Capsule capsule = shape.capsules[i];
         capsule.radius -= thinner;
-        Mesh part = capsule_mesh(capsule, deviation, 0.37 + 1.117 * static_cast<double>(i));
+        Mesh part = capsule_mesh(capsule, deviation, 0.37 + 1.117 * static_cast<double>(i) + 0.291 * variant);
         if (i == 0)
             mesh = std::move(part);
         else
@@ -153,28 +156,119 @@ Mesh moved_mesh(const Mesh& mesh, const Vec3& position, const Quaternion& orient
     return copy;
 }
 
-// Groups of images that touch or nearly touch: only those need Booleans.
-std::vector<std::vector<std::size_t>> clusters_of(const std::vector<Grains::Image>& images, double reach) {
-    std::vector<std::size_t> parent(images.size());
-    for (std::size_t i = 0; i < parent.size(); ++i) parent[i] = i;
+// Two capsules of different grains that touch or nearly touch: the stretch of the first one's axis that is nearest to the
+// second (a point unless they are parallel), and the direction towards it.
+struct Contact {
+    std::size_t first, second;  // images
+    Capsule first_capsule, second_capsule;
+    Vec3 from, to, normal;
+    double gap;
+};
+
+// The stretch of `p`'s axis that lies beside `q`'s, for parallel axes; else the nearest point twice.
+std::pair<Vec3, Vec3> nearest_stretch(const Capsule& p, const Capsule& q) {
+    const Vec3 along = p.b - p.a;
+    const double length = along.norm();
+    if (length > 0.0 && along.cross(q.b - q.a).norm() < 1e-3 * length * (q.b - q.a).norm()) {
+        const Vec3 unit = along / length;
+        const double at_a = (q.a - p.a).dot(unit), at_b = (q.b - p.a).dot(unit);
+        const double low = std::clamp(std::min(at_a, at_b), 0.0, length), high = std::clamp(std::max(at_a, at_b), 0.0, length);
+        return {p.a + low * unit, p.a + high * unit};
+    }
+    // Alternating projections onto two segments, from both ends: they converge to the nearest points, which are unique here.
+    Vec3 on_p = 0.5 * (p.a + p.b);
+    for (int round = 0; round < 200; ++round) {
+        const Vec3 next = closest_on_axis(p, closest_on_axis(q, on_p));
+        if ((next - on_p).norm() < 1e-14 * (1.0 + on_p.norm())) break;
+        on_p = next;
+    }
+    return {on_p, on_p};
+}
+
+std::vector<Contact> find_contacts(const std::vector<Grains::Image>& images, double reach) {
+    std::vector<Contact> contacts;
+    for (std::size_t i = 0; i < images.size(); ++i)
+        for (std::size_t j = i + 1; j < images.size(); ++j) {
+            if (((images[i].bounds.high - images[j].bounds.low).array() < -reach).any() ||
+                ((images[j].bounds.high - images[i].bounds.low).array() < -reach).any())
+                continue;
+            for (const auto& p : images[i].capsules)
+                for (const auto& q : images[j].capsules) {
+                    const double between = gap(p, q);
+                    if (between >= reach) continue;
+                    Contact contact{.first = i, .second = j, .first_capsule = p, .second_capsule = q, .from = {}, .to = {}, .normal = {}, .gap = between};
+                    std::tie(contact.from, contact.to) = nearest_stretch(p, q);
+                    const Vec3 across = closest_on_axis(q, contact.from) - contact.from;
+                    contact.normal = across.norm() > 0.0 ? Vec3(across.normalized()) : Vec3(Vec3::UnitZ());
+                    // Arms share their end spheres: the same contact is met several times.
+                    const auto same = [&](const Contact& other) {
+                        const double slack = 1e-6 * p.radius;
+                        return other.first == i && other.second == j && (other.from - contact.from).norm() < slack &&
+                               (other.to - contact.to).norm() < slack && (other.normal - contact.normal).norm() < 1e-6;
+                    };
+                    const auto recent = contacts.end() - static_cast<std::ptrdiff_t>(std::min<std::size_t>(contacts.size(), 64));
+                    if (std::none_of(recent, contacts.end(), same)) contacts.push_back(contact);
+                }
+        }
+    return contacts;
+}
+
+// A box that joins two grains at their contact, wide enough to hold the lens in which they overlap.
+Mesh bridge(const Contact& contact, double contact_gap, double deviation, int variant) {
+    const double r = std::min(contact.first_capsule.radius, contact.second_capsule.radius);
+    const double half_width = std::min(0.4 * r, (1.0 + 0.1 * variant) * std::sqrt(r * std::max(contact_gap, -contact.gap)));
+    const double depth = std::min(0.8 * r, 3.0 * deviation + half_width);
+    const Vec3 along = contact.to - contact.from;
+    // Turned a little: no face lies in a plane of the grains' meshes.
+    const Vec3 across = along.norm() > 0.0 ? Vec3(along.normalized()) : contact.normal.unitOrthogonal();
+    const Eigen::AngleAxisd turn(0.0137 + 0.083 * variant, contact.normal);
+    const Vec3 t = turn * across, w = contact.normal.cross(t);
+    const double half_length = 0.5 * along.norm() + half_width;
+    const Vec3 middle = 0.5 * (contact.from + contact.to);
+    const double bottom = contact.first_capsule.radius - depth;
+    const double top = contact.first_capsule.radius + contact.gap + depth;
+    Mesh mesh;
+    std::array<Mesh::Vertex_index, 8> corner;
+    for (std::size_t c = 0; c < 8; ++c)
+        corner[c] = mesh.add_vertex(to_point(middle + ((c & 1U) != 0 ? half_length : -half_length) * t + ((c & 2U) != 0 ? half_width : -half_width) * w +
+                                             ((c & 4U) != 0 ? top : bottom) * contact.normal));
+    constexpr std::array<std::array<std::size_t, 4>, 6> quads = {
+        {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}}};
+    for (const auto& q : quads) {
+        mesh.add_face(corner[q[0]], corner[q[1]], corner[q[2]]);
+        mesh.add_face(corner[q[0]], corner[q[2]], corner[q[3]]);
+    }
+    return mesh;
+}
+
+// Near a grain that it does not touch, a grain's corners go back onto its exact surface: the facets between them then lie
+// inside, so that what is apart stays apart.
+void keep_apart(Mesh& mesh, const Capsule& own, const Contact& contact, double deviation) {
+    const double reach = own.radius + 3.0 * std::sqrt(8.0 * own.radius * deviation);
+    const Capsule zone{contact.from, contact.to, 0.0};
+    for (const auto v : mesh.vertices()) {
+        const Vec3 x(mesh.point(v).x(), mesh.point(v).y(), mesh.point(v).z());
+        if (signed_distance(zone, x) > reach) continue;
+        const Vec3 foot = closest_on_axis(own, x);
+        const double distance = (x - foot).norm();
+        if (distance > own.radius && distance < own.radius + 2.0 * deviation) mesh.point(v) = to_point(foot + own.radius / distance * (x - foot));
+    }
+}
+
+// Groups of images that contacts join: only those need Booleans.
+std::vector<std::vector<std::size_t>> clusters_of(std::size_t images, const std::vector<Contact>& contacts, double contact_gap) {
+    std::vector<std::size_t> parent(images);
+    std::iota(parent.begin(), parent.end(), std::size_t{0});
     const auto root = [&](std::size_t i) {
         while (parent[i] != i) i = parent[i] = parent[parent[i]];
         return i;
     };
-    for (std::size_t i = 0; i < images.size(); ++i)
-        for (std::size_t j = i + 1; j < images.size(); ++j) {
-            if (root(i) == root(j)) continue;
-            if (((images[i].bounds.high - images[j].bounds.low).array() < -reach).any() ||
-                ((images[j].bounds.high - images[i].bounds.low).array() < -reach).any())
-                continue;
-            bool near = false;
-            for (const auto& p : images[i].capsules)
-                for (const auto& q : images[j].capsules) near = near || gap(p, q) < reach;
-            if (near) parent[root(i)] = root(j);
-        }
+    for (const auto& contact : contacts)
+        if (contact.gap < contact_gap) parent[root(contact.first)] = root(contact.second);
     std::map<std::size_t, std::vector<std::size_t>> groups;
-    for (std::size_t i = 0; i < images.size(); ++i) groups[root(i)].push_back(i);
+    for (std::size_t i = 0; i < images; ++i) groups[root(i)].push_back(i);
     std::vector<std::vector<std::size_t>> clusters;
+    clusters.reserve(groups.size());
     for (auto& [r, members] : groups) clusters.push_back(std::move(members));
     return clusters;
 }
@@ -258,6 +352,54 @@ double largest_deviation(const TriangleSurface& surface, const Grains& grains, d
 
 }  // namespace
 
+namespace {
+
+// Every image's own mesh: the grain's, moved, kept apart from what it does not touch, with a bridge to every later grain that
+// it touches.
+std::vector<Mesh> image_meshes(const Packing& packing, const std::vector<Grains::Image>& images, const std::vector<Contact>& contacts,
+                               const std::vector<int>& thinned, double deviation, double contact_gap, const std::function<void()>& one_done) {
+    std::map<std::pair<std::size_t, int>, Mesh> unit;  // by shape and thinning
+    for (const auto& image : images) {
+        const auto key = std::pair(packing.bodies[image.body].shape, thinned[image.body]);
+        if (!unit.contains(key)) unit.emplace(key, grain_mesh(packing.shapes[key.first], 0.9 * deviation, key.second * contact_gap, key.second));
+    }
+    std::vector<std::vector<const Contact*>> of_image(images.size());
+    for (const auto& contact : contacts) {
+        of_image[contact.first].push_back(&contact);
+        if (contact.gap >= contact_gap) of_image[contact.second].push_back(&contact);
+    }
+    std::vector<Mesh> meshes(images.size());
+    std::exception_ptr fault;
+#pragma omp parallel for schedule(dynamic, 1)
+    for (std::size_t i = 0; i < images.size(); ++i) {
+        if (interrupted()) continue;
+        try {
+            const Body& body = packing.bodies[images[i].body];
+            meshes[i] = moved_mesh(unit.at({body.shape, thinned[images[i].body]}), body.position_m + images[i].shift, body.orientation);
+            for (const Contact* contact : of_image[i])
+                if (contact->gap >= contact_gap) {
+                    keep_apart(meshes[i], contact->first == i ? contact->first_capsule : contact->second_capsule, *contact, deviation);
+                }
+            for (const Contact* contact : of_image[i])
+                if (contact->gap < contact_gap && contact->gap > -4.0 * deviation) {
+                    Mesh box = bridge(*contact, contact_gap, deviation,
+                                      thinned[images[contact->first].body] + thinned[images[contact->second].body]);
+                    unite_into(meshes[i], box);
+                }
+#pragma omp critical
+            one_done();
+        } catch (...) {
+#pragma omp critical
+            fault = std::current_exception();
+        }
+    }
+    if (fault) std::rethrow_exception(fault);
+    check_interrupt();
+    return meshes;
+}
+
+}  // namespace
+
 SurfaceResult make_surface(const Packing& packing, const SurfaceOptions& options) {
     if (packing.bodies.empty()) throw UserError("the packing has no grain");
     double d = 1e300;
@@ -267,39 +409,35 @@ SurfaceResult make_surface(const Packing& packing, const SurfaceOptions& options
     result.contact_gap_m = options.contact_gap_m > 0.0 ? options.contact_gap_m : 1e-4 * d;
     const Grains grains(packing);
     const auto& images = grains.images();
-    auto clusters = clusters_of(images, 2.0 * deviation);
+    const auto contacts = find_contacts(images, std::max(4.0 * deviation, result.contact_gap_m));
+    auto clusters = clusters_of(images.size(), contacts, result.contact_gap_m);
     for (const auto& cluster : clusters)
         if (cluster.size() > 1) result.joined_grains += static_cast<long>(cluster.size());
+    for (const auto& contact : contacts) result.bridges += contact.gap < result.contact_gap_m ? 1 : 0;
 
     std::vector<int> thinned(packing.bodies.size(), 0);
     constexpr int most_rounds = 6;
     for (int round = 0; round < most_rounds; ++round) {
-        std::map<std::pair<std::size_t, int>, Mesh> unit;  // grain's mesh by shape and thinning
-        for (const auto& image : images) {
-            const auto key = std::pair(packing.bodies[image.body].shape, thinned[image.body]);
-            if (!unit.contains(key))
-                unit.emplace(key, grain_mesh(packing.shapes[key.first], 0.9 * deviation, key.second * result.contact_gap_m));
-        }
-        TriangleSurface surface;
         Progress progress("surface (CGAL)");
+        const double steps = 2.0 * static_cast<double>(images.size());
         std::size_t done = 0;
+        const auto one_done = [&] { progress.update(static_cast<double>(++done) / steps); };
+        auto meshes = image_meshes(packing, images, contacts, thinned, deviation, result.contact_gap_m, one_done);
+        TriangleSurface surface;
         for (auto& cluster : clusters) {
             std::sort(cluster.begin(), cluster.end(),
                       [&](std::size_t p, std::size_t q) { return images[p].bounds.low.z() < images[q].bounds.low.z(); });
-            std::vector<Mesh> meshes;
-            for (const std::size_t g : cluster) {
-                const Body& body = packing.bodies[images[g].body];
-                meshes.push_back(
-                    moved_mesh(unit.at({body.shape, thinned[images[g].body]}), body.position_m + images[g].shift, body.orientation));
-            }
-            append(surface, unite_cluster(std::move(meshes),
-                                          [&] { progress.update(static_cast<double>(++done) / static_cast<double>(images.size())); }));
+            std::vector<Mesh> members;
+            members.reserve(cluster.size());
+            for (const std::size_t g : cluster) members.push_back(std::move(meshes[g]));
+            append(surface, unite_cluster(std::move(members), one_done));
         }
         result.surface = round_to_single(surface);
         const SurfaceCheck check = check_surface(result.surface);
+        result.shells = check.shells;
         if (check.fault.empty()) break;
         const auto& crossings = check.fault_places;
-        if (round + 1 == most_rounds)
+        if (round + 1 == most_rounds || crossings.empty())
             throw NumericalError(fmt::format("the surface still has faults at {} places after the grains there were thinned {} times: {}",
                                              crossings.size(), round, check.fault),
                                  {.mend = "raise contact_gap_m, or change surface_deviation_m a little"});

@@ -28,7 +28,7 @@ void require_sound(const SurfaceCheck& check, const std::string& where);
 
 struct SurfaceOptions {
     double deviation_m = 0.0;    ///< 0: 2 % of the smallest capsule diameter
-    double contact_gap_m = 0.0;  ///< 0: 1e-4 of it
+    double contact_gap_m = 0.0;  ///< grains nearer than this become one body; 0: 1e-4 of the diameter
 };
 
 struct SurfaceResult {
@@ -36,11 +36,37 @@ struct SurfaceResult {
     double deviation_m = 0.0;  ///< measured: largest distance of a corner or a facet's middle from the exact capsules
     double contact_gap_m = 0.0;
     long joined_grains = 0;  ///< grains that became one body with others
+    long bridges = 0;        ///< contacts nearer than contact_gap_m, joined by a small box that holds the lens of their overlap
+    long shells = 0;         ///< separate surfaces
     long shrunk_grains = 0;  ///< grains thinned by contact_gap_m because the surface crossed itself in single precision
 };
 
 /// One closed surface of the union of all grains. Throws NumericalError when CGAL cannot make one.
 [[nodiscard]] SurfaceResult make_surface(const Packing& packing, const SurfaceOptions& options);
+
+struct SurfaceMeasures {
+    double volume_m3 = 0.0;
+    double area_m2 = 0.0;
+    double sphericity = 0.0;
+    Vec3 centre_of_mass_m = Vec3::Zero();
+    Eigen::Matrix3d inertia_per_density_m5 = Eigen::Matrix3d::Zero();  ///< about the centre of mass, for density 1
+    double hull_volume_m3 = 0.0, hull_area_m2 = 0.0;
+    double bounding_radius_m = 0.0;  ///< about the centre of mass
+    double span_m = 0.0;             ///< largest Feret length
+};
+/// Of a closed surface, exact for the polyhedron that it is.
+[[nodiscard]] SurfaceMeasures measure_surface(const TriangleSurface& surface);
+
+/// The part of closed grains between two planes, closed again.
+[[nodiscard]] TriangleSurface clip_surface(const TriangleSurface& surface, const Section& section);
+
+/// The boundary of the pore space inside the container, closed; triangles point out of the pores.
+struct PoreSurface {
+    TriangleSurface surface;
+    std::vector<int> region;  ///< by triangle: 0 inlet (z0), 1 outlet (z1), 2 wall, 3 grains
+};
+[[nodiscard]] PoreSurface make_pore_surface(const TriangleSurface& grains, const Container& container, const Section& section,
+                                            double deviation_m);
 
 /// A closed triangle surface as a solid; `periodic` repeats it.
 class SurfaceSolid : public Solid {

@@ -1,5 +1,8 @@
 #include "io/render.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 #include <vtkActor.h>
 #include <vtkCamera.h>
 #include <vtkCellArray.h>
@@ -54,6 +57,17 @@ void add_container(vtkRenderer* renderer, const PictureStyle& style) {
 
 }  // namespace
 
+PictureStyle style_for(const TriangleSurface& surface) {
+    std::array<double, 3> low = {1e300, 1e300, 1e300}, high = {-1e300, -1e300, -1e300};
+    for (const auto& p : surface.points)
+        for (std::size_t a = 0; a < 3; ++a) {
+            low[a] = std::min(low[a], p[a]);
+            high[a] = std::max(high[a], p[a]);
+        }
+    const double ratio = std::clamp((high[0] - low[0]) / std::max(1e-300, high[2] - low[2]), 0.5, 2.0);
+    return {.width = static_cast<int>(1000.0 * std::sqrt(ratio)), .height = static_cast<int>(1000.0 / std::sqrt(ratio))};
+}
+
 void render_surface(const Path& png, const TriangleSurface& surface, const PictureStyle& style) {
     vtkNew<vtkPolyDataNormals> normals;
     normals->SetInputData(poly_data(surface));
@@ -77,8 +91,12 @@ void render_surface(const Path& png, const TriangleSurface& surface, const Pictu
     renderer->GetActiveCamera()->SetPosition(1.0, -2.0, 0.9);
     renderer->GetActiveCamera()->SetFocalPoint(0.0, 0.0, 0.0);
     renderer->GetActiveCamera()->SetViewUp(0.0, 0.0, 1.0);
+    if (style.front) {
+        renderer->GetActiveCamera()->SetPosition(0.0, -1.0, 0.0);
+        renderer->GetActiveCamera()->ParallelProjectionOn();
+    }
     renderer->ResetCamera();
-    renderer->GetActiveCamera()->Zoom(1.25);
+    renderer->GetActiveCamera()->Zoom(style.front ? 1.7 : 1.25);
     window->Render();
     vtkNew<vtkWindowToImageFilter> grabber;
     grabber->SetInput(window);

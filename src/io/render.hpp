@@ -10,7 +10,11 @@ struct PictureStyle {
     int height = 1100;
     double cylinder_diameter_m = 0.0;  ///< > 0: draws the container's wall, transparent
     double cylinder_height_m = 0.0;
+    bool front = false;  ///< seen along y without perspective, for things side by side
 };
+
+/// A picture as wide as the surface is, or as high.
+[[nodiscard]] PictureStyle style_for(const TriangleSurface& surface);
 
 /// Renders the surface seen from the side and slightly from above, z up.
 void render_surface(const Path& png, const TriangleSurface& surface, const PictureStyle& style = {});

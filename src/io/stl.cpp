@@ -131,6 +131,39 @@ void write_stl(const Path& path, const TriangleSurface& surface, const std::stri
     write_text(path, bytes);
 }
 
+void write_stl_regions(const Path& path, const TriangleSurface& surface, const std::vector<int>& region,
+                       const std::vector<std::string>& names) {
+    std::string text;
+    for (std::size_t r = 0; r < names.size(); ++r) {
+        text += "solid " + names[r] + "\n";
+        for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+            if (region[t] != static_cast<int>(r)) continue;
+            text += "facet normal 0 0 0\nouter loop\n";
+            for (const int corner : surface.triangles[t]) {
+                const auto& p = surface.points[static_cast<std::size_t>(corner)];
+                text += fmt::format("vertex {:.9g} {:.9g} {:.9g}\n", p[0], p[1], p[2]);
+            }
+            text += "endloop\nendfacet\n";
+        }
+        text += "endsolid " + names[r] + "\n";
+    }
+    write_text(path, text);
+}
+
+void write_ply(const Path& path, const TriangleSurface& surface, const std::string& comment) {
+    std::string bytes = fmt::format(
+        "ply\nformat binary_little_endian 1.0\ncomment porepack; {}\nelement vertex {}\nproperty double x\nproperty double y\nproperty double "
+        "z\nelement face {}\nproperty list uchar int vertex_indices\nend_header\n",
+        comment, surface.points.size(), surface.triangles.size());
+    const auto append = [&](const void* data, std::size_t size) { bytes.append(static_cast<const char*>(data), size); };
+    for (const auto& p : surface.points) append(p.data(), sizeof p);
+    for (const auto& t : surface.triangles) {
+        bytes.push_back(3);
+        append(t.data(), sizeof t);
+    }
+    write_text(path, bytes);
+}
+
 TriangleSurface read_stl(const Path& path, double unit_m) {
     const std::string bytes = read_text(path);
     if (bytes.empty()) throw UserError("the file is empty: " + path.string());

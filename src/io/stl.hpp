@@ -18,6 +18,14 @@ struct TriangleSurface {
 /// Binary STL, single precision (the format's); the header names the unit. Whole or not at all.
 void write_stl(const Path& path, const TriangleSurface& surface, const std::string& header = "porepack; unit: metre");
 
+/// ASCII STL with one `solid` a region; `region` by triangle. OpenFOAM takes each as a patch of its own.
+void write_stl_regions(const Path& path, const TriangleSurface& surface, const std::vector<int>& region,
+                       const std::vector<std::string>& names);
+/// Binary PLY in double precision.
+void write_ply(const Path& path, const TriangleSurface& surface, const std::string& comment = "unit: metre");
+/// VTK polygons for ParaView, double precision.
+void write_vtp(const Path& path, const TriangleSurface& surface);
+
 /// Binary or ASCII. `unit_m` scales to metres. Triangles that lost their area to single precision are left out.
 /// Throws UserError: missing, empty, cut (with the bytes expected), NaN (with the triangle), not an STL.
 [[nodiscard]] TriangleSurface read_stl(const Path& path, double unit_m = 1.0);

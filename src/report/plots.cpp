@@ -17,7 +17,9 @@ bool draw_plot(const Path& svg, const std::string& commands) {
         return false;
     }
     const Path script = svg.parent_path() / (svg.stem().string() + ".gnuplot");
-    write_text(script, "set terminal svg size 620,380 font 'DejaVu Sans,12' background 'white'\nset output '" + svg.filename().string() +
+    const std::string terminal = svg.extension() == ".png" ? "pngcairo size 1240,760 font 'DejaVu Sans,22'"
+                                                           : "svg size 620,380 font 'DejaVu Sans,12' background 'white'";
+    write_text(script, "set terminal " + terminal + "\nset output '" + svg.filename().string() +
                            "'\nset grid lc rgb '#dddddd'\nset border 3\nset tics nomirror\n" + commands);
     const Path log = svg.parent_path() / ("log." + svg.stem().string());
     const ProgramEnd end = run_program({.command = {"gnuplot", script.filename().string()}, .folder = svg.parent_path(), .log = log});

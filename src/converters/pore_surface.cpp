@@ -1,0 +1,133 @@
+// The boundary of the pore space inside the container, in named regions, and grains clipped by two planes.
+#include <CGAL/Polygon_mesh_processing/corefinement.h>
+#include <CGAL/Polygon_mesh_processing/polygon_soup_to_polygon_mesh.h>
+#include <CGAL/Polygon_mesh_processing/triangulate_faces.h>
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "converters/cgal_mesh.hpp"
+#include "converters/surface.hpp"
+#include "core/error.hpp"
+
+namespace porepack {
+namespace pmp = CGAL::Polygon_mesh_processing;
+namespace {
+
+Mesh to_mesh(const TriangleSurface& surface) {
+    std::vector<Point> points;
+    for (const auto& p : surface.points) points.emplace_back(p[0], p[1], p[2]);
+    std::vector<std::vector<std::size_t>> triangles;
+    for (const auto& t : surface.triangles)
+        triangles.push_back({static_cast<std::size_t>(t[0]), static_cast<std::size_t>(t[1]), static_cast<std::size_t>(t[2])});
+    Mesh mesh;
+    pmp::polygon_soup_to_polygon_mesh(points, triangles, mesh);
+    return mesh;
+}
+
+// A prism over a polygon in the plane.
+Mesh prism(const std::vector<std::array<double, 2>>& base, double z0, double z1) {
+    Mesh mesh;
+    std::vector<Mesh::Vertex_index> low, high;
+    for (const auto& p : base) {
+        low.push_back(mesh.add_vertex(Point(p[0], p[1], z0)));
+        high.push_back(mesh.add_vertex(Point(p[0], p[1], z1)));
+    }
+    const std::size_t n = base.size();
+    for (std::size_t i = 0; i < n; ++i) mesh.add_face(low[i], low[(i + 1) % n], high[(i + 1) % n], high[i]);
+    mesh.add_face(high);
+    std::reverse(low.begin(), low.end());
+    mesh.add_face(low);
+    pmp::triangulate_faces(mesh);
+    return mesh;
+}
+
+// The cylinder's wall as a polygon whose area is the circle's, off by `deviation` at most.
+std::vector<std::array<double, 2>> base_of(const Container& container, double deviation) {
+    if (container.kind == Container::Kind::box)
+        return {{0.0, 0.0}, {container.size_m.x(), 0.0}, {container.size_m.x(), container.size_m.y()}, {0.0, container.size_m.y()}};
+    const double r = container.diameter_m / 2.0;
+    const int n = std::max(24, static_cast<int>(std::ceil(std::numbers::pi / std::acos(1.0 - std::min(0.5, deviation / r)))));
+    const double step = 2.0 * std::numbers::pi / n;
+    const double corner = r * std::sqrt(step / std::sin(step));
+    std::vector<std::array<double, 2>> base;
+    for (int i = 0; i < n; ++i) base.push_back({corner * std::cos((i + 0.31) * step), corner * std::sin((i + 0.31) * step)});
+    return base;
+}
+
+TriangleSurface to_surface(const Mesh& mesh) {
+    TriangleSurface surface;
+    std::vector<int> index(mesh.num_vertices());
+    for (const auto v : mesh.vertices()) {
+        index[v.idx()] = static_cast<int>(surface.points.size());
+        surface.points.push_back({mesh.point(v).x(), mesh.point(v).y(), mesh.point(v).z()});
+    }
+    for (const auto face : mesh.faces()) {
+        std::array<int, 3> triangle{};
+        std::size_t c = 0;
+        for (const auto v : vertices_around_face(mesh.halfedge(face), mesh)) triangle[c++] = index[v.idx()];
+        surface.triangles.push_back(triangle);
+    }
+    return surface;
+}
+
+}  // namespace
+
+TriangleSurface clip_surface(const TriangleSurface& surface, const Section& section) {
+    Mesh grains = to_mesh(surface);
+    Vec3 low = Vec3::Constant(1e300), high = Vec3::Constant(-1e300);
+    for (const auto& p : surface.points) {
+        low = low.cwiseMin(Vec3(p[0], p[1], p[2]));
+        high = high.cwiseMax(Vec3(p[0], p[1], p[2]));
+    }
+    const Vec3 margin = 0.1 * (high - low);
+    Mesh slab = prism({{low.x() - margin.x(), low.y() - margin.y()},
+                       {high.x() + margin.x(), low.y() - margin.y()},
+                       {high.x() + margin.x(), high.y() + margin.y()},
+                       {low.x() - margin.x(), high.y() + margin.y()}},
+                      section.z0, section.z1);
+    Mesh result;
+    if (!pmp::corefine_and_compute_intersection(grains, slab, result))
+        throw NumericalError("CGAL cannot clip the grains", {.mend = "move the section a little"});
+    result.collect_garbage();
+    return to_surface(result);
+}
+
+PoreSurface make_pore_surface(const TriangleSurface& grains_surface, const Container& container, const Section& section,
+                              double deviation_m) {
+    if (container.any_periodic())
+        throw UserError("a periodic cell has no inlet, outlet or wall", {.mend = "take the grains alone"});
+    Mesh grains = to_mesh(grains_surface), space = prism(base_of(container, deviation_m), section.z0, section.z1), pores;
+    if (!pmp::corefine_and_compute_difference(space, grains, pores))
+        throw NumericalError("CGAL cannot cut the grains out of the container", {.mend = "change the section or surface_deviation_m a little"});
+    pores.collect_garbage();
+    PoreSurface result{.surface = to_surface(pores), .region = {}};
+    // A triangle lies on a plane of the section, or on one of the wall's planes, or is a grain's.
+    const double slack = 1e-7 * (section.length() + container.high().norm());
+    const auto base = base_of(container, deviation_m);
+    const auto on_wall = [&](const std::array<std::array<double, 3>, 3>& corners) {
+        for (std::size_t i = 0; i < base.size(); ++i) {
+            const auto &p = base[i], &q = base[(i + 1) % base.size()];
+            const double length = std::hypot(q[0] - p[0], q[1] - p[1]);
+            bool all = true;
+            for (const auto& c : corners)
+                all = all && std::abs((c[0] - p[0]) * (q[1] - p[1]) - (c[1] - p[1]) * (q[0] - p[0])) < slack * length;
+            if (all) return true;
+        }
+        return false;
+    };
+    for (const auto& triangle : result.surface.triangles) {
+        std::array<std::array<double, 3>, 3> corners{};
+        bool low = true, high = true;
+        for (std::size_t c = 0; c < 3; ++c) {
+            corners[c] = result.surface.points[static_cast<std::size_t>(triangle[c])];
+            low = low && std::abs(corners[c][2] - section.z0) < slack;
+            high = high && std::abs(corners[c][2] - section.z1) < slack;
+        }
+        result.region.push_back(low ? 0 : high ? 1 : on_wall(corners) ? 2 : 3);
+    }
+    return result;
+}
+
+}  // namespace porepack
