@@ -37,7 +37,10 @@ constexpr std::array<double, 8> gauss_node = {-0.9602898564975363, -0.7966664774
 constexpr std::array<double, 8> gauss_weight = {0.1012285362903763, 0.2223810344533745, 0.3137066458778873, 0.3626837833783620,
                                                 0.3626837833783620, 0.3137066458778873, 0.2223810344533745, 0.1012285362903763};
 
-constexpr double rounding = 1e-13;
+// What no estimate sees: surfaces that coincide within rounding (shared end spheres), and in crowded unions features smaller
+// than the distance of two meridians. Found by turning, shifting and reordering some hundred shapes.
+constexpr double unseen_in_few = 5e-8, unseen_in_many = 1e-6;
+constexpr std::size_t few = 6;
 constexpr int nodes = 15;
 constexpr std::array<double, nodes> kronrod_node = {-0.991455371120812639206854697526329, -0.949107912342758524526189684047851,
                                                     -0.864864423359769072789712788640926, -0.741531185599394439863864773280788,
@@ -69,14 +72,18 @@ class Integral {
 public:
     Integral(const Shape& shape, double tolerance) : shape_(shape), surface_(shape.capsules), tolerance_(tolerance) {}
 
-    void run() {
+    /// Begins with `pieces` stretches round each capsule, the first at angle `turn`.
+    void run(int pieces, double turn) {
+        total_.setZero();
+        scale_.setOnes();
+        error_ = 0.0;
+        evaluations_ = 0;
         std::priority_queue<Stretch> open;
         std::vector<Stretch> first;
-        constexpr int quarters = 4;
         for (std::size_t own = 0; own < surface_.capsules().size(); ++own)
-            for (int k = 0; k < quarters; ++k) {
-                const double quarter = 2.0 * std::numbers::pi / quarters;
-                first.push_back(integrated(own, k * quarter, (k + 1) * quarter));
+            for (int k = 0; k < pieces; ++k) {
+                const double width = 2.0 * std::numbers::pi / pieces;
+                first.push_back(integrated(own, turn + k * width, turn + (k + 1) * width));
                 total_ += first.back().value;
             }
         // What errors are held against.
@@ -224,7 +231,45 @@ private:
 
 }  // namespace
 
-ShapeMeasures measure(const Shape& shape, double tolerance) {
+namespace {
+
+// A feature that begins and ends between two meridians is missed, and no local estimate tells. So everything is done twice
+// with other meridians; where the two disagree, again with three times as many to begin with.
+struct Integrated {
+    Sums total;
+    double error = 0.0;
+    long evaluations = 0;
+};
+
+Integrated integrate(const Shape& scaled, double tolerance, bool twice) {
+    Integral integral(scaled, tolerance);
+    Integrated result;
+    constexpr int fewest_pieces = 6, rounds = 4;
+    int pieces = fewest_pieces;
+    for (int round = 0; round < rounds; ++round, pieces *= 3) {
+        integral.run(pieces, 0.0);
+        result.total = integral.total();
+        result.error = integral.error();
+        result.evaluations += integral.evaluations();
+        if (!twice) break;
+        integral.run(pieces, 0.7548776662466927 * 2.0 * std::numbers::pi / pieces);
+        result.evaluations += integral.evaluations();
+        const Sums other = integral.total();
+        double difference = 0.0;
+        for (int q = 0; q < 2; ++q) {
+            const double whole = std::abs(other[q]) + std::abs(other[quantities + q]);
+            difference = std::max(difference, std::abs(other[q] - result.total[q]) / whole);
+            difference = std::max(difference, std::abs(other[quantities + q] - result.total[quantities + q]) / whole);
+        }
+        result.error = std::max(result.error, difference);
+        if (result.error <= tolerance) break;
+    }
+    return result;
+}
+
+}  // namespace
+
+ShapeMeasures measure(const Shape& shape, double tolerance, Effort effort) {
     // In units of the shape's own size, about its middle: sizes of 1e-9 m and 1e3 m have the same relative error.
     const Bounds bounds = bounds_of(shape.capsules);
     const Vec3 about = 0.5 * (bounds.low + bounds.high);
@@ -235,9 +280,8 @@ ShapeMeasures measure(const Shape& shape, double tolerance) {
     for (const auto& point : shape.cavity_points) scaled.cavity_points.emplace_back((point - about) / unit);
     scaled.cavity_bounds = {(shape.cavity_bounds.low - about) / unit, (shape.cavity_bounds.high - about) / unit};
 
-    Integral integral(scaled, tolerance);
-    integral.run();
-    const auto& total = integral.total();
+    const Integrated integral = integrate(scaled, tolerance, effort == Effort::twice);
+    const auto& total = integral.total;
     Eigen::Array<double, quantities, 1> sums = total.head<quantities>();
     if (shape.cavity == Cavity::open) sums += total.tail<quantities>();
 
@@ -263,8 +307,8 @@ ShapeMeasures measure(const Shape& shape, double tolerance) {
         for (const Vec3& end : {capsule.a, capsule.b})
             measures.bounding_radius_m = std::max(measures.bounding_radius_m, (end - measures.centre_of_mass_m).norm() + capsule.radius);
     measures.span_m = span(shape);
-    measures.relative_error = std::max(integral.error(), rounding);
-    measures.meridians = integral.evaluations();
+    measures.relative_error = std::max(integral.error, shape.capsules.size() <= few ? unseen_in_few : unseen_in_many);
+    measures.meridians = integral.evaluations;
     return measures;
 }
 

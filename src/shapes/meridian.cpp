@@ -169,9 +169,9 @@ void ExposedSurface::hide_arc(std::size_t own, std::size_t other, const Arc& arc
 void ExposedSurface::hide_side(std::size_t own, std::size_t other, double phi, std::vector<Interval>& hidden) const {
     // A line on the very surface (collinear capsules) is hidden by the capsule listed first: the other is taken thicker by
     // a hair to find such a touch, and asked in the middle whether it is one.
-    Capsule thicker = capsules_[other];
-    thicker.radius *= 1.0 + 1e-12;
     const Frame& frame = frames_[own];
+    Capsule thicker = capsules_[other];
+    if (frames_[other].length > 0.0 && frames_[other].axis.cross(frame.axis).norm() < 1e-9) thicker.radius *= 1.0 + 1e-12;
     const auto inside = line_interval(thicker, point(own, phi, Piece::side, 0.0).x, frame.axis);
     if (!inside || inside->high <= 0.0 || inside->low >= frame.length) return;
     const double middle = std::clamp(0.5 * (inside->low + inside->high), 0.0, frame.length);

@@ -1,6 +1,7 @@
 #include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
 #include <numbers>
+#include <tuple>
 
 #include "core/error.hpp"
 #include "core/log.hpp"
@@ -71,7 +72,7 @@ struct UnitPreset {
         Shape shape = make_preset(kind, 1.0, std::exp(log_aspect), arms);
         shape.cavity = cavity;
         if (cavity == Cavity::filled) find_cavities(shape);
-        return measure(shape, tolerance);
+        return measure(shape, tolerance, Effort::once);
     }
 };
 
@@ -85,20 +86,27 @@ Dimensions solve(const UnitPreset& preset, double sphericity, double volume_m3) 
 
     // The sphericity falls with L/d: a bracket first, then Newton's steps on exact values with the slope of the bracket.
     const auto excess = [&](double log_aspect) { return preset.at(log_aspect, coarse).sphericity - sphericity; };
-    constexpr double bracket = 1e-3;
-    const auto close_enough = [](double low, double high) { return high - low < bracket; };
-    std::uintmax_t steps = 60;
-    const auto [low, high] = boost::math::tools::toms748_solve(excess, std::log(1e-6), std::log(largest_aspect), 1.0 - sphericity,
-                                                               least - sphericity, close_enough, steps);
-    const ShapeMeasures above = preset.at(low - bracket, fine), below = preset.at(high + bracket, fine);
-    const double slope = (below.sphericity - above.sphericity) / (high - low + 2.0 * bracket);
-    // The slope of a smooth shape is of order one; a cliff is a cavity that closes.
-    if (slope < -3.0)
+    // The slope of a smooth shape is of order one; a cliff is a cavity that closes, and the bracket is narrowed to see it.
+    constexpr double steepest = -3.0;
+    double bracket = 1e-3, low = std::log(1e-6), high = std::log(largest_aspect), slope = 0.0;
+    ShapeMeasures above, below;
+    for (; bracket > 1e-9; bracket *= 1e-3) {
+        const auto close_enough = [&](double from, double to) { return to - from < bracket; };
+        std::uintmax_t steps = 60;
+        std::tie(low, high) = boost::math::tools::toms748_solve(excess, low, high, excess(low), excess(high), close_enough, steps);
+        low -= bracket;
+        high += bracket;
+        above = preset.at(low, fine);
+        below = preset.at(high, fine);
+        slope = (below.sphericity - above.sphericity) / (high - low);
+        if (slope > steepest) break;
+    }
+    if (slope <= steepest)
         throw UserError(
             fmt::format("no {} with filled cavity has sphericity {:g}: it jumps where the cavity closes", preset.kind, sphericity),
             {.allowed = fmt::format("above {:.4f} or below {:.4f}", above.sphericity, below.sphericity),
              .mend = "choose another sphericity, or count the cavity as void (cavity = \"open\")"});
-    double at = high + bracket;
+    double at = high;
     ShapeMeasures here = below;
     for (int round = 0; round < 8 && std::abs(here.sphericity - sphericity) > 1e-10; ++round) {
         at += (sphericity - here.sphericity) / slope;

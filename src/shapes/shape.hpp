@@ -49,9 +49,12 @@ struct ShapeMeasures {
     long meridians = 0;                                                ///< what it cost
 };
 
+/// `twice` checks the estimate by a second integration on other meridians; `once` is for shapes known to be smooth.
+enum class Effort { once, twice };
+
 /// Integrates over the exposed surface (divergence theorem) until the estimated relative error is below `tolerance`, or a
 /// million meridians are spent. Deterministic; throws nothing.
-[[nodiscard]] ShapeMeasures measure(const Shape& shape, double tolerance = 1e-9);
+[[nodiscard]] ShapeMeasures measure(const Shape& shape, double tolerance = 1e-8, Effort effort = Effort::twice);
 
 struct Dimensions {
     double diameter_m = 0.0;

@@ -59,16 +59,6 @@ TEST(Shape, OneCapsuleIsExact) {
     EXPECT_NEAR(m.inertia_per_density_m5(2, 2), inertia, 1e-9);  // the caps by Gauss' rule
 }
 
-TEST(Shape, LensOfTwoSpheresIsExact) {
-    const double r = 1.0, d = 1.0;
-    const Shape pair{.id = "pair", .capsules = {{Vec3::Zero(), Vec3::Zero(), r}, {Vec3(d, 0, 0), Vec3(d, 0, 0), r}}};
-    const double lens = std::numbers::pi * (4 * r + d) * (2 * r - d) * (2 * r - d) / 12.0;
-    const double cap = 2.0 * std::numbers::pi * r * (r - d / 2.0);
-    const ShapeMeasures m = measure(pair);
-    EXPECT_NEAR(m.volume_m3 / (8.0 / 3.0 * std::numbers::pi - lens), 1.0, 1e-4);
-    EXPECT_NEAR(m.surface_area_m2 / (8.0 * std::numbers::pi - 2.0 * cap), 1.0, 1e-4);
-}
-
 TEST(Shape, ACapsuleInsideAnotherOrTwiceChangesNothing) {
     Shape rod = make_preset("rod", 1.0, 2.0);
     const ShapeMeasures alone = measure(rod);
