@@ -5,8 +5,8 @@
 namespace porepack {
 
 const std::vector<std::string>& Settings::tables() {
-    static const std::vector<std::string> names = {"shape",    "container",  "packing",      "geometry", "stl", "lbm",
-                                                   "openfoam", "tortuosity", "falling_head", "report"};
+    static const std::vector<std::string> names = {"shape", "container", "packing",    "geometry",     "stl",
+                                                   "lbm",   "openfoam",  "tortuosity", "falling_head", "report"};
     return names;
 }
 

@@ -287,8 +287,10 @@ private:
         const double volume = config.volume_m3 > 0.0 ? config.volume_m3 : 7.33e-7;
         if (common_.dry_run) return print_result(common_, {{"volume_m3", volume}, {"expected", "171 shapes, about ten seconds"}});
         const Path target = common_.output.empty() ? Path("sweep") : Path(common_.output);
-        const Json result = run_loose("sweep", target, {{"volume_m3", volume}}, {}, [&](const Path& folder) { return sweep_stage(volume, folder); });
-        if (!draw_picture(target / "grains.stl", target / "grains.png", {"--front"})) log_warning("no picture of the grains: see " + (target / "log.picture").string());
+        const Json result =
+            run_loose("sweep", target, {{"volume_m3", volume}}, {}, [&](const Path& folder) { return sweep_stage(volume, folder); });
+        if (!draw_picture(target / "grains.stl", target / "grains.png", {"--front"}))
+            log_warning("no picture of the grains: see " + (target / "log.picture").string());
         print_result(common_, result);
     }
 
@@ -321,7 +323,8 @@ private:
         shape.add_option("kind", common_.input, "tetrapod, dolos, tetrahedron, star, sphere, rod, or an STL file");
         shape.add_flag("--sweep", sweep_, "figure 7: convexity against sphericity of the paper's aggregates, as CSV, plot and picture");
         shape.add_option("--capsules", capsules_file_, "TOML file with [[capsule]] tables (a_m, b_m, radius_m) in metres");
-        shape.add_option("--unit", common_.unit_m, "metres a unit of the STL file (0.001: millimetres); default 1")->check(CLI::PositiveNumber);
+        shape.add_option("--unit", common_.unit_m, "metres a unit of the STL file (0.001: millimetres); default 1")
+            ->check(CLI::PositiveNumber);
         shape.add_option("--density", density_, "density for mass and inertia [kg/m3]; default 1000")->check(CLI::Range(1.0, 1e5));
         add_keys(shape, common_.flags, settings_.describe_table("shape"), {"kind", "file", "unit_m"});
     }
@@ -351,12 +354,14 @@ private:
             if (is_case(common_.input)) return run_in_case(common_, "stl", "stl");
             const auto geometry = from_flags<GeometryConfig>(flags_of<GeometryConfig>(common_.flags));
             const auto extras = from_flags<StlConfig>(flags_of<StlConfig>(common_.flags));
-            run_on_scene(common_, "stl", geometry, {{"geometry", resolved(geometry)}, {"stl", resolved(extras)}},
-                         [&](const Scene& scene, const Path& folder) { return stl_stage(scene, geometry, extras, folder); }, {},
-                         extras.pores || extras.clip);
+            run_on_scene(
+                common_, "stl", geometry, {{"geometry", resolved(geometry)}, {"stl", resolved(extras)}},
+                [&](const Scene& scene, const Path& folder) { return stl_stage(scene, geometry, extras, folder); }, {},
+                extras.pores || extras.clip);
         });
         add_scene_input(stl, "a case, packing.json[.gz] or an STL file");
-        add_keys(stl, common_.flags, settings_.describe_table("geometry"), {"voxel_size_m", "slice_spacing_m", "slice_pixel_m", "reservoir_m"});
+        add_keys(stl, common_.flags, settings_.describe_table("geometry"),
+                 {"voxel_size_m", "slice_spacing_m", "slice_pixel_m", "reservoir_m"});
         add_keys(stl, common_.flags, settings_.describe_table("stl"));
         geometry_command("voxelise", "grains to voxels (pore.vti)", "porepack voxelise packing.json --voxel-size 2e-4", voxelise_stage);
         geometry_command("slices", "grains to a stack of pictures", "porepack slices packing.json --slice-spacing 2e-4", slices_stage);

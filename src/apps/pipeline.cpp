@@ -363,8 +363,9 @@ std::vector<Stage> stages_of(const Case& c) {
                           const Container container = make_container(c.settings.container);
                           const Path file = stl ? stl_file : folder_of(c, "pack") / "packing.json";
                           const double unit = stl ? c.settings.shape.unit_m : 1.0;
-                          return stl_stage(with_planes ? load_scene(file, container, c.settings.geometry, unit) : load_bed(file, container, unit),
-                                           c.settings.geometry, c.settings.stl, folder);
+                          return stl_stage(
+                              with_planes ? load_scene(file, container, c.settings.geometry, unit) : load_bed(file, container, unit),
+                              c.settings.geometry, c.settings.stl, folder);
                       },
                       quick});
     stages.push_back({"voxelise",

@@ -351,7 +351,8 @@ Json stl_stage(const Scene& scene, const GeometryConfig& geometry, const StlConf
         const double exact = json["exact_volume_m3"].get<double>();
         json["volume_error"] = check.volume_m3 / exact - 1.0;
         // Facets and bridges together, over the bed.
-        json["porosity_change"] = (exact - check.volume_m3) / (scene.container.inner_area_m2() * std::min(scene.bed_top_m, scene.container.height()));
+        json["porosity_change"] =
+            (exact - check.volume_m3) / (scene.container.inner_area_m2() * std::min(scene.bed_top_m, scene.container.height()));
     }
     write_extra_surfaces(scene, geometry, extras, written, folder, json);
     if (!scene.packing) add_bed_porosity(json, scene);
@@ -630,8 +631,8 @@ Json falling_head_stage(double permeability_m2, double inertial_permeability_m, 
 }
 
 bool draw_picture(const Path& stl, const Path& png, const std::vector<std::string>& more) {
-    std::vector<std::string> command = {std::filesystem::read_symlink("/proc/self/exe").string(), "picture", std::filesystem::absolute(stl).string(),
-                                        "--output", std::filesystem::absolute(png).string()};
+    std::vector<std::string> command = {std::filesystem::read_symlink("/proc/self/exe").string(), "picture",
+                                        std::filesystem::absolute(stl).string(), "--output", std::filesystem::absolute(png).string()};
     command.insert(command.end(), more.begin(), more.end());
     const Path log = png.parent_path() / "log.picture";
     const bool drawn = run_program({.command = command, .folder = png.parent_path(), .log = log}).exit_code == 0;

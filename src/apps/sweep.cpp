@@ -27,9 +27,10 @@ TriangleSurface sheet_of_grains(double volume_m3) {
         for (int column = 0; column < 5; ++column) {
             const Dimensions size = dimensions_for(kinds[row], shown[column], volume_m3, Cavity::open);
             sheet.shapes.push_back(make_preset(kinds[row], size.diameter_m, size.length_m));
-            sheet.bodies.push_back({.shape = sheet.shapes.size() - 1,
-                                    .position_m = Vec3((0.5 + column) * pitch, 0.5 * pitch, (0.5 + row) * pitch),
-                                    .orientation = Quaternion(Eigen::AngleAxisd(0.45, Vec3::UnitX()) * Eigen::AngleAxisd(0.5, Vec3::UnitZ()))});
+            sheet.bodies.push_back(
+                {.shape = sheet.shapes.size() - 1,
+                 .position_m = Vec3((0.5 + column) * pitch, 0.5 * pitch, (0.5 + row) * pitch),
+                 .orientation = Quaternion(Eigen::AngleAxisd(0.45, Vec3::UnitX()) * Eigen::AngleAxisd(0.5, Vec3::UnitZ()))});
         }
     sheet.container.size_m = Vec3(5.0 * pitch, pitch, 3.0 * pitch);
     return make_surface(sheet, {.deviation_m = 0.01 * smallest_diameter(sheet.shapes.back())}).surface;
@@ -71,13 +72,14 @@ Json sweep_stage(double volume_m3, const Path& folder) {
     }
     write_text(folder / "sweep.csv", table);
     std::string commands =
-        "set xlabel 'sphericity {/Symbol Y}'\nset ylabel 'convexity {/Symbol W}'\nset key right bottom\nset xrange [0.4:1]\nset yrange [0:1]\nset "
+        "set xlabel 'sphericity {/Symbol Y}'\nset ylabel 'convexity {/Symbol W}'\nset key right bottom\nset xrange [0.4:1]\nset yrange "
+        "[0:1]\nset "
         "datafile separator ','\n";
     std::string plots = "plot";
     for (const char* kind : kinds)
-        plots += fmt::format("{} '< grep {} sweep.csv' using 2:5 with linespoints pt 7 ps 0.4 lw 2 title '{}'", kind == kinds[0] ? "" : ",", kind, kind);
-    if (draw_plot(folder / "convexity.svg", commands + plots + "\n"))
-        (void)draw_plot(folder / "convexity.png", commands + plots + "\n");
+        plots += fmt::format("{} '< grep {} sweep.csv' using 2:5 with linespoints pt 7 ps 0.4 lw 2 title '{}'", kind == kinds[0] ? "" : ",",
+                             kind, kind);
+    if (draw_plot(folder / "convexity.svg", commands + plots + "\n")) (void)draw_plot(folder / "convexity.png", commands + plots + "\n");
     write_stl(folder / "grains.stl", sheet_of_grains(volume_m3));
 
     Json result = {{"rows", 3 * sphericities.size()}, {"cavity", "open"}};

@@ -196,7 +196,14 @@ std::vector<Contact> find_contacts(const std::vector<Grains::Image>& images, dou
                 for (const auto& q : images[j].capsules) {
                     const double between = gap(p, q);
                     if (between >= reach) continue;
-                    Contact contact{.first = i, .second = j, .first_capsule = p, .second_capsule = q, .from = {}, .to = {}, .normal = {}, .gap = between};
+                    Contact contact{.first = i,
+                                    .second = j,
+                                    .first_capsule = p,
+                                    .second_capsule = q,
+                                    .from = {},
+                                    .to = {},
+                                    .normal = {},
+                                    .gap = between};
                     std::tie(contact.from, contact.to) = nearest_stretch(p, q);
                     const Vec3 across = closest_on_axis(q, contact.from) - contact.from;
                     contact.normal = across.norm() > 0.0 ? Vec3(across.normalized()) : Vec3(Vec3::UnitZ());
@@ -230,8 +237,9 @@ Mesh bridge(const Contact& contact, double contact_gap, double deviation, int va
     Mesh mesh;
     std::array<Mesh::Vertex_index, 8> corner;
     for (std::size_t c = 0; c < 8; ++c)
-        corner[c] = mesh.add_vertex(to_point(middle + ((c & 1U) != 0 ? half_length : -half_length) * t + ((c & 2U) != 0 ? half_width : -half_width) * w +
-                                             ((c & 4U) != 0 ? top : bottom) * contact.normal));
+        corner[c] =
+            mesh.add_vertex(to_point(middle + ((c & 1U) != 0 ? half_length : -half_length) * t +
+                                     ((c & 2U) != 0 ? half_width : -half_width) * w + ((c & 4U) != 0 ? top : bottom) * contact.normal));
     constexpr std::array<std::array<std::size_t, 4>, 6> quads = {
         {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}}};
     for (const auto& q : quads) {
@@ -244,14 +252,17 @@ Mesh bridge(const Contact& contact, double contact_gap, double deviation, int va
 // Near a grain that it does not touch, a grain's corners go back onto its exact surface: the facets between them then lie
 // inside, so that what is apart stays apart.
 void keep_apart(Mesh& mesh, const Capsule& own, const Contact& contact, double deviation) {
-    const double reach = own.radius + 3.0 * std::sqrt(8.0 * own.radius * deviation);
-    const Capsule zone{contact.from, contact.to, 0.0};
+    // Beyond this distance from the contact the exact surfaces are farther apart than any facet strays.
+    const double reach = 2.0 * std::sqrt(8.0 * own.radius * deviation);
+    const Vec3 to_contact = contact.first_capsule.radius * contact.normal;
+    const Capsule zone{contact.from + to_contact, contact.to + to_contact, 0.0};
     for (const auto v : mesh.vertices()) {
         const Vec3 x(mesh.point(v).x(), mesh.point(v).y(), mesh.point(v).z());
         if (signed_distance(zone, x) > reach) continue;
         const Vec3 foot = closest_on_axis(own, x);
         const double distance = (x - foot).norm();
-        if (distance > own.radius && distance < own.radius + 2.0 * deviation) mesh.point(v) = to_point(foot + own.radius / distance * (x - foot));
+        if (distance > own.radius && distance < own.radius + 2.0 * deviation)
+            mesh.point(v) = to_point(foot + own.radius / distance * (x - foot));
     }
 }
 
@@ -357,11 +368,13 @@ namespace {
 // Every image's own mesh: the grain's, moved, kept apart from what it does not touch, with a bridge to every later grain that
 // it touches.
 std::vector<Mesh> image_meshes(const Packing& packing, const std::vector<Grains::Image>& images, const std::vector<Contact>& contacts,
-                               const std::vector<int>& thinned, double deviation, double contact_gap, const std::function<void()>& one_done) {
+                               const std::vector<int>& thinned, double deviation, double contact_gap,
+                               const std::function<void()>& one_done) {
     std::map<std::pair<std::size_t, int>, Mesh> unit;  // by shape and thinning
     for (const auto& image : images) {
         const auto key = std::pair(packing.bodies[image.body].shape, thinned[image.body]);
-        if (!unit.contains(key)) unit.emplace(key, grain_mesh(packing.shapes[key.first], 0.9 * deviation, key.second * contact_gap, key.second));
+        if (!unit.contains(key))
+            unit.emplace(key, grain_mesh(packing.shapes[key.first], 0.9 * deviation, key.second * contact_gap, key.second));
     }
     std::vector<std::vector<const Contact*>> of_image(images.size());
     for (const auto& contact : contacts) {

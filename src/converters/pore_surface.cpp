@@ -96,11 +96,11 @@ TriangleSurface clip_surface(const TriangleSurface& surface, const Section& sect
 
 PoreSurface make_pore_surface(const TriangleSurface& grains_surface, const Container& container, const Section& section,
                               double deviation_m) {
-    if (container.any_periodic())
-        throw UserError("a periodic cell has no inlet, outlet or wall", {.mend = "take the grains alone"});
+    if (container.any_periodic()) throw UserError("a periodic cell has no inlet, outlet or wall", {.mend = "take the grains alone"});
     Mesh grains = to_mesh(grains_surface), space = prism(base_of(container, deviation_m), section.z0, section.z1), pores;
     if (!pmp::corefine_and_compute_difference(space, grains, pores))
-        throw NumericalError("CGAL cannot cut the grains out of the container", {.mend = "change the section or surface_deviation_m a little"});
+        throw NumericalError("CGAL cannot cut the grains out of the container",
+                             {.mend = "change the section or surface_deviation_m a little"});
     pores.collect_garbage();
     PoreSurface result{.surface = to_surface(pores), .region = {}};
     // A triangle lies on a plane of the section, or on one of the wall's planes, or is a grain's.

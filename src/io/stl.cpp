@@ -152,7 +152,8 @@ void write_stl_regions(const Path& path, const TriangleSurface& surface, const s
 
 void write_ply(const Path& path, const TriangleSurface& surface, const std::string& comment) {
     std::string bytes = fmt::format(
-        "ply\nformat binary_little_endian 1.0\ncomment porepack; {}\nelement vertex {}\nproperty double x\nproperty double y\nproperty double "
+        "ply\nformat binary_little_endian 1.0\ncomment porepack; {}\nelement vertex {}\nproperty double x\nproperty double y\nproperty "
+        "double "
         "z\nelement face {}\nproperty list uchar int vertex_indices\nend_header\n",
         comment, surface.points.size(), surface.triangles.size());
     const auto append = [&](const void* data, std::size_t size) { bytes.append(static_cast<const char*>(data), size); };

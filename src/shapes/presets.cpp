@@ -78,26 +78,28 @@ struct UnitPreset {
 
 Dimensions solve(const UnitPreset& preset, double sphericity, double volume_m3) {
     constexpr double largest_aspect = 50.0;
-    constexpr double coarse = 1e-5, fine = 1e-9;
-    const double least = preset.at(std::log(largest_aspect), coarse).sphericity;
+    // Tolerances of the search for a bracket, of the slope, and of the answer.
+    double coarse = preset.cavity == Cavity::filled ? 1e-5 : 1e-3;
+    constexpr double middling = 1e-6, fine = 3e-9;
+    const double least = preset.at(std::log(largest_aspect), middling).sphericity;
     if (sphericity < least)
         throw UserError(fmt::format("no {} has sphericity {:g}", preset.kind, sphericity),
                         {.allowed = fmt::format("{:.4f} (at L/d = {:g}) to 1", least, largest_aspect)});
 
-    // The sphericity falls with L/d: a bracket first, then Newton's steps on exact values with the slope of the bracket.
+    // The sphericity falls with L/d: a bracket first, then the secant on ever more exact values.
     const auto excess = [&](double log_aspect) { return preset.at(log_aspect, coarse).sphericity - sphericity; };
     // The slope of a smooth shape is of order one; a cliff is a cavity that closes, and the bracket is narrowed to see it.
     constexpr double steepest = -3.0;
-    double bracket = 1e-3, low = std::log(1e-6), high = std::log(largest_aspect), slope = 0.0;
+    double bracket = preset.cavity == Cavity::filled ? 1e-3 : 1e-2, low = std::log(1e-6), high = std::log(largest_aspect), slope = 0.0;
     ShapeMeasures above, below;
-    for (; bracket > 1e-9; bracket *= 1e-3) {
+    for (; bracket > 1e-9; bracket *= 1e-3, coarse = 1e-5) {
         const auto close_enough = [&](double from, double to) { return to - from < bracket; };
         std::uintmax_t steps = 60;
         std::tie(low, high) = boost::math::tools::toms748_solve(excess, low, high, excess(low), excess(high), close_enough, steps);
         low -= bracket;
         high += bracket;
-        above = preset.at(low, fine);
-        below = preset.at(high, fine);
+        above = preset.at(low, middling);
+        below = preset.at(high, middling);
         slope = (below.sphericity - above.sphericity) / (high - low);
         if (slope > steepest) break;
     }
@@ -106,10 +108,17 @@ Dimensions solve(const UnitPreset& preset, double sphericity, double volume_m3) 
             fmt::format("no {} with filled cavity has sphericity {:g}: it jumps where the cavity closes", preset.kind, sphericity),
             {.allowed = fmt::format("above {:.4f} or below {:.4f}", above.sphericity, below.sphericity),
              .mend = "choose another sphericity, or count the cavity as void (cavity = \"open\")"});
-    double at = high;
-    ShapeMeasures here = below;
-    for (int round = 0; round < 8 && std::abs(here.sphericity - sphericity) > 1e-10; ++round) {
-        at += (sphericity - here.sphericity) / slope;
+    double before = high, excess_before = below.sphericity - sphericity;
+    double at = before - excess_before / slope;
+    ShapeMeasures here = preset.at(at, middling);
+    for (int round = 0; round < 8; ++round) {
+        const double excess_here = here.sphericity - sphericity;
+        if (round > 0 && std::abs(excess_here) < 1e-10) break;
+        // Where rounding rules the difference the old slope is the better one.
+        if (std::abs(at - before) > 1e-5) slope = (excess_here - excess_before) / (at - before);
+        before = at;
+        excess_before = excess_here;
+        at -= excess_here / slope;
         here = preset.at(at, fine);
     }
     const double scale = std::cbrt(volume_m3 / here.volume_m3);

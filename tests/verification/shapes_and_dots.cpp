@@ -36,14 +36,16 @@ TEST(PaperShapes, MeasuresOfTheTable) {
         const double digits = row.kind == std::string("dolos") && row.sphericity == 0.99 ? 5e-4 : 5e-5;
         EXPECT_NEAR(m.volume_m3 / 733.0, 1.0, 3.0 * digits / row.d_mm + 1.5 * 1.1e-5) << row.kind << row.sphericity;
         EXPECT_NEAR(m.sphericity / row.sphericity, 1.0, 1.1e-5) << row.kind << row.sphericity;
-        EXPECT_NEAR(m.volume_m3 / hull(shape.capsules).volume_m3, row.convexity, 6e-5 + 2.0 * digits / row.d_mm) << row.kind << row.sphericity;
+        EXPECT_NEAR(m.volume_m3 / hull(shape.capsules).volume_m3, row.convexity, 6e-5 + 2.0 * digits / row.d_mm)
+            << row.kind << row.sphericity;
     }
 }
 
 TEST(PaperShapes, TheInverseFindsDiameterAndLength) {
     for (const Row& row : rows) {
         const Dimensions size = dimensions_for(row.kind, row.sphericity, 733.0, Cavity::open);
-        const double digits = row.kind == std::string("dolos") && row.sphericity > 0.9 ? 5.1e-4 : 1.2e-4;  // the table holds four digits in volume and area
+        const double digits =
+            row.kind == std::string("dolos") && row.sphericity > 0.9 ? 5.1e-4 : 1.2e-4;  // the table holds four digits in volume and area
         EXPECT_NEAR(size.diameter_m, row.d_mm, digits) << row.kind << row.sphericity;
         EXPECT_NEAR(size.length_m, row.L_mm, digits) << row.kind << row.sphericity;
     }

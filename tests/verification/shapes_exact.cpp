@@ -59,7 +59,8 @@ TEST(ExactShape, TheErrorEstimateHolds) {
             EXPECT_LE(m.relative_error, std::max(tolerance, 1e-6));
             EXPECT_NEAR(m.volume_m3 / fine.volume_m3, 1.0, m.relative_error);
             EXPECT_NEAR(m.surface_area_m2 / fine.surface_area_m2, 1.0, m.relative_error);
-            EXPECT_LE((m.inertia_per_density_m5 - fine.inertia_per_density_m5).norm(), 4.0 * m.relative_error * fine.inertia_per_density_m5.norm());
+            EXPECT_LE((m.inertia_per_density_m5 - fine.inertia_per_density_m5).norm(),
+                      4.0 * m.relative_error * fine.inertia_per_density_m5.norm());
         }
     }
 }
@@ -81,7 +82,8 @@ TEST(ExactShape, NothingDependsOnFrameOrOrder) {
             const HullMeasures g = hull(other.capsules);
             EXPECT_NEAR(n.volume_m3 / std::pow(scale, 3) / m.volume_m3, 1.0, m.relative_error);
             EXPECT_NEAR(n.surface_area_m2 / std::pow(scale, 2) / m.surface_area_m2, 1.0, m.relative_error);
-            EXPECT_NEAR(n.inertia_per_density_m5.trace() / std::pow(scale, 5) / m.inertia_per_density_m5.trace(), 1.0, 2.0 * m.relative_error);
+            EXPECT_NEAR(n.inertia_per_density_m5.trace() / std::pow(scale, 5) / m.inertia_per_density_m5.trace(), 1.0,
+                        2.0 * m.relative_error);
             EXPECT_NEAR(n.span_m / scale / m.span_m, 1.0, 1e-12);
             EXPECT_NEAR(g.volume_m3 / std::pow(scale, 3) / h.volume_m3, 1.0, 2e-8);
             EXPECT_NEAR(g.surface_area_m2 / std::pow(scale, 2) / h.surface_area_m2, 1.0, 2e-8);
@@ -142,7 +144,8 @@ TEST(ExactHull, ClosedForms) {
     EXPECT_NEAR(pair.volume_m3 / (pi * ha * ha * (3.0 * a - ha) / 3.0 + pi * hb * hb * (3.0 * b - hb) / 3.0 +
                                   pi * height / 3.0 * s * s * (a * a + a * b + b * b)),
                 1.0, 1e-8);
-    EXPECT_NEAR(pair.surface_area_m2 / (2.0 * pi * a * ha + 2.0 * pi * b * hb + pi * (a + b) * s * std::sqrt(D * D - (a - b) * (a - b))), 1.0, 1e-8);
+    EXPECT_NEAR(pair.surface_area_m2 / (2.0 * pi * a * ha + 2.0 * pi * b * hb + pi * (a + b) * s * std::sqrt(D * D - (a - b) * (a - b))),
+                1.0, 1e-8);
     EXPECT_NEAR(hull({{Vec3::Zero(), Vec3::Zero(), 1.0}, {Vec3::Zero(), Vec3(0.2, 0, 0), 0.3}}).volume_m3 / (4.0 / 3.0 * pi), 1.0, 1e-8);
 }
 
@@ -210,8 +213,9 @@ TEST(ExactShape, LongMonteCarloWithAHundredMillionPoints) {
         for (int block = 0; block < 100; ++block) {
             Draw draw(static_cast<unsigned>(1000 + block));
             for (long i = 0; i < points / 100; ++i)
-                inside += signed_distance(shape.capsules, Vec3(draw.between(box.low.x(), box.high.x()), draw.between(box.low.y(), box.high.y()),
-                                                               draw.between(box.low.z(), box.high.z()))) < 0.0;
+                inside +=
+                    signed_distance(shape.capsules, Vec3(draw.between(box.low.x(), box.high.x()), draw.between(box.low.y(), box.high.y()),
+                                                         draw.between(box.low.z(), box.high.z()))) < 0.0;
         }
         const double share = static_cast<double>(inside) / points, whole = (box.high - box.low).prod();
         const double standard_error = whole * std::sqrt(share * (1.0 - share) / points);

@@ -1,0 +1,92 @@
+// Mixtures, the extra surfaces and figure 7, through the program.
+#include "helpers.hpp"
+#include "packing/packing.hpp"
+
+namespace porepack {
+namespace {
+
+using test::has;
+using test::porepack;
+
+std::string quoted(const Path& path) {
+    return test::quoted(path.string());
+}
+
+TEST(Mixture, IsPouredAndComesBackShapeByShape) {
+    REQUIRE_PROGRAM("liggghts");
+    const test::Folder folder;
+    const std::string container = "[container]\nkind = \"cylinder\"\ndiameter_m = 0.05\nheight_m = 0.12\n[packing]\ngrains = 8\n";
+    const std::string pod = "[[shape.component]]\nnumber_fraction = 0.5\nkind = \"tetrapod\"\nsphericity = 0.6\nvolume_m3 = 4e-7\n";
+    const std::string star =
+        "[[shape.component]]\nnumber_fraction = 0.5\nkind = \"star\"\narms = 5\ndiameter_m = 0.003\nlength_m = 0.007\n";
+    folder.write("case.toml", "[shape]\nkind = \"mixture\"\n" + pod + star + container);
+    const auto output = porepack("pack --json " + quoted(folder.path()));
+    ASSERT_EQ(output.exit_code, 0) << output.err;
+    const Json result = output.json();
+    EXPECT_LT(result["pose_error_relative_to_diameter"].get<double>(), 1e-6);
+    const long pods = result["grains_of_shape"]["tetrapod_1"].get<long>(), stars = result["grains_of_shape"]["star_2"].get<long>();
+    EXPECT_EQ(pods + stars, 8);
+    EXPECT_GT(pods, 0);
+    EXPECT_GT(stars, 0);
+    EXPECT_EQ(read_packing(folder.path() / "results/pack/packing.json").shapes.size(), 2U);
+    folder.write("case.toml", "[shape]\nkind = \"mixture\"\n" + pod + container);
+    EXPECT_TRUE(has(porepack("pack " + quoted(folder.path())).err, "two shapes or more"));
+    folder.write("case.toml", "[shape]\nkind = \"mixture\"\n" + pod + star + pod + container);
+    EXPECT_TRUE(has(porepack("pack " + quoted(folder.path())).err, "add up to 1.5"));
+}
+
+TEST(ExtraSurfaces, AreWrittenAsAskedFor) {
+    const test::Folder folder;
+    Packing packing{.container = parse_container("cylinder:0.03,0.06"), .shapes = {make_preset("rod", 0.006, 0.01)}, .bodies = {}};
+    for (int i = 0; i < 3; ++i) packing.bodies.push_back({.shape = 0, .position_m = Vec3(0.007 * (i - 1), 0.0, 0.02)});
+    write_packing(folder.path() / "packing.json", packing);
+    const auto output =
+        porepack("stl --pores true --clip true --one-file-a-grain true --also both --millimetres true --section 0.015,0.025 --json " +
+                 quoted(folder.path() / "packing.json"));
+    ASSERT_EQ(output.exit_code, 0) << output.err;
+    for (const char* name : {"solid.stl", "pores.stl", "clipped.stl", "solid.ply", "solid.vtp", "solid_mm.stl", "grains/grain_00003.stl"})
+        EXPECT_TRUE(std::filesystem::exists(folder.path() / name)) << name;
+    const std::string pores = read_text(folder.path() / "pores.stl");
+    for (const char* region : {"solid inlet", "solid outlet", "solid wall", "solid grains"})
+        EXPECT_TRUE(pores.find(region) != std::string::npos);
+    EXPECT_TRUE(has(read_text(folder.path() / "solid_mm.stl").substr(0, 80), "millimetre"));
+    const double metres = porepack("shape --json " + quoted(folder.path() / "solid.stl")).json()["volume_m3"].get<double>();
+    const auto millimetres = porepack("shape --json --unit 0.001 " + quoted(folder.path() / "solid_mm.stl"));
+    EXPECT_NEAR(millimetres.json()["volume_m3"].get<double>() / metres, 1.0, 1e-5);
+    EXPECT_EQ(porepack("shape " + quoted(folder.path() / "no.stl")).exit_code, 2);
+    packing.container = parse_container("box:0.03,0.03,0.06:periodic");
+    write_packing(folder.path() / "packing.json", packing);
+    EXPECT_TRUE(has(porepack("stl --pores true " + quoted(folder.path() / "packing.json")).err, "no inlet, outlet or wall"));
+}
+
+TEST(Report, SaysWhyAPictureIsMissingAndComesBackWhenDeleted) {
+    const test::Folder folder;
+    Packing packing{.container = parse_container("box:0.1,0.1,0.1:periodic"), .shapes = {make_preset("sphere", 0.08, 0.0)}, .bodies = {}};
+    packing.bodies.push_back({.shape = 0, .position_m = Vec3(0.05, 0.05, 0.05)});
+    write_packing(folder.path() / "packing.json", packing);
+    folder.write(
+        "case.toml",
+        "[shape]\nkind = \"sphere\"\ndiameter_m = 0.08\n[container]\nkind = \"box\"\nsize_m = [0.1, 0.1, 0.1]\nperiodic = [true, true, "
+        "true]\n[packing]\nengine = \"none\"\nfile = \"packing.json\"\n[geometry]\nvoxel_size_m = 0.005\nslice_pixel_m = "
+        "0.002\nslice_spacing_m = 0.005\n[lbm]\ngrids = 1\n[openfoam]\nenabled = false\n[tortuosity]\nslice_spacing_m = 0.005\n");
+    // Without xvfb-run and a display there is no picture; the rest of the path stays.
+    folder.write("bin/keep", "");
+    for (const char* program : {"sh", "timeout", "gnuplot", "dpkg-query", "mpirun"})
+        if (const auto found = find_program(program)) std::filesystem::create_symlink(*found, folder.path() / "bin" / program);
+    const auto first = porepack("run " + quoted(folder.path()), "env -u DISPLAY PATH=" + quoted(folder.path() / "bin"));
+    ASSERT_EQ(first.exit_code, 0) << first.err;
+    EXPECT_TRUE(has(read_text(folder.path() / "results/report.html"), "No picture of the packing"));
+    std::filesystem::remove(folder.path() / "results/report.html");
+    folder.write("results/result.json", "{\"forged\": true}");
+    ASSERT_EQ(porepack("run " + quoted(folder.path())).exit_code, 0);
+    EXPECT_TRUE(std::filesystem::exists(folder.path() / "results/report.html"));
+    EXPECT_FALSE(has(read_text(folder.path() / "results/result.json"), "forged"));
+    // A damaged manifest is a stage to do again, not an error; results go elsewhere when asked.
+    folder.write("results/pack/manifest.json", "{}");
+    EXPECT_EQ(porepack("status " + quoted(folder.path())).exit_code, 0);
+    EXPECT_EQ(porepack("pack " + quoted(folder.path()) + " --output " + quoted(folder.path() / "other")).exit_code, 0);
+    EXPECT_TRUE(std::filesystem::exists(folder.path() / "other/pack/packing.json"));
+}
+
+}  // namespace
+}  // namespace porepack

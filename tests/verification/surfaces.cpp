@@ -1,0 +1,132 @@
+// CGAL's surfaces against the exact capsules: order of convergence, contacts, regions, and a user's surfaces.
+#include <cmath>
+#include <numbers>
+
+#include "converters/surface.hpp"
+#include "helpers.hpp"
+#include "shapes/shape.hpp"
+
+namespace porepack {
+namespace {
+
+Packing pair_of(const Shape& shape, const Vec3& second, const Quaternion& turn = Quaternion::Identity()) {
+    Packing packing{.container = parse_container("box:10,10,10"), .shapes = {shape}, .bodies = {}};
+    packing.bodies.push_back({.shape = 0, .position_m = Vec3(5, 5, 5)});
+    packing.bodies.push_back({.shape = 0, .position_m = Vec3(5, 5, 5) + second, .orientation = turn});
+    return packing;
+}
+
+Packing alone(const Shape& shape) {
+    Packing packing = pair_of(shape, Vec3::Zero());
+    packing.bodies.pop_back();
+    return packing;
+}
+
+// The deviation falls with the square of the edge, so volume and area must fall with the first power of the deviation.
+TEST(Surface, ErrorFallsWithTheSquareOfTheEdge) {
+    for (const char* kind : {"tetrapod", "dolos", "tetrahedron"}) {
+        Shape shape = make_preset(kind, 1.0, 2.8);
+        shape.cavity = Cavity::open;
+        const ShapeMeasures exact = measure(shape);
+        std::vector<double> volume, area, edge2;
+        for (const double deviation : {0.04, 0.02, 0.01, 0.005}) {
+            const SurfaceResult result = make_surface(alone(shape), {.deviation_m = deviation});
+            const SurfaceMeasures m = measure_surface(result.surface);
+            EXPECT_LE(result.deviation_m, deviation) << kind;
+            // Triangles over a fixed area: their number is the inverse square of the edge.
+            edge2.push_back(1.0 / static_cast<double>(result.surface.triangles.size()));
+            volume.push_back(std::abs(m.volume_m3 / exact.volume_m3 - 1.0));
+            area.push_back(std::abs(m.area_m2 / exact.surface_area_m2 - 1.0));
+        }
+        // From the coarsest to the finest: the order in the edge is twice the slope against its square.
+        const double order_volume = 2.0 * std::log(volume[0] / volume[3]) / std::log(edge2[0] / edge2[3]);
+        const double order_area = 2.0 * std::log(area[0] / area[3]) / std::log(edge2[0] / edge2[3]);
+        EXPECT_GT(order_volume, 1.5) << kind;
+        EXPECT_GT(order_area, 1.5) << kind;
+        EXPECT_LT(volume[3], 2e-3) << kind;
+        EXPECT_LT(area[3], 6e-3) << kind;
+    }
+}
+
+// Apart by 1e-3 d: two bodies; touching or overlapping by as much: one. Whatever the facets say.
+TEST(Surface, ContactsComeOutAsTheGeometrySays) {
+    const Shape rod = make_preset("rod", 1.0, 3.0);
+    const Quaternion crossing(Eigen::AngleAxisd(std::numbers::pi / 2.0, Vec3::UnitX())), skew(Eigen::AngleAxisd(0.3, Vec3::UnitX()));
+    const Shape sphere = make_preset("sphere", 1.0, 0.0);
+    for (const double gap : {1e-3, 0.0, -1e-3}) {
+        const long bodies = gap > 0.0 ? 2 : 1;
+        const auto shells = [&](const Shape& shape, const Vec3& direction, const Quaternion& turn) {
+            const SurfaceResult result = make_surface(pair_of(shape, (1.0 + gap) * direction, turn), {.deviation_m = 0.02});
+            const SurfaceCheck check = check_surface(result.surface);
+            EXPECT_EQ(check.fault, "");
+            EXPECT_NEAR(check.volume_m3 / (2.0 * measure(shape).volume_m3), 1.0, 0.03);
+            return check.shells;
+        };
+        EXPECT_EQ(shells(sphere, Vec3(0.48, 0.6, 0.64), Quaternion::Identity()), bodies) << gap;
+        EXPECT_EQ(shells(rod, Vec3::UnitX(), crossing), bodies) << gap;
+        EXPECT_EQ(shells(rod, Vec3::UnitX(), skew), bodies) << gap;
+        EXPECT_EQ(shells(rod, Vec3::UnitX(), Quaternion::Identity()), bodies) << gap;                    // parallel, all along
+        EXPECT_EQ(shells(rod, Vec3(1, 0, 0) + Vec3(0, 0, 1.3), Quaternion::Identity()), bodies) << gap;  // parallel, half
+    }
+    // A larger contact gap joins what is nearer.
+    const SurfaceResult joined = make_surface(pair_of(sphere, Vec3(1.001, 0, 0)), {.deviation_m = 0.02, .contact_gap_m = 0.01});
+    EXPECT_EQ(check_surface(joined.surface).shells, 1);
+    EXPECT_EQ(joined.bridges, 1);
+}
+
+TEST(Surface, PoresAndClipAgreeWithTheColumns) {
+    Packing packing{.container = parse_container("cylinder:4,6"), .shapes = {make_preset("tetrapod", 0.8, 1.0)}, .bodies = {}};
+    packing.bodies.push_back({.shape = 0, .position_m = Vec3(0.2, 0.1, 2.0)});
+    packing.bodies.push_back({.shape = 0, .position_m = Vec3(-0.3, 0.2, 4.1)});
+    const SurfaceResult grains = make_surface(packing, {.deviation_m = 0.004});
+    const Section section{1.5, 4.4};
+    const PoreSurface pores = make_pore_surface(grains.surface, packing.container, section, 0.004);
+    const SurfaceCheck check = check_surface(pores.surface);
+    EXPECT_EQ(check.fault, "");
+    const double whole = packing.container.inner_area_m2() * section.length();
+    const double solid = (1.0 - porosity(Grains(packing), packing.container, section).value) * whole;
+    EXPECT_NEAR((whole - check.volume_m3) / solid, 1.0, 0.01);
+    EXPECT_NEAR(measure_surface(clip_surface(grains.surface, section)).volume_m3 / solid, 1.0, 0.01);
+    std::array<double, 4> area{};
+    for (std::size_t t = 0; t < pores.surface.triangles.size(); ++t) {
+        Vec3 p[3];
+        for (std::size_t c = 0; c < 3; ++c) {
+            const auto& x = pores.surface.points[static_cast<std::size_t>(pores.surface.triangles[t][c])];
+            p[c] = Vec3(x[0], x[1], x[2]);
+        }
+        area[static_cast<std::size_t>(pores.region[t])] += 0.5 * (p[1] - p[0]).cross(p[2] - p[0]).norm();
+    }
+    EXPECT_NEAR(area[2] / (std::numbers::pi * 4.0 * section.length()), 1.0, 0.01);  // the whole wall
+    for (const std::size_t end : {0U, 1U}) {
+        EXPECT_LT(area[end], packing.container.inner_area_m2());  // grains are cut there
+        EXPECT_GT(area[end], 0.5 * packing.container.inner_area_m2());
+    }
+    EXPECT_GT(area[3], 0.5 * 2.0 * measure(packing.shapes[0]).surface_area_m2);
+}
+
+TEST(Surface, AUsersBoxIsMeasuredExactlyHoweverFarAway) {
+    for (const double shift : {0.0, 100.0}) {
+        TriangleSurface box;
+        const double a = 1.0, b = 2.0, c = 3.0;
+        for (int k = 0; k < 8; ++k) box.points.push_back({shift + a * (k & 1), shift + b * (k >> 1 & 1), shift + c * (k >> 2 & 1)});
+        for (const auto& q : {std::array{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}}) {
+            box.triangles.push_back({q[0], q[1], q[2]});
+            box.triangles.push_back({q[0], q[2], q[3]});
+        }
+        const SurfaceMeasures m = measure_surface(box);
+        EXPECT_NEAR(m.volume_m3, 6.0, 1e-10);
+        EXPECT_NEAR(m.area_m2, 22.0, 1e-10);
+        EXPECT_NEAR(m.hull_volume_m3, 6.0, 1e-10);
+        EXPECT_NEAR(m.span_m, std::sqrt(14.0), 1e-10);
+        EXPECT_NEAR(m.inertia_per_density_m5(0, 0), 6.0 * (b * b + c * c) / 12.0, 1e-8);
+        EXPECT_NEAR(m.inertia_per_density_m5(0, 1), 0.0, 1e-8);
+        EXPECT_NEAR(m.centre_of_mass_m.x(), shift + 0.5, 1e-10);
+        EXPECT_EQ(check_surface(box).fault, "");
+        TriangleSurface twice = box;
+        twice.triangles.push_back(box.triangles.front());
+        EXPECT_NE(check_surface(twice).fault, "");
+    }
+}
+
+}  // namespace
+}  // namespace porepack
