@@ -525,6 +525,7 @@ Json foam_stage(const Scene& scene, const GeometryConfig& geometry, const FoamCo
         return {{"cell_size_m", mesh.cell_size_m},
                 {"cells", mesh.cells},
                 {"max_non_orthogonality_deg", mesh.max_non_orthogonality},
+                {"skew_faces", mesh.skew_faces},
                 {"mesh_volume_ratio", mesh.mesh_volume_ratio},
                 {"iterations", mesh.iterations},
                 {"flow_imbalance", mesh.flow_imbalance},

@@ -22,6 +22,7 @@ struct FoamScene {
 struct FoamMeshResult {
     double cell_size_m = 0.0;
     long cells = 0;
+    long skew_faces = 0;  ///< accepted although skewer than checkMesh's limit of 4
     double max_non_orthogonality = 0.0;
     double mesh_volume_ratio = 0.0;  ///< meshed / exact pore volume
     long iterations = 0;
