@@ -41,12 +41,21 @@ struct ClumpBody {
     Quaternion turn = Quaternion::Identity();  // from the principal frame to the shape's frame
 };
 
+// To seven digits of `size`: a packing is chaotic, and must not change because the last bits of an integral do.
+double rounded(double value, double size) {
+    const double unit = std::pow(10.0, std::floor(std::log10(size)) - 6.0);
+    return std::round(value / unit) * unit;
+}
+
 ClumpBody clump_body(const Shape& shape, const PackingConfig& config) {
     const ShapeMeasures measures = measure(shape);
     ClumpBody body;
-    body.mass = config.density_kg_per_m3 * measures.volume_m3;
-    body.centre = measures.centre_of_mass_m;
-    const Eigen::Matrix3d& tensor = measures.inertia_per_density_m5;
+    const double mass = config.density_kg_per_m3 * measures.volume_m3;
+    body.mass = rounded(mass, mass);
+    for (int axis = 0; axis < 3; ++axis) body.centre[axis] = rounded(measures.centre_of_mass_m[axis], measures.span_m);
+    Eigen::Matrix3d tensor = measures.inertia_per_density_m5;
+    const double largest = tensor.cwiseAbs().maxCoeff();
+    tensor = tensor.unaryExpr([&](double value) { return rounded(value, largest); });
     const Eigen::Matrix3d off = tensor - Eigen::Matrix3d(tensor.diagonal().asDiagonal());
     Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
     if (off.norm() > 1e-5 * tensor.norm()) {

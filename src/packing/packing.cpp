@@ -68,7 +68,11 @@ struct Place {
 Shape shape_from(const Place& place) {
     Shape shape;
     shape.id = place.at("id").text();
-    place.only({"id", "cavity", "capsules", "note"});
+    place.only({"id", "cavity", "capsules", "disconnected", "note"});
+    if (place.json.contains("disconnected")) {
+        if (!place.json["disconnected"].is_boolean()) throw UserError("`disconnected` must be true or false", {.where = place.path});
+        shape.may_be_disconnected = place.json["disconnected"].get<bool>();
+    }
     const std::string cavity = place.json.contains("cavity") ? place.at("cavity").text() : "filled";
     if (cavity != "filled" && cavity != "open")
         throw UserError("no such cavity convention: " + cavity, {.where = place.path, .allowed = "filled, open"});
@@ -187,6 +191,7 @@ void write_packing(const Path& path, const Packing& packing) {
                  {"bodies", Json::array()}};
     for (const auto& shape : packing.shapes) {
         Json entry = {{"id", shape.id}, {"cavity", shape.cavity == Cavity::filled ? "filled" : "open"}, {"capsules", Json::array()}};
+        if (shape.may_be_disconnected) entry["disconnected"] = true;
         for (const auto& capsule : shape.capsules)
             entry["capsules"].push_back({{"a_m", vector_json(capsule.a)}, {"b_m", vector_json(capsule.b)}, {"radius_m", capsule.radius}});
         json["shapes"].push_back(entry);

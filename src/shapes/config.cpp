@@ -27,6 +27,7 @@ void describe_shape(ConfigVisitor& v, ShapeConfig& c, const std::vector<std::str
     v.number("length_m", c.length_m, between(0.0, 1e6), "length of the capsules' axes");
     v.integer("arms", c.arms, between(2, 64), "arms of a star, spread evenly");
     v.choice("cavity", c.cavity, {"filled", "open"}, "does an enclosed void count as solid (no fluid reaches it) or as void?");
+    v.boolean("disconnected", c.disconnected, "may the capsules of a union lie apart, as one rigid body?");
     v.tables(
         "capsule",
         [&](std::size_t count) {
@@ -96,6 +97,7 @@ Shape make_shape(const ShapeConfig& c) {
         throw UserError("the shape's size is missing", {.mend = "give sphericity and volume_m3, or diameter_m and length_m"});
     }
     shape.cavity = c.cavity == "open" ? Cavity::open : Cavity::filled;
+    shape.may_be_disconnected = c.disconnected;
     validate(shape);
     find_cavities(shape);
     return shape;

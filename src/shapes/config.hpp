@@ -16,6 +16,7 @@ struct ShapeConfig {
     std::string file = {};
     double unit_m = 1.0;
     long arms = 6;
+    bool disconnected = false;
     std::vector<Capsule> capsule = {};
     std::vector<ShapeConfig> component = {};
     double number_fraction = 0.0;

@@ -63,6 +63,12 @@ std::vector<Capsule> star(double r, double L, long arms) {
     return capsules;
 }
 
+double rounded(double value, int digits) {
+    if (value == 0.0) return value;
+    const double unit = std::pow(10.0, std::floor(std::log10(std::abs(value))) + 1.0 - digits);
+    return std::round(value / unit) * unit;
+}
+
 // A preset with diameter 1, whose measures depend on L/d alone.
 struct UnitPreset {
     std::string kind;
@@ -158,7 +164,8 @@ Dimensions dimensions_for(const std::string& kind, double sphericity, double vol
         find_cavities(shape);
         if (!shape.cavity_points.empty()) size = solve({kind, arms, cavity}, sphericity, volume_m3);
     }
-    return size;
+    // Nine digits: a packing must not change because the last bits of a root do.
+    return {rounded(size.diameter_m, 9), rounded(size.length_m, 9)};
 }
 
 std::vector<Capsule> sphere_clump(const Shape& shape, double tolerance) {
@@ -211,10 +218,10 @@ void validate(const Shape& shape) {
                 seen[j] = true;
                 reached.push_back(j);
             }
-    if (reached.size() < capsules.size())
+    if (reached.size() < capsules.size() && !shape.may_be_disconnected)
         throw UserError(
             fmt::format("shape `{}` is not connected: {} of {} capsules hang together", shape.id, reached.size(), capsules.size()),
-            {.mend = "let the capsules overlap, or describe two shapes"});
+            {.mend = "let the capsules overlap, describe two shapes, or allow it: disconnected = true"});
 }
 
 }  // namespace porepack

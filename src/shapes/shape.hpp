@@ -15,6 +15,7 @@ struct Shape {
     std::string id;
     std::vector<Capsule> capsules;
     Cavity cavity = Cavity::filled;
+    bool may_be_disconnected = false;
     /// Points from which every point of the enclosed voids is seen; filled by find_cavities, empty when there are none.
     std::vector<Vec3> cavity_points = {};
     Bounds cavity_bounds = {};  ///< holds all enclosed voids
@@ -25,7 +26,7 @@ struct Shape {
 /// The frame's origin is the centre of symmetry (tetrapod, tetrahedron, star, sphere, rod), of the middle capsule (dolos).
 [[nodiscard]] Shape make_preset(const std::string& kind, double diameter, double length, long arms = 6);
 
-/// Throws UserError unless there is at least one capsule, all radii are positive and all is finite and connected.
+/// Throws UserError unless there is at least one capsule, all radii are positive and all is finite and connected (if it must be).
 void validate(const Shape& shape);
 
 /// Finds the voids that the union encloses and sets `cavity_points` and `cavity_bounds`. Voids are looked for from every

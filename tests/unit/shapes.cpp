@@ -79,6 +79,12 @@ TEST(Shape, BadInputIsNamed) {
                         validate({.id = "x", .capsules = {{Vec3::Zero(), Vec3::Zero(), 0.1}, {Vec3::Ones(), Vec3::Ones(), 0.1}}});
                     }),
                     "not connected"));
+    Shape apart{.id = "x", .capsules = {}, .may_be_disconnected = true};
+    apart.capsules = {{Vec3::Zero(), Vec3::Zero(), 0.1}, {Vec3::Ones(), Vec3::Ones(), 0.1}};
+    EXPECT_NO_THROW(validate(apart));
+    EXPECT_NEAR(measure(apart).volume_m3, 2.0 * 4.0 / 3.0 * std::numbers::pi * 1e-3, 1e-12);
+    apart.capsules.resize(65, apart.capsules.front());
+    EXPECT_TRUE(has(message_of<UserError>([&] { validate(apart); }), "1 to 64"));
     EXPECT_TRUE(has(message_of<UserError>([] { validate({.id = "x", .capsules = {{Vec3::Zero(), Vec3::Zero(), 0.0}}}); }), "radius_m > 0"));
     EXPECT_TRUE(has(message_of<UserError>([] { (void)make_shape({.kind = "tetrapod"}); }), "size is missing"));
     EXPECT_TRUE(
