@@ -109,10 +109,10 @@ int write_slices(const Path& folder, const Solid& solid, const Container& contai
     if (!(spacing_m > 0.0) || !(pixel_m > 0.0)) throw UserError("the slice spacing and the pixel must be positive");
     constexpr double most_slices = 100000, most_pixels = 1e8;
     const Vec3 inner = container.high() - container.low();
-    const double pixels = std::ceil(inner.x() / pixel_m) * std::ceil(inner.y() / pixel_m);
-    if (pixel_m > inner.head<2>().minCoeff() / 4.0 || pixels > most_pixels)
+    const double pixels_a_slice = std::ceil(inner.x() / pixel_m) * std::ceil(inner.y() / pixel_m);
+    if (pixel_m > inner.head<2>().minCoeff() / 4.0 || pixels_a_slice > most_pixels)
         throw UserError(fmt::format("pixels of {:g} m do not fit a container {:g} x {:g} m wide: {:.3g} pixels a slice", pixel_m, inner.x(),
-                                    inner.y(), pixels),
+                                    inner.y(), pixels_a_slice),
                         {.allowed = "at least 4 pixels across, at most 1e8 a slice", .mend = "the pixel is in metres"});
     if (section.length() / spacing_m > most_slices)
         throw UserError(fmt::format("a spacing of {:g} m would make {:.3g} slices", spacing_m, section.length() / spacing_m),

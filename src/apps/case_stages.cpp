@@ -1,0 +1,281 @@
+// What the stages of a case are: what each needs, what decides its result, what it runs and what that will cost.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <set>
+
+#include "apps/pipeline.hpp"
+#include "apps/stages.hpp"
+#include "core/error.hpp"
+#include "core/log.hpp"
+#include "core/machine.hpp"
+#include "packing/liggghts.hpp"
+#include "permeability/permeability.hpp"
+#include "report/report.hpp"
+
+namespace porepack {
+namespace fs = std::filesystem;
+namespace {
+
+Path folder_of(const Case& c, const std::string& stage) {
+    return c.results() / stage;
+}
+
+Json table_json(const Case& c, std::initializer_list<const char*> tables) {
+    Settings copy = c.settings;
+    Json json = Json::object();
+    for (const char* table : tables) json[table] = to_json(copy.describe_table(table));
+    return json;
+}
+
+// Only the keys that decide a stage's result: slices do not grow stale when the voxel size changes.
+Json only(Json tables, const std::string& table, const std::set<std::string>& keys) {
+    Json kept = Json::object();
+    for (const auto& [key, value] : tables[table].items())
+        if (keys.contains(key)) kept[key] = value;
+    tables[table] = kept;
+    return tables;
+}
+
+bool from_stl(const Case& c) {
+    return c.settings.shape.kind == "stl";
+}
+
+// What the geometry and flow stages work on. The surface of the stl stage comes along when asked for.
+Scene scene_of(const Case& c, bool with_surface = false) {
+    const Container container = make_container(c.settings.container);
+    if (from_stl(c)) return load_scene(folder_of(c, "stl") / "solid.stl", container, c.settings.geometry, 1.0);
+    Scene scene = load_scene(folder_of(c, "pack") / "packing.json", container, c.settings.geometry, 1.0);
+    if (with_surface) scene.surface = read_stl(folder_of(c, "stl") / "solid.stl");
+    return scene;
+}
+
+double expected_porosity(const Case& c) {
+    const Path file = folder_of(c, "pack") / "result.json";
+    return fs::exists(file) ? read_json(file).value("porosity_bed", 0.6) : 0.6;
+}
+
+// The section before the packing is there: the height at which pouring stops, less one span at both ends.
+Section expected_section(const Case& c, const Container& container) {
+    const auto& geometry = c.settings.geometry;
+    double top = container.height() / 2.0, extent = 0.0;
+    if (!from_stl(c)) {
+        const Path file = folder_of(c, "pack") / "packing.json";
+        if (fs::exists(file)) return load_scene(file, container, geometry, 1.0).section;
+        double volume = 0.0;
+        for (const auto& [shape, share] : make_shapes(c.settings.shape)) {
+            extent = std::max(extent, span(shape));
+            volume += share * measure(shape, 1e-4).volume_m3;
+        }
+        if (c.settings.packing.fill_height_m > 0.0) top = c.settings.packing.fill_height_m;
+        if (c.settings.packing.grains > 0)
+            top = std::min(container.height(), static_cast<double>(c.settings.packing.grains) * volume / (0.4 * container.inner_area_m2()));
+    }
+    return choose_section(container, {.section_m = geometry.section_m, .trim_m = geometry.trim_m}, top, extent);
+}
+
+double finest_diameter(const Case& c) {
+    double least = std::numeric_limits<double>::infinity();
+    if (!from_stl(c))
+        for (const auto& share : make_shapes(c.settings.shape)) least = std::min(least, smallest_diameter(share.shape));
+    return least;
+}
+
+std::string expect_text(const Expectation& expected) {
+    return fmt::format("{}; memory about {}, time about {}", expected.text, human_bytes(expected.memory_bytes),
+                       human_time(expected.wall_time_s));
+}
+
+Json tortuosity_of_case(const Case& c) {
+    Json json;
+    const auto& config = c.settings.tortuosity;
+    if (!from_stl(c)) json["geometric_paper_exact"] = geometric_paper_stage(scene_of(c), config);
+    json["geometric_paper_pixels"] = geometric_paper_slices_stage(folder_of(c, "slices"), config);
+    json["hydraulic"] = hydraulic_stage(folder_of(c, "lbm") / "flow.vti", {});
+    return json;
+}
+
+Json falling_head_of_case(const Case& c, const Path& folder) {
+    const Json lbm = read_json(folder_of(c, "lbm") / "result.json");
+    const Json shape = read_json(folder_of(c, "shape") / "result.json");
+    const double pores = read_json(folder_of(c, "voxelise") / "result.json").at("porosity").get<double>();
+    double inertial = std::numeric_limits<double>::infinity();
+    Json correlations = Json::object();
+    if (shape.contains("sphericity")) {
+        const double psi = shape["sphericity"].get<double>(), d = shape["equal_volume_diameter_m"].get<double>();
+        inertial = ergun_inertial_m(psi, d, pores);
+        correlations["carman_kozeny_150_m2"] = carman_kozeny_m2(psi, d, pores, 150.0);
+        correlations["carman_kozeny_180_m2"] = carman_kozeny_m2(psi, d, pores, 180.0);
+        if (std::abs(shape["volume_m3"].get<double>() / 7.33e-7 - 1.0) < 0.01) correlations["paper_fit_m2"] = paper_fit_m2(pores);
+    }
+    Json json = falling_head_stage(lbm.at("permeability_m2").get<double>(), inertial, c.settings.falling_head, &folder);
+    json["permeability_from"] = "lbm";
+    json["inertial_permeability_from"] = shape.contains("sphericity") ? "Ergun" : "none: Darcy's law alone";
+    json["correlations"] = correlations;
+    return json;
+}
+
+Json report_of_case(const Case& c, const Path& folder) {
+    ReportInput input{.title = c.settings.report.title.empty() ? fs::absolute(c.folder).lexically_normal().filename().string()
+                                                               : c.settings.report.title};
+    if (input.title.empty()) input.title = fs::absolute(c.folder).lexically_normal().parent_path().filename().string();
+    Case copy = c;
+    for (const auto& table : Settings::tables()) input.configuration[table] = to_json(copy.settings.describe_table(table));
+    for (const auto& stage : stages_of(c)) {
+        const Path at = folder_of(c, stage.name);
+        if (stage.name == "report" || !fs::exists(at / "result.json")) continue;
+        input.results[stage.name] = read_json(at / "result.json");
+        input.manifests[stage.name] = read_json(at / "manifest.json");
+    }
+    input.versions = engine_versions();
+    input.stage_folders = c.results();
+    if (c.settings.report.pictures) {
+        const Container container = make_container(c.settings.container);
+        const Json& made = input.results.contains("pack") ? input.results["pack"] : input.results["stl"];
+        const double shown =
+            std::min(container.height(), 1.15 * made.value("bed_height_m", container.height()));  // the empty part is no news
+        std::vector<std::string> more;
+        if (container.kind == Container::Kind::cylinder)
+            more = {"--container", fmt::format("cylinder:{:.9g},{:.9g}", container.diameter_m, shown)};
+        if (!draw_picture(folder_of(c, "stl") / "solid.stl", folder / "packing.png", more))
+            input.notes.push_back("No picture of the packing: rendering failed, see results/report/log.picture.");
+    }
+    return write_report(input, folder);
+}
+
+}  // namespace
+
+std::vector<Stage> stages_of(const Case& c) {
+    std::vector<Stage> stages;
+    const Settings& s = c.settings;
+    const bool stl = from_stl(c);
+    const std::string solid = stl ? "stl" : "pack";
+    const std::set<std::string> section_keys = {"section_m", "trim_m"};
+    const auto with_section = [&](std::set<std::string> keys) {
+        keys.insert(section_keys.begin(), section_keys.end());
+        return keys;
+    };
+    const auto quick = [] { return std::string("seconds"); };
+    const Path stl_file = stl ? c.resolve(s.shape.file) : Path();
+    if (stl && s.shape.file.empty()) throw UserError("kind = \"stl\" needs a file", {.where = "[shape]", .mend = "file = \"grains.stl\""});
+
+    stages.push_back({"shape",
+                      {},
+                      table_json(c, {"shape"}),
+                      stl ? std::vector<Path>{stl_file} : std::vector<Path>{},
+                      {},
+                      [c, stl, stl_file](const Path&) {
+                          return stl ? surface_shape_stage(stl_file, c.settings.shape.unit_m, c.settings.packing.density_kg_per_m3)
+                                     : shape_stage(c.settings.shape, c.settings.packing.density_kg_per_m3);
+                      },
+                      quick});
+    if (!stl) {
+        std::vector<Path> given;
+        if (s.packing.engine == "none" && !s.packing.file.empty()) given.push_back(c.resolve(s.packing.file));
+        for (const auto& file : given) (void)sha256_of_file(file);
+        stages.push_back(
+            {"pack",
+             {},
+             table_json(c, {"shape", "container", "packing"}),
+             given,
+             {"packing.json"},
+             [c](const Path& folder) { return pack_stage(c, folder); },
+             [c]() -> std::string {
+                 if (c.settings.packing.engine == "none") return "seconds";
+                 const PourPlan plan = plan_pour(make_shapes(c.settings.shape), make_container(c.settings.container), c.settings.packing);
+                 return fmt::format("LIGGGHTS, up to {} grains of {} spheres, time step {:.2e} s; memory about {}, time about {}",
+                                    plan.most_grains, plan.clump_spheres, plan.time_step_s, human_bytes(plan.expected_memory_bytes),
+                                    human_time(plan.expected_wall_time_s));
+             }});
+    }
+    const bool with_planes = s.stl.pores || s.stl.clip;
+    const auto stl_needs = stl ? std::vector<std::string>{} : std::vector<std::string>{"pack"};
+    stages.push_back({"stl",
+                      stl_needs,
+                      only(table_json(c, {"container", "shape", "geometry", "stl"}), "geometry",
+                           with_planes ? with_section({"surface_deviation_m", "contact_gap_m"})
+                                       : std::set<std::string>{"surface_deviation_m", "contact_gap_m"}),
+                      stl ? std::vector<Path>{stl_file} : std::vector<Path>{},
+                      {"solid.stl"},
+                      [c, stl, stl_file, with_planes](const Path& folder) {
+                          const Container container = make_container(c.settings.container);
+                          const Path file = stl ? stl_file : folder_of(c, "pack") / "packing.json";
+                          const double unit = stl ? c.settings.shape.unit_m : 1.0;
+                          return stl_stage(
+                              with_planes ? load_scene(file, container, c.settings.geometry, unit) : load_bed(file, container, unit),
+                              c.settings.geometry, c.settings.stl, folder);
+                      },
+                      quick});
+    stages.push_back({"voxelise",
+                      {solid},
+                      only(table_json(c, {"container", "geometry"}), "geometry", with_section({"voxel_size_m", "reservoir_m"})),
+                      {},
+                      {"pore.vti"},
+                      [c](const Path& folder) { return voxelise_stage(scene_of(c), c.settings.geometry, folder); },
+                      quick});
+    stages.push_back({"slices",
+                      {solid},
+                      only(table_json(c, {"container", "geometry"}), "geometry", with_section({"slice_spacing_m", "slice_pixel_m"})),
+                      {},
+                      {"slices.json", "*.png"},
+                      [c](const Path& folder) { return slices_stage(scene_of(c), c.settings.geometry, folder); },
+                      quick});
+    stages.push_back({"lbm",
+                      {solid},
+                      only(table_json(c, {"container", "geometry", "lbm"}), "geometry", with_section({"voxel_size_m", "reservoir_m"})),
+                      {},
+                      {"flow.vti", "history.csv"},
+                      [c](const Path& folder) { return lbm_stage(scene_of(c), c.settings.geometry, c.settings.lbm, folder); },
+                      [c]() -> std::string {
+                          const Container container = make_container(c.settings.container);
+                          const double d = finest_diameter(c),
+                                       h = c.settings.geometry.voxel_size_m > 0.0 ? c.settings.geometry.voxel_size_m : d / 10.0;
+                          return expect_text(expect_lbm(container, expected_section(c, container), h, std::isfinite(d) ? d : 10.0 * h,
+                                                        expected_porosity(c), c.settings.geometry, c.settings.lbm));
+                      }});
+    if (s.openfoam.enabled)
+        stages.push_back(
+            {"foam",
+             stl ? std::vector<std::string>{"stl"} : std::vector<std::string>{"pack", "stl"},
+             only(table_json(c, {"container", "geometry", "openfoam"}), "geometry", section_keys),
+             {},
+             {},
+             [c](const Path& folder) { return foam_stage(scene_of(c, true), c.settings.geometry, c.settings.openfoam, folder); },
+             [c]() -> std::string {
+                 const Container container = make_container(c.settings.container);
+                 const double d = finest_diameter(c),
+                              cell = c.settings.openfoam.cell_size_m > 0.0 ? c.settings.openfoam.cell_size_m : d / 4.0;
+                 return expect_text(
+                     expect_foam(container, expected_section(c, container), cell, expected_porosity(c), c.settings.openfoam));
+             }});
+    auto tortuosity_needs = std::vector<std::string>{"slices", "lbm"};
+    if (!stl) tortuosity_needs.insert(tortuosity_needs.begin(), "pack");
+    stages.push_back({"tortuosity",
+                      tortuosity_needs,
+                      only(table_json(c, {"tortuosity", "geometry"}), "geometry", section_keys),
+                      {},
+                      {},
+                      [c](const Path&) { return tortuosity_of_case(c); },
+                      quick});
+    stages.push_back({"falling-head",
+                      {"shape", "voxelise", "lbm"},
+                      table_json(c, {"falling_head"}),
+                      {},
+                      {"falling_head.csv"},
+                      [c](const Path& folder) { return falling_head_of_case(c, folder); },
+                      quick});
+    std::vector<std::string> everything;
+    everything.reserve(stages.size());
+    for (const auto& stage : stages) everything.push_back(stage.name);
+    stages.push_back({"report",
+                      everything,
+                      table_json(c, {"report"}),
+                      {},
+                      {"report.html", "report.md"},
+                      [c](const Path& folder) { return report_of_case(c, folder); },
+                      quick});
+    return stages;
+}
+
+}  // namespace porepack

@@ -1,0 +1,225 @@
+// The stages that compute permeabilities.
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "apps/stage_json.hpp"
+#include "apps/stages.hpp"
+#include "core/error.hpp"
+#include "core/machine.hpp"
+#include "lbm/permeability.hpp"
+#include "openfoam/foam.hpp"
+
+namespace porepack {
+namespace {
+
+Container container_of_note(const std::string& note, const Path& file) {
+    const Json json = Json::parse(note, nullptr, false);
+    if (json.is_discarded())
+        throw UserError("the image's field data `container` is not JSON: " + note,
+                        {.where = file.string(), .mend = "--container cylinder:D,H or box:X,Y,Z[:periodic] (metres)"});
+    return container_from_json(json, file.string());
+}
+
+// The image covers the container's cross section, to a voxel or two.
+void require_same_size(const Grid& grid, const Container& container, const Path& file) {
+    const Vec3 inner = container.high() - container.low();
+    for (const int axis : {0, 1}) {
+        const auto a = static_cast<std::size_t>(axis);
+        const double width = grid.cells[a] * grid.spacing_m[a];
+        if (std::abs(width - inner[axis]) > 2.01 * grid.spacing_m[a])
+            throw UserError(fmt::format("the image is {:g} m wide along axis {}, the container {:g} m", width, axis, inner[axis]),
+                            {.where = file.string(), .mend = "give the container that the image shows (--container, metres)"});
+    }
+}
+
+void write_history(const Path& file, const LbmGridResult& grid) {
+    std::string text = "step,permeability_m2,iteration_error,flow_imbalance\n";
+    const double h2 = grid.voxel_size_m * grid.voxel_size_m;
+    for (const auto& point : grid.run.history)
+        text +=
+            fmt::format("{},{:.12g},{:.6g},{:.6g}\n", point.step, point.permeability_lu * h2, point.iteration_error, point.flow_imbalance);
+    write_text(file, text);
+}
+
+Json grid_json(const LbmGridResult& grid) {
+    return {{"voxel_size_m", grid.voxel_size_m},
+            {"cells", grid.cells},
+            {"fluid_nodes", grid.nodes},
+            {"isolated_cells", grid.isolated_cells},
+            {"permeability_m2", grid.permeability_m2},
+            {"steps", grid.run.steps},
+            {"seconds", grid.run.seconds},
+            {"updates_per_second", grid.run.updates_per_second},
+            {"bytes_per_node", grid.bytes_per_node}};
+}
+
+Json lbm_json(const LbmResult& result, const Section& section, const LbmConfig& config, const Path& folder) {
+    Json json;
+    add_permeability(json, result.fine.permeability_m2, result.interval_m2);
+    json["permeability_by_volume_average_m2"] = result.fine.permeability_volume_m2;
+    json["method"] = "D3Q19 two relaxation times, linear equilibrium, half-way bounce-back";
+    json["interval_meaning"] =
+        result.interval_m2 ? "first-order Richardson estimate from two grids, at least the 4 % by which bounce-back on voxels scatters"
+                           : "one grid: no uncertainty";
+    json["direction"] = config.direction;
+    json["driven_by"] = result.fine.by_pressure ? "pressure planes" : "body force";
+    json["section_m"] = list(section);
+    json["converged"] = result.fine.run.converged;
+    json["iteration_error"] = result.fine.run.iteration_error;
+    json["flow_imbalance"] = result.fine.run.flow_imbalance;
+    json["hydraulic_tortuosity"] = result.fine.run.hydraulic_tortuosity;
+    json["steps"] = result.fine.run.steps;
+    json["updates_per_second"] = result.fine.run.updates_per_second;
+    json["relaxation_time"] = config.relaxation_time;
+    json["magic_number"] = config.magic_number;
+    json["permeability_lu"] = result.fine.run.permeability_lu;
+    json["superficial_velocity_lu"] = result.fine.run.superficial_velocity_lu;
+    json["fine"] = grid_json(result.fine);
+    json["coarse"] = result.coarse ? grid_json(*result.coarse) : Json(nullptr);
+    json["peak_memory_bytes"] = peak_memory_bytes();
+    write_history(folder / "history.csv", result.fine);
+    write_flow_image(folder / "flow.vti", result.flow);
+    return json;
+}
+
+}  // namespace
+
+Json lbm_stage(const Scene& scene, const GeometryConfig& geometry, const LbmConfig& config, const Path& folder) {
+    const auto voxels = [&](double size) {
+        return plan_voxels(scene.container, scene.section, size, geometry.reservoir_m, scene.grain_size_m);
+    };
+    const VoxelPlan plan = voxels(scene.voxel_size(geometry));
+    const Porosity pores = porosity(scene.solid(), scene.container, scene.section, 4000);
+    const Expectation expected =
+        expect_lbm(scene.container, scene.section, plan.voxel_size_m, scene.grain_size_m, pores.value, geometry, config);
+    require_memory(expected.memory_bytes,
+                   fmt::format("the flow on {} x {} x {} voxels", plan.grid.cells[0], plan.grid.cells[1], plan.grid.cells[2]),
+                   "take a larger voxel size or a shorter section");
+    const LbmResult result =
+        lbm_permeability([&](double size) { return voxelise(scene.solid(), scene.container, scene.section, voxels(size)); },
+                         plan.voxel_size_m, scene.container, scene.section, config, true);
+    Json json = lbm_json(result, scene.section, config, folder);
+    json["expected_memory_bytes"] = expected.memory_bytes;
+    return json;
+}
+
+Json lbm_image_stage(const Path& pore_vti, const std::optional<Container>& container, const std::vector<double>& section_m,
+                     const LbmConfig& config, const Path& folder) {
+    const PhaseImage image = read_phase_image(pore_vti);
+    const auto& grid = image.grid;
+    for (const double spacing : grid.spacing_m)
+        if (std::abs(spacing / grid.spacing_m[0] - 1.0) > 1e-6)
+            throw UserError(
+                fmt::format("the voxels are not cubic: {:g} x {:g} x {:g} m", grid.spacing_m[0], grid.spacing_m[1], grid.spacing_m[2]),
+                {.where = pore_vti.string(), .mend = "resample the image"});
+    Container vessel;
+    if (container)
+        vessel = *container;
+    else if (image.notes.contains("container"))
+        vessel = container_of_note(image.notes.at("container"), pore_vti);
+    else
+        throw UserError("the image does not say what its container is",
+                        {.where = pore_vti.string(), .mend = "--container cylinder:D,H or box:X,Y,Z[:periodic] (metres)"});
+    require_same_size(grid, vessel, pore_vti);
+    const Section whole{grid.origin_m[2], grid.origin_m[2] + grid.cells[2] * grid.spacing_m[2]};
+    Section section = whole;
+    if (section_m.size() == 2)
+        section = {section_m[0], section_m[1]};
+    else if (image.notes.contains("section"))
+        section = section_of_note(image.notes.at("section"), pore_vti);
+    const double slack = 0.5 * grid.spacing_m[2];
+    if (section.z0 < whole.z0 - slack || section.z1 > whole.z1 + slack || section.length() < grid.spacing_m[2])
+        throw UserError(fmt::format("the section from {:g} to {:g} m is not in the image", section.z0, section.z1),
+                        {.where = pore_vti.string(), .allowed = fmt::format("{:g} <= z0 < z1 <= {:g} m", whole.z0, whole.z1)});
+    LbmConfig one = config;
+    one.grids = 1;  // an image has one resolution
+    return lbm_json(lbm_permeability([&](double) { return image; }, grid.spacing_m[0], vessel, section, one, true), section, one, folder);
+}
+
+Json foam_stage(const Scene& scene, const GeometryConfig& geometry, const FoamConfig& config, const Path& folder) {
+    const double cell = config.cell_size_m > 0.0 ? config.cell_size_m
+                        : scene.grains
+                            ? scene.grain_size_m / 4.0
+                            : throw UserError("the cell size is missing", {.mend = "--cell-size (metres), or cell_size_m in [openfoam]"});
+    const auto cells = background_cells(scene.container, scene.section, cell);
+    const double count = static_cast<double>(cells[0]) * cells[1] * cells[2];
+    if (cell > scene.grain_size_m || count > 2e8)
+        throw UserError(fmt::format("a background cell of {:g} m does not fit the scene: {} x {} x {} cells, capsule diameter {:g} m", cell,
+                                    cells[0], cells[1], cells[2], scene.grain_size_m),
+                        {.allowed = "cells smaller than the capsules, at most 2e8 of them", .mend = "the cell size is in metres"});
+    const double exact = porosity(scene.solid(), scene.container, scene.section).value;
+    const Expectation expected = expect_foam(scene.container, scene.section, cell, exact, config);
+    require_memory(expected.memory_bytes, "the OpenFOAM mesh", "take larger cells or a shorter section");
+
+    FoamScene foam{.surface = {}, .container = scene.container, .section = scene.section};
+    foam.surface =
+        scene.surface
+            ? *scene.surface
+            : make_surface(*scene.packing, {.deviation_m = geometry.surface_deviation_m, .contact_gap_m = geometry.contact_gap_m}).surface;
+    foam.pore_volume_m3 = exact * scene.container.inner_area_m2() * scene.section.length();
+    foam.grain_size_m = scene.grain_size_m;
+    const double coarsest = cell * (config.meshes == 2 ? config.mesh_ratio : 1.0);
+    const double probe =
+        scene.container.any_periodic() ? scene.section.length() / std::ceil(scene.section.length() / (0.5 * coarsest)) : 0.5 * coarsest;
+    foam.pore_point = find_pore_point(voxelise(scene.solid(), scene.container, scene.section,
+                                               plan_voxels(scene.container, scene.section, probe, 0.0, scene.grain_size_m)),
+                                      scene.container);
+    const FoamResult result = foam_permeability(foam, config, cell, home_folder() / "openfoam_cases", folder);
+
+    const auto mesh_json = [](const FoamMeshResult& mesh) -> Json {
+        return {{"cell_size_m", mesh.cell_size_m},
+                {"cells", mesh.cells},
+                {"max_non_orthogonality_deg", mesh.max_non_orthogonality},
+                {"skew_faces", mesh.skew_faces},
+                {"mesh_volume_ratio", mesh.mesh_volume_ratio},
+                {"iterations", mesh.iterations},
+                {"flow_imbalance", mesh.flow_imbalance},
+                {"flow_drift", mesh.flow_drift},
+                {"permeability_m2", mesh.permeability_m2},
+                {"wall_time_s", mesh.wall_time_s},
+                {"peak_memory_bytes", mesh.peak_memory_bytes}};
+    };
+    Json json;
+    add_permeability(json, result.permeability_m2, result.interval_m2);
+    json["method"] = "OpenFOAM simpleFoam, creeping flow, snappyHexMesh";
+    json["repeat_by_hand"] = "cd mesh_fine && ./Allclean && ./Allrun";
+    json["interval_meaning"] =
+        result.interval_m2 ? "extrapolated from two meshes with order 1.5; the interval spans orders 1 to 2" : "one mesh: no uncertainty";
+    json["section_m"] = list(scene.section);
+    json["converged"] = true;
+    json["cells"] = result.fine.cells;
+    json["iterations"] = result.fine.iterations;
+    json["fine"] = mesh_json(result.fine);
+    json["coarse"] = result.coarse ? mesh_json(*result.coarse) : Json(nullptr);
+    json["expected_memory_bytes"] = expected.memory_bytes;
+    return json;
+}
+
+Expectation expect_lbm(const Container& container, const Section& section, double voxel_size_m, double grain_size_m, double pores,
+                       const GeometryConfig& geometry, const LbmConfig& config) {
+    const VoxelPlan plan = plan_voxels(container, section, voxel_size_m, geometry.reservoir_m, grain_size_m);
+    const double cells = static_cast<double>(plan.grid.size());
+    const double fluid = pores * container.inner_area_m2() * section.length() / std::pow(plan.voxel_size_m, 3);
+    Expectation expected{.memory_bytes = lbm_memory_bytes(cells, fluid) + 16.0 * cells};
+    // Steps grow with the square of the pores' width in voxels, and with the length; rate of about 8 million a second and thread.
+    const double steps = std::max(400.0, 4.0 * std::pow(grain_size_m / plan.voxel_size_m, 2.0)) * 1.2 / config.relaxation_time;
+    const double coarse = config.grids == 2 ? 1.0 + std::pow(config.grid_ratio, -5.0) : 1.0;
+    expected.wall_time_s = coarse * steps * fluid / (8e6 * thread_count());
+    expected.text = fmt::format("{} x {} x {} voxels of {:.4g} m, about {:.2g} fluid nodes", plan.grid.cells[0], plan.grid.cells[1],
+                                plan.grid.cells[2], plan.voxel_size_m, fluid);
+    return expected;
+}
+
+Expectation expect_foam(const Container& container, const Section& section, double cell_size_m, double pores, const FoamConfig& config) {
+    const auto block = background_cells(container, section, cell_size_m);
+    const double background = pores * container.inner_area_m2() * section.length() / std::pow(cell_size_m, 3);
+    const double cells = background * std::pow(2.5, config.surface_level);
+    // Measured: 0.45 ms a cell for meshing and solving, 1.6 kB a cell.
+    const double coarse = config.meshes == 2 ? 1.0 + std::pow(config.mesh_ratio, -3.0) : 1.0;
+    return {.text = fmt::format("background {} x {} x {}, about {:.2g} cells in the finest mesh", block[0], block[1], block[2], cells),
+            .memory_bytes = 1e8 + 1600.0 * cells,
+            .wall_time_s = coarse * 0.45e-3 * cells};
+}
+
+}  // namespace porepack

@@ -1,0 +1,262 @@
+// Writes the input of a LIGGGHTS run: poses, parameters, contact law and clumps.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "core/error.hpp"
+#include "packing/liggghts_run.hpp"
+
+namespace porepack {
+namespace {
+
+// The standard library's distributions differ between implementations; these do not.
+class Random {
+public:
+    explicit Random(long seed) : engine_(static_cast<std::uint64_t>(seed)) {}
+    double uniform(double low, double high) { return low + (high - low) * static_cast<double>(engine_() >> 11) * 0x1p-53; }
+    // Uniform over all rotations (Shoemake 1992).
+    Quaternion rotation() {
+        const double u = uniform(0, 1), v = 2.0 * std::numbers::pi * uniform(0, 1), w = 2.0 * std::numbers::pi * uniform(0, 1);
+        return {std::sqrt(1 - u) * std::sin(v), std::sqrt(1 - u) * std::cos(v), std::sqrt(u) * std::sin(w), std::sqrt(u) * std::cos(w)};
+    }
+
+private:
+    std::mt19937_64 engine_;
+};
+
+// To seven digits of `size`: a packing is chaotic, and must not change because the last bits of an integral do.
+double rounded(double value, double size) {
+    const double unit = std::pow(10.0, std::floor(std::log10(size)) - 6.0);
+    return std::round(value / unit) * unit;
+}
+
+}  // namespace
+
+ClumpBody clump_body(const Shape& shape, const PackingConfig& config) {
+    const ShapeMeasures measures = measure(shape);
+    ClumpBody body;
+    const double mass = config.density_kg_per_m3 * measures.volume_m3;
+    body.mass = rounded(mass, mass);
+    for (int axis = 0; axis < 3; ++axis) body.centre[axis] = rounded(measures.centre_of_mass_m[axis], measures.span_m);
+    Eigen::Matrix3d tensor = measures.inertia_per_density_m5;
+    const double largest = tensor.cwiseAbs().maxCoeff();
+    tensor = tensor.unaryExpr([&](double value) { return rounded(value, largest); });
+    const Eigen::Matrix3d off = tensor - Eigen::Matrix3d(tensor.diagonal().asDiagonal());
+    Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
+    if (off.norm() > 1e-5 * tensor.norm()) {
+        axes = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(tensor).eigenvectors();
+        if (axes.determinant() < 0.0) axes.col(2) *= -1.0;
+    }
+    body.turn = Quaternion(axes);
+    body.inertia = config.density_kg_per_m3 * (axes.transpose() * tensor * axes).diagonal();
+    for (auto sphere : sphere_clump(shape, config.surface_tolerance * smallest_diameter(shape))) {
+        sphere.a = sphere.b = axes.transpose() * (sphere.a - body.centre);
+        body.spheres.push_back(sphere);
+    }
+    if (body.spheres.size() == 1) {  // LIGGGHTS wants two spheres or more: one inside, which nothing touches
+        body.spheres.push_back(body.spheres.front());
+        body.spheres.back().radius *= 0.5;
+    }
+    return body;
+}
+
+double finest_diameter(const std::vector<ShapeShare>& shapes) {
+    double least = 1e300;
+    for (const auto& share : shapes) least = std::min(least, smallest_diameter(share.shape));
+    return least;
+}
+
+double largest_span(const std::vector<ShapeShare>& shapes) {
+    double largest = 0.0;
+    for (const auto& share : shapes) largest = std::max(largest, span(share.shape));
+    return largest;
+}
+
+namespace {
+
+// A grain about to be created: its origin, orientation and velocity.
+struct Newcomer {
+    std::size_t shape;
+    Vec3 position;
+    Quaternion orientation;
+    double vx, vy;
+};
+
+// Draws a shape by the number fractions; one shape needs no draw.
+std::size_t draw(const std::vector<ShapeShare>& shapes, Random& random) {
+    if (shapes.size() == 1) return 0;
+    double at = random.uniform(0.0, 1.0);
+    for (std::size_t s = 0; s + 1 < shapes.size(); ++s) {
+        if (at < shapes[s].number_fraction) return s;
+        at -= shapes[s].number_fraction;
+    }
+    return shapes.size() - 1;
+}
+
+// Poses of one batch: random in a slab at the drop height, clear of the walls and of each other. As many as fit.
+std::vector<Newcomer> make_batch(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config,
+                                 double drop_height, long count, Random& random) {
+    constexpr int tries = 300;
+    const double slab = largest_span(shapes);
+    const double clearance = 0.02 * finest_diameter(shapes);
+    std::vector<Newcomer> batch;
+    std::vector<std::vector<Capsule>> placed;
+    const auto fits = [&](const std::vector<Capsule>& grain) {
+        for (const auto& capsule : grain)
+            for (const Vec3& end : {capsule.a, capsule.b})
+                if (container.wall_distance(end) < capsule.radius + clearance) return false;
+        for (const auto& other : placed)
+            for (const auto& p : other)
+                for (const auto& q : grain)
+                    if (gap(p, q) < clearance) return false;
+        return true;
+    };
+    for (long n = 0; n < count; ++n) {
+        const std::size_t kind = draw(shapes, random);
+        for (int t = 0; t < tries; ++t) {
+            const Vec3 low = container.low(), high = container.high();
+            Newcomer grain{};
+            grain.shape = kind;
+            grain.position = Vec3(random.uniform(low.x(), high.x()), random.uniform(low.y(), high.y()),
+                                  drop_height + random.uniform(0.0, slab) - slab / 2.0);
+            grain.orientation = random.rotation();
+            std::vector<Capsule> capsules;
+            for (const auto& capsule : shapes[kind].shape.capsules) capsules.push_back(moved(capsule, grain.position, grain.orientation));
+            if (!fits(capsules)) continue;
+            grain.vx = random.uniform(-config.horizontal_speed_m_per_s, config.horizontal_speed_m_per_s);
+            grain.vy = random.uniform(-config.horizontal_speed_m_per_s, config.horizontal_speed_m_per_s);
+            batch.push_back(grain);
+            placed.push_back(capsules);
+            break;
+        }
+    }
+    return batch;
+}
+
+void write_batch(const Path& file, const std::vector<Newcomer>& batch, const std::vector<ClumpBody>& bodies) {
+    std::string text = "# Creates one batch, each grain at its own pose.\n";
+    const double h = 1e-9;
+    for (std::size_t g = 0; g < batch.size(); ++g) {
+        const ClumpBody& body = bodies[batch[g].shape];
+        const Vec3 x = batch[g].position + batch[g].orientation * body.centre;
+        const Quaternion q = batch[g].orientation * body.turn;
+        text += fmt::format("region at{0} block {1:.17g} {2:.17g} {3:.17g} {4:.17g} {5:.17g} {6:.17g} units box volume_limit 1e-40\n", g,
+                            x.x() - h, x.x() + h, x.y() - h, x.y() + h, x.z() - h, x.z() + h);
+        text += fmt::format(
+            "fix new{0} all insert/pack seed 32452843 distributiontemplate grains_{8} insert_every once verbose no overlapcheck no all_in "
+            "no "
+            "&\n"
+            "    orientation constant {1:.17g} {2:.17g} {3:.17g} {4:.17g} vel constant {5:.17g} {6:.17g} 0.0 region at{0} "
+            "particles_in_region 1 ntry_mc 1000\n",
+            g, q.w(), q.x(), q.y(), q.z(), batch[g].vx, batch[g].vy, 0, batch[g].shape + 1);
+    }
+    text += "run 1\n";
+    for (std::size_t g = 0; g < batch.size(); ++g) text += fmt::format("unfix new{0}\nregion at{0} delete\n", g);
+    write_text(file, text);
+}
+
+}  // namespace
+
+void write_batches(Run& run) {
+    Random random(run.config.seed);
+    for (long left = run.plan.most_grains; left > 0;) {
+        const auto batch =
+            make_batch(run.shapes, run.container, run.config, run.plan.drop_height_m, std::min(left, run.config.batch_grains), random);
+        if (batch.empty())
+            throw UserError("no grain fits into the container at the drop height", {.mend = "take a wider container or smaller grains"});
+        left -= static_cast<long>(batch.size());
+        run.batches.emplace_back();
+        for (const auto& grain : batch) run.batches.back().push_back(grain.shape);
+        write_batch(run.folder / fmt::format("batch_{}.in", run.batches.size()), batch, run.bodies);
+    }
+}
+
+void write_parameters(const Run& run) {
+    const auto& c = run.config;
+    const double d = finest_diameter(run.shapes);
+    const double margin = d;
+    const Vec3 low = run.container.low(), high = run.container.high();
+    const double dt = run.plan.time_step_s;
+    double limit = 1e300;  // a sphere; of a mixture the strictest
+    for (std::size_t s = 0; s < run.bodies.size(); ++s)
+        limit = std::min(limit, c.rest_energy_fraction * run.bodies[s].mass * c.gravity_m_per_s2 * smallest_diameter(run.shapes[s].shape) /
+                                    static_cast<double>(run.bodies[s].spheres.size()));
+    constexpr long part = 5000;
+    std::string text = "# Written by porepack; SI units. The law is Eq. 9: spring s_n/2, dashpot 2 eta sqrt((s_n/2)/m_ij) a mass m_ij.\n";
+    const auto number = [&](const char* name, double value) { text += fmt::format("variable {} equal {:.17g}\n", name, value); };
+    const auto whole = [&](const char* name, long value) { text += fmt::format("variable {} equal {}\n", name, value); };
+    text += fmt::format("variable container string {}\n", run.container.kind == Container::Kind::cylinder ? "cylinder" : "box");
+    number("radius", run.container.diameter_m / 2.0);
+    number("size_x", run.container.size_m.x());
+    number("size_y", run.container.size_m.y());
+    number("x_low", low.x() - margin);
+    number("x_high", high.x() + margin);
+    number("y_low", low.y() - margin);
+    number("y_high", high.y() + margin);
+    number("z_low", -margin);
+    number("z_high", std::max(high.z(), run.plan.drop_height_m + largest_span(run.shapes)) + 4.0 * margin);
+    number("neighbour_skin", d);
+    number("time_step", dt);
+    number("gravity", c.gravity_m_per_s2);
+    whole("types", static_cast<long>(run.shapes.size()) + 1);
+    whole("wall_type", static_cast<long>(run.shapes.size()) + 1);
+    whole("batches", static_cast<long>(run.batches.size()));
+    whole("loop_end", static_cast<long>(run.batches.size()) + 2);
+    whole("steps_between_batches", std::max(1L, std::lround(c.batch_interval_s / dt)));
+    whole("steps_per_line", 2000);
+    whole("steps_per_part", part);
+    whole("settle_parts", std::max(1L, static_cast<long>(std::ceil(c.settle_time_s / dt / part))));
+    number("fill_height", c.grains > 0 ? 1e30 : run.plan.fill_height_m - d / 2.0);
+    number("energy_limit_per_sphere", limit);
+    const bool spheres = std::any_of(run.shapes.begin(), run.shapes.end(), [](const ShapeShare& share) {
+        return share.shape.capsules.size() == 1 && share.shape.capsules.front().a == share.shape.capsules.front().b;
+    });
+    whole("rotation_counts", spheres ? 0 : 1);
+    write_text(run.folder / "parameters.in", text);
+}
+
+// The contact law between all types, and a template for each shape.
+void write_grains(const Run& run) {
+    const auto& c = run.config;
+    const std::size_t types = run.bodies.size() + 1;
+    // A wall is infinitely heavy; between walls nothing is ever asked.
+    const auto effective_mass = [&](std::size_t i, std::size_t j) {
+        const double first = run.bodies[std::min(i, types - 2)].mass, second = run.bodies[std::min(j, types - 2)].mass;
+        if (i + 1 == types) return second;
+        return j + 1 == types ? first : first * second / (first + second);
+    };
+    std::string text = "# Written by porepack. Types: the shapes in their order, then the walls.\n";
+    const auto property = [&](const char* name, const char* global, const auto& value) {
+        text += fmt::format("fix {} all property/global {} peratomtypepair {}", name, global, types);
+        for (std::size_t i = 0; i < types; ++i)
+            for (std::size_t j = 0; j < types; ++j)
+                text += fmt::format(" {:.17g}", value(effective_mass(i, j), std::max(i, j) + 1 == types));
+        text += "\n";
+    };
+    const double kn = c.normal_stiffness_N_per_m / 2.0, kt = c.tangential_stiffness_N_per_m / 2.0;
+    property("kn", "kn", [&](double, bool) { return kn; });
+    property("kt", "kt", [&](double, bool) { return kt; });
+    property("gn", "gamman", [&](double mass, bool) { return 2.0 * c.normal_damping * std::sqrt(kn / mass); });
+    property("gt", "gammat", [&](double mass, bool) { return 2.0 * c.tangential_damping * std::sqrt(kt / mass); });
+    property("mu", "coefficientFriction", [&](double, bool wall) { return wall ? c.wall_friction : c.friction; });
+    // LIGGGHTS wants a prime above 10000 as the seed of each template; poses are given, so nothing is drawn from it.
+    for (std::size_t s = 0; s < run.bodies.size(); ++s) {
+        const ClumpBody& body = run.bodies[s];
+        text += fmt::format(
+            "fix grain_{0} all particletemplate/multisphere 15485863 atom_type {0} density constant {1:.17g} nspheres {2} ntry 1000 &\n"
+            "    spheres file grain_{0}.clump scale 1.0 type {0} mass {3:.17g} inertia_tensor {4:.17g} 0 0 {5:.17g} 0 {6:.17g} "
+            "use_density\n"
+            "fix grains_{0} all particledistribution/discrete 15485867 1 grain_{0} 1.0\n",
+            s + 1, c.density_kg_per_m3, body.spheres.size(), body.mass, body.inertia.x(), body.inertia.y(), body.inertia.z());
+        std::string clump;
+        for (const auto& sphere : body.spheres)
+            clump += fmt::format("{:.17g} {:.17g} {:.17g} {:.17g}\n", sphere.a.x(), sphere.a.y(), sphere.a.z(), sphere.radius);
+        write_text(run.folder / fmt::format("grain_{}.clump", s + 1), clump);
+    }
+    write_text(run.folder / "grains.in", text);
+}
+
+}  // namespace porepack

@@ -1,0 +1,39 @@
+// What the writing and the reading of a LIGGGHTS run share. Only for the sources of this room.
+#pragma once
+
+#include "packing/liggghts.hpp"
+
+namespace porepack {
+
+// The grain as LIGGGHTS sees it: clump about the centre of mass, axes along the principal ones, so that the body frame
+// that LIGGGHTS finds is this frame.
+struct ClumpBody {
+    std::vector<Capsule> spheres;
+    double mass = 0.0;
+    Vec3 inertia = Vec3::Zero();
+    Vec3 centre = Vec3::Zero();                // in the shape's frame
+    Quaternion turn = Quaternion::Identity();  // from the principal frame to the shape's frame
+};
+
+[[nodiscard]] ClumpBody clump_body(const Shape& shape, const PackingConfig& config);
+
+/// Smallest capsule diameter and largest span of all shapes.
+[[nodiscard]] double finest_diameter(const std::vector<ShapeShare>& shapes);
+[[nodiscard]] double largest_span(const std::vector<ShapeShare>& shapes);
+
+struct Run {
+    const std::vector<ShapeShare>& shapes;
+    const Container& container;
+    const PackingConfig& config;
+    PourPlan plan;
+    std::vector<ClumpBody> bodies;  // by shape
+    Path folder;
+    std::vector<std::vector<std::size_t>> batches = {};  // the shapes of each batch's grains, in the order of creation
+};
+
+/// Write batch_1.in ..., parameters.in and grains.in with the clumps; the batches' shapes are kept in `run`.
+void write_batches(Run& run);
+void write_parameters(const Run& run);
+void write_grains(const Run& run);
+
+}  // namespace porepack
