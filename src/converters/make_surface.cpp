@@ -88,7 +88,10 @@ double mesh_deviation(const Mesh& mesh, const Capsule& capsule) {
 Mesh capsule_mesh(const Capsule& capsule, double deviation, double turn) {
     const double r = capsule.radius;
     const double volume = std::numbers::pi * r * r * ((capsule.b - capsule.a).norm() + 4.0 / 3.0 * r);
-    for (int n = 8; n <= 512; n += 4) {
+    // Facets of n corners stray by r (1 - cos(pi/n)); half of it lies outside.
+    const double least = 0.6 * std::numbers::pi / std::acos(1.0 - std::min(1.0, deviation / r));
+    for (int n = std::max(8, 4 * static_cast<int>(std::min(least, 512.0) / 4.0)); n <= 512; n += 4) {
+        check_interrupt();
         double radius = r;
         Mesh mesh;
         for (int round = 0; round < 4; ++round) {

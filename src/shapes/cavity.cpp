@@ -13,7 +13,7 @@
 namespace porepack {
 namespace {
 
-constexpr int cells = 48;
+constexpr int cells = VoidCells::cells;
 
 // Does the segment from p to q pass through a capsule?
 bool blocked(const std::vector<Capsule>& capsules, const Vec3& p, const Vec3& q) {
@@ -183,6 +183,14 @@ public:
         }
     }
 
+    /// What the cells are once all parts that are joined have been joined.
+    [[nodiscard]] VoidCells labelled() const {
+        auto label = std::make_shared<std::vector<signed char>>(part_.size());
+        for (std::size_t cell = 0; cell < part_.size(); ++cell)
+            (*label)[cell] = part_[cell] < 0 ? -1 : static_cast<signed char>(is_other_part(cell, 0));
+        return {.origin = origin_, .size = size_, .label = std::move(label)};
+    }
+
 private:
     [[nodiscard]] static std::array<int, 3> place(std::size_t cell) {
         const int c = static_cast<int>(cell);
@@ -325,6 +333,7 @@ private:
 void find_cavities(Shape& shape) {
     shape.cavity_points.clear();
     shape.cavity_bounds = {};
+    shape.void_cells = {};
     if (shape.capsules.size() < 3) return;  // the complement of two convex bodies is connected
     VoidSpace space(shape.capsules);
     // A void between the cells' centres has a wall: look from every exposed piece of the surface. The middle comes first: a
@@ -356,7 +365,29 @@ void find_cavities(Shape& shape) {
         }
     for (std::size_t part = 1; part < space.parts(); ++part)
         if (space.root(part) == part) space.describe(part, shape);
+    if (!shape.cavity_points.empty()) shape.void_cells = space.labelled();
 }
+
+namespace {
+
+// The label of a void cell among the eight round the point whose centre is seen from it.
+std::optional<int> label_near(const Shape& shape, const Vec3& point) {
+    const VoidCells& grid = shape.void_cells;
+    if (grid.label == nullptr) return std::nullopt;
+    const Vec3 low = ((point - grid.origin) / grid.size - Vec3::Constant(0.5)).array().floor();
+    for (int corner = 0; corner < 8; ++corner) {
+        const std::array<int, 3> at = {static_cast<int>(low.x()) + corner % 2, static_cast<int>(low.y()) + corner / 2 % 2,
+                                       static_cast<int>(low.z()) + corner / 4};
+        if (std::any_of(at.begin(), at.end(), [](int i) { return i < 0 || i >= cells; })) continue;
+        const int label = (*grid.label)[static_cast<std::size_t>((at[2] * cells + at[1]) * cells + at[0])];
+        if (label < 0) continue;
+        const Vec3 centre = grid.origin + grid.size * Vec3(at[0] + 0.5, at[1] + 0.5, at[2] + 0.5);
+        if (!blocked(shape.capsules, point, centre)) return label;
+    }
+    return std::nullopt;
+}
+
+}  // namespace
 
 bool in_cavity(const Shape& shape, Vec3 point) {
     // A point in a corner that no lookout sees is led to wider places.
@@ -364,8 +395,10 @@ bool in_cavity(const Shape& shape, Vec3 point) {
     for (int step = 0; step < most_steps; ++step) {
         if (((shape.cavity_bounds.low - point).array() > 0.0).any() || ((point - shape.cavity_bounds.high).array() > 0.0).any())
             return false;
-        for (const auto& seed : shape.cavity_points)
-            if (!blocked(shape.capsules, seed, point)) return true;
+        if (const auto label = label_near(shape, point)) return *label == 1;
+        if (step == 0)
+            for (const auto& seed : shape.cavity_points)  // a void without a cell of its own has only these
+                if (!blocked(shape.capsules, seed, point)) return true;
         const Vec3 next = wider_place(shape.capsules, point);
         if (next == point) return false;
         point = next;

@@ -1,6 +1,7 @@
 // A grain's shape: a union of capsules in the shape's own frame, and what is known about it.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,14 @@ namespace porepack {
 /// Does a void that the grain encloses on all sides count as solid ("filled": no fluid reaches it) or as void ("open")?
 enum class Cavity { filled, open };
 
+/// Cubic cells over a shape, 48 a side: 0 open void, 1 enclosed void, -1 solid (by the cells' centres).
+struct VoidCells {
+    static constexpr int cells = 48;
+    Vec3 origin = Vec3::Zero();
+    double size = 0.0;
+    std::shared_ptr<const std::vector<signed char>> label = nullptr;
+};
+
 struct Shape {
     std::string id;
     std::vector<Capsule> capsules;
@@ -19,6 +28,7 @@ struct Shape {
     /// Points from which every point of the enclosed voids is seen; filled by find_cavities, empty when there are none.
     std::vector<Vec3> cavity_points = {};
     Bounds cavity_bounds = {};  ///< holds all enclosed voids
+    VoidCells void_cells = {};  ///< filled with them, so that in_cavity() is quick
 };
 
 /// The presets: those of the paper (2.1.1), sphere, rod, and a star of `arms` arms spread evenly (Thomson's problem).
@@ -53,8 +63,8 @@ struct ShapeMeasures {
 /// `twice` checks the estimate by a second integration on other meridians; `once` is for shapes known to be smooth.
 enum class Effort { once, twice };
 
-/// Integrates over the exposed surface (divergence theorem) until the estimated relative error is below `tolerance`, or a
-/// million meridians are spent. Deterministic; throws nothing.
+/// Integrates over the exposed surface (divergence theorem) until the estimated relative error is below `tolerance` (1e-6 at
+/// the least for more than six capsules), or a million meridians are spent. Deterministic; throws nothing.
 [[nodiscard]] ShapeMeasures measure(const Shape& shape, double tolerance = 1e-8, Effort effort = Effort::twice);
 
 struct Dimensions {
