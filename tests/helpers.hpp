@@ -56,6 +56,12 @@ struct Output {
 inline std::string quoted(const std::string& text) {
     return "'" + text + "'";
 }
+inline std::string quoted(const char* text) {
+    return quoted(std::string(text));
+}
+inline std::string quoted(const Path& path) {
+    return quoted(path.string());
+}
 
 /// Runs the program through a shell: `before` is put in front (for instance "ulimit -f 1;").
 inline Output porepack(const std::string& arguments, const std::string& before = "") {

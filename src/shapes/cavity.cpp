@@ -84,7 +84,7 @@ Vec3 wider_place(const std::vector<Capsule>& capsules, const Vec3& point) {
     Vec3 best = point;
     for (int k = 0; k < 27; ++k) {
         if (k == 13) continue;
-        const Vec3 trial = point + 0.9 * here * Vec3(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1).normalized();
+        const Vec3 trial = point + 0.9 * here * Eigen::Vector3i(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1).cast<double>().normalized();
         const double value = signed_distance(capsules, trial);
         if (value > most) {
             most = value;
@@ -379,7 +379,9 @@ std::optional<int> label_near(const Shape& shape, const Vec3& point) {
         const std::array<int, 3> at = {static_cast<int>(low.x()) + corner % 2, static_cast<int>(low.y()) + corner / 2 % 2,
                                        static_cast<int>(low.z()) + corner / 4};
         if (std::any_of(at.begin(), at.end(), [](int i) { return i < 0 || i >= cells; })) continue;
-        const int label = (*grid.label)[static_cast<std::size_t>((at[2] * cells + at[1]) * cells + at[0])];
+        const auto cell =
+            (static_cast<std::size_t>(at[2]) * cells + static_cast<std::size_t>(at[1])) * cells + static_cast<std::size_t>(at[0]);
+        const auto label = static_cast<int>((*grid.label)[cell]);  // NOLINT(bugprone-signed-char-misuse): -1 is solid
         if (label < 0) continue;
         const Vec3 centre = grid.origin + grid.size * Vec3(at[0] + 0.5, at[1] + 0.5, at[2] + 0.5);
         if (!blocked(shape.capsules, point, centre)) return label;

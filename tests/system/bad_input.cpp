@@ -10,10 +10,7 @@ namespace {
 
 using test::has;
 using test::porepack;
-
-std::string quoted(const Path& path) {
-    return test::quoted(path.string());
-}
+using test::quoted;
 
 const std::string head =
     "[shape]\nkind = \"tetrapod\"\nsphericity = 0.53\nvolume_m3 = 7.33e-7\n[container]\nkind = \"cylinder\"\ndiameter_m = 0.05\nheight_m = "

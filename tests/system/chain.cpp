@@ -10,6 +10,7 @@ namespace {
 
 using test::has;
 using test::porepack;
+using test::quoted;
 
 // A small pour: 8 tetrapods.
 const std::string small_case = R"(
@@ -31,10 +32,6 @@ section_m = [0.004, 0.016]
 cell_size_m = 0.0015
 meshes = 1
 )";
-
-std::string quoted(const Path& path) {
-    return test::quoted(path.string());
-}
 
 TEST(Chain, PoursReadsBackAndRerunsToTheSameBytes) {
     REQUIRE_PROGRAM("liggghts");

@@ -11,10 +11,7 @@ namespace {
 
 using test::has;
 using test::porepack;
-
-std::string quoted(const Path& path) {
-    return test::quoted(path.string());
-}
+using test::quoted;
 
 void expect_fault(const std::string& call, const std::string& message, int code = 2) {
     const auto output = porepack(call);

@@ -7,10 +7,7 @@ namespace {
 
 using test::has;
 using test::porepack;
-
-std::string quoted(const Path& path) {
-    return test::quoted(path.string());
-}
+using test::quoted;
 
 TEST(Mixture, IsPouredAndComesBackShapeByShape) {
     REQUIRE_PROGRAM("liggghts");
