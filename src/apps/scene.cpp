@@ -20,11 +20,8 @@ void load_packing(Scene& scene, const Path& input) {
     if (scene.packing->bodies.empty()) throw UserError("the packing has no grain: " + input.string());
     scene.container = scene.packing->container;
     scene.grains = std::make_unique<Grains>(*scene.packing);
-    scene.grain_size_m = 1e300;
-    for (const auto& shape : scene.packing->shapes) {
-        scene.grain_size_m = std::min(scene.grain_size_m, smallest_diameter(shape));
-        scene.grain_span_m = std::max(scene.grain_span_m, span(shape));
-    }
+    scene.grain_size_m = finest_diameter(*scene.packing);
+    for (const auto& shape : scene.packing->shapes) scene.grain_span_m = std::max(scene.grain_span_m, span(shape));
     scene.bed_top_m = scene.grains->bounds().high.z();
 }
 

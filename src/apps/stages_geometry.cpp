@@ -123,12 +123,6 @@ Json surface_shape_stage(const Path& stl, double unit_m, double density) {
 
 namespace {
 
-double finest_diameter(const Packing& packing) {
-    double least = 1e300;
-    for (const auto& shape : packing.shapes) least = std::min(least, smallest_diameter(shape));
-    return least;
-}
-
 // What the clump of spheres costs, and what it gets wrong: LIGGGHTS is given the exact mass and inertia all the same.
 Json clump_json(const Shape& shape, double surface_tolerance) {
     const double tolerance = surface_tolerance * smallest_diameter(shape);

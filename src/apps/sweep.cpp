@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <exception>
 #include <map>
 
 #include "converters/surface.hpp"
 #include "core/error.hpp"
 #include "core/log.hpp"
+#include "core/parallel.hpp"
 #include "report/report.hpp"
 #include "shapes/shape.hpp"
 
@@ -47,22 +47,14 @@ Json sweep_stage(double volume_m3, const Path& folder) {
     std::vector<double> omega(3 * count);
     Progress progress("sweep");
     double done = 0.0;
-    std::exception_ptr fault;
-#pragma omp parallel for schedule(dynamic, 1)
-    for (std::size_t i = 0; i < 3 * count; ++i) {
-        try {
-            // Open: then every sphericity has one solution, and the three curves are the paper's.
-            const char* kind = kinds[i / count];
-            sizes[i] = dimensions_for(kind, sphericities[i % count], volume_m3, Cavity::open);
-            omega[i] = std::min(1.0, volume_m3 / hull(make_preset(kind, sizes[i].diameter_m, sizes[i].length_m).capsules).volume_m3);
+    parallel_for(3 * count, [&](std::size_t i) {
+        // Open: then every sphericity has one solution, and the three curves are the paper's.
+        const char* kind = kinds[i / count];
+        sizes[i] = dimensions_for(kind, sphericities[i % count], volume_m3, Cavity::open);
+        omega[i] = std::min(1.0, volume_m3 / hull(make_preset(kind, sizes[i].diameter_m, sizes[i].length_m).capsules).volume_m3);
 #pragma omp critical
-            progress.update(++done / (3.0 * static_cast<double>(count)));
-        } catch (...) {
-#pragma omp critical
-            fault = std::current_exception();
-        }
-    }
-    if (fault) std::rethrow_exception(fault);
+        progress.update(++done / (3.0 * static_cast<double>(count)));
+    });
     std::string table = "kind,sphericity,diameter_m,length_m,convexity,cavity\n";
     std::map<std::string, std::vector<double>> convexity;
     for (std::size_t i = 0; i < 3 * count; ++i) {

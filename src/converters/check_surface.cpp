@@ -2,7 +2,6 @@
 #include <CGAL/Polygon_mesh_processing/connected_components.h>
 #include <CGAL/Polygon_mesh_processing/measure.h>
 #include <CGAL/Polygon_mesh_processing/orientation.h>
-#include <CGAL/Polygon_mesh_processing/polygon_soup_to_polygon_mesh.h>
 #include <CGAL/Polygon_mesh_processing/self_intersections.h>
 #include <CGAL/Side_of_triangle_mesh.h>
 #include <CGAL/boost/graph/Face_filtered_graph.h>
@@ -48,17 +47,6 @@ std::string edge_fault(const TriangleSurface& surface, SurfaceCheck& check) {
     return {};
 }
 
-bool to_mesh(const TriangleSurface& surface, Mesh& mesh) {
-    std::vector<Point> points;
-    for (const auto& p : surface.points) points.emplace_back(p[0], p[1], p[2]);
-    std::vector<std::vector<std::size_t>> triangles;
-    for (const auto& t : surface.triangles)
-        triangles.push_back({static_cast<std::size_t>(t[0]), static_cast<std::size_t>(t[1]), static_cast<std::size_t>(t[2])});
-    if (!pmp::is_polygon_soup_a_polygon_mesh(triangles)) return false;
-    pmp::polygon_soup_to_polygon_mesh(points, triangles, mesh);
-    return true;
-}
-
 // Names the first shell that is turned the wrong way for the number of shells round it.
 template <typename ShellMap>
 std::string misplaced_shell(const Mesh& mesh, const ShellMap& shell, long shells) {
@@ -92,11 +80,12 @@ SurfaceCheck check_surface(const TriangleSurface& surface) {
     }
     check.fault = edge_fault(surface, check);
     if (!check.fault.empty()) return check;
-    Mesh mesh;
-    if (!to_mesh(surface, mesh)) {
+    auto whole = mesh_of(surface);
+    if (!whole) {
         check.fault = "the surface is not manifold: more than two triangles share an edge, or shells meet in a point";
         return check;
     }
+    Mesh& mesh = *whole;
     check.volume_m3 = pmp::volume(mesh);
     check.area_m2 = pmp::area(mesh);
 

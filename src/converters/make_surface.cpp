@@ -16,6 +16,7 @@
 #include "core/error.hpp"
 #include "core/interrupt.hpp"
 #include "core/log.hpp"
+#include "core/parallel.hpp"
 
 namespace porepack {
 namespace pmp = CGAL::Polygon_mesh_processing;
@@ -290,21 +291,12 @@ std::vector<std::vector<std::size_t>> clusters_of(std::size_t images, const std:
 // Unions pairwise as a tree, neighbours in z first.
 Mesh unite_cluster(std::vector<Mesh> meshes, const std::function<void()>& one_done) {
     while (meshes.size() > 1) {
-        check_interrupt();
         const std::size_t pairs = meshes.size() / 2;
-        std::exception_ptr fault;
-#pragma omp parallel for schedule(dynamic, 1)
-        for (std::size_t p = 0; p < pairs; ++p) {
-            try {
-                unite_into(meshes[2 * p], meshes[2 * p + 1]);
+        parallel_for(pairs, [&](std::size_t p) {
+            unite_into(meshes[2 * p], meshes[2 * p + 1]);
 #pragma omp critical
-                one_done();
-            } catch (...) {
-#pragma omp critical
-                fault = std::current_exception();
-            }
-        }
-        if (fault) std::rethrow_exception(fault);
+            one_done();
+        });
         std::vector<Mesh> next;
         for (std::size_t p = 0; p < meshes.size(); p += 2) next.push_back(std::move(meshes[p]));
         meshes = std::move(next);
@@ -312,24 +304,7 @@ Mesh unite_cluster(std::vector<Mesh> meshes, const std::function<void()>& one_do
     return std::move(meshes.front());
 }
 
-// Rounds to single precision, as the STL file does, and welds.
-void append(TriangleSurface& surface, const Mesh& mesh) {
-    const auto offset = static_cast<int>(surface.points.size());
-    std::vector<int> index(mesh.num_vertices());
-    int next = offset;
-    for (const auto v : mesh.vertices()) {
-        index[v.idx()] = next++;
-        const Point& p = mesh.point(v);
-        surface.points.push_back({p.x(), p.y(), p.z()});
-    }
-    for (const auto face : mesh.faces()) {
-        std::array<int, 3> triangle{};
-        std::size_t c = 0;
-        for (const auto v : vertices_around_face(mesh.halfedge(face), mesh)) triangle[c++] = index[v.idx()];
-        surface.triangles.push_back(triangle);
-    }
-}
-
+// As the STL file does, and welds.
 TriangleSurface round_to_single(const TriangleSurface& surface) {
     std::map<std::array<float, 3>, int> seen;
     TriangleSurface rounded;
@@ -385,32 +360,21 @@ std::vector<Mesh> image_meshes(const Packing& packing, const std::vector<Grains:
         if (contact.gap >= contact_gap) of_image[contact.second].push_back(&contact);
     }
     std::vector<Mesh> meshes(images.size());
-    std::exception_ptr fault;
-#pragma omp parallel for schedule(dynamic, 1)
-    for (std::size_t i = 0; i < images.size(); ++i) {
-        if (interrupted()) continue;
-        try {
-            const Body& body = packing.bodies[images[i].body];
-            meshes[i] = moved_mesh(unit.at({body.shape, thinned[images[i].body]}), body.position_m + images[i].shift, body.orientation);
-            for (const Contact* contact : of_image[i])
-                if (contact->gap >= contact_gap) {
-                    keep_apart(meshes[i], contact->first == i ? contact->first_capsule : contact->second_capsule, *contact, deviation);
-                }
-            for (const Contact* contact : of_image[i])
-                if (contact->gap < contact_gap && contact->gap > -4.0 * deviation) {
-                    Mesh box = bridge(*contact, contact_gap, deviation,
-                                      thinned[images[contact->first].body] + thinned[images[contact->second].body]);
-                    unite_into(meshes[i], box);
-                }
+    parallel_for(images.size(), [&](std::size_t i) {
+        const Body& body = packing.bodies[images[i].body];
+        meshes[i] = moved_mesh(unit.at({body.shape, thinned[images[i].body]}), body.position_m + images[i].shift, body.orientation);
+        for (const Contact* contact : of_image[i])
+            if (contact->gap >= contact_gap)
+                keep_apart(meshes[i], contact->first == i ? contact->first_capsule : contact->second_capsule, *contact, deviation);
+        for (const Contact* contact : of_image[i])
+            if (contact->gap < contact_gap && contact->gap > -4.0 * deviation) {
+                Mesh box =
+                    bridge(*contact, contact_gap, deviation, thinned[images[contact->first].body] + thinned[images[contact->second].body]);
+                unite_into(meshes[i], box);
+            }
 #pragma omp critical
-            one_done();
-        } catch (...) {
-#pragma omp critical
-            fault = std::current_exception();
-        }
-    }
-    if (fault) std::rethrow_exception(fault);
-    check_interrupt();
+        one_done();
+    });
     return meshes;
 }
 
@@ -418,8 +382,7 @@ std::vector<Mesh> image_meshes(const Packing& packing, const std::vector<Grains:
 
 SurfaceResult make_surface(const Packing& packing, const SurfaceOptions& options) {
     if (packing.bodies.empty()) throw UserError("the packing has no grain");
-    double d = 1e300;
-    for (const auto& shape : packing.shapes) d = std::min(d, smallest_diameter(shape));
+    const double d = finest_diameter(packing);
     const double deviation = options.deviation_m > 0.0 ? options.deviation_m : 0.02 * d;
     SurfaceResult result;
     result.contact_gap_m = options.contact_gap_m > 0.0 ? options.contact_gap_m : 1e-4 * d;

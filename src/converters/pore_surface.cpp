@@ -1,6 +1,5 @@
 // The boundary of the pore space inside the container, in named regions, and grains clipped by two planes.
 #include <CGAL/Polygon_mesh_processing/corefinement.h>
-#include <CGAL/Polygon_mesh_processing/polygon_soup_to_polygon_mesh.h>
 #include <CGAL/Polygon_mesh_processing/triangulate_faces.h>
 #include <fmt/format.h>
 
@@ -15,15 +14,10 @@ namespace porepack {
 namespace pmp = CGAL::Polygon_mesh_processing;
 namespace {
 
-Mesh to_mesh(const TriangleSurface& surface) {
-    std::vector<Point> points;
-    for (const auto& p : surface.points) points.emplace_back(p[0], p[1], p[2]);
-    std::vector<std::vector<std::size_t>> triangles;
-    for (const auto& t : surface.triangles)
-        triangles.push_back({static_cast<std::size_t>(t[0]), static_cast<std::size_t>(t[1]), static_cast<std::size_t>(t[2])});
-    Mesh mesh;
-    pmp::polygon_soup_to_polygon_mesh(points, triangles, mesh);
-    return mesh;
+Mesh sound_mesh_of(const TriangleSurface& surface) {
+    auto mesh = mesh_of(surface);
+    if (!mesh) throw NumericalError("the grains' surface is not manifold");
+    return std::move(*mesh);
 }
 
 // A prism over a polygon in the plane.
@@ -56,26 +50,10 @@ std::vector<std::array<double, 2>> base_of(const Container& container, double de
     return base;
 }
 
-TriangleSurface to_surface(const Mesh& mesh) {
-    TriangleSurface surface;
-    std::vector<int> index(mesh.num_vertices());
-    for (const auto v : mesh.vertices()) {
-        index[v.idx()] = static_cast<int>(surface.points.size());
-        surface.points.push_back({mesh.point(v).x(), mesh.point(v).y(), mesh.point(v).z()});
-    }
-    for (const auto face : mesh.faces()) {
-        std::array<int, 3> triangle{};
-        std::size_t c = 0;
-        for (const auto v : vertices_around_face(mesh.halfedge(face), mesh)) triangle[c++] = index[v.idx()];
-        surface.triangles.push_back(triangle);
-    }
-    return surface;
-}
-
 }  // namespace
 
 TriangleSurface clip_surface(const TriangleSurface& surface, const Section& section) {
-    Mesh grains = to_mesh(surface);
+    Mesh grains = sound_mesh_of(surface);
     Vec3 low = Vec3::Constant(1e300), high = Vec3::Constant(-1e300);
     for (const auto& p : surface.points) {
         low = low.cwiseMin(Vec3(p[0], p[1], p[2]));
@@ -91,18 +69,21 @@ TriangleSurface clip_surface(const TriangleSurface& surface, const Section& sect
     if (!pmp::corefine_and_compute_intersection(grains, slab, result))
         throw NumericalError("CGAL cannot clip the grains", {.mend = "move the section a little"});
     result.collect_garbage();
-    return to_surface(result);
+    TriangleSurface clipped;
+    append(clipped, result);
+    return clipped;
 }
 
 PoreSurface make_pore_surface(const TriangleSurface& grains_surface, const Container& container, const Section& section,
                               double deviation_m) {
     if (container.any_periodic()) throw UserError("a periodic cell has no inlet, outlet or wall", {.mend = "take the grains alone"});
-    Mesh grains = to_mesh(grains_surface), space = prism(base_of(container, deviation_m), section.z0, section.z1), pores;
+    Mesh grains = sound_mesh_of(grains_surface), space = prism(base_of(container, deviation_m), section.z0, section.z1), pores;
     if (!pmp::corefine_and_compute_difference(space, grains, pores))
         throw NumericalError("CGAL cannot cut the grains out of the container",
                              {.mend = "change the section or surface_deviation_m a little"});
     pores.collect_garbage();
-    PoreSurface result{.surface = to_surface(pores), .region = {}};
+    PoreSurface result;
+    append(result.surface, pores);
     // A triangle lies on a plane of the section, or on one of the wall's planes, or is a grain's.
     const double slack = 1e-7 * (section.length() + container.high().norm());
     const auto base = base_of(container, deviation_m);

@@ -209,6 +209,12 @@ void write_packing(const Path& path, const Packing& packing) {
     write_text(path, text + "\n");
 }
 
+double finest_diameter(const Packing& packing) {
+    double least = 1e300;
+    for (const auto& shape : packing.shapes) least = std::min(least, smallest_diameter(shape));
+    return least;
+}
+
 std::vector<Capsule> world_capsules(const Packing& packing, const Body& body) {
     std::vector<Capsule> capsules;
     for (const auto& capsule : packing.shapes[body.shape].capsules) capsules.push_back(moved(capsule, body.position_m, body.orientation));

@@ -53,6 +53,8 @@ struct Packing {
 void write_packing(const Path& path, const Packing& packing);
 
 /// All capsules of one body in the world frame.
+/// Smallest capsule diameter of all shapes.
+[[nodiscard]] double finest_diameter(const Packing& packing);
 [[nodiscard]] std::vector<Capsule> world_capsules(const Packing& packing, const Body& body);
 
 /// Largest overlap of two grains' exact capsules, and of a grain with the wall, in metres (0 when nothing overlaps).

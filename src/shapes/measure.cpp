@@ -10,6 +10,7 @@
 #include <queue>
 #include <vector>
 
+#include "core/parallel.hpp"
 #include "shapes/meridian.hpp"
 #include "shapes/shape.hpp"
 
@@ -124,7 +125,7 @@ public:
 
 private:
     static constexpr long most_evaluations = 1'000'000;
-    static constexpr double exacting = 1e-7;
+    static constexpr double exacting = 1e-7;  // a tolerance below this is worth all of them, else an eighth
 
     // The exposed parts at `phi` as a hash of what they end at.
     std::uint64_t pattern(std::size_t own, double phi) {
@@ -243,24 +244,24 @@ struct Integrated {
 };
 
 Integrated integrate(const Shape& scaled, double tolerance, bool twice) {
-    Integral integral(scaled, tolerance);
+    std::array<Integral, 2> passes = {Integral(scaled, tolerance), Integral(scaled, tolerance)};
+    const Sums &total = passes[0].total(), &other = passes[1].total();
     Integrated result;
     constexpr int fewest_pieces = 6, rounds = 4;
     int pieces = fewest_pieces;
     for (int round = 0; round < rounds; ++round, pieces *= 3) {
-        integral.run(pieces, 0.0);
-        result.total = integral.total();
-        result.error = integral.error();
-        result.evaluations += integral.evaluations();
+        const std::array<double, 2> turn = {0.0, 0.7548776662466927 * 2.0 * std::numbers::pi / pieces};
+        parallel_for(twice ? 2 : 1, [&](std::size_t pass) { passes[pass].run(pieces, turn[pass]); });
+        result.total = total;
+        result.error = passes[0].error();
+        result.evaluations += passes[0].evaluations();
         if (!twice) break;
-        integral.run(pieces, 0.7548776662466927 * 2.0 * std::numbers::pi / pieces);
-        result.evaluations += integral.evaluations();
-        const Sums other = integral.total();
+        result.evaluations += passes[1].evaluations();
         double difference = 0.0;
         for (int q = 0; q < 2; ++q) {
             const double whole = std::abs(other[q]) + std::abs(other[quantities + q]);
-            difference = std::max(difference, std::abs(other[q] - result.total[q]) / whole);
-            difference = std::max(difference, std::abs(other[quantities + q] - result.total[quantities + q]) / whole);
+            difference = std::max(difference, std::abs(other[q] - total[q]) / whole);
+            difference = std::max(difference, std::abs(other[quantities + q] - total[quantities + q]) / whole);
         }
         result.error = std::max(result.error, difference);
         // Each round costs three times the last one: not for a difference that the answer can bear.
