@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
+#include <random>
 
 #include "converters/surface.hpp"
 #include "core/error.hpp"
@@ -18,24 +19,18 @@
 namespace porepack {
 namespace {
 
-// Bytes a second of a[i] = b[i] + s c[i], three streams, best of five.
-double triad_bytes_per_second() {
-    const std::size_t n = 20000000;
-    std::vector<double> a(n), b(n), c(n);
-#pragma omp parallel for schedule(static)
-    for (std::size_t i = 0; i < n; ++i) {
-        b[i] = 1.0;
-        c[i] = 2.0;
-        a[i] = 0.0;
-    }
+// Bytes a second of a[i] *= s: what populations that are moved in place could reach at best. Best of five.
+double in_place_bytes_per_second() {
+    const std::size_t n = 100'000'000;
+    std::vector<double> a(n, 1.0);
     double best = 1e300;
     for (int round = 0; round < 5; ++round) {
         const Stopwatch watch;
-#pragma omp parallel for schedule(static)
-        for (std::size_t i = 0; i < n; ++i) a[i] = b[i] + 0.5 * c[i];
+#pragma omp parallel for simd schedule(static)
+        for (std::size_t i = 0; i < n; ++i) a[i] *= 1.0000001;
         best = std::min(best, watch.seconds());
     }
-    return 24.0 * static_cast<double>(n) / best;
+    return 16.0 * static_cast<double>(n) / best;
 }
 
 Packing simple_cubic(double solid_fraction) {
@@ -49,33 +44,88 @@ Packing simple_cubic(double solid_fraction) {
     return packing;
 }
 
-// Error of k against the exact drag of simple cubic spheres (Zick & Homsy 1982), and speed against the memory's limit.
-Json lbm_benchmark() {
+// Error of k against the exact drag of simple cubic spheres (Zick & Homsy 1982), by both kinds of walls.
+Json accuracy_rows() {
     constexpr double solid = 0.343, drag = 15.39949;
     const Packing packing = simple_cubic(solid);
     const double r = packing.shapes[0].capsules[0].radius;
     const double exact = 2.0 * r * r / (9.0 * solid * drag);
     const Grains grains(packing);
-    const double bandwidth = triad_bytes_per_second();
     Json rows = Json::array();
-    for (const int cells : {16, 32, 48, 64}) {
-        const Section section{0.0, 1.0};
-        const auto voxels = [&](double size) {
-            return voxelise(grains, packing.container, section, plan_voxels(packing.container, section, size, 0.0, 1.0));
-        };
-        const LbmResult result = lbm_permeability(voxels, 1.0 / cells, packing.container, section, {.tolerance = 1e-6, .grids = 1}, false);
-        // Moved at the least: 19 populations read and written in double precision, and 19 indices.
-        const double bytes_an_update = 19.0 * (16.0 + 4.0);
-        rows.push_back({{"cells", cells},
-                        {"nodes_a_diameter", 2.0 * r * cells},
-                        {"error", result.fine.permeability_m2 / exact - 1.0},
-                        {"seconds", result.fine.run.seconds},
-                        {"steps", result.fine.run.steps},
-                        {"updates_per_second", result.fine.run.updates_per_second},
-                        {"ratio_to_memory_limit", result.fine.run.updates_per_second * bytes_an_update / bandwidth},
-                        {"bytes_per_node", result.fine.bytes_per_node}});
+    for (const char* walls : {"interpolated", "bounce_back"})
+        for (const int cells : {12, 23, 46, 92}) {
+            const Section section{0.0, 1.0};
+            const auto voxels = [&](double size) {
+                return voxelise(grains, packing.container, section, plan_voxels(packing.container, section, size, 0.0, 1.0));
+            };
+            const LbmResult result = lbm_permeability({voxels, &grains, packing.container, section}, 1.0 / cells,
+                                                      {.walls = walls, .tolerance = 1e-5, .grids = 1}, false);
+            rows.push_back({{"walls", walls},
+                            {"nodes_a_diameter", 2.0 * r * cells},
+                            {"error", result.fine.permeability_m2 / exact - 1.0},
+                            {"seconds", result.fine.run.seconds},
+                            {"steps", result.fine.run.steps}});
+        }
+    return rows;
+}
+
+// Speed on spheres of 40 nodes that overlap at random in a periodic box, against the memory's limit.
+Json speed_rows(double porosity, int cells, double limit_bytes_per_second) {
+    Packing packing = simple_cubic(0.1);
+    const double r = 20.0 / cells;
+    packing.shapes[0].capsules[0].radius = r;
+    packing.bodies.clear();
+    std::mt19937 random(1);
+    const double volume = 4.0 * std::numbers::pi * r * r * r / 3.0;
+    for (long i = std::lround(-std::log(porosity) / volume); i > 0; --i) {
+        const auto unit = [&] { return static_cast<double>(random()) / 4294967296.0; };
+        const double x = unit(), y = unit(), z = unit();
+        packing.bodies.push_back({.shape = 0, .position_m = {x, y, z}});
     }
-    return {{"case", "simple cubic spheres, solid fraction 0.343"}, {"triad_bytes_per_second", bandwidth}, {"rows", rows}};
+    const Grains grains(packing);
+    const Section section{0.0, 1.0};
+    const FlowWalls walls{grains, packing.container, section};
+    Stopwatch watch;
+    const Domain domain =
+        build_domain(voxelise(grains, packing.container, section, plan_voxels(packing.container, section, 1.0 / cells, 0.0, 1.0)),
+                     choose_drive(packing.container, "z"), &walls);
+    const double domain_seconds = watch.seconds();
+    Json rows = Json::array();
+    for (const Walls kind : {Walls::bounce_back, Walls::interpolated})
+        for (const Kernel kernel : {Kernel::fast_double, Kernel::fast_single}) {
+            const Scheme scheme{.walls = kind, .force = {0, 0, 1e-3}};
+            watch = {};
+            const auto flow = make_flow(kernel, domain, scheme);
+            const double set_up = watch.seconds();
+            double best = 1e300;
+            constexpr int pairs = 10;
+            for (int round = 0; round < 4; ++round) {
+                watch = {};
+                for (int i = 0; i < pairs; ++i) flow->advance_two_steps();
+                best = std::min(best, watch.seconds());
+            }
+            const double nodes = static_cast<double>(domain.nodes()), rate = 2.0 * pairs * nodes / best;
+            const double bytes_an_update = 2.0 * 19.0 * (kernel == Kernel::fast_double ? 8.0 : 4.0);
+            rows.push_back({{"porosity", porosity},
+                            {"walls", kind == Walls::interpolated ? "interpolated" : "bounce_back"},
+                            {"precision", kernel == Kernel::fast_double ? "double" : "single"},
+                            {"fluid_nodes", domain.nodes()},
+                            {"updates_per_second", rate},
+                            {"ratio_to_memory_limit", rate * bytes_an_update / limit_bytes_per_second},
+                            {"bytes_per_node", flow->bytes() / nodes},
+                            {"set_up_seconds", domain_seconds + set_up}});
+        }
+    return rows;
+}
+
+Json lbm_benchmark() {
+    const double limit = in_place_bytes_per_second();
+    Json speed = speed_rows(0.4, 292, limit);
+    for (const Json& row : speed_rows(0.7, 242, limit)) speed.push_back(row);
+    return {{"case", "error: simple cubic spheres, solid fraction 0.343; speed: overlapping spheres of 40 nodes"},
+            {"in_place_bytes_per_second", limit},
+            {"speed", speed},
+            {"accuracy", accuracy_rows()}};
 }
 
 // Error and time of the measures against tolerance, of the inverse, and of CGAL's surfaces against their number of triangles.

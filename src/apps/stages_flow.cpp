@@ -51,17 +51,25 @@ Json grid_json(const LbmGridResult& grid) {
             {"steps", grid.run.steps},
             {"seconds", grid.run.seconds},
             {"updates_per_second", grid.run.updates_per_second},
-            {"bytes_per_node", grid.bytes_per_node}};
+            {"set_up_seconds", grid.set_up_seconds},
+            {"bytes_per_node", grid.bytes_per_node},
+            {"wall_links", grid.wall_links},
+            {"narrow_share", grid.narrow_share}};
 }
 
-Json lbm_json(const LbmResult& result, const Section& section, const LbmConfig& config, const Path& folder) {
+Json lbm_json(const LbmResult& result, const Section& section, const LbmConfig& config, bool exact_walls, const Path& folder) {
+    const Scheme scheme = scheme_of(config, exact_walls, {});
     Json json;
     add_permeability(json, result.fine.permeability_m2, result.interval_m2);
     json["permeability_by_volume_average_m2"] = result.fine.permeability_volume_m2;
-    json["method"] = "D3Q19 two relaxation times, linear equilibrium, half-way bounce-back";
+    json["method"] =
+        fmt::format("D3Q19 {}, linear equilibrium, {}, {} precision", config.collision == "bgk" ? "BGK" : "two relaxation times",
+                    scheme.walls == Walls::interpolated ? "interpolated walls" : "half-way bounce-back", config.precision);
     json["interval_meaning"] =
-        result.interval_m2 ? "first-order Richardson estimate from two grids, at least the 4 % by which bounce-back on voxels scatters"
-                           : "one grid: no uncertainty";
+        !result.interval_m2 ? "one grid: no uncertainty"
+        : scheme.walls == Walls::interpolated
+            ? "1.5 times the second-order Richardson estimate from two grids, at least 1 %"
+            : "first-order Richardson estimate from two grids, at least the 4 % by which bounce-back on voxels scatters";
     json["direction"] = config.direction;
     json["driven_by"] = result.fine.by_pressure ? "pressure planes" : "body force";
     json["section_m"] = list(section);
@@ -72,7 +80,7 @@ Json lbm_json(const LbmResult& result, const Section& section, const LbmConfig& 
     json["steps"] = result.fine.run.steps;
     json["updates_per_second"] = result.fine.run.updates_per_second;
     json["relaxation_time"] = config.relaxation_time;
-    json["magic_number"] = config.magic_number;
+    json["magic_number"] = scheme.magic;
     json["permeability_lu"] = result.fine.run.permeability_lu;
     json["superficial_velocity_lu"] = result.fine.run.superficial_velocity_lu;
     json["fine"] = grid_json(result.fine);
@@ -97,9 +105,12 @@ Json lbm_stage(const Scene& scene, const GeometryConfig& geometry, const LbmConf
                    fmt::format("the flow on {} x {} x {} voxels", plan.grid.cells[0], plan.grid.cells[1], plan.grid.cells[2]),
                    "take a larger voxel size or a shorter section");
     const LbmResult result =
-        lbm_permeability([&](double size) { return voxelise(scene.solid(), scene.container, scene.section, voxels(size)); },
-                         plan.voxel_size_m, scene.container, scene.section, config, true);
-    Json json = lbm_json(result, scene.section, config, folder);
+        lbm_permeability({.voxels = [&](double size) { return voxelise(scene.solid(), scene.container, scene.section, voxels(size)); },
+                          .solid = &scene.solid(),
+                          .container = scene.container,
+                          .section = scene.section},
+                         plan.voxel_size_m, config, true);
+    Json json = lbm_json(result, scene.section, config, true, folder);
     json["expected_memory_bytes"] = expected.memory_bytes;
     return json;
 }
@@ -134,7 +145,8 @@ Json lbm_image_stage(const Path& pore_vti, const std::optional<Container>& conta
                         {.where = pore_vti.string(), .allowed = fmt::format("{:g} <= z0 < z1 <= {:g} m", whole.z0, whole.z1)});
     LbmConfig one = config;
     one.grids = 1;  // an image has one resolution
-    return lbm_json(lbm_permeability([&](double) { return image; }, grid.spacing_m[0], vessel, section, one, true), section, one, folder);
+    const LbmScene pores{.voxels = [&](double) { return image; }, .solid = nullptr, .container = vessel, .section = section};
+    return lbm_json(lbm_permeability(pores, grid.spacing_m[0], one, true), section, one, false, folder);
 }
 
 Json foam_stage(const Scene& scene, const GeometryConfig& geometry, const FoamConfig& config, const Path& folder) {
@@ -201,7 +213,7 @@ Expectation expect_lbm(const Container& container, const Section& section, doubl
     const VoxelPlan plan = plan_voxels(container, section, voxel_size_m, geometry.reservoir_m, grain_size_m);
     const double cells = static_cast<double>(plan.grid.size());
     const double fluid = pores * container.inner_area_m2() * section.length() / std::pow(plan.voxel_size_m, 3);
-    Expectation expected{.memory_bytes = lbm_memory_bytes(cells, fluid) + 16.0 * cells};
+    Expectation expected{.memory_bytes = lbm_memory_bytes(cells, fluid, config.precision == "single" ? 4.0 : 8.0) + 16.0 * cells};
     // Steps grow with the square of the pores' width in voxels, and with the length; rate of about 8 million a second and thread.
     const double steps = std::max(400.0, 4.0 * std::pow(grain_size_m / plan.voxel_size_m, 2.0)) * 1.2 / config.relaxation_time;
     const double coarse = config.grids == 2 ? 1.0 + std::pow(config.grid_ratio, -5.0) : 1.0;

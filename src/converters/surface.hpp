@@ -76,8 +76,10 @@ public:
     /// Winding number along the line: overlapping shells are joined.
     void column(double x, double y, std::vector<Interval>& parts) const override;
     [[nodiscard]] Bounds bounds() const override;
+    [[nodiscard]] std::unique_ptr<SolidProbe> probe() const override;
 
 private:
+    class Probe;
     struct Bins;
     std::unique_ptr<Bins> bins_;
 };

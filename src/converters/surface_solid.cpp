@@ -15,6 +15,7 @@ struct SurfaceSolid::Bins {
     double size = 1.0;
     int columns = 1, rows = 1;
     std::vector<std::vector<int>> cells;
+    SpatialBins boxes{{}};
 
     [[nodiscard]] int clamp_cell(double value, double low, int count) const {
         return std::clamp(static_cast<int>((value - low) / size), 0, count - 1);
@@ -35,14 +36,17 @@ SurfaceSolid::SurfaceSolid(const TriangleSurface& surface, const Container& cont
         return Vec3(p[0], p[1], p[2]);
     };
     double extent = 0.0;
+    std::vector<Bounds> boxes;
     for (const auto& t : surface.triangles) {
         bins.triangles.push_back({point(t[0]), point(t[1]), point(t[2])});
         const auto& last = bins.triangles.back();
         const Vec3 low = last.a.cwiseMin(last.b).cwiseMin(last.c), high = last.a.cwiseMax(last.b).cwiseMax(last.c);
         bins.bounds.low = bins.bounds.low.cwiseMin(low);
         bins.bounds.high = bins.bounds.high.cwiseMax(high);
+        boxes.push_back({low, high});
         extent += (high - low).head<2>().maxCoeff() / static_cast<double>(surface.triangles.size());
     }
+    bins.boxes = SpatialBins(boxes);
     const Vec3 size = bins.bounds.high - bins.bounds.low;
     bins.size = std::max(extent, size.head<2>().maxCoeff() / 1024.0);
     bins.columns = 1 + static_cast<int>(size.x() / bins.size);
@@ -61,6 +65,55 @@ SurfaceSolid::SurfaceSolid(const TriangleSurface& surface, const Container& cont
 }
 
 SurfaceSolid::~SurfaceSolid() = default;
+
+class SurfaceSolid::Probe : public SolidProbe {
+public:
+    explicit Probe(const Bins& bins) : bins_(bins) {}
+    void move_to(const Vec3& point, double reach) override {
+        near_.clear();
+        const Container& container = bins_.container;
+        const auto around = [&](int axis) { return container.periodic[static_cast<std::size_t>(axis)] ? 1 : 0; };
+        for (int i = -around(0); i <= around(0); ++i)
+            for (int j = -around(1); j <= around(1); ++j)
+                for (int k = -around(2); k <= around(2); ++k) {
+                    const Vec3 shift(i * container.size_m.x(), j * container.size_m.y(), k * container.size_m.z());
+                    found_.clear();
+                    bins_.boxes.near(point - shift, reach, found_);
+                    for (const int t : found_) near_.push_back({t, shift});
+                }
+    }
+    // Moller & Trumbore (1997); only triangles that the way crosses from outside count.
+    [[nodiscard]] std::optional<double> first_hit(const Vec3& from, const Vec3& step) const override {
+        double first = 2.0;
+        for (const auto& [t, shift] : near_) {
+            const Bins::Triangle& triangle = bins_.triangles[static_cast<std::size_t>(t)];
+            const Vec3 e1 = triangle.b - triangle.a, e2 = triangle.c - triangle.a;
+            const Vec3 p = step.cross(e2);
+            const double determinant = e1.dot(p);
+            if (determinant <= 0.0) continue;
+            const Vec3 s = from - shift - triangle.a;
+            const Vec3 q = s.cross(e1);
+            const double u = s.dot(p) / determinant, v = step.dot(q) / determinant, at = e2.dot(q) / determinant;
+            constexpr double slack = 1e-9;
+            if (u < -slack || v < -slack || u + v > 1.0 + slack || at < -slack || at > 1.0) continue;
+            first = std::min(first, std::max(0.0, at));
+        }
+        return first <= 1.0 ? std::optional(first) : std::nullopt;
+    }
+
+private:
+    struct Shifted {
+        int triangle;
+        Vec3 shift;
+    };
+    const Bins& bins_;
+    std::vector<int> found_;
+    std::vector<Shifted> near_;
+};
+
+std::unique_ptr<SolidProbe> SurfaceSolid::probe() const {
+    return std::make_unique<Probe>(*bins_);
+}
 
 Bounds SurfaceSolid::bounds() const {
     return bins_->bounds;

@@ -2,68 +2,145 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "core/error.hpp"
 #include "core/machine.hpp"
+#include "core/parallel.hpp"
 #include "lbm/lattice.hpp"
 
 namespace porepack {
-double lbm_memory_bytes(double cells, double fluid) {
-    const double populations = 2.0 * 19.0 * 8.0, links = 19.0 * 4.0, own = 4.0;
-    return cells * (1.0 + 4.0 + 1.0) + fluid * (populations + links + own) + fluid * 8.0;
+
+double lbm_memory_bytes(double cells, double fluid, double bytes_a_number) {
+    const double set_up = cells * (1.0 + 4.0 + 1.0) + fluid * 8.0, populations = 19.0 * bytes_a_number, cell = 4.0, links = 32.0;
+    return set_up + fluid * (populations + cell + links);
 }
 
-Domain build_domain(const PhaseImage& image, const Drive& drive) {
-    Domain domain{.grid = image.grid, .drive = drive, .cell = {}, .pull = {}, .open_links = {}};
-    const Percolation percolation = find_percolating_cells(image, drive);
-    const auto& keep = percolation.keep;
-    domain.isolated_cells = percolation.isolated_cells;
-    std::vector<std::int32_t> node_of(image.grid.size(), -1);
+std::int64_t Domain::node_at(const std::array<int, 3>& place) const {
+    const auto wanted = static_cast<std::int32_t>(grid.index(place[0], place[1], place[2]));
+    const auto row = static_cast<std::size_t>(wanted) / static_cast<std::size_t>(grid.cells[0]);
+    const auto begin = cell.begin() + row_node[row], end = cell.begin() + row_node[row + 1];
+    const auto found = std::lower_bound(begin, end, wanted);
+    return found != end && *found == wanted ? found - cell.begin() : -1;
+}
+
+double Domain::narrow_share() const {
+    const auto narrow = std::count_if(walls.begin(), walls.end(), [](const WallLink& link) { return link.narrow; });
+    return walls.empty() ? 0.0 : static_cast<double>(narrow) / static_cast<double>(walls.size());
+}
+
+namespace {
+
+std::vector<std::int32_t> kept_cells(const std::vector<std::uint8_t>& keep) {
+    std::vector<std::int32_t> cells;
+    cells.reserve(static_cast<std::size_t>(std::count(keep.begin(), keep.end(), 1)));
     for (std::size_t cell = 0; cell < keep.size(); ++cell)
-        if (keep[cell] == 1) {
-            node_of[cell] = static_cast<std::int32_t>(domain.cell.size());
-            domain.cell.push_back(static_cast<std::int32_t>(cell));
+        if (keep[cell] == 1) cells.push_back(static_cast<std::int32_t>(cell));
+    return cells;
+}
+
+std::vector<std::uint32_t> first_nodes(const Grid& grid, const std::vector<std::int32_t>& cells) {
+    const auto nx = static_cast<std::size_t>(grid.cells[0]);
+    std::vector<std::uint32_t> first(grid.size() / nx + 1, 0);
+    for (const std::int32_t cell : cells) ++first[static_cast<std::size_t>(cell) / nx + 1];
+    for (std::size_t row = 1; row < first.size(); ++row) first[row] += first[row - 1];
+    return first;
+}
+
+// What lies along c_q from a node: another node, a wall, or an open end with a way through it.
+struct Way {
+    enum class Kind { fluid, wall, open } kind;
+    std::array<int, 3> place;  // of the fluid node; of the mirrored node when open
+};
+
+Way way_along(const Domain& domain, const std::array<int, 3>& here, int q) {
+    const auto& c = d3q19::c[static_cast<std::size_t>(q)];
+    auto there = here;
+    int turns = 0;
+    if (step_in_grid(domain.grid, domain.drive, there, c, turns))
+        return {domain.node_at(there) >= 0 ? Way::Kind::fluid : Way::Kind::wall, there};
+    if (!domain.drive.by_pressure()) return {Way::Kind::wall, here};
+    const auto axis = static_cast<std::size_t>(domain.drive.axis);
+    const int beyond = here[axis] + c[axis];
+    if (beyond >= 0 && beyond < domain.grid.cells[axis]) return {Way::Kind::wall, here};  // a side wall
+    auto aside = here;
+    auto lateral = c;
+    lateral[axis] = 0;
+    if (!step_in_grid(domain.grid, domain.drive, aside, lateral, turns) || domain.node_at(aside) < 0) return {Way::Kind::wall, here};
+    return {Way::Kind::open, aside};
+}
+
+struct Links {
+    std::vector<WallLink> walls;
+    std::vector<OpenLink> open;
+};
+
+// The links of the nodes [begin, end).
+Links links_of(const Domain& domain, const FlowWalls* walls, std::size_t begin, std::size_t end) {
+    Links links;
+    std::optional<WallFinder> finder;
+    if (walls != nullptr) finder.emplace(*walls, domain.grid, domain.drive);
+    const double h = domain.grid.spacing_m[0];
+    for (std::size_t node = begin; node < end; ++node) {
+        const auto here = place_in_grid(domain.grid, static_cast<std::size_t>(domain.cell[node]));
+        bool moved = false;
+        std::uint32_t wall_mask = 0;
+        const std::size_t first = links.walls.size();
+        for (int q = 1; q < d3q19::directions; ++q) {
+            const Way way = way_along(domain, here, q);
+            if (way.kind == Way::Kind::open) {
+                // What comes in along the opposite direction left `aside` as its mirror image.
+                const int in = d3q19::opposite(q);
+                links.open.push_back({static_cast<std::uint32_t>(node), static_cast<std::uint32_t>(domain.node_at(way.place)),
+                                      static_cast<std::uint8_t>(in), static_cast<std::uint8_t>(d3q19::mirrored(in, domain.drive.axis))});
+            }
+            if (way.kind != Way::Kind::wall) continue;
+            double fraction = 0.5;
+            if (finder) {
+                if (!moved)
+                    finder->move_to({domain.grid.centre(0, here[0]), domain.grid.centre(1, here[1]), domain.grid.centre(2, here[2])});
+                moved = true;
+                const auto& c = d3q19::c[static_cast<std::size_t>(q)];
+                // No wall on the way: the cell beyond is void that flow does not reach, or the grid ends.
+                fraction = finder->fraction(h * Vec3(c[0], c[1], c[2])).value_or(0.5);
+            }
+            wall_mask |= 1U << q;
+            links.walls.push_back({static_cast<std::uint32_t>(node), static_cast<std::uint16_t>(std::lround(65535.0 * fraction)),
+                                   static_cast<std::uint8_t>(q), false});
         }
+        for (std::size_t l = first; l < links.walls.size(); ++l) {
+            WallLink& link = links.walls[l];
+            link.narrow = (wall_mask >> d3q19::opposite(link.q) & 1U) != 0;
+            // Two walls on the node itself would leave what arrives undetermined.
+            if (link.narrow) link.distance = std::max(link.distance, std::uint16_t{1311});
+        }
+    }
+    return links;
+}
+
+}  // namespace
+
+Domain build_domain(const PhaseImage& image, const Drive& drive, const FlowWalls* walls) {
+    Domain domain{.grid = image.grid, .drive = drive, .cell = {}, .row_node = {}, .walls = {}, .open_links = {}};
+    {
+        const Percolation percolation = find_percolating_cells(image, drive);
+        domain.isolated_cells = percolation.isolated_cells;
+        domain.cell = kept_cells(percolation.keep);
+    }
+    domain.row_node = first_nodes(image.grid, domain.cell);
     const std::size_t n = domain.nodes();
     if (static_cast<double>(n) * 19.0 > 4.2e9)
         throw UserError(fmt::format("{} fluid nodes are more than this solver can number", n),
                         {.allowed = "220 million", .mend = "take a larger voxel size"});
-    require_memory(lbm_memory_bytes(0.0, static_cast<double>(n)), fmt::format("the flow on {} fluid nodes", n),
-                   "take a larger voxel size or a shorter section");
 
-    domain.pull.resize(domain.populations());
-    for (std::size_t slot = 0; slot < domain.pull.size(); ++slot) domain.pull[slot] = static_cast<std::uint32_t>(slot);
-    const auto axis = static_cast<std::size_t>(drive.axis);
-    for (std::size_t node = 0; node < n; ++node) {
-        const auto here = place_in_grid(image.grid, static_cast<std::size_t>(domain.cell[node]));
-        for (int q = 0; q < d3q19::directions; ++q) {
-            // Population q comes from the neighbour against c_q.
-            const auto& c = d3q19::c[static_cast<std::size_t>(d3q19::opposite(q))];
-            auto from = here;
-            int turns = 0;
-            auto& slot = domain.pull[Domain::slot(static_cast<std::size_t>(q), node)];
-            const auto bounced = static_cast<std::uint32_t>(Domain::slot(static_cast<std::size_t>(d3q19::opposite(q)), node));
-            if (step_in_grid(image.grid, drive, from, c, turns)) {
-                const std::int32_t other = node_of[image.grid.index(from[0], from[1], from[2])];
-                slot = other >= 0 ? static_cast<std::uint32_t>(Domain::slot(static_cast<std::size_t>(q), static_cast<std::size_t>(other)))
-                                  : bounced;
-                continue;
-            }
-            slot = bounced;
-            if (!drive.by_pressure()) continue;
-            const int beyond = here[axis] + c[axis];
-            if (beyond >= 0 && beyond < image.grid.cells[axis]) continue;  // a side wall
-            // Through an open end, unless the way there is barred by a grain or a wall. Beyond the plane lies the mirror image
-            // with pressure and tangential velocity reversed: constant pressure and normal flow hold exactly on the plane.
-            auto aside = here;
-            auto lateral = c;
-            lateral[axis] = 0;
-            if (!step_in_grid(image.grid, drive, aside, lateral, turns)) continue;
-            const std::int32_t other = node_of[image.grid.index(aside[0], aside[1], aside[2])];
-            if (other < 0) continue;
-            slot = static_cast<std::uint32_t>(domain.populations() + domain.open_links.size());
-            const auto mirrored = Domain::slot(static_cast<std::size_t>(d3q19::mirrored(q, drive.axis)), static_cast<std::size_t>(other));
-            domain.open_links.push_back({static_cast<std::uint32_t>(mirrored), d3q19::w(q), beyond < 0});
-        }
+    constexpr std::size_t share = 16384;
+    std::vector<Links> parts((n + share - 1) / share);
+    parallel_for(parts.size(), [&](std::size_t p) { parts[p] = links_of(domain, walls, p * share, std::min(n, (p + 1) * share)); });
+    for (Links& part : parts) {
+        domain.walls.insert(domain.walls.end(), part.walls.begin(), part.walls.end());
+        domain.open_links.insert(domain.open_links.end(), part.open.begin(), part.open.end());
+        part = {};
     }
     return domain;
 }

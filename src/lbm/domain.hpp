@@ -1,41 +1,51 @@
-// The fluid nodes that flow can reach, and where each of their populations comes from.
+// The fluid nodes that flow can reach, their neighbours, and the links that end at walls or open ends.
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "converters/percolation.hpp"
+#include "converters/walls.hpp"
 
 namespace porepack {
+
+/// The way from a node along c_q ends at a wall.
+struct WallLink {
+    std::uint32_t node;
+    std::uint16_t distance;  ///< from the node, in 1/65535 of the link
+    std::uint8_t q;          ///< direction towards the wall
+    bool narrow;             ///< the opposite link ends at a wall too; then at least 0.02 of the link
+    [[nodiscard]] double fraction() const { return distance / 65535.0; }
+};
+
+/// The population that comes in along c_q through an open end is the mirror image of what leaves `source` along `source_q`.
+struct OpenLink {
+    std::uint32_t node, source;
+    std::uint8_t q, source_q;
+};
 
 struct Domain {
     Grid grid;
     Drive drive;
-    std::vector<std::int32_t> cell;  ///< cell of each node, in ascending order
-    /// Where each population comes from: the slot that is read into slot s before the collision is pull[s]. Slots at and
-    /// above populations() are the open ends' links.
-    std::vector<std::uint32_t> pull;
-    struct OpenLink {
-        std::uint32_t source;  ///< slot of the outgoing population whose mirror image comes in
-        double weight;
-        bool inlet;
-    };
-    std::vector<OpenLink> open_links;
-    std::int64_t isolated_cells = 0;  ///< pore cells that no flow reaches
-    [[nodiscard]] std::size_t nodes() const { return cell.size(); }
+    std::vector<std::int32_t> cell;       ///< of each node, ascending
+    std::vector<std::uint32_t> row_node;  ///< first node of each row of cells along x, and the end of the last
+    std::vector<WallLink> walls;          ///< by node
+    std::vector<OpenLink> open_links;     ///< by node
+    std::int64_t isolated_cells = 0;      ///< pore cells that no flow reaches
 
-    /// Nodes lie in blocks, and a block holds its 19 populations one after the other: one stream of memory to read, one to
-    /// write. The last block is padded; padding reads itself.
-    static constexpr std::size_t block = 64;
-    [[nodiscard]] std::size_t blocks() const { return (nodes() + block - 1) / block; }
-    [[nodiscard]] std::size_t populations() const { return 19 * block * blocks(); }
-    [[nodiscard]] static std::size_t slot(std::size_t q, std::size_t node) { return (node / block * 19 + q) * block + node % block; }
+    [[nodiscard]] std::size_t nodes() const { return cell.size(); }
+    /// Node in cell (i, j, k), or -1 when flow does not reach it.
+    [[nodiscard]] std::int64_t node_at(const std::array<int, 3>& place) const;
+    /// Share of the wall links that lie in a gap of one node.
+    [[nodiscard]] double narrow_share() const;
 };
 
 /// Bytes that a run takes for a grid of `cells` with `fluid` of them as nodes, set-up included.
-[[nodiscard]] double lbm_memory_bytes(double cells, double fluid);
+[[nodiscard]] double lbm_memory_bytes(double cells, double fluid, double bytes_a_number);
 
-/// Keeps the cells that flow can reach (find_percolating_cells); links of the lattice are kept between all kept cells.
-[[nodiscard]] Domain build_domain(const PhaseImage& image, const Drive& drive);
+/// Keeps the cells that flow can reach (find_percolating_cells). With `walls` the distances are exact, without (an image) walls
+/// lie half-way.
+[[nodiscard]] Domain build_domain(const PhaseImage& image, const Drive& drive, const FlowWalls* walls);
 
 }  // namespace porepack

@@ -1,49 +1,15 @@
-// Stokes flow by the lattice Boltzmann method: D3Q19, two relaxation times, linear equilibrium, half-way bounce-back
-// (Ginzburg, Verhaeghe & d'Humieres 2008; docs/theory.md). Populations are deviations from rest, in lattice units.
+// A flow's way to its steady state, and the permeability that it shows. Lattice units.
 #pragma once
 
-#include <span>
-
-#include "lbm/domain.hpp"
+#include "lbm/flow.hpp"
 
 namespace porepack {
 
-struct Relaxation {
-    double tau = 1.2;           ///< of the symmetric part: viscosity (tau - 1/2)/3
-    double magic = 3.0 / 16.0;  ///< (tau - 1/2)(tau_minus - 1/2)
-    [[nodiscard]] double viscosity_lu() const { return (tau - 0.5) / 3.0; }
+/// Of each layer of cells across the drive's axis: velocity along it summed, density deviation averaged.
+struct Layers {
+    std::vector<double> flow, density;
 };
-
-class StokesSolver {
-public:
-    StokesSolver(const Domain& domain, const Relaxation& relaxation);
-
-    /// One collision and one streaming of all nodes.
-    void step();
-    /// Of each layer of cells across the drive's axis: velocity along it summed, density deviation averaged; lattice units.
-    struct Layers {
-        std::vector<double> flow, density;
-    };
-    [[nodiscard]] Layers layers() const;
-    /// Density deviation and velocity of one node.
-    struct Moments {
-        double density;
-        std::array<double, 3> velocity;
-    };
-    [[nodiscard]] Moments moments(std::size_t node) const;
-    /// Body force a node; 0 when pressure drives.
-    [[nodiscard]] double force_lu() const { return force_[static_cast<std::size_t>(domain_.drive.axis)]; }
-    [[nodiscard]] double bytes_per_node() const;
-
-private:
-    void gather(std::size_t node, std::array<double, 19>& f) const;
-    void fill_open_links();
-
-    const Domain& domain_;
-    Relaxation relaxation_;
-    std::array<double, 3> force_ = {0.0, 0.0, 0.0};
-    std::vector<double> now_, next_;  ///< after collision; population-major, then the slots of the open links
-};
+[[nodiscard]] Layers measure_layers(const Flow& flow, const Domain& domain);
 
 /// One check of the run's state, the history of the convergence plot.
 struct ConvergencePoint {
@@ -80,9 +46,10 @@ struct FlowSection {
     int last_layer = 0;  ///< inclusive
 };
 
-/// Steps until the gate is passed. Throws NumericalError on divergence (named, with the step).
-/// When the gate is not passed, `converged` is false and the numbers must not be used.
-[[nodiscard]] StokesRun run_to_steady(StokesSolver& solver, const Domain& domain, const Relaxation& relaxation, const FlowSection& section,
+/// Steps until the change of both permeabilities that is still to come is below the gate, twice in a row. Throws
+/// NumericalError on divergence (named, with the step). When the gate is not passed, `converged` is false and the numbers must
+/// not be used.
+[[nodiscard]] StokesRun run_to_steady(Flow& flow, const Domain& domain, const Scheme& scheme, const FlowSection& section,
                                       const StokesGate& gate);
 
 }  // namespace porepack

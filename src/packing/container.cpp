@@ -37,6 +37,23 @@ double Container::wall_distance(const Vec3& point) const {
     return least;
 }
 
+std::optional<double> Container::wall_hit(const Vec3& from, const Vec3& step) const {
+    double first = 2.0;
+    if (kind == Kind::cylinder) {
+        const Eigen::Vector2d p = from.head<2>(), s = step.head<2>();
+        const double a = s.squaredNorm(), half_b = p.dot(s), c = p.squaredNorm() - diameter_m * diameter_m / 4.0;
+        const double root = half_b * half_b - a * c;
+        if (a > 0.0 && root >= 0.0) first = std::max(0.0, (std::sqrt(root) - half_b) / a);
+    } else {
+        for (int axis = 0; axis < 2; ++axis) {
+            if (periodic[static_cast<std::size_t>(axis)] || step[axis] == 0.0) continue;
+            const double wall = step[axis] > 0.0 ? size_m[axis] : 0.0;
+            first = std::min(first, std::max(0.0, (wall - from[axis]) / step[axis]));
+        }
+    }
+    return first <= 1.0 ? std::optional(first) : std::nullopt;
+}
+
 namespace {
 
 constexpr const char* forms = "cylinder:D,H or box:X,Y,Z or box:X,Y,Z:periodic (metres, for instance cylinder:0.1,0.7)";

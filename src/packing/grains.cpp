@@ -21,7 +21,7 @@ void unite(std::vector<Interval>& parts) {
     if (!parts.empty()) parts.resize(last + 1);
 }
 
-Grains::Grains(const Packing& packing) : shapes_(packing.shapes) {
+Grains::Grains(const Packing& packing) : container_(packing.container), shapes_(packing.shapes) {
     for (const auto& body : packing.bodies) {
         shape_of_body_.push_back(body.shape);
         orientation_.push_back(body.orientation);
@@ -29,6 +29,75 @@ Grains::Grains(const Packing& packing) : shapes_(packing.shapes) {
     }
     add_images(packing);
     sort_into_bins();
+    std::vector<Bounds> boxes;
+    for (const auto& image : images_)
+        for (const auto& capsule : image.capsules) {
+            capsules_.push_back(capsule);
+            boxes.push_back(bounds_of({capsule}));
+        }
+    capsule_bins_ = SpatialBins(boxes);
+}
+
+bool Solid::contains(const Vec3& point) const {
+    thread_local std::vector<Interval> parts;
+    column(point.x(), point.y(), parts);
+    return std::any_of(parts.begin(), parts.end(), [&](const Interval& part) { return part.low <= point.z() && point.z() <= part.high; });
+}
+
+namespace {
+
+class CapsuleProbe : public SolidProbe {
+public:
+    CapsuleProbe(const std::vector<Capsule>& capsules, const SpatialBins& bins, const Container& container)
+        : capsules_(capsules), bins_(bins), container_(container) {}
+    void move_to(const Vec3& point, double reach) override {
+        near_.clear();
+        // Across a periodic face lies what is near the opposite one.
+        std::array<int, 3> low{}, high{};
+        for (int axis = 0; axis < 3; ++axis) {
+            const auto a = static_cast<std::size_t>(axis);
+            if (!container_.periodic[a]) continue;
+            low[a] = point[axis] > container_.size_m[axis] - reach ? -1 : 0;
+            high[a] = point[axis] < reach ? 1 : 0;
+        }
+        for (int i = low[0]; i <= high[0]; ++i)
+            for (int j = low[1]; j <= high[1]; ++j)
+                for (int k = low[2]; k <= high[2]; ++k) {
+                    const Vec3 shift = Vec3(i, j, k).cwiseProduct(container_.size_m);
+                    found_.clear();
+                    bins_.near(point + shift, reach, found_);
+                    for (const int c : found_) {
+                        Capsule capsule = capsules_[static_cast<std::size_t>(c)];
+                        capsule.a -= shift;
+                        capsule.b -= shift;
+                        // Ways along a diagonal are longer than `reach`.
+                        if (signed_distance(capsule, point) <= 1.7321 * reach) near_.push_back(capsule);
+                    }
+                }
+    }
+    [[nodiscard]] std::optional<double> first_hit(const Vec3& from, const Vec3& step) const override {
+        const double length = step.norm();
+        const Vec3 direction = step / length;
+        double first = 2.0 * length;
+        for (const Capsule& capsule : near_) {
+            const auto inside = line_interval(capsule, from, direction);
+            if (inside && inside->high >= 0.0) first = std::min(first, std::max(0.0, inside->low));
+        }
+        return first <= length ? std::optional(first / length) : std::nullopt;
+    }
+
+private:
+    const std::vector<Capsule>& capsules_;
+    const SpatialBins& bins_;
+    Container container_;
+    std::vector<int> found_;
+    std::vector<Capsule> near_;
+};
+
+}  // namespace
+
+std::unique_ptr<SolidProbe> Grains::probe() const {
+    return std::make_unique<CapsuleProbe>(capsules_, capsule_bins_, container_);
 }
 
 void Grains::add_images(const Packing& packing) {

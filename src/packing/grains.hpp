@@ -1,9 +1,22 @@
-// The solid of a packing, asked along vertical lines: exact, and all that porosity, voxels and slices need.
+// The solid of a packing, asked along vertical lines and short ways: exact, and all that porosity, voxels, slices and flow need.
 #pragma once
 
+#include <memory>
+
 #include "packing/packing.hpp"
+#include "shapes/bins.hpp"
 
 namespace porepack {
+
+/// Asks a solid about short ways near one point; each thread has its own.
+class SolidProbe {
+public:
+    virtual ~SolidProbe() = default;
+    /// Prepares for ways that stay within `reach` of `point` along every axis.
+    virtual void move_to(const Vec3& point, double reach) = 0;
+    /// Fraction of the way from `from` (outside the solid) to `from + step` at which it enters the solid, if it does.
+    [[nodiscard]] virtual std::optional<double> first_hit(const Vec3& from, const Vec3& step) const = 0;
+};
 
 /// A solid that can be cut by vertical lines. Grains and closed triangle surfaces are such solids.
 class Solid {
@@ -13,6 +26,8 @@ public:
     virtual void column(double x, double y, std::vector<Interval>& parts) const = 0;
     /// Lowest and highest point.
     [[nodiscard]] virtual Bounds bounds() const = 0;
+    [[nodiscard]] virtual std::unique_ptr<SolidProbe> probe() const = 0;
+    [[nodiscard]] bool contains(const Vec3& point) const;
 };
 
 /// Sorts and joins overlapping intervals in place.
@@ -24,6 +39,7 @@ public:
     explicit Grains(const Packing& packing);
     void column(double x, double y, std::vector<Interval>& parts) const override;
     [[nodiscard]] Bounds bounds() const override { return bounds_; }
+    [[nodiscard]] std::unique_ptr<SolidProbe> probe() const override;
 
     struct Image {
         std::vector<Capsule> capsules;
@@ -42,6 +58,7 @@ private:
     void add_images(const Packing& packing);
     void sort_into_bins();
 
+    const Container container_;
     const std::vector<Shape> shapes_;
     std::vector<std::size_t> shape_of_body_;
     std::vector<Quaternion> orientation_;
@@ -52,6 +69,8 @@ private:
     int columns_ = 1, rows_ = 1;
     std::vector<std::vector<int>> bins_;
     std::vector<int> none_;
+    std::vector<Capsule> capsules_;  ///< of all images
+    SpatialBins capsule_bins_{{}};
 };
 
 /// The part of the bed that is evaluated, between two horizontal planes.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,8 @@ struct Container {
     [[nodiscard]] bool contains_column(double x, double y) const;
     /// Distance to the nearest wall from inside; negative outside. Periodic faces and open ends are no walls.
     [[nodiscard]] double wall_distance(const Vec3& point) const;
+    /// Fraction of the way from `from` (inside) to `from + step` at which it meets a side wall, if it does.
+    [[nodiscard]] std::optional<double> wall_hit(const Vec3& from, const Vec3& step) const;
 };
 
 /// "cylinder:D,H" or "box:X,Y,Z[:periodic]", in metres. Throws UserError with the form allowed.

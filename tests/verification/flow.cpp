@@ -2,24 +2,29 @@
 #include <cmath>
 #include <numbers>
 
+#include "arrays.hpp"
 #include "core/machine.hpp"
 #include "helpers.hpp"
-#include "lbm/permeability.hpp"
 #include "tortuosity/tortuosity.hpp"
 
 namespace porepack {
 namespace {
 
-// Flow along z in a channel without grains, periodic or between pressure planes.
-StokesRun channel(std::array<int, 3> cells, std::array<bool, 3> periodic, const Relaxation& relaxation,
-                  const std::vector<std::uint8_t>& phase = {}, double tolerance = 1e-9) {
+using namespace test;
+
+// Flow along z in a channel without grains, periodic or between pressure planes; walls half-way between nodes.
+StokesRun channel(std::array<int, 3> cells, std::array<bool, 3> periodic, Scheme scheme, const std::vector<std::uint8_t>& phase = {},
+                  double tolerance = 1e-9) {
     PhaseImage image{.grid = {.cells = cells}, .phase = phase, .notes = {}};
     if (image.phase.empty()) image.phase.assign(image.grid.size(), pore);
-    const Domain domain = build_domain(image, {.axis = 2, .periodic = periodic});
-    StokesSolver solver(domain, relaxation);
-    return run_to_steady(solver, domain, relaxation, {.area_cells = static_cast<double>(cells[0]) * cells[1], .last_layer = cells[2] - 1},
+    const Domain domain = build_domain(image, {.axis = 2, .periodic = periodic}, nullptr);
+    scheme.force = {0, 0, 1e-3};
+    const auto flow = make_flow(Kernel::fast_double, domain, scheme);
+    return run_to_steady(*flow, domain, scheme, {.area_cells = static_cast<double>(cells[0]) * cells[1], .last_layer = cells[2] - 1},
                          {.tolerance = tolerance, .max_steps = 400000});
 }
+
+constexpr Scheme plain = {.magic = 3.0 / 16.0, .walls = Walls::bounce_back};
 
 double observed_order(double coarse_error, double fine_error, double ratio) {
     return std::log(std::abs(coarse_error / fine_error)) / std::log(ratio);
@@ -30,7 +35,7 @@ TEST(Slit, FollowsTheBounceBackFormula) {
         double error[3];
         int i = 0;
         for (const int H : {8, 16, 32}) {
-            const StokesRun run = channel({H, 1, 1}, {false, true, true}, {.tau = 1.2, .magic = magic});
+            const StokesRun run = channel({H, 1, 1}, {false, true, true}, {.magic = magic, .walls = Walls::bounce_back});
             const double ratio = run.permeability_lu / (H * H / 12.0);
             // k/k0 = 1 + (8 Lambda - 1)/H^2, exact for half-way bounce-back; the slack is the iteration error.
             EXPECT_NEAR(ratio, 1.0 + (8.0 * magic - 1.0) / (H * H), 1e-4 / (H * H) + 1e-7);
@@ -46,7 +51,7 @@ TEST(SquareDuct, IsOfSecondOrderByForceAndByPressure) {
         double error[3];
         int i = 0;
         for (const int a : {8, 16, 32})
-            error[i++] = channel({a, a, by_force ? 1 : 6}, {false, false, by_force}, {}).permeability_lu / (0.03514425 * a * a) - 1.0;
+            error[i++] = channel({a, a, by_force ? 1 : 6}, {false, false, by_force}, plain).permeability_lu / (0.03514425 * a * a) - 1.0;
         EXPECT_LT(std::abs(error[2]), 2e-3);
         for (int k = 0; k < 2; ++k) EXPECT_NEAR(observed_order(error[k], error[k + 1], 2.0), 2.0, 0.1);
     }
@@ -67,7 +72,7 @@ double pipe_error(int diameter) {
                 phase.push_back(in ? pore : outside);
                 inside += in ? 1.0 : 0.0;
             }
-        const StokesRun run = channel({n, n, 1}, {false, false, true}, {}, phase, 1e-7);
+        const StokesRun run = channel({n, n, 1}, {false, false, true}, plain, phase, 1e-7);
         const double flow = run.permeability_lu * n * n;
         sum += std::abs(flow / (std::numbers::pi * std::pow(diameter, 4) / 128.0) - 1.0) / 8.0;
     }
@@ -84,27 +89,9 @@ TEST(Pipe, ConvergesWithFirstOrder) {
 }
 
 TEST(StraightDuct, HydraulicTortuosityIsExactlyOne) {
-    EXPECT_NEAR(channel({12, 12, 8}, {false, false, false}, {}).hydraulic_tortuosity, 1.0, 1e-12);
-    EXPECT_NEAR(channel({12, 12, 8}, {false, false, true}, {}).hydraulic_tortuosity, 1.0, 1e-12);
+    EXPECT_NEAR(channel({12, 12, 8}, {false, false, false}, plain).hydraulic_tortuosity, 1.0, 1e-12);
+    EXPECT_NEAR(channel({12, 12, 8}, {false, false, true}, plain).hydraulic_tortuosity, 1.0, 1e-12);
 }
-
-// Periodic cubic cell with spheres; `centres` in units of the cell.
-LbmResult sphere_array(double solid_fraction, const std::vector<Vec3>& centres, int cells, const LbmConfig& config,
-                       double* exact_scale = nullptr) {
-    Packing packing;
-    packing.container = parse_container("box:1,1,1:periodic");
-    const double r = std::cbrt(3.0 * solid_fraction / (4.0 * std::numbers::pi * static_cast<double>(centres.size())));
-    packing.shapes.push_back({.id = "sphere", .capsules = {{Vec3::Zero(), Vec3::Zero(), r}}});
-    for (const Vec3& centre : centres) packing.bodies.push_back({.shape = 0, .position_m = centre});
-    if (exact_scale != nullptr) *exact_scale = 2.0 * r * r / (9.0 * solid_fraction);
-    const Grains grains(packing);
-    const Section whole{0.0, 1.0};
-    return lbm_permeability(
-        [&](double size) { return voxelise(grains, packing.container, whole, plan_voxels(packing.container, whole, size, 0.0, 1.0)); },
-        1.0 / cells, packing.container, whole, config, true);
-}
-
-const std::vector<Vec3> simple_cubic = {{0.5, 0.5, 0.5}}, body_centred = {{0.25, 0.25, 0.25}, {0.75, 0.75, 0.75}};
 
 TEST(SphereArrays, PermeabilityWithinTheBoundsOfPlainBounceBack) {
     // Drag factors K of Zick & Homsy: k = 2 a^2/(9 c K). Bounce-back on voxels shows no clean order; at the nominal solid
@@ -117,20 +104,20 @@ TEST(SphereArrays, PermeabilityWithinTheBoundsOfPlainBounceBack) {
     for (const Row& row : {Row{0.125, 4.291589, 0.06, &simple_cubic, {16, 24, 40}}, Row{0.343, 15.39949, 0.06, &simple_cubic, {24, 32, 48}},
                            Row{0.343, 16.33505, 0.10, &body_centred, {32, 40, 48}}, Row{0.6, 88.8734, 0.14, &body_centred, {32, 40, 48}}})
         for (const int cells : row.cells) {
-            double scale = 0.0;
-            const LbmResult result = sphere_array(row.c, *row.centres, cells, {.tolerance = 1e-5, .grids = 1}, &scale);
-            const double error = result.fine.permeability_m2 / (scale / row.K) - 1.0;
+            const double error =
+                error_of(sphere_array(row.c, row.K, *row.centres), cells, {.walls = "bounce_back", .tolerance = 1e-5, .grids = 1});
             RecordProperty("c" + std::to_string(row.c) + "_" + std::to_string(cells), std::to_string(error));
             std::printf("  c %.3f, %zu spheres, %d cells: error %+.2f %%\n", row.c, row.centres->size(), cells, 100.0 * error);
             EXPECT_LT(std::abs(error), row.bound) << row.c << " " << cells;
         }
 }
 
+const Array loose = sphere_array(0.343, 15.39949, simple_cubic);
+
 TEST(SphereArrays, PermeabilityDoesNotDependOnTheViscosity) {
     double first = 0.0;
-    for (const double tau : {0.6, 1.0, 2.0}) {
-        const double k =
-            sphere_array(0.343, simple_cubic, 20, {.relaxation_time = tau, .tolerance = 1e-8, .grids = 1}).fine.permeability_m2;
+    for (const double tau : {1.0, 0.51, 0.6, 2.0}) {
+        const double k = solve(loose, 16, {.relaxation_time = tau, .tolerance = tau < 0.55 ? 1e-6 : 1e-8, .grids = 1}).fine.permeability_m2;
         if (first == 0.0) first = k;
         EXPECT_NEAR(k / first, 1.0, 1e-4) << tau;
     }
@@ -139,8 +126,7 @@ TEST(SphereArrays, PermeabilityDoesNotDependOnTheViscosity) {
 TEST(SphereArrays, IsTheSameAlongAllAxesAndTheTwoEstimatesAgree) {
     double k[3];
     for (int axis = 0; axis < 3; ++axis) {
-        const LbmResult result =
-            sphere_array(0.343, simple_cubic, 20, {.direction = std::string(1, "xyz"[axis]), .tolerance = 1e-8, .grids = 1});
+        const LbmResult result = solve(loose, 20, {.direction = std::string(1, "xyz"[axis]), .tolerance = 1e-8, .grids = 1}, true);
         k[axis] = result.fine.permeability_m2;
         EXPECT_NEAR(result.fine.permeability_volume_m2 / k[axis], 1.0, 1e-7);
         EXPECT_NEAR(hydraulic_tortuosity(result.flow, {0.0, 1.0}, axis), result.fine.run.hydraulic_tortuosity, 1e-5);
@@ -150,26 +136,22 @@ TEST(SphereArrays, IsTheSameAlongAllAxesAndTheTwoEstimatesAgree) {
 }
 
 TEST(SphereArrays, HydraulicTortuosityIsTheKnownOne) {
-    // Converged values of SC c 0.343 and BCC c 0.6: 1.0155, 1.097; the slack is the voxels' at this resolution.
-    EXPECT_NEAR(sphere_array(0.343, simple_cubic, 48, {.tolerance = 1e-5, .grids = 1}).fine.run.hydraulic_tortuosity, 1.0155, 0.001);
-    EXPECT_NEAR(sphere_array(0.6, body_centred, 48, {.tolerance = 1e-5, .grids = 1}).fine.run.hydraulic_tortuosity, 1.097, 0.01);
+    // Converged values of SC c 0.343 and BCC c 0.6: 1.0155, 1.097; the slack is their last digit and the grid's.
+    EXPECT_NEAR(solve(loose, 48, {.tolerance = 1e-5, .grids = 1}).fine.run.hydraulic_tortuosity, 1.0155, 0.001);
+    EXPECT_NEAR(solve(sphere_array(0.6, 88.8734, body_centred), 48, {.tolerance = 1e-5, .grids = 1}).fine.run.hydraulic_tortuosity, 1.097,
+                0.003);
 }
 
 TEST(PressurePlanes, GiveThePeriodicAnswerOnASymmetricCell) {
     // Half-way between two layers of an SC array the pressure is constant by symmetry, so planes there change nothing.
-    Packing packing;
-    packing.container = parse_container("box:1,1,1");
-    packing.container.periodic = {true, true, false};
-    const double r = std::cbrt(3.0 * 0.343 / (4.0 * std::numbers::pi));
-    packing.shapes.push_back({.id = "sphere", .capsules = {{Vec3::Zero(), Vec3::Zero(), r}}});
-    packing.bodies.push_back({.shape = 0, .position_m = Vec3::Constant(0.5)});
-    const Grains grains(packing);
-    const auto voxels = [&](double size) {
-        return voxelise(grains, packing.container, {0, 1}, plan_voxels(packing.container, {0, 1}, size, 0.0, 1.0));
-    };
+    Array open = loose;
+    open.packing.container.periodic = {true, true, false};
     const LbmConfig config{.tolerance = 1e-6, .grids = 1};
-    const double planes = lbm_permeability(voxels, 1.0 / 32, packing.container, {0, 1}, config, false).fine.permeability_m2;
-    EXPECT_NEAR(planes / sphere_array(0.343, simple_cubic, 32, config).fine.permeability_m2, 1.0, 5e-3);
+    const LbmGridResult planes = solve(open, 32, config).fine;
+    const double periodic = solve(loose, 32, config).fine.permeability_m2;
+    EXPECT_NEAR(planes.permeability_volume_m2 / periodic, 1.0, 1e-3);
+    // Interpolated walls do not conserve mass link by link: the flow rate differs between layers by a part of the grid's error.
+    EXPECT_NEAR(planes.permeability_m2 / periodic, 1.0, 3e-3);
 }
 
 TEST(Reservoir, ADuctsPressureDropIsTheSectionsOwn) {
@@ -178,22 +160,21 @@ TEST(Reservoir, ADuctsPressureDropIsTheSectionsOwn) {
     const Grains empty(packing);
     const Section section{0.02, 0.04};
     const auto voxels = [&](double size) { return voxelise(empty, duct, section, plan_voxels(duct, section, size, 0.005, 1.0)); };
-    const LbmResult result = lbm_permeability(voxels, 1e-3, duct, section, {.tolerance = 1e-7, .grids = 1}, false);
+    const LbmResult result = lbm_permeability({voxels, &empty, duct, section}, 1e-3, {.tolerance = 1e-7, .grids = 1}, false);
     EXPECT_EQ(result.fine.cells[2], 30);
     EXPECT_NEAR(result.fine.permeability_m2 / (0.03514425 * 0.012 * 0.012), 1.0, 0.02);
     EXPECT_NEAR(result.fine.permeability_volume_m2 / result.fine.permeability_m2, 1.0, 1e-5);
 }
 
 TEST(Gate, NoPermeabilityFromAnUnconvergedRun) {
-    EXPECT_TRUE(
-        test::has(test::message_of<NumericalError>([] { (void)sphere_array(0.343, simple_cubic, 20, {.max_steps = 60, .grids = 1}); }),
-                  "not steady after 60 steps"));
+    EXPECT_TRUE(test::has(test::message_of<NumericalError>([] { (void)solve(loose, 20, {.max_steps = 60, .grids = 1}); }),
+                          "not steady after 60 steps"));
 }
 
 TEST(Gate, KDoesNotDependOnTheNumberOfThreads) {
     const auto run = [](int threads) {
         set_thread_count(threads);
-        return sphere_array(0.343, simple_cubic, 20, {.grids = 1}).fine.permeability_m2;
+        return solve(loose, 20, {.grids = 1}).fine.permeability_m2;
     };
     const double one = run(1), two = run(2);
     EXPECT_NEAR(one / two, 1.0, 1e-12);

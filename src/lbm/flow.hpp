@@ -1,0 +1,43 @@
+// The state of a flow on a domain, whatever kernel moves it.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "lbm/domain.hpp"
+#include "lbm/scheme.hpp"
+
+namespace porepack {
+
+/// Density deviation and velocity of one node, lattice units.
+struct Moments {
+    double density;
+    std::array<double, 3> velocity;
+};
+
+/// Populations are deviations from rest. The drive is a body force; where constant pressure acts on end planes it is the
+/// constant part of the pressure's gradient, and the density here is what is left, zero on both planes.
+class Flow {
+public:
+    virtual ~Flow() = default;
+    /// Two collisions and streamings of all nodes.
+    virtual void advance_two_steps() = 0;
+    /// Of the nodes [first, first + moments.size()), which must be a whole number of chunks or reach to the last node.
+    virtual void moments(std::size_t first, std::span<Moments> moments) const = 0;
+    /// Force on the walls by momentum exchange, lattice units.
+    [[nodiscard]] virtual std::array<double, 3> drag() const = 0;
+    [[nodiscard]] virtual double bytes() const = 0;
+
+    /// Nodes are asked for in multiples of this.
+    static constexpr std::size_t chunk = 128;
+};
+
+enum class Kernel { reference, fast_double, fast_single };
+
+/// At rest. The domain must outlive the flow.
+[[nodiscard]] std::unique_ptr<Flow> make_flow(Kernel kernel, const Domain& domain, const Scheme& scheme);
+[[nodiscard]] std::unique_ptr<Flow> make_reference_flow(const Domain& domain, const Scheme& scheme);
+template <typename Real>
+[[nodiscard]] std::unique_ptr<Flow> make_fast_flow(const Domain& domain, const Scheme& scheme);
+
+}  // namespace porepack

@@ -1,0 +1,151 @@
+// The method as it is written down: two copies of the populations, one node after the other, double precision. The fast
+// kernel must agree with it to rounding.
+#include "lbm/flow.hpp"
+
+namespace porepack {
+namespace {
+
+using d3q19::c;
+using d3q19::directions;
+using d3q19::opposite;
+using Populations = std::array<double, directions>;
+
+std::array<double, 3> momentum(const Populations& f) {
+    std::array<double, 3> j{};
+    for (std::size_t q = 0; q < directions; ++q)
+        for (std::size_t a = 0; a < 3; ++a) j[a] += c[q][a] * f[q];
+    return j;
+}
+
+double sum(const Populations& f) {
+    double rho = 0.0;
+    for (const double value : f) rho += value;
+    return rho;
+}
+
+// Two relaxation times: the symmetric part of each pair towards w rho (with inertia + w (9 (c.u)^2 - 3 u^2)/2), the
+// antisymmetric one towards 3 w c.j; then the force.
+Populations collide(const Populations& f, const Scheme& scheme) {
+    const double rho = sum(f);
+    const auto j = momentum(f);
+    std::array<double, 3> u{};
+    for (std::size_t a = 0; a < 3; ++a) u[a] = j[a] + 0.5 * scheme.force[a];
+    const double u2 = scheme.inertia ? u[0] * u[0] + u[1] * u[1] + u[2] * u[2] : 0.0;
+    Populations after{};
+    for (int q = 0; q < directions; ++q) {
+        const auto here = static_cast<std::size_t>(q), there = static_cast<std::size_t>(opposite(q));
+        const double w = d3q19::w(q);
+        const double cj = c[here][0] * j[0] + c[here][1] * j[1] + c[here][2] * j[2];
+        const double cu = scheme.inertia ? c[here][0] * u[0] + c[here][1] * u[1] + c[here][2] * u[2] : 0.0;
+        const double even = 0.5 * (f[here] + f[there]) - w * (rho + 4.5 * cu * cu - 1.5 * u2);
+        const double odd = 0.5 * (f[here] - f[there]) - 3.0 * w * cj;
+        after[here] = f[here] - scheme.rate_plus() * even - scheme.rate_minus() * odd + scheme.kick(q);
+    }
+    return after;
+}
+
+class ReferenceFlow : public Flow {
+public:
+    ReferenceFlow(const Domain& domain, const Scheme& scheme)
+        : domain_(domain),
+          scheme_(scheme),
+          before_(domain.nodes(), Populations{}),
+          after_(domain.nodes(), Populations{}),
+          stored_(domain.walls.size(), 0.0) {
+        for (std::size_t l = 0; l < domain.walls.size(); ++l)
+            for (std::size_t m = l; m < domain.walls.size() && domain.walls[m].node == domain.walls[l].node; ++m)
+                if (domain.walls[m].q == opposite(domain.walls[l].q)) gaps_.push_back({l, m});
+        arrive();
+    }
+
+    void advance_two_steps() override {
+        for (int step = 0; step < 2; ++step) {
+            for (std::size_t x = 0; x < domain_.nodes(); ++x) after_[x] = collide(before_[x], scheme_);
+            meet_walls();
+            arrive();
+        }
+    }
+
+    void moments(std::size_t first, std::span<Moments> moments) const override {
+        for (std::size_t i = 0; i < moments.size(); ++i) {
+            const auto& f = before_[first + i];
+            const auto j = momentum(f);
+            moments[i] = {sum(f), {j[0] + 0.5 * scheme_.force[0], j[1] + 0.5 * scheme_.force[1], j[2] + 0.5 * scheme_.force[2]}};
+        }
+    }
+
+    [[nodiscard]] std::array<double, 3> drag() const override {
+        std::array<double, 3> total{};
+        for (const WallLink& link : domain_.walls) {
+            const double given = collide(before_[link.node], scheme_)[link.q] + before_[link.node][out(link)];
+            for (std::size_t a = 0; a < 3; ++a) total[a] += c[link.q][a] * given;
+        }
+        return total;
+    }
+
+    [[nodiscard]] double bytes() const override { return static_cast<double>(domain_.nodes()) * 2.0 * sizeof(Populations); }
+
+private:
+    static std::size_t out(const WallLink& link) { return static_cast<std::size_t>(opposite(link.q)); }
+    [[nodiscard]] WallWeights<double> weights(const WallLink& link) const { return {link.fraction(), scheme_.tau - 0.5, scheme_.magic}; }
+
+    [[nodiscard]] double arrival_weight(const WallLink& link) const {
+        const auto w = weights(link);
+        return scheme_.walls == Walls::bounce_back ? 0.0 : w.share * w.b;
+    }
+
+    void meet_walls() {
+        for (std::size_t l = 0; l < domain_.walls.size(); ++l) {
+            const WallLink& link = domain_.walls[l];
+            const auto &f = before_[link.node], &star = after_[link.node];
+            const std::size_t q = link.q, o = out(link);
+            const auto w = weights(link);
+            stored_[l] = scheme_.walls == Walls::bounce_back ? star[q]
+                                                             : w.share * ((1.0 + w.shift) * star[q] - (w.b + w.shift) * star[o] -
+                                                                          w.shift * (f[q] - f[o] + 2.0 * scheme_.kick(link.q))) +
+                                                                   (1.0 - w.share) * f[o];
+        }
+    }
+
+    void arrive() {
+        for (std::size_t x = 0; x < domain_.nodes(); ++x) {
+            const auto here = place_in_grid(domain_.grid, static_cast<std::size_t>(domain_.cell[x]));
+            for (int q = 0; q < directions; ++q) {
+                auto from = here;
+                int turns = 0;
+                if (!step_in_grid(domain_.grid, domain_.drive, from, c[static_cast<std::size_t>(opposite(q))], turns)) continue;
+                const auto other = domain_.node_at(from);
+                if (other >= 0)
+                    before_[x][static_cast<std::size_t>(q)] = after_[static_cast<std::size_t>(other)][static_cast<std::size_t>(q)];
+            }
+        }
+        for (const OpenLink& link : domain_.open_links) before_[link.node][link.q] = -after_[link.source][link.source_q];
+        for (std::size_t l = 0; l < domain_.walls.size(); ++l) {
+            const WallLink& link = domain_.walls[l];
+            if (!link.narrow) before_[link.node][out(link)] = stored_[l] + arrival_weight(link) * before_[link.node][link.q];
+        }
+        for (const auto& [l, m] : gaps_) {
+            const WallLink &one = domain_.walls[l], &other = domain_.walls[m];
+            const double a = arrival_weight(one), b = arrival_weight(other);
+            before_[one.node][out(one)] = (stored_[l] + a * stored_[m]) / (1.0 - a * b);
+            before_[one.node][out(other)] = (stored_[m] + b * stored_[l]) / (1.0 - a * b);
+        }
+    }
+
+    const Domain& domain_;
+    Scheme scheme_;
+    std::vector<Populations> before_, after_;  // collision
+    std::vector<double> stored_;               // by wall link
+    struct Gap {
+        std::size_t one, other;
+    };
+    std::vector<Gap> gaps_;
+};
+
+}  // namespace
+
+std::unique_ptr<Flow> make_reference_flow(const Domain& domain, const Scheme& scheme) {
+    return std::make_unique<ReferenceFlow>(domain, scheme);
+}
+
+}  // namespace porepack

@@ -1,0 +1,296 @@
+// Interpolated walls and the fast kernel: distances, the two kernels against each other, accuracy on arrays and ducts.
+#include <algorithm>
+#include <random>
+
+#include "arrays.hpp"
+#include "converters/surface.hpp"
+#include "helpers.hpp"
+#include "lbm/lattice.hpp"
+
+namespace porepack {
+namespace {
+
+using namespace test;
+
+struct Scene {
+    Packing packing;
+    Section section;
+    std::unique_ptr<Grains> grains;
+    PhaseImage image;
+    Drive drive;
+    Domain domain;
+
+    Scene(Packing grains_of, const Section& part, double voxel, double reservoir = 0.0) : packing(std::move(grains_of)), section(part) {
+        grains = std::make_unique<Grains>(packing);
+        image = voxelise(*grains, packing.container, section, plan_voxels(packing.container, section, voxel, reservoir, 1.0));
+        drive = choose_drive(packing.container, "z");
+        const FlowWalls walls{*grains, packing.container, section};
+        domain = build_domain(image, drive, &walls);
+    }
+};
+
+// Grains that overlap at random: gaps of one node, grains cut by the planes, contacts with the wall.
+Packing random_bed(const std::string& container, int grains, double radius) {
+    Packing packing{.container = parse_container(container), .shapes = {make_preset("tetrapod", 2.0 * radius, 2.0 * radius)}, .bodies = {}};
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> unit(0.0, 1.0);
+    const Vec3 low = packing.container.low(), size = packing.container.high() - low;
+    for (int i = 0; i < grains; ++i) {
+        const Vec3 at = low + Vec3(unit(random), unit(random), unit(random)).cwiseProduct(size);
+        const Eigen::Vector4d q(unit(random) - 0.5, unit(random) - 0.5, unit(random) - 0.5, unit(random) - 0.5);
+        packing.bodies.push_back({.shape = 0, .position_m = at, .orientation = Quaternion(q[0], q[1], q[2], q[3]).normalized()});
+    }
+    return packing;
+}
+
+TEST(WallDistance, IsThatOfTheExactGeometry) {
+    // Every distance is checked against the signed distance of the point that it names, periodic images included.
+    const Array array = sphere_array(0.6, 88.8734, body_centred, Vec3(0.013, 0.027, 0.041));
+    const int n = 24;
+    const Scene scene(array.packing, {0, 1}, 1.0 / n);
+    ASSERT_GT(scene.domain.walls.size(), 10000U);
+    int not_exact = 0;
+    for (const WallLink& link : scene.domain.walls) {
+        const auto here = place_in_grid(scene.domain.grid, static_cast<std::size_t>(scene.domain.cell[link.node]));
+        const auto& c = d3q19::c[link.q];
+        const Vec3 way(c[0], c[1], c[2]);
+        Vec3 at = (Vec3(here[0] + 0.5, here[1] + 0.5, here[2] + 0.5) + link.fraction() * way) / n;
+        double least = 1.0;
+        for (const Body& body : array.packing.bodies) {
+            Vec3 away = at - body.position_m;
+            for (int a = 0; a < 3; ++a) away[a] -= std::round(away[a]);
+            least = std::min(least, std::abs(away.norm() - 0.5 * array.diameter_m));
+        }
+        // A way to a cell that no flow reaches has no wall on it: half-way is taken. In a gap of one node 0.02 is the least.
+        if (link.distance == 32768 || (link.narrow && link.distance == 1311))
+            ++not_exact;
+        else
+            EXPECT_LT(least * n, 3e-5) << link.node << " " << int(link.q);
+    }
+    EXPECT_LT(not_exact, 100);
+}
+
+TEST(WallDistance, KnowsTheContainerTheCutAndTheMirror) {
+    const Packing packing{.container = parse_container("cylinder:1,2"),
+                          .shapes = {make_preset("sphere", 0.5, 0.0)},
+                          .bodies = {{.shape = 0, .position_m = {0, 0, 0.52}}}};
+    const Grains grains(packing);
+    const Grid grid{.cells = {10, 10, 10}, .origin_m = {-0.5, -0.5, 0.5}, .spacing_m = {0.1, 0.1, 0.1}};
+    const Drive drive{.axis = 2, .periodic = {false, false, false}};
+    WallFinder side({grains, packing.container, {0.5, 1.5}}, grid, drive);
+    side.move_to({0.45, 0.05, 1.05});
+    EXPECT_NEAR(*side.fraction({0.1, 0, 0}), (std::sqrt(0.25 - 0.0025) - 0.45) / 0.1, 1e-12);
+    EXPECT_FALSE(side.fraction({-0.1, 0, 0}));
+    // Beyond the end plane at 0.5 lies the mirror image of the sphere about 0.52: from a centre 0.05 above it, in a slope.
+    side.move_to({0.305, 0.0, 0.55});
+    const double inward = *side.fraction({-0.1, 0, 0}), mirrored = *side.fraction({-0.1, 0, -0.1});
+    EXPECT_NEAR(inward, (0.305 - std::sqrt(0.0625 - 0.0009)) / 0.1, 1e-12);
+    EXPECT_GT(mirrored, 0.5);
+    const double z = 0.5 + (mirrored - 0.5) * 0.1;
+    EXPECT_NEAR(std::hypot(0.305 - 0.1 * mirrored, z - 0.52), 0.25, 1e-12);
+    // With void before the section the plane cuts the sphere, and the cut is a wall.
+    const Grid reservoir{.cells = {10, 10, 12}, .origin_m = {-0.5, -0.5, 0.4}, .spacing_m = {0.1, 0.1, 0.1}};
+    WallFinder cut({grains, packing.container, {0.5, 1.5}}, reservoir, drive);
+    cut.move_to({0.05, 0.05, 0.45});
+    EXPECT_NEAR(*cut.fraction({0, 0, 0.1}), 0.5, 1e-12);
+}
+
+TEST(WallDistance, OfASurfaceIsThatOfItsTriangles) {
+    Packing packing{.container = parse_container("box:1,1,1"),
+                    .shapes = {make_preset("sphere", 0.6, 0.0)},
+                    .bodies = {{.position_m = Vec3::Constant(0.5)}}};
+    const auto surface = make_surface(packing, {.deviation_m = 5e-4}).surface;
+    const SurfaceSolid solid(surface, packing.container);
+    const auto probe = solid.probe();
+    probe->move_to({0.85, 0.51, 0.52}, 0.2);
+    const auto hit = probe->first_hit({0.85, 0.51, 0.52}, {-0.2, 0.0, 0.0});
+    ASSERT_TRUE(hit);
+    EXPECT_NEAR(*hit, (0.35 - std::sqrt(0.09 - 0.0005)) / 0.2, 1e-3 / 0.2);
+    EXPECT_FALSE(probe->first_hit({0.85, 0.51, 0.52}, {0.2, 0.0, 0.0}));
+}
+
+double largest_difference(const Scene& scene, const Scheme& scheme, Kernel one, Kernel other, int pairs) {
+    const auto a = make_flow(one, scene.domain, scheme), b = make_flow(other, scene.domain, scheme);
+    for (int i = 0; i < pairs; ++i) {
+        a->advance_two_steps();
+        b->advance_two_steps();
+    }
+    std::vector<Moments> left(scene.domain.nodes()), right(scene.domain.nodes());
+    a->moments(0, left);
+    b->moments(0, right);
+    double largest = 0.0, scale = 0.0;
+    for (std::size_t i = 0; i < left.size(); ++i)
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            scale = std::max(scale, std::abs(left[i].velocity[axis]));
+            largest = std::max(largest, std::abs(left[i].velocity[axis] - right[i].velocity[axis]));
+        }
+    const auto drag_a = a->drag(), drag_b = b->drag();
+    EXPECT_NEAR(drag_b[2] / drag_a[2], 1.0, one == Kernel::fast_single || other == Kernel::fast_single ? 1e-4 : 1e-10);
+    return largest / scale;
+}
+
+TEST(Kernels, FastAndReferenceAgreeToRounding) {
+    const Scene periodic(random_bed("box:1,1,1:periodic", 14, 0.08), {0, 1}, 1.0 / 24);
+    const Scene planes(random_bed("cylinder:1,1", 10, 0.08), {0.1, 0.9}, 1.0 / 24);
+    const Scene reservoirs(random_bed("cylinder:1,1", 10, 0.08), {0.1, 0.9}, 1.0 / 20, 0.1);
+    for (const Scene* scene : {&periodic, &planes, &reservoirs}) {
+        EXPECT_GT(scene->domain.narrow_share(), 0.01);
+        EXPECT_EQ(scene->domain.open_links.empty(), scene == &periodic);
+        for (const Walls walls : {Walls::interpolated, Walls::bounce_back})
+            for (const double tau : {0.6, 1.2}) {
+                const Scheme scheme{.tau = tau, .walls = walls, .force = {1e-4, 2e-4, 1e-3}};
+                EXPECT_LT(largest_difference(*scene, scheme, Kernel::reference, Kernel::fast_double, 20), 1e-12);
+                EXPECT_LT(largest_difference(*scene, scheme, Kernel::fast_double, Kernel::fast_single, 20), 2e-5);
+            }
+        const Scheme inertia{.tau = 0.8, .inertia = true, .force = {0, 0, 1e-4}};
+        EXPECT_LT(largest_difference(*scene, inertia, Kernel::reference, Kernel::fast_double, 20), 1e-12);
+    }
+}
+
+struct Known {
+    const char* name;
+    Array array;
+    double cells, at_20, median_at_20, at_40;
+    std::string direction = "z";
+};
+
+std::vector<Known> known_arrays(const Vec3& shift) {
+    const auto spheres = [&](double c, double K, const std::vector<Vec3>& centres, int cells) {
+        return sphere_array(c, K, centres, shift / cells);
+    };
+    const double touching = std::numbers::pi / 6.0, body_touching = std::sqrt(3.0) * std::numbers::pi / 8.0;
+    const auto cylinders = [&](double phi, double drag, int cells) { return cylinder_array(phi, 1.0 / drag, 4.0 / cells, shift / cells); };
+    // Cells that make 20 nodes a diameter; the bounds are those that the project set itself.
+    return {{"SC 0.343", spheres(0.343, 15.39949, simple_cubic, 23), 23, 0.01, 0.005, 0.0025},
+            {"BCC 0.343", spheres(0.343, 16.33505, body_centred, 29), 29, 0.01, 0.005, 0.0025},
+            {"BCC 0.6", spheres(0.6, 88.8734, body_centred, 24), 24, 0.01, 0.005, 0.0025},
+            {"SC touching", spheres(touching, 42.1005, simple_cubic, 20), 20, 0.015, 0.015, 0.004},
+            {"BCC touching", spheres(body_touching, 162.779, body_centred, 23), 23, 0.03, 0.03, 0.005},
+            {"cylinders 0.3 across", cylinders(0.3, 102.881, 32), 32, 0.01, 0.01, 0.01, "x"},
+            {"cylinders 0.5 across", cylinders(0.5, 532.548, 25), 25, 0.01, 0.01, 0.01, "x"},
+            {"cylinders 0.3 along", cylinders(0.3, 44.5254, 32), 32, 0.01, 0.01, 0.01},
+            {"cylinders 0.5 along", cylinders(0.5, 141.349, 25), 25, 0.01, 0.01, 0.01}};
+}
+
+TEST(Accuracy, ArraysOfSpheresAndCylinders) {
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> unit(0.0, 1.0);
+    std::vector<std::vector<double>> errors(9);
+    constexpr int shifts = 6;
+    for (int s = 0; s < shifts; ++s) {
+        const auto arrays = known_arrays({unit(random), unit(random), unit(random)});
+        for (std::size_t k = 0; k < arrays.size(); ++k) {
+            const Known& known = arrays[k];
+            errors[k].push_back(error_of(known.array, known.cells, {.direction = known.direction, .tolerance = 1e-5, .grids = 1}));
+            EXPECT_LE(std::abs(errors[k].back()), known.at_20) << known.name;
+        }
+    }
+    const auto arrays = known_arrays({0.31, 0.17, 0.43});
+    for (std::size_t k = 0; k < arrays.size(); ++k) {
+        const Known& known = arrays[k];
+        std::vector<double> sizes;
+        for (const double error : errors[k]) sizes.push_back(std::abs(error));
+        std::sort(sizes.begin(), sizes.end());
+        EXPECT_LE(sizes[shifts / 2], known.median_at_20) << known.name;
+        const double fine = error_of(known.array, 2.0 * known.cells, {.direction = known.direction, .tolerance = 1e-5, .grids = 1});
+        EXPECT_LE(std::abs(fine), known.at_40) << known.name;
+        std::printf("  %-22s 20 nodes: %+.2f to %+.2f %%, 40 nodes: %+.3f %%\n", known.name,
+                    100.0 * *std::min_element(errors[k].begin(), errors[k].end()),
+                    100.0 * *std::max_element(errors[k].begin(), errors[k].end()), 100.0 * fine);
+    }
+}
+
+TEST(Accuracy, ATurnedArrayIsAsGood) {
+    EXPECT_LE(std::abs(error_of(turned_array(0.343, 15.39949), 23, {.tolerance = 1e-5, .grids = 1})), 0.01);
+}
+
+// Void between planes that lean against the grid, or inside a tube: a solid made for the test.
+class Duct : public Solid {
+public:
+    explicit Duct(std::function<double(const Vec3&)> depth) : depth_(std::move(depth)) {}  // > 0 in the void
+    void column(double x, double y, std::vector<Interval>& parts) const override {
+        parts.clear();
+        if (depth_({x, y, 0.0}) <= 0.0) parts.push_back({-10.0, 10.0});
+    }
+    [[nodiscard]] Bounds bounds() const override { return {Vec3::Constant(-10), Vec3::Constant(10)}; }
+    [[nodiscard]] std::unique_ptr<SolidProbe> probe() const override {
+        struct Bisection : SolidProbe {
+            const std::function<double(const Vec3&)>& depth;
+            explicit Bisection(const std::function<double(const Vec3&)>& d) : depth(d) {}
+            void move_to(const Vec3&, double) override {}
+            [[nodiscard]] std::optional<double> first_hit(const Vec3& from, const Vec3& step) const override {
+                if (depth(from + step) > 0.0) return std::nullopt;
+                double low = 0.0, high = 1.0;
+                while (high - low > 1e-14) (depth(from + 0.5 * (low + high) * step) > 0.0 ? low : high) = 0.5 * (low + high);
+                return low;
+            }
+        };
+        return std::make_unique<Bisection>(depth_);
+    }
+
+private:
+    std::function<double(const Vec3&)> depth_;
+};
+
+// Relative error of the flow along z through a duct in a periodic box 1 x 1 x (4 cells).
+double duct_error(const Duct& duct, int cells, double exact_flow) {
+    Container box{.kind = Container::Kind::box, .size_m = {1, 1, 4.0 / cells}, .periodic = {true, true, true}};
+    const Section whole{0.0, box.size_m.z()};
+    const LbmScene scene{.voxels = [&](double size) { return voxelise(duct, box, whole, plan_voxels(box, whole, size, 0.0, 1.0)); },
+                         .solid = &duct,
+                         .container = box,
+                         .section = whole};
+    return lbm_permeability(scene, 1.0 / cells, {.tolerance = 1e-8, .grids = 1}, false).fine.permeability_m2 / exact_flow - 1.0;
+}
+
+TEST(Accuracy, DuctsAreOfSecondOrder) {
+    // A slit that leans 1:2 against the grid (its normal is (2, 1)/sqrt 5, its period along it 1/sqrt 5), and a pipe off the
+    // grid's centre; 10, 20, 40 nodes across.
+    const double period = 1.0 / std::sqrt(5.0), width = 0.6 * period;
+    const Duct slit([=](const Vec3& x) {
+        const double across = (2.0 * x.x() + x.y()) / std::sqrt(5.0) + 0.05;
+        return 0.5 * width - std::abs(across - period * std::round(across / period));
+    });
+    const double radius = 0.4;
+    const Duct pipe([=](const Vec3& x) { return radius - std::hypot(x.x() - 0.513, x.y() - 0.487); });
+    double slits[3], pipes[3];
+    for (int i = 0; i < 3; ++i) {
+        slits[i] = duct_error(slit, 37 * (1 << i), width * width / 12.0 * (width / period));
+        pipes[i] =
+            duct_error(pipe, static_cast<int>(std::lround(10 * (1 << i) / (2.0 * radius))), std::numbers::pi * std::pow(radius, 4) / 8.0);
+    }
+    std::printf("  slit %+.3f %+.3f %+.3f %%, pipe %+.3f %+.3f %+.3f %%\n", 100 * slits[0], 100 * slits[1], 100 * slits[2], 100 * pipes[0],
+                100 * pipes[1], 100 * pipes[2]);
+    EXPECT_GE(std::log2(std::abs(slits[0] / slits[2])) / 2.0, 1.9);
+    EXPECT_GE(std::log2(std::abs(pipes[0] / pipes[2])) / 2.0, 1.9);
+}
+
+TEST(Momentum, DragBalancesTheDrivingForce) {
+    const Scene scene(sphere_array(0.343, 15.39949, simple_cubic).packing, {0, 1}, 1.0 / 16);
+    const Scheme scheme{.force = {0, 0, 1e-3}};
+    const auto flow = make_flow(Kernel::fast_double, scene.domain, scheme);
+    for (int i = 0; i < 2000; ++i) flow->advance_two_steps();
+    EXPECT_NEAR(flow->drag()[2] / (1e-3 * static_cast<double>(scene.domain.nodes())), 1.0, 1e-6);
+}
+
+TEST(Precision, SingleGivesTheSamePermeability) {
+    const Array array = sphere_array(0.6, 88.8734, body_centred, Vec3(0.01, 0.02, 0.03));
+    const double full = solve(array, 32, {.tolerance = 1e-6, .grids = 1}).fine.permeability_m2;
+    const double single = solve(array, 32, {.precision = "single", .tolerance = 1e-6, .grids = 1}).fine.permeability_m2;
+    EXPECT_NEAR(single / full, 1.0, 1e-4);
+}
+
+TEST(Stability, EveryViscosityOnADenseBedOfTouchingGrains) {
+    for (const double tau : {0.501, 0.51, 2.0, 10.0}) {
+        const Scene scene(random_bed("cylinder:1,1", 25, 0.08), {0.1, 0.9}, 1.0 / 24);
+        const Scheme scheme{.tau = tau, .force = {0, 0, 1e-3}};
+        const auto flow = make_flow(Kernel::fast_double, scene.domain, scheme);
+        for (int i = 0; i < 1000; ++i) flow->advance_two_steps();
+        std::vector<Moments> moments(scene.domain.nodes());
+        flow->moments(0, moments);
+        for (const Moments& here : moments) ASSERT_LT(std::abs(here.velocity[2]), 1e3) << tau;
+    }
+}
+
+}  // namespace
+}  // namespace porepack
