@@ -10,6 +10,7 @@
 #endif
 
 #include "lbm/addresses.hpp"
+#include "lbm/chunked_walls.hpp"
 #include "lbm/flow.hpp"
 
 namespace porepack {
@@ -136,55 +137,6 @@ void collide(Real* const rows, const Rates<Real>& rates, const Fetch& fetch) {
     }
 #undef PAIR
 }
-
-// The wall links of all chunks, in the order of chunk and direction; those in gaps of one node apart, in pairs.
-struct ChunkedWalls {
-    std::vector<std::uint64_t> first;                         // by chunk
-    std::vector<std::array<std::uint8_t, directions>> count;  // by chunk and direction
-    std::vector<std::uint8_t> place;                          // in the chunk
-    std::vector<std::uint16_t> distance;
-    struct Gap {
-        std::uint8_t place, q;  // q is odd
-        std::uint16_t distance, opposite_distance;
-    };
-    std::vector<std::uint64_t> first_gap;
-    std::vector<Gap> gaps;
-
-    explicit ChunkedWalls(const Domain& domain) {
-        const std::size_t chunks = (domain.nodes() + chunk - 1) / chunk;
-        first.reserve(chunks + 1);
-        count.resize(chunks);
-        std::array<std::vector<const WallLink*>, directions> by_direction;
-        const WallLink* link = domain.walls.data();
-        const WallLink* const end = link + domain.walls.size();
-        for (std::size_t c = 0; c < chunks; ++c) {
-            first.push_back(place.size());
-            first_gap.push_back(gaps.size());
-            for (auto& list : by_direction) list.clear();
-            for (; link != end && link->node < (c + 1) * chunk; ++link) {
-                if (!link->narrow) {
-                    by_direction[link->q].push_back(link);
-                } else if (link->q % 2 == 1) {
-                    const WallLink* other = link;  // the opposite direction follows it
-                    while (other->q != opposite(link->q)) ++other;
-                    gaps.push_back({static_cast<std::uint8_t>(link->node - c * chunk), link->q, link->distance, other->distance});
-                }
-            }
-            for (std::size_t q = 1; q < directions; ++q) {
-                count[c][q] = static_cast<std::uint8_t>(by_direction[q].size());
-                for (const WallLink* one : by_direction[q]) {
-                    place.push_back(static_cast<std::uint8_t>(one->node - c * chunk));
-                    distance.push_back(one->distance);
-                }
-            }
-        }
-        first.push_back(place.size());
-        first_gap.push_back(gaps.size());
-    }
-    [[nodiscard]] double bytes() const {
-        return static_cast<double>(first.size() * 16 + count.size() * directions + place.size() * 3 + gaps.size() * sizeof(Gap));
-    }
-};
 
 template <typename Real>
 class FastFlow : public Flow {
