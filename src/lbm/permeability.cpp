@@ -116,7 +116,7 @@ LbmResult lbm_permeability(const LbmScene& scene, double voxel_size_m, const Lbm
         // Bounce-back on voxels is of first order at best and not regular: the half width is Richardson's for first order, and on
         // spheres with a known answer its error scatters by some 4 % without a sign that one pair of grids could show.
         // Interpolated walls are of second order and regular; the factor and the floor cover what two grids do not show.
-        const bool regular = config.walls == "interpolated" && scene.solid != nullptr;
+        const bool regular = scheme_of(config, scene.solid != nullptr, {}).walls == Walls::interpolated;
         const double ratio = result.coarse->voxel_size_m / result.fine.voxel_size_m;
         const double factor = regular ? 1.5 / (ratio * ratio - 1.0) : 1.0 / (ratio - 1.0), floor = regular ? 0.01 : 0.04;
         if (ratio < 1.02)
