@@ -1,6 +1,9 @@
 #include "lbm/addresses.hpp"
 
 #include <algorithm>
+#include <array>
+#include <bit>
+#include <span>
 
 #include "core/parallel.hpp"
 #include "lbm/lattice.hpp"
@@ -9,12 +12,6 @@ namespace porepack {
 namespace {
 
 using d3q19::opposite;
-
-struct Segments {
-    std::vector<std::uint64_t> end;  // by chunk
-    std::vector<std::uint32_t> slot;
-    std::vector<std::uint8_t> length;
-};
 
 class Tracer {
 public:
@@ -54,43 +51,61 @@ private:
     const Domain& domain_;
 };
 
-void add_segments(const std::vector<std::uint32_t>& slots, Segments& segments) {
+// The two places that most of the lanes come from; the others are added to `singles`. All lanes hold slots.
+Addresses::Vector gather_vector(std::span<const std::uint32_t> slots, std::size_t place, std::vector<Addresses::Single>& singles) {
+    std::array<std::uint32_t, 64> base{};
+    std::array<std::uint16_t, 64> lanes{};
+    std::size_t bases = 0;
     for (std::size_t i = 0; i < slots.size(); ++i) {
-        if (i > 0 && slots[i] == slots[i - 1] + 1)
-            ++segments.length.back();
-        else {
-            segments.slot.push_back(slots[i]);
-            segments.length.push_back(1);
-        }
+        const auto here = static_cast<std::uint32_t>(slots[i] - i);  // no slot of a direction is less than a chunk
+        std::size_t b = 0;
+        while (b < bases && base[b] != here) ++b;
+        if (b == bases) base[bases++] = here;
+        lanes[b] = static_cast<std::uint16_t>(lanes[b] | 1U << i);
     }
+    for (std::size_t b = 0; b < std::min<std::size_t>(bases, 2); ++b)
+        for (std::size_t other = b + 1; other < bases; ++other)
+            if (std::popcount(lanes[other]) > std::popcount(lanes[b])) {
+                std::swap(base[b], base[other]);
+                std::swap(lanes[b], lanes[other]);
+            }
+    for (std::size_t b = 2; b < bases; ++b)
+        for (std::size_t i = 0; i < slots.size(); ++i)
+            if ((lanes[b] >> i & 1U) != 0) singles.push_back({slots[i], static_cast<std::uint16_t>(place + i)});
+    return {base[0], bases > 1 ? base[1] : base[0], lanes[0], lanes[1]};
 }
 
 }  // namespace
 
-Addresses find_addresses(const Domain& domain) {
-    const std::size_t chunks = (domain.nodes() + chunk_nodes - 1) / chunk_nodes;
-    Addresses addresses{.slots = slot_of(0, chunks * chunk_nodes), .first_segment = {0}, .slot = {}, .length = {}};
+Addresses find_addresses(const Domain& domain, std::size_t lanes) {
+    const std::size_t chunks = (domain.nodes() + chunk_nodes - 1) / chunk_nodes, a_chunk = (d3q19::directions - 1) * chunk_nodes / lanes;
+    Addresses addresses{.slots = slot_of(0, chunks * chunk_nodes), .vectors = {}, .singles = {}, .first_single = {0}};
+    addresses.vectors.resize(chunks * a_chunk);
     const Tracer tracer(domain);
     constexpr std::size_t share = 256;
-    std::vector<Segments> parts((chunks + share - 1) / share);
+    struct Part {
+        std::vector<Addresses::Single> singles;
+        std::vector<std::size_t> end;  // by chunk
+    };
+    std::vector<Part> parts((chunks + share - 1) / share);
     parallel_for(parts.size(), [&](std::size_t p) {
         std::vector<std::uint32_t> slots;
         for (std::size_t c = p * share; c < std::min(chunks, (p + 1) * share); ++c) {
-            for (int q = 1; q < d3q19::directions; ++q) {
-                tracer.trace(c * chunk_nodes, q, slots);
-                add_segments(slots, parts[p]);
+            Addresses::Vector* vector = addresses.vectors.data() + c * a_chunk;
+            for (std::size_t q = 1; q < d3q19::directions; ++q) {
+                tracer.trace(c * chunk_nodes, static_cast<int>(q), slots);
+                for (std::size_t i = 0; i < chunk_nodes; i += lanes, ++vector) {
+                    const std::size_t count = i < slots.size() ? std::min(lanes, slots.size() - i) : 0;
+                    *vector = count == 0 ? Addresses::Vector{}
+                                         : gather_vector(std::span(slots).subspan(i, count), q * chunk_nodes + i, parts[p].singles);
+                }
             }
-            parts[p].end.push_back(parts[p].slot.size());
+            parts[p].end.push_back(parts[p].singles.size());
         }
     });
-    std::size_t total = 0;
-    for (const Segments& part : parts) total += part.slot.size();
-    addresses.slot.reserve(total);
-    addresses.length.reserve(total);
-    for (Segments& part : parts) {
-        for (const std::uint64_t end : part.end) addresses.first_segment.push_back(addresses.slot.size() + end);
-        addresses.slot.insert(addresses.slot.end(), part.slot.begin(), part.slot.end());
-        addresses.length.insert(addresses.length.end(), part.length.begin(), part.length.end());
+    for (Part& part : parts) {
+        for (const std::size_t end : part.end) addresses.first_single.push_back(static_cast<std::uint32_t>(addresses.singles.size() + end));
+        addresses.singles.insert(addresses.singles.end(), part.singles.begin(), part.singles.end());
         part = {};
     }
     return addresses;

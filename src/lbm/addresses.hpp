@@ -11,14 +11,25 @@ namespace porepack {
 /// Population q that arrives at a node lies, before an even step, in the node's own slot q; before an odd step in the slot
 /// given here: its neighbour's slot opposite(q), or its own slot q where a wall is. A step writes what leaves along
 /// opposite(q) where it read what came along q, so that each slot is touched by one node only. Nodes lie in chunks, and a chunk
-/// holds its 19 populations one after the other: an even step is one stream of memory. The slots of one q that a chunk
-/// needs in an odd step come in segments that lie one after the other in memory.
+/// holds its 19 populations one after the other: an even step is one stream of memory.
+/// For an odd step the slots of one q are taken a vector at a time: neighbours on a row of cells lie side by side, so that a
+/// vector mostly comes from one or two places in memory. Lanes from a third place come one by one.
 struct Addresses {
+    struct Vector {
+        std::uint32_t first, second;              ///< lane i is in slot first + i ...
+        std::uint16_t first_lanes, second_lanes;  ///< ... if bit i is set here
+    };
+    struct Single {
+        std::uint32_t slot;
+        std::uint16_t place;  ///< chunk_nodes q + node in the chunk
+    };
     std::size_t slots = 0;
-    std::vector<std::uint64_t> first_segment;  ///< by chunk, and the end of the last; the segments of q = 1, 2, ... 18
-    std::vector<std::uint32_t> slot;           ///< of each segment
-    std::vector<std::uint8_t> length;
-    [[nodiscard]] double bytes() const { return 8.0 * static_cast<double>(first_segment.size()) + 5.0 * static_cast<double>(slot.size()); }
+    std::vector<Vector> vectors;  ///< by chunk, q = 1, 2, ... 18, and lanes
+    std::vector<Single> singles;  ///< by chunk
+    std::vector<std::uint32_t> first_single;
+    [[nodiscard]] double bytes() const {
+        return static_cast<double>(vectors.size() * sizeof(Vector) + singles.size() * sizeof(Single) + first_single.size() * 4);
+    }
 };
 
 inline constexpr std::size_t chunk_nodes = 128;
@@ -26,6 +37,6 @@ inline constexpr std::size_t chunk_nodes = 128;
     return (node / chunk_nodes * 19 + q) * chunk_nodes + node % chunk_nodes;
 }
 
-[[nodiscard]] Addresses find_addresses(const Domain& domain);
+[[nodiscard]] Addresses find_addresses(const Domain& domain, std::size_t lanes);
 
 }  // namespace porepack

@@ -1,4 +1,4 @@
-// The wall links as the fast kernel takes them: three bytes each.
+// The wall links as the fast kernel takes them: four bytes each.
 #pragma once
 
 #include <array>
@@ -10,12 +10,11 @@
 
 namespace porepack {
 
-/// The wall links of all chunks, in the order of chunk and direction; those in gaps of one node apart, in pairs.
+/// The wall links of all chunks; those in gaps of one node apart, in pairs.
 struct ChunkedWalls {
-    std::vector<std::uint64_t> first;                                // by chunk
-    std::vector<std::array<std::uint8_t, d3q19::directions>> count;  // by chunk and direction
-    std::vector<std::uint8_t> place;                                 // in the chunk
-    std::vector<std::uint16_t> distance;
+    std::vector<std::uint64_t> first;     // by chunk
+    std::vector<std::uint16_t> row;       // chunk_nodes q + place in the chunk
+    std::vector<std::uint16_t> distance;  // of the same link; one vector more than there are links
     struct Gap {
         std::uint8_t place, q;  // q is odd
         std::uint16_t distance, opposite_distance;

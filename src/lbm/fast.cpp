@@ -1,17 +1,12 @@
 // The fast kernel: one copy of the populations, moved in place, in chunks of nodes that fit into the first-level cache.
-// A chunk's populations are gathered from few contiguous segments, collided in vector registers, and scattered back.
-#include <sys/mman.h>
-
+// A chunk's populations are gathered a vector at a time, collided in vector registers, and scattered back; one sweep through
+// memory makes two steps.
 #include <cmath>
-#include <cstring>
-#include <new>
-#if defined(__AVX512F__)
-#include <immintrin.h>
-#endif
 
-#include "lbm/addresses.hpp"
 #include "lbm/chunked_walls.hpp"
+#include "lbm/collide.hpp"
 #include "lbm/flow.hpp"
+#include "lbm/turns.hpp"
 
 namespace porepack {
 namespace {
@@ -21,121 +16,16 @@ using d3q19::opposite;
 
 constexpr std::size_t chunk = chunk_nodes;
 static_assert(chunk == Flow::chunk);
-constexpr std::size_t vector_bytes = 64;
-template <typename Real>
-constexpr std::size_t lanes = vector_bytes / sizeof(Real);
-
-// A chunk's populations, q after q. Copies may run over the end of a row by less than a vector.
+// A chunk's populations, q after q.
 template <typename Real>
 struct alignas(vector_bytes) Buffer {
-    Real f[directions * chunk + lanes<Real>];
+    Real f[directions * chunk];
     [[nodiscard]] Real* row(int q) { return f + static_cast<std::size_t>(q) * chunk; }
 };
 
-// Whole vectors, whatever the length: what is written too much is overwritten next.
 template <typename Real>
-inline void copy_in(Real* to, const Real* from, std::size_t length) {
-    for (std::size_t i = 0; i < length; i += lanes<Real>) std::memcpy(to + i, from + i, vector_bytes);
-}
-
-template <typename Real>
-inline void copy_out(Real* to, const Real* from, std::size_t length) {
-    std::size_t i = 0;
-    for (; i + lanes<Real> <= length; i += lanes<Real>) std::memcpy(to + i, from + i, vector_bytes);
-#if defined(__AVX512F__)
-    const auto rest = static_cast<unsigned>(length - i);
-    if constexpr (sizeof(Real) == 8)
-        _mm512_mask_storeu_pd(to + i, static_cast<__mmask8>((1U << rest) - 1U), _mm512_loadu_pd(from + i));
-    else
-        _mm512_mask_storeu_ps(to + i, static_cast<__mmask16>((1U << rest) - 1U), _mm512_loadu_ps(from + i));
-#else
-    for (; i < length; ++i) to[i] = from[i];
-#endif
-}
-
-template <typename Real>
-Real* row_of(Real* rows, int q) {
+[[nodiscard]] Real* row_of(Real* rows, int q) {
     return rows + static_cast<std::size_t>(q) * chunk;
-}
-
-// Memory that each thread touches first itself, in large pages where the system gives them.
-template <typename Real>
-class Populations {
-public:
-    explicit Populations(std::size_t count) : count_(count) {
-        constexpr std::size_t page = std::size_t{1} << 21;
-        bytes_ = (count * sizeof(Real) + page - 1) / page * page;
-        data_ = static_cast<Real*>(::operator new (bytes_, std::align_val_t{page}));
-        madvise(data_, bytes_, MADV_HUGEPAGE);
-    }
-    Populations(const Populations&) = delete;
-    Populations& operator=(const Populations&) = delete;
-    ~Populations() { ::operator delete (data_, std::align_val_t{std::size_t{1} << 21}); }
-    [[nodiscard]] Real* data() { return data_; }
-    [[nodiscard]] const Real* data() const { return data_; }
-    [[nodiscard]] std::size_t size() const { return count_; }
-
-private:
-    std::size_t count_, bytes_;
-    Real* data_;
-};
-
-template <typename Real>
-struct Rates {
-    Real plus, minus;
-    std::array<Real, 3> force;
-    std::array<Real, 9> kick;  // of each pair's first direction
-};
-
-// Legend: s and d sum and difference of a pair of opposite populations, rho density, j momentum, u velocity.
-// `swap` leaves each population in its opposite's row. `fetch` is called once a vector: it brings the next chunk nearer.
-template <bool inertia, bool swap, typename Real, typename Fetch>
-void collide(Real* const rows, const Rates<Real>& rates, const Fetch& fetch) {
-    constexpr Real w0 = static_cast<Real>(d3q19::w_rest), w1 = static_cast<Real>(d3q19::w_axis), w2 = static_cast<Real>(d3q19::w_diagonal);
-    const Real half = Real(0.5), even = half * (Real(1) - rates.plus), odd = half * (Real(1) - rates.minus);
-    const Real plus = rates.plus, minus3 = Real(3) * rates.minus;
-    Real* const f = static_cast<Real*>(__builtin_assume_aligned(rows, vector_bytes));
-#define PAIR(k) f[(2 * (k) + 1) * chunk + i], f[(2 * (k) + 2) * chunk + i]
-    const auto sum = [](Real a, Real b) { return a + b; };
-    const auto difference = [](Real a, Real b) { return a - b; };
-    for (std::size_t block = 0; block < chunk; block += lanes<Real>) {
-        fetch(block);
-#pragma omp simd
-        for (std::size_t i = block; i < block + lanes<Real>; ++i) {
-            const Real f0 = f[i];
-            const Real s0 = sum(PAIR(0)), s1 = sum(PAIR(1)), s2 = sum(PAIR(2)), s3 = sum(PAIR(3)), s4 = sum(PAIR(4)), s5 = sum(PAIR(5)),
-                       s6 = sum(PAIR(6)), s7 = sum(PAIR(7)), s8 = sum(PAIR(8));
-            const Real d0 = difference(PAIR(0)), d1 = difference(PAIR(1)), d2 = difference(PAIR(2)), d3 = difference(PAIR(3)),
-                       d4 = difference(PAIR(4)), d5 = difference(PAIR(5)), d6 = difference(PAIR(6)), d7 = difference(PAIR(7)),
-                       d8 = difference(PAIR(8));
-            Real rho = f0 + ((s0 + s1) + (s2 + s3)) + ((s4 + s5) + (s6 + s7)) + s8;
-            const Real jx = d0 + ((d3 + d4) + (d5 + d6)), jy = d1 + ((d3 - d4) + (d7 + d8)), jz = d2 + ((d5 - d6) + (d7 - d8));
-            Real ux = 0, uy = 0, uz = 0;
-            if constexpr (inertia) {
-                ux = jx + half * rates.force[0];
-                uy = jy + half * rates.force[1];
-                uz = jz + half * rates.force[2];
-                rho -= Real(1.5) * (ux * ux + uy * uy + uz * uz);
-            }
-            f[i] = f0 - plus * (f0 - w0 * rho);
-            const auto relax = [&](std::size_t k, Real w, Real s, Real d, Real cj, Real cu) {
-                const Real e = even * s + plus * w * (inertia ? rho + Real(4.5) * cu * cu : rho);
-                const Real o = odd * d + minus3 * w * cj + rates.kick[k];
-                f[(2 * k + (swap ? 2 : 1)) * chunk + i] = e + o;
-                f[(2 * k + (swap ? 1 : 2)) * chunk + i] = e - o;
-            };
-            relax(0, w1, s0, d0, jx, ux);
-            relax(1, w1, s1, d1, jy, uy);
-            relax(2, w1, s2, d2, jz, uz);
-            relax(3, w2, s3, d3, jx + jy, ux + uy);
-            relax(4, w2, s4, d4, jx - jy, ux - uy);
-            relax(5, w2, s5, d5, jx + jz, ux + uz);
-            relax(6, w2, s6, d6, jx - jz, ux - uz);
-            relax(7, w2, s7, d7, jy + jz, uy + uz);
-            relax(8, w2, s8, d8, jy - jz, uy - uz);
-        }
-    }
-#undef PAIR
 }
 
 template <typename Real>
@@ -144,14 +34,14 @@ public:
     FastFlow(const Domain& domain, const Scheme& scheme)
         : nodes_(domain.nodes()),
           scheme_(scheme),
+          rates_(scheme),
           plus_(static_cast<Real>(scheme.tau - 0.5)),
           magic_(static_cast<Real>(scheme.magic)),
-          addresses_(find_addresses(domain)),
+          addresses_(find_addresses(domain, lanes<Real>)),
+          turns_(addresses_, chunks()),
           walls_(domain),
           store_(addresses_.slots + directions * chunk) {
-        rates_ = {static_cast<Real>(scheme.rate_plus()), static_cast<Real>(scheme.rate_minus()), {}, {}};
-        for (std::size_t a = 0; a < 3; ++a) rates_.force[a] = static_cast<Real>(scheme.force[a]);
-        for (std::size_t k = 0; k < 9; ++k) rates_.kick[k] = static_cast<Real>(scheme.kick(static_cast<int>(2 * k + 1)));
+        for (int q = 1; q < directions; ++q) kick_[static_cast<std::size_t>(q)] = static_cast<Real>(2.0 * scheme.kick(q));
         std::size_t link = 0;
         for (std::size_t c = 0; c <= chunks(); ++c) {
             first_open_.push_back(static_cast<std::uint32_t>(open_.size()));
@@ -164,17 +54,16 @@ public:
     }
 
     void advance_two_steps() override {
-        scheme_.inertia ? even_step<true>() : even_step<false>();
-        scheme_.inertia ? odd_step<true>() : odd_step<false>();
+        scheme_.inertia ? two_steps<true>() : two_steps<false>();
     }
 
     void moments(std::size_t first, std::span<Moments> moments) const override {
         Buffer<Real> buffer;
-        std::array<Real, most_links> stored;
+        AtWalls at;
         for (std::size_t done = 0; done < moments.size(); done += chunk) {
             const std::size_t c = (first + done) / chunk;
             gather_own(c, buffer);
-            arrive(c, buffer.f, stored);
+            arrive(c, buffer.f, at);
             alignas(vector_bytes) std::array<std::array<double, chunk>, 4> sums{};
             for (int q = 0; q < directions; ++q) {
                 const auto& e = d3q19::c[static_cast<std::size_t>(q)];
@@ -199,9 +88,9 @@ public:
 #pragma omp parallel for schedule(static) reduction(+ : x, y, z)
         for (std::size_t c = 0; c < chunks(); ++c) {
             Buffer<Real> before;
-            std::array<Real, most_links> stored;
+            AtWalls at;
             gather_own(c, before);
-            arrive(c, before.f, stored);
+            arrive(c, before.f, at);
             Buffer<Real> after = before;
             const auto nothing = [](std::size_t) {};
             scheme_.inertia ? collide<true, false>(after.f, rates_, nothing) : collide<false, false>(after.f, rates_, nothing);
@@ -211,9 +100,7 @@ public:
                 y += d3q19::c[static_cast<std::size_t>(q)][1] * given;
                 z += d3q19::c[static_cast<std::size_t>(q)][2] * given;
             };
-            std::uint64_t l = walls_.first[c];
-            for (int q = 1; q < directions; ++q)
-                for (int k = 0; k < walls_.count[c][static_cast<std::size_t>(q)]; ++k, ++l) give(q, walls_.place[l]);
+            for (std::uint64_t l = walls_.first[c]; l < walls_.first[c + 1]; ++l) give(walls_.row[l] / chunk, walls_.row[l] % chunk);
             for (std::uint64_t g = walls_.first_gap[c]; g < walls_.first_gap[c + 1]; ++g) {
                 give(walls_.gaps[g].q, walls_.gaps[g].place);
                 give(opposite(walls_.gaps[g].q), walls_.gaps[g].place);
@@ -242,139 +129,146 @@ private:
 
     void gather_far(std::size_t c, Buffer<Real>& buffer) const {
         std::memcpy(buffer.row(0), store_.data() + slot_of(0, c * chunk), chunk * sizeof(Real));
-        const std::size_t size = size_of(c);
-        std::uint64_t segment = addresses_.first_segment[c];
-        for (int q = 1; q < directions; ++q) {
-            Real* row = buffer.row(q);
-            for (std::size_t at = 0; at < size; ++segment) {
-                copy_in(row + at, store_.data() + addresses_.slot[segment], addresses_.length[segment]);
-                at += addresses_.length[segment];
-            }
-        }
+        const Addresses::Vector* at = vectors_of(c);
+        for (std::size_t i = chunk; i < directions * chunk; i += lanes<Real>, ++at) read(buffer.f + i, store_.data(), *at);
+        for (std::uint32_t s = addresses_.first_single[c]; s < addresses_.first_single[c + 1]; ++s)
+            buffer.f[addresses_.singles[s].place] = store_.data()[addresses_.singles[s].slot];
     }
 
-    void scatter_far(std::size_t c, Buffer<Real>& buffer) {
-        const std::size_t size = size_of(c);
-        std::memcpy(store_.data() + slot_of(0, c * chunk), buffer.row(0), size * sizeof(Real));
-        std::uint64_t segment = addresses_.first_segment[c];
+    void scatter_far(std::size_t c, const Buffer<Real>& buffer) {
+        std::memcpy(store_.data() + slot_of(0, c * chunk), buffer.f, chunk * sizeof(Real));
+        const Addresses::Vector* at = vectors_of(c);
         for (int q = 1; q < directions; ++q) {
-            const Real* row = buffer.row(opposite(q));
-            for (std::size_t at = 0; at < size; ++segment) {
-                copy_out(store_.data() + addresses_.slot[segment], row + at, addresses_.length[segment]);
-                at += addresses_.length[segment];
-            }
+            const Real* const row = row_of(buffer.f, opposite(q));
+            for (std::size_t i = 0; i < chunk; i += lanes<Real>, ++at) write(store_.data(), row + i, *at);
         }
+        for (std::uint32_t s = addresses_.first_single[c]; s < addresses_.first_single[c + 1]; ++s)
+            store_.data()[addresses_.singles[s].slot] = buffer.f[opposite_row(addresses_.singles[s].place)];
+    }
+
+    static constexpr std::size_t vectors_a_chunk = (directions - 1) * chunk / lanes<Real>;
+    [[nodiscard]] const Addresses::Vector* vectors_of(std::size_t c) const {
+        return addresses_.vectors.data() + c * vectors_a_chunk;
     }
 
     [[nodiscard]] WallWeights<Real> weights(std::uint16_t distance) const {
         return {static_cast<Real>(distance) * Real(1.0 / 65535.0), plus_, magic_};
     }
-    // The part of what a wall stores that is known before collision; `in` goes to the wall, `out` comes from it.
-    static Real known(const WallWeights<Real>& w, Real in, Real out, Real kick) {
-        return (Real(1) - w.share) * out - w.share * w.shift * (in - out + kick);
-    }
-    static Real added(const WallWeights<Real>& w, Real in, Real out) {
-        return w.share * ((Real(1) + w.shift) * in - (w.b + w.shift) * out);
+
+    // The weights of a chunk's wall links, and what they know before collision: known + to_wall f*_q - from_wall f*_o is stored.
+    struct AtWalls {
+        alignas(vector_bytes) std::array<Real, most_links + lanes<Real>> arriving, rest, shift, to_wall, from_wall, known;
+        void weigh(std::size_t k, const WallWeights<Real>& w) {
+            arriving[k] = w.share * w.b;
+            rest[k] = Real(1) - w.share;
+            shift[k] = w.share * w.shift;
+            to_wall[k] = w.share * (Real(1) + w.shift);
+            from_wall[k] = w.share * (w.b + w.shift);
+        }
+        void know(std::size_t k, Real in, Real out, Real kick) { known[k] = rest[k] * out - shift[k] * (in - out + kick); }
+        [[nodiscard]] Real stored(std::size_t k, Real in, Real out) const { return known[k] + to_wall[k] * in - from_wall[k] * out; }
+    };
+    [[nodiscard]] static std::int32_t opposite_row(std::int32_t row) {
+        constexpr auto one = static_cast<std::int32_t>(chunk);
+        return row - one + 2 * (row & one);
     }
 
-    // Populations as they arrive, in `buffer`; the part of what walls store that is known before collision, in `stored`.
-    void arrive(std::size_t c, Real* rows, std::array<Real, most_links>& stored) const {
+    // Populations as they arrive, in `rows`, with the part of what walls return that depends on what arrives there now.
+    void arrive(std::size_t c, Real* rows, AtWalls& at) const {
         for (std::uint32_t l = first_open_[c]; l < first_open_[c + 1]; ++l) {
             Real& value = rows[open_[l].q * chunk + open_[l].place];
             value = -value;
         }
         if (scheme_.walls == Walls::bounce_back) return;
-        std::size_t l = walls_.first[c], s = 0;
-        for (int q = 1; q < directions; ++q) {
-            const std::size_t count = walls_.count[c][static_cast<std::size_t>(q)];
-            const Real* in = row_of(rows, q);
-            Real* out = row_of(rows, opposite(q));
-            const Real kick = static_cast<Real>(2.0 * scheme_.kick(q));
-            for (std::size_t k = 0; k < count; ++k) {
-                const std::size_t i = walls_.place[l + k];
-                const WallWeights<Real> w = weights(walls_.distance[l + k]);
-                out[i] += w.share * w.b * in[i];
-                stored[s + k] = known(w, in[i], out[i], kick);
-            }
-            l += count;
-            s += count;
+        const std::size_t count = walls_.first[c + 1] - walls_.first[c];
+        const std::uint16_t *const row = walls_.row.data() + walls_.first[c], *const distance = walls_.distance.data() + walls_.first[c];
+        // Weights a vector at a time; gathers and scatters are faster one by one.
+        for (std::size_t block = 0; block < count; block += lanes<Real>)
+#pragma omp simd
+            for (std::size_t k = block; k < block + lanes<Real>; ++k) at.weigh(k, weights(distance[k]));
+#pragma GCC unroll 4
+        for (std::size_t k = 0; k < count; ++k) {
+            const std::int32_t in = row[k], out = opposite_row(in);
+            const Real arrives = rows[in], returns = rows[out] + at.arriving[k] * arrives;
+            rows[out] = returns;
+            at.know(k, arrives, returns, kick_[static_cast<std::size_t>(in) / chunk]);
         }
-        for (std::uint64_t g = walls_.first_gap[c]; g < walls_.first_gap[c + 1]; ++g, s += 2) {
+        for (std::size_t g = walls_.first_gap[c], k = count; g < walls_.first_gap[c + 1]; ++g, k += 2) {
             const auto& gap = walls_.gaps[g];
-            const Real one = row_of(rows, gap.q)[gap.place], other = row_of(rows, gap.q + 1)[gap.place];
-            const Real kick = static_cast<Real>(2.0 * scheme_.kick(gap.q));
-            stored[s] = known(weights(gap.distance), one, other, kick);
-            stored[s + 1] = known(weights(gap.opposite_distance), other, one, -kick);
+            const Real one = row_of(rows, gap.q)[gap.place], other = row_of(rows, gap.q + 1)[gap.place], kick = kick_[gap.q];
+            at.weigh(k, weights(gap.distance));
+            at.weigh(k + 1, weights(gap.opposite_distance));
+            at.know(k, one, other, kick);
+            at.know(k + 1, other, one, -kick);
         }
     }
 
     // What leaves towards a wall becomes what the wall stores.
     template <bool swap>
-    void meet_walls(std::size_t c, Real* rows, const std::array<Real, most_links>& stored) const {
+    void meet_walls(std::size_t c, Real* rows, const AtWalls& at) const {
         if (scheme_.walls == Walls::bounce_back) return;
-        std::size_t l = walls_.first[c], s = 0;
-        for (int q = 1; q < directions; ++q) {
-            const std::size_t count = walls_.count[c][static_cast<std::size_t>(q)];
-            Real* in = row_of(rows, swap ? opposite(q) : q);
-            const Real* out = row_of(rows, swap ? q : opposite(q));
-            for (std::size_t k = 0; k < count; ++k) {
-                const std::size_t i = walls_.place[l + k];
-                in[i] = added(weights(walls_.distance[l + k]), in[i], out[i]) + stored[s + k];
-            }
-            l += count;
-            s += count;
+        const std::size_t count = walls_.first[c + 1] - walls_.first[c];
+        const std::uint16_t* const row = walls_.row.data() + walls_.first[c];
+#pragma GCC unroll 4
+        for (std::size_t k = 0; k < count; ++k) {
+            const std::int32_t here = row[k], there = opposite_row(here);
+            rows[swap ? there : here] = at.stored(k, rows[swap ? there : here], rows[swap ? here : there]);
         }
-        for (std::uint64_t g = walls_.first_gap[c]; g < walls_.first_gap[c + 1]; ++g, s += 2) {
+        for (std::size_t g = walls_.first_gap[c], k = count; g < walls_.first_gap[c + 1]; ++g, k += 2) {
             const auto& gap = walls_.gaps[g];
             Real &one = row_of(rows, swap ? gap.q + 1 : gap.q)[gap.place], &other = row_of(rows, swap ? gap.q : gap.q + 1)[gap.place];
-            const auto a = weights(gap.distance), b = weights(gap.opposite_distance);
-            const Real first = added(a, one, other) + stored[s], second = added(b, other, one) + stored[s + 1];
-            const Real weight_a = a.share * a.b, weight_b = b.share * b.b, determinant = Real(1) - weight_a * weight_b;
+            const Real first = at.stored(k, one, other), second = at.stored(k + 1, other, one);
+            const Real weight_a = at.arriving[k], weight_b = at.arriving[k + 1], determinant = Real(1) - weight_a * weight_b;
             one = (first + weight_a * second) / determinant;
             other = (second + weight_b * first) / determinant;
         }
     }
 
-    // The chunk itself is the buffer.
+    // Both steps in one sweep: the odd step of a chunk follows as soon as the even steps of all chunks that it reaches are done,
+    // while they still lie in a cache. So memory is read and written once for two steps.
     template <bool inertia>
-    void even_step() {
-#pragma omp parallel for schedule(static)
-        for (std::size_t c = 0; c < chunks(); ++c) {
-            Real* const rows = store_.data() + slot_of(0, c * chunk);
-            const Real* const next = store_.data() + slot_of(0, (c + 1) * chunk);
-            std::array<Real, most_links> stored;
-            arrive(c, rows, stored);
-            collide<inertia, true>(rows, rates_, [&](std::size_t block) {
-                for (std::size_t q = 0; q < directions; ++q) __builtin_prefetch(next + q * chunk + block);
-            });
-            meet_walls<true>(c, rows, stored);
+    void two_steps() {
+#pragma omp parallel
+        for (const Turns::Turn& turn : turns_.turns) {
+#pragma omp for schedule(static) nowait
+            for (std::size_t c = turn.even; c < turn.even_end; ++c) even_step<inertia>(c);
+#pragma omp for schedule(static)
+            for (std::size_t i = turn.odd; i < turn.odd_end; ++i)
+                odd_step<inertia>(turns_.odd_order[i], turns_.odd_order[std::min(i + 1, chunks() - 1)]);
         }
     }
 
+    // The chunk itself is the buffer.
     template <bool inertia>
-    void odd_step() {
-#pragma omp parallel for schedule(static)
-        for (std::size_t c = 0; c < chunks(); ++c) {
-            Buffer<Real> buffer;
-            std::array<Real, most_links> stored;
-            gather_far(c, buffer);
-            arrive(c, buffer.f, stored);
-            const std::size_t next = std::min(c + 1, chunks() - 1);
-            std::uint64_t segment = addresses_.first_segment[next];
-            const std::uint64_t end = addresses_.first_segment[next + 1];
-            const std::uint64_t share = (end - segment) * lanes<Real> / chunk + 1;
-            const Real* const rest = store_.data() + slot_of(0, next * chunk);
-            collide<inertia, false>(buffer.f, rates_, [&](std::size_t block) {
-                __builtin_prefetch(rest + block);
-                for (const std::uint64_t until = std::min(end, segment + share); segment < until; ++segment) {
-                    const Real* const from = store_.data() + addresses_.slot[segment];
-                    for (const Real* line = from; line < from + addresses_.length[segment]; line += lanes<Real>) __builtin_prefetch(line);
-                    __builtin_prefetch(from + addresses_.length[segment] - 1);
-                }
-            });
-            meet_walls<false>(c, buffer.f, stored);
-            scatter_far(c, buffer);
-        }
+    void even_step(std::size_t c) {
+        Real* const rows = store_.data() + slot_of(0, c * chunk);
+        const Real* const next = store_.data() + slot_of(0, (c + 1) * chunk);
+        AtWalls at;
+        arrive(c, rows, at);
+        collide<inertia, true>(rows, rates_, [&](std::size_t block) {
+            for (std::size_t q = 0; q < directions; ++q) __builtin_prefetch(next + q * chunk + block);
+        });
+        meet_walls<true>(c, rows, at);
+    }
+
+    template <bool inertia>
+    void odd_step(std::size_t c, std::size_t next) {
+        Buffer<Real> buffer;
+        AtWalls at;
+        gather_far(c, buffer);
+        arrive(c, buffer.f, at);
+        const Addresses::Vector* vector = vectors_of(next);
+        const Real* const store = store_.data();
+        const Real* const rest = store + slot_of(0, next * chunk);
+        collide<inertia, false>(buffer.f, rates_, [&](std::size_t block) {
+            __builtin_prefetch(rest + block);
+            for (const Addresses::Vector* const end = vector + directions - 1; vector != end; ++vector) {
+                __builtin_prefetch(store + vector->first);
+                __builtin_prefetch(store + vector->second);
+            }
+        });
+        meet_walls<false>(c, buffer.f, at);
+        scatter_far(c, buffer);
     }
 
     struct OpenPlace {
@@ -383,8 +277,10 @@ private:
     std::size_t nodes_;
     Scheme scheme_;
     Rates<Real> rates_;
-    Real plus_, magic_;  // Lambda+ and Lambda
+    Real plus_, magic_;                    // Lambda+ and Lambda
+    std::array<Real, directions> kick_{};  // 6 w c.F
     Addresses addresses_;
+    Turns turns_;
     ChunkedWalls walls_;
     std::vector<OpenPlace> open_;
     std::vector<std::uint32_t> first_open_;

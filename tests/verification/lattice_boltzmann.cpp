@@ -129,6 +129,12 @@ double largest_difference(const Scene& scene, const Scheme& scheme, Kernel one, 
     return largest / scale;
 }
 
+TEST(Kernels, AgreeOnABedOfManyTurns) {
+    const Scene bed(random_bed("box:1,1,1:periodic", 30, 0.05), {0, 1}, 1.0 / 50);
+    ASSERT_GT(bed.domain.nodes(), 5U * 128U * 128U);
+    EXPECT_LT(largest_difference(bed, {.force = {1e-4, 2e-4, 1e-3}}, Kernel::reference, Kernel::fast_double, 8), 1e-12);
+}
+
 TEST(Kernels, FastAndReferenceAgreeToRounding) {
     const Scene periodic(random_bed("box:1,1,1:periodic", 14, 0.08), {0, 1}, 1.0 / 24);
     const Scene planes(random_bed("cylinder:1,1", 10, 0.08), {0.1, 0.9}, 1.0 / 24);
