@@ -57,19 +57,23 @@ inline Array turned_array(double solid_fraction, double drag) {
     return array;
 }
 
-inline LbmResult solve(const Array& array, double cells_a_unit, const LbmConfig& config, bool with_flow = false) {
-    const Grains grains(array.packing);
+inline LbmScene scene_of(const Array& array, const Grains& grains) {
     const Container& box = array.packing.container;
     const Section whole{0.0, box.size_m.z()};
-    return lbm_permeability({.voxels = [&](double size) { return voxelise(grains, box, whole, plan_voxels(box, whole, size, 0.0, 1.0)); },
-                             .solid = &grains,
-                             .container = box,
-                             .section = whole},
-                            1.0 / cells_a_unit, config, with_flow);
+    return {.voxels = [&, whole](double size) { return voxelise(grains, box, whole, plan_voxels(box, whole, size, 0.0, 1.0)); },
+            .solid = &grains,
+            .container = box,
+            .section = whole,
+            .grain_size_m = array.diameter_m > 0.0 ? array.diameter_m : std::numeric_limits<double>::infinity()};
+}
+
+inline LbmResult solve(const Array& array, double cells_a_unit, const LbmConfig& config, bool with_flow = false) {
+    const Grains grains(array.packing);
+    return lbm_permeability(scene_of(array, grains), 1.0 / cells_a_unit, config, with_flow);
 }
 
 inline double error_of(const Array& array, double cells_a_unit, const LbmConfig& config) {
-    return solve(array, cells_a_unit, config).fine.permeability_m2 / array.permeability_m2 - 1.0;
+    return solve(array, cells_a_unit, config).fine().permeability_m2 / array.permeability_m2 - 1.0;
 }
 
 }  // namespace porepack::test

@@ -59,12 +59,12 @@ Json accuracy_rows() {
                 return voxelise(grains, packing.container, section, plan_voxels(packing.container, section, size, 0.0, 1.0));
             };
             const LbmResult result = lbm_permeability({voxels, &grains, packing.container, section}, 1.0 / cells,
-                                                      {.walls = walls, .tolerance = 1e-5, .grids = 1}, false);
+                                                      {.walls = walls, .iteration_tolerance = 1e-5, .grids = 1}, false);
             rows.push_back({{"walls", walls},
                             {"nodes_a_diameter", 2.0 * r * cells},
-                            {"error", result.fine.permeability_m2 / exact - 1.0},
-                            {"seconds", result.fine.run.seconds},
-                            {"steps", result.fine.run.steps}});
+                            {"error", result.fine().permeability_m2 / exact - 1.0},
+                            {"seconds", result.fine().run.seconds},
+                            {"steps", result.fine().run.steps}});
         }
     return rows;
 }

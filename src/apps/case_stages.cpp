@@ -92,7 +92,12 @@ Json tortuosity_of_case(const Case& c) {
     const auto& config = c.settings.tortuosity;
     if (!from_stl(c)) json["geometric_paper_exact"] = geometric_paper_stage(scene_of(c), config);
     json["geometric_paper_pixels"] = geometric_paper_slices_stage(folder_of(c, "slices"), config);
-    json["hydraulic"] = hydraulic_stage(folder_of(c, "lbm") / "flow.vti", {});
+    if (c.settings.lbm.fields == "none") {
+        const Json lbm = read_json(folder_of(c, "lbm") / "result.json");
+        json["hydraulic"] = {{"kind", "hydraulic"}, {"uncertainty", nullptr}, {"tortuosity_hydraulic", lbm.at("hydraulic_tortuosity")}, {"direction", lbm.at("direction")}};
+    } else {
+        json["hydraulic"] = hydraulic_stage(folder_of(c, "lbm") / "flow.vti", {});
+    }
     return json;
 }
 
@@ -221,19 +226,21 @@ std::vector<Stage> stages_of(const Case& c) {
                       {"slices.json", "*.png"},
                       [c](const Path& folder) { return slices_stage(scene_of(c), c.settings.geometry, folder); },
                       quick});
-    stages.push_back({"lbm",
-                      {solid},
-                      only(table_json(c, {"container", "geometry", "lbm"}), "geometry", with_section({"voxel_size_m", "reservoir_m"})),
-                      {},
-                      {"flow.vti", "history.csv"},
-                      [c](const Path& folder) { return lbm_stage(scene_of(c), c.settings.geometry, c.settings.lbm, folder); },
-                      [c]() -> std::string {
-                          const Container container = make_container(c.settings.container);
-                          const double d = finest_diameter(c),
-                                       h = c.settings.geometry.voxel_size_m > 0.0 ? c.settings.geometry.voxel_size_m : d / 10.0;
-                          return expect_text(expect_lbm(container, expected_section(c, container), h, std::isfinite(d) ? d : 10.0 * h,
-                                                        expected_porosity(c), c.settings.geometry, c.settings.lbm));
-                      }});
+    stages.push_back(
+        {"lbm",
+         {solid},
+         only(table_json(c, {"container", "geometry", "lbm"}), "geometry", with_section({"voxel_size_m", "reservoir_m"})),
+         {},
+         s.lbm.fields == "none" ? std::vector<std::string>{"history.csv"} : std::vector<std::string>{"flow.vti", "history.csv"},
+         [c](const Path& folder) {
+             return lbm_stage(scene_of(c), c.settings.geometry, c.settings.lbm, folder, c.results() / "lbm.checkpoint");
+         },
+         [c]() -> std::string {
+             const Container container = make_container(c.settings.container);
+             const double d = finest_diameter(c), h = c.settings.geometry.voxel_size_m > 0.0 ? c.settings.geometry.voxel_size_m : d / 10.0;
+             return expect_text(expect_lbm(container, expected_section(c, container), h, std::isfinite(d) ? d : 10.0 * h,
+                                           expected_porosity(c), c.settings.geometry, c.settings.lbm));
+         }});
     if (s.openfoam.enabled)
         stages.push_back(
             {"foam",

@@ -388,7 +388,9 @@ private:
                 }
                 run_on_scene(
                     common_, "lbm", geometry, configuration,
-                    [&](const Scene& scene, const Path& folder) { return lbm_stage(scene, geometry, config, folder); },
+                    [&](const Scene& scene, const Path& folder) {
+                        return lbm_stage(scene, geometry, config, folder, target_folder(common_) / "lbm.checkpoint");
+                    },
                     [&](const Scene& scene) {
                         const Expectation e =
                             expect_lbm(scene.container, scene.section, scene.voxel_size(geometry), scene.grain_size_m,

@@ -14,7 +14,9 @@ namespace porepack {
 [[nodiscard]] Json stl_stage(const Scene& scene, const GeometryConfig& geometry, const StlConfig& extras, const Path& folder);
 [[nodiscard]] Json voxelise_stage(const Scene& scene, const GeometryConfig& geometry, const Path& folder);
 [[nodiscard]] Json slices_stage(const Scene& scene, const GeometryConfig& geometry, const Path& folder);
-[[nodiscard]] Json lbm_stage(const Scene& scene, const GeometryConfig& geometry, const LbmConfig& config, const Path& folder);
+/// Goes on from the file `checkpoint` if it is there, and keeps one in it until the end.
+[[nodiscard]] Json lbm_stage(const Scene& scene, const GeometryConfig& geometry, const LbmConfig& config, const Path& folder,
+                             const Path& checkpoint);
 [[nodiscard]] Json lbm_image_stage(const Path& pore_vti, const std::optional<Container>& container, const std::vector<double>& section_m,
                                    const LbmConfig& config, const Path& folder);
 [[nodiscard]] Json foam_stage(const Scene& scene, const GeometryConfig& geometry, const FoamConfig& config, const Path& folder);

@@ -37,63 +37,59 @@ void write_history(const Path& file, const LbmGridResult& grid) {
     std::string text = "step,permeability_m2,iteration_error,flow_imbalance\n";
     const double h2 = grid.voxel_size_m * grid.voxel_size_m;
     for (const auto& point : grid.run.history)
-        text +=
-            fmt::format("{},{:.12g},{:.6g},{:.6g}\n", point.step, point.permeability_lu * h2, point.iteration_error, point.flow_imbalance);
+        text += fmt::format("{},{:.12g},{:.6g},{:.6g}\n", point.step, point.permeability_volume_lu * h2, point.iteration_error,
+                            point.flow_imbalance);
     write_text(file, text);
 }
 
-Json grid_json(const LbmGridResult& grid) {
-    return {{"voxel_size_m", grid.voxel_size_m},
-            {"cells", grid.cells},
-            {"fluid_nodes", grid.nodes},
-            {"isolated_cells", grid.isolated_cells},
-            {"permeability_m2", grid.permeability_m2},
-            {"steps", grid.run.steps},
-            {"seconds", grid.run.seconds},
-            {"updates_per_second", grid.run.updates_per_second},
-            {"set_up_seconds", grid.set_up_seconds},
-            {"bytes_per_node", grid.bytes_per_node},
-            {"wall_links", grid.wall_links},
-            {"narrow_share", grid.narrow_share}};
-}
-
 Json lbm_json(const LbmResult& result, const Section& section, const LbmConfig& config, bool exact_walls, const Path& folder) {
+    const LbmGridResult& fine = result.fine();
     const Scheme scheme = scheme_of(config, exact_walls, {});
     Json json;
-    add_permeability(json, result.fine.permeability_m2, result.interval_m2);
-    json["permeability_by_volume_average_m2"] = result.fine.permeability_volume_m2;
+    add_permeability(json, result.permeability_m2, result.interval_m2());
+    json["half_width_parts_m2"] = nullptr;
+    if (result.half_width)
+        json["half_width_parts_m2"] = {{"grid", result.half_width->grid_m2},
+                                       {"iteration", result.half_width->iteration_m2},
+                                       {"ends", result.half_width->ends_m2},
+                                       {"precision", result.half_width->precision_m2}};
+    json["interval_meaning"] = !result.half_width ? "too few grids: no uncertainty"
+                               : scheme.walls == Walls::interpolated
+                                   ? "three grids: covers the answer in 95 % of cases or more that are known"
+                                   : "two grids, first order, at least the 4 % by which bounce-back scatters";
+    if (config.tolerance > 0.0) {
+        json["tolerance"] = config.tolerance;
+        json["tolerance_reached"] = result.stopped_by.empty();
+        json["stopped_by"] = result.stopped_by.empty() ? Json(nullptr) : Json(result.stopped_by);
+    }
+    json["permeability_by_volume_average_m2"] = fine.permeability_volume_m2;
     json["method"] =
         fmt::format("D3Q19 {}, linear equilibrium, {}, {} precision", config.collision == "bgk" ? "BGK" : "two relaxation times",
                     scheme.walls == Walls::interpolated ? "interpolated walls" : "half-way bounce-back", config.precision);
-    json["interval_meaning"] =
-        !result.interval_m2 ? "one grid: no uncertainty"
-        : scheme.walls == Walls::interpolated
-            ? "1.5 times the second-order Richardson estimate from two grids, at least 1 %"
-            : "first-order Richardson estimate from two grids, at least the 4 % by which bounce-back on voxels scatters";
     json["direction"] = config.direction;
-    json["driven_by"] = result.fine.by_pressure ? "pressure planes" : "body force";
+    json["driven_by"] = config.ends == "paper" ? "the inlet's flow rate" : fine.by_pressure ? "pressure planes" : "body force";
     json["section_m"] = list(section);
-    json["converged"] = result.fine.run.converged;
-    json["iteration_error"] = result.fine.run.iteration_error;
-    json["flow_imbalance"] = result.fine.run.flow_imbalance;
-    json["hydraulic_tortuosity"] = result.fine.run.hydraulic_tortuosity;
-    json["steps"] = result.fine.run.steps;
-    json["updates_per_second"] = result.fine.run.updates_per_second;
-    json["relaxation_time"] = config.relaxation_time;
+    json["converged"] = fine.run.converged;
+    json["iteration_error"] = fine.run.iteration_error;
+    json["flow_imbalance"] = fine.run.flow_imbalance;
+    json["hydraulic_tortuosity"] = fine.run.hydraulic_tortuosity;
     json["magic_number"] = scheme.magic;
-    json["permeability_lu"] = result.fine.run.permeability_lu;
-    json["superficial_velocity_lu"] = result.fine.run.superficial_velocity_lu;
-    json["fine"] = grid_json(result.fine);
-    json["coarse"] = result.coarse ? grid_json(*result.coarse) : Json(nullptr);
+    json["steps"] = fine.run.steps;
+    json["updates_per_second"] = fine.run.updates_per_second;
+    json["grids"] = Json::array();
+    for (const LbmGridResult& grid : result.grids) json["grids"].push_back(to_json(grid));
+    json["subsections"] = Json::array();
+    for (const auto& part : result.subsections)
+        json["subsections"].push_back({{"z0_m", part.z0_m}, {"z1_m", part.z1_m}, {"permeability_m2", part.permeability_m2}});
     json["peak_memory_bytes"] = peak_memory_bytes();
-    write_history(folder / "history.csv", result.fine);
-    write_flow_image(folder / "flow.vti", result.flow);
+    write_history(folder / "history.csv", fine);
+    if (config.fields != "none") write_flow_image(folder / "flow.vti", result.flow);
     return json;
 }
 
 }  // namespace
 
-Json lbm_stage(const Scene& scene, const GeometryConfig& geometry, const LbmConfig& config, const Path& folder) {
+Json lbm_stage(const Scene& scene, const GeometryConfig& geometry, const LbmConfig& config, const Path& folder, const Path& checkpoint) {
     const auto voxels = [&](double size) {
         return plan_voxels(scene.container, scene.section, size, geometry.reservoir_m, scene.grain_size_m);
     };
@@ -104,13 +100,20 @@ Json lbm_stage(const Scene& scene, const GeometryConfig& geometry, const LbmConf
     require_memory(expected.memory_bytes,
                    fmt::format("the flow on {} x {} x {} voxels", plan.grid.cells[0], plan.grid.cells[1], plan.grid.cells[2]),
                    "take a larger voxel size or a shorter section");
-    const LbmResult result =
-        lbm_permeability({.voxels = [&](double size) { return voxelise(scene.solid(), scene.container, scene.section, voxels(size)); },
-                          .solid = &scene.solid(),
-                          .container = scene.container,
-                          .section = scene.section},
-                         plan.voxel_size_m, config, true);
-    Json json = lbm_json(result, scene.section, config, true, folder);
+    const LbmScene pore_space{.voxels = [&](double size) { return voxelise(scene.solid(), scene.container, scene.section, voxels(size)); },
+                              .solid = &scene.solid(),
+                              .container = scene.container,
+                              .section = scene.section,
+                              .grain_size_m = scene.grains ? scene.grain_size_m : std::numeric_limits<double>::infinity(),
+                              .checkpoint = checkpoint};
+    Json json;
+    if (config.tensor) {
+        const TensorResult tensor = lbm_tensor(pore_space, plan.voxel_size_m, config);
+        json = lbm_json(tensor.runs[std::string("xyz").find(config.direction)], scene.section, config, true, folder);
+        json["permeability_tensor_m2"] = tensor.permeability_m2;
+    } else {
+        json = lbm_json(lbm_permeability(pore_space, plan.voxel_size_m, config, true), scene.section, config, true, folder);
+    }
     json["expected_memory_bytes"] = expected.memory_bytes;
     return json;
 }
@@ -145,6 +148,9 @@ Json lbm_image_stage(const Path& pore_vti, const std::optional<Container>& conta
                         {.where = pore_vti.string(), .allowed = fmt::format("{:g} <= z0 < z1 <= {:g} m", whole.z0, whole.z1)});
     LbmConfig one = config;
     one.grids = 1;  // an image has one resolution
+    if (one.tolerance > 0.0)
+        throw UserError("an image has one resolution: no finer grid can reach a tolerance",
+                        {.where = pore_vti.string(), .mend = "leave the tolerance out, or give packing.json or the STL file"});
     const LbmScene pores{.voxels = [&](double) { return image; }, .solid = nullptr, .container = vessel, .section = section};
     return lbm_json(lbm_permeability(pores, grid.spacing_m[0], one, true), section, one, false, folder);
 }
@@ -215,8 +221,8 @@ Expectation expect_lbm(const Container& container, const Section& section, doubl
     const double fluid = pores * container.inner_area_m2() * section.length() / std::pow(plan.voxel_size_m, 3);
     Expectation expected{.memory_bytes = lbm_memory_bytes(cells, fluid, config.precision == "single" ? 4.0 : 8.0) + 16.0 * cells};
     // Steps grow with the square of the pores' width in voxels, and with the length; rate of about 8 million a second and thread.
-    const double steps = std::max(400.0, 4.0 * std::pow(grain_size_m / plan.voxel_size_m, 2.0)) * 1.2 / config.relaxation_time;
-    const double coarse = config.grids == 2 ? 1.0 + std::pow(config.grid_ratio, -5.0) : 1.0;
+    const double steps = std::max(400.0, 4.0 * std::pow(grain_size_m / plan.voxel_size_m, 2.0));
+    const double coarse = config.grids > 1 ? 1.0 / (1.0 - std::pow(config.grid_ratio, -5.0)) : 1.0;
     expected.wall_time_s = coarse * steps * fluid / (8e6 * thread_count());
     expected.text = fmt::format("{} x {} x {} voxels of {:.4g} m, about {:.2g} fluid nodes", plan.grid.cells[0], plan.grid.cells[1],
                                 plan.grid.cells[2], plan.voxel_size_m, fluid);

@@ -10,13 +10,20 @@ struct LbmConfig {
     std::string walls = "interpolated";
     std::string collision = "trt";
     std::string precision = "double";
-    double relaxation_time = 1.2;
+    std::string ends = "pressure";
+    double relaxation_time = 0.0;
     double magic_number = 0.0;
-    double tolerance = 1e-4;
+    double tolerance = 0.0;
+    double max_time_s = 0.0;
+    double iteration_tolerance = 0.0;
     long max_steps = 200000;
-    long grids = 2;
+    long grids = 3;
     double grid_ratio = 1.5;
+    bool tensor = false;
+    long subsections = 4;
+    std::string fields = "vti";
     double superficial_velocity_m_per_s = 5e-5;
+    double checkpoint_minutes = 10.0;
 };
 
 inline void describe(ConfigVisitor& v, LbmConfig& c) {
@@ -25,16 +32,32 @@ inline void describe(ConfigVisitor& v, LbmConfig& c) {
              "interpolated: walls at their exact distance, second order; bounce_back: half-way between nodes, the paper's");
     v.choice("collision", c.collision, {"trt", "bgk"}, "two relaxation times, or one (the paper's; k then depends on relaxation_time)");
     v.choice("precision", c.precision, {"double", "single"}, "of the populations; single halves memory and time");
-    v.number("relaxation_time", c.relaxation_time, {.low = 0.5, .high = 100.0, .low_open = true},
-             "tau of the symmetric moments (lattice viscosity (tau - 1/2)/3); k does not depend on it, the number of steps does");
+    v.choice("ends", c.ends, {"pressure", "paper"},
+             "pressure: constant pressure on both end planes; paper: Poiseuille's profile of the tube comes in at the first (needs a "
+             "reservoir), constant pressure and zero gradient at the second");
+    v.number("relaxation_time", c.relaxation_time, {.low = 0.5, .high = 100.0, .low_open = true, .zero_is_auto = true},
+             "tau of the symmetric moments (lattice viscosity (tau - 1/2)/3); with trt k does not depend on it, the number of steps does; "
+             "auto: the fastest, found on the coarsest grid; with bgk 0.59, the paper's");
     v.number("magic_number", c.magic_number, {.low = 1e-6, .high = 10.0, .zero_is_auto = true},
              "Lambda = (tau+ - 1/2)(tau- - 1/2) of the two relaxation times; auto: 1/12 with interpolated walls, 3/16 with bounce_back");
-    v.number("tolerance", c.tolerance, {.low = 1e-12, .high = 0.1}, "relative iteration error of k at which the run stops");
+    v.number("tolerance", c.tolerance, {.low = 1e-4, .high = 0.5, .zero_is_auto = true},
+             "relative half width of k's interval that is asked for: grids are then refined from coarse to fine until it is reached; auto: "
+             "the voxel size is given, and the interval is what it is");
+    v.number("max_time_s", c.max_time_s, {.low = 1e-3, .high = 1e9, .zero_is_auto = true},
+             "seconds after which a run with a tolerance starts no finer grid; auto: no limit");
+    v.number("iteration_tolerance", c.iteration_tolerance, {.low = 1e-12, .high = 0.1, .zero_is_auto = true},
+             "relative iteration error of k at which a grid's run stops; auto: a tenth of the tolerance, or 1e-4");
     v.integer("max_steps", c.max_steps, {.low = 1, .high = 1e9}, "give up after as many time steps");
-    v.integer("grids", c.grids, between(1, 2), "1: one grid, no uncertainty; 2: a coarser grid first, their difference gives the interval");
-    v.number("grid_ratio", c.grid_ratio, {.low = 1.1, .high = 4.0}, "voxel size of the coarser grid / voxel size");
+    v.integer("grids", c.grids, between(1, 6),
+              "number of grids, coarse to fine; three or more give the interval, fewer none (without a tolerance)");
+    v.number("grid_ratio", c.grid_ratio, {.low = 1.1, .high = 4.0}, "voxel size of a grid / that of the next finer one");
+    v.boolean("tensor", c.tensor, "of a box that is periodic in x, y and z: three runs give the whole permeability tensor");
+    v.integer("subsections", c.subsections, between(1, 1000), "parts along z whose permeabilities are given too");
+    v.choice("fields", c.fields, {"vti", "none"}, "none: no flow.vti");
     v.number("superficial_velocity_m_per_s", c.superficial_velocity_m_per_s, between(1e-12, 1e3),
              "physical state of flow.vti: water (1e-6 m2/s, 1000 kg/m3) at this superficial velocity");
+    v.number("checkpoint_minutes", c.checkpoint_minutes, {.low = 1e-4, .high = 1e6},
+             "minutes between checkpoints, from which a killed run goes on");
 }
 
 }  // namespace porepack

@@ -76,8 +76,15 @@ struct Links {
     std::vector<OpenLink> open;
 };
 
+// Poiseuille's profile, where the link along q from a node of the first layer meets the plane.
+double inlet_speed(const Grid& grid, double radius, const std::array<int, 3>& here, int q) {
+    const auto& c = d3q19::c[static_cast<std::size_t>(q)];
+    const double x = here[0] + 0.5 + 0.5 * c[0] - 0.5 * grid.cells[0], y = here[1] + 0.5 + 0.5 * c[1] - 0.5 * grid.cells[1];
+    return 2.0 * inlet_velocity_lu * std::max(0.0, 1.0 - (x * x + y * y) / (radius * radius));
+}
+
 // The links of the nodes [begin, end).
-Links links_of(const Domain& domain, const FlowWalls* walls, std::size_t begin, std::size_t end) {
+Links links_of(const Domain& domain, const FlowWalls* walls, double inlet_radius, std::size_t begin, std::size_t end) {
     Links links;
     std::optional<WallFinder> finder;
     if (walls != nullptr) finder.emplace(*walls, domain.grid, domain.drive);
@@ -92,8 +99,13 @@ Links links_of(const Domain& domain, const FlowWalls* walls, std::size_t begin, 
             if (way.kind == Way::Kind::open) {
                 // What comes in along the opposite direction left `aside` as its mirror image.
                 const int in = d3q19::opposite(q);
-                links.open.push_back({static_cast<std::uint32_t>(node), static_cast<std::uint32_t>(domain.node_at(way.place)),
-                                      static_cast<std::uint8_t>(in), static_cast<std::uint8_t>(d3q19::mirrored(in, domain.drive.axis))});
+                const auto self = static_cast<std::uint32_t>(node), aside = static_cast<std::uint32_t>(domain.node_at(way.place));
+                const auto in_q = static_cast<std::uint8_t>(in), out_q = static_cast<std::uint8_t>(q);
+                if (inlet_radius > 0.0 && here[static_cast<std::size_t>(domain.drive.axis)] == 0)
+                    links.open.push_back(
+                        {self, self, in_q, out_q, 1, 6.0 * d3q19::w(in) * inlet_speed(domain.grid, inlet_radius, here, q)});
+                else
+                    links.open.push_back({self, aside, in_q, static_cast<std::uint8_t>(d3q19::mirrored(in, domain.drive.axis)), -1, 0.0});
             }
             if (way.kind != Way::Kind::wall) continue;
             double fraction = 0.5;
@@ -121,7 +133,7 @@ Links links_of(const Domain& domain, const FlowWalls* walls, std::size_t begin, 
 
 }  // namespace
 
-Domain build_domain(const PhaseImage& image, const Drive& drive, const FlowWalls* walls) {
+Domain build_domain(const PhaseImage& image, const Drive& drive, const FlowWalls* walls, double inlet_radius_cells) {
     Domain domain{.grid = image.grid, .drive = drive, .cell = {}, .row_node = {}, .walls = {}, .open_links = {}};
     {
         const Percolation percolation = find_percolating_cells(image, drive);
@@ -136,7 +148,8 @@ Domain build_domain(const PhaseImage& image, const Drive& drive, const FlowWalls
 
     constexpr std::size_t share = 16384;
     std::vector<Links> parts((n + share - 1) / share);
-    parallel_for(parts.size(), [&](std::size_t p) { parts[p] = links_of(domain, walls, p * share, std::min(n, (p + 1) * share)); });
+    parallel_for(parts.size(),
+                 [&](std::size_t p) { parts[p] = links_of(domain, walls, inlet_radius_cells, p * share, std::min(n, (p + 1) * share)); });
     for (Links& part : parts) {
         domain.walls.insert(domain.walls.end(), part.walls.begin(), part.walls.end());
         domain.open_links.insert(domain.open_links.end(), part.open.begin(), part.open.end());

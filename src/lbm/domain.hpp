@@ -19,11 +19,16 @@ struct WallLink {
     [[nodiscard]] double fraction() const { return distance / 65535.0; }
 };
 
-/// The population that comes in along c_q through an open end is the mirror image of what leaves `source` along `source_q`.
+/// The population that comes in along c_q through an open end is sign times what leaves `source` along `source_q`, plus `added`.
 struct OpenLink {
     std::uint32_t node, source;
     std::uint8_t q, source_q;
+    std::int8_t sign;
+    double added;
 };
+
+/// Mean velocity of the inlet's profile, lattice units; any, for Stokes flow is linear.
+inline constexpr double inlet_velocity_lu = 1e-3;
 
 struct Domain {
     Grid grid;
@@ -45,7 +50,8 @@ struct Domain {
 [[nodiscard]] double lbm_memory_bytes(double cells, double fluid, double bytes_a_number);
 
 /// Keeps the cells that flow can reach (find_percolating_cells). With `walls` the distances are exact, without (an image) walls
-/// lie half-way.
-[[nodiscard]] Domain build_domain(const PhaseImage& image, const Drive& drive, const FlowWalls* walls);
+/// lie half-way. On end planes the pressure is constant and the flow normal: what comes in is minus the mirror
+/// image of what leaves. With an `inlet_radius_cells` Poiseuille's profile of that radius enters through the first of them.
+[[nodiscard]] Domain build_domain(const PhaseImage& image, const Drive& drive, const FlowWalls* walls, double inlet_radius_cells = 0.0);
 
 }  // namespace porepack

@@ -46,7 +46,8 @@ public:
         for (std::size_t c = 0; c <= chunks(); ++c) {
             first_open_.push_back(static_cast<std::uint32_t>(open_.size()));
             for (; link < domain.open_links.size() && domain.open_links[link].node < (c + 1) * chunk; ++link)
-                open_.push_back({static_cast<std::uint8_t>(domain.open_links[link].node - c * chunk), domain.open_links[link].q});
+                open_.push_back({static_cast<std::uint16_t>(domain.open_links[link].q * chunk + domain.open_links[link].node - c * chunk),
+                                 static_cast<Real>(domain.open_links[link].sign), static_cast<Real>(domain.open_links[link].added)});
         }
 #pragma omp parallel for schedule(static)
         for (std::size_t c = 0; c < chunks(); ++c) std::memset(store_.data() + slot_of(0, c * chunk), 0, directions * chunk * sizeof(Real));
@@ -83,6 +84,25 @@ public:
         }
     }
 
+    void set_moments(std::size_t first, std::span<const Moments> moments) override {
+        AtWalls at;
+        for (std::size_t done = 0; done < moments.size(); done += chunk) {
+            const std::size_t c = (first + done) / chunk;
+            Real* const rows = store_.data() + slot_of(0, c * chunk);
+            for (std::size_t i = 0; i < std::min(chunk, moments.size() - done); ++i) {
+                auto momentum = moments[done + i].velocity;
+                for (std::size_t a = 0; a < 3; ++a) momentum[a] -= 0.5 * scheme_.force[a];
+                for (int q = 0; q < directions; ++q)
+                    row_of(rows, q)[i] = static_cast<Real>(Scheme::equilibrium(q, moments[done + i].density, momentum));
+            }
+            before_arrival(c, rows, at);
+        }
+    }
+
+    [[nodiscard]] std::span<std::byte> state() override {
+        return std::as_writable_bytes(std::span(store_.data(), store_.size()));
+    }
+
     [[nodiscard]] std::array<double, 3> drag() const override {
         double x = 0.0, y = 0.0, z = 0.0;
 #pragma omp parallel for schedule(static) reduction(+ : x, y, z)
@@ -111,7 +131,7 @@ public:
 
     [[nodiscard]] double bytes() const override {
         return static_cast<double>(store_.size() * sizeof(Real)) + addresses_.bytes() + walls_.bytes() +
-               2.0 * static_cast<double>(open_.size());
+               static_cast<double>(sizeof(OpenPlace) * open_.size());
     }
 
 private:
@@ -175,10 +195,8 @@ private:
 
     // Populations as they arrive, in `rows`, with the part of what walls return that depends on what arrives there now.
     void arrive(std::size_t c, Real* rows, AtWalls& at) const {
-        for (std::uint32_t l = first_open_[c]; l < first_open_[c + 1]; ++l) {
-            Real& value = rows[open_[l].q * chunk + open_[l].place];
-            value = -value;
-        }
+        for (std::uint32_t l = first_open_[c]; l < first_open_[c + 1]; ++l)
+            rows[open_[l].row] = open_[l].sign * rows[open_[l].row] + open_[l].added;
         if (scheme_.walls == Walls::bounce_back) return;
         const std::size_t count = walls_.first[c + 1] - walls_.first[c];
         const std::uint16_t *const row = walls_.row.data() + walls_.first[c], *const distance = walls_.distance.data() + walls_.first[c];
@@ -200,6 +218,18 @@ private:
             at.weigh(k + 1, weights(gap.opposite_distance));
             at.know(k, one, other, kick);
             at.know(k + 1, other, one, -kick);
+        }
+    }
+
+    // Undoes the part of arrive() that changes `rows`.
+    void before_arrival(std::size_t c, Real* rows, AtWalls& at) const {
+        for (std::uint32_t l = first_open_[c]; l < first_open_[c + 1]; ++l)
+            rows[open_[l].row] = open_[l].sign * (rows[open_[l].row] - open_[l].added);
+        if (scheme_.walls == Walls::bounce_back) return;
+        for (std::uint64_t l = walls_.first[c]; l < walls_.first[c + 1]; ++l) {
+            at.weigh(0, weights(walls_.distance[l]));
+            const std::int32_t in = walls_.row[l];
+            rows[opposite_row(in)] -= at.arriving[0] * rows[in];
         }
     }
 
@@ -272,7 +302,8 @@ private:
     }
 
     struct OpenPlace {
-        std::uint8_t place, q;
+        std::uint16_t row;
+        Real sign, added;
     };
     std::size_t nodes_;
     Scheme scheme_;

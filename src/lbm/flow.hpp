@@ -1,6 +1,7 @@
 // The state of a flow on a domain, whatever kernel moves it.
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <vector>
 
@@ -26,6 +27,10 @@ public:
     virtual void moments(std::size_t first, std::span<Moments> moments) const = 0;
     /// Force on the walls by momentum exchange, lattice units.
     [[nodiscard]] virtual std::array<double, 3> drag() const = 0;
+    /// Sets nodes, numbered as in `moments`, to local equilibrium.
+    virtual void set_moments(std::size_t first, std::span<const Moments> moments) = 0;
+    /// All that a later step depends on, as it lies in memory.
+    [[nodiscard]] virtual std::span<std::byte> state() = 0;
     [[nodiscard]] virtual double bytes() const = 0;
 
     /// Nodes are asked for in multiples of this.

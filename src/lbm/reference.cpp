@@ -83,6 +83,17 @@ public:
         return total;
     }
 
+    void set_moments(std::size_t first, std::span<const Moments> moments) override {
+        for (std::size_t i = 0; i < moments.size(); ++i) {
+            auto momentum = moments[i].velocity;
+            for (std::size_t a = 0; a < 3; ++a) momentum[a] -= 0.5 * scheme_.force[a];
+            for (int q = 0; q < directions; ++q)
+                before_[first + i][static_cast<std::size_t>(q)] = Scheme::equilibrium(q, moments[i].density, momentum);
+        }
+    }
+
+    [[nodiscard]] std::span<std::byte> state() override { return std::as_writable_bytes(std::span(before_)); }
+
     [[nodiscard]] double bytes() const override { return static_cast<double>(domain_.nodes()) * 2.0 * sizeof(Populations); }
 
 private:
@@ -119,7 +130,8 @@ private:
                     before_[x][static_cast<std::size_t>(q)] = after_[static_cast<std::size_t>(other)][static_cast<std::size_t>(q)];
             }
         }
-        for (const OpenLink& link : domain_.open_links) before_[link.node][link.q] = -after_[link.source][link.source_q];
+        for (const OpenLink& link : domain_.open_links)
+            before_[link.node][link.q] = link.sign * after_[link.source][link.source_q] + link.added;
         for (std::size_t l = 0; l < domain_.walls.size(); ++l) {
             const WallLink& link = domain_.walls[l];
             if (!link.narrow) before_[link.node][out(link)] = stored_[l] + arrival_weight(link) * before_[link.node][link.q];

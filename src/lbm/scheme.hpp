@@ -27,6 +27,11 @@ struct Scheme {
         const auto& c = d3q19::c[static_cast<std::size_t>(q)];
         return 3.0 * d3q19::w(q) * (c[0] * force[0] + c[1] * force[1] + c[2] * force[2]);
     }
+    /// w (rho + 3 c.j), linear.
+    [[nodiscard]] static double equilibrium(int q, double density, const std::array<double, 3>& momentum) {
+        const auto& c = d3q19::c[static_cast<std::size_t>(q)];
+        return d3q19::w(q) * (density + 3.0 * (c[0] * momentum[0] + c[1] * momentum[1] + c[2] * momentum[2]));
+    }
 };
 
 /// A wall at a fraction x of the link along q, o being the opposite direction; f are the populations before, f* after collision:

@@ -36,37 +36,36 @@ void for_all_moments(const Flow& flow, std::size_t nodes, const Make& make, cons
     }
 }
 
-// The change still to come, if the last three values approach their limit geometrically.
-double remaining_change(double before_last, double last, double now) {
-    const double change = now - last, change_before = last - before_last;
+// The change still to come, if the values approach their limit geometrically; from the last two fifths of the history, so that
+// a slow mode shows beside the fast ones.
+double remaining_change(const std::vector<ConvergencePoint>& history, double ConvergencePoint::*value) {
+    const std::size_t n = history.size(), apart = std::max<std::size_t>(1, n / 5);
+    if (n < 2 * apart + 1) return 1.0;
+    const double now = history[n - 1].*value, last = history[n - 1 - apart].*value, before = history[n - 1 - 2 * apart].*value;
+    const double change = now - last, change_before = last - before;
     const double ratio = change_before == 0.0 ? 0.0 : std::abs(change / change_before);
     if (ratio >= 0.999) return 1.0;
     return std::abs(change) * std::max(1.0, ratio / (1.0 - ratio)) / std::abs(now);
 }
 
-// Driving gradient over the section: the force, and where planes drive the flow what the rest of the pressure c_s^2 rho drops
-// between the section's planes: none when they are the end planes, else the pressure on a plane is the mean of the layers on both sides.
-double gradient_over(double force, const Domain& domain, const Layers& layers, std::size_t first, std::size_t last) {
-    if (!domain.drive.by_pressure()) return force;
-    const double above = first == 0 ? 0.0 : 0.5 * (layers.density[first - 1] + layers.density[first]);
-    const double below = last + 1 == layers.density.size() ? 0.0 : 0.5 * (layers.density[last] + layers.density[last + 1]);
-    return force + (above - below) / (3.0 * static_cast<double>(last - first + 1));
-}
-
-double tortuosity_of(const Flow& flow, const Domain& domain, const FlowSection& section) {
+// Hydraulic tortuosity of the section, and the sum of all velocities.
+void measure_velocities(const Flow& flow, const Domain& domain, const FlowSection& section, StokesRun& run) {
     struct Sums {
         const Domain& domain;
         const FlowSection& section;
         double speed = 0.0, along = 0.0;
+        std::array<double, 3> velocity{};
         void visit(std::size_t node, const Moments& here) {
+            const auto& u = here.velocity;
+            for (std::size_t a = 0; a < 3; ++a) velocity[a] += u[a];
             const auto layer = static_cast<int>(layer_of(domain, node));
             if (layer < section.first_layer || layer > section.last_layer) return;
-            const auto& u = here.velocity;
             speed += std::sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
             along += u[static_cast<std::size_t>(domain.drive.axis)];
         }
     };
     double speed = 0.0, along = 0.0;
+    run.velocity_sum_lu = {0, 0, 0};
     for_all_moments(
         flow, domain.nodes(),
         [&] {
@@ -75,8 +74,9 @@ double tortuosity_of(const Flow& flow, const Domain& domain, const FlowSection& 
         [&](const Sums& sums) {
             speed += sums.speed;
             along += sums.along;
+            for (std::size_t a = 0; a < 3; ++a) run.velocity_sum_lu[a] += sums.velocity[a];
         });
-    return speed / along;
+    run.hydraulic_tortuosity = speed / along;
 }
 
 }  // namespace
@@ -111,54 +111,71 @@ Layers measure_layers(const Flow& flow, const Domain& domain) {
     return {all.flow, all.density};
 }
 
-StokesRun run_to_steady(Flow& flow, const Domain& domain, const Scheme& scheme, const FlowSection& section, const StokesGate& gate) {
+double gradient_between(double force, const Domain& domain, const Layers& layers, std::size_t first, std::size_t last) {
+    const auto& density = layers.density;
+    const std::size_t n = density.size();
+    // On end planes the density is zero; inside the pressure on a plane is the mean of the layers on both sides.
+    const auto on_plane = [&](std::size_t plane) {
+        if (plane > 0 && plane < n) return 0.5 * (density[plane - 1] + density[plane]);
+        return domain.drive.by_pressure() ? 0.0 : 0.5 * (density.front() + density.back());
+    };
+    return force + (on_plane(first) - on_plane(last + 1)) / (3.0 * static_cast<double>(last - first + 1));
+}
+
+StokesRun run_to_steady(Flow& flow, const Domain& domain, const Scheme& scheme, const FlowSection& section, const StokesGate& gate,
+                        StokesRun run) {
     constexpr long steps_a_check = 40;
-    StokesRun run;
     const Stopwatch watch;
+    const double seconds_before = run.seconds;
+    const long steps_before = run.steps;
     Progress progress("lattice Boltzmann");
     const auto first = static_cast<std::size_t>(section.first_layer), last = static_cast<std::size_t>(section.last_layer);
     const double force = scheme.force[static_cast<std::size_t>(domain.drive.axis)];
-    std::array<double, 2> by_volume{}, by_flow{};  // of the last two checks
+    double first_error = 0.0, momentum_bound = 0.0;
     int passed = 0;
-    while (run.steps < gate.max_steps && passed < 2) {
-        const long pairs = std::min(steps_a_check, gate.max_steps - run.steps + 1) / 2;
-        for (long pair = 0; pair < pairs; ++pair) {
-            check_interrupt();
-            flow.advance_two_steps();
-        }
-        run.steps += 2 * pairs;
-        const Layers layers = measure_layers(flow, domain);
+    while (run.steps < gate.max_steps && passed < 2 && watch.seconds() < gate.max_seconds) {
+        const long until = std::min((run.steps / steps_a_check + 1) * steps_a_check, gate.max_steps + gate.max_steps % 2);
+        for (; run.steps < until && !interrupted(); run.steps += 2) flow.advance_two_steps();
+        run.seconds = seconds_before + watch.seconds();
+        if (run.steps < until && gate.checkpoint) gate.checkpoint(run);
+        check_interrupt();
+        run.layers = measure_layers(flow, domain);
         double sum = 0.0, low = 1e300, high = -1e300;
         for (std::size_t layer = first; layer <= last; ++layer) {
-            sum += layers.flow[layer];
-            low = std::min(low, layers.flow[layer]);
-            high = std::max(high, layers.flow[layer]);
+            sum += run.layers.flow[layer];
+            low = std::min(low, run.layers.flow[layer]);
+            high = std::max(high, run.layers.flow[layer]);
         }
-        const double mean = sum / static_cast<double>(last - first + 1);
-        if (!std::isfinite(sum))
+        // The force cannot give more momentum than this; a flow that has more is made up by the scheme.
+        const double most = force * static_cast<double>(40 * domain.nodes());
+        if (momentum_bound == 0.0) momentum_bound = 10.0 * std::abs(sum);
+        momentum_bound += 2.0 * most;
+        if (!std::isfinite(sum) || (force != 0.0 && std::abs(sum) > momentum_bound))
             throw NumericalError(fmt::format("the flow diverged within {} steps", run.steps),
                                  {.mend = "choose relaxation_time between 0.55 and 2"});
-        run.gradient_lu = gradient_over(force, domain, layers, first, last);
+        const double mean = sum / static_cast<double>(last - first + 1);
+        run.gradient_lu = gradient_between(force, domain, run.layers, first, last);
         const double darcy = scheme.viscosity_lu() / (section.area_cells * run.gradient_lu);
         run.permeability_volume_lu = mean * darcy;
         run.permeability_lu =
-            domain.drive.by_pressure() ? 0.5 * (layers.flow[first] + layers.flow[last]) * darcy : run.permeability_volume_lu;
+            domain.drive.by_pressure() ? 0.5 * (run.layers.flow[first] + run.layers.flow[last]) * darcy : run.permeability_volume_lu;
         run.superficial_velocity_lu = mean / section.area_cells;
         run.flow_imbalance = (high - low) / std::abs(mean);
-        run.iteration_error = run.history.size() < 2 ? 1.0
-                                                     : std::max(remaining_change(by_volume[0], by_volume[1], run.permeability_volume_lu),
-                                                                remaining_change(by_flow[0], by_flow[1], run.permeability_lu));
-        by_volume = {by_volume[1], run.permeability_volume_lu};
-        by_flow = {by_flow[1], run.permeability_lu};
-        run.history.push_back({run.steps, run.permeability_volume_lu, run.iteration_error, run.flow_imbalance});
+        run.history.push_back({run.steps, run.permeability_lu, run.permeability_volume_lu, 1.0, run.flow_imbalance});
+        run.iteration_error = std::max(remaining_change(run.history, &ConvergencePoint::permeability_lu),
+                                       remaining_change(run.history, &ConvergencePoint::permeability_volume_lu));
+        run.history.back().iteration_error = run.iteration_error;
         passed = run.iteration_error < gate.tolerance && mean > 0.0 ? passed + 1 : 0;
-        progress.update(std::clamp(std::log(run.iteration_error) / std::log(gate.tolerance), 0.0, 1.0),
+        if (first_error == 0.0 || first_error == 1.0) first_error = run.iteration_error;
+        progress.update(std::clamp(std::log(run.iteration_error / first_error) / std::log(gate.tolerance / first_error), 0.0, 1.0),
                         fmt::format("step {}, error {:.1e}", run.steps, run.iteration_error));
+        if (passed < 2 && gate.checkpoint) gate.checkpoint(run);
     }
     run.converged = passed >= 2;
-    run.seconds = watch.seconds();
-    run.updates_per_second = static_cast<double>(run.steps) * static_cast<double>(domain.nodes()) / run.seconds;
-    run.hydraulic_tortuosity = tortuosity_of(flow, domain, section);
+    run.seconds = seconds_before + watch.seconds();
+    run.updates_per_second =
+        static_cast<double>(run.steps - steps_before) * static_cast<double>(domain.nodes()) / std::max(1e-9, watch.seconds());
+    measure_velocities(flow, domain, section, run);
     return run;
 }
 

@@ -1,6 +1,8 @@
 // A flow's way to its steady state, and the permeability that it shows. Lattice units.
 #pragma once
 
+#include <functional>
+
 #include "lbm/flow.hpp"
 
 namespace porepack {
@@ -11,11 +13,15 @@ struct Layers {
 };
 [[nodiscard]] Layers measure_layers(const Flow& flow, const Domain& domain);
 
+/// Gradient of pressure that drives the flow between the layers first and last: the body force `force`, and what the rest of the
+/// pressure drops between the planes before and behind them.
+[[nodiscard]] double gradient_between(double force, const Domain& domain, const Layers& layers, std::size_t first, std::size_t last);
+
 /// One check of the run's state, the history of the convergence plot.
 struct ConvergencePoint {
     long step;
-    double permeability_lu;
-    double iteration_error;  ///< relative, extrapolated from the last three checks
+    double permeability_lu, permeability_volume_lu;
+    double iteration_error;  ///< relative
     double flow_imbalance;   ///< largest relative difference of the flow rate between layers
 };
 
@@ -25,18 +31,22 @@ struct StokesRun {
     double superficial_velocity_lu = 0.0;
     double gradient_lu = 0.0;           ///< driving gradient of pressure over the section
     double hydraulic_tortuosity = 0.0;  ///< sum |u| / sum u_axis over the section's fluid
+    std::array<double, 3> velocity_sum_lu = {0, 0, 0};
     double iteration_error = 0.0;
     double flow_imbalance = 0.0;
     bool converged = false;
     long steps = 0;
     double seconds = 0.0;
     double updates_per_second = 0.0;
-    std::vector<ConvergencePoint> history;
+    Layers layers = {};
+    std::vector<ConvergencePoint> history = {};
 };
 
 struct StokesGate {
     double tolerance = 1e-4;
     long max_steps = 200000;
+    double max_seconds = 1e300;                             ///< then the run ends unconverged
+    std::function<void(const StokesRun&)> checkpoint = {};  ///< called when populations and run may be saved
 };
 
 /// The cross-section that the flow rate is divided by, and the layers between the planes of the section.
@@ -46,10 +56,10 @@ struct FlowSection {
     int last_layer = 0;  ///< inclusive
 };
 
-/// Steps until the change of both permeabilities that is still to come is below the gate, twice in a row. Throws
-/// NumericalError on divergence (named, with the step). When the gate is not passed, `converged` is false and the numbers must
-/// not be used.
+/// Steps, from where `run` is, until the change of both permeabilities that is still to come is below the gate, twice in a row: as
+/// far as the last fifths of the history tell, taken as geometric. Throws NumericalError on divergence (named, with the step).
+/// When the gate is not passed, `converged` is false and the numbers must not be used.
 [[nodiscard]] StokesRun run_to_steady(Flow& flow, const Domain& domain, const Scheme& scheme, const FlowSection& section,
-                                      const StokesGate& gate);
+                                      const StokesGate& gate, StokesRun run = {});
 
 }  // namespace porepack

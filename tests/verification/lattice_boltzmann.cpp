@@ -187,7 +187,8 @@ TEST(Accuracy, ArraysOfSpheresAndCylinders) {
         const auto arrays = known_arrays({unit(random), unit(random), unit(random)});
         for (std::size_t k = 0; k < arrays.size(); ++k) {
             const Known& known = arrays[k];
-            errors[k].push_back(error_of(known.array, known.cells, {.direction = known.direction, .tolerance = 1e-5, .grids = 1}));
+            errors[k].push_back(
+                error_of(known.array, known.cells, {.direction = known.direction, .iteration_tolerance = 1e-5, .grids = 1}));
             EXPECT_LE(std::abs(errors[k].back()), known.at_20) << known.name;
         }
     }
@@ -198,7 +199,8 @@ TEST(Accuracy, ArraysOfSpheresAndCylinders) {
         for (const double error : errors[k]) sizes.push_back(std::abs(error));
         std::sort(sizes.begin(), sizes.end());
         EXPECT_LE(sizes[shifts / 2], known.median_at_20) << known.name;
-        const double fine = error_of(known.array, 2.0 * known.cells, {.direction = known.direction, .tolerance = 1e-5, .grids = 1});
+        const double fine =
+            error_of(known.array, 2.0 * known.cells, {.direction = known.direction, .iteration_tolerance = 1e-5, .grids = 1});
         EXPECT_LE(std::abs(fine), known.at_40) << known.name;
         std::printf("  %-22s 20 nodes: %+.2f to %+.2f %%, 40 nodes: %+.3f %%\n", known.name,
                     100.0 * *std::min_element(errors[k].begin(), errors[k].end()),
@@ -207,7 +209,7 @@ TEST(Accuracy, ArraysOfSpheresAndCylinders) {
 }
 
 TEST(Accuracy, ATurnedArrayIsAsGood) {
-    EXPECT_LE(std::abs(error_of(turned_array(0.343, 15.39949), 23, {.tolerance = 1e-5, .grids = 1})), 0.01);
+    EXPECT_LE(std::abs(error_of(turned_array(0.343, 15.39949), 23, {.iteration_tolerance = 1e-5, .grids = 1})), 0.01);
 }
 
 // Void between planes that lean against the grid, or inside a tube: a solid made for the test.
@@ -246,7 +248,7 @@ double duct_error(const Duct& duct, int cells, double exact_flow) {
                          .solid = &duct,
                          .container = box,
                          .section = whole};
-    return lbm_permeability(scene, 1.0 / cells, {.tolerance = 1e-8, .grids = 1}, false).fine.permeability_m2 / exact_flow - 1.0;
+    return lbm_permeability(scene, 1.0 / cells, {.iteration_tolerance = 1e-8, .grids = 1}, false).fine().permeability_m2 / exact_flow - 1.0;
 }
 
 TEST(Accuracy, DuctsAreOfSecondOrder) {
@@ -281,8 +283,8 @@ TEST(Momentum, DragBalancesTheDrivingForce) {
 
 TEST(Precision, SingleGivesTheSamePermeability) {
     const Array array = sphere_array(0.6, 88.8734, body_centred, Vec3(0.01, 0.02, 0.03));
-    const double full = solve(array, 32, {.tolerance = 1e-6, .grids = 1}).fine.permeability_m2;
-    const double single = solve(array, 32, {.precision = "single", .tolerance = 1e-6, .grids = 1}).fine.permeability_m2;
+    const double full = solve(array, 32, {.iteration_tolerance = 1e-6, .grids = 1}).fine().permeability_m2;
+    const double single = solve(array, 32, {.precision = "single", .iteration_tolerance = 1e-6, .grids = 1}).fine().permeability_m2;
     EXPECT_NEAR(single / full, 1.0, 1e-4);
 }
 

@@ -1,0 +1,89 @@
+#include "lbm/start.hpp"
+
+#include <cmath>
+#include <limits>
+
+namespace porepack {
+namespace {
+
+// Weights of the eight cells around a place. Beyond an open end lies the nearest cell; where there is no fluid the velocity is zero, and
+// the density is that of the others.
+Moments interpolate(const CoarseFlow& coarse, const Drive& drive, const std::array<double, 3>& place) {
+    const Grid& grid = coarse.grid;
+    std::array<int, 3> base{};
+    std::array<double, 3> part{};
+    for (std::size_t a = 0; a < 3; ++a) {
+        const double at = (place[a] - grid.origin_m[a]) / grid.spacing_m[a] - 0.5;
+        base[a] = static_cast<int>(std::floor(at));
+        part[a] = at - base[a];
+    }
+    Moments mean{.density = 0.0, .velocity = {0, 0, 0}};
+    double fluid = 0.0;
+    for (int corner = 0; corner < 8; ++corner) {
+        double weight = 1.0;
+        std::array<int, 3> at{};
+        bool inside = true;
+        for (std::size_t a = 0; a < 3; ++a) {
+            const int far = corner >> a & 1, n = grid.cells[a];
+            weight *= far != 0 ? part[a] : 1.0 - part[a];
+            at[a] = base[a] + far;
+            if (drive.periodic[a])
+                at[a] = (at[a] + n) % n;
+            else if (static_cast<int>(a) == drive.axis)
+                at[a] = std::clamp(at[a], 0, n - 1);
+            else
+                inside = inside && at[a] >= 0 && at[a] < n;
+        }
+        if (!inside) continue;
+        const auto& cell = coarse.cells[grid.index(at[0], at[1], at[2])];
+        if (std::isnan(cell[0])) continue;
+        fluid += weight;
+        mean.density += weight * static_cast<double>(cell[0]);
+        for (std::size_t a = 0; a < 3; ++a) mean.velocity[a] += weight * static_cast<double>(cell[a + 1]);
+    }
+    if (fluid > 0.0) mean.density /= fluid;
+    return mean;
+}
+
+}  // namespace
+
+CoarseFlow coarse_flow(const Flow& flow, const Domain& domain, const Scheme& scheme) {
+    const float none = std::numeric_limits<float>::quiet_NaN();
+    CoarseFlow coarse{.grid = domain.grid, .viscosity_lu = scheme.viscosity_lu()};
+    coarse.cells.assign(domain.grid.size(), {none, 0.0F, 0.0F, 0.0F});
+#pragma omp parallel for schedule(static)
+    for (std::size_t first = 0; first < domain.nodes(); first += Flow::chunk) {
+        std::array<Moments, Flow::chunk> moments;
+        const std::size_t count = std::min(Flow::chunk, domain.nodes() - first);
+        flow.moments(first, std::span(moments).first(count));
+        for (std::size_t i = 0; i < count; ++i) {
+            const auto& [density, u] = moments[i];
+            coarse.cells[static_cast<std::size_t>(domain.cell[first + i])] = {static_cast<float>(density), static_cast<float>(u[0]),
+                                                                              static_cast<float>(u[1]), static_cast<float>(u[2])};
+        }
+    }
+    return coarse;
+}
+
+void start_from(Flow& flow, const Domain& domain, const Scheme& scheme, const CoarseFlow& coarse) {
+    const double ratio = coarse.grid.spacing_m[0] / domain.grid.spacing_m[0], thicker = scheme.viscosity_lu() / coarse.viscosity_lu;
+    const auto axis = static_cast<std::size_t>(domain.drive.axis);
+    // A flow rate that is given is the same in lattice units; the pressure then falls by nu u / k.
+    const bool forced = scheme.force[axis] != 0.0;
+    const double faster = forced ? ratio * ratio / thicker : 1.0, denser = forced ? ratio : thicker / ratio;
+#pragma omp parallel for schedule(static)
+    for (std::size_t first = 0; first < domain.nodes(); first += Flow::chunk) {
+        std::array<Moments, Flow::chunk> moments;
+        const std::size_t count = std::min(Flow::chunk, domain.nodes() - first);
+        for (std::size_t i = 0; i < count; ++i) {
+            const auto at = place_in_grid(domain.grid, static_cast<std::size_t>(domain.cell[first + i]));
+            moments[i] = interpolate(coarse, domain.drive,
+                                     {domain.grid.centre(0, at[0]), domain.grid.centre(1, at[1]), domain.grid.centre(2, at[2])});
+            moments[i].density *= denser;
+            for (double& u : moments[i].velocity) u *= faster;
+        }
+        flow.set_moments(first, std::span(moments).first(count));
+    }
+}
+
+}  // namespace porepack

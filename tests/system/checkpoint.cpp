@@ -1,0 +1,64 @@
+// A lattice Boltzmann run that was killed goes on where it was.
+#include <fstream>
+
+#include "helpers.hpp"
+#include "packing/packing.hpp"
+
+namespace porepack {
+namespace {
+
+using test::has;
+using test::porepack;
+using test::quoted;
+
+class Checkpoint : public ::testing::Test {
+protected:
+    void SetUp() override {
+        Packing packing{.container = parse_container("cylinder:0.03,0.06"), .shapes = {make_preset("sphere", 0.01, 0.0)}, .bodies = {}};
+        for (int i = 0; i < 5; ++i) packing.bodies.push_back({.shape = 0, .position_m = Vec3(0.004 * (i % 2), 0.0, 0.005 + 0.0105 * i)});
+        write_packing(folder_.path() / "packing.json", packing);
+    }
+    test::Output run(const std::string& more, const std::string& before = "") {
+        return porepack("lbm --section 0.005,0.045 --voxel-size 5e-4 --iteration-tolerance 1e-5 --grids 2 --relaxation-time 1.2 " + more + " " +
+                            quoted(folder_.path() / "packing.json"),
+                        before);
+    }
+    [[nodiscard]] Path checkpoint() const { return folder_.path() / "lbm.checkpoint"; }
+
+    test::Folder folder_;
+};
+
+TEST_F(Checkpoint, AKilledRunEndsWithTheSameBits) {
+    ASSERT_EQ(run("").exit_code, 0);
+    EXPECT_FALSE(std::filesystem::exists(checkpoint()));
+    const std::string whole = sha256_of_file(folder_.path() / "flow.vti");
+    std::filesystem::remove(folder_.path() / "flow.vti");
+    run("--checkpoint-minutes 1e-3", "timeout -s KILL 1.2");
+    ASSERT_TRUE(std::filesystem::exists(checkpoint()));
+    ASSERT_FALSE(std::filesystem::exists(folder_.path() / "flow.vti"));
+    const auto rest = run("");
+    EXPECT_EQ(rest.exit_code, 0) << rest.err;
+    EXPECT_TRUE(has(rest.err, "goes on from"));
+    EXPECT_EQ(sha256_of_file(folder_.path() / "flow.vti"), whole);
+    EXPECT_FALSE(std::filesystem::exists(checkpoint()));
+}
+
+TEST_F(Checkpoint, OfAnotherRunOrWithNaNIsRefused) {
+    EXPECT_EQ(run("", "timeout -s INT 0.7").exit_code, 124);
+    ASSERT_TRUE(std::filesystem::exists(checkpoint()));
+    const auto other = run("--precision single");
+    EXPECT_EQ(other.exit_code, 2);
+    EXPECT_TRUE(has(other.err, "of another run"));
+    std::fstream file(checkpoint(), std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(-4096, std::ios::end);
+    for (int i = 0; i < 8; ++i) file.put(static_cast<char>(0xFF));
+    file.close();
+    const auto nan = run("");
+    EXPECT_EQ(nan.exit_code, 2);
+    EXPECT_TRUE(has(nan.err, "not finite"));
+    std::ofstream(checkpoint(), std::ios::binary) << "nonsense";
+    EXPECT_TRUE(has(run("").err, "the checkpoint is none"));
+}
+
+}  // namespace
+}  // namespace porepack

@@ -1,0 +1,121 @@
+// Sequences of grids: tolerance and interval, starts from coarser grids, the tensor, ends, parts of a section.
+#include <cmath>
+
+#include "arrays.hpp"
+#include "helpers.hpp"
+
+namespace porepack {
+namespace {
+
+using namespace test;
+
+LbmResult solve_to(const Array& array, const LbmConfig& config) {
+    const Grains grains(array.packing);
+    return lbm_permeability(scene_of(array, grains), 0.1, config, false);
+}
+
+TEST(Tolerance, IsReachedAndCoversTheAnswer) {
+    const Array array = sphere_array(0.343, 15.39949, simple_cubic, Vec3(0.21, 0.37, 0.11));
+    double seconds = 0.0;
+    for (const double tolerance : {0.05, 0.01, 0.005}) {
+        const LbmResult result = solve_to(array, {.tolerance = tolerance});
+        ASSERT_TRUE(result.half_width && result.stopped_by.empty());
+        const double half = result.half_width->sum() / result.permeability_m2;
+        EXPECT_LE(half, tolerance);
+        EXPECT_NEAR(result.permeability_m2 / array.permeability_m2, 1.0, half);
+        EXPECT_LE(result.half_width->iteration_m2, 0.25 * tolerance * result.permeability_m2);
+        for (const LbmGridResult& grid : result.grids) seconds += grid.run.seconds;
+    }
+    EXPECT_GT(seconds, 0.0);
+}
+
+TEST(Tolerance, StopsWhereTimeForbids) {
+    const Array array = sphere_array(0.343, 15.39949, simple_cubic);
+    const LbmResult result = solve_to(array, {.tolerance = 1e-4, .max_time_s = 1.0});
+    EXPECT_TRUE(result.stopped_by.starts_with("time")) << result.stopped_by;
+    ASSERT_TRUE(result.half_width);
+    EXPECT_GT(result.half_width->sum(), 1e-4 * result.permeability_m2);
+    EXPECT_NEAR(result.permeability_m2, array.permeability_m2, result.half_width->sum());
+    EXPECT_THROW((void)solve_to(array, {.walls = "bounce_back", .tolerance = 0.1}), UserError);
+}
+
+TEST(Extrapolation, IsExactForSecondOrder) {
+    const std::array<double, 3> nodes = {10, 15, 20}, values = {3.0 + 5.0 / 100, 3.0 + 5.0 / 225, 3.0 + 5.0 / 400};
+    const Extrapolation found = extrapolate(nodes, values);
+    EXPECT_NEAR(found.value, 3.0, 1e-12);
+    EXPECT_GT(found.half_width, 5.0 / 400);
+}
+
+TEST(Start, FromTheCoarserGridSavesStepsAndGivesTheSame) {
+    const Array array = sphere_array(0.6, 88.8734, body_centred, Vec3(0.01, 0.02, 0.03));
+    const LbmConfig one{.relaxation_time = 1.2, .iteration_tolerance = 1e-6, .grids = 1};
+    LbmConfig three = one;
+    three.grids = 3;
+    const LbmResult rest = solve(array, 36, one), warm = solve(array, 36, three);
+    EXPECT_NEAR(warm.fine().permeability_m2 / rest.fine().permeability_m2, 1.0, 5e-6);
+    EXPECT_LT(warm.fine().run.steps, rest.fine().run.steps);
+    EXPECT_GT(rest.fine().run.history.front().permeability_lu / rest.fine().run.permeability_lu, 0.0);
+    EXPECT_NEAR(warm.fine().run.history.front().permeability_lu / warm.fine().run.permeability_lu, 1.0, 0.02);
+}
+
+TEST(Tensor, IsSymmetricAndTurnsWithTheGrain) {
+    // A rod that leans in all three directions.
+    Packing packing{.container = parse_container("box:1,1,1:periodic"),
+                    .shapes = {{.id = "rod", .capsules = {{Vec3(-0.30, -0.18, -0.10), Vec3(0.30, 0.18, 0.10), 0.17}}}},
+                    .bodies = {{.position_m = Vec3(0.5, 0.52, 0.47)}}};
+    const Grains grains(packing);
+    const Array array{.packing = packing};
+    const TensorResult tensor = lbm_tensor(scene_of(array, grains), 1.0 / 32, {.iteration_tolerance = 1e-6, .grids = 3});
+    const auto& k = tensor.permeability_m2;
+    for (std::size_t i = 0; i < 3; ++i)
+        for (std::size_t j = 0; j < i; ++j) EXPECT_NEAR(k[i][j], k[j][i], tensor.runs[0].half_width->sum()) << i << j;
+    EXPECT_GT(k[0][1], 0.01 * k[0][0]);
+    EXPECT_NEAR(k[0][1] / k[1][0], 1.0, 0.02);
+    EXPECT_GT(k[0][0], k[1][1]);
+    EXPECT_GT(k[1][1], k[2][2]);
+}
+
+// Grains in a tube, with void before and behind the section.
+LbmResult tube(const std::vector<Vec3>& spheres, const LbmConfig& config, double reservoir, const Section& section) {
+    Packing packing{.container = parse_container("cylinder:1,4"), .shapes = {make_preset("sphere", 0.5, 0.0)}, .bodies = {}};
+    for (const Vec3& at : spheres) packing.bodies.push_back({.shape = 0, .position_m = at});
+    const Grains grains(packing);
+    return lbm_permeability({.voxels =
+                                 [&](double size) {
+                                     return voxelise(grains, packing.container, section,
+                                                     plan_voxels(packing.container, section, size, reservoir, 1.0));
+                                 },
+                             .solid = &grains,
+                             .container = packing.container,
+                             .section = section},
+                            1.0 / 24, config, false);
+}
+
+TEST(PaperEnds, ATubeHasItsPermeability) {
+    const LbmConfig config{.ends = "paper", .relaxation_time = 1.2, .iteration_tolerance = 1e-7, .grids = 1};
+    const LbmResult result = tube({}, config, 0.25, {1.0, 2.0});
+    EXPECT_NEAR(result.permeability_m2 * 32.0, 1.0, 0.003);
+    EXPECT_THROW((void)tube({}, config, 0.0, {1.0, 2.0}), UserError);
+}
+
+TEST(PaperEnds, AgreeWithPressurePlanesBehindReservoirs) {
+    const std::vector<Vec3> spheres = {{0.1, 0.0, 1.4}, {-0.2, 0.05, 1.9}, {0.05, -0.2, 2.4}};
+    LbmConfig config{.relaxation_time = 1.2, .iteration_tolerance = 1e-6, .grids = 1};
+    const double pressure = tube(spheres, config, 0.5, {1.0, 2.8}).permeability_m2;
+    config.ends = "paper";
+    EXPECT_NEAR(tube(spheres, config, 0.5, {1.0, 2.8}).permeability_m2 / pressure, 1.0, 0.005);
+}
+
+TEST(Subsections, InSeriesGiveTheWhole) {
+    const std::vector<Vec3> spheres = {{0.1, 0.0, 1.4}, {-0.2, 0.05, 1.9}};
+    const LbmResult result =
+        tube(spheres, {.relaxation_time = 1.2, .iteration_tolerance = 1e-7, .grids = 1, .subsections = 3}, 0.0, {1.0, 2.5});
+    ASSERT_EQ(result.subsections.size(), 3U);
+    double resistance = 0.0;
+    for (const auto& part : result.subsections) resistance += (part.z1_m - part.z0_m) / part.permeability_m2;
+    EXPECT_NEAR(1.5 / resistance / result.permeability_m2, 1.0, 0.01);
+    EXPECT_GT(result.subsections[2].permeability_m2, 1.2 * result.subsections[1].permeability_m2);
+}
+
+}  // namespace
+}  // namespace porepack
