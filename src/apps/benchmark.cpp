@@ -13,7 +13,7 @@
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "core/manifest.hpp"
-#include "lbm/permeability.hpp"
+#include "lbm/known.hpp"
 #include "packing/grains.hpp"
 
 namespace porepack {
@@ -33,37 +33,25 @@ double in_place_bytes_per_second() {
     return 16.0 * static_cast<double>(n) / best;
 }
 
-Packing simple_cubic(double solid_fraction) {
-    Packing packing;
-    packing.container.kind = Container::Kind::box;
-    packing.container.size_m = Vec3::Ones();
-    packing.container.periodic = {true, true, true};
-    const double r = std::cbrt(3.0 * solid_fraction / (4.0 * std::numbers::pi));
-    packing.shapes.push_back({.id = "sphere", .capsules = {{Vec3::Zero(), Vec3::Zero(), r}}});
-    packing.bodies.push_back({.shape = 0, .position_m = Vec3::Constant(0.5)});
-    return packing;
-}
-
-// Error of k against the exact drag of simple cubic spheres (Zick & Homsy 1982), by both kinds of walls.
+// Error of k against the exact drag of simple cubic spheres: our walls, bounce-back, and the paper's scheme (BGK, viscosity 0.03,
+// bounce-back).
 Json accuracy_rows() {
-    constexpr double solid = 0.343, drag = 15.39949;
-    const Packing packing = simple_cubic(solid);
-    const double r = packing.shapes[0].capsules[0].radius;
-    const double exact = 2.0 * r * r / (9.0 * solid * drag);
-    const Grains grains(packing);
+    const KnownFlow known = sphere_array(0.343, 15.39949, simple_cubic);
+    struct Kind {
+        const char *name, *walls, *collision;
+    };
     Json rows = Json::array();
-    for (const char* walls : {"interpolated", "bounce_back"})
+    for (const Kind& kind :
+         {Kind{"interpolated", "interpolated", "trt"}, {"bounce-back", "bounce_back", "trt"}, {"paper", "bounce_back", "bgk"}})
         for (const int cells : {12, 23, 46, 92}) {
-            const Section section{0.0, 1.0};
-            const auto voxels = [&](double size) {
-                return voxelise(grains, packing.container, section, plan_voxels(packing.container, section, size, 0.0, 1.0));
-            };
-            const LbmResult result = lbm_permeability({voxels, &grains, packing.container, section}, 1.0 / cells,
-                                                      {.walls = walls, .iteration_tolerance = 1e-5, .grids = 1}, false);
-            rows.push_back({{"walls", walls},
-                            {"nodes_a_diameter", 2.0 * r * cells},
-                            {"error", result.fine().permeability_m2 / exact - 1.0},
-                            {"seconds", result.fine().run.seconds},
+            const Stopwatch watch;
+            const LbmResult result =
+                lbm_permeability(known.scene(), 1.0 / cells,
+                                 {.walls = kind.walls, .collision = kind.collision, .iteration_tolerance = 1e-4, .grids = 1}, false);
+            rows.push_back({{"scheme", kind.name},
+                            {"nodes_a_diameter", known.diameter_m * cells},
+                            {"error", result.permeability_m2 / known.permeability_m2 - 1.0},
+                            {"seconds", watch.seconds()},
                             {"steps", result.fine().run.steps}});
         }
     return rows;
@@ -71,10 +59,10 @@ Json accuracy_rows() {
 
 // Speed on spheres of 40 nodes that overlap at random in a periodic box, against the memory's limit.
 Json speed_rows(double porosity, int cells, double limit_bytes_per_second) {
-    Packing packing = simple_cubic(0.1);
     const double r = 20.0 / cells;
-    packing.shapes[0].capsules[0].radius = r;
-    packing.bodies.clear();
+    Packing packing{.container = parse_container("box:1,1,1:periodic"),
+                    .shapes = {{.id = "sphere", .capsules = {{Vec3::Zero(), Vec3::Zero(), r}}}},
+                    .bodies = {}};
     std::mt19937 random(1);
     const double volume = 4.0 * std::numbers::pi * r * r * r / 3.0;
     for (long i = std::lround(-std::log(porosity) / volume); i > 0; --i) {
@@ -175,14 +163,20 @@ Json shapes_benchmark() {
 }  // namespace
 
 const std::vector<std::string>& benchmark_names() {
-    static const std::vector<std::string> names = {"lbm", "shapes"};
+    static const std::vector<std::string> names = {"coverage", "lbm", "shapes"};
     return names;
 }
 
 Json run_benchmark(const std::string& name) {
-    if (name != "lbm" && name != "shapes")
+    Json result;
+    if (name == "coverage")
+        result = coverage_benchmark({3, 4}, {0.02, 0.005});
+    else if (name == "lbm")
+        result = lbm_benchmark();
+    else if (name == "shapes")
+        result = shapes_benchmark();
+    else
         throw UserError("no such benchmark: " + name, {.allowed = fmt::format("{}", fmt::join(benchmark_names(), ", "))});
-    Json result = name == "lbm" ? lbm_benchmark() : shapes_benchmark();
     result["machine"] = processor_name();
     result["threads"] = thread_count();
     result["git_hash"] = git_hash();

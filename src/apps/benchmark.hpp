@@ -9,6 +9,8 @@
 namespace porepack {
 
 [[nodiscard]] const std::vector<std::string>& benchmark_names();
+/// Whether intervals cover, for LbmConfig::tolerance; a row for each tolerance and each flow.
+[[nodiscard]] Json coverage_benchmark(const std::vector<unsigned>& seeds, const std::vector<double>& tolerances);
 /// Throws UserError for a name that is not known.
 [[nodiscard]] Json run_benchmark(const std::string& name);
 

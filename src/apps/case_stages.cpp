@@ -94,7 +94,10 @@ Json tortuosity_of_case(const Case& c) {
     json["geometric_paper_pixels"] = geometric_paper_slices_stage(folder_of(c, "slices"), config);
     if (c.settings.lbm.fields == "none") {
         const Json lbm = read_json(folder_of(c, "lbm") / "result.json");
-        json["hydraulic"] = {{"kind", "hydraulic"}, {"uncertainty", nullptr}, {"tortuosity_hydraulic", lbm.at("hydraulic_tortuosity")}, {"direction", lbm.at("direction")}};
+        json["hydraulic"] = {{"kind", "hydraulic"},
+                             {"uncertainty", nullptr},
+                             {"tortuosity_hydraulic", lbm.at("hydraulic_tortuosity")},
+                             {"direction", lbm.at("direction")}};
     } else {
         json["hydraulic"] = hydraulic_stage(folder_of(c, "lbm") / "flow.vti", {});
     }

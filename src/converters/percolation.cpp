@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <limits>
+#include <numeric>
 
 #include "core/error.hpp"
 
@@ -26,38 +26,134 @@ std::array<int, 3> place_in_grid(const Grid& grid, std::size_t cell) {
 
 namespace {
 
-constexpr std::int32_t unseen = std::numeric_limits<std::int32_t>::min();
-constexpr std::array<std::array<int, 3>, 6> faces = {{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}};
+// Pore cells of a row along x, side by side.
+struct Run {
+    std::int32_t first, last;
+};
 
-// One connected piece of the pore space, found from `start`; marks its cells in `turn_at` with the number of turns round
-// the box. It carries flow when it touches both ends, or meets itself after a turn.
-bool explore(const PhaseImage& image, const Drive& drive, std::size_t start, std::vector<std::int32_t>& turn_at,
-             std::vector<std::size_t>& members) {
-    const auto axis = static_cast<std::size_t>(drive.axis);
-    bool inlet = false, outlet = false, winds = false;
-    members.assign(1, start);
-    turn_at[start] = 0;
-    for (std::size_t next = 0; next < members.size(); ++next) {
-        const std::size_t cell = members[next];
-        const auto here = place_in_grid(image.grid, cell);
-        inlet = inlet || here[axis] == 0;
-        outlet = outlet || here[axis] == image.grid.cells[axis] - 1;
-        for (int q = 0; q < 6; ++q) {
-            auto there = here;
-            int turns = turn_at[cell];
-            if (!step_in_grid(image.grid, drive, there, faces[static_cast<std::size_t>(q)], turns)) continue;
-            const std::size_t other = image.grid.index(there[0], there[1], there[2]);
-            if (image.phase[other] != pore) continue;
-            if (turn_at[other] == unseen) {
-                turn_at[other] = turns;
-                members.push_back(other);
-            } else if (turn_at[other] != turns) {
-                winds = true;
+// Pieces of pore space as trees of runs (union-find). Each run knows how often the way to its parent turns round the box along the
+// drive's axis; a piece that meets itself after another number of turns winds round the box.
+class Pieces {
+public:
+    explicit Pieces(std::size_t runs) : parent_(runs), turns_(runs, 0), flags_(runs, 0) { std::iota(parent_.begin(), parent_.end(), 0U); }
+
+    enum Flag : std::uint8_t { inlet = 1, outlet = 2, winds = 4 };
+
+    std::uint32_t root(std::uint32_t run) {
+        std::uint32_t top = run;
+        std::int32_t turns = 0;
+        for (; parent_[top] != top; top = parent_[top]) turns += turns_[top];
+        while (parent_[run] != top && run != top) {
+            const std::uint32_t next = parent_[run];
+            const std::int32_t rest = turns - turns_[run];
+            parent_[run] = top;
+            turns_[run] = turns;
+            turns = rest;
+            run = next;
+        }
+        return top;
+    }
+    // A way from `one` to `other` turns `turns` times.
+    void join(std::uint32_t one, std::uint32_t other, int turns) {
+        const std::uint32_t a = root(one), b = root(other);
+        const std::int32_t from_a = a == one ? 0 : turns_[one], from_b = b == other ? 0 : turns_[other];
+        const std::int32_t difference = from_a + turns - from_b;  // turns of b seen from a
+        if (a == b) {
+            if (difference != 0) flags_[a] |= winds;
+            return;
+        }
+        const bool swap = a < b;
+        const std::uint32_t child = swap ? b : a, top = swap ? a : b;
+        parent_[child] = top;
+        turns_[child] = swap ? difference : -difference;
+        flags_[top] |= flags_[child];
+    }
+    void mark(std::uint32_t run, std::uint8_t flag) { flags_[root(run)] |= flag; }
+    [[nodiscard]] std::uint8_t flags(std::uint32_t run) { return flags_[root(run)]; }
+
+private:
+    std::vector<std::uint32_t> parent_;
+    std::vector<std::int32_t> turns_;  // of the run as seen from its parent
+    std::vector<std::uint8_t> flags_;
+};
+
+// The pore space, row by row, and its pieces.
+class RunImage {
+public:
+    RunImage(const PhaseImage& image, const Drive& drive) : image_(image), drive_(drive) {
+        const std::size_t rows = image.grid.size() / nx();
+        first_.reserve(rows + 1);
+        for (std::size_t row = 0; row < rows; ++row) {
+            first_.push_back(static_cast<std::uint32_t>(runs_.size()));
+            const std::uint8_t* const phase = image.phase.data() + row * nx();
+            for (std::size_t i = 0; i < nx(); ++i)
+                if (phase[i] == pore) {
+                    const std::size_t begin = i;
+                    while (i + 1 < nx() && phase[i + 1] == pore) ++i;
+                    runs_.push_back({static_cast<std::int32_t>(begin), static_cast<std::int32_t>(i)});
+                }
+        }
+        first_.push_back(static_cast<std::uint32_t>(runs_.size()));
+    }
+
+    [[nodiscard]] Percolation percolation() {
+        Pieces pieces(runs_.size());
+        const int ny = image_.grid.cells[1], nz = image_.grid.cells[2];
+        for (int k = 0; k < nz; ++k)
+            for (int j = 0; j < ny; ++j) {
+                join_within(pieces, row_of(j, k));
+                if (j + 1 < ny || drive_.periodic[1])
+                    join_rows(pieces, row_of(j, k), row_of((j + 1) % ny, k), drive_.axis == 1 && j + 1 == ny ? 1 : 0);
+                if (k + 1 < nz || drive_.periodic[2])
+                    join_rows(pieces, row_of(j, k), row_of(j, (k + 1) % nz), drive_.axis == 2 && k + 1 == nz ? 1 : 0);
             }
+        Percolation result;
+        for (std::size_t row = 0; row + 1 < first_.size(); ++row)
+            for (std::uint32_t r = first_[row]; r < first_[row + 1]; ++r) {
+                const std::uint8_t flags = pieces.flags(r);
+                const bool keep =
+                    drive_.by_pressure() ? (flags & Pieces::inlet) != 0 && (flags & Pieces::outlet) != 0 : (flags & Pieces::winds) != 0;
+                const Run& run = runs_[r];
+                if (!keep) result.isolated_cells += run.last - run.first + 1;
+                for (std::int32_t i = run.first; keep && i <= run.last; ++i)
+                    result.cells.push_back(static_cast<std::int32_t>(row * nx()) + i);
+            }
+        return result;
+    }
+
+private:
+    [[nodiscard]] std::size_t nx() const { return static_cast<std::size_t>(image_.grid.cells[0]); }
+    [[nodiscard]] std::size_t row_of(int j, int k) const { return image_.grid.index(0, j, k) / nx(); }
+
+    // Marks the ends, and joins a row with itself through a periodic face.
+    void join_within(Pieces& pieces, std::size_t row) const {
+        const std::uint32_t begin = first_[row], end = first_[row + 1];
+        if (begin == end) return;
+        const auto ny = static_cast<std::size_t>(image_.grid.cells[1]);
+        const auto last_x = image_.grid.cells[0] - 1;
+        const auto place = static_cast<int>(drive_.axis == 1 ? row % ny : row / ny);
+        const int last_place = image_.grid.cells[static_cast<std::size_t>(drive_.axis)] - 1;
+        for (std::uint32_t r = begin; r < end && drive_.axis != 0; ++r) {
+            if (place == 0) pieces.mark(r, Pieces::inlet);
+            if (place == last_place) pieces.mark(r, Pieces::outlet);
+        }
+        if (drive_.periodic[0] && runs_[begin].first == 0 && runs_[end - 1].last == last_x)
+            pieces.join(end - 1, begin, drive_.axis == 0 ? 1 : 0);
+    }
+
+    void join_rows(Pieces& pieces, std::size_t row, std::size_t other, int turns) const {
+        std::uint32_t a = first_[row], b = first_[other];
+        while (a < first_[row + 1] && b < first_[other + 1]) {
+            if (runs_[a].first <= runs_[b].last && runs_[b].first <= runs_[a].last) pieces.join(a, b, turns);
+            runs_[a].last < runs_[b].last ? ++a : ++b;
         }
     }
-    return drive.by_pressure() ? inlet && outlet : winds;
-}
+
+    const PhaseImage& image_;
+    Drive drive_;
+    std::vector<Run> runs_;
+    std::vector<std::uint32_t> first_;  // run of each row, and the end of the last
+};
 
 }  // namespace
 
@@ -71,22 +167,10 @@ Drive choose_drive(const Container& container, const std::string& direction) {
 }
 
 Percolation find_percolating_cells(const PhaseImage& image, const Drive& drive) {
-    Percolation result{.keep = std::vector<std::uint8_t>(image.grid.size(), 0)};
-    std::vector<std::int32_t> turn_at(image.grid.size(), unseen);
-    std::vector<std::size_t> members;
-    std::int64_t kept = 0;
-    for (std::size_t cell = 0; cell < image.grid.size(); ++cell) {
-        if (image.phase[cell] != pore || turn_at[cell] != unseen) continue;
-        if (explore(image, drive, cell, turn_at, members)) {
-            for (const std::size_t member : members) result.keep[member] = 1;
-            kept += static_cast<std::int64_t>(members.size());
-        } else {
-            result.isolated_cells += static_cast<std::int64_t>(members.size());
-        }
-    }
-    if (kept == 0)
-        throw NumericalError(fmt::format("the pore space does not percolate: no path leads along {} from end to end", "xyz"[drive.axis]),
-                             {.mend = "check the section and the voxel size (throats narrower than a voxel are closed)"});
+    Percolation result = RunImage(image, drive).percolation();
+    if (result.cells.empty())
+        throw DoesNotPercolate(fmt::format("the pore space does not percolate: no path leads along {} from end to end", "xyz"[drive.axis]),
+                               {.mend = "check the section and the voxel size (throats narrower than a voxel are closed)"});
     return result;
 }
 

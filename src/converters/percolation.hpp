@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "core/error.hpp"
 #include "io/image.hpp"
 #include "packing/packing.hpp"
 
@@ -23,12 +24,16 @@ struct Drive {
 [[nodiscard]] bool step_in_grid(const Grid& grid, const Drive& drive, std::array<int, 3>& at, const std::array<int, 3>& step, int& turns);
 [[nodiscard]] std::array<int, 3> place_in_grid(const Grid& grid, std::size_t cell);
 
+struct DoesNotPercolate : NumericalError {
+    using NumericalError::NumericalError;
+};
+
 struct Percolation {
-    std::vector<std::uint8_t> keep;   ///< 1 for the cells that flow can reach
+    std::vector<std::int32_t> cells;  ///< that flow can reach, ascending
     std::int64_t isolated_cells = 0;  ///< pore cells that it cannot
 };
 /// Keeps the pieces of pore space (connected through cell faces) that join the inlet to the outlet, or that wind round a
-/// periodic box in the direction of flow. Throws NumericalError "does not percolate" when there is none.
+/// periodic box in the direction of flow. Throws DoesNotPercolate when there is none.
 [[nodiscard]] Percolation find_percolating_cells(const PhaseImage& image, const Drive& drive);
 
 }  // namespace porepack

@@ -32,14 +32,6 @@ double Domain::narrow_share() const {
 
 namespace {
 
-std::vector<std::int32_t> kept_cells(const std::vector<std::uint8_t>& keep) {
-    std::vector<std::int32_t> cells;
-    cells.reserve(static_cast<std::size_t>(std::count(keep.begin(), keep.end(), 1)));
-    for (std::size_t cell = 0; cell < keep.size(); ++cell)
-        if (keep[cell] == 1) cells.push_back(static_cast<std::int32_t>(cell));
-    return cells;
-}
-
 std::vector<std::uint32_t> first_nodes(const Grid& grid, const std::vector<std::int32_t>& cells) {
     const auto nx = static_cast<std::size_t>(grid.cells[0]);
     std::vector<std::uint32_t> first(grid.size() / nx + 1, 0);
@@ -136,9 +128,10 @@ Links links_of(const Domain& domain, const FlowWalls* walls, double inlet_radius
 Domain build_domain(const PhaseImage& image, const Drive& drive, const FlowWalls* walls, double inlet_radius_cells) {
     Domain domain{.grid = image.grid, .drive = drive, .cell = {}, .row_node = {}, .walls = {}, .open_links = {}};
     {
-        const Percolation percolation = find_percolating_cells(image, drive);
+        Percolation percolation = find_percolating_cells(image, drive);
         domain.isolated_cells = percolation.isolated_cells;
-        domain.cell = kept_cells(percolation.keep);
+        domain.cell = std::move(percolation.cells);
+        domain.cell.shrink_to_fit();
     }
     domain.row_node = first_nodes(image.grid, domain.cell);
     const std::size_t n = domain.nodes();

@@ -1,15 +1,16 @@
 #include "lbm/start.hpp"
 
+#include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace porepack {
 namespace {
 
-// Weights of the eight cells around a place. Beyond an open end lies the nearest cell; where there is no fluid the velocity is zero, and
-// the density is that of the others.
-Moments interpolate(const CoarseFlow& coarse, const Drive& drive, const std::array<double, 3>& place) {
-    const Grid& grid = coarse.grid;
+// Trilinear. Beyond an open end lies the nearest cell; where there is no fluid the velocity is zero, and the density is that of the
+// others.
+Moments interpolate(const FlowField& coarse, const std::array<double, 3>& place) {
+    const Grid& grid = coarse.domain.grid;
+    const Drive& drive = coarse.domain.drive;
     std::array<int, 3> base{};
     std::array<double, 3> part{};
     for (std::size_t a = 0; a < 3; ++a) {
@@ -34,12 +35,12 @@ Moments interpolate(const CoarseFlow& coarse, const Drive& drive, const std::arr
             else
                 inside = inside && at[a] >= 0 && at[a] < n;
         }
-        if (!inside) continue;
-        const auto& cell = coarse.cells[grid.index(at[0], at[1], at[2])];
-        if (std::isnan(cell[0])) continue;
+        const std::int64_t node = inside ? coarse.domain.node_at(at) : -1;
+        if (node < 0) continue;
+        const auto& moments = coarse.moments[static_cast<std::size_t>(node)];
         fluid += weight;
-        mean.density += weight * static_cast<double>(cell[0]);
-        for (std::size_t a = 0; a < 3; ++a) mean.velocity[a] += weight * static_cast<double>(cell[a + 1]);
+        mean.density += weight * static_cast<double>(moments[0]);
+        for (std::size_t a = 0; a < 3; ++a) mean.velocity[a] += weight * static_cast<double>(moments[a + 1]);
     }
     if (fluid > 0.0) mean.density /= fluid;
     return mean;
@@ -47,26 +48,27 @@ Moments interpolate(const CoarseFlow& coarse, const Drive& drive, const std::arr
 
 }  // namespace
 
-CoarseFlow coarse_flow(const Flow& flow, const Domain& domain, const Scheme& scheme) {
-    const float none = std::numeric_limits<float>::quiet_NaN();
-    CoarseFlow coarse{.grid = domain.grid, .viscosity_lu = scheme.viscosity_lu()};
-    coarse.cells.assign(domain.grid.size(), {none, 0.0F, 0.0F, 0.0F});
+FlowField take_field(const Flow& flow, Domain&& domain, const Scheme& scheme) {
+    FlowField field{.domain = std::move(domain), .viscosity_lu = scheme.viscosity_lu(), .moments = {}};
+    field.domain.walls = {};
+    field.domain.open_links = {};
+    field.moments.resize(field.domain.nodes());
 #pragma omp parallel for schedule(static)
-    for (std::size_t first = 0; first < domain.nodes(); first += Flow::chunk) {
+    for (std::size_t first = 0; first < field.domain.nodes(); first += Flow::chunk) {
         std::array<Moments, Flow::chunk> moments;
-        const std::size_t count = std::min(Flow::chunk, domain.nodes() - first);
+        const std::size_t count = std::min(Flow::chunk, field.domain.nodes() - first);
         flow.moments(first, std::span(moments).first(count));
         for (std::size_t i = 0; i < count; ++i) {
             const auto& [density, u] = moments[i];
-            coarse.cells[static_cast<std::size_t>(domain.cell[first + i])] = {static_cast<float>(density), static_cast<float>(u[0]),
-                                                                              static_cast<float>(u[1]), static_cast<float>(u[2])};
+            field.moments[first + i] = {static_cast<float>(density), static_cast<float>(u[0]), static_cast<float>(u[1]),
+                                        static_cast<float>(u[2])};
         }
     }
-    return coarse;
+    return field;
 }
 
-void start_from(Flow& flow, const Domain& domain, const Scheme& scheme, const CoarseFlow& coarse) {
-    const double ratio = coarse.grid.spacing_m[0] / domain.grid.spacing_m[0], thicker = scheme.viscosity_lu() / coarse.viscosity_lu;
+void start_from(Flow& flow, const Domain& domain, const Scheme& scheme, const FlowField& coarse) {
+    const double ratio = coarse.domain.grid.spacing_m[0] / domain.grid.spacing_m[0], thicker = scheme.viscosity_lu() / coarse.viscosity_lu;
     const auto axis = static_cast<std::size_t>(domain.drive.axis);
     // A flow rate that is given is the same in lattice units; the pressure then falls by nu u / k.
     const bool forced = scheme.force[axis] != 0.0;
@@ -77,8 +79,7 @@ void start_from(Flow& flow, const Domain& domain, const Scheme& scheme, const Co
         const std::size_t count = std::min(Flow::chunk, domain.nodes() - first);
         for (std::size_t i = 0; i < count; ++i) {
             const auto at = place_in_grid(domain.grid, static_cast<std::size_t>(domain.cell[first + i]));
-            moments[i] = interpolate(coarse, domain.drive,
-                                     {domain.grid.centre(0, at[0]), domain.grid.centre(1, at[1]), domain.grid.centre(2, at[2])});
+            moments[i] = interpolate(coarse, {domain.grid.centre(0, at[0]), domain.grid.centre(1, at[1]), domain.grid.centre(2, at[2])});
             moments[i].density *= denser;
             for (double& u : moments[i].velocity) u *= faster;
         }

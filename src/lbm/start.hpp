@@ -1,20 +1,21 @@
-// A flow on a fine grid starts from that on a coarser one.
+// What a flow leaves when its populations are gone: the start of a flow on a finer grid, and flow.vti.
 #pragma once
 
 #include "lbm/flow.hpp"
 
 namespace porepack {
 
-/// A flow without its populations, by cell; density NaN where there is none.
-struct CoarseFlow {
-    Grid grid;
+/// Density deviation and velocity by node, lattice units.
+struct FlowField {
+    Domain domain;  ///< without links
     double viscosity_lu = 0.0;
-    std::vector<std::array<float, 4>> cells = {};  ///< density deviation and velocity, lattice units
+    std::vector<std::array<float, 4>> moments;
 };
-[[nodiscard]] CoarseFlow coarse_flow(const Flow& flow, const Domain& domain, const Scheme& scheme);
+/// Takes the nodes of `domain`.
+[[nodiscard]] FlowField take_field(const Flow& flow, Domain&& domain, const Scheme& scheme);
 
-/// Sets `flow` to local equilibrium with the coarse flow's velocity and density, trilinear between cell centres and scaled to this grid
+/// Sets `flow` to local equilibrium with the coarse field's velocity and density, trilinear between cell centres and scaled to this grid
 /// and viscosity: u ~ F h^-2 / nu and rho ~ F / h for a force that is the same in lattice units.
-void start_from(Flow& flow, const Domain& domain, const Scheme& scheme, const CoarseFlow& coarse);
+void start_from(Flow& flow, const Domain& domain, const Scheme& scheme, const FlowField& coarse);
 
 }  // namespace porepack

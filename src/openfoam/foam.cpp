@@ -203,7 +203,9 @@ std::array<int, 3> background_cells(const Container& container, const Section& s
 
 Vec3 find_pore_point(const PhaseImage& image, const Container& container) {
     const Drive drive{.axis = 2, .periodic = container.periodic};
+    std::vector<std::uint8_t> reached(image.grid.size(), 0);
     const Percolation percolation = find_percolating_cells(image, drive);
+    for (const std::int32_t cell : percolation.cells) reached[static_cast<std::size_t>(cell)] = 1;
     // Distance in steps from everything that is not reached by flow, layer by layer.
     std::vector<std::size_t> front, next;
     std::vector<std::uint8_t> seen(image.grid.size(), 0);
@@ -211,13 +213,11 @@ Vec3 find_pore_point(const PhaseImage& image, const Container& container) {
         const auto at = place_in_grid(image.grid, cell);
         bool edge = false;
         for (std::size_t a = 0; a < 3; ++a) edge = edge || at[a] == 0 || at[a] == image.grid.cells[a] - 1;
-        if (percolation.keep[cell] == 1 && !edge) continue;
+        if (reached[cell] == 1 && !edge) continue;
         seen[cell] = 1;
         front.push_back(cell);
     }
-    std::size_t deepest = 0;
-    for (std::size_t cell = 0; cell < percolation.keep.size(); ++cell)
-        if (percolation.keep[cell] == 1) deepest = cell;  // for images that are all edge
+    auto deepest = static_cast<std::size_t>(percolation.cells.back());  // for images that are all edge
     while (!front.empty()) {
         next.clear();
         for (const std::size_t cell : front)

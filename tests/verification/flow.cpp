@@ -112,7 +112,7 @@ TEST(SphereArrays, PermeabilityWithinTheBoundsOfPlainBounceBack) {
         }
 }
 
-const Array loose = sphere_array(0.343, 15.39949, simple_cubic);
+const KnownFlow loose = sphere_array(0.343, 15.39949, simple_cubic);
 
 TEST(SphereArrays, PermeabilityDoesNotDependOnTheViscosity) {
     double first = 0.0;
@@ -147,8 +147,9 @@ TEST(SphereArrays, HydraulicTortuosityIsTheKnownOne) {
 
 TEST(PressurePlanes, GiveThePeriodicAnswerOnASymmetricCell) {
     // Half-way between two layers of an SC array the pressure is constant by symmetry, so planes there change nothing.
-    Array open = loose;
-    open.packing.container.periodic = {true, true, false};
+    KnownFlow open = sphere_array(0.343, 15.39949, simple_cubic);
+    open.container.periodic = open.packing.container.periodic = {true, true, false};
+    open.solid = std::make_unique<Grains>(open.packing);
     const LbmConfig config{.iteration_tolerance = 1e-6, .grids = 1};
     const LbmGridResult planes = solve(open, 32, config).fine();
     const double periodic = solve(loose, 32, config).fine().permeability_m2;

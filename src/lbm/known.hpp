@@ -1,0 +1,50 @@
+// Flows whose permeability is known exactly, for tests and benchmarks. Lengths in units of a cell of the array.
+#pragma once
+
+#include <functional>
+#include <random>
+
+#include "lbm/permeability.hpp"
+#include "packing/grains.hpp"
+
+namespace porepack {
+
+struct KnownFlow {
+    std::string name;
+    Packing packing;  ///< of an array
+    std::unique_ptr<Solid> solid;
+    Container container;
+    std::string direction = "z";
+    double permeability_m2 = 0.0;
+    double diameter_m = 0.0;  ///< of a grain, or the width of a duct
+    [[nodiscard]] LbmScene scene() const;
+};
+
+inline const std::vector<Vec3> simple_cubic = {{0.5, 0.5, 0.5}}, body_centred = {{0.25, 0.25, 0.25}, {0.75, 0.75, 0.75}};
+
+/// Drag factor K of Zick & Homsy (1982), 2 a^2/(9 c k).
+struct SphereDrag {
+    double solid_fraction, simple_cubic, body_centred;  ///< 0 where there is no such array
+};
+/// Drag F/(mu U) per length of a square array of cylinders of pitch 1 (Drummond & Tahir 1984); k = 1/drag.
+struct CylinderDrag {
+    double solid_fraction, across, along;
+};
+[[nodiscard]] std::span<const SphereDrag> sphere_drags();
+[[nodiscard]] std::span<const CylinderDrag> cylinder_drags();
+
+/// Spheres in a periodic unit cell, at `centres` + `shift`.
+[[nodiscard]] KnownFlow sphere_array(double solid_fraction, double drag, const std::vector<Vec3>& centres,
+                                     const Vec3& shift = Vec3::Zero());
+/// Cylinders along z in a periodic cell 1 x 1 x `height`.
+[[nodiscard]] KnownFlow cylinder_array(double solid_fraction, double drag, double height, const Vec3& shift, const std::string& direction);
+/// A simple cubic array turned about z by the angle whose tangent is 3/4: 25 cells in a box 5 x 5 x 1.
+[[nodiscard]] KnownFlow turned_array(double solid_fraction, double drag);
+/// Void where depth(x, y) > 0, in a periodic box 1 x 1 x `height` along z; `flow_rate` at gradient and viscosity 1.
+[[nodiscard]] KnownFlow duct(const std::string& name, std::function<double(double x, double y)> depth, double width, double flow_rate,
+                             double height = 0.25);
+
+/// Arrays of all tabled fractions at random places of the grid, and slits, ellipses and rectangles at random angles: 33 at a time.
+[[nodiscard]] std::vector<KnownFlow> random_known_flows(unsigned seed);
+
+}  // namespace porepack
