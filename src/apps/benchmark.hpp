@@ -11,7 +11,9 @@ namespace porepack {
 [[nodiscard]] const std::vector<std::string>& benchmark_names();
 /// Whether intervals cover, for LbmConfig::tolerance; a row for each tolerance and each flow.
 [[nodiscard]] Json coverage_benchmark(const std::vector<unsigned>& seeds, const std::vector<double>& tolerances);
-/// Throws UserError for a name that is not known.
-[[nodiscard]] Json run_benchmark(const std::string& name);
+/// Speed of the kernels against the memory's limit, steps of the schemes to the same gate, error against seconds.
+[[nodiscard]] Json lbm_benchmark(const Path& folder);
+/// Writes <name>.json and plots into `folder` unless it is empty. Throws UserError for a name that is not known.
+[[nodiscard]] Json run_benchmark(const std::string& name, const Path& folder);
 
 }  // namespace porepack

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <numeric>
 #include <set>
 
 #include "apps/pipeline.hpp"
@@ -124,6 +125,43 @@ Json falling_head_of_case(const Case& c, const Path& folder) {
     return json;
 }
 
+Json without(Json json, const char* table, const char* key) {
+    json[table].erase(key);
+    return json;
+}
+
+// The same case with the next seeds, as far as k. Each has its own folder of results, so that a stopped one goes on.
+Json seeds_of_case(const Case& c, const Path& folder) {
+    const long first = c.settings.packing.seed;
+    std::vector<double> values, half_widths;
+    std::string table = "seed,permeability_m2,half_width_m2\n";
+    for (long seed = first; seed < first + c.settings.packing.seeds; ++seed) {
+        Case one = c;
+        one.settings.packing.seed = seed;
+        one.settings.packing.seeds = 1;
+        one.settings.lbm.fields = "none";
+        one.output = c.results() / fmt::format("seed_{}", seed);
+        if (seed != first) log_info("seed {}:", seed);
+        const Json lbm = seed == first ? read_json(folder_of(c, "lbm") / "result.json") : run_case(one, "lbm");
+        const Json& interval = lbm.at("permeability_interval_m2");
+        values.push_back(lbm.at("permeability_m2").get<double>());
+        half_widths.push_back(interval.is_array() ? 0.5 * (interval.at(1).get<double>() - interval.at(0).get<double>()) : 0.0);
+        table += fmt::format("{},{:.9g},{:.9g}\n", seed, values.back(), half_widths.back());
+    }
+    write_text(folder / "seeds.csv", table);
+    const auto n = static_cast<double>(values.size());
+    const double mean = std::accumulate(values.begin(), values.end(), 0.0) / n;
+    double squares = 0.0;
+    for (const double k : values) squares += (k - mean) * (k - mean);
+    const double deviation = std::sqrt(squares / (n - 1.0));
+    return {{"packings", values.size()},
+            {"permeability_mean_m2", mean},
+            {"standard_deviation_between_packings_m2", deviation},
+            {"standard_error_of_mean_m2", deviation / std::sqrt(n)},
+            {"numerical_half_width_m2", *std::max_element(half_widths.begin(), half_widths.end())},
+            {"meaning", "scatter between packings and numerical uncertainty of one (the largest) are apart"}};
+}
+
 Json report_of_case(const Case& c, const Path& folder) {
     ReportInput input{.title = c.settings.report.title.empty() ? fs::absolute(c.folder).lexically_normal().filename().string()
                                                                : c.settings.report.title};
@@ -185,7 +223,7 @@ std::vector<Stage> stages_of(const Case& c) {
         stages.push_back(
             {"pack",
              {},
-             table_json(c, {"shape", "container", "packing"}),
+             without(table_json(c, {"shape", "container", "packing"}), "packing", "seeds"),
              given,
              {"packing.json"},
              [c](const Path& folder) { return pack_stage(c, folder); },
@@ -259,6 +297,14 @@ std::vector<Stage> stages_of(const Case& c) {
                  return expect_text(
                      expect_foam(container, expected_section(c, container), cell, expected_porosity(c), c.settings.openfoam));
              }});
+    if (!stl && s.packing.seeds > 1 && s.packing.engine != "none")
+        stages.push_back({"seeds",
+                          {"lbm"},
+                          {{"packing", {{"seeds", s.packing.seeds}}}},
+                          {},
+                          {"seeds.csv"},
+                          [c](const Path& folder) { return seeds_of_case(c, folder); },
+                          [s] { return fmt::format("{} more packings, each like pack and lbm", s.packing.seeds - 1); }});
     auto tortuosity_needs = std::vector<std::string>{"slices", "lbm"};
     if (!stl) tortuosity_needs.insert(tortuosity_needs.begin(), "pack");
     stages.push_back({"tortuosity",

@@ -488,7 +488,8 @@ private:
     void add_tools() {
         auto& benchmark = command("benchmark", "measurements", "porepack benchmark lbm", [this] {
             if (common_.dry_run) return print_result(common_, {{"benchmark", common_.input}, {"expected", "minutes"}});
-            print_result(common_, run_benchmark(common_.input));
+            if (!common_.output.empty()) require_writable(common_.output);
+            print_result(common_, run_benchmark(common_.input, common_.output));
         });
         benchmark.add_option("name", common_.input, fmt::format("{}", fmt::join(benchmark_names(), ", ")))->required();
         auto& picture = command("picture", "render an STL file to a PNG", "porepack picture solid.stl --output solid.png", [this] {

@@ -76,6 +76,7 @@ Json lbm_json(const LbmResult& result, const Section& section, const LbmConfig& 
     json["magic_number"] = scheme.magic;
     json["steps"] = fine.run.steps;
     json["updates_per_second"] = fine.run.updates_per_second;
+    json["fine"] = to_json(fine);
     json["grids"] = Json::array();
     for (const LbmGridResult& grid : result.grids) json["grids"].push_back(to_json(grid));
     json["subsections"] = Json::array();
@@ -219,13 +220,18 @@ Expectation expect_lbm(const Container& container, const Section& section, doubl
     const VoxelPlan plan = plan_voxels(container, section, voxel_size_m, geometry.reservoir_m, grain_size_m);
     const double cells = static_cast<double>(plan.grid.size());
     const double fluid = pores * container.inner_area_m2() * section.length() / std::pow(plan.voxel_size_m, 3);
-    Expectation expected{.memory_bytes = lbm_memory_bytes(cells, fluid, config.precision == "single" ? 4.0 : 8.0) + 16.0 * cells};
+    const double flow_vti = config.fields == "none" ? 0.0 : 4e7 + 20.0 * fluid + 34.0 * cells;
+    Expectation expected{.memory_bytes = std::max(flow_vti, lbm_memory_bytes(cells, fluid, config.precision == "single" ? 4.0 : 8.0))};
     // Steps grow with the square of the pores' width in voxels, and with the length; rate of about 8 million a second and thread.
     const double steps = std::max(400.0, 4.0 * std::pow(grain_size_m / plan.voxel_size_m, 2.0));
     const double coarse = config.grids > 1 ? 1.0 / (1.0 - std::pow(config.grid_ratio, -5.0)) : 1.0;
     expected.wall_time_s = coarse * steps * fluid / (8e6 * thread_count());
     expected.text = fmt::format("{} x {} x {} voxels of {:.4g} m, about {:.2g} fluid nodes", plan.grid.cells[0], plan.grid.cells[1],
                                 plan.grid.cells[2], plan.voxel_size_m, fluid);
+    if (config.tolerance > 0.0)
+        expected.text += fmt::format(
+            "; with a tolerance the grids go from 6 voxels a diameter to what {:g} needs, and these numbers are those of this one",
+            config.tolerance);
     return expected;
 }
 

@@ -7,6 +7,7 @@
 
 #include "core/parallel.hpp"
 #include "lbm/lattice.hpp"
+#include "lbm/neighbours.hpp"
 
 namespace porepack {
 namespace {
@@ -15,40 +16,31 @@ using d3q19::opposite;
 
 class Tracer {
 public:
-    explicit Tracer(const Domain& domain) : domain_(domain) {}
+    explicit Tracer(const Domain& domain) : domain_(domain), neighbours_(domain) {}
 
-    // Slots of the populations q that arrive at the chunk's nodes.
-    void trace(std::size_t first, int q, std::vector<std::uint32_t>& slots) const {
+    using Slots = std::array<std::array<std::uint32_t, chunk_nodes>, d3q19::directions>;
+    // Slots of the populations that arrive at the chunk's nodes; returns the number of nodes.
+    std::size_t trace(std::size_t first, Slots& slots) {
         const std::size_t end = std::min(domain_.nodes(), first + chunk_nodes);
-        const auto own = static_cast<std::size_t>(q), other = static_cast<std::size_t>(opposite(q));
-        slots.clear();
-        std::int64_t near = -1;
         for (std::size_t node = first; node < end; ++node) {
-            auto from = place_in_grid(domain_.grid, static_cast<std::size_t>(domain_.cell[node]));
-            int turns = 0;
-            std::int64_t source = -1;
-            if (step_in_grid(domain_.grid, domain_.drive, from, d3q19::c[other], turns)) {
-                // Mostly the one after the last one's.
-                const std::int64_t guess = near + 1;
-                const auto wanted = static_cast<std::int32_t>(domain_.grid.index(from[0], from[1], from[2]));
-                const bool guessed = near >= 0 && guess < static_cast<std::int64_t>(domain_.nodes()) &&
-                                     domain_.cell[static_cast<std::size_t>(guess)] == wanted;
-                source = guessed ? guess : domain_.node_at(from);
+            const auto& near = neighbours_.of(node);
+            for (std::size_t q = 1; q < d3q19::directions; ++q) {
+                const auto out = static_cast<std::size_t>(opposite(static_cast<int>(q)));
+                slots[q][node - first] =
+                    static_cast<std::uint32_t>(near[out] >= 0 ? slot_of(out, static_cast<std::size_t>(near[out])) : slot_of(q, node));
             }
-            if (source >= 0) near = source;
-            slots.push_back(
-                static_cast<std::uint32_t>(source >= 0 ? slot_of(other, static_cast<std::size_t>(source)) : slot_of(own, node)));
         }
         const auto by_node = [](const OpenLink& link, std::size_t node) { return link.node < node; };
         for (auto link = std::lower_bound(domain_.open_links.begin(), domain_.open_links.end(), first, by_node);
              link != domain_.open_links.end() && link->node < end; ++link)
-            if (link->q == q)
-                slots[link->node - first] =
-                    static_cast<std::uint32_t>(slot_of(static_cast<std::size_t>(opposite(link->source_q)), link->source));
+            slots[link->q][link->node - first] =
+                static_cast<std::uint32_t>(slot_of(static_cast<std::size_t>(opposite(link->source_q)), link->source));
+        return end - first;
     }
 
 private:
     const Domain& domain_;
+    Neighbours neighbours_;
 };
 
 // The two places that most of the lanes come from; the others are added to `singles`. All lanes hold slots.
@@ -81,7 +73,6 @@ Addresses find_addresses(const Domain& domain, std::size_t lanes) {
     const std::size_t chunks = (domain.nodes() + chunk_nodes - 1) / chunk_nodes, a_chunk = (d3q19::directions - 1) * chunk_nodes / lanes;
     Addresses addresses{.slots = slot_of(0, chunks * chunk_nodes), .vectors = {}, .singles = {}, .first_single = {0}};
     addresses.vectors.resize(chunks * a_chunk);
-    const Tracer tracer(domain);
     constexpr std::size_t share = 256;
     struct Part {
         std::vector<Addresses::Single> singles;
@@ -89,15 +80,16 @@ Addresses find_addresses(const Domain& domain, std::size_t lanes) {
     };
     std::vector<Part> parts((chunks + share - 1) / share);
     parallel_for(parts.size(), [&](std::size_t p) {
-        std::vector<std::uint32_t> slots;
+        Tracer tracer(domain);
+        Tracer::Slots slots;
         for (std::size_t c = p * share; c < std::min(chunks, (p + 1) * share); ++c) {
+            const std::size_t size = tracer.trace(c * chunk_nodes, slots);
             Addresses::Vector* vector = addresses.vectors.data() + c * a_chunk;
             for (std::size_t q = 1; q < d3q19::directions; ++q) {
-                tracer.trace(c * chunk_nodes, static_cast<int>(q), slots);
                 for (std::size_t i = 0; i < chunk_nodes; i += lanes, ++vector) {
-                    const std::size_t count = i < slots.size() ? std::min(lanes, slots.size() - i) : 0;
+                    const std::size_t count = i < size ? std::min(lanes, size - i) : 0;
                     *vector = count == 0 ? Addresses::Vector{}
-                                         : gather_vector(std::span(slots).subspan(i, count), q * chunk_nodes + i, parts[p].singles);
+                                         : gather_vector(std::span(slots[q]).subspan(i, count), q * chunk_nodes + i, parts[p].singles);
                 }
             }
             parts[p].end.push_back(parts[p].singles.size());

@@ -49,7 +49,8 @@ inline void describe(ConfigVisitor& v, LbmConfig& c) {
              "relative iteration error of k at which a grid's run stops; auto: a tenth of the tolerance, or 1e-4");
     v.integer("max_steps", c.max_steps, {.low = 1, .high = 1e9}, "give up after as many time steps");
     v.integer("grids", c.grids, between(1, 6),
-              "number of grids, coarse to fine; three or more give the interval, fewer none (without a tolerance)");
+              "number of grids, coarse to fine; three or more give the interval (coarser ones are added down to 6 voxels a grain "
+              "diameter), fewer none");
     v.number("grid_ratio", c.grid_ratio, {.low = 1.1, .high = 4.0}, "voxel size of a grid / that of the next finer one");
     v.boolean("tensor", c.tensor, "of a box that is periodic in x, y and z: three runs give the whole permeability tensor");
     v.integer("subsections", c.subsections, between(1, 1000), "parts along z whose permeabilities are given too");

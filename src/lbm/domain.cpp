@@ -8,13 +8,14 @@
 #include "core/error.hpp"
 #include "core/machine.hpp"
 #include "core/parallel.hpp"
-#include "lbm/lattice.hpp"
+#include "lbm/neighbours.hpp"
 
 namespace porepack {
 
 double lbm_memory_bytes(double cells, double fluid, double bytes_a_number) {
-    const double set_up = cells * (1.0 + 4.0 + 1.0) + fluid * 8.0, populations = 19.0 * bytes_a_number, cell = 4.0, links = 32.0;
-    return set_up + fluid * (populations + cell + links);
+    // Populations; 12 bytes for every 64 bytes of a direction; wall links; the nodes' cells; density and velocity at the end.
+    const double node = 19.0 * bytes_a_number + 18.0 * 12.0 * bytes_a_number / 64.0 + 14.0 + 4.0 + 16.0;
+    return 4e7 + fluid * (node + 9.0) + cells;
 }
 
 std::int64_t Domain::node_at(const std::array<int, 3>& place) const {
@@ -40,27 +41,18 @@ std::vector<std::uint32_t> first_nodes(const Grid& grid, const std::vector<std::
     return first;
 }
 
-// What lies along c_q from a node: another node, a wall, or an open end with a way through it.
-struct Way {
-    enum class Kind { fluid, wall, open } kind;
-    std::array<int, 3> place;  // of the fluid node; of the mirrored node when open
-};
-
-Way way_along(const Domain& domain, const std::array<int, 3>& here, int q) {
+// Node beside the mirror image that an open end shows along c_q, or -1: a wall or the container's side.
+std::int64_t beyond_open_end(const Domain& domain, const std::array<int, 3>& here, int q) {
+    if (!domain.drive.by_pressure()) return -1;
     const auto& c = d3q19::c[static_cast<std::size_t>(q)];
-    auto there = here;
-    int turns = 0;
-    if (step_in_grid(domain.grid, domain.drive, there, c, turns))
-        return {domain.node_at(there) >= 0 ? Way::Kind::fluid : Way::Kind::wall, there};
-    if (!domain.drive.by_pressure()) return {Way::Kind::wall, here};
     const auto axis = static_cast<std::size_t>(domain.drive.axis);
     const int beyond = here[axis] + c[axis];
-    if (beyond >= 0 && beyond < domain.grid.cells[axis]) return {Way::Kind::wall, here};  // a side wall
+    if (beyond >= 0 && beyond < domain.grid.cells[axis]) return -1;
     auto aside = here;
     auto lateral = c;
     lateral[axis] = 0;
-    if (!step_in_grid(domain.grid, domain.drive, aside, lateral, turns) || domain.node_at(aside) < 0) return {Way::Kind::wall, here};
-    return {Way::Kind::open, aside};
+    int turns = 0;
+    return step_in_grid(domain.grid, domain.drive, aside, lateral, turns) ? domain.node_at(aside) : -1;
 }
 
 struct Links {
@@ -81,25 +73,29 @@ Links links_of(const Domain& domain, const FlowWalls* walls, double inlet_radius
     std::optional<WallFinder> finder;
     if (walls != nullptr) finder.emplace(*walls, domain.grid, domain.drive);
     const double h = domain.grid.spacing_m[0];
+    Neighbours neighbours(domain);
     for (std::size_t node = begin; node < end; ++node) {
+        const auto& near = neighbours.of(node);
+        if (std::none_of(near.begin(), near.end(), [](std::int64_t other) { return other < 0; })) continue;
         const auto here = place_in_grid(domain.grid, static_cast<std::size_t>(domain.cell[node]));
         bool moved = false;
         std::uint32_t wall_mask = 0;
         const std::size_t first = links.walls.size();
         for (int q = 1; q < d3q19::directions; ++q) {
-            const Way way = way_along(domain, here, q);
-            if (way.kind == Way::Kind::open) {
-                // What comes in along the opposite direction left `aside` as its mirror image.
+            if (near[static_cast<std::size_t>(q)] >= 0) continue;
+            if (const std::int64_t aside = beyond_open_end(domain, here, q); aside >= 0) {
+                // What comes in along the opposite direction left `aside` as its mirror image, or is the inlet's.
                 const int in = d3q19::opposite(q);
-                const auto self = static_cast<std::uint32_t>(node), aside = static_cast<std::uint32_t>(domain.node_at(way.place));
+                const auto self = static_cast<std::uint32_t>(node);
                 const auto in_q = static_cast<std::uint8_t>(in), out_q = static_cast<std::uint8_t>(q);
                 if (inlet_radius > 0.0 && here[static_cast<std::size_t>(domain.drive.axis)] == 0)
                     links.open.push_back(
                         {self, self, in_q, out_q, 1, 6.0 * d3q19::w(in) * inlet_speed(domain.grid, inlet_radius, here, q)});
                 else
-                    links.open.push_back({self, aside, in_q, static_cast<std::uint8_t>(d3q19::mirrored(in, domain.drive.axis)), -1, 0.0});
+                    links.open.push_back({self, static_cast<std::uint32_t>(aside), in_q,
+                                          static_cast<std::uint8_t>(d3q19::mirrored(in, domain.drive.axis)), -1, 0.0});
+                continue;
             }
-            if (way.kind != Way::Kind::wall) continue;
             double fraction = 0.5;
             if (finder) {
                 if (!moved)

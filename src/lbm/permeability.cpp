@@ -52,6 +52,14 @@ void find_interval(const LbmScene& scene, const LbmConfig& config, LbmResult& re
     result.half_width = parts;
 }
 
+// Coarser grids than those asked for cost little, and the best viscosity is cheap to find on them.
+long count_grids(const LbmScene& scene, double voxel_size_m, const LbmConfig& config) {
+    long grids = config.grids;
+    const auto coarsest = [&] { return voxel_size_m * std::pow(config.grid_ratio, static_cast<double>(grids - 1)); };
+    while (config.grids > 2 && std::isfinite(scene.grain_size_m) && scene.grain_size_m / coarsest() > first_nodes_a_grain) ++grids;
+    return grids;
+}
+
 void refine_to_tolerance(Sequence& sequence, const LbmScene& scene, double voxel_size_m, const LbmConfig& config) {
     const Stopwatch watch;
     LbmResult& result = sequence.result();
@@ -138,7 +146,7 @@ LbmResult lbm_permeability(const LbmScene& scene, double voxel_size_m, const Lbm
                             {.mend = "walls = \"interpolated\" and an exact geometry, or no tolerance"});
         refine_to_tolerance(sequence, scene, voxel_size_m, config);
     } else {
-        for (long left = config.grids - sequence.attempts() - 1; left >= 0; --left) {
+        for (long left = count_grids(scene, voxel_size_m, config) - sequence.attempts() - 1; left >= 0; --left) {
             try {
                 (void)sequence.solve(voxel_size_m * std::pow(config.grid_ratio, static_cast<double>(left)),
                                      left > 0 && sequence.done() == 0, Sequence::no_limit);

@@ -9,6 +9,7 @@ struct PackingConfig {
     std::string engine = "liggghts";
     std::string file;
     long seed = 1;
+    long seeds = 1;
     long grains = 0;
     double fill_height_m = 0.0;
     double surface_tolerance = 0.05;
@@ -34,6 +35,8 @@ inline void describe(ConfigVisitor& v, PackingConfig& c) {
     v.choice("engine", c.engine, {"liggghts", "none"}, "who makes the packing; none: take `file` as it is");
     v.text("file", c.file, "a given packing.json or packing.json.gz (engine = \"none\"), relative to the case");
     v.integer("seed", c.seed, between(0, 2147483647), "seed of all random poses");
+    v.integer("seeds", c.seeds, between(1, 1000),
+              "number of packings, from this seed on: the others get their permeability too, and the scatter is reported");
     v.integer("grains", c.grains, {.low = 0, .high = 1e6, .zero_is_auto = true},
               "number of grains; auto: until the bed reaches fill_height_m");
     v.number("fill_height_m", c.fill_height_m, positive_or_auto(), "height at which pouring stops; auto: half the container's height");

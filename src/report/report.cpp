@@ -92,7 +92,15 @@ Section permeability_section(const ReportInput& input) {
                                 fmt::format("{:.3g}", value * 9.81e6), difference(k, lbm)});
     };
     add("lattice Boltzmann", lbm, interval_text(at(input, "lbm/permeability_interval_m2")));
-    if (at(input, "lbm/coarse").is_object()) add("lattice Boltzmann, coarser grid", at(input, "lbm/coarse/permeability_m2"), "none");
+    if (const Json& grids = at(input, "lbm/grids"); grids.size() > 1)
+        for (auto grid = grids.rbegin(); grid != grids.rend(); ++grid)
+            add(fmt::format("lattice Boltzmann, voxels of {:.3g} m alone", grid->at("voxel_size_m").get<double>()),
+                grid->at("permeability_m2"), "none");
+    if (const Json& mean = at(input, "seeds/permeability_mean_m2"); mean.is_number())
+        add(fmt::format("lattice Boltzmann, mean of {} packings", at(input, "seeds/packings").get<long>()), mean,
+            fmt::format("standard deviation between packings {:.3g}, numerical half width {:.3g}",
+                        at(input, "seeds/standard_deviation_between_packings_m2").get<double>(),
+                        at(input, "seeds/numerical_half_width_m2").get<double>()));
     add("OpenFOAM", at(input, "foam/permeability_m2"), interval_text(at(input, "foam/permeability_interval_m2")));
     if (at(input, "foam/coarse").is_object()) {
         add("OpenFOAM, finer mesh alone", at(input, "foam/fine/permeability_m2"), "none");
@@ -203,7 +211,7 @@ void add_plots(const ReportInput& input, const Path& folder, std::vector<Section
                 fs::absolute(history).string())))
         section("Did it converge?")
             .pictures.emplace_back("convergence.svg",
-                                   "Lattice Boltzmann on the finer grid: the run stops when both lines have fallen below the gate.");
+                                   "Lattice Boltzmann on the finest grid: the run stops when both lines have fallen below the gate.");
     const Path head = input.stage_folders / "falling-head" / "falling_head.csv";
     if (fs::exists(head) &&
         draw_plot(folder / "falling_head.svg",
@@ -377,6 +385,8 @@ Json quantities(const ReportInput& input) {
         at(input, "lbm/converged"));
     add("permeability_lbm_darcy", "lbm/permeability_darcy", "darcy", "lattice Boltzmann", nullptr, at(input, "lbm/converged"));
     add("conductivity_lbm", "lbm/conductivity_m_per_s", "m/s", "lattice Boltzmann, water", nullptr, at(input, "lbm/converged"));
+    add("permeability_lbm_mean_of_seeds", "seeds/permeability_mean_m2", "m2", "lattice Boltzmann, several packings",
+        plus_minus("seeds/standard_error_of_mean_m2"), nullptr);
     add("permeability_foam", "foam/permeability_m2", "m2", "OpenFOAM, extrapolated when there are two meshes",
         interval("foam/permeability_interval_m2"), at(input, "foam/converged"));
     add("permeability_foam_darcy", "foam/permeability_darcy", "darcy", "OpenFOAM", nullptr, at(input, "foam/converged"));

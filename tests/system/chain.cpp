@@ -175,6 +175,29 @@ TEST(Chain, TheOwnStlCaseInReducedSize) {
     EXPECT_NEAR(loose.json()["permeability_m2"].get<double>() / output.json()["permeability_m2"].get<double>(), 1.0, 0.02);
 }
 
+TEST(Chain, SeveralSeedsGiveTheScatterBetweenPackings) {
+    REQUIRE_PROGRAM("liggghts");
+    const test::Folder folder;
+    std::string text = small_case;
+    text.replace(text.find("grains = 8"), 10, "grains = 8\nseeds = 3");
+    text.replace(text.find("cell_size_m = 0.0015\nmeshes = 1"), 31, "enabled = false");
+    folder.write("case.toml", text + "[lbm]\nfields = \"none\"\n[report]\npictures = false\n");
+    const auto output = porepack("run --json " + quoted(folder.path()));
+    ASSERT_EQ(output.exit_code, 0) << output.err;
+    const Json seeds = read_json(folder.path() / "results" / "seeds" / "result.json");
+    EXPECT_EQ(seeds["packings"], 3);
+    EXPECT_GT(seeds["standard_deviation_between_packings_m2"].get<double>(), 0.0);
+    EXPECT_GT(seeds["numerical_half_width_m2"].get<double>(), 0.0);
+    const Json other = read_json(folder.path() / "results" / "seed_2" / "lbm" / "result.json");
+    EXPECT_NE(other["permeability_m2"], read_json(folder.path() / "results" / "lbm" / "result.json")["permeability_m2"]);
+    EXPECT_FALSE(std::filesystem::exists(folder.path() / "results" / "lbm" / "flow.vti"));
+    EXPECT_TRUE(has(read_text(folder.path() / "results" / "report.md"), "mean of 3 packings"));
+    // Another number of seeds leaves the first packing as it is.
+    text.replace(text.find("seeds = 3"), 9, "seeds = 2");
+    folder.write("case.toml", text + "[lbm]\nfields = \"none\"\n[report]\npictures = false\n");
+    EXPECT_TRUE(has(porepack("run " + quoted(folder.path())).err, "pack: already done"));
+}
+
 TEST(Chain, GoesOnAfterAKillAndAfterCtrlC) {
     REQUIRE_PROGRAM("liggghts");
     for (const int signal : {SIGKILL, SIGINT}) {

@@ -257,6 +257,35 @@ TEST(Precision, SingleGivesTheSamePermeability) {
     EXPECT_NEAR(single / full, 1.0, 1e-4);
 }
 
+// Some five minutes: ctest -L long.
+TEST(Precision, LongSingleGivesTheSameOnTenMillionNodes) {
+    Packing packing{.container = parse_container("box:1,1,1:periodic"), .shapes = {make_preset("sphere", 0.14, 0.0)}, .bodies = {}};
+    std::mt19937 random(1);
+    const auto unit = [&] { return static_cast<double>(random()) / 4294967296.0; };
+    for (int i = 0; i < 520; ++i) {
+        const double x = unit(), y = unit(), z = unit();
+        packing.bodies.push_back({.shape = 0, .position_m = {x, y, z}});
+    }
+    const Grains grains(packing);
+    const Section whole{0.0, 1.0};
+    const LbmScene scene{
+        .voxels =
+            [&](double size) { return voxelise(grains, packing.container, whole, plan_voxels(packing.container, whole, size, 0.0, 1.0)); },
+        .solid = &grains,
+        .container = packing.container,
+        .section = whole,
+        .grain_size_m = 0.14};
+    const auto k_of = [&](const char* precision) {
+        const LbmGridResult fine =
+            lbm_permeability(scene, 1.0 / 292, {.precision = precision, .iteration_tolerance = 2e-5, .grids = 3}, false).fine();
+        EXPECT_GT(fine.nodes, 9'000'000U);
+        return fine.permeability_m2;
+    };
+    const double full = k_of("double"), single = k_of("single");
+    std::printf("  single / double - 1 = %.2e\n", single / full - 1.0);
+    EXPECT_NEAR(single / full, 1.0, 1e-4);
+}
+
 TEST(Stability, EveryViscosityOnADenseBedOfTouchingGrains) {
     for (const double tau : {0.501, 0.51, 2.0, 10.0}) {
         const Scene scene(random_bed("cylinder:1,1", 25, 0.08), {0.1, 0.9}, 1.0 / 24);
