@@ -73,7 +73,7 @@ const std::vector<std::string>& benchmark_names() {
 Json run_benchmark(const std::string& name, const Path& folder) {
     Json result;
     if (name == "coverage")
-        result = coverage_benchmark({3, 4}, {0.02, 0.01, 0.005});
+        result = coverage_benchmark({9, 10}, {0.02, 0.01, 0.005});
     else if (name == "lbm")
         result = lbm_benchmark(folder);
     else if (name == "shapes")
