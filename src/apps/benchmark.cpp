@@ -66,14 +66,16 @@ Json shapes_benchmark() {
 }  // namespace
 
 const std::vector<std::string>& benchmark_names() {
-    static const std::vector<std::string> names = {"coverage", "lbm", "shapes"};
+    static const std::vector<std::string> names = {"coverage", "cross-check", "lbm", "shapes"};
     return names;
 }
 
-Json run_benchmark(const std::string& name, const Path& folder) {
+Json run_benchmark(const std::string& name, const std::vector<Path>& cases, const Path& folder) {
     Json result;
     if (name == "coverage")
         result = coverage_benchmark({9, 10}, {0.02, 0.01, 0.005});
+    else if (name == "cross-check")
+        result = cross_check_benchmark(cases, folder);
     else if (name == "lbm")
         result = lbm_benchmark(folder);
     else if (name == "shapes")

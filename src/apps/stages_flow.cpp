@@ -178,7 +178,7 @@ Json foam_stage(const Scene& scene, const GeometryConfig& geometry, const FoamCo
             : make_surface(*scene.packing, {.deviation_m = geometry.surface_deviation_m, .contact_gap_m = geometry.contact_gap_m}).surface;
     foam.pore_volume_m3 = exact * scene.container.inner_area_m2() * scene.section.length();
     foam.grain_size_m = scene.grain_size_m;
-    const double coarsest = cell * (config.meshes == 2 ? config.mesh_ratio : 1.0);
+    const double coarsest = cell * std::pow(config.mesh_ratio, static_cast<double>(config.meshes - 1));
     const double probe =
         scene.container.any_periodic() ? scene.section.length() / std::ceil(scene.section.length() / (0.5 * coarsest)) : 0.5 * coarsest;
     foam.pore_point = find_pore_point(voxelise(scene.solid(), scene.container, scene.section,
@@ -200,17 +200,27 @@ Json foam_stage(const Scene& scene, const GeometryConfig& geometry, const FoamCo
                 {"peak_memory_bytes", mesh.peak_memory_bytes}};
     };
     Json json;
-    add_permeability(json, result.permeability_m2, result.interval_m2);
+    add_permeability(json, result.permeability_m2, result.extrapolation ? std::optional(result.extrapolation->interval) : std::nullopt);
     json["method"] = "OpenFOAM simpleFoam, creeping flow, snappyHexMesh";
     json["repeat_by_hand"] = "cd mesh_fine && ./Allclean && ./Allrun";
-    json["interval_meaning"] =
-        result.interval_m2 ? "extrapolated from two meshes with order 1.5; the interval spans orders 1 to 2" : "one mesh: no uncertainty";
+    const auto optional = [](const std::optional<double>& value) { return value ? Json(*value) : Json(nullptr); };
+    const auto& extrapolation = result.extrapolation;
+    json["interval_meaning"] = config.meshes == 1   ? "one mesh: no uncertainty"
+                               : config.meshes == 2 ? "extrapolated from two meshes with order 1.5; the interval spans orders 1 to 2"
+                               : extrapolation->observed_order
+                                   ? "extrapolated from three meshes with the observed order, the interval spans half an order more and "
+                                     "less; or, where that order is "
+                                     "outside 1 to 2.5, with order 1.5, spanning 1 to 2.5"
+                                   : "three meshes without an order: the finest one, and three times the largest change";
+    json["observed_order"] = extrapolation ? optional(extrapolation->observed_order) : Json(nullptr);
+    json["grid_convergence_index"] = extrapolation ? optional(extrapolation->grid_convergence_index) : Json(nullptr);
     json["section_m"] = list(scene.section);
     json["converged"] = true;
-    json["cells"] = result.fine.cells;
-    json["iterations"] = result.fine.iterations;
-    json["fine"] = mesh_json(result.fine);
-    json["coarse"] = result.coarse ? mesh_json(*result.coarse) : Json(nullptr);
+    json["cells"] = result.fine().cells;
+    json["iterations"] = result.fine().iterations;
+    json["fine"] = mesh_json(result.fine());
+    json["meshes"] = Json::array();
+    for (const FoamMeshResult& mesh : result.meshes) json["meshes"].push_back(mesh_json(mesh));
     json["expected_memory_bytes"] = expected.memory_bytes;
     return json;
 }
@@ -240,7 +250,7 @@ Expectation expect_foam(const Container& container, const Section& section, doub
     const double background = pores * container.inner_area_m2() * section.length() / std::pow(cell_size_m, 3);
     const double cells = background * std::pow(2.5, config.surface_level);
     // Measured: 0.45 ms a cell for meshing and solving, 1.6 kB a cell.
-    const double coarse = config.meshes == 2 ? 1.0 + std::pow(config.mesh_ratio, -3.0) : 1.0;
+    const double coarse = config.meshes > 1 ? 1.0 + std::pow(config.mesh_ratio, -3.0) : 1.0;
     return {.text = fmt::format("background {} x {} x {}, about {:.2g} cells in the finest mesh", block[0], block[1], block[2], cells),
             .memory_bytes = 1e8 + 1600.0 * cells,
             .wall_time_s = coarse * 0.45e-3 * cells};

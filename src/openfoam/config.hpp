@@ -20,8 +20,10 @@ struct FoamConfig {
 inline void describe(ConfigVisitor& v, FoamConfig& c) {
     v.boolean("enabled", c.enabled, "run the OpenFOAM cross-check");
     v.number("cell_size_m", c.cell_size_m, length_or_auto(), "background cell of the finest mesh; auto: the smallest capsule diameter / 4");
-    v.integer("meshes", c.meshes, between(1, 2), "1: one mesh, no uncertainty; 2: a coarser mesh too, k is extrapolated");
-    v.number("mesh_ratio", c.mesh_ratio, {.low = 1.2, .high = 3.0}, "background cell of the coarser mesh / cell_size_m");
+    v.integer(
+        "meshes", c.meshes, between(1, 3),
+        "1: one mesh, no uncertainty; 2: a coarser one too, k is extrapolated; 3: with the observed order and the grid convergence index");
+    v.number("mesh_ratio", c.mesh_ratio, {.low = 1.2, .high = 3.0}, "background cell of a mesh / that of the next finer one");
     v.integer("surface_level", c.surface_level, between(0, 3), "cells at grains and wall are 2^level times finer");
     v.number("relaxation_velocity", c.relaxation_velocity, {.low = 0.1, .high = 0.99}, "relaxation of U");
     v.number("relaxation_pressure", c.relaxation_pressure, {.low = 0.01, .high = 0.99},

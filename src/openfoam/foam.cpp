@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <future>
@@ -249,23 +250,61 @@ FoamResult foam_permeability(const FoamScene& scene, const FoamConfig& config, d
     FoamResult result;
     make_folder(folder);
     fs::copy_file(cases / "runFunctions", folder / "runFunctions", fs::copy_options::overwrite_existing);
-    // Both meshes at the same time: each keeps one core busy.
-    std::future<FoamMeshResult> coarse;
-    if (config.meshes == 2)
-        coarse = std::async(std::launch::async, [&] {
-            return solve_on_mesh(scene, config, config.mesh_ratio * cell_size_m, cases, folder / "mesh_coarse", "OpenFOAM, coarser mesh");
-        });
-    result.fine = solve_on_mesh(scene, config, cell_size_m, cases, folder / "mesh_fine", "OpenFOAM, finer mesh");
-    if (coarse.valid()) result.coarse = coarse.get();
-    result.permeability_m2 = result.fine.permeability_m2;
-    if (result.coarse) {
-        const double ratio = std::cbrt(static_cast<double>(result.fine.cells) / static_cast<double>(result.coarse->cells));
-        const double change = result.fine.permeability_m2 - result.coarse->permeability_m2;
-        const auto extrapolated = [&](double order) { return result.fine.permeability_m2 + change / (std::pow(ratio, order) - 1.0); };
-        result.permeability_m2 = extrapolated(1.5);
-        result.interval_m2 = Interval{std::min(extrapolated(1.0), extrapolated(2.0)), std::max(extrapolated(1.0), extrapolated(2.0))};
+    // The coarser meshes beside the finest: each keeps one core busy.
+    auto coarser = std::async(config.meshes > 1 ? std::launch::async : std::launch::deferred, [&] {
+        std::vector<FoamMeshResult> meshes;
+        if (config.meshes > 2)
+            meshes.push_back(solve_on_mesh(scene, config, config.mesh_ratio * config.mesh_ratio * cell_size_m, cases,
+                                           folder / "mesh_coarsest", "OpenFOAM, coarsest mesh"));
+        if (config.meshes > 1)
+            meshes.push_back(
+                solve_on_mesh(scene, config, config.mesh_ratio * cell_size_m, cases, folder / "mesh_coarse", "OpenFOAM, coarser mesh"));
+        return meshes;
+    });
+    const FoamMeshResult fine = solve_on_mesh(scene, config, cell_size_m, cases, folder / "mesh_fine", "OpenFOAM, finest mesh");
+    result.meshes = coarser.get();
+    result.meshes.push_back(fine);
+    result.permeability_m2 = fine.permeability_m2;
+    if (config.meshes > 1) {
+        std::vector<double> cells, values;
+        for (const FoamMeshResult& mesh : result.meshes) {
+            cells.push_back(static_cast<double>(mesh.cells));
+            values.push_back(mesh.permeability_m2);
+        }
+        result.extrapolation = extrapolate_meshes(cells, values);
+        result.permeability_m2 = result.extrapolation->value;
     }
     return result;
+}
+
+FoamExtrapolation extrapolate_meshes(std::span<const double> cells, std::span<const double> values) {
+    const std::size_t n = cells.size();
+    const double k = values[n - 1], change = k - values[n - 2], ratio = std::cbrt(cells[n - 1] / cells[n - 2]);
+    const auto with_order = [&](double order) { return k + change / (std::pow(ratio, order) - 1.0); };
+    const auto between_orders = [&](double low, double high) {
+        return Interval{std::min(with_order(low), with_order(high)), std::max(with_order(low), with_order(high))};
+    };
+    if (n == 2) return {with_order(1.5), between_orders(1.0, 2.0), std::nullopt, std::nullopt};
+    const double before = values[1] - values[0];
+    if (!(before * change > 0.0)) {
+        const double half = 3.0 * std::max(std::abs(before), std::abs(change));
+        return {k, {k - half, k + half}, std::nullopt, half / k};
+    }
+    // (k2 - k1)/(k3 - k2) = (s1^p - s2^p)/(s2^p - s3^p) grows with p.
+    const double coarser = std::cbrt(cells[1] / cells[0]);
+    const auto changes = [&](double p) { return (std::pow(coarser, p) - 1.0) / (1.0 - std::pow(ratio, -p)); };
+    double low = 0.05, high = 8.0;
+    while (high - low > 1e-9) (changes(0.5 * (low + high)) < before / change ? low : high) = 0.5 * (low + high);
+    // Meshes that are too coarse for the asymptotic range show orders outside of it, and tell nothing but the direction.
+    const bool plausible = low >= 1.0 && low <= 2.5;
+    const double order = plausible ? low : 1.5;
+    FoamExtrapolation found{with_order(order),
+                            plausible ? between_orders(std::max(0.75, order - 0.5), order + 0.5) : between_orders(1.0, 2.5), low,
+                            std::nullopt};
+    found.grid_convergence_index = (plausible ? 1.25 : 3.0) * std::abs(found.value / k - 1.0);
+    found.interval.low = std::min(found.interval.low, 0.995 * found.value);
+    found.interval.high = std::max(found.interval.high, 1.005 * found.value);
+    return found;
 }
 
 }  // namespace porepack

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 
 #include "converters/percolation.hpp"
 #include "converters/surface.hpp"
@@ -33,11 +34,25 @@ struct FoamMeshResult {
     double peak_memory_bytes = 0.0;
 };
 
+/// What meshes of different sizes tell together. The size of a mesh is cells^(-1/3): snapped meshes refine at surfaces, so the ratio of
+/// background cells overstates the gain.
+struct FoamExtrapolation {
+    double value;
+    Interval interval;
+    std::optional<double> observed_order;  ///< of three meshes, where k changes in one direction
+    std::optional<double>
+        grid_convergence_index;  ///< of three meshes: relative half width about the finest one (Roache; Celik et al. 2008)
+};
+/// `cells` and `values` of two or three meshes, coarse to fine. Two: order 1.5, the interval spans orders 1 and 2. Three: the observed
+/// order if it lies between 1 and 2.5, and the interval spans half an order more and less; else order 1.5, spanning 1 to 2.5; at least 0.5
+/// %. Where k does not change in one direction: the finest value with three times the largest change.
+[[nodiscard]] FoamExtrapolation extrapolate_meshes(std::span<const double> cells, std::span<const double> values);
+
 struct FoamResult {
-    FoamMeshResult fine;
-    std::optional<FoamMeshResult> coarse;
-    double permeability_m2 = 0.0;         ///< extrapolated with order 1.5 when there are two meshes
-    std::optional<Interval> interval_m2;  ///< between the extrapolations with order 1 and with order 2
+    std::vector<FoamMeshResult> meshes;  ///< coarse to fine
+    double permeability_m2 = 0.0;        ///< extrapolated when there are two meshes or three
+    std::optional<FoamExtrapolation> extrapolation;
+    [[nodiscard]] const FoamMeshResult& fine() const { return meshes.back(); }
 };
 
 /// Number of background cells.
@@ -45,7 +60,7 @@ struct FoamResult {
 /// The pore cell of the image that flow reaches and that is farthest from everything else, a little off its centre.
 [[nodiscard]] Vec3 find_pore_point(const PhaseImage& image, const Container& container);
 
-/// Runs in `folder`/mesh_coarse and `folder`/mesh_fine. `cases` is the folder openfoam_cases/.
+/// Runs in `folder`/mesh_fine, mesh_coarse and mesh_coarsest, as many as config.meshes. `cases` is the folder openfoam_cases/.
 /// Throws EngineError when OpenFOAM is missing, fails, or ends on garbage; NumericalError when it does not converge.
 [[nodiscard]] FoamResult foam_permeability(const FoamScene& scene, const FoamConfig& config, double cell_size_m, const Path& cases,
                                            const Path& folder);

@@ -102,10 +102,9 @@ Section permeability_section(const ReportInput& input) {
                         at(input, "seeds/standard_deviation_between_packings_m2").get<double>(),
                         at(input, "seeds/numerical_half_width_m2").get<double>()));
     add("OpenFOAM", at(input, "foam/permeability_m2"), interval_text(at(input, "foam/permeability_interval_m2")));
-    if (at(input, "foam/coarse").is_object()) {
-        add("OpenFOAM, finer mesh alone", at(input, "foam/fine/permeability_m2"), "none");
-        add("OpenFOAM, coarser mesh alone", at(input, "foam/coarse/permeability_m2"), "none");
-    }
+    if (const Json& meshes = at(input, "foam/meshes"); meshes.size() > 1)
+        for (auto mesh = meshes.rbegin(); mesh != meshes.rend(); ++mesh)
+            add(fmt::format("OpenFOAM, mesh of {} cells alone", mesh->at("cells").get<long>()), mesh->at("permeability_m2"), "none");
     add("Carman-Kozeny, constant 150 (Eq. 2)", at(input, "falling-head/correlations/carman_kozeny_150_m2"), "none");
     add("Carman-Kozeny, constant 180", at(input, "falling-head/correlations/carman_kozeny_180_m2"), "none");
     add("the paper's fit (Eq. 22, corrected)", at(input, "falling-head/correlations/paper_fit_m2"), "none");

@@ -31,13 +31,33 @@ TEST(FoamDuct, IsOfSecondOrder) {
     for (const int cells : {6, 12, 24}) {
         const FoamResult result = foam_permeability(duct(), {.meshes = 1, .residual = 1e-6, .max_iterations = 400}, 0.01 / cells, cases,
                                                     folder.path() / std::to_string(cells));
-        error[i++] = result.fine.permeability_m2 / (0.03514425 * 1e-4) - 1.0;
-        EXPECT_EQ(result.fine.cells, cells * cells * cells);
-        EXPECT_LT(result.fine.flow_imbalance, 1e-6);
+        error[i++] = result.fine().permeability_m2 / (0.03514425 * 1e-4) - 1.0;
+        EXPECT_EQ(result.fine().cells, cells * cells * cells);
+        EXPECT_LT(result.fine().flow_imbalance, 1e-6);
     }
     std::printf("  errors %+.4f %+.4f %+.4f\n", error[0], error[1], error[2]);
     EXPECT_LT(std::abs(error[2]), 0.01);
     for (int k = 0; k < 2; ++k) EXPECT_NEAR(std::log2(error[k] / error[k + 1]), 2.0, 0.15);
+}
+
+TEST(FoamExtrapolation, FindsOrderAndLimit) {
+    const std::array<double, 3> cells = {1000, 5000, 20000};
+    for (const double order : {1.2, 2.0, 2.4}) {
+        std::array<double, 3> values{};
+        for (std::size_t i = 0; i < 3; ++i) values[i] = 3.0 + 40.0 * std::pow(cells[i], -order / 3.0);
+        const FoamExtrapolation found = extrapolate_meshes(cells, values);
+        EXPECT_NEAR(*found.observed_order, order, 1e-6);
+        EXPECT_NEAR(found.value, 3.0, 1e-6);
+        EXPECT_LT(found.interval.low, 3.0);
+        EXPECT_GT(found.interval.high, 3.0);
+        EXPECT_NEAR(*found.grid_convergence_index, 1.25 * (values[2] - 3.0) / values[2], 1e-6);
+    }
+    // Up and down: no order, and the interval holds all three.
+    const std::array<double, 3> swings = {1.0, 1.2, 1.1};
+    const FoamExtrapolation none = extrapolate_meshes(cells, swings);
+    EXPECT_FALSE(none.observed_order);
+    EXPECT_LT(none.interval.low, 1.0);
+    EXPECT_GT(none.interval.high, 1.2);
 }
 
 TEST(FoamSpheres, SimpleCubicWithinItsInterval) {
@@ -53,13 +73,20 @@ TEST(FoamSpheres, SimpleCubicWithinItsInterval) {
                           .pore_volume_m3 = 0.657,
                           .grain_size_m = 2.0 * r,
                           .pore_point = Vec3(0.0131, 0.0173, 0.0119)};
-    const FoamResult result = foam_permeability(scene, {.mesh_ratio = 1.5}, 1.0 / 36, cases, folder.path() / "run");
+    const FoamResult result = foam_permeability(scene, {.meshes = 3, .mesh_ratio = 1.5}, 1.0 / 36, cases, folder.path() / "run");
     const double exact = 2.0 * r * r / (9.0 * 0.343 * 15.39949);
-    std::printf("  coarse %+.2f %%, fine %+.2f %%, extrapolated %+.2f %%\n", 100.0 * (result.coarse->permeability_m2 / exact - 1.0),
-                100.0 * (result.fine.permeability_m2 / exact - 1.0), 100.0 * (result.permeability_m2 / exact - 1.0));
-    // Two meshes of this size leave about 1 %.
-    EXPECT_NEAR(result.permeability_m2 / exact, 1.0, 0.02);
-    EXPECT_LT(std::abs(result.fine.permeability_m2 / exact - 1.0), std::abs(result.coarse->permeability_m2 / exact - 1.0));
+    ASSERT_EQ(result.meshes.size(), 3U);
+    for (const FoamMeshResult& mesh : result.meshes)
+        std::printf("  %ld cells: %+.2f %%\n", mesh.cells, 100.0 * (mesh.permeability_m2 / exact - 1.0));
+    ASSERT_TRUE(result.extrapolation && result.extrapolation->observed_order);
+    const double order = *result.extrapolation->observed_order, gci = *result.extrapolation->grid_convergence_index;
+    std::printf("  extrapolated %+.2f %%, order %.2f, grid convergence index %.2f %%\n", 100.0 * (result.permeability_m2 / exact - 1.0),
+                order, 100.0 * gci);
+    EXPECT_NEAR(result.permeability_m2 / exact, 1.0, 0.01);
+    EXPECT_GT(order, 1.0);
+    EXPECT_LT(order, 3.0);
+    EXPECT_NEAR(result.fine().permeability_m2, exact, gci * result.fine().permeability_m2);
+    EXPECT_LT(std::abs(result.fine().permeability_m2 / exact - 1.0), std::abs(result.meshes[0].permeability_m2 / exact - 1.0));
 }
 
 TEST(FoamFailure, GarbageThatEndsWithZeroIsSeen) {

@@ -1,0 +1,72 @@
+#include "openfoam/foam_field.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstring>
+
+#include "core/error.hpp"
+#include "core/process.hpp"
+
+namespace porepack {
+namespace fs = std::filesystem;
+namespace {
+
+// The last time that was written.
+Path last_time(const Path& folder) {
+    double last = 0.0;
+    Path found;
+    for (const auto& entry : fs::directory_iterator(folder)) {
+        const std::string name = entry.path().filename().string();
+        if (!entry.is_directory() || name.find_first_not_of("0123456789.") != std::string::npos) continue;
+        if (const double time = std::stod(name); time > last) {
+            last = time;
+            found = entry.path();
+        }
+    }
+    if (found.empty()) throw EngineError("OpenFOAM has written no time", {.where = folder.string()});
+    return found;
+}
+
+// The numbers of a field's interior, binary (64 bit).
+std::vector<double> read_interior(const Path& file, const std::string& type, std::size_t components) {
+    const std::string text = read_text(file);
+    const std::string mark = "nonuniform List<" + type + ">";
+    const auto at = text.find(mark), open = text.find('(', at);
+    if (at == std::string::npos || open == std::string::npos || text.find("scalar=64") == std::string::npos)
+        throw EngineError("cannot read this OpenFOAM field", {.where = file.string(), .mend = "writeFormat binary in system/controlDict"});
+    const auto cells = static_cast<std::size_t>(std::stol(text.substr(at + mark.size())));
+    std::vector<double> numbers(cells * components);
+    if (open + 1 + numbers.size() * sizeof(double) > text.size())
+        throw EngineError("an OpenFOAM field is cut short", {.where = file.string()});
+    std::memcpy(numbers.data(), text.data() + open + 1, numbers.size() * sizeof(double));
+    return numbers;
+}
+
+}  // namespace
+
+std::vector<FoamCell> read_foam_cells(const Path& folder) {
+    const Path time = last_time(folder), log = folder / "log.postProcess";
+    const ProgramEnd end = run_program({.command = {"bash", "-c",
+                                                    ". ../runFunctions && avoid_odd_path && postProcess -latestTime -funcs "
+                                                    "'(writeCellCentres writeCellVolumes)'"},
+                                        .folder = folder,
+                                        .log = log,
+                                        .environment = {{"WM_PROJECT_DIR", "/usr/share/openfoam"}}});
+    if (end.exit_code != 0 || !fs::exists(time / "C") || !fs::exists(time / "V"))
+        throw EngineError("OpenFOAM: postProcess failed\n" + tail(log, 12), {.where = log.string()});
+    const auto centres = read_interior(time / "C", "vector", 3), velocities = read_interior(time / "U", "vector", 3),
+               volumes = read_interior(time / "V", "scalar", 1);
+    for (const char* made : {"C", "Cx", "Cy", "Cz", "V"}) fs::remove(time / made);
+    if (centres.size() != 3 * volumes.size() || velocities.size() != 3 * volumes.size())
+        throw EngineError("OpenFOAM's fields differ in size", {.where = time.string()});
+    std::vector<FoamCell> cells;
+    cells.reserve(volumes.size());
+    for (std::size_t i = 0; i < volumes.size(); ++i)
+        cells.push_back({{centres[3 * i], centres[3 * i + 1], centres[3 * i + 2]},
+                         {velocities[3 * i], velocities[3 * i + 1], velocities[3 * i + 2]},
+                         volumes[i]});
+    return cells;
+}
+
+}  // namespace porepack

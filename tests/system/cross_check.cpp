@@ -1,0 +1,32 @@
+// Lattice Boltzmann and OpenFOAM on the same packing.
+#include <cmath>
+
+#include "helpers.hpp"
+
+namespace porepack {
+namespace {
+
+using test::porepack;
+using test::quoted;
+
+TEST(CrossCheck, BothSolversAgreeWithinTheirIntervals) {
+    REQUIRE_PROGRAM("liggghts");
+    REQUIRE_PROGRAM("simpleFoam");
+    const test::Folder folder;
+    const Path source = Path(POREPACK_SOURCE_FOLDER) / "cases" / "cross_check";
+    folder.write("case.toml", read_text(source / "case.toml"));
+    const auto output = porepack("benchmark cross-check --json " + quoted(folder.path()) + " --output " + quoted(folder.path() / "out"));
+    ASSERT_EQ(output.exit_code, 0) << output.err;
+    const Json row = output.json().at("cases").at(0);
+    std::printf("  OpenFOAM against LBM %+.2f %%, profiles differ by %.1f %% (z) and %.1f %% (r), %.0f times the time\n",
+                100.0 * row["openfoam_against_lbm"].get<double>(), 100.0 * row["speed_profile_z_difference"].get<double>(),
+                100.0 * row["speed_profile_r_difference"].get<double>(), row["openfoam_time_over_lbm"].get<double>());
+    EXPECT_TRUE(row["intervals_overlap"]);
+    EXPECT_LT(std::abs(row["openfoam_against_lbm"].get<double>()), 0.03);
+    EXPECT_LT(row["speed_profile_z_difference"].get<double>(), 0.08);
+    EXPECT_LT(row["speed_profile_r_difference"].get<double>(), 0.08);
+    EXPECT_TRUE(std::filesystem::exists(folder.path() / "out" / "cross-check.json"));
+}
+
+}  // namespace
+}  // namespace porepack
