@@ -66,18 +66,22 @@ Json shapes_benchmark() {
 }  // namespace
 
 const std::vector<std::string>& benchmark_names() {
-    static const std::vector<std::string> names = {"coverage", "cross-check", "lbm", "shapes"};
+    static const std::vector<std::string> names = {"coverage", "cross-check", "foam", "lbm", "shapes", "speed-error"};
     return names;
 }
 
-Json run_benchmark(const std::string& name, const std::vector<Path>& cases, const Path& folder) {
+Json run_benchmark(const std::string& name, const std::vector<Path>& cases, const Path& folder, bool quick) {
     Json result;
     if (name == "coverage")
         result = coverage_benchmark({9, 10}, {0.02, 0.01, 0.005});
     else if (name == "cross-check")
         result = cross_check_benchmark(cases, folder);
+    else if (name == "foam")
+        result = foam_benchmark(folder);
     else if (name == "lbm")
         result = lbm_benchmark(folder);
+    else if (name == "speed-error")
+        result = speed_error_benchmark(quick, folder);
     else if (name == "shapes")
         result = shapes_benchmark();
     else

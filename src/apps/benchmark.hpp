@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/files.hpp"
+#include "openfoam/foam.hpp"
 
 namespace porepack {
 
@@ -15,7 +16,13 @@ namespace porepack {
 [[nodiscard]] Json lbm_benchmark(const Path& folder);
 /// Runs both flow solvers of the cases as far as that is not done, and compares k, cost and mean profiles of the speed.
 [[nodiscard]] Json cross_check_benchmark(const std::vector<Path>& cases, const Path& folder);
+/// OpenFOAM on flows of known answer; its cases lie in `folder` (or ./foam_verification).
+[[nodiscard]] Json foam_benchmark(const Path& folder);
+/// A packing as OpenFOAM takes it.
+[[nodiscard]] FoamScene foam_scene(const Packing& packing, const Section& section, double grain_size_m);
+/// Error against cost of both solvers and the paper's scheme; writes speed_error.svg and .csv into `folder` (or ./speed_error).
+[[nodiscard]] Json speed_error_benchmark(bool quick, const Path& folder);
 /// Writes <name>.json and plots into `folder` unless it is empty. Throws UserError for a name that is not known.
-[[nodiscard]] Json run_benchmark(const std::string& name, const std::vector<Path>& cases, const Path& folder);
+[[nodiscard]] Json run_benchmark(const std::string& name, const std::vector<Path>& cases, const Path& folder, bool quick);
 
 }  // namespace porepack

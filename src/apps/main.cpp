@@ -489,10 +489,11 @@ private:
         auto& benchmark = command("benchmark", "measurements", "porepack benchmark lbm", [this] {
             if (common_.dry_run) return print_result(common_, {{"benchmark", common_.input}, {"expected", "minutes"}});
             if (!common_.output.empty()) require_writable(common_.output);
-            print_result(common_, run_benchmark(common_.input, {cases_.begin(), cases_.end()}, common_.output));
+            print_result(common_, run_benchmark(common_.input, {cases_.begin(), cases_.end()}, common_.output, quick_));
         });
         benchmark.add_option("name", common_.input, fmt::format("{}", fmt::join(benchmark_names(), ", ")))->required();
         benchmark.add_option("cases", cases_, "of cross-check: folders with case.toml");
+        benchmark.add_flag("--quick", quick_, "of speed-error: minutes instead of half an hour");
         auto& picture = command("picture", "render an STL file to a PNG", "porepack picture solid.stl --output solid.png", [this] {
             const Path target = common_.output.empty() ? Path(common_.input).replace_extension(".png") : Path(common_.output);
             if (common_.dry_run) return print_result(common_, {{"picture", target.string()}, {"expected", "seconds"}});
@@ -517,6 +518,7 @@ private:
     Settings settings_;
     Common common_;
     std::vector<std::string> cases_;  // of a benchmark
+    bool quick_ = false;
     std::string capsules_file_, kind_;
     bool sweep_ = false, front_ = false;
     double density_ = 1000.0;
