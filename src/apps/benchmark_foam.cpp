@@ -59,7 +59,6 @@ Json foam_benchmark(const Path& output) {
     add(sphere_array(0.343, 15.39949, simple_cubic, place), 32);
     add(sphere_array(0.343, 16.33505, body_centred, place), 28);
     add(sphere_array(0.6, 88.8734, body_centred, place), 40);
-    add(cylinder_array(0.5, 141.349, 0.25, place, "z"), 40);
     Json rows = Json::array();
     int number = 0;
     for (const Known& known : list) {
