@@ -210,7 +210,7 @@ Json foam_stage(const Scene& scene, const GeometryConfig& geometry, const FoamCo
                                : extrapolation->observed_order
                                    ? "extrapolated from three meshes with the observed order, the interval spans half an order more and "
                                      "less; or, where that order is "
-                                     "outside 1 to 2.5, with order 1.5, spanning 1 to 2.5"
+                                     "outside 1.5 to 2.5, with order 2, spanning 1 to 3"
                                    : "three meshes without an order: the finest one, and three times the largest change";
     json["observed_order"] = extrapolation ? optional(extrapolation->observed_order) : Json(nullptr);
     json["grid_convergence_index"] = extrapolation ? optional(extrapolation->grid_convergence_index) : Json(nullptr);

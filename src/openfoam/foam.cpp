@@ -295,12 +295,11 @@ FoamExtrapolation extrapolate_meshes(std::span<const double> cells, std::span<co
     const auto changes = [&](double p) { return (std::pow(coarser, p) - 1.0) / (1.0 - std::pow(ratio, -p)); };
     double low = 0.05, high = 8.0;
     while (high - low > 1e-9) (changes(0.5 * (low + high)) < before / change ? low : high) = 0.5 * (low + high);
-    // Meshes that are too coarse for the asymptotic range show orders outside of it, and tell nothing but the direction.
-    const bool plausible = low >= 1.0 && low <= 2.5;
-    const double order = plausible ? low : 1.5;
-    FoamExtrapolation found{with_order(order),
-                            plausible ? between_orders(std::max(0.75, order - 0.5), order + 0.5) : between_orders(1.0, 2.5), low,
-                            std::nullopt};
+    // The scheme is of second order; meshes that are too coarse for the asymptotic range show others, and tell little more than the
+    // direction.
+    const bool plausible = low >= 1.5 && low <= 2.5;
+    const double order = plausible ? low : 2.0, spread = plausible ? 0.5 : 1.0;
+    FoamExtrapolation found{with_order(order), between_orders(order - spread, order + spread), low, std::nullopt};
     found.grid_convergence_index = (plausible ? 1.25 : 3.0) * std::abs(found.value / k - 1.0);
     found.interval.low = std::min(found.interval.low, 0.995 * found.value);
     found.interval.high = std::max(found.interval.high, 1.005 * found.value);

@@ -43,9 +43,9 @@ struct FoamExtrapolation {
     std::optional<double>
         grid_convergence_index;  ///< of three meshes: relative half width about the finest one (Roache; Celik et al. 2008)
 };
-/// `cells` and `values` of two or three meshes, coarse to fine. Two: order 1.5, the interval spans orders 1 and 2. Three: the observed
-/// order if it lies between 1 and 2.5, and the interval spans half an order more and less; else order 1.5, spanning 1 to 2.5; at least 0.5
-/// %. Where k does not change in one direction: the finest value with three times the largest change.
+/// `cells` and `values` of two or three meshes, coarse to fine. Two: order 1.5, the interval spans orders 1 and 2. Three: the observed order
+/// if it lies between 1.5 and 2.5, and the interval spans half an order more and less; else order 2, spanning 1 to 3; at least
+/// 0.5 %. Where k does not change in one direction: the finest value with three times the largest change.
 [[nodiscard]] FoamExtrapolation extrapolate_meshes(std::span<const double> cells, std::span<const double> values);
 
 struct FoamResult {

@@ -42,7 +42,7 @@ TEST(FoamDuct, IsOfSecondOrder) {
 
 TEST(FoamExtrapolation, FindsOrderAndLimit) {
     const std::array<double, 3> cells = {1000, 5000, 20000};
-    for (const double order : {1.2, 2.0, 2.4}) {
+    for (const double order : {1.6, 2.0, 2.4}) {
         std::array<double, 3> values{};
         for (std::size_t i = 0; i < 3; ++i) values[i] = 3.0 + 40.0 * std::pow(cells[i], -order / 3.0);
         const FoamExtrapolation found = extrapolate_meshes(cells, values);
@@ -52,6 +52,12 @@ TEST(FoamExtrapolation, FindsOrderAndLimit) {
         EXPECT_GT(found.interval.high, 3.0);
         EXPECT_NEAR(*found.grid_convergence_index, 1.25 * (values[2] - 3.0) / values[2], 1e-6);
     }
+    // Too coarse for an order: second order, and a wide interval.
+    const std::array<double, 3> coarse = {3.9, 3.6, 3.4};
+    const FoamExtrapolation wide = extrapolate_meshes(cells, coarse);
+    EXPECT_LT(*wide.observed_order, 1.5);
+    EXPECT_NEAR(wide.value, 3.4 - 0.2 / (std::cbrt(16.0) - 1.0), 1e-12);
+    EXPECT_GT(wide.interval.high - wide.interval.low, 0.15);
     // Up and down: no order, and the interval holds all three.
     const std::array<double, 3> swings = {1.0, 1.2, 1.1};
     const FoamExtrapolation none = extrapolate_meshes(cells, swings);
