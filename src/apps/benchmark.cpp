@@ -4,17 +4,12 @@
 #include <fmt/ranges.h>
 
 #include <cmath>
-#include <numbers>
-#include <numeric>
-#include <random>
 
 #include "converters/surface.hpp"
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "core/manifest.hpp"
-#include "lbm/known.hpp"
-#include "packing/grains.hpp"
 
 namespace porepack {
 namespace {

@@ -139,9 +139,6 @@ private:
     [[nodiscard]] std::size_t chunks() const {
         return (nodes_ + chunk - 1) / chunk;
     }
-    [[nodiscard]] std::size_t size_of(std::size_t c) const {
-        return std::min(chunk, nodes_ - c * chunk);
-    }
 
     void gather_own(std::size_t c, Buffer<Real>& buffer) const {
         std::memcpy(buffer.f, store_.data() + slot_of(0, c * chunk), directions * chunk * sizeof(Real));

@@ -15,7 +15,6 @@ LbmResult solve_to(const KnownFlow& known, const LbmConfig& config) {
 
 TEST(Tolerance, IsReachedAndCoversTheAnswer) {
     const KnownFlow array = sphere_array(0.343, 15.39949, simple_cubic, Vec3(0.21, 0.37, 0.11));
-    double seconds = 0.0;
     for (const double tolerance : {0.05, 0.01, 0.005}) {
         const LbmResult result = solve_to(array, {.tolerance = tolerance});
         ASSERT_TRUE(result.half_width && result.stopped_by.empty());
@@ -23,9 +22,7 @@ TEST(Tolerance, IsReachedAndCoversTheAnswer) {
         EXPECT_LE(half, tolerance);
         EXPECT_NEAR(result.permeability_m2 / array.permeability_m2, 1.0, half);
         EXPECT_LE(result.half_width->iteration_m2, 0.25 * tolerance * result.permeability_m2);
-        for (const LbmGridResult& grid : result.grids) seconds += grid.run.seconds;
     }
-    EXPECT_GT(seconds, 0.0);
 }
 
 TEST(Tolerance, TheIntervalsOfFastKnownFlowsCover) {
@@ -70,7 +67,6 @@ TEST(Start, FromTheCoarserGridSavesStepsAndGivesTheSame) {
     const LbmResult rest = solve(array, 36, one), warm = solve(array, 36, three);
     EXPECT_NEAR(warm.fine().permeability_m2 / rest.fine().permeability_m2, 1.0, 5e-6);
     EXPECT_LT(warm.fine().run.steps, rest.fine().run.steps);
-    EXPECT_GT(rest.fine().run.history.front().permeability_lu / rest.fine().run.permeability_lu, 0.0);
     EXPECT_NEAR(warm.fine().run.history.front().permeability_lu / warm.fine().run.permeability_lu, 1.0, 0.02);
 }
 
