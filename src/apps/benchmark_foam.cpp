@@ -59,6 +59,13 @@ Json foam_benchmark(const Path& output) {
     add(sphere_array(0.343, 15.39949, simple_cubic, place), 32);
     add(sphere_array(0.343, 16.33505, body_centred, place), 28);
     add(sphere_array(0.6, 88.8734, body_centred, place), 40);
+    // Square array of cylinders of solid fraction 0.5 across the flow (Drummond & Tahir 1984), along x; the flow goes along z.
+    const double radius = std::sqrt(0.5 / std::numbers::pi);
+    Packing cylinders{
+        .container = parse_container("box:0.25,1,1:periodic"), .shapes = {make_preset("sphere", 2.0 * radius, 0.0)}, .bodies = {}};
+    cylinders.shapes[0].capsules = {{Vec3(-0.25, 0, 0), Vec3(0.25, 0, 0), radius}};
+    cylinders.bodies.push_back({.shape = 0, .position_m = Vec3(0.125, 0.5, 0.5)});
+    list.push_back({"square cylinders 0.5", foam_scene(cylinders, {0.0, 1.0}, 2.0 * radius), 1.0 / 532.548, 1.0 / 40});
     Json rows = Json::array();
     int number = 0;
     for (const Known& known : list) {

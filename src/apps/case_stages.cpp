@@ -296,7 +296,8 @@ std::vector<Stage> stages_of(const Case& c) {
                               cell = c.settings.openfoam.cell_size_m > 0.0 ? c.settings.openfoam.cell_size_m : d / 4.0;
                  return expect_text(
                      expect_foam(container, expected_section(c, container), cell, expected_porosity(c), c.settings.openfoam));
-             }});
+             },
+             true});
     if (!stl && s.packing.seeds > 1 && s.packing.engine != "none")
         stages.push_back({"seeds",
                           {"lbm"},

@@ -132,7 +132,7 @@ Path target_folder(const Common& common) {
 // A stage on loose files; `work` gets the scene and a folder.
 void run_on_scene(const Common& common, const std::string& stage, const GeometryConfig& geometry, const Json& configuration,
                   const std::function<Json(const Scene&, const Path&)>& work, const std::function<std::string(const Scene&)>& expect = {},
-                  bool with_section = true) {
+                  bool with_section = true, bool goes_on = false) {
     const bool is_packing = Path(common.input).extension() == ".json" || Path(common.input).extension() == ".gz";
     if (is_packing && (!common.container.empty() || common.unit_m != 1.0))
         throw UserError("a packing brings its own container, in metres",
@@ -146,7 +146,9 @@ void run_on_scene(const Common& common, const std::string& stage, const Geometry
                                      {"expected", expect ? expect(scene) : "seconds"},
                                      {"memory_available", human_bytes(available_memory_bytes())}});
     const Path target = target_folder(common);
-    print_result(common, run_loose(stage, target, configuration, {common.input}, [&](const Path& folder) { return work(scene, folder); }));
+    print_result(common,
+                 run_loose(
+                     stage, target, configuration, {common.input}, [&](const Path& folder) { return work(scene, folder); }, goes_on));
 }
 
 template <typename Config>
@@ -422,12 +424,15 @@ private:
                                                       porosity(scene.solid(), scene.container, scene.section, 4000).value, config);
                     return fmt::format("{}; memory about {}, time about {}", e.text, human_bytes(e.memory_bytes),
                                        human_time(e.wall_time_s));
-                });
+                },
+                true, true);
         });
         add_scene_input(foam, "a case, packing.json[.gz] or an STL file");
         add_keys(foam, common_.flags, settings_.describe_table("geometry"),
                  {"voxel_size_m", "slice_spacing_m", "slice_pixel_m", "reservoir_m"});
         add_keys(foam, common_.flags, settings_.describe_table("openfoam"), {"enabled"});
+        foam.add_option_function<std::string>(
+            "--levels", [this](const std::string& value) { common_.flags["meshes"] = value; }, "the same as --meshes");
     }
 
     void add_tortuosity() {

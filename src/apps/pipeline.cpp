@@ -93,14 +93,14 @@ std::vector<std::string> files_in(const Path& folder, const std::vector<std::str
 }
 
 // In a catch block: ends the stage and throws on. A failed stage keeps its folder, and the message names files where they
-// now are; an interrupted one leaves nothing.
-[[noreturn]] void keep_what_is_left(const Path& running, const Path& failed) {
+// now are; an interrupted one leaves nothing, unless it can go on from it.
+[[noreturn]] void keep_what_is_left(const Path& running, const Path& failed, bool goes_on) {
     std::error_code ignored;
     try {
         throw;
     } catch (const Error& error) {
         if (interrupted()) {
-            fs::remove_all(running, ignored);
+            if (!goes_on) fs::remove_all(running, ignored);
             throw;
         }
         fs::remove_all(failed, ignored);
@@ -115,11 +115,11 @@ std::vector<std::string> files_in(const Path& folder, const std::vector<std::str
     }
 }
 
-// Removes the running folder whatever happens; keeps it as .failed when the stage failed (not when it was interrupted).
+// A stage that fails keeps its folder as .failed.
 Json run_stage(const Case& c, const Stage& stage) {
     const Path running = c.results() / ("." + stage.name + ".running"), final = folder_of(c, stage.name),
                failed = c.results() / (stage.name + ".failed");
-    fs::remove_all(running);
+    if (!stage.goes_on) fs::remove_all(running);
     fs::remove_all(failed);
     make_folder(running);
     log_info("{}: runs", stage.name);
@@ -146,7 +146,7 @@ Json run_stage(const Case& c, const Stage& stage) {
                      whole["repeat_by_hand"].get<std::string>());
         return whole;
     } catch (...) {
-        keep_what_is_left(running, failed);
+        keep_what_is_left(running, failed, stage.goes_on);
     }
 }
 
@@ -157,7 +157,7 @@ public:
         require_writable(results);
         file_ = open((results / ".lock").c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644);
         if (file_ < 0 || flock(file_, LOCK_EX | LOCK_NB) != 0)
-            throw UserError("another porepack runs in this case", {.where = results.string(), .mend = "wait for it, or end it"});
+            throw UserError("another porepack runs here", {.where = results.string(), .mend = "wait for it, or end it"});
     }
     ~Lock() {
         if (file_ >= 0) close(file_);
@@ -262,14 +262,18 @@ constexpr const char* owner_mark = ".porepack";
 }  // namespace
 
 Json run_loose(const std::string& stage, const Path& target, const Json& configuration, const std::vector<Path>& inputs,
-               const std::function<Json(const Path&)>& work) {
+               const std::function<Json(const Path&)>& work, bool goes_on) {
     require_writable(target);
-    const Path running = target / fmt::format(".{}.{}.running", stage, getpid());
+    const Path running = target / (goes_on ? fmt::format(".{}.running", stage) : fmt::format(".{}.{}.running", stage, getpid()));
     make_folder(running);
+    std::optional<Lock> lock;
+    if (goes_on) lock.emplace(running);
     const Stopwatch watch;
     try {
         Json result = work(running);
         check_interrupt();
+        lock.reset();
+        fs::remove(running / ".lock");
         result["wall_time_s"] = watch.seconds();
         Manifest manifest{.stage = stage, .configuration = configuration};
         for (const auto& input : inputs)
@@ -302,7 +306,8 @@ Json run_loose(const std::string& stage, const Path& target, const Json& configu
         return result;
     } catch (const Error& error) {
         // An engine's logs are worth keeping.
-        if (error.code() == ExitCode::engine) keep_what_is_left(running, target / (stage + ".failed"));
+        if (error.code() == ExitCode::engine || (goes_on && interrupted()))
+            keep_what_is_left(running, target / (stage + ".failed"), goes_on);
         std::error_code ignored;
         fs::remove_all(running, ignored);
         throw;

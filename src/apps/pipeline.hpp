@@ -17,6 +17,7 @@ struct Stage {
     std::vector<std::string> outputs;  ///< files whose change makes it stale; result.json is always one
     std::function<Json(const Path& folder)> run;
     std::function<std::string()> expect;  ///< for --dry-run: what will run, memory and time
+    bool goes_on = false;                 ///< run() goes on from what a stopped run left in its folder; else that is removed
 };
 
 /// All stages that this case asks for, in order.
@@ -41,8 +42,9 @@ Json run_case(const Case& the_case, const std::string& last = {});
 [[nodiscard]] Json engine_versions();
 
 /// Runs `work` in a temporary folder inside `target`, writes <stage>.result.json and <stage>.manifest.json beside the files
-/// and moves all of them into `target`, replacing what has the same name. For calls on loose files.
+/// and moves all of them into `target`, replacing what has the same name. For calls on loose files. With `goes_on` the temporary
+/// folder of a run that was stopped is kept, and `work` finds it again.
 Json run_loose(const std::string& stage, const Path& target, const Json& configuration, const std::vector<Path>& inputs,
-               const std::function<Json(const Path&)>& work);
+               const std::function<Json(const Path&)>& work, bool goes_on = false);
 
 }  // namespace porepack

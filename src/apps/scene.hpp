@@ -24,9 +24,9 @@ struct Scene {
     [[nodiscard]] const Solid& solid() const { return grains ? static_cast<const Solid&>(*grains) : *surface_solid; }
     /// Default voxel: the smallest capsule diameter / 10; a surface has none.
     [[nodiscard]] double voxel_size(const GeometryConfig& geometry) const;
-    /// Default: 2 % of the smallest capsule diameter.
+    /// Default: 0.5 % of the smallest capsule diameter.
     [[nodiscard]] double surface_deviation(const GeometryConfig& geometry) const {
-        return geometry.surface_deviation_m > 0.0 ? geometry.surface_deviation_m : 0.02 * grain_size_m;
+        return geometry.surface_deviation_m > 0.0 ? geometry.surface_deviation_m : 0.005 * grain_size_m;
     }
 };
 

@@ -178,6 +178,11 @@ Json foam_stage(const Scene& scene, const GeometryConfig& geometry, const FoamCo
             : make_surface(*scene.packing, {.deviation_m = geometry.surface_deviation_m, .contact_gap_m = geometry.contact_gap_m}).surface;
     foam.pore_volume_m3 = exact * scene.container.inner_area_m2() * scene.section.length();
     foam.grain_size_m = scene.grain_size_m;
+    foam.narrow_pores = [&](double size) {
+        if (scene.container.any_periodic()) size = scene.section.length() / std::ceil(scene.section.length() / size);
+        const VoxelPlan plan = plan_voxels(scene.container, scene.section, size, 0.0, scene.grain_size_m);
+        return narrow_fraction(voxelise(scene.solid(), scene.container, scene.section, plan), 2);
+    };
     const double coarsest = cell * std::pow(config.mesh_ratio, static_cast<double>(config.meshes - 1));
     const double probe =
         scene.container.any_periodic() ? scene.section.length() / std::ceil(scene.section.length() / (0.5 * coarsest)) : 0.5 * coarsest;
@@ -192,10 +197,12 @@ Json foam_stage(const Scene& scene, const GeometryConfig& geometry, const FoamCo
                 {"max_non_orthogonality_deg", mesh.max_non_orthogonality},
                 {"skew_faces", mesh.skew_faces},
                 {"mesh_volume_ratio", mesh.mesh_volume_ratio},
+                {"narrow_pores", mesh.narrow_pores},
                 {"iterations", mesh.iterations},
                 {"flow_imbalance", mesh.flow_imbalance},
                 {"flow_drift", mesh.flow_drift},
                 {"permeability_m2", mesh.permeability_m2},
+                {"processes", mesh.processes},
                 {"wall_time_s", mesh.wall_time_s},
                 {"peak_memory_bytes", mesh.peak_memory_bytes}};
     };

@@ -39,7 +39,7 @@ inline void describe(ConfigVisitor& v, GeometryConfig& c) {
         "voxel_size_m", c.voxel_size_m, length_or_auto(),
         "edge of the cubic voxels; auto: the smallest capsule diameter / 10. Adjusted so that the section is a whole number of voxels");
     v.number("surface_deviation_m", c.surface_deviation_m, length_or_auto(),
-             "largest distance between the triangles and the exact surface; auto: 2 % of the capsule's diameter");
+             "largest distance between the triangles and the exact surface; auto: 0.5 % of the capsule's diameter");
     v.number("contact_gap_m", c.contact_gap_m, length_or_auto(),
              "grains that touch or overlap become one body; where the surface then crosses itself in single precision, the grains there "
              "are thinned by this much; auto: 1e-4 of the capsule's diameter");

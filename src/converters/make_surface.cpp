@@ -270,6 +270,22 @@ void keep_apart(Mesh& mesh, const Capsule& own, const Contact& contact, double d
     }
 }
 
+bool on_one_line(const Capsule& p, const Capsule& q) {
+    const Vec3 along = p.b - p.a;
+    const double slack = 1e-6 * p.radius * along.norm();
+    return along.norm() > 0.0 && along.cross(q.a - p.a).norm() < slack && along.cross(q.b - p.a).norm() < slack;
+}
+
+// How often each image is thinned to begin with: of capsules on one line that overlap (a rod through a periodic face and its image)
+// one is thinner, else their facets would lie in each other and CGAL would crash.
+std::vector<int> thin_coaxial(std::size_t images, const std::vector<Contact>& contacts) {
+    std::vector<int> thinned(images, 0);
+    for (const auto& contact : contacts)
+        if (on_one_line(contact.first_capsule, contact.second_capsule))
+            thinned[contact.second] = std::max(thinned[contact.second], thinned[contact.first] + 1);
+    return thinned;
+}
+
 // Groups of images that contacts join: only those need Booleans.
 std::vector<std::vector<std::size_t>> clusters_of(std::size_t images, const std::vector<Contact>& contacts, double contact_gap) {
     std::vector<std::size_t> parent(images);
@@ -304,23 +320,26 @@ Mesh unite_cluster(std::vector<Mesh> meshes, const std::function<void()>& one_do
     return std::move(meshes.front());
 }
 
-// As the STL file does, and welds.
+// As the STL file does; welds, and brings points and triangles into one order, which CGAL's depends on the threads.
 TriangleSurface round_to_single(const TriangleSurface& surface) {
-    std::map<std::array<float, 3>, int> seen;
-    TriangleSurface rounded;
-    std::vector<int> index;
-    for (const auto& p : surface.points) {
-        const std::array<float, 3> q = {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])};
-        const auto [entry, fresh] = seen.try_emplace(q, static_cast<int>(rounded.points.size()));
-        if (fresh) rounded.points.push_back({q[0], q[1], q[2]});
-        index.push_back(entry->second);
+    const auto rounded = [](const std::array<double, 3>& p) {
+        return std::array<float, 3>{static_cast<float>(p[0]) + 0.0F, static_cast<float>(p[1]) + 0.0F, static_cast<float>(p[2]) + 0.0F};
+    };
+    std::map<std::array<float, 3>, int> number;
+    for (const auto& p : surface.points) number.try_emplace(rounded(p), 0);
+    TriangleSurface result;
+    for (auto& [point, index] : number) {
+        index = static_cast<int>(result.points.size());
+        result.points.push_back({point[0], point[1], point[2]});
     }
     for (const auto& t : surface.triangles) {
-        const std::array<int, 3> r = {index[static_cast<std::size_t>(t[0])], index[static_cast<std::size_t>(t[1])],
-                                      index[static_cast<std::size_t>(t[2])]};
-        if (r[0] != r[1] && r[1] != r[2] && r[2] != r[0]) rounded.triangles.push_back(r);
+        std::array<int, 3> corners{};
+        for (std::size_t c = 0; c < 3; ++c) corners[c] = number.at(rounded(surface.points[static_cast<std::size_t>(t[c])]));
+        std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
+        if (corners[0] != corners[1] && corners[1] != corners[2] && corners[2] != corners[0]) result.triangles.push_back(corners);
     }
-    return rounded;
+    std::sort(result.triangles.begin(), result.triangles.end());
+    return result;
 }
 
 double largest_deviation(const TriangleSurface& surface, const Grains& grains, double cap) {
@@ -350,7 +369,7 @@ std::vector<Mesh> image_meshes(const Packing& packing, const std::vector<Grains:
                                const std::function<void()>& one_done) {
     std::map<std::pair<std::size_t, int>, Mesh> unit;  // by shape and thinning
     for (const auto& image : images) {
-        const auto key = std::pair(packing.bodies[image.body].shape, thinned[image.body]);
+        const auto key = std::pair(packing.bodies[image.body].shape, thinned[static_cast<std::size_t>(&image - images.data())]);
         if (!unit.contains(key))
             unit.emplace(key, grain_mesh(packing.shapes[key.first], 0.9 * deviation, key.second * contact_gap, key.second));
     }
@@ -362,14 +381,13 @@ std::vector<Mesh> image_meshes(const Packing& packing, const std::vector<Grains:
     std::vector<Mesh> meshes(images.size());
     parallel_for(images.size(), [&](std::size_t i) {
         const Body& body = packing.bodies[images[i].body];
-        meshes[i] = moved_mesh(unit.at({body.shape, thinned[images[i].body]}), body.position_m + images[i].shift, body.orientation);
+        meshes[i] = moved_mesh(unit.at({body.shape, thinned[i]}), body.position_m + images[i].shift, body.orientation);
         for (const Contact* contact : of_image[i])
             if (contact->gap >= contact_gap)
                 keep_apart(meshes[i], contact->first == i ? contact->first_capsule : contact->second_capsule, *contact, deviation);
         for (const Contact* contact : of_image[i])
             if (contact->gap < contact_gap && contact->gap > -4.0 * deviation) {
-                Mesh box =
-                    bridge(*contact, contact_gap, deviation, thinned[images[contact->first].body] + thinned[images[contact->second].body]);
+                Mesh box = bridge(*contact, contact_gap, deviation, thinned[contact->first] + thinned[contact->second]);
                 unite_into(meshes[i], box);
             }
 #pragma omp critical
@@ -383,7 +401,7 @@ std::vector<Mesh> image_meshes(const Packing& packing, const std::vector<Grains:
 SurfaceResult make_surface(const Packing& packing, const SurfaceOptions& options) {
     if (packing.bodies.empty()) throw UserError("the packing has no grain");
     const double d = finest_diameter(packing);
-    const double deviation = options.deviation_m > 0.0 ? options.deviation_m : 0.02 * d;
+    const double deviation = options.deviation_m > 0.0 ? options.deviation_m : 0.005 * d;
     SurfaceResult result;
     result.contact_gap_m = options.contact_gap_m > 0.0 ? options.contact_gap_m : 1e-4 * d;
     const Grains grains(packing);
@@ -394,7 +412,7 @@ SurfaceResult make_surface(const Packing& packing, const SurfaceOptions& options
         if (cluster.size() > 1) result.joined_grains += static_cast<long>(cluster.size());
     for (const auto& contact : contacts) result.bridges += contact.gap < result.contact_gap_m ? 1 : 0;
 
-    std::vector<int> thinned(packing.bodies.size(), 0);
+    std::vector<int> thinned = thin_coaxial(images.size(), contacts);
     constexpr int most_rounds = 6;
     for (int round = 0; round < most_rounds; ++round) {
         Progress progress("surface (CGAL)");
@@ -424,11 +442,14 @@ SurfaceResult make_surface(const Packing& packing, const SurfaceOptions& options
         for (const Vec3& place : crossings)
             for (const auto& image : images)
                 if (signed_distance(image.capsules, place) < 2.0 * deviation) guilty.insert(image.body);
-        for (const std::size_t body : guilty) ++thinned[body];
+        for (std::size_t i = 0; i < images.size(); ++i) thinned[i] += guilty.contains(images[i].body) ? 1 : 0;
         log_info("surface: {} faults after rounding to single precision; {} grains are thinned by {:.2g} m", crossings.size(),
                  guilty.size(), result.contact_gap_m);
     }
-    for (const int steps : thinned) result.shrunk_grains += steps > 0 ? 1 : 0;
+    std::set<std::size_t> shrunk;
+    for (std::size_t i = 0; i < images.size(); ++i)
+        if (thinned[i] > 0) shrunk.insert(images[i].body);
+    result.shrunk_grains = static_cast<long>(shrunk.size());
     result.deviation_m = largest_deviation(result.surface, grains, d);
     return result;
 }

@@ -27,7 +27,7 @@ struct SurfaceCheck {
 void require_sound(const SurfaceCheck& check, const std::string& where);
 
 struct SurfaceOptions {
-    double deviation_m = 0.0;    ///< 0: 2 % of the smallest capsule diameter
+    double deviation_m = 0.0;    ///< 0: 0.5 % of the smallest capsule diameter
     double contact_gap_m = 0.0;  ///< grains nearer than this become one body; 0: 1e-4 of the diameter
 };
 

@@ -104,6 +104,31 @@ PhaseImage voxelise(const Solid& solid, const Container& container, const Sectio
     return image;
 }
 
+double narrow_fraction(const PhaseImage& image, int cells) {
+    std::vector<std::uint8_t> narrow(image.phase.size(), 0);
+    const auto& n = image.grid.cells;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const std::size_t u = (axis + 1) % 3, v = (axis + 2) % 3;
+        std::array<int, 3> at{};
+        const auto cell = [&](int along) {
+            at[axis] = along;
+            return image.grid.index(at[0], at[1], at[2]);
+        };
+        for (at[u] = 0; at[u] < n[u]; ++at[u])
+            for (at[v] = 0; at[v] < n[v]; ++at[v]) {
+                int start = -1;  // of a run of pores behind a solid; none before the first solid
+                for (int i = 0; i < n[axis]; ++i) {
+                    if (image.phase[cell(i)] == pore) continue;
+                    if (start >= 0 && i - start <= cells)
+                        for (int k = start; k < i; ++k) narrow[cell(k)] = 1;
+                    start = i + 1;
+                }
+            }
+    }
+    const auto pores = std::count(image.phase.begin(), image.phase.end(), pore);
+    return pores > 0 ? static_cast<double>(std::count(narrow.begin(), narrow.end(), 1)) / static_cast<double>(pores) : 0.0;
+}
+
 int write_slices(const Path& folder, const Solid& solid, const Container& container, const Section& section, double spacing_m,
                  double pixel_m) {
     if (!(spacing_m > 0.0) || !(pixel_m > 0.0)) throw UserError("the slice spacing and the pixel must be positive");

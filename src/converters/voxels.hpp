@@ -21,6 +21,9 @@ struct VoxelPlan {
 /// Phase of every cell; solid beyond the section's planes is left out. Notes: the container and the section.
 [[nodiscard]] PhaseImage voxelise(const Solid& solid, const Container& container, const Section& section, const VoxelPlan& plan);
 
+/// Share of the pore volume that lies in gaps of at most `cells` voxels between solids, along x, y or z.
+[[nodiscard]] double narrow_fraction(const PhaseImage& image, int cells);
+
 /// A stack of gray pictures slice_0000.png (grain 0, pore 255, outside 128) from z0 to z1, with slices.json for the frame.
 /// Returns the number of slices.
 int write_slices(const Path& folder, const Solid& solid, const Container& container, const Section& section, double spacing_m,

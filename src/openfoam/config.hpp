@@ -15,6 +15,7 @@ struct FoamConfig {
     double relaxation_pressure = 0.15;
     double residual = 1e-6;
     long max_iterations = 1000;
+    long processes = 1;
 };
 
 inline void describe(ConfigVisitor& v, FoamConfig& c) {
@@ -31,6 +32,7 @@ inline void describe(ConfigVisitor& v, FoamConfig& c) {
     v.number("residual", c.residual, {.low = 1e-12, .high = 1e-2},
              "residual of U and p at which the solver stops; the flux is then about as far off");
     v.integer("max_iterations", c.max_iterations, between(2, 1000000), "give up after as many iterations");
+    v.integer("processes", c.processes, between(1, 256), "of the solver on the finest mesh (mpirun); the coarser ones run beside it");
 }
 
 }  // namespace porepack

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <fstream>
 #include <future>
+#include <map>
 #include <sstream>
 
 #include "core/error.hpp"
@@ -39,7 +40,8 @@ Block background_block(const Container& container, const Section& section, doubl
     return block;
 }
 
-std::string parameters(const FoamScene& scene, const FoamConfig& config, double cell) {
+// A box's sides are those of the background block: its wall is a cylinder wider than the block.
+std::string parameters(const FoamScene& scene, const FoamConfig& config, double cell, long processes) {
     const Block block = background_block(scene.container, scene.section, cell);
     const Vec3& p = scene.pore_point;
     std::string text = "// Written by porepack; metres, seconds.\n";
@@ -47,28 +49,43 @@ std::string parameters(const FoamScene& scene, const FoamConfig& config, double 
                         block.high.x(), block.low.y(), block.high.y(), block.low.z(), block.high.z());
     text += fmt::format("nx {}; ny {}; nz {};\nsurfaceLevel {};\n", block.cells[0], block.cells[1], block.cells[2], config.surface_level);
     text += fmt::format("locationInMesh ({:.12g} {:.12g} {:.12g});\nviscosity 1;\n", p.x(), p.y(), p.z());
-    text += scene.container.any_periodic() ? "gradient (0 0 1);\n" : "pressureDrop 1;\n";
-    text += fmt::format("relaxationU {:g}; relaxationP {:g};\nresidual {:g};\nmaxIterations {};\n", config.relaxation_velocity,
-                        config.relaxation_pressure, config.residual, config.max_iterations);
+    if (scene.container.any_periodic())
+        text += "gradient (0 0 1);\n";
+    else
+        text += fmt::format("pressureDrop 1;\nwallRadius {:.12g};\n", scene.container.kind == Container::Kind::cylinder
+                                                                          ? scene.container.diameter_m / 2.0
+                                                                          : 2.0 * block.high.norm() + 2.0 * block.low.norm());
+    text += fmt::format("relaxationU {:g}; relaxationP {:g};\nresidual {:g};\nmaxIterations {};\nprocesses {};\n",
+                        config.relaxation_velocity, config.relaxation_pressure, config.residual, config.max_iterations, processes);
     return text;
 }
 
-void prepare(const FoamScene& scene, const FoamConfig& config, double cell, const Path& cases, const Path& folder) {
-    const bool periodic = scene.container.any_periodic();
+// What is the same keeps its time: the case's Allrun starts over when an input is newer than its first step.
+void write_if_different(const Path& file, const std::string& text) {
+    if (!fs::exists(file) || read_text(file) != text) write_text(file, text);
+}
+
+void copy_if_different(const Path& from, const Path& to) {
+    make_folder(to.parent_path());
+    if (!fs::exists(to) || read_text(to) != read_text(from)) fs::copy_file(from, to, fs::copy_options::overwrite_existing);
+}
+
+void prepare(const FoamScene& scene, const FoamConfig& config, double cell, long processes, const Path& cases, const Path& folder) {
     // The case alone, not what an earlier run by hand left in its folder.
-    const Path source = cases / (periodic ? "stokes_periodic" : "stokes_packing");
+    const Path source = cases / (scene.container.any_periodic() ? "stokes_periodic" : "stokes_packing");
     make_folder(folder / "constant" / "triSurface");
-    for (const char* part : {"Allrun", "Allclean", "0.orig", "system", "constant/transportProperties", "constant/turbulenceProperties"})
-        fs::copy(source / part, folder / part, fs::copy_options::recursive | fs::copy_options::overwrite_existing);
-    write_text(folder / "system" / "caseParameters", parameters(scene, config, cell));
-    if (scene.container.kind == Container::Kind::cylinder)
-        write_text(folder / "system" / "container",
-                   fmt::format("wall {{ type searchableCylinder; point1 (0 0 {:.12g}); point2 (0 0 {:.12g}); radius {:.12g}; }}\n",
-                               scene.section.z0 - scene.container.diameter_m, scene.section.z1 + scene.container.diameter_m,
-                               scene.container.diameter_m / 2.0));
-    else if (!periodic)
-        write_text(folder / "system" / "container", "// A box: the sides of the background block are its walls.\n");
-    write_stl(folder / "constant" / "triSurface" / "solid.stl", scene.surface, "porepack; unit: metre");
+    for (const char* part :
+         {"Allrun", "Allclean", "README.md", "0.orig/U", "0.orig/p", "constant/transportProperties", "constant/turbulenceProperties"})
+        copy_if_different(source / part, folder / part);
+    for (const auto& entry : fs::directory_iterator(source / "system"))
+        if (entry.path().filename() != "caseParameters") copy_if_different(entry.path(), folder / "system" / entry.path().filename());
+    write_if_different(folder / "system" / "caseParameters", parameters(scene, config, cell, processes));
+    const Path surface = folder / "constant" / "triSurface" / "solid.stl", fresh = folder / "solid.stl";
+    write_stl(fresh, scene.surface, "porepack; unit: metre");
+    if (fs::exists(surface) && sha256_of_file(surface) == sha256_of_file(fresh))
+        fs::remove(fresh);
+    else
+        fs::rename(fresh, surface);
 }
 
 // The number behind `label` in the last line of a log that has it.
@@ -84,20 +101,30 @@ std::optional<double> last_number(const Path& log, const std::string& label) {
     return value;
 }
 
-// The series of numbers that a function object wrote: one row an iteration, `column` behind the time.
-std::vector<double> read_series(const Path& file, int column) {
-    std::ifstream in(file);
-    std::vector<double> values;
-    for (std::string line; std::getline(in, line);) {
-        if (line.empty() || line.front() == '#') continue;
-        for (char& ch : line)
-            if (ch == '(' || ch == ')') ch = ' ';
-        std::istringstream numbers(line);
-        double value = 0.0;
-        bool good = true;
-        for (int i = 0; i <= column; ++i) good = good && static_cast<bool>(numbers >> value);
-        if (good) values.push_back(value);
+// The series of numbers that a function object wrote: one row an iteration, `column` behind the time. A run that was stopped and went on
+// has a folder for each start; what a later one computed again counts.
+std::vector<double> read_series(const Path& object, const char* file, int column) {
+    std::map<double, Path> starts;
+    if (fs::exists(object))
+        for (const auto& entry : fs::directory_iterator(object)) starts[std::atof(entry.path().filename().c_str())] = entry.path() / file;
+    std::map<double, double> by_time;
+    for (const auto& [start, path] : starts) {
+        by_time.erase(by_time.upper_bound(start), by_time.end());
+        std::ifstream in(path);
+        for (std::string line; std::getline(in, line);) {
+            if (line.empty() || line.front() == '#') continue;
+            for (char& ch : line)
+                if (ch == '(' || ch == ')') ch = ' ';
+            std::istringstream numbers(line);
+            double time = 0.0, value = 0.0;
+            bool good = static_cast<bool>(numbers >> time);
+            for (int i = 0; i < column; ++i) good = good && static_cast<bool>(numbers >> value);
+            if (good) by_time[time] = value;
+        }
     }
+    std::vector<double> values;
+    values.reserve(by_time.size());
+    for (const auto& [time, value] : by_time) values.push_back(value);
     return values;
 }
 
@@ -105,7 +132,7 @@ std::vector<double> read_series(const Path& file, int column) {
     throw EngineError("OpenFOAM: " + what + "\n" + tail(log, 12), {.where = log.string(), .mend = mend});
 }
 
-void judge_mesh(const FoamScene& scene, const Path& folder, FoamMeshResult& result) {
+void judge_mesh(const FoamScene& scene, const FoamConfig& config, const Path& folder, FoamMeshResult& result) {
     const Path log = folder / "log.checkMesh";
     // The case's own Allrun judges checkMesh (runFunctions), and goes no further when the mesh is unfit.
     if (!fs::exists(folder / "log.simpleFoam")) reject("the mesh fails checkMesh", log, "change cell_size_m a little");
@@ -117,9 +144,10 @@ void judge_mesh(const FoamScene& scene, const Path& folder, FoamMeshResult& resu
     result.cells = std::lround(*cells);
     result.max_non_orthogonality = slant.value_or(0.0);
     result.mesh_volume_ratio = *volume / scene.pore_volume_m3;
-    // Meshes cut corners where grains touch: the loss grows with the square of the cell (0.2 (cell/d)^2 was measured).
+    // A mesh may cut corners, and leave out gaps between grains that are narrower than two of its cells.
     const double coarse = result.cell_size_m / scene.grain_size_m;
-    const double allowed = 0.015 + 0.3 * coarse * coarse;
+    result.narrow_pores = scene.narrow_pores ? scene.narrow_pores(result.cell_size_m / std::exp2(config.surface_level)) : 0.0;
+    const double allowed = 0.015 + 0.3 * coarse * coarse + result.narrow_pores;
     if (std::abs(result.mesh_volume_ratio - 1.0) > allowed)
         reject(
             fmt::format("the mesh lost or invented pore space: its volume is {:.4f} of the exact one, {:.4f} is allowed at this cell size",
@@ -133,13 +161,13 @@ void judge_flow(const FoamScene& scene, const FoamConfig& config, const Path& fo
     const double length = scene.section.length(), area = scene.container.inner_area_m2();
     std::vector<double> flow;
     if (scene.container.any_periodic()) {
-        flow = read_series(post / "meanVelocity" / "0" / "volFieldValue.dat", 3);
+        flow = read_series(post / "meanVelocity", "volFieldValue.dat", 3);
         if (flow.empty()) reject("no flow rate was written", log);
         for (double& q : flow) q /= length;  // volume integral of u_z / length: mean flow rate
         result.permeability_m2 = flow.back() / area;
     } else {
-        flow = read_series(post / "outletFlow" / "0" / "surfaceFieldValue.dat", 1);
-        const auto inlet = read_series(post / "inletFlow" / "0" / "surfaceFieldValue.dat", 1);
+        flow = read_series(post / "outletFlow", "surfaceFieldValue.dat", 1);
+        const auto inlet = read_series(post / "inletFlow", "surfaceFieldValue.dat", 1);
         if (flow.empty() || inlet.empty()) reject("no flow rate was written", log);
         result.flow_imbalance = std::abs(inlet.back() + flow.back()) / std::abs(flow.back());
         result.permeability_m2 = flow.back() * length / area;
@@ -148,11 +176,12 @@ void judge_flow(const FoamScene& scene, const FoamConfig& config, const Path& fo
     if (result.iterations < 2)
         reject("the solver stopped after one iteration: nothing flows in the meshed region", log, "check locationInMesh");
     result.flow_drift = flow.size() > 10 ? std::abs(flow.back() / flow[flow.size() - 11] - 1.0) : 1.0;
-    // Either the residuals fell below their limit, or (where a component of the velocity is zero and its residual is noise)
-    // the flow rate stands still for 50 iterations and balances.
+    // Either all residuals fell below their limit, or (where a component of the velocity is zero and its residual is noise) that of the
+    // pressure did, and the flow rate stands still for 50 iterations and balances.
     const bool by_residual = last_number(log, "SIMPLE solution converged in ").has_value();
     const bool by_flow = flow.size() > 50 && std::abs(flow.back() / flow[flow.size() - 51] - 1.0) < config.residual &&
-                         result.flow_imbalance < config.residual;
+                         result.flow_imbalance < config.residual &&
+                         last_number(log, "Solving for p, Initial residual = ").value_or(1.0) < config.residual;
     if (!by_residual && !by_flow)
         throw NumericalError(
             "OpenFOAM did not converge; no permeability is given\n" + tail(log, 8),
@@ -168,9 +197,9 @@ void judge_flow(const FoamScene& scene, const FoamConfig& config, const Path& fo
 }
 
 FoamMeshResult solve_on_mesh(const FoamScene& scene, const FoamConfig& config, double cell, const Path& cases, const Path& folder,
-                             const char* label) {
-    FoamMeshResult result{.cell_size_m = cell};
-    prepare(scene, config, cell, cases, folder);
+                             long processes, const char* label) {
+    FoamMeshResult result{.cell_size_m = cell, .processes = processes};
+    prepare(scene, config, cell, processes, cases, folder);
     log_info("{}: background cells of {:.3g} m", label, cell);
     Progress progress(label);
     const char* steps[] = {"log.blockMesh", "log.snappyHexMesh", "log.checkMesh", "log.simpleFoam"};
@@ -184,11 +213,22 @@ FoamMeshResult solve_on_mesh(const FoamScene& scene, const FoamConfig& config, d
                                                 done += fs::exists(folder / (std::string(step) + ".done")) ? 0.25 : 0.0;
                                             progress.update(done, fs::exists(folder / "log.simpleFoam") ? "solving" : "meshing");
                                         }});
+    {
+        std::ifstream notes(folder / "log.Allrun");
+        for (std::string line; std::getline(notes, line);) {
+            if (line.rfind("note: ", 0) == 0) log_warning("OpenFOAM: " + line.substr(6));
+            if (line.rfind("simpleFoam goes on", 0) == 0) log_info("{}", line);
+            if (line.rfind("note: mpirun", 0) == 0) result.processes = 1;
+        }
+    }
     result.wall_time_s = end.wall_time_s;
     result.peak_memory_bytes = end.peak_memory_bytes;
     const bool solver_ran = fs::exists(folder / "log.simpleFoam.done");
+    if (!fs::exists(folder / "log.surfaceCheck.done"))
+        throw UserError("OpenFOAM cannot use the surface: " + tail(folder / "log.Allrun", 1),
+                        {.where = (folder / "log.surfaceCheck").string()});
     if (!fs::exists(folder / "log.checkMesh")) reject(fmt::format("meshing failed (exit code {})", end.exit_code), folder / "log.Allrun");
-    judge_mesh(scene, folder, result);
+    judge_mesh(scene, config, folder, result);
     if (!solver_ran)
         reject(fmt::format("the solver failed (exit code {})", end.exit_code), folder / "log.Allrun",
                "lower relaxation_velocity and relaxation_pressure");
@@ -242,7 +282,8 @@ Vec3 find_pore_point(const PhaseImage& image, const Container& container) {
 }
 
 FoamResult foam_permeability(const FoamScene& scene, const FoamConfig& config, double cell_size_m, const Path& cases, const Path& folder) {
-    for (const char* program : {"blockMesh", "snappyHexMesh", "checkMesh", "simpleFoam"}) require_program(program, "openfoam");
+    for (const char* program : {"surfaceCheck", "blockMesh", "snappyHexMesh", "checkMesh", "simpleFoam"})
+        require_program(program, "openfoam");
     const auto& periodic = scene.container.periodic;
     if (scene.container.any_periodic() && !(periodic[0] && periodic[1] && periodic[2]))
         throw UserError("OpenFOAM runs take a box that is periodic in all directions or in none",
@@ -255,13 +296,14 @@ FoamResult foam_permeability(const FoamScene& scene, const FoamConfig& config, d
         std::vector<FoamMeshResult> meshes;
         if (config.meshes > 2)
             meshes.push_back(solve_on_mesh(scene, config, config.mesh_ratio * config.mesh_ratio * cell_size_m, cases,
-                                           folder / "mesh_coarsest", "OpenFOAM, coarsest mesh"));
+                                           folder / "mesh_coarsest", 1, "OpenFOAM, coarsest mesh"));
         if (config.meshes > 1)
             meshes.push_back(
-                solve_on_mesh(scene, config, config.mesh_ratio * cell_size_m, cases, folder / "mesh_coarse", "OpenFOAM, coarser mesh"));
+                solve_on_mesh(scene, config, config.mesh_ratio * cell_size_m, cases, folder / "mesh_coarse", 1, "OpenFOAM, coarser mesh"));
         return meshes;
     });
-    const FoamMeshResult fine = solve_on_mesh(scene, config, cell_size_m, cases, folder / "mesh_fine", "OpenFOAM, finest mesh");
+    const FoamMeshResult fine =
+        solve_on_mesh(scene, config, cell_size_m, cases, folder / "mesh_fine", config.processes, "OpenFOAM, finest mesh");
     result.meshes = coarser.get();
     result.meshes.push_back(fine);
     result.permeability_m2 = fine.permeability_m2;

@@ -2,6 +2,7 @@
 // its numbers, never by the exit code (which is 0 after divergence).
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <span>
 
@@ -15,8 +16,10 @@ struct FoamScene {
     TriangleSurface surface;  ///< the grains; for a periodic box with the images that reach into it
     Container container;
     Section section;
-    double pore_volume_m3 = 0.0;     ///< exact, of the section
-    double grain_size_m = 0.0;       ///< smallest capsule diameter, or 4 volume / area of a surface
+    double pore_volume_m3 = 0.0;  ///< exact, of the section
+    double grain_size_m = 0.0;    ///< smallest capsule diameter, or 4 volume / area of a surface
+    /// Share of the pore volume in gaps too narrow for cells of this size; none where it is left out.
+    std::function<double(double cell_size_m)> narrow_pores = {};
     Vec3 pore_point = Vec3::Zero();  ///< a point in the pore space that flow reaches, far from grains and walls
 };
 
@@ -26,10 +29,12 @@ struct FoamMeshResult {
     long skew_faces = 0;  ///< accepted although skewer than checkMesh's limit of 4
     double max_non_orthogonality = 0.0;
     double mesh_volume_ratio = 0.0;  ///< meshed / exact pore volume
+    double narrow_pores = 0.0;       ///< share of the exact pore volume in gaps that are narrower than two cells
     long iterations = 0;
     double flow_imbalance = 0.0;  ///< |q_in + q_out| / |q_in|
     double flow_drift = 0.0;      ///< relative change of the flow rate over the last 10 iterations
     double permeability_m2 = 0.0;
+    long processes = 1;  ///< of the solver
     double wall_time_s = 0.0;
     double peak_memory_bytes = 0.0;
 };
@@ -43,9 +48,9 @@ struct FoamExtrapolation {
     std::optional<double>
         grid_convergence_index;  ///< of three meshes: relative half width about the finest one (Roache; Celik et al. 2008)
 };
-/// `cells` and `values` of two or three meshes, coarse to fine. Two: order 1.5, the interval spans orders 1 and 2. Three: the observed order
-/// if it lies between 1.5 and 2.5, and the interval spans half an order more and less; else order 2, spanning 1 to 3; at least
-/// 0.5 %. Where k does not change in one direction: the finest value with three times the largest change.
+/// `cells` and `values` of two or three meshes, coarse to fine. Two: order 1.5, the interval spans orders 1 and 2. Three: the observed
+/// order if it lies between 1.5 and 2.5, and the interval spans half an order more and less; else order 2, spanning 1 to 3; at least 0.5 %.
+/// Where k does not change in one direction: the finest value with three times the largest change.
 [[nodiscard]] FoamExtrapolation extrapolate_meshes(std::span<const double> cells, std::span<const double> values);
 
 struct FoamResult {
@@ -60,8 +65,9 @@ struct FoamResult {
 /// The pore cell of the image that flow reaches and that is farthest from everything else, a little off its centre.
 [[nodiscard]] Vec3 find_pore_point(const PhaseImage& image, const Container& container);
 
-/// Runs in `folder`/mesh_fine, mesh_coarse and mesh_coarsest, as many as config.meshes. `cases` is the folder openfoam_cases/.
-/// Throws EngineError when OpenFOAM is missing, fails, or ends on garbage; NumericalError when it does not converge.
+/// Runs in `folder`/mesh_fine, mesh_coarse and mesh_coarsest, as many as config.meshes; what a run that was killed left there is gone on
+/// from. `cases` is the folder openfoam_cases/. Throws EngineError when OpenFOAM is missing, fails, or ends on garbage; NumericalError when
+/// it does not converge.
 [[nodiscard]] FoamResult foam_permeability(const FoamScene& scene, const FoamConfig& config, double cell_size_m, const Path& cases,
                                            const Path& folder);
 

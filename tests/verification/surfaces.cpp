@@ -128,5 +128,38 @@ TEST(Surface, AUsersBoxIsMeasuredExactlyHoweverFarAway) {
     }
 }
 
+// A rod through the faces of a periodic box overlaps its own images on one line: their facets must not lie in each other.
+TEST(Surface, ARodThroughPeriodicFacesIsOneCylinder) {
+    for (const double half : {0.1, 0.2, 0.3}) {
+        Packing packing{.container = parse_container("box:0.25,1,1:periodic"), .shapes = {}, .bodies = {}};
+        Shape rod = make_preset("sphere", 0.6, 0.0);
+        rod.capsules = {{Vec3(-half, 0, 0), Vec3(half, 0, 0), 0.3}};
+        packing.shapes.push_back(rod);
+        packing.bodies.push_back({.shape = 0, .position_m = Vec3(0.125, 0.5, 0.5)});
+        const SurfaceResult result = make_surface(packing, {.deviation_m = 0.003});
+        const SurfaceCheck check = check_surface(result.surface);
+        EXPECT_TRUE(check.fault.empty()) << check.fault;
+        EXPECT_EQ(check.shells, 1);
+        EXPECT_LT(check.low.x(), 0.0);
+        EXPECT_GT(check.high.x(), 0.25);
+        EXPECT_LT(result.deviation_m, 0.004);
+    }
+}
+
+// Whatever the threads do, the file is the same: what is made from it need not be made again.
+TEST(Surface, TheOrderOfTrianglesDoesNotDependOnThreads) {
+    Packing packing = pair_of(make_preset("tetrapod", 1.0, 3.0), Vec3(0.9, 0.2, 0.1));
+    for (int i = 0; i < 6; ++i)
+        packing.bodies.push_back({.shape = 0,
+                                  .position_m = Vec3(2.0 + 0.9 * i, 3.0, 3.0),
+                                  .orientation = Quaternion(Eigen::AngleAxisd(0.4 * i, Vec3::UnitZ()))});
+    const TriangleSurface first = make_surface(packing, {}).surface;
+    for (int round = 0; round < 3; ++round) {
+        const TriangleSurface other = make_surface(packing, {}).surface;
+        EXPECT_EQ(first.points, other.points);
+        EXPECT_EQ(first.triangles, other.triangles);
+    }
+}
+
 }  // namespace
 }  // namespace porepack
