@@ -23,6 +23,15 @@ struct Profiles {
     std::array<double, bins> along_z{}, along_r{};
     double flow = 0.0;
 
+    // A cell may be wider than a bin: its volume is spread over a cube.
+    void add_cell(const Container& container, const Section& section, const Vec3& centre, const Vec3& velocity, double volume) {
+        constexpr int parts = 4;
+        const double part = std::cbrt(volume) / parts;
+        for (int i = 0; i < parts * parts * parts; ++i) {
+            const Vec3 at = Vec3(i % parts, i / parts % parts, i / parts / parts) - Vec3::Constant(0.5 * (parts - 1));
+            add(container, section, centre + part * at, velocity, volume / (parts * parts * parts));
+        }
+    }
     void add(const Container& container, const Section& section, const Vec3& place, const Vec3& velocity, double volume) {
         const Vec3 low = container.low(), high = container.high();
         const double z = (place.z() - section.z0) / section.length();
@@ -78,18 +87,13 @@ Json cross_check_benchmark(const std::vector<Path>& folders, const Path& output)
             for (int j = 0; j < image.grid.cells[1]; ++j)
                 for (int i = 0; i < image.grid.cells[0]; ++i) {
                     const float* const u = image.velocity_m_per_s.data() + 3 * image.grid.index(i, j, k);
-                    by_lbm.add(container, section, {image.grid.centre(0, i), image.grid.centre(1, j), image.grid.centre(2, k)},
-                               {u[0], u[1], u[2]}, voxel);
+                    const Vec3 velocity(u[0], u[1], u[2]);
+                    if (!velocity.isZero())
+                        by_lbm.add_cell(container, section, {image.grid.centre(0, i), image.grid.centre(1, j), image.grid.centre(2, k)},
+                                        velocity, voxel);
                 }
-        // A cell is wider than a bin may be: its volume is spread over a cube.
-        constexpr int parts = 4;
-        for (const FoamCell& cell : read_foam_cells(c.results() / "foam" / "mesh_fine")) {
-            const double part = std::cbrt(cell.volume_m3) / parts;
-            for (int i = 0; i < parts * parts * parts; ++i) {
-                const Vec3 at = Vec3(i % parts, i / parts % parts, i / parts / parts) - Vec3::Constant(0.5 * (parts - 1));
-                by_foam.add(container, section, cell.centre_m + part * at, cell.velocity, cell.volume_m3 / (parts * parts * parts));
-            }
-        }
+        for (const FoamCell& cell : read_foam_cells(c.results() / "foam" / "mesh_fine"))
+            by_foam.add_cell(container, section, cell.centre_m, cell.velocity, cell.volume_m3);
         by_lbm.normalise();
         by_foam.normalise();
         const double a = lbm.at("permeability_m2").get<double>(), b = foam.at("permeability_m2").get<double>();

@@ -9,6 +9,7 @@
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "core/process.hpp"
+#include "packing/batches.hpp"
 #include "packing/liggghts_run.hpp"
 
 namespace porepack {

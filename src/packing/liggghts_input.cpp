@@ -3,57 +3,18 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
-#include <random>
 
 #include "core/error.hpp"
+#include "packing/batches.hpp"
+#include "packing/grain_body.hpp"
 #include "packing/liggghts_run.hpp"
 
 namespace porepack {
-namespace {
-
-// The standard library's distributions differ between implementations; these do not.
-class Random {
-public:
-    explicit Random(long seed) : engine_(static_cast<std::uint64_t>(seed)) {}
-    double uniform(double low, double high) { return low + (high - low) * static_cast<double>(engine_() >> 11) * 0x1p-53; }
-    // Uniform over all rotations (Shoemake 1992).
-    Quaternion rotation() {
-        const double u = uniform(0, 1), v = 2.0 * std::numbers::pi * uniform(0, 1), w = 2.0 * std::numbers::pi * uniform(0, 1);
-        return {std::sqrt(1 - u) * std::sin(v), std::sqrt(1 - u) * std::cos(v), std::sqrt(u) * std::sin(w), std::sqrt(u) * std::cos(w)};
-    }
-
-private:
-    std::mt19937_64 engine_;
-};
-
-// To seven digits of `size`: a packing is chaotic, and must not change because the last bits of an integral do.
-double rounded(double value, double size) {
-    const double unit = std::pow(10.0, std::floor(std::log10(size)) - 6.0);
-    return std::round(value / unit) * unit;
-}
-
-}  // namespace
-
 ClumpBody clump_body(const Shape& shape, const PackingConfig& config) {
-    const ShapeMeasures measures = measure(shape);
-    ClumpBody body;
-    const double mass = config.density_kg_per_m3 * measures.volume_m3;
-    body.mass = rounded(mass, mass);
-    for (int axis = 0; axis < 3; ++axis) body.centre[axis] = rounded(measures.centre_of_mass_m[axis], measures.span_m);
-    Eigen::Matrix3d tensor = measures.inertia_per_density_m5;
-    const double largest = tensor.cwiseAbs().maxCoeff();
-    tensor = tensor.unaryExpr([&](double value) { return rounded(value, largest); });
-    const Eigen::Matrix3d off = tensor - Eigen::Matrix3d(tensor.diagonal().asDiagonal());
-    Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
-    if (off.norm() > 1e-5 * tensor.norm()) {
-        axes = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(tensor).eigenvectors();
-        if (axes.determinant() < 0.0) axes.col(2) *= -1.0;
-    }
-    body.turn = Quaternion(axes);
-    body.inertia = config.density_kg_per_m3 * (axes.transpose() * tensor * axes).diagonal();
+    const GrainBody grain = grain_body(shape, config.density_kg_per_m3);
+    ClumpBody body{.spheres = {}, .mass = grain.mass_kg, .inertia = grain.inertia_kg_m2, .centre = grain.centre_m, .turn = grain.turn};
     for (auto sphere : sphere_clump(shape, config.surface_tolerance * smallest_diameter(shape))) {
-        sphere.a = sphere.b = axes.transpose() * (sphere.a - body.centre);
+        sphere.a = sphere.b = grain.turn.conjugate() * (sphere.a - body.centre);
         body.spheres.push_back(sphere);
     }
     if (body.spheres.size() == 1) {  // LIGGGHTS wants two spheres or more: one inside, which nothing touches
@@ -63,85 +24,14 @@ ClumpBody clump_body(const Shape& shape, const PackingConfig& config) {
     return body;
 }
 
-double finest_diameter(const std::vector<ShapeShare>& shapes) {
-    double least = 1e300;
-    for (const auto& share : shapes) least = std::min(least, smallest_diameter(share.shape));
-    return least;
-}
-
-double largest_span(const std::vector<ShapeShare>& shapes) {
-    double largest = 0.0;
-    for (const auto& share : shapes) largest = std::max(largest, span(share.shape));
-    return largest;
-}
-
 namespace {
 
-// A grain about to be created: its origin, orientation and velocity.
-struct Newcomer {
-    std::size_t shape;
-    Vec3 position;
-    Quaternion orientation;
-    double vx, vy;
-};
-
-// Draws a shape by the number fractions; one shape needs no draw.
-std::size_t draw(const std::vector<ShapeShare>& shapes, Random& random) {
-    if (shapes.size() == 1) return 0;
-    double at = random.uniform(0.0, 1.0);
-    for (std::size_t s = 0; s + 1 < shapes.size(); ++s) {
-        if (at < shapes[s].number_fraction) return s;
-        at -= shapes[s].number_fraction;
-    }
-    return shapes.size() - 1;
-}
-
-// Poses of one batch: random in a slab at the drop height, clear of the walls and of each other. As many as fit.
-std::vector<Newcomer> make_batch(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config,
-                                 double drop_height, long count, Random& random) {
-    constexpr int tries = 300;
-    const double slab = largest_span(shapes);
-    const double clearance = 0.02 * finest_diameter(shapes);
-    std::vector<Newcomer> batch;
-    std::vector<std::vector<Capsule>> placed;
-    const auto fits = [&](const std::vector<Capsule>& grain) {
-        for (const auto& capsule : grain)
-            for (const Vec3& end : {capsule.a, capsule.b})
-                if (container.wall_distance(end) < capsule.radius + clearance) return false;
-        for (const auto& other : placed)
-            for (const auto& p : other)
-                for (const auto& q : grain)
-                    if (gap(p, q) < clearance) return false;
-        return true;
-    };
-    for (long n = 0; n < count; ++n) {
-        const std::size_t kind = draw(shapes, random);
-        for (int t = 0; t < tries; ++t) {
-            const Vec3 low = container.low(), high = container.high();
-            Newcomer grain{};
-            grain.shape = kind;
-            grain.position = Vec3(random.uniform(low.x(), high.x()), random.uniform(low.y(), high.y()),
-                                  drop_height + random.uniform(0.0, slab) - slab / 2.0);
-            grain.orientation = random.rotation();
-            std::vector<Capsule> capsules;
-            for (const auto& capsule : shapes[kind].shape.capsules) capsules.push_back(moved(capsule, grain.position, grain.orientation));
-            if (!fits(capsules)) continue;
-            grain.vx = random.uniform(-config.horizontal_speed_m_per_s, config.horizontal_speed_m_per_s);
-            grain.vy = random.uniform(-config.horizontal_speed_m_per_s, config.horizontal_speed_m_per_s);
-            batch.push_back(grain);
-            placed.push_back(capsules);
-            break;
-        }
-    }
-    return batch;
-}
-
-void write_batch(const Path& file, const std::vector<Newcomer>& batch, const std::vector<ClumpBody>& bodies) {
+void write_batch(const Path& file, const Batch& batch, const std::vector<ClumpBody>& bodies) {
     std::string text = "# Creates one batch, each grain at its own pose.\n";
     const double h = 1e-9;
     for (std::size_t g = 0; g < batch.size(); ++g) {
         const ClumpBody& body = bodies[batch[g].shape];
-        const Vec3 x = batch[g].position + batch[g].orientation * body.centre;
+        const Vec3 x = batch[g].position_m + batch[g].orientation * body.centre;
         const Quaternion q = batch[g].orientation * body.turn;
         text += fmt::format("region at{0} block {1:.17g} {2:.17g} {3:.17g} {4:.17g} {5:.17g} {6:.17g} units box volume_limit 1e-40\n", g,
                             x.x() - h, x.x() + h, x.y() - h, x.y() + h, x.z() - h, x.z() + h);
@@ -151,7 +41,7 @@ void write_batch(const Path& file, const std::vector<Newcomer>& batch, const std
             "&\n"
             "    orientation constant {1:.17g} {2:.17g} {3:.17g} {4:.17g} vel constant {5:.17g} {6:.17g} 0.0 region at{0} "
             "particles_in_region 1 ntry_mc 1000\n",
-            g, q.w(), q.x(), q.y(), q.z(), batch[g].vx, batch[g].vy, 0, batch[g].shape + 1);
+            g, q.w(), q.x(), q.y(), q.z(), batch[g].velocity_m_per_s.x(), batch[g].velocity_m_per_s.y(), 0, batch[g].shape + 1);
     }
     text += "run 1\n";
     for (std::size_t g = 0; g < batch.size(); ++g) text += fmt::format("unfix new{0}\nregion at{0} delete\n", g);
@@ -161,13 +51,7 @@ void write_batch(const Path& file, const std::vector<Newcomer>& batch, const std
 }  // namespace
 
 void write_batches(Run& run) {
-    Random random(run.config.seed);
-    for (long left = run.plan.most_grains; left > 0;) {
-        const auto batch =
-            make_batch(run.shapes, run.container, run.config, run.plan.drop_height_m, std::min(left, run.config.batch_grains), random);
-        if (batch.empty())
-            throw UserError("no grain fits into the container at the drop height", {.mend = "take a wider container or smaller grains"});
-        left -= static_cast<long>(batch.size());
+    for (const Batch& batch : make_batches(run.shapes, run.container, run.config, run.plan.drop_height_m, run.plan.most_grains)) {
         run.batches.emplace_back();
         for (const auto& grain : batch) run.batches.back().push_back(grain.shape);
         write_batch(run.folder / fmt::format("batch_{}.in", run.batches.size()), batch, run.bodies);

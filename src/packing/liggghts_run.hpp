@@ -17,10 +17,6 @@ struct ClumpBody {
 
 [[nodiscard]] ClumpBody clump_body(const Shape& shape, const PackingConfig& config);
 
-/// Smallest capsule diameter and largest span of all shapes.
-[[nodiscard]] double finest_diameter(const std::vector<ShapeShare>& shapes);
-[[nodiscard]] double largest_span(const std::vector<ShapeShare>& shapes);
-
 struct Run {
     const std::vector<ShapeShare>& shapes;
     const Container& container;
