@@ -21,8 +21,9 @@ FoamScene foam_scene(const Packing& packing, const Section& section, double grai
                     .grain_size_m = grain_size_m};
     const Container& container = packing.container;
     scene.pore_volume_m3 = porosity(grains, container, section).value * container.inner_area_m2() * section.length();
-    scene.pore_point =
-        find_pore_point(voxelise(grains, container, section, plan_voxels(container, section, grain_size_m / 12.0, 0.0, 1.0)), container);
+    const double side = std::min(container.high().x() - container.low().x(), section.length());
+    const double voxel = side / std::ceil(12.0 * side / grain_size_m);  // divides the sides of a periodic box
+    scene.pore_point = find_pore_point(voxelise(grains, container, section, plan_voxels(container, section, voxel, 0.0, 1.0)), container);
     return scene;
 }
 

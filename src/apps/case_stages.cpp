@@ -11,7 +11,7 @@
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
-#include "packing/liggghts.hpp"
+#include "packing/pour.hpp"
 #include "permeability/permeability.hpp"
 #include "report/report.hpp"
 
@@ -220,20 +220,24 @@ std::vector<Stage> stages_of(const Case& c) {
         std::vector<Path> given;
         if (s.packing.engine == "none" && !s.packing.file.empty()) given.push_back(c.resolve(s.packing.file));
         for (const auto& file : given) (void)sha256_of_file(file);
-        stages.push_back(
-            {"pack",
-             {},
-             without(table_json(c, {"shape", "container", "packing"}), "packing", "seeds"),
-             given,
-             {"packing.json"},
-             [c](const Path& folder) { return pack_stage(c, folder); },
-             [c]() -> std::string {
-                 if (c.settings.packing.engine == "none") return "seconds";
-                 const PourPlan plan = plan_pour(make_shapes(c.settings.shape), make_container(c.settings.container), c.settings.packing);
-                 return fmt::format("LIGGGHTS, up to {} grains of {} spheres, time step {:.2e} s; memory about {}, time about {}",
-                                    plan.most_grains, plan.clump_spheres, plan.time_step_s, human_bytes(plan.expected_memory_bytes),
-                                    human_time(plan.expected_wall_time_s));
-             }});
+        stages.push_back({"pack",
+                          {},
+                          without(table_json(c, {"shape", "container", "packing"}), "packing", "seeds"),
+                          given,
+                          {"packing.json"},
+                          [c](const Path& folder) { return pack_stage(c, folder); },
+                          [c]() -> std::string {
+                              if (c.settings.packing.engine == "none") return "seconds";
+                              const PourPlan plan =
+                                  plan_pour(make_shapes(c.settings.shape), make_container(c.settings.container), c.settings.packing);
+                              const std::string engine =
+                                  c.settings.packing.engine == "liggghts"
+                                      ? fmt::format("LIGGGHTS, up to {} grains of {} spheres", plan.most_grains, plan.clump_spheres)
+                                      : fmt::format("capsules, up to {} grains", plan.most_grains);
+                              return fmt::format("{}, time step {:.2e} s; memory about {}, time about {}", engine, plan.time_step_s,
+                                                 human_bytes(plan.expected_memory_bytes), human_time(plan.expected_wall_time_s));
+                          },
+                          c.settings.packing.engine == "capsule"});
     }
     const bool with_planes = s.stl.pores || s.stl.clip;
     const auto stl_needs = stl ? std::vector<std::string>{} : std::vector<std::string>{"pack"};

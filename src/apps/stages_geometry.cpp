@@ -8,6 +8,7 @@
 #include "apps/stage_json.hpp"
 #include "apps/stages.hpp"
 #include "core/error.hpp"
+#include "packing/capsule_pour.hpp"
 #include "packing/liggghts.hpp"
 
 namespace porepack {
@@ -167,17 +168,26 @@ Json pack_stage(const Case& the_case, const Path& folder) {
                              .mend = "[container] must say " + to_json(packing.container).dump()});
         require_same_shape(shapes, packing, config.file);
     } else {
-        const PourResult pour = pour_with_liggghts(shapes, container, config, home_folder() / "liggghts_templates", folder / "run");
+        const bool liggghts = config.engine == "liggghts";
+        const PourResult pour = liggghts
+                                    ? pour_with_liggghts(shapes, container, config, home_folder() / "liggghts_templates", folder / "run")
+                                    : pour_with_capsules(shapes, container, config, folder);
         packing = pour.packing;
         json["batches"] = pour.batches;
+        json["thinned_batches"] = pour.thinned_batches;
         json["steps"] = pour.steps;
         json["kinetic_energy_per_grain_J"] = pour.kinetic_energy_per_grain_J;
         json["rest_limit_J"] = pour.rest_limit_J;
         json["at_rest"] = true;
-        json["pose_error_relative_to_diameter"] = pour.pose_error_m / finest_diameter(packing);
-        json["clumps"] = Json::array();
-        for (const auto& share : shapes) json["clumps"].push_back(clump_json(share.shape, config.surface_tolerance));
-        json["repeat_by_hand"] = "cd run && " + pour.command;
+        if (pour.coordination_number) json["coordination_number"] = *pour.coordination_number;
+        if (pour.mean_force_over_weight) json["mean_force_over_weight"] = *pour.mean_force_over_weight;
+        if (pour.largest_force_over_weight) json["largest_force_over_weight"] = *pour.largest_force_over_weight;
+        if (liggghts) {
+            json["pose_error_relative_to_diameter"] = *pour.pose_error_m / finest_diameter(packing);
+            json["clumps"] = Json::array();
+            for (const auto& share : shapes) json["clumps"].push_back(clump_json(share.shape, config.surface_tolerance));
+            json["repeat_by_hand"] = "cd run && " + pour.command;
+        }
         json["engine_wall_time_s"] = pour.wall_time_s;
     }
     const Overlaps overlaps = find_overlaps(packing);

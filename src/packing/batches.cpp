@@ -88,17 +88,63 @@ double largest_span(const std::vector<ShapeShare>& shapes) {
     return largest;
 }
 
-std::vector<Batch> make_batches(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config,
-                                double drop_height_m, long grains) {
-    Random random(config.seed);
-    std::vector<Batch> batches;
-    for (long left = grains; left > 0;) {
-        batches.push_back(make_batch(shapes, container, config, drop_height_m, std::min(left, config.batch_grains), random));
-        if (batches.back().empty())
-            throw UserError("no grain fits into the container at the drop height", {.mend = "take a wider container or smaller grains"});
-        left -= static_cast<long>(batches.back().size());
+namespace {
+
+// One span and a little more from grain to grain, layer upon layer; turned at random.
+Pour make_lattice(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config, long grains,
+                  Random& random) {
+    const double pitch = 1.02 * largest_span(shapes);
+    const Vec3 low = container.low(), high = container.high();
+    const auto count = [&](int axis) {
+        const bool periodic = container.periodic[static_cast<std::size_t>(axis)];
+        return std::max(1L, static_cast<long>((high[axis] - low[axis]) / pitch + (periodic ? 1e-9 : 0.0)));
+    };
+    const long nx = count(0), ny = count(1);
+    std::vector<Vec3> places;  // of a layer
+    for (long j = 0; j < ny; ++j)
+        for (long i = 0; i < nx; ++i) {
+            const Vec3 place(low.x() + (static_cast<double>(i) + 0.5) * (high.x() - low.x()) / static_cast<double>(nx),
+                             low.y() + (static_cast<double>(j) + 0.5) * (high.y() - low.y()) / static_cast<double>(ny), 0.0);
+            if (container.wall_distance(place) >= 0.5 * pitch) places.push_back(place);
+        }
+    if (places.empty()) places.push_back(0.5 * (low + high));
+    Pour pour;
+    pour.batches.emplace_back();
+    for (long n = 0; n < grains; ++n) {
+        const auto slot = static_cast<std::size_t>(n) % places.size();
+        const long layer = n / static_cast<long>(places.size());
+        Newcomer grain{
+            .shape = draw(shapes, random), .position_m = places[slot], .orientation = random.rotation(), .velocity_m_per_s = Vec3::Zero()};
+        grain.position_m.z() = (static_cast<double>(layer) + 0.5) * pitch;
+        // The middle of the grain, not the origin of its frame, comes to the lattice's point.
+        Bounds bounds = bounds_of(shapes[grain.shape].shape.capsules);
+        grain.position_m -= grain.orientation * (0.5 * (bounds.low + bounds.high));
+        const double speed = config.horizontal_speed_m_per_s;
+        grain.velocity_m_per_s = {random.uniform(-speed, speed), random.uniform(-speed, speed), 0.0};
+        pour.batches.back().push_back(grain);
+        pour.top_m = static_cast<double>(layer + 1) * pitch;
     }
-    return batches;
+    return pour;
+}
+
+}  // namespace
+
+Pour make_batches(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config, double drop_height_m,
+                  long grains) {
+    Random random(config.seed);
+    if (config.fill == "lattice") return make_lattice(shapes, container, config, grains, random);
+    Pour pour;
+    pour.top_m = drop_height_m + largest_span(shapes);
+    for (long left = grains; left > 0;) {
+        const long wanted = std::min(left, config.batch_grains);
+        pour.batches.push_back(make_batch(shapes, container, config, drop_height_m, wanted, random));
+        const long fitted = static_cast<long>(pour.batches.back().size());
+        if (fitted == 0)
+            throw UserError("no grain fits into the container at the drop height", {.mend = "take a wider container or smaller grains"});
+        if (fitted < wanted) ++pour.thinned;
+        left -= fitted;
+    }
+    return pour;
 }
 
 }  // namespace porepack

@@ -16,10 +16,16 @@ struct Newcomer {
 };
 using Batch = std::vector<Newcomer>;
 
+struct Pour {
+    std::vector<Batch> batches;
+    long thinned = 0;    ///< batches of which fewer grains than asked for had room
+    double top_m = 0.0;  ///< no grain is created above it
+};
 /// All batches of a pour of at most `grains` grains: random poses in a slab one span high at the drop height, clear of the walls and of
-/// each other; of each batch as many as fit. Depends on the seed alone. Throws UserError when not one fits.
-[[nodiscard]] std::vector<Batch> make_batches(const std::vector<ShapeShare>& shapes, const Container& container,
-                                              const PackingConfig& config, double drop_height_m, long grains);
+/// each other; of each batch as many as fit. Or, with fill = "lattice", one batch on a loose lattice above the floor. Depends on the seed
+/// alone. Throws UserError when not one fits.
+[[nodiscard]] Pour make_batches(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config,
+                                double drop_height_m, long grains);
 
 /// Smallest capsule diameter and largest span of all shapes.
 [[nodiscard]] double finest_diameter(const std::vector<ShapeShare>& shapes);

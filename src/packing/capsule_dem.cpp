@@ -298,14 +298,14 @@ void CapsuleDem::search_one(std::size_t i) {
 
 // The force on the second of two bodies; `normal` points to it, `velocity` is that of the first relative to it. The spring is kept in the
 // tangent plane.
-Vec3 CapsuleDem::contact(const Vec3& normal, double overlap, const Vec3& velocity, double mass, double friction, Vec3& spring,
+Vec3 CapsuleDem::contact(const Vec3& normal, double overlap, const Vec3& velocity, double mass, double friction, double share, Vec3& spring,
                          bool first) const {
     const double approach = velocity.dot(normal);
-    const double elastic = 0.5 * law_.normal_stiffness_N_per_m * overlap;
-    double force = elastic + law_.normal_damping * std::sqrt(2.0 * mass * law_.normal_stiffness_N_per_m) * approach;
+    const double elastic = share * 0.5 * law_.normal_stiffness_N_per_m * overlap;
+    double force = elastic + share * law_.normal_damping * std::sqrt(2.0 * mass * law_.normal_stiffness_N_per_m) * approach;
     if (!law_.attraction) force = std::max(0.0, force);
-    const double kt = 0.5 * law_.tangential_stiffness_N_per_m;
-    const double ct = law_.tangential_damping * std::sqrt(2.0 * mass * law_.tangential_stiffness_N_per_m);
+    const double kt = share * 0.5 * law_.tangential_stiffness_N_per_m;
+    const double ct = share * law_.tangential_damping * std::sqrt(2.0 * mass * law_.tangential_stiffness_N_per_m);
     const Vec3 sliding = velocity - approach * normal;
     if (first) {
         spring.setZero();
@@ -325,10 +325,44 @@ Vec3 CapsuleDem::contact(const Vec3& normal, double overlap, const Vec3& velocit
     return force * normal + tangential;
 }
 
-void CapsuleDem::pair_forces(std::size_t i, std::vector<Load>& loads, std::size_t& looked_at) {
+// The contact of one watched pair; false, and the gap, where there is none.
+bool CapsuleDem::touch_of(std::size_t i, std::size_t n, Touch& touch, double& gap) const {
+    const Pair& pair = pairs_[i][n];
+    const Moving &body = bodies_[i], &other = bodies_[pair.other];
+    const WorldArm &one = arms_[body.first_arm + pair.arm], &two = arms_[other.first_arm + pair.other_arm];
+    const double r = kinds_[body.kind].arms[pair.arm].radius, other_r = kinds_[other.kind].arms[pair.other_arm].radius;
+    touch.pair = n;
+    touch.shift = image_shift(other.x - body.x);
+    const Segment p{one.start, one.along}, q{two.start + touch.shift, two.along};
+    const ClosestPoints closest = closest_points(p, q);
+    gap = closest.distance - r - other_r;
+    if (gap >= 0.0) return false;
+    touch.overlap = -gap;
+    touch.normal = closest.distance > 0.0 ? Vec3((closest.on_second - closest.on_first) / closest.distance)
+                                          : (other.x + touch.shift - body.x).normalized();
+    touch.at = pressed_point(p, q, closest, touch.overlap) + (r - 0.5 * touch.overlap) * touch.normal;
+    touch.share = 1.0;
+    return true;
+}
+
+// Contacts of the same two bodies at one place share the stiffness of one.
+void CapsuleDem::share_places(const std::vector<Pair>& pairs, std::vector<Touch>& touches, double reach) {
+    for (Touch& touch : touches) {
+        double together = 0.0;
+        for (const Touch& other : touches) {
+            if (pairs[other.pair].other != pairs[touch.pair].other) continue;
+            const double near = std::max(0.0, 1.0 - (other.at - touch.at).squaredNorm() / (reach * reach));
+            together += near * near;
+        }
+        touch.share = 1.0 / together;
+    }
+}
+
+// What of a body's watched pairs touches; pairs that have parted are no longer watched.
+void CapsuleDem::look_at_pairs(std::size_t i, std::vector<Touch>& touches, std::size_t& looked_at) {
     const Moving& body = bodies_[i];
-    const Kind& kind = kinds_[body.kind];
     auto& list = pairs_[i];
+    touches.clear();
     for (std::size_t n = 0; n < list.size();) {
         Pair& pair = list[n];
         const Moving& other = bodies_[pair.other];
@@ -337,45 +371,52 @@ void CapsuleDem::pair_forces(std::size_t i, std::vector<Load>& loads, std::size_
             continue;
         }
         ++looked_at;
-        const Kind& other_kind = kinds_[other.kind];
-        const Vec3 shift = image_shift(other.x - body.x);
-        const WorldArm &one = arms_[body.first_arm + pair.arm], &two = arms_[other.first_arm + pair.other_arm];
-        const Segment p{one.start, one.along}, q{two.start + shift, two.along};
-        const double r = kind.arms[pair.arm].radius, other_r = other_kind.arms[pair.other_arm].radius;
-        const ClosestPoints closest = closest_points(p, q);
-        const double overlap = r + other_r - closest.distance;
-        if (overlap < -2.0 * skin_) {
-            list[n] = list.back();
+        Touch touch;
+        double gap = 0.0;
+        if (touch_of(i, n, touch, gap)) {
+            touches.push_back(touch);
+        } else if (gap > 2.0 * skin_) {
+            pair = list.back();
             list.pop_back();
             continue;
-        }
-        Vec3 force = Vec3::Zero();
-        if (overlap <= 0.0) {
-            pair.out_of_reach = body.travelled + other.travelled - overlap;
         } else {
-            const Vec3 between = closest.on_second - closest.on_first;
-            const Vec3 normal = closest.distance > 0.0 ? Vec3(between / closest.distance) : (other.x + shift - body.x).normalized();
-            const Vec3 at = pressed_point(p, q, closest, overlap) + (r - 0.5 * overlap) * normal;
-            const Vec3 lever = at - body.x, other_lever = at - other.x - shift;
-            const Vec3 velocity = body.v_contact + body.omega.cross(lever) - other.v_contact - other.omega.cross(other_lever);
-            const double mass = kind.body.mass_kg * other_kind.body.mass_kg / (kind.body.mass_kg + other_kind.body.mass_kg);
-            force = contact(normal, overlap, velocity, mass, law_.friction, pair.spring, pair.touched < steps_ - 1);
-            pair.touched = steps_;
-            loads[i].force -= force;
-            loads[i].torque -= lever.cross(force);
-            loads[pair.other].force += force;
-            loads[pair.other].torque += other_lever.cross(force);
-        }
-        if (body.asleep != 0 || other.asleep != 0) {
-            const Moving& sleeper = body.asleep != 0 ? body : other;
-            if (sleeper.slept_at == steps_ - 1) pair.base_force = force;
-            const double weight = kinds_[sleeper.kind].body.mass_kg * options_.gravity_m_per_s2.norm();
-            if ((force - pair.base_force).norm() > options_.wake_fraction * weight)
-                woken_[i / block % lanes].push_back(body.asleep != 0 ? static_cast<std::uint32_t>(i) : pair.other);
-        } else if (options_.sleep) {
-            pair.base_force.setZero();
+            pair.out_of_reach = body.travelled + other.travelled + gap;
+            if (body.asleep != 0 || other.asleep != 0) watch_sleeper(i, pair, Vec3::Zero());
         }
         ++n;
+    }
+    if (touches.size() > 1) share_places(list, touches, 0.25 * kinds_[body.kind].diameter);
+}
+
+void CapsuleDem::watch_sleeper(std::size_t i, Pair& pair, const Vec3& force) {
+    const Moving& sleeper = bodies_[i].asleep != 0 ? bodies_[i] : bodies_[pair.other];
+    if (sleeper.slept_at == steps_ - 1) pair.base_force = force;
+    const double weight = kinds_[sleeper.kind].body.mass_kg * options_.gravity_m_per_s2.norm();
+    if ((force - pair.base_force).norm() > options_.wake_fraction * weight)
+        woken_[i / block % lanes].push_back(bodies_[i].asleep != 0 ? static_cast<std::uint32_t>(i) : pair.other);
+}
+
+void CapsuleDem::pair_forces(std::size_t i, std::vector<Load>& loads, std::size_t& looked_at, std::vector<Touch>& touches) {
+    look_at_pairs(i, touches, looked_at);
+    const Moving& body = bodies_[i];
+    const double own_mass = kinds_[body.kind].body.mass_kg;
+    for (const Touch& touch : touches) {
+        Pair& pair = pairs_[i][touch.pair];
+        const Moving& other = bodies_[pair.other];
+        const Vec3 lever = touch.at - body.x, other_lever = touch.at - other.x - touch.shift;
+        const Vec3 velocity = body.v_contact + body.omega.cross(lever) - other.v_contact - other.omega.cross(other_lever);
+        const double other_mass = kinds_[other.kind].body.mass_kg, mass = own_mass * other_mass / (own_mass + other_mass);
+        const Vec3 force =
+            contact(touch.normal, touch.overlap, velocity, mass, law_.friction, touch.share, pair.spring, pair.touched < steps_ - 1);
+        pair.touched = steps_;
+        loads[i].force -= force;
+        loads[i].torque -= lever.cross(force);
+        loads[pair.other].force += force;
+        loads[pair.other].torque += other_lever.cross(force);
+        if (body.asleep != 0 || other.asleep != 0)
+            watch_sleeper(i, pair, force);
+        else if (options_.sleep)
+            pair.base_force.setZero();
     }
 }
 
@@ -388,7 +429,7 @@ void CapsuleDem::wall_forces(std::size_t i, std::vector<Load>& loads) {
         WallSpring& spring = walls_[body.first_wall + node * walls + wall];
         const Vec3 velocity = body.v_contact + body.omega.cross(lever);
         const Vec3 force =
-            contact(outward, overlap, velocity, kind.body.mass_kg, law_.wall_friction, spring.spring, spring.touched < steps_ - 1);
+            contact(outward, overlap, velocity, kind.body.mass_kg, law_.wall_friction, 1.0, spring.spring, spring.touched < steps_ - 1);
         spring.touched = steps_;
         loads[i].force -= force;
         loads[i].torque -= lever.cross(force);
@@ -415,18 +456,22 @@ void CapsuleDem::wall_forces(std::size_t i, std::vector<Load>& loads) {
 void CapsuleDem::forces() {
     const std::size_t n = bodies_.size();
     std::array<std::size_t, lanes> looked_at{};
-#pragma omp parallel for schedule(dynamic, 1) if (n > 2 * block)
+#pragma omp parallel for schedule(dynamic, 1) if (parallel_)
     for (std::size_t lane = 0; lane < lanes; ++lane) {
         auto& loads = loads_[lane];
+        std::vector<Touch> touches;
         loads.assign(n, {Vec3::Zero(), Vec3::Zero()});
         for (std::size_t first = lane * block; first < n; first += lanes * block)
             for (std::size_t i = first; i < std::min(n, first + block); ++i) {
-                pair_forces(i, loads, looked_at[lane]);
+                pair_forces(i, loads, looked_at[lane], touches);
                 if (bodies_[i].asleep == 0) wall_forces(i, loads);
             }
     }
     looked_at_ = 0;
     for (const std::size_t count : looked_at) looked_at_ += count;
+    // Steps of less than about a millisecond are left to one thread: where another program takes a core, threads that meet thrice a step
+    // wait a hundred times longer than they work.
+    parallel_ = looked_at_ + 3 * (n - sleepers_) > 20000;
 }
 
 void CapsuleDem::fall_asleep_or_wake() {
@@ -443,18 +488,26 @@ void CapsuleDem::fall_asleep_or_wake() {
         }
         list.clear();
     }
-    for (Moving& body : bodies_)
+    sleepers_ = 0;
+    for (Moving& body : bodies_) {
         if (body.asleep == 0 && body.quiet >= quiet_steps) {
             body.asleep = 1;
             body.slept_at = steps_;
             body.v = body.v_contact = body.momentum = body.omega = Vec3::Zero();
         }
+        sleepers_ += body.asleep;
+    }
 }
 
 void CapsuleDem::wake_all() {
     for (std::size_t i = 0; i < bodies_.size(); ++i) woken_[0].push_back(static_cast<std::uint32_t>(i));
     fall_asleep_or_wake();
     primed_ = false;
+}
+
+void CapsuleDem::set_sleep(bool sleep) {
+    options_.sleep = sleep;
+    if (!sleep) wake_all();
 }
 
 void CapsuleDem::step(long steps) {
@@ -478,12 +531,12 @@ void CapsuleDem::step(long steps) {
         }
         ++steps_;
         time_ += options_.time_step_s;
-#pragma omp parallel for schedule(static, block) if (n > 2 * block)
+#pragma omp parallel for schedule(static, block) if (parallel_)
         for (std::size_t i = 0; i < n; ++i)
             if (bodies_[i].asleep == 0) advance(bodies_[i]);
         search();
         forces();
-#pragma omp parallel for schedule(static, block) if (n > 2 * block)
+#pragma omp parallel for schedule(static, block) if (parallel_)
         for (std::size_t i = 0; i < n; ++i)
             if (bodies_[i].asleep == 0) {
                 gather(i);
@@ -503,22 +556,27 @@ std::size_t CapsuleDem::watched_pairs() const {
     return count;
 }
 
-// visit(first body, second body, overlap, spring) for every contact of grains.
-template <typename Visit>
-void CapsuleDem::for_contacts(const Visit& visit) {
-    for (std::size_t i = 0; i < bodies_.size(); ++i)
-        for (const Pair& pair : pairs_[i]) {
-            const Moving &body = bodies_[i], &other = bodies_[pair.other];
-            const Vec3 shift = image_shift(other.x - body.x);
-            const WorldArm &one = arms_[body.first_arm + pair.arm], &two = arms_[other.first_arm + pair.other_arm];
-            const ClosestPoints closest = closest_points({one.start, one.along}, {two.start + shift, two.along});
-            const double overlap =
-                kinds_[body.kind].arms[pair.arm].radius + kinds_[other.kind].arms[pair.other_arm].radius - closest.distance;
-            if (overlap > 0.0) visit(i, pair.other, overlap, pair.spring);
-        }
+void CapsuleDem::find_touches(std::size_t i, std::vector<Touch>& touches) const {
+    touches.clear();
+    for (std::size_t n = 0; n < pairs_[i].size(); ++n) {
+        Touch touch;
+        double gap = 0.0;
+        if (touch_of(i, n, touch, gap)) touches.push_back(touch);
+    }
+    share_places(pairs_[i], touches, 0.25 * kinds_[bodies_[i].kind].diameter);
 }
 
-DemEnergy CapsuleDem::energy() {
+// visit(first body, pair, touch) for every contact of grains.
+template <typename Visit>
+void CapsuleDem::for_contacts(const Visit& visit) const {
+    std::vector<Touch> touches;
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+        find_touches(i, touches);
+        for (const Touch& touch : touches) visit(i, pairs_[i][touch.pair], touch);
+    }
+}
+
+DemEnergy CapsuleDem::energy() const {
     DemEnergy energy;
     const double kn = 0.5 * law_.normal_stiffness_N_per_m, kt = 0.5 * law_.tangential_stiffness_N_per_m;
     const std::size_t walls = planes_.size() + 1;
@@ -540,13 +598,13 @@ DemEnergy CapsuleDem::energy() {
             }
         }
     }
-    for_contacts([&](std::size_t, std::size_t, double overlap, const Vec3& spring) {
-        energy.elastic_J += 0.5 * kn * overlap * overlap + 0.5 * kt * spring.squaredNorm();
+    for_contacts([&](std::size_t, const Pair& pair, const Touch& touch) {
+        energy.elastic_J += 0.5 * touch.share * (kn * touch.overlap * touch.overlap + kt * pair.spring.squaredNorm());
     });
     return energy;
 }
 
-DemRest CapsuleDem::rest() {
+DemRest CapsuleDem::rest() const {
     DemRest rest;
     const bool spheres = std::all_of(kinds_.begin(), kinds_.end(), [](const Kind& kind) { return kind.nodes.size() == 1; });
     const double g = options_.gravity_m_per_s2.norm();
@@ -566,11 +624,11 @@ DemRest CapsuleDem::rest() {
     }
     std::set<std::pair<std::size_t, std::size_t>> touching;
     long contacts = 0;
-    for_contacts([&](std::size_t i, std::size_t j, double overlap, const Vec3&) {
-        touching.insert({i, j});
+    for_contacts([&](std::size_t i, const Pair& pair, const Touch& touch) {
+        touching.insert({i, pair.other});
         ++contacts;
-        rest.mean_overlap_m += overlap;
-        rest.largest_overlap_m = std::max(rest.largest_overlap_m, overlap);
+        rest.mean_overlap_m += touch.overlap;
+        rest.largest_overlap_m = std::max(rest.largest_overlap_m, touch.overlap);
     });
     const auto n = static_cast<double>(std::max<std::size_t>(1, bodies_.size()));
     rest.kinetic_energy_per_grain_J /= n;

@@ -50,10 +50,10 @@ struct DemRest {
 };
 
 /// Deterministic: the same calls give the same bits, whatever the number of threads.
-/// Every pair of capsules that overlap is a contact, as in the paper: so forces are continuous, and a contact beside a joint of arms, where
-/// several overlap, is stiffer. Walls meet the capsules' ends, each place once.
-/// Cost is linear in the grains: a body looks for neighbours again only when it has moved by half the skin, and a pair is looked at again
-/// only when its bodies can have closed its gap.
+/// Every pair of capsules that overlap is a contact, as in the paper. Where several of them lie at one place, at a joint of arms, they
+/// share the stiffness of one (smoothly, within half a radius), else a corner of a tetrahedron on another's would be nine times as stiff.
+/// Walls meet the capsules' ends, each place once. Cost is linear in the grains: a body looks for neighbours again only when it has moved
+/// by half the skin, and a pair is looked at again only when its bodies can have closed its gap.
 class CapsuleDem {
 public:
     /// Throws UserError for a periodic box that is narrower than two grains.
@@ -65,6 +65,8 @@ public:
              const Vec3& angular_velocity = Vec3::Zero());
     void step(long steps = 1);
     void wake_all();
+    /// Without sleep all grains are awake.
+    void set_sleep(bool sleep);
 
     [[nodiscard]] std::size_t size() const { return bodies_.size(); }
     [[nodiscard]] double time_s() const { return time_; }
@@ -76,8 +78,8 @@ public:
     [[nodiscard]] const Vec3& angular_momentum(std::size_t body) const { return bodies_[body].momentum; }
     [[nodiscard]] const GrainBody& grain(std::size_t shape) const { return kinds_[shape].body; }
     [[nodiscard]] std::size_t sleeping() const;
-    [[nodiscard]] DemEnergy energy();
-    [[nodiscard]] DemRest rest();
+    [[nodiscard]] DemEnergy energy() const;
+    [[nodiscard]] DemRest rest() const;
     [[nodiscard]] Packing packing() const;
     /// Pairs of capsules that are watched, and those looked at in the last step.
     [[nodiscard]] std::size_t watched_pairs() const;
@@ -130,6 +132,11 @@ private:
         Vec3 base_force;            // when one of the two fell asleep
         std::int64_t touched = -2;  // last step in contact
     };
+    struct Touch {
+        std::size_t pair;  // in the body's list
+        Vec3 shift, normal, at;
+        double overlap, share;
+    };
     struct WallSpring {
         Vec3 spring = Vec3::Zero();
         std::int64_t touched = -2;
@@ -148,13 +155,18 @@ private:
     void search();
     void search_one(std::size_t body);
     void forces();
-    void pair_forces(std::size_t body, std::vector<Load>& loads, std::size_t& looked_at);
+    void find_touches(std::size_t body, std::vector<Touch>& touches) const;
+    void look_at_pairs(std::size_t body, std::vector<Touch>& touches, std::size_t& looked_at);
+    [[nodiscard]] bool touch_of(std::size_t body, std::size_t pair, Touch& touch, double& gap) const;
+    static void share_places(const std::vector<Pair>& pairs, std::vector<Touch>& touches, double reach);
+    void pair_forces(std::size_t body, std::vector<Load>& loads, std::size_t& looked_at, std::vector<Touch>& touches);
+    void watch_sleeper(std::size_t body, Pair& pair, const Vec3& force);
     void wall_forces(std::size_t body, std::vector<Load>& loads);
-    [[nodiscard]] Vec3 contact(const Vec3& normal, double overlap, const Vec3& velocity, double mass, double friction, Vec3& spring,
-                               bool first) const;
+    [[nodiscard]] Vec3 contact(const Vec3& normal, double overlap, const Vec3& velocity, double mass, double friction, double share,
+                               Vec3& spring, bool first) const;
     void fall_asleep_or_wake();
     template <typename Visit>
-    void for_contacts(const Visit& visit);
+    void for_contacts(const Visit& visit) const;
     [[nodiscard]] long cell_of(const Vec3& place) const;
 
     Container container_;
@@ -181,7 +193,8 @@ private:
     std::array<std::vector<std::uint32_t>, 4> woken_;  // by lane
     double time_ = 0.0;
     long steps_ = 0;
-    std::size_t looked_at_ = 0;
+    std::size_t looked_at_ = 0, sleepers_ = 0;
+    bool parallel_ = false;
     bool primed_ = false;  // forces of the present state are known
 };
 

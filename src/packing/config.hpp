@@ -7,7 +7,8 @@ namespace porepack {
 
 struct PackingConfig {
     std::string engine = "liggghts";
-    std::string file;
+    std::string file = {};
+    std::string fill = "batches";
     long seed = 1;
     long seeds = 1;
     long grains = 0;
@@ -29,11 +30,19 @@ struct PackingConfig {
     double rest_energy_fraction = 1e-6;
     double settle_time_s = 5.0;
     long processes = 1;
+    std::string integrator = "verlet";
+    std::string friction_limit = "total";
+    bool sleep = true;
+    double snapshot_interval_s = 1.0;
 };
 
 inline void describe(ConfigVisitor& v, PackingConfig& c) {
-    v.choice("engine", c.engine, {"liggghts", "none"}, "who makes the packing; none: take `file` as it is");
+    v.choice("engine", c.engine, {"capsule", "liggghts", "none"},
+             "who makes the packing; capsule: exact capsules (our own DEM); liggghts: clumps of spheres; none: take `file` as it is");
     v.text("file", c.file, "a given packing.json or packing.json.gz (engine = \"none\"), relative to the case");
+    v.choice("fill", c.fill, {"batches", "lattice"},
+             "batches: grains fall from drop_height_m, batch after batch (batch_grains = 1: rain); lattice: all at once from a loose "
+             "lattice above the floor");
     v.integer("seed", c.seed, between(0, 2147483647), "seed of all random poses");
     v.integer("seeds", c.seeds, between(1, 1000),
               "number of packings, from this seed on: the others get their permeability too, and the scatter is reported");
@@ -62,6 +71,13 @@ inline void describe(ConfigVisitor& v, PackingConfig& c) {
     v.number("settle_time_s", c.settle_time_s, between(1e-4, 1e4), "longest simulated time after the last batch");
     v.integer("processes", c.processes, between(1, 256),
               "MPI processes of LIGGGHTS; another number gives another packing of the same kind");
+    v.choice("integrator", c.integrator, {"verlet", "adams_bashforth"},
+             "capsule: verlet, of second order; or the paper's Adams-Bashforth, of third");
+    v.choice("friction_limit", c.friction_limit, {"total", "elastic"},
+             "capsule: friction is limited by the whole normal force, or by its elastic part (the paper)");
+    v.boolean("sleep", c.sleep, "capsule: leave grains at rest out until the force on one of their contacts changes");
+    v.number("snapshot_interval_s", c.snapshot_interval_s, between(1e-3, 1e6),
+             "capsule: simulated time between snapshots, from which a killed run goes on");
 }
 
 }  // namespace porepack

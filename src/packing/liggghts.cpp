@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <numbers>
 #include <sstream>
 
 #include "core/error.hpp"
@@ -14,11 +13,6 @@
 
 namespace porepack {
 namespace {
-
-double contact_time(double mass, const PackingConfig& config) {
-    const double kn = config.normal_stiffness_N_per_m / 2.0;
-    return std::numbers::pi / std::sqrt(kn / (mass / 2.0) * (1.0 - config.normal_damping * config.normal_damping));
-}
 
 // The last thermo line of a growing log: step, spheres, energies, height of the bed.
 std::optional<std::array<double, 5>> last_state(const Path& log) {
@@ -150,68 +144,6 @@ void run_liggghts(const Run& run, const Path& log) {
 
 }  // namespace
 
-PourPlan plan_pour(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config) {
-    if (container.any_periodic())
-        throw UserError("LIGGGHTS pours into a container with walls, this one is periodic",
-                        {.mend = "give a packing.json with engine = \"none\", or a container with walls"});
-    const double d = finest_diameter(shapes);
-    const double extent = largest_span(shapes);
-    const Vec3 inner = container.high() - container.low();
-    if (extent > std::min(inner.x(), inner.y()) || 2.0 * extent > container.height())
-        throw UserError(
-            fmt::format("the grain is too large for the container: it spans {:.4g} m, the container is {:.4g} m wide and {:.4g} m high",
-                        extent, std::min(inner.x(), inner.y()), container.height()),
-            {.allowed = "a container wider than one grain's span and higher than two",
-             .mend = "check the units (metres), take a larger container or smaller grains"});
-    PourPlan plan;
-    double mean_volume = 0.0, largest_volume = 0.0, smallest_volume = 1e300, mean_spheres = 0.0;
-    for (const auto& [shape, share] : shapes) {
-        const double volume = measure(shape, 1e-6).volume_m3;
-        mean_volume += share * volume;
-        largest_volume = std::max(largest_volume, volume);
-        smallest_volume = std::min(smallest_volume, volume);
-        const auto spheres = static_cast<double>(sphere_clump(shape, config.surface_tolerance * smallest_diameter(shape)).size());
-        mean_spheres += share * spheres;
-    }
-    plan.grain_mass_kg = config.density_kg_per_m3 * mean_volume;
-    const double static_overlap =
-        config.density_kg_per_m3 * largest_volume * config.gravity_m_per_s2 / (config.normal_stiffness_N_per_m / 2.0) / d;
-    if (static_overlap > 0.01)
-        throw UserError(
-            fmt::format("the contacts are too soft: one grain's weight presses a contact in by {:.2g} of its diameter", static_overlap),
-            {.allowed = "1 % of the diameter",
-             .mend = fmt::format("set normal_stiffness_N_per_m to {:.2g} or more, tangential_stiffness_N_per_m to half of it",
-                                 config.normal_stiffness_N_per_m * static_overlap / 0.001)});
-    plan.contact_time_s = contact_time(config.density_kg_per_m3 * smallest_volume, config);
-    plan.time_step_s = config.time_step_s > 0.0 ? config.time_step_s : plan.contact_time_s / 45.0;
-    if (plan.time_step_s > plan.contact_time_s / 30.0)
-        throw UserError(fmt::format("the time step {:.3g} s is too long: a contact lasts {:.3g} s", plan.time_step_s, plan.contact_time_s),
-                        {.allowed = fmt::format("up to {:.3g} s (1/30 of the contact; longer steps never come to rest or lose grains)",
-                                                plan.contact_time_s / 30.0)});
-    plan.fill_height_m = config.fill_height_m > 0.0 ? config.fill_height_m : container.height() / 2.0;
-    plan.drop_height_m = config.drop_height_m > 0.0 ? config.drop_height_m : container.height() - extent;
-    if (config.grains == 0 && plan.fill_height_m > plan.drop_height_m - extent)
-        throw UserError(fmt::format("the bed would reach the place where grains are created: fill height {:.4g} m, drop height {:.4g} m",
-                                    plan.fill_height_m, plan.drop_height_m),
-                        {.allowed = fmt::format("a fill height up to {:.4g} m", plan.drop_height_m - extent),
-                         .mend = "take a higher container or a lower fill_height_m"});
-    // Poured grains of these shapes fill no more than 3/4 of the space.
-    const double most = 0.75 * container.inner_area_m2() * plan.drop_height_m / mean_volume;
-    if (static_cast<double>(config.grains) > most)
-        throw UserError(fmt::format("{} grains do not fit below the drop height", config.grains),
-                        {.allowed = fmt::format("at most about {:.0f}", most), .mend = "take a higher container or fewer grains"});
-    const double densest = 0.75 * container.inner_area_m2() * plan.fill_height_m / mean_volume;
-    plan.most_grains = config.grains > 0 ? config.grains : std::max(1L, static_cast<long>(densest));
-    plan.clump_spheres = std::lround(mean_spheres);
-    // From measurements: 0.4 us a sphere and step, on average half of the grains present, about four a batch.
-    const double grains = config.grains > 0 ? static_cast<double>(config.grains) : densest / 1.8;
-    const double steps = (grains / 4.0 * config.batch_interval_s + 0.6) / plan.time_step_s;
-    plan.expected_wall_time_s =
-        0.4e-6 * 0.6 * grains * static_cast<double>(plan.clump_spheres) * steps / static_cast<double>(config.processes);
-    plan.expected_memory_bytes = 60e6 + 4000.0 * static_cast<double>(plan.most_grains * plan.clump_spheres);
-    return plan;
-}
-
 PourResult pour_with_liggghts(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config,
                               const Path& templates, const Path& folder) {
     Run run{.shapes = shapes,
@@ -221,16 +153,19 @@ PourResult pour_with_liggghts(const std::vector<ShapeShare>& shapes, const Conta
             .bodies = {},
             .folder = folder};
     for (const auto& share : shapes) run.bodies.push_back(clump_body(share.shape, config));
+    if (container.any_periodic())
+        throw UserError("LIGGGHTS pours into a container with walls, this one is periodic",
+                        {.mend = "engine = \"capsule\" pours into boxes that are periodic in x and y; or take a container with walls"});
     require_program("liggghts", "liggghts");
     if (config.processes > 1) require_program("mpirun", "openmpi-bin");
     make_folder(folder);
     for (const char* name : {"pour.in", "walls_cylinder.in", "walls_box.in"})
         std::filesystem::copy_file(templates / name, folder / name, std::filesystem::copy_options::overwrite_existing);
-    write_batches(run);
+    PourResult result;
+    result.thinned_batches = write_batches(run);
     write_parameters(run);
     write_grains(run);
 
-    PourResult result;
     for (const auto& word : command_for(config.processes)) result.command += (result.command.empty() ? "" : " ") + word;
     log_info("pour: at most {} grains of {} spheres, time step {:.2e} s", run.plan.most_grains, run.plan.clump_spheres,
              run.plan.time_step_s);
@@ -263,8 +198,8 @@ PourResult pour_with_liggghts(const std::vector<ShapeShare>& shapes, const Conta
                                          config.settle_time_s, result.kinetic_energy_per_grain_J, result.rest_limit_J),
                              {.where = log.string(), .mend = "raise settle_time_s, or shorten time_step_s"});
     result.pose_error_m = pose_error(run, result.packing, read_dump(folder / "final.spheres", 5));
-    if (result.pose_error_m > 1e-6 * finest_diameter(shapes))
-        throw EngineError(fmt::format("the poses read back do not give the clump's spheres: off by {:.3g} m", result.pose_error_m),
+    if (*result.pose_error_m > 1e-6 * finest_diameter(shapes))
+        throw EngineError(fmt::format("the poses read back do not give the clump's spheres: off by {:.3g} m", *result.pose_error_m),
                           {.where = (folder / "final.bodies").string()});
     return result;
 }

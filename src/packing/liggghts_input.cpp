@@ -50,12 +50,15 @@ void write_batch(const Path& file, const Batch& batch, const std::vector<ClumpBo
 
 }  // namespace
 
-void write_batches(Run& run) {
-    for (const Batch& batch : make_batches(run.shapes, run.container, run.config, run.plan.drop_height_m, run.plan.most_grains)) {
+long write_batches(Run& run) {
+    const Pour pour = make_batches(run.shapes, run.container, run.config, run.plan.drop_height_m, run.plan.most_grains);
+    for (const Batch& batch : pour.batches) {
         run.batches.emplace_back();
         for (const auto& grain : batch) run.batches.back().push_back(grain.shape);
         write_batch(run.folder / fmt::format("batch_{}.in", run.batches.size()), batch, run.bodies);
     }
+    run.top_m = pour.top_m;
+    return pour.thinned;
 }
 
 void write_parameters(const Run& run) {
@@ -81,7 +84,7 @@ void write_parameters(const Run& run) {
     number("y_low", low.y() - margin);
     number("y_high", high.y() + margin);
     number("z_low", -margin);
-    number("z_high", std::max(high.z(), run.plan.drop_height_m + largest_span(run.shapes)) + 4.0 * margin);
+    number("z_high", std::max(high.z(), run.top_m) + 4.0 * margin);
     number("neighbour_skin", d);
     number("time_step", dt);
     number("gravity", c.gravity_m_per_s2);

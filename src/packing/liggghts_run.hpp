@@ -24,11 +24,13 @@ struct Run {
     PourPlan plan;
     std::vector<ClumpBody> bodies;  // by shape
     Path folder;
+    double top_m = 0.0;                                  // no grain is created above it
     std::vector<std::vector<std::size_t>> batches = {};  // the shapes of each batch's grains, in the order of creation
 };
 
-/// Write batch_1.in ..., parameters.in and grains.in with the clumps; the batches' shapes are kept in `run`.
-void write_batches(Run& run);
+/// Write batch_1.in ..., parameters.in and grains.in with the clumps; the batches' shapes are kept in `run`. write_batches returns how many
+/// batches had no room for all their grains.
+long write_batches(Run& run);
 void write_parameters(const Run& run);
 void write_grains(const Run& run);
 

@@ -1,6 +1,8 @@
 // The capsule engine against closed forms: closest points, contact law, friction, integrators, rotation, conservation.
 #include "packing/capsule_dem.hpp"
 
+#include <omp.h>
+
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -290,6 +292,30 @@ TEST(CapsuleDem, NoPairIsMissed) {
             ASSERT_LT((narrow.centre_of_mass(b) - wide.centre_of_mass(b)).norm(), i < 8 ? 1e-10 : 1e-4) << i << " " << b;
     }
     EXPECT_LT(narrow.looked_at(), wide.looked_at());
+}
+
+TEST(CapsuleDem, TenThousandSpheresOnAnyThreads) {
+    const Shape small = make_preset("sphere", 0.002, 0.0);
+    std::vector<double> top;
+    std::vector<Vec3> last;
+    for (const int threads : {1, 2}) {
+        omp_set_num_threads(threads);
+        CapsuleDem dem(parse_container("box:0.05,0.05,0.2"), {small}, 1000.0,
+                       {.normal_stiffness_N_per_m = 1000, .tangential_stiffness_N_per_m = 500}, {.time_step_s = 2e-6});
+        std::mt19937_64 random(1);
+        std::uniform_real_distribution<double> unit(-1.0, 1.0);
+        for (int i = 0; i < 10000; ++i)
+            dem.add(0, Vec3(0.0013 + 0.0021 * (i % 23), 0.0013 + 0.0021 * (i / 23 % 23), 0.0012 + 0.0021 * (i / 529)),
+                    Quaternion::Identity(), Vec3(unit(random), unit(random), unit(random) - 1.0));
+        dem.step(1500);
+        EXPECT_GT(dem.rest().coordination_number, 0.05);
+        EXPECT_LT(dem.watched_pairs(), 100000U);
+        last.push_back(dem.centre_of_mass(1234));
+        top.push_back(dem.energy().total());
+    }
+    omp_set_num_threads(omp_get_num_procs());
+    EXPECT_EQ(top[0], top[1]);
+    EXPECT_EQ(last[0], last[1]);
 }
 
 TEST(CapsuleDem, EndsTouchWallsOnce) {

@@ -1,0 +1,151 @@
+// Pours by the capsule engine: protocol, hard cases, a killed run, and both engines on one question.
+#include <cmath>
+#include <thread>
+
+#include "helpers.hpp"
+#include "packing/batches.hpp"
+#include "packing/capsule_pour.hpp"
+#include "packing/grains.hpp"
+#include "packing/liggghts.hpp"
+
+namespace porepack {
+namespace {
+
+using test::has;
+
+std::vector<ShapeShare> one(const Shape& shape) {
+    return {{.shape = shape, .number_fraction = 1.0}};
+}
+Shape paper_shape(const char* kind, double sphericity) {
+    const Dimensions size = dimensions_for(kind, sphericity, 7.33e-7, Cavity::filled);
+    return make_preset(kind, size.diameter_m, size.length_m);
+}
+PourResult pour(const Shape& shape, const char* container, PackingConfig config, const test::Folder& folder) {
+    return pour_with_capsules(one(shape), parse_container(container), config, folder.path() / "run");
+}
+void expect_sound(const PourResult& result, double largest_overlap = 0.02) {
+    const Overlaps overlaps = find_overlaps(result.packing);
+    EXPECT_LT(overlaps.largest_between_grains_m, largest_overlap * finest_diameter(result.packing));
+    EXPECT_LT(result.kinetic_energy_per_grain_J, result.rest_limit_J);
+    EXPECT_LT(*result.mean_force_over_weight, 0.05);
+}
+
+TEST(Pour, HardCasesComeToRest) {
+    const test::Folder folder;
+    const auto run = [&](const char* name, const Shape& shape, const char* container, PackingConfig config, double overlap = 0.02) {
+        const PourResult result = pour_with_capsules(one(shape), parse_container(container), config, folder.path() / name);
+        std::printf("  %s: %ld grains, %ld steps, %.1f s\n", name, result.grains, result.steps, result.wall_time_s);
+        expect_sound(result, overlap);
+        return result;
+    };
+    run("one grain", paper_shape("tetrapod", 0.53), "cylinder:0.05,0.15", {.grains = 1});
+    run("two grains", paper_shape("tetrapod", 0.53), "cylinder:0.05,0.15", {.grains = 2});
+    run("needle tetrapods", paper_shape("tetrapod", 0.43), "cylinder:0.07,0.4", {.grains = 20, .batch_grains = 4});
+    run("needle dolosse, dropped from 1 m", paper_shape("dolos", 0.43), "cylinder:0.08,1.1", {.grains = 15, .batch_grains = 4}, 0.05);
+    run("tetrahedra", paper_shape("tetrahedron", 0.81), "cylinder:0.05,0.2", {.grains = 30, .batch_grains = 4});
+    // Without friction a bed in a cylinder may turn about the axis for ever.
+    run("no friction", paper_shape("tetrapod", 0.81), "box:0.045,0.045,0.25",
+        {.grains = 30, .friction = 0.0, .wall_friction = 0.0, .rest_energy_fraction = 1e-4, .settle_time_s = 10.0});
+    run("no restitution", paper_shape("tetrapod", 0.81), "cylinder:0.05,0.2",
+        {.grains = 30, .normal_damping = 0.99, .tangential_damping = 0.9});
+    run("a grain as wide as the container", paper_shape("tetrapod", 0.53), "cylinder:0.0335,0.2", {.grains = 5, .batch_grains = 1});
+    run("from a lattice, in a box", paper_shape("tetrapod", 0.81), "box:0.07,0.07,0.3", {.fill = "lattice", .grains = 40});
+    PackingConfig stiff{.grains = 10, .normal_stiffness_N_per_m = 1e6, .tangential_stiffness_N_per_m = 5e5, .time_step_s = 2e-5};
+    EXPECT_TRUE(has(test::message_of<UserError>([&] { (void)pour(paper_shape("tetrapod", 0.81), "cylinder:0.05,0.2", stiff, folder); }),
+                    "too long"));
+}
+
+TEST(Pour, PeriodicSidesAndMixtures) {
+    const test::Folder folder;
+    Container box = parse_container("box:0.07,0.07,0.25");
+    box.periodic = {true, true, false};
+    std::vector<ShapeShare> mixture = {{.shape = paper_shape("tetrapod", 0.81), .number_fraction = 0.5},
+                                       {.shape = paper_shape("sphere", 1.0), .number_fraction = 0.5}};
+    const PourResult result = pour_with_capsules(mixture, box, {.fill = "lattice", .grains = 60}, folder.path() / "run");
+    expect_sound(result);
+    EXPECT_EQ(result.grains, 60);
+    for (const Body& body : result.packing.bodies)
+        for (const int axis : {0, 1}) {
+            EXPECT_GE(body.position_m[axis], 0.0);
+            EXPECT_LE(body.position_m[axis], 0.07);
+        }
+    // Some grain lies across a face, else the faces were walls.
+    bool across = false;
+    for (const Body& body : result.packing.bodies) {
+        const Bounds bounds = bounds_of(world_capsules(result.packing, body));
+        across = across || bounds.low.x() < -0.001 || bounds.high.x() > 0.071;
+    }
+    EXPECT_TRUE(across);
+    box.periodic[2] = true;
+    EXPECT_TRUE(has(test::message_of<UserError>([&] { (void)pour_with_capsules(mixture, box, {.grains = 5}, folder.path() / "z"); }),
+                    "cannot be periodic"));
+}
+
+TEST(Pour, AllAxesParallel) {
+    // Equal rods on a lattice, all along y, dropped: contacts of exactly parallel axes everywhere.
+    const Shape rod = make_preset("rod", 0.01, 0.02);
+    CapsuleDem dem(parse_container("box:0.0515,0.04,0.2"), {rod}, 1000.0, {}, {.time_step_s = 2e-5});
+    const Quaternion turn = Quaternion::FromTwoVectors(Vec3(rod.capsules[0].b - rod.capsules[0].a), Vec3(Vec3::UnitY()));
+    for (int i = 0; i < 20; ++i) dem.add(0, Vec3(0.0055 + 0.0101 * (i % 5), 0.02, 0.006 + 0.012 * (i / 5)), turn);
+    dem.step(40000);
+    const DemRest rest = dem.rest();
+    EXPECT_LT(rest.kinetic_energy_per_grain_J, 1e-6 * dem.grain(0).mass_kg * 9.81 * 0.01);
+    EXPECT_LT(rest.largest_overlap_m, 1e-4);
+    for (std::size_t i = 0; i < dem.size(); ++i) EXPECT_GT(std::abs((dem.pose(i).orientation * turn.conjugate()).w()), 0.999) << i;
+}
+
+TEST(Pour, CreatedOverlapping) {
+    const Shape tetrapod = paper_shape("tetrapod", 0.81);
+    CapsuleDem dem(parse_container("cylinder:0.1,0.5"), {tetrapod}, 1000.0, {}, {.time_step_s = 1e-5});
+    for (int i = 0; i < 4; ++i) dem.add(0, Vec3(0.002 * i, 0.0, 0.02 + 0.001 * i), Quaternion::Identity());
+    dem.step(100000);
+    const DemRest rest = dem.rest();
+    EXPECT_TRUE(std::isfinite(rest.kinetic_energy_per_grain_J));
+    EXPECT_LT(rest.largest_overlap_m, 0.01 * 0.0065);
+}
+
+TEST(Pour, SleepersChangeNothingThatCounts) {
+    // One pour is chaotic: with and without sleepers the grains lie elsewhere, but as densely. Five seeds each.
+    const test::Folder folder;
+    const auto porosities = [&](bool sleep) {
+        std::vector<double> values;
+        for (long seed = 1; seed <= 5; ++seed) {
+            const PourResult result = pour_with_capsules(one(paper_shape("tetrapod", 0.81)), parse_container("cylinder:0.04,0.25"),
+                                                         {.seed = seed, .grains = 70, .batch_grains = 6, .sleep = sleep},
+                                                         folder.path() / (std::to_string(seed) + (sleep ? "s" : "a")));
+            values.push_back(porosity(Grains(result.packing), result.packing.container, {0.01, 0.055}, 4000).value);
+        }
+        double mean = 0.0, squares = 0.0;
+        for (const double value : values) mean += value / 5.0;
+        for (const double value : values) squares += (value - mean) * (value - mean) / 4.0;
+        return std::pair(mean, std::sqrt(squares / 5.0));
+    };
+    const auto [asleep, asleep_error] = porosities(true);
+    const auto [awake, awake_error] = porosities(false);
+    std::printf("  porosity %.4f +- %.4f with sleepers, %.4f +- %.4f without\n", asleep, asleep_error, awake, awake_error);
+    EXPECT_NEAR(asleep, awake, 3.0 * std::hypot(asleep_error, awake_error));
+}
+
+TEST(Pour, AKilledPourGoesOnWithTheSameBits) {
+    const test::Folder folder;
+    const std::string text =
+        "[shape]\nkind = \"tetrapod\"\nsphericity = 0.81\nvolume_m3 = 7.33e-7\n[container]\nkind = \"cylinder\"\ndiameter_m = "
+        "0.05\nheight_m = 0.2\n"
+        "[packing]\nengine = \"capsule\"\ngrains = 60\nbatch_grains = 2\nsnapshot_interval_s = 0.2\n";
+    folder.write("whole/case.toml", text);
+    folder.write("killed/case.toml", text);
+    ASSERT_EQ(test::porepack("pack " + test::quoted(folder.path() / "whole")).exit_code, 0);
+    const Path snapshot = folder.path() / "killed" / "results" / ".pack.running" / "snapshot.bin";
+    for (double seconds = 0.3; seconds < 20.0 && !std::filesystem::exists(snapshot); seconds *= 1.3)
+        (void)test::porepack("pack " + test::quoted(folder.path() / "killed"), "timeout -s KILL " + std::to_string(seconds));
+    ASSERT_TRUE(std::filesystem::exists(snapshot));
+    const auto rest = test::porepack("pack " + test::quoted(folder.path() / "killed"));
+    EXPECT_EQ(rest.exit_code, 0) << rest.err;
+    EXPECT_TRUE(has(rest.err, "goes on from"));
+    const Path packing = Path("results") / "pack" / "packing.json";
+    EXPECT_EQ(sha256_of_file(folder.path() / "whole" / packing), sha256_of_file(folder.path() / "killed" / packing));
+    EXPECT_FALSE(std::filesystem::exists(folder.path() / "killed" / "results" / "pack" / "snapshot.bin"));
+}
+
+}  // namespace
+}  // namespace porepack
