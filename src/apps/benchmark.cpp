@@ -61,7 +61,7 @@ Json shapes_benchmark() {
 }  // namespace
 
 const std::vector<std::string>& benchmark_names() {
-    static const std::vector<std::string> names = {"coverage", "cross-check", "foam", "lbm", "shapes", "speed-error"};
+    static const std::vector<std::string> names = {"coverage", "cross-check", "foam", "lbm", "packing", "shapes", "speed-error"};
     return names;
 }
 
@@ -75,6 +75,8 @@ Json run_benchmark(const std::string& name, const std::vector<Path>& cases, cons
         result = foam_benchmark(folder);
     else if (name == "lbm")
         result = lbm_benchmark(folder);
+    else if (name == "packing")
+        result = packing_benchmark(quick, folder);
     else if (name == "speed-error")
         result = speed_error_benchmark(quick, folder);
     else if (name == "shapes")

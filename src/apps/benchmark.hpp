@@ -20,6 +20,9 @@ namespace porepack {
 [[nodiscard]] Json foam_benchmark(const Path& folder);
 /// A packing as OpenFOAM takes it.
 [[nodiscard]] FoamScene foam_scene(const Packing& packing, const Section& section, double grain_size_m);
+/// Both packing engines: porosity of several packings, seconds against the clumps' surface tolerance; writes packing_engines.svg into
+/// `folder`.
+[[nodiscard]] Json packing_benchmark(bool quick, const Path& folder);
 /// Error against cost of both solvers and the paper's scheme; writes speed_error.svg and .csv into `folder` (or ./speed_error).
 [[nodiscard]] Json speed_error_benchmark(bool quick, const Path& folder);
 /// Writes <name>.json and plots into `folder` unless it is empty. Throws UserError for a name that is not known.

@@ -14,7 +14,7 @@ namespace {
 // Bodies are dealt to lanes in blocks; each lane adds up its own loads, and the lanes are added in their order: so the sums do not
 // depend on the number of threads.
 constexpr std::size_t lanes = 4, block = 16;
-constexpr std::int32_t quiet_steps = 300;
+constexpr std::int32_t quiet_steps = 50;
 
 Eigen::Vector4d turn_rate(const Vec3& omega, const Quaternion& q) {
     return 0.5 * (Quaternion(0.0, omega.x(), omega.y(), omega.z()) * q).coeffs();
@@ -217,7 +217,7 @@ void CapsuleDem::finish(Moving& body) {
     const double g = options_.gravity_m_per_s2.norm();
     const double energy = 0.5 * body.v.squaredNorm() + 0.5 * body.momentum.dot(body.omega) / kind.body.mass_kg;
     const Vec3 net = body.force / kind.body.mass_kg + options_.gravity_m_per_s2;
-    const bool quiet = energy < 1e-5 * g * kind.diameter && net.norm() < 0.02 * g;
+    const bool quiet = energy < 1e-3 * g * kind.diameter && net.norm() < 0.3 * g;
     body.quiet = quiet ? body.quiet + 1 : 0;
 }
 

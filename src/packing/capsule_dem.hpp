@@ -28,9 +28,9 @@ struct DemOptions {
     double time_step_s = 1e-5;
     Vec3 gravity_m_per_s2 = Vec3(0.0, 0.0, -9.81);
     Integrator integrator = Integrator::verlet;
-    bool sleep =
-        false;  ///< grains at rest are left out until the force on one of their contacts changes by `wake_fraction` of their weight
-    double wake_fraction = 0.05;
+    bool sleep = false;  ///< grains at rest are left out until the force on one of their contacts changes by `wake_fraction` of their
+                         ///< weight; the pour wakes all at the end
+    double wake_fraction = 0.5;
     double skin_m = 0.0;  ///< capsules nearer than this are watched; 0: a quarter of the smallest diameter
 };
 

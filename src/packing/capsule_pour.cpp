@@ -148,9 +148,10 @@ PourResult pour_with_capsules(const std::vector<ShapeShare>& shapes, const Conta
             throw NumericalError(fmt::format("energy grows: by {:.3g} J in {} steps", energy - energy_before, part),
                                  {.allowed = "it falls once nothing is poured", .mend = "shorten time_step_s"});
         energy_before = energy;
-        const bool balanced = rest.mean_force_over_weight < 0.02;  // not just turning round
+        const bool last_phase = !config.sleep || at.calm;
+        const bool balanced = !last_phase || rest.mean_force_over_weight < 0.02;  // not just turning round
         if (rest.kinetic_energy_per_grain_J < limit && balanced && dem.steps() - at.settled_at > interval) {
-            if (!config.sleep || at.calm) break;
+            if (last_phase) break;
             // All are woken once more: the packing must be at rest without sleepers.
             at.calm = true;
             at.settled_at = dem.steps();
