@@ -282,7 +282,7 @@ Vec3 find_pore_point(const PhaseImage& image, const Container& container) {
 }
 
 FoamResult foam_permeability(const FoamScene& scene, const FoamConfig& config, double cell_size_m, const Path& cases, const Path& folder) {
-    for (const char* program : {"surfaceCheck", "blockMesh", "snappyHexMesh", "checkMesh", "simpleFoam"})
+    for (const char* program : {"blockMesh", "snappyHexMesh", "checkMesh", "simpleFoam", "surfaceCheck"})
         require_program(program, "openfoam");
     const auto& periodic = scene.container.periodic;
     if (scene.container.any_periodic() && !(periodic[0] && periodic[1] && periodic[2]))

@@ -6,7 +6,7 @@
 namespace porepack {
 
 struct PackingConfig {
-    std::string engine = "liggghts";
+    std::string engine = "capsule";
     std::string file = {};
     std::string fill = "batches";
     long seed = 1;

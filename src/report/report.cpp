@@ -134,6 +134,8 @@ Section packing_section(const ReportInput& input) {
         number(at(input, stage + "/porosity_bed_uncertainty"), "± {:.1e} (quadrature)"));
     add("largest overlap of grains / d", number(at(input, stage + "/largest_overlap_relative_to_diameter")), "");
     add("contacts", number(at(input, stage + "/contacts"), "{:.0f}"), "");
+    add("coordination number (touching grains a grain)", number(at(input, stage + "/coordination_number"), "{:.2f}"), "");
+    add("net force on a grain / its weight, mean", number(at(input, stage + "/mean_force_over_weight"), "{:.1e}"), "");
     const Json& z = at(input, "voxelise/section_m");
     if (z.is_array()) add("section", fmt::format("z = {:.4g} to {:.4g} m", z[0].get<double>(), z[1].get<double>()), "");
     return section;
@@ -220,6 +222,13 @@ void add_plots(const ReportInput& input, const Path& folder, std::vector<Section
         section("Falling head")
             .pictures.emplace_back("falling_head.svg",
                                    "Predicted level over time (Eq. 18, without the inertia of the water column and without the meshes).");
+    if (fs::exists(input.speed_error)) {
+        fs::copy_file(input.speed_error, folder / "speed_error.svg", fs::copy_options::overwrite_existing);
+        section("Cost").pictures.emplace_back(
+            "speed_error.svg",
+            "What accuracy costs: error of k against core seconds of both solvers and of the paper's scheme, on "
+            "flows of known answer and one packing (measured once: porepack benchmark speed-error).");
+    }
     const Path flow = input.stage_folders / "lbm" / "flow.vti";
     if (fs::exists(flow)) {
         const double top = draw_speed_slice(flow, folder / "speed.png");

@@ -126,7 +126,7 @@ TEST(Blocked, DoesNotPercolate) {
 
 TEST(Engines, AMissingOneHasItsMessage) {
     const test::Folder folder;
-    folder.write("case.toml", head + "[packing]\ngrains = 2\n");
+    folder.write("case.toml", head + "[packing]\nengine = \"liggghts\"\ngrains = 2\n");
     const auto pack = porepack("pack " + quoted(folder.path()), "PATH=/nowhere");
     EXPECT_EQ(pack.exit_code, 4);
     EXPECT_TRUE(has(pack.err, "liggghts is not installed"));
@@ -142,7 +142,7 @@ TEST(Engines, AMissingOneHasItsMessage) {
 TEST(Engines, AFailingOneShowsItsLog) {
     REQUIRE_PROGRAM("liggghts");
     const test::Folder folder;
-    folder.write("case.toml", head + "[packing]\ngrains = 2\n");
+    folder.write("case.toml", head + "[packing]\nengine = \"liggghts\"\ngrains = 2\n");
     const auto with_template = [&](const std::string& text) {
         std::filesystem::create_directories(folder.path() / "home");
         std::filesystem::copy(Path(POREPACK_SOURCE_FOLDER) / "liggghts_templates", folder.path() / "home/liggghts_templates",

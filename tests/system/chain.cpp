@@ -33,10 +33,14 @@ cell_size_m = 0.0015
 meshes = 1
 )";
 
+std::string with_liggghts(std::string text) {
+    return text.replace(text.find("[packing]\n"), 10, "[packing]\nengine = \"liggghts\"\n");
+}
+
 TEST(Chain, PoursReadsBackAndRerunsToTheSameBytes) {
     REQUIRE_PROGRAM("liggghts");
     const test::Folder folder;
-    folder.write("case.toml", small_case);
+    folder.write("case.toml", with_liggghts(small_case));
     const auto first = porepack("pack --json " + quoted(folder.path()));
     ASSERT_EQ(first.exit_code, 0) << first.err;
     const Json result = first.json();
@@ -60,10 +64,11 @@ TEST(Chain, PosesOfOtherShapesComeBackToo) {
     REQUIRE_PROGRAM("liggghts");
     for (const std::string kind : {"rod", "dolos", "sphere"}) {
         const test::Folder folder;
-        folder.write("case.toml",
-                     "[shape]\nkind = \"" + kind + "\"\ndiameter_m = 0.005\n" + (kind == "sphere" ? "" : "length_m = 0.008\n") +
-                         "[container]\nkind = \"box\"\nsize_m = [0.04, 0.04, 0.1]\n[packing]\ngrains = 4\nrest_energy_fraction = "
-                         "0.1\nhorizontal_speed_m_per_s = 0\n[geometry]\nsection_m = [0.0, 0.005]\n");
+        folder.write("case.toml", "[shape]\nkind = \"" + kind + "\"\ndiameter_m = 0.005\n" +
+                                      (kind == "sphere" ? "" : "length_m = 0.008\n") +
+                                      "[container]\nkind = \"box\"\nsize_m = [0.04, 0.04, 0.1]\n[packing]\nengine = \"liggghts\"\ngrains = "
+                                      "4\nrest_energy_fraction = "
+                                      "0.1\nhorizontal_speed_m_per_s = 0\n[geometry]\nsection_m = [0.0, 0.005]\n");
         const auto output = porepack("pack --json " + quoted(folder.path()));
         ASSERT_EQ(output.exit_code, 0) << kind << output.err;
         EXPECT_LT(output.json()["pose_error_relative_to_diameter"].get<double>(), 1e-6) << kind;
@@ -89,6 +94,7 @@ kind = "cylinder"
 diameter_m = 0.05
 height_m = 0.1
 [packing]
+engine = "liggghts"
 grains = 5
 [geometry]
 section_m = [0.0, 0.004]
@@ -103,7 +109,6 @@ section_m = [0.0, 0.004]
 }
 
 TEST(Chain, TheQuickstartInReducedSize) {
-    REQUIRE_PROGRAM("liggghts");
     REQUIRE_PROGRAM("simpleFoam");
     const test::Folder folder;
     folder.write("case.toml", small_case);
@@ -176,7 +181,6 @@ TEST(Chain, TheOwnStlCaseInReducedSize) {
 }
 
 TEST(Chain, SeveralSeedsGiveTheScatterBetweenPackings) {
-    REQUIRE_PROGRAM("liggghts");
     const test::Folder folder;
     std::string text = small_case;
     text.replace(text.find("grains = 8"), 10, "grains = 8\nseeds = 3");
@@ -202,7 +206,7 @@ TEST(Chain, GoesOnAfterAKillAndAfterCtrlC) {
     REQUIRE_PROGRAM("liggghts");
     for (const int signal : {SIGKILL, SIGINT}) {
         const test::Folder folder;
-        std::string text = small_case;
+        std::string text = with_liggghts(small_case);
         text.replace(text.find("grains = 8"), 10, "grains = 24");
         folder.write("case.toml", text);
         const Path results = folder.path() / "results";
