@@ -388,6 +388,15 @@ void CapsuleDem::look_at_pairs(std::size_t i, std::vector<Touch>& touches, std::
     if (touches.size() > 1) share_places(list, touches, 0.25 * kinds_[body.kind].diameter);
 }
 
+// A contact that was not there in the last step, unless both slept since: then it was there, but not looked at, and its spring holds.
+bool CapsuleDem::is_new(std::int64_t touched, const Moving& body, const Moving& other) const {
+    if (touched >= steps_ - 1) return false;
+    const auto slept_since = [&](const Moving& one) {
+        return one.slept_at >= 0 && one.slept_at <= touched + 1 && (one.asleep != 0 || one.woke_at >= steps_ - 1);
+    };
+    return !slept_since(body) || !slept_since(other);
+}
+
 void CapsuleDem::watch_sleeper(std::size_t i, Pair& pair, const Vec3& force) {
     const Moving& sleeper = bodies_[i].asleep != 0 ? bodies_[i] : bodies_[pair.other];
     if (sleeper.slept_at == steps_ - 1) pair.base_force = force;
@@ -406,8 +415,8 @@ void CapsuleDem::pair_forces(std::size_t i, std::vector<Load>& loads, std::size_
         const Vec3 lever = touch.at - body.x, other_lever = touch.at - other.x - touch.shift;
         const Vec3 velocity = body.v_contact + body.omega.cross(lever) - other.v_contact - other.omega.cross(other_lever);
         const double other_mass = kinds_[other.kind].body.mass_kg, mass = own_mass * other_mass / (own_mass + other_mass);
-        const Vec3 force =
-            contact(touch.normal, touch.overlap, velocity, mass, law_.friction, touch.share, pair.spring, pair.touched < steps_ - 1);
+        const Vec3 force = contact(touch.normal, touch.overlap, velocity, mass, law_.friction, touch.share, pair.spring,
+                                   is_new(pair.touched, body, other));
         pair.touched = steps_;
         loads[i].force -= force;
         loads[i].torque -= lever.cross(force);
@@ -428,8 +437,8 @@ void CapsuleDem::wall_forces(std::size_t i, std::vector<Load>& loads) {
         const Vec3 lever = place + (kind.nodes[node].radius - overlap) * outward - body.x;
         WallSpring& spring = walls_[body.first_wall + node * walls + wall];
         const Vec3 velocity = body.v_contact + body.omega.cross(lever);
-        const Vec3 force =
-            contact(outward, overlap, velocity, kind.body.mass_kg, law_.wall_friction, 1.0, spring.spring, spring.touched < steps_ - 1);
+        const Vec3 force = contact(outward, overlap, velocity, kind.body.mass_kg, law_.wall_friction, 1.0, spring.spring,
+                                   is_new(spring.touched, body, body));
         spring.touched = steps_;
         loads[i].force -= force;
         loads[i].torque -= lever.cross(force);
@@ -480,6 +489,7 @@ void CapsuleDem::fall_asleep_or_wake() {
             Moving& body = bodies_[i];
             if (body.asleep == 0) continue;
             body.asleep = 0;
+            body.woke_at = steps_;
             body.quiet = 0;
             body.fresh = 2;
             // Its contacts with other sleepers were not looked at in this step: it starts from balance.

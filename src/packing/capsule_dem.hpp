@@ -121,7 +121,7 @@ private:
         std::uint32_t kind = 0, first_arm = 0, first_wall = 0;
         std::int32_t quiet = 0;                        // steps at rest
         std::uint8_t asleep = 0, wake = 0, fresh = 3;  // fresh: steps without a history
-        std::int64_t slept_at = -1;
+        std::int64_t slept_at = -1, woke_at = -3;
         Derivative before, before_that;
     };
     struct Pair {
@@ -160,6 +160,7 @@ private:
     [[nodiscard]] bool touch_of(std::size_t body, std::size_t pair, Touch& touch, double& gap) const;
     static void share_places(const std::vector<Pair>& pairs, std::vector<Touch>& touches, double reach);
     void pair_forces(std::size_t body, std::vector<Load>& loads, std::size_t& looked_at, std::vector<Touch>& touches);
+    [[nodiscard]] bool is_new(std::int64_t touched, const Moving& body, const Moving& other) const;
     void watch_sleeper(std::size_t body, Pair& pair, const Vec3& force);
     void wall_forces(std::size_t body, std::vector<Load>& loads);
     [[nodiscard]] Vec3 contact(const Vec3& normal, double overlap, const Vec3& velocity, double mass, double friction, double share,
