@@ -18,8 +18,8 @@ namespace porepack {
 [[nodiscard]] Json cross_check_benchmark(const std::vector<Path>& cases, const Path& folder);
 /// OpenFOAM on flows of known answer; its cases lie in `folder` (or ./foam_verification).
 [[nodiscard]] Json foam_benchmark(const Path& folder);
-/// A packing as OpenFOAM takes it.
-[[nodiscard]] FoamScene foam_scene(const Packing& packing, const Section& section, double grain_size_m);
+/// A packing as OpenFOAM takes it; `deviation` of its surface over the grain's size.
+[[nodiscard]] FoamScene foam_scene(const Packing& packing, const Section& section, double grain_size_m, double deviation = 0.003);
 /// Both packing engines: porosity of several packings, seconds against the clumps' surface tolerance; writes packing_engines.svg into
 /// `folder`.
 [[nodiscard]] Json packing_benchmark(bool quick, const Path& folder);

@@ -292,5 +292,18 @@ TEST(Percolation, AChannelThatTurnsBackThroughAFaceDoesNotWind) {
     }
 }
 
+TEST(Voxels, NarrowGapsAreThoseBetweenSolids) {
+    // Along x: solid, a gap of two, solid, a gap of three, solid; open at nothing else than its ends along y and z.
+    PhaseImage image{.grid = {.cells = {8, 3, 3}}, .phase = std::vector<std::uint8_t>(72, pore), .notes = {}};
+    for (int k = 0; k < 3; ++k)
+        for (int j = 0; j < 3; ++j)
+            for (const int i : {0, 3, 7}) image.phase[image.grid.index(i, j, k)] = grain;
+    EXPECT_DOUBLE_EQ(narrow_fraction(image, 1), 0.0);
+    EXPECT_DOUBLE_EQ(narrow_fraction(image, 2), 2.0 / 5.0);
+    EXPECT_DOUBLE_EQ(narrow_fraction(image, 3), 1.0);
+    std::fill(image.phase.begin(), image.phase.end(), grain);
+    EXPECT_DOUBLE_EQ(narrow_fraction(image, 3), 0.0);
+}
+
 }  // namespace
 }  // namespace porepack
