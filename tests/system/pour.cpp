@@ -147,5 +147,21 @@ TEST(Pour, AKilledPourGoesOnWithTheSameBits) {
     EXPECT_FALSE(std::filesystem::exists(folder.path() / "killed" / "results" / "pack" / "snapshot.bin"));
 }
 
+// The paper's packing at its size: what lies in the case comes out again, to the chance of another machine's last bits.
+TEST(PourLong, ThePapersPackingComesOutAgain) {
+    const test::Folder folder;
+    const Path source = Path(POREPACK_SOURCE_FOLDER) / "cases" / "paper_packing";
+    folder.write("case.toml", read_text(source / "case.toml"));
+    const auto run = test::porepack("pack --json " + test::quoted(folder.path()));
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    const Packing kept = read_packing(source / "settled" / "tetrapod_053.json.gz");
+    const double expected = porosity(Grains(kept), kept.container, {0.03, 0.32}, 20000).value;
+    const Packing made = read_packing(folder.path() / "results" / "pack" / "packing.json");
+    const double found = porosity(Grains(made), made.container, {0.03, 0.32}, 20000).value;
+    std::printf("  central porosity %.4f, kept %.4f; %zu and %zu grains\n", found, expected, made.bodies.size(), kept.bodies.size());
+    EXPECT_NEAR(found, expected, 0.01);
+    EXPECT_NEAR(found, 0.70, 0.015);  // the paper's DEM
+}
+
 }  // namespace
 }  // namespace porepack
