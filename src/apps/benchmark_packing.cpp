@@ -19,7 +19,7 @@
 namespace porepack {
 namespace {
 
-constexpr const char* container_text = "cylinder:0.05,0.45";
+constexpr const char* container_text = "cylinder:0.04,0.45";
 constexpr int rings = 5;
 
 struct Bed {
@@ -125,7 +125,7 @@ Json packing_benchmark(bool quick, const Path& output) {
     const Path folder = output.empty() ? Path("packing_engines") : output;
     make_folder(folder);
     const Container container = parse_container(container_text);
-    const long grains = quick ? 40 : 100;
+    const long grains = quick ? 60 : 100;
     const long processes = std::min(2, thread_count());
     const auto shape_of = [](const char* kind, double sphericity) -> std::vector<ShapeShare> {
         const Dimensions size = dimensions_for(kind, sphericity, 7.33e-7, Cavity::filled);
@@ -187,7 +187,8 @@ Json packing_benchmark(bool quick, const Path& output) {
     const PourPlan plan = plan_pour(tetrapod, container, lattice);
     const DemOptions options{.time_step_s = plan.time_step_s};
     CapsuleDem falling(container, {tetrapod[0].shape}, lattice.density_kg_per_m3, contact_law(lattice), options);
-    for (const Newcomer& grain : make_batches(tetrapod, container, lattice, plan.drop_height_m, grains).batches.front())
+    const Pour start = make_batches(tetrapod, container, lattice, plan.drop_height_m, grains);
+    for (const Newcomer& grain : start.batches.front())
         falling.add(grain.shape, grain.position_m, grain.orientation, grain.velocity_m_per_s);
     CapsuleDem settled(container, {tetrapod[0].shape}, lattice.density_kg_per_m3, contact_law(lattice), options);
     for (const Body& body : exact.packing.bodies) settled.add(body.shape, body.position_m, body.orientation);
@@ -205,19 +206,19 @@ Json packing_benchmark(bool quick, const Path& output) {
                  first / falling_step, last / settled_step);
     }
     write_text(folder / "packing_engines.dat", data);
-    draw_plot(folder / "packing_engines.svg",
-              "set terminal svg size 900,380 font 'DejaVu Sans,12' background 'white'\nset output 'packing_engines.svg'\n"
-              "set multiplot layout 1,2\nset grid\nset logscale x\nset xlabel 'surface tolerance of the clumps / d'\nset key top "
-              "right\nset xrange [0.003:0.2]\n"
-              "stats 'packing_engines.dat' every ::0::0 using 2:3 nooutput\n"
-              "set logscale y\nset ylabel 'us a grain and step (2 cores)'\n"
-              "stats 'packing_engines.dat' every ::0::0 using 5:6 name 'S' nooutput\n"
-              "plot 'packing_engines.dat' every ::1 using 1:5 with linespoints pt 7 title 'LIGGGHTS, falling', '' every ::1 using 1:6 with "
-              "linespoints pt 5 title "
-              "'LIGGGHTS, settled', S_min_x with lines dt 2 title 'capsules, falling', S_min_y with lines dt 3 title 'capsules, settled'\n"
-              "unset logscale y\nset ylabel 'central porosity'\n"
-              "plot 'packing_engines.dat' every ::1 using 1:3 with linespoints pt 7 title 'LIGGGHTS', STATS_min_y with lines dt 2 title "
-              "'capsules'\nunset multiplot\n");
+    const double scale = 1e6 / static_cast<double>(grains);
+    draw_plot(
+        folder / "packing_engines.svg",
+        fmt::format(
+            "set terminal svg size 900,380 font 'DejaVu Sans,12' background 'white'\nset output 'packing_engines.svg'\n"
+            "set multiplot layout 1,2\nset grid\nset logscale x\nset xlabel 'surface tolerance of the clumps / d'\nset xrange [0.003:0.2]\n"
+            "set logscale y\nset yrange [0.1:*]\nset ylabel 'us a grain and step'\n"
+            "plot 'packing_engines.dat' every ::1 using 1:5 with linespoints pt 7 title 'LIGGGHTS, falling', '' every ::1 using 1:6 with "
+            "linespoints pt 5 title 'LIGGGHTS, settled', {} with lines dt 2 title 'capsules, falling', {} with lines dt 3 title 'capsules, "
+            "settled'\nunset logscale y\nset yrange [*:*]\nset ylabel 'central porosity'\n"
+            "plot 'packing_engines.dat' every ::1 using 1:3 with linespoints pt 7 title 'LIGGGHTS', {} with lines dt 2 title "
+            "'capsules'\nunset multiplot\n",
+            scale * falling_step, scale * settled_step, measure_bed(exact.packing, 0.0).porosity_central));
     return {{"shapes", shapes}, {"tolerances", tolerances}, {"grains", grains}, {"cores", processes}};
 }
 

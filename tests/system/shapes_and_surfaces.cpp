@@ -12,7 +12,8 @@ using test::quoted;
 TEST(Mixture, IsPouredAndComesBackShapeByShape) {
     REQUIRE_PROGRAM("liggghts");
     const test::Folder folder;
-    const std::string container = "[container]\nkind = \"cylinder\"\ndiameter_m = 0.05\nheight_m = 0.12\n[packing]\ngrains = 8\n";
+    const std::string container =
+        "[container]\nkind = \"cylinder\"\ndiameter_m = 0.05\nheight_m = 0.12\n[packing]\nengine = \"liggghts\"\ngrains = 8\n";
     const std::string pod = "[[shape.component]]\nnumber_fraction = 0.5\nkind = \"tetrapod\"\nsphericity = 0.6\nvolume_m3 = 4e-7\n";
     const std::string star =
         "[[shape.component]]\nnumber_fraction = 0.5\nkind = \"star\"\narms = 5\ndiameter_m = 0.003\nlength_m = 0.007\n";
