@@ -178,7 +178,7 @@ void draw_error_against_seconds(const Json& rows, const Path& folder) {
         if (names.empty() || names.back() != name) {
             data += (names.empty() ? "" : "\n\n") + std::string("# ") + name + "\n";
             plot += fmt::format("{} '{}' index {} using 1:2 with linespoints pt 7 title \"{}\"", names.empty() ? "plot" : ",",
-                                (folder / "error_against_seconds.dat").string(), names.size(), name);
+                                "error_against_seconds.dat", names.size(), name);
             names.push_back(name);
         }
         data += fmt::format("{:.6g} {:.6g}\n", row["seconds"].get<double>(), std::abs(100.0 * row["error"].get<double>()));

@@ -178,7 +178,7 @@ void draw(const std::vector<Row>& rows, const Path& folder) {
         if (std::find(targets.begin(), targets.end(), row.target) == targets.end()) targets.push_back(row.target);
         if (std::find(methods.begin(), methods.end(), row.method) == methods.end()) methods.push_back(row.method);
     }
-    const std::string file = (folder / "speed_error.dat").string();
+    const std::string file = "speed_error.dat";  // beside the script
     std::string data,
         commands = fmt::format(
             "set multiplot layout {},2\nset logscale xy\nset grid\nset key outside bottom center horizontal maxcols 3 samplen 1 "
@@ -210,7 +210,7 @@ void draw(const std::vector<Row>& rows, const Path& folder) {
         add_block(front, "lines lw 8 lc rgb '#a0c0c0c0' title 'Pareto front'");
         commands += "\n";
     }
-    write_text(file, data);
+    write_text(folder / file, data);
     const double height = 460.0 * static_cast<double>((targets.size() + 1) / 2);
     for (const auto& [name, terminal] : {std::pair{"speed_error.svg", "svg size 1000,{} font 'DejaVu Sans,12' background 'white'"},
                                          {"speed_error.png", "pngcairo size 1000,{} font 'DejaVu Sans,10'"}})
