@@ -90,6 +90,10 @@ public:
     void load(std::istream& in, const std::string& where);
 
 private:
+    // Bodies are dealt to lanes in blocks; each lane adds up its own loads, and the lanes are added in their order: so the sums do not
+    // depend on the number of threads.
+    static constexpr std::size_t lanes = 4, block = 16;
+
     struct Arm {
         Vec3 start, along;  // in the body frame
         double radius;
@@ -190,8 +194,8 @@ private:
         double offset;
     };
     std::vector<Plane> planes_;
-    double cylinder_radius_ = 0.0;                     // 0: none
-    std::array<std::vector<std::uint32_t>, 4> woken_;  // by lane
+    double cylinder_radius_ = 0.0;                         // 0: none
+    std::array<std::vector<std::uint32_t>, lanes> woken_;  // by lane
     double time_ = 0.0;
     long steps_ = 0;
     std::size_t looked_at_ = 0, sleepers_ = 0;
