@@ -109,7 +109,6 @@ private:
         double radius = 0.0;    // of the bounding sphere about the centre of mass
         double diameter = 0.0;  // smallest
         bool isotropic = false;
-        std::size_t first_arm = 0;
     };
     struct Derivative {
         Vec3 v = Vec3::Zero(), a = Vec3::Zero(), torque = Vec3::Zero();
@@ -123,8 +122,8 @@ private:
         Vec3 v_contact = Vec3::Zero();
         double travelled = 0.0, searched_at = -1e300;  // bounds of how far any of its points has moved
         std::uint32_t kind = 0, first_arm = 0, first_wall = 0;
-        std::int32_t quiet = 0;                        // steps at rest
-        std::uint8_t asleep = 0, wake = 0, fresh = 3;  // fresh: steps without a history
+        std::int32_t quiet = 0;              // steps at rest
+        std::uint8_t asleep = 0, fresh = 3;  // fresh: steps without a history
         std::int64_t slept_at = -1, woke_at = -3;
         Derivative before, before_that;
     };

@@ -101,6 +101,7 @@ void CapsuleDem::fall_asleep_or_wake() {
 }
 
 void CapsuleDem::wake_all() {
+    if (sleeping() == 0) return;  // the forces stay known: a run that goes on has the same bits
     for (std::size_t i = 0; i < bodies_.size(); ++i) woken_[0].push_back(static_cast<std::uint32_t>(i));
     fall_asleep_or_wake();
     primed_ = false;
