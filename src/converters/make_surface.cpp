@@ -17,6 +17,7 @@
 #include "core/interrupt.hpp"
 #include "core/log.hpp"
 #include "core/parallel.hpp"
+#include "shapes/segments.hpp"
 
 namespace porepack {
 namespace pmp = CGAL::Polygon_mesh_processing;
@@ -179,14 +180,8 @@ std::pair<Vec3, Vec3> nearest_stretch(const Capsule& p, const Capsule& q) {
         const double low = std::clamp(std::min(at_a, at_b), 0.0, length), high = std::clamp(std::max(at_a, at_b), 0.0, length);
         return {p.a + low * unit, p.a + high * unit};
     }
-    // Alternating projections onto two segments, from both ends: they converge to the nearest points, which are unique here.
-    Vec3 on_p = 0.5 * (p.a + p.b);
-    for (int round = 0; round < 200; ++round) {
-        const Vec3 next = closest_on_axis(p, closest_on_axis(q, on_p));
-        if ((next - on_p).norm() < 1e-14 * (1.0 + on_p.norm())) break;
-        on_p = next;
-    }
-    return {on_p, on_p};
+    const Vec3 nearest = closest_points({p.a, along}, {q.a, q.b - q.a}).on_first;
+    return {nearest, nearest};
 }
 
 std::vector<Contact> find_contacts(const std::vector<Grains::Image>& images, double reach) {

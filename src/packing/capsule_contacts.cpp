@@ -99,7 +99,7 @@ Vec3 CapsuleDem::contact(const Vec3& normal, double overlap, const Vec3& velocit
         const double now = spring.norm();
         if (now > 0.0) spring *= length / now;
     }
-    spring += options_.time_step_s * sliding;
+    spring += spring_time_ * sliding;
     // The spring alone, then spring and dashpot are cut to the friction's limit: a spring that the dashpot pulled would give back more than
     // was put in.
     const double most = friction * (law_.elastic_limit ? elastic : std::max(0.0, force));
@@ -256,7 +256,9 @@ void CapsuleDem::wall_forces(std::size_t i, std::vector<Load>& loads) {
         });
 }
 
-void CapsuleDem::forces() {
+// Over `spring_time` the friction springs stretch: a step, or nothing where the forces of a changed scene are found once more.
+void CapsuleDem::forces(double spring_time) {
+    spring_time_ = spring_time;
     const std::size_t n = bodies_.size();
     std::array<std::size_t, lanes> looked_at{};
 #pragma omp parallel for schedule(dynamic, 1) if (parallel_)

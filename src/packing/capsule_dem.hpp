@@ -7,7 +7,7 @@
 
 #include "packing/grain_body.hpp"
 #include "packing/packing.hpp"
-#include "packing/segments.hpp"
+#include "shapes/segments.hpp"
 
 namespace porepack {
 
@@ -157,7 +157,7 @@ private:
     void finish(Moving& body);
     void search();
     void search_one(std::size_t body);
-    void forces();
+    void forces(double spring_time);
     void find_touches(std::size_t body, std::vector<Touch>& touches) const;
     void look_at_pairs(std::size_t body, std::vector<Touch>& touches, std::size_t& looked_at);
     [[nodiscard]] bool touch_of(std::size_t body, std::size_t pair, Touch& touch, double& gap) const;
@@ -195,7 +195,7 @@ private:
     std::vector<Plane> planes_;
     double cylinder_radius_ = 0.0;                         // 0: none
     std::array<std::vector<std::uint32_t>, lanes> woken_;  // by lane
-    double time_ = 0.0;
+    double time_ = 0.0, spring_time_ = 0.0;
     long steps_ = 0;
     std::size_t looked_at_ = 0, sleepers_ = 0;
     bool parallel_ = false;

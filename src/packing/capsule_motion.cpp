@@ -126,7 +126,7 @@ void CapsuleDem::step(long steps) {
     for (long s = 0; s < steps; ++s) {
         if (!primed_) {
             search();
-            forces();
+            forces(0.0);
             for (std::size_t i = 0; i < n; ++i)
                 if (bodies_[i].asleep == 0) gather(i);
             primed_ = true;
@@ -137,7 +137,7 @@ void CapsuleDem::step(long steps) {
         for (std::size_t i = 0; i < n; ++i)
             if (bodies_[i].asleep == 0) advance(bodies_[i]);
         search();
-        forces();
+        forces(options_.time_step_s);
 #pragma omp parallel for schedule(static, block) if (parallel_)
         for (std::size_t i = 0; i < n; ++i)
             if (bodies_[i].asleep == 0) {

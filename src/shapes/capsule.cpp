@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "shapes/segments.hpp"
+
 namespace porepack {
 
 Vec3 closest_on_axis(const Capsule& capsule, const Vec3& point) {
@@ -78,25 +80,8 @@ std::optional<Interval> line_interval(const Capsule& capsule, const Vec3& origin
     return whole;
 }
 
-double axis_distance(const Capsule& first, const Capsule& second) {
-    const Vec3 u = first.b - first.a;
-    const Vec3 v = second.b - second.a;
-    const Vec3 w = first.a - second.a;
-    const double uu = u.squaredNorm();
-    const double vv = v.squaredNorm();
-    const double uv = u.dot(v);
-    const double uw = u.dot(w);
-    const double vw = v.dot(w);
-    const double determinant = uu * vv - uv * uv;
-    // Start on the first axis: the foot of the common perpendicular, or anywhere when the axes are parallel.
-    double s = determinant > 1e-14 * uu * vv ? std::clamp((uv * vw - vv * uw) / determinant, 0.0, 1.0) : 0.0;
-    const double t = vv > 0.0 ? std::clamp((uv * s + vw) / vv, 0.0, 1.0) : 0.0;
-    s = uu > 0.0 ? std::clamp((uv * t - uw) / uu, 0.0, 1.0) : 0.0;
-    double least = (w + s * u - t * v).norm();
-    // Clamping twice may miss the minimum for nearly parallel axes: the ends settle it.
-    for (const Vec3& end : {second.a, second.b}) least = std::min(least, (end - closest_on_axis(first, end)).norm());
-    for (const Vec3& end : {first.a, first.b}) least = std::min(least, (end - closest_on_axis(second, end)).norm());
-    return least;
+double gap(const Capsule& first, const Capsule& second) {
+    return closest_points({first.a, first.b - first.a}, {second.a, second.b - second.a}).distance - first.radius - second.radius;
 }
 
 void Bounds::add(const Capsule& capsule) {

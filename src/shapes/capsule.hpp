@@ -30,12 +30,8 @@ struct Interval {
 [[nodiscard]] double signed_distance(const std::vector<Capsule>& capsules, const Vec3& point);
 /// The part of the line origin + t direction (unit vector) inside the capsule; capsules are convex, so it is one interval.
 [[nodiscard]] std::optional<Interval> line_interval(const Capsule& capsule, const Vec3& origin, const Vec3& direction);
-/// Shortest distance between two axes (Lumelsky 1985), robust for parallel and degenerate segments.
-[[nodiscard]] double axis_distance(const Capsule& first, const Capsule& second);
 /// Distance between two surfaces; negative when they overlap.
-[[nodiscard]] inline double gap(const Capsule& first, const Capsule& second) {
-    return axis_distance(first, second) - first.radius - second.radius;
-}
+[[nodiscard]] double gap(const Capsule& first, const Capsule& second);
 
 struct Bounds {
     Vec3 low = Vec3::Constant(1e300);

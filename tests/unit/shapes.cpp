@@ -32,7 +32,7 @@ TEST(Capsule, LineIntervalAgreesWithTheDistance) {
     }
 }
 
-TEST(Capsule, AxisDistanceIsTheBruteForceMinimum) {
+TEST(Capsule, GapIsTheBruteForceMinimum) {
     std::mt19937 random(2);
     for (int i = 0; i < 3000; ++i) {
         Capsule p{random_point(random), random_point(random), 0.0}, q{random_point(random), random_point(random), 0.0};
@@ -44,8 +44,8 @@ TEST(Capsule, AxisDistanceIsTheBruteForceMinimum) {
             const Vec3 at = p.a + (p.b - p.a) * (k / 400.0);
             brute = std::min(brute, (at - closest_on_axis(q, at)).norm());
         }
-        EXPECT_LE(axis_distance(p, q), brute + 1e-12);
-        EXPECT_GE(axis_distance(p, q), brute - (p.b - p.a).norm() / 400.0);
+        EXPECT_LE(gap(p, q), brute + 1e-12);
+        EXPECT_GE(gap(p, q), brute - (p.b - p.a).norm() / 400.0);
     }
 }
 

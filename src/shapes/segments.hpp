@@ -1,4 +1,4 @@
-// Closest points of two capsules' axes, and where the capsules press on each other.
+// Closest points of two axes, and where two capsules press on each other.
 #pragma once
 
 #include <algorithm>
@@ -23,26 +23,28 @@ struct ClosestPoints {
     const Vec3 r = p.start - q.start;
     const double a = p.along.squaredNorm(), e = q.along.squaredNorm(), b = p.along.dot(q.along), c = p.along.dot(r), f = q.along.dot(r);
     const auto unit = [](double x) { return std::clamp(x, 0.0, 1.0); };
-    double s = 0.0, t = 0.0;
-    if (a > 0.0 && e > 0.0) {
-        const double determinant = a * e - b * b;
-        // Nearly parallel segments: any s in reach will do, for t and s are then taken in turn.
-        if (determinant > 1e-16 * a * e) s = unit((b * f - c * e) / determinant);
-        t = (b * s + f) / e;
-        if (t < 0.0 || t > 1.0) {
-            t = unit(t);
-            s = unit((b * t - c) / a);
-        } else {
-            s = unit((b * t - c) / a);
-            t = unit((b * s + f) / e);
-        }
-    } else if (a > 0.0) {
-        s = unit(-c / a);
-    } else if (e > 0.0) {
-        t = unit(f / e);
+    const auto points = [&](double s, double t) -> ClosestPoints {
+        const Vec3 x = p.start + s * p.along, y = q.start + t * q.along;
+        return {x, y, (x - y).norm()};
+    };
+    if (!(a > 0.0)) return points(0.0, e > 0.0 ? unit(f / e) : 0.0);
+    if (!(e > 0.0)) return points(unit(-c / a), 0.0);
+    const double determinant = a * e - b * b;
+    double s = determinant > 1e-16 * a * e ? unit((b * f - c * e) / determinant) : 0.0, t = (b * s + f) / e;
+    if (t < 0.0 || t > 1.0) {
+        t = unit(t);
+        s = unit((b * t - c) / a);
+    } else {
+        s = unit((b * t - c) / a);
+        t = unit((b * s + f) / e);
     }
-    const Vec3 x = p.start + s * p.along, y = q.start + t * q.along;
-    return {x, y, (x - y).norm()};
+    ClosestPoints best = points(s, t);
+    if (determinant > 1e-6 * a * e) return best;
+    // Nearly parallel: rounding in the determinant may have moved s far along; then an end is nearer.
+    for (const double end : {0.0, 1.0})
+        for (const ClosestPoints& other : {points(end, unit((b * end + f) / e)), points(unit((b * end - c) / a), end)})
+            if (other.distance < best.distance) best = other;
+    return best;
 }
 
 /// Where on the first axis two overlapping capsules press, given their closest points: there, or for axes within 6 degrees of
