@@ -238,7 +238,7 @@ std::vector<Stage> stages_of(const Case& c) {
                               return fmt::format("{}, time step {:.2e} s; memory about {}, time about {}", engine, plan.time_step_s,
                                                  human_bytes(plan.expected_memory_bytes), human_time(plan.expected_wall_time_s));
                           },
-                          c.settings.packing.engine == "capsule"});
+                          c.settings.packing.engine != "none"});
     }
     const bool with_planes = s.stl.pores || s.stl.clip;
     const auto stl_needs = stl ? std::vector<std::string>{} : std::vector<std::string>{"pack"};

@@ -184,6 +184,7 @@ Json pack_stage(const Case& the_case, const Path& folder) {
         if (pour.largest_force_over_weight) json["largest_force_over_weight"] = *pour.largest_force_over_weight;
         if (liggghts) {
             json["pose_error_relative_to_diameter"] = *pour.pose_error_m / finest_diameter(packing);
+            json["largest_clump_overlap_relative_to_diameter"] = *pour.largest_clump_overlap_m / finest_diameter(packing);
             json["clumps"] = Json::array();
             for (const auto& share : shapes) json["clumps"].push_back(clump_json(share.shape, config.surface_tolerance));
             json["repeat_by_hand"] = "cd run && " + pour.command;

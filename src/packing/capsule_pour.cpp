@@ -21,18 +21,6 @@ struct Progressing {
     long settled_at = 0;                // step at which the last batch was created
 };
 
-// What a snapshot must agree with to be gone on from.
-std::string scene_key(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config) {
-    PackingConfig copy = config;
-    Json key = {
-        {"container", to_json(container)}, {"packing", to_json([&](ConfigVisitor& v) { describe(v, copy); })}, {"shapes", Json::array()}};
-    for (const auto& [shape, share] : shapes)
-        for (const Capsule& capsule : shape.capsules)
-            key["shapes"].push_back(
-                {share, capsule.a.x(), capsule.a.y(), capsule.a.z(), capsule.b.x(), capsule.b.y(), capsule.b.z(), capsule.radius});
-    return sha256(key.dump());
-}
-
 void write_snapshot(const Path& file, const std::string& key, const CapsuleDem& dem, const Progressing& at) {
     write_whole(file, [&](const Path& temporary) {
         std::ofstream out(temporary, std::ios::binary);
@@ -149,7 +137,7 @@ PourResult pour_with_capsules(const std::vector<ShapeShare>& shapes, const Conta
                                  {.allowed = "it falls once nothing is poured", .mend = "shorten time_step_s"});
         energy_before = energy;
         const bool last_phase = !config.sleep || at.calm;
-        const bool balanced = !last_phase || rest.mean_force_over_weight < 0.02;  // not just turning round
+        const bool balanced = !last_phase || rest.mean_force_over_weight < rest_force_limit;
         if (rest.kinetic_energy_per_grain_J < limit && balanced && dem.steps() - at.settled_at > interval) {
             if (last_phase) break;
             // All are woken once more: the packing must be at rest without sleepers.
@@ -160,8 +148,8 @@ PourResult pour_with_capsules(const std::vector<ShapeShare>& shapes, const Conta
         if (dem.steps() - at.settled_at > settle_steps)
             throw NumericalError(
                 fmt::format("the grains are not at rest after {:g} s: kinetic energy {:.3g} J a grain (limit {:.3g} J), net force {:.2g} "
-                            "weights (limit 0.02)",
-                            config.settle_time_s, rest.kinetic_energy_per_grain_J, limit, rest.mean_force_over_weight),
+                            "weights (limit {:g})",
+                            config.settle_time_s, rest.kinetic_energy_per_grain_J, limit, rest.mean_force_over_weight, rest_force_limit),
                 {.mend = "raise settle_time_s, or shorten time_step_s"});
     }
     std::error_code ignored;

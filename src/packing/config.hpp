@@ -77,7 +77,7 @@ inline void describe(ConfigVisitor& v, PackingConfig& c) {
              "capsule: friction is limited by the whole normal force, or by its elastic part (the paper)");
     v.boolean("sleep", c.sleep, "capsule: leave grains at rest out until the force on one of their contacts changes");
     v.number("snapshot_interval_s", c.snapshot_interval_s, between(1e-3, 1e6),
-             "capsule: simulated time between snapshots, from which a killed run goes on");
+             "simulated time between snapshots, from which a killed run goes on");
 }
 
 }  // namespace porepack

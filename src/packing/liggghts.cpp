@@ -9,41 +9,11 @@
 #include "core/log.hpp"
 #include "core/process.hpp"
 #include "packing/batches.hpp"
+#include "packing/liggghts_log.hpp"
 #include "packing/liggghts_run.hpp"
 
 namespace porepack {
 namespace {
-
-// The last thermo line of a growing log: step, spheres, energies, height of the bed.
-std::optional<std::array<double, 5>> last_state(const Path& log) {
-    std::istringstream lines(tail(log, 3));
-    std::optional<std::array<double, 5>> state;
-    for (std::string line; std::getline(lines, line);) {
-        std::istringstream numbers(line.substr(std::min<std::size_t>(4, line.size())));
-        std::array<double, 5> values{};
-        bool all = true;
-        for (double& value : values) all = all && static_cast<bool>(numbers >> value);
-        if (all) state = values;
-    }
-    return state;
-}
-
-struct LogEnd {
-    long poured = 0, step = 0, spheres = 0;
-    double energy = 0.0, limit = 0.0;
-    bool done = false;
-};
-
-LogEnd read_log_end(const Path& log) {
-    LogEnd end;
-    std::ifstream in(log);
-    for (std::string line; std::getline(in, line);) {
-        if (std::sscanf(line.c_str(), "POREPACK poured %ld", &end.poured) == 1) continue;
-        end.done = end.done || std::sscanf(line.c_str(), "POREPACK done step %ld spheres %ld energy %lf limit %lf", &end.step, &end.spheres,
-                                           &end.energy, &end.limit) == 4;
-    }
-    return end;
-}
 
 // Rows of a LIGGGHTS dump of `columns` numbers behind "ITEM: ENTRIES" or "ITEM: ATOMS".
 std::vector<std::vector<double>> read_dump(const Path& file, std::size_t columns) {
@@ -91,20 +61,20 @@ double pose_error(const Run& run, const Packing& packing, const std::vector<std:
     return worst;
 }
 
+constexpr const char* keep_them = "raise the container or lower drop_height_m, horizontal_speed_m_per_s or time_step_s";
+
 [[noreturn]] void fail_with_log(const std::string& what, const Path& log, const std::string& mend = {}) {
     throw EngineError(what + "\n" + tail(log, 12), {.where = log.string(), .mend = mend});
 }
 
-Packing read_packing_back(const Run& run, long expected_grains, const Path& log) {
+Packing read_packing_back(const Run& run, const std::vector<std::vector<double>>& bodies, long expected_grains, const Path& log) {
     Packing packing{.container = run.container, .shapes = {}, .bodies = {}};
     for (const auto& share : run.shapes) packing.shapes.push_back(share.shape);
     // Bodies are numbered in the order of their creation.
     std::vector<std::size_t> order;
     for (const auto& batch : run.batches) order.insert(order.end(), batch.begin(), batch.end());
-    const auto bodies = read_dump(run.folder / "final.bodies", 8);
     if (static_cast<long>(bodies.size()) != expected_grains)
-        fail_with_log(fmt::format("LIGGGHTS lost grains: {} were poured, {} are left", expected_grains, bodies.size()), log,
-                      "raise the container or lower drop_height_m, horizontal_speed_m_per_s or time_step_s");
+        fail_with_log(fmt::format("LIGGGHTS lost grains: {} were poured, {} are left", expected_grains, bodies.size()), log, keep_them);
     for (std::size_t b = 0; b < bodies.size(); ++b) {
         const auto& row = bodies[b];
         const ClumpBody& clump = run.bodies[order[b]];
@@ -117,6 +87,30 @@ Packing read_packing_back(const Run& run, long expected_grains, const Path& log)
     return packing;
 }
 
+// Net force on the grains, and the clumps' contacts.
+void measure_rest(const Run& run, const std::vector<std::vector<double>>& bodies, PourResult& result) {
+    double sum = 0.0, largest = 0.0;
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+        const double weight = run.bodies[result.packing.bodies[b].shape].mass * run.config.gravity_m_per_s2;
+        const double net = Vec3(bodies[b][8], bodies[b][9], bodies[b][10]).norm() / weight;
+        sum += net;
+        largest = std::max(largest, net);
+    }
+    result.mean_force_over_weight = sum / static_cast<double>(bodies.size());
+    result.largest_force_over_weight = largest;
+    Packing clumps = result.packing;
+    for (std::size_t s = 0; s < clumps.shapes.size(); ++s) {
+        clumps.shapes[s].capsules.clear();
+        for (const Capsule& sphere : run.bodies[s].spheres) {
+            const Vec3 centre = run.bodies[s].centre + run.bodies[s].turn * sphere.a;
+            clumps.shapes[s].capsules.push_back({centre, centre, sphere.radius});
+        }
+    }
+    const Overlaps overlaps = find_overlaps(clumps);
+    result.coordination_number = 2.0 * static_cast<double>(overlaps.contacts) / static_cast<double>(bodies.size());
+    result.largest_clump_overlap_m = overlaps.largest_between_grains_m;
+}
+
 std::vector<std::string> command_for(long processes) {
     std::vector<std::string> command = {"stdbuf", "-oL"};
     if (processes > 1) command.insert(command.end(), {"mpirun", "--oversubscribe", "-np", std::to_string(processes)});
@@ -124,22 +118,78 @@ std::vector<std::string> command_for(long processes) {
     return command;
 }
 
-void run_liggghts(const Run& run, const Path& log) {
+// What LIGGGHTS does not say: grains that could not be created, were lost, or gain energy.
+void require_sound(const Run& run, const PourLog& said, const Path& log) {
+    if (const long expected = run.spheres_after(said.batch_then); said.spheres < expected)
+        fail_with_log(fmt::format("LIGGGHTS lost grains: {} spheres are left of {} at step {}", said.spheres, expected, said.step), log,
+                      keep_them);
+    if (!said.batches.empty()) {
+        const auto [number, spheres] = said.batches.back();
+        if (const long expected = run.spheres_after(number); spheres < expected)
+            fail_with_log(
+                fmt::format("an insertion fell short: LIGGGHTS has {} spheres after creating batch {}, not {}", spheres, number, expected),
+                log, keep_them);
+    }
+    const double energy = said.kinetic_J + said.rotational_J;
+    if (!(energy <= run.most_energy_J))
+        throw NumericalError(fmt::format("energy grows: the grains move with {:.3g} J at step {}; their whole fall gives them {:.3g} J",
+                                         energy, said.step, run.most_energy_J),
+                             {.where = log.string(), .mend = "shorten time_step_s"});
+}
+
+void run_liggghts(const Run& run, PourLog& said, const Path& log) {
     Progress progress("pour (LIGGGHTS)");
     const double steps_a_batch = std::max(1.0, run.config.batch_interval_s / run.plan.time_step_s);
     const double steps = steps_a_batch * static_cast<double>(run.batches.size()) + 1.0 / run.plan.time_step_s;
+    const auto require = [&] { require_sound(run, said, log); };
     const Program program{
         .command = command_for(run.config.processes),
         .folder = run.folder,
         .log = log,
         .environment = {{"OMPI_ALLOW_RUN_AS_ROOT", "1"}, {"OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"}, {"OMP_NUM_THREADS", "1"}},
         .while_running = [&] {
-            if (const auto state = last_state(log))
-                progress.update((*state)[0] / steps,
-                                fmt::format("step {:.0f}, {:.0f} spheres, the highest at {:.3f} m", (*state)[0], (*state)[1], (*state)[4]));
+            said.read_on(require);
+            progress.update(static_cast<double>(said.step) / steps,
+                            fmt::format("step {}, {} spheres, the highest at {:.3f} m", said.step, said.spheres, said.bed_m));
         }};
     const ProgramEnd end = run_program(program);
+    said.read_on(require);
     if (end.exit_code != 0) fail_with_log(fmt::format("LIGGGHTS failed with exit code {}", end.exit_code), log);
+}
+
+void remove_snapshots(const Path& folder) {
+    for (const auto& entry : std::filesystem::directory_iterator(folder))
+        if (entry.path().filename().string().starts_with("snapshot.") && entry.path().extension() != ".in")
+            std::filesystem::remove(entry.path());
+}
+
+// The last snapshot of an earlier run with the same settings; those of other settings are removed.
+Snapshot find_snapshot(const Path& folder, const std::string& scene) {
+    const Path key = folder / "scene.sha256";
+    if (!std::filesystem::exists(key) || read_text(key) != scene + "\n") remove_snapshots(folder);
+    write_text(key, scene + "\n");
+    Snapshot last;
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+        Snapshot found{.file = entry.path().filename().string()};
+        if (std::sscanf(found.file.c_str(), "snapshot.%ld.%ld.%ld.%ld", &found.poured, &found.settled, &found.calm, &found.step) != 4)
+            continue;
+        if (found.step > last.step) last = found;
+    }
+    return last;
+}
+
+std::string not_at_rest(const Run& run, const PourLog& said) {
+    const double n = static_cast<double>(run.grains_after(said.poured));
+    const auto& energies = said.settling_J;
+    const std::size_t window = std::max<std::size_t>(1, energies.size() / 4);
+    double before = 0.0, after = 0.0;
+    for (std::size_t i = 0; i < window; ++i) {
+        before += energies[energies.size() / 2 + i];
+        after += energies[energies.size() - 1 - i];
+    }
+    return fmt::format("the grains are not at rest after {:g} s: kinetic energy {:.3g} J a grain (limit {:.3g} J), {}",
+                       run.config.settle_time_s, said.end_energy_J / n, said.end_limit_J / n,
+                       after > 0.8 * before ? "which does not fall any more" : "which is still falling");
 }
 
 }  // namespace
@@ -159,48 +209,57 @@ PourResult pour_with_liggghts(const std::vector<ShapeShare>& shapes, const Conta
     require_program("liggghts", "liggghts");
     if (config.processes > 1) require_program("mpirun", "openmpi-bin");
     make_folder(folder);
-    for (const char* name : {"pour.in", "walls_cylinder.in", "walls_box.in"})
+    for (const char* name : {"pour.in", "begin_new.in", "begin_again.in", "snapshot.in", "walls_cylinder.in", "walls_box.in"})
         std::filesystem::copy_file(templates / name, folder / name, std::filesystem::copy_options::overwrite_existing);
     PourResult result;
     result.thinned_batches = write_batches(run);
-    write_parameters(run);
+    const Snapshot snapshot = find_snapshot(folder, scene_key(shapes, container, config));
+    write_parameters(run, snapshot);
     write_grains(run);
 
     for (const auto& word : command_for(config.processes)) result.command += (result.command.empty() ? "" : " ") + word;
-    log_info("pour: at most {} grains of {} spheres, time step {:.2e} s", run.plan.most_grains, run.plan.clump_spheres,
-             run.plan.time_step_s);
+    if (snapshot.step > 0)
+        log_info("pour: goes on from {:.2f} s with {} grains", static_cast<double>(snapshot.step) * run.plan.time_step_s,
+                 run.grains_after(snapshot.poured));
+    else
+        log_info("pour: at most {} grains of {} spheres, time step {:.2e} s", run.plan.most_grains, run.plan.clump_spheres,
+                 run.plan.time_step_s);
     const Path log = folder / "log.liggghts.screen";
+    PourLog said(log);
+    std::filesystem::remove(log);
     const Stopwatch watch;
-    run_liggghts(run, log);
+    run_liggghts(run, said, log);
     result.wall_time_s = watch.seconds();
 
-    const LogEnd end = read_log_end(log);
-    if (!end.done) fail_with_log("LIGGGHTS ended with exit code 0, but before the end of its script", log);
-    if (end.poured < 1 || end.poured > static_cast<long>(run.batches.size()))
-        fail_with_log(fmt::format("LIGGGHTS says that it poured {} batches of {}", end.poured, run.batches.size()), log);
-    run.batches.resize(static_cast<std::size_t>(end.poured));
-    long spheres = 0;
-    for (const auto& batch : run.batches)
-        for (const std::size_t shape : batch) {
-            ++result.grains;
-            spheres += static_cast<long>(run.bodies[shape].spheres.size());
-        }
-    if (end.spheres != spheres)
-        fail_with_log(fmt::format("LIGGGHTS lost grains: {} spheres are left of {}", end.spheres, spheres), log,
-                      "raise the container or lower drop_height_m, horizontal_speed_m_per_s or time_step_s");
-    result.packing = read_packing_back(run, result.grains, log);
-    result.batches = end.poured;
-    result.steps = end.step;
-    result.kinetic_energy_per_grain_J = end.energy / static_cast<double>(result.grains);
-    result.rest_limit_J = end.limit / static_cast<double>(result.grains);
-    if (!(result.kinetic_energy_per_grain_J <= result.rest_limit_J))
-        throw NumericalError(fmt::format("the grains are not at rest after {:g} s: kinetic energy {:.3g} J a grain, limit {:.3g} J",
-                                         config.settle_time_s, result.kinetic_energy_per_grain_J, result.rest_limit_J),
-                             {.where = log.string(), .mend = "raise settle_time_s, or shorten time_step_s"});
+    if (!said.done) fail_with_log("LIGGGHTS ended with exit code 0, but before the end of its script", log);
+    if (said.poured < 1 || said.poured > static_cast<long>(run.batches.size()))
+        fail_with_log(fmt::format("LIGGGHTS says that it poured {} batches of {}", said.poured, run.batches.size()), log);
+    run.batches.resize(static_cast<std::size_t>(said.poured));
+    result.grains = run.grains_after(said.poured);
+    if (const long spheres = run.spheres_after(said.poured); said.end_spheres != spheres)
+        fail_with_log(fmt::format("LIGGGHTS lost grains: {} spheres are left of {}", said.end_spheres, spheres), log, keep_them);
+    const auto bodies = read_dump(folder / "final.bodies", 11);
+    result.packing = read_packing_back(run, bodies, result.grains, log);
+    result.batches = said.poured;
+    result.steps = said.end_step;
+    result.kinetic_energy_per_grain_J = said.end_energy_J / static_cast<double>(result.grains);
+    result.rest_limit_J = said.end_limit_J / static_cast<double>(result.grains);
+    if (!(said.end_energy_J <= said.end_limit_J))
+        throw NumericalError(not_at_rest(run, said), {.where = log.string(), .mend = "raise settle_time_s, or shorten time_step_s"});
+    measure_rest(run, bodies, result);
+    if (*result.mean_force_over_weight > rest_force_limit)
+        throw NumericalError(
+            fmt::format("the grains move no more, but are not in balance: the net force on one is {:.2g} weights on the mean",
+                        *result.mean_force_over_weight),
+            {.where = log.string(),
+             .allowed = fmt::format("{:g}", rest_force_limit),
+             .mend = "lower rest_energy_fraction, or shorten time_step_s"});
     result.pose_error_m = pose_error(run, result.packing, read_dump(folder / "final.spheres", 5));
     if (*result.pose_error_m > 1e-6 * finest_diameter(shapes))
         throw EngineError(fmt::format("the poses read back do not give the clump's spheres: off by {:.3g} m", *result.pose_error_m),
                           {.where = (folder / "final.bodies").string()});
+    remove_snapshots(folder);
+    write_parameters(run, {});  // by hand it starts anew
     return result;
 }
 

@@ -58,10 +58,29 @@ long write_batches(Run& run) {
         write_batch(run.folder / fmt::format("batch_{}.in", run.batches.size()), batch, run.bodies);
     }
     run.top_m = pour.top_m;
+    for (const Batch& batch : pour.batches)
+        for (const Newcomer& grain : batch)
+            run.most_energy_J +=
+                run.bodies[grain.shape].mass * (run.config.gravity_m_per_s2 * (grain.position_m.z() + largest_span(run.shapes)) +
+                                                0.5 * grain.velocity_m_per_s.squaredNorm());
     return pour.thinned;
 }
 
-void write_parameters(const Run& run) {
+long Run::grains_after(long batch) const {
+    long count = 0;
+    for (long b = 0; b < std::min(batch, static_cast<long>(batches.size())); ++b)
+        count += static_cast<long>(batches[static_cast<std::size_t>(b)].size());
+    return count;
+}
+
+long Run::spheres_after(long batch) const {
+    long count = 0;
+    for (long b = 0; b < std::min(batch, static_cast<long>(batches.size())); ++b)
+        for (const std::size_t shape : batches[static_cast<std::size_t>(b)]) count += static_cast<long>(bodies[shape].spheres.size());
+    return count;
+}
+
+void write_parameters(const Run& run, const Snapshot& snapshot) {
     const auto& c = run.config;
     const double d = finest_diameter(run.shapes);
     const double margin = d;
@@ -91,17 +110,28 @@ void write_parameters(const Run& run) {
     whole("types", static_cast<long>(run.shapes.size()) + 1);
     whole("wall_type", static_cast<long>(run.shapes.size()) + 1);
     whole("batches", static_cast<long>(run.batches.size()));
-    whole("loop_end", static_cast<long>(run.batches.size()) + 2);
     whole("steps_between_batches", std::max(1L, std::lround(c.batch_interval_s / dt)));
     whole("steps_per_line", 2000);
     whole("steps_per_part", part);
-    whole("settle_parts", std::max(1L, static_cast<long>(std::ceil(c.settle_time_s / dt / part))));
+    const long settle_parts = std::max(2L, static_cast<long>(std::ceil(c.settle_time_s / dt / part)));
+    whole("settle_parts", settle_parts);
     number("fill_height", c.grains > 0 ? 1e30 : run.plan.fill_height_m - d / 2.0);
     number("energy_limit_per_sphere", limit);
     const bool spheres = std::any_of(run.shapes.begin(), run.shapes.end(), [](const ShapeShare& share) {
         return share.shape.capsules.size() == 1 && share.shape.capsules.front().a == share.shape.capsules.front().b;
     });
     whole("rotation_counts", spheres ? 0 : 1);
+    whole("steps_per_snapshot", std::max(1L, std::lround(c.snapshot_interval_s / dt)));
+    // Where it begins; by hand, from the start: new, none, and zeros.
+    text += fmt::format("variable begin string {}\n", snapshot.step > 0 ? "again" : "new");
+    text += fmt::format("variable snapshot string {}\n", snapshot.file);
+    whole("snapshot_step", snapshot.step);
+    whole("poured", snapshot.poured);
+    whole("settled", snapshot.settled);
+    whole("calm", snapshot.calm);
+    const auto batches = static_cast<long>(run.batches.size());
+    whole("first_batch", snapshot.settled > 0 ? batches + 1 : snapshot.poured + 1);
+    whole("first_part", std::min(snapshot.settled + 1, settle_parts));
     write_text(run.folder / "parameters.in", text);
 }
 

@@ -17,6 +17,12 @@ struct ClumpBody {
 
 [[nodiscard]] ClumpBody clump_body(const Shape& shape, const PackingConfig& config);
 
+// The name of its file says what is over: batches poured, parts of the settling, how many of these the grains were calm, steps.
+struct Snapshot {
+    std::string file = "none";
+    long poured = 0, settled = 0, calm = 0, step = 0;
+};
+
 struct Run {
     const std::vector<ShapeShare>& shapes;
     const Container& container;
@@ -26,12 +32,16 @@ struct Run {
     Path folder;
     double top_m = 0.0;                                  // no grain is created above it
     std::vector<std::vector<std::size_t>> batches = {};  // the shapes of each batch's grains, in the order of creation
+    double most_energy_J = 0.0;                          // that all grains' fall can give
+
+    [[nodiscard]] long grains_after(long batch) const;
+    [[nodiscard]] long spheres_after(long batch) const;
 };
 
 /// Write batch_1.in ..., parameters.in and grains.in with the clumps; the batches' shapes are kept in `run`. write_batches returns how many
 /// batches had no room for all their grains.
 long write_batches(Run& run);
-void write_parameters(const Run& run);
+void write_parameters(const Run& run, const Snapshot& snapshot);
 void write_grains(const Run& run);
 
 }  // namespace porepack

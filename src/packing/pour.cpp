@@ -106,4 +106,15 @@ PourPlan plan_pour(const std::vector<ShapeShare>& shapes, const Container& conta
     return plan;
 }
 
+std::string scene_key(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config) {
+    PackingConfig copy = config;
+    Json key = {
+        {"container", to_json(container)}, {"packing", to_json([&](ConfigVisitor& v) { describe(v, copy); })}, {"shapes", Json::array()}};
+    for (const auto& [shape, share] : shapes)
+        for (const Capsule& capsule : shape.capsules)
+            key["shapes"].push_back(
+                {share, capsule.a.x(), capsule.a.y(), capsule.a.z(), capsule.b.x(), capsule.b.y(), capsule.b.z(), capsule.radius});
+    return sha256(key.dump());
+}
+
 }  // namespace porepack

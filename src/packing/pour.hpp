@@ -25,6 +25,12 @@ struct PourPlan {
 /// is too long for it.
 [[nodiscard]] PourPlan plan_pour(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config);
 
+/// At rest the net force on a grain is below this share of its weight, on the mean: not just turning round.
+constexpr double rest_force_limit = 0.02;
+
+/// Digest of all that a pour depends on: what a snapshot must agree with to be gone on from.
+[[nodiscard]] std::string scene_key(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config);
+
 struct PourResult {
     Packing packing;
     long grains = 0;
@@ -36,7 +42,8 @@ struct PourResult {
     std::optional<double> coordination_number;        ///< touching grains a grain
     std::optional<double> largest_force_over_weight;  ///< net force on a grain / its weight, at rest
     std::optional<double> mean_force_over_weight;
-    std::optional<double> pose_error_m;  ///< LIGGGHTS: largest distance between predicted and real clump spheres
+    std::optional<double> largest_clump_overlap_m;  ///< LIGGGHTS: of the spheres that it saw
+    std::optional<double> pose_error_m;             ///< LIGGGHTS: largest distance between predicted and real clump spheres
     double wall_time_s = 0.0;
     std::string command;  ///< repeats the run by hand, in the run's folder; empty where there is no such thing
 };
