@@ -195,7 +195,7 @@ std::string not_at_rest(const Run& run, const PourLog& said) {
 }  // namespace
 
 PourResult pour_with_liggghts(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config,
-                              const Path& templates, const Path& folder) {
+                              const Path& templates, const Path& folder, const std::optional<Pour>& given) {
     Run run{.shapes = shapes,
             .container = container,
             .config = config,
@@ -212,7 +212,10 @@ PourResult pour_with_liggghts(const std::vector<ShapeShare>& shapes, const Conta
     for (const char* name : {"pour.in", "begin_new.in", "begin_again.in", "snapshot.in", "walls_cylinder.in", "walls_box.in"})
         std::filesystem::copy_file(templates / name, folder / name, std::filesystem::copy_options::overwrite_existing);
     PourResult result;
-    result.thinned_batches = write_batches(run);
+    const Pour pour = given ? *given : make_batches(shapes, container, config, run.plan.drop_height_m, run.plan.most_grains);
+    result.thinned_batches = pour.thinned;
+    write_batches(run, pour);
+    if (given) remove_snapshots(folder);
     const Snapshot snapshot = find_snapshot(folder, scene_key(shapes, container, config));
     write_parameters(run, snapshot);
     write_grains(run);

@@ -1,13 +1,15 @@
 // Packing by LIGGGHTS: writes a run that can be repeated by hand, runs it, reads the poses back and checks them.
 #pragma once
 
+#include "packing/batches.hpp"
 #include "packing/pour.hpp"
 
 namespace porepack {
 
-/// Runs in `folder` (made, with all inputs and logs in it). `templates` is the folder liggghts_templates/.
+/// Runs in `folder` (made, with all inputs and logs in it). `templates` is the folder liggghts_templates/. Grains are created as `given`
+/// says, else by make_batches.
 /// Throws EngineError when LIGGGHTS is missing, fails or loses a grain, NumericalError when the grains do not come to rest.
 [[nodiscard]] PourResult pour_with_liggghts(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config,
-                                            const Path& templates, const Path& folder);
+                                            const Path& templates, const Path& folder, const std::optional<Pour>& given = {});
 
 }  // namespace porepack

@@ -39,9 +39,10 @@ void write_batch(const Path& file, const Batch& batch, const std::vector<ClumpBo
             "fix new{0} all insert/pack seed 32452843 distributiontemplate grains_{8} insert_every once verbose no overlapcheck no all_in "
             "no "
             "&\n"
-            "    orientation constant {1:.17g} {2:.17g} {3:.17g} {4:.17g} vel constant {5:.17g} {6:.17g} 0.0 region at{0} "
+            "    orientation constant {1:.17g} {2:.17g} {3:.17g} {4:.17g} vel constant {5:.17g} {6:.17g} {7:.17g} region at{0} "
             "particles_in_region 1 ntry_mc 1000\n",
-            g, q.w(), q.x(), q.y(), q.z(), batch[g].velocity_m_per_s.x(), batch[g].velocity_m_per_s.y(), 0, batch[g].shape + 1);
+            g, q.w(), q.x(), q.y(), q.z(), batch[g].velocity_m_per_s.x(), batch[g].velocity_m_per_s.y(), batch[g].velocity_m_per_s.z(),
+            batch[g].shape + 1);
     }
     text += "run 1\n";
     for (std::size_t g = 0; g < batch.size(); ++g) text += fmt::format("unfix new{0}\nregion at{0} delete\n", g);
@@ -50,8 +51,7 @@ void write_batch(const Path& file, const Batch& batch, const std::vector<ClumpBo
 
 }  // namespace
 
-long write_batches(Run& run) {
-    const Pour pour = make_batches(run.shapes, run.container, run.config, run.plan.drop_height_m, run.plan.most_grains);
+void write_batches(Run& run, const Pour& pour) {
     for (const Batch& batch : pour.batches) {
         run.batches.emplace_back();
         for (const auto& grain : batch) run.batches.back().push_back(grain.shape);
@@ -63,7 +63,6 @@ long write_batches(Run& run) {
             run.most_energy_J +=
                 run.bodies[grain.shape].mass * (run.config.gravity_m_per_s2 * (grain.position_m.z() + largest_span(run.shapes)) +
                                                 0.5 * grain.velocity_m_per_s.squaredNorm());
-    return pour.thinned;
 }
 
 long Run::grains_after(long batch) const {

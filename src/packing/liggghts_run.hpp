@@ -38,9 +38,8 @@ struct Run {
     [[nodiscard]] long spheres_after(long batch) const;
 };
 
-/// Write batch_1.in ..., parameters.in and grains.in with the clumps; the batches' shapes are kept in `run`. write_batches returns how many
-/// batches had no room for all their grains.
-long write_batches(Run& run);
+/// Write batch_1.in ..., parameters.in and grains.in with the clumps; the batches' shapes are kept in `run`.
+void write_batches(Run& run, const Pour& pour);
 void write_parameters(const Run& run, const Snapshot& snapshot);
 void write_grains(const Run& run);
 
