@@ -61,7 +61,8 @@ Json shapes_benchmark() {
 }  // namespace
 
 const std::vector<std::string>& benchmark_names() {
-    static const std::vector<std::string> names = {"coverage", "cross-check", "foam", "lbm", "packing", "shapes", "speed-error"};
+    static const std::vector<std::string> names = {"coverage", "cross-check", "foam",        "lbm",
+                                                   "packing",  "shapes",      "speed-error", "tortuosity"};
     return names;
 }
 
@@ -79,6 +80,8 @@ Json run_benchmark(const std::string& name, const std::vector<Path>& cases, cons
         result = packing_benchmark(quick, folder);
     else if (name == "speed-error")
         result = speed_error_benchmark(quick, folder);
+    else if (name == "tortuosity")
+        result = tortuosity_benchmark(quick, folder);
     else if (name == "shapes")
         result = shapes_benchmark();
     else

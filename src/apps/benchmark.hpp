@@ -23,6 +23,8 @@ namespace porepack {
 /// Both packing engines: porosity of several packings, seconds against the clumps' surface tolerance; writes packing_engines.svg into
 /// `folder`.
 [[nodiscard]] Json packing_benchmark(bool quick, const Path& folder);
+/// The paper's tortuosity against all it depends on, error against seconds of the others; writes tortuosity_study.svg into `folder`.
+[[nodiscard]] Json tortuosity_benchmark(bool quick, const Path& folder);
 /// Error against cost of both solvers and the paper's scheme; writes speed_error.svg and .csv into `folder` (or ./speed_error).
 [[nodiscard]] Json speed_error_benchmark(bool quick, const Path& folder);
 /// Writes <name>.json and plots into `folder` unless it is empty. Throws UserError for a name that is not known.

@@ -131,17 +131,17 @@ void draw_engines(const Path& folder, const Json& shapes, const Json& tolerances
         folder / "packing_engines.svg",
         fmt::format(
             "set terminal svg size 900,700 font 'DejaVu Sans,12' background 'white'\nset output 'packing_engines.svg'\n"
-            "set multiplot layout 2,2\nset grid\nset key left top\nset logscale x\nset xlabel 'surface tolerance of the clumps / d'\n"
+            "set multiplot layout 2,2\nset grid\nset key right top\nset logscale x\nset xlabel 'surface tolerance of the clumps / d'\n"
             "set xrange [0.003:0.2]\nset logscale y\nset yrange [0.1:*]\nset ylabel 'us a grain and step'\n"
             "plot 'seconds.dat' using 1:2 with linespoints pt 7 title 'LIGGGHTS, pouring', '' using 1:3 with linespoints pt 5 title "
             "'LIGGGHTS, settled', {:g} with lines dt 2 title 'capsules, pouring', {:g} with lines dt 3 title 'capsules, settled'\n"
-            "unset logscale y\nset yrange [*:*]\nset ylabel 'central porosity'\n"
+            "unset logscale y\nset yrange [*:*]\nset offsets 0, 0, 0, 0.012\nset key right bottom\nset ylabel 'central porosity'\n"
             "plot 'porosity.dat' using 1:2:3 with yerrorbars pt 7 title 'LIGGGHTS', {:g} with lines dt 2 title 'capsules, +- one "
             "standard error', {:g} with lines dt 3 notitle, {:g} with lines dt 3 notitle\n"
-            "unset logscale x\nset xrange [0:1]\nset xlabel '(r/R)^2, central part'\nset ylabel 'porosity'\n"
+            "unset logscale x\nset offsets 0, 0, 0, 0\nset xrange [0:1]\nset xlabel '(r/R)^2, central part'\nset ylabel 'porosity'\n"
             "plot 'by_radius.dat' using 1:2:3 with yerrorlines pt 5 title 'capsules', '' using 1:4:5 with yerrorlines pt 7 title "
             "'LIGGGHTS'\n"
-            "set xrange [0:40]\nset xlabel 'height / mm'\n"
+            "set key right top\nset xrange [0:40]\nset xlabel 'height / mm'\n"
             "plot 'by_height.dat' using 1:2:3 with yerrorlines pt 5 title 'capsules', '' using 1:4:5 with yerrorlines pt 7 title "
             "'LIGGGHTS'\nunset multiplot\n",
             capsule["us_a_grain_and_step_pouring"].get<double>(), capsule["us_a_grain_and_step_settled"].get<double>(),

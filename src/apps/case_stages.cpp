@@ -88,11 +88,14 @@ std::string expect_text(const Expectation& expected) {
                        human_time(expected.wall_time_s));
 }
 
-Json tortuosity_of_case(const Case& c) {
+Json tortuosity_of_case(const Case& c, const Path& folder) {
     Json json;
     const auto& config = c.settings.tortuosity;
-    if (!from_stl(c)) json["geometric_paper_exact"] = geometric_paper_stage(scene_of(c), config);
-    json["geometric_paper_pixels"] = geometric_paper_slices_stage(folder_of(c, "slices"), config);
+    const Scene scene = scene_of(c);
+    if (!from_stl(c)) json["geometric_paper_exact"] = geometric_paper_stage(scene, config, folder);
+    json["geometric_paper_pixels"] = geometric_paper_slices_stage(folder_of(c, "slices"), config, folder);
+    if (config.shortest_path) json["shortest_path"] = shortest_path_stage(scene, c.settings.geometry, config, folder);
+    if (config.diffusive) json["diffusive"] = diffusive_stage(scene, c.settings.geometry, config);
     if (c.settings.lbm.fields == "none") {
         const Json lbm = read_json(folder_of(c, "lbm") / "result.json");
         json["hydraulic"] = {{"kind", "hydraulic"},
@@ -318,7 +321,7 @@ std::vector<Stage> stages_of(const Case& c) {
                       only(table_json(c, {"tortuosity", "geometry"}), "geometry", section_keys),
                       {},
                       {},
-                      [c](const Path&) { return tortuosity_of_case(c); },
+                      [c](const Path& folder) { return tortuosity_of_case(c, folder); },
                       quick});
     stages.push_back({"falling-head",
                       {"shape", "voxelise", "lbm"},

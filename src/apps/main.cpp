@@ -443,21 +443,39 @@ private:
             }
             const auto geometry = from_flags<GeometryConfig>(flags_of<GeometryConfig>(common_.flags));
             const auto config = from_flags<TortuosityConfig>(flags_of<TortuosityConfig>(common_.flags));
-            if (kind_ == "geometric_paper" && !std::filesystem::is_directory(common_.input))
-                return run_on_scene(common_, "tortuosity." + kind_, geometry, resolved(config),
-                                    [&](const Scene& scene, const Path&) { return geometric_paper_stage(scene, config); });
-            if (common_.dry_run) return print_result(common_, {{"configuration", resolved(config)}, {"expected", "seconds"}});
-            const auto work = [&](const Path&) {
-                return kind_ == "hydraulic" ? hydraulic_stage(common_.input, geometry.section_m)
-                                            : geometric_paper_slices_stage(common_.input, config);
+            const bool image = std::filesystem::is_directory(common_.input) || Path(common_.input).extension() == ".vti";
+            if (kind_ != "hydraulic" && !image)
+                return run_on_scene(
+                    common_, "tortuosity." + kind_, geometry, resolved(config),
+                    [&](const Scene& scene, const Path& folder) {
+                        return kind_ == "shortest_path" ? shortest_path_stage(scene, geometry, config, folder)
+                               : kind_ == "diffusive"   ? diffusive_stage(scene, geometry, config)
+                                                        : geometric_paper_stage(scene, config, folder);
+                    },
+                    [&](const Scene& scene) {
+                        if (kind_ == "geometric_paper") return std::string("seconds");
+                        const VoxelPlan plan =
+                            plan_voxels(scene.container, scene.section, scene.voxel_size(geometry), 0.0, scene.grain_size_m);
+                        const Expectation e = expect_tortuosity(kind_, static_cast<double>(plan.grid.size()));
+                        return fmt::format("{}; memory about {}, time about {}", e.text, human_bytes(e.memory_bytes),
+                                           human_time(e.wall_time_s));
+                    });
+            if (common_.dry_run) return print_result(common_, {{"configuration", resolved(config)}, {"expected", "seconds to minutes"}});
+            const auto work = [&](const Path& folder) {
+                if (kind_ == "hydraulic") return hydraulic_stage(common_.input, geometry.section_m);
+                if (kind_ == "shortest_path")
+                    return shortest_path_image_stage(common_.input, container_of(common_), geometry.section_m, config, folder);
+                if (kind_ == "diffusive") return diffusive_image_stage(common_.input, container_of(common_), geometry.section_m, config);
+                return geometric_paper_slices_stage(common_.input, config, folder);
             };
             print_result(common_, run_loose("tortuosity." + kind_, target_folder(common_), resolved(config), {common_.input}, work));
         });
-        sub.add_option("kind", kind_, "geometric_paper or hydraulic")->required()->check(CLI::IsMember({"geometric_paper", "hydraulic"}));
-        add_scene_input(sub, "packing.json[.gz] or a folder of slices (geometric_paper), flow.vti (hydraulic), or a case");
+        const std::set<std::string> kinds = {"geometric_paper", "shortest_path", "hydraulic", "diffusive"};
+        sub.add_option("kind", kind_, "geometric_paper, shortest_path, hydraulic or diffusive")->required()->check(CLI::IsMember(kinds));
+        add_scene_input(sub, "packing.json[.gz], an STL file, a folder of slices, pore.vti; flow.vti (hydraulic); or a case");
         add_keys(sub, common_.flags, settings_.describe_table("tortuosity"));
         add_keys(sub, common_.flags, settings_.describe_table("geometry"),
-                 {"slice_spacing_m", "slice_pixel_m", "voxel_size_m", "surface_deviation_m", "contact_gap_m", "reservoir_m"});
+                 {"slice_spacing_m", "slice_pixel_m", "surface_deviation_m", "contact_gap_m", "reservoir_m"});
     }
 
     void add_falling_head() {

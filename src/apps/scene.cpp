@@ -3,12 +3,33 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/error.hpp"
 #include "core/log.hpp"
 
 namespace porepack {
 namespace {
+
+Container container_of_note(const std::string& note, const Path& file) {
+    const Json json = Json::parse(note, nullptr, false);
+    if (json.is_discarded())
+        throw UserError("the image's field data `container` is not JSON: " + note,
+                        {.where = file.string(), .mend = "--container cylinder:D,H or box:X,Y,Z[:periodic] (metres)"});
+    return container_from_json(json, file.string());
+}
+
+// The image covers the container's cross section, to a voxel or two.
+void require_same_size(const Grid& grid, const Container& container, const Path& file) {
+    const Vec3 inner = container.high() - container.low();
+    for (const int axis : {0, 1}) {
+        const auto a = static_cast<std::size_t>(axis);
+        const double width = grid.cells[a] * grid.spacing_m[a];
+        if (std::abs(width - inner[axis]) > 2.01 * grid.spacing_m[a])
+            throw UserError(fmt::format("the image is {:g} m wide along axis {}, the container {:g} m", width, axis, inner[axis]),
+                            {.where = file.string(), .mend = "give the container that the image shows (--container, metres)"});
+    }
+}
 
 bool is_packing(const Path& input) {
     const std::string name = input.filename().string();
@@ -72,6 +93,39 @@ Scene load_scene(const Path& input, const std::optional<Container>& container, c
     if (scene.section.length() < scene.grain_span_m && !scene.container.any_periodic())
         log_warning(fmt::format("the section is {:.3g} m long, less than one grain's span ({:.3g} m): it hardly stands for the packing",
                                 scene.section.length(), scene.grain_span_m));
+    return scene;
+}
+
+Section section_of_note(const std::string& note, const Path& file) {
+    Section section;
+    if (std::sscanf(note.c_str(), "%lf,%lf", &section.z0, &section.z1) != 2 || !std::isfinite(section.z0) || !std::isfinite(section.z1))
+        throw UserError("the image's field data `section` is not \"z0,z1\": " + note,
+                        {.where = file.string(), .mend = "--section z0,z1 (metres)"});
+    return section;
+}
+
+ImageScene load_image(const Path& pore_vti, const std::optional<Container>& container, const std::vector<double>& section_m) {
+    ImageScene scene{.image = read_phase_image(pore_vti), .container = {}, .section = {}};
+    const auto& grid = scene.image.grid;
+    const auto& notes = scene.image.notes;
+    if (container)
+        scene.container = *container;
+    else if (notes.contains("container"))
+        scene.container = container_of_note(notes.at("container"), pore_vti);
+    else
+        throw UserError("the image does not say what its container is",
+                        {.where = pore_vti.string(), .mend = "--container cylinder:D,H or box:X,Y,Z[:periodic] (metres)"});
+    require_same_size(grid, scene.container, pore_vti);
+    const Section whole{grid.origin_m[2], grid.origin_m[2] + grid.cells[2] * grid.spacing_m[2]};
+    scene.section = whole;
+    if (section_m.size() == 2)
+        scene.section = {section_m[0], section_m[1]};
+    else if (notes.contains("section"))
+        scene.section = section_of_note(notes.at("section"), pore_vti);
+    const double slack = 0.5 * grid.spacing_m[2];
+    if (scene.section.z0 < whole.z0 - slack || scene.section.z1 > whole.z1 + slack || scene.section.length() < grid.spacing_m[2])
+        throw UserError(fmt::format("the section from {:g} to {:g} m is not in the image", scene.section.z0, scene.section.z1),
+                        {.where = pore_vti.string(), .allowed = fmt::format("{:g} <= z0 < z1 <= {:g} m", whole.z0, whole.z1)});
     return scene;
 }
 

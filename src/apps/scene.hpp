@@ -36,4 +36,15 @@ struct Scene {
 /// The same with the section that `geometry` asks for.
 [[nodiscard]] Scene load_scene(const Path& input, const std::optional<Container>& container, const GeometryConfig& geometry, double unit_m);
 
+/// The section as an image's field data tells it. Throws UserError.
+[[nodiscard]] Section section_of_note(const std::string& note, const Path& file);
+
+struct ImageScene {
+    PhaseImage image;
+    Container container;
+    Section section;
+};
+/// A pore.vti; what its field data do not tell must be given. Throws UserError when the image and the container differ in size.
+[[nodiscard]] ImageScene load_image(const Path& pore_vti, const std::optional<Container>& container, const std::vector<double>& section_m);
+
 }  // namespace porepack

@@ -29,7 +29,4 @@ inline void add_permeability(Json& json, double permeability_m2, const std::opti
     json["conductivity_m_per_s"] = conductivity_m_per_s(permeability_m2);
 }
 
-/// The section as an image's field data tells it. Throws UserError.
-[[nodiscard]] Section section_of_note(const std::string& note, const Path& file);
-
 }  // namespace porepack

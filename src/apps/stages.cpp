@@ -9,7 +9,6 @@
 #include "apps/stage_json.hpp"
 #include "core/error.hpp"
 #include "core/process.hpp"
-#include "tortuosity/tortuosity.hpp"
 
 namespace porepack {
 
@@ -20,60 +19,6 @@ Path home_folder() {
         throw UserError("the folder liggghts_templates/ is not in " + folder.string(),
                         {.mend = "set POREPACK_HOME to the project's folder"});
     return folder;
-}
-
-Section section_of_note(const std::string& note, const Path& file) {
-    Section section;
-    if (std::sscanf(note.c_str(), "%lf,%lf", &section.z0, &section.z1) != 2 || !std::isfinite(section.z0) || !std::isfinite(section.z1))
-        throw UserError("the image's field data `section` is not \"z0,z1\": " + note,
-                        {.where = file.string(), .mend = "--section z0,z1 (metres)"});
-    return section;
-}
-
-namespace {
-
-Json geometric_json(const GeometricPaperResult& result, const std::string& geometry) {
-    return {{"kind", "geometric_paper"},
-            {"geometry", geometry},
-            {"tortuosity_geometric_paper", result.value},
-            {"standard_error", result.standard_error},
-            {"standard_deviation", result.standard_deviation},
-            {"paths", result.paths},
-            {"slices", result.slices},
-            {"rejections_per_point", result.rejections_per_point}};
-}
-
-}  // namespace
-
-Json geometric_paper_stage(const Scene& scene, const TortuosityConfig& config) {
-    if (!scene.grains)
-        throw UserError(
-            "the exact dot method needs a packing",
-            {.mend =
-                 "make slices of the STL file and give their folder: porepack slices, then porepack tortuosity geometric_paper SLICES"});
-    return geometric_json(geometric_paper_exact(*scene.grains, scene.container, scene.section, config), "exact");
-}
-
-Json geometric_paper_slices_stage(const Path& slices, const TortuosityConfig& config) {
-    const SliceStack stack = read_slices(slices);
-    Json json = geometric_json(geometric_paper_on_slices(stack, config), "pixels");
-    json["pixel_m"] = stack.grid.spacing_m[0];
-    return json;
-}
-
-Json hydraulic_stage(const Path& flow_vti, const std::vector<double>& section_m) {
-    const FlowImage flow = read_flow_image(flow_vti);
-    Section section{-1e300, 1e300};
-    if (section_m.size() == 2)
-        section = {section_m[0], section_m[1]};
-    else if (flow.notes.contains("section"))
-        section = section_of_note(flow.notes.at("section"), flow_vti);
-    const std::string direction = flow.notes.contains("direction") ? flow.notes.at("direction") : "z";
-    const int axis = direction == "x" ? 0 : direction == "y" ? 1 : 2;
-    return {{"kind", "hydraulic"},
-            {"direction", direction},
-            {"tortuosity_hydraulic", hydraulic_tortuosity(flow, section, axis)},
-            {"uncertainty", nullptr}};
 }
 
 Json falling_head_stage(double permeability_m2, double inertial_permeability_m, const FallingHeadConfig& config, const Path* folder) {

@@ -20,9 +20,19 @@ namespace porepack {
 [[nodiscard]] Json lbm_image_stage(const Path& pore_vti, const std::optional<Container>& container, const std::vector<double>& section_m,
                                    const LbmConfig& config, const Path& folder);
 [[nodiscard]] Json foam_stage(const Scene& scene, const GeometryConfig& geometry, const FoamConfig& config, const Path& folder);
-[[nodiscard]] Json geometric_paper_stage(const Scene& scene, const TortuosityConfig& config);
-[[nodiscard]] Json geometric_paper_slices_stage(const Path& slices, const TortuosityConfig& config);
+[[nodiscard]] Json geometric_paper_stage(const Scene& scene, const TortuosityConfig& config, const Path& folder);
+[[nodiscard]] Json geometric_paper_slices_stage(const Path& slices, const TortuosityConfig& config, const Path& folder);
 [[nodiscard]] Json hydraulic_stage(const Path& flow_vti, const std::vector<double>& section_m);
+[[nodiscard]] Json shortest_path_stage(const Scene& scene, const GeometryConfig& geometry, const TortuosityConfig& config,
+                                       const Path& folder);
+/// Of pore.vti or a folder of slices.
+[[nodiscard]] Json shortest_path_image_stage(const Path& input, const std::optional<Container>& container,
+                                             const std::vector<double>& section_m, const TortuosityConfig& config, const Path& folder);
+/// On three grids, extrapolated with an interval.
+[[nodiscard]] Json diffusive_stage(const Scene& scene, const GeometryConfig& geometry, const TortuosityConfig& config);
+/// On the image as it is, without an interval.
+[[nodiscard]] Json diffusive_image_stage(const Path& input, const std::optional<Container>& container, const std::vector<double>& section_m,
+                                         const TortuosityConfig& config);
 [[nodiscard]] Json falling_head_stage(double permeability_m2, double inertial_permeability_m, const FallingHeadConfig& config,
                                       const Path* folder);
 
@@ -39,6 +49,8 @@ struct Expectation {
                                      double porosity, const GeometryConfig& geometry, const LbmConfig& config);
 [[nodiscard]] Expectation expect_foam(const Container& container, const Section& section, double cell_size_m, double porosity,
                                       const FoamConfig& config);
+
+[[nodiscard]] Expectation expect_tortuosity(const std::string& kind, double cells);
 
 /// Where the templates and cases lie: POREPACK_HOME, else beside the sources this program was built from.
 [[nodiscard]] Path home_folder();

@@ -13,26 +13,6 @@
 namespace porepack {
 namespace {
 
-Container container_of_note(const std::string& note, const Path& file) {
-    const Json json = Json::parse(note, nullptr, false);
-    if (json.is_discarded())
-        throw UserError("the image's field data `container` is not JSON: " + note,
-                        {.where = file.string(), .mend = "--container cylinder:D,H or box:X,Y,Z[:periodic] (metres)"});
-    return container_from_json(json, file.string());
-}
-
-// The image covers the container's cross section, to a voxel or two.
-void require_same_size(const Grid& grid, const Container& container, const Path& file) {
-    const Vec3 inner = container.high() - container.low();
-    for (const int axis : {0, 1}) {
-        const auto a = static_cast<std::size_t>(axis);
-        const double width = grid.cells[a] * grid.spacing_m[a];
-        if (std::abs(width - inner[axis]) > 2.01 * grid.spacing_m[a])
-            throw UserError(fmt::format("the image is {:g} m wide along axis {}, the container {:g} m", width, axis, inner[axis]),
-                            {.where = file.string(), .mend = "give the container that the image shows (--container, metres)"});
-    }
-}
-
 void write_history(const Path& file, const LbmGridResult& grid) {
     std::string text = "step,permeability_m2,iteration_error,flow_imbalance\n";
     const double h2 = grid.voxel_size_m * grid.voxel_size_m;
@@ -121,38 +101,19 @@ Json lbm_stage(const Scene& scene, const GeometryConfig& geometry, const LbmConf
 
 Json lbm_image_stage(const Path& pore_vti, const std::optional<Container>& container, const std::vector<double>& section_m,
                      const LbmConfig& config, const Path& folder) {
-    const PhaseImage image = read_phase_image(pore_vti);
+    const auto [image, vessel, section] = load_image(pore_vti, container, section_m);
     const auto& grid = image.grid;
     for (const double spacing : grid.spacing_m)
         if (std::abs(spacing / grid.spacing_m[0] - 1.0) > 1e-6)
             throw UserError(
                 fmt::format("the voxels are not cubic: {:g} x {:g} x {:g} m", grid.spacing_m[0], grid.spacing_m[1], grid.spacing_m[2]),
                 {.where = pore_vti.string(), .mend = "resample the image"});
-    Container vessel;
-    if (container)
-        vessel = *container;
-    else if (image.notes.contains("container"))
-        vessel = container_of_note(image.notes.at("container"), pore_vti);
-    else
-        throw UserError("the image does not say what its container is",
-                        {.where = pore_vti.string(), .mend = "--container cylinder:D,H or box:X,Y,Z[:periodic] (metres)"});
-    require_same_size(grid, vessel, pore_vti);
-    const Section whole{grid.origin_m[2], grid.origin_m[2] + grid.cells[2] * grid.spacing_m[2]};
-    Section section = whole;
-    if (section_m.size() == 2)
-        section = {section_m[0], section_m[1]};
-    else if (image.notes.contains("section"))
-        section = section_of_note(image.notes.at("section"), pore_vti);
-    const double slack = 0.5 * grid.spacing_m[2];
-    if (section.z0 < whole.z0 - slack || section.z1 > whole.z1 + slack || section.length() < grid.spacing_m[2])
-        throw UserError(fmt::format("the section from {:g} to {:g} m is not in the image", section.z0, section.z1),
-                        {.where = pore_vti.string(), .allowed = fmt::format("{:g} <= z0 < z1 <= {:g} m", whole.z0, whole.z1)});
     LbmConfig one = config;
     one.grids = 1;  // an image has one resolution
     if (one.tolerance > 0.0)
         throw UserError("an image has one resolution: no finer grid can reach a tolerance",
                         {.where = pore_vti.string(), .mend = "leave the tolerance out, or give packing.json or the STL file"});
-    const LbmScene pores{.voxels = [&](double) { return image; }, .solid = nullptr, .container = vessel, .section = section};
+    const LbmScene pores{.voxels = [&image = image](double) { return image; }, .solid = nullptr, .container = vessel, .section = section};
     return lbm_json(lbm_permeability(pores, grid.spacing_m[0], one, true), section, one, false, folder);
 }
 

@@ -26,6 +26,10 @@ void write_ply(const Path& path, const TriangleSurface& surface, const std::stri
 /// VTK polygons for ParaView, double precision.
 void write_vtp(const Path& path, const TriangleSurface& surface);
 
+/// VTK lines for ParaView, double precision.
+using Line = std::vector<std::array<double, 3>>;
+void write_vtp(const Path& path, const std::vector<Line>& lines);
+
 /// Binary or ASCII. `unit_m` scales to metres. Triangles that lost their area to single precision are left out.
 /// Throws UserError: missing, empty, cut (with the bytes expected), NaN (with the triangle), not an STL.
 [[nodiscard]] TriangleSurface read_stl(const Path& path, double unit_m = 1.0);

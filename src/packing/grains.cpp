@@ -44,36 +44,40 @@ bool Solid::contains(const Vec3& point) const {
     return std::any_of(parts.begin(), parts.end(), [&](const Interval& part) { return part.low <= point.z() && point.z() <= part.high; });
 }
 
+void Grains::capsules_near(const Vec3& point, double reach, std::vector<Capsule>& found) const {
+    // Across a periodic face lies what is near the opposite one.
+    std::array<int, 3> low{}, high{};
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto a = static_cast<std::size_t>(axis);
+        if (!container_.periodic[a]) continue;
+        low[a] = point[axis] > container_.size_m[axis] - reach ? -1 : 0;
+        high[a] = point[axis] < reach ? 1 : 0;
+    }
+    thread_local std::vector<int> indices;
+    for (int i = low[0]; i <= high[0]; ++i)
+        for (int j = low[1]; j <= high[1]; ++j)
+            for (int k = low[2]; k <= high[2]; ++k) {
+                const Vec3 shift = Vec3(i, j, k).cwiseProduct(container_.size_m);
+                indices.clear();
+                capsule_bins_.near(point + shift, reach, indices);
+                for (const int c : indices) {
+                    Capsule capsule = capsules_[static_cast<std::size_t>(c)];
+                    capsule.a -= shift;
+                    capsule.b -= shift;
+                    // Ways along a diagonal are longer than `reach`.
+                    if (signed_distance(capsule, point) <= 1.7321 * reach) found.push_back(capsule);
+                }
+            }
+}
+
 namespace {
 
 class CapsuleProbe : public SolidProbe {
 public:
-    CapsuleProbe(const std::vector<Capsule>& capsules, const SpatialBins& bins, const Container& container)
-        : capsules_(capsules), bins_(bins), container_(container) {}
+    explicit CapsuleProbe(const Grains& grains) : grains_(grains) {}
     void move_to(const Vec3& point, double reach) override {
         near_.clear();
-        // Across a periodic face lies what is near the opposite one.
-        std::array<int, 3> low{}, high{};
-        for (int axis = 0; axis < 3; ++axis) {
-            const auto a = static_cast<std::size_t>(axis);
-            if (!container_.periodic[a]) continue;
-            low[a] = point[axis] > container_.size_m[axis] - reach ? -1 : 0;
-            high[a] = point[axis] < reach ? 1 : 0;
-        }
-        for (int i = low[0]; i <= high[0]; ++i)
-            for (int j = low[1]; j <= high[1]; ++j)
-                for (int k = low[2]; k <= high[2]; ++k) {
-                    const Vec3 shift = Vec3(i, j, k).cwiseProduct(container_.size_m);
-                    found_.clear();
-                    bins_.near(point + shift, reach, found_);
-                    for (const int c : found_) {
-                        Capsule capsule = capsules_[static_cast<std::size_t>(c)];
-                        capsule.a -= shift;
-                        capsule.b -= shift;
-                        // Ways along a diagonal are longer than `reach`.
-                        if (signed_distance(capsule, point) <= 1.7321 * reach) near_.push_back(capsule);
-                    }
-                }
+        grains_.capsules_near(point, reach, near_);
     }
     [[nodiscard]] std::optional<double> first_hit(const Vec3& from, const Vec3& step) const override {
         const double length = step.norm();
@@ -87,17 +91,14 @@ public:
     }
 
 private:
-    const std::vector<Capsule>& capsules_;
-    const SpatialBins& bins_;
-    Container container_;
-    std::vector<int> found_;
+    const Grains& grains_;
     std::vector<Capsule> near_;
 };
 
 }  // namespace
 
 std::unique_ptr<SolidProbe> Grains::probe() const {
-    return std::make_unique<CapsuleProbe>(capsules_, capsule_bins_, container_);
+    return std::make_unique<CapsuleProbe>(*this);
 }
 
 void Grains::add_images(const Packing& packing) {

@@ -51,6 +51,8 @@ public:
     [[nodiscard]] const std::vector<Image>& images() const { return images_; }
     /// Distance to the nearest grain (capped at `cap`), negative inside; looks only at grains near the point.
     [[nodiscard]] double distance(const Vec3& point, double cap) const;
+    /// Appends the capsules, as they lie about the point, that come within `reach` of it along every axis; across periodic sides too.
+    void capsules_near(const Vec3& point, double reach, std::vector<Capsule>& found) const;
     /// Indices of the images whose bounds may hold the column at (x, y), or come within the bins around it.
     [[nodiscard]] const std::vector<int>& near(double x, double y) const;
 

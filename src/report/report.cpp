@@ -144,8 +144,8 @@ Section packing_section(const ReportInput& input) {
 Section tortuosity_section(const ReportInput& input) {
     Section section{.title = "Tortuosity",
                     .intro =
-                        "Three different numbers: the paper's path through dots (exact, and on pictures, where it grows with the pixel), "
-                        "and the flow's."};
+                        "Four different numbers: the paper's path through dots (exact, and on pictures, where it grows with the pixel), "
+                        "the shortest way through the pores, the flow's detour, and the slowing of diffusion."};
     section.header = {"kind", "value", "uncertainty", "the paper"};
     const auto add = [&](const std::string& name, const Json& value, const std::string& uncertainty, const std::string& paper) {
         if (value.is_number()) section.rows.push_back({name, number(value, "{:.4f}"), uncertainty, paper});
@@ -157,7 +157,13 @@ Section tortuosity_section(const ReportInput& input) {
         at(input, "tortuosity/geometric_paper_pixels/tortuosity_geometric_paper"),
         number(at(input, "tortuosity/geometric_paper_pixels/standard_error"), "± {:.1e} (standard error over paths)"),
         paper_number(input, "tortuosity"));
+    add("shortest_path, mean over starting points", at(input, "tortuosity/shortest_path/tortuosity_shortest_path"),
+        number(at(input, "tortuosity/shortest_path/standard_error"), "± {:.1e} (standard error over starting points)"), "");
     add("hydraulic", at(input, "tortuosity/hydraulic/tortuosity_hydraulic"), "none", "");
+    const Json interval = at(input, "tortuosity/diffusive/interval");
+    add("diffusive", at(input, "tortuosity/diffusive/tortuosity_diffusive"),
+        interval.is_array() ? fmt::format("{:.3f} to {:.3f} (three grids)", interval[0].get<double>(), interval[1].get<double>()) : "none",
+        "");
     return section;
 }
 
@@ -406,6 +412,10 @@ Json quantities(const ReportInput& input) {
         plus_minus("tortuosity/geometric_paper_exact/standard_error"), nullptr);
     add("tortuosity_geometric_paper_pixels", "tortuosity/geometric_paper_pixels/tortuosity_geometric_paper", "1",
         "the paper's dots, on slices", plus_minus("tortuosity/geometric_paper_pixels/standard_error"), nullptr);
+    add("tortuosity_shortest_path", "tortuosity/shortest_path/tortuosity_shortest_path", "1", "shortest ways, mean over starting points",
+        plus_minus("tortuosity/shortest_path/standard_error"), nullptr);
+    add("tortuosity_diffusive", "tortuosity/diffusive/tortuosity_diffusive", "1", "diffusion, three grids",
+        interval("tortuosity/diffusive/interval"), at(input, "tortuosity/diffusive/converged"));
     add("tortuosity_hydraulic", "tortuosity/hydraulic/tortuosity_hydraulic", "1", "flow.vti", nullptr, at(input, "lbm/converged"));
     return list;
 }

@@ -16,7 +16,8 @@ using Vec2 = Eigen::Vector2d;
 using ClosestVoid = std::function<std::optional<Vec2>(const Vec2& from, int slice)>;
 
 // A square grid of half-offset dots, those inside the container.
-std::vector<Vec2> grid_of_dots(const Container& container, double spacing) {
+std::vector<Vec2> grid_of_dots(const Container& container, const TortuosityConfig& config) {
+    const double spacing = config.dot_spacing_m;
     std::vector<Vec2> dots;
     const Vec3 low = container.low(), high = container.high();
     const Vec3 middle = 0.5 * (low + high);
@@ -29,22 +30,24 @@ std::vector<Vec2> grid_of_dots(const Container& container, double spacing) {
     for (int j = -ny; j <= ny; ++j)
         for (int i = -nx; i <= nx; ++i) {
             const Vec2 dot(middle.x() + (i + 0.5) * spacing, middle.y() + (j + 0.5) * spacing);
-            if (container.contains_column(dot.x(), dot.y())) dots.push_back(dot);
+            const bool wanted = config.dot_radius_m == 0.0 || (dot - middle.head<2>()).norm() < config.dot_radius_m;
+            if (wanted && container.contains_column(dot.x(), dot.y())) dots.push_back(dot);
         }
     return dots;
 }
 
-struct Path1D {
+struct DotPath {
     double excess = 0.0;  // length less the height, summed without cancellation: exactly 0 for a straight path
     double height = 0.0;
     double straight = 0.0;
     long points = 0, rejected = 0;
     bool complete = true;
+    std::vector<Vec3> way;
 };
 
 // Follows one dot from slice to slice. `shift` is the line dot -> moved dot.
-Path1D follow(const Vec2& dot, int slices, double spacing, double largest_angle, const ClosestVoid& closest_void) {
-    Path1D path;
+DotPath follow(const Vec2& dot, int slices, double z0, double spacing, double largest_angle, const ClosestVoid& closest_void) {
+    DotPath path;
     Vec2 before = Vec2::Zero(), first = Vec2::Zero();
     for (int s = 0; s < slices; ++s) {
         auto point = closest_void(dot, s);
@@ -66,26 +69,33 @@ Path1D follow(const Vec2& dot, int slices, double spacing, double largest_angle,
         else
             path.excess += (*point - before).squaredNorm() / (spacing + std::hypot((*point - before).norm(), spacing));
         before = *point;
+        path.way.emplace_back(before.x(), before.y(), z0 + s * spacing);
     }
     path.height = (slices - 1) * spacing;
     path.straight = std::hypot((before - first).norm(), path.height);
     return path;
 }
 
-GeometricPaperResult average(const std::vector<Vec2>& dots, int slices, double spacing, double angle_deg, const ClosestVoid& closest_void) {
+GeometricPaperResult average(const std::vector<Vec2>& dots, int slices, double z0, double spacing, double angle_deg,
+                             const ClosestVoid& closest_void) {
     if (slices < 2) throw UserError("one slice is no path", {.mend = "take a longer section or a smaller slice spacing"});
     if (dots.empty()) throw UserError("no dot lies inside the container", {.mend = "take a smaller dot_spacing_m"});
     std::vector<double> values;
+    GeometricPaperResult result{.slices = slices};
+    result.ways_m.resize(dots.size());
     long points = 0, rejected = 0, done = 0;
     Progress progress("tortuosity (geometric_paper)");
     // No exception may leave a parallel loop: an interrupt ends the loop early and is thrown behind it.
 #pragma omp parallel for schedule(dynamic, 1)
     for (std::size_t d = 0; d < dots.size(); ++d) {
         if (interrupted()) continue;
-        const Path1D path = follow(dots[d], slices, spacing, angle_deg * std::numbers::pi / 180.0, closest_void);
+        DotPath path = follow(dots[d], slices, z0, spacing, angle_deg * std::numbers::pi / 180.0, closest_void);
 #pragma omp critical
         {
-            if (path.complete) values.push_back((path.height + path.excess) / path.straight);
+            if (path.complete) {
+                values.push_back((path.height + path.excess) / path.straight);
+                result.ways_m[d] = std::move(path.way);
+            }
             points += path.points;
             rejected += path.rejected;
             progress.update(static_cast<double>(++done) / static_cast<double>(dots.size()));
@@ -94,7 +104,8 @@ GeometricPaperResult average(const std::vector<Vec2>& dots, int slices, double s
     check_interrupt();
     if (values.empty()) throw NumericalError("no path leads through the packing: some slices have no void point near any dot");
     std::sort(values.begin(), values.end());  // the sum does not depend on the order in which threads finish
-    GeometricPaperResult result{.paths = static_cast<long>(values.size()), .slices = slices};
+    std::erase_if(result.ways_m, [](const auto& way) { return way.empty(); });
+    result.paths = static_cast<long>(values.size());
     for (const double value : values) result.value += (value - 1.0) / static_cast<double>(values.size());
     result.value += 1.0;
     double squares = 0.0;
@@ -148,7 +159,7 @@ std::optional<Vec2> closest_exit(const RayExit& exit, const Vec2& from) {
         constexpr double golden = 0.6180339887498949;
         double p = high - golden * (high - low), q = low + golden * (high - low);
         double fp = exit(p), fq = exit(q);
-        while (high - low > 1e-9) {
+        while (high - low > 1e-7) {
             if (fp < fq) {
                 high = q;
                 q = p;
@@ -175,6 +186,36 @@ std::optional<Vec2> closest_exit(const RayExit& exit, const Vec2& from) {
     return Vec2(from + best * Vec2(std::cos(best_angle), std::sin(best_angle)));
 }
 
+// As on a picture: the point itself where its pixel's centre is void, else the closest void centre.
+std::optional<Vec2> closest_pixel(const std::vector<const Capsule*>& capsules, const Container& container, const Vec3& at, double pixel) {
+    const auto is_void = [&](const Vec2& centre) {
+        if (!container.contains_column(centre.x(), centre.y())) return false;
+        const Vec3 point(centre.x(), centre.y(), at.z());
+        return std::none_of(capsules.begin(), capsules.end(), [&](const Capsule* c) { return signed_distance(*c, point) < 0.0; });
+    };
+    const Vec2 from = at.head<2>();
+    const Vec2 own = pixel * ((from / pixel).array().floor() + 0.5).matrix();
+    if (is_void(own)) return from;
+    // Nothing void is nearer than the exact closest point: begin there. A ring at distance n holds nothing closer than (n - 1/2) pixels.
+    const auto exact = closest_exit(RayExit(capsules, container, at), from);
+    if (!exact) return std::nullopt;
+    double best = 1e300;
+    Vec2 point = from;
+    const double span = (container.high() - container.low()).norm();
+    for (int n = std::max(1, static_cast<int>((*exact - from).norm() / (1.4143 * pixel) - 1.5)); (n - 0.5) * pixel < std::min(best, span);
+         ++n)
+        for (int j = -n; j <= n; ++j)
+            for (int i = -n; i <= n; i += (j == -n || j == n) ? 1 : 2 * n) {
+                const Vec2 centre = own + pixel * Vec2(i, j);
+                const double distance = (centre - from).norm();
+                if (distance >= best || !is_void(centre)) continue;
+                best = distance;
+                point = centre;
+            }
+    if (best >= 1e300) return std::nullopt;
+    return point;
+}
+
 }  // namespace
 
 GeometricPaperResult geometric_paper_exact(const Grains& grains, const Container& container, const Section& section,
@@ -194,22 +235,36 @@ GeometricPaperResult geometric_paper_exact(const Grains& grains, const Container
             const int to = std::min(slices - 1, static_cast<int>(std::floor((high - section.z0) / config.slice_spacing_m)));
             for (int s = from; s <= to; ++s) cut[static_cast<std::size_t>(s)].push_back(&capsule);
         }
-    double reach = 0.0;
-    for (const auto& image : grains.images()) reach = std::max(reach, (image.bounds.high - image.bounds.low).norm());
+    const double reach = (container.high() - container.low()).norm();
+    double nearest_reach = reach;
+    for (const auto& image : grains.images())
+        for (const Capsule& capsule : image.capsules) nearest_reach = std::min(nearest_reach, 2.0 * capsule.radius);
+    nearest_reach = std::max(nearest_reach, 4.0 * config.dot_pixel_m);
     const ClosestVoid closest = [&](const Vec2& from, int slice) -> std::optional<Vec2> {
         const Vec3 at(from.x(), from.y(), section.z0 + slice * config.slice_spacing_m);
+        thread_local std::vector<std::pair<double, const Capsule*>> all;
         thread_local std::vector<const Capsule*> near;
-        near.clear();
-        bool inside = false;
+        all.clear();
+        double nearest = 1e300;
         for (const Capsule* capsule : cut[static_cast<std::size_t>(slice)]) {
-            const double s = signed_distance(*capsule, at);
-            inside = inside || s < 0.0;
-            if (s < reach) near.push_back(capsule);
+            all.emplace_back(signed_distance(*capsule, at), capsule);
+            nearest = std::min(nearest, all.back().first);
         }
-        if (!inside) return from;
-        return closest_exit(RayExit(near, container, at), from);
+        // What is farther than the closest void point has no say in it.
+        for (double around = nearest_reach; around < 2.0 * reach; around *= 2.0) {
+            near.clear();
+            for (const auto& [distance, capsule] : all)
+                if (distance < around) near.push_back(capsule);
+            std::optional<Vec2> found = from;
+            if (config.dot_pixel_m > 0.0)
+                found = closest_pixel(near, container, at, config.dot_pixel_m);
+            else if (nearest < 0.0)
+                found = closest_exit(RayExit(near, container, at), from);
+            if (found && (*found - from).norm() + 2.0 * config.dot_pixel_m < around) return found;
+        }
+        return std::nullopt;
     };
-    return average(grid_of_dots(container, config.dot_spacing_m), slices, config.slice_spacing_m, config.largest_angle_deg, closest);
+    return average(grid_of_dots(container, config), slices, section.z0, config.slice_spacing_m, config.largest_angle_deg, closest);
 }
 
 GeometricPaperResult geometric_paper_on_slices(const SliceStack& slices, const TortuosityConfig& config) {
@@ -243,7 +298,7 @@ GeometricPaperResult geometric_paper_on_slices(const SliceStack& slices, const T
         if (best >= 1e300) return std::nullopt;
         return point;
     };
-    return average(grid_of_dots(slices.container, config.dot_spacing_m), grid.cells[2], grid.spacing_m[2], config.largest_angle_deg,
+    return average(grid_of_dots(slices.container, config), grid.cells[2], grid.centre(2, 0), grid.spacing_m[2], config.largest_angle_deg,
                    closest);
 }
 

@@ -18,10 +18,11 @@ struct GeometricPaperResult {
     long paths = 0;
     long slices = 0;
     double rejections_per_point = 0.0;
+    std::vector<std::vector<Vec3>> ways_m;  ///< the paths
 };
 
 /// With exact geometry: the closest void point is found on rays in the slice's plane (exact intervals), minimised over the
-/// direction to 1e-9 of the grain size.
+/// direction to 1e-7. With `dot_pixel_m` it is the closest void pixel's centre, as on pictures of that pixel.
 [[nodiscard]] GeometricPaperResult geometric_paper_exact(const Grains& grains, const Container& container, const Section& section,
                                                          const TortuosityConfig& config);
 /// On pictures: the closest void pixel's centre. The result depends on the pixel (it grows with it).
@@ -29,5 +30,49 @@ struct GeometricPaperResult {
 
 /// <|u|> / <u_axis> over the section's fluid (Duda, Koza & Matyka 2011). Throws NumericalError when nothing flows along the axis.
 [[nodiscard]] double hydraulic_tortuosity(const FlowImage& flow, const Section& section, int axis);
+
+/// Across which sides ways and diffusion go on; along z only when the section is the whole box.
+[[nodiscard]] std::array<bool, 3> periodic_sides(const Container& container, const Section& section);
+
+/// Length of the shortest way through the pores from a point of the first end plane to the other plane / the section's length: the mean
+/// over starting points that lie evenly on the first plane's pores, and the least of all. Exactly 1 without grains, never below.
+struct ShortestPathResult {
+    double value = 0.0;               ///< mean
+    double least = 0.0;               ///< of the shortest way of all
+    double greatest = 0.0;            ///< from the starting point with the longest
+    double standard_deviation = 0.0;  ///< between starting points
+    long starts = 0;
+    long blocked_starts = 0;  ///< from which no way leads through
+    std::vector<Vec3> shortest_m;
+};
+/// Between grains that are known exactly: voxels only tell which way round them to go; up to `most_starts` ways, evenly chosen, are then
+/// pulled taut round the capsules. Across periodic sides ways go on. Throws NumericalError when none leads through.
+[[nodiscard]] ShortestPathResult shortest_path(const Grains& grains, const Container& container, const Section& section,
+                                               const VoxelPlan& plan, double smallest_diameter_m, int axis, long most_starts = 1000);
+/// Between voxels as they are, that is, round their edges: what is round is a staircase, and the way somewhat longer.
+[[nodiscard]] ShortestPathResult shortest_path(const PhaseImage& image, int axis, std::array<bool, 3> periodic);
+[[nodiscard]] double shortest_path_memory_bytes(double cells);
+
+/// eps / (D_eff/D0): how much slower a tracer spreads along the axis than it would in straight pores of the same porosity. Concentrations
+/// are given at the section's end planes, or the axis is periodic. An inclined duct has 1/cos^2 of its angle.
+struct DiffusiveResult {
+    double value = 0.0;
+    double relative_diffusivity = 0.0;              ///< D_eff/D0, of the whole cross-section
+    double porosity = 0.0, porosity_flowing = 0.0;  ///< of the voxels; without those that no tracer passes through
+    long iterations = 0;
+    double residual = 0.0, flux_imbalance = 0.0;
+};
+/// Finite volumes on the pore voxels, conjugate gradients with a multigrid preconditioner. Throws NumericalError when no pores lead
+/// through, or when `tolerance` (residual over right-hand side) is not reached in `most_iterations`.
+[[nodiscard]] DiffusiveResult diffusive_tortuosity(const PhaseImage& image, int axis, std::array<bool, 3> periodic, double tolerance = 1e-6,
+                                                   long most_iterations = 500);
+[[nodiscard]] double diffusive_memory_bytes(double cells);
+/// Grids of several voxel sizes, finest first: walls that are staircases make the number too large by a part that goes with the voxel. The
+/// limit is that of a straight line through the two finest; the half width is what a third grid makes of it, and at least a quarter of the
+/// correction.
+struct DiffusiveLimit {
+    double value = 0.0, half_width = 0.0;
+};
+[[nodiscard]] DiffusiveLimit diffusive_limit(const std::array<double, 3>& voxel_sizes_m, const std::array<double, 3>& values);
 
 }  // namespace porepack

@@ -130,6 +130,10 @@ TEST(Chain, TheQuickstartInReducedSize) {
     EXPECT_GT(lbm, 0.0);
     EXPECT_NEAR(foam / lbm, 1.0, 0.25);
     EXPECT_TRUE(has(read_text(results / "report.html"), "Permeability"));
+    const Json kinds = read_json(results / "tortuosity" / "result.json");
+    for (const char* kind : {"geometric_paper_exact", "geometric_paper_pixels", "shortest_path", "hydraulic", "diffusive"})
+        EXPECT_GE(kinds.at(kind).at("tortuosity_" + kinds.at(kind).at("kind").get<std::string>()).get<double>(), 1.0) << kind;
+    EXPECT_TRUE(std::filesystem::exists(results / "tortuosity" / "shortest_path.vtp"));
 
     // Nothing is redone; a change is found, and only what depends on it runs again.
     const auto again = porepack("run " + quoted(folder.path()));
@@ -245,7 +249,10 @@ TEST(Calls, TheOnesThatAreDocumentedWork) {
          {"stl " + in, "voxelise " + in + " --voxel-size 1e-3", "slices " + in + " --spacing 5e-4",
           "lbm " + in + " --voxel-size 1e-3 --direction z", "lbm " + quoted(folder.path() / "pore.vti"),
           "lbm " + quoted(folder.path() / "solid.stl") + " --container cylinder:0.03,0.04 --voxel-size 1e-3 --section 0.01,0.02",
-          "tortuosity geometric_paper " + in, "tortuosity hydraulic " + quoted(folder.path() / "flow.vti")}) {
+          "tortuosity geometric_paper " + in, "tortuosity geometric_paper --dot-pixel 2e-4 " + in,
+          "tortuosity shortest_path --voxel-size 1e-3 " + in, "tortuosity shortest_path " + quoted(folder.path() / "pore.vti"),
+          "tortuosity diffusive --voxel-size 1e-3 " + in, "tortuosity diffusive " + quoted(folder.path() / "pore.vti"),
+          "tortuosity diffusive --dry-run " + in, "tortuosity hydraulic " + quoted(folder.path() / "flow.vti")}) {
         const auto output = porepack(call + " --json");
         EXPECT_EQ(output.exit_code, 0) << call << output.err;
         EXPECT_NO_THROW((void)output.json()) << call;

@@ -81,6 +81,20 @@ TEST(Pour, PeriodicSidesAndMixtures) {
                     "cannot be periodic"));
 }
 
+// Beds of spheres in cylinders of 9 diameters are known to have porosities of 0.38 to 0.42.
+TEST(Pour, SpheresInACylinderOfNineDiameters) {
+    const test::Folder folder;
+    const Shape sphere = paper_shape("sphere", 1.0);
+    const double d = smallest_diameter(sphere);
+    const PourResult result =
+        pour(sphere, ("cylinder:" + std::to_string(9.0 * d) + ",0.5").c_str(), {.grains = 600, .batch_grains = 60}, folder);
+    const Grains grains(result.packing);
+    const double value = porosity(grains, result.packing.container, {d, grains.bounds().high.z() - d}, 20000).value;
+    std::printf("  porosity %.4f, coordination number %.2f, %.1f s\n", value, *result.coordination_number, result.wall_time_s);
+    EXPECT_GT(value, 0.38);
+    EXPECT_LT(value, 0.42);
+}
+
 TEST(Pour, AllAxesParallel) {
     // Equal rods on a lattice, all along y, dropped: contacts of exactly parallel axes everywhere.
     const Shape rod = make_preset("rod", 0.01, 0.02);

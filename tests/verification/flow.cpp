@@ -93,6 +93,40 @@ TEST(StraightDuct, HydraulicTortuosityIsExactlyOne) {
     EXPECT_NEAR(channel({12, 12, 8}, {false, false, true}, plain).hydraulic_tortuosity, 1.0, 1e-12);
 }
 
+// Driven along z the flow follows the duct: 1/cos of its angle.
+TEST(InclinedDuct, HydraulicTortuosityIsOneOverCosine) {
+    for (const int rise : {1, 2}) {  // x per z
+        const double exact = std::hypot(1.0, rise);
+        double error[3];
+        int i = 0;
+        for (const int n : {24, 48, 96}) {
+            std::vector<std::uint8_t> phase;
+            for (int k = 0; k < n; ++k)
+                for (int x = 0; x < n; ++x) phase.push_back(((x + rise * (n - k)) % n) * 2 < n ? pore : grain);
+            error[i++] = channel({n, 1, n}, {true, true, true}, plain, phase).hydraulic_tortuosity / exact - 1.0;
+        }
+        std::printf("  x per z %d: errors %+.3f %+.3f %+.3f %%, orders %.2f %.2f\n", rise, 100 * error[0], 100 * error[1], 100 * error[2],
+                    observed_order(error[0], error[1], 2.0), observed_order(error[1], error[2], 2.0));
+        EXPECT_LT(std::abs(error[2]), 0.001);
+    }
+}
+
+TEST(HydraulicTortuosity, NeedsAFlow) {
+    FlowImage flow{.grid = {.cells = {2, 2, 2}},
+                   .velocity_m_per_s = std::vector<float>(24, 0.0F),
+                   .pressure_Pa = std::vector<float>(8, 0.0F),
+                   .phase = std::vector<std::uint8_t>(8, pore),
+                   .notes = {}};
+    EXPECT_THROW((void)hydraulic_tortuosity(flow, {0.0, 2.0}, 2), NumericalError);  // at rest
+    for (std::size_t i = 0; i < 8; ++i) flow.velocity_m_per_s[3 * i] = 1.0F;
+    EXPECT_THROW((void)hydraulic_tortuosity(flow, {0.0, 2.0}, 2), NumericalError);  // along another axis
+    EXPECT_EQ(hydraulic_tortuosity(flow, {0.0, 2.0}, 0), 1.0);
+    flow.velocity_m_per_s[7] = std::nanf("");
+    const test::Folder folder;
+    write_flow_image(folder.path() / "flow.vti", flow);
+    EXPECT_THROW((void)read_flow_image(folder.path() / "flow.vti"), UserError);
+}
+
 TEST(SphereArrays, PermeabilityWithinTheBoundsOfPlainBounceBack) {
     // Drag factors K of Zick & Homsy: k = 2 a^2/(9 c K). Bounce-back on voxels shows no clean order; at the nominal solid
     // fraction it scatters by +-4 % (SC) and up to +-14 % (dense arrays) at these resolutions.

@@ -132,6 +132,9 @@ TEST(GeometricPaper, PixelsRaiseIt) {
         const double value = geometric_paper_on_slices(read_slices(slices), {}).value;
         EXPECT_GT(value, before) << pixel;
         before = value;
+        // The same without pictures: pixels are laid over the grains.
+        const double laid = geometric_paper_exact(grains, packing.container, {0.0, 0.02}, {.dot_pixel_m = pixel}).value;
+        EXPECT_NEAR((laid - 1.0) / (value - 1.0), 1.0, 0.1) << pixel;
     }
 }
 

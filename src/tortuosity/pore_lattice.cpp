@@ -1,0 +1,143 @@
+#include "tortuosity/pore_lattice.hpp"
+
+#include <cstdlib>
+#include <numeric>
+
+namespace porepack {
+namespace {
+
+// For each of the 256 ways in which the eight cells at a corner can be pore (bit x + 2 y + 4 z): are they one, through faces?
+std::array<bool, 256> joined_corners() {
+    std::array<bool, 256> joined{};
+    for (unsigned mask = 1; mask < 256; ++mask) {
+        unsigned reached = mask & (~mask + 1);  // its lowest cell
+        for (int round = 0; round < 8; ++round)
+            for (unsigned cell = 0; cell < 8; ++cell)
+                if ((reached >> cell & 1U) != 0)
+                    for (const unsigned axis : {1U, 2U, 4U}) reached |= mask & (1U << (cell ^ axis));
+        joined[mask] = reached == mask;
+    }
+    return joined;
+}
+
+int sign(int x) {
+    return x > 0 ? 1 : x < 0 ? -1 : 0;
+}
+
+}  // namespace
+
+bool VoxelSight::is_pore(Corner cell) const {
+    for (std::size_t a = 0; a < 3; ++a) {
+        const int n = lattice_.cells[a];
+        if (cell[a] >= 0 && cell[a] < n) continue;
+        if (!lattice_.periodic[a]) return false;
+        cell[a] = (cell[a] % n + n) % n;
+    }
+    return image_.phase[image_.grid.index(cell[0], cell[1], cell[2])] == pore;
+}
+
+bool VoxelSight::open(const Corner& at) const {
+    static const std::array<bool, 256> joined = joined_corners();
+    unsigned mask = 0;
+    for (int cell = 0; cell < 8; ++cell)
+        if (is_pore({at[0] - 1 + (cell & 1), at[1] - 1 + (cell >> 1 & 1), at[2] - 1 + (cell >> 2 & 1)})) mask |= 1U << cell;
+    return joined[mask];
+}
+
+bool VoxelSight::visible(const Corner& from, const Corner& step) const {
+    const int parts = std::gcd(std::gcd(std::abs(step[0]), std::abs(step[1])), std::abs(step[2]));
+    if (parts == 0) return true;
+    const Corner part = {step[0] / parts, step[1] / parts, step[2] / parts};
+    const int flat = (part[0] == 0 ? 1 : 0) + (part[1] == 0 ? 1 : 0) + (part[2] == 0 ? 1 : 0);
+    Corner at = from;
+    for (int p = 0; p < parts; ++p) {
+        if (p > 0 && !open(at)) return false;
+        bool free = true;
+        if (flat == 0) {
+            free = through_cells(at, part);
+        } else {
+            const std::size_t first = part[0] == 0 ? 0 : part[1] == 0 ? 1 : 2;
+            free = flat == 1 ? along_face(at, part, first) : along_edge(at, part, part[0] != 0 ? 0 : part[1] != 0 ? 1 : 2);
+        }
+        if (!free) return false;
+        for (std::size_t a = 0; a < 3; ++a) at[a] += part[a];
+    }
+    return true;
+}
+
+// Four cells lie round an edge.
+bool VoxelSight::along_edge(const Corner& from, const Corner& step, std::size_t axis) const {
+    const std::size_t b = (axis + 1) % 3, c = (axis + 2) % 3;
+    Corner cell = from;
+    if (step[axis] < 0) --cell[axis];
+    const auto pore_at = [&](int db, int dc) {
+        Corner at = cell;
+        at[b] += db;
+        at[c] += dc;
+        return is_pore(at);
+    };
+    const bool p = pore_at(-1, -1), q = pore_at(0, -1), r = pore_at(-1, 0), s = pore_at(0, 0);
+    return (p && s) || (q && r) ? (p && q) || (q && s) || (s && r) || (r && p) : p || q || r || s;
+}
+
+// A way within a plane of faces, each with a cell on either side: it goes on where the cells of one side are both pore.
+bool VoxelSight::along_face(const Corner& from, const Corner& step, std::size_t normal) const {
+    const std::size_t a = (normal + 1) % 3, b = (normal + 2) % 3;
+    Corner cell = from;
+    if (step[a] < 0) --cell[a];
+    if (step[b] < 0) --cell[b];
+    const auto sides = [&] {
+        Corner below = cell;
+        --below[normal];
+        return (is_pore(cell) ? 1U : 0U) | (is_pore(below) ? 2U : 0U);
+    };
+    unsigned open_sides = sides();
+    if (open_sides == 0) return false;
+    const int na = std::abs(step[a]), nb = std::abs(step[b]);
+    for (int ca = 1, cb = 1; ca < na || cb < nb;) {
+        // The crossings lie at ca/na and cb/nb of the way, never together: na and nb have no common divisor.
+        if (static_cast<long>(ca) * nb < static_cast<long>(cb) * na) {
+            cell[a] += sign(step[a]);
+            ++ca;
+        } else {
+            cell[b] += sign(step[b]);
+            ++cb;
+        }
+        const unsigned next = sides();
+        if ((open_sides & next) == 0) return false;
+        open_sides = next;
+    }
+    return true;
+}
+
+bool VoxelSight::through_cells(const Corner& from, const Corner& step) const {
+    Corner cell = from;
+    std::array<long, 3> n{}, crossed{1, 1, 1};
+    for (std::size_t a = 0; a < 3; ++a) {
+        n[a] = std::abs(step[a]);
+        if (step[a] < 0) --cell[a];
+    }
+    if (!is_pore(cell)) return false;
+    const std::array<long, 3> scale = {n[1] * n[2], n[0] * n[2], n[0] * n[1]};
+    while (true) {
+        const std::array<long, 3> at = {crossed[0] * scale[0], crossed[1] * scale[1], crossed[2] * scale[2]};
+        const long next = std::min(at[0], std::min(at[1], at[2]));
+        if (next >= n[0] * n[1] * n[2]) return true;
+        int together = 0;
+        bool beside = false;  // through an edge: one of the cells beside it must be pore
+        Corner there = cell;
+        for (std::size_t a = 0; a < 3; ++a) {
+            if (at[a] != next) continue;
+            ++together;
+            there[a] += sign(step[a]);
+            Corner one = cell;
+            one[a] += sign(step[a]);
+            beside = beside || is_pore(one);
+            ++crossed[a];
+        }
+        if (!is_pore(there) || (together > 1 && !beside)) return false;
+        cell = there;
+    }
+}
+
+}  // namespace porepack

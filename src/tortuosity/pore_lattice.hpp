@@ -1,0 +1,63 @@
+// The corners of an image's voxels as places where a path may turn, and what can be seen from them. Only for the sources of this room.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "converters/voxels.hpp"
+
+namespace porepack {
+
+using Corner = std::array<int, 3>;
+
+struct Lattice {
+    std::array<int, 3> cells{};
+    std::array<bool, 3> periodic{};  // across; never along the way
+    Vec3 origin_m = Vec3::Zero(), spacing_m = Vec3::Ones();
+
+    [[nodiscard]] int corners(std::size_t axis) const { return cells[axis] + (periodic[axis] ? 0 : 1); }
+    [[nodiscard]] std::size_t size() const {
+        return static_cast<std::size_t>(corners(0)) * static_cast<std::size_t>(corners(1)) * static_cast<std::size_t>(corners(2));
+    }
+    [[nodiscard]] std::size_t index(const Corner& at) const {
+        return (static_cast<std::size_t>(at[2]) * static_cast<std::size_t>(corners(1)) + static_cast<std::size_t>(at[1])) *
+                   static_cast<std::size_t>(corners(0)) +
+               static_cast<std::size_t>(at[0]);
+    }
+    [[nodiscard]] Corner corner(std::size_t index) const {
+        const auto nx = static_cast<std::size_t>(corners(0)), ny = static_cast<std::size_t>(corners(1));
+        return {static_cast<int>(index % nx), static_cast<int>(index / nx % ny), static_cast<int>(index / (nx * ny))};
+    }
+    // False beyond the walls; across a periodic side the corner is the one on the other side.
+    [[nodiscard]] bool wrap(Corner& at) const {
+        for (std::size_t a = 0; a < 3; ++a) {
+            if (periodic[a])
+                at[a] = at[a] < 0 ? at[a] + cells[a] : at[a] >= cells[a] ? at[a] - cells[a] : at[a];
+            else if (at[a] < 0 || at[a] > cells[a])
+                return false;
+        }
+        return true;
+    }
+    [[nodiscard]] Vec3 place(const Corner& at) const { return origin_m + spacing_m.cwiseProduct(Vec3(at[0], at[1], at[2])); }
+};
+
+// The voxels as they are: cubes. Pores join through faces only; a way may follow a grain's faces and edges, but not slip through where
+// two pores meet in an edge or a corner alone.
+class VoxelSight {
+public:
+    VoxelSight(const PhaseImage& image, const Lattice& lattice) : image_(image), lattice_(lattice) {}
+    // The corner lies in pore space, all of which meets here through faces.
+    [[nodiscard]] bool open(const Corner& at) const;
+    // The straight way from a corner to another, both open, lies in pore space. `step` leads to the other.
+    [[nodiscard]] bool visible(const Corner& from, const Corner& step) const;
+
+private:
+    [[nodiscard]] bool is_pore(Corner cell) const;
+    [[nodiscard]] bool along_edge(const Corner& from, const Corner& step, std::size_t axis) const;
+    [[nodiscard]] bool along_face(const Corner& from, const Corner& step, std::size_t normal) const;
+    [[nodiscard]] bool through_cells(const Corner& from, const Corner& step) const;
+    const PhaseImage& image_;
+    const Lattice& lattice_;
+};
+
+}  // namespace porepack

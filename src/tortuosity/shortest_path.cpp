@@ -1,0 +1,311 @@
+// Shortest ways through the pores (geodesics): Dijkstra's search over the corners of the voxels in which a way goes straight to the last
+// place that it can see (Theta*: Nash, Daniel, Koenig & Felner 2007), so that it has the length of the way and not that of a staircase.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <queue>
+
+#include "core/error.hpp"
+#include "core/interrupt.hpp"
+#include "core/log.hpp"
+#include "core/machine.hpp"
+#include "tortuosity/pore_lattice.hpp"
+#include "tortuosity/tortuosity.hpp"
+
+namespace porepack {
+namespace {
+
+struct Neighbour {
+    Corner step;
+    double length;
+};
+
+std::vector<Neighbour> neighbours_of(const Vec3& spacing) {
+    std::vector<Neighbour> all;
+    for (int z = -1; z <= 1; ++z)
+        for (int y = -1; y <= 1; ++y)
+            for (int x = -1; x <= 1; ++x)
+                if (x != 0 || y != 0 || z != 0) all.push_back({{x, y, z}, spacing.cwiseProduct(Vec3(x, y, z)).norm()});
+    return all;
+}
+
+// Lengths of the ways from the last plane to all corners; each corner knows the place that its way comes straight from.
+template <typename Sight>
+class Ways {
+public:
+    Ways(const Lattice& lattice, const Sight& sight, std::size_t axis)
+        : lattice_(lattice), sight_(sight), axis_(axis), length_(lattice.size(), 1e30F), back_(lattice.size()), state_(lattice.size(), 0) {
+        search();
+    }
+    [[nodiscard]] bool reached(std::size_t at) const { return state_[at] == settled; }
+    // Corners from `start` to the last plane, not wrapped.
+    [[nodiscard]] std::vector<Corner> way_from(const Corner& start) const {
+        std::vector<Corner> way = {start};
+        Corner at = start, free = start;
+        while (true) {
+            const Step& back = back_[lattice_.index(at)];
+            if (back[0] == 0 && back[1] == 0 && back[2] == 0) return way;
+            for (std::size_t a = 0; a < 3; ++a) {
+                at[a] -= back[a];
+                free[a] -= back[a];
+            }
+            (void)wrap_far(at);
+            way.push_back(free);
+        }
+    }
+
+private:
+    using Step = std::array<std::int16_t, 3>;  // from the place that the way comes from
+    enum : std::uint8_t { fresh = 0, settled = 1, closed = 2 };
+
+    [[nodiscard]] Corner wrap_far(Corner& at) const {
+        for (std::size_t a = 0; a < 3; ++a)
+            if (lattice_.periodic[a]) at[a] = (at[a] % lattice_.cells[a] + lattice_.cells[a]) % lattice_.cells[a];
+        return at;
+    }
+    [[nodiscard]] double length_of(const Corner& step) const {
+        return lattice_.spacing_m.cwiseProduct(Vec3(step[0], step[1], step[2])).norm();
+    }
+
+    void search() {
+        using Entry = std::pair<float, std::uint32_t>;
+        std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
+        const std::vector<Neighbour> neighbours = neighbours_of(lattice_.spacing_m);
+        Corner at{};
+        const std::size_t u = (axis_ + 1) % 3, v = (axis_ + 2) % 3;
+        at[axis_] = lattice_.corners(axis_) - 1;
+        for (at[u] = 0; at[u] < lattice_.corners(u); ++at[u])
+            for (at[v] = 0; at[v] < lattice_.corners(v); ++at[v]) {
+                if (!sight_.open(at)) continue;
+                const std::size_t i = lattice_.index(at);
+                length_[i] = 0.0F;
+                queue.push({0.0F, static_cast<std::uint32_t>(i)});
+            }
+        Progress progress("tortuosity (shortest_path)");
+        const double whole = static_cast<double>(lattice_.corners(axis_)) * lattice_.spacing_m[static_cast<int>(axis_)];
+        for (long count = 0; !queue.empty(); ++count) {
+            const auto [length, index] = queue.top();
+            queue.pop();
+            if (state_[index] != fresh) continue;
+            state_[index] = settled;
+            const Corner here = lattice_.corner(index);
+            for (const Neighbour& neighbour : neighbours) relax(here, index, neighbour, queue);
+            if (count % 65536 == 0) {
+                check_interrupt();
+                progress.update(std::min(1.0, length / whole));
+            }
+        }
+    }
+
+    template <typename Queue>
+    void relax(const Corner& here, std::size_t index, const Neighbour& neighbour, Queue& queue) {
+        Corner there = {here[0] + neighbour.step[0], here[1] + neighbour.step[1], here[2] + neighbour.step[2]};
+        if (!lattice_.wrap(there)) return;
+        const std::size_t other = lattice_.index(there);
+        if (state_[other] != fresh) return;
+        const Step& back = back_[index];
+        const Corner from_anchor = {back[0] + neighbour.step[0], back[1] + neighbour.step[1], back[2] + neighbour.step[2]};
+        const double anchor = static_cast<double>(length_[index]) - length_of({back[0], back[1], back[2]});
+        const double straight = anchor + length_of(from_anchor), bent = length_[index] + neighbour.length;
+        const double known = length_[other] * (1.0 - 1e-6);
+        if (straight >= known) return;
+        if (!sight_.open(there)) {
+            state_[other] = closed;
+            return;
+        }
+        Corner place = {here[0] - back[0], here[1] - back[1], here[2] - back[2]};
+        constexpr int farthest = 32000;
+        const bool near = std::abs(from_anchor[0]) < farthest && std::abs(from_anchor[1]) < farthest && std::abs(from_anchor[2]) < farthest;
+        const auto set = [&](double length, const Corner& step) {
+            length_[other] = static_cast<float>(length);
+            for (std::size_t a = 0; a < 3; ++a) back_[other][a] = static_cast<std::int16_t>(step[a]);
+            queue.push({length_[other], static_cast<std::uint32_t>(other)});
+        };
+        if (near && sight_.visible(wrap_far(place), from_anchor))
+            set(straight, from_anchor);
+        else if (bent < known && sight_.visible(here, neighbour.step))
+            set(bent, neighbour.step);
+    }
+
+    const Lattice& lattice_;
+    const Sight& sight_;
+    std::size_t axis_;
+    std::vector<float> length_;
+    std::vector<Step> back_;
+    std::vector<std::uint8_t> state_;
+};
+
+// Length less the height, summed without cancellation: exactly 0 for a straight way.
+double excess(const std::vector<Vec3>& way, int axis) {
+    double sum = 0.0;
+    for (std::size_t i = 1; i < way.size(); ++i) {
+        const Vec3 part = way[i] - way[i - 1];
+        const double along = part[axis], across2 = std::max(0.0, part.squaredNorm() - along * along);
+        sum += along > 0.0 ? across2 / (part.norm() + along) : part.norm() - along;
+    }
+    return sum;
+}
+
+// Points evenly along the way, `spacing` apart or less.
+std::vector<Vec3> resampled(const std::vector<Vec3>& way, double spacing) {
+    std::vector<Vec3> points = {way.front()};
+    for (std::size_t i = 1; i < way.size(); ++i) {
+        const auto parts = static_cast<int>(std::ceil((way[i] - way[i - 1]).norm() / spacing));
+        for (int p = 1; p <= parts; ++p) points.push_back(way[i - 1] + static_cast<double>(p) / parts * (way[i] - way[i - 1]));
+    }
+    return points;
+}
+
+// A thread laid between grains: its points are drawn to the middle of their neighbours (overrelaxed) and put back to the grains' surface
+// where they have come inside. The last point slides on the end plane.
+void relax_thread(std::vector<Vec3>& way, int axis, const Grains& grains, double spacing, int most_sweeps) {
+    constexpr double overrelaxation = 1.6;
+    std::vector<std::vector<Capsule>> near(way.size());
+    const auto out_of_grains = [&](Vec3& point, const std::vector<Capsule>& capsules) {
+        for (int round = 0; round < 6; ++round) {
+            bool inside = false;
+            for (const Capsule& capsule : capsules) {
+                const Vec3 axis_point = closest_on_axis(capsule, point), away = point - axis_point;
+                const double distance = away.norm();
+                if (distance >= capsule.radius || distance == 0.0) continue;
+                inside = true;
+                point = axis_point + capsule.radius * (1.0 + 1e-12) / distance * away;
+            }
+            if (!inside) return;
+        }
+    };
+    for (int sweep = 0; sweep < most_sweeps; ++sweep) {
+        double farthest = 0.0;
+        for (std::size_t i = 1; i < way.size(); ++i) {
+            if (sweep % 8 == 0) {
+                near[i].clear();
+                grains.capsules_near(way[i], 2.0 * spacing, near[i]);
+            }
+            const bool last = i + 1 == way.size();
+            Vec3 middle = last ? way[i - 1] : Vec3(0.5 * (way[i - 1] + way[i + 1]));
+            if (last) middle[axis] = way[i][axis];
+            Vec3 move = overrelaxation * (middle - way[i]);
+            if (const double size = move.norm(); size > 0.5 * spacing) move *= 0.5 * spacing / size;
+            Vec3 there = way[i] + move;
+            if (!near[i].empty()) out_of_grains(there, near[i]);
+            if (last) there[axis] = way[i][axis];
+            farthest = std::max(farthest, (there - way[i]).norm());
+            way[i] = there;
+        }
+        if (farthest < 1e-4 * spacing) break;
+    }
+}
+
+// Pulls a way taut. Returns length less height: of threads of ever more points; their chords cut the round grains by a part of second
+// order, which the last two take out.
+double pull_taut(std::vector<Vec3>& way, int axis, const Grains& grains, double radius) {
+    double before = 0.0, now = excess(way, axis);
+    for (const auto& [part, sweeps] : {std::pair(1.0, 100), std::pair(0.5, 60), std::pair(0.25, 60), std::pair(0.125, 60)}) {
+        way = resampled(way, part * radius);
+        relax_thread(way, axis, grains, part * radius, sweeps);
+        before = now;
+        now = excess(way, axis);
+    }
+    return std::max(0.0, now + (now - before) / 3.0);
+}
+
+// Every start's way, or of very many evenly chosen ones, and their mean.
+template <typename Sight, typename Finish>
+ShortestPathResult summarise(const Lattice& lattice, const Sight& sight, std::size_t axis, std::size_t most, const Finish& finish) {
+    const Ways<Sight> ways(lattice, sight, axis);
+    const std::size_t u = (axis + 1) % 3, v = (axis + 2) % 3;
+    struct Start {
+        Corner at;
+        double weight;  // a corner on a side stands for half the area
+    };
+    std::vector<Start> starts;
+    ShortestPathResult result;
+    Corner at{};
+    for (at[v] = 0; at[v] < lattice.corners(v); ++at[v])
+        for (at[u] = 0; at[u] < lattice.corners(u); ++at[u]) {
+            if (!sight.open(at)) continue;
+            double weight = 1.0;
+            for (const std::size_t across : {u, v})
+                if (!lattice.periodic[across] && (at[across] == 0 || at[across] == lattice.cells[across])) weight *= 0.5;
+            if (ways.reached(lattice.index(at)))
+                starts.push_back({at, weight});
+            else
+                ++result.blocked_starts;
+        }
+    if (starts.empty())
+        throw NumericalError("no way leads through the pores: the section does not percolate", {.mend = "take finer voxels if it should"});
+    const std::size_t every = 1 + (starts.size() - 1) / most;
+    const double length = lattice.cells[axis] * lattice.spacing_m[static_cast<int>(axis)];
+    std::vector<std::pair<double, double>> values((starts.size() - every / 2 + every - 1) / every);  // with their weights
+    std::size_t best = 0;
+    std::vector<Vec3> best_way;
+    // No exception may leave a parallel loop.
+#pragma omp parallel for schedule(dynamic, 1)
+    for (std::size_t n = 0; n < values.size(); ++n) {
+        if (interrupted()) continue;
+        const Start& start = starts[every / 2 + n * every];
+        std::vector<Vec3> way;
+        for (const Corner& corner : ways.way_from(start.at)) way.push_back(lattice.place(corner));
+        const double value = way.size() > 2 ? finish(way) / length : 0.0;
+#pragma omp critical
+        {
+            values[n] = {value, start.weight};
+            if (best_way.empty() || value < values[best].first || (value == values[best].first && n < best)) {
+                best = n;
+                best_way = way;
+            }
+        }
+    }
+    check_interrupt();
+    result.shortest_m = best_way;
+    result.least = 1.0 + values[best].first;
+    for (const auto& [value, weight] : values) result.greatest = std::max(result.greatest, 1.0 + value);
+    result.starts = static_cast<long>(values.size());
+    double weights = 0.0, mean = 0.0, squares = 0.0;
+    for (const auto& [value, weight] : values) weights += weight;
+    for (const auto& [value, weight] : values) mean += weight / weights * value;
+    for (const auto& [value, weight] : values) squares += weight / weights * (value - mean) * (value - mean);
+    result.value = 1.0 + mean;
+    result.standard_deviation = std::sqrt(squares);
+    return result;
+}
+
+Lattice lattice_of(const PhaseImage& image, int axis, std::array<bool, 3> periodic) {
+    Lattice lattice{.cells = image.grid.cells, .periodic = periodic};
+    for (int a = 0; a < 3; ++a) {
+        lattice.origin_m[a] = image.grid.origin_m[static_cast<std::size_t>(a)];
+        lattice.spacing_m[a] = image.grid.spacing_m[static_cast<std::size_t>(a)];
+    }
+    lattice.periodic[static_cast<std::size_t>(axis)] = false;
+    if (lattice.size() >= 4294967295U)
+        throw UserError(fmt::format("the grid has {:.3g} corners", static_cast<double>(lattice.size())),
+                        {.allowed = "fewer than 4.29e9", .mend = "take larger voxels or a shorter section"});
+    return lattice;
+}
+
+}  // namespace
+
+double shortest_path_memory_bytes(double cells) {
+    return 20.0 * cells;
+}
+
+std::array<bool, 3> periodic_sides(const Container& container, const Section& section) {
+    return {container.periodic[0], container.periodic[1], container.periodic[2] && section.length() > 0.999 * container.height()};
+}
+
+ShortestPathResult shortest_path(const PhaseImage& image, int axis, std::array<bool, 3> periodic) {
+    const Lattice lattice = lattice_of(image, axis, periodic);
+    return summarise(lattice, VoxelSight(image, lattice), static_cast<std::size_t>(axis), 1000000,
+                     [&](const std::vector<Vec3>& way) { return excess(way, axis); });
+}
+
+ShortestPathResult shortest_path(const Grains& grains, const Container& container, const Section& section, const VoxelPlan& plan,
+                                 double smallest_diameter_m, int axis, long most_starts) {
+    const PhaseImage image = voxelise(grains, container, section, plan);
+    const Lattice lattice = lattice_of(image, axis, periodic_sides(container, section));
+    return summarise(lattice, VoxelSight(image, lattice), static_cast<std::size_t>(axis), static_cast<std::size_t>(most_starts),
+                     [&](std::vector<Vec3>& way) { return pull_taut(way, axis, grains, 0.5 * smallest_diameter_m); });
+}
+
+}  // namespace porepack
