@@ -172,6 +172,46 @@ Json diffusive_errors() {
     return rows;
 }
 
+// What three of the numbers are made of, on the packing of tetrapods: paths and concentration seen along y.
+void draw_kinds(const Path& folder, const Bed& bed) {
+    const Grains grains(bed.packing);
+    const Section section{0.03, 0.09};
+    const auto lines = [&](const char* file, const std::vector<std::vector<Vec3>>& ways) {
+        std::string text;
+        for (const auto& way : ways) {
+            if (std::abs(way.front().y()) > 0.012) continue;
+            for (const Vec3& point : way) text += fmt::format("{:.3f} {:.3f}\n", 1e3 * point.x(), 1e3 * point.z());
+            text += "\n";
+        }
+        write_text(folder / file, text);
+    };
+    lines("paths_geometric.dat", geometric_paper_exact(grains, bed.packing.container, section, {}).ways_m);
+    const VoxelPlan plan = plan_voxels(bed.packing.container, section, 5e-4, 0.0, finest_diameter(bed.packing));
+    lines("paths_shortest.dat", shortest_path(grains, bed.packing.container, section, plan, finest_diameter(bed.packing), 2).ways_m);
+    const PhaseImage image = voxelise(grains, bed.packing.container, section, plan);
+    const DiffusiveResult diffusion = diffusive_tortuosity(image, 2, {false, false, false});
+    std::string text;
+    const int j = image.grid.cells[1] / 2;
+    for (int k = 0; k < image.grid.cells[2]; ++k) {
+        for (int i = 0; i < image.grid.cells[0]; ++i) {
+            const std::size_t cell = image.grid.index(i, j, k);
+            text += image.phase[cell] == pore
+                        ? fmt::format("{:.2f} {:.2f} {:.4f}\n", 1e3 * image.grid.centre(0, i), 1e3 * image.grid.centre(2, k),
+                                      diffusion.concentration[cell])
+                        : fmt::format("{:.2f} {:.2f} NaN\n", 1e3 * image.grid.centre(0, i), 1e3 * image.grid.centre(2, k));
+        }
+        text += "\n";
+    }
+    write_text(folder / "concentration.dat", text);
+    draw_plot(
+        folder / "tortuosity_kinds.svg",
+        "set terminal svg size 1000,300 font 'DejaVu Sans,11' background 'white'\nset output 'tortuosity_kinds.svg'\n"
+        "set multiplot layout 1,3\nset xrange [-50:50]\nset yrange [30:90]\nset size ratio -1\nset xlabel 'x / mm'\nset ylabel 'z / mm'\n"
+        "unset key\nunset grid\nset title 'geometric\\_paper: dots moved out of the grains'\nplot 'paths_geometric.dat' with lines\n"
+        "set title 'shortest\\_path: threads pulled taut'\nplot 'paths_shortest.dat' with lines\n"
+        "set title 'diffusive: concentration'\nunset colorbox\nplot 'concentration.dat' using 1:2:3 with image pixels\nunset multiplot\n");
+}
+
 }  // namespace
 
 Json tortuosity_benchmark(bool quick, const Path& output) {
@@ -191,6 +231,7 @@ Json tortuosity_benchmark(bool quick, const Path& output) {
         studies.back()["the_papers_equation_20"] = -2.4 * bed.porosity + 3.27;
     }
     draw_study(folder, studies);
+    if (!quick) draw_kinds(folder, beds[2]);
     return {{"geometric_paper", studies},
             {"shortest_path_past_a_sphere", shortest_path_errors()},
             {"diffusive_simple_cubic", diffusive_errors()}};

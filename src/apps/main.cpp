@@ -472,7 +472,9 @@ private:
         });
         const std::set<std::string> kinds = {"geometric_paper", "shortest_path", "hydraulic", "diffusive"};
         sub.add_option("kind", kind_, "geometric_paper, shortest_path, hydraulic or diffusive")->required()->check(CLI::IsMember(kinds));
-        add_scene_input(sub, "packing.json[.gz], an STL file, a folder of slices, pore.vti; flow.vti (hydraulic); or a case");
+        add_scene_input(sub,
+                        "packing.json[.gz], an STL file, a folder of slices, pore.vti; flow.vti or an OpenFOAM case that has run "
+                        "(hydraulic); or a case");
         add_keys(sub, common_.flags, settings_.describe_table("tortuosity"));
         add_keys(sub, common_.flags, settings_.describe_table("geometry"),
                  {"slice_spacing_m", "slice_pixel_m", "surface_deviation_m", "contact_gap_m", "reservoir_m"});

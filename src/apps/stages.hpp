@@ -22,6 +22,7 @@ namespace porepack {
 [[nodiscard]] Json foam_stage(const Scene& scene, const GeometryConfig& geometry, const FoamConfig& config, const Path& folder);
 [[nodiscard]] Json geometric_paper_stage(const Scene& scene, const TortuosityConfig& config, const Path& folder);
 [[nodiscard]] Json geometric_paper_slices_stage(const Path& slices, const TortuosityConfig& config, const Path& folder);
+/// Of flow.vti, or of an OpenFOAM case that has run.
 [[nodiscard]] Json hydraulic_stage(const Path& flow_vti, const std::vector<double>& section_m);
 [[nodiscard]] Json shortest_path_stage(const Scene& scene, const GeometryConfig& geometry, const TortuosityConfig& config,
                                        const Path& folder);

@@ -7,6 +7,7 @@
 #include "apps/stages.hpp"
 #include "core/error.hpp"
 #include "core/machine.hpp"
+#include "openfoam/foam_field.hpp"
 #include "tortuosity/tortuosity.hpp"
 
 namespace porepack {
@@ -36,7 +37,7 @@ Json geometric_json(const GeometricPaperResult& result, const std::string& geome
 
 Json shortest_path_json(const ShortestPathResult& result, const std::string& direction, const std::string& geometry, double voxel_m,
                         const Path& way_vtp) {
-    write_ways(way_vtp, {result.shortest_m});
+    write_ways(way_vtp, result.ways_m);
     const double n = static_cast<double>(std::max(1L, result.starts));
     return {{"kind", "shortest_path"},
             {"direction", direction},
@@ -50,7 +51,7 @@ Json shortest_path_json(const ShortestPathResult& result, const std::string& dir
             {"tortuosity_shortest_path_greatest", result.greatest},
             {"starts", result.starts},
             {"blocked_starts", result.blocked_starts},
-            {"path_file", way_vtp.filename().string()}};
+            {"paths_file", way_vtp.filename().string()}};
 }
 
 Json diffusive_json(const DiffusiveResult& result, const std::string& direction) {
@@ -123,7 +124,32 @@ Json geometric_paper_slices_stage(const Path& slices, const TortuosityConfig& co
     return json;
 }
 
+namespace {
+
+// Of an OpenFOAM case that has run; it flows along the direction in which the mean velocity points.
+Json hydraulic_foam_stage(const Path& folder, const std::vector<double>& section_m) {
+    const Section section = section_m.size() == 2 ? Section{section_m[0], section_m[1]} : Section{-1e300, 1e300};
+    double speed = 0.0;
+    Vec3 mean = Vec3::Zero();
+    for (const FoamCell& cell : read_foam_cells(folder)) {
+        if (cell.centre_m.z() < section.z0 || cell.centre_m.z() > section.z1) continue;
+        speed += cell.volume_m3 * cell.velocity.norm();
+        mean += cell.volume_m3 * cell.velocity;
+    }
+    int axis = 2;
+    const double along = mean.cwiseAbs().maxCoeff(&axis);
+    if (!(along > 0.0)) throw NumericalError("nothing flows in this OpenFOAM case", {.where = folder.string()});
+    return {{"kind", "hydraulic"},
+            {"solver", "openfoam"},
+            {"direction", std::string(1, "xyz"[axis])},
+            {"tortuosity_hydraulic", speed / along},
+            {"uncertainty", nullptr}};
+}
+
+}  // namespace
+
 Json hydraulic_stage(const Path& flow_vti, const std::vector<double>& section_m) {
+    if (std::filesystem::exists(flow_vti / "system" / "controlDict")) return hydraulic_foam_stage(flow_vti, section_m);
     const FlowImage flow = read_flow_image(flow_vti);
     Section section{-1e300, 1e300};
     if (section_m.size() == 2)
@@ -146,7 +172,8 @@ Json shortest_path_stage(const Scene& scene, const GeometryConfig& geometry, con
                                           ? shortest_path(*scene.grains, scene.container, scene.section, plan, scene.grain_size_m, axis)
                                           : shortest_path(voxelise(scene.solid(), scene.container, scene.section, plan), axis,
                                                           periodic_sides(scene.container, scene.section));
-    return shortest_path_json(result, config.direction, scene.grains ? "exact" : "voxels", plan.voxel_size_m, folder / "shortest_path.vtp");
+    return shortest_path_json(result, config.direction, scene.grains ? "exact" : "voxels", plan.voxel_size_m,
+                              folder / "paths_shortest.vtp");
 }
 
 Json shortest_path_image_stage(const Path& input, const std::optional<Container>& container, const std::vector<double>& section_m,
@@ -156,7 +183,7 @@ Json shortest_path_image_stage(const Path& input, const std::optional<Container>
                    "take a shorter section");
     return shortest_path_json(
         shortest_path(scene.image, static_cast<int>(axis_of(config.direction)), periodic_sides(scene.container, scene.section)),
-        config.direction, "voxels", scene.image.grid.spacing_m[0], folder / "shortest_path.vtp");
+        config.direction, "voxels", scene.image.grid.spacing_m[0], folder / "paths_shortest.vtp");
 }
 
 Json diffusive_stage(const Scene& scene, const GeometryConfig& geometry, const TortuosityConfig& config) {

@@ -355,6 +355,7 @@ DiffusiveResult diffusive_tortuosity(const PhaseImage& image, int along, std::ar
     const double cells_a_layer = inside / layers;
     result.relative_diffusivity = 0.5 * (in + out) / (g_axis * cells_a_layer / (around ? 1.0 : layers));
     result.value = result.porosity / result.relative_diffusivity;
+    result.concentration = std::move(x);
     return result;
 }
 

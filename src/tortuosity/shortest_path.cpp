@@ -238,8 +238,9 @@ ShortestPathResult summarise(const Lattice& lattice, const Sight& sight, std::si
     const std::size_t every = 1 + (starts.size() - 1) / most;
     const double length = lattice.cells[axis] * lattice.spacing_m[static_cast<int>(axis)];
     std::vector<std::pair<double, double>> values((starts.size() - every / 2 + every - 1) / every);  // with their weights
-    std::size_t best = 0;
-    std::vector<Vec3> best_way;
+    std::vector<std::vector<Vec3>> kept(values.size());
+    const std::size_t keep_every = 1 + values.size() / 100;
+    std::pair<double, std::size_t> best = {1e300, 0};
     // No exception may leave a parallel loop.
 #pragma omp parallel for schedule(dynamic, 1)
     for (std::size_t n = 0; n < values.size(); ++n) {
@@ -248,18 +249,18 @@ ShortestPathResult summarise(const Lattice& lattice, const Sight& sight, std::si
         std::vector<Vec3> way;
         for (const Corner& corner : ways.way_from(start.at)) way.push_back(lattice.place(corner));
         const double value = way.size() > 2 ? finish(way) / length : 0.0;
+        values[n] = {value, start.weight};
 #pragma omp critical
-        {
-            values[n] = {value, start.weight};
-            if (best_way.empty() || value < values[best].first || (value == values[best].first && n < best)) {
-                best = n;
-                best_way = way;
-            }
+        if (const std::pair<double, std::size_t> one = {value, n}; one < best || n % keep_every == 0) {
+            best = std::min(best, one);
+            kept[n] = std::move(way);
         }
     }
     check_interrupt();
-    result.shortest_m = best_way;
-    result.least = 1.0 + values[best].first;
+    result.ways_m.push_back(std::move(kept[best.second]));
+    for (std::size_t n = 0; n < kept.size(); n += keep_every)
+        if (!kept[n].empty()) result.ways_m.push_back(std::move(kept[n]));
+    result.least = 1.0 + best.first;
     for (const auto& [value, weight] : values) result.greatest = std::max(result.greatest, 1.0 + value);
     result.starts = static_cast<long>(values.size());
     double weights = 0.0, mean = 0.0, squares = 0.0;

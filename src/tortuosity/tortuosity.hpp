@@ -42,8 +42,8 @@ struct ShortestPathResult {
     double greatest = 0.0;            ///< from the starting point with the longest
     double standard_deviation = 0.0;  ///< between starting points
     long starts = 0;
-    long blocked_starts = 0;  ///< from which no way leads through
-    std::vector<Vec3> shortest_m;
+    long blocked_starts = 0;                ///< from which no way leads through
+    std::vector<std::vector<Vec3>> ways_m;  ///< some hundred of them, the shortest first
 };
 /// Between grains that are known exactly: voxels only tell which way round them to go; up to `most_starts` ways, evenly chosen, are then
 /// pulled taut round the capsules. Across periodic sides ways go on. Throws NumericalError when none leads through.
@@ -61,6 +61,7 @@ struct DiffusiveResult {
     double porosity = 0.0, porosity_flowing = 0.0;  ///< of the voxels; without those that no tracer passes through
     long iterations = 0;
     double residual = 0.0, flux_imbalance = 0.0;
+    std::vector<double> concentration;  ///< of each voxel: 1 at the first plane, 0 at the last; round a periodic axis less its mean slope
 };
 /// Finite volumes on the pore voxels, conjugate gradients with a multigrid preconditioner. Throws NumericalError when no pores lead
 /// through, or when `tolerance` (residual over right-hand side) is not reached in `most_iterations`.

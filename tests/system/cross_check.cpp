@@ -26,6 +26,16 @@ TEST(CrossCheck, BothSolversAgreeWithinTheirIntervals) {
     EXPECT_LT(row["speed_profile_z_difference"].get<double>(), 0.08);
     EXPECT_LT(row["speed_profile_r_difference"].get<double>(), 0.08);
     EXPECT_TRUE(std::filesystem::exists(folder.path() / "out" / "cross-check.json"));
+    // The flow's detour by both solvers.
+    double hydraulic[2];
+    int i = 0;
+    for (const Path& flow : {folder.path() / "results" / "lbm" / "flow.vti", folder.path() / "results" / "foam" / "mesh_fine"}) {
+        const auto one = porepack("tortuosity hydraulic --json " + quoted(flow) + " --output " + quoted(folder.path() / "hydraulic"));
+        ASSERT_EQ(one.exit_code, 0) << one.err;
+        hydraulic[i++] = one.json()["tortuosity_hydraulic"].get<double>();
+    }
+    std::printf("  hydraulic tortuosity %.4f (LBM), %.4f (OpenFOAM)\n", hydraulic[0], hydraulic[1]);
+    EXPECT_NEAR(hydraulic[0] / hydraulic[1], 1.0, 0.02);
 }
 
 }  // namespace

@@ -149,7 +149,7 @@ TEST(ShortestPath, AnisotropicVoxels) {
     const ShortestPathResult result = shortest_path(image, 2, walls);
     EXPECT_GT(result.value, 1.0);
     EXPECT_LT(result.value, farthest / 6.0);
-    EXPECT_NEAR(result.shortest_m.back().z(), 6.0, 1e-12);
+    EXPECT_NEAR(result.ways_m.front().back().z(), 6.0, 1e-12);
     (void)same;
 }
 
