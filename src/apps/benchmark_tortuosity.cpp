@@ -204,11 +204,11 @@ void draw_kinds(const Path& folder, const Bed& bed) {
     }
     write_text(folder / "concentration.dat", text);
     draw_plot(
-        folder / "tortuosity_kinds.svg",
-        "set terminal svg size 1000,300 font 'DejaVu Sans,11' background 'white'\nset output 'tortuosity_kinds.svg'\n"
+        folder / "tortuosity_kinds.png",
+        "set terminal pngcairo size 1100,330 font 'DejaVu Sans,11'\nset output 'tortuosity_kinds.png'\n"
         "set multiplot layout 1,3\nset xrange [-50:50]\nset yrange [30:90]\nset size ratio -1\nset xlabel 'x / mm'\nset ylabel 'z / mm'\n"
-        "unset key\nunset grid\nset title 'geometric\\_paper: dots moved out of the grains'\nplot 'paths_geometric.dat' with lines\n"
-        "set title 'shortest\\_path: threads pulled taut'\nplot 'paths_shortest.dat' with lines\n"
+        "unset key\nunset grid\nset title 'geometric\\_paper'\nplot 'paths_geometric.dat' with lines\n"
+        "set title 'shortest\\_path'\nplot 'paths_shortest.dat' with lines\n"
         "set title 'diffusive: concentration'\nunset colorbox\nplot 'concentration.dat' using 1:2:3 with image pixels\nunset multiplot\n");
 }
 

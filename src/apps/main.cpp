@@ -274,7 +274,7 @@ private:
         auto& status = command("status", "what is done, stale, failed or missing in a case", "porepack status cases/quickstart",
                                [this] { print_status(common_); });
         status.add_option("case", common_.input, "folder with case.toml")->required();
-        auto& pack = command("pack", "pour the grains of a case (LIGGGHTS)", "porepack pack cases/quickstart --seed 7",
+        auto& pack = command("pack", "pour the grains of a case (exact capsules, or LIGGGHTS)", "porepack pack cases/quickstart --seed 7",
                              [this] { run_in_case(common_, "pack", "packing"); });
         pack.add_option("case", common_.input, "folder with case.toml")->required();
         add_keys(pack, common_.flags, settings_.describe_table("packing"));
