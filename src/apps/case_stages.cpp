@@ -318,11 +318,28 @@ std::vector<Stage> stages_of(const Case& c) {
     if (!stl) tortuosity_needs.insert(tortuosity_needs.begin(), "pack");
     stages.push_back({"tortuosity",
                       tortuosity_needs,
-                      only(table_json(c, {"tortuosity", "geometry"}), "geometry", section_keys),
+                      only(table_json(c, {"container", "tortuosity", "geometry"}), "geometry", with_section({"voxel_size_m"})),
                       {},
-                      {},
+                      {"*.vtp"},
                       [c](const Path& folder) { return tortuosity_of_case(c, folder); },
-                      quick});
+                      [c]() -> std::string {
+                          const auto& settings = c.settings;
+                          const Container container = make_container(settings.container);
+                          const double d = finest_diameter(c),
+                                       h = settings.geometry.voxel_size_m > 0.0 ? settings.geometry.voxel_size_m : d / 10.0;
+                          const Vec3 inner = container.high() - container.low();
+                          const double cells = inner.x() * inner.y() * expected_section(c, container).length() / (h * h * h);
+                          Expectation expected = expect_tortuosity("geometric_paper", cells);
+                          for (const auto& [wanted, kind] : {std::pair(settings.tortuosity.shortest_path, "shortest_path"),
+                                                             std::pair(settings.tortuosity.diffusive, "diffusive")})
+                              if (wanted) {
+                                  const Expectation one = expect_tortuosity(kind, cells);
+                                  expected.memory_bytes = std::max(expected.memory_bytes, one.memory_bytes);
+                                  expected.wall_time_s += one.wall_time_s;
+                                  expected.text = one.text;
+                              }
+                          return expect_text(expected);
+                      }});
     stages.push_back({"falling-head",
                       {"shape", "voxelise", "lbm"},
                       table_json(c, {"falling_head"}),

@@ -31,10 +31,9 @@ std::vector<Neighbour> neighbours_of(const Vec3& spacing) {
 }
 
 // Lengths of the ways from the last plane to all corners; each corner knows the place that its way comes straight from.
-template <typename Sight>
 class Ways {
 public:
-    Ways(const Lattice& lattice, const Sight& sight, std::size_t axis)
+    Ways(const Lattice& lattice, const VoxelSight& sight, std::size_t axis)
         : lattice_(lattice), sight_(sight), axis_(axis), length_(lattice.size(), 1e30F), back_(lattice.size()), state_(lattice.size(), 0) {
         search();
     }
@@ -50,16 +49,18 @@ public:
                 at[a] -= back[a];
                 free[a] -= back[a];
             }
-            (void)wrap_far(at);
+            at = wrap_far(at);
             way.push_back(free);
         }
     }
 
 private:
     using Step = std::array<std::int16_t, 3>;  // from the place that the way comes from
+    using Entry = std::pair<float, std::uint32_t>;
+    using Queue = std::priority_queue<Entry, std::vector<Entry>, std::greater<>>;
     enum : std::uint8_t { fresh = 0, settled = 1, closed = 2 };
 
-    [[nodiscard]] Corner wrap_far(Corner& at) const {
+    [[nodiscard]] Corner wrap_far(Corner at) const {
         for (std::size_t a = 0; a < 3; ++a)
             if (lattice_.periodic[a]) at[a] = (at[a] % lattice_.cells[a] + lattice_.cells[a]) % lattice_.cells[a];
         return at;
@@ -69,8 +70,7 @@ private:
     }
 
     void search() {
-        using Entry = std::pair<float, std::uint32_t>;
-        std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
+        Queue queue;
         const std::vector<Neighbour> neighbours = neighbours_of(lattice_.spacing_m);
         Corner at{};
         const std::size_t u = (axis_ + 1) % 3, v = (axis_ + 2) % 3;
@@ -98,7 +98,6 @@ private:
         }
     }
 
-    template <typename Queue>
     void relax(const Corner& here, std::size_t index, const Neighbour& neighbour, Queue& queue) {
         Corner there = {here[0] + neighbour.step[0], here[1] + neighbour.step[1], here[2] + neighbour.step[2]};
         if (!lattice_.wrap(there)) return;
@@ -114,7 +113,7 @@ private:
             state_[other] = closed;
             return;
         }
-        Corner place = {here[0] - back[0], here[1] - back[1], here[2] - back[2]};
+        const Corner place = {here[0] - back[0], here[1] - back[1], here[2] - back[2]};
         constexpr int farthest = 32000;
         const bool near = std::abs(from_anchor[0]) < farthest && std::abs(from_anchor[1]) < farthest && std::abs(from_anchor[2]) < farthest;
         const auto set = [&](double length, const Corner& step) {
@@ -129,7 +128,7 @@ private:
     }
 
     const Lattice& lattice_;
-    const Sight& sight_;
+    const VoxelSight& sight_;
     std::size_t axis_;
     std::vector<float> length_;
     std::vector<Step> back_;
@@ -211,9 +210,9 @@ double pull_taut(std::vector<Vec3>& way, int axis, const Grains& grains, double 
 }
 
 // Every start's way, or of very many evenly chosen ones, and their mean.
-template <typename Sight, typename Finish>
-ShortestPathResult summarise(const Lattice& lattice, const Sight& sight, std::size_t axis, std::size_t most, const Finish& finish) {
-    const Ways<Sight> ways(lattice, sight, axis);
+template <typename Finish>
+ShortestPathResult summarise(const Lattice& lattice, const VoxelSight& sight, std::size_t axis, std::size_t most, const Finish& finish) {
+    const Ways ways(lattice, sight, axis);
     const std::size_t u = (axis + 1) % 3, v = (axis + 2) % 3;
     struct Start {
         Corner at;
@@ -248,7 +247,7 @@ ShortestPathResult summarise(const Lattice& lattice, const Sight& sight, std::si
         const Start& start = starts[every / 2 + n * every];
         std::vector<Vec3> way;
         for (const Corner& corner : ways.way_from(start.at)) way.push_back(lattice.place(corner));
-        const double value = way.size() > 2 ? finish(way) / length : 0.0;
+        const double value = excess(way, static_cast<int>(axis)) > 0.0 ? finish(way) / length : 0.0;
         values[n] = {value, start.weight};
 #pragma omp critical
         if (const std::pair<double, std::size_t> one = {value, n}; one < best || n % keep_every == 0) {
@@ -288,7 +287,7 @@ Lattice lattice_of(const PhaseImage& image, int axis, std::array<bool, 3> period
 }  // namespace
 
 double shortest_path_memory_bytes(double cells) {
-    return 20.0 * cells;
+    return 15.0 * cells;
 }
 
 std::array<bool, 3> periodic_sides(const Container& container, const Section& section) {

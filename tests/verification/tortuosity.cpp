@@ -140,6 +140,17 @@ TEST(ShortestPath, GoesOnAcrossPeriodicSides) {
     EXPECT_LT(open.value, closed.value);
 }
 
+// Layers of a slit that moves by half its width from layer to layer: up, aslant from corner to corner, and up.
+TEST(ShortestPath, ASlantedSlit) {
+    const PhaseImage slit = image_of({12, 1, 4}, 1.0, [](const Vec3& at) {
+        const double x = at.x() - 2.0 * std::floor(at.z());
+        return x < 0.0 || x > 4.0;
+    });
+    const ShortestPathResult result = shortest_path(slit, 2, walls);
+    EXPECT_NEAR(result.least, (2.0 + std::sqrt(8.0)) / 4.0, 1e-6);
+    EXPECT_GT(result.value, result.least);
+}
+
 TEST(ShortestPath, AnisotropicVoxels) {
     PhaseImage image = image_of({6, 2, 12}, 1.0, [](const Vec3& at) { return at.z() > 5 && at.z() < 6 && at.x() > 2; });
     image.grid.spacing_m = {2.0, 1.0, 0.5};
