@@ -28,6 +28,10 @@ struct Level {
     [[nodiscard]] std::array<std::size_t, 3> strides() const {
         return {1, static_cast<std::size_t>(n[0]), static_cast<std::size_t>(n[0]) * static_cast<std::size_t>(n[1])};
     }
+    [[nodiscard]] std::array<int, 3> place(std::size_t i) const {
+        const auto nx = static_cast<std::size_t>(n[0]), ny = static_cast<std::size_t>(n[1]);
+        return {static_cast<int>(i % nx), static_cast<int>(i / nx % ny), static_cast<int>(i / (nx * ny))};
+    }
     [[nodiscard]] std::size_t plane_index(const std::array<int, 3>& at) const {
         const std::size_t u = axis == 0 ? 1 : 0, v = axis == 2 ? 1 : 2;
         return static_cast<std::size_t>(at[v]) * static_cast<std::size_t>(n[u]) + static_cast<std::size_t>(at[u]);
@@ -297,9 +301,7 @@ DiffusiveResult diffusive_tortuosity(const PhaseImage& image, int along, std::ar
     const auto source = [&](std::size_t i) {
         if (around) return static_cast<double>(fine.face[axis][i]) - static_cast<double>(fine.face[axis][previous(i)]);
         if (along_of(i) != 0) return 0.0;
-        const auto nx = static_cast<std::size_t>(fine.n[0]), ny = static_cast<std::size_t>(fine.n[1]);
-        return static_cast<double>(
-            fine.plane[0][fine.plane_index({static_cast<int>(i % nx), static_cast<int>(i / nx % ny), static_cast<int>(i / (nx * ny))})]);
+        return static_cast<double>(fine.plane[0][fine.plane_index(fine.place(i))]);
     };
     if (!around) for_cells(fine, [&](std::size_t i) { x[i] = 1.0 - (along_of(i) + 0.5) / layers; });
     multiply(x, [&](std::size_t i, double product, double diagonal) {
@@ -317,9 +319,7 @@ DiffusiveResult diffusive_tortuosity(const PhaseImage& image, int along, std::ar
                 return g * (1.0 + x[next] - x[i]) / layers;
             }
             if (along_of(i) != (end == 0 ? 0 : layers - 1)) return 0.0;
-            const auto nx = static_cast<std::size_t>(fine.n[0]), ny = static_cast<std::size_t>(fine.n[1]);
-            const auto g = static_cast<double>(fine.plane[static_cast<std::size_t>(end)][fine.plane_index(
-                {static_cast<int>(i % nx), static_cast<int>(i / nx % ny), static_cast<int>(i / (nx * ny))})]);
+            const auto g = static_cast<double>(fine.plane[static_cast<std::size_t>(end)][fine.plane_index(fine.place(i))]);
             return g * (end == 0 ? 1.0 - x[i] : x[i]);
         });
     };
