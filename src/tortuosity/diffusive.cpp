@@ -7,7 +7,6 @@
 #include "core/error.hpp"
 #include "core/interrupt.hpp"
 #include "core/log.hpp"
-#include "core/machine.hpp"
 #include "tortuosity/tortuosity.hpp"
 
 namespace porepack {

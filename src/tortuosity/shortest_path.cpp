@@ -9,7 +9,6 @@
 #include "core/error.hpp"
 #include "core/interrupt.hpp"
 #include "core/log.hpp"
-#include "core/machine.hpp"
 #include "tortuosity/pore_lattice.hpp"
 #include "tortuosity/tortuosity.hpp"
 
