@@ -6,9 +6,9 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "apps/stage_json.hpp"
 #include "core/error.hpp"
 #include "core/process.hpp"
+#include "permeability/permeability.hpp"
 
 namespace porepack {
 

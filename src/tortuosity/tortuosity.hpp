@@ -2,7 +2,6 @@
 #pragma once
 
 #include <functional>
-#include <optional>
 
 #include "converters/voxels.hpp"
 #include "tortuosity/config.hpp"
