@@ -25,7 +25,7 @@ protected:
     }
     // Runs that are stopped later and later, until one leaves a checkpoint.
     void stop(const std::string& signal, const std::string& more) {
-        for (double seconds = 0.4; seconds < 20.0 && !std::filesystem::exists(checkpoint()); seconds *= 1.3)
+        for (double seconds = 0.4; seconds < 120.0 && !std::filesystem::exists(checkpoint()); seconds *= 1.3)
             run(more, "timeout -s " + signal + " " + std::to_string(seconds));
         ASSERT_TRUE(std::filesystem::exists(checkpoint()));
     }

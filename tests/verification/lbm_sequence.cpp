@@ -31,7 +31,7 @@ TEST(Tolerance, TheIntervalsOfFastKnownFlowsCover) {
         // Dilute arrays take most of the time; `porepack benchmark coverage` takes them too.
         if (known.permeability_m2 > 0.02 && known.container.size_m.z() == 1.0) continue;
         const LbmResult result =
-            lbm_permeability(known.scene(), 0.1, {.direction = known.direction, .tolerance = 0.02, .max_time_s = 20.0}, false);
+            lbm_permeability(known.scene(), 0.1, {.direction = known.direction, .tolerance = 0.02, .max_time_s = 200.0}, false);
         if (!result.half_width) continue;
         ++solved;
         const bool in = std::abs(result.permeability_m2 - known.permeability_m2) <= result.half_width->sum();
@@ -44,10 +44,13 @@ TEST(Tolerance, TheIntervalsOfFastKnownFlowsCover) {
 
 TEST(Tolerance, StopsWhereTimeForbids) {
     const KnownFlow array = sphere_array(0.343, 15.39949, simple_cubic);
-    const LbmResult result = solve_to(array, {.tolerance = 1e-4, .max_time_s = 3.0});
+    // As much time as two grids take on this machine; the tolerance would need minutes.
+    LbmResult result;
+    for (double seconds = 2.0; !result.half_width && seconds < 100.0; seconds *= 2.0)
+        result = solve_to(array, {.tolerance = 1e-5, .max_time_s = seconds});
     EXPECT_TRUE(result.stopped_by.starts_with("time")) << result.stopped_by;
     ASSERT_TRUE(result.half_width);
-    EXPECT_GT(result.half_width->sum(), 1e-4 * result.permeability_m2);
+    EXPECT_GT(result.half_width->sum(), 1e-5 * result.permeability_m2);
     EXPECT_NEAR(result.permeability_m2, array.permeability_m2, result.half_width->sum());
     EXPECT_THROW((void)solve_to(array, {.walls = "bounce_back", .tolerance = 0.1}), UserError);
 }
