@@ -5,8 +5,8 @@
 namespace porepack {
 
 const std::vector<std::string>& Settings::tables() {
-    static const std::vector<std::string> names = {"shape", "container", "packing",    "geometry",     "stl",
-                                                   "lbm",   "openfoam",  "tortuosity", "falling_head", "report"};
+    static const std::vector<std::string> names = {"shape",    "container",  "packing",     "geometry",     "stl",   "lbm",
+                                                   "openfoam", "tortuosity", "forchheimer", "falling_head", "report"};
     return names;
 }
 
@@ -19,6 +19,7 @@ Describe Settings::describe_table(const std::string& table) {
     if (table == "lbm") return [this](ConfigVisitor& v) { describe(v, lbm); };
     if (table == "openfoam") return [this](ConfigVisitor& v) { describe(v, openfoam); };
     if (table == "tortuosity") return [this](ConfigVisitor& v) { describe(v, tortuosity); };
+    if (table == "forchheimer") return [this](ConfigVisitor& v) { describe(v, forchheimer); };
     if (table == "falling_head") return [this](ConfigVisitor& v) { describe(v, falling_head); };
     if (table == "report") return [this](ConfigVisitor& v) { describe(v, report); };
     throw std::logic_error("no such table: " + table);

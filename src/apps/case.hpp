@@ -23,6 +23,7 @@ struct Settings {
     LbmConfig lbm;
     FoamConfig openfoam;
     TortuosityConfig tortuosity;
+    ForchheimerConfig forchheimer;
     FallingHeadConfig falling_head;
     ReportConfig report;
 

@@ -83,11 +83,6 @@ double finest_diameter(const Case& c) {
     return least;
 }
 
-std::string expect_text(const Expectation& expected) {
-    return fmt::format("{}; memory about {}, time about {}", expected.text, human_bytes(expected.memory_bytes),
-                       human_time(expected.wall_time_s));
-}
-
 Json tortuosity_of_case(const Case& c, const Path& folder) {
     Json json;
     const auto& config = c.settings.tortuosity;
@@ -340,6 +335,24 @@ std::vector<Stage> stages_of(const Case& c) {
                               }
                           return expect_text(expected);
                       }});
+    if (s.forchheimer.enabled)
+        stages.push_back({"forchheimer",
+                          stl                      ? std::vector<std::string>{"stl"}
+                          : s.forchheimer.openfoam ? std::vector<std::string>{"pack", "stl"}
+                                                   : std::vector<std::string>{"pack"},
+                          only(table_json(c, {"container", "geometry", "forchheimer"}), "geometry", section_keys),
+                          {},
+                          {"forchheimer.csv"},
+                          [c](const Path& folder) {
+                              return forchheimer_stage(scene_of(c, c.settings.forchheimer.openfoam), c.settings.geometry,
+                                                       c.settings.forchheimer, folder);
+                          },
+                          [c]() -> std::string {
+                              if (!fs::exists(folder_of(c, "pack") / "packing.json") && !from_stl(c))
+                                  return "as soon as there is a packing";
+                              return expect_text(expect_forchheimer(scene_of(c), c.settings.forchheimer));
+                          },
+                          true});
     stages.push_back({"falling-head",
                       {"shape", "voxelise", "lbm"},
                       table_json(c, {"falling_head"}),

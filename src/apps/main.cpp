@@ -433,6 +433,22 @@ private:
         add_keys(foam, common_.flags, settings_.describe_table("openfoam"), {"enabled"});
         foam.add_option_function<std::string>(
             "--levels", [this](const std::string& value) { common_.flags["meshes"] = value; }, "the same as --meshes");
+
+        auto& inertia =
+            command("forchheimer", "flows with inertia by both solvers: permeability against the Reynolds number",
+                    "porepack forchheimer packing.json --reynolds 2,5,10,20,40", [this] {
+                        if (is_case(common_.input)) return run_in_case(common_, "forchheimer", "forchheimer");
+                        const auto geometry = from_flags<GeometryConfig>(flags_of<GeometryConfig>(common_.flags));
+                        const auto config = from_flags<ForchheimerConfig>(flags_of<ForchheimerConfig>(common_.flags));
+                        run_on_scene(
+                            common_, "forchheimer", geometry, {{"geometry", resolved(geometry)}, {"forchheimer", resolved(config)}},
+                            [&](const Scene& scene, const Path& folder) { return forchheimer_stage(scene, geometry, config, folder); },
+                            [&](const Scene& scene) { return expect_text(expect_forchheimer(scene, config)); }, true, true);
+                    });
+        add_scene_input(inertia, "a case, packing.json[.gz] or an STL file");
+        add_keys(inertia, common_.flags, settings_.describe_table("geometry"),
+                 {"voxel_size_m", "slice_spacing_m", "slice_pixel_m", "reservoir_m"});
+        add_keys(inertia, common_.flags, settings_.describe_table("forchheimer"), {"enabled"});
     }
 
     void add_tortuosity() {

@@ -7,10 +7,16 @@
 #include <cstdlib>
 
 #include "core/error.hpp"
+#include "core/log.hpp"
 #include "core/process.hpp"
 #include "permeability/permeability.hpp"
 
 namespace porepack {
+
+std::string expect_text(const Expectation& expected) {
+    return fmt::format("{}; memory about {}, time about {}", expected.text, human_bytes(expected.memory_bytes),
+                       human_time(expected.wall_time_s));
+}
 
 Path home_folder() {
     const char* home = std::getenv("POREPACK_HOME");

@@ -5,6 +5,7 @@
 
 #include "apps/case.hpp"
 #include "apps/scene.hpp"
+#include "openfoam/foam.hpp"
 
 namespace porepack {
 
@@ -20,6 +21,11 @@ namespace porepack {
 [[nodiscard]] Json lbm_image_stage(const Path& pore_vti, const std::optional<Container>& container, const std::vector<double>& section_m,
                                    const LbmConfig& config, const Path& folder);
 [[nodiscard]] Json foam_stage(const Scene& scene, const GeometryConfig& geometry, const FoamConfig& config, const Path& folder);
+/// What OpenFOAM meshes; `scene` must outlive it.
+[[nodiscard]] FoamScene foam_scene(const Scene& scene, const GeometryConfig& geometry, double coarsest_cell_m);
+/// Permeability against the Reynolds number by both solvers, and what follows from it, of the grains whose centres lie in the section.
+[[nodiscard]] Json forchheimer_stage(const Scene& whole, const GeometryConfig& geometry, const ForchheimerConfig& config,
+                                     const Path& folder);
 [[nodiscard]] Json geometric_paper_stage(const Scene& scene, const TortuosityConfig& config, const Path& folder);
 [[nodiscard]] Json geometric_paper_slices_stage(const Path& slices, const TortuosityConfig& config, const Path& folder);
 /// Of flow.vti, or of an OpenFOAM case that has run.
@@ -51,7 +57,10 @@ struct Expectation {
 [[nodiscard]] Expectation expect_foam(const Container& container, const Section& section, double cell_size_m, double porosity,
                                       const FoamConfig& config);
 
+[[nodiscard]] Expectation expect_forchheimer(const Scene& whole, const ForchheimerConfig& config);
 [[nodiscard]] Expectation expect_tortuosity(const std::string& kind, double cells);
+
+[[nodiscard]] std::string expect_text(const Expectation& expected);
 
 /// Where the templates and cases lie: POREPACK_HOME, else beside the sources this program was built from.
 [[nodiscard]] Path home_folder();

@@ -117,6 +117,29 @@ Json lbm_image_stage(const Path& pore_vti, const std::optional<Container>& conta
     return lbm_json(lbm_permeability(pores, grid.spacing_m[0], one, true), section, one, false, folder);
 }
 
+FoamScene foam_scene(const Scene& scene, const GeometryConfig& geometry, double coarsest_cell_m) {
+    FoamScene foam{.surface = {}, .container = scene.container, .section = scene.section};
+    foam.surface =
+        scene.surface
+            ? *scene.surface
+            : make_surface(*scene.packing, {.deviation_m = geometry.surface_deviation_m, .contact_gap_m = geometry.contact_gap_m}).surface;
+    foam.pore_volume_m3 =
+        porosity(scene.solid(), scene.container, scene.section).value * scene.container.inner_area_m2() * scene.section.length();
+    foam.grain_size_m = scene.grain_size_m;
+    foam.narrow_pores = [&scene](double size) {
+        if (scene.container.any_periodic()) size = scene.section.length() / std::ceil(scene.section.length() / size);
+        const VoxelPlan plan = plan_voxels(scene.container, scene.section, size, 0.0, scene.grain_size_m);
+        return narrow_fraction(voxelise(scene.solid(), scene.container, scene.section, plan), 2);
+    };
+    const double probe = scene.container.any_periodic()
+                             ? scene.section.length() / std::ceil(scene.section.length() / (0.5 * coarsest_cell_m))
+                             : 0.5 * coarsest_cell_m;
+    foam.pore_point = find_pore_point(voxelise(scene.solid(), scene.container, scene.section,
+                                               plan_voxels(scene.container, scene.section, probe, 0.0, scene.grain_size_m)),
+                                      scene.container);
+    return foam;
+}
+
 Json foam_stage(const Scene& scene, const GeometryConfig& geometry, const FoamConfig& config, const Path& folder) {
     const double cell = config.cell_size_m > 0.0 ? config.cell_size_m
                         : scene.grains
@@ -132,24 +155,7 @@ Json foam_stage(const Scene& scene, const GeometryConfig& geometry, const FoamCo
     const Expectation expected = expect_foam(scene.container, scene.section, cell, exact, config);
     require_memory(expected.memory_bytes, "the OpenFOAM mesh", "take larger cells or a shorter section");
 
-    FoamScene foam{.surface = {}, .container = scene.container, .section = scene.section};
-    foam.surface =
-        scene.surface
-            ? *scene.surface
-            : make_surface(*scene.packing, {.deviation_m = geometry.surface_deviation_m, .contact_gap_m = geometry.contact_gap_m}).surface;
-    foam.pore_volume_m3 = exact * scene.container.inner_area_m2() * scene.section.length();
-    foam.grain_size_m = scene.grain_size_m;
-    foam.narrow_pores = [&](double size) {
-        if (scene.container.any_periodic()) size = scene.section.length() / std::ceil(scene.section.length() / size);
-        const VoxelPlan plan = plan_voxels(scene.container, scene.section, size, 0.0, scene.grain_size_m);
-        return narrow_fraction(voxelise(scene.solid(), scene.container, scene.section, plan), 2);
-    };
-    const double coarsest = cell * std::pow(config.mesh_ratio, static_cast<double>(config.meshes - 1));
-    const double probe =
-        scene.container.any_periodic() ? scene.section.length() / std::ceil(scene.section.length() / (0.5 * coarsest)) : 0.5 * coarsest;
-    foam.pore_point = find_pore_point(voxelise(scene.solid(), scene.container, scene.section,
-                                               plan_voxels(scene.container, scene.section, probe, 0.0, scene.grain_size_m)),
-                                      scene.container);
+    const FoamScene foam = foam_scene(scene, geometry, cell * std::pow(config.mesh_ratio, static_cast<double>(config.meshes - 1)));
     const FoamResult result = foam_permeability(foam, config, cell, home_folder() / "openfoam_cases", folder);
 
     const auto mesh_json = [](const FoamMeshResult& mesh) -> Json {

@@ -99,6 +99,10 @@ public:
         }
     }
 
+    void set_open_links(std::span<const double> added) override {
+        for (std::size_t l = 0; l < open_.size(); ++l) open_[l].added = static_cast<Real>(added[l]);
+    }
+
     [[nodiscard]] std::span<std::byte> state() override {
         return std::as_writable_bytes(std::span(store_.data(), store_.size()));
     }

@@ -29,6 +29,8 @@ public:
     [[nodiscard]] virtual std::array<double, 3> drag() const = 0;
     /// Sets nodes, numbered as in `moments`, to local equilibrium.
     virtual void set_moments(std::size_t first, std::span<const Moments> moments) = 0;
+    /// Replaces Domain::open_links' `added`, link by link.
+    virtual void set_open_links(std::span<const double> added) = 0;
     /// All that a later step depends on, as it lies in memory.
     [[nodiscard]] virtual std::span<std::byte> state() = 0;
     [[nodiscard]] virtual double bytes() const = 0;

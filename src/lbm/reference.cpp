@@ -55,6 +55,7 @@ public:
         for (std::size_t l = 0; l < domain.walls.size(); ++l)
             for (std::size_t m = l; m < domain.walls.size() && domain.walls[m].node == domain.walls[l].node; ++m)
                 if (domain.walls[m].q == opposite(domain.walls[l].q)) gaps_.push_back({l, m});
+        for (const OpenLink& link : domain.open_links) open_added_.push_back(link.added);
         arrive();
     }
 
@@ -91,6 +92,8 @@ public:
                 before_[first + i][static_cast<std::size_t>(q)] = Scheme::equilibrium(q, moments[i].density, momentum);
         }
     }
+
+    void set_open_links(std::span<const double> added) override { open_added_.assign(added.begin(), added.end()); }
 
     [[nodiscard]] std::span<std::byte> state() override { return std::as_writable_bytes(std::span(before_)); }
 
@@ -130,8 +133,10 @@ private:
                     before_[x][static_cast<std::size_t>(q)] = after_[static_cast<std::size_t>(other)][static_cast<std::size_t>(q)];
             }
         }
-        for (const OpenLink& link : domain_.open_links)
-            before_[link.node][link.q] = link.sign * after_[link.source][link.source_q] + link.added;
+        for (std::size_t l = 0; l < domain_.open_links.size(); ++l) {
+            const OpenLink& link = domain_.open_links[l];
+            before_[link.node][link.q] = link.sign * after_[link.source][link.source_q] + open_added_[l];
+        }
         for (std::size_t l = 0; l < domain_.walls.size(); ++l) {
             const WallLink& link = domain_.walls[l];
             if (!link.narrow) before_[link.node][out(link)] = stored_[l] + arrival_weight(link) * before_[link.node][link.q];
@@ -148,6 +153,7 @@ private:
     Scheme scheme_;
     std::vector<Populations> before_, after_;  // collision
     std::vector<double> stored_;               // by wall link
+    std::vector<double> open_added_;
     struct Gap {
         std::size_t one, other;
     };

@@ -14,21 +14,6 @@ namespace {
 
 constexpr double water_viscosity_Pa_s = 1e-3;
 
-FlowSection flow_section(const PhaseImage& image, const Container& container, const Section& section, const Drive& drive) {
-    const auto axis = static_cast<std::size_t>(drive.axis);
-    const Grid& grid = image.grid;
-    const double h = grid.spacing_m[axis];
-    FlowSection flow{.last_layer = grid.cells[axis] - 1};
-    if (drive.axis == 2) {
-        flow.area_cells = container.inner_area_m2() / (h * h);
-        flow.first_layer = std::max(0, static_cast<int>(std::lround((section.z0 - grid.origin_m[2]) / h)));
-        flow.last_layer = std::min(flow.last_layer, static_cast<int>(std::lround((section.z1 - grid.origin_m[2]) / h)) - 1);
-    } else {
-        flow.area_cells = container.size_m[1 - drive.axis] * container.size_m.z() / (h * h);
-    }
-    return flow;
-}
-
 // Scales to water at the superficial velocity asked for: in Stokes flow everything is proportional. The pressure is zero at the
 // outlet; of a periodic cell it is what is left of it without the driving gradient.
 FlowImage flow_image(const PhaseImage& image, const FlowField& field, const LbmGridResult& result, double force,
@@ -103,6 +88,21 @@ double iteration_tolerance(const LbmConfig& config) {
 }
 
 }  // namespace
+
+FlowSection flow_section(const PhaseImage& image, const Container& container, const Section& section, const Drive& drive) {
+    const auto axis = static_cast<std::size_t>(drive.axis);
+    const Grid& grid = image.grid;
+    const double h = grid.spacing_m[axis];
+    FlowSection flow{.last_layer = grid.cells[axis] - 1};
+    if (drive.axis == 2) {
+        flow.area_cells = container.inner_area_m2() / (h * h);
+        flow.first_layer = std::max(0, static_cast<int>(std::lround((section.z0 - grid.origin_m[2]) / h)));
+        flow.last_layer = std::min(flow.last_layer, static_cast<int>(std::lround((section.z1 - grid.origin_m[2]) / h)) - 1);
+    } else {
+        flow.area_cells = container.size_m[1 - drive.axis] * container.size_m.z() / (h * h);
+    }
+    return flow;
+}
 
 Sequence::Sequence(const LbmScene& scene, const LbmConfig& config) : scene_(scene), config_(config) {
     if (!scene.checkpoint.empty() && std::filesystem::exists(scene.checkpoint)) {

@@ -6,6 +6,9 @@
 
 namespace porepack {
 
+/// Area of the container and the layers of the section, in cells of the image.
+[[nodiscard]] FlowSection flow_section(const PhaseImage& image, const Container& container, const Section& section, const Drive& drive);
+
 class Sequence {
 public:
     static constexpr double no_limit = 1e300;

@@ -124,7 +124,7 @@ double gradient_between(double force, const Domain& domain, const Layers& layers
 
 StokesRun run_to_steady(Flow& flow, const Domain& domain, const Scheme& scheme, const FlowSection& section, const StokesGate& gate,
                         StokesRun run) {
-    constexpr long steps_a_check = 40;
+    const long steps_a_check = gate.steps_a_check;
     const Stopwatch watch;
     const double seconds_before = run.seconds;
     const long steps_before = run.steps;
@@ -147,7 +147,7 @@ StokesRun run_to_steady(Flow& flow, const Domain& domain, const Scheme& scheme, 
             high = std::max(high, run.layers.flow[layer]);
         }
         // The force cannot give more momentum than this; a flow that has more is made up by the scheme.
-        const double most = force * static_cast<double>(40 * domain.nodes());
+        const double most = force * static_cast<double>(steps_a_check) * static_cast<double>(domain.nodes());
         if (momentum_bound == 0.0) momentum_bound = 10.0 * std::abs(sum);
         momentum_bound += 2.0 * most;
         if (!std::isfinite(sum) || (force != 0.0 && std::abs(sum) > momentum_bound))

@@ -45,6 +45,7 @@ struct StokesRun {
 struct StokesGate {
     double tolerance = 1e-4;
     long max_steps = 200000;
+    long steps_a_check = 40;                                ///< even
     double max_seconds = 1e300;                             ///< then the run ends unconverged
     std::function<void(const StokesRun&)> checkpoint = {};  ///< called when populations and run may be saved
 };

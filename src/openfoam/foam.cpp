@@ -4,156 +4,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <future>
-#include <map>
-#include <sstream>
 
 #include "core/error.hpp"
 #include "core/log.hpp"
-#include "core/process.hpp"
+#include "openfoam/foam_case.hpp"
 
 namespace porepack {
 namespace fs = std::filesystem;
 namespace {
-
-struct Block {
-    Vec3 low, high;
-    std::array<int, 3> cells;
-};
-
-// A cylinder's background block is wider than the cylinder by one cell.
-Block background_block(const Container& container, const Section& section, double cell) {
-    Block block{container.low(), container.high(), {}};
-    block.low.z() = section.z0;
-    block.high.z() = section.z1;
-    for (int axis = 0; axis < 3; ++axis) {
-        const double extent = block.high[axis] - block.low[axis];
-        int count = std::max(1, static_cast<int>(std::lround(extent / cell)));
-        if (container.kind == Container::Kind::cylinder && axis < 2) {
-            count = 2 * static_cast<int>(std::ceil(extent / (2.0 * cell))) + 2;
-            block.low[axis] = -0.5 * count * cell;
-            block.high[axis] = 0.5 * count * cell;
-        }
-        block.cells[static_cast<std::size_t>(axis)] = count;
-    }
-    return block;
-}
-
-// A box's sides are those of the background block: its wall is a cylinder wider than the block.
-std::string parameters(const FoamScene& scene, const FoamConfig& config, double cell, long processes) {
-    const Block block = background_block(scene.container, scene.section, cell);
-    const Vec3& p = scene.pore_point;
-    std::string text = "// Written by porepack; metres, seconds.\n";
-    text += fmt::format("xMin {:.12g}; xMax {:.12g}; yMin {:.12g}; yMax {:.12g}; zMin {:.12g}; zMax {:.12g};\n", block.low.x(),
-                        block.high.x(), block.low.y(), block.high.y(), block.low.z(), block.high.z());
-    text += fmt::format("nx {}; ny {}; nz {};\nsurfaceLevel {};\n", block.cells[0], block.cells[1], block.cells[2], config.surface_level);
-    text += fmt::format("locationInMesh ({:.12g} {:.12g} {:.12g});\nviscosity 1;\n", p.x(), p.y(), p.z());
-    if (scene.container.any_periodic())
-        text += "gradient (0 0 1);\n";
-    else
-        text += fmt::format("pressureDrop 1;\nwallRadius {:.12g};\n", scene.container.kind == Container::Kind::cylinder
-                                                                          ? scene.container.diameter_m / 2.0
-                                                                          : 2.0 * block.high.norm() + 2.0 * block.low.norm());
-    text += fmt::format("relaxationU {:g}; relaxationP {:g};\nresidual {:g};\nmaxIterations {};\nprocesses {};\n",
-                        config.relaxation_velocity, config.relaxation_pressure, config.residual, config.max_iterations, processes);
-    return text;
-}
-
-// What is the same keeps its time: the case's Allrun starts over when an input is newer than its first step.
-void write_if_different(const Path& file, const std::string& text) {
-    if (!fs::exists(file) || read_text(file) != text) write_text(file, text);
-}
-
-void copy_if_different(const Path& from, const Path& to) {
-    make_folder(to.parent_path());
-    if (!fs::exists(to) || read_text(to) != read_text(from)) fs::copy_file(from, to, fs::copy_options::overwrite_existing);
-}
-
-void prepare(const FoamScene& scene, const FoamConfig& config, double cell, long processes, const Path& cases, const Path& folder) {
-    // The case alone, not what an earlier run by hand left in its folder.
-    const Path source = cases / (scene.container.any_periodic() ? "stokes_periodic" : "stokes_packing");
-    make_folder(folder / "constant" / "triSurface");
-    for (const char* part :
-         {"Allrun", "Allclean", "README.md", "0.orig/U", "0.orig/p", "constant/transportProperties", "constant/turbulenceProperties"})
-        copy_if_different(source / part, folder / part);
-    for (const auto& entry : fs::directory_iterator(source / "system"))
-        if (entry.path().filename() != "caseParameters") copy_if_different(entry.path(), folder / "system" / entry.path().filename());
-    write_if_different(folder / "system" / "caseParameters", parameters(scene, config, cell, processes));
-    const Path surface = folder / "constant" / "triSurface" / "solid.stl", fresh = folder / "solid.stl";
-    write_stl(fresh, scene.surface, "porepack; unit: metre");
-    if (fs::exists(surface) && sha256_of_file(surface) == sha256_of_file(fresh))
-        fs::remove(fresh);
-    else
-        fs::rename(fresh, surface);
-}
-
-// The number behind `label` in the last line of a log that has it.
-std::optional<double> last_number(const Path& log, const std::string& label) {
-    std::ifstream in(log);
-    std::optional<double> value;
-    for (std::string line; std::getline(in, line);)
-        if (const auto at = line.find(label); at != std::string::npos) {
-            std::istringstream rest(line.substr(at + label.size()));
-            double number = 0.0;
-            if (rest >> number) value = number;
-        }
-    return value;
-}
-
-// The series of numbers that a function object wrote: one row an iteration, `column` behind the time. A run that was stopped and went on
-// has a folder for each start; what a later one computed again counts.
-std::vector<double> read_series(const Path& object, const char* file, int column) {
-    std::map<double, Path> starts;
-    if (fs::exists(object))
-        for (const auto& entry : fs::directory_iterator(object)) starts[std::atof(entry.path().filename().c_str())] = entry.path() / file;
-    std::map<double, double> by_time;
-    for (const auto& [start, path] : starts) {
-        by_time.erase(by_time.upper_bound(start), by_time.end());
-        std::ifstream in(path);
-        for (std::string line; std::getline(in, line);) {
-            if (line.empty() || line.front() == '#') continue;
-            for (char& ch : line)
-                if (ch == '(' || ch == ')') ch = ' ';
-            std::istringstream numbers(line);
-            double time = 0.0, value = 0.0;
-            bool good = static_cast<bool>(numbers >> time);
-            for (int i = 0; i < column; ++i) good = good && static_cast<bool>(numbers >> value);
-            if (good) by_time[time] = value;
-        }
-    }
-    std::vector<double> values;
-    values.reserve(by_time.size());
-    for (const auto& [time, value] : by_time) values.push_back(value);
-    return values;
-}
-
-[[noreturn]] void reject(const std::string& what, const Path& log, const std::string& mend = {}) {
-    throw EngineError("OpenFOAM: " + what + "\n" + tail(log, 12), {.where = log.string(), .mend = mend});
-}
-
-void judge_mesh(const FoamScene& scene, const FoamConfig& config, const Path& folder, FoamMeshResult& result) {
-    const Path log = folder / "log.checkMesh";
-    // The case's own Allrun judges checkMesh (runFunctions), and goes no further when the mesh is unfit.
-    if (!fs::exists(folder / "log.simpleFoam")) reject("the mesh fails checkMesh", log, "change cell_size_m a little");
-    if (last_number(log, "***Max skewness = ")) result.skew_faces = std::lround(last_number(log, "<<Writing ").value_or(0.0));
-    const auto cells = last_number(log, "    cells:"), volume = last_number(log, "Total volume = "),
-               slant = last_number(log, "Mesh non-orthogonality Max:"), regions = last_number(log, "*Number of regions:");
-    if (!cells || !volume || *cells < 1.0) reject("the mesh has no cells", log, "check locationInMesh and the surface");
-    if (regions && *regions > 1.0) reject("the mesh has more than one region", log, "check the surface");
-    result.cells = std::lround(*cells);
-    result.max_non_orthogonality = slant.value_or(0.0);
-    result.mesh_volume_ratio = *volume / scene.pore_volume_m3;
-    // A mesh may cut corners, and leave out gaps between grains that are narrower than two of its cells.
-    const double coarse = result.cell_size_m / scene.grain_size_m;
-    result.narrow_pores = scene.narrow_pores ? scene.narrow_pores(result.cell_size_m / std::exp2(config.surface_level)) : 0.0;
-    const double allowed = 0.015 + 0.3 * coarse * coarse + result.narrow_pores;
-    if (std::abs(result.mesh_volume_ratio - 1.0) > allowed)
-        reject(
-            fmt::format("the mesh lost or invented pore space: its volume is {:.4f} of the exact one, {:.4f} is allowed at this cell size",
-                        result.mesh_volume_ratio, allowed),
-            log, "take smaller cells, or check that the surface is closed and lies where it should");
-}
 
 void judge_flow(const FoamScene& scene, const FoamConfig& config, const Path& folder, FoamMeshResult& result) {
     const Path log = folder / "log.simpleFoam";
@@ -162,19 +21,19 @@ void judge_flow(const FoamScene& scene, const FoamConfig& config, const Path& fo
     std::vector<double> flow;
     if (scene.container.any_periodic()) {
         flow = read_series(post / "meanVelocity", "volFieldValue.dat", 3);
-        if (flow.empty()) reject("no flow rate was written", log);
+        if (flow.empty()) reject_foam("no flow rate was written", log);
         for (double& q : flow) q /= length;  // volume integral of u_z / length: mean flow rate
         result.permeability_m2 = flow.back() / area;
     } else {
         flow = read_series(post / "outletFlow", "surfaceFieldValue.dat", 1);
         const auto inlet = read_series(post / "inletFlow", "surfaceFieldValue.dat", 1);
-        if (flow.empty() || inlet.empty()) reject("no flow rate was written", log);
+        if (flow.empty() || inlet.empty()) reject_foam("no flow rate was written", log);
         result.flow_imbalance = std::abs(inlet.back() + flow.back()) / std::abs(flow.back());
         result.permeability_m2 = flow.back() * length / area;
     }
     result.iterations = static_cast<long>(flow.size());
     if (result.iterations < 2)
-        reject("the solver stopped after one iteration: nothing flows in the meshed region", log, "check locationInMesh");
+        reject_foam("the solver stopped after one iteration: nothing flows in the meshed region", log, "check locationInMesh");
     result.flow_drift = flow.size() > 10 ? std::abs(flow.back() / flow[flow.size() - 11] - 1.0) : 1.0;
     // Either all residuals fell below their limit, or (where a component of the velocity is zero and its residual is noise) that of the
     // pressure did, and the flow rate stands still for 50 iterations and balances.
@@ -187,7 +46,7 @@ void judge_flow(const FoamScene& scene, const FoamConfig& config, const Path& fo
             "OpenFOAM did not converge; no permeability is given\n" + tail(log, 8),
             {.where = log.string(), .mend = "raise max_iterations; or lower relaxation_pressure to 3 (1 - relaxation_velocity)"});
     if (!(result.permeability_m2 > 0.0) || !std::isfinite(result.permeability_m2))
-        reject(fmt::format("the flow goes the wrong way or diverged: k = {:g} m2", result.permeability_m2), log);
+        reject_foam(fmt::format("the flow goes the wrong way or diverged: k = {:g} m2", result.permeability_m2), log);
     if (result.flow_imbalance > 1e-4)
         throw NumericalError(fmt::format("OpenFOAM's flow does not balance: in and out differ by {:.1e}", result.flow_imbalance),
                              {.where = log.string(), .mend = "tighten residual"});
@@ -199,39 +58,23 @@ void judge_flow(const FoamScene& scene, const FoamConfig& config, const Path& fo
 FoamMeshResult solve_on_mesh(const FoamScene& scene, const FoamConfig& config, double cell, const Path& cases, const Path& folder,
                              long processes, const char* label) {
     FoamMeshResult result{.cell_size_m = cell, .processes = processes};
-    prepare(scene, config, cell, processes, cases, folder);
+    const bool periodic = scene.container.any_periodic();
+    prepare_foam_case(scene,
+                      common_parameters(scene, config, cell, processes) + "viscosity 1;\n" +
+                          (periodic ? "gradient (0 0 1);\n" : fmt::format("pressureDrop 1;\nwallRadius {:.12g};\n", wall_radius_m(scene))),
+                      cases / (periodic ? "stokes_periodic" : "stokes_packing"), folder);
     log_info("{}: background cells of {:.3g} m", label, cell);
-    Progress progress(label);
-    const char* steps[] = {"log.blockMesh", "log.snappyHexMesh", "log.checkMesh", "log.simpleFoam"};
-    const ProgramEnd end = run_program({.command = {"bash", "./Allrun"},
-                                        .folder = folder,
-                                        .log = folder / "log.Allrun",
-                                        .environment = {{"WM_PROJECT_DIR", "/usr/share/openfoam"}},
-                                        .while_running = [&] {
-                                            double done = 0.0;
-                                            for (const char* step : steps)
-                                                done += fs::exists(folder / (std::string(step) + ".done")) ? 0.25 : 0.0;
-                                            progress.update(done, fs::exists(folder / "log.simpleFoam") ? "solving" : "meshing");
-                                        }});
-    {
-        std::ifstream notes(folder / "log.Allrun");
-        for (std::string line; std::getline(notes, line);) {
-            if (line.rfind("note: ", 0) == 0) log_warning("OpenFOAM: " + line.substr(6));
-            if (line.rfind("simpleFoam goes on", 0) == 0) log_info("{}", line);
-            if (line.rfind("note: mpirun", 0) == 0) result.processes = 1;
-        }
-    }
-    result.wall_time_s = end.wall_time_s;
-    result.peak_memory_bytes = end.peak_memory_bytes;
-    const bool solver_ran = fs::exists(folder / "log.simpleFoam.done");
-    if (!fs::exists(folder / "log.surfaceCheck.done"))
-        throw UserError("OpenFOAM cannot use the surface: " + tail(folder / "log.Allrun", 1),
-                        {.where = (folder / "log.surfaceCheck").string()});
-    if (!fs::exists(folder / "log.checkMesh")) reject(fmt::format("meshing failed (exit code {})", end.exit_code), folder / "log.Allrun");
-    judge_mesh(scene, config, folder, result);
-    if (!solver_ran)
-        reject(fmt::format("the solver failed (exit code {})", end.exit_code), folder / "log.Allrun",
-               "lower relaxation_velocity and relaxation_pressure");
+    const auto state = [&] {
+        double done = 0.0;
+        for (const char* step : {"log.blockMesh", "log.snappyHexMesh", "log.checkMesh", "log.simpleFoam"})
+            done += fs::exists(folder / (std::string(step) + ".done")) ? 0.25 : 0.0;
+        return std::pair<double, std::string>(done, fs::exists(folder / "log.simpleFoam") ? "solving" : "meshing");
+    };
+    const ProgramEnd end = run_foam_case(folder, label, state, result);
+    judge_foam_mesh(scene, config, folder, result);
+    if (!fs::exists(folder / "log.simpleFoam.done"))
+        reject_foam(fmt::format("the solver failed (exit code {})", end.exit_code), folder / "log.Allrun",
+                    "lower relaxation_velocity and relaxation_pressure");
     judge_flow(scene, config, folder, result);
     return result;
 }
@@ -281,9 +124,13 @@ Vec3 find_pore_point(const PhaseImage& image, const Container& container) {
     return {image.grid.centre(0, at[0]) + 0.0131 * h, image.grid.centre(1, at[1]) + 0.0173 * h, image.grid.centre(2, at[2]) + 0.0119 * h};
 }
 
-FoamResult foam_permeability(const FoamScene& scene, const FoamConfig& config, double cell_size_m, const Path& cases, const Path& folder) {
+void require_foam() {
     for (const char* program : {"blockMesh", "snappyHexMesh", "checkMesh", "simpleFoam", "surfaceCheck"})
         require_program(program, "openfoam");
+}
+
+FoamResult foam_permeability(const FoamScene& scene, const FoamConfig& config, double cell_size_m, const Path& cases, const Path& folder) {
+    require_foam();
     const auto& periodic = scene.container.periodic;
     if (scene.container.any_periodic() && !(periodic[0] && periodic[1] && periodic[2]))
         throw UserError("OpenFOAM runs take a box that is periodic in all directions or in none",

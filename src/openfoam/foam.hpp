@@ -71,4 +71,27 @@ struct FoamResult {
 [[nodiscard]] FoamResult foam_permeability(const FoamScene& scene, const FoamConfig& config, double cell_size_m, const Path& cases,
                                            const Path& folder);
 
+/// A steady flow with inertia under a kinematic pressure drop.
+struct FoamInertialFlow {
+    double pressure_drop_m2_per_s2 = 0.0;
+    double superficial_velocity_m_per_s = 0.0;
+    double momentum_share = 0.0;   ///< of the drop, what the water gains in momentum between the planes
+    double permeability_m2 = 0.0;  ///< apparent, by the drag: the drop less the momentum gained
+    long iterations = 0;
+};
+struct FoamInertialSeries {
+    FoamMeshResult mesh;
+    std::vector<FoamInertialFlow> flows;
+    std::string stopped_by;  ///< why a drop has no number; empty when all were found
+};
+inline constexpr double water_viscosity_m2_per_s = 1e-6;
+
+/// Runs openfoam_cases/inertial_packing in `folder`/inertial at rising pressure drops (kinematic, water), until one finds no steady flow.
+/// A run that was killed is gone on with. Throws as foam_permeability.
+[[nodiscard]] FoamInertialSeries foam_inertial_flows(const FoamScene& scene, const FoamConfig& config, double cell_size_m,
+                                                     std::span<const double> drops, const Path& cases, const Path& folder);
+
+/// Throws EngineError when a program is missing.
+void require_foam();
+
 }  // namespace porepack

@@ -6,6 +6,8 @@
 #include <optional>
 #include <vector>
 
+#include "core/interval.hpp"
+
 namespace porepack {
 
 using Vec3 = Eigen::Vector3d;
@@ -15,11 +17,6 @@ struct Capsule {
     Vec3 a = Vec3::Zero();
     Vec3 b = Vec3::Zero();
     double radius = 0.0;
-};
-
-struct Interval {
-    double low = 0.0;
-    double high = 0.0;
 };
 
 /// Point of the capsule's axis that is closest to `point`.

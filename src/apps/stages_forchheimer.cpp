@@ -1,0 +1,295 @@
+// Flows with inertia by both solvers, and the inertial permeability that follows.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "apps/stage_json.hpp"
+#include "apps/stages.hpp"
+#include "core/error.hpp"
+#include "core/log.hpp"
+#include "core/machine.hpp"
+#include "lbm/inertia.hpp"
+#include "permeability/forchheimer.hpp"
+#include "report/report.hpp"
+
+namespace porepack {
+namespace {
+
+// What Reynolds numbers and Ergun's equation are made with.
+struct GrainSize {
+    double length_m;  ///< of Re
+    std::string length_is;
+    double sauter_m;  ///< 6 V/A = sphericity times the equal-volume diameter
+};
+
+GrainSize grain_size(const Scene& scene) {
+    if (!scene.packing) return {1.5 * scene.grain_size_m, "6 volume / area of the surface", 1.5 * scene.grain_size_m};
+    double volume = 0.0, area = 0.0;
+    std::vector<ShapeMeasures> measures;
+    for (const Shape& shape : scene.packing->shapes) measures.push_back(measure(shape, 1e-6));
+    for (const auto& body : scene.packing->bodies) {
+        volume += measures[body.shape].volume_m3;
+        area += measures[body.shape].surface_area_m2;
+    }
+    return {std::cbrt(6.0 * volume / static_cast<double>(scene.packing->bodies.size()) / std::numbers::pi),
+            "diameter of the sphere of the grains' mean volume", 6.0 * volume / area};
+}
+
+double finest_voxel(const Scene& scene, const ForchheimerConfig& config) {
+    return config.voxel_size_m > 0.0 ? config.voxel_size_m
+           : scene.grains
+               ? scene.grain_size_m / 8.0
+               : throw UserError("the voxel size is missing", {.mend = "--voxel-size (metres), or voxel_size_m in [forchheimer]"});
+}
+
+// Free water before and behind the bed: the jets of the last pores have spread where they leave.
+double water_depth(const Scene& scene) {
+    return 1.5 * scene.grain_size_m;
+}
+
+double finest_cell(const Scene& scene, const ForchheimerConfig& config) {
+    return config.cell_size_m > 0.0 ? config.cell_size_m : scene.grain_size_m / 4.0;
+}
+
+Json to_json(const InertialSeries& series) {
+    Json json = {{"voxel_size_m", series.voxel_size_m},
+                 {"nodes", series.nodes},
+                 {"creeping_permeability_m2", series.creeping_permeability_m2},
+                 {"peak_over_mean_velocity", series.peak_over_mean},
+                 {"stopped_by", series.stopped_by.empty() ? Json(nullptr) : Json(series.stopped_by)},
+                 {"flows", Json::array()}};
+    for (const InertialFlow& flow : series.flows)
+        json["flows"].push_back({{"reynolds", flow.reynolds},
+                                 {"permeability_m2", flow.permeability_m2},
+                                 {"momentum_share", flow.momentum_share},
+                                 {"iteration_error", flow.iteration_error},
+                                 {"relaxation_time", flow.relaxation_time},
+                                 {"fastest_lattice_velocity", flow.fastest_lu},
+                                 {"steps", flow.steps},
+                                 {"wall_time_s", flow.seconds}});
+    return json;
+}
+
+InertialSeries series_from_json(const Json& json) {
+    InertialSeries series{.voxel_size_m = json.at("voxel_size_m"),
+                          .nodes = json.at("nodes"),
+                          .creeping_permeability_m2 = json.at("creeping_permeability_m2"),
+                          .peak_over_mean = json.at("peak_over_mean_velocity"),
+                          .flows = {},
+                          .stopped_by = json.at("stopped_by").is_null() ? "" : json.at("stopped_by").get<std::string>()};
+    for (const Json& flow : json.at("flows"))
+        series.flows.push_back({.reynolds = flow.at("reynolds"),
+                                .permeability_m2 = flow.at("permeability_m2"),
+                                .momentum_share = flow.at("momentum_share"),
+                                .iteration_error = flow.at("iteration_error"),
+                                .relaxation_time = flow.at("relaxation_time"),
+                                .fastest_lu = flow.at("fastest_lattice_velocity"),
+                                .steps = flow.at("steps"),
+                                .seconds = flow.at("wall_time_s")});
+    return series;
+}
+
+// Coarse to fine. A grid that a stopped run has finished is read from `folder`.
+std::vector<InertialSeries> lattice_series(const Scene& scene, const ForchheimerConfig& config, double length_m, const Path& folder) {
+    const LbmScene pores{.voxels =
+                             [&](double size) {
+                                 return voxelise(scene.solid(), scene.container, scene.section,
+                                                 plan_voxels(scene.container, scene.section, size, 0.0, scene.grain_size_m));
+                             },
+                         .solid = &scene.solid(),
+                         .container = scene.container,
+                         .section = scene.section};
+    ForchheimerConfig copy = config;
+    const std::string settings =
+        porepack::to_json([&](ConfigVisitor& v) { describe(v, copy); }).dump() + fmt::format("{} {}", scene.section.z0, scene.section.z1);
+    std::vector<InertialSeries> all;
+    for (long left = config.grids - 1; left >= 0; --left) {
+        const Path file = folder / fmt::format("lattice_grid_{}.json", config.grids - left);
+        if (std::filesystem::exists(file))
+            if (const Json done = read_json(file); done.at("settings") == settings) {
+                log_info("flow with inertia: grid {} is done already", config.grids - left);
+                all.push_back(series_from_json(done.at("series")));
+                continue;
+            }
+        all.push_back(lbm_inertial_flows(pores, finest_voxel(scene, config) * std::pow(config.grid_ratio, static_cast<double>(left)),
+                                         config.reynolds, length_m, {.tolerance = config.tolerance, .max_steps = config.max_steps}));
+        write_text(file, Json{{"settings", settings}, {"series", to_json(all.back())}}.dump(2));
+    }
+    for (long grid = 1; grid <= config.grids; ++grid) std::filesystem::remove(folder / fmt::format("lattice_grid_{}.json", grid));
+    return all;
+}
+
+// What the next coarser grid makes of k_apparent / k at the same Reynolds numbers, as an error; none where it has no flow.
+double grid_error(const std::vector<InertialSeries>& grids, std::size_t flow) {
+    if (grids.size() < 2) return 0.0;
+    const InertialSeries &fine = grids.back(), &coarse = grids[grids.size() - 2];
+    if (coarse.flows.size() <= flow) return 0.05;
+    const double here = fine.flows[flow].permeability_m2 / fine.creeping_permeability_m2,
+                 there = coarse.flows[flow].permeability_m2 / coarse.creeping_permeability_m2;
+    return std::abs(there / here - 1.0);
+}
+
+Json to_json(const ForchheimerFit& fit) {
+    return {{"creeping_permeability_m2", fit.permeability_m2},
+            {"intercept_permeability_m2", fit.intercept_permeability_m2},
+            {"inertial_permeability_m", fit.inertial_permeability_m},
+            {"inertial_permeability_interval_m", list(std::optional(fit.inertial_interval_m))},
+            {"inertial_permeability_extrapolated_interval_m", list(std::optional(fit.extrapolated_interval_m))},
+            {"inertial_factor", fit.inertial_factor},
+            {"onset_reynolds", fit.onset_reynolds ? Json(*fit.onset_reynolds) : Json(nullptr)},
+            {"largest_reynolds", fit.largest_reynolds},
+            {"points", fit.points}};
+}
+
+void draw_curves(const Path& folder, const std::string& lattice, const std::string& foam, double permeability_m2, double length_m,
+                 double inertial_m, double ergun_m) {
+    write_text(folder / "forchheimer.csv", "solver,reynolds,permeability_m2,permeability_over_creeping,relative_error\n" + lattice + foam);
+    std::string plot =
+        "set terminal svg size 700,450 font 'DejaVu Sans,12' background 'white'\nset output 'forchheimer.svg'\nset datafile separator ','\n"
+        "set grid\nset logscale x\nset xlabel 'Re = U d / nu'\nset ylabel 'k apparent / k'\nset yrange [0:1.1]\nset key left bottom\n" +
+        fmt::format("k = {:g}\nd = {:g}\nline(x, k_in) = 1 / (1 + k * x / d / k_in)\nplot ", permeability_m2, length_m) +
+        fmt::format(
+            "line(x, {:g}) with lines lc 3 title 'Forchheimer, k_{{in}} fitted', line(x, {:g}) with lines dt 2 lc 'gray40' title "
+            "\"Ergun's k_{{in}}\", '< grep ^lattice forchheimer.csv' using 2:4:(column(4)*column(5)) with yerrorbars pt 7 lc 1 title "
+            "'lattice Boltzmann'",
+            inertial_m, ergun_m);
+    if (!foam.empty()) plot += ", '< grep ^openfoam forchheimer.csv' using 2:4 with points pt 6 ps 1.3 lc 2 title 'OpenFOAM'";
+    draw_plot(folder / "forchheimer.svg", plot + "\n");
+}
+
+}  // namespace
+
+Json forchheimer_stage(const Scene& whole, const GeometryConfig& geometry, const ForchheimerConfig& config, const Path& folder) {
+    for (std::size_t i = 1; i < config.reynolds.size(); ++i)
+        if (!(config.reynolds[i] > config.reynolds[i - 1]))
+            throw UserError("the Reynolds numbers do not rise", {.where = "reynolds", .mend = "sort them, each once"});
+    const Expectation expected = expect_forchheimer(whole, config);
+    require_memory(expected.memory_bytes, "the flows with inertia", "take a larger voxel size or a shorter section");
+    const Scene scene = bed_in_water(whole, water_depth(whole));
+    const GrainSize size = grain_size(scene);
+    // The bed is as long as the section (a surface: as itself), the domain longer by water that hardly resists.
+    const double domain = scene.section.length();
+    const double length = scene.container.any_periodic() ? domain
+                          : whole.packing                ? whole.section.length()
+                                                         : domain - 2.0 * water_depth(whole);
+    const double solid = (1.0 - porosity(scene.solid(), scene.container, scene.section).value) * domain;
+    const double pores = 1.0 - solid / length;
+    const double d = size.length_m, nu = water_viscosity_m2_per_s;
+    std::vector<InertialSeries> grids = lattice_series(scene, config, d, folder);
+    for (InertialSeries& grid : grids) {
+        grid.creeping_permeability_m2 *= length / domain;
+        for (InertialFlow& flow : grid.flows) flow.permeability_m2 *= length / domain;
+    }
+    const InertialSeries& fine = grids.back();
+    const double k = fine.creeping_permeability_m2;
+    Json json = {{"length_m", d},
+                 {"length_is", size.length_is},
+                 {"porosity", pores},
+                 {"bed_length_m", length},
+                 {"grains", scene.packing ? Json(scene.packing->bodies.size()) : Json(nullptr)},
+                 {"section_m", list(whole.section)},
+                 {"converged", true},
+                 {"ergun_inertial_permeability_m", ergun_inertial_m(1.0, size.sauter_m, pores)},
+                 {"lbm", {{"method", "D3Q19 two relaxation times, full equilibrium, interpolated walls"}, {"grids", Json::array()}}}};
+    for (const auto& grid : grids) json["lbm"]["grids"].push_back(to_json(grid));
+    json["lbm"]["creeping_permeability_grid_error"] =
+        grids.size() > 1 ? Json(std::abs(grids[grids.size() - 2].creeping_permeability_m2 / k - 1.0)) : Json(nullptr);
+    json["lbm"]["stopped_by"] = to_json(fine)["stopped_by"];
+    std::vector<ApparentPermeability> flows;
+    std::string lattice_rows, foam_rows;
+    for (std::size_t i = 0; i < fine.flows.size(); ++i) {
+        const InertialFlow& flow = fine.flows[i];
+        flows.push_back({flow.reynolds, flow.permeability_m2, flow.iteration_error + grid_error(grids, i)});
+        lattice_rows += fmt::format("lattice,{:.5g},{:.6g},{:.5f},{:.2g}\n", flow.reynolds, flow.permeability_m2, flow.permeability_m2 / k,
+                                    flows.back().relative_error);
+    }
+    if (flows.size() < 3)
+        throw NumericalError(
+            fmt::format("{} steady flows with inertia are too few for the inertial permeability; {}", flows.size(), fine.stopped_by),
+            {.allowed = "three or more", .mend = "begin at a smaller Reynolds number, or take smaller voxels"});
+    const ForchheimerFit fit = fit_forchheimer(k, d, flows);
+    json["lbm"].update(to_json(fit));
+    if (config.openfoam) {
+        // Pressure drops that should give the Reynolds numbers asked for, the first one creeping.
+        std::vector<double> drops = {nu * nu / d * 0.01 * length / k};
+        for (std::size_t i = 0; i < config.reynolds.size(); ++i) {
+            const double re = config.reynolds[i];
+            const double resistance =
+                i < flows.size() ? 1.0 / flows[i].permeability_m2
+                                 : 1.0 / flows.back().permeability_m2 + (re - flows.back().reynolds) / d / fit.inertial_permeability_m;
+            drops.push_back(nu * nu * re / d * length * resistance);
+        }
+        const FoamConfig foam{.surface_level = config.surface_level,
+                              .relaxation_velocity = config.relaxation_velocity,
+                              .relaxation_pressure = config.relaxation_pressure,
+                              .residual = config.residual,
+                              .max_iterations = config.max_iterations,
+                              .processes = config.processes};
+        const double cell = finest_cell(scene, config);
+        make_folder(folder / "foam");
+        const FoamInertialSeries series =
+            foam_inertial_flows(foam_scene(scene, geometry, cell), foam, cell, drops, home_folder() / "openfoam_cases", folder / "foam");
+        Json part = {{"method", "OpenFOAM simpleFoam, openfoam_cases/inertial_packing"},
+                     {"cell_size_m", cell},
+                     {"cells", series.mesh.cells},
+                     {"mesh_volume_ratio", series.mesh.mesh_volume_ratio},
+                     {"wall_time_s", series.mesh.wall_time_s},
+                     {"uncertainty", nullptr},
+                     {"repeat_by_hand", "cd foam/inertial && ./Allclean && ./Allrun"},
+                     {"stopped_by", series.stopped_by.empty() ? Json(nullptr) : Json(series.stopped_by)},
+                     {"flows", Json::array()}};
+        std::vector<ApparentPermeability> steady;
+        for (const FoamInertialFlow& flow : series.flows) {
+            const double re = flow.superficial_velocity_m_per_s * d / nu, apparent = flow.permeability_m2 * length / domain;
+            part["flows"].push_back({{"reynolds", re},
+                                     {"permeability_m2", apparent},
+                                     {"pressure_drop_m2_per_s2", flow.pressure_drop_m2_per_s2},
+                                     {"momentum_share", flow.momentum_share},
+                                     {"iterations", flow.iterations}});
+            if (&flow == &series.flows.front()) continue;
+            steady.push_back({re, apparent, 10.0 * config.residual});
+            foam_rows +=
+                fmt::format("openfoam,{:.5g},{:.6g},{:.5f},\n", re, apparent, flow.permeability_m2 / series.flows.front().permeability_m2);
+        }
+        if (steady.size() >= 3) part.update(to_json(fit_forchheimer(series.flows.front().permeability_m2 * length / domain, d, steady)));
+        json["openfoam"] = part;
+    }
+    json["inertial_permeability_m"] = fit.inertial_permeability_m;
+    json["inertial_permeability_interval_m"] = list(std::optional(fit.inertial_interval_m));
+    json["interval_meaning"] =
+        "slopes of the straight part, of its last two flows, and through creeping flow, with the errors of grid and iteration";
+    json["beyond_largest_reynolds"] = fmt::format(
+        "extrapolated: there is no steady flow to compute; the interval is {:.0f} % wider on both sides (turbulent coefficients "
+        "differ: Fand et al. 1987)",
+        100.0 * turbulent_change);
+    json["expected_memory_bytes"] = expected.memory_bytes;
+    json["peak_memory_bytes"] = peak_memory_bytes();
+    draw_curves(folder, lattice_rows, foam_rows, k, d, fit.inertial_permeability_m, json["ergun_inertial_permeability_m"]);
+    return json;
+}
+
+Expectation expect_forchheimer(const Scene& whole, const ForchheimerConfig& config) {
+    const Scene scene = bed_in_water(whole, water_depth(whole));
+    const VoxelPlan plan = plan_voxels(scene.container, scene.section, finest_voxel(scene, config), 0.0, scene.grain_size_m);
+    const double pores = porosity(scene.solid(), scene.container, scene.section, 4000).value;
+    const double cells = static_cast<double>(plan.grid.size()),
+                 pore_volume = pores * scene.container.inner_area_m2() * scene.section.length();
+    const double fluid = pore_volume / std::pow(plan.voxel_size_m, 3);
+    Expectation expected{.text = fmt::format("{} flows on {} grids, the finest {} x {} x {} voxels of {:.4g} m", config.reynolds.size(),
+                                             config.grids, plan.grid.cells[0], plan.grid.cells[1], plan.grid.cells[2], plan.voxel_size_m),
+                         .memory_bytes = lbm_memory_bytes(cells, fluid, 8.0) + 32.0 * fluid};
+    // Measured: some 4000 steps a flow.
+    expected.wall_time_s = static_cast<double>(config.reynolds.size()) * 4000.0 * fluid / (8e6 * thread_count());
+    if (config.openfoam) {
+        // Measured: 300 iterations a flow of 5 us a cell.
+        const double foam_cells = pore_volume / std::pow(finest_cell(scene, config), 3) * std::pow(2.5, config.surface_level);
+        expected.memory_bytes = std::max(expected.memory_bytes, 1e8 + 1600.0 * foam_cells);
+        expected.wall_time_s +=
+            static_cast<double>(config.reynolds.size()) * 300.0 * 5e-6 * foam_cells / static_cast<double>(config.processes);
+        expected.text += fmt::format(", and by OpenFOAM on about {:.2g} cells", foam_cells);
+    }
+    return expected;
+}
+
+}  // namespace porepack

@@ -1,0 +1,191 @@
+#include "lbm/inertia.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <unordered_map>
+
+#include "core/error.hpp"
+#include "core/log.hpp"
+#include "lbm/sequence.hpp"
+
+namespace porepack {
+namespace {
+
+constexpr double fastest_allowed_lu = 0.1, slowest_viscosity_lu = 0.002, creeping_viscosity_lu = 0.7 / 3.0;
+
+// Constant pressure on the end planes: what comes in there is minus what left, which alone keeps p + u^2 constant, and 6 w u^2 with
+// the velocity across the plane. The velocity is that of two steps before.
+class PressureEnds : public Flow {
+public:
+    PressureEnds(std::unique_ptr<Flow> flow, const Domain& domain) : flow_(std::move(flow)), domain_(domain) {
+        added_.resize(domain.open_links.size());
+        for (const OpenLink& link : domain.open_links) {
+            chunks_.insert(link.node / chunk);
+            chunks_.insert(link.source / chunk);
+        }
+    }
+    void advance_two_steps() override {
+        flow_->advance_two_steps();
+        update();
+    }
+    void update() {
+        std::array<Moments, chunk> moments;
+        for (const std::size_t c : chunks_) {
+            const std::size_t count = std::min(chunk, domain_.nodes() - c * chunk);
+            flow_->moments(c * chunk, std::span(moments).first(count));
+            for (std::size_t i = 0; i < count; ++i) speed_[c * chunk + i] = moments[i].velocity[2];
+        }
+        for (std::size_t l = 0; l < added_.size(); ++l) {
+            const OpenLink& link = domain_.open_links[l];
+            const double across = 0.5 * (speed_[link.node] + speed_[link.source]);
+            const bool comes_back = across < 0.0 && d3q19::c[link.q][2] < 0;
+            added_[l] = (comes_back ? 3.0 : 6.0) * d3q19::w(link.q) * across * across;
+        }
+        flow_->set_open_links(added_);
+    }
+    void moments(std::size_t first, std::span<Moments> moments) const override { flow_->moments(first, moments); }
+    [[nodiscard]] std::array<double, 3> drag() const override { return flow_->drag(); }
+    void set_moments(std::size_t first, std::span<const Moments> moments) override { flow_->set_moments(first, moments); }
+    void set_open_links(std::span<const double> added) override { flow_->set_open_links(added); }
+    [[nodiscard]] std::span<std::byte> state() override { return flow_->state(); }
+    [[nodiscard]] double bytes() const override { return flow_->bytes(); }
+
+private:
+    std::unique_ptr<Flow> flow_;
+    const Domain& domain_;
+    std::vector<double> added_;
+    std::set<std::size_t> chunks_;                   // with nodes at open ends
+    std::unordered_map<std::size_t, double> speed_;  // of their nodes
+};
+
+class Series {
+public:
+    Series(const LbmScene& scene, double voxel_size_m, const InertialGate& gate)
+        : gate_(gate), image_(scene.voxels(voxel_size_m)), drive_(choose_drive(scene.container, "z")) {
+        const FlowWalls walls{*scene.solid, scene.container, scene.section};
+        domain_ = build_domain(image_, drive_, &walls);
+        section_ = flow_section(image_, scene.container, scene.section, drive_);
+        moments_.assign(domain_.nodes(), {});
+        log_info("flow with inertia: {} x {} x {} voxels of {:.4g} m, {} fluid nodes", image_.grid.cells[0], image_.grid.cells[1],
+                 image_.grid.cells[2], voxel_size(), domain_.nodes());
+    }
+
+    [[nodiscard]] double voxel_size() const { return image_.grid.spacing_m[2]; }
+    [[nodiscard]] std::size_t nodes() const { return domain_.nodes(); }
+
+    // Starts from the moments of the flow before, velocities times `faster` and densities times `denser`, and leaves its own.
+    // Momentum settles within k/nu.
+    StokesRun solve(double viscosity, double force, bool inertia, double faster, double denser, double settling_steps) {
+        Scheme scheme{.tau = 0.5 + 3.0 * viscosity, .walls = Walls::interpolated, .inertia = inertia};
+        scheme.force[2] = force;
+        std::unique_ptr<Flow> flow = make_flow(Kernel::fast_double, domain_, scheme);
+        if (inertia && !domain_.open_links.empty()) flow = std::make_unique<PressureEnds>(std::move(flow), domain_);
+        for (Moments& node : moments_) {
+            node.density *= denser;
+            for (double& u : node.velocity) u *= faster;
+        }
+        for_chunks([&](std::size_t first, std::size_t count) { flow->set_moments(first, std::span(moments_).subspan(first, count)); });
+        const StokesRun run = run_to_steady(*flow, domain_, scheme, section_,
+                                            {.tolerance = inertia ? gate_.tolerance : 0.1 * gate_.tolerance,
+                                             .max_steps = gate_.max_steps,
+                                             .steps_a_check = std::max(40L, 2 * std::lround(0.25 * settling_steps))});
+        // Drag of walls and grains a volume: of the deviation from the mean gradient, and that gradient's buoyancy.
+        const double volume = section_.area_cells * (section_.last_layer - section_.first_layer + 1);
+        resistance_ = force + (flow->drag()[2] - force * static_cast<double>(domain_.nodes())) / volume;
+        for_chunks([&](std::size_t first, std::size_t count) { flow->moments(first, std::span(moments_).subspan(first, count)); });
+        return run;
+    }
+
+    [[nodiscard]] double resistance() const { return resistance_; }
+    [[nodiscard]] double fastest() const {
+        double most = 0.0;
+        for (const Moments& node : moments_) {
+            const auto& u = node.velocity;
+            most = std::max(most, u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
+        }
+        return std::sqrt(most);
+    }
+
+private:
+    template <typename Work>
+    void for_chunks(const Work& work) {
+        for (std::size_t first = 0; first < moments_.size(); first += Flow::chunk)
+            work(first, std::min(Flow::chunk, moments_.size() - first));
+    }
+
+    InertialGate gate_;
+    PhaseImage image_;
+    Drive drive_;
+    Domain domain_;
+    FlowSection section_;
+    std::vector<Moments> moments_;
+    double resistance_ = 0.0;
+};
+
+}  // namespace
+
+InertialSeries lbm_inertial_flows(const LbmScene& scene, double voxel_size_m, std::span<const double> reynolds, double length_m,
+                                  const InertialGate& gate) {
+    Series series(scene, voxel_size_m, gate);
+    const double h = series.voxel_size(), length_lu = length_m / h;
+    double viscosity = creeping_viscosity_lu, force = 1e-6;
+    const StokesRun creeping = series.solve(viscosity, force, false, 0.0, 0.0, 0.0);
+    if (!creeping.converged)
+        throw NumericalError(fmt::format("creeping flow is not steady after {} steps; no permeability is given", creeping.steps),
+                             {.mend = "raise max_steps"});
+    double speed = creeping.superficial_velocity_lu, k_lu = viscosity * speed / series.resistance();
+    const double creeping_lu = k_lu;
+    InertialSeries result{.voxel_size_m = h,
+                          .nodes = series.nodes(),
+                          .creeping_permeability_m2 = k_lu * h * h,
+                          .peak_over_mean = series.fastest() / speed,
+                          .flows = {},
+                          .stopped_by = {}};
+    for (const double wanted : reynolds) {
+        // 1/k grows about linearly: the force that should give this Reynolds number.
+        double resistance = 1.0 / k_lu;
+        if (const auto& flows = result.flows; !flows.empty()) {
+            const double before_re = flows.size() > 1 ? flows[flows.size() - 2].reynolds : 0.0,
+                         before = h * h / (flows.size() > 1 ? flows[flows.size() - 2].permeability_m2 : result.creeping_permeability_m2);
+            resistance += (resistance - before) * (wanted - flows.back().reynolds) / (flows.back().reynolds - before_re);
+        }
+        const double next_viscosity = std::min(creeping_viscosity_lu, fastest_allowed_lu / result.peak_over_mean * length_lu / wanted);
+        if (next_viscosity < slowest_viscosity_lu) {
+            result.stopped_by = fmt::format("Re {:g} needs smaller voxels than {:.4g} m", wanted, h);
+            break;
+        }
+        const double next_speed = wanted * next_viscosity / length_lu, next_force = next_viscosity * next_speed * resistance;
+        try {
+            const StokesRun run =
+                series.solve(next_viscosity, next_force, true, next_speed / speed, next_force / force, k_lu / next_viscosity);
+            if (!run.converged) {
+                result.stopped_by = fmt::format("no steady flow at Re {:g} within {} steps (iteration error {:.1e}, gate {:.1e})", wanted,
+                                                run.steps, run.iteration_error, gate.tolerance);
+                break;
+            }
+            viscosity = next_viscosity;
+            speed = run.superficial_velocity_lu;
+            force = next_force;
+            k_lu = viscosity * speed / series.resistance();
+            result.flows.push_back({.reynolds = speed * length_lu / viscosity,
+                                    .permeability_m2 = k_lu * h * h,
+                                    .momentum_share = 1.0 - series.resistance() / force,
+                                    .iteration_error = run.iteration_error,
+                                    .relaxation_time = 0.5 + 3.0 * viscosity,
+                                    .fastest_lu = series.fastest(),
+                                    .steps = run.steps,
+                                    .seconds = run.seconds});
+            log_info("lattice Boltzmann: Re {:.4g}: k = {:.5g} m2, {:.4f} of creeping flow, {} steps", result.flows.back().reynolds,
+                     k_lu * h * h, k_lu / creeping_lu, run.steps);
+        } catch (const NumericalError& fault) {
+            result.stopped_by = fmt::format("Re {:g}: {}", wanted, fault.what());
+            break;
+        }
+    }
+    return result;
+}
+
+}  // namespace porepack

@@ -1,0 +1,174 @@
+#include "openfoam/foam_case.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include "core/error.hpp"
+#include "core/log.hpp"
+
+namespace porepack {
+namespace fs = std::filesystem;
+namespace {
+
+void write_if_different(const Path& file, const std::string& text) {
+    if (!fs::exists(file) || read_text(file) != text) write_text(file, text);
+}
+
+void copy_if_different(const Path& from, const Path& to) {
+    make_folder(to.parent_path());
+    if (!fs::exists(to) || read_text(to) != read_text(from)) fs::copy_file(from, to, fs::copy_options::overwrite_existing);
+}
+
+}  // namespace
+
+FoamBlock background_block(const Container& container, const Section& section, double cell) {
+    FoamBlock block{container.low(), container.high(), {}};
+    block.low.z() = section.z0;
+    block.high.z() = section.z1;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double extent = block.high[axis] - block.low[axis];
+        int count = std::max(1, static_cast<int>(std::lround(extent / cell)));
+        if (container.kind == Container::Kind::cylinder && axis < 2) {
+            count = 2 * static_cast<int>(std::ceil(extent / (2.0 * cell))) + 2;
+            block.low[axis] = -0.5 * count * cell;
+            block.high[axis] = 0.5 * count * cell;
+        }
+        block.cells[static_cast<std::size_t>(axis)] = count;
+    }
+    return block;
+}
+
+std::string common_parameters(const FoamScene& scene, const FoamConfig& config, double cell, long processes) {
+    const FoamBlock block = background_block(scene.container, scene.section, cell);
+    const Vec3& p = scene.pore_point;
+    std::string text = "// Written by porepack; metres, seconds.\n";
+    text += fmt::format("xMin {:.12g}; xMax {:.12g}; yMin {:.12g}; yMax {:.12g}; zMin {:.12g}; zMax {:.12g};\n", block.low.x(),
+                        block.high.x(), block.low.y(), block.high.y(), block.low.z(), block.high.z());
+    text += fmt::format("nx {}; ny {}; nz {};\nsurfaceLevel {};\n", block.cells[0], block.cells[1], block.cells[2], config.surface_level);
+    text += fmt::format("locationInMesh ({:.12g} {:.12g} {:.12g});\n", p.x(), p.y(), p.z());
+    text += fmt::format("relaxationU {:g}; relaxationP {:g};\nresidual {:g};\nmaxIterations {};\nprocesses {};\n",
+                        config.relaxation_velocity, config.relaxation_pressure, config.residual, config.max_iterations, processes);
+    return text;
+}
+
+double wall_radius_m(const FoamScene& scene) {
+    const Container& container = scene.container;
+    return container.kind == Container::Kind::cylinder ? container.diameter_m / 2.0
+                                                       : 2.0 * container.low().norm() + 2.0 * container.high().norm();
+}
+
+void prepare_foam_case(const FoamScene& scene, const std::string& parameters, const Path& source, const Path& folder) {
+    // The case alone, not what an earlier run by hand left in its folder.
+    make_folder(folder / "constant" / "triSurface");
+    for (const char* part :
+         {"Allrun", "Allclean", "README.md", "0.orig/U", "0.orig/p", "constant/transportProperties", "constant/turbulenceProperties"})
+        copy_if_different(source / part, folder / part);
+    for (const auto& entry : fs::directory_iterator(source / "system"))
+        if (entry.path().filename() != "caseParameters") copy_if_different(entry.path(), folder / "system" / entry.path().filename());
+    write_if_different(folder / "system" / "caseParameters", parameters);
+    const Path surface = folder / "constant" / "triSurface" / "solid.stl", fresh = folder / "solid.stl";
+    write_stl(fresh, scene.surface, "porepack; unit: metre");
+    if (fs::exists(surface) && sha256_of_file(surface) == sha256_of_file(fresh))
+        fs::remove(fresh);
+    else
+        fs::rename(fresh, surface);
+}
+
+std::optional<double> last_number(const Path& log, const std::string& label) {
+    std::ifstream in(log);
+    std::optional<double> value;
+    for (std::string line; std::getline(in, line);)
+        if (const auto at = line.find(label); at != std::string::npos) {
+            std::istringstream rest(line.substr(at + label.size()));
+            double number = 0.0;
+            if (rest >> number) value = number;
+        }
+    return value;
+}
+
+std::vector<double> read_series(const Path& object, const char* file, int column) {
+    std::map<double, Path> starts;
+    if (fs::exists(object))
+        for (const auto& entry : fs::directory_iterator(object)) starts[std::atof(entry.path().filename().c_str())] = entry.path() / file;
+    std::map<double, double> by_time;
+    for (const auto& [start, path] : starts) {
+        by_time.erase(by_time.upper_bound(start), by_time.end());
+        std::ifstream in(path);
+        for (std::string line; std::getline(in, line);) {
+            if (line.empty() || line.front() == '#') continue;
+            for (char& ch : line)
+                if (ch == '(' || ch == ')') ch = ' ';
+            std::istringstream numbers(line);
+            double time = 0.0, value = 0.0;
+            bool good = static_cast<bool>(numbers >> time);
+            for (int i = 0; i < column; ++i) good = good && static_cast<bool>(numbers >> value);
+            if (good) by_time[time] = value;
+        }
+    }
+    std::vector<double> values;
+    values.reserve(by_time.size());
+    for (const auto& [time, value] : by_time) values.push_back(value);
+    return values;
+}
+
+void reject_foam(const std::string& what, const Path& log, const std::string& mend) {
+    throw EngineError("OpenFOAM: " + what + "\n" + tail(log, 12), {.where = log.string(), .mend = mend});
+}
+
+void judge_foam_mesh(const FoamScene& scene, const FoamConfig& config, const Path& folder, FoamMeshResult& result) {
+    const Path log = folder / "log.checkMesh";
+    // The case's own Allrun judges checkMesh (runFunctions), and goes no further when the mesh is unfit.
+    if (!fs::exists(folder / "log.simpleFoam") && !fs::exists(folder / "drops"))
+        reject_foam("the mesh fails checkMesh", log, "change cell_size_m a little");
+    if (last_number(log, "***Max skewness = ")) result.skew_faces = std::lround(last_number(log, "<<Writing ").value_or(0.0));
+    const auto cells = last_number(log, "    cells:"), volume = last_number(log, "Total volume = "),
+               slant = last_number(log, "Mesh non-orthogonality Max:"), regions = last_number(log, "*Number of regions:");
+    if (!cells || !volume || *cells < 1.0) reject_foam("the mesh has no cells", log, "check locationInMesh and the surface");
+    if (regions && *regions > 1.0) reject_foam("the mesh has more than one region", log, "check the surface");
+    result.cells = std::lround(*cells);
+    result.max_non_orthogonality = slant.value_or(0.0);
+    result.mesh_volume_ratio = *volume / scene.pore_volume_m3;
+    // A mesh may cut corners, and leave out gaps between grains that are narrower than two of its cells.
+    const double coarse = result.cell_size_m / scene.grain_size_m;
+    result.narrow_pores = scene.narrow_pores ? scene.narrow_pores(result.cell_size_m / std::exp2(config.surface_level)) : 0.0;
+    const double allowed = 0.015 + 0.3 * coarse * coarse + result.narrow_pores;
+    if (std::abs(result.mesh_volume_ratio - 1.0) > allowed)
+        reject_foam(
+            fmt::format("the mesh lost or invented pore space: its volume is {:.4f} of the exact one, {:.4f} is allowed at this cell size",
+                        result.mesh_volume_ratio, allowed),
+            log, "take smaller cells, or check that the surface is closed and lies where it should");
+}
+
+ProgramEnd run_foam_case(const Path& folder, const char* label, const std::function<std::pair<double, std::string>()>& state,
+                         FoamMeshResult& result) {
+    Progress progress(label);
+    ProgramEnd end = run_program({.command = {"bash", "./Allrun"},
+                                  .folder = folder,
+                                  .log = folder / "log.Allrun",
+                                  .environment = {{"WM_PROJECT_DIR", "/usr/share/openfoam"}},
+                                  .while_running = [&] {
+                                      const auto [done, text] = state();
+                                      progress.update(done, text);
+                                  }});
+    std::ifstream notes(folder / "log.Allrun");
+    for (std::string line; std::getline(notes, line);) {
+        if (line.rfind("note: ", 0) == 0) log_warning("OpenFOAM: " + line.substr(6));
+        if (line.rfind("simpleFoam goes on", 0) == 0) log_info("{}", line);
+        if (line.rfind("note: mpirun", 0) == 0) result.processes = 1;
+    }
+    result.wall_time_s = end.wall_time_s;
+    result.peak_memory_bytes = end.peak_memory_bytes;
+    if (!fs::exists(folder / "log.surfaceCheck.done"))
+        throw UserError("OpenFOAM cannot use the surface: " + tail(folder / "log.Allrun", 1),
+                        {.where = (folder / "log.surfaceCheck").string()});
+    if (!fs::exists(folder / "log.checkMesh"))
+        reject_foam(fmt::format("meshing failed (exit code {})", end.exit_code), folder / "log.Allrun");
+    return end;
+}
+
+}  // namespace porepack

@@ -1,0 +1,66 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+#include "core/error.hpp"
+#include "core/log.hpp"
+#include "openfoam/foam_case.hpp"
+
+namespace porepack {
+namespace fs = std::filesystem;
+
+FoamInertialSeries foam_inertial_flows(const FoamScene& scene, const FoamConfig& config, double cell_size_m, std::span<const double> drops,
+                                       const Path& cases, const Path& folder) {
+    require_foam();
+    if (scene.container.any_periodic())
+        throw UserError("flows with inertia need a container without periodic faces",
+                        {.mend = "leave OpenFOAM out: the lattice Boltzmann solver takes periodic boxes"});
+    make_folder(folder);
+    fs::copy_file(cases / "runFunctions", folder / "runFunctions", fs::copy_options::overwrite_existing);
+    const Path run = folder / "inertial";
+    std::string parameters =
+        common_parameters(scene, config, cell_size_m, config.processes) +
+        fmt::format("viscosity {:g};\nwallRadius {:.12g};\npressureDrops (", water_viscosity_m2_per_s, wall_radius_m(scene));
+    for (const double drop : drops) parameters += fmt::format("{:.6g} ", drop);
+    prepare_foam_case(scene, parameters + ");\n", cases / "inertial_packing", run);
+    FoamInertialSeries series{.mesh = {.cell_size_m = cell_size_m, .processes = config.processes}, .flows = {}, .stopped_by = {}};
+    log_info("OpenFOAM, flows with inertia: background cells of {:.3g} m", cell_size_m);
+    const auto count_lines = [&] {
+        std::ifstream in(run / "flow_rates.dat");
+        long lines = 0;
+        for (std::string line; std::getline(in, line);) lines += line.empty() || line.front() == '#' ? 0 : 1;
+        return lines;
+    };
+    const auto state = [&] {
+        const bool meshed = fs::exists(run / "log.checkMesh.done");
+        const auto done = meshed ? count_lines() : 0;
+        return std::pair<double, std::string>((meshed ? 0.1 : 0.0) + 0.9 * static_cast<double>(done) / static_cast<double>(drops.size()),
+                                              meshed ? fmt::format("pressure drop {} of {}", done + 1, drops.size()) : "meshing");
+    };
+    const ProgramEnd end = run_foam_case(run, "OpenFOAM, flows with inertia", state, series.mesh);
+    judge_foam_mesh(scene, config, run, series.mesh);
+    const double area = scene.container.inner_area_m2(), length = scene.section.length(), nu = water_viscosity_m2_per_s;
+    std::ifstream rates(run / "flow_rates.dat");
+    for (std::string line; std::getline(rates, line);) {
+        if (line.empty() || line.front() == '#') continue;
+        std::istringstream numbers(line);
+        double drop = 0.0, flow = 0.0, iterations = 0.0, gained = 0.0;
+        if (!(numbers >> drop >> flow >> iterations >> gained) || !(flow > 0.0) || !std::isfinite(gained))
+            reject_foam("a line of flow_rates.dat is no result: " + line, run / "flow_rates.dat");
+        // What drags on the grains is the pressure less what the water gains in momentum between the planes.
+        const double speed = flow / area, drag = drop - gained / area;
+        series.flows.push_back({.pressure_drop_m2_per_s2 = drop,
+                                .superficial_velocity_m_per_s = speed,
+                                .momentum_share = gained / area / drop,
+                                .permeability_m2 = nu * speed * length / drag,
+                                .iterations = std::lround(iterations)});
+    }
+    if (series.flows.size() < drops.size())
+        series.stopped_by = fmt::format("no steady flow at a pressure drop of {:.4g} m2/s2 (exit code {}): {}", drops[series.flows.size()],
+                                        end.exit_code, tail(run / "log.Allrun", 1));
+    return series;
+}
+
+}  // namespace porepack

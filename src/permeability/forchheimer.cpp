@@ -1,0 +1,73 @@
+#include "permeability/forchheimer.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "core/error.hpp"
+
+namespace porepack {
+namespace {
+
+struct Line {
+    double intercept, slope;
+};
+
+// Least squares of y over x, relative errors of y alike.
+Line fit_line(std::span<const double> x, std::span<const double> y) {
+    double w = 0.0, wx = 0.0, wy = 0.0, wxx = 0.0, wxy = 0.0;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+        const double weight = 1.0 / (y[i] * y[i]);
+        w += weight;
+        wx += weight * x[i];
+        wy += weight * y[i];
+        wxx += weight * x[i] * x[i];
+        wxy += weight * x[i] * y[i];
+    }
+    const double slope = (w * wxy - wx * wy) / (w * wxx - wx * wx);
+    return {(wy - slope * wx) / w, slope};
+}
+
+}  // namespace
+
+ForchheimerFit fit_forchheimer(double permeability_m2, double length_m, std::span<const ApparentPermeability> flows) {
+    if (flows.size() < 3)
+        throw NumericalError(fmt::format("{} steady flows with inertia are too few for the inertial permeability", flows.size()),
+                             {.allowed = "three or more", .mend = "begin at a smaller Reynolds number, or take smaller voxels"});
+    std::size_t first = 0;
+    while (first < flows.size() && flows[first].permeability_m2 > 0.95 * permeability_m2) ++first;
+    ForchheimerFit fit{.permeability_m2 = permeability_m2, .largest_reynolds = flows.back().reynolds};
+    if (first < flows.size()) {
+        const double above = first > 0 ? flows[first - 1].permeability_m2 : permeability_m2, below = flows[first].permeability_m2,
+                     wanted = 0.95 * permeability_m2;
+        const double from = first > 0 ? flows[first - 1].reynolds : 0.0;
+        fit.onset_reynolds = from + (flows[first].reynolds - from) * (above - wanted) / (above - below);
+    }
+    first = std::min(first, flows.size() - 3);
+    std::vector<double> x, y;
+    for (std::size_t i = first; i < flows.size(); ++i) {
+        x.push_back(flows[i].reynolds / length_m);  // U/nu
+        y.push_back(1.0 / flows[i].permeability_m2);
+    }
+    const std::size_t n = x.size();
+    fit.points = n;
+    const Line line = fit_line(x, y);
+    const double last_slope = (y[n - 1] - y[n - 2]) / (x[n - 1] - x[n - 2]), whole_slope = (y[n - 1] - 1.0 / permeability_m2) / x[n - 1];
+    const double least = std::min({line.slope, last_slope, whole_slope}), most = std::max({line.slope, last_slope, whole_slope});
+    if (!(least > 0.0))
+        throw NumericalError("the permeability does not fall with the Reynolds number: no inertial permeability",
+                             {.mend = "tighten the tolerance, or go to larger Reynolds numbers"});
+    // What an error of the last flow's permeability does to the slope through 1/k.
+    const double error = flows.back().relative_error * y[n - 1] / x[n - 1];
+    fit.intercept_permeability_m2 = 1.0 / line.intercept;
+    fit.inertial_permeability_m = 1.0 / line.slope;
+    fit.inertial_interval_m = {1.0 / (most + error), 1.0 / std::max(least - error, 0.2 * least)};
+    fit.extrapolated_interval_m = {fit.inertial_interval_m.low * (1.0 - turbulent_change),
+                                   fit.inertial_interval_m.high / (1.0 - turbulent_change)};
+    fit.inertial_factor = std::sqrt(permeability_m2) / fit.inertial_permeability_m;
+    return fit;
+}
+
+}  // namespace porepack
