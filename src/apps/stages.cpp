@@ -9,6 +9,7 @@
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "core/process.hpp"
+#include "permeability/falling_head.hpp"
 #include "permeability/permeability.hpp"
 
 namespace porepack {

@@ -48,16 +48,50 @@ struct FallingHeadConfig {
     double sample_length_m = 0.12;
     double start_level_m = 1.6;
     std::vector<double> levels_m = {1.3, 0.7, 0.1};
+    std::vector<double> window_m = {0.1, 1.3};
     double kinematic_viscosity_m2_per_s = 1e-6;
     double gravity_m_per_s2 = 9.81;
+    bool column_inertia = true;
+    double sample_inertia = 0.0;
+    double mesh_opening_m = 0.0;
+    double mesh_wire_m = 0.0;
+    long meshes_below = 1;
+    long meshes_above = 1;
+    double mesh_free_share = 1.0;
+    double loss_coefficient = 0.0;
+    double level_offset_m = 0.0;
+    double level_offset_uncertainty_m = 0.0;
+    double noise_m = 0.0;
+    double frames_per_s = 50.0;
+    long seed = 1;
 };
 
 inline void describe(ConfigVisitor& v, FallingHeadConfig& c) {
     v.number("sample_length_m", c.sample_length_m, length(), "length of the sample, L of Eq. 18");
-    v.number("start_level_m", c.start_level_m, length(), "water level above the sample at time 0");
+    v.number("start_level_m", c.start_level_m, length(), "water level above the sample at time 0, when the outlet is opened");
     v.numbers("levels_m", c.levels_m, {1, 1000}, not_negative(), "levels whose times are asked for");
+    v.numbers("window_m", c.window_m, {2, 2}, not_negative(), "lowest and highest level of a measured curve that is evaluated");
     v.number("kinematic_viscosity_m2_per_s", c.kinematic_viscosity_m2_per_s, positive(), "of the liquid");
     v.number("gravity_m_per_s2", c.gravity_m_per_s2, positive(), "gravity");
+    v.boolean("column_inertia", c.column_inertia,
+              "the water's inertia: it starts at rest, and its column above the sample has to be slowed down");
+    v.number(
+        "sample_inertia", c.sample_inertia, {.low = 1.0, .high = 100.0, .zero_is_auto = true},
+        "the water in the sample moves like a column of so many sample lengths: diffusive tortuosity factor / porosity; auto: from the "
+        "case, else 1.5");
+    v.number("mesh_opening_m", c.mesh_opening_m, length_or_auto(), "opening of the wire meshes that hold the sample; auto: no mesh");
+    v.number("mesh_wire_m", c.mesh_wire_m, length_or_auto(), "diameter of their wires; auto: a fifth of the opening");
+    v.integer("meshes_below", c.meshes_below, between(0, 10), "meshes below the sample");
+    v.integer("meshes_above", c.meshes_above, between(0, 10), "meshes on top of the sample");
+    v.number("mesh_free_share", c.mesh_free_share, {.low = 0.01, .high = 1.0}, "share of the openings below that grains leave free");
+    v.number("loss_coefficient", c.loss_coefficient, between(0.0, 1e6),
+             "of inlet and outlet together: they take so many times v^2/2 (v: speed of the level)");
+    v.number("level_offset_m", c.level_offset_m, between(-1.0, 1.0), "true level less measured level");
+    v.number("level_offset_uncertainty_m", c.level_offset_uncertainty_m, between(0.0, 1.0),
+             "standard deviation of the offset; it then counts in the intervals of an analysis");
+    v.number("noise_m", c.noise_m, between(0.0, 1.0), "standard deviation of the measured level, of a simulated curve");
+    v.number("frames_per_s", c.frames_per_s, between(1e-3, 1e6), "pictures a second, of a simulated curve");
+    v.integer("seed", c.seed, {.low = 0, .high = 1e9}, "of a simulated curve's noise");
 }
 
 }  // namespace porepack

@@ -1,9 +1,5 @@
-// Correlations for the permeability, and the falling-head test.
+// Correlations for the permeability.
 #pragma once
-
-#include <span>
-
-#include "permeability/config.hpp"
 
 namespace porepack {
 
@@ -17,24 +13,5 @@ inline constexpr double darcy_m2 = 9.869233e-13;
 [[nodiscard]] double ergun_inertial_m(double sphericity, double equal_diameter_m, double porosity);
 /// Hydraulic conductivity for water at 20 C, m/s: k g / nu with nu = 1e-6 m2/s.
 [[nodiscard]] double conductivity_m_per_s(double permeability_m2);
-
-/// Falling head, Eq. 18: g (h + L)/L = (nu/k) v + v^2/k_in with v = -dh/dt, without the inertia of the water column.
-/// Solved in closed form through x + ln x = y, which does not overflow.
-class FallingHead {
-public:
-    /// `inertial_permeability_m` may be infinite (Darcy only). Throws UserError unless both are positive.
-    FallingHead(double permeability_m2, double inertial_permeability_m, const FallingHeadConfig& config);
-
-    [[nodiscard]] double speed_at(double level_m) const;
-    /// Time at which the level passes `level_m`. Throws UserError for a level above the start.
-    [[nodiscard]] double time_at(double level_m) const;
-    [[nodiscard]] double level_at(double time_s) const;
-
-private:
-    double A_, B_, g_, L_, start_speed_, start_;
-};
-
-/// Solves x + ln x = y for x > 0.
-[[nodiscard]] double solve_x_plus_log_x(double y);
 
 }  // namespace porepack

@@ -1,0 +1,123 @@
+#include "permeability/column.hpp"
+
+#include <fmt/format.h>
+#include <boost/numeric/odeint.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/error.hpp"
+
+namespace porepack {
+namespace {
+
+double correction(double reynolds) {
+    constexpr std::array<double, 8> re = {50, 100, 150, 200, 300, 400, 500, 1000}, k = {1.44, 1.24, 1.13, 1.08, 1.03, 1.01, 1.01, 1.0};
+    if (reynolds <= re.front()) return k.front();
+    if (reynolds >= re.back()) return k.back();
+    std::size_t i = 1;
+    while (re[i] < reynolds) ++i;
+    const double part = std::log(reynolds / re[i - 1]) / std::log(re[i] / re[i - 1]);
+    return k[i - 1] + part * (k[i] - k[i - 1]);
+}
+
+}  // namespace
+
+double screen_loss(double opening_m, double wire_m, double free_share, double speed_m_per_s, double kinematic_viscosity_m2_per_s) {
+    const double side = opening_m / (opening_m + wire_m), open = side * side * free_share;
+    const double quadratic = 1.3 * (1.0 - open) + (1.0 / open - 1.0) * (1.0 / open - 1.0);
+    const double reynolds = std::max(1e-9, speed_m_per_s / open * wire_m / kinematic_viscosity_m2_per_s);
+    return correction(reynolds) * quadratic + (reynolds < 50.0 ? 22.0 / reynolds - 22.0 / 50.0 : 0.0);
+}
+
+Column::Column(const FallingHeadConfig& config)
+    : config_(config),
+      offset_(config.level_offset_m),
+      inertia_length_((config.sample_inertia > 0.0 ? config.sample_inertia : 1.5) * config.sample_length_m) {
+    if (config_.mesh_opening_m > 0.0 && config_.mesh_wire_m == 0.0) config_.mesh_wire_m = 0.2 * config_.mesh_opening_m;
+    if (config_.mesh_opening_m == 0.0 && config_.mesh_wire_m > 0.0)
+        throw UserError("a mesh has wires but no openings", {.where = "mesh_opening_m", .mend = "give mesh_opening_m (metres)"});
+    if (config_.mesh_wire_m > 10.0 * config_.mesh_opening_m)
+        throw UserError(
+            fmt::format("wires of {:g} m and openings of {:g} m leave next to nothing open", config_.mesh_wire_m, config_.mesh_opening_m),
+            {.where = "mesh_wire_m", .mend = "check the units: metres"});
+}
+
+double Column::mesh_loss(double speed) const {
+    const auto& c = config_;
+    double loss = c.loss_coefficient;
+    if (c.mesh_opening_m > 0.0) {
+        const double nu = c.kinematic_viscosity_m2_per_s;
+        if (c.meshes_below > 0)
+            loss += static_cast<double>(c.meshes_below) * screen_loss(c.mesh_opening_m, c.mesh_wire_m, c.mesh_free_share, speed, nu);
+        if (c.meshes_above > 0) loss += static_cast<double>(c.meshes_above) * screen_loss(c.mesh_opening_m, c.mesh_wire_m, 1.0, speed, nu);
+    }
+    return loss;
+}
+
+// m2/s2; odd in the speed.
+double Column::losses(const Resistance& resistance, double speed) const {
+    return config_.sample_length_m * (config_.kinematic_viscosity_m2_per_s * resistance.inverse_permeability_per_m2 * speed +
+                                      resistance.inverse_inertial_permeability_per_m * speed * std::abs(speed)) +
+           0.5 * mesh_loss(std::abs(speed)) * speed * std::abs(speed);
+}
+
+double Column::steady_speed(const Resistance& resistance, double level_m) const {
+    const double head = config_.gravity_m_per_s2 * (level_m + offset_ + config_.sample_length_m);
+    if (!(head > 0.0)) return 0.0;
+    // Mesh losses hardly depend on the speed: a quadratic equation for each guess of them.
+    const double linear = config_.sample_length_m * config_.kinematic_viscosity_m2_per_s * resistance.inverse_permeability_per_m2;
+    double speed = 0.1;
+    for (int i = 0; i < 50; ++i) {
+        const double square = config_.sample_length_m * resistance.inverse_inertial_permeability_per_m + 0.5 * mesh_loss(speed);
+        const double next = 2.0 * head / (linear + std::sqrt(std::max(0.0, linear * linear + 4.0 * square * head)));
+        if (std::abs(next - speed) <= 1e-15 * next) return next;
+        speed = next;
+    }
+    return speed;
+}
+
+std::vector<double> Column::levels(const Resistance& resistance, double start_s, double level_m, double speed_m_per_s,
+                                   std::span<const double> times_s) const {
+    namespace ode = boost::numeric::odeint;
+    using State = std::array<double, 2>;  // level, speed
+    constexpr double tolerance = 1e-11;
+    const bool inertia = config_.column_inertia;
+    const auto rate = [&](const State& x, State& d, double) {
+        // Water that has reached the sample is not followed.
+        if (x[0] + offset_ <= 0.0) {
+            d = {0.0, 0.0};
+            return;
+        }
+        if (!inertia) {
+            d = {-steady_speed(resistance, x[0]), 0.0};
+            return;
+        }
+        const double head = config_.gravity_m_per_s2 * (x[0] + offset_ + config_.sample_length_m);
+        d = {-x[1], (head - losses(resistance, x[1])) / (x[0] + offset_ + inertia_length_)};
+    };
+    std::vector<double> levels;
+    levels.reserve(times_s.size());
+    State x = {level_m, inertia ? speed_m_per_s : 0.0};
+    auto stepper = ode::make_dense_output(tolerance, tolerance, ode::runge_kutta_dopri5<State>());
+    if (times_s.empty()) return levels;
+    stepper.initialize(x, start_s, 1e-4);
+    long steps = 0;
+    for (const double time : times_s) {
+        while (stepper.current_time() < time) {
+            stepper.do_step(rate);
+            if (++steps > 1000000 || !std::isfinite(stepper.current_state()[0]))
+                throw NumericalError("the falling level could not be followed", {.mend = "check k, k_in and the lengths: SI units"});
+        }
+        if (time <= start_s) {
+            levels.push_back(level_m);
+            continue;
+        }
+        stepper.calc_state(time, x);
+        levels.push_back(x[0]);
+    }
+    return levels;
+}
+
+}  // namespace porepack

@@ -1,0 +1,52 @@
+// The falling-head apparatus as one equation: sample, wire meshes, the water's inertia, an offset of the scale.
+//   (h + m L) dv/dt = g (h + L) - L (nu v / k + v^2 / k_in) - K(v) v^2 / 2,  v = -dh/dt,  h = measured level + offset
+// Eq. 18 of the paper is what is left for K = 0 and without the left side.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "permeability/config.hpp"
+
+namespace porepack {
+
+/// Loss coefficient K of a woven mesh of round wires: it takes K v^2/2, v being the superficial velocity. Idelchik, Handbook of Hydraulic
+/// Resistance, diagram 8-6: K = k_Re (1.3 (1 - f) + (1/f - 1)^2) with the open share f of the area and k_Re of Re = (v/f) wire / nu from
+/// his table (1.44 at 50, 1 from 500 on); below 50 it grows with 22/Re. `free_share` of the openings is not covered by grains.
+[[nodiscard]] double screen_loss(double opening_m, double wire_m, double free_share, double speed_m_per_s,
+                                 double kinematic_viscosity_m2_per_s);
+
+/// Sample resistances as they are fitted: the equation is nearly linear in them.
+struct Resistance {
+    double inverse_permeability_per_m2 = 0.0;          ///< 1/k
+    double inverse_inertial_permeability_per_m = 0.0;  ///< 1/k_in
+};
+
+class Column {
+public:
+    /// Throws UserError when a mesh is given whose wires leave nothing open.
+    explicit Column(const FallingHeadConfig& config);
+
+    /// Speed at which all losses take the whole head at this measured level. 0 where the head is not positive.
+    [[nodiscard]] double steady_speed(const Resistance& resistance, double level_m) const;
+
+    /// Measured levels (without noise) at rising `times_s`, the level being `level_m` and its speed `speed_m_per_s` at `start_s` (not after
+    /// the first time). Without the water's inertia the speed follows the level and `speed_m_per_s` is not used. Below the top of the
+    /// sample the equation does not hold: the water stops there. Relative error 1e-10.
+    [[nodiscard]] std::vector<double> levels(const Resistance& resistance, double start_s, double level_m, double speed_m_per_s,
+                                             std::span<const double> times_s) const;
+
+    [[nodiscard]] bool has_inertia() const { return config_.column_inertia; }
+    [[nodiscard]] double offset_m() const { return offset_; }
+    void set_offset(double offset_m) { offset_ = offset_m; }
+    [[nodiscard]] const FallingHeadConfig& config() const { return config_; }
+
+private:
+    [[nodiscard]] double mesh_loss(double speed) const;
+    [[nodiscard]] double losses(const Resistance& resistance, double speed) const;
+
+    FallingHeadConfig config_;
+    double offset_, inertia_length_;
+};
+
+}  // namespace porepack

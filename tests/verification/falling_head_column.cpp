@@ -1,0 +1,269 @@
+// The full falling-head equation against exact solutions, and the round trip: what is simulated is found again.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <random>
+
+#include "helpers.hpp"
+#include "permeability/column.hpp"
+#include "permeability/falling_head.hpp"
+#include "permeability/fit.hpp"
+#include "permeability/paper_evaluation.hpp"
+
+namespace porepack {
+namespace {
+
+using test::has;
+
+constexpr double k_053 = 8.931320185e-7, k_in_053 = 3.873579470e-3;  // the paper's permeability, Ergun's inertial one
+const Resistance paper_053{1.0 / k_053, 1.0 / k_in_053};
+
+std::vector<double> frames(double end, double rate = 50.0) {
+    std::vector<double> times;
+    for (int i = 0; i / rate <= end; ++i) times.push_back(i / rate);
+    return times;
+}
+
+// From rest at 1.6 m, as the camera sees it.
+LevelCurve simulated(const Resistance& resistance, const FallingHeadConfig& config, double noise_m, unsigned seed, double end = 6.0) {
+    const std::vector<double> times = frames(end, config.frames_per_s);
+    LevelCurve curve{.name = "simulated",
+                     .packing = {},
+                     .time_s = times,
+                     .level_m = Column(config).levels(resistance, 0.0, config.start_level_m, 0.0, times)};
+    std::mt19937 random(seed);
+    std::normal_distribution<double> noise(0.0, noise_m > 0.0 ? noise_m : 1.0);
+    if (noise_m > 0.0)
+        for (double& level : curve.level_m) level += noise(random);
+    return curve;
+}
+
+TEST(Column, WithoutInertiaIsTheClosedForm) {
+    FallingHeadConfig config;
+    config.column_inertia = false;
+    for (const auto& [k, k_in] : {std::pair(k_053, k_in_053), std::pair(1e-8, 1e-2), std::pair(1e-4, 1e-3),
+                                  std::pair(1e-9, std::numeric_limits<double>::infinity())}) {
+        const FallingHead exact(k, k_in, config);
+        std::vector<double> times;
+        for (int i = 1; i <= 20; ++i) times.push_back(exact.time_at(1.6 - 0.075 * i));
+        const auto levels = Column(config).levels({1.0 / k, 1.0 / k_in}, 0.0, 1.6, 0.0, times);
+        for (std::size_t i = 0; i < times.size(); ++i)
+            EXPECT_NEAR(levels[i], 1.6 - 0.075 * static_cast<double>(i + 1), 1e-8) << k << " " << i;
+    }
+}
+
+TEST(Column, WithInertiaAnOrificeIsExact) {
+    // Without viscous loss the equation is linear in v^2 over s = h + c, c = m L: v^2 = a s + b + C s^(2 L/k_in).
+    FallingHeadConfig config;
+    config.sample_inertia = 1.5;
+    const double L = config.sample_length_m, g = config.gravity_m_per_s2, c = 1.5 * L, power = 2.0 * L / k_in_053;
+    const double a = 2.0 * g / (power - 1.0), b = 2.0 * g * (L - c) / power, start = 1.6 + c;
+    const double factor = -(a * start + b);
+    const Column column(config);
+    const double step = 1e-4;
+    for (const double time : {0.02, 0.1, 0.5, 1.0, 2.0}) {
+        const auto levels = column.levels({0.0, 1.0 / k_in_053}, 0.0, 1.6, 0.0, std::vector<double>{time - step, time, time + step});
+        const double speed = (levels[0] - levels[2]) / (2.0 * step), s = levels[1] + c;
+        const double exact = std::sqrt(a * s + b + factor * std::pow(s / start, power));
+        EXPECT_NEAR(speed / exact, 1.0, 2e-6) << time;  // the difference quotient's own error
+    }
+    // The time to fall from rest to each level, by integrating dh/v, to 1e-8.
+    const auto speed_at = [&](double h) { return std::sqrt(std::max(0.0, a * (h + c) + b + factor * std::pow((h + c) / start, power))); };
+    double time = 0.0;
+    const int n = 200000;
+    const double depth = std::sqrt(1.6 - 0.5);
+    for (int i = 0; i < n; ++i) {  // h = 1.6 - y^2 takes the root's singularity away
+        const double y = depth * (i + 0.5) / n;
+        time += 2.0 * y / speed_at(1.6 - y * y) * depth / n;
+    }
+    EXPECT_NEAR(column.levels({0.0, 1.0 / k_in_053}, 0.0, 1.6, 0.0, std::vector<double>{time})[0], 0.5, 1e-8);
+}
+
+TEST(Column, InertiaDelaysAndThenHardlyMatters) {
+    FallingHeadConfig with, without;
+    without.column_inertia = false;
+    const auto times = frames(3.0);
+    const auto slow = Column(with).levels(paper_053, 0.0, 1.6, 0.0, times), quick = Column(without).levels(paper_053, 0.0, 1.6, 0.0, times);
+    for (std::size_t i = 1; i < times.size(); ++i) EXPECT_GT(slow[i], quick[i]);
+    const Column column(with);
+    const double late = (slow[100] - slow[102]) / (times[102] - times[100]);
+    EXPECT_NEAR(late / column.steady_speed(paper_053, slow[101]), 1.0, 0.02);
+}
+
+TEST(Screen, LosesWhatIdelchikSays) {
+    // Opening 8, wire 2 mm: 64 % open; 1.3 x 0.36 + (1/0.64 - 1)^2 = 0.7844; k_Re of Re = 0.5/0.64 x 2e-3/1e-6 = 1562 is 1.
+    EXPECT_NEAR(screen_loss(8e-3, 2e-3, 1.0, 0.5, 1e-6), 0.784406, 1e-6);
+    EXPECT_NEAR(screen_loss(8e-3, 2e-3, 1.0, 0.64 * 0.05, 1e-6) / 0.784406, 1.24, 1e-6);  // Re 100
+    EXPECT_GT(screen_loss(8e-3, 2e-3, 0.5, 0.5, 1e-6), 4.0 * screen_loss(8e-3, 2e-3, 1.0, 0.5, 1e-6));
+    // Continuous, and falling with Re.
+    double last = screen_loss(8e-3, 2e-3, 1.0, 1e-4, 1e-6);
+    for (double speed = 1e-4; speed < 2.0; speed *= 1.02) {
+        const double loss = screen_loss(8e-3, 2e-3, 1.0, speed, 1e-6);
+        EXPECT_LE(loss, last * (1.0 + 1e-12));
+        EXPECT_GT(loss, 0.94 * last) << speed;
+        last = loss;
+    }
+}
+
+TEST(Paper, ItsEvaluationOnItsOwnEquation) {
+    // Eq. 18 exactly obeyed, without noise: what the quadratic alone does to k.
+    FallingHeadConfig config;
+    config.column_inertia = false;
+    const LevelCurve curve = take_window(simulated(paper_053, config, 0.0, 1), config);
+    const PaperEvaluation paper = evaluate_as_paper(curve, config);
+    std::printf("  k %.3g of %.3g m2 (%.3g to %.3g), k_in %.4g of %.4g m; quadratic off by %.2g m\n", paper.permeability_m2, k_053,
+                paper.lowest_m2, paper.highest_m2, paper.inertial_permeability_m, k_in_053, paper.quadratic_residual_m);
+    EXPECT_TRUE(paper.sound) << paper.fault;
+    EXPECT_NEAR(paper.inertial_permeability_m / k_in_053, 1.0, 0.02);
+    EXPECT_LT(paper.quadratic_residual_m, 1e-3);
+}
+
+TEST(Fit, WithoutNoiseIsExact) {
+    for (const bool inertia : {false, true}) {
+        FallingHeadConfig config;
+        config.column_inertia = inertia;
+        config.mesh_opening_m = 8e-3;
+        const std::vector<LevelCurve> curves = {take_window(simulated(paper_053, config, 0.0, 1), config)};
+        const FallingHeadFit fit = fit_falling_head(curves, config);
+        EXPECT_NEAR(fit.inverse_permeability_per_m2.value * k_053, 1.0, 1e-5) << inertia;
+        EXPECT_NEAR(fit.inverse_inertial_permeability_per_m.value * k_in_053, 1.0, 1e-6);
+        EXPECT_LT(fit.correlation, -0.9);  // the two are nearly exchangeable
+        EXPECT_TRUE(has(fit.verdict(), "is determined to"));
+    }
+}
+
+TEST(RoundTrip, CoversTheTruthInNinetyFivePercentOf500) {
+    FallingHeadConfig config;
+    config.column_inertia = true;
+    int covered = 0, inertial_covered = 0, bounded_below_only = 0;
+    constexpr int trials = 500;
+#pragma omp parallel for schedule(dynamic) reduction(+ : covered, inertial_covered, bounded_below_only)
+    for (int trial = 0; trial < trials; ++trial) {
+        const std::vector<LevelCurve> curves = {take_window(simulated(paper_053, config, 1e-3, static_cast<unsigned>(trial) + 1), config)};
+        const FallingHeadFit fit = fit_falling_head(curves, config);
+        const auto in = [](const FittedValue& fitted, double truth) {
+            return fitted.interval.low <= truth && truth <= fitted.interval.high;
+        };
+        covered += in(fit.inverse_permeability_per_m2, 1.0 / k_053) ? 1 : 0;
+        inertial_covered += in(fit.inverse_inertial_permeability_per_m, 1.0 / k_in_053) ? 1 : 0;
+        bounded_below_only += std::isinf(fit.permeability_interval_m2().high) ? 1 : 0;
+    }
+    std::printf("  1/k covered in %.1f %%, 1/k_in in %.1f %%; k without upper bound in %.1f %%\n", covered / 5.0, inertial_covered / 5.0,
+                bounded_below_only / 5.0);
+    // 95 %, less three standard deviations of 500 trials.
+    EXPECT_GE(covered, 460);
+    EXPECT_LE(covered, 490);
+    EXPECT_GE(inertial_covered, 460);
+}
+
+TEST(RoundTrip, MoreCurvesTellMore) {
+    FallingHeadConfig config;
+    std::vector<LevelCurve> curves;
+    for (unsigned seed = 1; seed <= 9; ++seed) curves.push_back(take_window(simulated(paper_053, config, 1e-3, seed), config));
+    const auto width = [&](std::size_t count) {
+        const auto interval = fit_falling_head(std::span(curves).first(count), config).inverse_permeability_per_m2.interval;
+        return interval.high - interval.low;
+    };
+    EXPECT_NEAR(width(9) / width(1), 1.0 / 3.0, 0.1);
+}
+
+TEST(RoundTrip, AnUncertainOffsetWidensTheInterval) {
+    FallingHeadConfig config;
+    const std::vector<LevelCurve> curves = {take_window(simulated(paper_053, config, 2e-4, 3), config)};
+    const auto sharp = fit_falling_head(curves, config);
+    config.level_offset_uncertainty_m = 2e-3;
+    const auto wide = fit_falling_head(curves, config);
+    const auto width = [](const FallingHeadFit& fit) {
+        return fit.inverse_permeability_per_m2.interval.high - fit.inverse_permeability_per_m2.interval.low;
+    };
+    EXPECT_GT(width(wide), 1.5 * width(sharp));
+    EXPECT_LE(wide.inverse_permeability_per_m2.interval.low, 1.0 / k_053);
+    EXPECT_GE(wide.inverse_permeability_per_m2.interval.high, 1.0 / k_053);
+}
+
+TEST(HardCurve, OrificeAloneAndDarcyAlone) {
+    FallingHeadConfig config;
+    // k -> infinity: k is bounded from below only, and not by much less than where viscous loss would show.
+    const auto orifice = fit_falling_head(std::vector{take_window(simulated({0.0, 1.0 / k_in_053}, config, 1e-3, 5), config)}, config);
+    EXPECT_TRUE(std::isinf(orifice.permeability_interval_m2().high));
+    EXPECT_TRUE(has(orifice.verdict(), "bounds k only from below"));
+    EXPECT_NEAR(orifice.inverse_inertial_permeability_per_m.value * k_in_053, 1.0, 0.05);
+    // k_in -> infinity: Darcy's law.
+    FallingHeadConfig slow = config;
+    slow.frames_per_s = 1.0;
+    const auto darcy = fit_falling_head(std::vector{take_window(simulated({1e9, 0.0}, slow, 1e-3, 5, 60.0), slow)}, slow);
+    EXPECT_NEAR(darcy.inverse_permeability_per_m2.value / 1e9, 1.0, 0.02);
+    EXPECT_LE(darcy.inverse_inertial_permeability_per_m.interval.low, 0.0);
+    EXPECT_TRUE(has(darcy.inertial_verdict(), "bounds k_in only from below"));
+}
+
+TEST(HardCurve, NoiseOfTenMillimetresGapsAndAJump) {
+    FallingHeadConfig config;
+    const LevelCurve noisy = take_window(simulated(paper_053, config, 1e-2, 2), config);
+    const auto fit = fit_falling_head(std::vector{noisy}, config);
+    EXPECT_NEAR(fit.noise_m, 1e-2, 2e-3);
+    EXPECT_TRUE(has(fit.verdict(), "only from below")) << fit.verdict();
+    LevelCurve gap = simulated(paper_053, config, 1e-4, 3);
+    const auto drop = [&](double from, double to) {
+        for (std::size_t i = gap.time_s.size(); i-- > 0;)
+            if (gap.time_s[i] > from && gap.time_s[i] < to) {
+                gap.time_s.erase(gap.time_s.begin() + static_cast<std::ptrdiff_t>(i));
+                gap.level_m.erase(gap.level_m.begin() + static_cast<std::ptrdiff_t>(i));
+            }
+    };
+    drop(1.5, 1.9);
+    const LevelCurve with_gap = take_window(gap, config);
+    ASSERT_EQ(with_gap.warnings.size(), 1U);
+    EXPECT_TRUE(has(with_gap.warnings[0], "a gap of 0.4"));
+    const auto over_gap = fit_falling_head(std::vector{with_gap}, config).inverse_permeability_per_m2;
+    EXPECT_LE(over_gap.interval.low, 1.0 / k_053);
+    EXPECT_GE(over_gap.interval.high, 1.0 / k_053);
+    LevelCurve jump = simulated(paper_053, config, 1e-4, 3);
+    for (std::size_t i = 100; i < jump.level_m.size(); ++i) jump.level_m[i] += 0.05;
+    const LevelCurve with_jump = take_window(jump, config);
+    ASSERT_EQ(with_jump.warnings.size(), 1U) << with_jump.warnings.size();
+    EXPECT_TRUE(has(with_jump.warnings[0], "a jump of"));
+    const auto over_jump = fit_falling_head(std::vector{with_jump}, config);
+    EXPECT_GT(over_jump.residual_m, 10.0 * over_jump.noise_m);  // and the fit shows that the equation does not hold
+}
+
+TEST(HardCurve, WhatIsNoFallingHeadIsRefused) {
+    const FallingHeadConfig config;
+    const auto message = [&](std::vector<double> times, std::vector<double> levels) {
+        return test::message_of<UserError>(
+            [&] { (void)take_window({.name = "x.csv", .packing = {}, .time_s = std::move(times), .level_m = std::move(levels)}, config); });
+    };
+    EXPECT_TRUE(has(message({0, 1, 2, 3, 4, 5}, {0.2, 0.3, 0.4, 0.5, 0.6, 0.7}), "does not fall"));
+    EXPECT_TRUE(has(message({0, 1, 2, 3, 4, 5}, {0.5, 0.5, 0.5, 0.5, 0.5, 0.5}), "does not fall"));
+    EXPECT_TRUE(has(message({0, 1}, {1.2, 0.2}), "too few"));
+    EXPECT_TRUE(has(message({0, 1, 2, 3, 4, 5}, {-0.01, -0.02, -0.03, -0.04, -0.05, -0.06}), "below the top of the sample"));
+    EXPECT_TRUE(has(message({0, 1, 2, 3, 4, 5}, {3.0, 2.9, 2.8, 2.7, 2.6, 2.5}), "no level lies in the window"));
+    // Milliseconds taken for seconds look slow, millimetres for metres lie outside; seconds for milliseconds are too fast.
+    EXPECT_TRUE(has(message({0, 1, 2, 3, 4, 5}, {1300, 1000, 700, 500, 300, 100}), "no level lies in the window"));
+    const LevelCurve fast = take_window(
+        {.name = "x.csv", .packing = {}, .time_s = {0, 1e-3, 2e-3, 3e-3, 4e-3, 5e-3}, .level_m = {1.2, 1.0, 0.8, 0.6, 0.4, 0.2}}, config);
+    ASSERT_GE(fast.warnings.size(), 1U);
+    EXPECT_TRUE(has(fast.warnings[0], "faster than water falls freely"));
+}
+
+TEST(HardCurve, FilesWithFaultsAreNamedWithTheirLine) {
+    const test::Folder folder;
+    const auto message = [&](const std::string& text) {
+        const Path file = folder.write("curve.csv", text);
+        return test::message_of<UserError>([&] { (void)read_level_curve(file); });
+    };
+    EXPECT_TRUE(has(message("0,1\n1,0.9\n"), "does not name a time and a level"));
+    EXPECT_TRUE(has(message("time_s,level_m\n0,1\n1,nan\n"), "curve.csv:3"));
+    EXPECT_TRUE(has(message("time_s,level_m\n0,1\n1,\n"), "no number"));
+    EXPECT_TRUE(has(message("time_s,level_m\n0,1\n2,0.9\n1,0.8\n"), "does not follow"));
+    EXPECT_TRUE(has(message("time_s,level_m\n0,1\n1,0.9\n1,0.8\n"), "curve.csv:4"));
+    EXPECT_TRUE(has(message("# nothing\n"), "no numbers"));
+    const LevelCurve curve = read_level_curve(folder.write("good.csv", "# packing: A\r\ntime_ms; level_mm\r\n0; 1300\r\n20; 1290.5\r\n"));
+    EXPECT_EQ(curve.packing, "A");
+    EXPECT_DOUBLE_EQ(curve.time_s[1], 0.02);
+    EXPECT_DOUBLE_EQ(curve.level_m[1], 1.2905);
+}
+
+}  // namespace
+}  // namespace porepack
