@@ -103,22 +103,40 @@ Json tortuosity_of_case(const Case& c, const Path& folder) {
     return json;
 }
 
+// By whatever stage knows it best.
+std::pair<double, std::string> inertial_permeability(const Case& c, double pores) {
+    if (c.settings.forchheimer.enabled)
+        return {read_json(folder_of(c, "forchheimer") / "result.json").at("inertial_permeability_m").get<double>(),
+                "the flows with inertia (lattice Boltzmann), extrapolated to the test's Reynolds numbers"};
+    const Json shape = read_json(folder_of(c, "shape") / "result.json");
+    if (!shape.contains("sphericity")) return {std::numeric_limits<double>::infinity(), "none: Darcy's law alone"};
+    return {ergun_inertial_m(shape["sphericity"].get<double>(), shape["equal_volume_diameter_m"].get<double>(), pores), "Ergun"};
+}
+
+Json causes_of_case(const Case& c, const Path& folder) {
+    const double k = read_json(folder_of(c, "lbm") / "result.json").at("permeability_m2").get<double>();
+    const double pores = read_json(folder_of(c, "voxelise") / "result.json").at("porosity").get<double>();
+    const auto [inertial, from] = inertial_permeability(c, pores);
+    Json json = causes_stage(scene_of(c), k, inertial, apparatus_of_case(c), folder);
+    json["inertial_permeability_from"] = from;
+    return json;
+}
+
 Json falling_head_of_case(const Case& c, const Path& folder) {
     const Json lbm = read_json(folder_of(c, "lbm") / "result.json");
     const Json shape = read_json(folder_of(c, "shape") / "result.json");
     const double pores = read_json(folder_of(c, "voxelise") / "result.json").at("porosity").get<double>();
-    double inertial = std::numeric_limits<double>::infinity();
+    const auto [inertial, from] = inertial_permeability(c, pores);
     Json correlations = Json::object();
     if (shape.contains("sphericity")) {
         const double psi = shape["sphericity"].get<double>(), d = shape["equal_volume_diameter_m"].get<double>();
-        inertial = ergun_inertial_m(psi, d, pores);
         correlations["carman_kozeny_150_m2"] = carman_kozeny_m2(psi, d, pores, 150.0);
         correlations["carman_kozeny_180_m2"] = carman_kozeny_m2(psi, d, pores, 180.0);
         if (std::abs(shape["volume_m3"].get<double>() / 7.33e-7 - 1.0) < 0.01) correlations["paper_fit_m2"] = paper_fit_m2(pores);
     }
-    Json json = falling_head_stage(lbm.at("permeability_m2").get<double>(), inertial, c.settings.falling_head, &folder);
+    Json json = falling_head_stage(lbm.at("permeability_m2").get<double>(), inertial, apparatus_of_case(c), &folder);
     json["permeability_from"] = "lbm";
-    json["inertial_permeability_from"] = shape.contains("sphericity") ? "Ergun" : "none: Darcy's law alone";
+    json["inertial_permeability_from"] = from;
     json["correlations"] = correlations;
     return json;
 }
@@ -190,6 +208,14 @@ Json report_of_case(const Case& c, const Path& folder) {
 }
 
 }  // namespace
+
+FallingHeadConfig apparatus_of_case(const Case& c) {
+    FallingHeadConfig config = c.settings.falling_head;
+    const Path voxels = folder_of(c, "voxelise") / "result.json";
+    if (config.sample_inertia == 0.0 && fs::exists(voxels))
+        config.sample_inertia = std::pow(read_json(voxels).at("porosity").get<double>(), -1.5);
+    return config;
+}
 
 std::vector<Stage> stages_of(const Case& c) {
     std::vector<Stage> stages;
@@ -353,13 +379,23 @@ std::vector<Stage> stages_of(const Case& c) {
                               return expect_text(expect_forchheimer(scene_of(c), c.settings.forchheimer));
                           },
                           true});
+    auto head_needs = std::vector<std::string>{"shape", "voxelise", "lbm"};
+    if (s.forchheimer.enabled) head_needs.emplace_back("forchheimer");
     stages.push_back({"falling-head",
-                      {"shape", "voxelise", "lbm"},
+                      head_needs,
                       table_json(c, {"falling_head"}),
                       {},
                       {"falling_head.csv"},
                       [c](const Path& folder) { return falling_head_of_case(c, folder); },
                       quick});
+    if (s.falling_head.causes)
+        stages.push_back({"causes",
+                          head_needs,
+                          only(table_json(c, {"container", "geometry", "falling_head"}), "geometry", section_keys),
+                          {},
+                          {"causes.csv"},
+                          [c](const Path& folder) { return causes_of_case(c, folder); },
+                          [] { return std::string("some 900 simulated tests and three coarse flows; about a minute"); }});
     std::vector<std::string> everything;
     everything.reserve(stages.size());
     for (const auto& stage : stages) everything.push_back(stage.name);

@@ -499,7 +499,8 @@ private:
     void add_falling_head() {
         auto& head = *app_.add_subcommand("falling-head", "the falling-head test");
         head.require_subcommand(1);
-        auto& simulate = *head.add_subcommand("simulate", "times at which the level passes given heights (Eq. 18, closed form)");
+        auto& simulate =
+            *head.add_subcommand("simulate", "level over time: Eq. 18 in closed form, and with the water's inertia, meshes and noise");
         add_common(simulate, common_,
                    "porepack falling-head simulate --permeability 8.9e-7 --inertial-permeability 3.9e-3 --sample-length 0.12 --start-level "
                    "1.6 --levels 1.3,0.7,0.1");
@@ -518,6 +519,27 @@ private:
                 print_result(common_, run_loose("falling-head", common_.output, configuration, {}, [&](const Path& folder) {
                                  return falling_head_stage(permeability_m2_, inertial_permeability_m_, config, &folder);
                              }));
+            };
+        });
+        auto& analyse = *head.add_subcommand("analyse", "k and k_in from measured levels: as in the paper, and by least squares");
+        add_common(analyse, common_, "porepack falling-head analyse run1.csv run2.csv --case cases/falling_head/tetrapod_053");
+        analyse.add_option("curves", files_, "CSV files: a header with time_s and level_m (or _ms, _mm, ...), then a line a picture")
+            ->required();
+        analyse.add_option("--case", common_.input, "case whose [falling_head] describes the apparatus; flags win over it");
+        add_keys(analyse, common_.flags, settings_.describe_table("falling_head"),
+                 {"start_level_m", "levels_m", "noise_m", "frames_per_s", "seed", "causes", "computed_over_measured"});
+        analyse.callback([this] {
+            action_ = [this] {
+                FallingHeadConfig config;
+                if (common_.input.empty())
+                    config = from_flags<FallingHeadConfig>(common_.flags);
+                else
+                    config = apparatus_of_case(read_case(common_.input, "falling_head", common_.flags));
+                if (common_.dry_run) return print_result(common_, {{"configuration", resolved(config)}, {"expected", "seconds"}});
+                const std::vector<Path> curves(files_.begin(), files_.end());
+                const Path target = common_.output.empty() ? Path(".") : Path(common_.output);
+                print_result(common_, run_loose("falling-head-analysis", target, resolved(config), curves,
+                                                [&](const Path& folder) { return analyse_stage(curves, config, folder); }));
             };
         });
         auto& of_case = *head.add_subcommand("case", "the falling-head stage of a case");
@@ -559,6 +581,7 @@ private:
     Settings settings_;
     Common common_;
     std::vector<std::string> cases_;  // of a benchmark
+    std::vector<std::string> files_;  // measured curves
     bool quick_ = false;
     std::string capsules_file_, kind_;
     bool sweep_ = false, front_ = false;

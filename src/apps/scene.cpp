@@ -96,54 +96,6 @@ Scene load_scene(const Path& input, const std::optional<Container>& container, c
     return scene;
 }
 
-Scene bed_in_water(const Scene& scene, double water_m) {
-    Scene bed;
-    bed.container = scene.container;
-    bed.grain_size_m = scene.grain_size_m;
-    bed.grain_span_m = scene.grain_span_m;
-    const bool periodic = scene.container.any_periodic();
-    const auto enclose = [&](double low, double high) {
-        const double height = high - low + 2.0 * water_m;
-        (bed.container.kind == Container::Kind::cylinder ? bed.container.height_m : bed.container.size_m.z()) = height;
-        bed.section = {0.0, height};
-        bed.bed_top_m = high - low + water_m;
-        return water_m - low;  // how far everything moves up
-    };
-    if (scene.packing) {
-        bed.packing = scene.packing;
-        if (periodic) {
-            bed.section = scene.section;
-        } else {
-            std::erase_if(bed.packing->bodies, [&](const Body& body) {
-                return body.position_m.z() < scene.section.z0 || body.position_m.z() >= scene.section.z1;
-            });
-            if (bed.packing->bodies.empty())
-                throw UserError(fmt::format("no grain has its centre in the section {:g} to {:g} m", scene.section.z0, scene.section.z1),
-                                {.mend = "take a longer section"});
-            const Bounds bounds = Grains(*bed.packing).bounds();
-            const double up = enclose(bounds.low.z(), bounds.high.z());
-            for (Body& body : bed.packing->bodies) body.position_m.z() += up;
-            bed.packing->container = bed.container;
-        }
-        bed.grains = std::make_unique<Grains>(*bed.packing);
-    } else {
-        bed.surface = scene.surface;
-        if (periodic) {
-            bed.section = scene.section;
-        } else {
-            double low = 1e300, high = -1e300;
-            for (const auto& point : bed.surface->points) {
-                low = std::min(low, point[2]);
-                high = std::max(high, point[2]);
-            }
-            const double up = enclose(low, high);
-            for (auto& point : bed.surface->points) point[2] += up;
-        }
-        bed.surface_solid = std::make_unique<SurfaceSolid>(*bed.surface, bed.container);
-    }
-    return bed;
-}
-
 Section section_of_note(const std::string& note, const Path& file) {
     Section section;
     if (std::sscanf(note.c_str(), "%lf,%lf", &section.z0, &section.z1) != 2 || !std::isfinite(section.z0) || !std::isfinite(section.z1))

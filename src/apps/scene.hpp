@@ -36,10 +36,6 @@ struct Scene {
 /// The same with the section that `geometry` asks for.
 [[nodiscard]] Scene load_scene(const Path& input, const std::optional<Container>& container, const GeometryConfig& geometry, double unit_m);
 
-/// The grains whose centres lie in the section (of a surface: all of it), whole, in a container of their own with `water_m` of free water
-/// before and behind them; the section reaches from end to end of it. So no end plane cuts a grain. Periodic boxes stay as they are.
-[[nodiscard]] Scene bed_in_water(const Scene& scene, double water_m);
-
 /// The section as an image's field data tells it. Throws UserError.
 [[nodiscard]] Section section_of_note(const std::string& note, const Path& file);
 

@@ -23,8 +23,9 @@ namespace porepack {
 [[nodiscard]] Json foam_stage(const Scene& scene, const GeometryConfig& geometry, const FoamConfig& config, const Path& folder);
 /// What OpenFOAM meshes; `scene` must outlive it.
 [[nodiscard]] FoamScene foam_scene(const Scene& scene, const GeometryConfig& geometry, double coarsest_cell_m);
-/// Permeability against the Reynolds number by both solvers, and what follows from it, of the grains whose centres lie in the section.
-[[nodiscard]] Json forchheimer_stage(const Scene& whole, const GeometryConfig& geometry, const ForchheimerConfig& config,
+/// Permeability against the Reynolds number by both solvers, and what follows from it of the section between
+/// two depths of free water.
+[[nodiscard]] Json forchheimer_stage(const Scene& scene, const GeometryConfig& geometry, const ForchheimerConfig& config,
                                      const Path& folder);
 [[nodiscard]] Json geometric_paper_stage(const Scene& scene, const TortuosityConfig& config, const Path& folder);
 [[nodiscard]] Json geometric_paper_slices_stage(const Path& slices, const TortuosityConfig& config, const Path& folder);
@@ -40,8 +41,17 @@ namespace porepack {
 /// On the image as it is, without an interval.
 [[nodiscard]] Json diffusive_image_stage(const Path& input, const std::optional<Container>& container, const std::vector<double>& section_m,
                                          const TortuosityConfig& config);
+/// A simulated test: times by Eq. 18 and by the full equation, and falling_head.csv in `folder` if there is one.
 [[nodiscard]] Json falling_head_stage(double permeability_m2, double inertial_permeability_m, const FallingHeadConfig& config,
                                       const Path* folder);
+/// [falling_head] of a case, with the sample's inertia from its porosity where that is known.
+[[nodiscard]] FallingHeadConfig apparatus_of_case(const Case& the_case);
+/// Measured curves evaluated as in the paper and by least squares; analysis.csv and analysis.svg.
+[[nodiscard]] Json analyse_stage(const std::vector<Path>& curves, const FallingHeadConfig& config, const Path& folder);
+/// How much each cause changes the k of the paper's evaluation, for the sample that lies at the bottom of this packing; causes.csv and
+/// figures.
+[[nodiscard]] Json causes_stage(const Scene& scene, double permeability_m2, double inertial_permeability_m, const FallingHeadConfig& config,
+                                const Path& folder);
 
 /// Renders an STL file by this program's own command `picture`. False when it could not.
 bool draw_picture(const Path& stl, const Path& png, const std::vector<std::string>& more = {});
@@ -57,7 +67,7 @@ struct Expectation {
 [[nodiscard]] Expectation expect_foam(const Container& container, const Section& section, double cell_size_m, double porosity,
                                       const FoamConfig& config);
 
-[[nodiscard]] Expectation expect_forchheimer(const Scene& whole, const ForchheimerConfig& config);
+[[nodiscard]] Expectation expect_forchheimer(const Scene& scene, const ForchheimerConfig& config);
 [[nodiscard]] Expectation expect_tortuosity(const std::string& kind, double cells);
 
 [[nodiscard]] std::string expect_text(const Expectation& expected);

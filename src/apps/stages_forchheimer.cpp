@@ -43,13 +43,24 @@ double finest_voxel(const Scene& scene, const ForchheimerConfig& config) {
                : throw UserError("the voxel size is missing", {.mend = "--voxel-size (metres), or voxel_size_m in [forchheimer]"});
 }
 
-// Free water before and behind the bed: the jets of the last pores have spread where they leave.
+// Free water before and behind the section, at whose planes the grains are cut off: end planes through grains would differ in their open
+// area, and the water would gain momentum between them, or find no steady state.
 double water_depth(const Scene& scene) {
-    return 1.5 * scene.grain_size_m;
+    return scene.container.any_periodic() ? 0.0 : 1.5 * scene.grain_size_m;
 }
 
 double finest_cell(const Scene& scene, const ForchheimerConfig& config) {
     return config.cell_size_m > 0.0 ? config.cell_size_m : scene.grain_size_m / 4.0;
+}
+
+// What OpenFOAM meshes: the grains near the section cut off at its planes, and free water before and behind them.
+FoamScene section_in_water(const Scene& scene, const GeometryConfig& geometry, double cell_m) {
+    FoamScene foam = foam_scene(scene, geometry, cell_m);
+    const double water = water_depth(scene);
+    foam.surface = clip_surface(foam.surface, scene.section);
+    foam.pore_volume_m3 += 2.0 * water * scene.container.inner_area_m2();
+    foam.section = {scene.section.z0 - water, scene.section.z1 + water};
+    return foam;
 }
 
 Json to_json(const InertialSeries& series) {
@@ -95,7 +106,7 @@ std::vector<InertialSeries> lattice_series(const Scene& scene, const Forchheimer
     const LbmScene pores{.voxels =
                              [&](double size) {
                                  return voxelise(scene.solid(), scene.container, scene.section,
-                                                 plan_voxels(scene.container, scene.section, size, 0.0, scene.grain_size_m));
+                                                 plan_voxels(scene.container, scene.section, size, water_depth(scene), scene.grain_size_m));
                              },
                          .solid = &scene.solid(),
                          .container = scene.container,
@@ -160,35 +171,23 @@ void draw_curves(const Path& folder, const std::string& lattice, const std::stri
 
 }  // namespace
 
-Json forchheimer_stage(const Scene& whole, const GeometryConfig& geometry, const ForchheimerConfig& config, const Path& folder) {
+Json forchheimer_stage(const Scene& scene, const GeometryConfig& geometry, const ForchheimerConfig& config, const Path& folder) {
     for (std::size_t i = 1; i < config.reynolds.size(); ++i)
         if (!(config.reynolds[i] > config.reynolds[i - 1]))
             throw UserError("the Reynolds numbers do not rise", {.where = "reynolds", .mend = "sort them, each once"});
-    const Expectation expected = expect_forchheimer(whole, config);
+    const Expectation expected = expect_forchheimer(scene, config);
     require_memory(expected.memory_bytes, "the flows with inertia", "take a larger voxel size or a shorter section");
-    const Scene scene = bed_in_water(whole, water_depth(whole));
     const GrainSize size = grain_size(scene);
-    // The bed is as long as the section (a surface: as itself), the domain longer by water that hardly resists.
-    const double domain = scene.section.length();
-    const double length = scene.container.any_periodic() ? domain
-                          : whole.packing                ? whole.section.length()
-                                                         : domain - 2.0 * water_depth(whole);
-    const double solid = (1.0 - porosity(scene.solid(), scene.container, scene.section).value) * domain;
-    const double pores = 1.0 - solid / length;
-    const double d = size.length_m, nu = water_viscosity_m2_per_s;
-    std::vector<InertialSeries> grids = lattice_series(scene, config, d, folder);
-    for (InertialSeries& grid : grids) {
-        grid.creeping_permeability_m2 *= length / domain;
-        for (InertialFlow& flow : grid.flows) flow.permeability_m2 *= length / domain;
-    }
+    const double pores = porosity(scene.solid(), scene.container, scene.section).value;
+    const double d = size.length_m, nu = water_viscosity_m2_per_s, water = water_depth(scene);
+    const std::vector<InertialSeries> grids = lattice_series(scene, config, d, folder);
     const InertialSeries& fine = grids.back();
     const double k = fine.creeping_permeability_m2;
     Json json = {{"length_m", d},
                  {"length_is", size.length_is},
                  {"porosity", pores},
-                 {"bed_length_m", length},
-                 {"grains", scene.packing ? Json(scene.packing->bodies.size()) : Json(nullptr)},
-                 {"section_m", list(whole.section)},
+                 {"section_m", list(scene.section)},
+                 {"free_water_m", water},
                  {"converged", true},
                  {"ergun_inertial_permeability_m", ergun_inertial_m(1.0, size.sauter_m, pores)},
                  {"lbm", {{"method", "D3Q19 two relaxation times, full equilibrium, interpolated walls"}, {"grids", Json::array()}}}};
@@ -211,6 +210,7 @@ Json forchheimer_stage(const Scene& whole, const GeometryConfig& geometry, const
     const ForchheimerFit fit = fit_forchheimer(k, d, flows);
     json["lbm"].update(to_json(fit));
     if (config.openfoam) {
+        const double length = scene.section.length();
         // Pressure drops that should give the Reynolds numbers asked for, the first one creeping.
         std::vector<double> drops = {nu * nu / d * 0.01 * length / k};
         for (std::size_t i = 0; i < config.reynolds.size(); ++i) {
@@ -228,8 +228,8 @@ Json forchheimer_stage(const Scene& whole, const GeometryConfig& geometry, const
                               .processes = config.processes};
         const double cell = finest_cell(scene, config);
         make_folder(folder / "foam");
-        const FoamInertialSeries series =
-            foam_inertial_flows(foam_scene(scene, geometry, cell), foam, cell, drops, home_folder() / "openfoam_cases", folder / "foam");
+        const FoamInertialSeries series = foam_inertial_flows(section_in_water(scene, geometry, cell), foam, cell, drops,
+                                                              home_folder() / "openfoam_cases", folder / "foam");
         Json part = {{"method", "OpenFOAM simpleFoam, openfoam_cases/inertial_packing"},
                      {"cell_size_m", cell},
                      {"cells", series.mesh.cells},
@@ -241,7 +241,7 @@ Json forchheimer_stage(const Scene& whole, const GeometryConfig& geometry, const
                      {"flows", Json::array()}};
         std::vector<ApparentPermeability> steady;
         for (const FoamInertialFlow& flow : series.flows) {
-            const double re = flow.superficial_velocity_m_per_s * d / nu, apparent = flow.permeability_m2 * length / domain;
+            const double re = flow.superficial_velocity_m_per_s * d / nu, apparent = flow.permeability_m2 * length / (length + 2.0 * water);
             part["flows"].push_back({{"reynolds", re},
                                      {"permeability_m2", apparent},
                                      {"pressure_drop_m2_per_s2", flow.pressure_drop_m2_per_s2},
@@ -252,7 +252,8 @@ Json forchheimer_stage(const Scene& whole, const GeometryConfig& geometry, const
             foam_rows +=
                 fmt::format("openfoam,{:.5g},{:.6g},{:.5f},\n", re, apparent, flow.permeability_m2 / series.flows.front().permeability_m2);
         }
-        if (steady.size() >= 3) part.update(to_json(fit_forchheimer(series.flows.front().permeability_m2 * length / domain, d, steady)));
+        if (steady.size() >= 3)
+            part.update(to_json(fit_forchheimer(series.flows.front().permeability_m2 * length / (length + 2.0 * water), d, steady)));
         json["openfoam"] = part;
     }
     json["inertial_permeability_m"] = fit.inertial_permeability_m;
@@ -269,12 +270,11 @@ Json forchheimer_stage(const Scene& whole, const GeometryConfig& geometry, const
     return json;
 }
 
-Expectation expect_forchheimer(const Scene& whole, const ForchheimerConfig& config) {
-    const Scene scene = bed_in_water(whole, water_depth(whole));
-    const VoxelPlan plan = plan_voxels(scene.container, scene.section, finest_voxel(scene, config), 0.0, scene.grain_size_m);
+Expectation expect_forchheimer(const Scene& scene, const ForchheimerConfig& config) {
+    const VoxelPlan plan = plan_voxels(scene.container, scene.section, finest_voxel(scene, config), water_depth(scene), scene.grain_size_m);
     const double pores = porosity(scene.solid(), scene.container, scene.section, 4000).value;
     const double cells = static_cast<double>(plan.grid.size()),
-                 pore_volume = pores * scene.container.inner_area_m2() * scene.section.length();
+                 pore_volume = scene.container.inner_area_m2() * (pores * scene.section.length() + 2.0 * water_depth(scene));
     const double fluid = pore_volume / std::pow(plan.voxel_size_m, 3);
     Expectation expected{.text = fmt::format("{} flows on {} grids, the finest {} x {} x {} voxels of {:.4g} m", config.reynolds.size(),
                                              config.grids, plan.grid.cells[0], plan.grid.cells[1], plan.grid.cells[2], plan.voxel_size_m),

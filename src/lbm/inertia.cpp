@@ -93,13 +93,17 @@ public:
                                              .max_steps = gate_.max_steps,
                                              .steps_a_check = std::max(40L, 2 * std::lround(0.25 * settling_steps))});
         // Drag of walls and grains a volume: of the deviation from the mean gradient, and that gradient's buoyancy.
-        const double volume = section_.area_cells * (section_.last_layer - section_.first_layer + 1);
-        resistance_ = force + (flow->drag()[2] - force * static_cast<double>(domain_.nodes())) / volume;
+        // All of it is the section's, for free water hardly resists.
+        const double layers = image_.grid.cells[2], volume = section_.area_cells * layers;
+        gradient_ = force + (flow->drag()[2] - force * static_cast<double>(domain_.nodes())) / volume;
+        resistance_ = gradient_ * layers / (section_.last_layer - section_.first_layer + 1);
         for_chunks([&](std::size_t first, std::size_t count) { flow->moments(first, std::span(moments_).subspan(first, count)); });
         return run;
     }
 
+    // Gradient of pressure over the section that the drag stands for, and its mean over the whole image.
     [[nodiscard]] double resistance() const { return resistance_; }
+    [[nodiscard]] double gradient() const { return gradient_; }
     [[nodiscard]] double fastest() const {
         double most = 0.0;
         for (const Moments& node : moments_) {
@@ -122,7 +126,7 @@ private:
     Domain domain_;
     FlowSection section_;
     std::vector<Moments> moments_;
-    double resistance_ = 0.0;
+    double gradient_ = 0.0, resistance_ = 0.0;
 };
 
 }  // namespace
@@ -157,7 +161,8 @@ InertialSeries lbm_inertial_flows(const LbmScene& scene, double voxel_size_m, st
             result.stopped_by = fmt::format("Re {:g} needs smaller voxels than {:.4g} m", wanted, h);
             break;
         }
-        const double next_speed = wanted * next_viscosity / length_lu, next_force = next_viscosity * next_speed * resistance;
+        const double next_speed = wanted * next_viscosity / length_lu,
+                     next_force = next_viscosity * next_speed * resistance * series.gradient() / series.resistance();
         try {
             const StokesRun run =
                 series.solve(next_viscosity, next_force, true, next_speed / speed, next_force / force, k_lu / next_viscosity);
@@ -172,7 +177,7 @@ InertialSeries lbm_inertial_flows(const LbmScene& scene, double voxel_size_m, st
             k_lu = viscosity * speed / series.resistance();
             result.flows.push_back({.reynolds = speed * length_lu / viscosity,
                                     .permeability_m2 = k_lu * h * h,
-                                    .momentum_share = 1.0 - series.resistance() / force,
+                                    .momentum_share = 1.0 - series.gradient() / force,
                                     .iteration_error = run.iteration_error,
                                     .relaxation_time = 0.5 + 3.0 * viscosity,
                                     .fastest_lu = series.fastest(),

@@ -12,7 +12,7 @@ namespace porepack {
 /// A steady flow at Re = U length / nu, U being the superficial velocity.
 struct InertialFlow {
     double reynolds = 0.0;
-    double permeability_m2 = 0.0;  ///< apparent: nu U / (drag of the grains and walls on the fluid / its volume)
+    double permeability_m2 = 0.0;  ///< apparent: nu U / (drag of grains and walls / volume of the section)
     double momentum_share = 0.0;   ///< of the pressure drop, what the water gains in momentum between the end planes
     double iteration_error = 0.0;
     double relaxation_time = 0.0;
@@ -38,6 +38,7 @@ struct InertialGate {
 /// Flows along z at rising Reynolds numbers, each started from the one before; the first that finds no steady state within the gate,
 /// or that this grid cannot carry, ends the series. The pressure is constant on the end planes; the drag is found by momentum exchange, for
 /// planes that cut through grains differ in what momentum crosses them. Throws NumericalError when not even creeping flow becomes steady.
+/// The image may reach beyond the section on both sides, free water being there (a cut plane is a wall).
 [[nodiscard]] InertialSeries lbm_inertial_flows(const LbmScene& scene, double voxel_size_m, std::span<const double> reynolds,
                                                 double length_m, const InertialGate& gate);
 

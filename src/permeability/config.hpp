@@ -64,6 +64,8 @@ struct FallingHeadConfig {
     double noise_m = 0.0;
     double frames_per_s = 50.0;
     long seed = 1;
+    bool causes = false;
+    double computed_over_measured = 0.0;
 };
 
 inline void describe(ConfigVisitor& v, FallingHeadConfig& c) {
@@ -92,6 +94,9 @@ inline void describe(ConfigVisitor& v, FallingHeadConfig& c) {
     v.number("noise_m", c.noise_m, between(0.0, 1.0), "standard deviation of the measured level, of a simulated curve");
     v.number("frames_per_s", c.frames_per_s, between(1e-3, 1e6), "pictures a second, of a simulated curve");
     v.integer("seed", c.seed, {.low = 0, .high = 1e9}, "of a simulated curve's noise");
+    v.boolean("causes", c.causes, "of a case: how much each cause changes the k that the paper's evaluation gives");
+    v.number("computed_over_measured", c.computed_over_measured, between(0.0, 1e6),
+             "k computed / k measured, which the causes are to explain (the paper: 2.3 and 2.8); 0: nothing to explain");
 }
 
 }  // namespace porepack
