@@ -362,23 +362,18 @@ std::vector<Stage> stages_of(const Case& c) {
                           return expect_text(expected);
                       }});
     if (s.forchheimer.enabled)
-        stages.push_back({"forchheimer",
-                          stl                      ? std::vector<std::string>{"stl"}
-                          : s.forchheimer.openfoam ? std::vector<std::string>{"pack", "stl"}
-                                                   : std::vector<std::string>{"pack"},
-                          only(table_json(c, {"container", "geometry", "forchheimer"}), "geometry", section_keys),
-                          {},
-                          {"forchheimer.csv"},
-                          [c](const Path& folder) {
-                              return forchheimer_stage(scene_of(c, c.settings.forchheimer.openfoam), c.settings.geometry,
-                                                       c.settings.forchheimer, folder);
-                          },
-                          [c]() -> std::string {
-                              if (!fs::exists(folder_of(c, "pack") / "packing.json") && !from_stl(c))
-                                  return "as soon as there is a packing";
-                              return expect_text(expect_forchheimer(scene_of(c), c.settings.forchheimer));
-                          },
-                          true});
+        stages.push_back(
+            {"forchheimer",
+             {solid},
+             only(table_json(c, {"container", "geometry", "forchheimer"}), "geometry", section_keys),
+             {},
+             {"forchheimer.csv"},
+             [c](const Path& folder) { return forchheimer_stage(scene_of(c), c.settings.geometry, c.settings.forchheimer, folder); },
+             [c]() -> std::string {
+                 if (!fs::exists(folder_of(c, "pack") / "packing.json") && !from_stl(c)) return "as soon as there is a packing";
+                 return expect_text(expect_forchheimer(scene_of(c), c.settings.forchheimer));
+             },
+             true});
     auto head_needs = std::vector<std::string>{"shape", "voxelise", "lbm"};
     if (s.forchheimer.enabled) head_needs.emplace_back("forchheimer");
     stages.push_back({"falling-head",
@@ -398,7 +393,10 @@ std::vector<Stage> stages_of(const Case& c) {
                           [] { return std::string("some 900 simulated tests and three coarse flows; about a minute"); }});
     std::vector<std::string> everything;
     everything.reserve(stages.size());
-    for (const auto& stage : stages) everything.push_back(stage.name);
+    // The surface of a packing is made only for what shows or meshes it.
+    const bool surface_wanted = stl || s.openfoam.enabled || s.report.pictures || with_planes;
+    for (const auto& stage : stages)
+        if (stage.name != "stl" || surface_wanted) everything.push_back(stage.name);
     stages.push_back({"report",
                       everything,
                       table_json(c, {"report"}),

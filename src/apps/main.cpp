@@ -546,6 +546,10 @@ private:
         add_common(of_case, common_, "porepack falling-head case cases/quickstart");
         of_case.add_option("case", common_.input, "folder with case.toml")->required();
         of_case.callback([this] { action_ = [this] { run_in_case(common_, "falling-head", "falling_head"); }; });
+        auto& causes = *head.add_subcommand("causes", "how much each cause changes the k of the paper's evaluation");
+        add_common(causes, common_, "porepack falling-head causes cases/falling_head/tetrapod_053");
+        causes.add_option("case", common_.input, "folder with case.toml, with causes = true in [falling_head]")->required();
+        causes.callback([this] { action_ = [this] { run_in_case(common_, "causes", "falling_head"); }; });
     }
 
     void add_tools() {

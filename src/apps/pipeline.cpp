@@ -169,14 +169,13 @@ private:
     int file_ = -1;
 };
 
-// The stages that `last` needs, in order; all when empty.
+// The stages that `last` needs, in order; what the report needs when empty.
 std::vector<Stage> stages_up_to(const Case& c, const std::string& last) {
     auto all = stages_of(c);
-    if (last.empty()) return all;
-    std::set<std::string> wanted = {last};
+    std::set<std::string> wanted = {last.empty() ? "report" : last};
     for (auto stage = all.rbegin(); stage != all.rend(); ++stage)
         if (wanted.contains(stage->name)) wanted.insert(stage->needs.begin(), stage->needs.end());
-    if (std::none_of(all.begin(), all.end(), [&](const Stage& stage) { return stage.name == last; }))
+    if (std::none_of(all.begin(), all.end(), [&](const Stage& stage) { return wanted.contains(stage.name); }))
         throw UserError("this case has no stage " + last,
                         {.mend = "openfoam.enabled = false leaves foam out; a case from an STL file has no pack"});
     std::erase_if(all, [&](const Stage& stage) { return !wanted.contains(stage.name); });

@@ -31,7 +31,7 @@ struct StageStatus {
 };
 [[nodiscard]] std::vector<StageStatus> status_of(const Case& the_case);
 
-/// Runs what is not done, up to and including stage `last` (all when empty), only what `last` needs. Returns the result of
+/// Runs what is not done, up to and including stage `last` (the report when empty), only what `last` needs. Returns the result of
 /// the last one. A stage that fails stops the chain; its folder stays as results/<stage>.failed.
 Json run_case(const Case& the_case, const std::string& last = {});
 

@@ -119,10 +119,17 @@ Json lbm_image_stage(const Path& pore_vti, const std::optional<Container>& conta
 
 FoamScene foam_scene(const Scene& scene, const GeometryConfig& geometry, double coarsest_cell_m) {
     FoamScene foam{.surface = {}, .container = scene.container, .section = scene.section};
-    foam.surface =
-        scene.surface
-            ? *scene.surface
-            : make_surface(*scene.packing, {.deviation_m = geometry.surface_deviation_m, .contact_gap_m = geometry.contact_gap_m}).surface;
+    if (scene.surface) {
+        foam.surface = *scene.surface;
+    } else {
+        Packing near = *scene.packing;  // only the grains that reach into the section
+        if (!scene.container.any_periodic())
+            std::erase_if(near.bodies, [&](const Body& body) {
+                return body.position_m.z() < scene.section.z0 - scene.grain_span_m ||
+                       body.position_m.z() > scene.section.z1 + scene.grain_span_m;
+            });
+        foam.surface = make_surface(near, {.deviation_m = geometry.surface_deviation_m, .contact_gap_m = geometry.contact_gap_m}).surface;
+    }
     foam.pore_volume_m3 =
         porosity(scene.solid(), scene.container, scene.section).value * scene.container.inner_area_m2() * scene.section.length();
     foam.grain_size_m = scene.grain_size_m;

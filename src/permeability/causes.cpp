@@ -87,8 +87,8 @@ public:
             return cause.factor ? std::optional(*cause.factor - factor_wanted) : std::nullopt;
         };
         double low = -0.03, high = 0.03;
-        // Offsets below give k larger and larger, and then none.
-        while (!excess(low) && low < high - 1e-4) low += 1e-3;
+        // A level truly higher than it is read gives k larger and larger, and then none.
+        while (!excess(high) && low < high - 1e-4) high -= 1e-3;
         const auto at_low = excess(low), at_high = excess(high);
         if (!at_low || !at_high || *at_low * *at_high > 0.0) return std::nullopt;
         while (high - low > 1e-6) {

@@ -1,4 +1,4 @@
-#include "report/report.hpp"
+#include "report/section.hpp"
 
 #include <fmt/format.h>
 #include <openssl/evp.h>
@@ -11,29 +11,6 @@
 namespace porepack {
 namespace fs = std::filesystem;
 namespace {
-
-const Json nothing;
-
-// A member that may be missing, on a path like "lbm/fine/steps".
-const Json& at(const ReportInput& input, const std::string& path) {
-    const auto slash = path.find('/');
-    const auto stage = input.results.find(path.substr(0, slash));
-    if (stage == input.results.end()) return nothing;
-    const Json* here = &stage->second;
-    std::size_t from = slash;
-    while (from != std::string::npos) {
-        const auto next = path.find('/', from + 1);
-        const std::string key = path.substr(from + 1, next == std::string::npos ? next : next - from - 1);
-        if (!here->is_object() || !here->contains(key)) return nothing;
-        here = &(*here)[key];
-        from = next;
-    }
-    return *here;
-}
-
-std::string number(const Json& value, const char* format = "{:.4g}") {
-    return value.is_number() ? fmt::format(fmt::runtime(format), value.get<double>()) : "–";
-}
 
 // Numbers of the paper (section 8 of its results) for the grain at hand, where there are any.
 struct PaperNumber {
@@ -57,14 +34,6 @@ std::string paper_number(const ReportInput& input, const std::string& quantity) 
     return "";
 }
 
-struct Section {
-    std::string title;
-    std::string intro = {};
-    std::vector<std::string> header = {};
-    std::vector<std::vector<std::string>> rows = {};
-    std::vector<std::pair<std::string, std::string>> pictures = {};  // file, caption
-};
-
 std::string interval_text(const Json& interval) {
     if (!interval.is_array()) return "none";
     return fmt::format("{:.4g} to {:.4g}", interval[0].get<double>(), interval[1].get<double>());
@@ -79,9 +48,9 @@ std::string percent(const Json& value) {
     return value.is_number() ? fmt::format("{:.2g} %", 100.0 * value.get<double>()) : "–";
 }
 
-Section permeability_section(const ReportInput& input) {
+ReportSection permeability_section(const ReportInput& input) {
     const Json& lbm = at(input, "lbm/permeability_m2");
-    Section section{
+    ReportSection section{
         .title = "Permeability",
         .intro = "k = mu U L / dP, with U the flow rate over the inner area of the container and dP between the planes of the section."};
     section.header = {"method", "k (m²)", "interval (m²)", "k (darcy)", "K, water (m/s)", "against LBM"};
@@ -111,8 +80,8 @@ Section permeability_section(const ReportInput& input) {
     return section;
 }
 
-Section packing_section(const ReportInput& input) {
-    Section section{.title = "Packing"};
+ReportSection packing_section(const ReportInput& input) {
+    ReportSection section{.title = "Packing"};
     section.header = {"quantity", "value", "uncertainty", "the paper"};
     const auto add = [&](const char* name, const std::string& value, const std::string& uncertainty, const std::string& paper = "") {
         if (value != "–") section.rows.push_back({name, value, uncertainty, paper});
@@ -141,11 +110,12 @@ Section packing_section(const ReportInput& input) {
     return section;
 }
 
-Section tortuosity_section(const ReportInput& input) {
-    Section section{.title = "Tortuosity",
-                    .intro =
-                        "Four different numbers: the paper's path through dots (exact, and on pictures, where it grows with the pixel), "
-                        "the shortest way through the pores, the flow's detour, and the slowing of diffusion."};
+ReportSection tortuosity_section(const ReportInput& input) {
+    ReportSection section{
+        .title = "Tortuosity",
+        .intro =
+            "Four different numbers: the paper's path through dots (exact, and on pictures, where it grows with the pixel), "
+            "the shortest way through the pores, the flow's detour, and the slowing of diffusion."};
     section.header = {"kind", "value", "uncertainty", "the paper"};
     const auto add = [&](const std::string& name, const Json& value, const std::string& uncertainty, const std::string& paper) {
         if (value.is_number()) section.rows.push_back({name, number(value, "{:.4f}"), uncertainty, paper});
@@ -167,8 +137,8 @@ Section tortuosity_section(const ReportInput& input) {
     return section;
 }
 
-Section convergence_section(const ReportInput& input) {
-    Section section{.title = "Did it converge?"};
+ReportSection convergence_section(const ReportInput& input) {
+    ReportSection section{.title = "Did it converge?"};
     section.header = {"check", "value"};
     const auto add = [&](const char* name, const std::string& value) {
         if (value != "–") section.rows.push_back({name, value});
@@ -186,8 +156,8 @@ Section convergence_section(const ReportInput& input) {
     return section;
 }
 
-Section cost_section(const ReportInput& input) {
-    Section section{.title = "Cost"};
+ReportSection cost_section(const ReportInput& input) {
+    ReportSection section{.title = "Cost"};
     section.header = {"stage", "wall time", "largest memory", "seed", "processes"};
     double sum = 0.0;
     for (const char* stage : {"shape", "pack", "stl", "voxelise", "slices", "lbm", "foam", "tortuosity", "falling-head"}) {
@@ -202,9 +172,9 @@ Section cost_section(const ReportInput& input) {
     return section;
 }
 
-void add_plots(const ReportInput& input, const Path& folder, std::vector<Section>& sections) {
-    const auto section = [&](const char* title) -> Section& {
-        return *std::find_if(sections.begin(), sections.end(), [&](const Section& s) { return s.title == title; });
+void add_plots(const ReportInput& input, const Path& folder, std::vector<ReportSection>& sections) {
+    const auto section = [&](const char* title) -> ReportSection& {
+        return *std::find_if(sections.begin(), sections.end(), [&](const ReportSection& s) { return s.title == title; });
     };
     const Path history = input.stage_folders / "lbm" / "history.csv";
     if (fs::exists(history) &&
@@ -219,15 +189,7 @@ void add_plots(const ReportInput& input, const Path& folder, std::vector<Section
         section("Did it converge?")
             .pictures.emplace_back("convergence.svg",
                                    "Lattice Boltzmann on the finest grid: the run stops when both lines have fallen below the gate.");
-    const Path head = input.stage_folders / "falling-head" / "falling_head.csv";
-    if (fs::exists(head) &&
-        draw_plot(folder / "falling_head.svg",
-                  fmt::format("set datafile separator ','\nset xlabel 'time (s)'\nset ylabel 'level above the sample (m)'\nset yrange "
-                              "[0:*]\nplot '{}' skip 1 using 1:2 with lines lw 2 lc rgb '#205080' notitle\n",
-                              fs::absolute(head).string())))
-        section("Falling head")
-            .pictures.emplace_back("falling_head.svg",
-                                   "Predicted level over time (Eq. 18, without the inertia of the water column and without the meshes).");
+    add_falling_head_pictures(input, folder, section("Flow with inertia"), section("Falling head"), section("Measured against computed"));
     if (fs::exists(input.speed_error)) {
         fs::copy_file(input.speed_error, folder / "speed_error.svg", fs::copy_options::overwrite_existing);
         section("Cost").pictures.emplace_back(
@@ -243,20 +205,6 @@ void add_plots(const ReportInput& input, const Path& folder, std::vector<Section
                                                             "(water at 0.05 mm/s superficial velocity unless the case says otherwise).",
                                                             top));
     }
-}
-
-Section falling_head_section(const ReportInput& input) {
-    Section section{.title = "Falling head"};
-    section.header = {"level above the sample (m)", "passed after (s)"};
-    const Json& levels = at(input, "falling-head/levels_m");
-    const Json& times = at(input, "falling-head/times_s");
-    for (std::size_t i = 0; levels.is_array() && i < levels.size(); ++i)
-        section.rows.push_back({number(levels[i]), number(times[i], "{:.5g}")});
-    if (at(input, "falling-head/inertial_permeability_from").is_string())
-        section.intro = fmt::format("With k from the lattice Boltzmann run and k_in = {} m from {}.",
-                                    number(at(input, "falling-head/inertial_permeability_m")),
-                                    at(input, "falling-head/inertial_permeability_from").get<std::string>());
-    return section;
 }
 
 std::string base64(const std::string& bytes) {
@@ -282,7 +230,7 @@ figcaption{font-size:.85em;color:#555}.main{display:flex;flex-wrap:wrap;gap:.6em
 .main div{font-size:.88em;color:#555}.main b{color:#111}.note{background:#fff3d6;padding:.5em .8em}pre{font-size:.75em;background:#f5f5f5;padding:.8em;white-space:pre-wrap}
 @media print{body{margin:0;max-width:none}h2{break-after:avoid}tr{break-inside:avoid}})";
 
-std::string html_page(const ReportInput& input, const std::vector<Section>& sections, const Json& main_numbers, const Path& folder) {
+std::string html_page(const ReportInput& input, const std::vector<ReportSection>& sections, const Json& main_numbers, const Path& folder) {
     std::string html =
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\"><title>" +
         escaped(input.title) + "</title><style>" + style + "</style></head><body>\n";
@@ -318,7 +266,7 @@ std::string html_page(const ReportInput& input, const std::vector<Section>& sect
     return html;
 }
 
-std::string markdown_page(const ReportInput& input, const std::vector<Section>& sections, const Json& main_numbers) {
+std::string markdown_page(const ReportInput& input, const std::vector<ReportSection>& sections, const Json& main_numbers) {
     std::string text = "# " + input.title + "\n\n";
     for (const auto& note : input.notes) text += "> " + note + "\n\n";
     for (const auto& entry : main_numbers)
@@ -368,6 +316,26 @@ Json main_numbers_of(const ReportInput& input) {
 }
 
 }  // namespace
+
+namespace {
+const Json nothing;
+}  // namespace
+
+const Json& at(const ReportInput& input, const std::string& path) {
+    const auto slash = path.find('/');
+    const auto stage = input.results.find(path.substr(0, slash));
+    if (stage == input.results.end()) return nothing;
+    const Json* here = &stage->second;
+    std::size_t from = slash;
+    while (from != std::string::npos) {
+        const auto next = path.find('/', from + 1);
+        const std::string key = path.substr(from + 1, next == std::string::npos ? next : next - from - 1);
+        if (!here->is_object() || !here->contains(key)) return nothing;
+        here = &(*here)[key];
+        from = next;
+    }
+    return *here;
+}
 
 Json quantities(const ReportInput& input) {
     Json list = Json::array();
@@ -421,8 +389,9 @@ Json quantities(const ReportInput& input) {
 }
 
 Json write_report(const ReportInput& input, const Path& folder) {
-    std::vector<Section> sections = {permeability_section(input), packing_section(input),     tortuosity_section(input),
-                                     falling_head_section(input), convergence_section(input), cost_section(input)};
+    std::vector<ReportSection> sections = {permeability_section(input), packing_section(input),      tortuosity_section(input),
+                                           inertia_section(input),      falling_head_section(input), causes_section(input),
+                                           convergence_section(input),  cost_section(input)};
     if (fs::exists(folder / "packing.png")) sections[1].pictures = {{"packing.png", "The packing as the surface that CGAL made of it."}};
     add_plots(input, folder, sections);
     const Json main_numbers = main_numbers_of(input);

@@ -1,0 +1,101 @@
+// Flows with inertia: what is known of them, and the line that is fitted.
+#include <array>
+#include <cmath>
+
+#include "arrays.hpp"
+#include "helpers.hpp"
+#include "lbm/inertia.hpp"
+#include "permeability/forchheimer.hpp"
+
+namespace porepack {
+namespace {
+
+TEST(Forchheimer, TheLineIsFoundAgain) {
+    const double k = 1e-6, k_in = 5e-3, d = 0.01;
+    std::vector<ApparentPermeability> flows;
+    for (const double re : {1.0, 5.0, 10.0, 20.0, 40.0, 80.0}) flows.push_back({re, 1.0 / (1.0 / k + re / d / k_in), 0.0});
+    const ForchheimerFit fit = fit_forchheimer(k, d, flows);
+    EXPECT_NEAR(fit.inertial_permeability_m / k_in, 1.0, 1e-9);
+    EXPECT_NEAR(fit.intercept_permeability_m2 / k, 1.0, 1e-9);
+    EXPECT_NEAR(fit.inertial_interval_m.low / k_in, 1.0, 1e-9);
+    EXPECT_NEAR(fit.inertial_interval_m.high / k_in, 1.0, 1e-9);
+    EXPECT_LT(fit.extrapolated_interval_m.low, 0.81 * k_in);
+    EXPECT_NEAR(fit.inertial_factor, 0.2, 1e-9);
+    // 5 % are lost at Re = 0.05/0.95 d k_in / k = 2.63.
+    ASSERT_TRUE(fit.onset_reynolds);
+    EXPECT_NEAR(*fit.onset_reynolds, 2.63, 0.3);
+    // Errors of the permeability widen the interval.
+    for (auto& flow : flows) flow.relative_error = 0.02;
+    EXPECT_LT(fit_forchheimer(k, d, flows).inertial_interval_m.low, 0.98 * k_in);
+}
+
+TEST(Forchheimer, WeakInertiaAndTooFewFlows) {
+    // A series that never leaves the start: no onset, and the last three make the line.
+    const double k = 1e-6;
+    std::vector<ApparentPermeability> flows;
+    for (const double re : {0.1, 0.2, 0.4, 0.8}) flows.push_back({re, k / (1.0 + 1e-3 * re * re), 0.0});
+    const ForchheimerFit fit = fit_forchheimer(k, 0.01, flows);
+    EXPECT_FALSE(fit.onset_reynolds);
+    EXPECT_EQ(fit.points, 3U);
+    EXPECT_GT(fit.inertial_interval_m.high, 1.3 * fit.inertial_interval_m.low);  // no line: the slopes differ
+    EXPECT_THROW((void)fit_forchheimer(k, 0.01, std::span(flows).first(2)), NumericalError);
+    for (auto& flow : flows) flow.permeability_m2 = k * (1.0 + 0.01 * flow.reynolds);
+    EXPECT_THROW((void)fit_forchheimer(k, 0.01, flows), NumericalError);
+}
+
+TEST(Inertia, SetsInWithTheSquareOfTheReynoldsNumber) {
+    // Mei & Auriault (1991): k/k_apparent - 1 ~ Re^2 at small Re, in a cell that is symmetric about its middle. Without an end plane the
+    // drag is the driving force.
+    const KnownFlow array = sphere_array(0.343, 15.39949, simple_cubic);
+    const std::array<double, 3> reynolds = {0.5, 1.0, 2.0};
+    const InertialSeries series = lbm_inertial_flows(array.scene(), 1.0 / 24, reynolds, array.diameter_m, {.tolerance = 1e-6});
+    ASSERT_EQ(series.flows.size(), 3U) << series.stopped_by;
+    EXPECT_NEAR(series.creeping_permeability_m2 / array.permeability_m2, 1.0, 0.005);
+    std::array<double, 3> loss{};
+    for (std::size_t i = 0; i < 3; ++i) {
+        loss[i] = series.creeping_permeability_m2 / series.flows[i].permeability_m2 - 1.0;
+        EXPECT_NEAR(series.flows[i].reynolds, reynolds[i], 0.05 * reynolds[i]);
+        EXPECT_LT(std::abs(series.flows[i].momentum_share), 1e-5);
+        std::printf("  Re %.3f: k/k_apparent - 1 = %.3e\n", series.flows[i].reynolds, loss[i]);
+    }
+    for (std::size_t i = 1; i < 3; ++i) {
+        const double order = std::log(loss[i] / loss[i - 1]) / std::log(series.flows[i].reynolds / series.flows[i - 1].reynolds);
+        EXPECT_NEAR(order, 2.0, 0.15) << i;
+    }
+}
+
+TEST(Inertia, TheGridConvergesAndTheEndsGainNoMomentum) {
+    // A few spheres in a tube between free water: k_apparent / k on three grids.
+    Packing packing{.container = parse_container("cylinder:0.03,0.06"), .shapes = {make_preset("sphere", 0.01, 0.0)}, .bodies = {}};
+    for (int i = 0; i < 9; ++i)
+        packing.bodies.push_back(
+            {.shape = 0, .position_m = Vec3(0.008 * std::cos(2.1 * i), 0.008 * std::sin(2.1 * i), 0.012 + 0.0045 * i)});
+    const Grains grains(packing);
+    const Section section{0.005, 0.055};
+    const LbmScene scene{.voxels =
+                             [&](double size) {
+                                 return voxelise(grains, packing.container, section,
+                                                 plan_voxels(packing.container, section, size, 0.005, 0.01));
+                             },
+                         .solid = &grains,
+                         .container = packing.container,
+                         .section = section};
+    const std::array<double, 2> reynolds = {5.0, 20.0};
+    std::array<double, 3> ratio{};
+    int at = 0;
+    for (const double size : {2e-3, 1.4e-3, 1e-3}) {
+        const InertialSeries series = lbm_inertial_flows(scene, size, reynolds, 0.01, {});
+        ASSERT_EQ(series.flows.size(), 2U) << series.stopped_by;
+        EXPECT_LT(std::abs(series.flows[0].momentum_share), 0.02);
+        ratio[static_cast<std::size_t>(at++)] = series.flows[1].permeability_m2 / series.creeping_permeability_m2;
+        std::printf("  %.2g m: k/k0 %.4f at Re 5, %.4f at Re 20; momentum %.4f\n", size,
+                    series.flows[0].permeability_m2 / series.creeping_permeability_m2, ratio[static_cast<std::size_t>(at - 1)],
+                    series.flows[1].momentum_share);
+    }
+    EXPECT_LT(std::abs(ratio[2] - ratio[1]), std::abs(ratio[1] - ratio[0]));
+    EXPECT_NEAR(ratio[2] / ratio[1], 1.0, 0.03);
+    EXPECT_LT(ratio[2], 0.97);
+}
+
+}  // namespace
+}  // namespace porepack
