@@ -231,7 +231,7 @@ TEST(OpenFoam, InertiaLowersThePermeability) {
     std::string header;
     std::getline(rates, header);
     std::vector<double> permeability, reynolds;
-    for (double drop = 0.0, flow = 0.0, iterations = 0.0; rates >> drop >> flow >> iterations;) {
+    for (double drop = 0.0, flow = 0.0, iterations = 0.0, momentum = 0.0; rates >> drop >> flow >> iterations >> momentum;) {
         permeability.push_back(viscosity * flow * 0.025 / (4e-4 * drop));
         reynolds.push_back(flow / 4e-4 * 0.012 / viscosity);
         std::printf("  Re %.3g: k/k0 %.4f in %.0f iterations\n", reynolds.back(), permeability.back() / creeping, iterations);
