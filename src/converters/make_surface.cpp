@@ -219,10 +219,12 @@ std::vector<Contact> find_contacts(const std::vector<Grains::Image>& images, dou
     return contacts;
 }
 
-// A box that joins two grains at their contact, wide enough to hold the lens in which they overlap.
+// A box that joins two grains at their contact, wide enough to hold the lens in which they overlap. After a fault (`variant` > 0) it is
+// wider: where facets cross at a grazing angle within the lens of their strays too.
 Mesh bridge(const Contact& contact, double contact_gap, double deviation, int variant) {
     const double r = std::min(contact.first_capsule.radius, contact.second_capsule.radius);
-    const double half_width = std::min(0.4 * r, (1.0 + 0.1 * variant) * std::sqrt(r * std::max(contact_gap, -contact.gap)));
+    const double lens = std::max(contact_gap, -contact.gap) + std::min(variant, 2) * deviation;
+    const double half_width = std::min(0.4 * r, (1.0 + 0.1 * variant) * std::sqrt(r * lens));
     const double depth = std::min(0.8 * r, 3.0 * deviation + half_width);
     const Vec3 along = contact.to - contact.from;
     // Turned a little: no face lies in a plane of the grains' meshes.
@@ -408,7 +410,7 @@ SurfaceResult make_surface(const Packing& packing, const SurfaceOptions& options
     for (const auto& contact : contacts) result.bridges += contact.gap < result.contact_gap_m ? 1 : 0;
 
     std::vector<int> thinned = thin_coaxial(images.size(), contacts);
-    constexpr int most_rounds = 6;
+    constexpr int most_rounds = 8;
     for (int round = 0; round < most_rounds; ++round) {
         Progress progress("surface (CGAL)");
         const double steps = 2.0 * static_cast<double>(images.size());
