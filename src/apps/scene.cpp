@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "core/error.hpp"
 #include "core/log.hpp"
@@ -63,6 +64,17 @@ void load_surface(Scene& scene, const Path& input, const std::optional<Container
 }
 
 }  // namespace
+
+GrainMeans grain_means(const Packing& packing) {
+    std::vector<ShapeMeasures> measures;
+    for (const Shape& shape : packing.shapes) measures.push_back(measure(shape, 1e-6));
+    double volume = 0.0, area = 0.0;
+    for (const Body& body : packing.bodies) {
+        volume += measures[body.shape].volume_m3;
+        area += measures[body.shape].surface_area_m2;
+    }
+    return {std::cbrt(6.0 * volume / static_cast<double>(packing.bodies.size()) / std::numbers::pi), 6.0 * volume / area};
+}
 
 double Scene::voxel_size(const GeometryConfig& geometry) const {
     if (geometry.voxel_size_m > 0.0) return geometry.voxel_size_m;

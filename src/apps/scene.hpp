@@ -36,6 +36,13 @@ struct Scene {
 /// The same with the section that `geometry` asks for.
 [[nodiscard]] Scene load_scene(const Path& input, const std::optional<Container>& container, const GeometryConfig& geometry, double unit_m);
 
+/// Means over a packing's grains.
+struct GrainMeans {
+    double equivalent_diameter_m;  ///< of the sphere of the mean volume
+    double sauter_diameter_m;      ///< 6 volume / area
+};
+[[nodiscard]] GrainMeans grain_means(const Packing& packing);
+
 /// The section as an image's field data tells it. Throws UserError.
 [[nodiscard]] Section section_of_note(const std::string& note, const Path& file);
 

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <numbers>
 
 #include "apps/stage_json.hpp"
 #include "apps/stages.hpp"
@@ -25,15 +24,8 @@ struct GrainSize {
 
 GrainSize grain_size(const Scene& scene) {
     if (!scene.packing) return {1.5 * scene.grain_size_m, "6 volume / area of the surface", 1.5 * scene.grain_size_m};
-    double volume = 0.0, area = 0.0;
-    std::vector<ShapeMeasures> measures;
-    for (const Shape& shape : scene.packing->shapes) measures.push_back(measure(shape, 1e-6));
-    for (const auto& body : scene.packing->bodies) {
-        volume += measures[body.shape].volume_m3;
-        area += measures[body.shape].surface_area_m2;
-    }
-    return {std::cbrt(6.0 * volume / static_cast<double>(scene.packing->bodies.size()) / std::numbers::pi),
-            "diameter of the sphere of the grains' mean volume", 6.0 * volume / area};
+    const GrainMeans means = grain_means(*scene.packing);
+    return {means.equivalent_diameter_m, "diameter of the sphere of the grains' mean volume", means.sauter_diameter_m};
 }
 
 double finest_voxel(const Scene& scene, const ForchheimerConfig& config) {

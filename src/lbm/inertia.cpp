@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
-#include <unordered_map>
 
 #include "core/error.hpp"
 #include "core/log.hpp"
@@ -21,11 +19,17 @@ constexpr double fastest_allowed_lu = 0.1, slowest_viscosity_lu = 0.002, creepin
 class PressureEnds : public Flow {
 public:
     PressureEnds(std::unique_ptr<Flow> flow, const Domain& domain) : flow_(std::move(flow)), domain_(domain) {
+        for (const OpenLink& link : domain.open_links)
+            for (const std::size_t node : {link.node, link.source}) chunks_.push_back(node / chunk);
+        std::sort(chunks_.begin(), chunks_.end());
+        chunks_.erase(std::unique(chunks_.begin(), chunks_.end()), chunks_.end());
+        speed_.resize(chunks_.size() * chunk);
+        const auto place = [&](std::size_t node) {
+            const auto rank = std::lower_bound(chunks_.begin(), chunks_.end(), node / chunk) - chunks_.begin();
+            return static_cast<std::size_t>(rank) * chunk + node % chunk;
+        };
+        for (const OpenLink& link : domain.open_links) places_.push_back({place(link.node), place(link.source)});
         added_.resize(domain.open_links.size());
-        for (const OpenLink& link : domain.open_links) {
-            chunks_.insert(link.node / chunk);
-            chunks_.insert(link.source / chunk);
-        }
     }
     void advance_two_steps() override {
         flow_->advance_two_steps();
@@ -33,14 +37,14 @@ public:
     }
     void update() {
         std::array<Moments, chunk> moments;
-        for (const std::size_t c : chunks_) {
-            const std::size_t count = std::min(chunk, domain_.nodes() - c * chunk);
-            flow_->moments(c * chunk, std::span(moments).first(count));
+        for (std::size_t c = 0; c < chunks_.size(); ++c) {
+            const std::size_t first = chunks_[c] * chunk, count = std::min(chunk, domain_.nodes() - first);
+            flow_->moments(first, std::span(moments).first(count));
             for (std::size_t i = 0; i < count; ++i) speed_[c * chunk + i] = moments[i].velocity[2];
         }
         for (std::size_t l = 0; l < added_.size(); ++l) {
             const OpenLink& link = domain_.open_links[l];
-            const double across = 0.5 * (speed_[link.node] + speed_[link.source]);
+            const double across = 0.5 * (speed_[places_[l][0]] + speed_[places_[l][1]]);
             const bool comes_back = across < 0.0 && d3q19::c[link.q][2] < 0;
             added_[l] = (comes_back ? 3.0 : 6.0) * d3q19::w(link.q) * across * across;
         }
@@ -57,8 +61,9 @@ private:
     std::unique_ptr<Flow> flow_;
     const Domain& domain_;
     std::vector<double> added_;
-    std::set<std::size_t> chunks_;                   // with nodes at open ends
-    std::unordered_map<std::size_t, double> speed_;  // of their nodes
+    std::vector<std::size_t> chunks_;                 // with nodes at open ends, ascending
+    std::vector<double> speed_;                       // of their nodes
+    std::vector<std::array<std::size_t, 2>> places_;  // of each link's node and source in speed_
 };
 
 class Series {

@@ -36,7 +36,16 @@ TEST(FallingHeadTool, WhatItSimulatesItAnalyses) {
     EXPECT_GE(interval[1], 1.0 / 8.931320185e-7);
     EXPECT_NEAR(fit.at("inertial_permeability_m").get<double>() / 3.873579470e-3, 1.0, 0.02);
     EXPECT_EQ(found.json().at("curves").size(), 3U);
-    EXPECT_FALSE(found.json().at("scatter").at("within_packings_per_m2").is_null());
+    const Json one = found.json().at("scatter");
+    for (const char* inverse : {"inverse_permeability_per_m2", "inverse_inertial_permeability_per_m"}) {
+        EXPECT_GT(one.at(inverse).at("within_packings").get<double>(), 0.0) << inverse;
+        EXPECT_TRUE(one.at(inverse).at("between_packings").is_null()) << inverse;
+    }
+    const auto other = folder.write("other.csv", "# packing: B\n" + read_text(folder.path() / "2" / "falling_head.csv"));
+    const auto two = porepack("falling-head analyse" + curves + " " + quoted(other) + " --json --output " + quoted(folder.path() / "two"));
+    ASSERT_EQ(two.exit_code, 0) << two.err;
+    EXPECT_EQ(two.json().at("packings").size(), 2U);
+    EXPECT_GT(two.json().at("scatter").at("inverse_inertial_permeability_per_m").at("between_packings").get<double>(), 0.0);
     for (const char* file : {"analysis.csv", "falling-head-analysis.result.json", "falling-head-analysis.manifest.json"})
         EXPECT_TRUE(std::filesystem::exists(folder.path() / "analysis" / file)) << file;
     if (find_program("gnuplot")) EXPECT_TRUE(std::filesystem::exists(folder.path() / "analysis" / "analysis.svg"));
