@@ -78,13 +78,14 @@ void draw_causes(const Path& folder, const std::vector<Cause>& causes, double wa
         rows += fmt::format("{} {:g} {:g} {:g}\n", row, *cause->factor, cause->low, cause->high);
         std::string label = cause->name + ": " + cause->what;
         for (std::size_t at = 0; (at = label.find('\'', at)) != std::string::npos; at += 2) label.insert(at, "'");
-        labels += fmt::format("{}'{}' {}", labels.empty() ? "" : ", ", label.size() > 66 ? label.substr(0, 64) + ".." : label, row);
+        labels += fmt::format("{}'{}' {}", labels.empty() ? "" : ", ", label, row);
         ++row;
     }
     write_text(folder / "causes.dat", rows);
     std::string plot = fmt::format(
-        "set terminal svg size 1000,{} font 'DejaVu Sans,11' background 'white'\nset output 'causes.svg'\nset grid x\nset logscale x 2\n"
-        "set xlabel 'k true / k by the paper''s evaluation'\nset yrange [-0.7:{}]\nset ytics ({})\nset lmargin 58\nset key bottom right\n"
+        "set terminal svg noenhanced size 1200,{} font 'DejaVu Sans,11' background 'white'\nset output 'causes.svg'\nset grid x\nset "
+        "logscale x 2\n"
+        "set xlabel 'k true / k by the paper''s evaluation'\nset yrange [-0.7:{}]\nset ytics ({})\nset lmargin 88\nset key bottom right\n"
         "set style fill solid 0.5\nset arrow from 1, graph 0 to 1, graph 1 nohead lc 'black'\n",
         90 + 22 * row, row - 0.3, labels);
     if (wanted > 0.0)

@@ -51,18 +51,19 @@ ReportSection causes_section(const ReportInput& input) {
     for (const char* part : {"causes/causes", "causes/together"})
         if (const Json& causes = at(input, part); causes.is_array())
             for (const Json& cause : causes) {
-                std::string factor = number(cause["factor"], "{:.3g}");
+                std::string factor = number(cause["factor"], "{:.2f}");
                 if (!cause["factor"].is_number())
                     factor = "none: " + cause["note"].get<std::string>();
                 else if (cause["range"][0] != cause["range"][1])
-                    factor += fmt::format(" ({} to {}; {})", number(cause["range"][0], "{:.3g}"), number(cause["range"][1], "{:.3g}"),
+                    factor += fmt::format(" ({} to {}; {})", number(cause["range"][0], "{:.2f}"), number(cause["range"][1], "{:.2f}"),
                                           cause["note"].get<std::string>());
                 section.rows.push_back({cause["cause"].get<std::string>(), cause["what"].get<std::string>(), factor});
             }
     if (section.rows.empty()) return section;
-    section.intro =
-        fmt::format("Each test is simulated with the cause and evaluated without knowing of it. The viscous loss is only {} of the head.",
-                    number(at(input, "causes/viscous_share_of_head"), "{:.2g}"));
+    section.intro = fmt::format(
+        "Each test is simulated with the cause and evaluated without knowing of it; the paper's LBM scheme and the wall are "
+        "what they would do to k computed. The viscous loss is only {} of the head.",
+        number(at(input, "causes/viscous_share_of_head"), "{:.2g}"));
     if (at(input, "causes/to_explain").is_number())
         section.intro += fmt::format(" To explain: k computed / k measured = {}.", number(at(input, "causes/to_explain")));
     const auto offset = [&](const char* key, const char* when) {

@@ -160,7 +160,8 @@ ReportSection cost_section(const ReportInput& input) {
     ReportSection section{.title = "Cost"};
     section.header = {"stage", "wall time", "largest memory", "seed", "processes"};
     double sum = 0.0;
-    for (const char* stage : {"shape", "pack", "stl", "voxelise", "slices", "lbm", "foam", "tortuosity", "falling-head"}) {
+    for (const char* stage :
+         {"shape", "pack", "stl", "voxelise", "slices", "lbm", "foam", "tortuosity", "forchheimer", "falling-head", "causes"}) {
         const auto found = input.manifests.find(stage);
         if (found == input.manifests.end()) continue;
         const Json& m = found->second;
