@@ -211,9 +211,13 @@ Json report_of_case(const Case& c, const Path& folder) {
 
 FallingHeadConfig apparatus_of_case(const Case& c) {
     FallingHeadConfig config = c.settings.falling_head;
-    const Path voxels = folder_of(c, "voxelise") / "result.json";
-    if (config.sample_inertia == 0.0 && fs::exists(voxels))
-        config.sample_inertia = std::pow(read_json(voxels).at("porosity").get<double>(), -1.5);
+    const Path voxels = folder_of(c, "voxelise") / "result.json", tortuosity = folder_of(c, "tortuosity") / "result.json";
+    if (config.sample_inertia == 0.0 && fs::exists(voxels)) {
+        const double pores = read_json(voxels).at("porosity").get<double>();
+        const Json ways = fs::exists(tortuosity) ? read_json(tortuosity) : Json::object();
+        config.sample_inertia =
+            ways.contains("diffusive") ? ways["diffusive"].at("tortuosity_diffusive").get<double>() / pores : std::pow(pores, -1.5);
+    }
     return config;
 }
 
@@ -376,6 +380,7 @@ std::vector<Stage> stages_of(const Case& c) {
              true});
     auto head_needs = std::vector<std::string>{"shape", "voxelise", "lbm"};
     if (s.forchheimer.enabled) head_needs.emplace_back("forchheimer");
+    if (s.tortuosity.diffusive) head_needs.emplace_back("tortuosity");  // for the inertia of the sample's water
     stages.push_back({"falling-head",
                       head_needs,
                       table_json(c, {"falling_head"}),

@@ -506,7 +506,8 @@ private:
                    "1.6 --levels 1.3,0.7,0.1");
         simulate.add_option("--permeability", permeability_m2_, "k [m2]")->required();
         simulate.add_option("--inertial-permeability", inertial_permeability_m_, "k_in [m]; default infinite (Darcy's law alone)");
-        add_keys(simulate, common_.flags, settings_.describe_table("falling_head"));
+        add_keys(simulate, common_.flags, settings_.describe_table("falling_head"),
+                 {"causes", "computed_over_measured", "level_offset_uncertainty_m"});
         simulate.callback([this] {
             action_ = [this] {
                 const auto config = from_flags<FallingHeadConfig>(common_.flags);

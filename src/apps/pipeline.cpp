@@ -176,8 +176,11 @@ std::vector<Stage> stages_up_to(const Case& c, const std::string& last) {
     for (auto stage = all.rbegin(); stage != all.rend(); ++stage)
         if (wanted.contains(stage->name)) wanted.insert(stage->needs.begin(), stage->needs.end());
     if (std::none_of(all.begin(), all.end(), [&](const Stage& stage) { return wanted.contains(stage.name); }))
-        throw UserError("this case has no stage " + last,
-                        {.mend = "openfoam.enabled = false leaves foam out; a case from an STL file has no pack"});
+        throw UserError(
+            "this case has no stage " + last,
+            {.mend =
+                 "stages that a case leaves out: foam ([openfoam] enabled), forchheimer ([forchheimer] enabled), causes ([falling_head] "
+                 "causes), seeds ([packing] seeds), pack (of an STL file)"});
     std::erase_if(all, [&](const Stage& stage) { return !wanted.contains(stage.name); });
     return all;
 }
@@ -262,12 +265,18 @@ constexpr const char* owner_mark = ".porepack";
 
 Json run_loose(const std::string& stage, const Path& target, const Json& configuration, const std::vector<Path>& inputs,
                const std::function<Json(const Path&)>& work, bool goes_on) {
+    const bool fresh = !fs::exists(target);
     require_writable(target);
     const Path running = target / (goes_on ? fmt::format(".{}.running", stage) : fmt::format(".{}.{}.running", stage, getpid()));
     make_folder(running);
     std::optional<Lock> lock;
     if (goes_on) lock.emplace(running);
     const Stopwatch watch;
+    const auto clean_up = [&] {
+        std::error_code ignored;
+        fs::remove_all(running, ignored);
+        if (fresh) fs::remove(target, ignored);  // where it is empty
+    };
     try {
         Json result = work(running);
         check_interrupt();
@@ -307,12 +316,10 @@ Json run_loose(const std::string& stage, const Path& target, const Json& configu
         // An engine's logs are worth keeping.
         if (error.code() == ExitCode::engine || (goes_on && interrupted()))
             keep_what_is_left(running, target / (stage + ".failed"), goes_on);
-        std::error_code ignored;
-        fs::remove_all(running, ignored);
+        clean_up();
         throw;
     } catch (...) {
-        std::error_code ignored;
-        fs::remove_all(running, ignored);
+        clean_up();
         throw;
     }
 }

@@ -163,6 +163,7 @@ Json causes_stage(const Scene& scene, double permeability_m2, double inertial_pe
     const double share = std::min(1.0, grain / config.sample_length_m);
     const SampleTruth truth{.permeability_m2 = permeability_m2,
                             .inertial_permeability_m = inertial_permeability_m,
+                            .porosity = central,
                             .ends_viscous = ends.viscous,
                             .ends_inertial = ends.inertial,
                             .aligned_viscous = 1.0 + share * (dense.viscous - 1.0),
@@ -188,6 +189,7 @@ Json causes_stage(const Scene& scene, double permeability_m2, double inertial_pe
     Json json = {{"permeability_m2", permeability_m2},
                  {"inertial_permeability_m", inertial_permeability_m},
                  {"porosity_central", central},
+                 {"sample_inertia", sample_inertia(config)},
                  {"porosity_layers", layers},
                  {"viscous_share_of_head", study.viscous_share},
                  {"to_explain", config.computed_over_measured > 0.0 ? Json(config.computed_over_measured) : Json(nullptr)},

@@ -20,7 +20,7 @@ namespace {
 constexpr std::size_t most_rows = 20000;
 
 Json number_or_text(double value) {
-    return std::isfinite(value) ? Json(value) : Json("infinite");
+    return std::isfinite(value) ? Json(value) : Json(value > 0.0 ? "infinite" : "minus infinite");
 }
 
 // When the full equation passes a level: between the frames, by bisection.
@@ -46,6 +46,7 @@ Json falling_head_stage(double permeability_m2, double inertial_permeability_m, 
                  {"inertial_permeability_m", number_or_text(inertial_permeability_m)},
                  {"sample_length_m", config.sample_length_m},
                  {"start_level_m", config.start_level_m},
+                 {"sample_inertia", config.column_inertia ? Json(sample_inertia(config)) : Json(nullptr)},
                  {"levels_m", config.levels_m},
                  {"times_s", Json::array()},
                  {"times_full_equation_s", Json::array()}};
@@ -100,29 +101,31 @@ Json paper_json(const PaperEvaluation& paper) {
             {"fault", paper.fault.empty() ? Json(nullptr) : Json(paper.fault)}};
 }
 
-Json fit_json(const FallingHeadFit& fit) {
+Json fit_json(const FallingHeadFit& fit, bool doubtful) {
+    const std::string doubt = doubtful ? "doubtful, see the warnings: " : "";
     const Interval k = fit.permeability_interval_m2();
     const auto& a = fit.inverse_permeability_per_m2;
     const auto& b = fit.inverse_inertial_permeability_per_m;
     return {{"permeability_m2", fit.permeability_m2() ? Json(*fit.permeability_m2()) : Json(nullptr)},
             {"permeability_interval_m2", {number_or_text(k.low), number_or_text(k.high)}},
             {"inverse_permeability_per_m2", a.value},
-            {"inverse_permeability_interval_per_m2", {a.interval.low, a.interval.high}},
+            {"inverse_permeability_interval_per_m2", {number_or_text(a.interval.low), number_or_text(a.interval.high)}},
             {"inertial_permeability_m", b.value > 0.0 ? Json(1.0 / b.value) : Json(nullptr)},
-            {"inverse_inertial_permeability_interval_per_m", {b.interval.low, b.interval.high}},
+            {"inverse_inertial_permeability_interval_per_m", {number_or_text(b.interval.low), number_or_text(b.interval.high)}},
             {"correlation", fit.correlation},
             {"viscous_share_of_head", fit.viscous_share},
             {"level_offset_m", fit.level_offset_m},
             {"residual_m", fit.residual_m},
             {"noise_m", fit.noise_m},
             {"points", fit.points},
-            {"verdict", fit.verdict()},
-            {"verdict_inertial", fit.inertial_verdict()}};
+            {"verdict", doubt + fit.verdict()},
+            {"verdict_inertial", doubt + fit.inertial_verdict()}};
 }
 
 struct PackingCurves {
     std::vector<LevelCurve> curves;
     std::vector<FallingHeadFit> fits;  ///< of each curve by itself
+    bool doubtful = false;
 };
 using Packings = std::map<std::string, PackingCurves>;
 
@@ -148,49 +151,62 @@ Json scatter_json(const Packings& packings, double (*of)(const FallingHeadFit&))
             {"between_packings", means.size() > 1 ? Json(std::sqrt(between / static_cast<double>(means.size() - 1))) : Json(nullptr)}};
 }
 
-void draw_analysis(const Path& folder, std::size_t curves) {
+void draw_analysis(const Path& folder, std::size_t curves, std::size_t points) {
     draw_plot(
         folder / "analysis.svg",
         "set terminal svg size 700,600 font 'DejaVu Sans,12' background 'white'\nset output 'analysis.svg'\nset datafile separator ','\n"
         "set multiplot layout 2,1\nset grid\nset key off\nset xlabel 'time / s'\nset ylabel 'level / m'\n" +
-            fmt::format(
-                "plot for [i=0:{0}] 'analysis.csv' using ($1==i+1?$2:NaN):3 skip 1 with points pt 7 ps 0.3 lc i+1, for [i=0:{0}] "
-                "'' using ($1==i+1?$2:NaN):4 skip 1 with lines lc 'black'\n"
-                "set ylabel 'measured - fitted / mm'\nplot for [i=0:{0}] 'analysis.csv' using ($1==i+1?$2:NaN):(1e3*$5) skip 1 with "
-                "points pt 7 ps 0.3 lc i+1, 0 with lines lc 'black'\nunset multiplot\n",
-                curves - 1));
+            fmt::format("plot for [i=0:{0}] 'analysis.csv' skip 1 every {1} using ($1==i+1?$2:NaN):3 with points pt 7 ps 0.3 lc i+1, for "
+                        "[i=0:{0}] '' skip 1 every {1} using ($1==i+1?$2:NaN):4 with lines lc 'black'\n"
+                        "set ylabel 'measured - fitted / mm'\nplot for [i=0:{0}] 'analysis.csv' skip 1 every {1} using "
+                        "($1==i+1?$2:NaN):(1e3*$5) with points pt 7 ps 0.3 lc i+1, 0 with lines lc 'black'\nunset multiplot\n",
+                        curves - 1, 1 + points / 20000));
 }
 
 }  // namespace
 
 Json analyse_stage(const std::vector<Path>& files, const FallingHeadConfig& config, const Path& folder) {
     std::vector<LevelCurve> curves;
-    for (const Path& file : files) curves.push_back(take_window(read_level_curve(file), config));
+    for (const Path& file : files) {
+        curves.push_back(take_window(read_level_curve(file), config));
+        for (std::size_t c = 0; c + 1 < curves.size(); ++c)
+            if (curves[c].time_s == curves.back().time_s && curves[c].level_m == curves.back().level_m)
+                throw UserError("the same levels twice: " + curves[c].name + " and " + curves.back().name,
+                                {.mend = "leave one out: it would count as a second test"});
+    }
     Json json = {{"window_m", config.window_m},
                  {"sample_length_m", config.sample_length_m},
                  {"column_inertia", config.column_inertia},
+                 {"sample_inertia", config.column_inertia ? Json(sample_inertia(config)) : Json(nullptr)},
+                 {"intervals_hold",
+                  "noise, and the level's offset within level_offset_uncertainty_m; sample_length_m, sample_inertia and the meshes are "
+                  "taken as given"},
                  {"warnings", Json::array()},
                  {"curves", Json::array()}};
     Packings packings;
+    const auto warn = [&](const std::string& warning) {
+        log_warning(warning);
+        json["warnings"].push_back(warning);
+    };
+    // A fit that misses the levels by more than their noise cannot be trusted, whatever its interval.
+    const auto misses = [&](const FallingHeadFit& fit, const std::string& name) {
+        if (fit.residual_m <= 3.0 * std::max(fit.noise_m, 1e-6)) return false;
+        warn(fmt::format("{}: the equation misses the levels by {:.2g} mm, their noise is {:.2g} mm: see analysis.svg", name,
+                         1e3 * fit.residual_m, 1e3 * fit.noise_m));
+        return true;
+    };
     for (const LevelCurve& curve : curves) {
-        for (const std::string& warning : curve.warnings) {
-            log_warning(warning);
-            json["warnings"].push_back(warning);
-        }
+        for (const std::string& warning : curve.warnings) warn(warning);
         const FallingHeadFit fit = fit_falling_head(std::span(&curve, 1), config);
-        if (fit.residual_m > 3.0 * std::max(fit.noise_m, 1e-6)) {
-            const std::string warning =
-                fmt::format("{}: the equation misses the levels by {:.2g} mm, their noise is {:.2g} mm: see analysis.svg", curve.name,
-                            1e3 * fit.residual_m, 1e3 * fit.noise_m);
-            log_warning(warning);
-            json["warnings"].push_back(warning);
-        }
+        const bool doubtful = misses(fit, curve.name) || curve.doubtful;
         json["curves"].push_back({{"file", curve.name},
                                   {"packing", curve.packing},
                                   {"as_the_paper", paper_json(evaluate_as_paper(curve, config))},
-                                  {"least_squares", fit_json(fit)}});
-        packings[curve.packing].curves.push_back(curve);
-        packings[curve.packing].fits.push_back(fit);
+                                  {"least_squares", fit_json(fit, doubtful)}});
+        PackingCurves& packing = packings[curve.packing];
+        packing.curves.push_back(curve);
+        packing.fits.push_back(fit);
+        packing.doubtful = packing.doubtful || doubtful;
     }
     double sum = 0.0, squares = 0.0;
     int sound = 0;
@@ -208,13 +224,15 @@ Json analyse_stage(const std::vector<Path>& files, const FallingHeadConfig& conf
         {"curves_without_k", curves.size() - static_cast<std::size_t>(sound)}};
     std::string table = "curve,time_s,level_m,fitted_m,residual_m\n";
     json["packings"] = Json::array();
-    std::size_t number = 0;
+    std::size_t number = 0, points = 0;
     for (const auto& [name, packing] : packings) {
         const std::vector<LevelCurve>& group = packing.curves;
-        const FallingHeadFit fit = fit_falling_head(group, config);
-        json["packings"].push_back({{"packing", name}, {"curves", group.size()}, {"least_squares", fit_json(fit)}});
+        const FallingHeadFit fit = group.size() > 1 ? fit_falling_head(group, config) : packing.fits.front();
+        const bool doubtful = (group.size() > 1 && misses(fit, "all curves of the packing " + name)) || packing.doubtful;
+        json["packings"].push_back({{"packing", name}, {"curves", group.size()}, {"least_squares", fit_json(fit, doubtful)}});
         for (std::size_t c = 0; c < group.size(); ++c) {
             ++number;
+            points += group[c].time_s.size();
             for (std::size_t i = 0; i < group[c].time_s.size(); ++i)
                 table += fmt::format("{},{:.8g},{:.8g},{:.8g},{:.4g}\n", number, group[c].time_s[i], group[c].level_m[i],
                                      fit.levels_m[c][i], group[c].level_m[i] - fit.levels_m[c][i]);
@@ -234,7 +252,7 @@ Json analyse_stage(const std::vector<Path>& files, const FallingHeadConfig& conf
         json["verdict_inertial"] = json["packings"][0]["least_squares"]["verdict_inertial"];
     }
     write_text(folder / "analysis.csv", table);
-    draw_analysis(folder, number);
+    draw_analysis(folder, number, points);
     return json;
 }
 

@@ -123,14 +123,22 @@ std::vector<InertialSeries> lattice_series(const Scene& scene, const Forchheimer
     return all;
 }
 
-// What the next coarser grid makes of k_apparent / k at the same Reynolds numbers, as an error; none where it has no flow.
-double grid_error(const std::vector<InertialSeries>& grids, std::size_t flow) {
-    if (grids.size() < 2) return 0.0;
+std::vector<ApparentPermeability> flows_of(const InertialSeries& series, std::size_t most) {
+    std::vector<ApparentPermeability> flows;
+    for (const InertialFlow& flow : series.flows)
+        if (flows.size() < most) flows.push_back({flow.reynolds, flow.permeability_m2, flow.iteration_error});
+    return flows;
+}
+
+// What the next coarser grid makes of 1/k_in, from the flows that both have; none with one grid.
+std::optional<double> grid_error(const std::vector<InertialSeries>& grids, double length_m) {
+    if (grids.size() < 2) return std::nullopt;
     const InertialSeries &fine = grids.back(), &coarse = grids[grids.size() - 2];
-    if (coarse.flows.size() <= flow) return 0.05;
-    const double here = fine.flows[flow].permeability_m2 / fine.creeping_permeability_m2,
-                 there = coarse.flows[flow].permeability_m2 / coarse.creeping_permeability_m2;
-    return std::abs(there / here - 1.0);
+    const std::size_t both = std::min(fine.flows.size(), coarse.flows.size());
+    if (both < 3) return std::nullopt;
+    const double here = fit_forchheimer(fine.creeping_permeability_m2, length_m, flows_of(fine, both)).inertial_permeability_m,
+                 there = fit_forchheimer(coarse.creeping_permeability_m2, length_m, flows_of(coarse, both)).inertial_permeability_m;
+    return std::abs(here / there - 1.0);
 }
 
 Json to_json(const ForchheimerFit& fit) {
@@ -157,6 +165,8 @@ void draw_curves(const Path& folder, const std::string& lattice, const std::stri
             "\"Ergun's k_{{in}}\", '< grep ^lattice forchheimer.csv' using 2:4:(column(4)*column(5)) with yerrorbars pt 7 lc 1 title "
             "'lattice Boltzmann'",
             inertial_m, ergun_m);
+    if (lattice.find("coarser") != std::string::npos)
+        plot += ", '< grep ^coarser forchheimer.csv' using 2:4 with points pt 6 lc 1 title 'its next coarser grid'";
     if (!foam.empty()) plot += ", '< grep ^openfoam forchheimer.csv' using 2:4 with points pt 6 ps 1.3 lc 2 title 'OpenFOAM'";
     draw_plot(folder / "forchheimer.svg", plot + "\n");
 }
@@ -187,20 +197,24 @@ Json forchheimer_stage(const Scene& scene, const GeometryConfig& geometry, const
     json["lbm"]["creeping_permeability_grid_error"] =
         grids.size() > 1 ? Json(std::abs(grids[grids.size() - 2].creeping_permeability_m2 / k - 1.0)) : Json(nullptr);
     json["lbm"]["stopped_by"] = to_json(fine)["stopped_by"];
-    std::vector<ApparentPermeability> flows;
+    const std::vector<ApparentPermeability> flows = flows_of(fine, fine.flows.size());
     std::string lattice_rows, foam_rows;
-    for (std::size_t i = 0; i < fine.flows.size(); ++i) {
-        const InertialFlow& flow = fine.flows[i];
-        flows.push_back({flow.reynolds, flow.permeability_m2, flow.iteration_error + grid_error(grids, i)});
-        lattice_rows += fmt::format("lattice,{:.5g},{:.6g},{:.5f},{:.2g}\n", flow.reynolds, flow.permeability_m2, flow.permeability_m2 / k,
-                                    flows.back().relative_error);
-    }
+    for (std::size_t g = 0; g < grids.size(); ++g)
+        for (const InertialFlow& flow : grids[g].flows)
+            lattice_rows +=
+                fmt::format("{},{:.5g},{:.6g},{:.5f},{:.2g}\n", g + 1 < grids.size() ? "coarser" : "lattice", flow.reynolds,
+                            flow.permeability_m2, flow.permeability_m2 / grids[g].creeping_permeability_m2, flow.iteration_error);
     if (flows.size() < 3)
         throw NumericalError(
             fmt::format("{} steady flows with inertia are too few for the inertial permeability; {}", flows.size(), fine.stopped_by),
             {.allowed = "three or more", .mend = "begin at a smaller Reynolds number, or take smaller voxels"});
-    const ForchheimerFit fit = fit_forchheimer(k, d, flows);
+    const std::optional<double> error = grid_error(grids, d);
+    const ForchheimerFit fit = fit_forchheimer(k, d, flows, error.value_or(0.0));
     json["lbm"].update(to_json(fit));
+    json["lbm"]["inertial_permeability_grid_error"] = error ? Json(*error) : Json(nullptr);
+    json["lbm"]["interval_meaning"] =
+        error ? "slopes of the straight part, of its last two flows, and through creeping flow, with the errors of iteration and grid"
+              : "the slopes alone: one grid, so without the error of the grid";
     if (config.openfoam) {
         const double length = scene.section.length();
         // Pressure drops that should give the Reynolds numbers asked for, the first one creeping.
@@ -227,7 +241,7 @@ Json forchheimer_stage(const Scene& scene, const GeometryConfig& geometry, const
                      {"cells", series.mesh.cells},
                      {"mesh_volume_ratio", series.mesh.mesh_volume_ratio},
                      {"wall_time_s", series.mesh.wall_time_s},
-                     {"uncertainty", nullptr},
+                     {"interval_meaning", "the slopes alone: one mesh, so without the error of the mesh"},
                      {"repeat_by_hand", "cd foam/inertial && ./Allclean && ./Allrun"},
                      {"stopped_by", series.stopped_by.empty() ? Json(nullptr) : Json(series.stopped_by)},
                      {"flows", Json::array()}};
@@ -250,8 +264,7 @@ Json forchheimer_stage(const Scene& scene, const GeometryConfig& geometry, const
     }
     json["inertial_permeability_m"] = fit.inertial_permeability_m;
     json["inertial_permeability_interval_m"] = list(std::optional(fit.inertial_interval_m));
-    json["interval_meaning"] =
-        "slopes of the straight part, of its last two flows, and through creeping flow, with the errors of grid and iteration";
+    json["interval_meaning"] = json["lbm"]["interval_meaning"];
     json["beyond_largest_reynolds"] = fmt::format(
         "extrapolated: there is no steady flow to compute; the interval is {:.0f} % wider on both sides (turbulent coefficients "
         "differ: Fand et al. 1987)",

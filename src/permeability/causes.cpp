@@ -160,7 +160,15 @@ CauseStudy study_causes(const SampleTruth& truth, const FallingHeadConfig& confi
         change(changed);
         list.push_back(study.factor(name, what, changed));
     };
-    with("inertia of the water", "starts at rest, has to be slowed down", [](Scenario& s) { s.apparatus.column_inertia = true; });
+    // The water in the sample moves like a column of m sample lengths, which is at least 1/porosity: straight pores.
+    const double least_m = 1.0 / truth.porosity;
+    for (const double m : {std::max(least_m, sample_inertia(full)), least_m})
+        with("inertia of the water",
+             fmt::format("it starts at rest and has to be slowed down; m = {:.2f}{}", m, m == least_m ? ", the least" : ""),
+             [m](Scenario& s) {
+                 s.apparatus.column_inertia = true;
+                 s.apparatus.sample_inertia = m;
+             });
     if (full.mesh_opening_m > 0.0) {
         const auto meshes = [&](long below, long above, double wire) {
             return [&full, below, above, wire](Scenario& s) {
@@ -181,15 +189,24 @@ CauseStudy study_causes(const SampleTruth& truth, const FallingHeadConfig& confi
             s.apparatus.mesh_free_share = 0.5;
         });
     }
+    if (full.loss_coefficient > 0.0)
+        with("inlet and outlet", fmt::format("they take {:g} v^2/2", full.loss_coefficient),
+             [&](Scenario& s) { s.apparatus.loss_coefficient = full.loss_coefficient; });
     with("structure at the ends", "by the packing's porosity profile",
          [&](Scenario& s) { s.resistance = study.sample(truth.ends_viscous, truth.ends_inertial); });
     with("grains aligned at the mesh", "lowest layer, one grain high, 0.1 less porous",
          [&](Scenario& s) { s.resistance = study.sample(truth.aligned_viscous, truth.aligned_inertial); });
     for (const double offset : {-2e-3, 2e-3})
         with("level offset", fmt::format("true level {:+g} mm", 1e3 * offset), [&](Scenario& s) { s.apparatus.level_offset_m = offset; });
-    for (const double longer : {-5e-3, 5e-3})
-        with("sample height", fmt::format("true height {:+g} mm", 1e3 * longer),
-             [&](Scenario& s) { s.apparatus.sample_length_m += longer; });
+    // Where the scale hangs decides: with levels read from the sample's top the head is wrong too, on the tube only the length.
+    for (const bool from_top : {true, false})
+        for (const double longer : {-5e-3, 5e-3})
+            with("sample height",
+                 fmt::format("true height {:+g} mm, level read {}", 1e3 * longer, from_top ? "from its top" : "on a fixed scale"),
+                 [&](Scenario& s) {
+                     s.apparatus.sample_length_m += longer;
+                     if (!from_top) s.apparatus.level_offset_m -= longer;
+                 });
     list.push_back(study.noise("noise of the pictures", base, 1e-3));
     for (const auto& window : {std::vector<double>{0.1, 0.7}, std::vector<double>{0.7, 1.3}}) {
         FallingHeadConfig thought = base.apparatus;
@@ -214,6 +231,7 @@ CauseStudy study_causes(const SampleTruth& truth, const FallingHeadConfig& confi
     all.apparatus.column_inertia = true;
     all.apparatus.mesh_opening_m = full.mesh_opening_m;
     all.apparatus.mesh_wire_m = full.mesh_wire_m;
+    all.apparatus.mesh_free_share = full.mesh_free_share;
     all.apparatus.loss_coefficient = full.loss_coefficient;
     all.resistance = study.sample(truth.ends_viscous, truth.ends_inertial);
     const auto together = [&](const std::string& name, const std::string& what, const auto& change) {
@@ -225,11 +243,17 @@ CauseStudy study_causes(const SampleTruth& truth, const FallingHeadConfig& confi
     for (const double offset : {-2e-3, 2e-3})
         together("together, with an offset", fmt::format("the same, true level {:+g} mm", 1e3 * offset),
                  [&](Scenario& s) { s.apparatus.level_offset_m = offset; });
-    together("together, most", "the same, level -2 mm, sample -5 mm, meshes half covered, aligned, turbulent", [&](Scenario& s) {
+    const auto most = [&](Scenario& s) {
         s.apparatus.level_offset_m = -2e-3;
         s.apparatus.mesh_free_share = 0.5;
+        // The aligned layer is one of those at the ends: both add.
+        s.resistance = study.sample(1.24 * (truth.ends_viscous + truth.aligned_viscous - 1.0),
+                                    0.84 * (truth.ends_inertial + truth.aligned_inertial - 1.0));
+    };
+    together("together, most", "the same, level -2 mm, meshes half covered, aligned, turbulent", most);
+    together("together, most, height too", "and sample -5 mm, level read from its top", [&](Scenario& s) {
+        most(s);
         s.apparatus.sample_length_m -= 5e-3;
-        s.resistance = study.sample(1.24 * truth.ends_viscous * truth.aligned_viscous, 0.84 * truth.ends_inertial * truth.aligned_inertial);
     });
     result.together.push_back(study.noise("together, with noise", all, 1e-3));
     if (factor > 0.0) {

@@ -13,7 +13,7 @@ namespace porepack {
 
 /// The sample as it is taken to be.
 struct SampleTruth {
-    double permeability_m2 = 0.0, inertial_permeability_m = 0.0;
+    double permeability_m2 = 0.0, inertial_permeability_m = 0.0, porosity = 1.0;
     /// Mean over the whole sample of what the structure at its ends does to 1/k and 1/k_in of the central section.
     double ends_viscous = 1.0, ends_inertial = 1.0;
     /// The same if the lowest layer, one grain's diameter high, is denser than the rest (aligned at the mesh).

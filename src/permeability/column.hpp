@@ -1,5 +1,6 @@
 // The falling-head apparatus as one equation: sample, wire meshes, the water's inertia, an offset of the scale.
 //   (h + m L) dv/dt = g (h + L) - L (nu v / k + v^2 / k_in) - K(v) v^2 / 2,  v = -dh/dt,  h = measured level + offset
+// h counts from the sample's upper face; at its lower face the water leaves freely.
 // Eq. 18 of the paper is what is left for K = 0 and without the left side.
 #pragma once
 
@@ -12,9 +13,15 @@ namespace porepack {
 
 /// Loss coefficient K of a woven mesh of round wires: it takes K v^2/2, v being the superficial velocity. Idelchik, Handbook of Hydraulic
 /// Resistance, diagram 8-6: K = k_Re (1.3 (1 - f) + (1/f - 1)^2) with the open share f of the area and k_Re of Re = (v/f) wire / nu from
-/// his table (1.44 at 50, 1 from 500 on); below 50 it grows with 22/Re. `free_share` of the openings is not covered by grains.
+/// his table (1.44 at 50, 1 from 1000 on); below 50 22/Re - 22/50 is added, so that it stays continuous (his own formula there is 22/Re
+/// plus the quadratic part). `free_share` of the openings is not covered by grains.
 [[nodiscard]] double screen_loss(double opening_m, double wire_m, double free_share, double speed_m_per_s,
                                  double kinematic_viscosity_m2_per_s);
+
+/// m: the water in the sample moves like a column of so many sample lengths. 1.5 where the configuration leaves it open.
+[[nodiscard]] inline double sample_inertia(const FallingHeadConfig& config) {
+    return config.sample_inertia > 0.0 ? config.sample_inertia : 1.5;
+}
 
 /// Sample resistances as they are fitted: the equation is nearly linear in them.
 struct Resistance {
@@ -32,7 +39,8 @@ public:
 
     /// Measured levels (without noise) at rising `times_s`, the level being `level_m` and its speed `speed_m_per_s` at `start_s` (not after
     /// the first time). Without the water's inertia the speed follows the level and `speed_m_per_s` is not used. Below the top of the
-    /// sample the equation does not hold: the water stops there. Relative error 1e-10.
+    /// sample the equation does not hold: the water stops there. Relative error 1e-10; where the water's speed settles within 1/20000 of
+    /// the time (small k), its inertia is dropped, which moves levels by as small a part.
     [[nodiscard]] std::vector<double> levels(const Resistance& resistance, double start_s, double level_m, double speed_m_per_s,
                                              std::span<const double> times_s) const;
 

@@ -77,10 +77,9 @@ inline void describe(ConfigVisitor& v, FallingHeadConfig& c) {
     v.number("gravity_m_per_s2", c.gravity_m_per_s2, positive(), "gravity");
     v.boolean("column_inertia", c.column_inertia,
               "the water's inertia: it starts at rest, and its column above the sample has to be slowed down");
-    v.number(
-        "sample_inertia", c.sample_inertia, {.low = 1.0, .high = 100.0, .zero_is_auto = true},
-        "the water in the sample moves like a column of so many sample lengths: diffusive tortuosity factor / porosity; auto: from the "
-        "case, else 1.5");
+    v.number("sample_inertia", c.sample_inertia, {.low = 1.0, .high = 100.0, .zero_is_auto = true},
+             "the water in the sample moves like a column of so many sample lengths: diffusive tortuosity / porosity; auto: that of the "
+             "case where it has been computed, else porosity^-1.5 where that is known, else 1.5");
     v.number("mesh_opening_m", c.mesh_opening_m, length_or_auto(), "opening of the wire meshes that hold the sample; auto: no mesh");
     v.number("mesh_wire_m", c.mesh_wire_m, length_or_auto(), "diameter of their wires; auto: a fifth of the opening");
     v.integer("meshes_below", c.meshes_below, between(0, 10), "meshes below the sample");

@@ -48,7 +48,8 @@ public:
         }
         free_ = {viscous, inertial};
         if (config.level_offset_uncertainty_m > 0.0) {
-            prior_ = noise_ / config.level_offset_uncertainty_m;
+            offset_uncertainty_ = config.level_offset_uncertainty_m;
+            prior_ = noise_ / offset_uncertainty_;
             ++rows_;
             free_.push_back(offset);
         }
@@ -109,13 +110,25 @@ public:
         return residuals.squaredNorm();
     }
 
+    // Weighs the offset's uncertainty against residuals of this standard deviation. False where there is none to weigh.
+    bool weigh_offset(double residual_m) {
+        if (prior_ == 0.0 || residual_m <= noise_) return false;
+        prior_ = residual_m / offset_uncertainty_;
+        return true;
+    }
+
     [[nodiscard]] Eigen::MatrixXd covariance() {
         Eigen::MatrixXd jacobian(rows_, static_cast<Eigen::Index>(free_.size()));
         df(get(), jacobian);
-        return (jacobian.transpose() * jacobian).inverse();
+        // A start speed that dies away at once leaves a column of zeros.
+        return (jacobian.transpose() * jacobian).completeOrthogonalDecomposition().pseudoInverse();
     }
 
-    // The bound of parameter p on the side `sign` where the sum of squares has risen by `rise`; `width` is the linear guess.
+    // Resistances are scaled to the head they would take: beyond this many heads there is no bound.
+    static constexpr double farthest = 1000.0;
+
+    // The bound of parameter p on the side `sign` where the sum of squares has risen by `rise`; `width` is the linear guess. Infinite where
+    // it is not found.
     double bound(Eigen::Index p, double sign, double least, double rise, double width) {
         const Eigen::VectorXd best = at_;
         const std::vector<Eigen::Index> all = free_;
@@ -126,7 +139,7 @@ public:
         };
         // sqrt of the rise is nearly linear in the distance, and zero at none.
         double near = 0.0, at_near = -1.0, far = width, at_far = excess(far);
-        for (int i = 0; i < 12 && std::abs(at_far) > 2e-3; ++i) {
+        for (int i = 0; i < 12 && std::abs(at_far) > 2e-3 && far < farthest; ++i) {
             double next = far - at_far * (far - near) / (at_far - at_near);
             next = std::clamp(next, 0.2 * far, 3.0 * far);
             near = far;
@@ -137,7 +150,7 @@ public:
         }
         free_ = all;
         at_ = best;
-        return best[p] + sign * far;
+        return std::abs(at_far) < 0.05 && far < farthest ? best[p] + sign * far : sign * std::numeric_limits<double>::infinity();
     }
 
     [[nodiscard]] std::vector<double> levels(std::size_t c) {
@@ -177,7 +190,7 @@ private:
 
     std::span<const LevelCurve> curves_;
     Column column_;
-    double given_offset_, noise_ = 0.0, prior_ = 0.0, viscous_unit_ = 1.0, inertial_unit_ = 1.0;
+    double given_offset_, offset_uncertainty_ = 0.0, noise_ = 0.0, prior_ = 0.0, viscous_unit_ = 1.0, inertial_unit_ = 1.0;
     Eigen::VectorXd at_;
     std::vector<Eigen::Index> free_, first_row_;
     Eigen::Index rows_ = 0, points_ = 0;
@@ -187,8 +200,10 @@ private:
 
 FallingHeadFit fit_falling_head(std::span<const LevelCurve> curves, const FallingHeadConfig& config) {
     Problem problem(curves, config);
-    const double least = problem.solve();
-    const double variance = std::max(1e-16, least / static_cast<double>(problem.freedom()));
+    double least = problem.solve();
+    const auto variance_of = [&] { return std::max(1e-16, least / static_cast<double>(problem.freedom())); };
+    if (problem.weigh_offset(std::sqrt(variance_of()))) least = problem.solve();
+    const double variance = variance_of();
     if (!std::isfinite(least) || std::sqrt(variance) > 1.0)
         throw NumericalError("no falling-head equation comes near the data",
                              {.where = curves.front().name, .mend = "look at the curve: units, jumps, a level that rises?"});
@@ -217,7 +232,7 @@ FallingHeadFit fit_falling_head(std::span<const LevelCurve> curves, const Fallin
         for (std::size_t i = 1; i < level.size(); ++i) {
             const double fall = level[i - 1] - level[i], speed = fall / (time[i] - time[i - 1]);
             share += fall * config.kinematic_viscosity_m2_per_s * fit.inverse_permeability_per_m2.value * speed * config.sample_length_m /
-                     (config.gravity_m_per_s2 * (level[i] + config.sample_length_m));
+                     (config.gravity_m_per_s2 * (level[i] + fit.level_offset_m + config.sample_length_m));
             weight += fall;
         }
     }
@@ -242,6 +257,7 @@ std::string verdict_on(const FittedValue& fitted, const char* name, const char* 
     const auto& [low, high] = fitted.interval;
     if (high <= 0.0)
         return fmt::format("no {} explains the data: 1/{} comes out negative; is the level off, or the sample's length?", name, name);
+    if (low <= 0.0 && !std::isfinite(high)) return fmt::format("this test says nothing about {}", name);
     if (low <= 0.0) return fmt::format("this test bounds {} only from below: {} > {:.3g} {} (95 %)", name, name, 1.0 / high, unit);
     return fmt::format("{} = {:.4g} {} is determined to -{:.3g}/+{:.3g} % (95 %)", name, 1.0 / fitted.value, unit,
                        100.0 * (1.0 - fitted.value / high), 100.0 * (fitted.value / low - 1.0));

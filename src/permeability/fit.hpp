@@ -21,13 +21,13 @@ struct FittedValue {
 };
 
 struct FallingHeadFit {
-    FittedValue inverse_permeability_per_m2;          ///< 1/k; may come out negative
-    FittedValue inverse_inertial_permeability_per_m;  ///< 1/k_in
-    double correlation = 0.0;                         ///< of both
-    double level_offset_m = 0.0;                      ///< fitted within its uncertainty
-    double residual_m = 0.0;                          ///< standard deviation of the levels about the fit
-    double noise_m = 0.0;                             ///< of the levels themselves, from second differences
-    double viscous_share = 0.0;                       ///< of the head over the window, what 1/k takes
+    FittedValue inverse_permeability_per_m2 = {};          ///< 1/k; may come out negative
+    FittedValue inverse_inertial_permeability_per_m = {};  ///< 1/k_in
+    double correlation = 0.0;                              ///< of both
+    double level_offset_m = 0.0;                           ///< fitted within its uncertainty
+    double residual_m = 0.0;                               ///< standard deviation of the levels about the fit
+    double noise_m = 0.0;                                  ///< of the levels themselves, from second differences
+    double viscous_share = 0.0;                            ///< of the head over the window, what 1/k takes
     long points = 0;
     std::vector<std::vector<double>> levels_m;  ///< of the fit, curve by curve
 

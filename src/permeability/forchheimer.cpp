@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -32,7 +33,8 @@ Line fit_line(std::span<const double> x, std::span<const double> y) {
 
 }  // namespace
 
-ForchheimerFit fit_forchheimer(double permeability_m2, double length_m, std::span<const ApparentPermeability> flows) {
+ForchheimerFit fit_forchheimer(double permeability_m2, double length_m, std::span<const ApparentPermeability> flows,
+                               double relative_error) {
     if (flows.size() < 3)
         throw NumericalError(fmt::format("{} steady flows with inertia are too few for the inertial permeability", flows.size()),
                              {.allowed = "three or more", .mend = "begin at a smaller Reynolds number, or take smaller voxels"});
@@ -54,16 +56,27 @@ ForchheimerFit fit_forchheimer(double permeability_m2, double length_m, std::spa
     const std::size_t n = x.size();
     fit.points = n;
     const Line line = fit_line(x, y);
-    const double last_slope = (y[n - 1] - y[n - 2]) / (x[n - 1] - x[n - 2]), whole_slope = (y[n - 1] - 1.0 / permeability_m2) / x[n - 1];
-    const double least = std::min({line.slope, last_slope, whole_slope}), most = std::max({line.slope, last_slope, whole_slope});
+    // Slopes with what the errors of their two ends do to them: of the last two flows, through creeping flow, and of the whole part.
+    const auto error_of = [&](std::size_t i) { return flows[first + i].relative_error * y[i]; };
+    struct Slope {
+        double value, error;
+    };
+    const std::array<Slope, 3> slopes = {
+        {{(y[n - 1] - y[n - 2]) / (x[n - 1] - x[n - 2]), (error_of(n - 1) + error_of(n - 2)) / (x[n - 1] - x[n - 2])},
+         {(y[n - 1] - 1.0 / permeability_m2) / x[n - 1], error_of(n - 1) / x[n - 1]},
+         {line.slope, (error_of(n - 1) + error_of(0)) / (x[n - 1] - x[0])}}};
+    double least = line.slope, low = line.slope, high = line.slope;
+    for (const Slope& slope : slopes) {
+        least = std::min(least, slope.value);
+        low = std::min(low, slope.value - slope.error);
+        high = std::max(high, slope.value + slope.error);
+    }
     if (!(least > 0.0))
         throw NumericalError("the permeability does not fall with the Reynolds number: no inertial permeability",
                              {.mend = "tighten the tolerance, or go to larger Reynolds numbers"});
-    // What an error of the last flow's permeability does to the slope through 1/k.
-    const double error = flows.back().relative_error * y[n - 1] / x[n - 1];
     fit.intercept_permeability_m2 = 1.0 / line.intercept;
     fit.inertial_permeability_m = 1.0 / line.slope;
-    fit.inertial_interval_m = {1.0 / (most + error), 1.0 / std::max(least - error, 0.2 * least)};
+    fit.inertial_interval_m = {1.0 / (high * (1.0 + relative_error)), 1.0 / std::max(low * (1.0 - relative_error), 0.2 * least)};
     fit.extrapolated_interval_m = {fit.inertial_interval_m.low * (1.0 - turbulent_change),
                                    fit.inertial_interval_m.high / (1.0 - turbulent_change)};
     fit.inertial_factor = std::sqrt(permeability_m2) / fit.inertial_permeability_m;

@@ -10,14 +10,16 @@
 namespace porepack {
 
 struct LevelCurve {
-    std::string name;     ///< of the file
+    std::string name;     ///< path of the file
     std::string packing;  ///< from a line "# packing: NAME"; curves of one packing share their permeability
     std::vector<double> time_s, level_m;
     std::vector<std::string> warnings = {};
+    bool doubtful = false;  ///< a warning says that what follows from the curve may mean nothing (all but gaps)
 };
 
-/// A header line names the two columns with their units: time_s, time_ms or time_min; level_m, level_cm or level_mm (further columns are
-/// left out); '#' begins a comment. Times must rise. Throws UserError with the line.
+/// CSV in UTF-8. A header line names the two columns with their units: time_s, time_ms or time_min; level_m, level_cm or level_mm (further
+/// columns are left out). Its separator is the file's: semicolon, tab or comma; with the first two a decimal comma is understood. '#'
+/// begins a comment. Times must rise. Throws UserError with the line.
 [[nodiscard]] LevelCurve read_level_curve(const Path& csv);
 
 /// The part of the curve between the first level below the window's top and the last one above its bottom, with warnings about what

@@ -65,11 +65,15 @@ TEST(FallingHeadTool, BadCurvesEndWithTwoAndLeaveNothing) {
         const auto output = analyse(text);
         EXPECT_EQ(output.exit_code, 2) << text;
         EXPECT_TRUE(has(output.err, part));
-        EXPECT_FALSE(std::filesystem::exists(folder.path() / "out" / "falling-head-analysis.result.json"));
+        EXPECT_FALSE(std::filesystem::exists(folder.path() / "out"));
     }
     const auto window = analyse("time_s,level_m\n0,1\n1,0.9\n2,0.8\n3,0.7\n4,0.6\n5,0.5\n", "--window 3,4");
     EXPECT_EQ(window.exit_code, 2);
     EXPECT_TRUE(has(window.err, "no level lies in the window 3 to 4 m"));
+    const std::string curve = " " + quoted(folder.write("once.csv", "time_s,level_m\n0,1\n1,0.9\n2,0.8\n3,0.7\n4,0.6\n5,0.5\n"));
+    const auto twice = porepack("falling-head analyse" + curve + curve + " --output " + quoted(folder.path() / "out"));
+    EXPECT_EQ(twice.exit_code, 2);
+    EXPECT_TRUE(has(twice.err, "the same levels twice"));
     EXPECT_EQ(porepack("falling-head analyse /nowhere.csv").exit_code, 2);
     EXPECT_EQ(porepack("falling-head analyse").exit_code, 2);
     const auto wires = porepack("falling-head simulate --permeability 1e-7 --mesh-wire 1e-3");

@@ -263,6 +263,59 @@ TEST(HardCurve, FilesWithFaultsAreNamedWithTheirLine) {
     EXPECT_EQ(curve.packing, "A");
     EXPECT_DOUBLE_EQ(curve.time_s[1], 0.02);
     EXPECT_DOUBLE_EQ(curve.level_m[1], 1.2905);
+    EXPECT_TRUE(has(message("time_s,level_m\n0,00,1,600\n"), "4 numbers where the header has 2"));
+    EXPECT_TRUE(has(message("time_s;level_m\n0,0;1.599,6\n"), "no number"));
+    EXPECT_TRUE(has(message("# packing: A\n# packing: B\n"), "one packing"));
+    EXPECT_TRUE(has(message(std::string("\xFF\xFEt\0i\0", 6)), "UTF-16"));
+    EXPECT_TRUE(has(message(std::string("a\0b", 3)), "no text"));
+    EXPECT_LT(message(std::string(5000, 'x')).size(), 500U);
+}
+
+// As spreadsheets write them: decimal commas, quotes, a byte order mark, old line ends, empty cells.
+TEST(HardCurve, SpreadsheetsHabitsAreUnderstood) {
+    const test::Folder folder;
+    for (const char* text :
+         {"time_ms;level_cm\n0,0;160\n20,0;159,05\n", "Time_ms\tLevel_cm\n0\t160,0\n20\t159,05\n",
+          "\xEF\xBB\xBF\"time_s\",\"level_m\"\r\n0.00,1.6\r\n0.02,1.5905\r\n,,\r\n", "frame,level_m,time_s\r1,1.6,0\r2,1.5905,2e-2,\r"}) {
+        const LevelCurve curve = read_level_curve(folder.write("curve.csv", text));
+        ASSERT_EQ(curve.time_s.size(), 2U) << text;
+        EXPECT_DOUBLE_EQ(curve.time_s[1], 0.02) << text;
+        EXPECT_DOUBLE_EQ(curve.level_m[1], 1.5905) << text;
+    }
+}
+
+// Where the water follows at once its inertia is left out: a stiff equation would take millions of steps.
+TEST(Column, SmallPermeabilitiesNeedNoInertia) {
+    FallingHeadConfig config;
+    for (const double k : {1e-10, 1e-12, 1e-15}) {
+        const FallingHead exact(k, 1e-4, config);
+        std::vector<double> times;
+        for (int i = 1; i <= 10; ++i) times.push_back(exact.time_at(1.6 - 0.15 * i));
+        const auto levels = Column(config).levels({1.0 / k, 1e4}, 0.0, 1.6, 0.0, times);
+        for (std::size_t i = 0; i < times.size(); ++i) EXPECT_NEAR(levels[i], 1.6 - 0.15 * static_cast<double>(i + 1), 1e-4) << k;
+    }
+}
+
+// Five points for four unknowns: an answer in seconds that claims nothing.
+TEST(HardCurve, TooLittleToTellIsSaid) {
+    const LevelCurve curve{.name = "five", .packing = {}, .time_s = {0, 1, 2, 3, 4}, .level_m = {1.2, 0.9, 0.7, 0.55, 0.4}};
+    const FallingHeadFit fit = fit_falling_head(std::span(&curve, 1), FallingHeadConfig{});
+    EXPECT_TRUE(has(fit.verdict(), "says nothing about k")) << fit.verdict();
+    // A level that only its noise lets fall.
+    LevelCurve constant{.name = "constant", .packing = {}, .time_s = {}, .level_m = {}};
+    std::mt19937_64 random(3);
+    std::normal_distribution<double> noise(0.0, 1e-3);
+    for (int i = 0; i < 200; ++i) {
+        constant.time_s.push_back(0.02 * i);
+        constant.level_m.push_back(0.7 + noise(random));
+    }
+    constant.level_m.front() = 0.704;
+    EXPECT_TRUE(has(test::message_of<UserError>([&] { (void)take_window(constant, FallingHeadConfig{}); }), "does not fall"));
+    // Lengths in other units are doubted.
+    FallingHeadConfig centimetres;
+    centimetres.sample_length_m = 12.0;
+    EXPECT_TRUE(take_window(curve, centimetres).doubtful);
+    EXPECT_FALSE(take_window(curve, FallingHeadConfig{}).doubtful);
 }
 
 }  // namespace

@@ -26,7 +26,13 @@ TEST(Forchheimer, TheLineIsFoundAgain) {
     EXPECT_NEAR(*fit.onset_reynolds, 2.63, 0.3);
     // Errors of the permeability widen the interval.
     for (auto& flow : flows) flow.relative_error = 0.02;
-    EXPECT_LT(fit_forchheimer(k, d, flows).inertial_interval_m.low, 0.98 * k_in);
+    const Interval own = fit_forchheimer(k, d, flows).inertial_interval_m;
+    // Of the last two flows, a factor of two apart: (2 % of y(80) + 2 % of y(40)) / (y(80) - y(40)).
+    const double error = 0.02 * (2.0 / k + 120.0 / d / k_in) / (40.0 / d / k_in);
+    EXPECT_NEAR(own.low * (1.0 + error) / k_in, 1.0, 1e-9);
+    EXPECT_NEAR(own.high * (1.0 - error) / k_in, 1.0, 1e-9);
+    // What the flows share counts once more.
+    EXPECT_NEAR(fit_forchheimer(k, d, flows, 0.1).inertial_interval_m.low * 1.1 / own.low, 1.0, 1e-9);
 }
 
 TEST(Forchheimer, WeakInertiaAndTooFewFlows) {
