@@ -41,8 +41,13 @@ TEST(FallingHeadTool, WhatItSimulatesItAnalyses) {
         EXPECT_GT(one.at(inverse).at("within_packings").get<double>(), 0.0) << inverse;
         EXPECT_TRUE(one.at(inverse).at("between_packings").is_null()) << inverse;
     }
-    const auto other = folder.write("other.csv", "# packing: B\n" + read_text(folder.path() / "2" / "falling_head.csv"));
-    const auto two = porepack("falling-head analyse" + curves + " " + quoted(other) + " --json --output " + quoted(folder.path() / "two"));
+    // A fourth test, of another packing.
+    ASSERT_EQ(porepack("falling-head simulate --permeability 9e-7 --inertial-permeability 4e-3 --noise 5e-4 --seed 4 --output " +
+                       quoted(folder.path() / "4"))
+                  .exit_code,
+              0);
+    const auto fourth = folder.write("fourth.csv", "# packing: B\n" + read_text(folder.path() / "4" / "falling_head.csv"));
+    const auto two = porepack("falling-head analyse" + curves + " " + quoted(fourth) + " --json --output " + quoted(folder.path() / "two"));
     ASSERT_EQ(two.exit_code, 0) << two.err;
     EXPECT_EQ(two.json().at("packings").size(), 2U);
     EXPECT_GT(two.json().at("scatter").at("inverse_inertial_permeability_per_m").at("between_packings").get<double>(), 0.0);
