@@ -153,18 +153,19 @@ Json to_json(const ForchheimerFit& fit) {
             {"points", fit.points}};
 }
 
-void draw_curves(const Path& folder, const std::string& lattice, const std::string& foam, double permeability_m2, double length_m,
-                 double inertial_m, double ergun_m) {
+void draw_curves(const Path& folder, const std::string& lattice, const std::string& foam, const ForchheimerFit& fit, double length_m,
+                 double ergun_m) {
     write_text(folder / "forchheimer.csv", "solver,reynolds,permeability_m2,permeability_over_creeping,relative_error\n" + lattice + foam);
     std::string plot =
         "set terminal svg size 700,450 font 'DejaVu Sans,12' background 'white'\nset output 'forchheimer.svg'\nset datafile separator ','\n"
         "set grid\nset logscale x\nset xlabel 'Re = U d / nu'\nset ylabel 'k apparent / k'\nset yrange [0:1.1]\nset key left bottom\n" +
-        fmt::format("k = {:g}\nd = {:g}\nline(x, k_in) = 1 / (1 + k * x / d / k_in)\nplot ", permeability_m2, length_m) +
+        fmt::format("k = {:g}\nd = {:g}\nline(x, k_0, k_in) = 1 / (k / k_0 + k * x / d / k_in)\nplot ", fit.permeability_m2, length_m) +
         fmt::format(
-            "line(x, {:g}) with lines lc 3 title 'Forchheimer, k_{{in}} fitted', line(x, {:g}) with lines dt 2 lc 'gray40' title "
+            "line(x, {:g}, {:g}) with lines lc 3 title 'Forchheimer, fitted to the straight part', line(x, k, {:g}) with lines dt 2 lc "
+            "'gray40' title "
             "\"Ergun's k_{{in}}\", '< grep ^lattice forchheimer.csv' using 2:4:(column(4)*column(5)) with yerrorbars pt 7 lc 1 title "
             "'lattice Boltzmann'",
-            inertial_m, ergun_m);
+            fit.intercept_permeability_m2, fit.inertial_permeability_m, ergun_m);
     if (lattice.find("coarser") != std::string::npos)
         plot += ", '< grep ^coarser forchheimer.csv' using 2:4 with points pt 6 lc 1 title 'its next coarser grid'";
     if (!foam.empty()) plot += ", '< grep ^openfoam forchheimer.csv' using 2:4 with points pt 6 ps 1.3 lc 2 title 'OpenFOAM'";
@@ -271,7 +272,7 @@ Json forchheimer_stage(const Scene& scene, const GeometryConfig& geometry, const
         100.0 * turbulent_change);
     json["expected_memory_bytes"] = expected.memory_bytes;
     json["peak_memory_bytes"] = peak_memory_bytes();
-    draw_curves(folder, lattice_rows, foam_rows, k, d, fit.inertial_permeability_m, json["ergun_inertial_permeability_m"]);
+    draw_curves(folder, lattice_rows, foam_rows, fit, d, json["ergun_inertial_permeability_m"]);
     return json;
 }
 
