@@ -153,23 +153,121 @@ Json to_json(const ForchheimerFit& fit) {
             {"points", fit.points}};
 }
 
-void draw_curves(const Path& folder, const std::string& lattice, const std::string& foam, const ForchheimerFit& fit, double length_m,
-                 double ergun_m) {
-    write_text(folder / "forchheimer.csv", "solver,reynolds,permeability_m2,permeability_over_creeping,relative_error\n" + lattice + foam);
+double number(const Json& json, const char* key) {
+    return json.at(key).get<double>();
+}
+
+// Rows of forchheimer.csv. OpenFOAM's first flow is the creeping one, by which the others are divided.
+std::string curves_table(const Json& json) {
+    std::string table = "solver,reynolds,permeability_m2,permeability_over_creeping,relative_error\n";
+    const Json& grids = json["lbm"]["grids"];
+    for (const Json& grid : grids)
+        for (const Json& flow : grid["flows"])
+            table +=
+                fmt::format("{},{:.5g},{:.6g},{:.5f},{:.2g}\n", &grid == &grids.back() ? "lattice" : "coarser", number(flow, "reynolds"),
+                            number(flow, "permeability_m2"), number(flow, "permeability_m2") / number(grid, "creeping_permeability_m2"),
+                            number(flow, "iteration_error"));
+    if (!json.contains("openfoam")) return table;
+    const Json& flows = json["openfoam"]["flows"];
+    for (std::size_t i = 1; i < flows.size(); ++i)
+        table += fmt::format("openfoam,{:.5g},{:.6g},{:.5f},\n", number(flows[i], "reynolds"), number(flows[i], "permeability_m2"),
+                             number(flows[i], "permeability_m2") / number(flows[0], "permeability_m2"));
+    return table;
+}
+
+void draw_curves(const Path& folder, const Json& json, const ForchheimerFit& fit) {
+    const std::string table = curves_table(json);
+    write_text(folder / "forchheimer.csv", table);
     std::string plot =
         "set terminal svg size 700,450 font 'DejaVu Sans,12' background 'white'\nset output 'forchheimer.svg'\nset datafile separator ','\n"
         "set grid\nset logscale x\nset xlabel 'Re = U d / nu'\nset ylabel 'k apparent / k'\nset yrange [0:1.1]\nset key left bottom\n" +
-        fmt::format("k = {:g}\nd = {:g}\nline(x, k_0, k_in) = 1 / (k / k_0 + k * x / d / k_in)\nplot ", fit.permeability_m2, length_m) +
+        fmt::format("k = {:g}\nd = {:g}\nline(x, k_0, k_in) = 1 / (k / k_0 + k * x / d / k_in)\nplot ", fit.permeability_m2,
+                    number(json, "length_m")) +
         fmt::format(
             "line(x, {:g}, {:g}) with lines lc 3 title 'Forchheimer, fitted to the straight part', line(x, k, {:g}) with lines dt 2 lc "
-            "'gray40' title "
-            "\"Ergun's k_{{in}}\", '< grep ^lattice forchheimer.csv' using 2:4:(column(4)*column(5)) with yerrorbars pt 7 lc 1 title "
-            "'lattice Boltzmann'",
-            fit.intercept_permeability_m2, fit.inertial_permeability_m, ergun_m);
-    if (lattice.find("coarser") != std::string::npos)
+            "'gray40' title \"Ergun's k_{{in}}\", '< grep ^lattice forchheimer.csv' using 2:4:(column(4)*column(5)) with yerrorbars pt 7 "
+            "lc 1 title 'lattice Boltzmann'",
+            fit.intercept_permeability_m2, fit.inertial_permeability_m, number(json, "ergun_inertial_permeability_m"));
+    if (table.find("coarser") != std::string::npos)
         plot += ", '< grep ^coarser forchheimer.csv' using 2:4 with points pt 6 lc 1 title 'its next coarser grid'";
-    if (!foam.empty()) plot += ", '< grep ^openfoam forchheimer.csv' using 2:4 with points pt 6 ps 1.3 lc 2 title 'OpenFOAM'";
+    if (table.find("openfoam") != std::string::npos)
+        plot += ", '< grep ^openfoam forchheimer.csv' using 2:4 with points pt 6 ps 1.3 lc 2 title 'OpenFOAM'";
     draw_plot(folder / "forchheimer.svg", plot + "\n");
+}
+
+ForchheimerFit fit_lattice(const std::vector<InertialSeries>& grids, double length_m) {
+    const InertialSeries& fine = grids.back();
+    if (fine.flows.size() < 3)
+        throw NumericalError(
+            fmt::format("{} steady flows with inertia are too few for the inertial permeability; {}", fine.flows.size(), fine.stopped_by),
+            {.allowed = "three or more", .mend = "begin at a smaller Reynolds number, or take smaller voxels"});
+    return fit_forchheimer(fine.creeping_permeability_m2, length_m, flows_of(fine, fine.flows.size()),
+                           grid_error(grids, length_m).value_or(0.0));
+}
+
+Json lattice_part(const std::vector<InertialSeries>& grids, const ForchheimerFit& fit, double length_m) {
+    Json part = {{"method", "D3Q19 two relaxation times, full equilibrium, interpolated walls"}, {"grids", Json::array()}};
+    for (const auto& grid : grids) part["grids"].push_back(to_json(grid));
+    const std::optional<double> error = grid_error(grids, length_m);
+    part["creeping_permeability_grid_error"] =
+        grids.size() > 1 ? Json(std::abs(grids[grids.size() - 2].creeping_permeability_m2 / fit.permeability_m2 - 1.0)) : Json(nullptr);
+    part["stopped_by"] = part["grids"].back()["stopped_by"];
+    part.update(to_json(fit));
+    part["inertial_permeability_grid_error"] = error ? Json(*error) : Json(nullptr);
+    part["interval_meaning"] =
+        error ? "slopes of the straight part, of its last two flows, and through creeping flow, with the errors of iteration and grid"
+              : "the slopes alone: one grid, so without the error of the grid";
+    return part;
+}
+
+// Pressure drops over the section that should give the Reynolds numbers asked for, going by the lattice's flows; the first one creeps.
+std::vector<double> pressure_drops(const std::vector<double>& reynolds, const InertialSeries& lattice, const ForchheimerFit& fit,
+                                   double section_m, double length_m) {
+    const double nu = water_viscosity_m2_per_s;
+    std::vector<double> drops = {nu * nu / length_m * 0.01 * section_m / fit.permeability_m2};
+    for (std::size_t i = 0; i < reynolds.size(); ++i) {
+        const InertialFlow& known = lattice.flows[std::min(i, lattice.flows.size() - 1)];
+        const double beyond = i < lattice.flows.size() ? 0.0 : (reynolds[i] - known.reynolds) / length_m / fit.inertial_permeability_m;
+        drops.push_back(nu * nu * reynolds[i] / length_m * section_m * (1.0 / known.permeability_m2 + beyond));
+    }
+    return drops;
+}
+
+Json foam_part(const Scene& scene, const GeometryConfig& geometry, const ForchheimerConfig& config, const std::vector<double>& drops,
+               double length_m, const Path& folder) {
+    const FoamConfig foam{.surface_level = config.surface_level,
+                          .relaxation_velocity = config.relaxation_velocity,
+                          .relaxation_pressure = config.relaxation_pressure,
+                          .residual = config.residual,
+                          .max_iterations = config.max_iterations,
+                          .processes = config.processes};
+    const double cell = finest_cell(scene, config);
+    make_folder(folder);
+    const FoamInertialSeries series =
+        foam_inertial_flows(section_in_water(scene, geometry, cell), foam, cell, drops, home_folder() / "openfoam_cases", folder);
+    Json part = {{"method", "OpenFOAM simpleFoam, openfoam_cases/inertial_packing"},
+                 {"cell_size_m", cell},
+                 {"cells", series.mesh.cells},
+                 {"mesh_volume_ratio", series.mesh.mesh_volume_ratio},
+                 {"wall_time_s", series.mesh.wall_time_s},
+                 {"interval_meaning", "the slopes alone: one mesh, so without the error of the mesh"},
+                 {"repeat_by_hand", "cd foam/inertial && ./Allclean && ./Allrun"},
+                 {"stopped_by", series.stopped_by.empty() ? Json(nullptr) : Json(series.stopped_by)},
+                 {"flows", Json::array()}};
+    // OpenFOAM's k is that of section and free water together.
+    const double section = scene.section.length(), share = section / (section + 2.0 * water_depth(scene));
+    std::vector<ApparentPermeability> flows;
+    for (const FoamInertialFlow& flow : series.flows) {
+        flows.push_back({flow.superficial_velocity_m_per_s * length_m / water_viscosity_m2_per_s, flow.permeability_m2 * share,
+                         10.0 * config.residual});
+        part["flows"].push_back({{"reynolds", flows.back().reynolds},
+                                 {"permeability_m2", flows.back().permeability_m2},
+                                 {"pressure_drop_m2_per_s2", flow.pressure_drop_m2_per_s2},
+                                 {"momentum_share", flow.momentum_share},
+                                 {"iterations", flow.iterations}});
+    }
+    if (flows.size() > 3) part.update(to_json(fit_forchheimer(flows[0].permeability_m2, length_m, std::span(flows).subspan(1))));
+    return part;
 }
 
 }  // namespace
@@ -182,87 +280,20 @@ Json forchheimer_stage(const Scene& scene, const GeometryConfig& geometry, const
     require_memory(expected.memory_bytes, "the flows with inertia", "take a larger voxel size or a shorter section");
     const GrainSize size = grain_size(scene);
     const double pores = porosity(scene.solid(), scene.container, scene.section).value;
-    const double d = size.length_m, nu = water_viscosity_m2_per_s, water = water_depth(scene);
-    const std::vector<InertialSeries> grids = lattice_series(scene, config, d, folder);
-    const InertialSeries& fine = grids.back();
-    const double k = fine.creeping_permeability_m2;
-    Json json = {{"length_m", d},
+    const std::vector<InertialSeries> grids = lattice_series(scene, config, size.length_m, folder);
+    const ForchheimerFit fit = fit_lattice(grids, size.length_m);
+    Json json = {{"length_m", size.length_m},
                  {"length_is", size.length_is},
                  {"porosity", pores},
                  {"section_m", list(scene.section)},
-                 {"free_water_m", water},
+                 {"free_water_m", water_depth(scene)},
                  {"converged", true},
                  {"ergun_inertial_permeability_m", ergun_inertial_m(1.0, size.sauter_m, pores)},
-                 {"lbm", {{"method", "D3Q19 two relaxation times, full equilibrium, interpolated walls"}, {"grids", Json::array()}}}};
-    for (const auto& grid : grids) json["lbm"]["grids"].push_back(to_json(grid));
-    json["lbm"]["creeping_permeability_grid_error"] =
-        grids.size() > 1 ? Json(std::abs(grids[grids.size() - 2].creeping_permeability_m2 / k - 1.0)) : Json(nullptr);
-    json["lbm"]["stopped_by"] = to_json(fine)["stopped_by"];
-    const std::vector<ApparentPermeability> flows = flows_of(fine, fine.flows.size());
-    std::string lattice_rows, foam_rows;
-    for (std::size_t g = 0; g < grids.size(); ++g)
-        for (const InertialFlow& flow : grids[g].flows)
-            lattice_rows +=
-                fmt::format("{},{:.5g},{:.6g},{:.5f},{:.2g}\n", g + 1 < grids.size() ? "coarser" : "lattice", flow.reynolds,
-                            flow.permeability_m2, flow.permeability_m2 / grids[g].creeping_permeability_m2, flow.iteration_error);
-    if (flows.size() < 3)
-        throw NumericalError(
-            fmt::format("{} steady flows with inertia are too few for the inertial permeability; {}", flows.size(), fine.stopped_by),
-            {.allowed = "three or more", .mend = "begin at a smaller Reynolds number, or take smaller voxels"});
-    const std::optional<double> error = grid_error(grids, d);
-    const ForchheimerFit fit = fit_forchheimer(k, d, flows, error.value_or(0.0));
-    json["lbm"].update(to_json(fit));
-    json["lbm"]["inertial_permeability_grid_error"] = error ? Json(*error) : Json(nullptr);
-    json["lbm"]["interval_meaning"] =
-        error ? "slopes of the straight part, of its last two flows, and through creeping flow, with the errors of iteration and grid"
-              : "the slopes alone: one grid, so without the error of the grid";
-    if (config.openfoam) {
-        const double length = scene.section.length();
-        // Pressure drops that should give the Reynolds numbers asked for, the first one creeping.
-        std::vector<double> drops = {nu * nu / d * 0.01 * length / k};
-        for (std::size_t i = 0; i < config.reynolds.size(); ++i) {
-            const double re = config.reynolds[i];
-            const double resistance =
-                i < flows.size() ? 1.0 / flows[i].permeability_m2
-                                 : 1.0 / flows.back().permeability_m2 + (re - flows.back().reynolds) / d / fit.inertial_permeability_m;
-            drops.push_back(nu * nu * re / d * length * resistance);
-        }
-        const FoamConfig foam{.surface_level = config.surface_level,
-                              .relaxation_velocity = config.relaxation_velocity,
-                              .relaxation_pressure = config.relaxation_pressure,
-                              .residual = config.residual,
-                              .max_iterations = config.max_iterations,
-                              .processes = config.processes};
-        const double cell = finest_cell(scene, config);
-        make_folder(folder / "foam");
-        const FoamInertialSeries series = foam_inertial_flows(section_in_water(scene, geometry, cell), foam, cell, drops,
-                                                              home_folder() / "openfoam_cases", folder / "foam");
-        Json part = {{"method", "OpenFOAM simpleFoam, openfoam_cases/inertial_packing"},
-                     {"cell_size_m", cell},
-                     {"cells", series.mesh.cells},
-                     {"mesh_volume_ratio", series.mesh.mesh_volume_ratio},
-                     {"wall_time_s", series.mesh.wall_time_s},
-                     {"interval_meaning", "the slopes alone: one mesh, so without the error of the mesh"},
-                     {"repeat_by_hand", "cd foam/inertial && ./Allclean && ./Allrun"},
-                     {"stopped_by", series.stopped_by.empty() ? Json(nullptr) : Json(series.stopped_by)},
-                     {"flows", Json::array()}};
-        std::vector<ApparentPermeability> steady;
-        for (const FoamInertialFlow& flow : series.flows) {
-            const double re = flow.superficial_velocity_m_per_s * d / nu, apparent = flow.permeability_m2 * length / (length + 2.0 * water);
-            part["flows"].push_back({{"reynolds", re},
-                                     {"permeability_m2", apparent},
-                                     {"pressure_drop_m2_per_s2", flow.pressure_drop_m2_per_s2},
-                                     {"momentum_share", flow.momentum_share},
-                                     {"iterations", flow.iterations}});
-            if (&flow == &series.flows.front()) continue;
-            steady.push_back({re, apparent, 10.0 * config.residual});
-            foam_rows +=
-                fmt::format("openfoam,{:.5g},{:.6g},{:.5f},\n", re, apparent, flow.permeability_m2 / series.flows.front().permeability_m2);
-        }
-        if (steady.size() >= 3)
-            part.update(to_json(fit_forchheimer(series.flows.front().permeability_m2 * length / (length + 2.0 * water), d, steady)));
-        json["openfoam"] = part;
-    }
+                 {"lbm", lattice_part(grids, fit, size.length_m)}};
+    if (config.openfoam)
+        json["openfoam"] =
+            foam_part(scene, geometry, config, pressure_drops(config.reynolds, grids.back(), fit, scene.section.length(), size.length_m),
+                      size.length_m, folder / "foam");
     json["inertial_permeability_m"] = fit.inertial_permeability_m;
     json["inertial_permeability_interval_m"] = list(std::optional(fit.inertial_interval_m));
     json["interval_meaning"] = json["lbm"]["interval_meaning"];
@@ -272,7 +303,7 @@ Json forchheimer_stage(const Scene& scene, const GeometryConfig& geometry, const
         100.0 * turbulent_change);
     json["expected_memory_bytes"] = expected.memory_bytes;
     json["peak_memory_bytes"] = peak_memory_bytes();
-    draw_curves(folder, lattice_rows, foam_rows, fit, d, json["ergun_inertial_permeability_m"]);
+    draw_curves(folder, json, fit);
     return json;
 }
 
