@@ -214,7 +214,7 @@ FallingHeadConfig apparatus_of_case(const Case& c) {
     const Path voxels = folder_of(c, "voxelise") / "result.json", tortuosity = folder_of(c, "tortuosity") / "result.json";
     if (config.sample_inertia == 0.0 && fs::exists(voxels)) {
         const double pores = read_json(voxels).at("porosity").get<double>();
-        const Json ways = fs::exists(tortuosity) ? read_json(tortuosity) : Json::object();
+        const Json ways = c.settings.tortuosity.diffusive && fs::exists(tortuosity) ? read_json(tortuosity) : Json::object();
         config.sample_inertia =
             ways.contains("diffusive") ? ways["diffusive"].at("tortuosity_diffusive").get<double>() / pores : std::pow(pores, -1.5);
     }
