@@ -20,13 +20,13 @@
 
 namespace porepack::test {
 
-/// A folder of its own for each test, with a space in its name; removed at the end.
+/// A folder of its own for each test, with a space and an apostrophe in its name; removed at the end.
 class Folder {
 public:
     Folder() {
         const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
         path_ = std::filesystem::temp_directory_path() /
-                ("porepack test " + std::string(info->test_suite_name()) + "." + info->name() + "." + std::to_string(getpid()));
+                ("porepack's test " + std::string(info->test_suite_name()) + "." + info->name() + "." + std::to_string(getpid()));
         std::filesystem::remove_all(path_);
         std::filesystem::create_directories(path_);
     }
@@ -53,8 +53,11 @@ struct Output {
     [[nodiscard]] Json json() const { return Json::parse(out); }
 };
 
+/// For a shell.
 inline std::string quoted(const std::string& text) {
-    return "'" + text + "'";
+    std::string quoted = "'";
+    for (const char c : text) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return quoted + "'";
 }
 inline std::string quoted(const char* text) {
     return quoted(std::string(text));

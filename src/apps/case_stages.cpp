@@ -192,7 +192,6 @@ Json report_of_case(const Case& c, const Path& folder) {
     }
     input.versions = engine_versions();
     input.stage_folders = c.results();
-    input.speed_error = home_folder() / "docs" / "pictures" / "speed_error.svg";
     if (c.settings.report.pictures) {
         const Container container = make_container(c.settings.container);
         const Json& made = input.results.contains("pack") ? input.results["pack"] : input.results["stl"];

@@ -58,7 +58,7 @@ std::map<std::string, std::string> digests_of(const Case& c, const Stage& stage)
 }
 
 Manifest expected_manifest(const Case& c, const Stage& stage) {
-    Manifest manifest{.stage = stage.name, .configuration = stage.configuration};
+    Manifest manifest{.stage = stage.name, .result_version = stage.result_version, .configuration = stage.configuration};
     manifest.inputs = digests_of(c, stage);
     manifest.seed = c.settings.packing.seed;
     manifest.processes = stage.name == "pack" ? c.settings.packing.processes : 1;
@@ -283,7 +283,7 @@ Json run_loose(const std::string& stage, const Path& target, const Json& configu
         lock.reset();
         fs::remove(running / ".lock");
         result["wall_time_s"] = watch.seconds();
-        Manifest manifest{.stage = stage, .configuration = configuration};
+        Manifest manifest{.stage = stage, .result_version = 1, .configuration = configuration};
         for (const auto& input : inputs)
             if (!fs::is_directory(input)) manifest.inputs[input.filename().string()] = sha256_of_file(input);
         manifest.versions = engine_versions();

@@ -18,6 +18,7 @@ struct Stage {
     std::function<Json(const Path& folder)> run;
     std::function<std::string()> expect;  ///< for --dry-run: what will run, memory and time
     bool goes_on = false;                 ///< run() goes on from what a stopped run left in its folder; else that is removed
+    long result_version = 1;  ///< raised when the stage's numbers can change: old results are stale then
 };
 
 /// All stages that this case asks for, in order.

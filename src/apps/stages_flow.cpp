@@ -1,6 +1,7 @@
 // The stages that compute permeabilities.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "apps/stage_json.hpp"
@@ -173,6 +174,7 @@ Json foam_stage(const Scene& scene, const GeometryConfig& geometry, const FoamCo
                 {"mesh_volume_ratio", mesh.mesh_volume_ratio},
                 {"narrow_pores", mesh.narrow_pores},
                 {"iterations", mesh.iterations},
+                {"converged", mesh.converged},
                 {"flow_imbalance", mesh.flow_imbalance},
                 {"flow_drift", mesh.flow_drift},
                 {"permeability_m2", mesh.permeability_m2},
@@ -196,7 +198,8 @@ Json foam_stage(const Scene& scene, const GeometryConfig& geometry, const FoamCo
     json["observed_order"] = extrapolation ? optional(extrapolation->observed_order) : Json(nullptr);
     json["grid_convergence_index"] = extrapolation ? optional(extrapolation->grid_convergence_index) : Json(nullptr);
     json["section_m"] = list(scene.section);
-    json["converged"] = true;
+    json["converged"] =
+        std::all_of(result.meshes.begin(), result.meshes.end(), [](const FoamMeshResult& mesh) { return mesh.converged; });
     json["cells"] = result.fine().cells;
     json["iterations"] = result.fine().iterations;
     json["fine"] = mesh_json(result.fine());

@@ -1,6 +1,7 @@
 // Flows with inertia by both solvers, and the inertial permeability that follows.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "apps/stage_json.hpp"
@@ -67,6 +68,7 @@ Json to_json(const InertialSeries& series) {
                                  {"permeability_m2", flow.permeability_m2},
                                  {"momentum_share", flow.momentum_share},
                                  {"iteration_error", flow.iteration_error},
+                                 {"converged", flow.converged},
                                  {"relaxation_time", flow.relaxation_time},
                                  {"fastest_lattice_velocity", flow.fastest_lu},
                                  {"steps", flow.steps},
@@ -86,6 +88,7 @@ InertialSeries series_from_json(const Json& json) {
                                 .permeability_m2 = flow.at("permeability_m2"),
                                 .momentum_share = flow.at("momentum_share"),
                                 .iteration_error = flow.at("iteration_error"),
+                                .converged = flow.at("converged"),
                                 .relaxation_time = flow.at("relaxation_time"),
                                 .fastest_lu = flow.at("fastest_lattice_velocity"),
                                 .steps = flow.at("steps"),
@@ -287,7 +290,8 @@ Json forchheimer_stage(const Scene& scene, const GeometryConfig& geometry, const
                  {"porosity", pores},
                  {"section_m", list(scene.section)},
                  {"free_water_m", water_depth(scene)},
-                 {"converged", true},
+                 {"converged", std::all_of(grids.back().flows.begin(), grids.back().flows.end(),
+                                           [](const InertialFlow& flow) { return flow.converged; })},
                  {"ergun_inertial_permeability_m", ergun_inertial_m(1.0, size.sauter_m, pores)},
                  {"lbm", lattice_part(grids, fit, size.length_m)}};
     if (config.openfoam)

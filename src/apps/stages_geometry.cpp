@@ -178,7 +178,7 @@ Json pack_stage(const Case& the_case, const Path& folder) {
         json["steps"] = pour.steps;
         json["kinetic_energy_per_grain_J"] = pour.kinetic_energy_per_grain_J;
         json["rest_limit_J"] = pour.rest_limit_J;
-        json["at_rest"] = true;
+        json["at_rest"] = pour.at_rest();
         if (pour.coordination_number) json["coordination_number"] = *pour.coordination_number;
         if (pour.mean_force_over_weight) json["mean_force_over_weight"] = *pour.mean_force_over_weight;
         if (pour.largest_force_over_weight) json["largest_force_over_weight"] = *pour.largest_force_over_weight;

@@ -64,7 +64,7 @@ Json diffusive_json(const DiffusiveResult& result, const std::string& direction)
             {"iterations", result.iterations},
             {"residual", result.residual},
             {"flux_imbalance", result.flux_imbalance},
-            {"converged", true}};
+            {"converged", result.converged}};
 }
 
 std::size_t axis_of(const std::string& direction) {
@@ -210,7 +210,7 @@ Json diffusive_stage(const Scene& scene, const GeometryConfig& geometry, const T
             sizes[grid] = plan.voxel_size_m;
             values[grid] = result.value;
             json["grids"].push_back({{"voxel_size_m", plan.voxel_size_m}, {"tortuosity_diffusive", result.value}});
-        } catch (const NumericalError&) {
+        } catch (const DoesNotPercolate&) {
             if (grid == 0) throw;
             missing = fmt::format("on voxels of {:.3g} m nothing leads through", plan.voxel_size_m);
         }

@@ -20,8 +20,10 @@ const char* git_hash() {
 }
 
 std::string key_of(const Manifest& manifest) {
-    const Json decisive = {
-        {"stage", manifest.stage}, {"version", program_version()}, {"configuration", manifest.configuration}, {"inputs", manifest.inputs}};
+    const Json decisive = {{"stage", manifest.stage},
+                           {"result_version", manifest.result_version},
+                           {"configuration", manifest.configuration},
+                           {"inputs", manifest.inputs}};
     return sha256(decisive.dump());
 }
 
@@ -30,6 +32,7 @@ Json to_json(const Manifest& manifest) {
             {"version", 1},
             {"stage", manifest.stage},
             {"key", key_of(manifest)},
+            {"result_version", manifest.result_version},
             {"program_version", program_version()},
             {"git_hash", git_hash()},
             {"versions", manifest.versions},
@@ -65,8 +68,8 @@ const char* name_of(StageState state) {
 namespace {
 
 std::string difference(const Json& found, const Manifest& expected) {
-    if (found.value("program_version", "") != program_version())
-        return fmt::format("made by porepack {}, this is {}", found.value("program_version", "?"), program_version());
+    if (const long version = found.value("result_version", 0L); version != expected.result_version)
+        return fmt::format("result version {}, this porepack computes version {}", version, expected.result_version);
     for (const auto& [name, digest] : expected.inputs)
         if (found["inputs_sha256"].value(name, "") != digest) return "input changed: " + name;
     for (const auto& [key, value] : expected.configuration.items())

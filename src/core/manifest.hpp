@@ -11,6 +11,7 @@ namespace porepack {
 
 struct Manifest {
     std::string stage;
+    long result_version = 1;  ///< of the stage: raised in the code when its numbers can change
     Json configuration;                               ///< resolved
     std::map<std::string, std::string> inputs = {};   ///< name -> sha256
     std::map<std::string, std::string> outputs = {};  ///< name -> sha256
@@ -21,7 +22,7 @@ struct Manifest {
     double peak_memory_bytes = 0.0;
 };
 
-/// Digest of all that decides the result: stage, version, configuration and inputs.
+/// Digest of all that decides the result: stage, result version, configuration and inputs.
 [[nodiscard]] std::string key_of(const Manifest& manifest);
 [[nodiscard]] Json to_json(const Manifest& manifest);
 

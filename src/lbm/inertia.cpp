@@ -184,6 +184,7 @@ InertialSeries lbm_inertial_flows(const LbmScene& scene, double voxel_size_m, st
                                     .permeability_m2 = k_lu * h * h,
                                     .momentum_share = 1.0 - series.gradient() / force,
                                     .iteration_error = run.iteration_error,
+                                    .converged = run.converged,
                                     .relaxation_time = 0.5 + 3.0 * viscosity,
                                     .fastest_lu = series.fastest(),
                                     .steps = run.steps,

@@ -15,6 +15,7 @@ struct InertialFlow {
     double permeability_m2 = 0.0;  ///< apparent: nu U / (drag of grains and walls / volume of the section)
     double momentum_share = 0.0;   ///< of the pressure drop, what the water gains in momentum between the end planes
     double iteration_error = 0.0;
+    bool converged = false;
     double relaxation_time = 0.0;
     double fastest_lu = 0.0;  ///< largest velocity on a node; errors of compressibility grow with its square
     long steps = 0;

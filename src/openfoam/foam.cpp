@@ -41,7 +41,8 @@ void judge_flow(const FoamScene& scene, const FoamConfig& config, const Path& fo
     const bool by_flow = flow.size() > 50 && std::abs(flow.back() / flow[flow.size() - 51] - 1.0) < config.residual &&
                          result.flow_imbalance < config.residual &&
                          last_number(log, "Solving for p, Initial residual = ").value_or(1.0) < config.residual;
-    if (!by_residual && !by_flow)
+    result.converged = by_residual || by_flow;
+    if (!result.converged)
         throw NumericalError(
             "OpenFOAM did not converge; no permeability is given\n" + tail(log, 8),
             {.where = log.string(), .mend = "raise max_iterations; or lower relaxation_pressure to 3 (1 - relaxation_velocity)"});

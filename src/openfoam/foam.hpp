@@ -31,6 +31,7 @@ struct FoamMeshResult {
     double mesh_volume_ratio = 0.0;  ///< meshed / exact pore volume
     double narrow_pores = 0.0;       ///< share of the exact pore volume in gaps that are narrower than two cells
     long iterations = 0;
+    bool converged = false;       ///< by the residuals or by the flow rate, as in foam.cpp
     double flow_imbalance = 0.0;  ///< |q_in + q_out| / |q_in|
     double flow_drift = 0.0;      ///< relative change of the flow rate over the last 10 iterations
     double permeability_m2 = 0.0;

@@ -39,6 +39,9 @@ struct PourResult {
     long steps = 0;
     double kinetic_energy_per_grain_J = 0.0;
     double rest_limit_J = 0.0;
+    [[nodiscard]] bool at_rest() const {
+        return kinetic_energy_per_grain_J <= rest_limit_J && mean_force_over_weight.value_or(1.0) <= rest_force_limit;
+    }
     std::optional<double> coordination_number;        ///< touching grains a grain
     std::optional<double> largest_force_over_weight;  ///< net force on a grain / its weight, at rest
     std::optional<double> mean_force_over_weight;

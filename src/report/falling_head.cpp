@@ -88,14 +88,12 @@ void add_falling_head_pictures(const ReportInput& input, const Path& folder, Rep
     };
     copy("forchheimer/forchheimer.svg", inertia, "Apparent permeability against the Reynolds number.");
     const Path level = input.stage_folders / "falling-head" / "falling_head.csv";
+    if (fs::exists(level)) fs::copy_file(level, folder / "falling_head.csv", fs::copy_options::overwrite_existing);
     if (fs::exists(level) &&
-        draw_plot(
-            folder / "falling_head.svg",
-            fmt::format(
-                "set datafile separator ','\nset xlabel 'time (s)'\nset ylabel 'level above the sample (m)'\nset yrange "
-                "[0:*]\nplot '{0}' skip 1 using 1:3 with lines lw 2 lc rgb '#909090' title 'Eq. 18', '{0}' skip 1 using 1:2 with lines "
-                "lw 2 lc rgb '#205080' title 'with the inertia of the water and the meshes'\n",
-                fs::absolute(level).string())))
+        draw_plot(folder / "falling_head.svg",
+                  "set datafile separator ','\nset xlabel 'time (s)'\nset ylabel 'level above the sample (m)'\nset yrange "
+                  "[0:*]\nplot 'falling_head.csv' skip 1 using 1:3 with lines lw 2 lc rgb '#909090' title 'Eq. 18', 'falling_head.csv' skip 1 "
+                  "using 1:2 with lines lw 2 lc rgb '#205080' title 'with the inertia of the water and the meshes'\n"))
         head.pictures.emplace_back("falling_head.svg", "Predicted level over time.");
     copy("causes/effects.svg", head, "What each effect does to the level.");
     copy("causes/causes.svg", causes, "How far each cause moves the k of the paper's evaluation.");

@@ -177,27 +177,20 @@ void add_plots(const ReportInput& input, const Path& folder, std::vector<ReportS
     const auto section = [&](const char* title) -> ReportSection& {
         return *std::find_if(sections.begin(), sections.end(), [&](const ReportSection& s) { return s.title == title; });
     };
+    // The data lie beside the script, so that names in it are relative: a path may hold any character.
     const Path history = input.stage_folders / "lbm" / "history.csv";
+    if (fs::exists(history)) fs::copy_file(history, folder / "history.csv", fs::copy_options::overwrite_existing);
     if (fs::exists(history) &&
         draw_plot(
             folder / "convergence.svg",
-            fmt::format(
-                "set datafile separator ','\nset logscale y\nset format y '10^{{%T}}'\nset xlabel 'time step'\nset ylabel 'relative'\nset "
+                "set datafile separator ','\nset logscale y\nset format y '10^{%T}'\nset xlabel 'time step'\nset ylabel 'relative'\nset "
                 "key top right\n"
-                "plot '{0}' every ::2 using 1:($3>0?$3:NaN) with lines lw 2 lc rgb '#205080' title 'iteration error of k', "
-                "'{0}' every ::2 using 1:($4>0?$4:NaN) with lines lw 2 lc rgb '#c07020' title 'difference of flow rate between planes'\n",
-                fs::absolute(history).string())))
+                "plot 'history.csv' every ::2 using 1:($3>0?$3:NaN) with lines lw 2 lc rgb '#205080' title 'iteration error of k', "
+                "'history.csv' every ::2 using 1:($4>0?$4:NaN) with lines lw 2 lc rgb '#c07020' title 'difference of flow rate between planes'\n"))
         section("Did it converge?")
             .pictures.emplace_back("convergence.svg",
                                    "Lattice Boltzmann on the finest grid: the run stops when both lines have fallen below the gate.");
     add_falling_head_pictures(input, folder, section("Flow with inertia"), section("Falling head"), section("Measured against computed"));
-    if (fs::exists(input.speed_error)) {
-        fs::copy_file(input.speed_error, folder / "speed_error.svg", fs::copy_options::overwrite_existing);
-        section("Cost").pictures.emplace_back(
-            "speed_error.svg",
-            "What accuracy costs: error of k against core seconds of both solvers and of the paper's scheme, on "
-            "flows of known answer and one packing (measured once: porepack benchmark speed-error).");
-    }
     const Path flow = input.stage_folders / "lbm" / "flow.vti";
     if (fs::exists(flow)) {
         const double top = draw_speed_slice(flow, folder / "speed.png");

@@ -17,7 +17,6 @@ struct ReportInput {
     Json versions = {};
     Path stage_folders = {};              ///< results/: histories and flow fields are read from here
     std::vector<std::string> notes = {};  ///< shown at the top
-    Path speed_error = {};                ///< figure of error against cost, shown with the costs when it is there
 };
 
 /// Every main number with unit, method, uncertainty or null, converged or not, cost.

@@ -7,6 +7,7 @@
 #include "core/error.hpp"
 #include "core/interrupt.hpp"
 #include "core/log.hpp"
+#include "converters/percolation.hpp"
 #include "tortuosity/tortuosity.hpp"
 
 namespace porepack {
@@ -272,7 +273,7 @@ DiffusiveResult diffusive_tortuosity(const PhaseImage& image, int along, std::ar
         const std::vector<std::uint8_t> flowing = flowing_pores(image, axis, periodic);
         for (const std::uint8_t cell : flowing) flowing_cells += cell;
         if (flowing_cells == 0.0)
-            throw NumericalError("no pores lead through: the section does not percolate", {.mend = "take finer voxels if it should"});
+            throw DoesNotPercolate("no pores lead through: the section does not percolate", {.mend = "take finer voxels if it should"});
         levels.push_back(finest(image, flowing, axis, periodic));
     }
     result.porosity = pores / inside;
@@ -345,7 +346,8 @@ DiffusiveResult diffusive_tortuosity(const PhaseImage& image, int along, std::ar
         progress.update(std::log(first / residual) / std::log(first / tolerance), fmt::format("residual {:.1e}", residual));
     }
     result.residual = residual;
-    if (!(residual <= tolerance))
+    result.converged = residual <= tolerance;
+    if (!result.converged)
         throw NumericalError(fmt::format("diffusion has not converged: residual {:.2e} after {} iterations", residual, result.iterations),
                              {.allowed = fmt::format("{:.1e}", tolerance)});
     const double in = flux(0), out = around ? in : flux(1);

@@ -60,6 +60,7 @@ struct DiffusiveResult {
     double porosity = 0.0, porosity_flowing = 0.0;  ///< of the voxels; without those that no tracer passes through
     long iterations = 0;
     double residual = 0.0, flux_imbalance = 0.0;
+    bool converged = false;  ///< the residual is below the tolerance
     std::vector<double> concentration;  ///< of each voxel: 1 at the first plane, 0 at the last; round a periodic axis less its mean slope
 };
 /// Finite volumes on the pore voxels, conjugate gradients with a multigrid preconditioner. Throws NumericalError when no pores lead

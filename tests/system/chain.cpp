@@ -128,7 +128,12 @@ TEST(Chain, TheQuickstartInReducedSize) {
     // Four voxels a diameter and one coarse mesh: the solvers see the same scene, no more is asked here.
     EXPECT_GT(lbm, 0.0);
     EXPECT_NEAR(foam / lbm, 1.0, 0.25);
-    EXPECT_TRUE(has(read_text(results / "report.html"), "Permeability"));
+    const std::string page = read_text(results / "report.html");
+    EXPECT_TRUE(has(page, "Permeability"));
+    EXPECT_TRUE(has(page, "Predicted level over time"));  // the plots, although the path holds an apostrophe
+    EXPECT_EQ(page.find("What accuracy costs"), std::string::npos);  // no figure of another machine
+    for (const char* stage : {"lbm", "foam"}) EXPECT_EQ(read_json(results / stage / "result.json").at("converged"), true) << stage;
+    for (const Json& mesh : read_json(results / "foam" / "result.json").at("meshes")) EXPECT_EQ(mesh.at("converged"), true);
     const Json kinds = read_json(results / "tortuosity" / "result.json");
     for (const char* kind : {"geometric_paper_exact", "geometric_paper_pixels", "shortest_path", "hydraulic", "diffusive"})
         EXPECT_GE(kinds.at(kind).at("tortuosity_" + kinds.at(kind).at("kind").get<std::string>()).get<double>(), 1.0) << kind;

@@ -87,7 +87,7 @@ TEST(Files, AFailedWriteLeavesNothing) {
     EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
 }
 
-TEST(Manifest, KnowsDoneStaleAndOfAnotherVersion) {
+TEST(Manifest, KnowsDoneStaleAndOfAnotherResultVersion) {
     const test::Folder folder;
     Manifest manifest{.stage = "lbm", .configuration = {{"a", 1}}, .inputs = {{"packing.json", "x"}}};
     EXPECT_EQ(state_of(folder.path(), manifest), StageState::missing);
@@ -108,11 +108,14 @@ TEST(Manifest, KnowsDoneStaleAndOfAnotherVersion) {
     EXPECT_EQ(state_of(folder.path(), manifest, &why), StageState::stale);
     EXPECT_EQ(why, "output changed or missing: k.txt");
     Json old = to_json(manifest);
-    old["program_version"] = "0.0.1";
-    old["key"] = "other";
+    folder.write("k.txt", "1");
+    old["program_version"] = "0.0.1";  // an update alone makes nothing stale
     write_json(folder.path() / "manifest.json", old);
-    EXPECT_EQ(state_of(folder.path(), manifest, &why), StageState::stale);
-    EXPECT_TRUE(has(why, "made by porepack 0.0.1"));
+    EXPECT_EQ(state_of(folder.path(), manifest, &why), StageState::done);
+    Manifest newer = manifest;
+    newer.result_version = 2;
+    EXPECT_EQ(state_of(folder.path(), newer, &why), StageState::stale);
+    EXPECT_TRUE(has(why, "result version 1, this porepack computes version 2"));
 }
 
 }  // namespace
