@@ -31,7 +31,7 @@ struct Run {
     std::int32_t first, last;
 };
 
-// Pieces of pore space as trees of runs (union-find). Each run knows how often the way to its parent turns round the box along the
+// Pieces of pore space as trees of runs (union-find). Each run knows how often the path to its parent turns round the box along the
 // drive's axis; a piece that meets itself after another number of turns winds round the box.
 class Pieces {
 public:
@@ -53,7 +53,7 @@ public:
         }
         return top;
     }
-    // A way from `one` to `other` turns `turns` times.
+    // A path from `one` to `other` turns `turns` times.
     void join(std::uint32_t one, std::uint32_t other, int turns) {
         const std::uint32_t a = root(one), b = root(other);
         const std::int32_t from_a = a == one ? 0 : turns_[one], from_b = b == other ? 0 : turns_[other];
@@ -133,9 +133,9 @@ private:
         const auto last_x = image_.grid.cells[0] - 1;
         const auto place = static_cast<int>(drive_.axis == 1 ? row % ny : row / ny);
         const int last_place = image_.grid.cells[static_cast<std::size_t>(drive_.axis)] - 1;
-        for (std::uint32_t r = begin; r < end && drive_.axis != 0; ++r) {
-            if (place == 0) pieces.mark(r, Pieces::inlet);
-            if (place == last_place) pieces.mark(r, Pieces::outlet);
+        for (std::uint32_t r = begin; r < end; ++r) {
+            if (drive_.axis == 0 ? runs_[r].first == 0 : place == 0) pieces.mark(r, Pieces::inlet);
+            if (drive_.axis == 0 ? runs_[r].last == last_x : place == last_place) pieces.mark(r, Pieces::outlet);
         }
         if (drive_.periodic[0] && runs_[begin].first == 0 && runs_[end - 1].last == last_x)
             pieces.join(end - 1, begin, drive_.axis == 0 ? 1 : 0);

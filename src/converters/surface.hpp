@@ -17,7 +17,7 @@ struct SurfaceCheck {
     double area_m2 = 0.0;
     Vec3 low = Vec3::Zero(), high = Vec3::Zero();
     double largest_shell_span_m = 0.0;  ///< diagonal of the largest shell's bounding box
-    std::string fault;                  ///< first fault found, with its place; empty when all is well
+    std::string fault;                  ///< first fault found, with its place; empty when there is none
     std::vector<Vec3> fault_places;     ///< where the surface is open or crosses itself
 };
 
@@ -27,8 +27,13 @@ struct SurfaceCheck {
 void require_sound(const SurfaceCheck& check, const std::string& where);
 
 struct SurfaceOptions {
-    double deviation_m = 0.0;    ///< 0: 0.5 % of the smallest capsule diameter
-    double contact_gap_m = 0.0;  ///< grains nearer than this become one body; 0: 1e-4 of the diameter
+    /// Largest distance in metres between the triangles and the exact capsules; 0: 0.5 % of the smallest capsule diameter. The number of
+    /// triangles grows as 1 / deviation: take a larger value for pictures and 3D printing, a smaller one where volume or area of the
+    /// surface are compared with exact values.
+    double deviation_m = 0.0;
+    /// Grains with a gap below this, in metres, become one body; 0: 1e-4 of the smallest capsule diameter. It is also the step by which
+    /// grains are thinned where the surface crosses itself in single precision. Raise it when make_surface reports that faults remain.
+    double contact_gap_m = 0.0;
 };
 
 struct SurfaceResult {
@@ -52,7 +57,7 @@ struct SurfaceMeasures {
     Eigen::Matrix3d inertia_per_density_m5 = Eigen::Matrix3d::Zero();  ///< about the centre of mass, for density 1
     double hull_volume_m3 = 0.0, hull_area_m2 = 0.0;
     double bounding_radius_m = 0.0;  ///< about the centre of mass
-    double span_m = 0.0;             ///< largest Feret length
+    double span_m = 0.0;             ///< maximum Feret diameter
 };
 /// Of a closed surface, exact for the polyhedron that it is.
 [[nodiscard]] SurfaceMeasures measure_surface(const TriangleSurface& surface);

@@ -1,5 +1,8 @@
-// Steps of the grains, and who sleeps.
-#include "packing/capsule_dem.hpp"
+// Steps of the grains, and which of them sleep.
+#include <algorithm>
+#include <cmath>
+
+#include "packing/capsule_state.hpp"
 
 namespace porepack {
 namespace {
@@ -17,7 +20,7 @@ Quaternion unit(const Eigen::Vector4d& coefficients) {
 }  // namespace
 
 // One step of position and orientation, and (Verlet) half a step of velocity.
-void CapsuleDem::advance(Moving& body) {
+void CapsuleDem::State::advance(BodyState& body) {
     const double dt = options_.time_step_s;
     const Kind& kind = kinds_[body.kind];
     const Vec3 acceleration = body.force / kind.body.mass_kg + options_.gravity_m_per_s2;
@@ -57,8 +60,18 @@ void CapsuleDem::advance(Moving& body) {
     place_arms(body);
 }
 
+// The loads of all slots, in their order.
+void CapsuleDem::State::gather(BodyState& body, std::size_t i) const {
+    body.force = loads_[0][i].force;
+    body.torque = loads_[0][i].torque;
+    for (std::size_t slot = 1; slot < load_slots; ++slot) {
+        body.force += loads_[slot][i].force;
+        body.torque += loads_[slot][i].torque;
+    }
+}
+
 // The rest of the step, once the forces at its end are known.
-void CapsuleDem::finish(Moving& body) {
+void CapsuleDem::State::finish(BodyState& body) {
     const double dt = options_.time_step_s;
     const Kind& kind = kinds_[body.kind];
     if (options_.integrator == Integrator::verlet || body.fresh > 0) {
@@ -74,23 +87,23 @@ void CapsuleDem::finish(Moving& body) {
     body.quiet = quiet ? body.quiet + 1 : 0;
 }
 
-void CapsuleDem::fall_asleep_or_wake() {
+void CapsuleDem::State::fall_asleep_or_wake() {
     for (auto& list : woken_) {
         for (const std::uint32_t i : list) {
-            Moving& body = bodies_[i];
+            BodyState& body = bodies_[i];
             if (body.asleep == 0) continue;
             body.asleep = 0;
             body.woke_at = steps_;
             body.quiet = 0;
             body.fresh = 2;
-            // Its contacts with other sleepers were not looked at in this step: it starts from balance.
+            // Its contacts with other sleepers were not checked in this step: it starts from balance.
             body.force = -kinds_[body.kind].body.mass_kg * options_.gravity_m_per_s2;
             body.torque.setZero();
         }
         list.clear();
     }
     sleepers_ = 0;
-    for (Moving& body : bodies_) {
+    for (BodyState& body : bodies_) {
         if (body.asleep == 0 && body.quiet >= quiet_steps) {
             body.asleep = 1;
             body.slept_at = steps_;
@@ -100,35 +113,26 @@ void CapsuleDem::fall_asleep_or_wake() {
     }
 }
 
-void CapsuleDem::wake_all() {
-    if (sleeping() == 0) return;  // the forces stay known: a run that goes on has the same bits
+void CapsuleDem::State::wake_all() {
+    if (sleeping() == 0) return;  // the forces stay known: a resumed run has the same bits
     for (std::size_t i = 0; i < bodies_.size(); ++i) woken_[0].push_back(static_cast<std::uint32_t>(i));
     fall_asleep_or_wake();
     primed_ = false;
 }
 
-void CapsuleDem::set_sleep(bool sleep) {
+void CapsuleDem::State::set_sleep(bool sleep) {
     options_.sleep = sleep;
     if (!sleep) wake_all();
 }
 
-void CapsuleDem::step(long steps) {
+void CapsuleDem::State::step(long steps) {
     const std::size_t n = bodies_.size();
-    const auto gather = [&](std::size_t i) {
-        Moving& body = bodies_[i];
-        body.force = loads_[0][i].force;
-        body.torque = loads_[0][i].torque;
-        for (std::size_t lane = 1; lane < lanes; ++lane) {
-            body.force += loads_[lane][i].force;
-            body.torque += loads_[lane][i].torque;
-        }
-    };
     for (long s = 0; s < steps; ++s) {
         if (!primed_) {
             search();
             forces(0.0);
             for (std::size_t i = 0; i < n; ++i)
-                if (bodies_[i].asleep == 0) gather(i);
+                if (bodies_[i].asleep == 0) gather(bodies_[i], i);
             primed_ = true;
         }
         ++steps_;
@@ -141,7 +145,7 @@ void CapsuleDem::step(long steps) {
 #pragma omp parallel for schedule(static, block) if (parallel_)
         for (std::size_t i = 0; i < n; ++i)
             if (bodies_[i].asleep == 0) {
-                gather(i);
+                gather(bodies_[i], i);
                 finish(bodies_[i]);
             }
         if (options_.sleep) fall_asleep_or_wake();

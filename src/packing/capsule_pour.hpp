@@ -8,8 +8,8 @@ namespace porepack {
 
 [[nodiscard]] ContactLaw contact_law(const PackingConfig& config);
 
-/// The same batches as LIGGGHTS gets. Goes on from `folder`/snapshot.bin when a run with the same settings left it, and removes it at the
-/// end. Throws NumericalError when grains are lost, energy grows, or the grains do not come to rest.
+/// The same batches as LIGGGHTS gets. Resumes from `folder`/snapshot.bin when an interrupted run with the same settings left it, and
+/// removes it at the end. Throws NumericalError when grains are lost, energy grows, or the grains do not come to rest.
 [[nodiscard]] PourResult pour_with_capsules(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config,
                                             const Path& folder);
 

@@ -35,7 +35,7 @@ struct CauseStudy {
     double viscous_share = 0.0;  ///< of the head at the middle of the window
 };
 
-/// `config` is the apparatus as it is thought to be: meshes and inertia count as causes. `factor` is what has to be explained (k computed /
+/// `config` is the apparatus as it is assumed to be: meshes and inertia count as causes. `factor` is what has to be explained (k computed /
 /// k measured); 0: nothing.
 [[nodiscard]] CauseStudy study_causes(const SampleTruth& truth, const FallingHeadConfig& config, double factor);
 

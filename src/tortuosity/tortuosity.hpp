@@ -63,8 +63,8 @@ struct DiffusiveResult {
     bool converged = false;  ///< the residual is below the tolerance
     std::vector<double> concentration;  ///< of each voxel: 1 at the first plane, 0 at the last; round a periodic axis less its mean slope
 };
-/// Finite volumes on the pore voxels, conjugate gradients with a multigrid preconditioner. Throws NumericalError when no pores lead
-/// through, or when `tolerance` (residual over right-hand side) is not reached in `most_iterations`.
+/// Finite volumes on the pore voxels, conjugate gradients with a multigrid preconditioner. Throws DoesNotPercolate when no pores lead
+/// through, NumericalError when `tolerance` (residual over right-hand side) is not reached in `most_iterations`.
 [[nodiscard]] DiffusiveResult diffusive_tortuosity(const PhaseImage& image, int axis, std::array<bool, 3> periodic, double tolerance = 1e-6,
                                                    long most_iterations = 500);
 [[nodiscard]] double diffusive_memory_bytes(double cells);

@@ -3,7 +3,7 @@
 #include <ostream>
 
 #include "core/error.hpp"
-#include "packing/capsule_dem.hpp"
+#include "packing/capsule_state.hpp"
 
 namespace porepack {
 namespace {
@@ -22,9 +22,9 @@ void get(std::istream& in, Value& value) {
 
 }  // namespace
 
-void CapsuleDem::save(std::ostream& out) const {
+void CapsuleDem::State::save(std::ostream& out) const {
     put(out, state_mark);
-    put(out, sizeof(Moving) + sizeof(Pair));
+    put(out, sizeof(BodyState) + sizeof(VerletPair));
     put(out, options_.time_step_s);
     put(out, kinds_.size());
     put(out, bodies_.size());
@@ -33,10 +33,10 @@ void CapsuleDem::save(std::ostream& out) const {
     put(out, primed_);
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
         put(out, bodies_[i]);
-        put(out, pairs_[i].size());
-        for (const Pair& pair : pairs_[i]) put(out, pair);
+        put(out, verlet_lists_[i].size());
+        for (const VerletPair& pair : verlet_lists_[i]) put(out, pair);
     }
-    for (const WallSpring& spring : walls_) put(out, spring);
+    for (const WallContact& contact : walls_) put(out, contact);
     for (const auto& cell : cells_) {  // their order decides that of the pairs
         put(out, cell.size());
         for (const std::uint32_t body : cell) put(out, body);
@@ -44,7 +44,7 @@ void CapsuleDem::save(std::ostream& out) const {
     put(out, state_mark);
 }
 
-void CapsuleDem::load(std::istream& in, const std::string& where) {
+void CapsuleDem::State::load(std::istream& in, const std::string& where) {
     const auto refuse = [&] {
         throw UserError("this snapshot is cut short or of another run", {.where = where, .mend = "remove it to start anew"});
     };
@@ -56,14 +56,14 @@ void CapsuleDem::load(std::istream& in, const std::string& where) {
     get(in, step);
     get(in, kinds);
     get(in, count);
-    if (!in || mark != state_mark || layout != sizeof(Moving) + sizeof(Pair) || step != options_.time_step_s || kinds != kinds_.size() ||
-        count > 100000000)
+    if (!in || mark != state_mark || layout != sizeof(BodyState) + sizeof(VerletPair) || step != options_.time_step_s ||
+        kinds != kinds_.size() || count > 100000000)
         refuse();
     get(in, time_);
     get(in, steps_);
     get(in, primed_);
     bodies_.assign(count, {});
-    pairs_.assign(count, {});
+    verlet_lists_.assign(count, {});
     cell_of_body_.assign(count, -1);
     std::size_t arms = 0, walls = 0;
     for (std::size_t i = 0; i < count; ++i) {
@@ -71,13 +71,13 @@ void CapsuleDem::load(std::istream& in, const std::string& where) {
         std::size_t pairs = 0;
         get(in, pairs);
         if (!in || bodies_[i].kind >= kinds_.size() || pairs > 1000000) refuse();
-        pairs_[i].resize(pairs);
-        for (Pair& pair : pairs_[i]) get(in, pair);
+        verlet_lists_[i].resize(pairs);
+        for (VerletPair& pair : verlet_lists_[i]) get(in, pair);
         arms += kinds_[bodies_[i].kind].arms.size();
         walls += kinds_[bodies_[i].kind].nodes.size() * (planes_.size() + 1);
     }
     walls_.assign(walls, {});
-    for (WallSpring& spring : walls_) get(in, spring);
+    for (WallContact& contact : walls_) get(in, contact);
     for (std::size_t c = 0; c < cells_.size(); ++c) {
         std::size_t size = 0;
         get(in, size);
@@ -93,7 +93,7 @@ void CapsuleDem::load(std::istream& in, const std::string& where) {
     get(in, mark);
     if (!in || mark != state_mark) refuse();
     arms_.assign(arms, {});
-    for (const Moving& body : bodies_) place_arms(body);
+    for (const BodyState& body : bodies_) place_arms(body);
 }
 
 }  // namespace porepack

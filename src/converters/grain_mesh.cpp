@@ -1,0 +1,158 @@
+// Facets of one grain. Each capsule is a stack of rings of corners round its axis, from pole to pole. Neighbouring rings are turned against
+// each other by half a corner, and the arms of a grain by an angle of their own, so that no two facets are coplanar: coplanar facets make
+// exact Booleans slow and, rounded to single precision, faulty. The corners lie a little outside the exact surface and the facets' middles
+// a little inside, so that the mesh keeps the capsule's volume. CGAL then unites the arms.
+#include "converters/grain_mesh.hpp"
+
+#include <CGAL/Polygon_mesh_processing/connected_components.h>
+#include <CGAL/Polygon_mesh_processing/corefinement.h>
+#include <CGAL/Polygon_mesh_processing/measure.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/error.hpp"
+#include "core/interrupt.hpp"
+
+namespace porepack {
+namespace pmp = CGAL::Polygon_mesh_processing;
+namespace {
+
+// A capsule, ring by ring from pole to pole, its corners at distance `r` from the axis. `turn` differs from arm to arm so
+// that no facets are coplanar.
+Mesh ring_mesh(const Capsule& capsule, double r, int n, double turn) {
+    const double length = (capsule.b - capsule.a).norm();
+    const Vec3 axis = length > 0.0 ? Vec3((capsule.b - capsule.a) / length) : Vec3(Vec3::UnitZ());
+    const Vec3 e1 = axis.unitOrthogonal(), e2 = axis.cross(e1);
+    Mesh mesh;
+    std::vector<std::vector<Mesh::Vertex_index>> rings;
+    const auto add_ring = [&](const Vec3& centre, double radius) {
+        rings.emplace_back();
+        const double phase = turn + std::numbers::pi / n * static_cast<double>(rings.size());
+        for (int i = 0; i < n; ++i) {
+            const double phi = phase + 2.0 * std::numbers::pi * i / n;
+            rings.back().push_back(mesh.add_vertex(to_point(centre + radius * (std::cos(phi) * e1 + std::sin(phi) * e2))));
+        }
+    };
+    const int bands = n / 4;
+    const auto bottom = mesh.add_vertex(to_point(capsule.a - r * axis));
+    for (int k = 1; k <= bands; ++k) {
+        const double theta = 0.5 * std::numbers::pi * k / bands;
+        add_ring(capsule.a - r * std::cos(theta) * axis, r * std::sin(theta));
+    }
+    // A straight side needs no rings in between, but very long triangles make slow and poor cuts.
+    const int pieces = static_cast<int>(std::ceil(length / (3.0 * capsule.radius)));
+    for (int k = 1; k < pieces; ++k) add_ring(capsule.a + (capsule.b - capsule.a) * (static_cast<double>(k) / pieces), r);
+    for (int k = bands; k >= 1; --k) {
+        if (k == bands && length == 0.0) continue;
+        const double theta = 0.5 * std::numbers::pi * k / bands;
+        add_ring(capsule.b + r * std::cos(theta) * axis, r * std::sin(theta));
+    }
+    const auto top = mesh.add_vertex(to_point(capsule.b + r * axis));
+    const auto corner = [&](std::size_t ring, int i) { return rings[ring][static_cast<std::size_t>(i % n)]; };
+    for (int i = 0; i < n; ++i) {
+        mesh.add_face(bottom, corner(0, i + 1), corner(0, i));
+        for (std::size_t ring = 0; ring + 1 < rings.size(); ++ring) {
+            mesh.add_face(corner(ring, i), corner(ring, i + 1), corner(ring + 1, i));
+            mesh.add_face(corner(ring, i + 1), corner(ring + 1, i + 1), corner(ring + 1, i));
+        }
+        mesh.add_face(top, corner(rings.size() - 1, i), corner(rings.size() - 1, i + 1));
+    }
+    return mesh;
+}
+
+// Largest distance of a facet's middle or corner from the capsule's surface.
+double mesh_deviation(const Mesh& mesh, const Capsule& capsule) {
+    double worst = 0.0;
+    for (const auto face : mesh.faces()) {
+        Vec3 middle = Vec3::Zero();
+        for (const auto v : vertices_around_face(mesh.halfedge(face), mesh)) {
+            const Vec3 corner(mesh.point(v).x(), mesh.point(v).y(), mesh.point(v).z());
+            worst = std::max(worst, std::abs(signed_distance(capsule, corner)));
+            middle += corner / 3.0;
+        }
+        worst = std::max(worst, std::abs(signed_distance(capsule, middle)));
+    }
+    return worst;
+}
+
+// The coarsest mesh of a capsule within the deviation. Its corners lie outside, its facets inside, so that it has the
+// capsule's volume.
+Mesh capsule_mesh(const Capsule& capsule, double deviation, double turn) {
+    const double r = capsule.radius;
+    const double volume = std::numbers::pi * r * r * ((capsule.b - capsule.a).norm() + 4.0 / 3.0 * r);
+    // Facets of n corners stray by r (1 - cos(pi/n)); half of it lies outside.
+    const double fewest = 0.6 * std::numbers::pi / std::acos(1.0 - std::min(1.0, deviation / r));
+    for (int n = std::max(8, 4 * static_cast<int>(std::min(fewest, 512.0) / 4.0)); n <= 512; n += 4) {
+        check_interrupt();
+        double radius = r;
+        Mesh mesh;
+        for (int round = 0; round < 4; ++round) {
+            mesh = ring_mesh(capsule, radius, n, turn);
+            // dV/dr is the surface, up to the small error of the facets.
+            const double surface = 2.0 * std::numbers::pi * r * ((capsule.b - capsule.a).norm() + 2.0 * r);
+            radius += (volume - pmp::volume(mesh)) / surface;
+        }
+        if (mesh_deviation(mesh, capsule) <= deviation) return mesh;
+    }
+    throw UserError(fmt::format("a surface deviation of {:g} m needs more than 512 corners round a capsule", deviation),
+                    {.mend = "take a larger surface_deviation_m"});
+}
+
+// Inner shells (enclosed voids) have negative volume.
+void drop_cavities(Mesh& mesh) {
+    auto shell = mesh.add_property_map<Mesh::Face_index, std::size_t>("f:shell").first;
+    const std::size_t count = pmp::connected_components(mesh, shell);
+    std::vector<std::size_t> keep;
+    for (std::size_t s = 0; s < count; ++s) {
+        double volume = 0.0;
+        for (const auto face : mesh.faces()) {
+            if (shell[face] != s) continue;
+            auto h = mesh.halfedge(face);
+            volume +=
+                CGAL::volume(Point(0, 0, 0), mesh.point(mesh.source(h)), mesh.point(mesh.target(h)), mesh.point(mesh.target(mesh.next(h))));
+        }
+        if (volume > 0.0) keep.push_back(s);
+    }
+    if (keep.size() < count) pmp::keep_connected_components(mesh, keep, shell);
+    mesh.collect_garbage();
+    mesh.remove_property_map(shell);
+}
+
+}  // namespace
+
+void unite_into(Mesh& all, Mesh& part) {
+    Mesh result;
+    if (!pmp::corefine_and_compute_union(all, part, result))
+        throw NumericalError("CGAL cannot unite two bodies", {.mend = "change surface_deviation_m a little"});
+    result.collect_garbage();
+    all = std::move(result);
+}
+
+Mesh grain_mesh(const Shape& shape, double deviation, double thinner, int variant) {
+    Mesh mesh;
+    for (std::size_t i = 0; i < shape.capsules.size(); ++i) {
+        Capsule capsule = shape.capsules[i];
+        capsule.radius -= thinner;
+        Mesh part = capsule_mesh(capsule, deviation, 0.37 + 1.117 * static_cast<double>(i) + 0.291 * variant);
+        if (i == 0)
+            mesh = std::move(part);
+        else
+            unite_into(mesh, part);
+    }
+    if (shape.cavity == Cavity::filled && !shape.cavity_points.empty()) drop_cavities(mesh);
+    return mesh;
+}
+
+Mesh moved_mesh(const Mesh& mesh, const Vec3& position, const Quaternion& orientation) {
+    Mesh copy = mesh;
+    for (const auto v : copy.vertices()) {
+        const Point& p = copy.point(v);
+        copy.point(v) = to_point(position + orientation * Vec3(p.x(), p.y(), p.z()));
+    }
+    return copy;
+}
+
+}  // namespace porepack

@@ -1,0 +1,23 @@
+// Straight lines between capsules: what they meet and how far they stay away. Only for the sources of this folder.
+#pragma once
+
+#include <vector>
+
+#include "shapes/capsule.hpp"
+
+namespace porepack {
+
+/// Does the segment from p to q pass through a capsule?
+[[nodiscard]] bool blocked(const std::vector<Capsule>& capsules, const Vec3& p, const Vec3& q);
+
+/// Clearance of the line from `origin` over the length `far`: its smallest distance to a surface, negative when it is blocked.
+[[nodiscard]] double clearance(const std::vector<Capsule>& capsules, const Vec3& origin, const Vec3& direction, double far);
+
+/// Looks for a straight line out of the grain: the 24 most promising of 512 directions, each improved.
+[[nodiscard]] bool ray_escapes(const std::vector<Capsule>& capsules, const Vec3& origin, double far);
+
+/// A point with a larger distance to the surfaces, or `point` itself where none is found: the free ball about a point reaches to the
+/// nearest surface, and the best of 26 points on it is taken.
+[[nodiscard]] Vec3 wider_place(const std::vector<Capsule>& capsules, const Vec3& point);
+
+}  // namespace porepack
