@@ -18,6 +18,43 @@
 #include "core/files.hpp"
 #include "core/process.hpp"
 
+// Tests see all of the library.
+namespace porepack {
+namespace core {}
+namespace io {}
+namespace shapes {}
+namespace packing {
+namespace dem {}
+namespace liggghts {}
+}  // namespace packing
+namespace converters {}
+namespace lbm {}
+namespace openfoam {}
+namespace tortuosity {}
+namespace permeability {}
+namespace falling_head {}
+namespace report {}
+namespace pipeline {}
+namespace stages {}
+namespace study {}
+using namespace core;
+using namespace io;
+using namespace shapes;
+using namespace packing;
+using namespace packing::dem;
+using namespace packing::liggghts;
+using namespace converters;
+using namespace lbm;
+using namespace openfoam;
+using namespace tortuosity;
+using namespace permeability;
+using namespace falling_head;
+using namespace report;
+using namespace pipeline;
+using namespace stages;
+using namespace study;
+}  // namespace porepack
+
 namespace porepack::test {
 
 /// A folder of its own for each test, with a space and an apostrophe in its name; removed at the end.

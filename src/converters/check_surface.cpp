@@ -121,7 +121,7 @@ void require_sound(const SurfaceCheck& check, const std::string& where) {
     throw UserError("the surface does not bound a volume: " + check.fault,
                     {.where = where,
                      .allowed = "a closed surface with outward triangles that do not cross",
-                     .mend = "repair it in the program that made it; nothing is repaired silently"});
+                     .fix = "repair it in the program that made it; nothing is repaired silently"});
 }
 
 void require_plausible_size(const SurfaceCheck& check, const Container& container, const std::string& where) {
@@ -132,17 +132,17 @@ void require_plausible_size(const SurfaceCheck& check, const Container& containe
                                             extent.x(), extent.y(), extent.z(), size.x(), size.y(), size.z());
     if (ratio > 50.0)
         throw UserError("the surface is much larger than the container: " + numbers,
-                        {.where = where, .mend = "it looks like millimetres: give --unit 0.001 (metres a unit)"});
+                        {.where = where, .fix = "it looks like millimetres: give --unit 0.001 (metres a unit)"});
     if (ratio < 0.002)
         throw UserError("the surface is much smaller than the container: " + numbers,
-                        {.where = where, .mend = "check the unit with --unit (metres a unit)"});
+                        {.where = where, .fix = "check the unit with --unit (metres a unit)"});
     const Vec3 slack = 0.02 * size + (container.any_periodic() ? size : Vec3(Vec3::Zero()));
     if (((check.low - container.low() + slack).array() < 0.0).any() || ((container.high() + slack - check.high).array() < 0.0).any())
         throw UserError("the surface sticks out of the container: " + numbers,
                         {.where = fmt::format("{}: from ({:.4g}, {:.4g}, {:.4g}) to ({:.4g}, {:.4g}, {:.4g}) m", where, check.low.x(),
                                               check.low.y(), check.low.z(), check.high.x(), check.high.y(), check.high.z()),
                          .allowed = "cylinder: axis x = y = 0, floor z = 0; box: corner at the origin",
-                         .mend = "move the surface, or give the right container and unit"});
+                         .fix = "move the surface, or give the right container and unit"});
 }
 
 }  // namespace porepack

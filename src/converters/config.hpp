@@ -5,6 +5,7 @@
 
 namespace porepack {
 
+/// Meaning, unit, range and default of each key: see describe(). 0 stands for "chosen automatically" where that is allowed.
 struct GeometryConfig {
     double voxel_size_m = 0.0;
     double surface_deviation_m = 0.0;
@@ -16,12 +17,18 @@ struct GeometryConfig {
     double slice_pixel_m = 2e-4;
 };
 
+/// Other formats of solid.stl.
+enum class SurfaceFiles { nothing, ply, vtp, both };
+constexpr std::array<Choice<SurfaceFiles>, 4> choices_of(SurfaceFiles) {
+    return {{{SurfaceFiles::nothing, "nothing"}, {SurfaceFiles::ply, "ply"}, {SurfaceFiles::vtp, "vtp"}, {SurfaceFiles::both, "both"}}};
+}
+
 /// Table [stl]: what the stl stage writes beside solid.stl, which is always the grains in metres.
 struct StlConfig {
     bool pores = false;
     bool clip = false;
-    bool one_file_a_grain = false;
-    std::string also = "nothing";
+    bool one_file_per_grain = false;
+    SurfaceFiles also = SurfaceFiles::nothing;
     bool millimetres = false;
 };
 
@@ -29,26 +36,27 @@ inline void describe(ConfigVisitor& v, StlConfig& c) {
     v.boolean("pores", c.pores,
               "pores.stl: the boundary of the pore space of the section inside the container, with regions inlet, outlet, wall, grains");
     v.boolean("clip", c.clip, "clipped.stl: the grains cut off at the section's planes, closed");
-    v.boolean("one_file_a_grain", c.one_file_a_grain, "grains/grain_00001.stl ...: every grain by itself");
-    v.choice("also", c.also, {"nothing", "ply", "vtp", "both"}, "solid.ply, solid.vtp: the same surface in other formats");
+    v.renamed("one_file_a_grain", "one_file_per_grain");
+    v.boolean("one_file_per_grain", c.one_file_per_grain, "grains/grain_00001.stl ...: each grain by itself");
+    v.choice("also", c.also, "solid.ply, solid.vtp: the same surface in other formats");
     v.boolean("millimetres", c.millimetres, "solid_mm.stl: the same surface in millimetres, for 3D printing");
 }
 
 inline void describe(ConfigVisitor& v, GeometryConfig& c) {
     v.number(
-        "voxel_size_m", c.voxel_size_m, length_or_auto(),
+        "voxel_size_m", c.voxel_size_m, length_range_or_auto(),
         "edge of the cubic voxels; auto: the smallest capsule diameter / 10. Adjusted so that the section is a whole number of voxels");
-    v.number("surface_deviation_m", c.surface_deviation_m, length_or_auto(),
+    v.number("surface_deviation_m", c.surface_deviation_m, length_range_or_auto(),
              "largest distance between the triangles and the exact surface; auto: 0.5 % of the capsule's diameter");
-    v.number("contact_gap_m", c.contact_gap_m, length_or_auto(),
+    v.number("contact_gap_m", c.contact_gap_m, length_range_or_auto(),
              "grains that touch or overlap become one body; where the surface then crosses itself in single precision, the grains there "
              "are thinned by this much; auto: 1e-4 of the capsule's diameter");
     v.numbers("section_m", c.section_m, {2, 2}, not_negative(),
               "z0 and z1 of the section that is evaluated; auto: the bed less trim_m at both ends");
-    v.number("trim_m", c.trim_m, length_or_auto(), "cut off the bed at both ends; auto: the smaller of 30 mm and one grain's span");
+    v.number("trim_m", c.trim_m, length_range_or_auto(), "cut off the bed at both ends; auto: the smaller of 30 mm and one grain's maximum Feret diameter");
     v.number("reservoir_m", c.reservoir_m, between(0.0, 1e6), "empty container beyond both ends of the section in flow runs");
-    v.number("slice_spacing_m", c.slice_spacing_m, length(), "distance between two slices");
-    v.number("slice_pixel_m", c.slice_pixel_m, length(), "edge of the slices' square pixels");
+    v.number("slice_spacing_m", c.slice_spacing_m, length_range(), "distance between two slices");
+    v.number("slice_pixel_m", c.slice_pixel_m, length_range(), "edge of the slices' square pixels");
 }
 
 }  // namespace porepack

@@ -98,7 +98,7 @@ Mesh capsule_mesh(const Capsule& capsule, double deviation, double turn) {
         if (mesh_deviation(mesh, capsule) <= deviation) return mesh;
     }
     throw UserError(fmt::format("a surface deviation of {:g} m needs more than 512 corners round a capsule", deviation),
-                    {.mend = "take a larger surface_deviation_m"});
+                    {.fix = "take a larger surface_deviation_m"});
 }
 
 // Inner shells (enclosed voids) have negative volume.
@@ -126,7 +126,7 @@ void drop_cavities(Mesh& mesh) {
 void unite_into(Mesh& all, Mesh& part) {
     Mesh result;
     if (!pmp::corefine_and_compute_union(all, part, result))
-        throw NumericalError("CGAL cannot unite two bodies", {.mend = "change surface_deviation_m a little"});
+        throw NumericalError("CGAL cannot unite two bodies", {.fix = "change surface_deviation_m a little"});
     result.collect_garbage();
     all = std::move(result);
 }

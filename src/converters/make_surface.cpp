@@ -164,7 +164,7 @@ SurfaceResult make_surface(const Packing& packing, const SurfaceOptions& options
         if (round + 1 == maximum_rounds || crossings.empty())
             throw NumericalError(fmt::format("the surface still has faults at {} places after the grains there were thinned {} times: {}",
                                              crossings.size(), round, check.fault),
-                                 {.mend = "raise contact_gap_m, or change surface_deviation_m a little"});
+                                 {.fix = "raise contact_gap_m, or change surface_deviation_m a little"});
         const std::set<std::size_t> faulty = grains_at(crossings, images, 2.0 * deviation);
         for (std::size_t i = 0; i < images.size(); ++i) thinned[i] += faulty.contains(images[i].body) ? 1 : 0;
         log_info("surface: {} faults after rounding to single precision; {} grains are thinned by {:.2g} m", crossings.size(),

@@ -87,9 +87,9 @@ public:
             first_.push_back(static_cast<std::uint32_t>(runs_.size()));
             const std::uint8_t* const phase = image.phase.data() + row * nx();
             for (std::size_t i = 0; i < nx(); ++i)
-                if (phase[i] == pore) {
+                if (phase[i] == Phase::pore) {
                     const std::size_t begin = i;
-                    while (i + 1 < nx() && phase[i + 1] == pore) ++i;
+                    while (i + 1 < nx() && phase[i + 1] == Phase::pore) ++i;
                     runs_.push_back({static_cast<std::int32_t>(begin), static_cast<std::int32_t>(i)});
                 }
         }
@@ -157,11 +157,11 @@ private:
 
 }  // namespace
 
-Drive choose_drive(const Container& container, const std::string& direction) {
-    const int axis = direction == "x" ? 0 : direction == "y" ? 1 : 2;
+Drive choose_drive(const Container& container, Axis direction) {
+    const auto axis = static_cast<int>(direction);
     Drive drive{.axis = axis, .periodic = container.periodic};
     if (axis != 2 && drive.by_pressure())
-        throw UserError("flow along " + direction + " needs a box that is periodic along " + direction,
+        throw UserError(fmt::format("flow along {0} needs a box that is periodic along {0}", name_of(direction)),
                         {.allowed = "direction z, or a periodic box"});
     return drive;
 }
@@ -170,7 +170,7 @@ Percolation find_percolating_cells(const PhaseImage& image, const Drive& drive) 
     Percolation result = RunImage(image, drive).percolation();
     if (result.cells.empty())
         throw DoesNotPercolate(fmt::format("the pore space does not percolate: no path leads along {} from end to end", "xyz"[drive.axis]),
-                               {.mend = "check the section and the voxel size (throats narrower than a voxel are closed)"});
+                               {.fix = "check the section and the voxel size (throats narrower than a voxel are closed)"});
     return result;
 }
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "core/error.hpp"
-#include "io/image.hpp"
+#include "core/grid.hpp"
 #include "packing/packing.hpp"
 
 namespace porepack {
@@ -17,7 +17,7 @@ struct Drive {
 };
 
 /// Throws UserError for a direction that the container cannot be driven in.
-[[nodiscard]] Drive choose_drive(const Container& container, const std::string& direction);
+[[nodiscard]] Drive choose_drive(const Container& container, Axis direction);
 
 /// Moves `at` by `step`; false beyond an end that is not periodic. `turns` counts the passages through the periodic faces
 /// along the drive's axis, with their sign.

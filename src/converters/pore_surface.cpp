@@ -67,7 +67,7 @@ TriangleSurface clip_surface(const TriangleSurface& surface, const Section& sect
                       section.z0, section.z1);
     Mesh result;
     if (!pmp::corefine_and_compute_intersection(grains, slab, result))
-        throw NumericalError("CGAL cannot clip the grains", {.mend = "move the section a little"});
+        throw NumericalError("CGAL cannot clip the grains", {.fix = "move the section a little"});
     result.collect_garbage();
     TriangleSurface clipped;
     append(clipped, result);
@@ -76,11 +76,11 @@ TriangleSurface clip_surface(const TriangleSurface& surface, const Section& sect
 
 PoreSurface make_pore_surface(const TriangleSurface& grains_surface, const Container& container, const Section& section,
                               double deviation_m) {
-    if (container.any_periodic()) throw UserError("a periodic cell has no inlet, outlet or wall", {.mend = "take the grains alone"});
+    if (container.any_periodic()) throw UserError("a periodic cell has no inlet, outlet or wall", {.fix = "take the grains alone"});
     Mesh grains = sound_mesh_of(grains_surface), space = prism(base_of(container, deviation_m), section.z0, section.z1), pores;
     if (!pmp::corefine_and_compute_difference(space, grains, pores))
         throw NumericalError("CGAL cannot cut the grains out of the container",
-                             {.mend = "change the section or surface_deviation_m a little"});
+                             {.fix = "change the section or surface_deviation_m a little"});
     pores.collect_garbage();
     PoreSurface result;
     append(result.surface, pores);

@@ -3,8 +3,8 @@
 
 #include <memory>
 
+#include "converters/pore_space.hpp"
 #include "io/stl.hpp"
-#include "packing/grains.hpp"
 
 namespace porepack {
 
@@ -88,6 +88,10 @@ private:
     struct Bins;
     std::unique_ptr<Bins> bins_;
 };
+
+/// The pore space round a user's closed surface; the section is the whole bed. Throws UserError when the surface is not sound or does not
+/// fit the container; `where` names it.
+[[nodiscard]] PoreSpace pore_space_of(TriangleSurface surface, const Container& container, const std::string& where);
 
 /// Throws UserError when the surface cannot be in metres: much larger or smaller than the container.
 void require_plausible_size(const SurfaceCheck& check, const Container& container, const std::string& where);

@@ -161,4 +161,20 @@ void SurfaceSolid::column(double x, double y, std::vector<Interval>& parts) cons
     unite(parts);
 }
 
+PoreSpace pore_space_of(TriangleSurface surface, const Container& container, const std::string& where) {
+    const SurfaceCheck check = check_surface(surface);
+    require_plausible_size(check, container, where);
+    require_sound(check, where);
+    PoreSpace space{.container = container, .section = {}};
+    space.solid = std::make_shared<const SurfaceSolid>(surface, container);
+    space.surface = std::make_shared<const TriangleSurface>(std::move(surface));
+    space.grain_size_m = 4.0 * check.volume_m3 / check.area_m2;
+    space.bed_top_m = check.high.z();
+    // What hangs together in an STL file may be one grain or the whole bed: a quarter of the bed at most is trimmed.
+    space.maximum_feret_diameter_m = std::min(check.largest_shell_span_m, 0.25 * space.bed_top_m);
+    space.section = whole_bed(container, space.bed_top_m);
+    space.source = where;
+    return space;
+}
+
 }  // namespace porepack

@@ -6,8 +6,6 @@
 #include <cmath>
 
 #include "core/error.hpp"
-#include "core/interrupt.hpp"
-#include "core/log.hpp"
 #include "core/machine.hpp"
 
 namespace porepack {
@@ -20,19 +18,19 @@ VoxelPlan plan_voxels(const Container& container, const Section& section, double
             fmt::format("the voxel is larger than the grain: voxel {:g} m, capsule diameter {:g} m, section {:g} m", voxel_size_m,
                         grain_size_m, section.length()),
             {.allowed = fmt::format("up to {:.3g} m; 10 voxels a diameter are a good start", std::min(grain_size_m, section.length())),
-             .mend = "the voxel size is in metres"});
+             .fix = "the voxel size is in metres"});
     VoxelPlan plan;
     const Vec3 size = container.high() - container.low();
     const double layers = std::max(1.0, std::round(section.length() / voxel_size_m));
     const double h = section.length() / layers;
     plan.voxel_size_m = h;
     if (reservoir_m > 0.0 && container.any_periodic())
-        throw UserError("a periodic cell has no reservoir: it would put void into the cell", {.mend = "leave reservoir_m out"});
+        throw UserError("a periodic cell has no reservoir: it would put void into the cell", {.fix = "leave reservoir_m out"});
     const double reservoir_layers = std::ceil(reservoir_m / h - 1e-9);
     const double ahead = (layers + 2.0 * reservoir_layers) * std::ceil(size.x() / h) * std::ceil(size.y() / h);
     if (!(ahead < 2e9))
         throw UserError(fmt::format("the grid would have {:.3g} cells", ahead),
-                        {.allowed = "2e9 cells", .mend = "take a larger voxel size (metres), a shorter section or a shorter reservoir"});
+                        {.allowed = "2e9 cells", .fix = "take a larger voxel size (metres), a shorter section or a shorter reservoir"});
     plan.reservoir_cells = static_cast<int>(reservoir_layers);
     plan.grid.spacing_m = {h, h, h};
     plan.grid.cells[2] = static_cast<int>(layers) + 2 * plan.reservoir_cells;
@@ -47,7 +45,7 @@ VoxelPlan plan_voxels(const Container& container, const Section& section, double
         const double count = std::round(extent / h);
         if (container.periodic[axis] && std::abs(count * h - extent) > 1e-6 * extent)
             throw UserError(fmt::format("the periodic box is no whole number of voxels: {:g} m / {:g} m = {:.4f}", extent, h, extent / h),
-                            {.mend = "choose a voxel size that divides all sides of the box"});
+                            {.fix = "choose a voxel size that divides all sides of the box"});
         plan.grid.cells[axis] =
             static_cast<int>(std::max(1.0, std::abs(count * h - extent) < 1e-6 * extent ? count : std::ceil(extent / h)));
         plan.grid.origin_m[axis] = 0.5 * (extent - plan.grid.cells[axis] * h);
@@ -67,12 +65,13 @@ void fill_column(std::uint8_t* first, std::size_t stride, int cells, double z_fi
         if (high <= low) continue;
         const int from = std::max(0, static_cast<int>(std::ceil((low - z_first) / h)));
         const int to = std::min(cells - 1, static_cast<int>(std::floor((high - z_first) / h)));
-        for (int k = from; k <= to; ++k) first[static_cast<std::size_t>(k) * stride] = grain;
+        for (int k = from; k <= to; ++k) first[static_cast<std::size_t>(k) * stride] = Phase::grain;
     }
 }
 
-// Cells with their centre in the section only: `z` of the first centre and the distance of centres are free.
-void fill(std::vector<std::uint8_t>& phase, const Grid& grid, const Solid& solid, const Container& container, const Section& section) {
+}  // namespace
+
+void fill_phases(std::vector<std::uint8_t>& phase, const Grid& grid, const Solid& solid, const Container& container, const Section& section) {
     const auto stride = static_cast<std::size_t>(grid.cells[0]) * static_cast<std::size_t>(grid.cells[1]);
     const double z_first = grid.centre(2, 0);
 #pragma omp parallel for schedule(dynamic, 4)
@@ -82,15 +81,13 @@ void fill(std::vector<std::uint8_t>& phase, const Grid& grid, const Solid& solid
             std::uint8_t* column = phase.data() + grid.index(i, j, 0);
             const double x = grid.centre(0, i), y = grid.centre(1, j);
             const bool inside = container.contains_column(x, y);
-            for (int k = 0; k < grid.cells[2]; ++k) column[static_cast<std::size_t>(k) * stride] = inside ? pore : outside;
+            for (int k = 0; k < grid.cells[2]; ++k) column[static_cast<std::size_t>(k) * stride] = inside ? Phase::pore : Phase::outside;
             if (!inside) continue;
             solid.column(x, y, parts);
             fill_column(column, stride, grid.cells[2], z_first, grid.spacing_m[2], parts, section);
         }
     }
 }
-
-}  // namespace
 
 PhaseImage voxelise(const Solid& solid, const Container& container, const Section& section, const VoxelPlan& plan) {
     require_memory(plan.memory_bytes,
@@ -100,7 +97,7 @@ PhaseImage voxelise(const Solid& solid, const Container& container, const Sectio
     image.notes["container"] = to_json(container).dump();
     image.notes["section"] = fmt::format("{:.17g},{:.17g}", section.z0, section.z1);
     image.notes["unit"] = "metre";
-    fill(image.phase, image.grid, solid, container, section);
+    fill_phases(image.phase, image.grid, solid, container, section);
     return image;
 }
 
@@ -118,103 +115,15 @@ double narrow_fraction(const PhaseImage& image, int cells) {
             for (at[v] = 0; at[v] < n[v]; ++at[v]) {
                 int start = -1;  // of a run of pores behind a solid; none before the first solid
                 for (int i = 0; i < n[axis]; ++i) {
-                    if (image.phase[cell(i)] == pore) continue;
+                    if (image.phase[cell(i)] == Phase::pore) continue;
                     if (start >= 0 && i - start <= cells)
                         for (int k = start; k < i; ++k) narrow[cell(k)] = 1;
                     start = i + 1;
                 }
             }
     }
-    const auto pores = std::count(image.phase.begin(), image.phase.end(), pore);
+    const auto pores = std::count(image.phase.begin(), image.phase.end(), Phase::pore);
     return pores > 0 ? static_cast<double>(std::count(narrow.begin(), narrow.end(), 1)) / static_cast<double>(pores) : 0.0;
-}
-
-int write_slices(const Path& folder, const Solid& solid, const Container& container, const Section& section, double spacing_m,
-                 double pixel_m) {
-    if (!(spacing_m > 0.0) || !(pixel_m > 0.0)) throw UserError("the slice spacing and the pixel must be positive");
-    constexpr double most_slices = 100000, most_pixels = 1e8;
-    const Vec3 inner = container.high() - container.low();
-    const double pixels_a_slice = std::ceil(inner.x() / pixel_m) * std::ceil(inner.y() / pixel_m);
-    if (pixel_m > inner.head<2>().minCoeff() / 4.0 || pixels_a_slice > most_pixels)
-        throw UserError(fmt::format("pixels of {:g} m do not fit a container {:g} x {:g} m wide: {:.3g} pixels a slice", pixel_m, inner.x(),
-                                    inner.y(), pixels_a_slice),
-                        {.allowed = "at least 4 pixels across, at most 1e8 a slice", .mend = "the pixel is in metres"});
-    if (section.length() / spacing_m > most_slices)
-        throw UserError(fmt::format("a spacing of {:g} m would make {:.3g} slices", spacing_m, section.length() / spacing_m),
-                        {.allowed = fmt::format("at most {:g} slices", most_slices), .mend = "the spacing is in metres"});
-    Grid layer;
-    const Vec3 low = container.low(), size = container.high() - container.low();
-    for (std::size_t axis = 0; axis < 2; ++axis) {
-        layer.cells[axis] = static_cast<int>(std::ceil(size[static_cast<int>(axis)] / pixel_m - 1e-9));
-        layer.spacing_m[axis] = pixel_m;
-        layer.origin_m[axis] = low[static_cast<int>(axis)] - 0.5 * (layer.cells[axis] * pixel_m - size[static_cast<int>(axis)]);
-    }
-    const int count = std::max(1, 1 + static_cast<int>(std::floor(section.length() / spacing_m + 1e-9)));
-    require_memory(static_cast<double>(layer.cells[0]) * layer.cells[1] * 64.0, "a block of slices", "take larger pixels");
-    make_folder(folder);
-    Progress progress("slices");
-    // In blocks of slices: memory stays small, and a column is asked only once a block.
-    constexpr int block = 64;
-    for (int first = 0; first < count; first += block) {
-        Grid grid = layer;
-        grid.cells[2] = std::min(block, count - first);
-        grid.spacing_m[2] = spacing_m;
-        grid.origin_m[2] = section.z0 + (first - 0.5) * spacing_m;  // slice s lies at z0 + s spacing, the middle of its cell
-        std::vector<std::uint8_t> phase(grid.size());
-        fill(phase, grid, solid, container, {section.z0 - spacing_m, section.z1 + spacing_m});
-        const auto pixels = static_cast<std::size_t>(grid.cells[0]) * static_cast<std::size_t>(grid.cells[1]);
-        for (auto& value : phase) value = value == grain ? 0 : value == pore ? 255 : 128;
-        for (int k = 0; k < grid.cells[2]; ++k) {
-            check_interrupt();
-            write_gray_png(folder / fmt::format("slice_{:04}.png", first + k), grid.cells[0], grid.cells[1],
-                           {phase.data() + static_cast<std::size_t>(k) * pixels, pixels});
-        }
-        progress.update(static_cast<double>(first + grid.cells[2]) / count);
-    }
-    write_json(folder / "slices.json", {{"format", "porepack-slices"},
-                                        {"version", 1},
-                                        {"slices", count},
-                                        {"pixels", {layer.cells[0], layer.cells[1]}},
-                                        {"pixel_m", pixel_m},
-                                        {"spacing_m", spacing_m},
-                                        {"origin_m", {layer.origin_m[0], layer.origin_m[1], section.z0}},
-                                        {"values", {{"grain", 0}, {"pore", 255}, {"outside", 128}}},
-                                        {"axes", "columns: +x to the right, rows: +y upwards, slice number: +z"},
-                                        {"section_m", {section.z0, section.z1}},
-                                        {"container", to_json(container)}});
-    return count;
-}
-
-SliceStack read_slices(const Path& folder) {
-    const Json json = read_json(folder / "slices.json");
-    SliceStack stack;
-    int count = 0;
-    try {
-        if (json.at("format") != "porepack-slices") throw UserError("not a slice stack: " + folder.string());
-        count = json.at("slices").get<int>();
-        stack.grid.cells = {json.at("pixels").at(0).get<int>(), json.at("pixels").at(1).get<int>(), count};
-        const double pixel = json.at("pixel_m").get<double>();
-        stack.grid.spacing_m = {pixel, pixel, json.at("spacing_m").get<double>()};
-        stack.grid.origin_m = {json.at("origin_m").at(0).get<double>(), json.at("origin_m").at(1).get<double>(),
-                               json.at("origin_m").at(2).get<double>() - 0.5 * stack.grid.spacing_m[2]};
-        stack.section = {json.at("section_m").at(0).get<double>(), json.at("section_m").at(1).get<double>()};
-        stack.container = container_from_json(json.at("container"), (folder / "slices.json").string());
-    } catch (const Json::exception& fault) {
-        throw UserError(std::string("slices.json lacks something: ") + fault.what(), {.where = (folder / "slices.json").string()});
-    }
-    for (const double spacing : stack.grid.spacing_m)
-        if (!(spacing > 0.0)) throw UserError("spacing_m and pixel_m must be positive", {.where = (folder / "slices.json").string()});
-    stack.phase.reserve(stack.grid.size());
-    for (int s = 0; s < count; ++s) {
-        const Path file = folder / fmt::format("slice_{:04}.png", s);
-        int width = 0, height = 0;
-        const auto pixels = read_gray_png(file, width, height);
-        if (width != stack.grid.cells[0] || height != stack.grid.cells[1])
-            throw UserError(fmt::format("{} has {} x {} pixels, slices.json says {} x {}", file.string(), width, height,
-                                        stack.grid.cells[0], stack.grid.cells[1]));
-        for (const auto value : pixels) stack.phase.push_back(value < 64 ? grain : value > 192 ? pore : outside);
-    }
-    return stack;
 }
 
 }  // namespace porepack

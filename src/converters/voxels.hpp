@@ -1,7 +1,7 @@
 // Solids to voxels and slices, by cell centres, from exact intervals on vertical lines.
 #pragma once
 
-#include "io/image.hpp"
+#include "core/grid.hpp"
 #include "packing/grains.hpp"
 
 namespace porepack {
@@ -21,10 +21,13 @@ struct VoxelPlan {
 /// Phase of every cell; solid beyond the section's planes is left out. Notes: the container and the section.
 [[nodiscard]] PhaseImage voxelise(const Solid& solid, const Container& container, const Section& section, const VoxelPlan& plan);
 
+/// Phases of the cells of any grid by their centres, where solid beyond the section's planes is left out.
+void fill_phases(std::vector<std::uint8_t>& phase, const Grid& grid, const Solid& solid, const Container& container, const Section& section);
+
 /// Share of the pore volume that lies in gaps of at most `cells` voxels between solids, along x, y or z.
 [[nodiscard]] double narrow_fraction(const PhaseImage& image, int cells);
 
-/// A stack of gray pictures slice_0000.png (grain 0, pore 255, outside 128) from z0 to z1, with slices.json for the frame.
+/// A stack of gray images slice_0000.png (grain 0, pore 255, outside 128) from z0 to z1, with slices.json for the frame.
 /// Returns the number of slices.
 int write_slices(const Path& folder, const Solid& solid, const Container& container, const Section& section, double spacing_m,
                  double pixel_m);
@@ -35,7 +38,7 @@ struct SliceStack {
     Container container;
     Section section;
 };
-/// Throws UserError when slices.json or a picture is missing or differs in size.
+/// Throws UserError when slices.json or an image is missing or differs in size.
 [[nodiscard]] SliceStack read_slices(const Path& folder);
 
 }  // namespace porepack

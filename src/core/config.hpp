@@ -6,12 +6,12 @@
 #include <functional>
 #include <limits>
 #include <map>
-#include <memory>
 #include <set>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "core/choice.hpp"
 #include "core/files.hpp"
 
 namespace porepack {
@@ -26,7 +26,7 @@ struct Range {
     [[nodiscard]] std::string text() const;
 };
 
-// Sizes beyond these limits are slips of the pen; their powers would overflow.
+// Sizes beyond these limits are typing errors; their powers would overflow.
 inline constexpr double smallest_size = 1e-30, largest_size = 1e12;
 
 [[nodiscard]] inline Range positive() {
@@ -38,11 +38,11 @@ inline constexpr double smallest_size = 1e-30, largest_size = 1e12;
 [[nodiscard]] inline Range not_negative() {
     return {.low = 0.0, .high = largest_size};
 }
-/// A length that a thing can have, in metres.
-[[nodiscard]] inline Range length() {
+/// A length of something in a container, in metres.
+[[nodiscard]] inline Range length_range() {
     return {.low = 1e-12, .high = 1e6};
 }
-[[nodiscard]] inline Range length_or_auto() {
+[[nodiscard]] inline Range length_range_or_auto() {
     return {.low = 1e-12, .high = 1e6, .zero_is_auto = true};
 }
 [[nodiscard]] inline Range between(double low, double high) {
@@ -59,7 +59,28 @@ public:
     virtual void integer(const char* key, long& value, const Range& range, const char* meaning) = 0;
     virtual void boolean(const char* key, bool& value, const char* meaning) = 0;
     virtual void text(const char* key, std::string& value, const char* meaning) = 0;
-    virtual void choice(const char* key, std::string& value, const std::vector<std::string>& allowed, const char* meaning) = 0;
+    /// One of a few words.
+    virtual void word(const char* key, std::string& value, const std::vector<std::string>& allowed, const char* meaning) = 0;
+    /// An enum with names (core/choice.hpp).
+    template <NamedEnum Enum>
+    void choice(const char* key, Enum& value, const char* meaning) {
+        std::vector<std::string> names;
+        for (const auto& one : choices_of(value)) names.emplace_back(one.name);
+        std::string name(name_of(value));
+        word(key, name, names, meaning);
+        value = choice_named<Enum>(name).value();
+    }
+    /// Of these alone.
+    template <NamedEnum Enum>
+    void choice(const char* key, Enum& value, const std::vector<Enum>& allowed, const char* meaning) {
+        std::vector<std::string> names;
+        for (const Enum one : allowed) names.emplace_back(name_of(one));
+        std::string name(name_of(value));
+        word(key, name, names, meaning);
+        value = choice_named<Enum>(name).value();
+    }
+    /// A key's name in an earlier version: still read for one version, with a warning.
+    virtual void renamed(const char* old_key, const char* key) = 0;
     /// A list of `sizes.first` to `sizes.second` numbers (an empty list stands for "not given").
     virtual void numbers(const char* key, std::vector<double>& values, std::pair<std::size_t, std::size_t> sizes, const Range& range,
                          const char* meaning) = 0;
@@ -73,29 +94,13 @@ using Describe = std::function<void(ConfigVisitor&)>;
 /// Values from the command line by key; they win over the file.
 using Flags = std::map<std::string, std::string>;
 
-/// A TOML file that has been parsed. Faults of syntax throw UserError with file and line.
-class TomlFile {
-public:
-    explicit TomlFile(const Path& path);
-    TomlFile();  ///< an empty one: defaults and flags only
-    ~TomlFile();
-    TomlFile(TomlFile&&) noexcept;
-    TomlFile& operator=(TomlFile&&) noexcept;
-
-    /// Reads table `name` ("" = the top level) into what `describe` lists. An unknown key, a wrong type and a value out
-    /// of range throw UserError with file, line, what is allowed and the nearest known key.
-    void read(std::string_view name, const Describe& describe, const Flags& flags = {}) const;
-    [[nodiscard]] bool has(std::string_view name) const;
-    /// Throws UserError when the file has a table that is not in `known`.
-    void require_known_tables(const std::vector<std::string>& known) const;
-
-private:
-    struct Content;
-    std::unique_ptr<Content> content_;
-};
-
 /// The resolved values, in the order of the list.
-[[nodiscard]] Json to_json(const Describe& describe);
+[[nodiscard]] Json resolved(const Describe& describe);
+/// The same of a table's struct.
+template <typename Config>
+[[nodiscard]] Json resolved_config(Config config) {
+    return resolved([&](ConfigVisitor& v) { describe(v, config); });
+}
 
 /// One row a key, for help and for the reference page.
 struct KeyRow {
@@ -107,6 +112,8 @@ struct KeyRow {
 [[nodiscard]] std::pair<std::string, std::string> split_unit(std::string_view key);
 /// "voxel_size_m" -> "--voxel-size".
 [[nodiscard]] std::string flag_of(std::string_view key);
+/// Old name -> new name of the keys that were renamed.
+[[nodiscard]] std::map<std::string, std::string> renamed_keys(const Describe& describe);
 /// The known word nearest to `word` (Levenshtein), or empty when none is near.
 [[nodiscard]] std::string nearest(std::string_view word, const std::vector<std::string>& known);
 

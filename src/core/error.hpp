@@ -9,11 +9,11 @@ namespace porepack {
 
 enum class ExitCode { done = 0, user = 2, numerical = 3, engine = 4, machine = 5 };
 
-/// What a message tells beside what happened: where, what is allowed, and how to mend it. Empty parts are left out.
+/// What a message tells beside what happened: where, what is allowed, and how to fix it. Empty parts are left out.
 struct Advice {
     std::string where = {};
     std::string allowed = {};
-    std::string mend = {};
+    std::string fix = {};
 };
 
 [[nodiscard]] std::string with_advice(std::string_view what, const Advice& advice);
@@ -27,7 +27,7 @@ private:
     ExitCode code_;
 };
 
-/// The input is wrong, and the user can mend it (exit 2).
+/// The input is wrong, and the user can fix it (exit 2).
 struct UserError : Error {
     explicit UserError(std::string_view what, const Advice& advice = {}) : Error(ExitCode::user, what, advice) {}
 };

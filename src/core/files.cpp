@@ -1,15 +1,12 @@
 #include "core/files.hpp"
 
 #include <fmt/format.h>
-#include <openssl/evp.h>
 #include <unistd.h>
 
-#include <array>
 #include <cerrno>
 #include <cstring>
 #include <deque>
 #include <fstream>
-#include <memory>
 
 #include "core/error.hpp"
 
@@ -20,30 +17,13 @@ namespace {
 [[noreturn]] void throw_write_error(const Path& path) {
     const std::string reason = std::strerror(errno == 0 ? EIO : errno);
     throw MachineError("cannot write " + path.string() + ": " + reason,
-                       {.mend = "free some disk space or choose another folder with --output"});
+                       {.fix = "free some disk space or choose another folder with --output"});
 }
-
-class Sha256 {
-public:
-    Sha256() : context_(EVP_MD_CTX_new(), EVP_MD_CTX_free) { EVP_DigestInit_ex(context_.get(), EVP_sha256(), nullptr); }
-    void add(std::string_view bytes) { EVP_DigestUpdate(context_.get(), bytes.data(), bytes.size()); }
-    [[nodiscard]] std::string hex() {
-        std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
-        unsigned int size = 0;
-        EVP_DigestFinal_ex(context_.get(), digest.data(), &size);
-        std::string text;
-        for (unsigned int i = 0; i < size; ++i) text += fmt::format("{:02x}", digest[i]);
-        return text;
-    }
-
-private:
-    std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context_;
-};
 
 }  // namespace
 
 std::string read_text(const Path& path) {
-    if (!fs::exists(path)) throw UserError("no such file: " + path.string(), {.mend = "check the path"});
+    if (!fs::exists(path)) throw UserError("no such file: " + path.string(), {.fix = "check the path"});
     if (fs::is_directory(path)) throw UserError(path.string() + " is a folder, a file is needed");
     std::ifstream in(path, std::ios::binary);
     std::string text((std::istreambuf_iterator<char>(in)), {});
@@ -95,30 +75,14 @@ void make_folder(const Path& path) {
     fs::create_directories(path, fault);
     if (fault)
         throw UserError("cannot make the folder " + path.string() + ": " + fault.message(),
-                        {.mend = "choose a folder that you may write to with --output"});
+                        {.fix = "choose a folder that you may write to with --output"});
 }
 
 void require_writable(const Path& folder) {
     make_folder(folder);
     if (access(folder.c_str(), W_OK) != 0)
         throw UserError("cannot write in the folder " + folder.string() + ": " + std::strerror(errno),
-                        {.mend = "choose a folder that you may write to with --output"});
-}
-
-std::string sha256(std::string_view bytes) {
-    Sha256 digest;
-    digest.add(bytes);
-    return digest.hex();
-}
-
-std::string sha256_of_file(const Path& path) {
-    std::ifstream in(path, std::ios::binary);
-    if (!in) throw UserError((fs::exists(path) ? "cannot read " : "no such file: ") + path.string(), {.mend = "check the path"});
-    Sha256 digest;
-    std::vector<char> buffer(1 << 20);
-    while (in.read(buffer.data(), static_cast<std::streamsize>(buffer.size())) || in.gcount() > 0)
-        digest.add({buffer.data(), static_cast<std::size_t>(in.gcount())});
-    return digest.hex();
+                        {.fix = "choose a folder that you may write to with --output"});
 }
 
 std::string tail(const Path& path, int lines) {

@@ -28,10 +28,6 @@ void make_folder(const Path& path);
 /// Throws UserError unless a file can be written in the folder.
 void require_writable(const Path& folder);
 
-/// Digests as sha256sum prints them.
-[[nodiscard]] std::string sha256(std::string_view bytes);
-[[nodiscard]] std::string sha256_of_file(const Path& path);
-
 /// The last `lines` lines of a text file; empty when there is none.
 [[nodiscard]] std::string tail(const Path& path, int lines);
 

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <csignal>
 
+#include "core/context.hpp"
 #include "core/error.hpp"
 
 namespace porepack {
@@ -27,11 +28,11 @@ void install_signal_handlers() {
 }
 
 bool interrupted() {
-    return received_signal != 0;
+    return context().interrupted ? context().interrupted() : received_signal != 0;
 }
 
 void check_interrupt() {
-    if (interrupted()) throw MachineError("interrupted", {.mend = "run the same command again: it goes on at the stage that was cut"});
+    if (interrupted()) throw MachineError("interrupted", {.fix = "run the same command again: it resumes at the stage that was interrupted"});
 }
 
 }  // namespace porepack

@@ -1,9 +1,9 @@
-// Ctrl-C and SIGTERM set a flag; long loops ask for it, so that nothing is cut in the middle of a write.
+// Ctrl-C and SIGTERM set a flag; long loops ask for it, so that no write is interrupted half-way.
 #pragma once
 
 namespace porepack {
 
-/// Installs the handlers for SIGINT and SIGTERM, and ignores SIGXFSZ and SIGPIPE (the write then reports the error).
+/// For programs; a library that is embedded asks its host (core/context.hpp). Installs the handlers for SIGINT and SIGTERM, and ignores SIGXFSZ and SIGPIPE (the write then reports the error).
 void install_signal_handlers();
 
 [[nodiscard]] bool interrupted();

@@ -6,19 +6,31 @@
 #include <cmath>
 #include <cstdio>
 
+#include "core/context.hpp"
+
 namespace porepack {
+namespace {
 
 // A log that cannot be written must not end the work.
-void log_raw(const std::string& text) {
+void to_stderr(const std::string& text) {
     (void)std::fwrite(text.data(), 1, text.size(), stderr);
 }
 
+void tell(LogLevel level, std::string_view text) {
+    if (context().log)
+        context().log(level, text);
+    else
+        to_stderr(fmt::format("{}{}\n", level == LogLevel::warning ? "warning: " : "", text));
+}
+
+}  // namespace
+
 void log_line(std::string_view text) {
-    log_raw(fmt::format("{}\n", text));
+    tell(LogLevel::info, text);
 }
 
 void log_warning(std::string_view text) {
-    log_raw(fmt::format("warning: {}\n", text));
+    tell(LogLevel::warning, text);
 }
 
 std::string human_time(double seconds) {
@@ -38,23 +50,25 @@ std::string human_bytes(double bytes) {
 Progress::Progress(std::string label) : label_(std::move(label)), terminal_(isatty(STDERR_FILENO) == 1) {}
 
 Progress::~Progress() {
-    if (terminal_ && drawn_) log_raw("\r\033[K");
+    if (!drawn_) return;
+    if (context().progress)
+        context().progress(label_, 1.0, watch_.seconds(), {});
+    else if (terminal_)
+        to_stderr("\r\033[K");
 }
 
 void Progress::update(double fraction, std::string_view detail) {
     const double now = watch_.seconds();
-    if (now - last_ < (terminal_ ? 0.2 : 10.0)) return;
+    const bool hosted = static_cast<bool>(context().progress);
+    if (now - last_ < (terminal_ || hosted ? 0.2 : 10.0)) return;
     last_ = now;
     done_ = std::max(done_, std::min(fraction, 1.0));  // never backwards
-    const double done = done_;
-    const std::string left = done > 0.01 ? human_time(now * (1.0 - done) / done) + " left" : "time left unknown";
-    const std::string line = fmt::format("{}: {:3.0f} %, {}{}{}", label_, 100.0 * done, left, detail.empty() ? "" : ", ", detail);
-    if (terminal_)
-        log_raw(fmt::format("\r\033[K{}", line));
-    else
-        log_line(line);
-    std::fflush(stderr);
     drawn_ = true;
+    if (hosted) return context().progress(label_, done_, now, detail);
+    const std::string left = done_ > 0.01 ? human_time(now * (1.0 - done_) / done_) + " left" : "time left unknown";
+    const std::string line = fmt::format("{}: {:3.0f} %, {}{}{}", label_, 100.0 * done_, left, detail.empty() ? "" : ", ", detail);
+    to_stderr(terminal_ ? fmt::format("\r\033[K{}", line) : line + "\n");
+    std::fflush(stderr);
 }
 
 }  // namespace porepack

@@ -1,4 +1,4 @@
-// The log goes to stderr, results to stdout.
+// The log and the progress of long steps. They go to stderr unless the host program replaces them (core/context.hpp).
 #pragma once
 
 #include <fmt/format.h>
@@ -9,7 +9,6 @@
 
 namespace porepack {
 
-void log_raw(const std::string& text);
 void log_line(std::string_view text);
 void log_warning(std::string_view text);
 

@@ -66,11 +66,11 @@ void set_thread_count(int threads) {
     if (threads > 0) omp_set_num_threads(threads);
 }
 
-void require_memory(double bytes, const std::string& what, const std::string& mend) {
+void require_memory(double bytes, const std::string& what, const std::string& fix) {
     const double available = available_memory_bytes();
     if (bytes < 0.95 * available) return;
     throw UserError(fmt::format("{} needs {}, and this machine has {} free", what, human_bytes(bytes), human_bytes(available)),
-                    {.mend = mend});
+                    {.fix = fix});
 }
 
 }  // namespace porepack

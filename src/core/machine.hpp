@@ -18,6 +18,6 @@ void reset_peak_memory();
 void set_thread_count(int threads);
 
 /// Throws UserError with the numbers when `bytes` will not fit, before anything is allocated.
-void require_memory(double bytes, const std::string& what, const std::string& mend);
+void require_memory(double bytes, const std::string& what, const std::string& fix);
 
 }  // namespace porepack

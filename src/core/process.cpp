@@ -137,7 +137,7 @@ ProgramEnd run_program(const Program& program) {
     }
     if (end.exit_code == 126 || end.exit_code == 127)
         throw EngineError("cannot start " + program.command.front(),
-                          {.where = program.folder.string(), .mend = "see `porepack --version` for the engines found"});
+                          {.where = program.folder.string(), .fix = "see `porepack --version` for the engines found"});
     return end;
 }
 
@@ -157,7 +157,7 @@ std::optional<Path> find_program(const std::string& name) {
 
 void require_program(const std::string& name, const std::string& package) {
     if (find_program(name)) return;
-    throw EngineError(name + " is not installed (not on PATH)", {.mend = "apt-get install --no-install-recommends " + package});
+    throw EngineError(name + " is not installed (not on PATH)", {.fix = "apt-get install --no-install-recommends " + package});
 }
 
 std::string first_line_of(const std::string& shell_command) {

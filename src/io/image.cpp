@@ -64,7 +64,7 @@ void write_image(const Path& path, vtkImageData* image) {
         writer->SetCompressorTypeToZLib();
         writer->SetCompressionLevel(1);
         if (writer->Write() != 1 || writer->GetErrorCode() != 0)
-            throw MachineError("cannot write " + path.string(), {.mend = "free some disk space or choose another folder with --output"});
+            throw MachineError("cannot write " + path.string(), {.fix = "free some disk space or choose another folder with --output"});
     });
 }
 
@@ -76,7 +76,7 @@ vtkNew<vtkXMLImageDataReader> open_image(const Path& path) {
     reader->SetFileName(path.c_str());
     reader->Update();
     if (reader->GetErrorCode() != 0 || reader->GetOutput()->GetNumberOfCells() == 0)
-        throw UserError("the image cannot be read: " + path.string(), {.mend = "the file may be cut: write it again"});
+        throw UserError("the image cannot be read: " + path.string(), {.fix = "the file may be cut: write it again"});
     return reader;
 }
 
@@ -144,7 +144,7 @@ void require_whole_png(const std::string& bytes, const Path& path) {
         if (bytes.compare(at + 4, 4, "IEND") == 0) return;
         at += 12 + length;
     }
-    throw UserError("the picture is damaged or cut: " + path.string(), {.mend = "write it again"});
+    throw UserError("the picture is damaged or cut: " + path.string(), {.fix = "write it again"});
 }
 
 void write_png(const Path& path, int width, int height, std::span<const std::uint8_t> pixels, int components) {
@@ -160,7 +160,7 @@ void write_png(const Path& path, int width, int height, std::span<const std::uin
         writer->SetInputData(image);
         writer->Write();
         if (writer->GetErrorCode() != 0)
-            throw MachineError("cannot write " + path.string(), {.mend = "free some disk space or choose another folder with --output"});
+            throw MachineError("cannot write " + path.string(), {.fix = "free some disk space or choose another folder with --output"});
     });
 }
 
@@ -198,7 +198,7 @@ FlowImage read_flow_image(const Path& path) {
             const double value = velocity->GetComponent(static_cast<vtkIdType>(i), axis);
             if (!std::isfinite(value))
                 throw UserError(fmt::format("the velocity is not finite in cell {} of {}", i, path.string()),
-                                {.mend = "the flow run that wrote it went wrong: run it again"});
+                                {.fix = "the flow run that wrote it went wrong: run it again"});
             image.velocity_m_per_s[3 * i + static_cast<std::size_t>(axis)] = static_cast<float>(value);
         }
     if (data->GetCellData()->HasArray("phase") == 1) image.phase = phases_of(data, path);
@@ -225,7 +225,7 @@ std::vector<std::uint8_t> read_gray_png(const Path& path, int& width, int& heigh
     height = dimensions[1];
     vtkDataArray* array = reader->GetOutput()->GetPointData()->GetScalars();
     if (reader->GetErrorCode() != 0 || array == nullptr || width < 1 || height < 1)
-        throw UserError("the picture cannot be read: " + path.string(), {.mend = "the file may be cut: write it again"});
+        throw UserError("the picture cannot be read: " + path.string(), {.fix = "the file may be cut: write it again"});
     std::vector<std::uint8_t> pixels(static_cast<std::size_t>(array->GetNumberOfTuples()));
     for (std::size_t i = 0; i < pixels.size(); ++i)
         pixels[i] = static_cast<std::uint8_t>(array->GetComponent(static_cast<vtkIdType>(i), 0));

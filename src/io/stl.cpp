@@ -57,7 +57,7 @@ void require_finite(const std::array<std::array<float, 3>, 3>& corners, std::siz
         for (const float value : corner)
             if (!std::isfinite(value))
                 throw UserError(fmt::format("triangle {} of {} has a corner that is not finite", triangle, path.string()),
-                                {.mend = "export the surface again"});
+                                {.fix = "export the surface again"});
 }
 
 TriangleSurface read_binary(const std::string& bytes, std::uint32_t count, const Path& path, double unit) {
@@ -89,7 +89,7 @@ TriangleSurface read_ascii(const std::string& text, const Path& path, double uni
                 std::from_chars(number.data() + (number.starts_with('+') ? 1 : 0), number.data() + number.size(), value);
             if (fault != std::errc() || end != number.data() + number.size()) {
                 throw UserError(fmt::format("`{}` is no number in triangle {} of {}", number, triangle, path.string()),
-                                {.mend = "the file may be cut: export it again"});
+                                {.fix = "the file may be cut: export it again"});
             }
         }
         if (++corner < 3) continue;
@@ -100,7 +100,7 @@ TriangleSurface read_ascii(const std::string& text, const Path& path, double uni
     }
     if (!ended || corner != 0)
         throw UserError(fmt::format("the STL file is cut: {} ends in triangle {}", path.string(), triangle),
-                        {.mend = "export or copy it again"});
+                        {.fix = "export or copy it again"});
     return std::move(welder.surface);
 }
 
@@ -184,7 +184,7 @@ TriangleSurface read_stl(const Path& path, double unit_m) {
         if (bytes.size() < expected)
             throw UserError(fmt::format("the STL file is cut: {} announces {} triangles ({} bytes) and has {} bytes", path.string(), count,
                                         expected, bytes.size()),
-                            {.mend = "export or copy it again"});
+                            {.fix = "export or copy it again"});
         surface = read_binary(bytes, count, path, unit_m);
     }
     if (surface.triangles.empty()) throw UserError("the STL file has no triangle: " + path.string());

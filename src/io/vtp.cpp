@@ -17,7 +17,7 @@ void write_poly_data(const Path& path, vtkPolyData* data) {
         writer->SetFileName(name.c_str());
         writer->SetInputData(data);
         if (writer->Write() != 1 || writer->GetErrorCode() != 0)
-            throw MachineError("cannot write " + path.string(), {.mend = "free some disk space or choose another folder with --output"});
+            throw MachineError("cannot write " + path.string(), {.fix = "free some disk space or choose another folder with --output"});
     });
 }
 

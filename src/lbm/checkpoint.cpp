@@ -10,19 +10,19 @@ namespace porepack {
 namespace {
 
 constexpr const char* key = "porepack_checkpoint";
-constexpr const char* remove_it = "remove the file to begin anew";
+constexpr const char* remove_it = "remove the file to start again";
 
 [[noreturn]] void refuse(const Path& path, const std::string& why) {
-    throw UserError("the checkpoint " + why, {.where = path.string(), .mend = remove_it});
+    throw UserError("the checkpoint " + why, {.where = path.string(), .fix = remove_it});
 }
 
 template <typename Real>
-bool all_finite(std::span<const std::byte> state) {
+bool all_finite(std::span<const std::byte> populations) {
     bool finite = true;
 #pragma omp parallel for schedule(static) reduction(&& : finite)
-    for (std::size_t i = 0; i < state.size() / sizeof(Real); ++i) {
+    for (std::size_t i = 0; i < populations.size() / sizeof(Real); ++i) {
         Real value = 0;
-        std::memcpy(&value, state.data() + i * sizeof(Real), sizeof(Real));
+        std::memcpy(&value, populations.data() + i * sizeof(Real), sizeof(Real));
         finite = finite && std::isfinite(value);
     }
     return finite;
@@ -33,37 +33,53 @@ std::ifstream open_behind_header(const Path& path, Json& header) {
     std::string line;
     if (!file || !std::getline(file, line)) refuse(path, "cannot be read");
     header = Json::parse(line, nullptr, false);
-    if (header.is_discarded() || !header.is_object() || !header.contains(key)) refuse(path, "is none");
+    if (header.is_discarded() || !header.is_object() || !header.contains(key)) refuse(path, "is not one");
     return file;
 }
 
 }  // namespace
 
-void write_checkpoint(const Path& path, const Json& header, std::span<const std::byte> state) {
-    Json marked = header;
-    marked[key] = 1;
+template <MembersOf<SavedRun> Self, typename Visit>
+void visit_members(Self& saved, const Visit& visit) {
+    visit("run", saved.identity);
+    visit("attempts", saved.attempts);
+    visit("relaxation_time", saved.relaxation_time);
+    visit("steps", saved.run.steps);
+    visit("seconds", saved.run.seconds);
+    visit("grids", saved.grids);
+    visit("history", saved.run.history);
+}
+
+void write_checkpoint(const Path& path, const SavedRun& saved, std::span<const std::byte> populations) {
+    Json header = json_of(saved);
+    header[key] = 2;
     write_whole(path, [&](const Path& part) {
         std::ofstream file(part, std::ios::binary);
-        file << marked.dump() << '\n';
-        file.write(reinterpret_cast<const char*>(state.data()), static_cast<std::streamsize>(state.size()));
+        file << header.dump() << '\n';
+        file.write(reinterpret_cast<const char*>(populations.data()), static_cast<std::streamsize>(populations.size()));
         file.close();
-        if (!file) throw MachineError("the checkpoint cannot be written", {.where = path.string(), .mend = "is the disk full?"});
+        if (!file) throw MachineError("the checkpoint cannot be written", {.where = path.string(), .fix = "is the disk full?"});
     });
 }
 
-Json read_checkpoint_header(const Path& path) {
+SavedRun read_checkpoint(const Path& path) {
     Json header;
     (void)open_behind_header(path, header);
-    return header;
+    try {
+        return from_json_members<SavedRun>(header);
+    } catch (const nlohmann::json::exception&) {
+        refuse(path, "is of another version");
+    }
 }
 
-void read_checkpoint_state(const Path& path, std::span<std::byte> state, std::size_t bytes_a_number) {
+void read_checkpoint_populations(const Path& path, std::span<std::byte> populations, Precision precision) {
     Json header;
     std::ifstream file = open_behind_header(path, header);
-    file.read(reinterpret_cast<char*>(state.data()), static_cast<std::streamsize>(state.size()));
-    if (file.gcount() != static_cast<std::streamsize>(state.size()) || file.peek() != std::char_traits<char>::eof())
+    file.read(reinterpret_cast<char*>(populations.data()), static_cast<std::streamsize>(populations.size()));
+    if (file.gcount() != static_cast<std::streamsize>(populations.size()) || file.peek() != std::char_traits<char>::eof())
         refuse(path, "has the wrong size");
-    if (!(bytes_a_number == 4 ? all_finite<float>(state) : all_finite<double>(state))) refuse(path, "holds numbers that are not finite");
+    if (!(precision == Precision::single_precision ? all_finite<float>(populations) : all_finite<double>(populations)))
+        refuse(path, "holds numbers that are not finite");
 }
 
 }  // namespace porepack

@@ -1,16 +1,25 @@
-// A run's state on disk: a line of JSON, then the populations as they lie in memory.
+// The state of a sequence of grids on disk: a line of JSON, then the populations as they lie in memory.
 #pragma once
 
 #include <span>
 
-#include "core/files.hpp"
+#include "lbm/permeability.hpp"
 
 namespace porepack {
 
-void write_checkpoint(const Path& path, const Json& header, std::span<const std::byte> state);
+/// What a checkpoint says beside the populations.
+struct SavedRun {
+    std::string identity;          ///< of the grid and all settings: a run resumes only from its own checkpoint
+    long attempts = 0;             ///< grids begun before this one, those left out included
+    double relaxation_time = 0.0;  ///< of the grid that was interrupted
+    std::vector<LbmGridResult> grids;
+    StokesRun run;  ///< steps, seconds and history of the grid that was interrupted
+};
+
+void write_checkpoint(const Path& path, const SavedRun& saved, std::span<const std::byte> populations);
 /// Throws UserError when the file is no checkpoint.
-[[nodiscard]] Json read_checkpoint_header(const Path& path);
-/// Fills `state`. Throws UserError when the file holds less or more, or numbers that are not finite (of `bytes_a_number`).
-void read_checkpoint_state(const Path& path, std::span<std::byte> state, std::size_t bytes_a_number);
+[[nodiscard]] SavedRun read_checkpoint(const Path& path);
+/// Fills `populations`. Throws UserError when the file holds less or more, or numbers that are not finite.
+void read_checkpoint_populations(const Path& path, std::span<std::byte> populations, Precision precision);
 
 }  // namespace porepack

@@ -2,17 +2,43 @@
 #pragma once
 
 #include "core/config.hpp"
+#include "lbm/scheme.hpp"
 
 namespace porepack {
 
+/// Two relaxation times, or one (BGK, the paper's).
+enum class Collision { trt, bgk };
+constexpr std::array<Choice<Collision>, 2> choices_of(Collision) {
+    return {{{Collision::trt, "trt"}, {Collision::bgk, "bgk"}}};
+}
+/// Of the populations.
+enum class Precision { double_precision, single_precision };
+constexpr std::array<Choice<Precision>, 2> choices_of(Precision) {
+    return {{{Precision::double_precision, "double"}, {Precision::single_precision, "single"}}};
+}
+[[nodiscard]] constexpr double bytes_of(Precision precision) {
+    return precision == Precision::single_precision ? 4.0 : 8.0;
+}
+/// What drives the flow at the ends of the section: constant pressure on both, or the paper's inlet and outlet.
+enum class Ends { pressure, paper };
+constexpr std::array<Choice<Ends>, 2> choices_of(Ends) {
+    return {{{Ends::pressure, "pressure"}, {Ends::paper, "paper"}}};
+}
+/// Files of the flow field.
+enum class FieldFiles { vti, none };
+constexpr std::array<Choice<FieldFiles>, 2> choices_of(FieldFiles) {
+    return {{{FieldFiles::vti, "vti"}, {FieldFiles::none, "none"}}};
+}
+
+/// Meaning, unit, range and default of each key: see describe(). 0 stands for "chosen automatically" where that is allowed.
 struct LbmConfig {
-    std::string direction = "z";
-    std::string walls = "interpolated";
-    std::string collision = "trt";
-    std::string precision = "double";
-    std::string ends = "pressure";
+    Axis direction = Axis::z;
+    Walls walls = Walls::interpolated;
+    Collision collision = Collision::trt;
+    Precision precision = Precision::double_precision;
+    Ends ends = Ends::pressure;
     double relaxation_time = 0.0;
-    double magic_number = 0.0;
+    double magic_parameter = 0.0;
     double tolerance = 0.0;
     double max_time_s = 0.0;
     double iteration_tolerance = 0.0;
@@ -21,24 +47,23 @@ struct LbmConfig {
     double grid_ratio = 1.5;
     bool tensor = false;
     long subsections = 4;
-    std::string fields = "vti";
+    FieldFiles fields = FieldFiles::vti;
     double superficial_velocity_m_per_s = 5e-5;
     double checkpoint_minutes = 10.0;
 };
 
 inline void describe(ConfigVisitor& v, LbmConfig& c) {
-    v.choice("direction", c.direction, {"x", "y", "z"}, "direction of the flow; x and y in periodic boxes only");
-    v.choice("walls", c.walls, {"interpolated", "bounce_back"},
-             "interpolated: walls at their exact distance, second order; bounce_back: half-way between nodes, the paper's");
-    v.choice("collision", c.collision, {"trt", "bgk"}, "two relaxation times, or one (the paper's; k then depends on relaxation_time)");
-    v.choice("precision", c.precision, {"double", "single"}, "of the populations; single halves memory and time");
-    v.choice("ends", c.ends, {"pressure", "paper"},
-             "pressure: constant pressure on both end planes; paper: Poiseuille's profile of the tube comes in at the first (needs a "
+    v.choice("direction", c.direction, "direction of the flow; x and y in periodic boxes only");
+    v.choice("walls", c.walls, "interpolated: walls at their exact distance, second order; bounce_back: half-way between nodes, the paper's");
+    v.choice("collision", c.collision, "two relaxation times, or one (the paper's; k then depends on relaxation_time)");
+    v.choice("precision", c.precision, "of the populations; single halves memory and time");
+    v.choice("ends", c.ends, "pressure: constant pressure on both end planes; paper: Poiseuille's profile of the tube comes in at the first (needs a "
              "reservoir), constant pressure and zero gradient at the second");
     v.number("relaxation_time", c.relaxation_time, {.low = 0.5, .high = 100.0, .low_open = true, .zero_is_auto = true},
              "tau of the symmetric moments (lattice viscosity (tau - 1/2)/3); with trt k does not depend on it, the number of steps does; "
              "auto: the fastest, found on the coarsest grid; with bgk 0.59, the paper's");
-    v.number("magic_number", c.magic_number, {.low = 1e-6, .high = 10.0, .zero_is_auto = true},
+    v.renamed("magic_number", "magic_parameter");
+    v.number("magic_parameter", c.magic_parameter, {.low = 1e-6, .high = 10.0, .zero_is_auto = true},
              "Lambda = (tau+ - 1/2)(tau- - 1/2) of the two relaxation times; auto: 1/12 with interpolated walls, 3/16 with bounce_back");
     v.number("tolerance", c.tolerance, {.low = 1e-4, .high = 0.5, .zero_is_auto = true},
              "relative half width of k's interval that is asked for: grids are then refined from coarse to fine until it is reached; auto: "
@@ -47,18 +72,18 @@ inline void describe(ConfigVisitor& v, LbmConfig& c) {
              "seconds after which a run with a tolerance starts no finer grid; auto: no limit");
     v.number("iteration_tolerance", c.iteration_tolerance, {.low = 1e-12, .high = 0.1, .zero_is_auto = true},
              "relative iteration error of k at which a grid's run stops; auto: a tenth of the tolerance, or 1e-4");
-    v.integer("max_steps", c.max_steps, {.low = 1, .high = 1e9}, "give up after as many time steps");
+    v.integer("max_steps", c.max_steps, {.low = 1, .high = 1e9}, "a run that is not steady after this number of time steps is an error");
     v.integer("grids", c.grids, between(1, 6),
-              "number of grids, coarse to fine; three or more give the interval (coarser ones are added down to 6 voxels a grain "
+              "number of grids, coarse to fine; three or more give the interval (coarser ones are added down to 6 voxels per grain "
               "diameter), fewer none");
     v.number("grid_ratio", c.grid_ratio, {.low = 1.1, .high = 4.0}, "voxel size of a grid / that of the next finer one");
     v.boolean("tensor", c.tensor, "of a box that is periodic in x, y and z: three runs give the whole permeability tensor");
     v.integer("subsections", c.subsections, between(1, 1000), "parts along z whose permeabilities are given too");
-    v.choice("fields", c.fields, {"vti", "none"}, "none: no flow.vti");
+    v.choice("fields", c.fields, "none: no flow.vti");
     v.number("superficial_velocity_m_per_s", c.superficial_velocity_m_per_s, between(1e-12, 1e3),
              "physical state of flow.vti: water (1e-6 m2/s, 1000 kg/m3) at this superficial velocity");
     v.number("checkpoint_minutes", c.checkpoint_minutes, {.low = 1e-4, .high = 1e6},
-             "minutes between checkpoints, from which a killed run goes on");
+             "minutes between checkpoints, from which an interrupted run resumes");
 }
 
 }  // namespace porepack

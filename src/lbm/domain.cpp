@@ -133,7 +133,7 @@ Domain build_domain(const PhaseImage& image, const Drive& drive, const FlowWalls
     const std::size_t n = domain.nodes();
     if (static_cast<double>(n) * 19.0 > 4.2e9)
         throw UserError(fmt::format("{} fluid nodes are more than this solver can number", n),
-                        {.allowed = "220 million", .mend = "take a larger voxel size"});
+                        {.allowed = "220 million", .fix = "take a larger voxel size"});
 
     constexpr std::size_t share = 16384;
     std::vector<Links> parts((n + share - 1) / share);

@@ -68,11 +68,11 @@ private:
 
 class Series {
 public:
-    Series(const LbmScene& scene, double voxel_size_m, const InertialGate& gate)
-        : gate_(gate), image_(scene.voxels(voxel_size_m)), drive_(choose_drive(scene.container, "z")) {
-        const FlowWalls walls{*scene.solid, scene.container, scene.section};
-        domain_ = build_domain(image_, drive_, &walls);
-        section_ = flow_section(image_, scene.container, scene.section, drive_);
+    Series(const PoreSpace& space, double voxel_size_m, const InertialCriterion& criterion)
+        : criterion_(criterion), image_(space.voxelise_at(voxel_size_m)), drive_(choose_drive(space.container, Axis::z)) {
+        const std::optional<FlowWalls> walls = space.walls();
+        domain_ = build_domain(image_, drive_, walls ? &*walls : nullptr);
+        section_ = flow_section(image_, space.container, space.section, drive_);
         moments_.assign(domain_.nodes(), {});
         log_info("flow with inertia: {} x {} x {} voxels of {:.4g} m, {} fluid nodes", image_.grid.cells[0], image_.grid.cells[1],
                  image_.grid.cells[2], voxel_size(), domain_.nodes());
@@ -94,9 +94,9 @@ public:
         }
         for_chunks([&](std::size_t first, std::size_t count) { flow->set_moments(first, std::span(moments_).subspan(first, count)); });
         const StokesRun run = run_to_steady(*flow, domain_, scheme, section_,
-                                            {.tolerance = inertia ? gate_.tolerance : 0.1 * gate_.tolerance,
-                                             .max_steps = gate_.max_steps,
-                                             .steps_a_check = std::max(40L, 2 * std::lround(0.25 * settling_steps))});
+                                            {.tolerance = inertia ? criterion_.tolerance : 0.1 * criterion_.tolerance,
+                                             .max_steps = criterion_.max_steps,
+                                             .steps_per_check = std::max(40L, 2 * std::lround(0.25 * settling_steps))});
         // Drag of walls and grains a volume: of the deviation from the mean gradient, and that gradient's buoyancy.
         // All of it is the section's, for free water hardly resists.
         const double layers = image_.grid.cells[2], volume = section_.area_cells * layers;
@@ -110,12 +110,12 @@ public:
     [[nodiscard]] double resistance() const { return resistance_; }
     [[nodiscard]] double gradient() const { return gradient_; }
     [[nodiscard]] double fastest() const {
-        double most = 0.0;
+        double maximum = 0.0;
         for (const Moments& node : moments_) {
             const auto& u = node.velocity;
-            most = std::max(most, u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
+            maximum = std::max(maximum, u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
         }
-        return std::sqrt(most);
+        return std::sqrt(maximum);
     }
 
 private:
@@ -125,7 +125,7 @@ private:
             work(first, std::min(Flow::chunk, moments_.size() - first));
     }
 
-    InertialGate gate_;
+    InertialCriterion criterion_;
     PhaseImage image_;
     Drive drive_;
     Domain domain_;
@@ -136,15 +136,15 @@ private:
 
 }  // namespace
 
-InertialSeries lbm_inertial_flows(const LbmScene& scene, double voxel_size_m, std::span<const double> reynolds, double length_m,
-                                  const InertialGate& gate) {
-    Series series(scene, voxel_size_m, gate);
+InertialSeries lbm_inertial_flows(const PoreSpace& space, double voxel_size_m, std::span<const double> reynolds, double length_m,
+                                  const InertialCriterion& criterion) {
+    Series series(space, voxel_size_m, criterion);
     const double h = series.voxel_size(), length_lu = length_m / h;
     double viscosity = creeping_viscosity_lu, force = 1e-6;
     const StokesRun creeping = series.solve(viscosity, force, false, 0.0, 0.0, 0.0);
     if (!creeping.converged)
         throw NumericalError(fmt::format("creeping flow is not steady after {} steps; no permeability is given", creeping.steps),
-                             {.mend = "raise max_steps"});
+                             {.fix = "raise max_steps"});
     double speed = creeping.superficial_velocity_lu, k_lu = viscosity * speed / series.resistance();
     const double creeping_lu = k_lu;
     InertialSeries result{.voxel_size_m = h,
@@ -172,8 +172,8 @@ InertialSeries lbm_inertial_flows(const LbmScene& scene, double voxel_size_m, st
             const StokesRun run =
                 series.solve(next_viscosity, next_force, true, next_speed / speed, next_force / force, k_lu / next_viscosity);
             if (!run.converged) {
-                result.stopped_by = fmt::format("no steady flow at Re {:g} within {} steps (iteration error {:.1e}, gate {:.1e})", wanted,
-                                                run.steps, run.iteration_error, gate.tolerance);
+                result.stopped_by = fmt::format("no steady flow at Re {:g} within {} steps (iteration error {:.1e}, tolerance {:.1e})", wanted,
+                                                run.steps, run.iteration_error, criterion.tolerance);
                 break;
             }
             viscosity = next_viscosity;

@@ -21,6 +21,18 @@ struct InertialFlow {
     long steps = 0;
     double seconds = 0.0;
 };
+template <MembersOf<InertialFlow> Self, typename Visit>
+void visit_members(Self& flow, const Visit& visit) {
+    visit("reynolds", flow.reynolds);
+    visit("permeability_m2", flow.permeability_m2);
+    visit("momentum_share", flow.momentum_share);
+    visit("iteration_error", flow.iteration_error);
+    visit("converged", flow.converged);
+    visit("relaxation_time", flow.relaxation_time);
+    visit("fastest_lattice_velocity", flow.fastest_lu);
+    visit("steps", flow.steps);
+    visit("wall_time_s", flow.seconds);
+}
 
 struct InertialSeries {
     double voxel_size_m = 0.0;
@@ -28,19 +40,28 @@ struct InertialSeries {
     double creeping_permeability_m2 = 0.0;
     double peak_over_mean = 0.0;      ///< largest velocity / superficial velocity, creeping
     std::vector<InertialFlow> flows;  ///< rising
-    std::string stopped_by;           ///< why the next flow has no number; empty when all were found
+    std::optional<std::string> stopped_by;  ///< why the next flow has no result; nothing when all were found
+};
+template <MembersOf<InertialSeries> Self, typename Visit>
+void visit_members(Self& series, const Visit& visit) {
+    visit("voxel_size_m", series.voxel_size_m);
+    visit("nodes", series.nodes);
+    visit("creeping_permeability_m2", series.creeping_permeability_m2);
+    visit("peak_over_mean_velocity", series.peak_over_mean);
+    visit("stopped_by", series.stopped_by);
+    visit("flows", series.flows);
+}
+
+struct InertialCriterion {
+    double tolerance = 1e-3;  ///< of the estimated relative iteration error of the apparent permeability
+    long max_steps = 100000;  ///< per flow; a flow that is not steady then ends the series
 };
 
-struct InertialGate {
-    double tolerance = 1e-3;  ///< of the apparent permeability, relative
-    long max_steps = 100000;
-};
-
-/// Flows along z at rising Reynolds numbers, each started from the one before; the first that finds no steady state within the gate,
+/// Flows along z at rising Reynolds numbers, each started from the one before; the first that finds no steady state within the criterion,
 /// or that this grid cannot carry, ends the series. The pressure is constant on the end planes; the drag is found by momentum exchange, for
 /// planes that cut through grains differ in what momentum crosses them. Throws NumericalError when not even creeping flow becomes steady.
 /// The image may reach beyond the section on both sides, free water being there (a cut plane is a wall).
-[[nodiscard]] InertialSeries lbm_inertial_flows(const LbmScene& scene, double voxel_size_m, std::span<const double> reynolds,
-                                                double length_m, const InertialGate& gate);
+[[nodiscard]] InertialSeries lbm_inertial_flows(const PoreSpace& space, double voxel_size_m, std::span<const double> reynolds,
+                                                double length_m, const InertialCriterion& criterion);
 
 }  // namespace porepack

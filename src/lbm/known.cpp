@@ -46,7 +46,7 @@ KnownFlow of_packing(std::string name, Packing packing, double permeability, dou
     flow.permeability_m2 = permeability;
     flow.diameter_m = diameter;
     flow.container = flow.packing.container;
-    flow.solid = std::make_unique<Grains>(flow.packing);
+    flow.solid = std::make_shared<const Grains>(flow.packing);
     return flow;
 }
 
@@ -76,14 +76,8 @@ std::span<const CylinderDrag> cylinder_drags() {
     return rows;
 }
 
-LbmScene KnownFlow::scene() const {
-    const Section whole{0.0, container.size_m.z()};
-    return {
-        .voxels = [this, whole](double size) { return voxelise(*solid, container, whole, plan_voxels(container, whole, size, 0.0, 1.0)); },
-        .solid = solid.get(),
-        .container = container,
-        .section = whole,
-        .grain_size_m = diameter_m};
+PoreSpace KnownFlow::pore_space() const {
+    return pore_space_of(solid, container, {0.0, container.size_m.z()}, diameter_m);
 }
 
 KnownFlow sphere_array(double solid_fraction, double drag, const std::vector<Vec3>& centres, const Vec3& shift) {
@@ -98,12 +92,12 @@ KnownFlow sphere_array(double solid_fraction, double drag, const std::vector<Vec
                       std::move(packing), 2.0 * r * r / (9.0 * solid_fraction * drag), 2.0 * r);
 }
 
-KnownFlow cylinder_array(double solid_fraction, double drag, double height, const Vec3& shift, const std::string& direction) {
+KnownFlow cylinder_array(double solid_fraction, double drag, double height, const Vec3& shift, Axis direction) {
     const double r = std::sqrt(solid_fraction / pi);
     Packing packing = box_of({{Vec3(0, 0, -2), Vec3(0, 0, 3), r}}, Vec3(1, 1, height));
     packing.bodies.push_back({.shape = 0, .position_m = {0.5 + shift.x(), 0.5 + shift.y(), 0.0}});
     KnownFlow flow =
-        of_packing(fmt::format("square cylinders {:g} along {}", solid_fraction, direction), std::move(packing), 1.0 / drag, 2.0 * r);
+        of_packing(fmt::format("square cylinders {:g} along {}", solid_fraction, name_of(direction)), std::move(packing), 1.0 / drag, 2.0 * r);
     flow.direction = direction;
     return flow;
 }
@@ -125,7 +119,7 @@ KnownFlow duct(const std::string& name, std::function<double(double, double)> de
     flow.permeability_m2 = flow_rate;
     flow.diameter_m = width;
     flow.container = {.kind = Container::Kind::box, .size_m = {1, 1, height}, .periodic = {true, true, true}};
-    flow.solid = std::make_unique<Duct>(std::move(depth));
+    flow.solid = std::make_shared<const Duct>(std::move(depth));
     return flow;
 }
 
@@ -138,12 +132,12 @@ std::vector<KnownFlow> random_known_flows(unsigned seed) {
     };
     std::vector<KnownFlow> flows;
     for (const SphereDrag& row : sphere_drags()) {
-        if (row.simple_cubic > 0.0) flows.push_back(sphere_array(row.solid_fraction, row.simple_cubic, simple_cubic, place()));
-        if (row.body_centred > 0.0) flows.push_back(sphere_array(row.solid_fraction, row.body_centred, body_centred, place()));
+        if (row.simple_cubic > 0.0) flows.push_back(sphere_array(row.solid_fraction, row.simple_cubic, simple_cubic(), place()));
+        if (row.body_centred > 0.0) flows.push_back(sphere_array(row.solid_fraction, row.body_centred, body_centred(), place()));
     }
     for (const CylinderDrag& row : cylinder_drags()) {
-        flows.push_back(cylinder_array(row.solid_fraction, row.across, 0.25, place(), "x"));
-        flows.push_back(cylinder_array(row.solid_fraction, row.along, 0.25, place(), "z"));
+        flows.push_back(cylinder_array(row.solid_fraction, row.across, 0.25, place(), Axis::x));
+        flows.push_back(cylinder_array(row.solid_fraction, row.along, 0.25, place(), Axis::z));
     }
     // A slit repeats after 1/sqrt(p^2 + q^2) across its slope q/p; its flow rate is H^3 / (12 period) a unit of area.
     for (const auto& [p, q] : {std::pair{1, 2}, {1, 3}, {2, 3}}) {

@@ -12,15 +12,21 @@ namespace porepack {
 struct KnownFlow {
     std::string name;
     Packing packing;  ///< of an array
-    std::unique_ptr<Solid> solid;
+    std::shared_ptr<const Solid> solid;
     Container container;
-    std::string direction = "z";
+    Axis direction = Axis::z;
     double permeability_m2 = 0.0;
     double diameter_m = 0.0;  ///< of a grain, or the width of a duct
-    [[nodiscard]] LbmScene scene() const;
+    [[nodiscard]] PoreSpace pore_space() const;
 };
 
-inline const std::vector<Vec3> simple_cubic = {{0.5, 0.5, 0.5}}, body_centred = {{0.25, 0.25, 0.25}, {0.75, 0.75, 0.75}};
+/// Centres of the spheres in a unit cell.
+[[nodiscard]] inline std::vector<Vec3> simple_cubic() {
+    return {{0.5, 0.5, 0.5}};
+}
+[[nodiscard]] inline std::vector<Vec3> body_centred() {
+    return {{0.25, 0.25, 0.25}, {0.75, 0.75, 0.75}};
+}
 
 /// Drag factor K of Zick & Homsy (1982), 2 a^2/(9 c k).
 struct SphereDrag {
@@ -37,7 +43,7 @@ struct CylinderDrag {
 [[nodiscard]] KnownFlow sphere_array(double solid_fraction, double drag, const std::vector<Vec3>& centres,
                                      const Vec3& shift = Vec3::Zero());
 /// Cylinders along z in a periodic cell 1 x 1 x `height`.
-[[nodiscard]] KnownFlow cylinder_array(double solid_fraction, double drag, double height, const Vec3& shift, const std::string& direction);
+[[nodiscard]] KnownFlow cylinder_array(double solid_fraction, double drag, double height, const Vec3& shift, Axis direction);
 /// A simple cubic array turned about z by the angle whose tangent is 3/4: 25 cells in a box 5 x 5 x 1.
 [[nodiscard]] KnownFlow turned_array(double solid_fraction, double drag);
 /// Void where depth(x, y) > 0, in a periodic box 1 x 1 x `height` along z; `flow_rate` at gradient and viscosity 1.

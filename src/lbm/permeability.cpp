@@ -14,15 +14,15 @@ namespace porepack {
 namespace {
 
 constexpr double body_force_lu = 1e-3;  // any: Stokes flow is linear, and populations are deviations from rest
-constexpr double first_nodes_a_grain = 6.0, tolerance_ratio = std::numbers::sqrt2;
+constexpr double first_nodes_per_grain = 6.0, tolerance_ratio = std::numbers::sqrt2;
 
-// Nodes a grain's diameter; where that is not known, what packings of tetrapods have at the same k / h^2.
-double nodes_a_grain(const LbmScene& scene, const LbmGridResult& grid) {
-    return std::isfinite(scene.grain_size_m) ? scene.grain_size_m / grid.voxel_size_m
+// Nodes per grain diameter; where that is not known, what packings of tetrapods have at the same k / h^2.
+double nodes_per_grain(const PoreSpace& space, const LbmGridResult& grid) {
+    return std::isfinite(space.known_grain_diameter_m()) ? space.known_grain_diameter_m() / grid.voxel_size_m
                                              : 6.6 * std::sqrt(grid.permeability_m2) / grid.voxel_size_m;
 }
 
-void find_interval(const LbmScene& scene, const LbmConfig& config, LbmResult& result) {
+void find_interval(const PoreSpace& space, const LbmConfig& config, LbmResult& result) {
     const auto& grids = result.grids;
     const LbmGridResult& fine = grids.back();
     const double k = fine.permeability_m2;
@@ -30,8 +30,8 @@ void find_interval(const LbmScene& scene, const LbmConfig& config, LbmResult& re
     result.half_width.reset();
     IntervalParts parts{.iteration_m2 = 2.0 * fine.run.iteration_error * k,
                         .ends_m2 = fine.by_pressure ? 0.5 * std::abs(k - fine.permeability_volume_m2) : 0.0,
-                        .precision_m2 = (config.precision == "single" ? 1e-4 : 1e-9) * k};
-    if (scheme_of(config, scene.solid != nullptr, {}).walls == Walls::bounce_back) {
+                        .precision_m2 = (config.precision == Precision::single_precision ? 1e-4 : 1e-9) * k};
+    if (scheme_of(config, space.has_exact_walls(), {}).walls == Walls::bounce_back) {
         if (grids.size() < 2) return;
         // Of first order at best and not regular: on spheres with a known answer the error scatters by some 4 % without a sign that
         // few grids could show.
@@ -42,7 +42,7 @@ void find_interval(const LbmScene& scene, const LbmConfig& config, LbmResult& re
         std::array<double, 3> nodes{}, values{};
         for (std::size_t i = 0; i < 3; ++i) {
             const LbmGridResult& grid = grids[grids.size() - 3 + i];
-            nodes[i] = nodes_a_grain(scene, fine) * fine.voxel_size_m / grid.voxel_size_m;
+            nodes[i] = nodes_per_grain(space, fine) * fine.voxel_size_m / grid.voxel_size_m;
             values[i] = grid.permeability_m2;
         }
         const Extrapolation found = extrapolate(nodes, values);
@@ -53,17 +53,17 @@ void find_interval(const LbmScene& scene, const LbmConfig& config, LbmResult& re
 }
 
 // Coarser grids than those asked for cost little, and the best viscosity is cheap to find on them.
-long count_grids(const LbmScene& scene, double voxel_size_m, const LbmConfig& config) {
+long count_grids(const PoreSpace& space, double voxel_size_m, const LbmConfig& config) {
     long grids = config.grids;
     const auto coarsest = [&] { return voxel_size_m * std::pow(config.grid_ratio, static_cast<double>(grids - 1)); };
-    while (config.grids > 2 && std::isfinite(scene.grain_size_m) && scene.grain_size_m / coarsest() > first_nodes_a_grain) ++grids;
+    while (config.grids > 2 && std::isfinite(space.known_grain_diameter_m()) && space.known_grain_diameter_m() / coarsest() > first_nodes_per_grain) ++grids;
     return grids;
 }
 
-void refine_to_tolerance(Sequence& sequence, const LbmScene& scene, double voxel_size_m, const LbmConfig& config) {
+void refine_to_tolerance(Sequence& sequence, const PoreSpace& space, double voxel_size_m, const LbmConfig& config) {
     const Stopwatch watch;
     LbmResult& result = sequence.result();
-    double size = std::isfinite(scene.grain_size_m) ? scene.grain_size_m / first_nodes_a_grain : 3.0 * voxel_size_m;
+    double size = std::isfinite(space.known_grain_diameter_m()) ? space.known_grain_diameter_m() / first_nodes_per_grain : 3.0 * voxel_size_m;
     const double first_size = size;
     if (sequence.done() > 0) size = sequence.voxel_size_done() / tolerance_ratio;
     while (true) {
@@ -72,7 +72,7 @@ void refine_to_tolerance(Sequence& sequence, const LbmScene& scene, double voxel
             const LbmGridResult& last = result.grids.back();
             const double cube = std::pow(last.voxel_size_m / size, 3.0);
             const double bytes = lbm_memory_bytes(cube * last.cells[0] * last.cells[1] * last.cells[2],
-                                                  cube * static_cast<double>(last.nodes), config.precision == "single" ? 4.0 : 8.0);
+                                                  cube * static_cast<double>(last.nodes), bytes_of(config.precision));
             const double seconds = last.run.seconds * std::pow(last.voxel_size_m / size, 5.0) + last.set_up_seconds * cube;
             if (bytes > available_memory_bytes())
                 result.stopped_by = fmt::format("memory: the next grid needs {}", human_bytes(bytes));
@@ -84,16 +84,16 @@ void refine_to_tolerance(Sequence& sequence, const LbmScene& scene, double voxel
             if (result.stopped_by.empty() && !sequence.solve(size, sequence.done() == 0, time_left)) {
                 if (sequence.done() == 0)
                     throw NumericalError("not even the coarsest grid became steady in max_time_s; no permeability is given",
-                                         {.mend = "raise --max-time (seconds)"});
+                                         {.fix = "raise --max-time (seconds)"});
                 result.stopped_by = "time: it ran out on the next grid";
             }
         } catch (const DoesNotPercolate&) {
             // Narrow throats may open on a finer grid.
-            if (sequence.done() > 0 || size < first_nodes_a_grain / 24.0 * first_size) throw;
+            if (sequence.done() > 0 || size < first_nodes_per_grain / 24.0 * first_size) throw;
             size /= tolerance_ratio;
             continue;
         }
-        find_interval(scene, config, result);
+        find_interval(space, config, result);
         const double relative = result.half_width ? result.half_width->sum() / result.permeability_m2 : 1.0;
         if (result.half_width) log_info("lattice Boltzmann: k = {:.4g} m2 +- {:.2g} %", result.permeability_m2, 100.0 * relative);
         if (relative <= config.tolerance) {
@@ -108,6 +108,44 @@ void refine_to_tolerance(Sequence& sequence, const LbmScene& scene, double voxel
     }
 }
 
+// As many grids as asked for, coarse to fine.
+void solve_grids(Sequence& sequence, const PoreSpace& space, double voxel_size_m, const LbmConfig& config) {
+    for (long left = count_grids(space, voxel_size_m, config) - sequence.attempts() - 1; left >= 0; --left) {
+        try {
+            (void)sequence.solve(voxel_size_m * std::pow(config.grid_ratio, static_cast<double>(left)), left > 0 && sequence.done() == 0,
+                                 Sequence::no_limit);
+        } catch (const DoesNotPercolate&) {
+            if (left == 0) throw;
+            log_info("lattice Boltzmann: on this coarse grid the pores are closed; it is left out");
+            continue;
+        }
+        const auto& grids = sequence.result().grids;
+        if (grids.size() > 1 && grids[grids.size() - 2].voxel_size_m < 1.02 * grids.back().voxel_size_m)
+            throw UserError("two grids have the same voxel size: the section is too short for this grid_ratio",
+                            {.fix = "take smaller voxels, a longer section, a larger grid_ratio, or grids = 1"});
+    }
+    find_interval(space, config, sequence.result());
+}
+
+// What the pore space can give: an image has cubic voxels of one size.
+LbmConfig fitted_to(const PoreSpace& space, LbmConfig config) {
+    if (space.image) {
+        const auto& h = space.image->grid.spacing_m;
+        for (const double spacing : h)
+            if (std::abs(spacing / h[0] - 1.0) > 1e-6)
+                throw UserError(fmt::format("the voxels are not cubic: {:g} x {:g} x {:g} m", h[0], h[1], h[2]),
+                                {.where = space.source, .fix = "resample the image"});
+        if (config.tolerance > 0.0)
+            throw UserError("an image has one resolution: no finer grid can reach a tolerance",
+                            {.where = space.source, .fix = "leave the tolerance out, or give packing.json or the STL file"});
+        config.grids = 1;
+    }
+    if (config.tolerance > 0.0 && scheme_of(config, space.has_exact_walls(), {}).walls == Walls::bounce_back)
+        throw UserError("a tolerance needs interpolated walls: bounce-back scatters by some 4 % on any grid",
+                        {.fix = "walls = \"interpolated\" and an exact geometry, or no tolerance"});
+    return config;
+}
+
 }  // namespace
 
 std::optional<Interval> LbmResult::interval_m2() const {
@@ -116,16 +154,16 @@ std::optional<Interval> LbmResult::interval_m2() const {
 }
 
 Scheme scheme_of(const LbmConfig& config, bool exact_walls, const Drive& drive) {
-    const bool bgk = config.collision == "bgk";
+    const bool bgk = config.collision == Collision::bgk;
     Scheme scheme{.tau = config.relaxation_time > 0.0 ? config.relaxation_time
                          : bgk                        ? 0.59
                                                       : 1.2,
-                  .walls = exact_walls && config.walls == "interpolated" ? Walls::interpolated : Walls::bounce_back};
+                  .walls = exact_walls && config.walls == Walls::interpolated ? Walls::interpolated : Walls::bounce_back};
     scheme.magic = bgk                                   ? (scheme.tau - 0.5) * (scheme.tau - 0.5)
-                   : config.magic_number > 0.0           ? config.magic_number
+                   : config.magic_parameter > 0.0           ? config.magic_parameter
                    : scheme.walls == Walls::interpolated ? 1.0 / 12.0
                                                          : 3.0 / 16.0;
-    if (config.ends != "paper") scheme.force[static_cast<std::size_t>(drive.axis)] = body_force_lu;
+    if (config.ends != Ends::paper) scheme.force[static_cast<std::size_t>(drive.axis)] = body_force_lu;
     return scheme;
 }
 
@@ -138,46 +176,30 @@ Extrapolation extrapolate(std::span<const double> nodes, std::span<const double>
     return {value, 0.8 * std::max(late, early) + 0.3 * std::pow(nodes[2], -1.5) * std::abs(value)};
 }
 
-LbmResult lbm_permeability(const LbmScene& scene, double voxel_size_m, const LbmConfig& config, bool with_flow) {
-    Sequence sequence(scene, config);
-    if (config.tolerance > 0.0) {
-        if (scheme_of(config, scene.solid != nullptr, {}).walls == Walls::bounce_back)
-            throw UserError("a tolerance needs interpolated walls: bounce-back scatters by some 4 % on any grid",
-                            {.mend = "walls = \"interpolated\" and an exact geometry, or no tolerance"});
-        refine_to_tolerance(sequence, scene, voxel_size_m, config);
-    } else {
-        for (long left = count_grids(scene, voxel_size_m, config) - sequence.attempts() - 1; left >= 0; --left) {
-            try {
-                (void)sequence.solve(voxel_size_m * std::pow(config.grid_ratio, static_cast<double>(left)),
-                                     left > 0 && sequence.done() == 0, Sequence::no_limit);
-            } catch (const DoesNotPercolate&) {
-                if (left == 0) throw;
-                log_info("lattice Boltzmann: on this coarse grid the pores are closed; it is left out");
-                continue;
-            }
-            const auto& grids = sequence.result().grids;
-            if (grids.size() > 1 && grids[grids.size() - 2].voxel_size_m < 1.02 * grids.back().voxel_size_m)
-                throw UserError("two grids have the same voxel size: the section is too short for this grid_ratio",
-                                {.mend = "take smaller voxels, a longer section, a larger grid_ratio, or grids = 1"});
-        }
-        find_interval(scene, config, sequence.result());
-    }
-    if (!scene.checkpoint.empty()) std::filesystem::remove(scene.checkpoint);
-    if (with_flow && config.fields != "none") sequence.result().flow = sequence.flow();
+LbmResult lbm_permeability(const PoreSpace& space, double voxel_size_m, const LbmConfig& given, const LbmRun& run) {
+    const LbmConfig config = fitted_to(space, given);
+    Sequence sequence(space, config, run.checkpoint);
+    if (config.tolerance > 0.0)
+        refine_to_tolerance(sequence, space, voxel_size_m, config);
+    else
+        solve_grids(sequence, space, voxel_size_m, config);
+    sequence.remove_checkpoint();
+    if (run.with_flow && config.fields != FieldFiles::none) sequence.result().flow = sequence.flow();
     return std::move(sequence.result());
 }
 
-TensorResult lbm_tensor(const LbmScene& scene, double voxel_size_m, const LbmConfig& config) {
-    const auto& periodic = scene.container.periodic;
-    if (scene.container.kind != Container::Kind::box || !(periodic[0] && periodic[1] && periodic[2]))
-        throw UserError("the permeability tensor needs a box that is periodic in x, y and z", {.mend = "tensor = false"});
+TensorResult lbm_tensor(const PoreSpace& space, double voxel_size_m, const LbmConfig& config, const LbmRun& run) {
+    const auto& periodic = space.container.periodic;
+    if (space.container.kind != Container::Kind::box || !(periodic[0] && periodic[1] && periodic[2]))
+        throw UserError("the permeability tensor needs a box that is periodic in x, y and z", {.fix = "tensor = false"});
     TensorResult result;
-    for (std::size_t j = 0; j < 3; ++j) {
+    for (const auto& [axis, name] : choices_of(Axis::x)) {
+        const std::size_t j = index_of(axis);
         LbmConfig along = config;
-        along.direction = std::string(1, "xyz"[j]);
-        LbmScene part = scene;
-        if (!part.checkpoint.empty()) part.checkpoint += "_" + along.direction;
-        result.runs[j] = lbm_permeability(part, voxel_size_m, along, along.direction == config.direction);
+        along.direction = axis;
+        LbmRun part{.with_flow = run.with_flow && axis == config.direction, .checkpoint = run.checkpoint};
+        if (!part.checkpoint.empty()) part.checkpoint += "_" + std::string(name);
+        result.runs[j] = lbm_permeability(space, voxel_size_m, along, part);
         const LbmGridResult& fine = result.runs[j].fine();
         const auto& sum = fine.run.velocity_sum_lu;
         for (std::size_t i = 0; i < 3; ++i)

@@ -1,11 +1,9 @@
 // Permeability of a pore space by lattice Boltzmann, in SI units, on a sequence of grids from coarse to fine.
 #pragma once
 
-#include <functional>
-#include <limits>
 #include <optional>
 
-#include "converters/voxels.hpp"
+#include "converters/pore_space.hpp"
 #include "lbm/config.hpp"
 #include "lbm/solver.hpp"
 
@@ -26,8 +24,30 @@ struct LbmGridResult {
     bool by_pressure = false;             ///< between end planes, else periodic and driven by a body force
     StokesRun run = {};                   ///< of a grid that a checkpoint had finished, without layers and history
 };
-[[nodiscard]] Json to_json(const LbmGridResult& grid);
-[[nodiscard]] LbmGridResult grid_from_json(const Json& json);
+template <MembersOf<LbmGridResult> Self, typename Visit>
+void visit_members(Self& grid, const Visit& visit) {
+    visit("voxel_size_m", grid.voxel_size_m);
+    visit("cells", grid.cells);
+    visit("fluid_nodes", grid.nodes);
+    visit("isolated_cells", grid.isolated_cells);
+    visit("permeability_m2", grid.permeability_m2);
+    visit("permeability_by_volume_average_m2", grid.permeability_volume_m2);
+    visit("permeability_lu", grid.run.permeability_lu);
+    visit("superficial_velocity_lu", grid.run.superficial_velocity_lu);
+    visit("hydraulic_tortuosity", grid.run.hydraulic_tortuosity);
+    visit("iteration_error", grid.run.iteration_error);
+    visit("converged", grid.run.converged);
+    visit("flow_imbalance", grid.run.flow_imbalance);
+    visit("relaxation_time", grid.relaxation_time);
+    visit("steps", grid.run.steps);
+    visit("seconds", grid.run.seconds);
+    visit("updates_per_second", grid.run.updates_per_second);
+    visit("set_up_seconds", grid.set_up_seconds);
+    visit("bytes_per_node", grid.bytes_per_node);
+    visit("wall_links", grid.wall_links);
+    visit("narrow_share", grid.narrow_share);
+    visit("driven_by_pressure", grid.by_pressure);
+}
 
 /// Half widths of the parts of k's interval; they are added.
 struct IntervalParts {
@@ -37,11 +57,24 @@ struct IntervalParts {
     double precision_m2 = 0.0;  ///< rounding
     [[nodiscard]] double sum() const { return grid_m2 + iteration_m2 + ends_m2 + precision_m2; }
 };
+template <MembersOf<IntervalParts> Self, typename Visit>
+void visit_members(Self& parts, const Visit& visit) {
+    visit("grid", parts.grid_m2);
+    visit("iteration", parts.iteration_m2);
+    visit("ends", parts.ends_m2);
+    visit("precision", parts.precision_m2);
+}
 
 /// A part of the section along z.
 struct SubsectionResult {
     double z0_m, z1_m, permeability_m2;
 };
+template <MembersOf<SubsectionResult> Self, typename Visit>
+void visit_members(Self& part, const Visit& visit) {
+    visit("z0_m", part.z0_m);
+    visit("z1_m", part.z1_m);
+    visit("permeability_m2", part.permeability_m2);
+}
 
 struct LbmResult {
     double permeability_m2 = 0.0;             ///< extrapolated if there are three grids, else the finest one's
@@ -54,21 +87,16 @@ struct LbmResult {
     [[nodiscard]] std::optional<Interval> interval_m2() const;
 };
 
-/// What is solved. The pore space comes as an image at about the voxel size given; `solid`, if there is one, gives the exact
-/// distances of its walls, else walls lie half-way between nodes. `section` lies in the image.
-struct LbmScene {
-    std::function<PhaseImage(double voxel_size_m)> voxels;
-    const Solid* solid = nullptr;
-    Container container;
-    Section section;
-    double grain_size_m = std::numeric_limits<double>::infinity();  ///< diameter of the thinnest part of a grain, if it is known
-    Path checkpoint = {};                                           ///< file to go on from and to keep; none when empty
+/// What a run does beside solving.
+struct LbmRun {
+    bool with_flow = false;  ///< keep the flow field of the finest grid, unless the configuration asks for none
+    Path checkpoint = {};    ///< file to resume from and to keep while the run lasts; none when empty
 };
 
 [[nodiscard]] Scheme scheme_of(const LbmConfig& config, bool exact_walls, const Drive& drive);
 
-/// k with its interval from the values on three grids of `nodes` per grain diameter. Calibrated on arrays and ducts whose answer is known
-/// (`porepack benchmark coverage`): k goes half of the way to Richardson's value of order 2 over the three grids (coarse grids have
+/// k with its interval from the values on three grids of `nodes` nodes per grain diameter. Calibrated on arrays and ducts whose answer is known
+/// (`porepack_benchmark coverage`): k goes half of the way to Richardson's value of order 2 over the three grids (coarse grids have
 /// higher orders too, of either sign); the half width is 0.8 times the larger of the two Richardson estimates of order 1.5, plus
 /// 0.3 nodes^-1.5 of k, which keeps a chance agreement of coarse grids from passing for accuracy.
 struct Extrapolation {
@@ -77,9 +105,10 @@ struct Extrapolation {
 [[nodiscard]] Extrapolation extrapolate(std::span<const double> nodes, std::span<const double> values);
 
 /// Solves on config.grids grids, the finest of them with `voxel_size_m`, each started from the one before; with config.tolerance
-/// from 6 nodes a grain diameter on until the interval is narrow enough, or memory or time forbids. Throws NumericalError when
-/// the pore space does not percolate or a gate is not passed: no k then.
-[[nodiscard]] LbmResult lbm_permeability(const LbmScene& scene, double voxel_size_m, const LbmConfig& config, bool with_flow);
+/// from 6 nodes per grain diameter on until the interval is narrow enough, or memory or time forbids. Throws NumericalError when
+/// the pore space does not percolate or a run does not become steady: no k then. The walls are at their exact distances where the pore
+/// space knows them, else half-way between nodes; an image has one grid, its own. Throws UserError for a tolerance that cannot be reached.
+[[nodiscard]] LbmResult lbm_permeability(const PoreSpace& space, double voxel_size_m, const LbmConfig& config, const LbmRun& run = {});
 
 /// The whole tensor of a box that is periodic in x, y and z: column j is the flow that a gradient along j drives. Each by
 /// lbm_permeability; `runs` holds the three results.
@@ -87,6 +116,6 @@ struct TensorResult {
     std::array<LbmResult, 3> runs;
     std::array<std::array<double, 3>, 3> permeability_m2;
 };
-[[nodiscard]] TensorResult lbm_tensor(const LbmScene& scene, double voxel_size_m, const LbmConfig& config);
+[[nodiscard]] TensorResult lbm_tensor(const PoreSpace& space, double voxel_size_m, const LbmConfig& config, const LbmRun& run = {});
 
 }  // namespace porepack

@@ -3,6 +3,7 @@
 
 #include <array>
 
+#include "core/choice.hpp"
 #include "lbm/lattice.hpp"
 
 namespace porepack {
@@ -11,6 +12,9 @@ enum class Walls {
     bounce_back,  ///< half-way between two nodes, wherever the wall is
     interpolated  ///< at its exact distance
 };
+constexpr std::array<Choice<Walls>, 2> choices_of(Walls) {
+    return {{{Walls::interpolated, "interpolated"}, {Walls::bounce_back, "bounce_back"}}};
+}
 
 struct Scheme {
     double tau = 1.2;           ///< of the symmetric part: viscosity (tau - 1/2)/3

@@ -7,7 +7,6 @@
 #include "core/error.hpp"
 #include "core/interrupt.hpp"
 #include "core/log.hpp"
-#include "lbm/checkpoint.hpp"
 
 namespace porepack {
 namespace {
@@ -65,17 +64,16 @@ std::vector<SubsectionResult> subsections(const LbmGridResult& grid, const Domai
     return results;
 }
 
-std::string digest_of(const LbmScene& scene, const LbmConfig& config, const Domain& domain) {
-    LbmConfig same = config;
-    same.max_time_s = same.checkpoint_minutes = 0.0;
-    std::string text =
-        to_json([&](ConfigVisitor& v) { describe(v, same); }).dump() + fmt::format("{} {}", scene.section.z0, scene.section.z1);
-    const auto add = [&](const auto& list) { text += sha256({reinterpret_cast<const char*>(list.data()), list.size() * sizeof(list[0])}); };
-    add(domain.cell);
+// Of the configuration, the section, the nodes and their wall distances. It only has to tell runs of this program apart.
+std::string identity_of(const PoreSpace& space, LbmConfig config, const Domain& domain) {
+    config.max_time_s = config.checkpoint_minutes = 0.0;
     std::vector<std::uint16_t> distances;
     for (const WallLink& link : domain.walls) distances.push_back(link.distance);
-    add(distances);
-    return sha256(text);
+    const auto hash = [](const auto& list) {
+        return std::hash<std::string_view>{}({reinterpret_cast<const char*>(list.data()), list.size() * sizeof(list[0])});
+    };
+    return fmt::format("{} {} {} {:016x} {:016x}", resolved_config(config).dump(), space.section.z0, space.section.z1, hash(domain.cell),
+                       hash(distances));
 }
 
 Scheme with_tau(Scheme scheme, double tau) {
@@ -104,14 +102,17 @@ FlowSection flow_section(const PhaseImage& image, const Container& container, co
     return flow;
 }
 
-Sequence::Sequence(const LbmScene& scene, const LbmConfig& config) : scene_(scene), config_(config) {
-    if (!scene.checkpoint.empty() && std::filesystem::exists(scene.checkpoint)) {
-        saved_ = read_checkpoint_header(scene.checkpoint);
-        attempts_ = saved_->at("attempts").get<long>();
-        for (const Json& grid : saved_->at("grids")) result_.grids.push_back(grid_from_json(grid));
-        log_info("lattice Boltzmann: goes on from {} at step {} of grid {}", scene.checkpoint.string(), saved_->at("steps").get<long>(),
-                 result_.grids.size() + 1);
-    }
+Sequence::Sequence(const PoreSpace& space, const LbmConfig& config, const Path& checkpoint)
+    : space_(space), config_(config), checkpoint_(checkpoint) {
+    if (checkpoint_.empty() || !std::filesystem::exists(checkpoint_)) return;
+    saved_ = read_checkpoint(checkpoint_);
+    attempts_ = saved_->attempts;
+    result_.grids = saved_->grids;
+    log_info("lattice Boltzmann: resumes from {} at step {} of grid {}", checkpoint_.string(), saved_->run.steps, result_.grids.size() + 1);
+}
+
+void Sequence::remove_checkpoint() const {
+    if (!checkpoint_.empty()) std::filesystem::remove(checkpoint_);
 }
 
 FlowImage Sequence::flow() const {
@@ -119,8 +120,8 @@ FlowImage Sequence::flow() const {
 }
 
 Scheme Sequence::scheme_for(double voxel_size_m, const Drive& drive) const {
-    Scheme scheme = scheme_of(config_, scene_.solid != nullptr, drive);
-    if (saved_) return with_tau(scheme, saved_->at("relaxation_time").get<double>());
+    Scheme scheme = scheme_of(config_, space_.has_exact_walls(), drive);
+    if (saved_) return with_tau(scheme, saved_->relaxation_time);
     if (!tuned() || result_.grids.empty()) return scheme;
     // Modes of viscosity decay with nu / h^2, those of pressure with 1 / (nu L^2): the best nu grows with 1/h.
     const LbmGridResult& coarse = result_.grids.back();
@@ -129,16 +130,15 @@ Scheme Sequence::scheme_for(double voxel_size_m, const Drive& drive) const {
 
 bool Sequence::solve(double voxel_size_m, bool coarsest_of_many, double max_seconds) {
     ++attempts_;
-    PhaseImage image = scene_.voxels(voxel_size_m);
-    const Drive drive = choose_drive(scene_.container, config_.direction);
-    if (config_.ends == "paper") require_paper_ends(drive, image.grid);
+    PhaseImage image = space_.voxelise_at(voxel_size_m);
+    const Drive drive = choose_drive(space_.container, config_.direction);
+    if (config_.ends == Ends::paper) require_paper_ends(drive, image.grid);
     const Stopwatch set_up;
     const Scheme scheme = scheme_for(voxel_size_m, drive);
-    std::optional<FlowWalls> walls;
-    if (scheme.walls == Walls::interpolated) walls.emplace(FlowWalls{*scene_.solid, scene_.container, scene_.section});
-    const double radius = config_.ends == "paper" ? 0.5 * scene_.container.diameter_m / image.grid.spacing_m[2] : 0.0;
+    const std::optional<FlowWalls> walls = scheme.walls == Walls::interpolated ? space_.walls() : std::nullopt;
+    const double radius = config_.ends == Ends::paper ? 0.5 * space_.container.diameter_m / image.grid.spacing_m[2] : 0.0;
     Domain domain = build_domain(image, drive, walls ? &*walls : nullptr, radius);
-    const FlowSection section = flow_section(image, scene_.container, scene_.section, drive);
+    const FlowSection section = flow_section(image, space_.container, space_.section, drive);
     LbmGridResult grid{.voxel_size_m = image.grid.spacing_m[2],
                        .cells = image.grid.cells,
                        .nodes = domain.nodes(),
@@ -150,88 +150,88 @@ bool Sequence::solve(double voxel_size_m, bool coarsest_of_many, double max_seco
              image.grid.cells[2], grid.voxel_size_m, grid.nodes, grid.isolated_cells);
     Solved solved = make(domain, scheme);
     grid.set_up_seconds = set_up.seconds();
-    const StokesGate gate{.tolerance = iteration_tolerance(config_), .max_steps = config_.max_steps, .max_seconds = max_seconds};
-    if (!scene_.checkpoint.empty()) digest_ = digest_of(scene_, config_, domain);
-    if (!saved_ && tuned() && coarsest_of_many) {
-        solved = fastest(domain, scheme, section, gate);
+    if (!checkpoint_.empty()) identity_ = identity_of(space_, config_, domain);
+    if (!solve_flow(solved, domain, section, coarsest_of_many, max_seconds)) return false;
+    keep(std::move(grid), std::move(solved), std::move(domain), std::move(image), section);
+    return true;
+}
+
+// Runs to the steady state, from the best start that there is. False when the time ran out.
+bool Sequence::solve_flow(Solved& solved, Domain& domain, const FlowSection& section, bool search, double max_seconds) {
+    const ConvergenceCriterion criterion{
+        .tolerance = iteration_tolerance(config_), .max_steps = config_.max_steps, .max_seconds = max_seconds};
+    if (!saved_ && tuned() && search) {
+        solved = fastest(domain, solved.scheme, section, criterion);
     } else {
-        if (field_) start_from(*solved.flow, domain, scheme, *field_);
+        if (field_) start_from(*solved.flow, domain, solved.scheme, *field_);
         if (max_seconds == no_limit) field_.reset();  // else it is the answer if the time runs out
         domain.walls = {};
-        solved.run = run(solved, domain, section, gate, saved_ ? saved_run(*solved.flow) : StokesRun{});
+        solved.run = run(solved, domain, section, criterion, saved_ ? saved_run(*solved.flow) : StokesRun{});
     }
     saved_.reset();
     if (!solved.run.converged && solved.run.seconds >= max_seconds) return false;
     if (!solved.run.converged)
         throw NumericalError(
-            fmt::format("the flow is not steady after {} steps: iteration error {:.1e}, gate {:.1e}; no permeability is given",
-                        solved.run.steps, solved.run.iteration_error, gate.tolerance),
-            {.mend = "raise max_steps, or loosen the tolerance"});
+            fmt::format("the flow is not steady after {} steps: iteration error {:.1e}, tolerance {:.1e}; no permeability is given",
+                        solved.run.steps, solved.run.iteration_error, criterion.tolerance),
+            {.fix = "raise max_steps, or loosen the tolerance"});
+    return true;
+}
+
+// The grid's results, and the flow field from which the next grid starts.
+void Sequence::keep(LbmGridResult grid, Solved solved, Domain&& domain, PhaseImage&& image, const FlowSection& section) {
     grid.run = std::move(solved.run);
     grid.relaxation_time = solved.scheme.tau;
     grid.bytes_per_node = solved.flow->bytes() / static_cast<double>(domain.nodes());
     const double h2 = grid.voxel_size_m * grid.voxel_size_m;
     grid.permeability_m2 = grid.run.permeability_lu * h2;
     grid.permeability_volume_m2 = grid.run.permeability_volume_lu * h2;
-    result_.subsections = subsections(grid, domain, solved.scheme, section, scene_.section, config_.subsections);
+    result_.subsections = subsections(grid, domain, solved.scheme, section, space_.section, config_.subsections);
+    force_ = solved.scheme.force[static_cast<std::size_t>(domain.drive.axis)];
     field_ = take_field(*solved.flow, std::move(domain), solved.scheme);
     image_ = std::move(image);
-    force_ = solved.scheme.force[static_cast<std::size_t>(drive.axis)];
     result_.grids.push_back(std::move(grid));
-    return true;
 }
 
 Sequence::Solved Sequence::make(const Domain& domain, const Scheme& scheme) const {
-    return {.scheme = scheme, .flow = make_flow(config_.precision == "single" ? Kernel::fast_single : Kernel::fast_double, domain, scheme)};
+    return {.scheme = scheme, .flow = make_flow(config_.precision == Precision::single_precision ? Kernel::fast_single : Kernel::fast_double, domain, scheme)};
 }
 
 void Sequence::require_paper_ends(const Drive& drive, const Grid& grid) const {
-    const bool reservoir = grid.origin_m[2] < scene_.section.z0 - 0.5 * grid.spacing_m[2];
-    if (drive.axis != 2 || !drive.by_pressure() || scene_.container.kind != Container::Kind::cylinder || !reservoir)
+    const bool reservoir = grid.origin_m[2] < space_.section.z0 - 0.5 * grid.spacing_m[2];
+    if (drive.axis != 2 || !drive.by_pressure() || space_.container.kind != Container::Kind::cylinder || !reservoir)
         throw UserError("the paper's ends need a cylinder with a reservoir before the section",
-                        {.mend = "set reservoir_m in [geometry], or ends = \"pressure\""});
+                        {.fix = "set reservoir_m in [geometry], or ends = \"pressure\""});
 }
 
-// Keeps a checkpoint every so many minutes, and when the run is interrupted.
-StokesRun Sequence::run(Solved& solved, const Domain& domain, const FlowSection& section, StokesGate gate, StokesRun before) {
+// Keeps a checkpoint at the configured interval, and when the run is interrupted.
+StokesRun Sequence::run(Solved& solved, const Domain& domain, const FlowSection& section, ConvergenceCriterion criterion, StokesRun before) {
     Stopwatch since;
-    if (!scene_.checkpoint.empty())
-        gate.checkpoint = [&](const StokesRun& now) {
+    if (!checkpoint_.empty())
+        criterion.checkpoint = [&](const StokesRun& now) {
             if (!interrupted() && since.seconds() < 60.0 * config_.checkpoint_minutes) return;
             since = {};
-            Json header = {{"run", digest_},
-                           {"attempts", attempts_ - 1},
-                           {"relaxation_time", solved.scheme.tau},
-                           {"steps", now.steps},
-                           {"seconds", now.seconds}};
-            header["grids"] = Json::array();
-            for (const LbmGridResult& grid : result_.grids) header["grids"].push_back(to_json(grid));
-            header["history"] = Json::array();
-            for (const auto& p : now.history)
-                header["history"].push_back({p.step, p.permeability_lu, p.permeability_volume_lu, p.iteration_error, p.flow_imbalance});
-            write_checkpoint(scene_.checkpoint, header, solved.flow->state());
-            log_info("lattice Boltzmann: checkpoint at step {} in {}", now.steps, scene_.checkpoint.string());
+            SavedRun saved{
+                .identity = identity_, .attempts = attempts_ - 1, .relaxation_time = solved.scheme.tau, .grids = result_.grids, .run = now};
+            write_checkpoint(checkpoint_, saved, solved.flow->state());
+            log_info("lattice Boltzmann: checkpoint at step {} in {}", now.steps, checkpoint_.string());
         };
-    return run_to_steady(*solved.flow, domain, solved.scheme, section, gate, std::move(before));
+    return run_to_steady(*solved.flow, domain, solved.scheme, section, criterion, std::move(before));
 }
 
 StokesRun Sequence::saved_run(Flow& flow) const {
-    if (saved_->at("run") != digest_)
+    if (saved_->identity != identity_)
         throw UserError("the checkpoint is of another run: other settings or another geometry",
-                        {.where = scene_.checkpoint.string(), .mend = "remove the file to begin anew"});
-    read_checkpoint_state(scene_.checkpoint, flow.state(), config_.precision == "single" ? 4 : 8);
-    StokesRun before{.steps = saved_->at("steps").get<long>(), .seconds = saved_->at("seconds").get<double>()};
-    for (const Json& p : saved_->at("history"))
-        before.history.push_back(
-            {p.at(0).get<long>(), p.at(1).get<double>(), p.at(2).get<double>(), p.at(3).get<double>(), p.at(4).get<double>()});
-    return before;
+                        {.where = checkpoint_.string(), .fix = "remove the file to start again"});
+    read_checkpoint_populations(checkpoint_, flow.state(), config_.precision);
+    return saved_->run;
 }
 
-// Tries viscosities by factors of two for the least number of steps.
-Sequence::Solved Sequence::fastest(const Domain& domain, const Scheme& scheme, const FlowSection& section, StokesGate gate) const {
+// Tries viscosities by factors of two for the minimum number of steps.
+Sequence::Solved Sequence::fastest(const Domain& domain, const Scheme& scheme, const FlowSection& section, ConvergenceCriterion criterion) const {
     const auto attempt = [&](double viscosity) {
         Solved solved = make(domain, with_tau(scheme, 0.5 + 3.0 * viscosity));
-        solved.run = run_to_steady(*solved.flow, domain, solved.scheme, section, gate);
+        solved.run = run_to_steady(*solved.flow, domain, solved.scheme, section, criterion);
         return solved;
     };
     Solved best = attempt(scheme.viscosity_lu());
@@ -240,7 +240,7 @@ Sequence::Solved Sequence::fastest(const Domain& domain, const Scheme& scheme, c
         while (true) {
             const double viscosity = factor * best.scheme.viscosity_lu();
             if (viscosity > 3.2 || viscosity < 0.02) break;
-            gate.max_steps = std::min(gate.max_steps, best.run.converged ? best.run.steps : gate.max_steps);
+            criterion.max_steps = std::min(criterion.max_steps, best.run.converged ? best.run.steps : criterion.max_steps);
             Solved other = attempt(viscosity);
             if (!other.run.converged || (best.run.converged && other.run.steps >= best.run.steps)) break;
             best = std::move(other);

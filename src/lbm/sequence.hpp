@@ -1,7 +1,7 @@
-// Solves grid after grid, each started from the one before; goes on from a checkpoint.
+// Solves grid after grid, each started from the one before; resumes from a checkpoint.
 #pragma once
 
-#include "lbm/permeability.hpp"
+#include "lbm/checkpoint.hpp"
 #include "lbm/start.hpp"
 
 namespace porepack {
@@ -13,18 +13,19 @@ class Sequence {
 public:
     static constexpr double no_limit = 1e300;
 
-    /// `scene` and `config` must outlive it.
-    Sequence(const LbmScene& scene, const LbmConfig& config);
+    /// `space` and `config` must outlive it. Resumes from the file `checkpoint` where it is there, and keeps it; none when empty.
+    Sequence(const PoreSpace& space, const LbmConfig& config, const Path& checkpoint);
 
     [[nodiscard]] LbmResult& result() { return result_; }
     /// Grids that were begun, those left out included.
     [[nodiscard]] long attempts() const { return attempts_; }
     [[nodiscard]] std::size_t done() const { return result_.grids.size(); }
     [[nodiscard]] double voxel_size_done() const { return result_.grids.back().voxel_size_m; }
+    void remove_checkpoint() const;
     /// Of the last grid, in SI units.
     [[nodiscard]] FlowImage flow() const;
 
-    /// False when the time ran out before the gate was passed; the grid is then left out. On the coarsest of many grids the best
+    /// False when the time ran out before the flow was steady; the grid is then left out. On the coarsest of many grids the best
     /// viscosity is looked for.
     bool solve(double voxel_size_m, bool coarsest_of_many, double max_seconds);
 
@@ -34,18 +35,21 @@ private:
         std::unique_ptr<Flow> flow;
         StokesRun run = {};
     };
-    [[nodiscard]] bool tuned() const { return config_.relaxation_time == 0.0 && config_.collision == "trt"; }
+    [[nodiscard]] bool tuned() const { return config_.relaxation_time == 0.0 && config_.collision == Collision::trt; }
     [[nodiscard]] Scheme scheme_for(double voxel_size_m, const Drive& drive) const;
     [[nodiscard]] Solved make(const Domain& domain, const Scheme& scheme) const;
-    [[nodiscard]] Solved fastest(const Domain& domain, const Scheme& scheme, const FlowSection& section, StokesGate gate) const;
+    [[nodiscard]] Solved fastest(const Domain& domain, const Scheme& scheme, const FlowSection& section, ConvergenceCriterion criterion) const;
+    [[nodiscard]] bool solve_flow(Solved& solved, Domain& domain, const FlowSection& section, bool search, double max_seconds);
+    void keep(LbmGridResult grid, Solved solved, Domain&& domain, PhaseImage&& image, const FlowSection& section);
     [[nodiscard]] StokesRun saved_run(Flow& flow) const;
-    StokesRun run(Solved& solved, const Domain& domain, const FlowSection& section, StokesGate gate, StokesRun before);
+    StokesRun run(Solved& solved, const Domain& domain, const FlowSection& section, ConvergenceCriterion criterion, StokesRun before);
     void require_paper_ends(const Drive& drive, const Grid& grid) const;
 
-    const LbmScene& scene_;
+    const PoreSpace& space_;
     const LbmConfig& config_;
-    std::optional<Json> saved_;  ///< header of the checkpoint to go on from
-    std::string digest_;         ///< of the grid and all settings
+    Path checkpoint_;
+    std::optional<SavedRun> saved_;  ///< what the checkpoint holds, until it has been resumed
+    std::string identity_;           ///< of the grid and all settings
     long attempts_ = 0;
     PhaseImage image_;
     std::optional<FlowField> field_;

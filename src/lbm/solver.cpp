@@ -122,9 +122,9 @@ double gradient_between(double force, const Domain& domain, const Layers& layers
     return force + (on_plane(first) - on_plane(last + 1)) / (3.0 * static_cast<double>(last - first + 1));
 }
 
-StokesRun run_to_steady(Flow& flow, const Domain& domain, const Scheme& scheme, const FlowSection& section, const StokesGate& gate,
+StokesRun run_to_steady(Flow& flow, const Domain& domain, const Scheme& scheme, const FlowSection& section, const ConvergenceCriterion& criterion,
                         StokesRun run) {
-    const long steps_a_check = gate.steps_a_check;
+    const long steps_per_check = criterion.steps_per_check;
     const Stopwatch watch;
     const double seconds_before = run.seconds;
     const long steps_before = run.steps;
@@ -133,11 +133,11 @@ StokesRun run_to_steady(Flow& flow, const Domain& domain, const Scheme& scheme, 
     const double force = scheme.force[static_cast<std::size_t>(domain.drive.axis)];
     double first_error = 0.0, momentum_bound = 0.0;
     int passed = 0;
-    while (run.steps < gate.max_steps && passed < 2 && watch.seconds() < gate.max_seconds) {
-        const long until = std::min((run.steps / steps_a_check + 1) * steps_a_check, gate.max_steps + gate.max_steps % 2);
+    while (run.steps < criterion.max_steps && passed < 2 && watch.seconds() < criterion.max_seconds) {
+        const long until = std::min((run.steps / steps_per_check + 1) * steps_per_check, criterion.max_steps + criterion.max_steps % 2);
         for (; run.steps < until && !interrupted(); run.steps += 2) flow.advance_two_steps();
         run.seconds = seconds_before + watch.seconds();
-        if (run.steps < until && gate.checkpoint) gate.checkpoint(run);
+        if (run.steps < until && criterion.checkpoint) criterion.checkpoint(run);
         check_interrupt();
         run.layers = measure_layers(flow, domain);
         double sum = 0.0, low = 1e300, high = -1e300;
@@ -147,12 +147,12 @@ StokesRun run_to_steady(Flow& flow, const Domain& domain, const Scheme& scheme, 
             high = std::max(high, run.layers.flow[layer]);
         }
         // The force cannot give more momentum than this; a flow that has more is made up by the scheme.
-        const double most = force * static_cast<double>(steps_a_check) * static_cast<double>(domain.nodes());
+        const double gain = force * static_cast<double>(steps_per_check) * static_cast<double>(domain.nodes());
         if (momentum_bound == 0.0) momentum_bound = 10.0 * std::abs(sum);
-        momentum_bound += 2.0 * most;
+        momentum_bound += 2.0 * gain;
         if (!std::isfinite(sum) || (force != 0.0 && std::abs(sum) > momentum_bound))
             throw NumericalError(fmt::format("the flow diverged within {} steps", run.steps),
-                                 {.mend = "choose relaxation_time between 0.55 and 2"});
+                                 {.fix = "choose relaxation_time between 0.55 and 2"});
         const double mean = sum / static_cast<double>(last - first + 1);
         run.gradient_lu = gradient_between(force, domain, run.layers, first, last);
         const double darcy = scheme.viscosity_lu() / (section.area_cells * run.gradient_lu);
@@ -165,11 +165,11 @@ StokesRun run_to_steady(Flow& flow, const Domain& domain, const Scheme& scheme, 
         run.iteration_error = std::max(remaining_change(run.history, &ConvergencePoint::permeability_lu),
                                        remaining_change(run.history, &ConvergencePoint::permeability_volume_lu));
         run.history.back().iteration_error = run.iteration_error;
-        passed = run.iteration_error < gate.tolerance && mean > 0.0 ? passed + 1 : 0;
+        passed = run.iteration_error < criterion.tolerance && mean > 0.0 ? passed + 1 : 0;
         if (first_error == 0.0 || first_error == 1.0) first_error = run.iteration_error;
-        progress.update(std::clamp(std::log(run.iteration_error / first_error) / std::log(gate.tolerance / first_error), 0.0, 1.0),
+        progress.update(std::clamp(std::log(run.iteration_error / first_error) / std::log(criterion.tolerance / first_error), 0.0, 1.0),
                         fmt::format("step {}, error {:.1e}", run.steps, run.iteration_error));
-        if (passed < 2 && gate.checkpoint) gate.checkpoint(run);
+        if (passed < 2 && criterion.checkpoint) criterion.checkpoint(run);
     }
     run.converged = passed >= 2;
     run.seconds = seconds_before + watch.seconds();

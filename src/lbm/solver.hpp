@@ -3,6 +3,7 @@
 
 #include <functional>
 
+#include "core/members.hpp"
 #include "lbm/flow.hpp"
 
 namespace porepack {
@@ -19,11 +20,19 @@ struct Layers {
 
 /// One check of the run's state, the history of the convergence plot.
 struct ConvergencePoint {
-    long step;
-    double permeability_lu, permeability_volume_lu;
-    double iteration_error;  ///< relative
-    double flow_imbalance;   ///< largest relative difference of the flow rate between layers
+    long step = 0;
+    double permeability_lu = 0.0, permeability_volume_lu = 0.0;
+    double iteration_error = 0.0;  ///< relative
+    double flow_imbalance = 0.0;   ///< largest relative difference of the flow rate between layers
 };
+template <MembersOf<ConvergencePoint> Self, typename Visit>
+void visit_members(Self& point, const Visit& visit) {
+    visit("step", point.step);
+    visit("permeability_lu", point.permeability_lu);
+    visit("permeability_volume_lu", point.permeability_volume_lu);
+    visit("iteration_error", point.iteration_error);
+    visit("flow_imbalance", point.flow_imbalance);
+}
 
 struct StokesRun {
     double permeability_lu = 0.0;         ///< by the flow rate through the end planes, for the area of `area_cells`
@@ -42,11 +51,11 @@ struct StokesRun {
     std::vector<ConvergencePoint> history = {};
 };
 
-struct StokesGate {
-    double tolerance = 1e-4;
-    long max_steps = 200000;
-    long steps_a_check = 40;                                ///< even
-    double max_seconds = 1e300;                             ///< then the run ends unconverged
+struct ConvergenceCriterion {
+    double tolerance = 1e-4;     ///< of the estimated relative iteration error of k
+    long max_steps = 200000;     ///< then the run ends without having converged
+    long steps_per_check = 40;   ///< even; the error is estimated this often
+    double max_seconds = 1e300;  ///< as max_steps
     std::function<void(const StokesRun&)> checkpoint = {};  ///< called when populations and run may be saved
 };
 
@@ -57,10 +66,10 @@ struct FlowSection {
     int last_layer = 0;  ///< inclusive
 };
 
-/// Steps, from where `run` is, until the change of both permeabilities that is still to come is below the gate, twice in a row: as
+/// Steps, from where `run` is, until the change of both permeabilities that is still to come is below the tolerance, twice in a row: as
 /// far as the last fifths of the history tell, taken as geometric. Throws NumericalError on divergence (named, with the step).
-/// When the gate is not passed, `converged` is false and the numbers must not be used.
+/// When the criterion is not met, `converged` is false and the numbers must not be used.
 [[nodiscard]] StokesRun run_to_steady(Flow& flow, const Domain& domain, const Scheme& scheme, const FlowSection& section,
-                                      const StokesGate& gate, StokesRun run = {});
+                                      const ConvergenceCriterion& criterion, StokesRun run = {});
 
 }  // namespace porepack

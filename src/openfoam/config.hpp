@@ -5,6 +5,7 @@
 
 namespace porepack {
 
+/// Meaning, unit, range and default of each key: see describe(). 0 stands for "chosen automatically" where that is allowed.
 struct FoamConfig {
     bool enabled = true;
     double cell_size_m = 0.0;
@@ -20,7 +21,7 @@ struct FoamConfig {
 
 inline void describe(ConfigVisitor& v, FoamConfig& c) {
     v.boolean("enabled", c.enabled, "run the OpenFOAM cross-check");
-    v.number("cell_size_m", c.cell_size_m, length_or_auto(), "background cell of the finest mesh; auto: the smallest capsule diameter / 4");
+    v.number("cell_size_m", c.cell_size_m, length_range_or_auto(), "background cell of the finest mesh; auto: the smallest capsule diameter / 4");
     v.integer(
         "meshes", c.meshes, between(1, 3),
         "1: one mesh, no uncertainty; 2: a coarser one too, k is extrapolated; 3: with the observed order and the grid convergence index");
@@ -31,7 +32,7 @@ inline void describe(ConfigVisitor& v, FoamConfig& c) {
              "relaxation of p; 3 (1 - relaxation_velocity) is best, much more diverges");
     v.number("residual", c.residual, {.low = 1e-12, .high = 1e-2},
              "residual of U and p at which the solver stops; the flux is then about as far off");
-    v.integer("max_iterations", c.max_iterations, between(2, 1000000), "give up after as many iterations");
+    v.integer("max_iterations", c.max_iterations, between(2, 1000000), "a run that has not converged after this number of iterations is an error");
     v.integer("processes", c.processes, between(1, 256), "of the solver on the finest mesh (mpirun); the coarser ones run beside it");
 }
 

@@ -45,15 +45,15 @@ void judge_flow(const FoamScene& scene, const FoamConfig& config, const Path& fo
     if (!result.converged)
         throw NumericalError(
             "OpenFOAM did not converge; no permeability is given\n" + tail(log, 8),
-            {.where = log.string(), .mend = "raise max_iterations; or lower relaxation_pressure to 3 (1 - relaxation_velocity)"});
+            {.where = log.string(), .fix = "raise max_iterations; or lower relaxation_pressure to 3 (1 - relaxation_velocity)"});
     if (!(result.permeability_m2 > 0.0) || !std::isfinite(result.permeability_m2))
         reject_foam(fmt::format("the flow goes the wrong way or diverged: k = {:g} m2", result.permeability_m2), log);
     if (result.flow_imbalance > 1e-4)
         throw NumericalError(fmt::format("OpenFOAM's flow does not balance: in and out differ by {:.1e}", result.flow_imbalance),
-                             {.where = log.string(), .mend = "tighten residual"});
+                             {.where = log.string(), .fix = "tighten residual"});
     if (result.flow_drift > 1e-3)
         throw NumericalError(fmt::format("OpenFOAM's flow still drifts: {:.1e} over the last 10 iterations", result.flow_drift),
-                             {.where = log.string(), .mend = "tighten residual"});
+                             {.where = log.string(), .fix = "tighten residual"});
 }
 
 FoamMeshResult solve_on_mesh(const FoamScene& scene, const FoamConfig& config, double cell, const Path& cases, const Path& folder,
@@ -135,7 +135,7 @@ FoamResult foam_permeability(const FoamScene& scene, const FoamConfig& config, d
     const auto& periodic = scene.container.periodic;
     if (scene.container.any_periodic() && !(periodic[0] && periodic[1] && periodic[2]))
         throw UserError("OpenFOAM runs take a box that is periodic in all directions or in none",
-                        {.mend = "use the lattice Boltzmann solver: porepack lbm"});
+                        {.fix = "use the lattice Boltzmann solver: porepack lbm"});
     FoamResult result;
     make_folder(folder);
     fs::copy_file(cases / "runFunctions", folder / "runFunctions", fs::copy_options::overwrite_existing);

@@ -2,12 +2,12 @@
 // its numbers, never by the exit code (which is 0 after divergence).
 #pragma once
 
-#include <functional>
 #include <optional>
 #include <span>
 
-#include "converters/percolation.hpp"
+#include "converters/pore_space.hpp"
 #include "converters/surface.hpp"
+#include "core/members.hpp"
 #include "openfoam/config.hpp"
 
 namespace porepack {
@@ -18,10 +18,16 @@ struct FoamScene {
     Section section;
     double pore_volume_m3 = 0.0;  ///< exact, of the section
     double grain_size_m = 0.0;    ///< smallest capsule diameter, or 4 volume / area of a surface
-    /// Share of the pore volume in gaps too narrow for cells of this size; none where it is left out.
-    std::function<double(double cell_size_m)> narrow_pores = {};
-    Vec3 pore_point = Vec3::Zero();  ///< a point in the pore space that flow reaches, far from grains and walls
+    std::optional<PoreSpace> pores = {};  ///< tells which gaps are too narrow for a mesh's cells; no gap counts where it is left out
+    Vec3 pore_point = Vec3::Zero();       ///< a point in the pore space that flow reaches, far from grains and walls
 };
+/// The section of a pore space, its surface within `surface` of the exact one (a user's surface is taken as it is). `coarsest_cell_m` is
+/// the background cell of the coarsest mesh.
+[[nodiscard]] FoamScene foam_scene(const PoreSpace& space, const SurfaceOptions& surface, double coarsest_cell_m);
+/// The same between two depths of free water, at whose planes the grains are cut off.
+[[nodiscard]] FoamScene foam_scene_in_water(const PoreSpace& space, const SurfaceOptions& surface, double cell_m, double water_m);
+/// Share of the pore volume in gaps that are narrower than two voxels of this size.
+[[nodiscard]] double narrow_pores(const PoreSpace& space, double voxel_size_m);
 
 struct FoamMeshResult {
     double cell_size_m = 0.0;
@@ -39,6 +45,23 @@ struct FoamMeshResult {
     double wall_time_s = 0.0;
     double peak_memory_bytes = 0.0;
 };
+template <MembersOf<FoamMeshResult> Self, typename Visit>
+void visit_members(Self& mesh, const Visit& visit) {
+    visit("cell_size_m", mesh.cell_size_m);
+    visit("cells", mesh.cells);
+    visit("max_non_orthogonality_deg", mesh.max_non_orthogonality);
+    visit("skew_faces", mesh.skew_faces);
+    visit("mesh_volume_ratio", mesh.mesh_volume_ratio);
+    visit("narrow_pores", mesh.narrow_pores);
+    visit("iterations", mesh.iterations);
+    visit("converged", mesh.converged);
+    visit("flow_imbalance", mesh.flow_imbalance);
+    visit("flow_drift", mesh.flow_drift);
+    visit("permeability_m2", mesh.permeability_m2);
+    visit("processes", mesh.processes);
+    visit("wall_time_s", mesh.wall_time_s);
+    visit("peak_memory_bytes", mesh.peak_memory_bytes);
+}
 
 /// What meshes of different sizes tell together. The size of a mesh is cells^(-1/3): snapped meshes refine at surfaces, so the ratio of
 /// background cells overstates the gain.
@@ -66,8 +89,8 @@ struct FoamResult {
 /// The pore cell of the image that flow reaches and that is farthest from everything else, a little off its centre.
 [[nodiscard]] Vec3 find_pore_point(const PhaseImage& image, const Container& container);
 
-/// Runs in `folder`/mesh_fine, mesh_coarse and mesh_coarsest, as many as config.meshes; what a run that was killed left there is gone on
-/// from. `cases` is the folder openfoam_cases/. Throws EngineError when OpenFOAM is missing, fails, or ends on garbage; NumericalError when
+/// Runs in `folder`/mesh_fine, mesh_coarse and mesh_coarsest, as many as config.meshes; runs resume from what an interrupted one left
+/// there. `cases` is the folder openfoam_cases/. Throws EngineError when OpenFOAM is missing, fails, or ends on garbage; NumericalError when
 /// it does not converge.
 [[nodiscard]] FoamResult foam_permeability(const FoamScene& scene, const FoamConfig& config, double cell_size_m, const Path& cases,
                                            const Path& folder);
@@ -83,12 +106,12 @@ struct FoamInertialFlow {
 struct FoamInertialSeries {
     FoamMeshResult mesh;
     std::vector<FoamInertialFlow> flows;
-    std::string stopped_by;  ///< why a drop has no number; empty when all were found
+    std::optional<std::string> stopped_by;  ///< why a drop has no result; nothing when all were found
 };
 inline constexpr double water_viscosity_m2_per_s = 1e-6;
 
 /// Runs openfoam_cases/inertial_packing in `folder`/inertial at rising pressure drops (kinematic, water), until one finds no steady flow.
-/// A run that was killed is gone on with. Throws as foam_permeability.
+/// An interrupted run resumes. Throws as foam_permeability.
 [[nodiscard]] FoamInertialSeries foam_inertial_flows(const FoamScene& scene, const FoamConfig& config, double cell_size_m,
                                                      std::span<const double> drops, const Path& cases, const Path& folder);
 

@@ -8,6 +8,7 @@
 #include <map>
 #include <sstream>
 
+#include "core/digest.hpp"
 #include "core/error.hpp"
 #include "core/log.hpp"
 
@@ -116,8 +117,8 @@ std::vector<double> read_series(const Path& object, const char* file, int column
     return values;
 }
 
-void reject_foam(const std::string& what, const Path& log, const std::string& mend) {
-    throw EngineError("OpenFOAM: " + what + "\n" + tail(log, 12), {.where = log.string(), .mend = mend});
+void reject_foam(const std::string& what, const Path& log, const std::string& fix) {
+    throw EngineError("OpenFOAM: " + what + "\n" + tail(log, 12), {.where = log.string(), .fix = fix});
 }
 
 void judge_foam_mesh(const FoamScene& scene, const FoamConfig& config, const Path& folder, FoamMeshResult& result) {
@@ -135,7 +136,7 @@ void judge_foam_mesh(const FoamScene& scene, const FoamConfig& config, const Pat
     result.mesh_volume_ratio = *volume / scene.pore_volume_m3;
     // A mesh may cut corners, and leave out gaps between grains that are narrower than two of its cells.
     const double coarse = result.cell_size_m / scene.grain_size_m;
-    result.narrow_pores = scene.narrow_pores ? scene.narrow_pores(result.cell_size_m / std::exp2(config.surface_level)) : 0.0;
+    result.narrow_pores = scene.pores ? narrow_pores(*scene.pores, result.cell_size_m / std::exp2(config.surface_level)) : 0.0;
     const double allowed = 0.015 + 0.3 * coarse * coarse + result.narrow_pores;
     if (std::abs(result.mesh_volume_ratio - 1.0) > allowed)
         reject_foam(

@@ -33,7 +33,7 @@ ProgramEnd run_foam_case(const Path& folder, const char* label, const std::funct
 /// The series of numbers that a function object wrote: one row an iteration, `column` behind the time. A run that was stopped and went on
 /// has a folder for each start; what a later one computed again counts.
 [[nodiscard]] std::vector<double> read_series(const Path& object, const char* file, int column);
-[[noreturn]] void reject_foam(const std::string& what, const Path& log, const std::string& mend = {});
+[[noreturn]] void reject_foam(const std::string& what, const Path& log, const std::string& fix = {});
 /// Reads what checkMesh said. Throws EngineError where the mesh does not fill the pores.
 void judge_foam_mesh(const FoamScene& scene, const FoamConfig& config, const Path& folder, FoamMeshResult& result);
 

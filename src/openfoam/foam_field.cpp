@@ -34,7 +34,7 @@ std::vector<double> read_interior(const Path& file, const std::string& type, std
     const std::string mark = "nonuniform List<" + type + ">";
     const auto at = text.find(mark), open = text.find('(', at);
     if (at == std::string::npos || open == std::string::npos || text.find("scalar=64") == std::string::npos)
-        throw EngineError("cannot read this OpenFOAM field", {.where = file.string(), .mend = "writeFormat binary in system/controlDict"});
+        throw EngineError("cannot read this OpenFOAM field", {.where = file.string(), .fix = "writeFormat binary in system/controlDict"});
     const auto cells = static_cast<std::size_t>(std::stol(text.substr(at + mark.size())));
     std::vector<double> numbers(cells * components);
     if (open + 1 + numbers.size() * sizeof(double) > text.size())
@@ -67,6 +67,20 @@ std::vector<FoamCell> read_foam_cells(const Path& folder) {
                          {velocities[3 * i], velocities[3 * i + 1], velocities[3 * i + 2]},
                          volumes[i]});
     return cells;
+}
+
+FoamTortuosity hydraulic_tortuosity(std::span<const FoamCell> cells, const Section& section) {
+    double speed = 0.0;
+    Vec3 mean = Vec3::Zero();
+    for (const FoamCell& cell : cells) {
+        if (cell.centre_m.z() < section.z0 || cell.centre_m.z() > section.z1) continue;
+        speed += cell.volume_m3 * cell.velocity.norm();
+        mean += cell.volume_m3 * cell.velocity;
+    }
+    int axis = 2;
+    const double along = mean.cwiseAbs().maxCoeff(&axis);
+    if (!(along > 0.0)) throw NumericalError("nothing flows in this OpenFOAM case");
+    return {.axis = static_cast<Axis>(axis), .value = speed / along};
 }
 
 }  // namespace porepack

@@ -1,6 +1,7 @@
 // The cells of an OpenFOAM run with their velocity.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "converters/surface.hpp"
@@ -14,5 +15,13 @@ struct FoamCell {
 /// Asks postProcess for the cells' centres and volumes at the last time in the case `folder`, reads them and removes them again.
 /// Throws EngineError when that fails.
 [[nodiscard]] std::vector<FoamCell> read_foam_cells(const Path& folder);
+
+/// <|u|> / <u_axis> over the cells with their centres in the section, along the axis in which the mean velocity points. Throws
+/// NumericalError when nothing flows.
+struct FoamTortuosity {
+    Axis axis = Axis::z;
+    double value = 0.0;
+};
+[[nodiscard]] FoamTortuosity hydraulic_tortuosity(std::span<const FoamCell> cells, const Section& section);
 
 }  // namespace porepack

@@ -16,7 +16,7 @@ FoamInertialSeries foam_inertial_flows(const FoamScene& scene, const FoamConfig&
     require_foam();
     if (scene.container.any_periodic())
         throw UserError("flows with inertia need a container without periodic faces",
-                        {.mend = "leave OpenFOAM out: the lattice Boltzmann solver takes periodic boxes"});
+                        {.fix = "leave OpenFOAM out: the lattice Boltzmann solver takes periodic boxes"});
     make_folder(folder);
     fs::copy_file(cases / "runFunctions", folder / "runFunctions", fs::copy_options::overwrite_existing);
     const Path run = folder / "inertial";

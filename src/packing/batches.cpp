@@ -132,7 +132,7 @@ Pour make_lattice(const std::vector<ShapeShare>& shapes, const Container& contai
 Pour make_batches(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config, double drop_height_m,
                   long grains) {
     Random random(config.seed);
-    if (config.fill == "lattice") return make_lattice(shapes, container, config, grains, random);
+    if (config.fill == Fill::lattice) return make_lattice(shapes, container, config, grains, random);
     Pour pour;
     pour.top_m = drop_height_m + largest_span(shapes);
     for (long left = grains; left > 0;) {
@@ -140,7 +140,7 @@ Pour make_batches(const std::vector<ShapeShare>& shapes, const Container& contai
         pour.batches.push_back(make_batch(shapes, container, config, drop_height_m, wanted, random));
         const long fitted = static_cast<long>(pour.batches.back().size());
         if (fitted == 0)
-            throw UserError("no grain fits into the container at the drop height", {.mend = "take a wider container or smaller grains"});
+            throw UserError("no grain fits into the container at the drop height", {.fix = "take a wider container or smaller grains"});
         if (fitted < wanted) ++pour.thinned;
         left -= fitted;
     }

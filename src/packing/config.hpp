@@ -5,10 +5,31 @@
 
 namespace porepack {
 
+/// What makes the packing: our own DEM of exact capsules, LIGGGHTS with clumps of spheres, or nothing (a given file).
+enum class Engine { capsule, liggghts, none };
+constexpr std::array<Choice<Engine>, 3> choices_of(Engine) {
+    return {{{Engine::capsule, "capsule"}, {Engine::liggghts, "liggghts"}, {Engine::none, "none"}}};
+}
+enum class Fill { batches, lattice };
+constexpr std::array<Choice<Fill>, 2> choices_of(Fill) {
+    return {{{Fill::batches, "batches"}, {Fill::lattice, "lattice"}}};
+}
+/// Velocity Verlet, second order and symplectic without damping; or the paper's third-order Adams-Bashforth (Eq. 3-8).
+enum class Integrator { verlet, adams_bashforth };
+constexpr std::array<Choice<Integrator>, 2> choices_of(Integrator) {
+    return {{{Integrator::verlet, "verlet"}, {Integrator::adams_bashforth, "adams_bashforth"}}};
+}
+/// By which part of the normal force Coulomb friction is limited: all of it, or its elastic part (the paper).
+enum class FrictionLimit { total, elastic };
+constexpr std::array<Choice<FrictionLimit>, 2> choices_of(FrictionLimit) {
+    return {{{FrictionLimit::total, "total"}, {FrictionLimit::elastic, "elastic"}}};
+}
+
+/// Meaning, unit, range and default of each key: see describe(). 0 stands for "chosen automatically" where that is allowed.
 struct PackingConfig {
-    std::string engine = "capsule";
+    Engine engine = Engine::capsule;
     std::string file = {};
-    std::string fill = "batches";
+    Fill fill = Fill::batches;
     long seed = 1;
     long seeds = 1;
     long grains = 0;
@@ -30,18 +51,16 @@ struct PackingConfig {
     double rest_energy_fraction = 1e-6;
     double settle_time_s = 5.0;
     long processes = 1;
-    std::string integrator = "verlet";
-    std::string friction_limit = "total";
+    Integrator integrator = Integrator::verlet;
+    FrictionLimit friction_limit = FrictionLimit::total;
     bool sleep = true;
     double snapshot_interval_s = 1.0;
 };
 
 inline void describe(ConfigVisitor& v, PackingConfig& c) {
-    v.choice("engine", c.engine, {"capsule", "liggghts", "none"},
-             "who makes the packing; capsule: exact capsules (our own DEM); liggghts: clumps of spheres; none: take `file` as it is");
+    v.choice("engine", c.engine, "what makes the packing; capsule: exact capsules (our own DEM); liggghts: clumps of spheres; none: take `file` as it is");
     v.text("file", c.file, "a given packing.json or packing.json.gz (engine = \"none\"), relative to the case");
-    v.choice("fill", c.fill, {"batches", "lattice"},
-             "batches: grains fall from drop_height_m, batch after batch (batch_grains = 1: rain); lattice: all at once from a loose "
+    v.choice("fill", c.fill, "batches: grains fall from drop_height_m, batch after batch (batch_grains = 1: rain); lattice: all at once from a loose "
              "lattice above the floor");
     v.integer("seed", c.seed, between(0, 2147483647), "seed of all random poses");
     v.integer("seeds", c.seeds, between(1, 1000),
@@ -61,23 +80,21 @@ inline void describe(ConfigVisitor& v, PackingConfig& c) {
     v.number("wall_friction", c.wall_friction, between(0.0, 10.0), "Coulomb friction at the walls");
     v.number("time_step_s", c.time_step_s, positive_or_auto(), "time step; auto: the contact time / 45");
     v.number("drop_height_m", c.drop_height_m, positive_or_auto(),
-             "height above the floor at which grains are created; auto: one span below the rim");
+             "height above the floor at which grains are created; auto: one maximum Feret diameter below the rim");
     v.integer("batch_grains", c.batch_grains, between(1, 10000), "grains created together, as many of them as fit without overlap");
     v.number("batch_interval_s", c.batch_interval_s, between(1e-4, 1e3), "time between two batches");
     v.number("horizontal_speed_m_per_s", c.horizontal_speed_m_per_s, between(0.0, 100.0),
              "each horizontal velocity is random within +- this");
     v.number("rest_energy_fraction", c.rest_energy_fraction, {.low = 1e-12, .high = 0.1},
-             "at rest when the kinetic energy a grain is below this fraction of m g d");
+             "at rest when the kinetic energy per grain is below this fraction of m g d");
     v.number("settle_time_s", c.settle_time_s, between(1e-4, 1e4), "longest simulated time after the last batch");
     v.integer("processes", c.processes, between(1, 256),
               "MPI processes of LIGGGHTS; another number gives another packing of the same kind");
-    v.choice("integrator", c.integrator, {"verlet", "adams_bashforth"},
-             "capsule: verlet, of second order; or the paper's Adams-Bashforth, of third");
-    v.choice("friction_limit", c.friction_limit, {"total", "elastic"},
-             "capsule: friction is limited by the whole normal force, or by its elastic part (the paper)");
+    v.choice("integrator", c.integrator, "capsule: verlet, of second order; or the paper's Adams-Bashforth, of third");
+    v.choice("friction_limit", c.friction_limit, "capsule: friction is limited by the whole normal force, or by its elastic part (the paper)");
     v.boolean("sleep", c.sleep, "capsule: leave grains at rest out until the force on one of their contacts changes");
     v.number("snapshot_interval_s", c.snapshot_interval_s, between(1e-3, 1e6),
-             "simulated time between snapshots, from which a killed run goes on");
+             "simulated time between snapshots, from which an interrupted run resumes");
 }
 
 }  // namespace porepack

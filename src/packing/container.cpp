@@ -75,7 +75,7 @@ std::vector<double> parse_numbers(const std::string& text, std::size_t count, co
     }
     if (values.size() != count) throw UserError("not a container: " + whole, {.allowed = forms});
     for (const double value : values)
-        if (!length().holds(value)) throw UserError("a container's sizes must be from 1e-12 to 1e6 m: " + whole, {.allowed = forms});
+        if (!length_range().holds(value)) throw UserError("a container's sizes must be from 1e-12 to 1e6 m: " + whole, {.allowed = forms});
     return values;
 }
 
@@ -111,7 +111,7 @@ Json to_json(const Container& container) {
 
 Container container_from_json(const Json& json, const std::string& where) {
     const auto positive_number = [&](const Json& value, const char* key) {
-        if (!value.is_number() || !length().holds(value.get<double>()))
+        if (!value.is_number() || !length_range().holds(value.get<double>()))
             throw UserError(fmt::format("`{}` must be a number from 1e-12 to 1e6 (metres)", key), {.where = where});
         return value.get<double>();
     };

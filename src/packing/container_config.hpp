@@ -8,7 +8,7 @@
 namespace porepack {
 
 struct ContainerConfig {
-    std::string kind = "cylinder";
+    Container::Kind kind = Container::Kind::cylinder;
     double diameter_m = 0.0;
     double height_m = 0.0;
     std::vector<double> size_m;
@@ -16,22 +16,22 @@ struct ContainerConfig {
 };
 
 inline void describe(ConfigVisitor& v, ContainerConfig& c) {
-    v.choice("kind", c.kind, {"cylinder", "box"}, "an upright cylinder (axis x = y = 0) or a box (corner at the origin); floor at z = 0");
-    v.number("diameter_m", c.diameter_m, length_or_auto(), "inner diameter of the cylinder");
-    v.number("height_m", c.height_m, length_or_auto(), "inner height of the cylinder");
-    v.numbers("size_m", c.size_m, {3, 3}, length(), "inner size of the box");
+    v.choice("kind", c.kind, "an upright cylinder (axis x = y = 0) or a box (corner at the origin); floor at z = 0");
+    v.number("diameter_m", c.diameter_m, length_range_or_auto(), "inner diameter of the cylinder");
+    v.number("height_m", c.height_m, length_range_or_auto(), "inner height of the cylinder");
+    v.numbers("size_m", c.size_m, {3, 3}, length_range(), "inner size of the box");
     v.booleans("periodic", c.periodic, 3, "is the box periodic along x, y, z?");
 }
 
 [[nodiscard]] inline Container make_container(const ContainerConfig& c) {
     Container container;
-    if (c.kind == "cylinder") {
+    if (c.kind == Container::Kind::cylinder) {
         if (c.diameter_m == 0.0 || c.height_m == 0.0) throw UserError("a cylinder needs diameter_m and height_m", {.where = "[container]"});
         container.diameter_m = c.diameter_m;
         container.height_m = c.height_m;
         return container;
     }
-    if (c.size_m.empty()) throw UserError("a box needs size_m", {.where = "[container]", .mend = "size_m = [x, y, z] in metres"});
+    if (c.size_m.empty()) throw UserError("a box needs size_m", {.where = "[container]", .fix = "size_m = [x, y, z] in metres"});
     container.kind = Container::Kind::box;
     container.size_m = Vec3(c.size_m[0], c.size_m[1], c.size_m[2]);
     for (std::size_t i = 0; i < 3; ++i) container.periodic[i] = c.periodic[i];

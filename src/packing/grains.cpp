@@ -211,7 +211,7 @@ Section choose_section(const Container& container, const SectionChoice& choice, 
         const Section section{choice.section_m[0], choice.section_m[1]};
         if (container.any_periodic() && (section.z0 > 1e-9 * container.height() || section.z1 < container.height() * (1.0 - 1e-9)))
             throw UserError("a periodic cell is taken as a whole: it has no section",
-                            {.allowed = fmt::format("0,{:g} or nothing", container.height()), .mend = "leave the section out"});
+                            {.allowed = fmt::format("0,{:g} or nothing", container.height()), .fix = "leave the section out"});
         if (section.length() <= 0.0 || section.z0 < 0.0 || section.z1 > container.height() * (1.0 + 1e-9))
             throw UserError(fmt::format("the section from {:g} to {:g} m is not possible", section.z0, section.z1),
                             {.allowed = fmt::format("0 <= z0 < z1 <= {:g} m (the container's height); the bed is {:g} m high",
@@ -227,7 +227,7 @@ Section choose_section(const Container& container, const SectionChoice& choice, 
     if (top - 2.0 * trim <= 0.0)
         throw UserError(
             fmt::format("nothing is left of the bed: it is {:.4g} m high, and {:.4g} m are trimmed at both ends", bed_top_m, trim),
-            {.mend = "set the section (--section z0,z1; section_m) or a smaller trim (--trim; trim_m), or take a higher bed"});
+            {.fix = "set the section (--section z0,z1; section_m) or a smaller trim (--trim; trim_m), or take a higher bed"});
     return {trim, top - trim};
 }
 
@@ -263,6 +263,14 @@ LatticeSum sum_on_lattice(const Solid& solid, const Container& container, const 
 }
 
 }  // namespace
+
+Section whole_bed(const Container& container, double bed_top_m) {
+    return {0.0, container.any_periodic() ? container.height() : std::min(bed_top_m, container.height())};
+}
+
+std::array<bool, 3> periodic_sides(const Container& container, const Section& section) {
+    return {container.periodic[0], container.periodic[1], container.periodic[2] && section.length() > 0.999 * container.height()};
+}
 
 Porosity porosity(const Solid& solid, const Container& container, const Section& section, long lines) {
     const double spacing = std::sqrt(2.0 * container.inner_area_m2() / static_cast<double>(lines));

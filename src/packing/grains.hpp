@@ -90,6 +90,11 @@ struct SectionChoice {
 /// Throws UserError with the bed's height when nothing is left.
 [[nodiscard]] Section choose_section(const Container& container, const SectionChoice& choice, double bed_top_m, double grain_span_m);
 
+/// The whole bed: from the floor to its highest point; the whole container where that is periodic.
+[[nodiscard]] Section whole_bed(const Container& container, double bed_top_m);
+/// Sides across which the section repeats; along z only when it is the whole box.
+[[nodiscard]] std::array<bool, 3> periodic_sides(const Container& container, const Section& section);
+
 struct Porosity {
     double value = 0.0;
     double uncertainty = 0.0;  ///< half the difference between two shifted lattices of lines

@@ -2,12 +2,15 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#ifdef POREPACK_WITH_ZLIB
 #include <zlib.h>
+#endif
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
+#include <numbers>
 
 #include "core/error.hpp"
 #include "packing/grains.hpp"
@@ -18,6 +21,7 @@ namespace {
 std::string read_maybe_compressed(const Path& path) {
     if (path.extension() != ".gz") return read_text(path);
     (void)read_text(path);  // the plain reader's messages for a missing file or a folder
+#ifdef POREPACK_WITH_ZLIB
     gzFile file = gzopen(path.c_str(), "rb");
     std::string text;
     std::vector<char> buffer(1 << 16);
@@ -26,8 +30,11 @@ std::string read_maybe_compressed(const Path& path) {
         text.append(buffer.data(), static_cast<std::size_t>(count));
     const bool good = count == 0 && gzeof(file) == 1;
     gzclose(file);
-    if (!good) throw UserError("cannot unpack " + path.string(), {.mend = "the file is damaged or cut: copy it again"});
+    if (!good) throw UserError("cannot unpack " + path.string(), {.fix = "the file is damaged or cut: copy it again"});
     return text;
+#else
+    throw UserError("this build cannot unpack " + path.string(), {.fix = "unpack it with gunzip"});
+#endif
 }
 
 // Reads members with messages that name the file and the place in it.
@@ -114,7 +121,7 @@ void require_plausible(const Packing& packing, const Path& path) {
         if (span(shape) > 1.001 * size.norm())
             throw UserError(fmt::format("a grain is larger than the container: `{}` spans {:g} m, the container's diagonal is {:g} m",
                                         shape.id, span(shape), size.norm()),
-                            {.where = path.string(), .mend = "check the units: all lengths are metres"});
+                            {.where = path.string(), .fix = "check the units: all lengths are metres"});
     std::map<std::array<double, 3>, std::size_t> seen;
     for (std::size_t i = 0; i < packing.bodies.size(); ++i) {
         const Vec3& at = packing.bodies[i].position_m;
@@ -139,7 +146,7 @@ void require_plausible(const Packing& packing, const Path& path) {
             throw UserError(
                 fmt::format("body {} lies outside the container: at ({:g}, {:g}, {:g}) m", i, at.x(), at.y(), at.z()),
                 {.where = path.string(),
-                 .mend = "check the units (metres) and the frame: cylinder axis x = y = 0, box corner at the origin, floor z = 0"});
+                 .fix = "check the units (metres) and the frame: cylinder axis x = y = 0, box corner at the origin, floor z = 0"});
     }
 }
 
@@ -157,7 +164,7 @@ Packing read_packing(const Path& path) {
         json = Json::parse(text);
     } catch (const nlohmann::json::parse_error& fault) {
         throw UserError("not valid JSON: " + path.string(),
-                        {.where = fmt::format("byte {}", fault.byte), .mend = "the file may be cut: write it again"});
+                        {.where = fmt::format("byte {}", fault.byte), .fix = "the file may be cut: write it again"});
     } catch (const nlohmann::json::exception& fault) {
         throw UserError("not valid JSON: " + path.string() + ": " + fault.what());
     }
@@ -249,6 +256,17 @@ Overlaps find_overlaps(const Packing& packing) {
     }
     if (overlaps.contacts > 0) overlaps.mean_between_grains_m = sum / static_cast<double>(overlaps.contacts);
     return overlaps;
+}
+
+GrainMeans grain_means(const Packing& packing) {
+    std::vector<ShapeMeasures> measures;
+    for (const Shape& shape : packing.shapes) measures.push_back(measure(shape, 1e-6));
+    double volume = 0.0, area = 0.0;
+    for (const Body& body : packing.bodies) {
+        volume += measures[body.shape].volume_m3;
+        area += measures[body.shape].surface_area_m2;
+    }
+    return {std::cbrt(6.0 * volume / static_cast<double>(packing.bodies.size()) / std::numbers::pi), 6.0 * volume / area};
 }
 
 }  // namespace porepack

@@ -14,6 +14,7 @@ namespace porepack {
 /// A cylinder has its axis at x = y = 0 and its floor at z = 0; a box has its corner at the origin.
 struct Container {
     enum class Kind { cylinder, box };
+    friend constexpr std::array<Choice<Kind>, 2> choices_of(Kind) { return {{{Kind::cylinder, "cylinder"}, {Kind::box, "box"}}}; }
     Kind kind = Kind::cylinder;
     double diameter_m = 0.0;
     double height_m = 0.0;
@@ -55,9 +56,15 @@ struct Packing {
 /// The same packing gives the same bytes.
 void write_packing(const Path& path, const Packing& packing);
 
-/// All capsules of one body in the world frame.
 /// Smallest capsule diameter of all shapes.
 [[nodiscard]] double finest_diameter(const Packing& packing);
+/// Means over a packing's grains.
+struct GrainMeans {
+    double equivalent_diameter_m;  ///< of the sphere of the mean volume
+    double sauter_diameter_m;      ///< 6 volume / area: sphericity times the equal-volume diameter
+};
+[[nodiscard]] GrainMeans grain_means(const Packing& packing);
+/// All capsules of one body in the world frame.
 [[nodiscard]] std::vector<Capsule> world_capsules(const Packing& packing, const Body& body);
 
 /// Largest overlap of two grains' exact capsules, and of a grain with the wall, in metres (0 when nothing overlaps).

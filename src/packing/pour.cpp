@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/digest.hpp"
 #include "core/error.hpp"
 #include "core/machine.hpp"
 #include "packing/batches.hpp"
@@ -31,7 +32,7 @@ PourPlan plan_pour(const std::vector<ShapeShare>& shapes, const Container& conta
     if (container.periodic[2])
         throw UserError(
             "grains fall along z: the container cannot be periodic there",
-            {.mend = "periodic = [true, true, false] with engine = \"capsule\"; or give a packing.json with engine = \"none\""});
+            {.fix = "periodic = [true, true, false] with engine = \"capsule\"; or give a packing.json with engine = \"none\""});
     const double d = finest_diameter(shapes);
     const double extent = largest_span(shapes);
     const Vec3 inner = container.high() - container.low();
@@ -40,7 +41,7 @@ PourPlan plan_pour(const std::vector<ShapeShare>& shapes, const Container& conta
             fmt::format("the grain is too large for the container: it spans {:.4g} m, the container is {:.4g} m wide and {:.4g} m high",
                         extent, std::min(inner.x(), inner.y()), container.height()),
             {.allowed = "a container wider than one grain's span and higher than two",
-             .mend = "check the units (metres), take a larger container or smaller grains"});
+             .fix = "check the units (metres), take a larger container or smaller grains"});
     PourPlan plan;
     double mean_volume = 0.0, largest_volume = 0.0, smallest_volume = 1e300, mean_spheres = 0.0;
     for (const auto& [shape, share] : shapes) {
@@ -48,7 +49,7 @@ PourPlan plan_pour(const std::vector<ShapeShare>& shapes, const Container& conta
         mean_volume += share * volume;
         largest_volume = std::max(largest_volume, volume);
         smallest_volume = std::min(smallest_volume, volume);
-        if (config.engine != "liggghts") continue;
+        if (config.engine != Engine::liggghts) continue;
         const auto spheres = static_cast<double>(sphere_clump(shape, config.surface_tolerance * smallest_diameter(shape)).size());
         mean_spheres += share * spheres;
     }
@@ -59,7 +60,7 @@ PourPlan plan_pour(const std::vector<ShapeShare>& shapes, const Container& conta
         throw UserError(
             fmt::format("the contacts are too soft: one grain's weight presses a contact in by {:.2g} of its diameter", static_overlap),
             {.allowed = "1 % of the diameter",
-             .mend = fmt::format("set normal_stiffness_N_per_m to {:.2g} or more, tangential_stiffness_N_per_m to half of it",
+             .fix = fmt::format("set normal_stiffness_N_per_m to {:.2g} or more, tangential_stiffness_N_per_m to half of it",
                                  config.normal_stiffness_N_per_m * static_overlap / 0.001)});
     plan.contact_time_s = contact_time(config.density_kg_per_m3 * smallest_volume, config);
     // A dashpot must not turn a velocity round within a step, where several contacts act on one end of a grain.
@@ -78,22 +79,22 @@ PourPlan plan_pour(const std::vector<ShapeShare>& shapes, const Container& conta
         throw UserError(fmt::format("the bed would reach the place where grains are created: fill height {:.4g} m, drop height {:.4g} m",
                                     plan.fill_height_m, plan.drop_height_m),
                         {.allowed = fmt::format("a fill height up to {:.4g} m", plan.drop_height_m - extent),
-                         .mend = "take a higher container or a lower fill_height_m"});
+                         .fix = "take a higher container or a lower fill_height_m"});
     // Poured grains of these shapes fill no more than 3/4 of the space.
     const double most = 0.75 * container.inner_area_m2() * plan.drop_height_m / mean_volume;
     if (static_cast<double>(config.grains) > most)
         throw UserError(fmt::format("{} grains do not fit below the drop height", config.grains),
-                        {.allowed = fmt::format("at most about {:.0f}", most), .mend = "take a higher container or fewer grains"});
+                        {.allowed = fmt::format("at most about {:.0f}", most), .fix = "take a higher container or fewer grains"});
     const double densest = 0.75 * container.inner_area_m2() * plan.fill_height_m / mean_volume;
     plan.most_grains = config.grains > 0 ? config.grains : std::max(1L, static_cast<long>(densest));
     plan.clump_spheres = std::lround(mean_spheres);
-    if (config.fill == "lattice") plan.drop_height_m = 0.0;
+    if (config.fill == Fill::lattice) plan.drop_height_m = 0.0;
     // From measurements, on average half of the grains present: LIGGGHTS 0.4 us a sphere and step, capsules 0.25 us each and step.
     const double grains = config.grains > 0 ? static_cast<double>(config.grains) : densest / 1.8;
     const double batch = std::min(static_cast<double>(config.batch_grains), std::max(1.0, grains_a_batch(extent, container)));
     const double fall = std::sqrt(2.0 * container.height() / config.gravity_m_per_s2);
-    const double steps = ((config.fill == "lattice" ? 1.0 : grains / batch) * config.batch_interval_s + fall + 0.5) / plan.time_step_s;
-    if (config.engine == "liggghts") {
+    const double steps = ((config.fill == Fill::lattice ? 1.0 : grains / batch) * config.batch_interval_s + fall + 0.5) / plan.time_step_s;
+    if (config.engine == Engine::liggghts) {
         plan.expected_wall_time_s =
             0.4e-6 * 0.6 * grains * static_cast<double>(plan.clump_spheres) * steps / static_cast<double>(config.processes);
         plan.expected_memory_bytes = 60e6 + 4000.0 * static_cast<double>(plan.most_grains * plan.clump_spheres);
@@ -107,9 +108,7 @@ PourPlan plan_pour(const std::vector<ShapeShare>& shapes, const Container& conta
 }
 
 std::string scene_key(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config) {
-    PackingConfig copy = config;
-    Json key = {
-        {"container", to_json(container)}, {"packing", to_json([&](ConfigVisitor& v) { describe(v, copy); })}, {"shapes", Json::array()}};
+    Json key = {{"container", to_json(container)}, {"packing", resolved_config(config)}, {"shapes", Json::array()}};
     for (const auto& [shape, share] : shapes)
         for (const Capsule& capsule : shape.capsules)
             key["shapes"].push_back(

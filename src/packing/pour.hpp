@@ -28,7 +28,7 @@ struct PourPlan {
 /// At rest the net force on a grain is below this share of its weight, on the mean: not just turning round.
 constexpr double rest_force_limit = 0.02;
 
-/// Digest of all that a pour depends on: what a snapshot must agree with to be gone on from.
+/// Digest of all that a pour depends on: what a snapshot must agree with before a run resumes from it.
 [[nodiscard]] std::string scene_key(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config);
 
 struct PourResult {

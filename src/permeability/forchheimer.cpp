@@ -37,7 +37,7 @@ ForchheimerFit fit_forchheimer(double permeability_m2, double length_m, std::spa
                                double relative_error) {
     if (flows.size() < 3)
         throw NumericalError(fmt::format("{} steady flows with inertia are too few for the inertial permeability", flows.size()),
-                             {.allowed = "three or more", .mend = "begin at a smaller Reynolds number, or take smaller voxels"});
+                             {.allowed = "three or more", .fix = "begin at a smaller Reynolds number, or take smaller voxels"});
     std::size_t first = 0;
     while (first < flows.size() && flows[first].permeability_m2 > 0.95 * permeability_m2) ++first;
     ForchheimerFit fit{.permeability_m2 = permeability_m2, .largest_reynolds = flows.back().reynolds};
@@ -73,7 +73,7 @@ ForchheimerFit fit_forchheimer(double permeability_m2, double length_m, std::spa
     }
     if (!(least > 0.0))
         throw NumericalError("the permeability does not fall with the Reynolds number: no inertial permeability",
-                             {.mend = "tighten the tolerance, or go to larger Reynolds numbers"});
+                             {.fix = "tighten the tolerance, or go to larger Reynolds numbers"});
     fit.intercept_permeability_m2 = 1.0 / line.intercept;
     fit.inertial_permeability_m = 1.0 / line.slope;
     fit.inertial_interval_m = {1.0 / (high * (1.0 + relative_error)), 1.0 / std::max(low * (1.0 - relative_error), 0.2 * least)};
@@ -81,6 +81,27 @@ ForchheimerFit fit_forchheimer(double permeability_m2, double length_m, std::spa
                                    fit.inertial_interval_m.high / (1.0 - turbulent_change)};
     fit.inertial_factor = std::sqrt(permeability_m2) / fit.inertial_permeability_m;
     return fit;
+}
+
+std::optional<double> inertial_grid_error(const InertialCurve& coarse, const InertialCurve& fine, double length_m) {
+    const std::size_t both = std::min(fine.flows.size(), coarse.flows.size());
+    if (both < 3) return std::nullopt;
+    const auto k_in = [&](const InertialCurve& curve) {
+        return fit_forchheimer(curve.permeability_m2, length_m, std::span(curve.flows).first(both)).inertial_permeability_m;
+    };
+    return std::abs(k_in(fine) / k_in(coarse) - 1.0);
+}
+
+std::vector<double> pressure_drops(std::span<const double> reynolds, const InertialCurve& known, const ForchheimerFit& fit, double section_m,
+                                   double length_m, double viscosity_m2_per_s) {
+    const double nu = viscosity_m2_per_s;
+    std::vector<double> drops = {nu * nu / length_m * 0.01 * section_m / fit.permeability_m2};
+    for (std::size_t i = 0; i < reynolds.size(); ++i) {
+        const ApparentPermeability& flow = known.flows[std::min(i, known.flows.size() - 1)];
+        const double beyond = i < known.flows.size() ? 0.0 : (reynolds[i] - flow.reynolds) / length_m / fit.inertial_permeability_m;
+        drops.push_back(nu * nu * reynolds[i] / length_m * section_m * (1.0 / flow.permeability_m2 + beyond));
+    }
+    return drops;
 }
 
 }  // namespace porepack

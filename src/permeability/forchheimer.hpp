@@ -3,8 +3,9 @@
 
 #include <optional>
 #include <span>
+#include <vector>
 
-#include "core/interval.hpp"
+#include "core/members.hpp"
 
 namespace porepack {
 
@@ -25,6 +26,18 @@ struct ForchheimerFit {
     double largest_reynolds = 0.0;
     std::size_t points = 0;  ///< of the straight part
 };
+template <MembersOf<ForchheimerFit> Self, typename Visit>
+void visit_members(Self& fit, const Visit& visit) {
+    visit("creeping_permeability_m2", fit.permeability_m2);
+    visit("intercept_permeability_m2", fit.intercept_permeability_m2);
+    visit("inertial_permeability_m", fit.inertial_permeability_m);
+    visit("inertial_permeability_interval_m", fit.inertial_interval_m);
+    visit("inertial_permeability_extrapolated_interval_m", fit.extrapolated_interval_m);
+    visit("inertial_factor", fit.inertial_factor);
+    visit("onset_reynolds", fit.onset_reynolds);
+    visit("largest_reynolds", fit.largest_reynolds);
+    visit("points", fit.points);
+}
 
 /// Beyond the last steady flow turbulence changes the coefficients: between Forchheimer's (Re 5 to 80) and the turbulent regime (Re > 120)
 /// that of the inertial term falls by 16 % and that of the viscous one grows by 24 % in beds of spheres (Fand, Kim, Lam & Phan 1987, J.
@@ -36,5 +49,18 @@ inline constexpr double turbulent_change = 0.2;
 /// permeability does not fall.
 [[nodiscard]] ForchheimerFit fit_forchheimer(double permeability_m2, double length_m, std::span<const ApparentPermeability> flows,
                                              double relative_error = 0.0);
+
+/// Apparent permeabilities on one grid, beside that of creeping flow.
+struct InertialCurve {
+    double permeability_m2 = 0.0;
+    std::vector<ApparentPermeability> flows;  ///< at rising Reynolds numbers
+};
+/// Relative change of 1/k_in from a coarse grid to the next finer one, by the flows that both have; nothing below three of them.
+[[nodiscard]] std::optional<double> inertial_grid_error(const InertialCurve& coarse, const InertialCurve& fine, double length_m);
+
+/// Kinematic pressure drops (m2/s2) over a section of `section_m` that should give these Reynolds numbers, by the flows of a curve that is
+/// known and, beyond its last one, by its fit. The first drop is that of creeping flow at Re 0.01.
+[[nodiscard]] std::vector<double> pressure_drops(std::span<const double> reynolds, const InertialCurve& known, const ForchheimerFit& fit,
+                                                 double section_m, double length_m, double viscosity_m2_per_s);
 
 }  // namespace porepack

@@ -1,4 +1,4 @@
-// One page a case: what came out, how sure it is, what it cost.
+// One page per case: what came out, how sure it is, what it cost.
 #pragma once
 
 #include <map>
@@ -26,11 +26,7 @@ struct ReportInput {
 /// when it lies in `folder`. Returns a summary.
 Json write_report(const ReportInput& input, const Path& folder);
 
-/// A plot by gnuplot, SVG or PNG by its name: `commands` draw to the file that is set already. Returns false (with a note in the log)
-/// without gnuplot.
-bool draw_plot(const Path& svg, const std::string& commands);
-
-/// Slice y = 0 (or the middle) through the speed of flow.vti as a picture with a colour scale. Returns the largest speed in m/s.
+/// Slice y = 0 (or the middle) through the speed of flow.vti as an image with a colour scale. Returns the maximum speed in m/s.
 double draw_speed_slice(const Path& flow_vti, const Path& png);
 
 }  // namespace porepack

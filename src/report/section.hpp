@@ -1,4 +1,4 @@
-// A section of the report, and how results are looked up. Only for the sources of this room.
+// A section of the report, and how results are looked up. Only for the sources of this folder.
 #pragma once
 
 #include <fmt/format.h>
@@ -18,15 +18,31 @@ struct ReportSection {
 };
 
 /// A member that may be missing, on a path like "lbm/fine/steps": null then.
-[[nodiscard]] const Json& at(const ReportInput& input, const std::string& path);
+[[nodiscard]] const Json& result_at(const ReportInput& input, const std::string& path);
 
-[[nodiscard]] inline std::string number(const Json& value, const char* format = "{:.4g}") {
+[[nodiscard]] inline std::string number_text(const Json& value, const char* format = "{:.4g}") {
     return value.is_number() ? fmt::format(fmt::runtime(format), value.get<double>()) : "–";
 }
 
+/// "low to high", or "none".
+[[nodiscard]] std::string interval_text(const Json& interval);
+/// Relative difference in per cent, or a dash.
+[[nodiscard]] std::string difference(const Json& value, const Json& reference);
+
+[[nodiscard]] ReportSection permeability_section(const ReportInput& input);
+[[nodiscard]] ReportSection packing_section(const ReportInput& input);
+[[nodiscard]] ReportSection tortuosity_section(const ReportInput& input);
+[[nodiscard]] ReportSection convergence_section(const ReportInput& input);
+[[nodiscard]] ReportSection cost_section(const ReportInput& input);
 [[nodiscard]] ReportSection inertia_section(const ReportInput& input);
 [[nodiscard]] ReportSection falling_head_section(const ReportInput& input);
 [[nodiscard]] ReportSection causes_section(const ReportInput& input);
+
+/// The pages. Pictures of the sections lie in `folder`; the HTML page holds them itself.
+[[nodiscard]] std::string html_page(const ReportInput& input, const std::vector<ReportSection>& sections, const Json& main_numbers,
+                                    const Path& folder);
+[[nodiscard]] std::string markdown_page(const ReportInput& input, const std::vector<ReportSection>& sections, const Json& main_numbers);
+
 /// Draws or copies their pictures to `folder`.
 void add_falling_head_pictures(const ReportInput& input, const Path& folder, ReportSection& inertia, ReportSection& head,
                                ReportSection& causes);

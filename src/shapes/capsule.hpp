@@ -11,7 +11,8 @@
 namespace porepack {
 
 using Vec3 = Eigen::Vector3d;
-using Quaternion = Eigen::Quaterniond;
+/// Without an alignment of its own, which would depend on the instruction set that a program is compiled for.
+using Quaternion = Eigen::Quaternion<double, Eigen::DontAlign>;
 
 struct Capsule {
     Vec3 a = Vec3::Zero();

@@ -16,23 +16,23 @@ void describe_point(ConfigVisitor& v, const char* key, Vec3& point, const char* 
 }
 
 // The keys of one shape; a mixture's components have them too.
-void describe_shape(ConfigVisitor& v, ShapeConfig& c, const std::vector<std::string>& kinds) {
+void describe_shape(ConfigVisitor& v, ShapeConfig& c, const std::vector<ShapeKind>& kinds) {
     v.choice("kind", c.kind, kinds,
              "capsules: a union listed in [[shape.capsule]]; stl: the grains are a closed surface of your own (`file`); mixture: several "
              "shapes, listed in [[shape.component]]");
     v.number("sphericity", c.sphericity, {.low = 0.0, .high = 1.0, .low_open = true, .zero_is_auto = true},
              "with volume_m3: determines diameter and length");
     v.number("volume_m3", c.volume_m3, Range{.low = 1e-36, .high = 1e18, .zero_is_auto = true}, "volume of one grain");
-    v.number("diameter_m", c.diameter_m, length_or_auto(), "diameter of the capsules (instead of sphericity and volume)");
+    v.number("diameter_m", c.diameter_m, length_range_or_auto(), "diameter of the capsules (instead of sphericity and volume)");
     v.number("length_m", c.length_m, between(0.0, 1e6), "length of the capsules' axes");
     v.integer("arms", c.arms, between(2, 64), "arms of a star, spread evenly");
-    v.choice("cavity", c.cavity, {"filled", "open"}, "does an enclosed void count as solid (no fluid reaches it) or as void?");
+    v.choice("cavity", c.cavity, "does an enclosed void count as solid (no fluid reaches it) or as void?");
     v.boolean("disconnected", c.disconnected, "may the capsules of a union lie apart, as one rigid body?");
     v.tables(
         "capsule",
         [&](std::size_t count) {
-            constexpr std::size_t most = 64;
-            if (count > most && count != keep_size)
+            constexpr std::size_t maximum = 64;
+            if (count > maximum && count != keep_size)
                 throw UserError(fmt::format("{} capsules are listed", count), {.where = "[[shape.capsule]]", .allowed = "1 to 64"});
             if (count != keep_size) c.capsule.resize(count);
             return c.capsule.size();
@@ -40,7 +40,7 @@ void describe_shape(ConfigVisitor& v, ShapeConfig& c, const std::vector<std::str
         [&](std::size_t i, ConfigVisitor& entry) {
             describe_point(entry, "a_m", c.capsule[i].a, "one end of the axis");
             describe_point(entry, "b_m", c.capsule[i].b, "the other end");
-            entry.number("radius_m", c.capsule[i].radius, length(), "radius");
+            entry.number("radius_m", c.capsule[i].radius, length_range(), "radius");
         },
         "the capsules of a union (kind = \"capsules\"): a_m, b_m, radius_m");
 }
@@ -48,14 +48,16 @@ void describe_shape(ConfigVisitor& v, ShapeConfig& c, const std::vector<std::str
 }  // namespace
 
 void describe(ConfigVisitor& v, ShapeConfig& c) {
-    describe_shape(v, c, {"tetrapod", "dolos", "tetrahedron", "star", "sphere", "rod", "capsules", "stl", "mixture"});
+    std::vector<ShapeKind> kinds;
+    for (const auto& kind : choices_of(c.kind)) kinds.push_back(kind.value);
+    describe_shape(v, c, kinds);
     v.text("file", c.file, "STL file (kind = \"stl\"), relative to the case");
-    v.number("unit_m", c.unit_m, length(), "length of the STL file's unit in metres: 0.001 for millimetres");
+    v.number("unit_m", c.unit_m, length_range(), "length of the STL file's unit in metres: 0.001 for millimetres");
     v.tables(
         "component",
         [&](std::size_t count) {
-            constexpr std::size_t most = 32;
-            if (count > most && count != keep_size)
+            constexpr std::size_t maximum = 32;
+            if (count > maximum && count != keep_size)
                 throw UserError(fmt::format("{} components are listed", count), {.where = "[[shape.component]]", .allowed = "2 to 32"});
             if (count != keep_size) c.component.resize(count);
             return c.component.size();
@@ -63,7 +65,8 @@ void describe(ConfigVisitor& v, ShapeConfig& c) {
         [&](std::size_t i, ConfigVisitor& entry) {
             entry.number("number_fraction", c.component[i].number_fraction, {.low = 0.0, .high = 1.0, .low_open = true},
                          "share of the grains, by number");
-            describe_shape(entry, c.component[i], {"tetrapod", "dolos", "tetrahedron", "star", "sphere", "rod", "capsules"});
+            describe_shape(entry, c.component[i], {ShapeKind::tetrapod, ShapeKind::dolos, ShapeKind::tetrahedron, ShapeKind::star, ShapeKind::sphere, ShapeKind::rod,
+                            ShapeKind::capsules});
         },
         "the shapes of a mixture (kind = \"mixture\"): number_fraction and the keys of a shape");
 }
@@ -71,32 +74,32 @@ void describe(ConfigVisitor& v, ShapeConfig& c) {
 Shape make_shape(const ShapeConfig& c) {
     Shape shape;
     const bool by_sphericity = c.sphericity > 0.0, by_size = c.diameter_m > 0.0;
-    if (c.kind == "mixture") throw UserError("a mixture is not one shape", {.mend = "ask for one of its components"});
-    if (c.kind == "stl") throw UserError("the shape is an STL file, not a union of capsules", {.mend = "start the chain at the stl stage"});
-    if (c.kind == "capsules") {
+    if (c.kind == ShapeKind::mixture) throw UserError("a mixture is not one shape", {.fix = "ask for one of its components"});
+    if (c.kind == ShapeKind::stl) throw UserError("the shape is an STL file, not a union of capsules", {.fix = "start the chain at the stl stage"});
+    if (c.kind == ShapeKind::capsules) {
         shape.id = "capsules";
         shape.capsules = c.capsule;
         if (shape.capsules.empty())
             throw UserError("kind is \"capsules\", but no [[shape.capsule]] is given",
-                            {.mend = "add a table [[shape.capsule]] with a_m, b_m and radius_m for each capsule"});
+                            {.fix = "add a table [[shape.capsule]] with a_m, b_m and radius_m for each capsule"});
     } else if (!c.capsule.empty()) {
-        throw UserError("capsules are given, but kind is \"" + c.kind + "\"", {.mend = "set kind = \"capsules\""});
+        throw UserError("capsules are given, but kind is \"" + std::string(name_of(c.kind)) + "\"", {.fix = "set kind = \"capsules\""});
     } else if (by_sphericity && by_size) {
         throw UserError("both sphericity and diameter_m are given: they may contradict each other",
-                        {.mend = "give sphericity and volume_m3, or diameter_m and length_m"});
-    } else if (by_sphericity || (c.kind == "sphere" && c.volume_m3 > 0.0 && !by_size)) {
-        if (c.volume_m3 == 0.0) throw UserError("sphericity needs volume_m3 beside it", {.mend = "add volume_m3, for instance 7.33e-7"});
+                        {.fix = "give sphericity and volume_m3, or diameter_m and length_m"});
+    } else if (by_sphericity || (c.kind == ShapeKind::sphere && c.volume_m3 > 0.0 && !by_size)) {
+        if (c.volume_m3 == 0.0) throw UserError("sphericity needs volume_m3 beside it", {.fix = "add volume_m3, for instance 7.33e-7"});
         const Dimensions size = dimensions_for(c.kind, by_sphericity ? c.sphericity : 1.0, c.volume_m3,
-                                               c.cavity == "open" ? Cavity::open : Cavity::filled, c.arms);
+                                               c.cavity, c.arms);
         shape = make_preset(c.kind, size.diameter_m, size.length_m, c.arms);
     } else if (by_size) {
-        if (c.kind == "sphere" && c.length_m > 0.0)
-            throw UserError("a sphere has no length", {.mend = "remove length_m, or choose kind = \"rod\""});
+        if (c.kind == ShapeKind::sphere && c.length_m > 0.0)
+            throw UserError("a sphere has no length", {.fix = "remove length_m, or choose kind = \"rod\""});
         shape = make_preset(c.kind, c.diameter_m, c.length_m, c.arms);
     } else {
-        throw UserError("the shape's size is missing", {.mend = "give sphericity and volume_m3, or diameter_m and length_m"});
+        throw UserError("the shape's size is missing", {.fix = "give sphericity and volume_m3, or diameter_m and length_m"});
     }
-    shape.cavity = c.cavity == "open" ? Cavity::open : Cavity::filled;
+    shape.cavity = c.cavity;
     shape.may_be_disconnected = c.disconnected;
     validate(shape);
     find_cavities(shape);
@@ -104,14 +107,14 @@ Shape make_shape(const ShapeConfig& c) {
 }
 
 std::vector<ShapeShare> make_shapes(const ShapeConfig& c) {
-    if (c.kind != "mixture") {
+    if (c.kind != ShapeKind::mixture) {
         if (!c.component.empty())
-            throw UserError("components are given, but kind is \"" + c.kind + "\"", {.mend = "set kind = \"mixture\""});
+            throw UserError("components are given, but kind is \"" + std::string(name_of(c.kind)) + "\"", {.fix = "set kind = \"mixture\""});
         return {{make_shape(c), 1.0}};
     }
     if (c.component.size() < 2)
         throw UserError(fmt::format("a mixture needs two shapes or more, {} is given", c.component.size()),
-                        {.mend = "add tables [[shape.component]] with number_fraction and the keys of a shape"});
+                        {.fix = "add tables [[shape.component]] with number_fraction and the keys of a shape"});
     std::vector<ShapeShare> shares;
     double sum = 0.0;
     for (std::size_t i = 0; i < c.component.size(); ++i) {

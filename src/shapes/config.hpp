@@ -7,12 +7,12 @@
 namespace porepack {
 
 struct ShapeConfig {
-    std::string kind = "tetrapod";
+    ShapeKind kind = ShapeKind::tetrapod;
     double sphericity = 0.0;
     double volume_m3 = 0.0;
     double diameter_m = 0.0;
     double length_m = 0.0;
-    std::string cavity = "filled";
+    Cavity cavity = Cavity::filled;
     std::string file = {};
     double unit_m = 1.0;
     long arms = 6;

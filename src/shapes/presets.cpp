@@ -71,7 +71,7 @@ double rounded(double value, int digits) {
 
 // A preset with diameter 1, whose measures depend on L/d alone.
 struct UnitPreset {
-    std::string kind;
+    ShapeKind kind;
     long arms;
     Cavity cavity;
     [[nodiscard]] ShapeMeasures at(double log_aspect, double tolerance) const {
@@ -89,7 +89,7 @@ Dimensions solve(const UnitPreset& preset, double sphericity, double volume_m3) 
     constexpr double middling = 1e-6, fine = 3e-9;
     const double least = preset.at(std::log(largest_aspect), middling).sphericity;
     if (sphericity < least)
-        throw UserError(fmt::format("no {} has sphericity {:g}", preset.kind, sphericity),
+        throw UserError(fmt::format("no {} has sphericity {:g}", name_of(preset.kind), sphericity),
                         {.allowed = fmt::format("{:.4f} (at L/d = {:g}) to 1", least, largest_aspect)});
 
     // The sphericity falls with L/d: a bracket first, then the secant on ever more exact values.
@@ -111,9 +111,9 @@ Dimensions solve(const UnitPreset& preset, double sphericity, double volume_m3) 
     }
     if (slope <= steepest)
         throw UserError(
-            fmt::format("no {} with filled cavity has sphericity {:g}: it jumps where the cavity closes", preset.kind, sphericity),
+            fmt::format("no {} with filled cavity has sphericity {:g}: it jumps where the cavity closes", name_of(preset.kind), sphericity),
             {.allowed = fmt::format("above {:.4f} or below {:.4f}", above.sphericity, below.sphericity),
-             .mend = "choose another sphericity, or count the cavity as void (cavity = \"open\")"});
+             .fix = "choose another sphericity, or count the cavity as void (cavity = \"open\")"});
     double before = high, excess_before = below.sphericity - sphericity;
     double at = before - excess_before / slope;
     ShapeMeasures here = preset.at(at, middling);
@@ -133,28 +133,38 @@ Dimensions solve(const UnitPreset& preset, double sphericity, double volume_m3) 
 
 }  // namespace
 
-Shape make_preset(const std::string& kind, double diameter, double length, long arms) {
+Shape make_preset(ShapeKind kind, double diameter, double length, long arms) {
+    const std::string name(name_of(kind));
     if (!(diameter > 0.0) || !std::isfinite(diameter))
-        throw UserError(fmt::format("the diameter of a {} must be positive, got {:g} m", kind, diameter));
+        throw UserError(fmt::format("the diameter of a {} must be positive, got {:g} m", name, diameter));
     if (!(length >= 0.0) || !std::isfinite(length))
-        throw UserError(fmt::format("the length of a {} must not be negative, got {:g} m", kind, length));
-    const double r = diameter / 2.0;
-    if (kind == "tetrapod") return {.id = kind, .capsules = tetrapod(r, length)};
-    if (kind == "dolos") return {.id = kind, .capsules = dolos(r, length)};
-    if (kind == "tetrahedron") return {.id = kind, .capsules = tetrahedron(r, length)};
-    if (kind == "sphere") return {.id = kind, .capsules = {{Vec3::Zero(), Vec3::Zero(), r}}};
-    if (kind == "rod") return {.id = kind, .capsules = {{Vec3(0, 0, -length / 2), Vec3(0, 0, length / 2), r}}};
-    if (kind == "star") return {.id = kind, .capsules = star(r, length, arms)};
-    throw UserError("no such shape: " + kind, {.allowed = "tetrapod, dolos, tetrahedron, star, sphere, rod"});
+        throw UserError(fmt::format("the length of a {} must not be negative, got {:g} m", name, length));
+    const double r = diameter / 2;
+    switch (kind) {
+        case ShapeKind::tetrapod:
+            return {.id = name, .capsules = tetrapod(r, length)};
+        case ShapeKind::dolos:
+            return {.id = name, .capsules = dolos(r, length)};
+        case ShapeKind::tetrahedron:
+            return {.id = name, .capsules = tetrahedron(r, length)};
+        case ShapeKind::sphere:
+            return {.id = name, .capsules = {{Vec3::Zero(), Vec3::Zero(), r}}};
+        case ShapeKind::rod:
+            return {.id = name, .capsules = {{Vec3(0, 0, -length / 2), Vec3(0, 0, length / 2), r}}};
+        case ShapeKind::star:
+            return {.id = name, .capsules = star(r, length, arms)};
+        default:
+            throw UserError("no preset: " + name, {.allowed = "tetrapod, dolos, tetrahedron, star, sphere, rod"});
+    }
 }
 
-Dimensions dimensions_for(const std::string& kind, double sphericity, double volume_m3, Cavity cavity, long arms) {
+Dimensions dimensions_for(ShapeKind kind, double sphericity, double volume_m3, Cavity cavity, long arms) {
     if (!(sphericity > 0.0) || sphericity > 1.0)
         throw UserError(fmt::format("sphericity {:g} is not possible", sphericity), {.allowed = "0 < sphericity <= 1 (1 is a sphere)"});
     if (!(volume_m3 > 0.0) || !std::isfinite(volume_m3))
         throw UserError(fmt::format("the volume must be positive, got {:g} m3", volume_m3));
     const double equal_diameter = std::cbrt(6.0 * volume_m3 / std::numbers::pi);
-    if (kind == "sphere" && sphericity < 1.0) throw UserError("a sphere has sphericity 1", {.mend = "choose another shape"});
+    if (kind == ShapeKind::sphere && sphericity < 1.0) throw UserError("a sphere has sphericity 1", {.fix = "choose another shape"});
     if (sphericity == 1.0) return {equal_diameter, 0.0};
 
     // Where the open shape encloses nothing, the filled one is the same: the search for cavities is done once.
@@ -203,7 +213,7 @@ double span(const Shape& shape) {
 
 void validate(const Shape& shape) {
     const auto& capsules = shape.capsules;
-    if (capsules.empty()) throw UserError("shape `" + shape.id + "` has no capsule", {.mend = "give at least one [[shape.capsule]]"});
+    if (capsules.empty()) throw UserError("shape `" + shape.id + "` has no capsule", {.fix = "give at least one [[shape.capsule]]"});
     if (capsules.size() > 64) throw UserError(fmt::format("shape `{}` has {} capsules", shape.id, capsules.size()), {.allowed = "1 to 64"});
     for (std::size_t i = 0; i < capsules.size(); ++i)
         if (!capsules[i].a.allFinite() || !capsules[i].b.allFinite() || !(capsules[i].radius > 0.0) || !std::isfinite(capsules[i].radius))
@@ -221,7 +231,7 @@ void validate(const Shape& shape) {
     if (reached.size() < capsules.size() && !shape.may_be_disconnected)
         throw UserError(
             fmt::format("shape `{}` is not connected: {} of {} capsules hang together", shape.id, reached.size(), capsules.size()),
-            {.mend = "let the capsules overlap, describe two shapes, or allow it: disconnected = true"});
+            {.fix = "let the capsules overlap, describe two shapes, or allow it: disconnected = true"});
 }
 
 }  // namespace porepack

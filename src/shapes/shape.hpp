@@ -5,12 +5,30 @@
 #include <string>
 #include <vector>
 
+#include "core/choice.hpp"
 #include "shapes/capsule.hpp"
 
 namespace porepack {
 
 /// Does a void that the grain encloses on all sides count as solid ("filled": no fluid reaches it) or as void ("open")?
 enum class Cavity { filled, open };
+constexpr std::array<Choice<Cavity>, 2> choices_of(Cavity) {
+    return {{{Cavity::filled, "filled"}, {Cavity::open, "open"}}};
+}
+
+/// The presets (the paper's three, star, sphere, rod), a list of capsules, a user's surface, and a mixture of shapes.
+enum class ShapeKind { tetrapod, dolos, tetrahedron, star, sphere, rod, capsules, stl, mixture };
+constexpr std::array<Choice<ShapeKind>, 9> choices_of(ShapeKind) {
+    return {{{ShapeKind::tetrapod, "tetrapod"},
+             {ShapeKind::dolos, "dolos"},
+             {ShapeKind::tetrahedron, "tetrahedron"},
+             {ShapeKind::star, "star"},
+             {ShapeKind::sphere, "sphere"},
+             {ShapeKind::rod, "rod"},
+             {ShapeKind::capsules, "capsules"},
+             {ShapeKind::stl, "stl"},
+             {ShapeKind::mixture, "mixture"}}};
+}
 
 /// Cubic cells over a shape, 48 a side: 0 open void, 1 enclosed void, -1 solid (by the cells' centres).
 struct VoidCells {
@@ -34,7 +52,7 @@ struct Shape {
 /// The presets: those of the paper (2.1.1), sphere, rod, and a star of `arms` arms spread evenly (Thomson's problem).
 /// `diameter` of the capsules, `length` of their axes. Throws UserError on sizes <= 0.
 /// The frame's origin is the centre of symmetry (tetrapod, tetrahedron, star, sphere, rod), of the middle capsule (dolos).
-[[nodiscard]] Shape make_preset(const std::string& kind, double diameter, double length, long arms = 6);
+[[nodiscard]] Shape make_preset(ShapeKind kind, double diameter, double length, long arms = 6);
 
 /// Throws UserError unless there is at least one capsule, all radii are positive and all is finite and connected (if it must be).
 void validate(const Shape& shape);
@@ -73,7 +91,7 @@ struct Dimensions {
 };
 /// The capsule's diameter and length at which preset `kind` has this sphericity and volume. Throws UserError when there is
 /// none: sphericity out of (0, 1], below what L/d = 50 reaches, or in the gap where a cavity closes. To 1e-8.
-[[nodiscard]] Dimensions dimensions_for(const std::string& kind, double sphericity, double volume_m3, Cavity cavity, long arms = 6);
+[[nodiscard]] Dimensions dimensions_for(ShapeKind kind, double sphericity, double volume_m3, Cavity cavity, long arms = 6);
 
 /// Spheres along the axes whose union stays within `tolerance` below the capsules' surface: spacing
 /// 2 sqrt(r^2 - (r - tolerance)^2). Each is a capsule with a = b.

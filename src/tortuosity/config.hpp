@@ -5,29 +5,30 @@
 
 namespace porepack {
 
+/// Meaning, unit, range and default of each key: see describe().
 struct TortuosityConfig {
     double dot_spacing_m = 0.005;
     double slice_spacing_m = 2e-4;
     double largest_angle_deg = 45.0;
     double dot_pixel_m = 0.0;
     double dot_radius_m = 0.0;
-    std::string direction = "z";
+    Axis direction = Axis::z;
     bool shortest_path = true;
     bool diffusive = true;
 };
 
 inline void describe(ConfigVisitor& v, TortuosityConfig& c) {
-    v.number("dot_spacing_m", c.dot_spacing_m, length(), "spacing of the paper's grid of dots");
-    v.number("slice_spacing_m", c.slice_spacing_m, length(), "distance of the slices on which a path's points lie");
+    v.number("dot_spacing_m", c.dot_spacing_m, length_range(), "spacing of the paper's grid of dots");
+    v.number("slice_spacing_m", c.slice_spacing_m, length_range(), "distance of the slices on which a path's points lie");
     v.number("largest_angle_deg", c.largest_angle_deg, {.low = 0.0, .high = 180.0, .low_open = true},
              "a moved dot is rejected when its direction turns by more between two slices");
     v.number("dot_pixel_m", c.dot_pixel_m, {.low = 0.0, .high = 1.0},
-             "moved dots lie on centres of pixels of this size, as on pictures; 0: where they exactly are");
+             "moved dots lie on centres of pixels of this size, as on slice images; 0: at their exact place");
     v.number("dot_radius_m", c.dot_radius_m, positive_or_auto(),
              "only dots within this distance of a cylinder's axis (the paper: 0.04); auto: all");
-    v.choice("direction", c.direction, {"x", "y", "z"}, "shortest_path, diffusive: along x and y for periodic boxes and images");
-    v.boolean("shortest_path", c.shortest_path, "in a case: the shortest ways too");
-    v.boolean("diffusive", c.diffusive, "in a case: diffusion too, on three grids");
+    v.choice("direction", c.direction, "shortest_path, diffusive: along x and y for periodic boxes and images");
+    v.boolean("shortest_path", c.shortest_path, "in a case: shortest paths too");
+    v.boolean("diffusive", c.diffusive, "in a case: the tortuosity factor eps D0/D_eff too, by diffusion on three grids");
 }
 
 }  // namespace porepack

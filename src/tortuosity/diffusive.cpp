@@ -103,8 +103,8 @@ DiffusiveResult diffusive_tortuosity(const PhaseImage& image, int along, std::ar
     DiffusiveResult result;
     double inside = 0.0, pores = 0.0;
     for (const std::uint8_t phase : image.phase) {
-        inside += phase != outside ? 1.0 : 0.0;
-        pores += phase == pore ? 1.0 : 0.0;
+        inside += phase != Phase::outside ? 1.0 : 0.0;
+        pores += phase == Phase::pore ? 1.0 : 0.0;
     }
     std::vector<ConductanceGrid> grids;
     {

@@ -24,7 +24,7 @@ std::vector<Vec2> grid_of_dots(const Container& container, const TortuosityConfi
     constexpr double most_dots = 1e7;
     if ((high.x() - low.x()) / spacing * ((high.y() - low.y()) / spacing) > most_dots)
         throw UserError(fmt::format("a dot spacing of {:g} m makes too many dots", spacing),
-                        {.allowed = "at most 1e7 dots", .mend = "the spacing is in metres"});
+                        {.allowed = "at most 1e7 dots", .fix = "the spacing is in metres"});
     const int nx = static_cast<int>(std::ceil((high.x() - low.x()) / spacing)),
               ny = static_cast<int>(std::ceil((high.y() - low.y()) / spacing));
     for (int j = -ny; j <= ny; ++j)
@@ -78,8 +78,8 @@ DotPath follow(const Vec2& dot, int slices, double z0, double spacing, double la
 
 GeometricPaperResult average(const std::vector<Vec2>& dots, int slices, double z0, double spacing, double angle_deg,
                              const ClosestVoid& closest_void) {
-    if (slices < 2) throw UserError("one slice is no path", {.mend = "take a longer section or a smaller slice spacing"});
-    if (dots.empty()) throw UserError("no dot lies inside the container", {.mend = "take a smaller dot_spacing_m"});
+    if (slices < 2) throw UserError("one slice is no path", {.fix = "take a longer section or a smaller slice spacing"});
+    if (dots.empty()) throw UserError("no dot lies inside the container", {.fix = "take a smaller dot_spacing_m"});
     std::vector<double> values;
     GeometricPaperResult result{.slices = slices};
     result.ways_m.resize(dots.size());
@@ -223,7 +223,7 @@ GeometricPaperResult geometric_paper_exact(const Grains& grains, const Container
     constexpr double most_slices = 1e6;
     if (section.length() / config.slice_spacing_m > most_slices)
         throw UserError(fmt::format("a slice spacing of {:g} m makes too many slices", config.slice_spacing_m),
-                        {.allowed = "at most 1e6 slices", .mend = "the spacing is in metres"});
+                        {.allowed = "at most 1e6 slices", .fix = "the spacing is in metres"});
     const int slices = 1 + static_cast<int>(std::floor(section.length() / config.slice_spacing_m + 1e-9));
     // The grains that each slice cuts.
     std::vector<std::vector<const Capsule*>> cut(static_cast<std::size_t>(slices));
@@ -274,7 +274,7 @@ GeometricPaperResult geometric_paper_on_slices(const SliceStack& slices, const T
             std::floor((value - grid.origin_m[static_cast<std::size_t>(axis)]) / grid.spacing_m[static_cast<std::size_t>(axis)]));
     };
     const auto is_void = [&](int i, int j, int k) {
-        return i >= 0 && j >= 0 && i < grid.cells[0] && j < grid.cells[1] && slices.phase[grid.index(i, j, k)] == pore;
+        return i >= 0 && j >= 0 && i < grid.cells[0] && j < grid.cells[1] && slices.phase[grid.index(i, j, k)] == Phase::pore;
     };
     const ClosestVoid closest = [&](const Vec2& from, int slice) -> std::optional<Vec2> {
         const int i0 = pixel_of(from.x(), 0), j0 = pixel_of(from.y(), 1);

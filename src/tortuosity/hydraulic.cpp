@@ -22,7 +22,7 @@ double hydraulic_tortuosity(const FlowImage& flow, const Section& section, int a
     if (!(std::abs(along) > 1e-9 * speed))
         throw NumericalError(fmt::format("nothing flows along {}: the mean velocity there is {:g} of the mean speed", "xyz"[axis],
                                          speed > 0.0 ? along / speed : 0.0),
-                             {.mend = "check the direction"});
+                             {.fix = "check the direction"});
     return speed / std::abs(along);
 }
 

@@ -33,7 +33,7 @@ bool VoxelSight::is_pore(Corner cell) const {
         if (!lattice_.periodic[a]) return false;
         cell[a] = (cell[a] % n + n) % n;
     }
-    return image_.phase[image_.grid.index(cell[0], cell[1], cell[2])] == pore;
+    return image_.phase[image_.grid.index(cell[0], cell[1], cell[2])] == Phase::pore;
 }
 
 bool VoxelSight::open(const Corner& at) const {

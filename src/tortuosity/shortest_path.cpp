@@ -9,6 +9,7 @@
 #include "core/error.hpp"
 #include "core/interrupt.hpp"
 #include "core/log.hpp"
+#include "core/machine.hpp"
 #include "tortuosity/pore_lattice.hpp"
 #include "tortuosity/tortuosity.hpp"
 
@@ -232,7 +233,7 @@ ShortestPathResult summarise(const Lattice& lattice, const VoxelSight& sight, st
                 ++result.blocked_starts;
         }
     if (starts.empty())
-        throw NumericalError("no way leads through the pores: the section does not percolate", {.mend = "take finer voxels if it should"});
+        throw NumericalError("no way leads through the pores: the section does not percolate", {.fix = "take finer voxels if it should"});
     const std::size_t every = 1 + (starts.size() - 1) / most;
     const double length = lattice.cells[axis] * lattice.spacing_m[static_cast<int>(axis)];
     std::vector<std::pair<double, double>> values((starts.size() - every / 2 + every - 1) / every);  // with their weights
@@ -279,7 +280,7 @@ Lattice lattice_of(const PhaseImage& image, int axis, std::array<bool, 3> period
     lattice.periodic[static_cast<std::size_t>(axis)] = false;
     if (lattice.size() >= 4294967295U)
         throw UserError(fmt::format("the grid has {:.3g} corners", static_cast<double>(lattice.size())),
-                        {.allowed = "fewer than 4.29e9", .mend = "take larger voxels or a shorter section"});
+                        {.allowed = "fewer than 4.29e9", .fix = "take larger voxels or a shorter section"});
     return lattice;
 }
 
@@ -289,22 +290,22 @@ double shortest_path_memory_bytes(double cells) {
     return 15.0 * cells;
 }
 
-std::array<bool, 3> periodic_sides(const Container& container, const Section& section) {
-    return {container.periodic[0], container.periodic[1], container.periodic[2] && section.length() > 0.999 * container.height()};
-}
-
 ShortestPathResult shortest_path(const PhaseImage& image, int axis, std::array<bool, 3> periodic) {
     const Lattice lattice = lattice_of(image, axis, periodic);
     return summarise(lattice, VoxelSight(image, lattice), static_cast<std::size_t>(axis), 1000000,
                      [&](const std::vector<Vec3>& way) { return excess(way, axis); });
 }
 
-ShortestPathResult shortest_path(const Grains& grains, const Container& container, const Section& section, const VoxelPlan& plan,
-                                 double smallest_diameter_m, int axis, long most_starts) {
-    const PhaseImage image = voxelise(grains, container, section, plan);
-    const Lattice lattice = lattice_of(image, axis, periodic_sides(container, section));
-    return summarise(lattice, VoxelSight(image, lattice), static_cast<std::size_t>(axis), static_cast<std::size_t>(most_starts),
-                     [&](std::vector<Vec3>& way) { return pull_taut(way, axis, grains, 0.5 * smallest_diameter_m); });
+ShortestPathResult shortest_path(const PoreSpace& space, double voxel_size_m, Axis direction, long maximum_starts) {
+    const PoreSpace section = space.section_only();
+    const int axis = static_cast<int>(direction);
+    require_memory(shortest_path_memory_bytes(static_cast<double>(section.plan_at(voxel_size_m).grid.size())),
+                   "the search for the shortest paths", "take a larger voxel size or a shorter section");
+    const PhaseImage image = section.voxelise_at(voxel_size_m);
+    if (!section.grains) return shortest_path(image, axis, section.periodic_sides());
+    const Lattice lattice = lattice_of(image, axis, section.periodic_sides());
+    return summarise(lattice, VoxelSight(image, lattice), static_cast<std::size_t>(axis), static_cast<std::size_t>(maximum_starts),
+                     [&](std::vector<Vec3>& path) { return pull_taut(path, axis, *section.grains, 0.5 * section.grain_size_m); });
 }
 
 }  // namespace porepack

@@ -1,9 +1,7 @@
 // Tortuosities. Each has a name of its own, because they are different numbers (docs/theory.md).
 #pragma once
 
-#include <functional>
-
-#include "converters/voxels.hpp"
+#include "converters/pore_space.hpp"
 #include "tortuosity/config.hpp"
 
 namespace porepack {
@@ -30,9 +28,6 @@ struct GeometricPaperResult {
 /// <|u|> / <u_axis> over the section's fluid (Duda, Koza & Matyka 2011). Throws NumericalError when nothing flows along the axis.
 [[nodiscard]] double hydraulic_tortuosity(const FlowImage& flow, const Section& section, int axis);
 
-/// Across which sides ways and diffusion go on; along z only when the section is the whole box.
-[[nodiscard]] std::array<bool, 3> periodic_sides(const Container& container, const Section& section);
-
 /// Length of the shortest way through the pores from a point of the first end plane to the other plane / the section's length: the mean
 /// over starting points that lie evenly on the first plane's pores, and the least of all. Exactly 1 without grains, never below.
 struct ShortestPathResult {
@@ -44,10 +39,10 @@ struct ShortestPathResult {
     long blocked_starts = 0;                ///< from which no way leads through
     std::vector<std::vector<Vec3>> ways_m;  ///< some hundred of them, the shortest first
 };
-/// Between grains that are known exactly: voxels only tell which way round them to go; up to `most_starts` ways, evenly chosen, are then
-/// pulled taut round the capsules. Across periodic sides ways go on. Throws NumericalError when none leads through.
-[[nodiscard]] ShortestPathResult shortest_path(const Grains& grains, const Container& container, const Section& section,
-                                               const VoxelPlan& plan, double smallest_diameter_m, int axis, long most_starts = 1000);
+/// Through a pore space on voxels of this size, across its periodic sides. Between exact grains the voxels only tell which path round the
+/// grains is short; up to `maximum_starts` paths, evenly chosen, are then pulled taut round the capsules. Other walls are those of the
+/// voxels. Throws DoesNotPercolate when no path leads through.
+[[nodiscard]] ShortestPathResult shortest_path(const PoreSpace& space, double voxel_size_m, Axis axis, long maximum_starts = 1000);
 /// Between voxels as they are, that is, round their edges: what is round is a staircase, and the way somewhat longer.
 [[nodiscard]] ShortestPathResult shortest_path(const PhaseImage& image, int axis, std::array<bool, 3> periodic);
 [[nodiscard]] double shortest_path_memory_bytes(double cells);
@@ -75,5 +70,26 @@ struct DiffusiveLimit {
     double value = 0.0, half_width = 0.0;
 };
 [[nodiscard]] DiffusiveLimit diffusive_limit(const std::array<double, 3>& voxel_sizes_m, const std::array<double, 3>& values);
+
+struct DiffusiveOptions {
+    double tolerance = 1e-6;        ///< of the residual over the right-hand side
+    long maximum_iterations = 500;  ///< of the conjugate gradients; then the solver has failed
+};
+struct DiffusiveGrid {
+    double voxel_size_m, value;
+};
+struct DiffusiveEstimate {
+    DiffusiveResult finest;
+    std::vector<DiffusiveGrid> grids;     ///< finest first
+    std::optional<DiffusiveLimit> limit;  ///< of three grids
+    std::string no_limit_because;         ///< empty where there is one
+    [[nodiscard]] double value() const { return limit ? limit->value : finest.value; }
+    [[nodiscard]] std::optional<Interval> interval() const;
+};
+/// On three grids of 1, 1.5 and 2 times this voxel size, extrapolated; of an image on its own voxels, without a limit. Coarser grids whose
+/// pores are closed give no limit either. Throws DoesNotPercolate when nothing leads through the finest grid, NumericalError when the
+/// solver fails on any of them.
+[[nodiscard]] DiffusiveEstimate diffusive_tortuosity(const PoreSpace& space, double voxel_size_m, Axis axis,
+                                                     const DiffusiveOptions& options = {});
 
 }  // namespace porepack

@@ -25,7 +25,7 @@ void expect_fault(const std::string& toml, const std::string& message, const std
 }
 
 void write_spheres(const Path& file, double gap = 0.0, int count = 3) {
-    Packing packing{.container = parse_container("cylinder:0.03,0.06"), .shapes = {make_preset("sphere", 0.01, 0.0)}, .bodies = {}};
+    Packing packing{.container = parse_container("cylinder:0.03,0.06"), .shapes = {make_preset(ShapeKind::sphere, 0.01, 0.0)}, .bodies = {}};
     for (int i = 0; i < count; ++i) packing.bodies.push_back({.shape = 0, .position_m = Vec3(0.0, 0.0, 0.005 + (0.01 + gap) * i)});
     write_packing(file, packing);
 }
@@ -115,7 +115,7 @@ TEST(BadStl, EachHasItsMessage) {
 
 TEST(Blocked, DoesNotPercolate) {
     const test::Folder folder;
-    Packing packing{.container = parse_container("cylinder:0.03,0.06"), .shapes = {make_preset("sphere", 0.05, 0.0)}, .bodies = {}};
+    Packing packing{.container = parse_container("cylinder:0.03,0.06"), .shapes = {make_preset(ShapeKind::sphere, 0.05, 0.0)}, .bodies = {}};
     packing.bodies.push_back({.shape = 0, .position_m = Vec3(0, 0, 0.03)});
     write_packing(folder.path() / "packing.json", packing);
     const auto output = porepack("lbm --voxel-size 1e-3 --grids 1 --section 0.01,0.05 " + quoted(folder.path() / "packing.json"));
@@ -181,7 +181,7 @@ TEST(Disk, FullOrForbiddenLeavesNothing) {
 
 TEST(Interrupt, EndsEverySlowStageWithFive) {
     const test::Folder folder;
-    Packing packing{.container = parse_container("cylinder:0.03,0.06"), .shapes = {make_preset("sphere", 0.01, 0.0)}, .bodies = {}};
+    Packing packing{.container = parse_container("cylinder:0.03,0.06"), .shapes = {make_preset(ShapeKind::sphere, 0.01, 0.0)}, .bodies = {}};
     for (int i = 0; i < 5; ++i) packing.bodies.push_back({.shape = 0, .position_m = Vec3(0.004 * (i % 2), 0.0, 0.005 + 0.0105 * i)});
     write_packing(folder.path() / "packing.json", packing);
     std::vector<std::string> calls = {"lbm --grids 1 --voxel-size 2e-4 --iteration-tolerance 1e-10 --section 0.005,0.045",
@@ -195,7 +195,7 @@ TEST(Interrupt, EndsEverySlowStageWithFive) {
         int files = 0;
         for (const auto& entry : std::filesystem::directory_iterator(folder.path()))
             files += entry.path().filename() == "packing.json" ? 0 : 1;
-        // Only what a run goes on from is left.
+        // Only what a run resumes from is left.
         const auto left =
             std::filesystem::remove(folder.path() / "lbm.checkpoint") || std::filesystem::remove_all(folder.path() / ".foam.running") > 0;
         EXPECT_EQ(files, left ? 1 : 0) << call;

@@ -130,7 +130,7 @@ TEST(Chain, TheQuickstartInReducedSize) {
     EXPECT_NEAR(foam / lbm, 1.0, 0.25);
     const std::string page = read_text(results / "report.html");
     EXPECT_TRUE(has(page, "Permeability"));
-    EXPECT_TRUE(has(page, "Predicted level over time"));  // the plots, although the path holds an apostrophe
+    EXPECT_TRUE(has(page, "Predicted water level over time"));  // the plots, although the path holds an apostrophe
     EXPECT_EQ(page.find("What accuracy costs"), std::string::npos);  // no figure of another machine
     for (const char* stage : {"lbm", "foam"}) EXPECT_EQ(read_json(results / stage / "result.json").at("converged"), true) << stage;
     for (const Json& mesh : read_json(results / "foam" / "result.json").at("meshes")) EXPECT_EQ(mesh.at("converged"), true);
@@ -227,7 +227,7 @@ TEST(Chain, GoesOnAfterAKillAndAfterCtrlC) {
         std::this_thread::sleep_for(std::chrono::milliseconds(300));
         EXPECT_FALSE(std::filesystem::exists(results / "pack" / "packing.json"));
         const auto after = porepack("status " + quoted(folder.path()));
-        EXPECT_TRUE(has(after.out, signal == SIGKILL ? "cut or running" : "missing"));
+        EXPECT_TRUE(has(after.out, signal == SIGKILL ? "interrupted or running" : "missing"));
         const auto again = porepack("pack " + quoted(folder.path()));
         EXPECT_EQ(again.exit_code, 0) << again.err;
         EXPECT_TRUE(std::filesystem::exists(results / "pack" / "packing.json"));
@@ -245,7 +245,7 @@ TEST(Calls, TheOnesThatAreDocumentedWork) {
     ASSERT_EQ(own.exit_code, 0) << own.err;
     EXPECT_NEAR(own.json()["sphericity"].get<double>(), 1.0, 1e-6);
 
-    Packing packing{.container = parse_container("cylinder:0.03,0.04"), .shapes = {make_preset("sphere", 0.01, 0.0)}, .bodies = {}};
+    Packing packing{.container = parse_container("cylinder:0.03,0.04"), .shapes = {make_preset(ShapeKind::sphere, 0.01, 0.0)}, .bodies = {}};
     for (int i = 0; i < 3; ++i) packing.bodies.push_back({.shape = 0, .position_m = Vec3(0.005 * i - 0.004, 0.002, 0.005 + 0.0101 * i)});
     write_packing(folder.path() / "packing.json", packing);
     const std::string in = quoted(folder.path() / "packing.json");

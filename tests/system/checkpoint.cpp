@@ -1,6 +1,7 @@
 // A lattice Boltzmann run that was killed goes on where it was.
 #include <fstream>
 
+#include "core/digest.hpp"
 #include "helpers.hpp"
 #include "packing/packing.hpp"
 
@@ -14,7 +15,7 @@ using test::quoted;
 class Checkpoint : public ::testing::Test {
 protected:
     void SetUp() override {
-        Packing packing{.container = parse_container("cylinder:0.03,0.06"), .shapes = {make_preset("sphere", 0.01, 0.0)}, .bodies = {}};
+        Packing packing{.container = parse_container("cylinder:0.03,0.06"), .shapes = {make_preset(ShapeKind::sphere, 0.01, 0.0)}, .bodies = {}};
         for (int i = 0; i < 5; ++i) packing.bodies.push_back({.shape = 0, .position_m = Vec3(0.004 * (i % 2), 0.0, 0.005 + 0.0105 * i)});
         write_packing(folder_.path() / "packing.json", packing);
     }
@@ -43,7 +44,7 @@ TEST_F(Checkpoint, AKilledRunEndsWithTheSameBits) {
     ASSERT_FALSE(std::filesystem::exists(folder_.path() / "flow.vti"));
     const auto rest = run("");
     EXPECT_EQ(rest.exit_code, 0) << rest.err;
-    EXPECT_TRUE(has(rest.err, "goes on from"));
+    EXPECT_TRUE(has(rest.err, "resumes from"));
     EXPECT_EQ(sha256_of_file(folder_.path() / "flow.vti"), whole);
     EXPECT_FALSE(std::filesystem::exists(checkpoint()));
 }

@@ -88,7 +88,7 @@ TEST(FallingHeadTool, BadCurvesEndWithTwoAndLeaveNothing) {
 
 TEST(FallingHeadTool, ACaseTellsItsCauses) {
     const test::Folder folder;
-    Packing packing{.container = parse_container("cylinder:0.008,0.03"), .shapes = {make_preset("sphere", 0.002, 0.0)}, .bodies = {}};
+    Packing packing{.container = parse_container("cylinder:0.008,0.03"), .shapes = {make_preset(ShapeKind::sphere, 0.002, 0.0)}, .bodies = {}};
     for (int layer = 0; layer < 8; ++layer)
         for (int i = 0; i < 6; ++i)
             packing.bodies.push_back({.shape = 0,

@@ -20,7 +20,7 @@ void expect_fault(const std::string& call, const std::string& message, int code 
 }
 
 Packing three_spheres(const std::string& container = "box:0.03,0.03,0.06") {
-    Packing packing{.container = parse_container(container), .shapes = {make_preset("sphere", 0.01, 0.0)}, .bodies = {}};
+    Packing packing{.container = parse_container(container), .shapes = {make_preset(ShapeKind::sphere, 0.01, 0.0)}, .bodies = {}};
     for (int i = 0; i < 3; ++i) packing.bodies.push_back({.shape = 0, .position_m = Vec3(0.015, 0.015, 0.006 + 0.011 * i)});
     return packing;
 }
@@ -34,7 +34,7 @@ std::string replaced(std::string text, const std::string& from, const std::strin
 TEST(HostileImage, GridAndContainerMustFit) {
     const test::Folder folder;
     PhaseImage image{.grid = {.cells = {10, 10, 10}, .origin_m = {0, 0, 0}, .spacing_m = {1e-3, 1e-3, 1e-3}},
-                     .phase = std::vector<std::uint8_t>(1000, pore),
+                     .phase = std::vector<std::uint8_t>(1000, Phase::pore),
                      .notes = {{"section", "nan,nan"}}};
     const Path file = folder.path() / "pore.vti";
     write_phase_image(file, image);

@@ -17,7 +17,7 @@ const Path cases = Path(POREPACK_SOURCE_FOLDER) / "openfoam_cases";
 
 // A pillar of spheres in a square box: small, and the flow has two ways past.
 FoamScene pillar() {
-    Packing packing{.container = parse_container("box:0.02,0.02,0.06"), .shapes = {make_preset("sphere", 0.012, 0.0)}, .bodies = {}};
+    Packing packing{.container = parse_container("box:0.02,0.02,0.06"), .shapes = {make_preset(ShapeKind::sphere, 0.012, 0.0)}, .bodies = {}};
     for (int i = 0; i < 4; ++i) packing.bodies.push_back({.shape = 0, .position_m = Vec3(0.0095, 0.0105, 0.007 + 0.0125 * i)});
     FoamScene scene{.surface = make_surface(packing, {}).surface,
                     .container = packing.container,
@@ -95,7 +95,7 @@ TEST(OpenFoam, AStoppedSolverGoesOn) {
     const int newest = std::max(times[0], times[1]), before = std::min(times[0], times[1]);
     fs::resize_file(mesh / std::to_string(newest) / "U", 5000);
     const FoamResult rest = foam_permeability(pillar(), config, cell, cases, folder.path() / "stopped");
-    EXPECT_TRUE(has(read_text(mesh / "log.Allrun"), "goes on from iteration " + std::to_string(before)));
+    EXPECT_TRUE(has(read_text(mesh / "log.Allrun"), "resumes from iteration " + std::to_string(before)));
     EXPECT_TRUE(has(read_text(mesh / "log.Allrun"), "snappyHexMesh: already done"));
     EXPECT_NEAR(rest.permeability_m2 / whole, 1.0, 1e-8);
     EXPECT_NEAR(static_cast<double>(rest.fine().iterations), newest, 20.0);
@@ -108,7 +108,7 @@ TEST(OpenFoam, AStoppedSolverGoesOn) {
 TEST(OpenFoam, AKilledDriverGoesOn) {
     REQUIRE_PROGRAM("simpleFoam");
     const test::Folder folder;
-    Packing packing{.container = parse_container("box:0.02,0.02,0.06"), .shapes = {make_preset("sphere", 0.012, 0.0)}, .bodies = {}};
+    Packing packing{.container = parse_container("box:0.02,0.02,0.06"), .shapes = {make_preset(ShapeKind::sphere, 0.012, 0.0)}, .bodies = {}};
     for (int i = 0; i < 4; ++i) packing.bodies.push_back({.shape = 0, .position_m = Vec3(0.0095, 0.0105, 0.007 + 0.0125 * i)});
     write_packing(folder.path() / "packing.json", packing);
     const std::string command =

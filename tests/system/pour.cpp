@@ -2,11 +2,12 @@
 #include <cmath>
 #include <thread>
 
+#include "core/digest.hpp"
 #include "helpers.hpp"
 #include "packing/batches.hpp"
-#include "packing/capsule_pour.hpp"
+#include "packing/dem/capsule_pour.hpp"
 #include "packing/grains.hpp"
-#include "packing/liggghts.hpp"
+#include "packing/liggghts/liggghts.hpp"
 
 namespace porepack {
 namespace {
@@ -16,7 +17,7 @@ using test::has;
 std::vector<ShapeShare> one(const Shape& shape) {
     return {{.shape = shape, .number_fraction = 1.0}};
 }
-Shape paper_shape(const char* kind, double sphericity) {
+Shape paper_shape(ShapeKind kind, double sphericity) {
     const Dimensions size = dimensions_for(kind, sphericity, 7.33e-7, Cavity::filled);
     return make_preset(kind, size.diameter_m, size.length_m);
 }
@@ -38,20 +39,20 @@ TEST(Pour, HardCasesComeToRest) {
         expect_sound(result, overlap);
         return result;
     };
-    run("one grain", paper_shape("tetrapod", 0.53), "cylinder:0.05,0.15", {.grains = 1});
-    run("two grains", paper_shape("tetrapod", 0.53), "cylinder:0.05,0.15", {.grains = 2});
-    run("needle tetrapods", paper_shape("tetrapod", 0.43), "cylinder:0.07,0.4", {.grains = 20, .batch_grains = 4});
-    run("needle dolosse, dropped from 1 m", paper_shape("dolos", 0.43), "cylinder:0.08,1.1", {.grains = 15, .batch_grains = 4}, 0.05);
-    run("tetrahedra", paper_shape("tetrahedron", 0.81), "cylinder:0.05,0.2", {.grains = 30, .batch_grains = 4});
+    run("one grain", paper_shape(ShapeKind::tetrapod, 0.53), "cylinder:0.05,0.15", {.grains = 1});
+    run("two grains", paper_shape(ShapeKind::tetrapod, 0.53), "cylinder:0.05,0.15", {.grains = 2});
+    run("needle tetrapods", paper_shape(ShapeKind::tetrapod, 0.43), "cylinder:0.07,0.4", {.grains = 20, .batch_grains = 4});
+    run("needle dolosse, dropped from 1 m", paper_shape(ShapeKind::dolos, 0.43), "cylinder:0.08,1.1", {.grains = 15, .batch_grains = 4}, 0.05);
+    run("tetrahedra", paper_shape(ShapeKind::tetrahedron, 0.81), "cylinder:0.05,0.2", {.grains = 30, .batch_grains = 4});
     // Without friction a bed in a cylinder may turn about the axis for ever.
-    run("no friction", paper_shape("tetrapod", 0.81), "box:0.045,0.045,0.25",
+    run("no friction", paper_shape(ShapeKind::tetrapod, 0.81), "box:0.045,0.045,0.25",
         {.grains = 30, .friction = 0.0, .wall_friction = 0.0, .rest_energy_fraction = 1e-4, .settle_time_s = 10.0});
-    run("no restitution", paper_shape("tetrapod", 0.81), "cylinder:0.05,0.2",
+    run("no restitution", paper_shape(ShapeKind::tetrapod, 0.81), "cylinder:0.05,0.2",
         {.grains = 30, .normal_damping = 0.99, .tangential_damping = 0.9});
-    run("a grain as wide as the container", paper_shape("tetrapod", 0.53), "cylinder:0.0335,0.2", {.grains = 5, .batch_grains = 1});
-    run("from a lattice, in a box", paper_shape("tetrapod", 0.81), "box:0.07,0.07,0.3", {.fill = "lattice", .grains = 40});
+    run("a grain as wide as the container", paper_shape(ShapeKind::tetrapod, 0.53), "cylinder:0.0335,0.2", {.grains = 5, .batch_grains = 1});
+    run("from a lattice, in a box", paper_shape(ShapeKind::tetrapod, 0.81), "box:0.07,0.07,0.3", {.fill = Fill::lattice, .grains = 40});
     PackingConfig stiff{.grains = 10, .normal_stiffness_N_per_m = 1e6, .tangential_stiffness_N_per_m = 5e5, .time_step_s = 2e-5};
-    EXPECT_TRUE(has(test::message_of<UserError>([&] { (void)pour(paper_shape("tetrapod", 0.81), "cylinder:0.05,0.2", stiff, folder); }),
+    EXPECT_TRUE(has(test::message_of<UserError>([&] { (void)pour(paper_shape(ShapeKind::tetrapod, 0.81), "cylinder:0.05,0.2", stiff, folder); }),
                     "too long"));
 }
 
@@ -59,9 +60,9 @@ TEST(Pour, PeriodicSidesAndMixtures) {
     const test::Folder folder;
     Container box = parse_container("box:0.07,0.07,0.25");
     box.periodic = {true, true, false};
-    std::vector<ShapeShare> mixture = {{.shape = paper_shape("tetrapod", 0.81), .number_fraction = 0.5},
-                                       {.shape = paper_shape("sphere", 1.0), .number_fraction = 0.5}};
-    const PourResult result = pour_with_capsules(mixture, box, {.fill = "lattice", .grains = 60}, folder.path() / "run");
+    std::vector<ShapeShare> mixture = {{.shape = paper_shape(ShapeKind::tetrapod, 0.81), .number_fraction = 0.5},
+                                       {.shape = paper_shape(ShapeKind::sphere, 1.0), .number_fraction = 0.5}};
+    const PourResult result = pour_with_capsules(mixture, box, {.fill = Fill::lattice, .grains = 60}, folder.path() / "run");
     expect_sound(result);
     EXPECT_EQ(result.grains, 60);
     for (const Body& body : result.packing.bodies)
@@ -84,7 +85,7 @@ TEST(Pour, PeriodicSidesAndMixtures) {
 // Beds of spheres in cylinders of 9 diameters are known to have porosities of 0.38 to 0.42.
 TEST(Pour, SpheresInACylinderOfNineDiameters) {
     const test::Folder folder;
-    const Shape sphere = paper_shape("sphere", 1.0);
+    const Shape sphere = paper_shape(ShapeKind::sphere, 1.0);
     const double d = smallest_diameter(sphere);
     const PourResult result =
         pour(sphere, ("cylinder:" + std::to_string(9.0 * d) + ",0.5").c_str(), {.grains = 600, .batch_grains = 60}, folder);
@@ -97,7 +98,7 @@ TEST(Pour, SpheresInACylinderOfNineDiameters) {
 
 TEST(Pour, AllAxesParallel) {
     // Equal rods on a lattice, all along y, dropped: contacts of exactly parallel axes everywhere.
-    const Shape rod = make_preset("rod", 0.01, 0.02);
+    const Shape rod = make_preset(ShapeKind::rod, 0.01, 0.02);
     CapsuleDem dem(parse_container("box:0.0515,0.04,0.2"), {rod}, 1000.0, {}, {.time_step_s = 2e-5});
     const Quaternion turn = Quaternion::FromTwoVectors(Vec3(rod.capsules[0].b - rod.capsules[0].a), Vec3(Vec3::UnitY()));
     for (int i = 0; i < 20; ++i) dem.add(0, Vec3(0.0055 + 0.0101 * (i % 5), 0.02, 0.006 + 0.012 * (i / 5)), turn);
@@ -109,7 +110,7 @@ TEST(Pour, AllAxesParallel) {
 }
 
 TEST(Pour, CreatedOverlapping) {
-    const Shape tetrapod = paper_shape("tetrapod", 0.81);
+    const Shape tetrapod = paper_shape(ShapeKind::tetrapod, 0.81);
     CapsuleDem dem(parse_container("cylinder:0.1,0.5"), {tetrapod}, 1000.0, {}, {.time_step_s = 1e-5});
     for (int i = 0; i < 4; ++i) dem.add(0, Vec3(0.002 * i, 0.0, 0.02 + 0.001 * i), Quaternion::Identity());
     dem.step(100000);
@@ -124,7 +125,7 @@ TEST(Pour, SleepersChangeNothingThatCounts) {
     const auto porosities = [&](bool sleep) {
         std::vector<double> values;
         for (long seed = 1; seed <= 5; ++seed) {
-            const PourResult result = pour_with_capsules(one(paper_shape("tetrapod", 0.81)), parse_container("cylinder:0.04,0.25"),
+            const PourResult result = pour_with_capsules(one(paper_shape(ShapeKind::tetrapod, 0.81)), parse_container("cylinder:0.04,0.25"),
                                                          {.seed = seed, .grains = 70, .batch_grains = 6, .sleep = sleep},
                                                          folder.path() / (std::to_string(seed) + (sleep ? "s" : "a")));
             values.push_back(porosity(Grains(result.packing), result.packing.container, {0.01, 0.055}, 4000).value);
@@ -159,7 +160,7 @@ void expect_same_bits_after_a_kill(const std::string& engine, const std::string&
     ASSERT_FALSE(std::filesystem::exists(folder.path() / "killed" / "results" / "pack")) << "not killed";
     const auto rest = test::porepack("pack " + test::quoted(folder.path() / "killed"));
     EXPECT_EQ(rest.exit_code, 0) << rest.err;
-    EXPECT_TRUE(has(rest.err, "goes on from")) << rest.err;
+    EXPECT_TRUE(has(rest.err, "resumes from")) << rest.err;
     const Path packing = Path("results") / "pack" / "packing.json";
     EXPECT_EQ(sha256_of_file(folder.path() / "whole" / packing), sha256_of_file(folder.path() / "killed" / packing));
     for (const auto& entry : std::filesystem::recursive_directory_iterator(folder.path() / "killed" / "results"))
@@ -184,12 +185,12 @@ std::string liggghts_fault(const std::string& line, const std::string& replaceme
     const std::size_t at = script.find(line);
     EXPECT_NE(at, std::string::npos);
     write_text(templates / "pour.in", script.replace(at, line.size(), replacement));
-    config.engine = "liggghts";
+    config.engine = Engine::liggghts;
     config.grains = 6;
     config.batch_grains = 2;
     config.surface_tolerance = 0.1;
     const auto pour = [&] {
-        (void)pour_with_liggghts(one(paper_shape("tetrapod", 0.81)), parse_container("cylinder:0.05,0.2"), config, templates,
+        (void)pour_with_liggghts(one(paper_shape(ShapeKind::tetrapod, 0.81)), parse_container("cylinder:0.05,0.2"), config, templates,
                                  folder.path() / "run");
     };
     return test::message_of<Error>(pour);

@@ -35,7 +35,7 @@ TEST(Mixture, IsPouredAndComesBackShapeByShape) {
 
 TEST(ExtraSurfaces, AreWrittenAsAskedFor) {
     const test::Folder folder;
-    Packing packing{.container = parse_container("cylinder:0.03,0.06"), .shapes = {make_preset("rod", 0.006, 0.01)}, .bodies = {}};
+    Packing packing{.container = parse_container("cylinder:0.03,0.06"), .shapes = {make_preset(ShapeKind::rod, 0.006, 0.01)}, .bodies = {}};
     for (int i = 0; i < 3; ++i) packing.bodies.push_back({.shape = 0, .position_m = Vec3(0.007 * (i - 1), 0.0, 0.02)});
     write_packing(folder.path() / "packing.json", packing);
     const auto output =
@@ -59,7 +59,7 @@ TEST(ExtraSurfaces, AreWrittenAsAskedFor) {
 
 TEST(Report, SaysWhyAPictureIsMissingAndComesBackWhenDeleted) {
     const test::Folder folder;
-    Packing packing{.container = parse_container("box:0.1,0.1,0.1:periodic"), .shapes = {make_preset("sphere", 0.08, 0.0)}, .bodies = {}};
+    Packing packing{.container = parse_container("box:0.1,0.1,0.1:periodic"), .shapes = {make_preset(ShapeKind::sphere, 0.08, 0.0)}, .bodies = {}};
     packing.bodies.push_back({.shape = 0, .position_m = Vec3(0.05, 0.05, 0.05)});
     write_packing(folder.path() / "packing.json", packing);
     folder.write(

@@ -1,7 +1,9 @@
 #include <cmath>
 
-#include "core/config.hpp"
-#include "core/manifest.hpp"
+#include "core/digest.hpp"
+#include "core/table.hpp"
+#include "core/toml_file.hpp"
+#include "pipeline/manifest.hpp"
 #include "helpers.hpp"
 
 namespace porepack {
@@ -20,7 +22,7 @@ struct Sample {
 void describe(ConfigVisitor& v, Sample& s) {
     v.number("voxel_size_m", s.voxel_size_m, positive(), "a length");
     v.integer("count", s.count, between(1, 10), "a number");
-    v.choice("kind", s.kind, {"tetrapod", "sphere"}, "a choice");
+    v.word("kind", s.kind, {"tetrapod", "sphere"}, "a choice");
     v.numbers("pair", s.pair, {2, 2}, not_negative(), "two numbers");
 }
 

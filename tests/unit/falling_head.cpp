@@ -2,7 +2,7 @@
 #include <limits>
 
 #include "helpers.hpp"
-#include "permeability/falling_head.hpp"
+#include "falling_head/falling_head.hpp"
 #include "permeability/permeability.hpp"
 
 namespace porepack {

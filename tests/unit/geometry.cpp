@@ -8,6 +8,7 @@
 #include "converters/surface.hpp"
 #include "converters/voxels.hpp"
 #include "helpers.hpp"
+#include "io/image.hpp"
 
 namespace porepack {
 namespace {
@@ -49,7 +50,7 @@ Extent extent_of(const Grid& grid, const std::vector<std::uint8_t>& phase) {
     for (int k = 0; k < grid.cells[2]; ++k)
         for (int j = 0; j < grid.cells[1]; ++j)
             for (int i = 0; i < grid.cells[0]; ++i)
-                if (phase[grid.index(i, j, k)] == grain) extent.add(Vec3(grid.centre(0, i), grid.centre(1, j), grid.centre(2, k)));
+                if (phase[grid.index(i, j, k)] == Phase::grain) extent.add(Vec3(grid.centre(0, i), grid.centre(1, j), grid.centre(2, k)));
     return extent;
 }
 
@@ -84,7 +85,7 @@ TEST(Axes, TheLStandsRightInEveryFile) {
                    .phase = image.phase,
                    .notes = image.notes};
     for (std::size_t cell = 0; cell < image.grid.size(); ++cell)
-        if (image.phase[cell] == pore) flow.velocity_m_per_s[3 * cell + 2] = static_cast<float>(cell);
+        if (image.phase[cell] == Phase::pore) flow.velocity_m_per_s[3 * cell + 2] = static_cast<float>(cell);
     write_flow_image(folder.path() / "flow.vti", flow);
     const FlowImage back = read_flow_image(folder.path() / "flow.vti");
     EXPECT_EQ(back.velocity_m_per_s, flow.velocity_m_per_s);
@@ -96,7 +97,7 @@ TEST(Axes, TheLStandsRightInEveryFile) {
     std::size_t different = 0, solid = 0;
     for (std::size_t cell = 0; cell < image.phase.size(); ++cell) {
         different += image.phase[cell] != from_stl.phase[cell] ? 1 : 0;
-        solid += image.phase[cell] == grain ? 1 : 0;
+        solid += image.phase[cell] == Phase::grain ? 1 : 0;
     }
     EXPECT_LT(different, solid / 20);
 }
@@ -108,7 +109,7 @@ TEST(Packing, IsReadBackAsWritten) {
     write_packing(folder.path() / "a.json", packing);
     write_packing(folder.path() / "b.json", read_packing(folder.path() / "a.json"));
     EXPECT_EQ(read_text(folder.path() / "a.json"), read_text(folder.path() / "b.json"));
-    ASSERT_EQ(std::system(("cd '" + folder.path().string() + "' && gzip -k a.json").c_str()), 0);
+    ASSERT_EQ(std::system(("cd " + test::quoted(folder.path()) + " && gzip -k a.json").c_str()), 0);
     EXPECT_EQ(read_packing(folder.path() / "a.json.gz").bodies.size(), 1U);
 }
 
@@ -157,7 +158,7 @@ TEST(Porosity, AFilledCavityIsSolid) {
         Packing packing;
         packing.container.kind = Container::Kind::box;
         packing.container.size_m = Vec3::Constant(8.0);
-        packing.shapes.push_back(make_preset("tetrahedron", 2.0, 3.3));
+        packing.shapes.push_back(make_preset(ShapeKind::tetrahedron, 2.0, 3.3));
         packing.shapes[0].cavity = cavity;
         find_cavities(packing.shapes[0]);
         packing.bodies.push_back({.shape = 0, .position_m = Vec3::Constant(4.0), .orientation = Quaternion(0.5, 0.5, 0.5, 0.5)});
@@ -196,7 +197,7 @@ TEST(Surface, TouchingOverlappingAndParallelGrainsBecomeOneSoundSurface) {
     for (const double distance : {2.0001, 2.0, 1.998, 1.5, 1.9999999}) {
         Packing packing;
         packing.container = parse_container("box:20,20,20");
-        packing.shapes.push_back(make_preset("rod", 2.0, 5.0));
+        packing.shapes.push_back(make_preset(ShapeKind::rod, 2.0, 5.0));
         packing.bodies.push_back({.shape = 0, .position_m = Vec3(5, 5, 6)});
         packing.bodies.push_back({.shape = 0, .position_m = Vec3(5 + distance, 5, 6.5)});
         const SurfaceResult result = make_surface(packing, {});
@@ -246,26 +247,26 @@ TEST(Stl, FaultsAreNamed) {
 }
 
 TEST(Percolation, FindsBlockedAndIsolatedPores) {
-    PhaseImage image{.grid = {.cells = {5, 5, 6}}, .phase = std::vector<std::uint8_t>(150, grain), .notes = {}};
+    PhaseImage image{.grid = {.cells = {5, 5, 6}}, .phase = std::vector<std::uint8_t>(150, Phase::grain), .notes = {}};
     const Drive drive{.axis = 2, .periodic = {false, false, false}};
-    for (int k = 0; k < 6; ++k) image.phase[image.grid.index(1, 1, k)] = pore;
-    image.phase[image.grid.index(3, 3, 3)] = pore;
+    for (int k = 0; k < 6; ++k) image.phase[image.grid.index(1, 1, k)] = Phase::pore;
+    image.phase[image.grid.index(3, 3, 3)] = Phase::pore;
     const Percolation open = find_percolating_cells(image, drive);
     EXPECT_EQ(open.isolated_cells, 1);
     EXPECT_EQ(open.cells.size(), 6U);
-    image.phase[image.grid.index(1, 1, 2)] = grain;
+    image.phase[image.grid.index(1, 1, 2)] = Phase::grain;
     EXPECT_TRUE(has(message_of<NumericalError>([&] { (void)find_percolating_cells(image, drive); }), "does not percolate"));
     // Round a periodic box: a channel that goes back to itself without a turn carries nothing.
     const Drive periodic{.axis = 2, .periodic = {true, true, true}};
     EXPECT_TRUE(has(message_of<NumericalError>([&] { (void)find_percolating_cells(image, periodic); }), "does not percolate"));
-    image.phase[image.grid.index(1, 1, 2)] = pore;
+    image.phase[image.grid.index(1, 1, 2)] = Phase::pore;
     EXPECT_EQ(find_percolating_cells(image, periodic).isolated_cells, 1);
 }
 
 TEST(Percolation, AChannelThatTurnsBackThroughAFaceDoesNotWind) {
     // Up through the top face and down again beside it: two turns that cancel. Joined once more it winds.
-    PhaseImage image{.grid = {.cells = {6, 4, 6}}, .phase = std::vector<std::uint8_t>(144, grain), .notes = {}};
-    const auto open = [&](int i, int j, int k) { image.phase[image.grid.index(i, j, k)] = pore; };
+    PhaseImage image{.grid = {.cells = {6, 4, 6}}, .phase = std::vector<std::uint8_t>(144, Phase::grain), .notes = {}};
+    const auto open = [&](int i, int j, int k) { image.phase[image.grid.index(i, j, k)] = Phase::pore; };
     for (const int k : {0, 1, 4, 5})
         for (const int i : {1, 3}) open(i, 1, k);
     open(2, 1, 1);
@@ -276,11 +277,11 @@ TEST(Percolation, AChannelThatTurnsBackThroughAFaceDoesNotWind) {
     EXPECT_EQ(find_percolating_cells(image, periodic).cells.size(), 12U);
     // The same along x and y, and between end planes.
     for (const int axis : {0, 1, 2}) {
-        PhaseImage bar{.grid = {.cells = {4, 4, 4}}, .phase = std::vector<std::uint8_t>(64, grain), .notes = {}};
+        PhaseImage bar{.grid = {.cells = {4, 4, 4}}, .phase = std::vector<std::uint8_t>(64, Phase::grain), .notes = {}};
         for (int at = 0; at < 4; ++at) {
             std::array<int, 3> place = {2, 2, 2};
             place[static_cast<std::size_t>(axis)] = at;
-            bar.phase[bar.grid.index(place[0], place[1], place[2])] = pore;
+            bar.phase[bar.grid.index(place[0], place[1], place[2])] = Phase::pore;
         }
         for (const int along : {0, 1, 2}) {
             const Drive drive{.axis = along, .periodic = {true, true, true}};
@@ -294,14 +295,14 @@ TEST(Percolation, AChannelThatTurnsBackThroughAFaceDoesNotWind) {
 
 TEST(Voxels, NarrowGapsAreThoseBetweenSolids) {
     // Along x: solid, a gap of two, solid, a gap of three, solid; open at nothing else than its ends along y and z.
-    PhaseImage image{.grid = {.cells = {8, 3, 3}}, .phase = std::vector<std::uint8_t>(72, pore), .notes = {}};
+    PhaseImage image{.grid = {.cells = {8, 3, 3}}, .phase = std::vector<std::uint8_t>(72, Phase::pore), .notes = {}};
     for (int k = 0; k < 3; ++k)
         for (int j = 0; j < 3; ++j)
-            for (const int i : {0, 3, 7}) image.phase[image.grid.index(i, j, k)] = grain;
+            for (const int i : {0, 3, 7}) image.phase[image.grid.index(i, j, k)] = Phase::grain;
     EXPECT_DOUBLE_EQ(narrow_fraction(image, 1), 0.0);
     EXPECT_DOUBLE_EQ(narrow_fraction(image, 2), 2.0 / 5.0);
     EXPECT_DOUBLE_EQ(narrow_fraction(image, 3), 1.0);
-    std::fill(image.phase.begin(), image.phase.end(), grain);
+    std::fill(image.phase.begin(), image.phase.end(), Phase::grain);
     EXPECT_DOUBLE_EQ(narrow_fraction(image, 3), 0.0);
 }
 

@@ -51,7 +51,7 @@ TEST(Capsule, GapIsTheBruteForceMinimum) {
 
 TEST(Shape, OneCapsuleIsExact) {
     const double r = 0.5, L = 1.7;
-    const ShapeMeasures m = measure(make_preset("rod", 2 * r, L));
+    const ShapeMeasures m = measure(make_preset(ShapeKind::rod, 2 * r, L));
     EXPECT_NEAR(m.volume_m3, std::numbers::pi * r * r * (L + 4.0 / 3.0 * r), 1e-12);
     EXPECT_NEAR(m.surface_area_m2, 2.0 * std::numbers::pi * r * (L + 2.0 * r), 1e-10);
     // Two half spheres and a cylinder about the long axis.
@@ -60,7 +60,7 @@ TEST(Shape, OneCapsuleIsExact) {
 }
 
 TEST(Shape, ACapsuleInsideAnotherOrTwiceChangesNothing) {
-    Shape rod = make_preset("rod", 1.0, 2.0);
+    Shape rod = make_preset(ShapeKind::rod, 1.0, 2.0);
     const ShapeMeasures alone = measure(rod);
     rod.capsules.push_back(rod.capsules.front());
     rod.capsules.push_back({Vec3::Zero(), Vec3(0, 0, 0.3), 0.2});
@@ -70,10 +70,10 @@ TEST(Shape, ACapsuleInsideAnotherOrTwiceChangesNothing) {
 }
 
 TEST(Shape, BadInputIsNamed) {
-    EXPECT_TRUE(has(message_of<UserError>([] { (void)dimensions_for("tetrapod", 1.2, 1e-6, Cavity::filled); }), "0 < sphericity <= 1"));
+    EXPECT_TRUE(has(message_of<UserError>([] { (void)dimensions_for(ShapeKind::tetrapod, 1.2, 1e-6, Cavity::filled); }), "0 < sphericity <= 1"));
     EXPECT_TRUE(
-        has(message_of<UserError>([] { (void)dimensions_for("tetrapod", 0.1, 1e-6, Cavity::filled); }), "no tetrapod has sphericity 0.1"));
-    EXPECT_TRUE(has(message_of<UserError>([] { (void)dimensions_for("tetrahedron", 0.83, 1e-6, Cavity::filled); }),
+        has(message_of<UserError>([] { (void)dimensions_for(ShapeKind::tetrapod, 0.1, 1e-6, Cavity::filled); }), "no tetrapod has sphericity 0.1"));
+    EXPECT_TRUE(has(message_of<UserError>([] { (void)dimensions_for(ShapeKind::tetrahedron, 0.83, 1e-6, Cavity::filled); }),
                     "jumps where the cavity closes"));
     EXPECT_TRUE(has(message_of<UserError>([] {
                         validate({.id = "x", .capsules = {{Vec3::Zero(), Vec3::Zero(), 0.1}, {Vec3::Ones(), Vec3::Ones(), 0.1}}});
@@ -86,15 +86,15 @@ TEST(Shape, BadInputIsNamed) {
     apart.capsules.resize(65, apart.capsules.front());
     EXPECT_TRUE(has(message_of<UserError>([&] { validate(apart); }), "1 to 64"));
     EXPECT_TRUE(has(message_of<UserError>([] { validate({.id = "x", .capsules = {{Vec3::Zero(), Vec3::Zero(), 0.0}}}); }), "radius_m > 0"));
-    EXPECT_TRUE(has(message_of<UserError>([] { (void)make_shape({.kind = "tetrapod"}); }), "size is missing"));
+    EXPECT_TRUE(has(message_of<UserError>([] { (void)make_shape({.kind = ShapeKind::tetrapod}); }), "size is missing"));
     EXPECT_TRUE(
-        has(message_of<UserError>([] { (void)make_shape({.kind = "tetrapod", .sphericity = 0.5, .volume_m3 = 1e-6, .diameter_m = 1e-3}); }),
+        has(message_of<UserError>([] { (void)make_shape({.kind = ShapeKind::tetrapod, .sphericity = 0.5, .volume_m3 = 1e-6, .diameter_m = 1e-3}); }),
             "contradict"));
 }
 
 TEST(Shape, TheTetrahedronsCavityIsFoundBetweenItsLimits) {
     for (const double ratio : {2.80, 2.90, 3.40, 3.46, 3.47, 3.60}) {
-        Shape shape = make_preset("tetrahedron", 2.0, ratio);
+        Shape shape = make_preset(ShapeKind::tetrahedron, 2.0, ratio);
         find_cavities(shape);
         const bool closed = ratio > 2.0 * std::sqrt(2.0) && ratio < 2.0 * std::sqrt(3.0);
         EXPECT_EQ(!shape.cavity_points.empty(), closed) << ratio;
@@ -102,7 +102,7 @@ TEST(Shape, TheTetrahedronsCavityIsFoundBetweenItsLimits) {
 }
 
 TEST(Clump, StaysWithinItsTolerance) {
-    const Shape shape = make_preset("tetrapod", 4e-3, 14e-3);
+    const Shape shape = make_preset(ShapeKind::tetrapod, 4e-3, 14e-3);
     const double tolerance = 0.05 * 4e-3;
     const auto spheres = sphere_clump(shape, tolerance);
     EXPECT_EQ(spheres.size(), 37U);  // spacing 1.744 mm: 9 pieces an arm, and the middle

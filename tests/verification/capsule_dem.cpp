@@ -1,5 +1,5 @@
 // The capsule engine against closed forms: closest points, contact law, friction, integrators, rotation, conservation.
-#include "packing/capsule_dem.hpp"
+#include "packing/dem/capsule_dem.hpp"
 
 #include <omp.h>
 
@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "helpers.hpp"
+#include "shapes/segments.hpp"
 #include "shapes/shape.hpp"
 
 namespace porepack {
@@ -79,7 +80,7 @@ CapsuleDem floor_with(const Shape& shape, const ContactLaw& law, const DemOption
     return {parse_container("box:1,1,1"), {shape}, 1000.0, law, options};
 }
 
-const Shape sphere = make_preset("sphere", 0.01, 0.0);
+const Shape sphere = make_preset(ShapeKind::sphere, 0.01, 0.0);
 const double sphere_mass = grain_body(sphere, 1000.0).mass_kg;
 
 TEST(CapsuleDem, CentralImpactsRestituteAsTheFormulaSays) {
@@ -103,7 +104,7 @@ TEST(CapsuleDem, CentralImpactsRestituteAsTheFormulaSays) {
 }
 
 TEST(CapsuleDem, ARodRestsStandingAndLying) {
-    const Shape rod = make_preset("rod", 0.01, 0.02);
+    const Shape rod = make_preset(ShapeKind::rod, 0.01, 0.02);
     const double mass = 1000.0 * measure(rod).volume_m3, kn = 0.5 * ContactLaw{}.normal_stiffness_N_per_m;
     const auto low = [](const Capsule& capsule) { return std::min(capsule.a.z(), capsule.b.z()) - capsule.radius; };
     for (const bool standing : {true, false}) {
@@ -123,7 +124,7 @@ TEST(CapsuleDem, ARodRestsStandingAndLying) {
 TEST(CapsuleDem, FrictionStopsARodAndSetsASphereRolling) {
     const ContactLaw law{.wall_friction = 0.1};
     const DemOptions options{.time_step_s = 1e-5};
-    const Shape rod = make_preset("rod", 0.01, 0.02);
+    const Shape rod = make_preset(ShapeKind::rod, 0.01, 0.02);
     const Vec3 axis = (rod.capsules[0].b - rod.capsules[0].a).normalized();
     CapsuleDem sliding = floor_with(rod, law, options);
     const double rod_mass = 1000.0 * measure(rod).volume_m3;
@@ -182,7 +183,7 @@ Quaternion spun(const Vec3& inertia, Vec3 omega, double time, int steps) {
 }
 
 TEST(CapsuleDem, AnAsymmetricBodyTurnsAsEulerSays) {
-    Shape ell = make_preset("rod", 0.01, 0.03);
+    Shape ell = make_preset(ShapeKind::rod, 0.01, 0.03);
     ell.capsules = {{Vec3(0, 0, 0), Vec3(0.03, 0, 0), 0.005}, {Vec3(0, 0, 0), Vec3(0, 0.018, 0), 0.005}};
     const double spin = 60.0, time = 100.0 * 2.0 * pi / spin;
     for (const Integrator integrator : {Integrator::verlet, Integrator::adams_bashforth}) {
@@ -209,7 +210,7 @@ TEST(CapsuleDem, AnAsymmetricBodyTurnsAsEulerSays) {
 
 // A loose heap of tetrapods on a floor, dropped.
 CapsuleDem heap(int grains, const DemOptions& options, const ContactLaw& law = {}, const char* container = "cylinder:0.06,0.4") {
-    const Shape tetrapod = make_preset("tetrapod", 0.004, 0.008);
+    const Shape tetrapod = make_preset(ShapeKind::tetrapod, 0.004, 0.008);
     CapsuleDem dem(parse_container(container), {tetrapod}, 1000.0, law, options);
     std::mt19937_64 random(3);
     std::uniform_real_distribution<double> unit(-1.0, 1.0);
@@ -234,7 +235,7 @@ TEST(CapsuleDem, EnergyNeverGrows) {
 }
 
 TEST(CapsuleDem, AFreeClusterKeepsItsMomentum) {
-    const Shape tetrapod = make_preset("tetrapod", 0.004, 0.008);
+    const Shape tetrapod = make_preset(ShapeKind::tetrapod, 0.004, 0.008);
     CapsuleDem dem(parse_container("box:1,1,1"), {tetrapod}, 1000.0, {}, {.time_step_s = 1e-5, .gravity_m_per_s2 = Vec3::Zero()});
     std::mt19937_64 random(5);
     std::uniform_real_distribution<double> unit(-1.0, 1.0);
@@ -295,7 +296,7 @@ TEST(CapsuleDem, NoPairIsMissed) {
 }
 
 TEST(CapsuleDem, TenThousandSpheresOnAnyThreads) {
-    const Shape small = make_preset("sphere", 0.002, 0.0);
+    const Shape small = make_preset(ShapeKind::sphere, 0.002, 0.0);
     std::vector<double> top;
     std::vector<Vec3> last;
     for (const int threads : {1, 2}) {
@@ -321,7 +322,7 @@ TEST(CapsuleDem, TenThousandSpheresOnAnyThreads) {
 TEST(CapsuleDem, EndsTouchWallsOnce) {
     // The ends of a tetrapod are five, of a dolos (whose middle arm ends within the others) four.
     const double overlap = 1e-5, one = 0.5 * 5e3 * overlap * overlap;
-    const Shape tetrapod = make_preset("tetrapod", 0.004, 0.008), dolos = make_preset("dolos", 0.004, 0.012);
+    const Shape tetrapod = make_preset(ShapeKind::tetrapod, 0.004, 0.008), dolos = make_preset(ShapeKind::dolos, 0.004, 0.012);
     const auto on_floor = [&](const Shape& shape, const Quaternion& turn) {
         CapsuleDem dem(parse_container("box:1,1,1"), {shape}, 1000.0, {}, {.time_step_s = 1e-9, .gravity_m_per_s2 = Vec3::Zero()});
         double low = 1.0;

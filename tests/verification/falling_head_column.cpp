@@ -6,10 +6,10 @@
 #include <random>
 
 #include "helpers.hpp"
-#include "permeability/column.hpp"
-#include "permeability/falling_head.hpp"
-#include "permeability/fit.hpp"
-#include "permeability/paper_evaluation.hpp"
+#include "falling_head/column.hpp"
+#include "falling_head/falling_head.hpp"
+#include "falling_head/fit.hpp"
+#include "falling_head/paper_evaluation.hpp"
 
 namespace porepack {
 namespace {
@@ -56,7 +56,7 @@ TEST(Column, WithoutInertiaIsTheClosedForm) {
 TEST(Column, WithInertiaAnOrificeIsExact) {
     // Without viscous loss the equation is linear in v^2 over s = h + c, c = m L: v^2 = a s + b + C s^(2 L/k_in).
     FallingHeadConfig config;
-    config.sample_inertia = 1.5;
+    config.inertia_coefficient = 1.5;
     const double L = config.sample_length_m, g = config.gravity_m_per_s2, c = 1.5 * L, power = 2.0 * L / k_in_053;
     const double a = 2.0 * g / (power - 1.0), b = 2.0 * g * (L - c) / power, start = 1.6 + c;
     const double factor = -(a * start + b);
@@ -123,7 +123,7 @@ TEST(Fit, WithoutNoiseIsExact) {
     for (const bool inertia : {false, true}) {
         FallingHeadConfig config;
         config.column_inertia = inertia;
-        config.mesh_opening_m = 8e-3;
+        config.screen_opening_m = 8e-3;
         const std::vector<LevelCurve> curves = {take_window(simulated(paper_053, config, 0.0, 1), config)};
         const FallingHeadFit fit = fit_falling_head(curves, config);
         EXPECT_NEAR(fit.inverse_permeability_per_m2.value * k_053, 1.0, 1e-5) << inertia;

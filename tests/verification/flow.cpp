@@ -5,6 +5,7 @@
 #include "arrays.hpp"
 #include "core/machine.hpp"
 #include "helpers.hpp"
+#include "io/image.hpp"
 #include "tortuosity/tortuosity.hpp"
 
 namespace porepack {
@@ -16,7 +17,7 @@ using namespace test;
 StokesRun channel(std::array<int, 3> cells, std::array<bool, 3> periodic, Scheme scheme, const std::vector<std::uint8_t>& phase = {},
                   double tolerance = 1e-9) {
     PhaseImage image{.grid = {.cells = cells}, .phase = phase, .notes = {}};
-    if (image.phase.empty()) image.phase.assign(image.grid.size(), pore);
+    if (image.phase.empty()) image.phase.assign(image.grid.size(), Phase::pore);
     const Domain domain = build_domain(image, {.axis = 2, .periodic = periodic}, nullptr);
     scheme.force = {0, 0, 1e-3};
     const auto flow = make_flow(Kernel::fast_double, domain, scheme);
@@ -69,7 +70,7 @@ double pipe_error(int diameter) {
         for (int j = 0; j < n; ++j)
             for (int i = 0; i < n; ++i) {
                 const bool in = std::hypot(i + 0.5 - cx, j + 0.5 - cy) < diameter / 2.0;
-                phase.push_back(in ? pore : outside);
+                phase.push_back(in ? Phase::pore : Phase::outside);
                 inside += in ? 1.0 : 0.0;
             }
         const StokesRun run = channel({n, n, 1}, {false, false, true}, plain, phase, 1e-7);
@@ -102,7 +103,7 @@ TEST(InclinedDuct, HydraulicTortuosityIsOneOverCosine) {
         for (const int n : {24, 48, 96}) {
             std::vector<std::uint8_t> phase;
             for (int k = 0; k < n; ++k)
-                for (int x = 0; x < n; ++x) phase.push_back(((x + rise * (n - k)) % n) * 2 < n ? pore : grain);
+                for (int x = 0; x < n; ++x) phase.push_back(((x + rise * (n - k)) % n) * 2 < n ? Phase::pore : Phase::grain);
             error[i++] = channel({n, 1, n}, {true, true, true}, plain, phase).hydraulic_tortuosity / exact - 1.0;
         }
         std::printf("  x per z %d: errors %+.3f %+.3f %+.3f %%, orders %.2f %.2f\n", rise, 100 * error[0], 100 * error[1], 100 * error[2],
@@ -115,7 +116,7 @@ TEST(HydraulicTortuosity, NeedsAFlow) {
     FlowImage flow{.grid = {.cells = {2, 2, 2}},
                    .velocity_m_per_s = std::vector<float>(24, 0.0F),
                    .pressure_Pa = std::vector<float>(8, 0.0F),
-                   .phase = std::vector<std::uint8_t>(8, pore),
+                   .phase = std::vector<std::uint8_t>(8, Phase::pore),
                    .notes = {}};
     EXPECT_THROW((void)hydraulic_tortuosity(flow, {0.0, 2.0}, 2), NumericalError);  // at rest
     for (std::size_t i = 0; i < 8; ++i) flow.velocity_m_per_s[3 * i] = 1.0F;
@@ -132,21 +133,21 @@ TEST(SphereArrays, PermeabilityWithinTheBoundsOfPlainBounceBack) {
     // fraction it scatters by +-4 % (SC) and up to +-14 % (dense arrays) at these resolutions.
     struct Row {
         double c, K, bound;
-        const std::vector<Vec3>* centres;
+        std::vector<Vec3> (*centres)();
         std::array<int, 3> cells;
     };
     for (const Row& row : {Row{0.125, 4.291589, 0.06, &simple_cubic, {16, 24, 40}}, Row{0.343, 15.39949, 0.06, &simple_cubic, {24, 32, 48}},
                            Row{0.343, 16.33505, 0.10, &body_centred, {32, 40, 48}}, Row{0.6, 88.8734, 0.14, &body_centred, {32, 40, 48}}})
         for (const int cells : row.cells) {
-            const double error = error_of(sphere_array(row.c, row.K, *row.centres), cells,
-                                          {.walls = "bounce_back", .iteration_tolerance = 1e-5, .grids = 1});
+            const double error = error_of(sphere_array(row.c, row.K, row.centres()), cells,
+                                          {.walls = Walls::bounce_back, .iteration_tolerance = 1e-5, .grids = 1});
             RecordProperty("c" + std::to_string(row.c) + "_" + std::to_string(cells), std::to_string(error));
-            std::printf("  c %.3f, %zu spheres, %d cells: error %+.2f %%\n", row.c, row.centres->size(), cells, 100.0 * error);
+            std::printf("  c %.3f, %zu spheres, %d cells: error %+.2f %%\n", row.c, row.centres().size(), cells, 100.0 * error);
             EXPECT_LT(std::abs(error), row.bound) << row.c << " " << cells;
         }
 }
 
-const KnownFlow loose = sphere_array(0.343, 15.39949, simple_cubic);
+const KnownFlow loose = sphere_array(0.343, 15.39949, simple_cubic());
 
 TEST(SphereArrays, PermeabilityDoesNotDependOnTheViscosity) {
     double first = 0.0;
@@ -162,7 +163,7 @@ TEST(SphereArrays, IsTheSameAlongAllAxesAndTheTwoEstimatesAgree) {
     double k[3];
     for (int axis = 0; axis < 3; ++axis) {
         const LbmResult result =
-            solve(loose, 20, {.direction = std::string(1, "xyz"[axis]), .iteration_tolerance = 1e-8, .grids = 1}, true);
+            solve(loose, 20, {.direction = static_cast<Axis>(axis), .iteration_tolerance = 1e-8, .grids = 1}, true);
         k[axis] = result.fine().permeability_m2;
         EXPECT_NEAR(result.fine().permeability_volume_m2 / k[axis], 1.0, 1e-7);
         EXPECT_NEAR(hydraulic_tortuosity(result.flow, {0.0, 1.0}, axis), result.fine().run.hydraulic_tortuosity, 1e-5);
@@ -175,15 +176,15 @@ TEST(SphereArrays, HydraulicTortuosityIsTheKnownOne) {
     // Converged values of SC c 0.343 and BCC c 0.6: 1.0155, 1.097; the slack is their last digit and the grid's.
     EXPECT_NEAR(solve(loose, 48, {.iteration_tolerance = 1e-5, .grids = 1}).fine().run.hydraulic_tortuosity, 1.0155, 0.001);
     EXPECT_NEAR(
-        solve(sphere_array(0.6, 88.8734, body_centred), 48, {.iteration_tolerance = 1e-5, .grids = 1}).fine().run.hydraulic_tortuosity,
+        solve(sphere_array(0.6, 88.8734, body_centred()), 48, {.iteration_tolerance = 1e-5, .grids = 1}).fine().run.hydraulic_tortuosity,
         1.097, 0.003);
 }
 
 TEST(PressurePlanes, GiveThePeriodicAnswerOnASymmetricCell) {
     // Half-way between two layers of an SC array the pressure is constant by symmetry, so planes there change nothing.
-    KnownFlow open = sphere_array(0.343, 15.39949, simple_cubic);
+    KnownFlow open = sphere_array(0.343, 15.39949, simple_cubic());
     open.container.periodic = open.packing.container.periodic = {true, true, false};
-    open.solid = std::make_unique<Grains>(open.packing);
+    open.solid = std::make_shared<const Grains>(open.packing);
     const LbmConfig config{.iteration_tolerance = 1e-6, .grids = 1};
     const LbmGridResult planes = solve(open, 32, config).fine();
     const double periodic = solve(loose, 32, config).fine().permeability_m2;
@@ -195,10 +196,9 @@ TEST(PressurePlanes, GiveThePeriodicAnswerOnASymmetricCell) {
 TEST(Reservoir, ADuctsPressureDropIsTheSectionsOwn) {
     const Container duct = parse_container("box:0.012,0.012,0.1");
     Packing packing{.container = duct, .shapes = {{.id = "s", .capsules = {{Vec3::Zero(), Vec3::Zero(), 1e-5}}}}, .bodies = {}};
-    const Grains empty(packing);
-    const Section section{0.02, 0.04};
-    const auto voxels = [&](double size) { return voxelise(empty, duct, section, plan_voxels(duct, section, size, 0.005, 1.0)); };
-    const LbmResult result = lbm_permeability({voxels, &empty, duct, section}, 1e-3, {.iteration_tolerance = 1e-7, .grids = 1}, false);
+    PoreSpace space = pore_space_of(std::make_shared<const Grains>(packing), duct, {0.02, 0.04}, 1.0);
+    space.reservoir_m = 0.005;
+    const LbmResult result = lbm_permeability(space, 1e-3, {.iteration_tolerance = 1e-7, .grids = 1});
     EXPECT_EQ(result.fine().cells[2], 30);
     EXPECT_NEAR(result.fine().permeability_m2 / (0.03514425 * 0.012 * 0.012), 1.0, 0.02);
     EXPECT_NEAR(result.fine().permeability_volume_m2 / result.fine().permeability_m2, 1.0, 1e-5);

@@ -12,7 +12,7 @@ const Path cases = Path(POREPACK_SOURCE_FOLDER) / "openfoam_cases";
 
 // A square duct needs no grain in it, but the case wants a surface: a bead far above the section.
 FoamScene duct() {
-    Packing packing{.container = parse_container("box:0.01,0.01,0.1"), .shapes = {make_preset("sphere", 0.002, 0.0)}, .bodies = {}};
+    Packing packing{.container = parse_container("box:0.01,0.01,0.1"), .shapes = {make_preset(ShapeKind::sphere, 0.002, 0.0)}, .bodies = {}};
     packing.bodies.push_back({.shape = 0, .position_m = Vec3(0.005, 0.005, 0.08)});
     const Section section{0.01, 0.02};
     return {.surface = make_surface(packing, {}).surface,
@@ -71,7 +71,7 @@ TEST(FoamSpheres, SimpleCubicWithinItsInterval) {
     const test::Folder folder;
     Packing packing{.container = parse_container("box:1,1,1:periodic"), .shapes = {}, .bodies = {}};
     const double r = std::cbrt(3.0 * 0.343 / (4.0 * std::numbers::pi));
-    packing.shapes.push_back(make_preset("sphere", 2.0 * r, 0.0));
+    packing.shapes.push_back(make_preset(ShapeKind::sphere, 2.0 * r, 0.0));
     packing.bodies.push_back({.shape = 0, .position_m = Vec3::Constant(0.5)});
     const FoamScene scene{.surface = make_surface(packing, {.deviation_m = 0.002}).surface,
                           .container = packing.container,

@@ -52,10 +52,10 @@ TEST(Forchheimer, WeakInertiaAndTooFewFlows) {
 TEST(Inertia, SetsInWithTheSquareOfTheReynoldsNumber) {
     // Mei & Auriault (1991): k/k_apparent - 1 ~ Re^2 at small Re, in a cell that is symmetric about its middle. Without an end plane the
     // drag is the driving force.
-    const KnownFlow array = sphere_array(0.343, 15.39949, simple_cubic);
+    const KnownFlow array = sphere_array(0.343, 15.39949, simple_cubic());
     const std::array<double, 3> reynolds = {0.5, 1.0, 2.0};
-    const InertialSeries series = lbm_inertial_flows(array.scene(), 1.0 / 24, reynolds, array.diameter_m, {.tolerance = 1e-6});
-    ASSERT_EQ(series.flows.size(), 3U) << series.stopped_by;
+    const InertialSeries series = lbm_inertial_flows(array.pore_space(), 1.0 / 24, reynolds, array.diameter_m, {.tolerance = 1e-6});
+    ASSERT_EQ(series.flows.size(), 3U) << series.stopped_by.value_or("");
     EXPECT_NEAR(series.creeping_permeability_m2 / array.permeability_m2, 1.0, 0.005);
     std::array<double, 3> loss{};
     for (std::size_t i = 0; i < 3; ++i) {
@@ -72,26 +72,18 @@ TEST(Inertia, SetsInWithTheSquareOfTheReynoldsNumber) {
 
 TEST(Inertia, TheGridConvergesAndTheEndsGainNoMomentum) {
     // A few spheres in a tube between free water: k_apparent / k on three grids.
-    Packing packing{.container = parse_container("cylinder:0.03,0.06"), .shapes = {make_preset("sphere", 0.01, 0.0)}, .bodies = {}};
+    Packing packing{.container = parse_container("cylinder:0.03,0.06"), .shapes = {make_preset(ShapeKind::sphere, 0.01, 0.0)}, .bodies = {}};
     for (int i = 0; i < 9; ++i)
         packing.bodies.push_back(
             {.shape = 0, .position_m = Vec3(0.008 * std::cos(2.1 * i), 0.008 * std::sin(2.1 * i), 0.012 + 0.0045 * i)});
-    const Grains grains(packing);
-    const Section section{0.005, 0.055};
-    const LbmScene scene{.voxels =
-                             [&](double size) {
-                                 return voxelise(grains, packing.container, section,
-                                                 plan_voxels(packing.container, section, size, 0.005, 0.01));
-                             },
-                         .solid = &grains,
-                         .container = packing.container,
-                         .section = section};
+    PoreSpace space = pore_space_of(packing).with_section({0.005, 0.055});
+    space.reservoir_m = 0.005;
     const std::array<double, 2> reynolds = {5.0, 20.0};
     std::array<double, 3> ratio{};
     int at = 0;
     for (const double size : {2e-3, 1.4e-3, 1e-3}) {
-        const InertialSeries series = lbm_inertial_flows(scene, size, reynolds, 0.01, {});
-        ASSERT_EQ(series.flows.size(), 2U) << series.stopped_by;
+        const InertialSeries series = lbm_inertial_flows(space, size, reynolds, 0.01, {});
+        ASSERT_EQ(series.flows.size(), 2U) << series.stopped_by.value_or("");
         EXPECT_LT(std::abs(series.flows[0].momentum_share), 0.02);
         ratio[static_cast<std::size_t>(at++)] = series.flows[1].permeability_m2 / series.creeping_permeability_m2;
         std::printf("  %.2g m: k/k0 %.4f at Re 5, %.4f at Re 20; momentum %.4f\n", size,

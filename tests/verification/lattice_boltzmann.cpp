@@ -23,7 +23,7 @@ struct Scene {
     Scene(Packing grains_of, const Section& part, double voxel, double reservoir = 0.0) : packing(std::move(grains_of)), section(part) {
         grains = std::make_unique<Grains>(packing);
         image = voxelise(*grains, packing.container, section, plan_voxels(packing.container, section, voxel, reservoir, 1.0));
-        drive = choose_drive(packing.container, "z");
+        drive = choose_drive(packing.container, Axis::z);
         const FlowWalls walls{*grains, packing.container, section};
         domain = build_domain(image, drive, &walls);
     }
@@ -31,7 +31,7 @@ struct Scene {
 
 // Grains that overlap at random: gaps of one node, grains cut by the planes, contacts with the wall.
 Packing random_bed(const std::string& container, int grains, double radius) {
-    Packing packing{.container = parse_container(container), .shapes = {make_preset("tetrapod", 2.0 * radius, 2.0 * radius)}, .bodies = {}};
+    Packing packing{.container = parse_container(container), .shapes = {make_preset(ShapeKind::tetrapod, 2.0 * radius, 2.0 * radius)}, .bodies = {}};
     std::mt19937 random(7);
     std::uniform_real_distribution<double> unit(0.0, 1.0);
     const Vec3 low = packing.container.low(), size = packing.container.high() - low;
@@ -45,7 +45,7 @@ Packing random_bed(const std::string& container, int grains, double radius) {
 
 TEST(WallDistance, IsThatOfTheExactGeometry) {
     // Every distance is checked against the signed distance of the point that it names, periodic images included.
-    const KnownFlow array = sphere_array(0.6, 88.8734, body_centred, Vec3(0.013, 0.027, 0.041));
+    const KnownFlow array = sphere_array(0.6, 88.8734, body_centred(), Vec3(0.013, 0.027, 0.041));
     const int n = 24;
     const Scene scene(array.packing, {0, 1}, 1.0 / n);
     ASSERT_GT(scene.domain.walls.size(), 10000U);
@@ -72,7 +72,7 @@ TEST(WallDistance, IsThatOfTheExactGeometry) {
 
 TEST(WallDistance, KnowsTheContainerTheCutAndTheMirror) {
     const Packing packing{.container = parse_container("cylinder:1,2"),
-                          .shapes = {make_preset("sphere", 0.5, 0.0)},
+                          .shapes = {make_preset(ShapeKind::sphere, 0.5, 0.0)},
                           .bodies = {{.shape = 0, .position_m = {0, 0, 0.52}}}};
     const Grains grains(packing);
     const Grid grid{.cells = {10, 10, 10}, .origin_m = {-0.5, -0.5, 0.5}, .spacing_m = {0.1, 0.1, 0.1}};
@@ -97,7 +97,7 @@ TEST(WallDistance, KnowsTheContainerTheCutAndTheMirror) {
 
 TEST(WallDistance, OfASurfaceIsThatOfItsTriangles) {
     Packing packing{.container = parse_container("box:1,1,1"),
-                    .shapes = {make_preset("sphere", 0.6, 0.0)},
+                    .shapes = {make_preset(ShapeKind::sphere, 0.6, 0.0)},
                     .bodies = {{.position_m = Vec3::Constant(0.5)}}};
     const auto surface = make_surface(packing, {.deviation_m = 5e-4}).surface;
     const SurfaceSolid solid(surface, packing.container);
@@ -164,23 +164,23 @@ std::vector<Known> known_arrays(const Vec3& shift) {
         return sphere_array(c, K, centres, shift / cells);
     };
     const double touching = std::numbers::pi / 6.0, body_touching = std::sqrt(3.0) * std::numbers::pi / 8.0;
-    const auto cylinders = [&](double phi, double drag, int cells, const char* direction) {
+    const auto cylinders = [&](double phi, double drag, int cells, Axis direction) {
         return cylinder_array(phi, drag, 4.0 / cells, shift / cells, direction);
     };
-    // Cells that make 20 nodes a diameter; the bounds are those that the project set itself.
+    // Cells that make 20 nodes per diameter; the bounds are those that the project set itself.
     std::vector<Known> known;
     const auto add = [&](const char* name, KnownFlow flow, double cells, double at_20, double median_at_20, double at_40) {
         known.push_back({name, std::move(flow), cells, at_20, median_at_20, at_40});
     };
-    add("SC 0.343", spheres(0.343, 15.39949, simple_cubic, 23), 23, 0.01, 0.005, 0.0025);
-    add("BCC 0.343", spheres(0.343, 16.33505, body_centred, 29), 29, 0.01, 0.005, 0.0025);
-    add("BCC 0.6", spheres(0.6, 88.8734, body_centred, 24), 24, 0.01, 0.005, 0.0025);
-    add("SC touching", spheres(touching, 42.1005, simple_cubic, 20), 20, 0.015, 0.015, 0.004);
-    add("BCC touching", spheres(body_touching, 162.779, body_centred, 23), 23, 0.03, 0.03, 0.005);
-    add("cylinders 0.3 across", cylinders(0.3, 102.881, 32, "x"), 32, 0.01, 0.01, 0.01);
-    add("cylinders 0.5 across", cylinders(0.5, 532.548, 25, "x"), 25, 0.01, 0.01, 0.01);
-    add("cylinders 0.3 along", cylinders(0.3, 44.5254, 32, "z"), 32, 0.01, 0.01, 0.01);
-    add("cylinders 0.5 along", cylinders(0.5, 141.349, 25, "z"), 25, 0.01, 0.01, 0.01);
+    add("SC 0.343", spheres(0.343, 15.39949, simple_cubic(), 23), 23, 0.01, 0.005, 0.0025);
+    add("BCC 0.343", spheres(0.343, 16.33505, body_centred(), 29), 29, 0.01, 0.005, 0.0025);
+    add("BCC 0.6", spheres(0.6, 88.8734, body_centred(), 24), 24, 0.01, 0.005, 0.0025);
+    add("SC touching", spheres(touching, 42.1005, simple_cubic(), 20), 20, 0.015, 0.015, 0.004);
+    add("BCC touching", spheres(body_touching, 162.779, body_centred(), 23), 23, 0.03, 0.03, 0.005);
+    add("cylinders 0.3 across", cylinders(0.3, 102.881, 32, Axis::x), 32, 0.01, 0.01, 0.01);
+    add("cylinders 0.5 across", cylinders(0.5, 532.548, 25, Axis::x), 25, 0.01, 0.01, 0.01);
+    add("cylinders 0.3 along", cylinders(0.3, 44.5254, 32, Axis::z), 32, 0.01, 0.01, 0.01);
+    add("cylinders 0.5 along", cylinders(0.5, 141.349, 25, Axis::z), 25, 0.01, 0.01, 0.01);
     return known;
 }
 
@@ -243,7 +243,7 @@ TEST(Accuracy, DuctsAreOfSecondOrder) {
 }
 
 TEST(Momentum, DragBalancesTheDrivingForce) {
-    const Scene scene(sphere_array(0.343, 15.39949, simple_cubic).packing, {0, 1}, 1.0 / 16);
+    const Scene scene(sphere_array(0.343, 15.39949, simple_cubic()).packing, {0, 1}, 1.0 / 16);
     const Scheme scheme{.force = {0, 0, 1e-3}};
     const auto flow = make_flow(Kernel::fast_double, scene.domain, scheme);
     for (int i = 0; i < 2000; ++i) flow->advance_two_steps();
@@ -251,37 +251,29 @@ TEST(Momentum, DragBalancesTheDrivingForce) {
 }
 
 TEST(Precision, SingleGivesTheSamePermeability) {
-    const KnownFlow array = sphere_array(0.6, 88.8734, body_centred, Vec3(0.01, 0.02, 0.03));
+    const KnownFlow array = sphere_array(0.6, 88.8734, body_centred(), Vec3(0.01, 0.02, 0.03));
     const double full = solve(array, 32, {.iteration_tolerance = 1e-6, .grids = 1}).fine().permeability_m2;
-    const double single = solve(array, 32, {.precision = "single", .iteration_tolerance = 1e-6, .grids = 1}).fine().permeability_m2;
+    const double single = solve(array, 32, {.precision = Precision::single_precision, .iteration_tolerance = 1e-6, .grids = 1}).fine().permeability_m2;
     EXPECT_NEAR(single / full, 1.0, 1e-4);
 }
 
 // Some five minutes: ctest -L long.
 TEST(Precision, LongSingleGivesTheSameOnTenMillionNodes) {
-    Packing packing{.container = parse_container("box:1,1,1:periodic"), .shapes = {make_preset("sphere", 0.14, 0.0)}, .bodies = {}};
+    Packing packing{.container = parse_container("box:1,1,1:periodic"), .shapes = {make_preset(ShapeKind::sphere, 0.14, 0.0)}, .bodies = {}};
     std::mt19937 random(1);
     const auto unit = [&] { return static_cast<double>(random()) / 4294967296.0; };
     for (int i = 0; i < 520; ++i) {
         const double x = unit(), y = unit(), z = unit();
         packing.bodies.push_back({.shape = 0, .position_m = {x, y, z}});
     }
-    const Grains grains(packing);
-    const Section whole{0.0, 1.0};
-    const LbmScene scene{
-        .voxels =
-            [&](double size) { return voxelise(grains, packing.container, whole, plan_voxels(packing.container, whole, size, 0.0, 1.0)); },
-        .solid = &grains,
-        .container = packing.container,
-        .section = whole,
-        .grain_size_m = 0.14};
-    const auto k_of = [&](const char* precision) {
+    const PoreSpace space = pore_space_of(packing).with_section({0.0, 1.0});
+    const auto k_of = [&](Precision precision) {
         const LbmGridResult fine =
-            lbm_permeability(scene, 1.0 / 292, {.precision = precision, .iteration_tolerance = 2e-5, .grids = 3}, false).fine();
+            lbm_permeability(space, 1.0 / 292, {.precision = precision, .iteration_tolerance = 2e-5, .grids = 3}).fine();
         EXPECT_GT(fine.nodes, 9'000'000U);
         return fine.permeability_m2;
     };
-    const double full = k_of("double"), single = k_of("single");
+    const double full = k_of(Precision::double_precision), single = k_of(Precision::single_precision);
     std::printf("  single / double - 1 = %.2e\n", single / full - 1.0);
     EXPECT_NEAR(single / full, 1.0, 1e-4);
 }

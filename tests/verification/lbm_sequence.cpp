@@ -10,11 +10,11 @@ namespace {
 using namespace test;
 
 LbmResult solve_to(const KnownFlow& known, const LbmConfig& config) {
-    return lbm_permeability(known.scene(), 0.1, config, false);
+    return lbm_permeability(known.pore_space(), 0.1, config);
 }
 
 TEST(Tolerance, IsReachedAndCoversTheAnswer) {
-    const KnownFlow array = sphere_array(0.343, 15.39949, simple_cubic, Vec3(0.21, 0.37, 0.11));
+    const KnownFlow array = sphere_array(0.343, 15.39949, simple_cubic(), Vec3(0.21, 0.37, 0.11));
     for (const double tolerance : {0.05, 0.01, 0.005}) {
         const LbmResult result = solve_to(array, {.tolerance = tolerance});
         ASSERT_TRUE(result.half_width && result.stopped_by.empty());
@@ -31,7 +31,7 @@ TEST(Tolerance, TheIntervalsOfFastKnownFlowsCover) {
         // Dilute arrays take most of the time; `porepack benchmark coverage` takes them too.
         if (known.permeability_m2 > 0.02 && known.container.size_m.z() == 1.0) continue;
         const LbmResult result =
-            lbm_permeability(known.scene(), 0.1, {.direction = known.direction, .tolerance = 0.02, .max_time_s = 200.0}, false);
+            lbm_permeability(known.pore_space(), 0.1, {.direction = known.direction, .tolerance = 0.02, .max_time_s = 200.0});
         if (!result.half_width) continue;
         ++solved;
         const bool in = std::abs(result.permeability_m2 - known.permeability_m2) <= result.half_width->sum();
@@ -43,7 +43,7 @@ TEST(Tolerance, TheIntervalsOfFastKnownFlowsCover) {
 }
 
 TEST(Tolerance, StopsWhereTimeForbids) {
-    const KnownFlow array = sphere_array(0.343, 15.39949, simple_cubic);
+    const KnownFlow array = sphere_array(0.343, 15.39949, simple_cubic());
     // As much time as two grids take on this machine; the tolerance would need minutes.
     LbmResult result;
     for (double seconds = 2.0; !result.half_width && seconds < 100.0; seconds *= 2.0)
@@ -52,7 +52,7 @@ TEST(Tolerance, StopsWhereTimeForbids) {
     ASSERT_TRUE(result.half_width);
     EXPECT_GT(result.half_width->sum(), 1e-5 * result.permeability_m2);
     EXPECT_NEAR(result.permeability_m2, array.permeability_m2, result.half_width->sum());
-    EXPECT_THROW((void)solve_to(array, {.walls = "bounce_back", .tolerance = 0.1}), UserError);
+    EXPECT_THROW((void)solve_to(array, {.walls = Walls::bounce_back, .tolerance = 0.1}), UserError);
 }
 
 TEST(Extrapolation, GoesHalfWayAndCoversSecondOrder) {
@@ -63,7 +63,7 @@ TEST(Extrapolation, GoesHalfWayAndCoversSecondOrder) {
 }
 
 TEST(Start, FromTheCoarserGridSavesStepsAndGivesTheSame) {
-    const KnownFlow array = sphere_array(0.6, 88.8734, body_centred, Vec3(0.01, 0.02, 0.03));
+    const KnownFlow array = sphere_array(0.6, 88.8734, body_centred(), Vec3(0.01, 0.02, 0.03));
     const LbmConfig one{.relaxation_time = 1.2, .iteration_tolerance = 1e-6, .grids = 1};
     LbmConfig three = one;
     three.grids = 3;
@@ -80,7 +80,7 @@ TEST(Tensor, IsSymmetricAndTurnsWithTheGrain) {
                     .bodies = {{.position_m = Vec3(0.5, 0.52, 0.47)}}};
     KnownFlow cell{.name = "rod", .packing = packing, .solid = std::make_unique<Grains>(packing), .container = packing.container};
     cell.diameter_m = 0.34;
-    const TensorResult tensor = lbm_tensor(cell.scene(), 1.0 / 32, {.iteration_tolerance = 1e-6, .grids = 3});
+    const TensorResult tensor = lbm_tensor(cell.pore_space(), 1.0 / 32, {.iteration_tolerance = 1e-6, .grids = 3});
     const auto& k = tensor.permeability_m2;
     for (std::size_t i = 0; i < 3; ++i)
         for (std::size_t j = 0; j < i; ++j) EXPECT_NEAR(k[i][j], k[j][i], tensor.runs[0].half_width->sum()) << i << j;
@@ -92,22 +92,15 @@ TEST(Tensor, IsSymmetricAndTurnsWithTheGrain) {
 
 // Grains in a tube, with void before and behind the section.
 LbmResult tube(const std::vector<Vec3>& spheres, const LbmConfig& config, double reservoir, const Section& section) {
-    Packing packing{.container = parse_container("cylinder:1,4"), .shapes = {make_preset("sphere", 0.5, 0.0)}, .bodies = {}};
+    Packing packing{.container = parse_container("cylinder:1,4"), .shapes = {make_preset(ShapeKind::sphere, 0.5, 0.0)}, .bodies = {}};
     for (const Vec3& at : spheres) packing.bodies.push_back({.shape = 0, .position_m = at});
-    const Grains grains(packing);
-    return lbm_permeability({.voxels =
-                                 [&](double size) {
-                                     return voxelise(grains, packing.container, section,
-                                                     plan_voxels(packing.container, section, size, reservoir, 1.0));
-                                 },
-                             .solid = &grains,
-                             .container = packing.container,
-                             .section = section},
-                            1.0 / 24, config, false);
+    PoreSpace space = pore_space_of(std::make_shared<const Grains>(packing), packing.container, section, 1.0);
+    space.reservoir_m = reservoir;
+    return lbm_permeability(space, 1.0 / 24, config);
 }
 
 TEST(PaperEnds, ATubeHasItsPermeability) {
-    const LbmConfig config{.ends = "paper", .relaxation_time = 1.2, .iteration_tolerance = 1e-7, .grids = 1};
+    const LbmConfig config{.ends = Ends::paper, .relaxation_time = 1.2, .iteration_tolerance = 1e-7, .grids = 1};
     const LbmResult result = tube({}, config, 0.25, {1.0, 2.0});
     EXPECT_NEAR(result.permeability_m2 * 32.0, 1.0, 0.003);
     EXPECT_THROW((void)tube({}, config, 0.0, {1.0, 2.0}), UserError);
@@ -117,7 +110,7 @@ TEST(PaperEnds, AgreeWithPressurePlanesBehindReservoirs) {
     const std::vector<Vec3> spheres = {{0.1, 0.0, 1.4}, {-0.2, 0.05, 1.9}, {0.05, -0.2, 2.4}};
     LbmConfig config{.relaxation_time = 1.2, .iteration_tolerance = 1e-6, .grids = 1};
     const double pressure = tube(spheres, config, 0.5, {1.0, 2.8}).permeability_m2;
-    config.ends = "paper";
+    config.ends = Ends::paper;
     EXPECT_NEAR(tube(spheres, config, 0.5, {1.0, 2.8}).permeability_m2 / pressure, 1.0, 0.005);
 }
 

@@ -10,21 +10,23 @@
 namespace porepack {
 namespace {
 
+using enum ShapeKind;
+
 struct Row {
-    const char* kind;
+    ShapeKind kind;
     double sphericity, d_mm, L_mm, convexity;
 };
 
 // Independent values, cavity open, 733 mm3.
 constexpr Row rows[] = {
-    {"tetrapod", 0.99, 9.6047, 1.1276, .9956},  {"dolos", 0.99, 9.557, 1.660, .9964},    {"tetrahedron", 0.99, 9.2743, 2.2255, .9999},
-    {"tetrapod", 0.92, 7.8431, 2.7074, .9334},  {"dolos", 0.92, 7.6626, 4.0553, .9424},  {"tetrahedron", 0.92, 6.1647, 6.5422, .9899},
-    {"tetrapod", 0.87, 7.2094, 3.4912, .8669},  {"dolos", 0.87, 7.1181, 4.9855, .8925},  {"tetrahedron", 0.87, 5.3064, 7.9838, .9731},
-    {"tetrapod", 0.81, 6.5426, 4.5451, .7618},  {"dolos", 0.81, 6.4644, 6.4005, .7971},  {"tetrahedron", 0.81, 4.9423, 8.6843, .9555},
-    {"tetrapod", 0.74, 5.8458, 6.0185, .6176},  {"dolos", 0.74, 5.7980, 8.3178, .6635},  {"tetrahedron", 0.74, 4.6713, 9.3175, .9264},
-    {"tetrapod", 0.53, 4.0293, 13.8134, .1988}, {"dolos", 0.53, 4.0192, 18.6085, .2322}, {"tetrahedron", 0.53, 3.6606, 13.3238, .6527},
-    {"tetrapod", 0.47, 3.5517, 18.0041, .1181}, {"dolos", 0.47, 3.5457, 24.1721, .1412}, {"tetrahedron", 0.47, 3.3131, 15.7232, .5112},
-    {"tetrapod", 0.43, 3.2392, 21.7891, .0779}, {"dolos", 0.43, 3.2350, 29.2034, .0945}, {"tetrahedron", 0.43, 3.0674, 17.9692, .4075},
+    {tetrapod, 0.99, 9.6047, 1.1276, .9956},  {dolos, 0.99, 9.557, 1.660, .9964},    {tetrahedron, 0.99, 9.2743, 2.2255, .9999},
+    {tetrapod, 0.92, 7.8431, 2.7074, .9334},  {dolos, 0.92, 7.6626, 4.0553, .9424},  {tetrahedron, 0.92, 6.1647, 6.5422, .9899},
+    {tetrapod, 0.87, 7.2094, 3.4912, .8669},  {dolos, 0.87, 7.1181, 4.9855, .8925},  {tetrahedron, 0.87, 5.3064, 7.9838, .9731},
+    {tetrapod, 0.81, 6.5426, 4.5451, .7618},  {dolos, 0.81, 6.4644, 6.4005, .7971},  {tetrahedron, 0.81, 4.9423, 8.6843, .9555},
+    {tetrapod, 0.74, 5.8458, 6.0185, .6176},  {dolos, 0.74, 5.7980, 8.3178, .6635},  {tetrahedron, 0.74, 4.6713, 9.3175, .9264},
+    {tetrapod, 0.53, 4.0293, 13.8134, .1988}, {dolos, 0.53, 4.0192, 18.6085, .2322}, {tetrahedron, 0.53, 3.6606, 13.3238, .6527},
+    {tetrapod, 0.47, 3.5517, 18.0041, .1181}, {dolos, 0.47, 3.5457, 24.1721, .1412}, {tetrahedron, 0.47, 3.3131, 15.7232, .5112},
+    {tetrapod, 0.43, 3.2392, 21.7891, .0779}, {dolos, 0.43, 3.2350, 29.2034, .0945}, {tetrahedron, 0.43, 3.0674, 17.9692, .4075},
 };
 
 TEST(PaperShapes, MeasuresOfTheTable) {
@@ -33,11 +35,11 @@ TEST(PaperShapes, MeasuresOfTheTable) {
         shape.cavity = Cavity::open;
         const ShapeMeasures m = measure(shape);
         // What the table's digits leave open (5e-5 mm, 5e-4 for the dolos of 0.99).
-        const double digits = row.kind == std::string("dolos") && row.sphericity == 0.99 ? 5e-4 : 5e-5;
-        EXPECT_NEAR(m.volume_m3 / 733.0, 1.0, 3.0 * digits / row.d_mm + 1.5 * 1.1e-5) << row.kind << row.sphericity;
-        EXPECT_NEAR(m.sphericity / row.sphericity, 1.0, 1.1e-5) << row.kind << row.sphericity;
+        const double digits = row.kind == ShapeKind::dolos && row.sphericity == 0.99 ? 5e-4 : 5e-5;
+        EXPECT_NEAR(m.volume_m3 / 733.0, 1.0, 3.0 * digits / row.d_mm + 1.5 * 1.1e-5) << name_of(row.kind) << row.sphericity;
+        EXPECT_NEAR(m.sphericity / row.sphericity, 1.0, 1.1e-5) << name_of(row.kind) << row.sphericity;
         EXPECT_NEAR(m.volume_m3 / hull(shape.capsules).volume_m3, row.convexity, 6e-5 + 2.0 * digits / row.d_mm)
-            << row.kind << row.sphericity;
+            << name_of(row.kind) << row.sphericity;
     }
 }
 
@@ -45,17 +47,17 @@ TEST(PaperShapes, TheInverseFindsDiameterAndLength) {
     for (const Row& row : rows) {
         const Dimensions size = dimensions_for(row.kind, row.sphericity, 733.0, Cavity::open);
         const double digits =
-            row.kind == std::string("dolos") && row.sphericity > 0.9 ? 5.1e-4 : 1.2e-4;  // the table holds four digits in volume and area
-        EXPECT_NEAR(size.diameter_m, row.d_mm, digits) << row.kind << row.sphericity;
-        EXPECT_NEAR(size.length_m, row.L_mm, digits) << row.kind << row.sphericity;
+            row.kind == ShapeKind::dolos && row.sphericity > 0.9 ? 5.1e-4 : 1.2e-4;  // the table holds four digits in volume and area
+        EXPECT_NEAR(size.diameter_m, row.d_mm, digits) << name_of(row.kind) << row.sphericity;
+        EXPECT_NEAR(size.length_m, row.L_mm, digits) << name_of(row.kind) << row.sphericity;
     }
-    const Dimensions filled = dimensions_for("tetrahedron", 0.87, 733.0, Cavity::filled);
+    const Dimensions filled = dimensions_for(ShapeKind::tetrahedron, 0.87, 733.0, Cavity::filled);
     EXPECT_NEAR(filled.diameter_m, 5.2884, 1e-4);
     EXPECT_NEAR(filled.length_m, 8.0159, 3e-4);
 }
 
 TEST(PaperShapes, MomentsAgreeWithMonteCarlo) {
-    const Shape shape = make_preset("dolos", 1.0, 2.4);
+    const Shape shape = make_preset(ShapeKind::dolos, 1.0, 2.4);
     const ShapeMeasures m = measure(shape);
     const Bounds box = bounds_of(shape.capsules);
     std::mt19937_64 random(3);

@@ -68,7 +68,7 @@ TEST(ExactShape, TheErrorEstimateHolds) {
 TEST(ExactShape, NothingDependsOnFrameOrOrder) {
     Draw draw(3);
     for (int i = 0; i < 10; ++i) {
-        Shape shape = i < 3 ? make_preset(i == 0 ? "tetrapod" : i == 1 ? "dolos" : "tetrahedron", 0.7, 1.9) : random_union(draw, 4 + i);
+        Shape shape = i < 3 ? make_preset(i == 0 ? ShapeKind::tetrapod : i == 1 ? ShapeKind::dolos : ShapeKind::tetrahedron, 0.7, 1.9) : random_union(draw, 4 + i);
         const ShapeMeasures m = measure(shape);
         const HullMeasures h = hull(shape.capsules);
         for (const double scale : {1.0, 1e-9, 1e3}) {
@@ -113,16 +113,16 @@ TEST(ExactShape, EveryUnionObeysTheInequalities) {
 TEST(ExactShape, SlenderAndTiny) {
     for (const double aspect : {1e-3, 1e3}) {
         const double r = 0.5, L = aspect;
-        const ShapeMeasures m = measure(make_preset("rod", 1.0, L));
+        const ShapeMeasures m = measure(make_preset(ShapeKind::rod, 1.0, L));
         EXPECT_NEAR(m.volume_m3 / (pi * r * r * (L + 4.0 / 3.0 * r)), 1.0, 1e-9);
         EXPECT_NEAR(m.surface_area_m2 / (2.0 * pi * r * (L + 2.0 * r)), 1.0, 1e-9);
         // Four arms of length L share a middle; far from it they are capsules.
-        const ShapeMeasures pod = measure(make_preset("tetrapod", 1.0, L));
+        const ShapeMeasures pod = measure(make_preset(ShapeKind::tetrapod, 1.0, L));
         EXPECT_LE(pod.relative_error, 5e-8);
         EXPECT_GT(pod.volume_m3, m.volume_m3);
         EXPECT_LT(pod.volume_m3, 4.0 * m.volume_m3);
     }
-    EXPECT_NEAR(measure(make_preset("tetrapod", 1.0, 0.0)).volume_m3, pi / 6.0, 1e-12);  // L = 0: a sphere, counted once
+    EXPECT_NEAR(measure(make_preset(ShapeKind::tetrapod, 1.0, 0.0)).volume_m3, pi / 6.0, 1e-12);  // L = 0: a sphere, counted once
 }
 
 TEST(ExactHull, ClosedForms) {
@@ -134,7 +134,7 @@ TEST(ExactHull, ClosedForms) {
     EXPECT_NEAR(hull(cube).surface_area_m2 / (6.0 + 12.0 * pi / 2.0 * r + 4.0 * pi * r * r), 1.0, 1e-8);
     const double L = 1.7, exterior = pi - std::acos(1.0 / 3.0);
     const double V0 = L * L * L / (6.0 * std::sqrt(2.0)), A0 = std::sqrt(3.0) * L * L, M = 6.0 * L * exterior / 2.0;
-    const HullMeasures tetrahedron = hull(make_preset("tetrahedron", 2.0 * r, L).capsules);
+    const HullMeasures tetrahedron = hull(make_preset(ShapeKind::tetrahedron, 2.0 * r, L).capsules);
     EXPECT_NEAR(tetrahedron.volume_m3 / (V0 + A0 * r + M * r * r + 4.0 / 3.0 * pi * r * r * r), 1.0, 1e-8);
     EXPECT_NEAR(tetrahedron.surface_area_m2 / (A0 + 2.0 * M * r + 4.0 * pi * r * r), 1.0, 1e-8);
     // Two unequal spheres: cap, frustum, cap; c and s are cosine and sine of the tangent cone's normals.
@@ -151,11 +151,11 @@ TEST(ExactHull, ClosedForms) {
 
 TEST(PaperShapes, LargestDifferenceOfConvexity) {
     const auto difference = [](double psi) {
-        const auto convexity = [&](const char* kind) {
+        const auto convexity = [&](const ShapeKind kind) {
             const Dimensions size = dimensions_for(kind, psi, 1.0, Cavity::open);
             return 1.0 / hull(make_preset(kind, size.diameter_m, size.length_m).capsules).volume_m3;
         };
-        return convexity("tetrahedron") - convexity("tetrapod");
+        return convexity(ShapeKind::tetrahedron) - convexity(ShapeKind::tetrapod);
     };
     const double at = difference(0.567);
     EXPECT_NEAR(at, 0.466, 6e-4);
@@ -165,29 +165,29 @@ TEST(PaperShapes, LargestDifferenceOfConvexity) {
 }
 
 TEST(PaperShapes, TheInverseIsExact) {
-    for (const char* kind : {"tetrapod", "dolos", "tetrahedron", "star"})
+    for (const ShapeKind kind : {ShapeKind::tetrapod, ShapeKind::dolos, ShapeKind::tetrahedron, ShapeKind::star})
         for (const double psi : {0.98, 0.78, 0.55, 0.44}) {
             const Dimensions size = dimensions_for(kind, psi, 7.33e-7, Cavity::open);
             const ShapeMeasures m = measure(make_preset(kind, size.diameter_m, size.length_m), 1e-9);
-            EXPECT_NEAR(m.sphericity, psi, 5e-9) << kind << psi;
-            EXPECT_NEAR(m.volume_m3 / 7.33e-7, 1.0, 1e-8) << kind << psi;
+            EXPECT_NEAR(m.sphericity, psi, 5e-9) << name_of(kind) << psi;
+            EXPECT_NEAR(m.volume_m3 / 7.33e-7, 1.0, 1e-8) << name_of(kind) << psi;
         }
-    const std::string gap = test::message_of<UserError>([] { (void)dimensions_for("tetrahedron", 0.825, 7.33e-7, Cavity::filled); });
+    const std::string gap = test::message_of<UserError>([] { (void)dimensions_for(ShapeKind::tetrahedron, 0.825, 7.33e-7, Cavity::filled); });
     EXPECT_TRUE(test::has(gap, "above 0.8373 or below 0.8189"));
-    for (const double psi : {0.8375, 0.8187}) EXPECT_NO_THROW((void)dimensions_for("tetrahedron", psi, 7.33e-7, Cavity::filled));
+    for (const double psi : {0.8375, 0.8187}) EXPECT_NO_THROW((void)dimensions_for(ShapeKind::tetrahedron, psi, 7.33e-7, Cavity::filled));
 }
 
 TEST(Cavities, OpenAndCloseAtTheirLimits) {
     const double appears = 2.0 * std::sqrt(2.0), opens = 2.0 * std::sqrt(3.0);
     for (const auto& [ratio, closed] : {std::pair(appears - 1e-6, false), std::pair(appears + 1e-6, true), std::pair(opens - 1e-6, true),
                                         std::pair(opens + 1e-6, false)}) {
-        Shape shape = make_preset("tetrahedron", 2.0, ratio);
+        Shape shape = make_preset(ShapeKind::tetrahedron, 2.0, ratio);
         find_cavities(shape);
         EXPECT_EQ(!shape.cavity_points.empty(), closed) << ratio;
     }
     // Four holes, each with a sphere before it: no straight way out, and holes of 0.2 % of the radius.
     for (const auto& [ratio, closed] : {std::pair(3.46, true), std::pair(3.47, false)}) {
-        Shape shape = make_preset("tetrahedron", 2.0, ratio);
+        Shape shape = make_preset(ShapeKind::tetrahedron, 2.0, ratio);
         const auto edges = shape.capsules;
         const Vec3 corner[4] = {edges[0].a, edges[0].b, edges[1].b, edges[2].b};
         for (int face = 0; face < 4; ++face) {
@@ -197,14 +197,14 @@ TEST(Cavities, OpenAndCloseAtTheirLimits) {
         }
         find_cavities(shape);
         EXPECT_EQ(!shape.cavity_points.empty(), closed) << ratio;
-        Shape bare = make_preset("tetrahedron", 2.0, ratio);
+        Shape bare = make_preset(ShapeKind::tetrahedron, 2.0, ratio);
         find_cavities(bare);
         EXPECT_NEAR(measure(shape, 1e-6).cavity_volume_m3, measure(bare, 1e-6).cavity_volume_m3, 1e-4) << ratio;
     }
 }
 
 TEST(ExactShape, LongMonteCarloWithAHundredMillionPoints) {
-    for (const char* kind : {"tetrapod", "dolos", "tetrahedron"}) {
+    for (const ShapeKind kind : {ShapeKind::tetrapod, ShapeKind::dolos, ShapeKind::tetrahedron}) {
         const Shape shape = make_preset(kind, 1.0, 3.3);
         const Bounds box = bounds_of(shape.capsules);
         constexpr long points = 100000000;
@@ -219,7 +219,7 @@ TEST(ExactShape, LongMonteCarloWithAHundredMillionPoints) {
         }
         const double share = static_cast<double>(inside) / points, whole = (box.high - box.low).prod();
         const double standard_error = whole * std::sqrt(share * (1.0 - share) / points);
-        EXPECT_NEAR(measure(shape).volume_m3, share * whole, 3.0 * standard_error) << kind;
+        EXPECT_NEAR(measure(shape).volume_m3, share * whole, 3.0 * standard_error) << name_of(kind);
     }
 }
 

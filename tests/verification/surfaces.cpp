@@ -24,7 +24,7 @@ Packing alone(const Shape& shape) {
 
 // The deviation falls with the square of the edge, so volume and area must fall with the first power of the deviation.
 TEST(Surface, ErrorFallsWithTheSquareOfTheEdge) {
-    for (const char* kind : {"tetrapod", "dolos", "tetrahedron"}) {
+    for (const ShapeKind kind : {ShapeKind::tetrapod, ShapeKind::dolos, ShapeKind::tetrahedron}) {
         Shape shape = make_preset(kind, 1.0, 2.8);
         shape.cavity = Cavity::open;
         const ShapeMeasures exact = measure(shape);
@@ -32,7 +32,7 @@ TEST(Surface, ErrorFallsWithTheSquareOfTheEdge) {
         for (const double deviation : {0.04, 0.02, 0.01, 0.005}) {
             const SurfaceResult result = make_surface(alone(shape), {.deviation_m = deviation});
             const SurfaceMeasures m = measure_surface(result.surface);
-            EXPECT_LE(result.deviation_m, deviation) << kind;
+            EXPECT_LE(result.deviation_m, deviation) << name_of(kind);
             // Triangles over a fixed area: their number is the inverse square of the edge.
             edge2.push_back(1.0 / static_cast<double>(result.surface.triangles.size()));
             volume.push_back(std::abs(m.volume_m3 / exact.volume_m3 - 1.0));
@@ -41,18 +41,18 @@ TEST(Surface, ErrorFallsWithTheSquareOfTheEdge) {
         // From the coarsest to the finest: the order in the edge is twice the slope against its square.
         const double order_volume = 2.0 * std::log(volume[0] / volume[3]) / std::log(edge2[0] / edge2[3]);
         const double order_area = 2.0 * std::log(area[0] / area[3]) / std::log(edge2[0] / edge2[3]);
-        EXPECT_GT(order_volume, 1.5) << kind;
-        EXPECT_GT(order_area, 1.5) << kind;
-        EXPECT_LT(volume[3], 2e-3) << kind;
-        EXPECT_LT(area[3], 6e-3) << kind;
+        EXPECT_GT(order_volume, 1.5) << name_of(kind);
+        EXPECT_GT(order_area, 1.5) << name_of(kind);
+        EXPECT_LT(volume[3], 2e-3) << name_of(kind);
+        EXPECT_LT(area[3], 6e-3) << name_of(kind);
     }
 }
 
 // Apart by 1e-3 d: two bodies; touching or overlapping by as much: one. Whatever the facets say.
 TEST(Surface, ContactsComeOutAsTheGeometrySays) {
-    const Shape rod = make_preset("rod", 1.0, 3.0);
+    const Shape rod = make_preset(ShapeKind::rod, 1.0, 3.0);
     const Quaternion crossing(Eigen::AngleAxisd(std::numbers::pi / 2.0, Vec3::UnitX())), skew(Eigen::AngleAxisd(0.3, Vec3::UnitX()));
-    const Shape sphere = make_preset("sphere", 1.0, 0.0);
+    const Shape sphere = make_preset(ShapeKind::sphere, 1.0, 0.0);
     for (const double gap : {1e-3, 0.0, -1e-3}) {
         const long bodies = gap > 0.0 ? 2 : 1;
         const auto shells = [&](const Shape& shape, const Vec3& direction, const Quaternion& turn) {
@@ -75,7 +75,7 @@ TEST(Surface, ContactsComeOutAsTheGeometrySays) {
 }
 
 TEST(Surface, PoresAndClipAgreeWithTheColumns) {
-    Packing packing{.container = parse_container("cylinder:4,6"), .shapes = {make_preset("tetrapod", 0.8, 1.0)}, .bodies = {}};
+    Packing packing{.container = parse_container("cylinder:4,6"), .shapes = {make_preset(ShapeKind::tetrapod, 0.8, 1.0)}, .bodies = {}};
     packing.bodies.push_back({.shape = 0, .position_m = Vec3(0.2, 0.1, 2.0)});
     packing.bodies.push_back({.shape = 0, .position_m = Vec3(-0.3, 0.2, 4.1)});
     const SurfaceResult grains = make_surface(packing, {.deviation_m = 0.004});
@@ -132,7 +132,7 @@ TEST(Surface, AUsersBoxIsMeasuredExactlyHoweverFarAway) {
 TEST(Surface, ARodThroughPeriodicFacesIsOneCylinder) {
     for (const double half : {0.1, 0.2, 0.3}) {
         Packing packing{.container = parse_container("box:0.25,1,1:periodic"), .shapes = {}, .bodies = {}};
-        Shape rod = make_preset("sphere", 0.6, 0.0);
+        Shape rod = make_preset(ShapeKind::sphere, 0.6, 0.0);
         rod.capsules = {{Vec3(-half, 0, 0), Vec3(half, 0, 0), 0.3}};
         packing.shapes.push_back(rod);
         packing.bodies.push_back({.shape = 0, .position_m = Vec3(0.125, 0.5, 0.5)});
@@ -148,7 +148,7 @@ TEST(Surface, ARodThroughPeriodicFacesIsOneCylinder) {
 
 // Whatever the threads do, the file is the same: what is made from it need not be made again.
 TEST(Surface, TheOrderOfTrianglesDoesNotDependOnThreads) {
-    Packing packing = pair_of(make_preset("tetrapod", 1.0, 3.0), Vec3(0.9, 0.2, 0.1));
+    Packing packing = pair_of(make_preset(ShapeKind::tetrapod, 1.0, 3.0), Vec3(0.9, 0.2, 0.1));
     for (int i = 0; i < 6; ++i)
         packing.bodies.push_back({.shape = 0,
                                   .position_m = Vec3(2.0 + 0.9 * i, 3.0, 3.0),
@@ -176,7 +176,7 @@ TEST(Surface, FlatContactsOfSettledGrainsAreMended) {
            {.shape = 0,
             .position_m = {0.012123092920724393, -0.03359957209613999, 0.20689611062116176},
             .orientation = Quaternion(0.3526961504671823, -0.7285708607211296, 0.464338458440558, -0.35941580706300225)}}}}};
-    Shape tetrapod = make_preset("tetrapod", 2.0, 3.0);
+    Shape tetrapod = make_preset(ShapeKind::tetrapod, 2.0, 3.0);
     constexpr double arm = 0.007975156236547463;
     tetrapod.capsules.clear();
     for (const Vec3& tip : {Vec3(1, 1, 1), Vec3(1, -1, -1), Vec3(-1, 1, -1), Vec3(-1, -1, 1)})

@@ -24,7 +24,7 @@ PhaseImage image_of(std::array<int, 3> cells, double h, const std::function<bool
     for (int k = 0; k < cells[2]; ++k)
         for (int j = 0; j < cells[1]; ++j)
             for (int i = 0; i < cells[0]; ++i)
-                image.phase.push_back(is_solid(Vec3((i + 0.5) * h, (j + 0.5) * h, (k + 0.5) * h)) ? grain : pore);
+                image.phase.push_back(is_solid(Vec3((i + 0.5) * h, (j + 0.5) * h, (k + 0.5) * h)) ? Phase::grain : Phase::pore);
     return image;
 }
 
@@ -77,29 +77,26 @@ double past_a_sphere(double R, double D, double a) {
 TEST(ShortestPath, PastASphere) {
     EXPECT_NEAR(past_a_sphere(1.0, 1.5, 0.0), std::sqrt(1.25) + std::asin(1 / 1.5) + 1.5, 1e-12);
     const double R = 0.9973, D = 1.2, exact = past_a_sphere(R, D, 0.0) / (2.0 * D);
-    Packing packing{.container = parse_container("box:2.4,2.4,2.4"), .shapes = {make_preset("sphere", 2.0 * R, 0.0)}, .bodies = {}};
+    Packing packing{.container = parse_container("box:2.4,2.4,2.4"), .shapes = {make_preset(ShapeKind::sphere, 2.0 * R, 0.0)}, .bodies = {}};
     packing.bodies.push_back({.position_m = Vec3::Constant(1.2)});
-    const Grains grains(packing);
-    const Section section{0.0, 2.4};
+    const PoreSpace space = pore_space_of(packing).with_section({0.0, 2.4});
     std::vector<double> errors, voxel_errors;
     for (const int n : {5, 10, 20}) {
-        const VoxelPlan plan = plan_voxels(packing.container, section, 1.0 / n, 0.0, 2.0 * R);
-        const ShortestPathResult result = shortest_path(grains, packing.container, section, plan, 2.0 * R, 2, 10000);
+        const ShortestPathResult result = shortest_path(space, 1.0 / n, Axis::z, 10000);
         errors.push_back(result.greatest / exact - 1.0);
-        voxel_errors.push_back(shortest_path(voxelise(grains, packing.container, section, plan), 2, walls).greatest / exact - 1.0);
-        std::printf("  %d voxels a radius: %+.3f %% between exact grains, %+.3f %% between voxels\n", n, 100 * errors.back(),
+        voxel_errors.push_back(shortest_path(space.voxelise_at(1.0 / n), 2, walls).greatest / exact - 1.0);
+        std::printf("  %d voxels per radius: %+.3f %% between exact grains, %+.3f %% between voxels\n", n, 100 * errors.back(),
                     100 * voxel_errors.back());
     }
     std::printf("  orders %.2f and %.2f\n", observed_order(std::abs(errors[0]), std::abs(errors[2]), 4.0),
                 observed_order(std::abs(voxel_errors[0]), std::abs(voxel_errors[2]), 4.0));
     for (const double error : errors) EXPECT_LT(std::abs(error), 1e-3);
-    // Round a staircase the way is longer by a part of first order, less what the sphere's outermost voxels scatter.
+    // Round a staircase the path is longer by a part of first order, less what the sphere's outermost voxels scatter.
     EXPECT_LT(std::abs(voxel_errors[2]), 0.007);
     EXPECT_GT(observed_order(std::abs(voxel_errors[0]), std::abs(voxel_errors[2]), 4.0), 0.6);
     // The mean over starting points, from an image alone, against that between exact grains.
-    const VoxelPlan plan = plan_voxels(packing.container, section, 1.0 / 20, 0.0, 2.0 * R);
-    const double mean = shortest_path(grains, packing.container, section, plan, 2.0 * R, 2).value;
-    const double of_image = shortest_path(voxelise(grains, packing.container, section, plan), 2, walls).value;
+    const double mean = shortest_path(space, 1.0 / 20, Axis::z).value;
+    const double of_image = shortest_path(space.voxelise_at(1.0 / 20), 2, walls).value;
     std::printf("  mean over starting points %.5f between exact grains, %.5f between voxels\n", mean, of_image);
     EXPECT_NEAR(of_image / mean, 1.0, 0.005);
 }
@@ -304,7 +301,7 @@ TEST(AllKinds, HoldAtTheEnds) {
     PhaseImage noisy = touching;
     std::mt19937 random(1);
     for (auto& phase : noisy.phase)
-        if (random() % 200 == 0) phase = phase == pore ? grain : pore;
+        if (random() % 200 == 0) phase = phase == Phase::pore ? Phase::grain : Phase::pore;
     EXPECT_NEAR(shortest_path(noisy, 2, walls).value / ways, 1.0, 0.02);
     EXPECT_NEAR(diffusive_tortuosity(noisy, 2, {true, true, true}).value / slow.value, 1.0, 0.05);
     // The wrong axis of a cylinder: its sides are no planes to go between.
@@ -312,7 +309,7 @@ TEST(AllKinds, HoldAtTheEnds) {
     for (int k = 0; k < 10; ++k)
         for (int j = 0; j < 10; ++j)
             for (int i = 0; i < 10; ++i)
-                if (std::hypot(i - 4.5, j - 4.5) > 4.4) pipe.phase[pipe.grid.index(i, j, k)] = outside;
+                if (std::hypot(i - 4.5, j - 4.5) > 4.4) pipe.phase[pipe.grid.index(i, j, k)] = Phase::outside;
     EXPECT_THROW((void)shortest_path(pipe, 0, walls), NumericalError);
     EXPECT_THROW((void)diffusive_tortuosity(pipe, 0, walls), DoesNotPercolate);
     EXPECT_EQ(shortest_path(pipe, 2, walls).value, 1.0);

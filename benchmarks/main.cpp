@@ -1,0 +1,99 @@
+// The program `porepack_benchmark`: measurements that report and do not judge. `porepack benchmark ...` calls it.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <CLI/CLI.hpp>
+
+#include <cstdio>
+
+#include "benchmarks/benchmarks.hpp"
+#include "core/build.hpp"
+#include "core/error.hpp"
+#include "core/interrupt.hpp"
+#include "core/machine.hpp"
+
+namespace porepack {
+namespace {
+
+struct Request {
+    std::string name;
+    std::vector<std::string> cases;
+    Path folder;
+    bool quick = false;
+};
+
+struct Benchmark {
+    const char* name;
+    Json (*run)(const Request&);
+};
+
+std::vector<Path> paths(const std::vector<std::string>& names) {
+    return {names.begin(), names.end()};
+}
+
+constexpr Benchmark benchmarks[] = {
+    {"coverage", [](const Request&) { return coverage_benchmark({9, 10}, {0.02, 0.01, 0.005}); }},
+    {"cross-check", [](const Request& r) { return cross_check_benchmark(paths(r.cases), r.folder); }},
+    {"foam", [](const Request& r) { return foam_benchmark(r.folder); }},
+    {"lbm", [](const Request& r) { return lbm_benchmark(r.folder); }},
+    {"packing", [](const Request& r) { return packing_benchmark(r.quick, r.folder); }},
+    {"shapes", [](const Request&) { return shapes_benchmark(); }},
+    {"speed-error", [](const Request& r) { return speed_error_benchmark(r.quick, r.folder); }},
+    {"tortuosity", [](const Request& r) { return tortuosity_benchmark(r.quick, r.folder); }},
+};
+
+Json run(const Request& request) {
+    std::vector<std::string> names;
+    for (const Benchmark& benchmark : benchmarks) {
+        names.emplace_back(benchmark.name);
+        if (request.name != benchmark.name) continue;
+        if (!request.folder.empty()) require_writable(request.folder);
+        Json result = benchmark.run(request);
+        result["machine"] = processor_name();
+        result["threads"] = thread_count();
+        result["git_hash"] = git_hash();
+        if (!request.folder.empty()) write_json(request.folder / (request.name + ".json"), result);
+        return result;
+    }
+    throw UserError("no such benchmark: " + request.name, {.allowed = fmt::format("{}", fmt::join(names, ", "))});
+}
+
+int main_or_throw(int argc, char** argv) {
+    CLI::App app("Measurements of porepack. They report, they do not judge.", "porepack_benchmark");
+    Request request;
+    std::string folder;
+    int threads = 0;
+    bool json = false;
+    app.add_option("name", request.name, "coverage, cross-check, foam, lbm, packing, shapes, speed-error, tortuosity")->required();
+    app.add_option("cases", request.cases, "of cross-check: folders with case.toml");
+    app.add_option("--output", folder, "folder for <name>.json and figures");
+    app.add_option("--threads", threads, "threads of parallel loops (default: all cores)")->check(CLI::Range(1, 1024));
+    app.add_flag("--quick", request.quick, "of packing, speed-error and tortuosity: minutes instead of half an hour");
+    app.add_flag("--json", json, "accepted for compatibility: the result is JSON always");
+    app.footer("Example:\n  porepack_benchmark lbm --output lbm_speed");
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& fault) {
+        if (fault.get_exit_code() == 0) return app.exit(fault);
+        throw UserError(fault.what(), {.fix = "porepack_benchmark --help shows what is allowed"});
+    }
+    set_thread_count(threads);
+    request.folder = folder;
+    fmt::print("{}\n", run(request).dump(2));
+    return 0;
+}
+
+}  // namespace
+}  // namespace porepack
+
+int main(int argc, char** argv) {
+    porepack::install_signal_handlers();
+    try {
+        return porepack::main_or_throw(argc, argv);
+    } catch (const porepack::Error& error) {
+        fmt::print(stderr, "error: {}\n", error.what());
+        return static_cast<int>(error.code());
+    } catch (const std::exception& fault) {
+        fmt::print(stderr, "error: {}\n", fault.what());
+        return static_cast<int>(porepack::ExitCode::machine);
+    }
+}

@@ -1,0 +1,44 @@
+// What the parts of the packing benchmark share.
+#pragma once
+
+#include <array>
+
+#include "packing/dem/capsule_dem.hpp"
+#include "packing/liggghts/liggghts.hpp"
+
+namespace porepack {
+
+struct Bed {
+    static constexpr std::size_t rings = 5, slabs = 8;
+    double porosity_bed = 0.0, porosity_central = 0.0, coordination = 0.0, overlap = 0.0, largest_overlap = 0.0, seconds = 0.0;
+    std::array<double, rings> by_radius{};  // of equal area, in the central section
+    std::array<double, slabs> by_height{};  // of 5 mm, from the floor up
+};
+/// Porosity, contacts and overlaps of the exact capsules.
+[[nodiscard]] Bed measure_bed(const Packing& packing, double seconds);
+
+struct PackingBench {
+    Path folder;
+    Container container;
+    long grains = 100;
+    bool quick = false;
+
+    [[nodiscard]] PourResult by_capsules(const std::vector<ShapeShare>& shape, const PackingConfig& config) const;
+    [[nodiscard]] PourResult by_liggghts(const std::vector<ShapeShare>& shape, PackingConfig config,
+                                         const std::optional<Pour>& given = {}) const;
+    /// Seconds per step of the first run of the last LIGGGHTS pour, from its own "Loop time".
+    [[nodiscard]] double liggghts_step_seconds() const;
+};
+/// A shape of the paper.
+[[nodiscard]] std::vector<ShapeShare> paper_shape(ShapeKind kind, double sphericity);
+
+/// Seconds per step of both engines from the same state: of a pour in full motion, and of a settled bed.
+[[nodiscard]] Json step_costs(const PackingBench& bench);
+/// Seconds per grain and step of settled beds, 100 grains to 10,000.
+[[nodiscard]] Json cost_by_grains(const PackingBench& bench);
+/// LIGGGHTS: porosity, overlap and wall time against time step and surface tolerance.
+[[nodiscard]] Json time_step_table(const PackingBench& bench);
+/// Stiffness of a rod that lies on the floor over that of one contact.
+[[nodiscard]] Json lying_rods(const PackingBench& bench);
+
+}  // namespace porepack

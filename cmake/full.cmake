@@ -1,0 +1,53 @@
+# Everything beyond the minimal build: engines, surfaces, the stages, the program, its tests.
+find_package(CLI11 REQUIRED)
+find_package(OpenSSL REQUIRED)
+find_package(ZLIB REQUIRED)
+find_package(CGAL REQUIRED)
+find_package(VTK 9.1 REQUIRED COMPONENTS CommonCore CommonDataModel IOXML IOImage FiltersSources FiltersCore RenderingCore RenderingOpenGL2)
+
+target_link_libraries(porepack_packing PRIVATE ZLIB::ZLIB)
+target_compile_definitions(porepack_packing PRIVATE POREPACK_WITH_ZLIB)
+
+component(files FOLDER core ONLY digest toml_file LINKS core)
+target_link_libraries(porepack_files PRIVATE OpenSSL::Crypto)
+component(io FOLDER io LINKS core)
+target_link_libraries(porepack_io PRIVATE ${VTK_LIBRARIES} ZLIB::ZLIB)
+vtk_module_autoinit(TARGETS porepack_io MODULES ${VTK_LIBRARIES})
+component(pour FOLDER packing EXCLUDE packing container grains LINKS packing files)
+target_compile_options(porepack_pour PRIVATE -ffp-contract=off)
+target_compile_options(porepack_packing PRIVATE -ffp-contract=off)
+set_source_files_properties(${PROJECT_SOURCE_DIR}/src/shapes/segments.cpp PROPERTIES COMPILE_OPTIONS -ffp-contract=off)
+component(converters FOLDER converters EXCLUDE voxels percolation walls pore_space LINKS pore_space io)
+target_link_libraries(porepack_converters PRIVATE CGAL::CGAL)
+component(openfoam FOLDER openfoam LINKS converters files)
+component(tortuosity FOLDER tortuosity LINKS converters)
+component(permeability FOLDER permeability LINKS core)
+component(falling_head FOLDER falling_head LINKS core)
+component(report FOLDER report LINKS io files)
+target_link_libraries(porepack_report PRIVATE OpenSSL::Crypto)
+component(pipeline FOLDER pipeline LINKS files)
+component(stages FOLDER stages LINKS pipeline pour lbm openfoam tortuosity permeability falling_head report)
+component(study FOLDER study LINKS stages)
+
+file(GLOB_RECURSE app_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/apps/porepack/*.cpp)
+add_executable(porepack ${app_sources})
+file(GLOB benchmark_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/benchmarks/*.cpp)
+add_executable(porepack_benchmark ${benchmark_sources})
+target_include_directories(porepack_benchmark PRIVATE ${PROJECT_SOURCE_DIR})
+foreach(program porepack porepack_benchmark)
+  private_options(${program})
+  target_link_libraries(${program} PRIVATE porepack_study CLI11::CLI11)
+  set_target_properties(${program} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR})
+endforeach()
+
+# What must be clean before a commit: format, includes, scripts, clang-tidy (slow: it reads every source).
+find_program(RUN_CLANG_TIDY run-clang-tidy NAMES run-clang-tidy run-clang-tidy-14)
+add_custom_target(check
+  COMMAND sh -c "find src tests benchmarks examples -name '*.cpp' -o -name '*.hpp' | xargs clang-format --dry-run --Werror"
+  COMMAND scripts/check_includes
+  COMMAND scripts/check_shell
+  COMMAND ${RUN_CLANG_TIDY} -quiet -p ${PROJECT_BINARY_DIR} "${PROJECT_SOURCE_DIR}/src/.*"
+  WORKING_DIRECTORY ${PROJECT_SOURCE_DIR} VERBATIM)
+
+enable_testing()
+add_subdirectory(tests)

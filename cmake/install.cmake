@@ -1,0 +1,37 @@
+# cmake --install: the programs, the libraries as porepack::<component>, the headers under porepack/<folder>/, and the data files.
+include(CMakePackageConfigHelpers)
+
+get_property(components GLOBAL PROPERTY porepack_components)
+install(TARGETS ${components} EXPORT porepackTargets
+  ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
+if(TARGET porepack)
+  install(TARGETS porepack porepack_benchmark RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+endif()
+
+# In the source tree a header is "folder/name.hpp"; installed it is "porepack/folder/name.hpp", for a user's program may have a folder of
+# the same name.
+install(CODE "
+  file(GLOB_RECURSE headers RELATIVE \"${PROJECT_SOURCE_DIR}/src\" \"${PROJECT_SOURCE_DIR}/src/*.hpp\")
+  list(FILTER headers EXCLUDE REGEX \"^apps/\")
+  foreach(header IN LISTS headers)
+    file(READ \"${PROJECT_SOURCE_DIR}/src/\${header}\" text)
+    string(REGEX REPLACE \"#include \\\"([a-z_]+/)\" \"#include \\\"porepack/\\\\1\" text \"\${text}\")
+    set(target \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_INCLUDEDIR}/porepack/\${header}\")
+    file(WRITE \"\${target}\" \"\${text}\")
+    list(APPEND CMAKE_INSTALL_MANIFEST_FILES \"\${target}\")
+  endforeach()
+  message(STATUS \"Installed the headers under \${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_INCLUDEDIR}/porepack\")
+")
+
+set(data ${CMAKE_INSTALL_DATADIR}/porepack)
+install(DIRECTORY liggghts_templates openfoam_cases DESTINATION ${data} USE_SOURCE_PERMISSIONS)
+install(DIRECTORY src/report/templates DESTINATION ${data})
+install(DIRECTORY cases DESTINATION ${data} USE_SOURCE_PERMISSIONS PATTERN results EXCLUDE)
+
+set(porepack_DATA_FOLDER ${data})
+configure_package_config_file(cmake/porepackConfig.cmake.in ${PROJECT_BINARY_DIR}/porepackConfig.cmake
+  INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/porepack PATH_VARS porepack_DATA_FOLDER)
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/porepackConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${PROJECT_BINARY_DIR}/porepackConfig.cmake ${PROJECT_BINARY_DIR}/porepackConfigVersion.cmake
+  DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/porepack)
+install(EXPORT porepackTargets NAMESPACE porepack:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/porepack)

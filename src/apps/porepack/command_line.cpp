@@ -1,0 +1,200 @@
+#include "apps/porepack/command_line.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "core/build.hpp"
+#include "core/log.hpp"
+#include "core/machine.hpp"
+#include "study/case_pipeline.hpp"
+
+namespace porepack {
+namespace {
+
+void add_common(CLI::App& command, Common& common, const std::string& example) {
+    command.add_flag("--json", common.json, "result as JSON on stdout, log on stderr");
+    command.add_flag("--dry-run", common.dry_run, "print the resolved configuration, what would run, memory and time; run nothing");
+    command.add_option("--threads", common.threads, "threads of parallel loops (default: all cores)")->check(CLI::Range(1, 1024));
+    command.add_option("--output", common.output, "folder for the results (default: beside the input)");
+    command.footer("Example:\n  " + example);
+}
+
+std::string version_text() {
+    std::string text = fmt::format("porepack {} ({})\n", program_version(), git_hash());
+    const Json versions = engine_versions();
+    for (const auto& [name, version] : versions.items())
+        text += fmt::format("  {:<10} {}\n", name, version.get<std::string>().empty() ? "not found" : version.get<std::string>());
+    text.pop_back();
+    return text;
+}
+
+void print_lines(const Json& json, const std::string& indent = "") {
+    for (const auto& [key, value] : json.items()) {
+        if (value.is_object()) {
+            fmt::print("{}{}:\n", indent, key);
+            print_lines(value, indent + "  ");
+        } else if (value.is_array() && !value.empty() && value.front().is_object()) {
+            for (const auto& entry : value) {
+                fmt::print("{}{}:\n", indent, key);
+                print_lines(entry, indent + "  ");
+            }
+        } else if (value.is_number_float()) {
+            fmt::print("{}{}: {:.6g}\n", indent, key, value.get<double>());
+        } else {
+            fmt::print("{}{}: {}\n", indent, key, value.is_string() ? value.get<std::string>() : value.dump());
+        }
+    }
+}
+
+}  // namespace
+
+CommandLine::CommandLine() {
+    app.require_subcommand(0, 1);
+    app.set_version_flag("--version", version_text);
+    app.footer(
+        "Exit codes: 0 done, 2 the input, 3 a numerical failure, 4 an engine is missing or failed, 5 interrupted or the "
+        "machine.\nExample:\n  porepack run cases/quickstart");
+    for (const auto& add_commands :
+         {add_case_commands, add_shape_command, add_geometry_commands, add_lbm_command, add_foam_command, add_forchheimer_command,
+          add_tortuosity_command, add_falling_head_commands, add_tools})
+        add_commands(*this);
+}
+
+int CommandLine::run(int argc, char** argv) {
+    arguments.assign(argv + 1, argv + argc);
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& fault) {
+        if (fault.get_exit_code() == 0) return app.exit(fault);
+        throw UserError(fault.what(), {.fix = fmt::format("porepack {}--help shows what is allowed", command_path())});
+    }
+    set_thread_count(common.threads);
+    if (app.get_subcommands().empty()) fmt::print("{}", app.help());
+    if (action_) action_();
+    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
+        throw MachineError("the result could not be written to the standard output", {.fix = "is the disk full, or the pipe closed?"});
+    return 0;
+}
+
+// "falling-head simulate ", as it was typed.
+std::string CommandLine::command_path() const {
+    std::string path;
+    for (const CLI::App* at = &app; !at->get_subcommands().empty(); path += at->get_name() + " ") at = at->get_subcommands().front();
+    return path;
+}
+
+CLI::App& CommandLine::add(const std::string& name, const std::string& help, const std::string& example, std::function<void()> action) {
+    return add_below(app, name, help, example, std::move(action));
+}
+
+CLI::App& CommandLine::add_below(CLI::App& parent, const std::string& name, const std::string& help, const std::string& example,
+                                 std::function<void()> action) {
+    CLI::App& command = *parent.add_subcommand(name, help);
+    add_common(command, common, example);
+    command.callback([this, action = std::move(action)] { action_ = action; });
+    return command;
+}
+
+void CommandLine::add_keys(CLI::App& command, const std::string& table, const std::vector<std::string>& leave_out) {
+    const Describe describe = settings_.describe_table(table);
+    const auto left_out = [&](const std::string& key) { return std::find(leave_out.begin(), leave_out.end(), key) != leave_out.end(); };
+    for (const auto& row : key_rows(describe)) {
+        if (left_out(row.key) || row.type == "array of tables") continue;
+        const std::string unit = row.unit.empty() ? "" : " [" + row.unit + ", SI]";
+        add_alias(command, flag_of(row.key), row.key, row.meaning + unit + "; default " + (row.standard.empty() ? "none" : row.standard));
+    }
+    for (const auto& [old_key, key] : renamed_keys(describe)) {
+        if (left_out(key)) continue;
+        const std::string old_flag = flag_of(old_key);
+        command
+            .add_option_function<std::string>(old_flag,
+                                              [this, old_flag, key = key](const std::string& value) {
+                                                  log_warning(fmt::format("{} is now called {}; the old name is read until version 0.3",
+                                                                          old_flag, flag_of(key)));
+                                                  common.flags[key] = value;
+                                              })
+            ->group("");
+    }
+}
+
+void CommandLine::add_alias(CLI::App& command, const std::string& flag, const std::string& key, const std::string& help) {
+    command.add_option_function<std::string>(
+        flag, [this, key](const std::string& value) { common.flags[key] = value; }, help);
+}
+
+void CommandLine::add_case(CLI::App& command) {
+    command.add_option("case", common.input, "folder with case.toml")->required();
+}
+
+void CommandLine::add_input(CLI::App& command, const char* what) {
+    command.add_option("input", common.input, what)->required();
+    command.add_option("--container", common.container, "container of an STL file: cylinder:D,H or box:X,Y,Z[:periodic] [m]");
+    command.add_option("--unit", common.unit_m, "length of the STL file's unit in metres (0.001: millimetres); default 1")
+        ->check(CLI::PositiveNumber);
+}
+
+void print_result(const Common& common, const Json& json) {
+    if (common.json)
+        fmt::print("{}\n", json.dump(2));
+    else
+        print_lines(json);
+}
+
+std::optional<Container> container_of(const Common& common) {
+    if (common.container.empty()) return std::nullopt;
+    return parse_container(common.container);
+}
+
+Case open_case(const Common& common, const std::string& table, const Flags& flags) {
+    if (!common.container.empty() || common.unit_m != 1.0)
+        throw UserError("a case says itself what its container and unit are", {.fix = "leave --container and --unit out; see case.toml"});
+    Case the_case = read_case(common.input, table, flags);
+    the_case.output = common.output;
+    return the_case;
+}
+
+Json plan_case(const Case& c, const std::string& last) {
+    Json plan = {{"configuration", c.settings.resolved_tables()}};
+    plan.update(plan_pipeline(case_pipeline(c), last));
+    return plan;
+}
+
+void run_in_case(const Common& common, const std::string& stage, const std::string& table) {
+    const Case the_case = open_case(common, table, common.flags);
+    print_result(common, common.dry_run ? plan_case(the_case, stage) : run_pipeline(case_pipeline(the_case), stage));
+}
+
+Path target_folder(const Common& common) {
+    const Path target = common.output.empty() ? Path(common.input).parent_path() : Path(common.output);
+    return target.empty() ? Path(".") : target;
+}
+
+void run_on_files(const Common& common, LooseRun run) {
+    run.versions = engine_versions;
+    if (common.dry_run) return print_result(common, {{"configuration", run.configuration}, {"stage", run.stage}, {"expected", "seconds"}});
+    print_result(common, run_loose(run));
+}
+
+void run_on_input(const Common& common, const LooseCommand& command) {
+    if (is_packing(common.input) && (!common.container.empty() || common.unit_m != 1.0))
+        throw UserError("a packing brings its own container, in metres", {.where = common.input, .fix = "leave --container and --unit out"});
+    const PoreSpace space = load_pore_space(common.input, {.container = container_of(common),
+                                                           .unit_m = common.unit_m,
+                                                           .geometry = command.geometry,
+                                                           .whole_bed = command.whole_bed});
+    if (common.dry_run)
+        return print_result(common, {{"configuration", command.configuration},
+                                     {"stage", command.stage},
+                                     {"section_m", section_json(space.section)},
+                                     {"expected", command.expect ? command.expect(space) : "seconds"},
+                                     {"memory_available", human_bytes(available_memory_bytes())}});
+    run_on_files(common, {.stage = command.stage,
+                          .target = target_folder(common),
+                          .configuration = command.configuration,
+                          .inputs = {common.input},
+                          .work = [&](const Path& folder) { return command.work(space, folder); },
+                          .resumes = command.resumes});
+}
+
+}  // namespace porepack

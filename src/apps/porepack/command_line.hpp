@@ -1,0 +1,102 @@
+// The command line: flags in, a stage or a pipeline called, its result printed.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/error.hpp"
+#include "core/toml_file.hpp"
+#include "pipeline/loose.hpp"
+#include "stages/results.hpp"
+#include "stages/stages.hpp"
+
+namespace porepack {
+
+/// What all commands share.
+struct Common {
+    bool json = false;
+    bool dry_run = false;
+    int threads = 0;
+    std::string output;
+    std::string container;
+    double unit_m = 1.0;
+    std::string input;
+    Flags flags;  ///< keys of the configuration given as flags
+};
+
+class CommandLine {
+public:
+    CommandLine();
+    /// The exit code. Throws what the command throws.
+    int run(int argc, char** argv);
+
+    /// A command; its action runs after parsing, so that what it throws reaches main.
+    CLI::App& add(const std::string& name, const std::string& help, const std::string& example, std::function<void()> action);
+    CLI::App& add_below(CLI::App& parent, const std::string& name, const std::string& help, const std::string& example,
+                        std::function<void()> action);
+    /// Every key of a table is a flag: voxel_size_m is --voxel-size, in metres. The rules of the file check the value. A key's name in an
+    /// earlier version is a hidden flag that warns.
+    void add_keys(CLI::App& command, const std::string& table, const std::vector<std::string>& leave_out = {});
+    /// Another name for the flag of `key`.
+    void add_alias(CLI::App& command, const std::string& flag, const std::string& key, const std::string& help);
+    void add_case(CLI::App& command);
+    void add_input(CLI::App& command, const char* what);
+
+    CLI::App app{"From a grain's shape to the porosity, tortuosity and permeability of its packing.", "porepack"};
+    Common common;
+    std::vector<std::string> arguments;  ///< as they were typed
+
+private:
+    [[nodiscard]] std::string command_path() const;
+
+    Settings settings_;  // only its lists of keys
+    std::function<void()> action_;
+};
+
+// Each adds its commands (commands/*.cpp).
+void add_case_commands(CommandLine& line);
+void add_shape_command(CommandLine& line);
+void add_geometry_commands(CommandLine& line);
+void add_lbm_command(CommandLine& line);
+void add_foam_command(CommandLine& line);
+void add_forchheimer_command(CommandLine& line);
+void add_tortuosity_command(CommandLine& line);
+void add_falling_head_commands(CommandLine& line);
+void add_tools(CommandLine& line);
+
+void print_result(const Common& common, const Json& json);
+/// Runs the case's stage `stage`, or tells what would run; `table` is the one that the command's flags belong to.
+void run_in_case(const Common& common, const std::string& stage, const std::string& table);
+[[nodiscard]] Case open_case(const Common& common, const std::string& table = {}, const Flags& flags = {});
+[[nodiscard]] Json plan_case(const Case& c, const std::string& last = {});
+
+/// The keys of `flags` that belong to a table: a command may carry those of two tables.
+template <typename Config>
+[[nodiscard]] Config config_of(const Flags& flags) {
+    Config config;
+    Flags own;
+    for (const auto& row : key_rows([&](ConfigVisitor& v) { describe(v, config); }))
+        if (const auto found = flags.find(row.key); found != flags.end()) own.insert(*found);
+    return config_from_flags<Config>(own);
+}
+
+/// A stage on a loose file.
+struct LooseCommand {
+    std::string stage;
+    GeometryConfig geometry;
+    Json configuration;
+    std::function<Json(const PoreSpace&, const Path& folder)> work;
+    std::function<std::string(const PoreSpace&)> expect = {};  ///< for --dry-run; "seconds" when empty
+    bool whole_bed = false;
+    bool resumes = false;
+};
+void run_on_input(const Common& common, const LooseCommand& command);
+void run_on_files(const Common& common, LooseRun run);
+[[nodiscard]] std::optional<Container> container_of(const Common& common);
+/// Where the files of a loose run go: --output, else beside the input.
+[[nodiscard]] Path target_folder(const Common& common);
+
+}  // namespace porepack

@@ -1,0 +1,49 @@
+// Commands on whole cases: run, status, pack, report.
+#include <fmt/format.h>
+
+#include "apps/porepack/command_line.hpp"
+#include "core/log.hpp"
+#include "study/case_pipeline.hpp"
+
+namespace porepack {
+namespace {
+
+void run_case(const Common& common) {
+    const Case the_case = open_case(common);
+    if (common.dry_run) return print_result(common, plan_case(the_case));
+    const Json report = run_pipeline(case_pipeline(the_case));
+    if (common.json) return print_result(common, read_json(the_case.results() / "result.json"));
+    for (const auto& entry : report.at("main_numbers"))
+        fmt::print("{:<28} {}\n", entry["label"].get<std::string>(), entry["text"].get<std::string>());
+    fmt::print("report: {}\n", std::filesystem::absolute(the_case.results() / "report.html").lexically_normal().string());
+}
+
+void print_status(const Common& common) {
+    Json json = Json::array();
+    for (const StageStatus& entry : status_of(case_pipeline(open_case(common)))) {
+        json.push_back({{"stage", entry.name}, {"state", name_of(entry.state)}, {"why", entry.why}, {"wall_time_s", entry.wall_time_s}});
+        if (!common.json)
+            fmt::print("{:<13} {:<22} {}\n", entry.name, name_of(entry.state),
+                       entry.state == StageState::done ? human_time(entry.wall_time_s) : entry.why);
+    }
+    if (common.json) fmt::print("{}\n", json.dump(2));
+}
+
+}  // namespace
+
+void add_case_commands(CommandLine& line) {
+    const Common& common = line.common;
+    line.add_case(line.add("run", "run all stages of a case that are not done", "porepack run cases/quickstart", [&] { run_case(common); }));
+    line.add_case(line.add("status", "what is done, stale, failed or missing in a case", "porepack status cases/quickstart",
+                           [&] { print_status(common); }));
+    auto& pack = line.add("pack", "pour the grains of a case (exact capsules, or LIGGGHTS)", "porepack pack cases/quickstart --seed 7",
+                          [&] { run_in_case(common, "pack", "packing"); });
+    line.add_case(pack);
+    line.add_keys(pack, "packing");
+    auto& report = line.add("report", "write the report of a case, running what it needs", "porepack report cases/quickstart",
+                            [&] { run_in_case(common, "report", "report"); });
+    line.add_case(report);
+    line.add_keys(report, "report");
+}
+
+}  // namespace porepack

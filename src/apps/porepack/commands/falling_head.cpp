@@ -1,0 +1,77 @@
+// Commands of the falling-head test.
+#include <fmt/format.h>
+
+#include <limits>
+
+#include "apps/porepack/command_line.hpp"
+
+namespace porepack {
+namespace {
+
+struct SimulateOptions {
+    double permeability_m2 = 0.0;
+    double inertial_permeability_m = std::numeric_limits<double>::infinity();
+};
+
+void simulate(const Common& common, const SimulateOptions& options) {
+    const auto config = config_from_flags<FallingHeadConfig>(common.flags);
+    if (common.output.empty() && !common.dry_run)
+        return print_result(common, simulate_falling_head(options.permeability_m2, options.inertial_permeability_m, config, nullptr));
+    Json configuration = resolved_config(config);
+    configuration["permeability_m2"] = options.permeability_m2;
+    configuration["inertial_permeability_m"] = fmt::format("{:g}", options.inertial_permeability_m);
+    run_on_files(common, {.stage = "falling-head",
+                          .target = common.output,
+                          .configuration = configuration,
+                          .work = [&](const Path& folder) {
+                              return simulate_falling_head(options.permeability_m2, options.inertial_permeability_m, config, &folder);
+                          }});
+}
+
+void analyse(const Common& common, const std::vector<std::string>& files) {
+    const FallingHeadConfig config = common.input.empty() ? config_from_flags<FallingHeadConfig>(common.flags)
+                                                          : apparatus_of(read_case(common.input, "falling_head", common.flags));
+    const std::vector<Path> curves(files.begin(), files.end());
+    run_on_files(common, {.stage = "falling-head-analysis",
+                          .target = common.output.empty() ? Path(".") : Path(common.output),
+                          .configuration = resolved_config(config),
+                          .inputs = curves,
+                          .work = [&](const Path& folder) { return analyse_falling_head(curves, config, folder); }});
+}
+
+}  // namespace
+
+void add_falling_head_commands(CommandLine& line) {
+    const Common& common = line.common;
+    auto& head = *line.app.add_subcommand("falling-head", "the falling-head test");
+    head.require_subcommand(1);
+
+    const auto options = std::make_shared<SimulateOptions>();
+    auto& simulation = line.add_below(
+        head, "simulate", "water level over time: Eq. 18 in closed form, and with the water's inertia, wire screens and noise",
+        "porepack falling-head simulate --permeability 8.9e-7 --inertial-permeability 3.9e-3 --sample-length 0.12 --start-level "
+        "1.6 --levels 1.3,0.7,0.1",
+        [&common, options] { simulate(common, *options); });
+    simulation.add_option("--permeability", options->permeability_m2, "k [m2]")->required();
+    simulation.add_option("--inertial-permeability", options->inertial_permeability_m, "k_in [m]; default infinite (Darcy's law alone)");
+    line.add_keys(simulation, "falling_head", {"causes", "computed_over_measured", "level_offset_uncertainty_m"});
+
+    const auto files = std::make_shared<std::vector<std::string>>();
+    auto& analysis = line.add_below(head, "analyse", "k and k_in from measured water levels: as in the paper, and by least squares",
+                                    "porepack falling-head analyse run1.csv run2.csv --case cases/falling_head/tetrapod_053",
+                                    [&common, files] { analyse(common, *files); });
+    analysis.add_option("curves", *files, "CSV files: a header with time_s and level_m (or _ms, _mm, ...), then a line per frame")
+        ->required();
+    analysis.add_option("--case", line.common.input, "case whose [falling_head] describes the apparatus; flags win over it");
+    line.add_keys(analysis, "falling_head",
+                  {"start_level_m", "levels_m", "noise_m", "frames_per_s", "seed", "causes", "computed_over_measured"});
+
+    line.add_case(line.add_below(head, "case", "the falling-head stage of a case", "porepack falling-head case cases/quickstart",
+                                 [&common] { run_in_case(common, "falling-head", "falling_head"); }));
+    auto& causes = line.add_below(head, "causes", "how much each cause changes the k of the paper's evaluation",
+                                  "porepack falling-head causes cases/falling_head/tetrapod_053",
+                                  [&common] { run_in_case(common, "causes", "falling_head"); });
+    causes.add_option("case", line.common.input, "folder with case.toml, with causes = true in [falling_head]")->required();
+}
+
+}  // namespace porepack

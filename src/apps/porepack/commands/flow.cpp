@@ -1,0 +1,81 @@
+// Commands that compute permeabilities: lbm, foam, forchheimer.
+#include "apps/porepack/command_line.hpp"
+
+namespace porepack {
+namespace {
+
+void run_lbm_command(const Common& common) {
+    if (is_case(common.input)) return run_in_case(common, "lbm", "lbm");
+    const auto geometry = config_of<GeometryConfig>(common.flags);
+    const auto config = config_of<LbmConfig>(common.flags);
+    run_on_input(common,
+                 {.stage = "lbm",
+                  .geometry = geometry,
+                  .configuration = {{"geometry", resolved_config(geometry)}, {"lbm", resolved_config(config)}},
+                  .work =
+                      [&](const PoreSpace& space, const Path& folder) {
+                          return run_lbm(space, geometry, config, folder, space.image ? Path() : target_folder(common) / "lbm.checkpoint");
+                      },
+                  .expect = [&](const PoreSpace& space) { return text_of(expect_lbm(space, geometry, config)); }});
+}
+
+void run_foam_command(const Common& common) {
+    if (is_case(common.input)) return run_in_case(common, "foam", "openfoam");
+    const auto geometry = config_of<GeometryConfig>(common.flags);
+    const auto config = config_of<FoamConfig>(common.flags);
+    run_on_input(common,
+                 {.stage = "foam",
+                  .geometry = geometry,
+                  .configuration = {{"geometry", resolved_config(geometry)}, {"openfoam", resolved_config(config)}},
+                  .work =
+                      [&](const PoreSpace& space, const Path& folder) {
+                          make_folder(folder / "foam");
+                          Json result = run_foam(space, geometry, config, folder / "foam");
+                          result["repeat_by_hand"] = "cd foam/" + result["repeat_by_hand"].get<std::string>().substr(3);
+                          return result;
+                      },
+                  .expect = [&](const PoreSpace& space) { return text_of(expect_foam(space, config)); },
+                  .resumes = true});
+}
+
+void run_forchheimer_command(const Common& common) {
+    if (is_case(common.input)) return run_in_case(common, "forchheimer", "forchheimer");
+    const auto geometry = config_of<GeometryConfig>(common.flags);
+    const auto config = config_of<ForchheimerConfig>(common.flags);
+    run_on_input(common,
+                 {.stage = "forchheimer",
+                  .geometry = geometry,
+                  .configuration = {{"geometry", resolved_config(geometry)}, {"forchheimer", resolved_config(config)}},
+                  .work = [&](const PoreSpace& space, const Path& folder) { return run_forchheimer(space, geometry, config, folder); },
+                  .expect = [&](const PoreSpace& space) { return text_of(expect_forchheimer(space, config)); },
+                  .resumes = true});
+}
+
+}  // namespace
+
+void add_lbm_command(CommandLine& line) {
+    auto& lbm = line.add("lbm", "permeability by lattice Boltzmann", "porepack lbm packing.json --voxel-size 2e-4 --direction z",
+                         [&line] { run_lbm_command(line.common); });
+    line.add_input(lbm, "a case, packing.json[.gz], an STL file or pore.vti");
+    line.add_keys(lbm, "geometry", {"surface_deviation_m", "contact_gap_m", "slice_spacing_m", "slice_pixel_m"});
+    line.add_keys(lbm, "lbm");
+}
+
+void add_foam_command(CommandLine& line) {
+    auto& foam = line.add("foam", "permeability by OpenFOAM", "porepack foam packing.json --cell-size 5e-4",
+                          [&line] { run_foam_command(line.common); });
+    line.add_input(foam, "a case, packing.json[.gz] or an STL file");
+    line.add_keys(foam, "geometry", {"voxel_size_m", "slice_spacing_m", "slice_pixel_m", "reservoir_m"});
+    line.add_keys(foam, "openfoam", {"enabled"});
+    line.add_alias(foam, "--levels", "meshes", "the same as --meshes");
+}
+
+void add_forchheimer_command(CommandLine& line) {
+    auto& inertia = line.add("forchheimer", "flows with inertia by both solvers: permeability against the Reynolds number",
+                             "porepack forchheimer packing.json --reynolds 2,5,10,20,40", [&line] { run_forchheimer_command(line.common); });
+    line.add_input(inertia, "a case, packing.json[.gz] or an STL file");
+    line.add_keys(inertia, "geometry", {"voxel_size_m", "slice_spacing_m", "slice_pixel_m", "reservoir_m"});
+    line.add_keys(inertia, "forchheimer", {"enabled"});
+}
+
+}  // namespace porepack

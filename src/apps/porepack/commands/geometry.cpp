@@ -1,0 +1,52 @@
+// Commands that turn grains into a surface, voxels and slices.
+#include "apps/porepack/command_line.hpp"
+
+namespace porepack {
+namespace {
+
+constexpr const char* inputs = "a case, packing.json[.gz] or an STL file";
+
+void run_stl(const Common& common) {
+    if (is_case(common.input)) return run_in_case(common, "stl", "stl");
+    const auto geometry = config_of<GeometryConfig>(common.flags);
+    const auto extras = config_of<StlConfig>(common.flags);
+    run_on_input(common,
+                 {.stage = "stl",
+                  .geometry = geometry,
+                  .configuration = {{"geometry", resolved_config(geometry)}, {"stl", resolved_config(extras)}},
+                  .work = [&](const PoreSpace& space, const Path& folder) { return write_surfaces(space, geometry, extras, folder); },
+                  .whole_bed = !extras.pores && !extras.clip});
+}
+
+void run_on_voxels(const Common& common, const char* stage, Json (*write)(const PoreSpace&, const GeometryConfig&, const Path&)) {
+    if (is_case(common.input)) return run_in_case(common, stage, "geometry");
+    const auto geometry = config_from_flags<GeometryConfig>(common.flags);
+    run_on_input(common, {.stage = stage,
+                          .geometry = geometry,
+                          .configuration = resolved_config(geometry),
+                          .work = [&](const PoreSpace& space, const Path& folder) { return write(space, geometry, folder); }});
+}
+
+}  // namespace
+
+void add_geometry_commands(CommandLine& line) {
+    const Common& common = line.common;
+    auto& stl = line.add("stl", "one closed triangle surface of the grains (CGAL)", "porepack stl packing.json --pores true",
+                         [&] { run_stl(common); });
+    line.add_input(stl, inputs);
+    line.add_keys(stl, "geometry", {"voxel_size_m", "slice_spacing_m", "slice_pixel_m", "reservoir_m"});
+    line.add_keys(stl, "stl");
+    auto& voxelise = line.add("voxelise", "grains to voxels (pore.vti)", "porepack voxelise packing.json --voxel-size 2e-4",
+                              [&] { run_on_voxels(common, "voxelise", write_voxels); });
+    auto& slices = line.add("slices", "grains to a stack of images", "porepack slices packing.json --slice-spacing 2e-4",
+                            [&] { run_on_voxels(common, "slices", write_slice_images); });
+    for (CLI::App* command : {&voxelise, &slices}) {
+        line.add_input(*command, inputs);
+        line.add_keys(*command, "geometry");
+        command->get_option("--section")->description("z0,z1 of the section [m]; default: the bed less the trim");
+    }
+    line.add_alias(slices, "--spacing", "slice_spacing_m", "the same as --slice-spacing [m]");
+    line.add_alias(slices, "--pixel", "slice_pixel_m", "the same as --slice-pixel [m]");
+}
+
+}  // namespace porepack

@@ -1,0 +1,74 @@
+// The command shape: measures of a grain, of an STL file; the sweep over sphericities.
+#include "apps/porepack/command_line.hpp"
+#include "core/log.hpp"
+#include "study/shape_sweep.hpp"
+
+namespace porepack {
+namespace {
+
+struct ShapeOptions {
+    std::string capsules_file;
+    bool sweep = false;
+    double density_kg_per_m3 = 1000.0;
+};
+
+void sweep(const Common& common) {
+    const auto config = config_from_flags<ShapeConfig>(common.flags);
+    const double volume = config.volume_m3 > 0.0 ? config.volume_m3 : 7.33e-7;
+    if (common.dry_run) return print_result(common, {{"volume_m3", volume}, {"expected", "171 shapes, about ten seconds"}});
+    const Path target = common.output.empty() ? Path("sweep") : Path(common.output);
+    const Json result = run_loose({.stage = "sweep",
+                                   .target = target,
+                                   .configuration = {{"volume_m3", volume}},
+                                   .work = [&](const Path& folder) { return run_shape_sweep(volume, folder); },
+                                   .versions = engine_versions});
+    if (!draw_picture(target / "grains.stl", target / "grains.png", {"--front"}))
+        log_warning("no picture of the grains: see " + (target / "log.picture").string());
+    print_result(common, result);
+}
+
+ShapeConfig read_shape(const Common& common, const ShapeOptions& options) {
+    Flags flags = common.flags;
+    ShapeConfig config;
+    const auto describe_it = [&](ConfigVisitor& v) { describe(v, config); };
+    if (!options.capsules_file.empty()) {
+        const TomlFile file{Path(options.capsules_file)};
+        flags["kind"] = "\"capsules\"";
+        file.read(file.has("shape") ? "shape" : "", describe_it, flags);
+        return config;
+    }
+    if (common.input.empty())
+        throw UserError("which shape?", {.allowed = "tetrapod, dolos, tetrahedron, star, sphere, rod, or --capsules FILE"});
+    flags["kind"] = "\"" + common.input + "\"";
+    TomlFile().read("", describe_it, flags);
+    return config;
+}
+
+void measure_one(const Common& common, const ShapeOptions& options) {
+    if (options.capsules_file.empty() && is_surface(common.input))
+        return print_result(common, measure_surface_shape(common.input, common.unit_m, options.density_kg_per_m3));
+    const ShapeConfig config = read_shape(common, options);
+    const auto work = [&](const Path&) { return measure_shape(config, options.density_kg_per_m3); };
+    if (common.output.empty() && !common.dry_run) return print_result(common, work({}));
+    run_on_files(common, {.stage = "shape", .target = common.output, .configuration = resolved_config(config), .work = work});
+}
+
+}  // namespace
+
+void add_shape_command(CommandLine& line) {
+    const auto options = std::make_shared<ShapeOptions>();
+    const Common& common = line.common;
+    auto& shape = line.add("shape", "volume, surface, sphericity, inertia of a grain",
+                           "porepack shape tetrapod --sphericity 0.53 --volume 7.33e-7",
+                           [&common, options] { options->sweep ? sweep(common) : measure_one(common, *options); });
+    shape.add_option("kind", line.common.input, "tetrapod, dolos, tetrahedron, star, sphere, rod, or an STL file");
+    shape.add_flag("--sweep", options->sweep, "figure 7: convexity against sphericity of the paper's aggregates, as CSV, plot and picture");
+    shape.add_option("--capsules", options->capsules_file, "TOML file with [[capsule]] tables (a_m, b_m, radius_m) in metres");
+    shape.add_option("--unit", line.common.unit_m, "length of the STL file's unit in metres (0.001: millimetres); default 1")
+        ->check(CLI::PositiveNumber);
+    shape.add_option("--density", options->density_kg_per_m3, "density for mass and inertia [kg/m3]; default 1000")
+        ->check(CLI::Range(1.0, 1e5));
+    line.add_keys(shape, "shape", {"kind", "file", "unit_m"});
+}
+
+}  // namespace porepack

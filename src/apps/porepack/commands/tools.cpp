@@ -1,0 +1,86 @@
+// Further commands: benchmark, picture, keys.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cstdlib>
+
+#include "apps/porepack/command_line.hpp"
+#include "core/process.hpp"
+#include "io/render.hpp"
+
+namespace porepack {
+namespace {
+
+// Replaces this process; returns only when that failed.
+void become(const std::vector<std::string>& command) {
+    std::vector<const char*> words;
+    for (const auto& word : command) words.push_back(word.c_str());
+    words.push_back(nullptr);
+    execvp(words[0], const_cast<char* const*>(words.data()));
+}
+
+Path own_folder() {
+    return std::filesystem::read_symlink("/proc/self/exe").parent_path();
+}
+
+// The measurements are a program of their own.
+void forward_to_benchmark(const std::vector<std::string>& arguments) {
+    std::vector<std::string> command = {(own_folder() / "porepack_benchmark").string()};
+    command.insert(command.end(), arguments.begin(), arguments.end());
+    become(command);
+    throw EngineError("the program porepack_benchmark is not there",
+                      {.where = command[0], .fix = "cmake --build build --target porepack_benchmark"});
+}
+
+// Without a display the command runs again under xvfb-run, which brings one.
+void render_under_some_display(const std::vector<std::string>& arguments) {
+    if (std::getenv("DISPLAY") != nullptr) return;
+    require_program("xvfb-run", "xvfb xauth");
+    std::vector<std::string> command = {"xvfb-run", "-a", std::filesystem::read_symlink("/proc/self/exe").string()};
+    command.insert(command.end(), arguments.begin(), arguments.end());
+    become(command);
+    throw EngineError("cannot start xvfb-run");
+}
+
+void draw(const Common& common, const std::vector<std::string>& arguments, bool front) {
+    const Path target = common.output.empty() ? Path(common.input).replace_extension(".png") : Path(common.output);
+    if (common.dry_run) return print_result(common, {{"picture", target.string()}, {"expected", "seconds"}});
+    if (!is_surface(common.input)) throw UserError("not an STL file: " + common.input, {.fix = "make one: porepack stl packing.json"});
+    render_under_some_display(arguments);
+    const TriangleSurface surface = read_stl(common.input, common.unit_m);
+    PictureStyle style = style_for(surface);
+    style.front = front;
+    if (const auto container = container_of(common); container && container->kind == Container::Kind::cylinder)
+        style = {.cylinder_diameter_m = container->diameter_m, .cylinder_height_m = container->height_m};
+    render_surface(target, surface, style);
+    print_result(common, {{"picture", target.string()}});
+}
+
+std::string key_reference() {
+    Settings settings;
+    std::string text;
+    for (const auto& table : Settings::tables()) {
+        text += "\n## [" + table + "]\n\n| key | type | default | allowed | meaning |\n|---|---|---|---|---|\n";
+        for (const auto& row : key_rows(settings.describe_table(table)))
+            text += fmt::format("| `{}` | {} | {} | {} | {} |\n", row.key, row.type, row.standard.empty() ? "–" : row.standard,
+                                row.allowed.empty() ? "–" : row.allowed, row.meaning);
+    }
+    return text;
+}
+
+}  // namespace
+
+void add_tools(CommandLine& line) {
+    const auto front = std::make_shared<bool>(false);
+    auto& benchmark = *line.app.add_subcommand("benchmark", "measurements (the program porepack_benchmark)");
+    benchmark.prefix_command();
+    benchmark.set_help_flag();
+    benchmark.callback([&line] { forward_to_benchmark({line.arguments.begin() + 1, line.arguments.end()}); });
+    auto& picture = line.add("picture", "render an STL file to a PNG", "porepack picture solid.stl --output solid.png",
+                             [&line, front] { draw(line.common, line.arguments, *front); });
+    line.add_input(picture, "an STL file");
+    picture.add_flag("--front", *front, "seen along y, without perspective");
+    line.app.add_subcommand("keys", "all keys of case.toml, as a Markdown table")->callback([] { fmt::print("{}", key_reference()); });
+}
+
+}  // namespace porepack

@@ -1,0 +1,58 @@
+// The command tortuosity.
+#include <fmt/format.h>
+
+#include "apps/porepack/command_line.hpp"
+#include "core/log.hpp"
+
+namespace porepack {
+namespace {
+
+void run_kind(const Common& common, TortuosityKind kind) {
+    const std::string name(name_of(kind));
+    if (is_case(common.input)) {
+        log_warning("a case gets all kinds of tortuosity, not " + name + " alone");
+        return run_in_case(common, "tortuosity", "tortuosity");
+    }
+    const auto geometry = config_of<GeometryConfig>(common.flags);
+    const auto config = config_of<TortuosityConfig>(common.flags);
+    const bool of_slices = kind == TortuosityKind::geometric_paper && is_image(common.input);
+    if (kind == TortuosityKind::hydraulic || of_slices)
+        return run_on_files(common, {.stage = "tortuosity." + name,
+                                     .target = target_folder(common),
+                                     .configuration = resolved_config(config),
+                                     .inputs = {common.input},
+                                     .work = [&](const Path& folder) {
+                                         return of_slices ? geometric_paper_of_slices(common.input, config, folder)
+                                                          : hydraulic_tortuosity_of(common.input, geometry.section_m);
+                                     }});
+    run_on_input(common,
+                 {.stage = "tortuosity." + name,
+                  .geometry = geometry,
+                  .configuration = resolved_config(config),
+                  .work = [&](const PoreSpace& space, const Path& folder) { return run_tortuosity(kind, space, geometry, config, folder); },
+                  .expect = [&](const PoreSpace& space) -> std::string {
+                      if (kind == TortuosityKind::geometric_paper) return "seconds";
+                      const VoxelPlan plan = space.section_only().plan_at(space.voxel_size_m(geometry.voxel_size_m));
+                      return text_of(expect_tortuosity(kind, static_cast<double>(plan.grid.size())));
+                  }});
+}
+
+}  // namespace
+
+void add_tortuosity_command(CommandLine& line) {
+    const auto kind = std::make_shared<std::string>();
+    auto& command = line.add("tortuosity", "tortuosity of a named kind", "porepack tortuosity hydraulic flow.vti",
+                             [&line, kind] { run_kind(line.common, choice_named<TortuosityKind>(*kind).value()); });
+    std::vector<std::string> names;
+    for (const auto& choice : choices_of(TortuosityKind::hydraulic)) names.emplace_back(choice.name);
+    command.add_option("kind", *kind, "geometric_paper, shortest_path, hydraulic or diffusive (the tortuosity factor eps D0/D_eff)")
+        ->required()
+        ->check(CLI::IsMember(names));
+    line.add_input(command,
+                   "packing.json[.gz], an STL file, a folder of slices, pore.vti; flow.vti or an OpenFOAM case that has run (hydraulic); or a "
+                   "case");
+    line.add_keys(command, "tortuosity");
+    line.add_keys(command, "geometry", {"slice_spacing_m", "slice_pixel_m", "surface_deviation_m", "contact_gap_m", "reservoir_m"});
+}
+
+}  // namespace porepack

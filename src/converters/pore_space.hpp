@@ -1,0 +1,65 @@
+// What is solved on, whatever it came from: exact grains, a closed surface, or an image.
+#pragma once
+
+#include <limits>
+#include <memory>
+#include <optional>
+
+#include "converters/voxels.hpp"
+#include "converters/walls.hpp"
+#include "io/stl.hpp"
+
+namespace porepack {
+
+/// A container, the section of it that is evaluated, and the solid in it. The solvers ask it for voxels of any size and, where the
+/// solid is known exactly, for the exact places of its walls. Copies share the solid, which is never changed.
+struct PoreSpace {
+    Container container;
+    Section section;
+    std::shared_ptr<const Solid> solid = nullptr;              ///< exact; none of an image
+    std::shared_ptr<const Grains> grains = nullptr;            ///< the same solid where it is made of capsules
+    std::shared_ptr<const Packing> packing = nullptr;          ///< of these grains
+    std::shared_ptr<const TriangleSurface> surface = nullptr;  ///< the grains' closed surface, where there is one
+    std::shared_ptr<const PhaseImage> image = nullptr;         ///< its voxels are the only resolution there is
+
+    /// Diameter of the thinnest capsule; of a surface 4 volume / area, the diameter of a long capsule; infinite where it is not known.
+    double grain_size_m = std::numeric_limits<double>::infinity();
+    double maximum_feret_diameter_m = 0.0;  ///< of a grain
+    double bed_top_m = 0.0;                 ///< highest point of the solid
+    double reservoir_m = 0.0;               ///< empty container beyond both ends of the section, in flow runs
+
+    std::string source = {};                ///< file that it came from, for messages
+
+    [[nodiscard]] bool has_exact_walls() const { return solid != nullptr; }
+    /// The grain's diameter where it is known and not only estimated; else infinite.
+    [[nodiscard]] double known_grain_diameter_m() const;
+    /// `asked_m`, or when that is 0 the default: a tenth of the capsule's diameter, or the image's own voxels. Throws UserError for a
+    /// surface, which does not tell how thick its grains are.
+    [[nodiscard]] double voxel_size_m(double asked_m) const;
+
+    /// The grid at about this voxel size, adjusted so that the section is a whole number of voxels. Throws UserError as plan_voxels.
+    [[nodiscard]] VoxelPlan plan_at(double voxel_size_m) const;
+    /// Phases on plan_at(voxel_size_m), reservoir included; of an image the image itself.
+    [[nodiscard]] PhaseImage voxelise_at(double voxel_size_m) const;
+    /// The walls' exact places; nothing of an image. The pore space must outlive them.
+    [[nodiscard]] std::optional<FlowWalls> walls() const;
+
+    /// The same without reservoirs, an image being cropped to the section.
+    [[nodiscard]] PoreSpace section_only() const;
+    /// The same with another section.
+    [[nodiscard]] PoreSpace with_section(const Section& other) const;
+    /// Pore volume over the section's volume, on about `lines` vertical lines. Of an image by its voxels, without an uncertainty.
+    [[nodiscard]] Porosity porosity(long lines = 60000) const;
+    /// Sides that the pore space repeats at; along z only where the section is the whole container.
+    [[nodiscard]] std::array<bool, 3> periodic_sides() const;
+};
+
+/// Exact grains; the section is the whole bed. Throws UserError when the packing is empty.
+[[nodiscard]] PoreSpace pore_space_of(Packing packing);
+/// An image in its container. Throws UserError when image, container and section do not agree in size; `where` names the image.
+[[nodiscard]] PoreSpace pore_space_of(PhaseImage image, const Container& container, const Section& section, const std::string& where);
+/// Any other exact solid.
+[[nodiscard]] PoreSpace pore_space_of(std::shared_ptr<const Solid> solid, const Container& container, const Section& section,
+                                      double grain_size_m);
+
+}  // namespace porepack

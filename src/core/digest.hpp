@@ -1,0 +1,15 @@
+// Digests as sha256sum prints them.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "core/files.hpp"
+
+namespace porepack {
+
+[[nodiscard]] std::string sha256(std::string_view bytes);
+/// Throws UserError when the file cannot be read.
+[[nodiscard]] std::string sha256_of_file(const Path& path);
+
+}  // namespace porepack

@@ -1,0 +1,52 @@
+// Regular grids and what lives on them, in metres.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace porepack {
+
+/// A regular grid of cells; cell (i, j, k) has index (k ny + j) nx + i and its centre at origin + (i + 1/2, ...) spacing.
+struct Grid {
+    std::array<int, 3> cells = {0, 0, 0};
+    std::array<double, 3> origin_m = {0, 0, 0};
+    std::array<double, 3> spacing_m = {1, 1, 1};
+    [[nodiscard]] std::size_t size() const {
+        return static_cast<std::size_t>(cells[0]) * static_cast<std::size_t>(cells[1]) * static_cast<std::size_t>(cells[2]);
+    }
+    [[nodiscard]] std::size_t index(int i, int j, int k) const {
+        return (static_cast<std::size_t>(k) * static_cast<std::size_t>(cells[1]) + static_cast<std::size_t>(j)) *
+                   static_cast<std::size_t>(cells[0]) +
+               static_cast<std::size_t>(i);
+    }
+    [[nodiscard]] double centre(int axis, int i) const {
+        const auto a = static_cast<std::size_t>(axis);
+        return origin_m[a] + (i + 0.5) * spacing_m[a];
+    }
+};
+
+/// Phases of a cell, as images store them.
+struct Phase {
+    static constexpr std::uint8_t grain = 0, pore = 1, outside = 2;
+};
+
+/// A phase image with notes (for instance the container) that are kept in the file as field data.
+struct PhaseImage {
+    Grid grid;
+    std::vector<std::uint8_t> phase;
+    std::map<std::string, std::string> notes;
+};
+
+/// Velocity in m/s (3 numbers per cell) and pressure in Pa; single precision.
+struct FlowImage {
+    Grid grid;
+    std::vector<float> velocity_m_per_s;
+    std::vector<float> pressure_Pa;
+    std::vector<std::uint8_t> phase;
+    std::map<std::string, std::string> notes;
+};
+
+}  // namespace porepack

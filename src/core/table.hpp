@@ -1,0 +1,54 @@
+// Tables of results, written as CSV: the one writer of the project.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <concepts>
+#include <optional>
+
+#include <string>
+#include <vector>
+
+#include "core/files.hpp"
+
+namespace porepack {
+
+class Table {
+public:
+    /// Column names; a quantity's name ends in its unit.
+    explicit Table(std::vector<std::string> columns) : columns_(std::move(columns)) {}
+
+    /// One row, a value per column: numbers with `digits` significant digits (whole numbers in full), text quoted where it must be.
+    /// A value that is not known (NaN, an empty optional) is an empty field. Throws std::logic_error when the number of values is wrong.
+    template <typename... Values>
+    void add(const Values&... values) {
+        add_row({field(values)...});
+    }
+    void add_row(std::vector<std::string> fields);
+
+    [[nodiscard]] std::size_t rows() const { return rows_.size(); }
+    [[nodiscard]] std::string csv() const;
+    /// With a comment line ("# note") below the header.
+    [[nodiscard]] std::string csv_with_note(const std::string& note) const;
+    void write(const Path& path) const;
+
+    int digits = 9;
+
+    [[nodiscard]] std::string field(double value) const;
+    [[nodiscard]] std::string field(const std::string& text) const;
+    [[nodiscard]] std::string field(const char* text) const { return field(std::string(text)); }
+    template <std::integral Integer>
+    [[nodiscard]] std::string field(Integer value) const {
+        return fmt::format("{}", value);
+    }
+    template <typename Value>
+    [[nodiscard]] std::string field(const std::optional<Value>& value) const {
+        return value ? field(*value) : std::string();
+    }
+
+private:
+    std::vector<std::string> columns_;
+    std::vector<std::vector<std::string>> rows_;
+};
+
+}  // namespace porepack

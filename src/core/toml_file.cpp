@@ -1,0 +1,229 @@
+#include "core/toml_file.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <deque>
+
+#include "core/error.hpp"
+#include "core/log.hpp"
+
+namespace porepack {
+
+struct TomlFile::Content {
+    toml::table table;
+    Path path;
+};
+
+namespace {
+
+// Reads one table; remembers which keys were asked for, so that the others are known to be unknown.
+class Reader : public ConfigVisitor {
+public:
+    Reader(const toml::table* table, std::string place, Path file, const Flags& flags)
+        : table_(table), place_(std::move(place)), file_(std::move(file)), flags_(flags) {}
+
+    void number(const char* key, double& value, const Range& range, const char*) override {
+        if (const auto node = find(key)) value = number_of(*node, key, range);
+    }
+    void integer(const char* key, long& value, const Range& range, const char*) override {
+        const auto node = find(key);
+        if (!node) return;
+        const auto whole = node->value_exact<int64_t>();
+        if (!whole) fail(key, *node, "is not a whole number", range.text());
+        if (!range.holds(static_cast<double>(*whole))) fail(key, *node, fmt::format("is out of range: {}", *whole), range.text());
+        value = *whole;
+    }
+    void boolean(const char* key, bool& value, const char*) override {
+        if (const auto node = find(key)) value = boolean_of(*node, key);
+    }
+    void text(const char* key, std::string& value, const char*) override {
+        if (const auto node = find(key)) value = text_of(*node, key, "text in quotes");
+    }
+    void renamed(const char* old_key, const char* key) override {
+        if (table_ == nullptr || !table_->contains(old_key)) return;
+        const toml::node* node = table_->get(old_key);
+        if (table_->contains(key)) fail(old_key, *node, fmt::format("is the old name of `{}`, which is given too", key), "one of them");
+        log_warning(fmt::format("{}: `{}{}` is now called `{}`; the old name is read until version 0.3", where(*node), place_, old_key, key));
+        renamed_[key] = old_key;
+        known_.emplace_back(old_key);
+    }
+    void word(const char* key, std::string& value, const std::vector<std::string>& allowed, const char*) override {
+        const auto node = find(key);
+        if (!node) return;
+        const std::string list = fmt::format("\"{}\"", fmt::join(allowed, "\", \""));
+        const std::string given = text_of(*node, key, list);
+        if (std::find(allowed.begin(), allowed.end(), given) == allowed.end()) {
+            const std::string near = nearest(given, allowed);
+            fail(key, *node, fmt::format("is not known: \"{}\"", given), list, near.empty() ? "" : fmt::format("perhaps \"{}\"", near));
+        }
+        value = given;
+    }
+    void numbers(const char* key, std::vector<double>& values, std::pair<std::size_t, std::size_t> sizes, const Range& range,
+                 const char*) override {
+        const auto node = find(key, true);
+        if (!node) return;
+        const std::string allowed = sizes.first == sizes.second
+                                        ? fmt::format("a list of {} numbers, each {}", sizes.first, range.text())
+                                        : fmt::format("a list of {} to {} numbers, each {}", sizes.first, sizes.second, range.text());
+        const toml::array* array = node->as_array();
+        if (array == nullptr) fail(key, *node, "is not a list", allowed);
+        if (array->size() < sizes.first || array->size() > sizes.second)
+            fail(key, *node, fmt::format("has {} entries", array->size()), allowed);
+        values.clear();
+        for (const auto& entry : *array) values.push_back(number_of(entry, key, range));
+    }
+    void booleans(const char* key, std::vector<bool>& values, std::size_t size, const char*) override {
+        const auto node = find(key, true);
+        if (!node) return;
+        const toml::array* array = node->as_array();
+        if (array == nullptr || array->size() != size)
+            fail(key, *node, "has the wrong form", fmt::format("a list of {} times true or false", size));
+        values.clear();
+        for (const auto& entry : *array) values.push_back(boolean_of(entry, key));
+    }
+    void tables(const char* key, const std::function<std::size_t(std::size_t)>& resize,
+                const std::function<void(std::size_t, ConfigVisitor&)>& describe_one, const char*) override {
+        const auto node = find(key);
+        if (!node) return;
+        const toml::array* array = node->as_array();
+        if (array == nullptr || !array->is_array_of_tables())
+            fail(key, *node, "is not an array of tables", fmt::format("[[{}]] once for each entry", place_ + key));
+        resize(array->size());
+        for (std::size_t i = 0; i < array->size(); ++i) {
+            Reader entry(array->get(i)->as_table(), fmt::format("{}{}[{}].", place_, key, i), file_, no_flags_);
+            describe_one(i, entry);
+            entry.require_known_keys();
+        }
+    }
+
+    void require_known_keys() const {
+        if (table_ == nullptr) return;
+        for (const auto& [key, node] : *table_) {
+            const std::string name(key.str());
+            if (node.is_table() && place_.empty()) continue;  // checked by require_known_tables
+            if (std::find(known_.begin(), known_.end(), name) != known_.end()) continue;
+            const std::string near = nearest(name, known_);
+            throw UserError(
+                fmt::format("unknown key `{}{}`", place_, name),
+                {.where = where(node), .allowed = fmt::format("{}", fmt::join(known_, ", ")), .fix = fix_unknown(name, near)});
+        }
+    }
+
+private:
+    [[nodiscard]] static std::string fix_unknown(const std::string& name, const std::string& near) {
+        if (near.empty()) return "remove the key";
+        if (split_unit(near).first == name) return fmt::format("the unit is missing: write `{}`", near);
+        return fmt::format("perhaps `{}`", near);
+    }
+
+    // A value from the command line is read by the same rules as one from the file.
+    const toml::node* find(const char* key, bool list = false) {
+        known_.emplace_back(key);
+        if (const auto flag = flags_.find(key); flag != flags_.end()) {
+            const std::string value = list && !flag->second.starts_with("[") ? "[" + flag->second + "]" : flag->second;
+            return parse_flag(key, value);
+        }
+        if (table_ == nullptr) return nullptr;
+        const auto old = renamed_.find(key);
+        return table_->get(old == renamed_.end() ? key : old->second.c_str());
+    }
+
+    const toml::node* parse_flag(const char* key, const std::string& value) {
+        try {
+            from_flags_.push_back(toml::parse("value = " + value));
+        } catch (const toml::parse_error&) {
+            from_flags_.emplace_back();
+            from_flags_.back().insert_or_assign("value", value);
+        }
+        flag_nodes_[from_flags_.back().get("value")] = flag_of(key);
+        return from_flags_.back().get("value");
+    }
+
+    double number_of(const toml::node& node, const char* key, const Range& range) {
+        if (!node.is_floating_point() && !node.is_integer()) fail(key, node, "is not a number", range.text());
+        const double value = *node.value<double>();
+        if (!range.holds(value)) fail(key, node, fmt::format("is out of range: {:g}", value), range.text());
+        return value;
+    }
+    bool boolean_of(const toml::node& node, const char* key) {
+        if (!node.is_boolean()) fail(key, node, "is neither true nor false", "true, false");
+        return *node.value<bool>();
+    }
+    std::string text_of(const toml::node& node, const char* key, const std::string& allowed) {
+        if (!node.is_string()) fail(key, node, "is not text", allowed);
+        return *node.value<std::string>();
+    }
+
+    [[nodiscard]] std::string where(const toml::node& node) const {
+        if (const auto flag = flag_nodes_.find(&node); flag != flag_nodes_.end()) return flag->second;
+        return fmt::format("{}, line {}", file_.string(), node.source().begin.line);
+    }
+    [[noreturn]] void fail(const char* key, const toml::node& node, const std::string& fault, const std::string& allowed,
+                           const std::string& fix = {}) const {
+        throw UserError(fmt::format("`{}{}` {}", place_, key, fault), {.where = where(node), .allowed = allowed, .fix = fix});
+    }
+
+    const toml::table* table_;
+    std::string place_;
+    Path file_;
+    const Flags& flags_;
+    Flags no_flags_;
+    std::vector<std::string> known_;
+    std::map<std::string, std::string> renamed_;  // key -> its old name, which the file uses
+    std::deque<toml::table> from_flags_;
+    std::map<const toml::node*, std::string> flag_nodes_;
+};
+
+}  // namespace
+
+TomlFile::TomlFile() : content_(std::make_unique<Content>()) {}
+TomlFile::~TomlFile() = default;
+TomlFile::TomlFile(TomlFile&&) noexcept = default;
+TomlFile& TomlFile::operator=(TomlFile&&) noexcept = default;
+
+TomlFile::TomlFile(const Path& path) : content_(std::make_unique<Content>()) {
+    const std::string text = read_text(path);
+    content_->path = path;
+    try {
+        content_->table = toml::parse(text, path.string());
+    } catch (const toml::parse_error& fault) {
+        throw UserError(fmt::format("not valid TOML: {}", fault.description()),
+                        {.where = fmt::format("{}, line {}", path.string(), fault.source().begin.line)});
+    }
+}
+
+void TomlFile::read(std::string_view name, const Describe& describe, const Flags& flags) const {
+    const toml::table* table = name.empty() ? &content_->table : nullptr;
+    if (!name.empty())
+        if (const auto* node = content_->table.get(name)) {
+            table = node->as_table();
+            if (table == nullptr)
+                throw UserError(fmt::format("`{}` is not a table", name),
+                                {.where = fmt::format("{}, line {}", content_->path.string(), node->source().begin.line),
+                                 .fix = fmt::format("write [{}] on a line of its own, its keys below", name)});
+        }
+    Reader reader(table, name.empty() ? "" : fmt::format("{}.", name), content_->path, flags);
+    describe(reader);
+    reader.require_known_keys();
+}
+
+bool TomlFile::has(std::string_view name) const {
+    return content_->table.contains(name);
+}
+
+void TomlFile::require_known_tables(const std::vector<std::string>& known) const {
+    for (const auto& [key, node] : content_->table) {
+        const std::string name(key.str());
+        if (std::find(known.begin(), known.end(), name) != known.end()) continue;
+        const std::string near = nearest(name, known);
+        throw UserError(fmt::format("unknown table or key `{}`", name),
+                        {.where = fmt::format("{}, line {}", content_->path.string(), node.source().begin.line),
+                         .allowed = fmt::format("[{}]", fmt::join(known, "] [")),
+                         .fix = near.empty() ? "remove it" : fmt::format("perhaps [{}]", near)});
+    }
+}
+
+}  // namespace porepack

@@ -1,0 +1,40 @@
+// case.toml and other TOML files: tables are read into structs by the lists of their keys (core/config.hpp).
+#pragma once
+
+#include <memory>
+
+#include "core/config.hpp"
+
+namespace porepack {
+
+/// A TOML file that has been parsed. Faults of syntax throw UserError with file and line.
+class TomlFile {
+public:
+    explicit TomlFile(const Path& path);
+    TomlFile();  ///< an empty one: defaults and flags only
+    ~TomlFile();
+    TomlFile(TomlFile&&) noexcept;
+    TomlFile& operator=(TomlFile&&) noexcept;
+
+    /// Reads table `name` ("" = the top level) into what `describe` lists. An unknown key, a wrong type and a value out
+    /// of range throw UserError with file, line, what is allowed and the nearest known key.
+    void read(std::string_view name, const Describe& describe, const Flags& flags = {}) const;
+    [[nodiscard]] bool has(std::string_view name) const;
+    /// Throws UserError when the file has a table that is not in `known`.
+    void require_known_tables(const std::vector<std::string>& known) const;
+
+private:
+    struct Content;
+    std::unique_ptr<Content> content_;
+};
+
+/// Reads flags into a table's struct by the rules of the file.
+template <typename Config>
+[[nodiscard]] Config config_from_flags(const Flags& flags) {
+    Config config;
+    TomlFile().read(
+        "", [&](ConfigVisitor& v) { describe(v, config); }, flags);
+    return config;
+}
+
+}  // namespace porepack

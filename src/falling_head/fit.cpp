@@ -1,0 +1,276 @@
+#include "falling_head/fit.hpp"
+
+#include <fmt/format.h>
+#include <Eigen/Dense>
+#include <boost/math/distributions/students_t.hpp>
+#include <unsupported/Eigen/NonLinearOptimization>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/error.hpp"
+
+namespace porepack {
+namespace {
+
+// Parameters: 1/k, 1/k_in, offset, then first level and first speed of each curve. All scaled to order one or to metres.
+enum Parameter : Eigen::Index { viscous = 0, inertial = 1, offset = 2, first_curve = 3 };
+
+class Problem {
+public:
+    Problem(std::span<const LevelCurve> curves, const FallingHeadConfig& config)
+        : curves_(curves), column_(config), given_offset_(config.level_offset_m) {
+        double head = 0.0, speed = 0.0, noise = 0.0;
+        for (const LevelCurve& curve : curves) {
+            const double drop = curve.level_m.front() - curve.level_m.back();
+            head += config.gravity_m_per_s2 * (0.5 * (curve.level_m.front() + curve.level_m.back()) + config.sample_length_m) /
+                    static_cast<double>(curves.size());
+            speed += drop / (curve.time_s.back() - curve.time_s.front()) / static_cast<double>(curves.size());
+            noise += noise_of(curve) / static_cast<double>(curves.size());
+            first_row_.push_back(rows_);
+            rows_ += static_cast<Eigen::Index>(curve.time_s.size());
+        }
+        noise_ = noise;
+        points_ = rows_;
+        viscous_unit_ = head / (config.sample_length_m * config.kinematic_viscosity_m2_per_s * speed);
+        inertial_unit_ = head / (config.sample_length_m * speed * speed);
+        at_.resize(first_curve + 2 * static_cast<Eigen::Index>(curves.size()));
+        at_[viscous] = 0.2;
+        at_[inertial] = 0.8;
+        at_[offset] = 0.0;
+        for (std::size_t c = 0; c < curves.size(); ++c) {
+            const LevelCurve& curve = curves[c];
+            const std::size_t near = std::min<std::size_t>(curve.time_s.size() - 1, std::max<std::size_t>(2, curve.time_s.size() / 10));
+            at_[level_of(c)] = curve.level_m.front();
+            at_[level_of(c) + 1] =
+                std::max(0.1 * speed, (curve.level_m.front() - curve.level_m[near]) / (curve.time_s[near] - curve.time_s.front()));
+        }
+        free_ = {viscous, inertial};
+        if (config.level_offset_uncertainty_m > 0.0) {
+            offset_uncertainty_ = config.level_offset_uncertainty_m;
+            prior_ = noise_ / offset_uncertainty_;
+            ++rows_;
+            free_.push_back(offset);
+        }
+        for (std::size_t c = 0; c < curves.size(); ++c) {
+            free_.push_back(level_of(c));
+            if (column_.has_inertia()) free_.push_back(level_of(c) + 1);
+        }
+        if (points_ <= static_cast<Eigen::Index>(free_.size()))
+            throw NumericalError(fmt::format("{} points are too few for {} unknowns", points_, free_.size()),
+                                 {.fix = "record more pictures, or widen window_m"});
+    }
+
+    // What Eigen's Levenberg-Marquardt asks for.
+    using Scalar = double;
+    using InputType = Eigen::VectorXd;
+    using ValueType = Eigen::VectorXd;
+    using JacobianType = Eigen::MatrixXd;
+    [[nodiscard]] int values() const { return static_cast<int>(rows_); }
+    [[nodiscard]] int inputs() const { return static_cast<int>(free_.size()); }
+    int operator()(const Eigen::VectorXd& x, Eigen::VectorXd& residuals) {
+        set(x);
+        for (std::size_t c = 0; c < curves_.size(); ++c) fill(c, residuals);
+        if (prior_ > 0.0) residuals[rows_ - 1] = prior_ * at_[offset];
+        return 0;
+    }
+    int df(const Eigen::VectorXd& x, Eigen::MatrixXd& jacobian) {
+        set(x);
+        jacobian.setZero();
+        Eigen::VectorXd up(rows_), down(rows_);
+        for (std::size_t j = 0; j < free_.size(); ++j) {
+            const Eigen::Index p = free_[j];
+            const double step = p == viscous || p == inertial ? 1e-3 : p >= first_curve && (p - first_curve) % 2 == 1 ? 1e-3 : 1e-4;
+            const double here = at_[p];
+            for (std::size_t c = 0; c < curves_.size(); ++c) {
+                if (p >= first_curve && (p - first_curve) / 2 != static_cast<Eigen::Index>(c)) continue;
+                at_[p] = here + step;
+                fill(c, up);
+                at_[p] = here - step;
+                fill(c, down);
+                at_[p] = here;
+                const Eigen::Index first = first_row_[c], count = static_cast<Eigen::Index>(curves_[c].time_s.size());
+                jacobian.col(static_cast<Eigen::Index>(j)).segment(first, count) = (up - down).segment(first, count) / (2.0 * step);
+            }
+            if (p == offset) jacobian(rows_ - 1, static_cast<Eigen::Index>(j)) = prior_;
+        }
+        return 0;
+    }
+
+    // Fits what is free, from where it is; the sum of squares.
+    double solve() {
+        Eigen::VectorXd x = get();
+        Eigen::LevenbergMarquardt<Problem> method(*this);
+        method.parameters.ftol = method.parameters.xtol = 1e-11;
+        method.parameters.maxfev = 200;
+        method.minimize(x);
+        Eigen::VectorXd residuals(rows_);
+        (*this)(x, residuals);
+        return residuals.squaredNorm();
+    }
+
+    // Weighs the offset's uncertainty against residuals of this standard deviation. False where there is none to weigh.
+    bool weigh_offset(double residual_m) {
+        if (prior_ == 0.0 || residual_m <= noise_) return false;
+        prior_ = residual_m / offset_uncertainty_;
+        return true;
+    }
+
+    [[nodiscard]] Eigen::MatrixXd covariance() {
+        Eigen::MatrixXd jacobian(rows_, static_cast<Eigen::Index>(free_.size()));
+        df(get(), jacobian);
+        // A start speed that dies away at once leaves a column of zeros.
+        return (jacobian.transpose() * jacobian).completeOrthogonalDecomposition().pseudoInverse();
+    }
+
+    // Resistances are scaled to the head they would take: beyond this many heads there is no bound.
+    static constexpr double farthest = 1000.0;
+
+    // The bound of parameter p on the side `sign` where the sum of squares has risen by `rise`; `width` is the linear guess. Infinite where
+    // it is not found.
+    double bound(Eigen::Index p, double sign, double least, double rise, double width) {
+        const Eigen::VectorXd best = at_;
+        const std::vector<Eigen::Index> all = free_;
+        std::erase(free_, p);
+        const auto excess = [&](double distance) {
+            at_[p] = best[p] + sign * distance;
+            return std::sqrt(std::max(0.0, solve() - least) / rise) - 1.0;
+        };
+        // sqrt of the rise is nearly linear in the distance, and zero at none.
+        double near = 0.0, at_near = -1.0, far = width, at_far = excess(far);
+        for (int i = 0; i < 12 && std::abs(at_far) > 2e-3 && far < farthest; ++i) {
+            double next = far - at_far * (far - near) / (at_far - at_near);
+            next = std::clamp(next, 0.2 * far, 3.0 * far);
+            near = far;
+            at_near = at_far;
+            far = next;
+            at_far = excess(far);
+            if (at_far == at_near) break;
+        }
+        free_ = all;
+        at_ = best;
+        return std::abs(at_far) < 0.05 && far < farthest ? best[p] + sign * far : sign * std::numeric_limits<double>::infinity();
+    }
+
+    [[nodiscard]] std::vector<double> levels(std::size_t c) {
+        const LevelCurve& curve = curves_[c];
+        column_.set_offset(given_offset_ + at_[offset]);
+        return column_.levels(resistance(), curve.time_s.front(), at_[level_of(c)], at_[level_of(c) + 1], curve.time_s);
+    }
+    [[nodiscard]] Resistance resistance() const { return {viscous_unit_ * at_[viscous], inertial_unit_ * at_[inertial]}; }
+    [[nodiscard]] double unit(Eigen::Index p) const { return p == viscous ? viscous_unit_ : inertial_unit_; }
+    [[nodiscard]] double at(Eigen::Index p) const { return at_[p]; }
+    [[nodiscard]] double fitted_offset() const { return given_offset_ + at_[offset]; }
+    [[nodiscard]] double noise() const { return noise_; }
+    [[nodiscard]] Eigen::Index points() const { return points_; }
+    [[nodiscard]] Eigen::Index freedom() const { return rows_ - static_cast<Eigen::Index>(free_.size()); }
+
+private:
+    static Eigen::Index level_of(std::size_t curve) { return first_curve + 2 * static_cast<Eigen::Index>(curve); }
+    void set(const Eigen::VectorXd& x) {
+        for (std::size_t j = 0; j < free_.size(); ++j) at_[free_[j]] = x[static_cast<Eigen::Index>(j)];
+    }
+    [[nodiscard]] Eigen::VectorXd get() const {
+        Eigen::VectorXd x(static_cast<Eigen::Index>(free_.size()));
+        for (std::size_t j = 0; j < free_.size(); ++j) x[static_cast<Eigen::Index>(j)] = at_[free_[j]];
+        return x;
+    }
+    void fill(std::size_t c, Eigen::VectorXd& residuals) {
+        const LevelCurve& curve = curves_[c];
+        const Eigen::Index first = first_row_[c];
+        std::vector<double> model;
+        try {
+            model = levels(c);
+        } catch (const NumericalError&) {
+            model.assign(curve.time_s.size(), 1e3);  // resistances that no column of water could follow
+        }
+        for (std::size_t i = 0; i < model.size(); ++i) residuals[first + static_cast<Eigen::Index>(i)] = model[i] - curve.level_m[i];
+    }
+
+    std::span<const LevelCurve> curves_;
+    Column column_;
+    double given_offset_, offset_uncertainty_ = 0.0, noise_ = 0.0, prior_ = 0.0, viscous_unit_ = 1.0, inertial_unit_ = 1.0;
+    Eigen::VectorXd at_;
+    std::vector<Eigen::Index> free_, first_row_;
+    Eigen::Index rows_ = 0, points_ = 0;
+};
+
+}  // namespace
+
+FallingHeadFit fit_falling_head(std::span<const LevelCurve> curves, const FallingHeadConfig& config) {
+    Problem problem(curves, config);
+    double least = problem.solve();
+    const auto variance_of = [&] { return std::max(1e-16, least / static_cast<double>(problem.freedom())); };
+    if (problem.weigh_offset(std::sqrt(variance_of()))) least = problem.solve();
+    const double variance = variance_of();
+    if (!std::isfinite(least) || std::sqrt(variance) > 1.0)
+        throw NumericalError("no falling-head equation comes near the data",
+                             {.where = curves.front().name, .fix = "look at the curve: units, jumps, a level that rises?"});
+    const Eigen::MatrixXd covariance = problem.covariance() * variance;
+    const double t = boost::math::quantile(boost::math::students_t(static_cast<double>(problem.freedom())), 0.975);
+    const double rise = t * t * variance;
+    FallingHeadFit fit{.correlation = covariance(0, 1) / std::sqrt(covariance(0, 0) * covariance(1, 1)),
+                       .level_offset_m = problem.fitted_offset(),
+                       .residual_m = std::sqrt(variance),
+                       .noise_m = problem.noise(),
+                       .points = static_cast<long>(problem.points()),
+                       .levels_m = {}};
+    const auto fitted = [&](Eigen::Index p) {
+        const double width = t * std::sqrt(covariance(p, p));
+        return FittedValue{
+            problem.unit(p) * problem.at(p),
+            {problem.unit(p) * problem.bound(p, -1.0, least, rise, width), problem.unit(p) * problem.bound(p, 1.0, least, rise, width)}};
+    };
+    fit.inverse_permeability_per_m2 = fitted(viscous);
+    fit.inverse_inertial_permeability_per_m = fitted(inertial);
+    double share = 0.0, weight = 0.0;
+    for (std::size_t c = 0; c < curves.size(); ++c) {
+        fit.levels_m.push_back(problem.levels(c));
+        const auto& level = fit.levels_m.back();
+        const auto& time = curves[c].time_s;
+        for (std::size_t i = 1; i < level.size(); ++i) {
+            const double fall = level[i - 1] - level[i], speed = fall / (time[i] - time[i - 1]);
+            share += fall * config.kinematic_viscosity_m2_per_s * fit.inverse_permeability_per_m2.value * speed * config.sample_length_m /
+                     (config.gravity_m_per_s2 * (level[i] + fit.level_offset_m + config.sample_length_m));
+            weight += fall;
+        }
+    }
+    fit.viscous_share = share / weight;
+    return fit;
+}
+
+std::optional<double> FallingHeadFit::permeability_m2() const {
+    const double inverse = inverse_permeability_per_m2.value;
+    return inverse > 0.0 ? std::optional(1.0 / inverse) : std::nullopt;
+}
+
+Interval FallingHeadFit::permeability_interval_m2() const {
+    const auto& [low, high] = inverse_permeability_per_m2.interval;
+    constexpr double infinite = std::numeric_limits<double>::infinity();
+    return {high > 0.0 ? 1.0 / high : infinite, low > 0.0 ? 1.0 / low : infinite};
+}
+
+namespace {
+
+std::string verdict_on(const FittedValue& fitted, const char* name, const char* unit) {
+    const auto& [low, high] = fitted.interval;
+    if (high <= 0.0)
+        return fmt::format("no {} explains the data: 1/{} comes out negative; is the level off, or the sample's length?", name, name);
+    if (low <= 0.0 && !std::isfinite(high)) return fmt::format("this test says nothing about {}", name);
+    if (low <= 0.0) return fmt::format("this test bounds {} only from below: {} > {:.3g} {} (95 %)", name, name, 1.0 / high, unit);
+    return fmt::format("{} = {:.4g} {} is determined to -{:.3g}/+{:.3g} % (95 %)", name, 1.0 / fitted.value, unit,
+                       100.0 * (1.0 - fitted.value / high), 100.0 * (fitted.value / low - 1.0));
+}
+
+}  // namespace
+
+std::string FallingHeadFit::verdict() const {
+    return verdict_on(inverse_permeability_per_m2, "k", "m2");
+}
+
+std::string FallingHeadFit::inertial_verdict() const {
+    return verdict_on(inverse_inertial_permeability_per_m, "k_in", "m");
+}
+
+}  // namespace porepack

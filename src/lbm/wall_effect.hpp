@@ -1,0 +1,12 @@
+// What the container's wall does to the permeability of a packing in a tube.
+#pragma once
+
+#include "converters/pore_space.hpp"
+
+namespace porepack {
+
+/// k of the core, `layer_m` off the wall, over k of the whole tube: mean velocities of one coarse flow (6 nodes per capsule diameter) over
+/// the section of `space`, whose container is a cylinder.
+[[nodiscard]] double core_over_tube_permeability(const PoreSpace& space, double layer_m);
+
+}  // namespace porepack

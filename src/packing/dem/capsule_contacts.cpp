@@ -1,0 +1,218 @@
+// Which grains are in contact, and with which force.
+#include <algorithm>
+#include <cmath>
+
+#include "packing/dem/capsule_state.hpp"
+
+namespace porepack {
+
+// The contact law: the force on the second of two bodies. The displacement is kept in the tangent plane.
+Vec3 CapsuleDem::State::contact_force(const Approach& at, Vec3& displacement, bool first) const {
+    const double approach = at.velocity.dot(at.normal);
+    const double elastic = at.share * 0.5 * law_.normal_stiffness_N_per_m * at.overlap;
+    double force = elastic + at.share * law_.normal_damping * std::sqrt(2.0 * at.mass * law_.normal_stiffness_N_per_m) * approach;
+    if (!law_.attraction) force = std::max(0.0, force);
+    const double kt = at.share * 0.5 * law_.tangential_stiffness_N_per_m;
+    const double ct = at.share * law_.tangential_damping * std::sqrt(2.0 * at.mass * law_.tangential_stiffness_N_per_m);
+    const Vec3 sliding = at.velocity - approach * at.normal;
+    if (first) {
+        displacement.setZero();
+    } else {
+        const double length = displacement.norm();
+        displacement -= displacement.dot(at.normal) * at.normal;
+        const double now = displacement.norm();
+        if (now > 0.0) displacement *= length / now;
+    }
+    displacement += displacement_time_ * sliding;
+    // The spring's force alone, then spring and dashpot together are cut to the friction limit: a displacement that the dashpot had added
+    // to would give back more energy than was put in.
+    const double limit = at.friction * (law_.elastic_limit ? elastic : std::max(0.0, force));
+    if (const double size = kt * displacement.norm(); size > limit) displacement *= limit / size;
+    Vec3 tangential = kt * displacement + ct * sliding;
+    if (const double size = tangential.norm(); size > limit) tangential *= limit / size;
+    return force * at.normal + tangential;
+}
+
+// The contact of one pair of a Verlet list; false, and the gap, where there is none.
+bool CapsuleDem::State::contact_of(std::size_t i, std::size_t n, Contact& contact, double& gap) const {
+    const VerletPair& pair = verlet_lists_[i][n];
+    const BodyState &body = bodies_[i], &other = bodies_[pair.other];
+    const WorldArm &one = arms_[body.first_arm + pair.arm], &two = arms_[other.first_arm + pair.other_arm];
+    const double r = kinds_[body.kind].arms[pair.arm].radius, other_r = kinds_[other.kind].arms[pair.other_arm].radius;
+    contact.pair = n;
+    contact.shift = image_shift(other.x - body.x);
+    const Segment p{one.start, one.along}, q{two.start + contact.shift, two.along};
+    const ClosestPoints closest = closest_points(p, q);
+    gap = closest.distance - r - other_r;
+    if (gap >= 0.0) return false;
+    contact.overlap = -gap;
+    contact.normal = closest.distance > 0.0 ? Vec3((closest.on_second - closest.on_first) / closest.distance)
+                                            : (other.x + contact.shift - body.x).normalized();
+    contact.at = pressed_point(p, q, closest, contact.overlap) + (r - 0.5 * contact.overlap) * contact.normal;
+    contact.share = 1.0;
+    return true;
+}
+
+// Contacts of the same two bodies at one place share the stiffness of one.
+void CapsuleDem::State::share_stiffness(const std::vector<VerletPair>& pairs, std::vector<Contact>& contacts, double reach) {
+    for (Contact& contact : contacts) {
+        double together = 0.0;
+        for (const Contact& other : contacts) {
+            if (pairs[other.pair].other != pairs[contact.pair].other) continue;
+            const double near = std::max(0.0, 1.0 - (other.at - contact.at).squaredNorm() / (reach * reach));
+            together += near * near;
+        }
+        contact.share = 1.0 / together;
+    }
+}
+
+// The contacts of a body's Verlet list; pairs that have parted leave it.
+void CapsuleDem::State::check_pairs(std::size_t i, std::vector<Contact>& contacts, std::size_t& looked_at) {
+    const BodyState& body = bodies_[i];
+    auto& list = verlet_lists_[i];
+    contacts.clear();
+    for (std::size_t n = 0; n < list.size();) {
+        VerletPair& pair = list[n];
+        const BodyState& other = bodies_[pair.other];
+        if (body.travelled + other.travelled < pair.out_of_reach || (body.asleep != 0 && other.asleep != 0)) {
+            ++n;
+            continue;
+        }
+        ++looked_at;
+        Contact contact;
+        double gap = 0.0;
+        if (contact_of(i, n, contact, gap)) {
+            contacts.push_back(contact);
+        } else if (gap > 2.0 * skin_) {
+            pair = list.back();
+            list.pop_back();
+            continue;
+        } else {
+            pair.out_of_reach = body.travelled + other.travelled + gap;
+            if (body.asleep != 0 || other.asleep != 0) watch_sleeper(i, pair, Vec3::Zero());
+        }
+        ++n;
+    }
+    if (contacts.size() > 1) share_stiffness(list, contacts, 0.25 * kinds_[body.kind].diameter);
+}
+
+void CapsuleDem::State::find_contacts(std::size_t i, std::vector<Contact>& contacts) const {
+    contacts.clear();
+    for (std::size_t n = 0; n < verlet_lists_[i].size(); ++n) {
+        Contact contact;
+        double gap = 0.0;
+        if (contact_of(i, n, contact, gap)) contacts.push_back(contact);
+    }
+    share_stiffness(verlet_lists_[i], contacts, 0.25 * kinds_[bodies_[i].kind].diameter);
+}
+
+// A contact that was not there in the last step, unless both slept since: then it was there, but not checked, and its
+// tangential displacement holds.
+bool CapsuleDem::State::is_new(std::int64_t last_contact, const BodyState& body, const BodyState& other) const {
+    if (last_contact >= steps_ - 1) return false;
+    const auto slept_since = [&](const BodyState& one) {
+        return one.slept_at >= 0 && one.slept_at <= last_contact + 1 && (one.asleep != 0 || one.woke_at >= steps_ - 1);
+    };
+    return !slept_since(body) || !slept_since(other);
+}
+
+void CapsuleDem::State::watch_sleeper(std::size_t i, VerletPair& pair, const Vec3& force) {
+    const BodyState& sleeper = bodies_[i].asleep != 0 ? bodies_[i] : bodies_[pair.other];
+    if (sleeper.slept_at == steps_ - 1) pair.base_force = force;
+    const double weight = kinds_[sleeper.kind].body.mass_kg * options_.gravity_m_per_s2.norm();
+    if ((force - pair.base_force).norm() > options_.wake_fraction * weight)
+        woken_[i / block % load_slots].push_back(bodies_[i].asleep != 0 ? static_cast<std::uint32_t>(i) : pair.other);
+}
+
+void CapsuleDem::State::grain_forces(std::size_t i, std::vector<Load>& loads, std::size_t& looked_at, std::vector<Contact>& contacts) {
+    check_pairs(i, contacts, looked_at);
+    const BodyState& body = bodies_[i];
+    const double own_mass = kinds_[body.kind].body.mass_kg;
+    for (const Contact& contact : contacts) {
+        VerletPair& pair = verlet_lists_[i][contact.pair];
+        const BodyState& other = bodies_[pair.other];
+        const Vec3 lever = contact.at - body.x, other_lever = contact.at - other.x - contact.shift;
+        const Vec3 velocity = body.v_contact + body.omega.cross(lever) - other.v_contact - other.omega.cross(other_lever);
+        const double other_mass = kinds_[other.kind].body.mass_kg, mass = own_mass * other_mass / (own_mass + other_mass);
+        const Vec3 force = contact_force({.normal = contact.normal,
+                                          .overlap = contact.overlap,
+                                          .velocity = velocity,
+                                          .mass = mass,
+                                          .friction = law_.friction,
+                                          .share = contact.share},
+                                         pair.tangential_displacement, is_new(pair.last_contact, body, other));
+        pair.last_contact = steps_;
+        loads[i].force -= force;
+        loads[i].torque -= lever.cross(force);
+        loads[pair.other].force += force;
+        loads[pair.other].torque += other_lever.cross(force);
+        if (body.asleep != 0 || other.asleep != 0)
+            watch_sleeper(i, pair, force);
+        else if (options_.sleep)
+            pair.base_force.setZero();
+    }
+}
+
+void CapsuleDem::State::wall_forces(std::size_t i, std::vector<Load>& loads) {
+    const BodyState& body = bodies_[i];
+    const Kind& kind = kinds_[body.kind];
+    const std::size_t walls = planes_.size() + 1;
+    const auto press = [&](std::size_t node, std::size_t wall, const Vec3& place, const Vec3& outward, double overlap) {
+        const Vec3 lever = place + (kind.nodes[node].radius - overlap) * outward - body.x;
+        WallContact& contact = walls_[body.first_wall + node * walls + wall];
+        const Vec3 velocity = body.v_contact + body.omega.cross(lever);
+        const Vec3 force = contact_force({.normal = outward,
+                                          .overlap = overlap,
+                                          .velocity = velocity,
+                                          .mass = kind.body.mass_kg,
+                                          .friction = law_.wall_friction,
+                                          .share = 1.0},
+                                         contact.tangential_displacement, is_new(contact.last_contact, body, body));
+        contact.last_contact = steps_;
+        loads[i].force -= force;
+        loads[i].torque -= lever.cross(force);
+    };
+    const auto for_nodes = [&](const auto& visit) {
+        const Eigen::Matrix3d turn = body.q.toRotationMatrix();
+        for (std::size_t node = 0; node < kind.nodes.size(); ++node) visit(node, Vec3(body.x + turn * kind.nodes[node].place));
+    };
+    for (std::size_t w = 0; w < planes_.size(); ++w) {
+        const Plane& plane = planes_[w];
+        if (plane.normal.dot(body.x) - plane.offset > kind.radius) continue;
+        for_nodes([&](std::size_t node, const Vec3& place) {
+            const double overlap = kind.nodes[node].radius - (plane.normal.dot(place) - plane.offset);
+            if (overlap > 0.0) press(node, w, place, -plane.normal, overlap);
+        });
+    }
+    if (cylinder_radius_ > 0.0 && body.x.head<2>().norm() + kind.radius > cylinder_radius_)
+        for_nodes([&](std::size_t node, const Vec3& place) {
+            const double away = place.head<2>().norm(), overlap = away + kind.nodes[node].radius - cylinder_radius_;
+            if (overlap > 0.0) press(node, walls - 1, place, Vec3(place.x() / away, place.y() / away, 0.0), overlap);
+        });
+}
+
+// `displacement_time` is the time over which tangential displacements grow: a step, or 0 where the forces of a changed scene are computed
+// again.
+void CapsuleDem::State::forces(double displacement_time) {
+    displacement_time_ = displacement_time;
+    const std::size_t n = bodies_.size();
+    std::array<std::size_t, load_slots> looked_at{};
+#pragma omp parallel for schedule(dynamic, 1) if (parallel_)
+    for (std::size_t slot = 0; slot < load_slots; ++slot) {
+        auto& loads = loads_[slot];
+        std::vector<Contact> contacts;
+        loads.assign(n, {Vec3::Zero(), Vec3::Zero()});
+        for (std::size_t first = slot * block; first < n; first += load_slots * block)
+            for (std::size_t i = first; i < std::min(n, first + block); ++i) {
+                grain_forces(i, loads, looked_at[slot], contacts);
+                if (bodies_[i].asleep == 0) wall_forces(i, loads);
+            }
+    }
+    looked_at_ = 0;
+    for (const std::size_t count : looked_at) looked_at_ += count;
+    // Steps of less than about a millisecond are left to one thread: where another program takes a core, threads that meet thrice a step
+    // wait a hundred times longer than they work.
+    parallel_ = looked_at_ + 3 * (n - sleepers_) > 20000;
+}
+
+}  // namespace porepack

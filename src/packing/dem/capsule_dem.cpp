@@ -1,0 +1,233 @@
+// The scene: grains' shapes, cells, walls; and the public interface.
+#include "packing/dem/capsule_dem.hpp"
+
+#include <fmt/format.h>
+
+#include "core/error.hpp"
+#include "packing/dem/capsule_state.hpp"
+
+namespace porepack {
+
+CapsuleDem::State::State(const Container& container, const std::vector<Shape>& shapes, double density_kg_per_m3, const ContactLaw& law,
+                         const DemOptions& options)
+    : container_(container), shapes_(shapes), law_(law), options_(options), loads_(load_slots) {
+    double widest = 0.0, finest = 1e300;
+    for (const Shape& shape : shapes) {
+        kinds_.push_back(make_kind(shape, density_kg_per_m3));
+        widest = std::max(widest, kinds_.back().radius);
+        finest = std::min(finest, kinds_.back().diameter);
+    }
+    skin_ = options.skin_m > 0.0 ? options.skin_m : 0.25 * finest;
+    make_cells(widest);
+    make_walls();
+}
+
+CapsuleDem::State::Kind CapsuleDem::State::make_kind(const Shape& shape, double density_kg_per_m3) {
+    Kind kind{.body = grain_body(shape, density_kg_per_m3), .arms = {}, .nodes = {}};
+    kind.diameter = smallest_diameter(shape);
+    const Vec3& inertia = kind.body.inertia_kg_m2;
+    kind.isotropic = inertia.maxCoeff() - inertia.minCoeff() < 1e-6 * inertia.maxCoeff();
+    if (kind.isotropic) kind.body.inertia_kg_m2.setConstant(inertia.mean());
+    for (const Capsule& capsule : shape.capsules) {
+        const Vec3 a = kind.body.turn.conjugate() * (capsule.a - kind.body.centre_m),
+                   b = kind.body.turn.conjugate() * (capsule.b - kind.body.centre_m);
+        kind.arms.push_back({.start = a, .along = b - a, .radius = capsule.radius});
+        kind.radius = std::max(kind.radius, std::max(a.norm(), b.norm()) + capsule.radius);
+    }
+    // An end that lies on another arm's axis adds nothing to the outline.
+    for (std::size_t i = 0; i < kind.arms.size(); ++i)
+        for (const std::size_t end : {0U, 1U}) {
+            const Arm& arm = kind.arms[i];
+            const Vec3 place = arm.start + static_cast<double>(end) * arm.along;
+            bool inside = false;
+            for (std::size_t j = 0; j < kind.arms.size(); ++j) {
+                const Arm& other = kind.arms[j];
+                const double length = other.along.norm(), slack = 1e-6 * kind.diameter;
+                if (i == j || !(length > 0.0)) continue;
+                const double t = (place - other.start).dot(other.along) / length;
+                const bool on_axis = (place - other.start - t / length * other.along).norm() < slack;
+                inside = inside || (on_axis && t > slack && t < length - slack);
+            }
+            const auto same = [&](const Node& node) { return (node.place - place).norm() < 1e-6 * kind.diameter; };
+            if (!inside && std::none_of(kind.nodes.begin(), kind.nodes.end(), same)) kind.nodes.push_back({place, arm.radius});
+        }
+    return kind;
+}
+
+void CapsuleDem::State::make_cells(double widest) {
+    cell_size_ = 2.0 * widest + 2.0 * skin_;
+    const Vec3 low = container_.low(), high = container_.high();
+    cell_low_ = low;
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto a = static_cast<std::size_t>(axis);
+        const double extent = high[axis] - low[axis];
+        if (container_.periodic[a] && extent < 4.0 * widest + 2.0 * skin_)
+            throw UserError(
+                fmt::format("the periodic box is {:g} m wide along axis {}, too narrow for grains of radius {:g} m", extent, axis, widest),
+                {.allowed = fmt::format("{:g} m or more, so that no grain meets another one twice", 4.0 * widest + 2.0 * skin_)});
+        cell_count_[a] = std::clamp(static_cast<long>(extent / cell_size_), 1L, 400L);
+    }
+    cells_.resize(static_cast<std::size_t>(cell_count_[0] * cell_count_[1] * cell_count_[2]));
+}
+
+void CapsuleDem::State::make_walls() {
+    if (!container_.periodic[2]) planes_.push_back({Vec3::UnitZ(), 0.0});
+    if (container_.kind == Container::Kind::cylinder) {
+        cylinder_radius_ = container_.diameter_m / 2.0;
+    } else {
+        for (int axis = 0; axis < 2; ++axis) {
+            if (container_.periodic[static_cast<std::size_t>(axis)]) continue;
+            planes_.push_back({Vec3::Unit(axis), 0.0});
+            planes_.push_back({-Vec3::Unit(axis), -container_.size_m[axis]});
+        }
+    }
+}
+
+void CapsuleDem::State::add(std::size_t shape, const Vec3& position_m, const Quaternion& orientation, const Vec3& velocity,
+                            const Vec3& angular_velocity) {
+    const Kind& kind = kinds_[shape];
+    BodyState body;
+    body.kind = static_cast<std::uint32_t>(shape);
+    body.q = (orientation * kind.body.turn).normalized();
+    body.x = position_m + orientation * kind.body.centre_m;
+    body.v = body.v_contact = velocity;
+    body.omega = angular_velocity;
+    body.momentum = body.q * (kind.body.inertia_kg_m2.cwiseProduct(body.q.conjugate() * angular_velocity));
+    body.force = Vec3::Zero();
+    body.first_arm = static_cast<std::uint32_t>(arms_.size());
+    body.first_wall = static_cast<std::uint32_t>(walls_.size());
+    arms_.resize(arms_.size() + kind.arms.size());
+    walls_.resize(walls_.size() + kind.nodes.size() * (planes_.size() + 1));
+    bodies_.push_back(body);
+    verlet_lists_.emplace_back();
+    cell_of_body_.push_back(-1);
+    place_arms(body);
+    primed_ = false;
+}
+
+Vec3 CapsuleDem::State::omega_of(const BodyState& body, const Quaternion& q, const Vec3& momentum) const {
+    const Kind& kind = kinds_[body.kind];
+    if (kind.isotropic) return momentum / kind.body.inertia_kg_m2.x();
+    return q * (q.conjugate() * momentum).cwiseQuotient(kind.body.inertia_kg_m2);
+}
+
+Vec3 CapsuleDem::State::angular_velocity(std::size_t body) const {
+    return omega_of(bodies_[body], bodies_[body].q, bodies_[body].momentum);
+}
+
+Body CapsuleDem::State::pose(std::size_t body) const {
+    const BodyState& state = bodies_[body];
+    const GrainBody& grain = kinds_[state.kind].body;
+    Body pose{.shape = state.kind};
+    pose.orientation = (state.q * grain.turn.conjugate()).normalized();
+    pose.position_m = state.x - pose.orientation * grain.centre_m;
+    for (int axis = 0; axis < 3; ++axis)
+        if (container_.periodic[static_cast<std::size_t>(axis)])
+            pose.position_m[axis] -= container_.size_m[axis] * std::floor(pose.position_m[axis] / container_.size_m[axis]);
+    return pose;
+}
+
+Packing CapsuleDem::State::packing() const {
+    Packing packing{.container = container_, .shapes = shapes_, .bodies = {}};
+    for (std::size_t i = 0; i < bodies_.size(); ++i) packing.bodies.push_back(pose(i));
+    return packing;
+}
+
+Vec3 CapsuleDem::State::image_shift(const Vec3& between) const {
+    Vec3 shift = Vec3::Zero();
+    for (int axis = 0; axis < 3; ++axis)
+        if (container_.periodic[static_cast<std::size_t>(axis)])
+            shift[axis] = -container_.size_m[axis] * std::round(between[axis] / container_.size_m[axis]);
+    return shift;
+}
+
+void CapsuleDem::State::place_arms(const BodyState& body) {
+    const Eigen::Matrix3d turn = body.q.toRotationMatrix();
+    const Kind& kind = kinds_[body.kind];
+    for (std::size_t a = 0; a < kind.arms.size(); ++a)
+        arms_[body.first_arm + a] = {body.x + turn * kind.arms[a].start, turn * kind.arms[a].along};
+}
+
+std::size_t CapsuleDem::State::sleeping() const {
+    return static_cast<std::size_t>(std::count_if(bodies_.begin(), bodies_.end(), [](const BodyState& body) { return body.asleep != 0; }));
+}
+
+std::size_t CapsuleDem::State::watched_pairs() const {
+    std::size_t count = 0;
+    for (const auto& list : verlet_lists_) count += list.size();
+    return count;
+}
+
+CapsuleDem::CapsuleDem(const Container& container, const std::vector<Shape>& shapes, double density_kg_per_m3, const ContactLaw& law,
+                       const DemOptions& options)
+    : state_(std::make_unique<State>(container, shapes, density_kg_per_m3, law, options)) {}
+CapsuleDem::~CapsuleDem() = default;
+CapsuleDem::CapsuleDem(CapsuleDem&&) noexcept = default;
+CapsuleDem& CapsuleDem::operator=(CapsuleDem&&) noexcept = default;
+
+void CapsuleDem::add(std::size_t shape, const Vec3& position_m, const Quaternion& orientation, const Vec3& velocity,
+                     const Vec3& angular_velocity) {
+    state_->add(shape, position_m, orientation, velocity, angular_velocity);
+}
+void CapsuleDem::step(long steps) {
+    state_->step(steps);
+}
+void CapsuleDem::wake_all() {
+    state_->wake_all();
+}
+void CapsuleDem::set_sleep(bool sleep) {
+    state_->set_sleep(sleep);
+}
+std::size_t CapsuleDem::size() const {
+    return state_->bodies().size();
+}
+double CapsuleDem::time_s() const {
+    return state_->time();
+}
+long CapsuleDem::steps() const {
+    return state_->steps();
+}
+Body CapsuleDem::pose(std::size_t body) const {
+    return state_->pose(body);
+}
+const Vec3& CapsuleDem::centre_of_mass(std::size_t body) const {
+    return state_->bodies()[body].x;
+}
+const Vec3& CapsuleDem::velocity(std::size_t body) const {
+    return state_->bodies()[body].v;
+}
+Vec3 CapsuleDem::angular_velocity(std::size_t body) const {
+    return state_->angular_velocity(body);
+}
+const Vec3& CapsuleDem::angular_momentum(std::size_t body) const {
+    return state_->bodies()[body].momentum;
+}
+const GrainBody& CapsuleDem::grain(std::size_t shape) const {
+    return state_->kinds()[shape].body;
+}
+std::size_t CapsuleDem::sleeping() const {
+    return state_->sleeping();
+}
+DemEnergy CapsuleDem::energy() const {
+    return state_->energy();
+}
+DemRest CapsuleDem::rest() const {
+    return state_->rest();
+}
+Packing CapsuleDem::packing() const {
+    return state_->packing();
+}
+std::size_t CapsuleDem::watched_pairs() const {
+    return state_->watched_pairs();
+}
+std::size_t CapsuleDem::looked_at() const {
+    return state_->looked_at();
+}
+void CapsuleDem::save(std::ostream& out) const {
+    state_->save(out);
+}
+void CapsuleDem::load(std::istream& in, const std::string& where) {
+    state_->load(in, where);
+}
+
+}  // namespace porepack

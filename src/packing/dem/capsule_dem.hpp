@@ -1,0 +1,118 @@
+// Rigid unions of capsules that collide: the paper's own kind of DEM (2.1.2), with exact contacts of spherocylinders.
+#pragma once
+
+#include <iosfwd>
+#include <memory>
+#include <vector>
+
+#include "packing/grain_body.hpp"
+#include "packing/config.hpp"
+#include "packing/packing.hpp"
+
+namespace porepack {
+
+/// Eq. 9 and 11: Fn = max(0, (s_n/2) overlap - eta_n sqrt(2 m s_n) v_n), |Ft| <= mu Fn with a spring s_t/2 and a dashpot eta_t sqrt(2 m
+/// s_t); m is the pair's effective mass, and the grain's own at a wall.
+struct ContactLaw {
+    /// s_n in N/m. The overlap of a grain at rest is about 2 weight / s_n, and the contact time, of which the time step is a fraction, goes
+    /// with 1/sqrt(s_n): raise it where overlaps are too large, at the cost of more steps.
+    double normal_stiffness_N_per_m = 1e4;
+    /// s_t in N/m; usually a half to the whole of s_n.
+    double tangential_stiffness_N_per_m = 5e3;
+    /// eta_n, dimensionless, below 1 (critical). With `attraction` a central impact has the restitution exp(-pi eta_n / sqrt(1 - eta_n^2)),
+    /// without it a slightly larger one.
+    double normal_damping = 0.35;
+    /// eta_t, dimensionless, below 1.
+    double tangential_damping = 0.3;
+    /// Coulomb coefficient mu between grains. Larger values make looser packings.
+    double friction = 0.35;
+    /// Coulomb coefficient at the walls.
+    double wall_friction = 0.1;
+    /// Limits |Ft| by the elastic part of Fn alone, as the paper does; false: by all of Fn. For comparisons with the paper.
+    bool elastic_limit = false;
+    /// Leaves the max(0, .) out, so that the dashpot may pull parting grains together. For tests against the linear oscillator.
+    bool attraction = false;
+};
+
+struct DemOptions {
+    /// Time step in seconds. Some 45 steps per contact time pi / sqrt((s_n/2)/m) are usual (plan_pour computes it); shorten it when energy
+    /// grows or grains are lost.
+    double time_step_s = 1e-5;
+    /// Gravity in m/s^2. Without gravity grains never sleep.
+    Vec3 gravity_m_per_s2 = Vec3(0.0, 0.0, -9.81);
+    /// Adams-Bashforth only to repeat the paper.
+    Integrator integrator = Integrator::verlet;
+    /// Grains at rest are left out until the force on one of their contacts changes by `wake_fraction` of their weight; the pour wakes all
+    /// at the end. Saves time in beds that fill up; leave it off where every grain's motion matters.
+    bool sleep = false;
+    /// Dimensionless. Smaller values wake more grains.
+    double wake_fraction = 0.5;
+    /// Capsules with a gap below this, in metres, are kept in the Verlet lists; 0: a quarter of the smallest diameter. It changes the cost,
+    /// not the physics: larger for fast grains (fewer searches), smaller for slow ones (shorter lists).
+    double skin_m = 0.0;
+};
+
+struct DemEnergy {
+    double kinetic_J = 0.0, rotational_J = 0.0, potential_J = 0.0, elastic_J = 0.0;
+    [[nodiscard]] double total() const { return kinetic_J + rotational_J + potential_J + elastic_J; }
+};
+
+/// What rest is measured by.
+struct DemRest {
+    double kinetic_energy_per_grain_J = 0.0;  ///< of translation, and of rotation unless all grains are spheres
+    double largest_force_over_weight = 0.0;   ///< net force (contacts and gravity) on a grain / its weight
+    double mean_force_over_weight = 0.0;
+    double coordination_number = 0.0;                      ///< touching grains per grain, walls not counted
+    double largest_overlap_m = 0.0, mean_overlap_m = 0.0;  ///< between grains
+    double top_m = 0.0;                                    ///< highest point of the grains slower than 0.05 m/s; 0 when there is none
+};
+
+/// Deterministic: the same calls give the same bits, whatever the number of threads.
+/// Every pair of capsules that overlap is a contact, as in the paper. Where several of them lie at one place, at a joint of arms, they
+/// share the stiffness of one (smoothly, within half a radius), else a corner of a tetrahedron on another's would be nine times as stiff.
+/// Walls meet the capsules' ends, each place once. Cost is linear in the number of grains: a body looks for neighbours
+/// again only when it has moved by half the skin, and a pair is checked again only when its bodies can have closed its gap.
+class CapsuleDem {
+public:
+    /// Throws UserError for a periodic box that is narrower than two grains.
+    CapsuleDem(const Container& container, const std::vector<Shape>& shapes, double density_kg_per_m3, const ContactLaw& law,
+               const DemOptions& options);
+    ~CapsuleDem();
+    CapsuleDem(CapsuleDem&&) noexcept;
+    CapsuleDem& operator=(CapsuleDem&&) noexcept;
+
+    /// Adds a grain: pose of the shape's frame, velocity of its centre of mass, angular velocity.
+    void add(std::size_t shape, const Vec3& position_m, const Quaternion& orientation, const Vec3& velocity = Vec3::Zero(),
+             const Vec3& angular_velocity = Vec3::Zero());
+    void step(long steps = 1);
+    void wake_all();
+    /// Without sleep all grains are awake.
+    void set_sleep(bool sleep);
+
+    [[nodiscard]] std::size_t size() const;
+    [[nodiscard]] double time_s() const;
+    [[nodiscard]] long steps() const;
+    [[nodiscard]] Body pose(std::size_t body) const;
+    [[nodiscard]] const Vec3& centre_of_mass(std::size_t body) const;
+    [[nodiscard]] const Vec3& velocity(std::size_t body) const;
+    [[nodiscard]] Vec3 angular_velocity(std::size_t body) const;
+    [[nodiscard]] const Vec3& angular_momentum(std::size_t body) const;
+    [[nodiscard]] const GrainBody& grain(std::size_t shape) const;
+    [[nodiscard]] std::size_t sleeping() const;
+    [[nodiscard]] DemEnergy energy() const;
+    [[nodiscard]] DemRest rest() const;
+    [[nodiscard]] Packing packing() const;
+    /// Pairs of capsules in the Verlet lists, and those checked in the last step.
+    [[nodiscard]] std::size_t watched_pairs() const;
+    [[nodiscard]] std::size_t looked_at() const;
+
+    /// The whole state: a run that loads it continues with the same bits. load() throws UserError on a file of another scene.
+    void save(std::ostream& out) const;
+    void load(std::istream& in, const std::string& where);
+
+private:
+    class State;  // capsule_state.hpp
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace porepack

@@ -1,0 +1,90 @@
+// Energy, and how near to rest the grains are.
+#include <algorithm>
+#include <set>
+
+#include "packing/dem/capsule_state.hpp"
+
+namespace porepack {
+
+// visit(first body, pair, contact) for every contact of grains.
+template <typename Visit>
+void CapsuleDem::State::for_contacts(const Visit& visit) const {
+    std::vector<Contact> contacts;
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+        find_contacts(i, contacts);
+        for (const Contact& contact : contacts) visit(i, verlet_lists_[i][contact.pair], contact);
+    }
+}
+
+// `elastic_J` and the energy of a body's contacts with walls.
+double CapsuleDem::State::wall_energy(const BodyState& body, double elastic_J) const {
+    const double kn = 0.5 * law_.normal_stiffness_N_per_m, kt = 0.5 * law_.tangential_stiffness_N_per_m;
+    const std::size_t walls = planes_.size() + 1;
+    const Kind& kind = kinds_[body.kind];
+    for (std::size_t node = 0; node < kind.nodes.size(); ++node) {
+        const Vec3 place = body.x + body.q * kind.nodes[node].place;
+        for (std::size_t w = 0; w < walls; ++w) {
+            const double overlap = w < planes_.size()       ? kind.nodes[node].radius - planes_[w].normal.dot(place) + planes_[w].offset
+                                   : cylinder_radius_ > 0.0 ? place.head<2>().norm() + kind.nodes[node].radius - cylinder_radius_
+                                                            : 0.0;
+            if (overlap > 0.0)
+                elastic_J += 0.5 * kn * overlap * overlap +
+                             0.5 * kt * walls_[body.first_wall + node * walls + w].tangential_displacement.squaredNorm();
+        }
+    }
+    return elastic_J;
+}
+
+DemEnergy CapsuleDem::State::energy() const {
+    DemEnergy energy;
+    const double kn = 0.5 * law_.normal_stiffness_N_per_m, kt = 0.5 * law_.tangential_stiffness_N_per_m;
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+        const BodyState& body = bodies_[i];
+        const Kind& kind = kinds_[body.kind];
+        energy.kinetic_J += 0.5 * kind.body.mass_kg * body.v.squaredNorm();
+        energy.rotational_J += 0.5 * body.momentum.dot(omega_of(body, body.q, body.momentum));
+        energy.potential_J -= kind.body.mass_kg * options_.gravity_m_per_s2.dot(body.x);
+        energy.elastic_J = wall_energy(body, energy.elastic_J);
+    }
+    for_contacts([&](std::size_t, const VerletPair& pair, const Contact& contact) {
+        energy.elastic_J +=
+            0.5 * contact.share * (kn * contact.overlap * contact.overlap + kt * pair.tangential_displacement.squaredNorm());
+    });
+    return energy;
+}
+
+DemRest CapsuleDem::State::rest() const {
+    DemRest rest;
+    const bool spheres = std::all_of(kinds_.begin(), kinds_.end(), [](const Kind& kind) { return kind.nodes.size() == 1; });
+    const double g = options_.gravity_m_per_s2.norm();
+    for (const BodyState& body : bodies_) {
+        const Kind& kind = kinds_[body.kind];
+        // A sphere may spin in place for ever, which moves nothing.
+        const double rotation = spheres ? 0.0 : 0.5 * body.momentum.dot(omega_of(body, body.q, body.momentum));
+        rest.kinetic_energy_per_grain_J += 0.5 * kind.body.mass_kg * body.v.squaredNorm() + rotation;
+        const double net = g > 0.0 ? (body.force / kind.body.mass_kg + options_.gravity_m_per_s2).norm() / g : 0.0;
+        rest.largest_force_over_weight = std::max(rest.largest_force_over_weight, net);
+        rest.mean_force_over_weight += net;
+        if (body.v.norm() < 0.05)
+            for (std::size_t a = 0; a < kind.arms.size(); ++a) {
+                const WorldArm& arm = arms_[body.first_arm + a];
+                rest.top_m = std::max(rest.top_m, std::max(arm.start.z(), arm.start.z() + arm.along.z()) + kind.arms[a].radius);
+            }
+    }
+    std::set<std::pair<std::size_t, std::size_t>> touching;
+    long contacts = 0;
+    for_contacts([&](std::size_t i, const VerletPair& pair, const Contact& contact) {
+        touching.insert({i, pair.other});
+        ++contacts;
+        rest.mean_overlap_m += contact.overlap;
+        rest.largest_overlap_m = std::max(rest.largest_overlap_m, contact.overlap);
+    });
+    const auto n = static_cast<double>(std::max<std::size_t>(1, bodies_.size()));
+    rest.kinetic_energy_per_grain_J /= n;
+    rest.mean_force_over_weight /= n;
+    rest.coordination_number = 2.0 * static_cast<double>(touching.size()) / n;
+    rest.mean_overlap_m /= static_cast<double>(std::max(1L, contacts));
+    return rest;
+}
+
+}  // namespace porepack

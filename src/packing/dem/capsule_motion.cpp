@@ -1,0 +1,155 @@
+// Steps of the grains, and which of them sleep.
+#include <algorithm>
+#include <cmath>
+
+#include "packing/dem/capsule_state.hpp"
+
+namespace porepack {
+namespace {
+
+constexpr std::int32_t quiet_steps = 50;
+
+Eigen::Vector4d turn_rate(const Vec3& omega, const Quaternion& q) {
+    return 0.5 * (Quaternion(0.0, omega.x(), omega.y(), omega.z()) * q).coeffs();
+}
+
+Quaternion unit(const Eigen::Vector4d& coefficients) {
+    return Quaternion(coefficients).normalized();
+}
+
+}  // namespace
+
+// One step of position and orientation, and (Verlet) half a step of velocity.
+void CapsuleDem::State::advance(BodyState& body) {
+    const double dt = options_.time_step_s;
+    const Kind& kind = kinds_[body.kind];
+    const Vec3 acceleration = body.force / kind.body.mass_kg + options_.gravity_m_per_s2;
+    const Vec3 from = body.x;
+    const bool multistep = options_.integrator == Integrator::adams_bashforth;
+    const Vec3 omega = omega_of(body, body.q, body.momentum);
+    Derivative now;
+    if (multistep) now = {body.v, acceleration, body.torque, turn_rate(omega, body.q)};
+    if (multistep && body.fresh == 0) {
+        const auto mean = [&](const auto& here, const auto& before, const auto& before_that) {
+            return ((dt / 12.0) * (23.0 * here - 16.0 * before + 5.0 * before_that)).eval();
+        };
+        const Derivative &b = body.before, &c = body.before_that;
+        body.x += mean(now.v, b.v, c.v);
+        body.v += mean(now.a, b.a, c.a);
+        body.momentum += mean(now.torque, b.torque, c.torque);
+        body.q = unit(body.q.coeffs() + mean(now.turn, b.turn, c.turn));
+        body.v_contact = body.v;
+        body.omega = omega_of(body, body.q, body.momentum);
+    } else {
+        body.v += 0.5 * dt * acceleration;
+        body.x += dt * body.v;
+        body.v_contact = body.v + 0.5 * dt * acceleration;
+        body.momentum += 0.5 * dt * body.torque;
+        // From a whole step and two half steps (Richardson), as the angular velocity turns with the body.
+        const Eigen::Vector4d rate = turn_rate(omega_of(body, body.q, body.momentum), body.q);
+        const Quaternion whole = unit(body.q.coeffs() + dt * rate), half = unit(body.q.coeffs() + 0.5 * dt * rate);
+        const Quaternion second = unit(half.coeffs() + 0.5 * dt * turn_rate(omega_of(body, half, body.momentum), half));
+        body.q = unit(2.0 * second.coeffs() - whole.coeffs());
+        body.omega = omega_of(body, body.q, body.momentum + 0.5 * dt * body.torque);
+    }
+    if (multistep) {
+        body.before_that = body.before;
+        body.before = now;
+    }
+    body.travelled += (body.x - from).norm() + 1.01 * dt * std::max(omega.norm(), body.omega.norm()) * kind.radius;
+    place_arms(body);
+}
+
+// The loads of all slots, in their order.
+void CapsuleDem::State::gather(BodyState& body, std::size_t i) const {
+    body.force = loads_[0][i].force;
+    body.torque = loads_[0][i].torque;
+    for (std::size_t slot = 1; slot < load_slots; ++slot) {
+        body.force += loads_[slot][i].force;
+        body.torque += loads_[slot][i].torque;
+    }
+}
+
+// The rest of the step, once the forces at its end are known.
+void CapsuleDem::State::finish(BodyState& body) {
+    const double dt = options_.time_step_s;
+    const Kind& kind = kinds_[body.kind];
+    if (options_.integrator == Integrator::verlet || body.fresh > 0) {
+        body.v += 0.5 * dt * (body.force / kind.body.mass_kg + options_.gravity_m_per_s2);
+        body.momentum += 0.5 * dt * body.torque;
+        if (body.fresh > 0) --body.fresh;
+    }
+    if (!options_.sleep) return;
+    const double g = options_.gravity_m_per_s2.norm();
+    const double energy = 0.5 * body.v.squaredNorm() + 0.5 * body.momentum.dot(body.omega) / kind.body.mass_kg;
+    const Vec3 net = body.force / kind.body.mass_kg + options_.gravity_m_per_s2;
+    const bool quiet = energy < 1e-3 * g * kind.diameter && net.norm() < 0.3 * g;
+    body.quiet = quiet ? body.quiet + 1 : 0;
+}
+
+void CapsuleDem::State::fall_asleep_or_wake() {
+    for (auto& list : woken_) {
+        for (const std::uint32_t i : list) {
+            BodyState& body = bodies_[i];
+            if (body.asleep == 0) continue;
+            body.asleep = 0;
+            body.woke_at = steps_;
+            body.quiet = 0;
+            body.fresh = 2;
+            // Its contacts with other sleepers were not checked in this step: it starts from balance.
+            body.force = -kinds_[body.kind].body.mass_kg * options_.gravity_m_per_s2;
+            body.torque.setZero();
+        }
+        list.clear();
+    }
+    sleepers_ = 0;
+    for (BodyState& body : bodies_) {
+        if (body.asleep == 0 && body.quiet >= quiet_steps) {
+            body.asleep = 1;
+            body.slept_at = steps_;
+            body.v = body.v_contact = body.momentum = body.omega = Vec3::Zero();
+        }
+        sleepers_ += body.asleep;
+    }
+}
+
+void CapsuleDem::State::wake_all() {
+    if (sleeping() == 0) return;  // the forces stay known: a resumed run has the same bits
+    for (std::size_t i = 0; i < bodies_.size(); ++i) woken_[0].push_back(static_cast<std::uint32_t>(i));
+    fall_asleep_or_wake();
+    primed_ = false;
+}
+
+void CapsuleDem::State::set_sleep(bool sleep) {
+    options_.sleep = sleep;
+    if (!sleep) wake_all();
+}
+
+void CapsuleDem::State::step(long steps) {
+    const std::size_t n = bodies_.size();
+    for (long s = 0; s < steps; ++s) {
+        if (!primed_) {
+            search();
+            forces(0.0);
+            for (std::size_t i = 0; i < n; ++i)
+                if (bodies_[i].asleep == 0) gather(bodies_[i], i);
+            primed_ = true;
+        }
+        ++steps_;
+        time_ += options_.time_step_s;
+#pragma omp parallel for schedule(static, block) if (parallel_)
+        for (std::size_t i = 0; i < n; ++i)
+            if (bodies_[i].asleep == 0) advance(bodies_[i]);
+        search();
+        forces(options_.time_step_s);
+#pragma omp parallel for schedule(static, block) if (parallel_)
+        for (std::size_t i = 0; i < n; ++i)
+            if (bodies_[i].asleep == 0) {
+                gather(bodies_[i], i);
+                finish(bodies_[i]);
+            }
+        if (options_.sleep) fall_asleep_or_wake();
+    }
+}
+
+}  // namespace porepack

@@ -1,0 +1,231 @@
+#include "packing/dem/capsule_pour.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <fstream>
+#include <limits>
+
+#include "core/error.hpp"
+#include "core/interrupt.hpp"
+#include "core/log.hpp"
+#include "packing/batches.hpp"
+
+namespace porepack {
+namespace {
+
+constexpr long part = 500;  // steps between two checks
+
+struct PourProgress {
+    long next_batch = 0;
+    bool poured = false, calm = false;  // calm: came to rest with sleepers, and all are awake since
+    long settled_at = 0;                // step at which the last batch was created
+};
+
+void write_snapshot(const Path& file, const std::string& key, const CapsuleDem& dem, const PourProgress& at) {
+    write_whole(file, [&](const Path& temporary) {
+        std::ofstream out(temporary, std::ios::binary);
+        out << key << "\n";
+        out.write(reinterpret_cast<const char*>(&at), sizeof at);
+        dem.save(out);
+        if (!out.flush()) throw MachineError("the snapshot could not be written", {.where = file.string(), .fix = "is the disk full?"});
+    });
+}
+
+// False when there is no snapshot, or one of other settings.
+bool read_snapshot(const Path& file, const std::string& key, CapsuleDem& dem, PourProgress& at) {
+    std::ifstream in(file, std::ios::binary);
+    std::string theirs;
+    if (!in || !std::getline(in, theirs)) return false;
+    if (theirs != key) {
+        log_info("pour: {} is of other settings; the pour starts anew", file.string());
+        return false;
+    }
+    in.read(reinterpret_cast<char*>(&at), sizeof at);
+    dem.load(in, file.string());
+    return true;
+}
+
+void require_all_inside(const CapsuleDem& dem, const Container& container, double feret_diameter) {
+    const Vec3 low = container.low(), high = container.high();
+    for (std::size_t i = 0; i < dem.size(); ++i) {
+        const Vec3& x = dem.centre_of_mass(i);
+        bool inside = x.allFinite() && x.z() > -0.5 * feret_diameter;
+        for (int axis = 0; axis < 2; ++axis)
+            if (!container.periodic[static_cast<std::size_t>(axis)])
+                inside = inside && x[axis] > low[axis] - 0.5 * feret_diameter && x[axis] < high[axis] + 0.5 * feret_diameter;
+        if (!inside)
+            throw NumericalError(
+                fmt::format("grain {} has left the container: its centre is at {:g} {:g} {:g} m", i, x.x(), x.y(), x.z()),
+                {.fix = "lower drop_height_m, horizontal_speed_m_per_s or time_step_s, or raise normal_stiffness_N_per_m"});
+    }
+}
+
+// One pour: batches are inserted on schedule until the bed is full, then the grains settle until they are at rest. With sleep there are
+// two phases of settling: first with sleepers, then all are woken once, because the packing must be at rest without them.
+class CapsulePour {
+public:
+    CapsulePour(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config, const Path& folder)
+        : container_(container),
+          config_(config),
+          plan_(plan_pour(shapes, container, config)),
+          pour_(make_batches(shapes, container, config, plan_.drop_height_m, plan_.most_grains)),
+          dem_(container, shapes_of(shapes), config.density_kg_per_m3, contact_law(config), options()),
+          snapshot_(folder / "snapshot.bin"),
+          key_(scene_key(shapes, container, config)),
+          diameter_(finest_diameter(shapes)),
+          feret_diameter_(largest_span(shapes)),
+          interval_(steps_of(config.batch_interval_s)),
+          snapshot_steps_(steps_of(config.snapshot_interval_s)),
+          settle_steps_(std::lround(config.settle_time_s / plan_.time_step_s)),
+          limit_J_(config.rest_energy_fraction * plan_.grain_mass_kg * config.gravity_m_per_s2 * diameter_) {}
+
+    [[nodiscard]] PourResult run() {
+        start_or_resume();
+        const Stopwatch watch;
+        Progress progress("pour (capsules)");
+        do {
+            if (!at_.poured && dem_.steps() == at_.next_batch * interval_) insert();
+            advance(progress);
+        } while (!at_.poured || !settled());
+        std::error_code ignored;
+        std::filesystem::remove(snapshot_, ignored);
+        return result(watch.seconds());
+    }
+
+private:
+    static std::vector<Shape> shapes_of(const std::vector<ShapeShare>& shapes) {
+        std::vector<Shape> kinds;
+        for (const auto& share : shapes) kinds.push_back(share.shape);
+        return kinds;
+    }
+    [[nodiscard]] DemOptions options() const {
+        return {.time_step_s = plan_.time_step_s,
+                .gravity_m_per_s2 = Vec3(0, 0, -config_.gravity_m_per_s2),
+                .integrator = config_.integrator,
+                .sleep = config_.sleep};
+    }
+    [[nodiscard]] long steps_of(double time_s) const { return std::max(1L, std::lround(time_s / plan_.time_step_s)); }
+    [[nodiscard]] long batches() const { return static_cast<long>(pour_.batches.size()); }
+
+    void start_or_resume() {
+        make_folder(snapshot_.parent_path());
+        if (read_snapshot(snapshot_, key_, dem_, at_)) {
+            log_info("pour: resumes from {:.2f} s with {} grains", dem_.time_s(), dem_.size());
+            dem_.set_sleep(config_.sleep && !at_.calm);
+        } else {
+            log_info("pour: at most {} grains of exact capsules, time step {:.2e} s", plan_.most_grains, plan_.time_step_s);
+        }
+        next_snapshot_ = dem_.steps() + snapshot_steps_;
+    }
+
+    // The next batch; none when all are poured or the bed is high enough.
+    void insert() {
+        const bool full = at_.next_batch > 0 && config_.grains == 0 && dem_.rest().top_m > plan_.fill_height_m;
+        if (at_.next_batch == batches() || full) {
+            at_.poured = true;
+            at_.settled_at = dem_.steps();
+            return;
+        }
+        for (const Newcomer& grain : pour_.batches[static_cast<std::size_t>(at_.next_batch)])
+            dem_.add(grain.shape, grain.position_m, grain.orientation, grain.velocity_m_per_s);
+        ++at_.next_batch;
+    }
+
+    // To the next check or the next batch.
+    void advance(Progress& progress) {
+        const long until = at_.poured ? dem_.steps() + part : std::min(dem_.steps() / part * part + part, at_.next_batch * interval_);
+        dem_.step(until - dem_.steps());
+        check_interrupt();
+        if (dem_.steps() >= next_snapshot_) {
+            write_snapshot(snapshot_, key_, dem_, at_);
+            next_snapshot_ = dem_.steps() + snapshot_steps_;
+        }
+        const double poured = static_cast<double>(at_.next_batch) / static_cast<double>(batches());
+        progress.update(at_.poured ? 0.97 : 0.95 * poured,
+                        fmt::format("{:.2f} s, {} grains, {} asleep", dem_.time_s(), dem_.size(), dem_.sleeping()));
+    }
+
+    // True at rest; wakes all grains at the end of the first phase.
+    bool settled() {
+        require_all_inside(dem_, container_, feret_diameter_);
+        rest_ = dem_.rest();
+        require_falling_energy();
+        const bool last_phase = !config_.sleep || at_.calm;
+        const bool balanced = !last_phase || rest_.mean_force_over_weight < rest_force_limit;
+        if (rest_.kinetic_energy_per_grain_J < limit_J_ && balanced && dem_.steps() - at_.settled_at > interval_) {
+            if (last_phase) return true;
+            at_.calm = true;
+            at_.settled_at = dem_.steps();
+            dem_.set_sleep(false);
+        }
+        if (dem_.steps() - at_.settled_at > settle_steps_)
+            throw NumericalError(
+                fmt::format("the grains are not at rest after {:g} s: kinetic energy {:.3g} J per grain (limit {:.3g} J), net force {:.2g} "
+                            "weights (limit {:g})",
+                            config_.settle_time_s, rest_.kinetic_energy_per_grain_J, limit_J_, rest_.mean_force_over_weight,
+                            rest_force_limit),
+                {.fix = "raise settle_time_s, or shorten time_step_s"});
+        return false;
+    }
+
+    // Nothing drives the grains any more; a little more energy may come from the discrete steps of an impact.
+    void require_falling_energy() {
+        const double energy = dem_.energy().total(),
+                     scale = static_cast<double>(dem_.size()) * plan_.grain_mass_kg * config_.gravity_m_per_s2 * diameter_;
+        if (!std::isfinite(energy) || energy > energy_before_ + 0.05 * scale)
+            throw NumericalError(fmt::format("energy grows: by {:.3g} J in {} steps", energy - energy_before_, part),
+                                 {.allowed = "it falls once nothing is poured", .fix = "shorten time_step_s"});
+        energy_before_ = energy;
+    }
+
+    [[nodiscard]] PourResult result(double wall_time_s) const {
+        return {.packing = dem_.packing(),
+                .grains = static_cast<long>(dem_.size()),
+                .batches = at_.next_batch,
+                .thinned_batches = pour_.thinned,
+                .steps = dem_.steps(),
+                .kinetic_energy_per_grain_J = rest_.kinetic_energy_per_grain_J,
+                .rest_limit_J = limit_J_,
+                .coordination_number = rest_.coordination_number,
+                .largest_force_over_weight = rest_.largest_force_over_weight,
+                .mean_force_over_weight = rest_.mean_force_over_weight,
+                .pose_error_m = std::nullopt,
+                .wall_time_s = wall_time_s,
+                .command = {}};
+    }
+
+    const Container& container_;
+    const PackingConfig& config_;
+    PourPlan plan_;
+    Pour pour_;
+    CapsuleDem dem_;
+    Path snapshot_;
+    std::string key_;
+    double diameter_, feret_diameter_;
+    long interval_, snapshot_steps_, settle_steps_;  // in steps
+    double limit_J_;                                 // of the kinetic energy per grain at rest
+    PourProgress at_;
+    DemRest rest_;
+    long next_snapshot_ = 0;
+    double energy_before_ = std::numeric_limits<double>::infinity();
+};
+
+}  // namespace
+
+ContactLaw contact_law(const PackingConfig& config) {
+    return {.normal_stiffness_N_per_m = config.normal_stiffness_N_per_m,
+            .tangential_stiffness_N_per_m = config.tangential_stiffness_N_per_m,
+            .normal_damping = config.normal_damping,
+            .tangential_damping = config.tangential_damping,
+            .friction = config.friction,
+            .wall_friction = config.wall_friction,
+            .elastic_limit = config.friction_limit == FrictionLimit::elastic};
+}
+
+PourResult pour_with_capsules(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config,
+                              const Path& folder) {
+    return CapsulePour(shapes, container, config, folder).run();
+}
+
+}  // namespace porepack

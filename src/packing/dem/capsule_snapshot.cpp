@@ -1,0 +1,99 @@
+// Snapshots.
+#include <istream>
+#include <ostream>
+
+#include "core/error.hpp"
+#include "packing/dem/capsule_state.hpp"
+
+namespace porepack {
+namespace {
+
+constexpr std::uint64_t state_mark = 0x31307374'61746570ULL;
+
+template <typename Value>
+void put(std::ostream& out, const Value& value) {
+    out.write(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+template <typename Value>
+void get(std::istream& in, Value& value) {
+    in.read(reinterpret_cast<char*>(&value), sizeof value);
+}
+
+}  // namespace
+
+void CapsuleDem::State::save(std::ostream& out) const {
+    put(out, state_mark);
+    put(out, sizeof(BodyState) + sizeof(VerletPair));
+    put(out, options_.time_step_s);
+    put(out, kinds_.size());
+    put(out, bodies_.size());
+    put(out, time_);
+    put(out, steps_);
+    put(out, primed_);
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+        put(out, bodies_[i]);
+        put(out, verlet_lists_[i].size());
+        for (const VerletPair& pair : verlet_lists_[i]) put(out, pair);
+    }
+    for (const WallContact& contact : walls_) put(out, contact);
+    for (const auto& cell : cells_) {  // their order decides that of the pairs
+        put(out, cell.size());
+        for (const std::uint32_t body : cell) put(out, body);
+    }
+    put(out, state_mark);
+}
+
+void CapsuleDem::State::load(std::istream& in, const std::string& where) {
+    const auto refuse = [&] {
+        throw UserError("this snapshot is cut short or of another run", {.where = where, .fix = "remove it to start anew"});
+    };
+    std::uint64_t mark = 0;
+    std::size_t layout = 0, kinds = 0, count = 0;
+    double step = 0.0;
+    get(in, mark);
+    get(in, layout);
+    get(in, step);
+    get(in, kinds);
+    get(in, count);
+    if (!in || mark != state_mark || layout != sizeof(BodyState) + sizeof(VerletPair) || step != options_.time_step_s ||
+        kinds != kinds_.size() || count > 100000000)
+        refuse();
+    get(in, time_);
+    get(in, steps_);
+    get(in, primed_);
+    bodies_.assign(count, {});
+    verlet_lists_.assign(count, {});
+    cell_of_body_.assign(count, -1);
+    std::size_t arms = 0, walls = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+        get(in, bodies_[i]);
+        std::size_t pairs = 0;
+        get(in, pairs);
+        if (!in || bodies_[i].kind >= kinds_.size() || pairs > 1000000) refuse();
+        verlet_lists_[i].resize(pairs);
+        for (VerletPair& pair : verlet_lists_[i]) get(in, pair);
+        arms += kinds_[bodies_[i].kind].arms.size();
+        walls += kinds_[bodies_[i].kind].nodes.size() * (planes_.size() + 1);
+    }
+    walls_.assign(walls, {});
+    for (WallContact& contact : walls_) get(in, contact);
+    for (std::size_t c = 0; c < cells_.size(); ++c) {
+        std::size_t size = 0;
+        get(in, size);
+        if (!in || size > count) refuse();
+        cells_[c].resize(size);
+        for (std::uint32_t& body : cells_[c]) {
+            get(in, body);
+            if (body >= count) refuse();
+            cell_of_body_[body] = static_cast<long>(c);
+        }
+    }
+    mark = 0;
+    get(in, mark);
+    if (!in || mark != state_mark) refuse();
+    arms_.assign(arms, {});
+    for (const BodyState& body : bodies_) place_arms(body);
+}
+
+}  // namespace porepack

@@ -1,0 +1,270 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+#include "core/digest.hpp"
+#include "core/error.hpp"
+#include "core/log.hpp"
+#include "core/process.hpp"
+#include "packing/batches.hpp"
+#include "packing/liggghts/liggghts_log.hpp"
+#include "packing/liggghts/liggghts_run.hpp"
+
+namespace porepack {
+namespace {
+
+// Rows of a LIGGGHTS dump of `columns` numbers behind "ITEM: ENTRIES" or "ITEM: ATOMS".
+std::vector<std::vector<double>> read_dump(const Path& file, std::size_t columns) {
+    std::ifstream in(file);
+    std::vector<std::vector<double>> rows;
+    bool inside = false;
+    for (std::string line; std::getline(in, line);) {
+        if (line.starts_with("ITEM:")) {
+            inside = line.starts_with("ITEM: ENTRIES") || line.starts_with("ITEM: ATOMS");
+            if (inside) rows.clear();
+            continue;
+        }
+        if (!inside) continue;
+        std::istringstream numbers(line);
+        std::vector<double> row(columns);
+        for (double& value : row) numbers >> value;
+        if (!numbers) throw EngineError("LIGGGHTS wrote a line that is no row of numbers: " + line, {.where = file.string()});
+        rows.push_back(row);
+    }
+    std::sort(rows.begin(), rows.end());
+    return rows;
+}
+
+// Predicts every clump sphere from the poses and compares with where LIGGGHTS has it.
+double pose_error(const Run& run, const Packing& packing, const std::vector<std::vector<double>>& spheres) {
+    using Sphere = Eigen::Vector4d;  // centre and radius
+    std::vector<Sphere> real;
+    real.reserve(spheres.size());
+    for (const auto& row : spheres) real.emplace_back(row[1], row[2], row[3], row[4]);
+    const auto by_z = [](const Sphere& p, const Sphere& q) { return p.z() < q.z(); };
+    std::sort(real.begin(), real.end(), by_z);
+    double worst = 0.0;
+    for (const auto& body : packing.bodies)
+        for (const auto& sphere : run.bodies[body.shape].spheres) {
+            const ClumpBody& clump = run.bodies[body.shape];
+            Sphere there;
+            there << body.position_m + body.orientation * (clump.centre + clump.turn * sphere.a), sphere.radius;
+            double least = 1e300;
+            auto at = std::lower_bound(real.begin(), real.end(), there, by_z);
+            for (auto up = at; up != real.end() && up->z() - there.z() < least; ++up) least = std::min(least, (*up - there).norm());
+            for (auto down = at; down != real.begin() && there.z() - std::prev(down)->z() < least; --down)
+                least = std::min(least, (*std::prev(down) - there).norm());
+            worst = std::max(worst, least);
+        }
+    return worst;
+}
+
+constexpr const char* keep_them = "raise the container or lower drop_height_m, horizontal_speed_m_per_s or time_step_s";
+
+[[noreturn]] void fail_with_log(const std::string& what, const Path& log, const std::string& fix = {}) {
+    throw EngineError(what + "\n" + tail(log, 12), {.where = log.string(), .fix = fix});
+}
+
+Packing read_packing_back(const Run& run, const std::vector<std::vector<double>>& bodies, long expected_grains, const Path& log) {
+    Packing packing{.container = run.container, .shapes = {}, .bodies = {}};
+    for (const auto& share : run.shapes) packing.shapes.push_back(share.shape);
+    // Bodies are numbered in the order of their creation.
+    std::vector<std::size_t> order;
+    for (const auto& batch : run.batches) order.insert(order.end(), batch.begin(), batch.end());
+    if (static_cast<long>(bodies.size()) != expected_grains)
+        fail_with_log(fmt::format("LIGGGHTS lost grains: {} were poured, {} are left", expected_grains, bodies.size()), log, keep_them);
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+        const auto& row = bodies[b];
+        const ClumpBody& clump = run.bodies[order[b]];
+        Body body{.shape = order[b]};
+        const Quaternion q(row[4], row[5], row[6], row[7]);
+        body.orientation = (q * clump.turn.conjugate()).normalized();
+        body.position_m = Vec3(row[1], row[2], row[3]) - body.orientation * clump.centre;
+        packing.bodies.push_back(body);
+    }
+    return packing;
+}
+
+// Net force on the grains, and the clumps' contacts.
+void measure_rest(const Run& run, const std::vector<std::vector<double>>& bodies, PourResult& result) {
+    double sum = 0.0, largest = 0.0;
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+        const double weight = run.bodies[result.packing.bodies[b].shape].mass * run.config.gravity_m_per_s2;
+        const double net = Vec3(bodies[b][8], bodies[b][9], bodies[b][10]).norm() / weight;
+        sum += net;
+        largest = std::max(largest, net);
+    }
+    result.mean_force_over_weight = sum / static_cast<double>(bodies.size());
+    result.largest_force_over_weight = largest;
+    Packing clumps = result.packing;
+    for (std::size_t s = 0; s < clumps.shapes.size(); ++s) {
+        clumps.shapes[s].capsules.clear();
+        for (const Capsule& sphere : run.bodies[s].spheres) {
+            const Vec3 centre = run.bodies[s].centre + run.bodies[s].turn * sphere.a;
+            clumps.shapes[s].capsules.push_back({centre, centre, sphere.radius});
+        }
+    }
+    const Overlaps overlaps = find_overlaps(clumps);
+    result.coordination_number = 2.0 * static_cast<double>(overlaps.contacts) / static_cast<double>(bodies.size());
+    result.largest_clump_overlap_m = overlaps.largest_between_grains_m;
+}
+
+std::vector<std::string> command_for(long processes) {
+    std::vector<std::string> command = {"stdbuf", "-oL"};
+    if (processes > 1) command.insert(command.end(), {"mpirun", "--oversubscribe", "-np", std::to_string(processes)});
+    command.insert(command.end(), {"liggghts", "-in", "pour.in"});
+    return command;
+}
+
+// What LIGGGHTS does not say: grains that could not be created, were lost, or gain energy.
+void require_sound(const Run& run, const PourLog& said, const Path& log) {
+    if (const long expected = run.spheres_after(said.batch_then); said.spheres < expected)
+        fail_with_log(fmt::format("LIGGGHTS lost grains: {} spheres are left of {} at step {}", said.spheres, expected, said.step), log,
+                      keep_them);
+    if (!said.batches.empty()) {
+        const auto [number, spheres] = said.batches.back();
+        if (const long expected = run.spheres_after(number); spheres < expected)
+            fail_with_log(
+                fmt::format("an insertion fell short: LIGGGHTS has {} spheres after creating batch {}, not {}", spheres, number, expected),
+                log, keep_them);
+    }
+    const double energy = said.kinetic_J + said.rotational_J;
+    if (!(energy <= run.most_energy_J))
+        throw NumericalError(fmt::format("energy grows: the grains move with {:.3g} J at step {}; their whole fall gives them {:.3g} J",
+                                         energy, said.step, run.most_energy_J),
+                             {.where = log.string(), .fix = "shorten time_step_s"});
+}
+
+void run_liggghts(const Run& run, PourLog& said, const Path& log) {
+    Progress progress("pour (LIGGGHTS)");
+    const double steps_a_batch = std::max(1.0, run.config.batch_interval_s / run.plan.time_step_s);
+    const double steps = steps_a_batch * static_cast<double>(run.batches.size()) + 1.0 / run.plan.time_step_s;
+    const auto require = [&] { require_sound(run, said, log); };
+    const Program program{
+        .command = command_for(run.config.processes),
+        .folder = run.folder,
+        .log = log,
+        .environment = {{"OMPI_ALLOW_RUN_AS_ROOT", "1"}, {"OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"}, {"OMP_NUM_THREADS", "1"}},
+        .while_running = [&] {
+            said.read_on(require);
+            progress.update(static_cast<double>(said.step) / steps,
+                            fmt::format("step {}, {} spheres, the highest at {:.3f} m", said.step, said.spheres, said.bed_m));
+        }};
+    const ProgramEnd end = run_program(program);
+    said.read_on(require);
+    if (end.exit_code != 0) fail_with_log(fmt::format("LIGGGHTS failed with exit code {}", end.exit_code), log);
+}
+
+void remove_snapshots(const Path& folder) {
+    for (const auto& entry : std::filesystem::directory_iterator(folder))
+        if (entry.path().filename().string().starts_with("snapshot.") && entry.path().extension() != ".in")
+            std::filesystem::remove(entry.path());
+}
+
+// The last snapshot of an earlier run with the same settings; those of other settings are removed.
+Snapshot find_snapshot(const Path& folder, const std::string& scene) {
+    const Path key = folder / "scene.sha256";
+    if (!std::filesystem::exists(key) || read_text(key) != scene + "\n") remove_snapshots(folder);
+    write_text(key, scene + "\n");
+    Snapshot last;
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+        Snapshot found{.file = entry.path().filename().string()};
+        if (std::sscanf(found.file.c_str(), "snapshot.%ld.%ld.%ld.%ld", &found.poured, &found.settled, &found.calm, &found.step) != 4)
+            continue;
+        if (found.step > last.step) last = found;
+    }
+    return last;
+}
+
+std::string not_at_rest(const Run& run, const PourLog& said) {
+    const double n = static_cast<double>(run.grains_after(said.poured));
+    const auto& energies = said.settling_J;
+    const std::size_t window = std::max<std::size_t>(1, energies.size() / 4);
+    double before = 0.0, after = 0.0;
+    for (std::size_t i = 0; i < window; ++i) {
+        before += energies[energies.size() / 2 + i];
+        after += energies[energies.size() - 1 - i];
+    }
+    return fmt::format("the grains are not at rest after {:g} s: kinetic energy {:.3g} J a grain (limit {:.3g} J), {}",
+                       run.config.settle_time_s, said.end_energy_J / n, said.end_limit_J / n,
+                       after > 0.8 * before ? "which does not fall any more" : "which is still falling");
+}
+
+}  // namespace
+
+PourResult pour_with_liggghts(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config,
+                              const Path& templates, const Path& folder, const std::optional<Pour>& given) {
+    Run run{.shapes = shapes,
+            .container = container,
+            .config = config,
+            .plan = plan_pour(shapes, container, config),
+            .bodies = {},
+            .folder = folder};
+    for (const auto& share : shapes) run.bodies.push_back(clump_body(share.shape, config));
+    if (container.any_periodic())
+        throw UserError("LIGGGHTS pours into a container with walls, this one is periodic",
+                        {.fix = "engine = \"capsule\" pours into boxes that are periodic in x and y; or take a container with walls"});
+    require_program("liggghts", "liggghts");
+    if (config.processes > 1) require_program("mpirun", "openmpi-bin");
+    make_folder(folder);
+    for (const char* name : {"pour.in", "begin_new.in", "begin_again.in", "snapshot.in", "walls_cylinder.in", "walls_box.in"})
+        std::filesystem::copy_file(templates / name, folder / name, std::filesystem::copy_options::overwrite_existing);
+    PourResult result;
+    const Pour pour = given ? *given : make_batches(shapes, container, config, run.plan.drop_height_m, run.plan.most_grains);
+    result.thinned_batches = pour.thinned;
+    write_batches(run, pour);
+    if (given) remove_snapshots(folder);
+    const Snapshot snapshot = find_snapshot(folder, scene_key(shapes, container, config));
+    write_parameters(run, snapshot);
+    write_grains(run);
+
+    for (const auto& word : command_for(config.processes)) result.command += (result.command.empty() ? "" : " ") + word;
+    if (snapshot.step > 0)
+        log_info("pour: resumes from {:.2f} s with {} grains", static_cast<double>(snapshot.step) * run.plan.time_step_s,
+                 run.grains_after(snapshot.poured));
+    else
+        log_info("pour: at most {} grains of {} spheres, time step {:.2e} s", run.plan.most_grains, run.plan.clump_spheres,
+                 run.plan.time_step_s);
+    const Path log = folder / "log.liggghts.screen";
+    PourLog said(log);
+    std::filesystem::remove(log);
+    const Stopwatch watch;
+    run_liggghts(run, said, log);
+    result.wall_time_s = watch.seconds();
+
+    if (!said.done) fail_with_log("LIGGGHTS ended with exit code 0, but before the end of its script", log);
+    if (said.poured < 1 || said.poured > static_cast<long>(run.batches.size()))
+        fail_with_log(fmt::format("LIGGGHTS says that it poured {} batches of {}", said.poured, run.batches.size()), log);
+    run.batches.resize(static_cast<std::size_t>(said.poured));
+    result.grains = run.grains_after(said.poured);
+    if (const long spheres = run.spheres_after(said.poured); said.end_spheres != spheres)
+        fail_with_log(fmt::format("LIGGGHTS lost grains: {} spheres are left of {}", said.end_spheres, spheres), log, keep_them);
+    const auto bodies = read_dump(folder / "final.bodies", 11);
+    result.packing = read_packing_back(run, bodies, result.grains, log);
+    result.batches = said.poured;
+    result.steps = said.end_step;
+    result.kinetic_energy_per_grain_J = said.end_energy_J / static_cast<double>(result.grains);
+    result.rest_limit_J = said.end_limit_J / static_cast<double>(result.grains);
+    if (!(said.end_energy_J <= said.end_limit_J))
+        throw NumericalError(not_at_rest(run, said), {.where = log.string(), .fix = "raise settle_time_s, or shorten time_step_s"});
+    measure_rest(run, bodies, result);
+    if (*result.mean_force_over_weight > rest_force_limit)
+        throw NumericalError(
+            fmt::format("the grains move no more, but are not in balance: the net force on one is {:.2g} weights on the mean",
+                        *result.mean_force_over_weight),
+            {.where = log.string(),
+             .allowed = fmt::format("{:g}", rest_force_limit),
+             .fix = "lower rest_energy_fraction, or shorten time_step_s"});
+    result.pose_error_m = pose_error(run, result.packing, read_dump(folder / "final.spheres", 5));
+    if (*result.pose_error_m > 1e-6 * finest_diameter(shapes))
+        throw EngineError(fmt::format("the poses read back do not give the clump's spheres: off by {:.3g} m", *result.pose_error_m),
+                          {.where = (folder / "final.bodies").string()});
+    remove_snapshots(folder);
+    write_parameters(run, {});  // by hand it starts anew
+    return result;
+}
+
+}  // namespace porepack

@@ -1,0 +1,46 @@
+// What the writing and the reading of a LIGGGHTS run share. Only for the sources of this room.
+#pragma once
+
+#include "packing/liggghts/liggghts.hpp"
+
+namespace porepack {
+
+// The grain as LIGGGHTS sees it: clump about the centre of mass, axes along the principal ones, so that the body frame
+// that LIGGGHTS finds is this frame.
+struct ClumpBody {
+    std::vector<Capsule> spheres;
+    double mass = 0.0;
+    Vec3 inertia = Vec3::Zero();
+    Vec3 centre = Vec3::Zero();                // in the shape's frame
+    Quaternion turn = Quaternion::Identity();  // from the principal frame to the shape's frame
+};
+
+[[nodiscard]] ClumpBody clump_body(const Shape& shape, const PackingConfig& config);
+
+// The name of its file says what is over: batches poured, parts of the settling, how many of these the grains were calm, steps.
+struct Snapshot {
+    std::string file = "none";
+    long poured = 0, settled = 0, calm = 0, step = 0;
+};
+
+struct Run {
+    const std::vector<ShapeShare>& shapes;
+    const Container& container;
+    const PackingConfig& config;
+    PourPlan plan;
+    std::vector<ClumpBody> bodies;  // by shape
+    Path folder;
+    double top_m = 0.0;                                  // no grain is created above it
+    std::vector<std::vector<std::size_t>> batches = {};  // the shapes of each batch's grains, in the order of creation
+    double most_energy_J = 0.0;                          // that all grains' fall can give
+
+    [[nodiscard]] long grains_after(long batch) const;
+    [[nodiscard]] long spheres_after(long batch) const;
+};
+
+/// Write batch_1.in ..., parameters.in and grains.in with the clumps; the batches' shapes are kept in `run`.
+void write_batches(Run& run, const Pour& pour);
+void write_parameters(const Run& run, const Snapshot& snapshot);
+void write_grains(const Run& run);
+
+}  // namespace porepack

@@ -1,0 +1,88 @@
+#include "pipeline/manifest.hpp"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <ctime>
+
+#include "core/build.hpp"
+#include "core/digest.hpp"
+#include "core/error.hpp"
+#include "core/machine.hpp"
+
+namespace porepack {
+
+std::string key_of(const Manifest& manifest) {
+    const Json decisive = {{"stage", manifest.stage},
+                           {"result_version", manifest.result_version},
+                           {"configuration", manifest.configuration},
+                           {"inputs", manifest.inputs}};
+    return sha256(decisive.dump());
+}
+
+Json to_json(const Manifest& manifest) {
+    return {{"format", "porepack-manifest"},
+            {"version", 1},
+            {"stage", manifest.stage},
+            {"key", key_of(manifest)},
+            {"result_version", manifest.result_version},
+            {"program_version", program_version()},
+            {"git_hash", git_hash()},
+            {"versions", manifest.versions},
+            {"configuration", manifest.configuration},
+            {"seed", manifest.seed},
+            {"inputs_sha256", manifest.inputs},
+            {"outputs_sha256", manifest.outputs},
+            {"host", host_name()},
+            {"processor", processor_name()},
+            {"processes", manifest.processes},
+            {"threads", thread_count()},
+            {"wall_time_s", manifest.wall_time_s},
+            {"peak_memory_bytes", manifest.peak_memory_bytes},
+            {"finished", fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)))}};
+}
+
+namespace {
+
+std::string difference(const Json& found, const Manifest& expected) {
+    if (const long version = found.value("result_version", 0L); version != expected.result_version)
+        return fmt::format("result version {}, this porepack computes version {}", version, expected.result_version);
+    for (const auto& [name, digest] : expected.inputs)
+        if (found["inputs_sha256"].value(name, "") != digest) return "input changed: " + name;
+    for (const auto& [key, value] : expected.configuration.items())
+        if (!found["configuration"].contains(key) || found["configuration"][key] != value) return "configuration changed: " + key;
+    return "configuration changed";
+}
+
+}  // namespace
+
+StageState state_of(const Path& folder, const Manifest& expected, std::string* why) {
+    const auto say = [&](const std::string& text) {
+        if (why != nullptr) *why = text;
+    };
+    const Path file = folder / "manifest.json";
+    if (!std::filesystem::exists(file)) return StageState::missing;
+    try {
+        const Json found = read_json(file);
+        if (found.value("key", "") != key_of(expected)) {
+            say(difference(found, expected));
+            return StageState::stale;
+        }
+        if (!found.at("outputs_sha256").contains("result.json") || !found.at("peak_memory_bytes").is_number() ||
+            !found.at("wall_time_s").is_number()) {
+            say("manifest damaged");
+            return StageState::stale;
+        }
+        for (const auto& [name, digest] : found.at("outputs_sha256").items())
+            if (!std::filesystem::exists(folder / name) || sha256_of_file(folder / name) != digest.get<std::string>()) {
+                say("output changed or missing: " + name);
+                return StageState::stale;
+            }
+        return StageState::done;
+    } catch (const std::exception& fault) {
+        say(std::string("manifest unreadable: ") + fault.what());
+        return StageState::stale;
+    }
+}
+
+}  // namespace porepack

@@ -1,0 +1,42 @@
+// A manifest stands beside each result: what went in, with which settings and versions, on which machine, at what cost.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "core/choice.hpp"
+#include "core/files.hpp"
+
+namespace porepack {
+
+struct Manifest {
+    std::string stage;
+    long result_version = 1;  ///< of the stage: raised in the code when its numbers can change
+    Json configuration = {};                               ///< resolved
+    std::map<std::string, std::string> inputs = {};   ///< name -> sha256
+    std::map<std::string, std::string> outputs = {};  ///< name -> sha256
+    Json versions = {};
+    long seed = 0;
+    long processes = 1;
+    double wall_time_s = 0.0;
+    double peak_memory_bytes = 0.0;
+};
+
+/// Digest of all that decides the result: stage, result version, configuration and inputs.
+[[nodiscard]] std::string key_of(const Manifest& manifest);
+[[nodiscard]] Json to_json(const Manifest& manifest);
+
+enum class StageState { missing, done, stale, failed, running };
+constexpr std::array<Choice<StageState>, 5> choices_of(StageState) {
+    return {{{StageState::missing, "missing"},
+             {StageState::done, "done"},
+             {StageState::stale, "stale"},
+             {StageState::failed, "failed"},
+             {StageState::running, "interrupted or running"}}};
+}
+
+/// Compares the manifest in `folder` with the one expected now; `why` says what differs.
+[[nodiscard]] StageState state_of(const Path& folder, const Manifest& expected, std::string* why = nullptr);
+
+}  // namespace porepack

@@ -1,0 +1,203 @@
+#include "pipeline/pipeline.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "core/digest.hpp"
+#include "core/error.hpp"
+#include "core/interrupt.hpp"
+#include "core/log.hpp"
+#include "core/machine.hpp"
+#include "core/process.hpp"
+#include "pipeline/running_folder.hpp"
+
+namespace porepack {
+namespace fs = std::filesystem;
+namespace {
+
+std::string shell_quoted(const std::string& text) {
+    if (text.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+./,:=") == std::string::npos) return text;
+    std::string quoted = "'";
+    for (const char ch : text) quoted += ch == '\'' ? std::string("'\\''") : std::string(1, ch);
+    return quoted + "'";
+}
+
+std::map<std::string, std::string> digests_of(const Pipeline& pipeline, const Stage& stage) {
+    std::map<std::string, std::string> digests;
+    for (const auto& file : stage.files) digests[file.filename().string()] = sha256_of_file(file);
+    for (const auto& need : stage.needs) {
+        const Path manifest = stage_folder(pipeline, need) / "manifest.json";
+        if (!fs::exists(manifest)) {
+            digests[need] = "missing";
+            continue;
+        }
+        // Cost is no input: result.json holds seconds, so the key of the stage stands for it.
+        try {
+            const Json content = read_json(manifest);
+            Json outputs = content.at("outputs_sha256");
+            outputs.erase("result.json");
+            digests[need] = sha256(content.at("key").get<std::string>() + outputs.dump());
+        } catch (const std::exception&) {
+            digests[need] = "unreadable";
+        }
+    }
+    return digests;
+}
+
+Manifest expected_manifest(const Pipeline& pipeline, const Stage& stage) {
+    return {.stage = stage.name,
+            .result_version = stage.result_version,
+            .configuration = stage.configuration,
+            .inputs = digests_of(pipeline, stage),
+            .seed = stage.seed,
+            .processes = stage.processes};
+}
+
+StageState state_in(const Pipeline& pipeline, const Stage& stage, std::string& why) {
+    const Path folder = stage_folder(pipeline, stage.name);
+    for (const auto& need : stage.needs)
+        if (!fs::exists(stage_folder(pipeline, need) / "manifest.json")) {
+            why = "needs " + need;
+            return fs::exists(folder) ? StageState::stale : StageState::missing;
+        }
+    const StageState state = state_of(folder, expected_manifest(pipeline, stage), &why);
+    if (state == StageState::done) return state;
+    if (fs::exists(pipeline.results / (stage.name + ".failed"))) return StageState::failed;
+    if (fs::exists(pipeline.results / ("." + stage.name + ".running"))) return StageState::running;
+    return state;
+}
+
+std::vector<std::string> files_in(const Path& folder, const std::vector<std::string>& patterns) {
+    std::vector<std::string> names = {"result.json"};
+    for (const auto& pattern : patterns) {
+        if (pattern.front() != '*') {
+            names.push_back(pattern);
+            continue;
+        }
+        for (const auto& entry : fs::directory_iterator(folder))
+            if (entry.path().extension() == pattern.substr(1)) names.push_back(entry.path().filename().string());
+    }
+    std::sort(names.begin() + 1, names.end());
+    return names;
+}
+
+void publish(const Pipeline& pipeline, const Stage& stage) {
+    for (const auto& [name, source] : stage.published) {
+        const Path target = pipeline.results / name;
+        const std::string text = read_text(stage_folder(pipeline, stage.name) / source);
+        if (!fs::exists(target) || read_text(target) != text) write_text(target, text);
+    }
+}
+
+// A stage that fails keeps its folder as .failed.
+Json run_stage(const Pipeline& pipeline, const Stage& stage) {
+    const Path running = pipeline.results / ("." + stage.name + ".running"), final = stage_folder(pipeline, stage.name),
+               failed = pipeline.results / (stage.name + ".failed");
+    if (!stage.resumes) fs::remove_all(running);
+    fs::remove_all(failed);
+    make_folder(running);
+    log_info("{}: runs", stage.name);
+    reset_peak_memory();
+    (void)take_peak_program_memory_bytes();
+    const Stopwatch watch;
+    Manifest manifest = expected_manifest(pipeline, stage);
+    try {
+        Json result = stage.run(running);
+        check_interrupt();
+        result["wall_time_s"] = watch.seconds();
+        write_json(running / "result.json", result);
+        for (const auto& name : files_in(running, stage.outputs)) manifest.outputs[name] = sha256_of_file(running / name);
+        manifest.versions = pipeline.versions();
+        manifest.wall_time_s = watch.seconds();
+        manifest.peak_memory_bytes = std::max(peak_memory_bytes(), take_peak_program_memory_bytes());
+        write_json(running / "manifest.json", to_json(manifest));
+        fs::remove_all(final);
+        fs::rename(running, final);
+        log_info("{}: done in {}", stage.name, human_time(manifest.wall_time_s));
+        if (result.contains("repeat_by_hand"))
+            log_info("{}: by hand: cd {} && {}", stage.name, shell_quoted(fs::absolute(final).lexically_normal().string()),
+                     result["repeat_by_hand"].get<std::string>());
+        return result;
+    } catch (...) {
+        keep_what_is_left(running, failed, stage.resumes);
+    }
+}
+
+// The stages that `last` needs, in order.
+std::vector<const Stage*> stages_up_to(const Pipeline& pipeline, const std::string& last) {
+    if (pipeline.stages.empty()) throw std::logic_error("a pipeline without stages");
+    const std::string wanted = last.empty() ? pipeline.stages.back().name : last;
+    std::set<std::string> needed = {wanted};
+    bool found = false;
+    for (auto stage = pipeline.stages.rbegin(); stage != pipeline.stages.rend(); ++stage) {
+        found = found || stage->name == wanted;
+        if (needed.contains(stage->name)) needed.insert(stage->needs.begin(), stage->needs.end());
+    }
+    if (!found) throw UserError("this case has no stage " + wanted, {.fix = pipeline.left_out});
+    std::vector<const Stage*> stages;
+    for (const Stage& stage : pipeline.stages)
+        if (needed.contains(stage.name)) stages.push_back(&stage);
+    return stages;
+}
+
+}  // namespace
+
+Path stage_folder(const Pipeline& pipeline, const std::string& stage) {
+    return pipeline.results / stage;
+}
+
+std::vector<StageStatus> status_of(const Pipeline& pipeline) {
+    std::vector<StageStatus> list;
+    for (const Stage& stage : pipeline.stages) {
+        StageStatus status{.name = stage.name};
+        status.state = state_in(pipeline, stage, status.why);
+        if (status.state == StageState::done) {
+            status.wall_time_s = read_json(stage_folder(pipeline, stage.name) / "manifest.json").value("wall_time_s", 0.0);
+            for (const auto& need : stage.needs)
+                for (const auto& other : list)
+                    if (other.name == need && other.state != StageState::done) {
+                        status.state = StageState::stale;
+                        status.why = fmt::format("{} is {}", other.name, name_of(other.state));
+                    }
+        }
+        list.push_back(status);
+    }
+    return list;
+}
+
+Json run_pipeline(const Pipeline& pipeline, const std::string& last) {
+    const Lock lock(pipeline.results);
+    Json result;
+    for (const Stage* stage : stages_up_to(pipeline, last)) {
+        check_interrupt();
+        std::string why;
+        const StageState state = state_in(pipeline, *stage, why);
+        if (state == StageState::done) {
+            log_info("{}: already done", stage->name);
+            result = read_json(stage_folder(pipeline, stage->name) / "result.json");
+        } else {
+            if (state == StageState::stale) log_info("{}: done before, but {}", stage->name, why);
+            result = run_stage(pipeline, *stage);
+        }
+        publish(pipeline, *stage);
+    }
+    return result;
+}
+
+Json plan_pipeline(const Pipeline& pipeline, const std::string& last) {
+    Json plan = {{"stages", Json::array()}};
+    for (const Stage* stage : stages_up_to(pipeline, last)) {
+        std::string why;
+        const StageState state = state_in(pipeline, *stage, why);
+        plan["stages"].push_back({{"stage", stage->name},
+                                  {"state", name_of(state)},
+                                  {"would_run", state != StageState::done},
+                                  {"expected", state == StageState::done ? "nothing" : stage->expect()}});
+    }
+    plan["memory_available"] = human_bytes(available_memory_bytes());
+    return plan;
+}
+
+}  // namespace porepack

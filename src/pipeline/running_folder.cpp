@@ -1,0 +1,54 @@
+#include "pipeline/running_folder.hpp"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include "core/error.hpp"
+#include "core/interrupt.hpp"
+
+namespace porepack {
+namespace fs = std::filesystem;
+
+Lock::Lock(const Path& folder) {
+    require_writable(folder);
+    file_ = open((folder / ".lock").c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644);
+    if (file_ < 0 || flock(file_, LOCK_EX | LOCK_NB) != 0)
+        throw UserError("another porepack runs here", {.where = folder.string(), .fix = "wait for it, or end it"});
+}
+
+Lock::~Lock() {
+    if (file_ >= 0) close(file_);
+}
+
+void keep_what_is_left(const Path& running, const Path& failed, bool resumes) {
+    std::error_code ignored;
+    try {
+        throw;
+    } catch (const Error& error) {
+        if (interrupted()) {
+            if (!resumes) fs::remove_all(running, ignored);
+            throw;
+        }
+        fs::remove_all(failed, ignored);
+        fs::rename(running, failed, ignored);
+        std::string text = error.what();
+        for (std::size_t at = 0; (at = text.find(running.string(), at)) != std::string::npos; at += failed.string().size())
+            text.replace(at, running.string().size(), failed.string());
+        switch (error.code()) {
+            case ExitCode::user:
+                throw UserError(text);
+            case ExitCode::numerical:
+                throw NumericalError(text);
+            case ExitCode::engine:
+                throw EngineError(text);
+            default:
+                throw MachineError(text);
+        }
+    } catch (...) {
+        fs::remove_all(running, ignored);
+        throw;
+    }
+}
+
+}  // namespace porepack

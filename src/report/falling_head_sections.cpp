@@ -1,0 +1,99 @@
+#include <algorithm>
+#include <cmath>
+
+#include "report/plot.hpp"
+#include "report/section.hpp"
+
+namespace porepack {
+namespace fs = std::filesystem;
+
+ReportSection inertia_section(const ReportInput& input) {
+    ReportSection section{.title = "Flow with inertia"};
+    section.header = {"solver", "Re = U d/nu", "k apparent (m²)", "k apparent / k"};
+    for (const auto& [solver, path] : {std::pair("lattice Boltzmann", "forchheimer/lbm"), std::pair("OpenFOAM", "forchheimer/openfoam")}) {
+        const Json& part = result_at(input, path);
+        if (!part.is_object() || !part.contains("creeping_permeability_m2")) continue;
+        const double k = part["creeping_permeability_m2"].get<double>();
+        for (const Json& flow : part.contains("grids") ? part["grids"].back()["flows"] : part["flows"])
+            section.rows.push_back({solver, number_text(flow["reynolds"], "{:.3g}"), number_text(flow["permeability_m2"]),
+                                    fmt::format("{:.4f}", flow["permeability_m2"].get<double>() / k)});
+        const Json& interval = part["inertial_permeability_interval_m"];
+        section.rows.push_back(
+            {solver, "k_in = " + number_text(part["inertial_permeability_m"]) + " m",
+             fmt::format("{} to {} m", number_text(interval[0]), number_text(interval[1])),
+             "onset (5 %) at Re " + number_text(part["onset_reynolds"], "{:.2g}") +
+                 (part["stopped_by"].is_string() ? "; then " + part["stopped_by"].get<std::string>().substr(0, 60) : "")});
+    }
+    if (section.rows.empty()) return section;
+    section.rows.push_back({"Ergun", "k_in = " + number_text(result_at(input, "forchheimer/ergun_inertial_permeability_m")) + " m", "", ""});
+    section.intro =
+        fmt::format("1/k_apparent = 1/k + (U/nu)/k_in (Forchheimer); d = {} m. Beyond the largest steady Re k_in is {}.",
+                    number_text(result_at(input, "forchheimer/length_m")), result_at(input, "forchheimer/beyond_largest_reynolds").get<std::string>());
+    return section;
+}
+
+ReportSection falling_head_section(const ReportInput& input) {
+    ReportSection section{.title = "Falling head"};
+    section.header = {"water level above the sample (m)", "passed after, Eq. 18 (s)", "with the inertia of the water and the screens (s)"};
+    const Json &levels = result_at(input, "falling-head/levels_m"), &times = result_at(input, "falling-head/times_s"),
+               &full = result_at(input, "falling-head/times_full_equation_s");
+    for (std::size_t i = 0; levels.is_array() && i < levels.size(); ++i)
+        section.rows.push_back({number_text(levels[i]), number_text(times[i], "{:.5g}"), number_text(full[i], "{:.5g}")});
+    if (result_at(input, "falling-head/inertial_permeability_from").is_string())
+        section.intro = fmt::format("With k from the lattice Boltzmann run and k_in = {} m from {}.",
+                                    number_text(result_at(input, "falling-head/inertial_permeability_m")),
+                                    result_at(input, "falling-head/inertial_permeability_from").get<std::string>());
+    return section;
+}
+
+ReportSection causes_section(const ReportInput& input) {
+    ReportSection section{.title = "Measured against computed"};
+    section.header = {"cause", "what", "k true / k by the paper's evaluation"};
+    for (const char* part : {"causes/causes", "causes/together"})
+        if (const Json& causes = result_at(input, part); causes.is_array())
+            for (const Json& cause : causes) {
+                std::string factor = number_text(cause["factor"], "{:.2f}");
+                if (!cause["factor"].is_number())
+                    factor = "none: " + cause["note"].get<std::string>();
+                else if (cause["range"][0] != cause["range"][1])
+                    factor += fmt::format(" ({} to {}; {})", number_text(cause["range"][0], "{:.2f}"), number_text(cause["range"][1], "{:.2f}"),
+                                          cause["note"].get<std::string>());
+                section.rows.push_back({cause["cause"].get<std::string>(), cause["what"].get<std::string>(), factor});
+            }
+    if (section.rows.empty()) return section;
+    section.intro = fmt::format(
+        "Each test is simulated with the cause and evaluated without correction for it; the paper's LBM scheme and the wall are "
+        "what they would do to k computed. The viscous loss is only {} of the head.",
+        number_text(result_at(input, "causes/viscous_share_of_head"), "{:.2g}"));
+    if (result_at(input, "causes/to_explain").is_number())
+        section.intro += fmt::format(" To explain: k computed / k measured = {}.", number_text(result_at(input, "causes/to_explain")));
+    const auto offset = [&](const char* key, const char* when) {
+        const Json& value = result_at(input, key);
+        if (!value.is_number()) return;
+        const double mm = 1e3 * value.get<double>();
+        section.intro +=
+            fmt::format(" A true water level {:.1f} mm {} than the one read explains that {}.", std::abs(mm), mm < 0.0 ? "lower" : "higher", when);
+    };
+    offset("causes/level_offset_that_explains_alone_m", "alone");
+    offset("causes/level_offset_that_explains_with_all_m", "together with the inertia of the water, the screens and the ends");
+    return section;
+}
+
+void add_falling_head_pictures(const ReportInput& input, const Path& folder, ReportSection& inertia, ReportSection& head,
+                               ReportSection& causes) {
+    const auto copy = [&](const char* file, ReportSection& section, const char* caption) {
+        const Path from = input.stage_folders / file;
+        if (!fs::exists(from)) return;
+        fs::copy_file(from, folder / from.filename(), fs::copy_options::overwrite_existing);
+        section.pictures.emplace_back(from.filename().string(), caption);
+    };
+    copy("forchheimer/forchheimer.svg", inertia, "Apparent permeability against the Reynolds number.");
+    const Path level = input.stage_folders / "falling-head" / "falling_head.csv";
+    if (fs::exists(level)) fs::copy_file(level, folder / "falling_head.csv", fs::copy_options::overwrite_existing);
+    if (fs::exists(level) && draw_plot(folder / "falling_head.svg", "falling_head"))
+        head.pictures.emplace_back("falling_head.svg", "Predicted water level over time.");
+    copy("causes/effects.svg", head, "What each effect does to the water level.");
+    copy("causes/causes.svg", causes, "How far each cause moves the k of the paper's evaluation.");
+}
+
+}  // namespace porepack

@@ -1,0 +1,75 @@
+// The report as one HTML page.
+#include <openssl/evp.h>
+
+#include "core/data_file.hpp"
+#include "report/section.hpp"
+
+namespace porepack {
+namespace {
+
+std::string base64(const std::string& bytes) {
+    std::string text(4 * ((bytes.size() + 2) / 3) + 1, '\0');
+    const int size = EVP_EncodeBlock(reinterpret_cast<unsigned char*>(text.data()), reinterpret_cast<const unsigned char*>(bytes.data()),
+                                     static_cast<int>(bytes.size()));
+    text.resize(static_cast<std::size_t>(size));
+    return text;
+}
+
+std::string escaped(const std::string& text) {
+    std::string out;
+    for (const char ch : text) out += ch == '<' ? "&lt;" : ch == '>' ? "&gt;" : ch == '&' ? "&amp;" : std::string(1, ch);
+    return out;
+}
+
+std::string section_html(const ReportSection& section, const Path& folder) {
+    std::string html = "<h2>" + escaped(section.title) + "</h2>\n";
+    if (!section.intro.empty()) html += "<p>" + escaped(section.intro) + "</p>\n";
+    html += "<table><tr>";
+    for (const auto& head : section.header) html += "<th>" + escaped(head) + "</th>";
+    html += "</tr>\n";
+    for (const auto& row : section.rows) {
+        html += "<tr>";
+        for (const auto& cell : row) html += "<td>" + escaped(cell) + "</td>";
+        html += "</tr>\n";
+    }
+    html += "</table>\n";
+    for (const auto& [file, caption] : section.pictures) {
+        const std::string bytes = read_text(folder / file);
+        const std::string picture = file.ends_with(".svg")
+                                        ? bytes.substr(bytes.find("<svg"))
+                                        : "<img alt=\"" + escaped(caption) + "\" src=\"data:image/png;base64," + base64(bytes) + "\">";
+        html += "<figure>" + picture + "<figcaption>" + escaped(caption) + "</figcaption></figure>\n";
+    }
+    return html;
+}
+
+// Fills the template's {{names}} in one pass: what is put in is not looked at again.
+std::string filled(const std::string& page, const std::map<std::string, std::string>& values) {
+    std::string text;
+    std::size_t at = 0;
+    for (std::size_t open = 0; (open = page.find("{{", at)) != std::string::npos;) {
+        const std::size_t close = page.find("}}", open);
+        text += page.substr(at, open - at) + values.at(page.substr(open + 2, close - open - 2));
+        at = close + 2;
+    }
+    return text + page.substr(at);
+}
+
+}  // namespace
+
+std::string html_page(const ReportInput& input, const std::vector<ReportSection>& sections, const Json& main_numbers, const Path& folder) {
+    std::string notes, numbers, tables;
+    for (const auto& note : input.notes) notes += "<p class=\"note\">" + escaped(note) + "</p>\n";
+    for (const auto& entry : main_numbers)
+        numbers += "<div>" + escaped(entry["label"].get<std::string>()) + "<b>" + escaped(entry["text"].get<std::string>()) + "</b></div>";
+    for (const auto& section : sections)
+        if (!section.rows.empty() || !section.pictures.empty()) tables += section_html(section, folder);
+    return filled(read_text(data_file("templates/report.html")), {{"title", escaped(input.title)},
+                                                                  {"notes", notes},
+                                                                  {"main_numbers", numbers},
+                                                                  {"sections", tables},
+                                                                  {"versions", escaped(input.versions.dump(2))},
+                                                                  {"configuration", escaped(input.configuration.dump(2))}});
+}
+
+}  // namespace porepack

@@ -1,0 +1,180 @@
+// The tables of the report: permeability, packing, tortuosity, convergence, cost.
+#include "report/section.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "core/log.hpp"
+
+namespace porepack {
+namespace {
+
+// Numbers of the paper (section 8 of its results) for the grain at hand, where there are any.
+struct PaperNumber {
+    const char *kind, *quantity, *text;
+    double sphericity;
+};
+constexpr PaperNumber paper_numbers[] = {
+    {"tetrapod", "porosity", "0.70 (DEM), 0.685 (CT)", 0.53},
+    {"tetrapod", "porosity", "0.78 (DEM)", 0.47},
+    {"tetrapod", "tortuosity", "1.58 (DEM), 1.61 (CT)", 0.53},
+    {"tetrahedron", "tortuosity", "2.4 (DEM)", 0.74},
+};
+
+std::string paper_number(const ReportInput& input, const std::string& quantity) {
+    const Json& kind = result_at(input, "shape/kind");
+    const Json& sphericity = result_at(input, "shape/sphericity");
+    if (!kind.is_string() || !sphericity.is_number()) return "";
+    for (const auto& entry : paper_numbers)
+        if (kind == entry.kind && quantity == entry.quantity && std::abs(sphericity.get<double>() - entry.sphericity) < 0.006)
+            return entry.text;
+    return "";
+}
+
+}  // namespace
+
+std::string interval_text(const Json& interval) {
+    if (!interval.is_array()) return "none";
+    return fmt::format("{:.4g} to {:.4g}", interval[0].get<double>(), interval[1].get<double>());
+}
+
+std::string difference(const Json& value, const Json& reference) {
+    if (!value.is_number() || !reference.is_number()) return "–";
+    return fmt::format("{:+.1f} %", 100.0 * (value.get<double>() / reference.get<double>() - 1.0));
+}
+
+namespace {
+
+std::string percent(const Json& value) {
+    return value.is_number() ? fmt::format("{:.2g} %", 100.0 * value.get<double>()) : "–";
+}
+
+}  // namespace
+
+ReportSection permeability_section(const ReportInput& input) {
+    const Json& lbm = result_at(input, "lbm/permeability_m2");
+    ReportSection section{
+        .title = "Permeability",
+        .intro = "k = mu U L / dP, with U the flow rate over the inner area of the container and dP between the planes of the section."};
+    section.header = {"method", "k (m²)", "interval (m²)", "k (darcy)", "K, water (m/s)", "against LBM"};
+    const auto add = [&](const std::string& method, const Json& k, const std::string& interval) {
+        if (!k.is_number()) return;
+        const double value = k.get<double>();
+        section.rows.push_back({method, number_text(k), interval, fmt::format("{:.4g}", value / 9.869233e-13),
+                                fmt::format("{:.3g}", value * 9.81e6), difference(k, lbm)});
+    };
+    add("lattice Boltzmann", lbm, interval_text(result_at(input, "lbm/permeability_interval_m2")));
+    if (const Json& grids = result_at(input, "lbm/grids"); grids.size() > 1)
+        for (auto grid = grids.rbegin(); grid != grids.rend(); ++grid)
+            add(fmt::format("lattice Boltzmann, voxels of {:.3g} m alone", grid->at("voxel_size_m").get<double>()),
+                grid->at("permeability_m2"), "none");
+    if (const Json& mean = result_at(input, "seeds/permeability_mean_m2"); mean.is_number())
+        add(fmt::format("lattice Boltzmann, mean of {} packings", result_at(input, "seeds/packings").get<long>()), mean,
+            fmt::format("standard deviation between packings {:.3g}, numerical half width {:.3g}",
+                        result_at(input, "seeds/standard_deviation_between_packings_m2").get<double>(),
+                        result_at(input, "seeds/numerical_half_width_m2").get<double>()));
+    add("OpenFOAM", result_at(input, "foam/permeability_m2"), interval_text(result_at(input, "foam/permeability_interval_m2")));
+    if (const Json& meshes = result_at(input, "foam/meshes"); meshes.size() > 1)
+        for (auto mesh = meshes.rbegin(); mesh != meshes.rend(); ++mesh)
+            add(fmt::format("OpenFOAM, mesh of {} cells alone", mesh->at("cells").get<long>()), mesh->at("permeability_m2"), "none");
+    add("Carman-Kozeny, constant 150 (Eq. 2)", result_at(input, "falling-head/correlations/carman_kozeny_150_m2"), "none");
+    add("Carman-Kozeny, constant 180", result_at(input, "falling-head/correlations/carman_kozeny_180_m2"), "none");
+    add("the paper's fit (Eq. 22, corrected)", result_at(input, "falling-head/correlations/paper_fit_m2"), "none");
+    return section;
+}
+
+ReportSection packing_section(const ReportInput& input) {
+    ReportSection section{.title = "Packing"};
+    section.header = {"quantity", "value", "uncertainty", "the paper"};
+    const auto add = [&](const char* name, const std::string& value, const std::string& uncertainty, const std::string& paper = "") {
+        if (value != "–") section.rows.push_back({name, value, uncertainty, paper});
+    };
+    const std::string stage = input.results.contains("pack") ? "pack" : "stl";
+    add("grain", result_at(input, "shape/kind").is_string() ? result_at(input, "shape/kind").get<std::string>() : "–", "");
+    add("sphericity", number_text(result_at(input, "shape/sphericity")), number_text(result_at(input, "shape/relative_error"), "{:.1e} (relative)"));
+    add("capsule diameter d, length L",
+        result_at(input, "shape/diameter_m").is_number()
+            ? number_text(result_at(input, "shape/diameter_m")) + " m, " + number_text(result_at(input, "shape/length_m")) + " m"
+            : "–",
+        "");
+    add("grains", number_text(result_at(input, stage + "/grains"), "{:.0f}"), "");
+    add("bed height", number_text(result_at(input, stage + "/bed_height_m")) + " m", "");
+    add("porosity of the section", number_text(result_at(input, "voxelise/porosity"), "{:.4f}"),
+        number_text(result_at(input, "voxelise/porosity_uncertainty"), "± {:.1e} (quadrature; one packing, so no scatter)"),
+        paper_number(input, "porosity"));
+    add("porosity of the whole bed", number_text(result_at(input, stage + "/porosity_bed"), "{:.4f}"),
+        number_text(result_at(input, stage + "/porosity_bed_uncertainty"), "± {:.1e} (quadrature)"));
+    add("maximum overlap of grains / d", number_text(result_at(input, stage + "/largest_overlap_relative_to_diameter")), "");
+    add("contacts", number_text(result_at(input, stage + "/contacts"), "{:.0f}"), "");
+    add("coordination number (contacts with other grains, per grain)", number_text(result_at(input, stage + "/coordination_number"), "{:.2f}"), "");
+    add("net force on a grain / its weight, mean", number_text(result_at(input, stage + "/mean_force_over_weight"), "{:.1e}"), "");
+    const Json& z = result_at(input, "voxelise/section_m");
+    if (z.is_array()) add("section", fmt::format("z = {:.4g} to {:.4g} m", z[0].get<double>(), z[1].get<double>()), "");
+    return section;
+}
+
+ReportSection tortuosity_section(const ReportInput& input) {
+    ReportSection section{
+        .title = "Tortuosity",
+        .intro =
+            "Four different numbers: the path of the paper through dots (exact, and on slice images, where it grows with the pixel size), "
+            "the shortest path through the pores, the mean path of the flow, and the tortuosity factor eps D0/D_eff of diffusion."};
+    section.header = {"kind", "value", "uncertainty", "the paper"};
+    const auto add = [&](const std::string& name, const Json& value, const std::string& uncertainty, const std::string& paper) {
+        if (value.is_number()) section.rows.push_back({name, number_text(value, "{:.4f}"), uncertainty, paper});
+    };
+    add("geometric_paper, exact", result_at(input, "tortuosity/geometric_paper_exact/tortuosity_geometric_paper"),
+        number_text(result_at(input, "tortuosity/geometric_paper_exact/standard_error"), "± {:.1e} (standard error over paths)"),
+        paper_number(input, "tortuosity"));
+    add("geometric_paper, pixels of " + number_text(result_at(input, "tortuosity/geometric_paper_pixels/pixel_m")) + " m",
+        result_at(input, "tortuosity/geometric_paper_pixels/tortuosity_geometric_paper"),
+        number_text(result_at(input, "tortuosity/geometric_paper_pixels/standard_error"), "± {:.1e} (standard error over paths)"),
+        paper_number(input, "tortuosity"));
+    add("shortest_path, mean over starting points", result_at(input, "tortuosity/shortest_path/tortuosity_shortest_path"),
+        number_text(result_at(input, "tortuosity/shortest_path/standard_error"), "± {:.1e} (standard error over starting points)"), "");
+    add("hydraulic", result_at(input, "tortuosity/hydraulic/tortuosity_hydraulic"), "none", "");
+    const Json interval = result_at(input, "tortuosity/diffusive/interval");
+    add("tortuosity factor (diffusive)", result_at(input, "tortuosity/diffusive/tortuosity_factor"),
+        interval.is_array() ? fmt::format("{:.3f} to {:.3f} (three grids)", interval[0].get<double>(), interval[1].get<double>()) : "none",
+        "");
+    return section;
+}
+
+ReportSection convergence_section(const ReportInput& input) {
+    ReportSection section{.title = "Did it converge?"};
+    section.header = {"check", "value"};
+    const auto add = [&](const char* name, const std::string& value) {
+        if (value != "–") section.rows.push_back({name, value});
+    };
+    add("LBM: iteration error of k", percent(result_at(input, "lbm/iteration_error")));
+    add("LBM: flow rate, maximum difference between layers", percent(result_at(input, "lbm/flow_imbalance")));
+    add("LBM: time steps", number_text(result_at(input, "lbm/steps"), "{:.0f}"));
+    add("LBM: fluid nodes", number_text(result_at(input, "lbm/fine/fluid_nodes"), "{:.0f}"));
+    add("LBM: pore cells without flow", number_text(result_at(input, "lbm/fine/isolated_cells"), "{:.0f}"));
+    add("LBM: node updates per second", number_text(result_at(input, "lbm/updates_per_second"), "{:.3g}"));
+    add("OpenFOAM: iterations (finest mesh)", number_text(result_at(input, "foam/iterations"), "{:.0f}"));
+    add("OpenFOAM: cells (finest mesh)", number_text(result_at(input, "foam/cells"), "{:.0f}"));
+    add("OpenFOAM: flow in against flow out", percent(result_at(input, "foam/fine/flow_imbalance")));
+    add("OpenFOAM: meshed / exact pore volume", number_text(result_at(input, "foam/fine/mesh_volume_ratio"), "{:.4f}"));
+    return section;
+}
+
+ReportSection cost_section(const ReportInput& input) {
+    ReportSection section{.title = "Cost"};
+    section.header = {"stage", "wall time", "peak memory", "seed", "processes"};
+    double sum = 0.0;
+    for (const char* stage :
+         {"shape", "pack", "stl", "voxelise", "slices", "lbm", "foam", "tortuosity", "forchheimer", "falling-head", "causes"}) {
+        const auto found = input.manifests.find(stage);
+        if (found == input.manifests.end()) continue;
+        const Json& m = found->second;
+        sum += m.value("wall_time_s", 0.0);
+        section.rows.push_back({stage, human_time(m.value("wall_time_s", 0.0)), human_bytes(m.value("peak_memory_bytes", 0.0)),
+                                std::to_string(m.value("seed", 0L)), std::to_string(m.value("processes", 1L))});
+    }
+    section.rows.push_back({"all", human_time(sum), "", "", ""});
+    return section;
+}
+
+}  // namespace porepack

@@ -1,0 +1,54 @@
+#include "stages/case.hpp"
+
+#include <stdexcept>
+
+#include "core/error.hpp"
+#include "core/toml_file.hpp"
+
+namespace porepack {
+
+const std::vector<std::string>& Settings::tables() {
+    static const std::vector<std::string> names = [] {
+        std::vector<std::string> list;
+        Settings settings;
+        visit_members(settings, [&](const char* name, const auto&) { list.emplace_back(name); });
+        return list;
+    }();
+    return names;
+}
+
+Describe Settings::describe_table(const std::string& table) {
+    Describe found;
+    visit_members(*this, [&](const char* name, auto& config) {
+        if (table == name) found = [&config](ConfigVisitor& v) { describe(v, config); };
+    });
+    if (!found) throw std::logic_error("no such table: " + table);
+    return found;
+}
+
+Json Settings::resolved_tables(const std::vector<std::string>& names) const {
+    Settings copy = *this;
+    Json json = Json::object();
+    for (const std::string& name : names) json[name] = resolved(copy.describe_table(name));
+    return json;
+}
+
+Case read_case(const Path& path, const std::string& flag_table, const Flags& flags) {
+    const Path file = std::filesystem::is_directory(path) ? path / "case.toml" : path;
+    if (!std::filesystem::exists(file))
+        throw UserError("no such case: " + file.string(), {.fix = "a case is a folder with a file case.toml in it"});
+    const TomlFile toml(file);
+    toml.require_known_tables(Settings::tables());
+    Case the_case;
+    the_case.folder = file.parent_path().empty() ? Path(".") : file.parent_path();
+    for (const char* table : {"shape", "container"})
+        if (!toml.has(table))
+            throw UserError(std::string("the table [") + table + "] is missing",
+                            {.where = file.string(), .allowed = "[shape] and [container] are required, all else has defaults"});
+    // A flag belongs to the table of its command, or to [geometry], which all of them share.
+    for (const auto& table : Settings::tables())
+        toml.read(table, the_case.settings.describe_table(table), table == flag_table || table == "geometry" ? flags : Flags{});
+    return the_case;
+}
+
+}  // namespace porepack

@@ -1,0 +1,72 @@
+// A case: a folder with case.toml; its results go to results/.
+#pragma once
+
+#include "converters/config.hpp"
+#include "core/config.hpp"
+#include "core/members.hpp"
+#include "falling_head/config.hpp"
+#include "lbm/config.hpp"
+#include "openfoam/config.hpp"
+#include "packing/config.hpp"
+#include "packing/container_config.hpp"
+#include "permeability/config.hpp"
+#include "report/config.hpp"
+#include "shapes/config.hpp"
+#include "tortuosity/config.hpp"
+
+namespace porepack {
+
+/// All tables; the defaults stand for a table that is left out.
+struct Settings {
+    ShapeConfig shape;
+    ContainerConfig container;
+    PackingConfig packing;
+    GeometryConfig geometry;
+    StlConfig stl;
+    LbmConfig lbm;
+    FoamConfig openfoam;
+    TortuosityConfig tortuosity;
+    ForchheimerConfig forchheimer;
+    FallingHeadConfig falling_head;
+    ReportConfig report;
+
+    /// The list of keys of one table.
+    [[nodiscard]] Describe describe_table(const std::string& table);
+    [[nodiscard]] static const std::vector<std::string>& tables();
+    /// The resolved values, table by table: all of them, or those named.
+    [[nodiscard]] Json resolved_tables(const std::vector<std::string>& names = tables()) const;
+};
+template <MembersOf<Settings> Self, typename Visit>
+void visit_members(Self& settings, const Visit& visit) {
+    visit("shape", settings.shape);
+    visit("container", settings.container);
+    visit("packing", settings.packing);
+    visit("geometry", settings.geometry);
+    visit("stl", settings.stl);
+    visit("lbm", settings.lbm);
+    visit("openfoam", settings.openfoam);
+    visit("tortuosity", settings.tortuosity);
+    visit("forchheimer", settings.forchheimer);
+    visit("falling_head", settings.falling_head);
+    visit("report", settings.report);
+}
+
+struct Case {
+    Path folder;
+    Settings settings;
+    Path output = {};  ///< where results go instead of the case's own folder `results`
+
+    [[nodiscard]] Path results() const { return output.empty() ? folder / "results" : output; }
+    [[nodiscard]] Path stage_folder(const std::string& stage) const { return results() / stage; }
+    /// result.json of a stage that is done.
+    [[nodiscard]] Json result_of(const std::string& stage) const { return read_json(stage_folder(stage) / "result.json"); }
+    /// A file named in case.toml, relative to the case.
+    [[nodiscard]] Path resolve(const std::string& file) const { return Path(file).is_absolute() ? Path(file) : folder / file; }
+    [[nodiscard]] bool from_stl() const { return settings.shape.kind == ShapeKind::stl; }
+};
+
+/// `path` is the case's folder or its case.toml. `flags` of the table `flag_table`, and those of [geometry], win over the file. Throws
+/// UserError with file and line.
+[[nodiscard]] Case read_case(const Path& path, const std::string& flag_table = {}, const Flags& flags = {});
+
+}  // namespace porepack

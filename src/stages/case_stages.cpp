@@ -1,0 +1,34 @@
+// The chain of a case.
+#include "core/error.hpp"
+#include "stages/stages.hpp"
+
+namespace porepack {
+
+std::vector<Stage> case_stages(const Case& c, std::vector<Stage> studies) {
+    const Settings& s = c.settings;
+    if (c.from_stl() && s.shape.file.empty())
+        throw UserError("kind = \"stl\" needs a file", {.where = "[shape]", .fix = "file = \"grains.stl\""});
+    std::vector<Stage> stages = {make_shape_stage(c)};
+    if (!c.from_stl()) stages.push_back(make_pack_stage(c));
+    for (const auto& make : {make_stl_stage, make_voxelise_stage, make_slices_stage, make_lbm_stage}) stages.push_back(make(c));
+    if (s.openfoam.enabled) stages.push_back(make_foam_stage(c));
+    for (Stage& study : studies) stages.push_back(std::move(study));
+    stages.push_back(make_tortuosity_stage(c));
+    if (s.forchheimer.enabled) stages.push_back(make_forchheimer_stage(c));
+    stages.push_back(make_falling_head_stage(c));
+    if (s.falling_head.causes) stages.push_back(make_causes_stage(c));
+
+    // The surface of a packing is made only for what shows or meshes it.
+    const bool surface_wanted = c.from_stl() || s.openfoam.enabled || s.report.pictures || s.stl.pores || s.stl.clip;
+    std::vector<std::string> needs, shown;
+    for (Stage& stage : stages) {
+        stage.seed = s.packing.seed;
+        shown.push_back(stage.name);
+        if (stage.name != "stl" || surface_wanted) needs.push_back(stage.name);
+    }
+    stages.push_back(make_report_stage(c, needs, shown));
+    stages.back().seed = s.packing.seed;
+    return stages;
+}
+
+}  // namespace porepack

@@ -1,0 +1,130 @@
+// The falling-head test, simulated.
+#include "falling_head/falling_head.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+
+#include "core/error.hpp"
+#include "core/table.hpp"
+#include "falling_head/causes.hpp"
+#include "falling_head/column.hpp"
+#include "stages/falling_head.hpp"
+#include "stages/results.hpp"
+#include "stages/stages.hpp"
+
+namespace porepack {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr double maximum_rows = 20000.0;
+
+Json run_case_falling_head(const Case& c, const Path& folder) {
+    const Json lbm = c.result_of("lbm"), shape = c.result_of("shape");
+    const double pores = c.result_of("voxelise").at("porosity").get<double>();
+    const InertialPermeability inertial = inertial_permeability(c, pores);
+    Json correlations = Json::object();
+    if (shape.contains("sphericity")) {
+        const double psi = shape["sphericity"].get<double>(), d = shape["equal_volume_diameter_m"].get<double>();
+        correlations["carman_kozeny_150_m2"] = carman_kozeny_m2(psi, d, pores, 150.0);
+        correlations["carman_kozeny_180_m2"] = carman_kozeny_m2(psi, d, pores, 180.0);
+        if (std::abs(shape["volume_m3"].get<double>() / 7.33e-7 - 1.0) < 0.01) correlations["paper_fit_m2"] = paper_fit_m2(pores);
+    }
+    Json json = simulate_falling_head(lbm.at("permeability_m2").get<double>(), inertial.value_m, apparatus_of(c), &folder);
+    json["permeability_from"] = "lbm";
+    json["inertial_permeability_from"] = inertial.from;
+    json["correlations"] = correlations;
+    return json;
+}
+
+}  // namespace
+
+// By whatever stage knows it best.
+InertialPermeability inertial_permeability(const Case& c, double pores) {
+    if (c.settings.forchheimer.enabled)
+        return {c.result_of("forchheimer").at("inertial_permeability_m").get<double>(),
+                "the flows with inertia (lattice Boltzmann), extrapolated to the test's Reynolds numbers"};
+    const Json shape = c.result_of("shape");
+    if (!shape.contains("sphericity")) return {std::numeric_limits<double>::infinity(), "none: Darcy's law alone"};
+    return {ergun_inertial_m(shape["sphericity"].get<double>(), shape["equal_volume_diameter_m"].get<double>(), pores), "Ergun"};
+}
+
+Json simulate_falling_head(double permeability_m2, double inertial_permeability_m, const FallingHeadConfig& config, const Path* folder) {
+    const FallingHead test(permeability_m2, inertial_permeability_m, config);
+    const Column column(config);
+    const Resistance resistance{1.0 / permeability_m2, 1.0 / inertial_permeability_m};
+    Json json = {{"permeability_m2", permeability_m2},
+                 {"inertial_permeability_m", number_or_text(inertial_permeability_m)},
+                 {"sample_length_m", config.sample_length_m},
+                 {"start_level_m", config.start_level_m},
+                 {"inertia_coefficient", config.column_inertia ? Json(inertia_coefficient(config)) : Json(nullptr)},
+                 {"levels_m", config.levels_m},
+                 {"times_s", Json::array()},
+                 {"times_full_equation_s", Json::array()}};
+    keep_old_name(json, "sample_inertia", "inertia_coefficient");
+    for (const double level : config.levels_m) {
+        const double time = test.time_at(level);
+        if (!std::isfinite(time))
+            throw UserError(fmt::format("the time at which the level passes {:g} m is beyond all numbers", level),
+                            {.fix = "check k, k_in, the viscosity and gravity: SI units"});
+        json["times_s"].push_back(time);
+        const double full = column.time_at(resistance, config.start_level_m, level, time + 1e-6);
+        json["times_full_equation_s"].push_back(std::isfinite(full) ? Json(full) : Json(nullptr));
+    }
+    const double speed = test.speed_at(config.start_level_m);
+    json["start_speed_m_per_s"] = speed;
+    // Water that falls freely from the start level would be no faster than this.
+    const double free_fall = std::sqrt(2.0 * config.gravity_m_per_s2 * (config.start_level_m + config.sample_length_m));
+    if (speed > free_fall)
+        json["warning"] = fmt::format(
+            "by Eq. 18 the water would start at {:.3g} m/s, faster than it can fall ({:.3g} m/s): Darcy's law alone does not hold here; "
+            "give "
+            "an inertial permeability",
+            speed, free_fall);
+    json["equation"] = "times_s: Eq. 18, closed form; times_full_equation_s: with the inertia of the water and the wire screens as configured";
+    if (folder != nullptr) {
+        FallingHeadConfig frames = config;
+        const double slowest = column.steady_speed(resistance, 0.9 * std::min(config.window_m[0], config.window_m[1]));
+        if (slowest > 0.0)
+            frames.frames_per_s =
+                std::min(config.frames_per_s, maximum_rows * slowest / (2.0 * config.start_level_m + 2.0 * slowest));
+        const LevelCurve curve = simulate_curve(resistance, frames);
+        json["frames_per_s"] = frames.frames_per_s;
+        json["noise_m"] = config.noise_m;
+        Table table({"time_s", "level_m", "level_equation_18_m"});
+        table.digits = 8;
+        for (std::size_t i = 0; i < curve.time_s.size(); ++i)
+            table.add(curve.time_s[i], curve.level_m[i], std::max(0.0, test.level_at(curve.time_s[i])));
+        write_text(*folder / "falling_head.csv", table.csv_with_note("synthetic: computed by porepack falling-head, no measurement"));
+    }
+    return json;
+}
+
+FallingHeadConfig apparatus_of(const Case& c) {
+    FallingHeadConfig config = c.settings.falling_head;
+    if (config.inertia_coefficient > 0.0 || !fs::exists(c.stage_folder("voxelise") / "result.json")) return config;
+    const double pores = c.result_of("voxelise").at("porosity").get<double>();
+    config.inertia_coefficient = std::pow(pores, -1.5);
+    if (c.settings.tortuosity.diffusive && fs::exists(c.stage_folder("tortuosity") / "result.json"))
+        if (const Json kinds = c.result_of("tortuosity"); kinds.contains("diffusive"))
+            config.inertia_coefficient = kinds["diffusive"].at("tortuosity_factor").get<double>() / pores;
+    return config;
+}
+
+std::vector<std::string> falling_head_needs(const Case& c) {
+    std::vector<std::string> needs = {"shape", "voxelise", "lbm"};
+    if (c.settings.forchheimer.enabled) needs.emplace_back("forchheimer");
+    if (c.settings.tortuosity.diffusive) needs.emplace_back("tortuosity");  // for the inertia coefficient
+    return needs;
+}
+
+Stage make_falling_head_stage(const Case& c) {
+    return {.name = "falling-head",
+            .needs = falling_head_needs(c),
+            .configuration = c.settings.resolved_tables({"falling_head"}),
+            .outputs = {"falling_head.csv"},
+            .run = [c](const Path& folder) { return run_case_falling_head(c, folder); }};
+}
+
+}  // namespace porepack

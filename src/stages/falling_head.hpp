@@ -1,0 +1,19 @@
+// What the stages of the falling-head test share. Only for the sources of this folder.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "stages/case.hpp"
+
+namespace porepack {
+
+struct InertialPermeability {
+    double value_m;
+    std::string from;
+};
+/// k_in of the case's packing, by the stage that knows it best.
+[[nodiscard]] InertialPermeability inertial_permeability(const Case& c, double porosity);
+[[nodiscard]] std::vector<std::string> falling_head_needs(const Case& c);
+
+}  // namespace porepack

@@ -1,0 +1,100 @@
+// Permeability by OpenFOAM.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/data_file.hpp"
+#include "core/error.hpp"
+#include "core/machine.hpp"
+#include "openfoam/foam.hpp"
+#include "stages/results.hpp"
+#include "stages/stages.hpp"
+
+namespace porepack {
+namespace {
+
+double cell_size_m(const PoreSpace& space, const FoamConfig& config) {
+    if (config.cell_size_m > 0.0) return config.cell_size_m;
+    if (std::isfinite(space.known_grain_diameter_m())) return space.known_grain_diameter_m() / 4.0;
+    throw UserError("the cell size is missing", {.fix = "--cell-size (metres), or cell_size_m in [openfoam]"});
+}
+
+Expectation expect(const PoreSpace& space, double cell_size_m, double pores, const FoamConfig& config) {
+    const auto block = background_cells(space.container, space.section, cell_size_m);
+    const double background = pores * space.container.inner_area_m2() * space.section.length() / std::pow(cell_size_m, 3);
+    const double cells = background * std::pow(2.5, config.surface_level);
+    // Measured: 0.45 ms per cell for meshing and solving, 1.6 kB per cell.
+    const double coarse = config.meshes > 1 ? 1.0 + std::pow(config.mesh_ratio, -3.0) : 1.0;
+    return {.text = fmt::format("background {} x {} x {}, about {:.2g} cells in the finest mesh", block[0], block[1], block[2], cells),
+            .memory_bytes = 1e8 + 1600.0 * cells,
+            .wall_time_s = coarse * 0.45e-3 * cells};
+}
+
+const char* interval_meaning(const FoamConfig& config, const std::optional<FoamExtrapolation>& extrapolation) {
+    if (config.meshes == 1 || !extrapolation) return "one mesh: no uncertainty";
+    if (config.meshes == 2) return "extrapolated from two meshes with order 1.5; the interval spans orders 1 to 2";
+    if (!extrapolation->observed_order) return "three meshes without an order: the finest one, and three times the largest change";
+    return "extrapolated from three meshes with the observed order, the interval spans half an order more and less; or, where that order is "
+           "outside 1.5 to 2.5, with order 2, spanning 1 to 3";
+}
+
+}  // namespace
+
+Expectation expect_foam(const PoreSpace& space, const FoamConfig& config) {
+    return expect(space, cell_size_m(space, config), space.porosity(4000).value, config);
+}
+
+Json run_foam(const PoreSpace& space, const GeometryConfig& geometry, const FoamConfig& config, const Path& folder) {
+    const double cell = cell_size_m(space, config);
+    const auto cells = background_cells(space.container, space.section, cell);
+    const double count = static_cast<double>(cells[0]) * cells[1] * cells[2];
+    if (cell > space.grain_size_m || count > 2e8)
+        throw UserError(fmt::format("a background cell of {:g} m does not fit the scene: {} x {} x {} cells, capsule diameter {:g} m", cell,
+                                    cells[0], cells[1], cells[2], space.grain_size_m),
+                        {.allowed = "cells smaller than the capsules, at most 2e8 of them", .fix = "the cell size is in metres"});
+    const double exact = space.porosity().value;
+    const Expectation expected = expect(space, cell, exact, config);
+    require_memory(expected.memory_bytes, "the OpenFOAM mesh", "take larger cells or a shorter section");
+
+    const double coarsest = cell * std::pow(config.mesh_ratio, static_cast<double>(config.meshes - 1));
+    const FoamScene scene = foam_scene(space, surface_options(geometry), coarsest);
+    const FoamResult result = foam_permeability(scene, config, cell, data_file("openfoam_cases"), folder);
+    Json json;
+    add_permeability(json, result.permeability_m2, result.extrapolation ? std::optional(result.extrapolation->interval) : std::nullopt);
+    json["method"] = "OpenFOAM simpleFoam, creeping flow, snappyHexMesh";
+    json["repeat_by_hand"] = "cd mesh_fine && ./Allclean && ./Allrun";
+    const auto& extrapolation = result.extrapolation;
+    json["interval_meaning"] = interval_meaning(config, extrapolation);
+    json["observed_order"] = extrapolation ? json_of(extrapolation->observed_order) : Json(nullptr);
+    json["grid_convergence_index"] = extrapolation ? json_of(extrapolation->grid_convergence_index) : Json(nullptr);
+    json["section_m"] = section_json(space.section);
+    json["converged"] =
+        std::all_of(result.meshes.begin(), result.meshes.end(), [](const FoamMeshResult& mesh) { return mesh.converged; });
+    json["cells"] = result.fine().cells;
+    json["iterations"] = result.fine().iterations;
+    json["fine"] = json_of(result.fine());
+    json["meshes"] = json_of(result.meshes);
+    json["expected_memory_bytes"] = expected.memory_bytes;
+    return json;
+}
+
+Stage make_foam_stage(const Case& c) {
+    Stage stage{.name = "foam",
+                .needs = {"stl"},
+                .configuration = deciding_keys(c, {"container", "openfoam"}, {}, true),
+                .run = [c](const Path& folder) {
+                    return run_foam(case_pore_space(c, true), c.settings.geometry, c.settings.openfoam, folder);
+                },
+                .expect = [c] {
+                    const PoreSpace space = expected_pore_space(c);
+                    const FoamConfig& config = c.settings.openfoam;
+                    return text_of(expect(space, config.cell_size_m > 0.0 ? config.cell_size_m : space.grain_size_m / 4.0,
+                                          expected_porosity(c), config));
+                },
+                .resumes = true};
+    if (!c.from_stl()) stage.needs.insert(stage.needs.begin(), "pack");
+    return stage;
+}
+
+}  // namespace porepack

@@ -1,0 +1,259 @@
+// Flows with inertia by both solvers, and the inertial permeability that follows.
+#include "permeability/forchheimer.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/data_file.hpp"
+#include "core/error.hpp"
+#include "core/log.hpp"
+#include "core/machine.hpp"
+#include "core/table.hpp"
+#include "lbm/inertia.hpp"
+#include "openfoam/foam.hpp"
+#include "report/plot.hpp"
+#include "stages/results.hpp"
+#include "stages/stages.hpp"
+
+namespace porepack {
+namespace {
+
+// The lengths of Reynolds numbers and of Ergun's equation.
+struct GrainSize {
+    double length_m;  ///< of Re
+    std::string length_is;
+    double sauter_m;  ///< 6 V/A
+};
+
+GrainSize grain_size(const PoreSpace& space) {
+    if (!space.packing) return {1.5 * space.grain_size_m, "6 volume / area of the surface", 1.5 * space.grain_size_m};
+    const GrainMeans means = grain_means(*space.packing);
+    return {means.equivalent_diameter_m, "diameter of the sphere of the grains' mean volume", means.sauter_diameter_m};
+}
+
+double finest_voxel(const PoreSpace& space, const ForchheimerConfig& config) {
+    if (config.voxel_size_m > 0.0) return config.voxel_size_m;
+    if (space.grains) return space.grain_size_m / 8.0;
+    throw UserError("the voxel size is missing", {.fix = "--voxel-size (metres), or voxel_size_m in [forchheimer]"});
+}
+
+double finest_cell(const PoreSpace& space, const ForchheimerConfig& config) {
+    return config.cell_size_m > 0.0 ? config.cell_size_m : space.grain_size_m / 4.0;
+}
+
+// Free water before and behind the section, at whose planes the grains are cut off: end planes through grains would differ in their open
+// area, and the water would gain momentum between them, or find no steady state.
+double water_depth(const PoreSpace& space) {
+    return space.container.any_periodic() ? 0.0 : 1.5 * space.grain_size_m;
+}
+
+// Coarse to fine. A grid that an interrupted run has finished is read from `folder`.
+std::vector<InertialSeries> lattice_series(const PoreSpace& space, const ForchheimerConfig& config, double length_m, const Path& folder) {
+    PoreSpace pores = space;
+    pores.reservoir_m = water_depth(space);
+    const std::string settings =
+        resolved_config(config).dump() + fmt::format("{} {}", space.section.z0, space.section.z1);
+    const auto file_of = [&](long grid) { return folder / fmt::format("lattice_grid_{}.json", grid); };
+    std::vector<InertialSeries> all;
+    for (long grid = 1; grid <= config.grids; ++grid) {
+        if (std::filesystem::exists(file_of(grid)))
+            if (const Json done = read_json(file_of(grid)); done.at("settings") == settings) {
+                log_info("flow with inertia: grid {} is done already", grid);
+                all.push_back(from_json_members<InertialSeries>(done.at("series")));
+                continue;
+            }
+        const double voxel = finest_voxel(space, config) * std::pow(config.grid_ratio, static_cast<double>(config.grids - grid));
+        all.push_back(
+            lbm_inertial_flows(pores, voxel, config.reynolds, length_m, {.tolerance = config.tolerance, .max_steps = config.max_steps}));
+        write_json(file_of(grid), {{"settings", settings}, {"series", json_of(all.back())}});
+    }
+    for (long grid = 1; grid <= config.grids; ++grid) std::filesystem::remove(file_of(grid));
+    return all;
+}
+
+InertialCurve curve_of(const InertialSeries& series) {
+    InertialCurve curve{.permeability_m2 = series.creeping_permeability_m2, .flows = {}};
+    for (const InertialFlow& flow : series.flows) curve.flows.push_back({flow.reynolds, flow.permeability_m2, flow.iteration_error});
+    return curve;
+}
+
+// What the next coarser grid makes of 1/k_in; nothing with one grid.
+std::optional<double> grid_error(const std::vector<InertialSeries>& grids, double length_m) {
+    if (grids.size() < 2) return std::nullopt;
+    return inertial_grid_error(curve_of(grids[grids.size() - 2]), curve_of(grids.back()), length_m);
+}
+
+// OpenFOAM's first flow is the creeping one, by which the others are divided.
+Table curves_table(const Json& json) {
+    Table table({"solver", "reynolds", "permeability_m2", "permeability_over_creeping", "relative_error"});
+    table.digits = 6;
+    const auto value = [](const Json& row, const char* key) { return row.at(key).get<double>(); };
+    const Json& grids = json["lbm"]["grids"];
+    for (const Json& grid : grids)
+        for (const Json& flow : grid["flows"])
+            table.add(&grid == &grids.back() ? "lattice" : "coarser", value(flow, "reynolds"), value(flow, "permeability_m2"),
+                      value(flow, "permeability_m2") / value(grid, "creeping_permeability_m2"), value(flow, "iteration_error"));
+    if (!json.contains("openfoam")) return table;
+    const Json& flows = json["openfoam"]["flows"];
+    for (std::size_t i = 1; i < flows.size(); ++i)
+        table.add("openfoam", value(flows[i], "reynolds"), value(flows[i], "permeability_m2"),
+                  value(flows[i], "permeability_m2") / value(flows[0], "permeability_m2"), std::optional<double>());
+    return table;
+}
+
+void draw_curves(const Path& folder, const Json& json, const ForchheimerFit& fit) {
+    curves_table(json).write(folder / "forchheimer.csv");
+    draw_plot(folder / "forchheimer.svg", "forchheimer",
+              {{"k", fit.permeability_m2},
+               {"d", json["length_m"].get<double>()},
+               {"k_intercept", fit.intercept_permeability_m2},
+               {"k_in", fit.inertial_permeability_m},
+               {"k_in_ergun", json["ergun_inertial_permeability_m"].get<double>()},
+               {"coarser", json["lbm"]["grids"].size() > 1 ? 1.0 : 0.0},
+               {"openfoam", json.contains("openfoam") ? 1.0 : 0.0}},
+              {.width = 700, .height = 450});
+}
+
+ForchheimerFit fit_lattice(const std::vector<InertialSeries>& grids, double length_m) {
+    const InertialSeries& fine = grids.back();
+    if (fine.flows.size() < 3)
+        throw NumericalError(fmt::format("{} steady flows with inertia are too few for the inertial permeability; {}", fine.flows.size(),
+                                         fine.stopped_by.value_or("")),
+                             {.allowed = "three or more", .fix = "begin at a smaller Reynolds number, or take smaller voxels"});
+    return fit_forchheimer(fine.creeping_permeability_m2, length_m, curve_of(fine).flows, grid_error(grids, length_m).value_or(0.0));
+}
+
+Json lattice_part(const std::vector<InertialSeries>& grids, const ForchheimerFit& fit, double length_m) {
+    Json part = {{"method", "D3Q19 two relaxation times, full equilibrium, interpolated walls"}, {"grids", json_of(grids)}};
+    const std::optional<double> error = grid_error(grids, length_m);
+    part["creeping_permeability_grid_error"] =
+        grids.size() > 1 ? Json(std::abs(grids[grids.size() - 2].creeping_permeability_m2 / fit.permeability_m2 - 1.0)) : Json(nullptr);
+    part["stopped_by"] = json_of(grids.back().stopped_by);
+    part.update(json_of(fit));
+    part["inertial_permeability_grid_error"] = json_of(error);
+    part["interval_meaning"] =
+        error ? "slopes of the straight part, of its last two flows, and through creeping flow, with the errors of iteration and grid"
+              : "the slopes alone: one grid, so without the error of the grid";
+    return part;
+}
+
+Json foam_part(const PoreSpace& space, const GeometryConfig& geometry, const ForchheimerConfig& config, const std::vector<double>& drops,
+               double length_m, const Path& folder) {
+    const FoamConfig foam{.surface_level = config.surface_level,
+                          .relaxation_velocity = config.relaxation_velocity,
+                          .relaxation_pressure = config.relaxation_pressure,
+                          .residual = config.residual,
+                          .max_iterations = config.max_iterations,
+                          .processes = config.processes};
+    const double cell = finest_cell(space, config), water = water_depth(space);
+    make_folder(folder);
+    const FoamInertialSeries series = foam_inertial_flows(foam_scene_in_water(space, surface_options(geometry), cell, water), foam, cell,
+                                                          drops, data_file("openfoam_cases"), folder);
+    Json part = {{"method", "OpenFOAM simpleFoam, openfoam_cases/inertial_packing"},
+                 {"cell_size_m", cell},
+                 {"cells", series.mesh.cells},
+                 {"mesh_volume_ratio", series.mesh.mesh_volume_ratio},
+                 {"wall_time_s", series.mesh.wall_time_s},
+                 {"interval_meaning", "the slopes alone: one mesh, so without the error of the mesh"},
+                 {"repeat_by_hand", "cd foam/inertial && ./Allclean && ./Allrun"},
+                 {"stopped_by", json_of(series.stopped_by)},
+                 {"flows", Json::array()}};
+    // OpenFOAM's k is that of section and free water together.
+    const double section = space.section.length(), share = section / (section + 2.0 * water);
+    std::vector<ApparentPermeability> flows;
+    for (const FoamInertialFlow& flow : series.flows) {
+        flows.push_back({flow.superficial_velocity_m_per_s * length_m / water_viscosity_m2_per_s, flow.permeability_m2 * share,
+                         10.0 * config.residual});
+        part["flows"].push_back({{"reynolds", flows.back().reynolds},
+                                 {"permeability_m2", flows.back().permeability_m2},
+                                 {"pressure_drop_m2_per_s2", flow.pressure_drop_m2_per_s2},
+                                 {"momentum_share", flow.momentum_share},
+                                 {"iterations", flow.iterations}});
+    }
+    if (flows.size() > 3) part.update(json_of(fit_forchheimer(flows[0].permeability_m2, length_m, std::span(flows).subspan(1))));
+    return part;
+}
+
+}  // namespace
+
+Json run_forchheimer(const PoreSpace& given, const GeometryConfig& geometry, const ForchheimerConfig& config, const Path& folder) {
+    for (std::size_t i = 1; i < config.reynolds.size(); ++i)
+        if (!(config.reynolds[i] > config.reynolds[i - 1]))
+            throw UserError("the Reynolds numbers do not rise", {.where = "reynolds", .fix = "sort them, each once"});
+    const PoreSpace space = given.section_only();
+    if (!space.has_exact_walls())
+        throw UserError("flows with inertia need a packing or an STL file, not an image", {.where = space.source});
+    const Expectation expected = expect_forchheimer(space, config);
+    require_memory(expected.memory_bytes, "the flows with inertia", "take a larger voxel size or a shorter section");
+    const GrainSize size = grain_size(space);
+    const double pores = space.porosity().value;
+    const std::vector<InertialSeries> grids = lattice_series(space, config, size.length_m, folder);
+    const ForchheimerFit fit = fit_lattice(grids, size.length_m);
+    const auto steady = [](const InertialFlow& flow) { return flow.converged; };
+    Json json = {{"length_m", size.length_m},
+                 {"length_is", size.length_is},
+                 {"porosity", pores},
+                 {"section_m", section_json(space.section)},
+                 {"free_water_m", water_depth(space)},
+                 {"converged", std::all_of(grids.back().flows.begin(), grids.back().flows.end(), steady)},
+                 {"ergun_inertial_permeability_m", ergun_inertial_m(1.0, size.sauter_m, pores)},
+                 {"lbm", lattice_part(grids, fit, size.length_m)}};
+    if (config.openfoam) {
+        const std::vector<double> drops = pressure_drops(config.reynolds, curve_of(grids.back()), fit, space.section.length(),
+                                                         size.length_m, water_viscosity_m2_per_s);
+        json["openfoam"] = foam_part(space, geometry, config, drops, size.length_m, folder / "foam");
+    }
+    json["inertial_permeability_m"] = fit.inertial_permeability_m;
+    json["inertial_permeability_interval_m"] = json_of(fit.inertial_interval_m);
+    json["interval_meaning"] = json["lbm"]["interval_meaning"];
+    json["beyond_largest_reynolds"] = fmt::format(
+        "extrapolated: there is no steady flow to compute; the interval is {:.0f} % wider on both sides (turbulent coefficients "
+        "differ: Fand et al. 1987)",
+        100.0 * turbulent_change);
+    json["expected_memory_bytes"] = expected.memory_bytes;
+    json["peak_memory_bytes"] = peak_memory_bytes();
+    draw_curves(folder, json, fit);
+    return json;
+}
+
+Expectation expect_forchheimer(const PoreSpace& space, const ForchheimerConfig& config) {
+    PoreSpace pores = space;
+    pores.reservoir_m = water_depth(space);
+    const VoxelPlan plan = pores.plan_at(finest_voxel(space, config));
+    const double cells = static_cast<double>(plan.grid.size()),
+                 pore_volume = space.container.inner_area_m2() *
+                               (space.porosity(4000).value * space.section.length() + 2.0 * pores.reservoir_m);
+    const double fluid = pore_volume / std::pow(plan.voxel_size_m, 3), flows = static_cast<double>(config.reynolds.size());
+    Expectation expected{.text = fmt::format("{} flows on {} grids, the finest {} x {} x {} voxels of {:.4g} m", config.reynolds.size(),
+                                             config.grids, plan.grid.cells[0], plan.grid.cells[1], plan.grid.cells[2], plan.voxel_size_m),
+                         .memory_bytes = lbm_memory_bytes(cells, fluid, 8.0) + 32.0 * fluid};
+    // Measured: some 4000 steps per flow.
+    expected.wall_time_s = flows * 4000.0 * fluid / (8e6 * thread_count());
+    if (config.openfoam) {
+        // Measured: 300 iterations per flow, 5 us per cell and iteration.
+        const double foam_cells = pore_volume / std::pow(finest_cell(space, config), 3) * std::pow(2.5, config.surface_level);
+        expected.memory_bytes = std::max(expected.memory_bytes, 1e8 + 1600.0 * foam_cells);
+        expected.wall_time_s += flows * 300.0 * 5e-6 * foam_cells / static_cast<double>(config.processes);
+        expected.text += fmt::format(", and by OpenFOAM on about {:.2g} cells", foam_cells);
+    }
+    return expected;
+}
+
+Stage make_forchheimer_stage(const Case& c) {
+    return {.name = "forchheimer",
+            .needs = {solid_stage(c)},
+            .configuration = deciding_keys(c, {"container", "forchheimer"}, {}, true),
+            .outputs = {"forchheimer.csv"},
+            .run = [c](const Path& folder) {
+                return run_forchheimer(case_pore_space(c), c.settings.geometry, c.settings.forchheimer, folder);
+            },
+            .expect = [c]() -> std::string {
+                if (!std::filesystem::exists(c.stage_folder("pack") / "packing.json") && !c.from_stl()) return "as soon as there is a packing";
+                return text_of(expect_forchheimer(case_pore_space(c), c.settings.forchheimer));
+            },
+            .resumes = true};
+}
+
+}  // namespace porepack

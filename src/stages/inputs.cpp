@@ -1,0 +1,107 @@
+#include "stages/inputs.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "converters/surface.hpp"
+#include "core/error.hpp"
+#include "core/log.hpp"
+#include "io/image.hpp"
+
+namespace porepack {
+namespace {
+
+constexpr const char* container_flag = "--container cylinder:D,H or box:X,Y,Z[:periodic] (metres)";
+
+PoreSpace load_surface(const Path& input, const InputOptions& options) {
+    if (!options.container) throw UserError("an STL file needs a container", {.where = input.string(), .allowed = container_flag});
+    return pore_space_of(read_stl(input, options.unit_m), *options.container, input.string());
+}
+
+Container container_of_image(const PhaseImage& image, const InputOptions& options, const Path& file) {
+    if (options.container) return *options.container;
+    const auto note = image.notes.find("container");
+    if (note == image.notes.end())
+        throw UserError("the image does not say what its container is", {.where = file.string(), .fix = container_flag});
+    const Json json = Json::parse(note->second, nullptr, false);
+    if (json.is_discarded())
+        throw UserError("the image's field data `container` is not JSON: " + note->second, {.where = file.string(), .fix = container_flag});
+    return container_from_json(json, file.string());
+}
+
+PoreSpace load_image(const Path& file, const InputOptions& options) {
+    PhaseImage image = read_phase_image(file);
+    const Container container = container_of_image(image, options, file);
+    const Grid& grid = image.grid;
+    Section section{grid.origin_m[2], grid.origin_m[2] + grid.cells[2] * grid.spacing_m[2]};
+    if (const auto& given = options.geometry.section_m; given.size() == 2)
+        section = {given[0], given[1]};
+    else if (const auto note = image.notes.find("section"); note != image.notes.end())
+        section = section_of_note(note->second, file);
+    return pore_space_of(std::move(image), container, section, file.string());
+}
+
+PoreSpace load_slices(const Path& folder, const InputOptions& options) {
+    SliceStack stack = read_slices(folder);
+    PoreSpace space{.container = stack.container, .section = stack.section};
+    space.image = std::make_shared<const PhaseImage>(PhaseImage{.grid = stack.grid, .phase = std::move(stack.phase), .notes = {}});
+    if (const auto& given = options.geometry.section_m; given.size() == 2) space.section = {given[0], given[1]};
+    return space;
+}
+
+}  // namespace
+
+bool is_packing(const Path& input) {
+    const std::string name = input.filename().string();
+    return name.ends_with(".json") || name.ends_with(".json.gz");
+}
+
+bool is_surface(const Path& input) {
+    return input.extension() == ".stl" || input.extension() == ".STL";
+}
+
+bool is_image(const Path& input) {
+    return input.extension() == ".vti" || (std::filesystem::is_directory(input) && !is_case(input));
+}
+
+bool is_case(const Path& input) {
+    return std::filesystem::is_directory(input) ? std::filesystem::exists(input / "case.toml") : input.extension() == ".toml";
+}
+
+PoreSpace load_pore_space(const Path& input, const InputOptions& options) {
+    if (!(options.unit_m >= 1e-12 && options.unit_m <= 1e6))
+        throw UserError(fmt::format("a unit of {:g} m is not possible", options.unit_m), {.allowed = "1e-12 to 1e6 (0.001: millimetres)"});
+    PoreSpace space;
+    if (is_packing(input))
+        space = pore_space_of(read_packing(input));
+    else if (is_surface(input))
+        space = load_surface(input, options);
+    else if (is_image(input))
+        space = std::filesystem::is_directory(input) ? load_slices(input, options) : load_image(input, options);
+    else
+        throw UserError("cannot tell what " + input.string() + " is",
+                        {.allowed = "packing.json, packing.json.gz, an .stl file, a .vti image, a folder of slices, or a case"});
+    space.source = input.string();
+    if (space.image || options.whole_bed) return space;
+    const GeometryConfig& geometry = options.geometry;
+    space.section = choose_section(space.container, {.section_m = geometry.section_m, .trim_m = geometry.trim_m}, space.bed_top_m,
+                                   space.maximum_feret_diameter_m);
+    space.reservoir_m = geometry.reservoir_m;
+    if (space.section.length() < space.maximum_feret_diameter_m && !space.container.any_periodic())
+        log_warning(fmt::format(
+            "the section is {:.3g} m long, less than one grain's maximum Feret diameter ({:.3g} m): it hardly represents the packing",
+            space.section.length(), space.maximum_feret_diameter_m));
+    return space;
+}
+
+Section section_of_note(const std::string& note, const Path& file) {
+    Section section;
+    if (std::sscanf(note.c_str(), "%lf,%lf", &section.z0, &section.z1) != 2 || !std::isfinite(section.z0) || !std::isfinite(section.z1))
+        throw UserError("the image's field data `section` is not \"z0,z1\": " + note,
+                        {.where = file.string(), .fix = "--section z0,z1 (metres)"});
+    return section;
+}
+
+}  // namespace porepack

@@ -1,0 +1,33 @@
+// Files that a run can start from, as a pore space.
+#pragma once
+
+#include <optional>
+
+#include "converters/config.hpp"
+#include "converters/pore_space.hpp"
+#include "core/config.hpp"
+
+namespace porepack {
+
+struct InputOptions {
+    std::optional<Container> container = {};  ///< of a surface, or of an image that does not name its own
+    double unit_m = 1.0;                      ///< length of a surface's unit in metres
+    GeometryConfig geometry = {};             ///< section, trim and reservoir
+    bool whole_bed = false;                   ///< the section is the whole bed, whatever `geometry` says
+};
+
+/// packing.json[.gz], an .stl (which needs a container), pore.vti, or a folder of slices. Throws UserError on anything else, and where the
+/// file, the container and the section do not fit together.
+[[nodiscard]] PoreSpace load_pore_space(const Path& input, const InputOptions& options = {});
+
+[[nodiscard]] bool is_packing(const Path& input);
+[[nodiscard]] bool is_surface(const Path& input);
+/// pore.vti or a folder of slices.
+[[nodiscard]] bool is_image(const Path& input);
+/// A folder with case.toml, or a .toml file.
+[[nodiscard]] bool is_case(const Path& input);
+
+/// The section as an image's field data tells it. Throws UserError.
+[[nodiscard]] Section section_of_note(const std::string& note, const Path& file);
+
+}  // namespace porepack

@@ -1,0 +1,135 @@
+// Permeability by lattice Boltzmann.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/machine.hpp"
+#include "core/table.hpp"
+#include "io/image.hpp"
+#include "lbm/permeability.hpp"
+#include "stages/results.hpp"
+#include "stages/stages.hpp"
+
+namespace porepack {
+namespace {
+
+void write_history(const Path& file, const LbmGridResult& grid) {
+    Table table({"step", "permeability_m2", "iteration_error", "flow_imbalance"});
+    const double h2 = grid.voxel_size_m * grid.voxel_size_m;
+    for (const auto& point : grid.run.history)
+        table.add(point.step, point.permeability_volume_lu * h2, point.iteration_error, point.flow_imbalance);
+    table.write(file);
+}
+
+const char* interval_meaning(const LbmResult& result, const Scheme& scheme) {
+    if (!result.half_width) return "too few grids: no uncertainty";
+    return scheme.walls == Walls::interpolated ? "three grids: covers the answer in 95 % of cases or more that are known"
+                                               : "two grids, first order, at least the 4 % by which bounce-back scatters";
+}
+
+Json lbm_json(const LbmResult& result, const PoreSpace& space, const LbmConfig& config) {
+    const LbmGridResult& fine = result.fine();
+    const Scheme scheme = scheme_of(config, space.has_exact_walls(), {});
+    Json json;
+    add_permeability(json, result.permeability_m2, result.interval_m2());
+    json["half_width_parts_m2"] = json_of(result.half_width);
+    json["interval_meaning"] = interval_meaning(result, scheme);
+    if (config.tolerance > 0.0) {
+        json["tolerance"] = config.tolerance;
+        json["tolerance_reached"] = result.stopped_by.empty();
+        json["stopped_by"] = result.stopped_by.empty() ? Json(nullptr) : Json(result.stopped_by);
+    }
+    json["permeability_by_volume_average_m2"] = fine.permeability_volume_m2;
+    json["method"] = fmt::format("D3Q19 {}, linear equilibrium, {}, {} precision",
+                                 config.collision == Collision::bgk ? "BGK" : "two relaxation times",
+                                 scheme.walls == Walls::interpolated ? "interpolated walls" : "half-way bounce-back", name_of(config.precision));
+    json["direction"] = name_of(config.direction);
+    json["driven_by"] = config.ends == Ends::paper ? "the inlet's flow rate" : fine.by_pressure ? "pressure planes" : "body force";
+    json["section_m"] = section_json(space.section);
+    json["converged"] = fine.run.converged;
+    json["iteration_error"] = fine.run.iteration_error;
+    json["flow_imbalance"] = fine.run.flow_imbalance;
+    json["hydraulic_tortuosity"] = fine.run.hydraulic_tortuosity;
+    json["magic_parameter"] = scheme.magic;
+    keep_old_name(json, "magic_number", "magic_parameter");
+    json["steps"] = fine.run.steps;
+    json["updates_per_second"] = fine.run.updates_per_second;
+    json["fine"] = json_of(fine);
+    json["grids"] = json_of(result.grids);
+    json["subsections"] = json_of(result.subsections);
+    json["peak_memory_bytes"] = peak_memory_bytes();
+    return json;
+}
+
+// Of a pore space that need not be there yet.
+Expectation expect(const PoreSpace& space, double voxel_size_m, double pores, const LbmConfig& config) {
+    const double across = std::isfinite(space.grain_size_m) ? space.grain_size_m : 10.0 * voxel_size_m;
+    const VoxelPlan plan =
+        space.image ? space.plan_at(voxel_size_m) : plan_voxels(space.container, space.section, voxel_size_m, space.reservoir_m, across);
+    const double cells = static_cast<double>(plan.grid.size());
+    const double fluid = pores * space.container.inner_area_m2() * space.section.length() / std::pow(plan.voxel_size_m, 3);
+    const double flow_vti = config.fields == FieldFiles::none ? 0.0 : 4e7 + 20.0 * fluid + 34.0 * cells;
+    Expectation expected{.memory_bytes = std::max(flow_vti, lbm_memory_bytes(cells, fluid, bytes_of(config.precision)))};
+    // Steps grow with the square of the pores' width in voxels; rate of about 8 million updates per second and thread.
+    const double steps = std::max(400.0, 4.0 * std::pow(across / plan.voxel_size_m, 2.0));
+    const double coarse = config.grids > 1 ? 1.0 / (1.0 - std::pow(config.grid_ratio, -5.0)) : 1.0;
+    expected.wall_time_s = coarse * steps * fluid / (8e6 * thread_count());
+    expected.text = fmt::format("{} x {} x {} voxels of {:.4g} m, about {:.2g} fluid nodes", plan.grid.cells[0], plan.grid.cells[1],
+                                plan.grid.cells[2], plan.voxel_size_m, fluid);
+    if (config.tolerance > 0.0)
+        expected.text += fmt::format(
+            "; with a tolerance the grids go from 6 voxels per diameter to what {:g} needs, and these numbers are those of this one",
+            config.tolerance);
+    return expected;
+}
+
+}  // namespace
+
+Expectation expect_lbm(const PoreSpace& space, const GeometryConfig& geometry, const LbmConfig& config) {
+    return expect(space, space.voxel_size_m(geometry.voxel_size_m), space.porosity(4000).value, config);
+}
+
+Json run_lbm(const PoreSpace& space, const GeometryConfig& geometry, const LbmConfig& config, const Path& folder, const Path& checkpoint) {
+    const VoxelPlan plan = space.plan_at(space.voxel_size_m(geometry.voxel_size_m));
+    const double voxel = plan.voxel_size_m;
+    const auto& cells = plan.grid.cells;
+    const Expectation expected = expect_lbm(space, geometry, config);
+    require_memory(expected.memory_bytes, fmt::format("the flow on {} x {} x {} voxels", cells[0], cells[1], cells[2]),
+                   "take a larger voxel size or a shorter section");
+    const LbmRun run{.with_flow = true, .checkpoint = checkpoint};
+    LbmResult result;
+    Json tensor = nullptr;
+    if (config.tensor) {
+        TensorResult all = lbm_tensor(space, voxel, config, run);
+        tensor = all.permeability_m2;
+        result = std::move(all.runs[index_of(config.direction)]);
+    } else {
+        result = lbm_permeability(space, voxel, config, run);
+    }
+    Json json = lbm_json(result, space, config);
+    if (config.tensor) json["permeability_tensor_m2"] = tensor;
+    json["expected_memory_bytes"] = expected.memory_bytes;
+    write_history(folder / "history.csv", result.fine());
+    if (config.fields != FieldFiles::none) write_flow_image(folder / "flow.vti", result.flow);
+    return json;
+}
+
+Stage make_lbm_stage(const Case& c) {
+    Stage stage{.name = "lbm",
+                .needs = {solid_stage(c)},
+                .configuration = deciding_keys(c, {"container", "lbm"}, {"voxel_size_m", "reservoir_m"}, true),
+                .outputs = {"history.csv"}};
+    if (c.settings.lbm.fields != FieldFiles::none) stage.outputs.emplace_back("flow.vti");
+    stage.run = [c](const Path& folder) {
+        return run_lbm(case_pore_space(c), c.settings.geometry, c.settings.lbm, folder, c.results() / "lbm.checkpoint");
+    };
+    stage.expect = [c] {
+        const PoreSpace space = expected_pore_space(c);
+        const double asked = c.settings.geometry.voxel_size_m;
+        return text_of(expect(space, asked > 0.0 ? asked : space.grain_size_m / 10.0, expected_porosity(c), c.settings.lbm));
+    };
+    return stage;
+}
+
+}  // namespace porepack

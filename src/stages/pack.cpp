@@ -1,0 +1,151 @@
+// Grains in a container: poured, or given.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "converters/pore_space.hpp"
+#include "core/data_file.hpp"
+#include "core/digest.hpp"
+#include "core/error.hpp"
+#include "core/log.hpp"
+#include "packing/dem/capsule_pour.hpp"
+#include "packing/liggghts/liggghts.hpp"
+#include "stages/results.hpp"
+#include "stages/stages.hpp"
+
+namespace porepack {
+namespace {
+
+// What the clump of spheres costs, and what it gets wrong: LIGGGHTS is given the exact mass and inertia all the same.
+Json clump_json(const Shape& shape, double surface_tolerance) {
+    const double tolerance = surface_tolerance * smallest_diameter(shape);
+    Shape clump{.id = shape.id, .capsules = sphere_clump(shape, tolerance), .cavity = shape.cavity};
+    const ShapeMeasures exact = measure(shape, 1e-6), of_clump = measure(clump, 1e-6);
+    return {
+        {"shape", shape.id},
+        {"spheres", clump.capsules.size()},
+        {"largest_surface_error_m", tolerance},
+        {"volume_error", of_clump.volume_m3 / (exact.volume_m3 - (shape.cavity == Cavity::filled ? exact.cavity_volume_m3 : 0.0)) - 1.0},
+        {"area_error", of_clump.surface_area_m2 / exact.surface_area_m2 - 1.0}};
+}
+
+// Carman-Kozeny, Ergun and the report speak of the case's shape: it must be the packing's.
+void require_same_shape(const std::vector<ShapeShare>& shapes, const Packing& packing, const std::string& file) {
+    for (const auto& other : packing.shapes) {
+        const double volume = measure(other, 1e-6).volume_m3;
+        if (std::none_of(shapes.begin(), shapes.end(),
+                         [&](const ShapeShare& share) { return std::abs(volume / measure(share.shape, 1e-6).volume_m3 - 1.0) < 1e-3; }))
+            throw UserError(fmt::format("the grain of the case is not the one of the packing: {:.4g} m3, `{}` has {:.4g} m3",
+                                        measure(shapes.front().shape, 1e-6).volume_m3, other.id, volume),
+                            {.where = file, .fix = "let [shape] describe the packing's grain"});
+    }
+}
+
+// A packing that the user gives, which must be the one that the case describes.
+Packing given_packing(const Case& c, const Container& container, const std::vector<ShapeShare>& shapes) {
+    const std::string& file = c.settings.packing.file;
+    if (file.empty()) throw UserError("engine = \"none\" needs a packing", {.where = "[packing]", .fix = "file = \"packing.json\""});
+    Packing packing = read_packing(c.resolve(file));
+    if (to_json(packing.container) != to_json(container))
+        throw UserError("the container of the packing is not the one of the case",
+                        {.where = file,
+                         .allowed = to_json(container).dump(),
+                         .fix = "[container] must say " + to_json(packing.container).dump()});
+    require_same_shape(shapes, packing, file);
+    return packing;
+}
+
+void add_pour(Json& json, const PourResult& pour, const std::vector<ShapeShare>& shapes, const PackingConfig& config) {
+    const double d = finest_diameter(pour.packing);
+    json["batches"] = pour.batches;
+    json["thinned_batches"] = pour.thinned_batches;
+    json["steps"] = pour.steps;
+    json["kinetic_energy_per_grain_J"] = pour.kinetic_energy_per_grain_J;
+    json["rest_limit_J"] = pour.rest_limit_J;
+    json["at_rest"] = pour.at_rest();
+    if (pour.coordination_number) json["coordination_number"] = *pour.coordination_number;
+    if (pour.mean_force_over_weight) json["mean_force_over_weight"] = *pour.mean_force_over_weight;
+    if (pour.largest_force_over_weight) json["largest_force_over_weight"] = *pour.largest_force_over_weight;
+    if (config.engine == Engine::liggghts) {
+        json["pose_error_relative_to_diameter"] = *pour.pose_error_m / d;
+        json["largest_clump_overlap_relative_to_diameter"] = *pour.largest_clump_overlap_m / d;
+        json["clumps"] = Json::array();
+        for (const auto& share : shapes) json["clumps"].push_back(clump_json(share.shape, config.surface_tolerance));
+        json["repeat_by_hand"] = "cd run && " + pour.command;
+    }
+    json["engine_wall_time_s"] = pour.wall_time_s;
+}
+
+void add_grains(Json& json, const Packing& packing) {
+    const Overlaps overlaps = find_overlaps(packing);
+    const double d = finest_diameter(packing);
+    json["grains"] = packing.bodies.size();
+    if (packing.shapes.size() > 1) {
+        std::vector<long> count(packing.shapes.size(), 0);
+        for (const auto& body : packing.bodies) ++count[body.shape];
+        for (std::size_t i = 0; i < count.size(); ++i) json["grains_of_shape"][packing.shapes[i].id] = count[i];
+    }
+    json["largest_overlap_relative_to_diameter"] = overlaps.largest_between_grains_m / d;
+    json["mean_overlap_relative_to_diameter"] = overlaps.mean_between_grains_m / d;
+    json["largest_wall_overlap_relative_to_diameter"] = overlaps.largest_with_wall_m / d;
+    json["contacts"] = overlaps.contacts;
+}
+
+Json run_pack(const Case& c, const Path& folder) {
+    const PackingConfig& config = c.settings.packing;
+    const Container container = make_container(c.settings.container);
+    const std::vector<ShapeShare> shapes = make_shapes(c.settings.shape);
+    Json json = {{"engine", name_of(config.engine)}, {"seed", config.seed}};
+    Packing packing;
+    if (config.engine == Engine::none) {
+        packing = given_packing(c, container, shapes);
+    } else {
+        const PourResult pour = config.engine == Engine::liggghts
+                                    ? pour_with_liggghts(shapes, container, config, data_file("liggghts_templates"), folder / "run")
+                                    : pour_with_capsules(shapes, container, config, folder);
+        packing = pour.packing;
+        add_pour(json, pour, shapes, config);
+    }
+    add_grains(json, packing);
+    write_packing(folder / "packing.json", packing);
+    add_bed_porosity(json, pore_space_of(read_packing(folder / "packing.json")));
+    return json;
+}
+
+std::string expect_pack(const Case& c) {
+    const PackingConfig& config = c.settings.packing;
+    if (config.engine == Engine::none) return "seconds";
+    const PourPlan plan = plan_pour(make_shapes(c.settings.shape), make_container(c.settings.container), config);
+    const std::string engine = config.engine == Engine::liggghts
+                                   ? fmt::format("LIGGGHTS, up to {} grains of {} spheres", plan.most_grains, plan.clump_spheres)
+                                   : fmt::format("capsules, up to {} grains", plan.most_grains);
+    return text_of({.text = fmt::format("{}, time step {:.2e} s", engine, plan.time_step_s),
+                    .memory_bytes = plan.expected_memory_bytes,
+                    .wall_time_s = plan.expected_wall_time_s});
+}
+
+}  // namespace
+
+void add_bed_porosity(Json& json, const PoreSpace& bed) {
+    const Porosity porosity = bed.porosity();
+    json["bed_height_m"] = bed.section.z1;
+    json["porosity_bed"] = porosity.value;
+    json["porosity_bed_uncertainty"] = porosity.uncertainty;
+}
+
+Stage make_pack_stage(const Case& c) {
+    const PackingConfig& config = c.settings.packing;
+    Stage stage{.name = "pack",
+                .configuration = c.settings.resolved_tables({"shape", "container", "packing"}),
+                .outputs = {"packing.json"},
+                .run = [c](const Path& folder) { return run_pack(c, folder); },
+                .expect = [c] { return expect_pack(c); },
+                .resumes = config.engine != Engine::none,
+                .processes = config.processes};
+    stage.configuration["packing"].erase("seeds");
+    if (config.engine == Engine::none && !config.file.empty()) stage.files = {c.resolve(config.file)};
+    for (const Path& file : stage.files) (void)sha256_of_file(file);  // a missing file is named before anything runs
+    return stage;
+}
+
+}  // namespace porepack

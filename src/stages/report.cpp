@@ -1,0 +1,56 @@
+// The report of a case.
+#include "report/report.hpp"
+
+#include <fmt/format.h>
+
+#include "stages/results.hpp"
+#include "stages/stages.hpp"
+
+namespace porepack {
+namespace fs = std::filesystem;
+namespace {
+
+std::string title_of(const Case& c) {
+    if (!c.settings.report.title.empty()) return c.settings.report.title;
+    const Path folder = fs::absolute(c.folder).lexically_normal();
+    return folder.filename().empty() ? folder.parent_path().filename().string() : folder.filename().string();
+}
+
+// False when rendering failed.
+bool draw_packing(const Case& c, const ReportInput& input, const Path& folder) {
+    const Container container = make_container(c.settings.container);
+    const Json& made = input.results.at(solid_stage(c));
+    // The empty part above the bed is not shown.
+    const double shown = std::min(container.height(), 1.15 * made.value("bed_height_m", container.height()));
+    std::vector<std::string> more;
+    if (container.kind == Container::Kind::cylinder)
+        more = {"--container", fmt::format("cylinder:{:.9g},{:.9g}", container.diameter_m, shown)};
+    return draw_picture(c.stage_folder("stl") / "solid.stl", folder / "packing.png", more);
+}
+
+Json run_report(const Case& c, const std::vector<std::string>& shown, const Path& folder) {
+    ReportInput input{.title = title_of(c), .configuration = c.settings.resolved_tables()};
+    for (const std::string& stage : shown) {
+        if (!fs::exists(c.stage_folder(stage) / "result.json")) continue;
+        input.results[stage] = c.result_of(stage);
+        input.manifests[stage] = read_json(c.stage_folder(stage) / "manifest.json");
+    }
+    input.versions = engine_versions();
+    input.stage_folders = c.results();
+    if (c.settings.report.pictures && !draw_packing(c, input, folder))
+        input.notes.push_back("No picture of the packing: rendering failed, see results/report/log.picture.");
+    return write_report(input, folder);
+}
+
+}  // namespace
+
+Stage make_report_stage(const Case& c, const std::vector<std::string>& needs, const std::vector<std::string>& shown) {
+    return {.name = "report",
+            .needs = needs,
+            .configuration = c.settings.resolved_tables({"report"}),
+            .outputs = {"report.html", "report.md"},
+            .run = [c, shown](const Path& folder) { return run_report(c, shown, folder); },
+            .published = {{"report.html", "report.html"}, {"report.md", "report.md"}, {"result.json", "merged.json"}}};
+}
+
+}  // namespace porepack

@@ -1,0 +1,43 @@
+// What the stages' results share. Only for the sources of stages and study.
+#pragma once
+
+#include <cmath>
+
+#include "core/members.hpp"
+#include "packing/grains.hpp"
+#include "permeability/permeability.hpp"
+
+namespace porepack {
+
+[[nodiscard]] inline Json section_json(const Section& section) {
+    return {section.z0, section.z1};
+}
+
+/// k in the units that people use, with its interval (null: no uncertainty is known).
+inline void add_permeability(Json& json, double permeability_m2, const std::optional<Interval>& interval) {
+    json["permeability_m2"] = permeability_m2;
+    json["permeability_interval_m2"] = json_of(interval);
+    json["permeability_darcy"] = permeability_m2 / darcy_m2;
+    json["conductivity_m_per_s"] = conductivity_m_per_s(permeability_m2);
+}
+
+/// A number, or a word where it is infinite: JSON has no infinity.
+[[nodiscard]] inline Json number_or_text(double value) {
+    if (std::isfinite(value)) return value;
+    return value > 0.0 ? "infinite" : "minus infinite";
+}
+
+/// Keeps the key that a result had in version 0.1 beside its new one, until version 0.3.
+inline void keep_old_name(Json& json, const char* old_key, const char* key) {
+    json[old_key] = json.at(key);
+}
+
+/// What a stage is expected to take.
+struct Expectation {
+    std::string text = {};
+    double memory_bytes = 0.0;
+    double wall_time_s = 0.0;
+};
+[[nodiscard]] std::string text_of(const Expectation& expected);
+
+}  // namespace porepack

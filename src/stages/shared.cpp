@@ -1,0 +1,91 @@
+// What the stages of a case share.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "core/error.hpp"
+#include "core/log.hpp"
+#include "core/process.hpp"
+#include "stages/results.hpp"
+#include "stages/stages.hpp"
+
+namespace porepack {
+namespace fs = std::filesystem;
+
+std::string text_of(const Expectation& expected) {
+    return fmt::format("{}; memory about {}, time about {}", expected.text, human_bytes(expected.memory_bytes),
+                       human_time(expected.wall_time_s));
+}
+
+std::string solid_stage(const Case& c) {
+    return c.from_stl() ? "stl" : "pack";
+}
+
+Json deciding_keys(const Case& c, const std::vector<std::string>& tables, std::set<std::string> geometry_keys, bool with_section) {
+    Json json = c.settings.resolved_tables(tables);
+    if (with_section) geometry_keys.insert({"section_m", "trim_m"});
+    json["geometry"] = Json::object();
+    const Json geometry = resolved_config(c.settings.geometry);
+    for (const auto& [key, value] : geometry.items())
+        if (geometry_keys.contains(key)) json["geometry"][key] = value;
+    return json;
+}
+
+PoreSpace case_pore_space(const Case& c, bool with_surface) {
+    const InputOptions options{.container = make_container(c.settings.container), .geometry = c.settings.geometry};
+    const Path surface = c.stage_folder("stl") / "solid.stl";
+    if (c.from_stl()) return load_pore_space(surface, options);
+    PoreSpace space = load_pore_space(c.stage_folder("pack") / "packing.json", options);
+    if (with_surface) space.surface = std::make_shared<const TriangleSurface>(read_stl(surface));
+    return space;
+}
+
+double expected_porosity(const Case& c) {
+    return fs::exists(c.stage_folder("pack") / "result.json") ? c.result_of("pack").value("porosity_bed", 0.6) : 0.6;
+}
+
+// The section before the packing is there: the height at which pouring stops, less one grain at both ends.
+PoreSpace expected_pore_space(const Case& c) {
+    const auto& settings = c.settings;
+    if (!c.from_stl() && fs::exists(c.stage_folder("pack") / "packing.json")) return case_pore_space(c);
+    PoreSpace space{.container = make_container(settings.container), .section = {}};
+    double top = space.container.height() / 2.0;
+    if (!c.from_stl()) {
+        double volume = 0.0;
+        for (const auto& [shape, share] : make_shapes(settings.shape)) {
+            space.maximum_feret_diameter_m = std::max(space.maximum_feret_diameter_m, span(shape));
+            space.grain_size_m = std::min(space.grain_size_m, smallest_diameter(shape));
+            volume += share * measure(shape, 1e-4).volume_m3;
+        }
+        if (settings.packing.fill_height_m > 0.0) top = settings.packing.fill_height_m;
+        if (settings.packing.grains > 0)
+            top = std::min(space.container.height(),
+                           static_cast<double>(settings.packing.grains) * volume / (0.4 * space.container.inner_area_m2()));
+    }
+    space.section = choose_section(space.container, {.section_m = settings.geometry.section_m, .trim_m = settings.geometry.trim_m}, top,
+                                   space.maximum_feret_diameter_m);
+    space.reservoir_m = settings.geometry.reservoir_m;
+    return space;
+}
+
+bool draw_picture(const Path& stl, const Path& png, const std::vector<std::string>& more) {
+    const Path self = fs::read_symlink("/proc/self/exe"), beside = self.parent_path() / "porepack";
+    const Path program = fs::exists(beside) ? beside : find_program("porepack").value_or(Path());
+    if (program.empty()) return false;
+    std::vector<std::string> command = {program.string(), "picture", fs::absolute(stl).string(), "--output", fs::absolute(png).string()};
+    command.insert(command.end(), more.begin(), more.end());
+    const Path log = png.parent_path() / "log.picture";
+    const bool drawn = run_program({.command = command, .folder = png.parent_path(), .log = log}).exit_code == 0;
+    if (drawn) fs::remove(log);
+    return drawn;
+}
+
+Json engine_versions() {
+    static const Json versions = {{"liggghts", first_line_of("liggghts -log none -h")},
+                                  {"openfoam", first_line_of("dpkg-query -W -f '${Version}' openfoam")},
+                                  {"mpirun", first_line_of("mpirun --version")},
+                                  {"gnuplot", first_line_of("gnuplot --version")}};
+    return versions;
+}
+
+}  // namespace porepack

@@ -1,0 +1,127 @@
+// The grains as one closed triangle surface.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "converters/surface.hpp"
+#include "core/error.hpp"
+#include "stages/results.hpp"
+#include "stages/stages.hpp"
+
+namespace porepack {
+namespace {
+
+// Default: 0.5 % of the smallest capsule diameter.
+double surface_deviation(const PoreSpace& space, const GeometryConfig& geometry) {
+    return geometry.surface_deviation_m > 0.0 ? geometry.surface_deviation_m : 0.005 * space.grain_size_m;
+}
+
+// What the table [stl] asks for beside solid.stl.
+void write_extra_surfaces(const PoreSpace& space, double deviation, const StlConfig& extras, const TriangleSurface& solid,
+                          const Path& folder, Json& json) {
+    const double section_volume = space.container.inner_area_m2() * space.section.length();
+    if (extras.pores) {
+        const PoreSurface pores = make_pore_surface(solid, space.container, space.section, deviation);
+        write_stl_regions(folder / "pores.stl", pores.surface, pores.region, {"inlet", "outlet", "wall", "grains"});
+        const SurfaceMeasures measures = measure_surface(pores.surface);
+        json["pores"] = {{"section_m", section_json(space.section)},
+                         {"volume_m3", measures.volume_m3},
+                         {"porosity", measures.volume_m3 / section_volume},
+                         {"triangles", pores.surface.triangles.size()}};
+    }
+    if (extras.clip) {
+        const TriangleSurface clipped = clip_surface(solid, space.section);
+        write_stl(folder / "clipped.stl", clipped);
+        json["clipped"] = {{"section_m", section_json(space.section)}, {"volume_m3", measure_surface(clipped).volume_m3}};
+    }
+    if (extras.one_file_per_grain) {
+        if (!space.packing) throw UserError("an STL file's grains cannot be told apart", {.fix = "leave one_file_per_grain out"});
+        make_folder(folder / "grains");
+        Packing one{.container = space.packing->container, .shapes = space.packing->shapes, .bodies = {}};
+        one.container.periodic = {false, false, false};
+        for (std::size_t b = 0; b < space.packing->bodies.size(); ++b) {
+            one.bodies = {space.packing->bodies[b]};
+            write_stl(folder / "grains" / fmt::format("grain_{:05}.stl", b + 1), make_surface(one, {.deviation_m = deviation}).surface);
+        }
+        json["grain_files"] = space.packing->bodies.size();
+    }
+    if (extras.also == SurfaceFiles::ply || extras.also == SurfaceFiles::both) write_ply(folder / "solid.ply", solid);
+    if (extras.also == SurfaceFiles::vtp || extras.also == SurfaceFiles::both) write_vtp(folder / "solid.vtp", solid);
+    if (extras.millimetres) {
+        TriangleSurface scaled = solid;
+        for (auto& p : scaled.points)
+            for (double& x : p) x *= 1000.0;
+        write_stl(folder / "solid_mm.stl", scaled, "porepack; unit: millimetre");
+        json["unit_of_solid_mm"] = "millimetre";
+    }
+}
+
+}  // namespace
+
+SurfaceOptions surface_options(const GeometryConfig& geometry) {
+    return {.deviation_m = geometry.surface_deviation_m, .contact_gap_m = geometry.contact_gap_m};
+}
+
+Json write_surfaces(const PoreSpace& space, const GeometryConfig& geometry, const StlConfig& extras, const Path& folder) {
+    Json json;
+    const Path file = folder / "solid.stl";
+    if (space.packing) {
+        const SurfaceResult result =
+            make_surface(*space.packing, surface_options(geometry));
+        write_stl(file, result.surface);
+        const Porosity exact = porosity(*space.grains, space.container, {0.0, space.container.height()});
+        const double solid = (1.0 - exact.value) * space.container.inner_area_m2() * space.container.height();
+        json["largest_deviation_m"] = result.deviation_m;
+        json["contact_gap_m"] = result.contact_gap_m;
+        json["joined_grains"] = result.joined_grains;
+        json["contacts_joined"] = result.bridges;
+        json["thinned_grains"] = result.shrunk_grains;
+        if (!space.container.any_periodic()) json["exact_volume_m3"] = solid;
+    } else {
+        write_stl(file, *space.surface);
+    }
+    // What is claimed is checked on the file as it was written, in single precision.
+    const TriangleSurface written = read_stl(file);
+    const SurfaceCheck check = check_surface(written);
+    if (!check.fault.empty())
+        throw NumericalError("the surface written is not sound: " + check.fault,
+                             {.where = file.string(), .fix = "change surface_deviation_m or contact_gap_m"});
+    json["triangles"] = (std::filesystem::file_size(file) - 84) / 50;
+    json["shells"] = check.shells;
+    json["closed"] = check.closed;
+    json["outward"] = check.outward;
+    json["self_intersecting"] = check.self_intersecting;
+    json["volume_m3"] = check.volume_m3;
+    json["area_m2"] = check.area_m2;
+    if (json.contains("exact_volume_m3")) {
+        const double exact = json["exact_volume_m3"].get<double>();
+        json["volume_error"] = check.volume_m3 / exact - 1.0;
+        // Facets and bridges together, over the bed.
+        json["porosity_change"] =
+            (exact - check.volume_m3) / (space.container.inner_area_m2() * std::min(space.bed_top_m, space.container.height()));
+    }
+    write_extra_surfaces(space, surface_deviation(space, geometry), extras, written, folder, json);
+    if (!space.packing) add_bed_porosity(json, space);
+    return json;
+}
+
+Stage make_stl_stage(const Case& c) {
+    const bool with_planes = c.settings.stl.pores || c.settings.stl.clip;
+    const Path user_file = c.from_stl() ? c.resolve(c.settings.shape.file) : Path();
+    Stage stage{.name = "stl",
+                .needs = c.from_stl() ? std::vector<std::string>{} : std::vector<std::string>{"pack"},
+                .configuration = deciding_keys(c, {"container", "shape", "stl"}, {"surface_deviation_m", "contact_gap_m"}, with_planes),
+                .outputs = {"solid.stl"}};
+    if (c.from_stl()) stage.files = {user_file};
+    stage.run = [c, user_file, with_planes](const Path& folder) {
+        const InputOptions options{.container = make_container(c.settings.container),
+                                   .unit_m = c.from_stl() ? c.settings.shape.unit_m : 1.0,
+                                   .geometry = c.settings.geometry,
+                                   .whole_bed = !with_planes};
+        return write_surfaces(load_pore_space(c.from_stl() ? user_file : c.stage_folder("pack") / "packing.json", options),
+                              c.settings.geometry, c.settings.stl, folder);
+    };
+    return stage;
+}
+
+}  // namespace porepack

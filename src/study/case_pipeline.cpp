@@ -1,0 +1,19 @@
+#include "study/case_pipeline.hpp"
+
+#include "stages/stages.hpp"
+#include "study/seeds.hpp"
+
+namespace porepack {
+
+Pipeline case_pipeline(const Case& c) {
+    std::vector<Stage> studies;
+    const PackingConfig& packing = c.settings.packing;
+    if (!c.from_stl() && packing.seeds > 1 && packing.engine != Engine::none) studies.push_back(make_seeds_stage(c));
+    return {.results = c.results(),
+            .stages = case_stages(c, std::move(studies)),
+            .versions = engine_versions,
+            .left_out = "stages that a case leaves out: foam ([openfoam] enabled), forchheimer ([forchheimer] enabled), causes "
+                        "([falling_head] causes), seeds ([packing] seeds), pack (of an STL file)"};
+}
+
+}  // namespace porepack

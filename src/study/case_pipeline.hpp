@@ -1,0 +1,13 @@
+// A case as a pipeline: what a program runs.
+#pragma once
+
+#include "pipeline/pipeline.hpp"
+#include "stages/case.hpp"
+
+namespace porepack {
+
+/// All stages and studies that the case asks for; results go to case.results(). Run it with run_pipeline(), which resumes what was
+/// interrupted. Throws UserError for settings that no stage can be made from.
+[[nodiscard]] Pipeline case_pipeline(const Case& c);
+
+}  // namespace porepack

@@ -1,0 +1,12 @@
+// Figure 7 of the paper: convexity against sphericity of its three aggregates, with a picture of each grain.
+#pragma once
+
+#include "core/files.hpp"
+
+namespace porepack {
+
+/// Writes sweep.csv, convexity.svg, convexity.png and grains.png (where a picture can be rendered) into `folder`. `volume_m3` is every
+/// grain's volume. Returns the largest difference of convexity at equal sphericity and the number of rows.
+[[nodiscard]] Json run_shape_sweep(double volume_m3, const Path& folder);
+
+}  // namespace porepack

@@ -1,0 +1,58 @@
+// The tortuosity factor on grids of several voxel sizes.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "converters/percolation.hpp"
+#include "core/machine.hpp"
+#include "tortuosity/tortuosity.hpp"
+
+namespace porepack {
+
+std::optional<Interval> DiffusiveEstimate::interval() const {
+    if (!limit) return std::nullopt;
+    return Interval{std::max(1.0, limit->value - limit->half_width), limit->value + limit->half_width};
+}
+
+DiffusiveEstimate diffusive_tortuosity(const PoreSpace& space, double voxel_size_m, Axis axis, const DiffusiveOptions& options) {
+    const PoreSpace section = space.section_only();
+    DiffusiveEstimate estimate;
+    if (section.image) estimate.no_limit_because = "an image has one resolution";
+    for (const double coarser : {1.0, 1.5, 2.0}) {
+        const bool finest = estimate.grids.empty();
+        if (!finest && !estimate.no_limit_because.empty()) break;
+        double size = coarser * voxel_size_m;
+        if (section.container.any_periodic() && !section.image) {
+            // A periodic box keeps whole numbers of voxels.
+            const double side = section.container.size_m.x();
+            size = side / std::max(1.0, std::round(side / size));
+        }
+        if (!finest && (size > section.grain_size_m || size > 0.5 * section.section.length())) {
+            estimate.no_limit_because = "the voxels are too coarse for three grids";
+            break;
+        }
+        const VoxelPlan plan = section.plan_at(size);
+        require_memory(diffusive_memory_bytes(static_cast<double>(plan.grid.size())), "diffusion on the voxels",
+                       "take a larger voxel size or a shorter section");
+        try {
+            DiffusiveResult result = diffusive_tortuosity(section.voxelise_at(size), static_cast<int>(axis), section.periodic_sides(),
+                                                          options.tolerance, options.maximum_iterations);
+            estimate.grids.push_back({plan.voxel_size_m, result.value});
+            if (finest) estimate.finest = std::move(result);
+        } catch (const DoesNotPercolate&) {
+            if (finest) throw;
+            estimate.no_limit_because = fmt::format("on voxels of {:.3g} m nothing leads through", plan.voxel_size_m);
+        }
+    }
+    const auto& grids = estimate.grids;
+    if (!estimate.no_limit_because.empty()) return estimate;
+    if (grids[1].voxel_size_m > grids[0].voxel_size_m && grids[2].voxel_size_m > grids[1].voxel_size_m)
+        estimate.limit = diffusive_limit({grids[0].voxel_size_m, grids[1].voxel_size_m, grids[2].voxel_size_m},
+                                         {grids[0].value, grids[1].value, grids[2].value});
+    else
+        estimate.no_limit_because = "the grids do not differ";
+    return estimate;
+}
+
+}  // namespace porepack

@@ -1,0 +1,164 @@
+// The runner of stages, the tables and the context, in-process.
+#include "pipeline/pipeline.hpp"
+
+#include <cmath>
+
+#include "core/context.hpp"
+#include "core/log.hpp"
+#include "core/members.hpp"
+#include "core/table.hpp"
+#include "core/toml_file.hpp"
+#include "helpers.hpp"
+
+namespace porepack {
+namespace {
+
+using test::has;
+using test::message_of;
+
+// Two stages: `square` reads what `number` wrote. They count their runs.
+struct Chain {
+    Path results;
+    double value = 3.0;
+    int runs_of_number = 0, runs_of_square = 0;
+    bool fail = false;
+
+    [[nodiscard]] Pipeline pipeline() {
+        Stage number{.name = "number", .configuration = {{"value", value}}, .outputs = {"number.txt"}, .run = [this](const Path& folder) {
+                         ++runs_of_number;
+                         write_text(folder / "number.txt", std::to_string(value));
+                         return Json{{"value", value}};
+                     }};
+        Stage square{.name = "square", .needs = {"number"}, .run = [this](const Path&) -> Json {
+                         ++runs_of_square;
+                         if (fail) throw NumericalError("the square is not found");
+                         const double x = std::stod(read_text(results / "number" / "number.txt"));
+                         return {{"square", x * x}};
+                     }};
+        square.published = {{"square.json", "result.json"}};
+        return {.results = results, .stages = {number, square}};
+    }
+};
+
+TEST(Pipeline, RunsWhatIsNotDoneAndOnlyThat) {
+    const test::Folder folder;
+    Chain chain{.results = folder.path() / "results"};
+    EXPECT_EQ(run_pipeline(chain.pipeline()).at("square"), 9.0);
+    EXPECT_TRUE(std::filesystem::exists(chain.results / "square.json"));
+    EXPECT_EQ(run_pipeline(chain.pipeline()).at("square"), 9.0);
+    EXPECT_EQ(chain.runs_of_number, 1);
+    EXPECT_EQ(chain.runs_of_square, 1);
+    chain.value = 4.0;
+    EXPECT_EQ(status_of(chain.pipeline())[0].why, "configuration changed: value");
+    EXPECT_EQ(status_of(chain.pipeline())[1].why, "number is stale");
+    EXPECT_EQ(run_pipeline(chain.pipeline()).at("square"), 16.0);
+    EXPECT_EQ(chain.runs_of_square, 2);
+    EXPECT_TRUE(has(message_of<UserError>([&] { run_pipeline(chain.pipeline(), "cube"); }), "no stage cube"));
+}
+
+TEST(Pipeline, AHigherResultVersionMakesOldResultsStale) {
+    const test::Folder folder;
+    Chain chain{.results = folder.path() / "results"};
+    run_pipeline(chain.pipeline());
+    Pipeline newer = chain.pipeline();
+    newer.stages[0].result_version = 2;
+    EXPECT_TRUE(has(status_of(newer)[0].why, "result version 1"));
+    run_pipeline(newer);
+    EXPECT_EQ(chain.runs_of_number, 2);
+    EXPECT_EQ(chain.runs_of_square, 2);  // what was made of it, too
+}
+
+TEST(Pipeline, AFailedStageKeepsItsFolderAndStopsTheChain) {
+    const test::Folder folder;
+    Chain chain{.results = folder.path() / "results", .fail = true};
+    EXPECT_THROW(run_pipeline(chain.pipeline()), NumericalError);
+    EXPECT_EQ(status_of(chain.pipeline())[1].state, StageState::failed);
+    EXPECT_FALSE(std::filesystem::exists(chain.results / "square"));
+    chain.fail = false;
+    EXPECT_EQ(run_pipeline(chain.pipeline()).at("square"), 9.0);
+    EXPECT_EQ(chain.runs_of_number, 1);
+}
+
+TEST(Context, AHostGetsLogAndProgressAndEndsTheWork) {
+    std::vector<std::string> lines;
+    bool stop = false;
+    set_context({.log = [&](LogLevel level, std::string_view line) {
+                     lines.push_back((level == LogLevel::warning ? "warning: " : "") + std::string(line));
+                 },
+                 .progress = {},
+                 .interrupted = [&] { return stop; }});
+    log_info("step {}", 1);
+    log_warning("careful");
+    EXPECT_EQ(lines, (std::vector<std::string>{"step 1", "warning: careful"}));
+    const test::Folder folder;
+    Chain chain{.results = folder.path() / "results"};
+    stop = true;
+    EXPECT_THROW(run_pipeline(chain.pipeline()), MachineError);
+    EXPECT_EQ(chain.runs_of_number, 0);
+    set_context({});
+}
+
+TEST(Table, WritesNumbersTextAndWhatIsNotKnown) {
+    Table table({"name", "value_m", "count"});
+    table.digits = 4;
+    table.add("a, \"b\"", 1.23456, 123456);
+    table.add("c", std::nan(""), 0);
+    EXPECT_EQ(table.csv(), "name,value_m,count\n\"a, \"\"b\"\"\",1.235,123456\nc,,0\n");
+    EXPECT_THROW(table.add("too few"), std::logic_error);
+}
+
+struct Part {
+    double length_m = 0.0;
+    std::optional<double> error;
+};
+template <MembersOf<Part> Self, typename Visit>
+void visit_members(Self& part, const Visit& visit) {
+    visit("length_m", part.length_m);
+    visit("error", part.error);
+}
+struct Whole {
+    std::vector<Part> parts;
+    Interval interval;
+    std::string name;
+};
+template <MembersOf<Whole> Self, typename Visit>
+void visit_members(Self& whole, const Visit& visit) {
+    visit("parts", whole.parts);
+    visit("interval", whole.interval);
+    visit("name", whole.name);
+}
+
+TEST(Members, GoToJsonAndBack) {
+    const Whole whole{.parts = {{0.1, std::nullopt}, {0.2, 1e-3}}, .interval = {1.0, 2.0}, .name = "bed"};
+    const Json json = json_of(whole);
+    EXPECT_EQ(json.dump(), R"({"parts":[{"length_m":0.1,"error":null},{"length_m":0.2,"error":0.001}],"interval":[1.0,2.0],"name":"bed"})");
+    const auto back = from_json_members<Whole>(json);
+    EXPECT_EQ(json_of(back), json);
+    EXPECT_THROW((void)from_json_members<Part>(Json::object()), Json::exception);
+}
+
+struct Renamed {
+    double wire_m = 1.0;
+};
+void describe(ConfigVisitor& v, Renamed& c) {
+    v.renamed("mesh_wire_m", "wire_m");
+    v.number("wire_m", c.wire_m, positive(), "a wire");
+}
+
+TEST(Config, ReadsAKeysOldNameWithAWarning) {
+    const test::Folder folder;
+    std::vector<std::string> lines;
+    set_context({.log = [&](LogLevel, std::string_view line) { lines.emplace_back(line); }, .progress = {}, .interrupted = {}});
+    const auto read = [&](const std::string& text) {
+        Renamed config;
+        TomlFile(folder.write("case.toml", text)).read("screen", [&](ConfigVisitor& v) { describe(v, config); });
+        return config.wire_m;
+    };
+    EXPECT_EQ(read("[screen]\nmesh_wire_m = 0.5\n"), 0.5);
+    EXPECT_TRUE(has(lines.at(0), "line 2: `screen.mesh_wire_m` is now called `wire_m`"));
+    EXPECT_THROW((void)read("[screen]\nmesh_wire_m = 0.5\nwire_m = 0.4\n"), UserError);
+    set_context({});
+}
+
+}  // namespace
+}  // namespace porepack
