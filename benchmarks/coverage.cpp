@@ -9,7 +9,9 @@
 #include "core/log.hpp"
 #include "lbm/known.hpp"
 
-namespace porepack {
+namespace porepack::benchmarks {
+using namespace core;
+using namespace lbm;
 namespace {
 
 double median(std::vector<double> values) {
@@ -69,4 +71,4 @@ Json coverage_benchmark(const std::vector<unsigned>& seeds, const std::vector<do
     return {{"summary", summary}, {"cases", cases}};
 }
 
-}  // namespace porepack
+}  // namespace porepack::benchmarks

@@ -10,7 +10,17 @@
 #include "io/image.hpp"
 #include "openfoam/foam_field.hpp"
 
-namespace porepack {
+namespace porepack::benchmarks {
+using namespace core;
+using namespace io;
+using namespace shapes;
+using namespace packing;
+using namespace lbm;
+using namespace openfoam;
+using namespace report;
+using namespace pipeline;
+using namespace stages;
+using namespace study;
 namespace {
 
 constexpr std::size_t bins = 16;
@@ -123,4 +133,4 @@ Json cross_check_benchmark(const std::vector<Path>& folders, const Path& output)
     return {{"cases", rows}};
 }
 
-}  // namespace porepack
+}  // namespace porepack::benchmarks

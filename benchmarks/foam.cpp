@@ -11,7 +11,13 @@
 #include "core/log.hpp"
 #include "lbm/known.hpp"
 
-namespace porepack {
+namespace porepack::benchmarks {
+using namespace core;
+using namespace shapes;
+using namespace packing;
+using namespace converters;
+using namespace lbm;
+using namespace openfoam;
 
 FoamScene foam_scene_of(const Packing& packing, const Section& section, double grain_size_m, double deviation) {
     const PoreSpace space = pore_space_of(packing).with_section(section);
@@ -88,4 +94,4 @@ Json foam_benchmark(const Path& output) {
     return {{"rows", rows}};
 }
 
-}  // namespace porepack
+}  // namespace porepack::benchmarks

@@ -11,7 +11,13 @@
 #include "lbm/known.hpp"
 #include "report/plot.hpp"
 
-namespace porepack {
+namespace porepack::benchmarks {
+using namespace core;
+using namespace shapes;
+using namespace packing;
+using namespace converters;
+using namespace lbm;
+using namespace report;
 namespace {
 
 // Bytes a second of a[i] *= s: what populations that are moved in place could reach at best. Best of four.
@@ -68,16 +74,16 @@ Json speed_rows(double porosity, int cells, bool scaling) {
     const int threads = thread_count();
     Json rows = Json::array();
     for (const Walls kind : {Walls::bounce_back, Walls::interpolated})
-        for (const Kernel kernel : {Kernel::fast_double, Kernel::fast_single}) {
+        for (const Kernel kernel : {Kernel::cpu_double, Kernel::cpu_single}) {
             const Scheme scheme{.walls = kind, .force = {0, 0, 1e-3}};
             watch = {};
             const auto flow = make_flow(kernel, domain, scheme);
-            const double set_up = watch.seconds(), bytes_an_update = 2.0 * 19.0 * (kernel == Kernel::fast_double ? 8.0 : 4.0);
+            const double set_up = watch.seconds(), bytes_an_update = 2.0 * 19.0 * (kernel == Kernel::cpu_double ? 8.0 : 4.0);
             const double before = in_place_bytes_per_second(), rate = best_rate(*flow, domain.nodes());
             const double limit = std::max(before, in_place_bytes_per_second());
             rows.push_back({{"porosity", porosity},
                             {"walls", kind == Walls::interpolated ? "interpolated" : "bounce_back"},
-                            {"precision", kernel == Kernel::fast_double ? "double" : "single"},
+                            {"precision", kernel == Kernel::cpu_double ? "double" : "single"},
                             {"fluid_nodes", domain.nodes()},
                             {"updates_per_second", rate},
                             {"in_place_bytes_per_second", limit},
@@ -185,4 +191,4 @@ Json lbm_benchmark(const Path& folder) {
     return {{"speed", speed}, {"convergence", convergence_rows()}, {"accuracy", accuracy}};
 }
 
-}  // namespace porepack
+}  // namespace porepack::benchmarks

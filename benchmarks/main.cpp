@@ -11,7 +11,8 @@
 #include "core/interrupt.hpp"
 #include "core/machine.hpp"
 
-namespace porepack {
+namespace porepack::benchmarks {
+using namespace core;
 namespace {
 
 struct Request {
@@ -83,17 +84,17 @@ int main_or_throw(int argc, char** argv) {
 }
 
 }  // namespace
-}  // namespace porepack
+}  // namespace porepack::benchmarks
 
 int main(int argc, char** argv) {
-    porepack::install_signal_handlers();
+    porepack::core::install_signal_handlers();
     try {
-        return porepack::main_or_throw(argc, argv);
-    } catch (const porepack::Error& error) {
+        return porepack::benchmarks::main_or_throw(argc, argv);
+    } catch (const porepack::core::Error& error) {
         fmt::print(stderr, "error: {}\n", error.what());
         return static_cast<int>(error.code());
     } catch (const std::exception& fault) {
         fmt::print(stderr, "error: {}\n", fault.what());
-        return static_cast<int>(porepack::ExitCode::machine);
+        return static_cast<int>(porepack::core::ExitCode::machine);
     }
 }

@@ -15,7 +15,14 @@
 #include "packing/dem/capsule_pour.hpp"
 #include "report/plot.hpp"
 
-namespace porepack {
+namespace porepack::benchmarks {
+using namespace core;
+using namespace shapes;
+using namespace packing;
+using namespace packing::dem;
+using namespace packing::liggghts;
+using namespace converters;
+using namespace report;
 
 std::vector<ShapeShare> paper_shape(ShapeKind kind, double sphericity) {
     const Dimensions size = dimensions_for(kind, sphericity, 7.33e-7, Cavity::filled);
@@ -200,4 +207,4 @@ Json packing_benchmark(bool quick, const Path& output) {
             {"time_steps", steps},    {"shapes", shapes},    {"tolerances", tolerances}, {"capsules_from_a_lattice", lattice}};
 }
 
-}  // namespace porepack
+}  // namespace porepack::benchmarks

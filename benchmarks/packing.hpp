@@ -6,7 +6,7 @@
 #include "packing/dem/capsule_dem.hpp"
 #include "packing/liggghts/liggghts.hpp"
 
-namespace porepack {
+namespace porepack::benchmarks {
 
 struct Bed {
     static constexpr std::size_t rings = 5, slabs = 8;
@@ -15,30 +15,30 @@ struct Bed {
     std::array<double, slabs> by_height{};  // of 5 mm, from the floor up
 };
 /// Porosity, contacts and overlaps of the exact capsules.
-[[nodiscard]] Bed measure_bed(const Packing& packing, double seconds);
+[[nodiscard]] Bed measure_bed(const packing::Packing& packing, double seconds);
 
 struct PackingBench {
-    Path folder;
-    Container container;
+    core::Path folder;
+    packing::Container container;
     long grains = 100;
     bool quick = false;
 
-    [[nodiscard]] PourResult by_capsules(const std::vector<ShapeShare>& shape, const PackingConfig& config) const;
-    [[nodiscard]] PourResult by_liggghts(const std::vector<ShapeShare>& shape, PackingConfig config,
-                                         const std::optional<Pour>& given = {}) const;
+    [[nodiscard]] packing::PourResult by_capsules(const std::vector<shapes::ShapeShare>& shape, const packing::PackingConfig& config) const;
+    [[nodiscard]] packing::PourResult by_liggghts(const std::vector<shapes::ShapeShare>& shape, packing::PackingConfig config,
+                                         const std::optional<packing::Pour>& given = {}) const;
     /// Seconds per step of the first run of the last LIGGGHTS pour, from its own "Loop time".
     [[nodiscard]] double liggghts_step_seconds() const;
 };
 /// A shape of the paper.
-[[nodiscard]] std::vector<ShapeShare> paper_shape(ShapeKind kind, double sphericity);
+[[nodiscard]] std::vector<shapes::ShapeShare> paper_shape(shapes::ShapeKind kind, double sphericity);
 
 /// Seconds per step of both engines from the same state: of a pour in full motion, and of a settled bed.
-[[nodiscard]] Json step_costs(const PackingBench& bench);
+[[nodiscard]] core::Json step_costs(const PackingBench& bench);
 /// Seconds per grain and step of settled beds, 100 grains to 10,000.
-[[nodiscard]] Json cost_by_grains(const PackingBench& bench);
+[[nodiscard]] core::Json cost_by_grains(const PackingBench& bench);
 /// LIGGGHTS: porosity, overlap and wall time against time step and surface tolerance.
-[[nodiscard]] Json time_step_table(const PackingBench& bench);
+[[nodiscard]] core::Json time_step_table(const PackingBench& bench);
 /// Stiffness of a rod that lies on the floor over that of one contact.
-[[nodiscard]] Json lying_rods(const PackingBench& bench);
+[[nodiscard]] core::Json lying_rods(const PackingBench& bench);
 
-}  // namespace porepack
+}  // namespace porepack::benchmarks

@@ -10,7 +10,11 @@
 #include "core/machine.hpp"
 #include "packing/dem/capsule_pour.hpp"
 
-namespace porepack {
+namespace porepack::benchmarks {
+using namespace core;
+using namespace shapes;
+using namespace packing;
+using namespace packing::dem;
 namespace {
 
 double seconds_a_step(CapsuleDem& dem, long steps) {
@@ -177,4 +181,4 @@ Json lying_rods(const PackingBench& bench) {
     return rows;
 }
 
-}  // namespace porepack
+}  // namespace porepack::benchmarks

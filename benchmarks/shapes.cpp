@@ -10,7 +10,11 @@
 #include "core/machine.hpp"
 #include "core/build.hpp"
 
-namespace porepack {
+namespace porepack::benchmarks {
+using namespace core;
+using namespace shapes;
+using namespace packing;
+using namespace converters;
 // Error and time of the measures against tolerance, of the inverse, and of CGAL's surfaces against their number of triangles.
 Json shapes_benchmark() {
     Json measures = Json::array(), inverses = Json::array(), surfaces = Json::array();
@@ -55,4 +59,4 @@ Json shapes_benchmark() {
     return {{"measures", measures}, {"inverses", inverses}, {"surfaces", surfaces}};
 }
 
-}  // namespace porepack
+}  // namespace porepack::benchmarks

@@ -17,7 +17,17 @@
 #include "lbm/known.hpp"
 #include "report/plot.hpp"
 
-namespace porepack {
+namespace porepack::benchmarks {
+using namespace core;
+using namespace shapes;
+using namespace packing;
+using namespace converters;
+using namespace lbm;
+using namespace openfoam;
+using namespace report;
+using namespace pipeline;
+using namespace stages;
+using namespace study;
 namespace {
 
 double cpu_seconds() {
@@ -266,4 +276,4 @@ Json speed_error_benchmark(bool quick, const Path& output) {
     return {{"sentences", sentences}, {"rows", list}};
 }
 
-}  // namespace porepack
+}  // namespace porepack::benchmarks

@@ -13,7 +13,13 @@
 #include "report/plot.hpp"
 #include "tortuosity/tortuosity.hpp"
 
-namespace porepack {
+namespace porepack::benchmarks {
+using namespace core;
+using namespace shapes;
+using namespace packing;
+using namespace converters;
+using namespace tortuosity;
+using namespace report;
 namespace {
 
 struct Bed {
@@ -221,4 +227,4 @@ Json tortuosity_benchmark(bool quick, const Path& output) {
             {"diffusive_simple_cubic", diffusive_errors()}};
 }
 
-}  // namespace porepack
+}  // namespace porepack::benchmarks

@@ -1,1 +1,18 @@
-# The fast kernels are compiled once per instruction set (see src/lbm/kernels/cpu).
+# The fast kernel is compiled once per instruction set; which one runs is chosen when the program runs (docs/lattice-boltzmann.md).
+function(instruction_set name)
+  add_library(porepack_kernel_${name} OBJECT ${PROJECT_SOURCE_DIR}/src/lbm/kernels/cpu/kernel.cpp)
+  set_target_properties(porepack_kernel_${name} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+  target_compile_definitions(porepack_kernel_${name} PRIVATE POREPACK_SET=${name})
+  target_compile_options(porepack_kernel_${name} PRIVATE ${ARGN})
+  target_include_directories(porepack_kernel_${name} PRIVATE ${PROJECT_SOURCE_DIR}/src)
+  target_link_libraries(porepack_kernel_${name} PRIVATE OpenMP::OpenMP_CXX fmt::fmt nlohmann_json::nlohmann_json Eigen3::Eigen)
+  private_options(porepack_kernel_${name})
+  target_sources(porepack_lbm PRIVATE $<TARGET_OBJECTS:porepack_kernel_${name}>)
+endfunction()
+
+instruction_set(baseline)
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+  instruction_set(avx2 -march=x86-64-v3)
+  instruction_set(avx512 -march=x86-64-v4 -mprefer-vector-width=512)
+  target_compile_definitions(porepack_lbm PRIVATE POREPACK_X86_SETS)
+endif()

@@ -2,7 +2,8 @@
 
 #include <CGAL/Polygon_mesh_processing/polygon_soup_to_polygon_mesh.h>
 
-namespace porepack {
+namespace porepack::converters {
+using namespace io;
 namespace pmp = CGAL::Polygon_mesh_processing;
 
 std::optional<Mesh> mesh_of(const TriangleSurface& surface) {
@@ -34,4 +35,4 @@ void append(TriangleSurface& surface, const Mesh& mesh) {
     }
 }
 
-}  // namespace porepack
+}  // namespace porepack::converters

@@ -8,15 +8,15 @@
 
 #include "io/stl.hpp"
 
-namespace porepack {
+namespace porepack::converters {
 
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Point = Kernel::Point_3;
 using Mesh = CGAL::Surface_mesh<Point>;
 
 /// Nothing when the triangles are not manifold.
-[[nodiscard]] std::optional<Mesh> mesh_of(const TriangleSurface& surface);
+[[nodiscard]] std::optional<Mesh> mesh_of(const io::TriangleSurface& surface);
 /// Adds a triangle mesh (without removed elements) to a surface.
-void append(TriangleSurface& surface, const Mesh& mesh);
+void append(io::TriangleSurface& surface, const Mesh& mesh);
 
-}  // namespace porepack
+}  // namespace porepack::converters

@@ -14,7 +14,11 @@
 #include "converters/surface.hpp"
 #include "core/error.hpp"
 
-namespace porepack {
+namespace porepack::converters {
+using namespace core;
+using namespace io;
+using namespace shapes;
+using namespace packing;
 namespace pmp = CGAL::Polygon_mesh_processing;
 namespace {
 
@@ -145,4 +149,4 @@ void require_plausible_size(const SurfaceCheck& check, const Container& containe
                          .fix = "move the surface, or give the right container and unit"});
 }
 
-}  // namespace porepack
+}  // namespace porepack::converters

@@ -3,7 +3,7 @@
 
 #include "core/config.hpp"
 
-namespace porepack {
+namespace porepack::converters {
 
 /// Meaning, unit, range and default of each key: see describe(). 0 stands for "chosen automatically" where that is allowed.
 struct GeometryConfig {
@@ -19,7 +19,7 @@ struct GeometryConfig {
 
 /// Other formats of solid.stl.
 enum class SurfaceFiles { nothing, ply, vtp, both };
-constexpr std::array<Choice<SurfaceFiles>, 4> choices_of(SurfaceFiles) {
+constexpr std::array<core::Choice<SurfaceFiles>, 4> choices_of(SurfaceFiles) {
     return {{{SurfaceFiles::nothing, "nothing"}, {SurfaceFiles::ply, "ply"}, {SurfaceFiles::vtp, "vtp"}, {SurfaceFiles::both, "both"}}};
 }
 
@@ -32,7 +32,7 @@ struct StlConfig {
     bool millimetres = false;
 };
 
-inline void describe(ConfigVisitor& v, StlConfig& c) {
+inline void describe(core::ConfigVisitor& v, StlConfig& c) {
     v.boolean("pores", c.pores,
               "pores.stl: the boundary of the pore space of the section inside the container, with regions inlet, outlet, wall, grains");
     v.boolean("clip", c.clip, "clipped.stl: the grains cut off at the section's planes, closed");
@@ -42,21 +42,21 @@ inline void describe(ConfigVisitor& v, StlConfig& c) {
     v.boolean("millimetres", c.millimetres, "solid_mm.stl: the same surface in millimetres, for 3D printing");
 }
 
-inline void describe(ConfigVisitor& v, GeometryConfig& c) {
+inline void describe(core::ConfigVisitor& v, GeometryConfig& c) {
     v.number(
-        "voxel_size_m", c.voxel_size_m, length_range_or_auto(),
+        "voxel_size_m", c.voxel_size_m, core::length_range_or_auto(),
         "edge of the cubic voxels; auto: the smallest capsule diameter / 10. Adjusted so that the section is a whole number of voxels");
-    v.number("surface_deviation_m", c.surface_deviation_m, length_range_or_auto(),
+    v.number("surface_deviation_m", c.surface_deviation_m, core::length_range_or_auto(),
              "largest distance between the triangles and the exact surface; auto: 0.5 % of the capsule's diameter");
-    v.number("contact_gap_m", c.contact_gap_m, length_range_or_auto(),
+    v.number("contact_gap_m", c.contact_gap_m, core::length_range_or_auto(),
              "grains that touch or overlap become one body; where the surface then crosses itself in single precision, the grains there "
              "are thinned by this much; auto: 1e-4 of the capsule's diameter");
-    v.numbers("section_m", c.section_m, {2, 2}, not_negative(),
+    v.numbers("section_m", c.section_m, {2, 2}, core::not_negative(),
               "z0 and z1 of the section that is evaluated; auto: the bed less trim_m at both ends");
-    v.number("trim_m", c.trim_m, length_range_or_auto(), "cut off the bed at both ends; auto: the smaller of 30 mm and one grain's maximum Feret diameter");
-    v.number("reservoir_m", c.reservoir_m, between(0.0, 1e6), "empty container beyond both ends of the section in flow runs");
-    v.number("slice_spacing_m", c.slice_spacing_m, length_range(), "distance between two slices");
-    v.number("slice_pixel_m", c.slice_pixel_m, length_range(), "edge of the slices' square pixels");
+    v.number("trim_m", c.trim_m, core::length_range_or_auto(), "cut off the bed at both ends; auto: the smaller of 30 mm and one grain's maximum Feret diameter");
+    v.number("reservoir_m", c.reservoir_m, core::between(0.0, 1e6), "empty container beyond both ends of the section in flow runs");
+    v.number("slice_spacing_m", c.slice_spacing_m, core::length_range(), "distance between two slices");
+    v.number("slice_pixel_m", c.slice_pixel_m, core::length_range(), "edge of the slices' square pixels");
 }
 
-}  // namespace porepack
+}  // namespace porepack::converters

@@ -14,7 +14,10 @@
 #include "converters/grain_mesh.hpp"
 #include "shapes/segments.hpp"
 
-namespace porepack {
+namespace porepack::converters {
+using namespace core;
+using namespace shapes;
+using namespace packing;
 namespace {
 
 // The stretch of `p`'s axis that lies beside `q`'s, for parallel axes; else the nearest point twice.
@@ -143,4 +146,4 @@ std::vector<std::vector<std::size_t>> clusters_of(std::size_t images, const std:
     return clusters;
 }
 
-}  // namespace porepack
+}  // namespace porepack::converters

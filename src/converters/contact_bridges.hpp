@@ -6,19 +6,19 @@
 #include "converters/cgal_mesh.hpp"
 #include "packing/grains.hpp"
 
-namespace porepack {
+namespace porepack::converters {
 
 /// Two capsules of different grains that touch or nearly touch: the stretch of the first one's axis that is nearest to the
 /// second (a point unless they are parallel), and the direction towards it.
 struct GrainContact {
     std::size_t first, second;  ///< images
-    Capsule first_capsule, second_capsule;
-    Vec3 from, to, normal;
+    shapes::Capsule first_capsule, second_capsule;
+    shapes::Vec3 from, to, normal;
     double gap;  ///< between the surfaces; negative where they overlap
 };
 
 /// All contacts of images with a gap below `reach`, each once.
-[[nodiscard]] std::vector<GrainContact> find_contacts(const std::vector<Grains::Image>& images, double reach);
+[[nodiscard]] std::vector<GrainContact> find_contacts(const std::vector<packing::Grains::Image>& images, double reach);
 
 /// A box that joins two grains at their contact, wide enough to hold the lens in which they overlap. After a fault (`variant` > 0) it is
 /// wider: where facets cross at a grazing angle within the lens of their deviations too.
@@ -26,7 +26,7 @@ struct GrainContact {
 
 /// Near a grain that it does not touch, a grain's corners go back onto its exact surface: the facets between them then lie
 /// inside, so that what is apart stays apart.
-void keep_apart(Mesh& mesh, const Capsule& own, const GrainContact& contact, double deviation);
+void keep_apart(Mesh& mesh, const shapes::Capsule& own, const GrainContact& contact, double deviation);
 
 /// How often each image is thinned to begin with: of capsules on one line that overlap (a rod through a periodic face and its image)
 /// one is thinner, else their facets would lie in each other and CGAL would crash.
@@ -36,4 +36,4 @@ void keep_apart(Mesh& mesh, const Capsule& own, const GrainContact& contact, dou
 [[nodiscard]] std::vector<std::vector<std::size_t>> clusters_of(std::size_t images, const std::vector<GrainContact>& contacts,
                                                                 double contact_gap);
 
-}  // namespace porepack
+}  // namespace porepack::converters

@@ -16,7 +16,9 @@
 #include "core/error.hpp"
 #include "core/interrupt.hpp"
 
-namespace porepack {
+namespace porepack::converters {
+using namespace core;
+using namespace shapes;
 namespace pmp = CGAL::Polygon_mesh_processing;
 namespace {
 
@@ -155,4 +157,4 @@ Mesh moved_mesh(const Mesh& mesh, const Vec3& position, const Quaternion& orient
     return copy;
 }
 
-}  // namespace porepack
+}  // namespace porepack::converters

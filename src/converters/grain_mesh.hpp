@@ -4,9 +4,9 @@
 #include "converters/cgal_mesh.hpp"
 #include "shapes/shape.hpp"
 
-namespace porepack {
+namespace porepack::converters {
 
-[[nodiscard]] inline Point to_point(const Vec3& v) {
+[[nodiscard]] inline Point to_point(const shapes::Vec3& v) {
     return {v.x(), v.y(), v.z()};
 }
 
@@ -14,12 +14,12 @@ namespace porepack {
 /// capsule. `thinner_m` is taken off the radii. `variant` counts the attempts: each has its corners elsewhere. Enclosed voids are left out
 /// where they count as solid. Throws UserError when a capsule would need more than 512 corners round its axis, NumericalError when CGAL
 /// cannot unite the capsules.
-[[nodiscard]] Mesh grain_mesh(const Shape& shape, double deviation_m, double thinner_m, int variant);
+[[nodiscard]] Mesh grain_mesh(const shapes::Shape& shape, double deviation_m, double thinner_m, int variant);
 
 /// A copy at another pose.
-[[nodiscard]] Mesh moved_mesh(const Mesh& mesh, const Vec3& position, const Quaternion& orientation);
+[[nodiscard]] Mesh moved_mesh(const Mesh& mesh, const shapes::Vec3& position, const shapes::Quaternion& orientation);
 
 /// Replaces `all` by its union with `part`; `part` is used up. Throws NumericalError when CGAL cannot unite them.
 void unite_into(Mesh& all, Mesh& part);
 
-}  // namespace porepack
+}  // namespace porepack::converters

@@ -14,7 +14,11 @@
 #include "core/log.hpp"
 #include "core/parallel.hpp"
 
-namespace porepack {
+namespace porepack::converters {
+using namespace core;
+using namespace io;
+using namespace shapes;
+using namespace packing;
 namespace {
 
 // Unions pairwise as a tree, neighbours in z first.
@@ -178,4 +182,4 @@ SurfaceResult make_surface(const Packing& packing, const SurfaceOptions& options
     return result;
 }
 
-}  // namespace porepack
+}  // namespace porepack::converters

@@ -7,7 +7,9 @@
 #include "converters/cgal_mesh.hpp"
 #include "converters/surface.hpp"
 
-namespace porepack {
+namespace porepack::converters {
+using namespace io;
+using namespace shapes;
 namespace pmp = CGAL::Polygon_mesh_processing;
 
 SurfaceMeasures measure_surface(const TriangleSurface& surface) {
@@ -59,4 +61,4 @@ SurfaceMeasures measure_surface(const TriangleSurface& surface) {
     return measures;
 }
 
-}  // namespace porepack
+}  // namespace porepack::converters

@@ -6,7 +6,9 @@
 
 #include "core/error.hpp"
 
-namespace porepack {
+namespace porepack::converters {
+using namespace core;
+using namespace packing;
 
 bool step_in_grid(const Grid& grid, const Drive& drive, std::array<int, 3>& at, const std::array<int, 3>& step, int& turns) {
     for (std::size_t a = 0; a < 3; ++a) {
@@ -174,4 +176,4 @@ Percolation find_percolating_cells(const PhaseImage& image, const Drive& drive) 
     return result;
 }
 
-}  // namespace porepack
+}  // namespace porepack::converters

@@ -7,7 +7,7 @@
 #include "core/grid.hpp"
 #include "packing/packing.hpp"
 
-namespace porepack {
+namespace porepack::converters {
 
 /// How the flow is driven, and what lies beyond the grid's faces.
 struct Drive {
@@ -17,15 +17,15 @@ struct Drive {
 };
 
 /// Throws UserError for a direction that the container cannot be driven in.
-[[nodiscard]] Drive choose_drive(const Container& container, Axis direction);
+[[nodiscard]] Drive choose_drive(const packing::Container& container, core::Axis direction);
 
 /// Moves `at` by `step`; false beyond an end that is not periodic. `turns` counts the passages through the periodic faces
 /// along the drive's axis, with their sign.
-[[nodiscard]] bool step_in_grid(const Grid& grid, const Drive& drive, std::array<int, 3>& at, const std::array<int, 3>& step, int& turns);
-[[nodiscard]] std::array<int, 3> place_in_grid(const Grid& grid, std::size_t cell);
+[[nodiscard]] bool step_in_grid(const core::Grid& grid, const Drive& drive, std::array<int, 3>& at, const std::array<int, 3>& step, int& turns);
+[[nodiscard]] std::array<int, 3> place_in_grid(const core::Grid& grid, std::size_t cell);
 
-struct DoesNotPercolate : NumericalError {
-    using NumericalError::NumericalError;
+struct DoesNotPercolate : core::NumericalError {
+    using core::NumericalError::NumericalError;
 };
 
 struct Percolation {
@@ -34,6 +34,6 @@ struct Percolation {
 };
 /// Keeps the pieces of pore space (connected through cell faces) that join the inlet to the outlet, or that wind round a
 /// periodic box in the direction of flow. Throws DoesNotPercolate when there is none.
-[[nodiscard]] Percolation find_percolating_cells(const PhaseImage& image, const Drive& drive);
+[[nodiscard]] Percolation find_percolating_cells(const core::PhaseImage& image, const Drive& drive);
 
-}  // namespace porepack
+}  // namespace porepack::converters

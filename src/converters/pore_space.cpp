@@ -7,7 +7,10 @@
 
 #include "core/error.hpp"
 
-namespace porepack {
+namespace porepack::converters {
+using namespace core;
+using namespace shapes;
+using namespace packing;
 namespace {
 
 // The image covers the container's cross-section, to a voxel or two.
@@ -79,7 +82,7 @@ PoreSpace PoreSpace::with_section(const Section& other) const {
 }
 
 Porosity PoreSpace::porosity(long lines) const {
-    if (solid) return porepack::porosity(*solid, container, section, lines);
+    if (solid) return packing::porosity(*solid, container, section, lines);
     const PoreSpace part = section_only();
     double pores = 0.0, inside = 0.0;
     for (const std::uint8_t phase : part.image->phase) {
@@ -90,7 +93,7 @@ Porosity PoreSpace::porosity(long lines) const {
 }
 
 std::array<bool, 3> PoreSpace::periodic_sides() const {
-    return porepack::periodic_sides(container, section);
+    return packing::periodic_sides(container, section);
 }
 
 PoreSpace pore_space_of(Packing packing) {
@@ -126,4 +129,4 @@ PoreSpace pore_space_of(std::shared_ptr<const Solid> solid, const Container& con
     return space;
 }
 
-}  // namespace porepack
+}  // namespace porepack::converters

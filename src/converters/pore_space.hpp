@@ -9,18 +9,18 @@
 #include "converters/walls.hpp"
 #include "io/stl.hpp"
 
-namespace porepack {
+namespace porepack::converters {
 
 /// A container, the section of it that is evaluated, and the solid in it. The solvers ask it for voxels of any size and, where the
 /// solid is known exactly, for the exact places of its walls. Copies share the solid, which is never changed.
 struct PoreSpace {
-    Container container;
-    Section section;
-    std::shared_ptr<const Solid> solid = nullptr;              ///< exact; none of an image
-    std::shared_ptr<const Grains> grains = nullptr;            ///< the same solid where it is made of capsules
-    std::shared_ptr<const Packing> packing = nullptr;          ///< of these grains
-    std::shared_ptr<const TriangleSurface> surface = nullptr;  ///< the grains' closed surface, where there is one
-    std::shared_ptr<const PhaseImage> image = nullptr;         ///< its voxels are the only resolution there is
+    packing::Container container;
+    packing::Section section;
+    std::shared_ptr<const packing::Solid> solid = nullptr;              ///< exact; none of an image
+    std::shared_ptr<const packing::Grains> grains = nullptr;            ///< the same solid where it is made of capsules
+    std::shared_ptr<const packing::Packing> packing = nullptr;          ///< of these grains
+    std::shared_ptr<const io::TriangleSurface> surface = nullptr;  ///< the grains' closed surface, where there is one
+    std::shared_ptr<const core::PhaseImage> image = nullptr;         ///< its voxels are the only resolution there is
 
     /// Diameter of the thinnest capsule; of a surface 4 volume / area, the diameter of a long capsule; infinite where it is not known.
     double grain_size_m = std::numeric_limits<double>::infinity();
@@ -40,26 +40,26 @@ struct PoreSpace {
     /// The grid at about this voxel size, adjusted so that the section is a whole number of voxels. Throws UserError as plan_voxels.
     [[nodiscard]] VoxelPlan plan_at(double voxel_size_m) const;
     /// Phases on plan_at(voxel_size_m), reservoir included; of an image the image itself.
-    [[nodiscard]] PhaseImage voxelise_at(double voxel_size_m) const;
+    [[nodiscard]] core::PhaseImage voxelise_at(double voxel_size_m) const;
     /// The walls' exact places; nothing of an image. The pore space must outlive them.
     [[nodiscard]] std::optional<FlowWalls> walls() const;
 
     /// The same without reservoirs, an image being cropped to the section.
     [[nodiscard]] PoreSpace section_only() const;
     /// The same with another section.
-    [[nodiscard]] PoreSpace with_section(const Section& other) const;
+    [[nodiscard]] PoreSpace with_section(const packing::Section& other) const;
     /// Pore volume over the section's volume, on about `lines` vertical lines. Of an image by its voxels, without an uncertainty.
-    [[nodiscard]] Porosity porosity(long lines = 60000) const;
+    [[nodiscard]] packing::Porosity porosity(long lines = 60000) const;
     /// Sides that the pore space repeats at; along z only where the section is the whole container.
     [[nodiscard]] std::array<bool, 3> periodic_sides() const;
 };
 
 /// Exact grains; the section is the whole bed. Throws UserError when the packing is empty.
-[[nodiscard]] PoreSpace pore_space_of(Packing packing);
+[[nodiscard]] PoreSpace pore_space_of(packing::Packing packing);
 /// An image in its container. Throws UserError when image, container and section do not agree in size; `where` names the image.
-[[nodiscard]] PoreSpace pore_space_of(PhaseImage image, const Container& container, const Section& section, const std::string& where);
+[[nodiscard]] PoreSpace pore_space_of(core::PhaseImage image, const packing::Container& container, const packing::Section& section, const std::string& where);
 /// Any other exact solid.
-[[nodiscard]] PoreSpace pore_space_of(std::shared_ptr<const Solid> solid, const Container& container, const Section& section,
+[[nodiscard]] PoreSpace pore_space_of(std::shared_ptr<const packing::Solid> solid, const packing::Container& container, const packing::Section& section,
                                       double grain_size_m);
 
-}  // namespace porepack
+}  // namespace porepack::converters

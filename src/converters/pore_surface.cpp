@@ -10,7 +10,11 @@
 #include "converters/surface.hpp"
 #include "core/error.hpp"
 
-namespace porepack {
+namespace porepack::converters {
+using namespace core;
+using namespace io;
+using namespace shapes;
+using namespace packing;
 namespace pmp = CGAL::Polygon_mesh_processing;
 namespace {
 
@@ -111,4 +115,4 @@ PoreSurface make_pore_surface(const TriangleSurface& grains_surface, const Conta
     return result;
 }
 
-}  // namespace porepack
+}  // namespace porepack::converters

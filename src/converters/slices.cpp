@@ -11,7 +11,11 @@
 #include "core/machine.hpp"
 #include "io/image.hpp"
 
-namespace porepack {
+namespace porepack::converters {
+using namespace core;
+using namespace io;
+using namespace shapes;
+using namespace packing;
 
 int write_slices(const Path& folder, const Solid& solid, const Container& container, const Section& section, double spacing_m,
                  double pixel_m) {
@@ -101,4 +105,4 @@ SliceStack read_slices(const Path& folder) {
     return stack;
 }
 
-}  // namespace porepack
+}  // namespace porepack::converters

@@ -6,7 +6,7 @@
 #include "converters/pore_space.hpp"
 #include "io/stl.hpp"
 
-namespace porepack {
+namespace porepack::converters {
 
 struct SurfaceCheck {
     bool closed = false;
@@ -15,14 +15,14 @@ struct SurfaceCheck {
     long shells = 0;
     double volume_m3 = 0.0;
     double area_m2 = 0.0;
-    Vec3 low = Vec3::Zero(), high = Vec3::Zero();
+    shapes::Vec3 low = shapes::Vec3::Zero(), high = shapes::Vec3::Zero();
     double largest_shell_span_m = 0.0;  ///< diagonal of the largest shell's bounding box
     std::string fault;                  ///< first fault found, with its place; empty when there is none
-    std::vector<Vec3> fault_places;     ///< where the surface is open or crosses itself
+    std::vector<shapes::Vec3> fault_places;     ///< where the surface is open or crosses itself
 };
 
 /// Closed, outward, free of self-intersections: checked on the triangles as they are in the file.
-[[nodiscard]] SurfaceCheck check_surface(const TriangleSurface& surface);
+[[nodiscard]] SurfaceCheck check_surface(const io::TriangleSurface& surface);
 /// Throws UserError that names the fault unless the surface bounds a volume.
 void require_sound(const SurfaceCheck& check, const std::string& where);
 
@@ -37,7 +37,7 @@ struct SurfaceOptions {
 };
 
 struct SurfaceResult {
-    TriangleSurface surface;
+    io::TriangleSurface surface;
     double deviation_m = 0.0;  ///< measured: largest distance of a corner or a facet's middle from the exact capsules
     double contact_gap_m = 0.0;
     long joined_grains = 0;  ///< grains that became one body with others
@@ -47,41 +47,41 @@ struct SurfaceResult {
 };
 
 /// One closed surface of the union of all grains. Throws NumericalError when CGAL cannot make one.
-[[nodiscard]] SurfaceResult make_surface(const Packing& packing, const SurfaceOptions& options);
+[[nodiscard]] SurfaceResult make_surface(const packing::Packing& packing, const SurfaceOptions& options);
 
 struct SurfaceMeasures {
     double volume_m3 = 0.0;
     double area_m2 = 0.0;
     double sphericity = 0.0;
-    Vec3 centre_of_mass_m = Vec3::Zero();
+    shapes::Vec3 centre_of_mass_m = shapes::Vec3::Zero();
     Eigen::Matrix3d inertia_per_density_m5 = Eigen::Matrix3d::Zero();  ///< about the centre of mass, for density 1
     double hull_volume_m3 = 0.0, hull_area_m2 = 0.0;
     double bounding_radius_m = 0.0;  ///< about the centre of mass
     double span_m = 0.0;             ///< maximum Feret diameter
 };
 /// Of a closed surface, exact for the polyhedron that it is.
-[[nodiscard]] SurfaceMeasures measure_surface(const TriangleSurface& surface);
+[[nodiscard]] SurfaceMeasures measure_surface(const io::TriangleSurface& surface);
 
 /// The part of closed grains between two planes, closed again.
-[[nodiscard]] TriangleSurface clip_surface(const TriangleSurface& surface, const Section& section);
+[[nodiscard]] io::TriangleSurface clip_surface(const io::TriangleSurface& surface, const packing::Section& section);
 
 /// The boundary of the pore space inside the container, closed; triangles point out of the pores.
 struct PoreSurface {
-    TriangleSurface surface;
+    io::TriangleSurface surface;
     std::vector<int> region;  ///< by triangle: 0 inlet (z0), 1 outlet (z1), 2 wall, 3 grains
 };
-[[nodiscard]] PoreSurface make_pore_surface(const TriangleSurface& grains, const Container& container, const Section& section,
+[[nodiscard]] PoreSurface make_pore_surface(const io::TriangleSurface& grains, const packing::Container& container, const packing::Section& section,
                                             double deviation_m);
 
 /// A closed triangle surface as a solid; `periodic` repeats it.
-class SurfaceSolid : public Solid {
+class SurfaceSolid : public packing::Solid {
 public:
-    SurfaceSolid(const TriangleSurface& surface, const Container& container);
+    SurfaceSolid(const io::TriangleSurface& surface, const packing::Container& container);
     ~SurfaceSolid() override;
     /// Winding number along the line: overlapping shells are joined.
-    void column(double x, double y, std::vector<Interval>& parts) const override;
-    [[nodiscard]] Bounds bounds() const override;
-    [[nodiscard]] std::unique_ptr<SolidProbe> probe() const override;
+    void column(double x, double y, std::vector<core::Interval>& parts) const override;
+    [[nodiscard]] shapes::Bounds bounds() const override;
+    [[nodiscard]] std::unique_ptr<packing::SolidProbe> probe() const override;
 
 private:
     class Probe;
@@ -91,9 +91,9 @@ private:
 
 /// The pore space round a user's closed surface; the section is the whole bed. Throws UserError when the surface is not sound or does not
 /// fit the container; `where` names it.
-[[nodiscard]] PoreSpace pore_space_of(TriangleSurface surface, const Container& container, const std::string& where);
+[[nodiscard]] PoreSpace pore_space_of(io::TriangleSurface surface, const packing::Container& container, const std::string& where);
 
 /// Throws UserError when the surface cannot be in metres: much larger or smaller than the container.
-void require_plausible_size(const SurfaceCheck& check, const Container& container, const std::string& where);
+void require_plausible_size(const SurfaceCheck& check, const packing::Container& container, const std::string& where);
 
-}  // namespace porepack
+}  // namespace porepack::converters

@@ -3,7 +3,11 @@
 
 #include "converters/surface.hpp"
 
-namespace porepack {
+namespace porepack::converters {
+using namespace core;
+using namespace io;
+using namespace shapes;
+using namespace packing;
 
 struct SurfaceSolid::Bins {
     struct Triangle {
@@ -177,4 +181,4 @@ PoreSpace pore_space_of(TriangleSurface surface, const Container& container, con
     return space;
 }
 
-}  // namespace porepack
+}  // namespace porepack::converters

@@ -8,7 +8,10 @@
 #include "core/error.hpp"
 #include "core/machine.hpp"
 
-namespace porepack {
+namespace porepack::converters {
+using namespace core;
+using namespace shapes;
+using namespace packing;
 
 VoxelPlan plan_voxels(const Container& container, const Section& section, double voxel_size_m, double reservoir_m, double grain_size_m) {
     if (!(voxel_size_m > 0.0) || !std::isfinite(voxel_size_m))
@@ -126,4 +129,4 @@ double narrow_fraction(const PhaseImage& image, int cells) {
     return pores > 0 ? static_cast<double>(std::count(narrow.begin(), narrow.end(), 1)) / static_cast<double>(pores) : 0.0;
 }
 
-}  // namespace porepack
+}  // namespace porepack::converters

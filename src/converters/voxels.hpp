@@ -4,41 +4,41 @@
 #include "core/grid.hpp"
 #include "packing/grains.hpp"
 
-namespace porepack {
+namespace porepack::converters {
 
 /// The grid of a section: cubic voxels, z0 on a cell face, the cylinder's axis in the middle of the grid.
 struct VoxelPlan {
-    Grid grid;
+    core::Grid grid;
     double voxel_size_m = 0.0;  ///< the size asked for, adjusted so that the section is a whole number of voxels
     int reservoir_cells = 0;    ///< empty layers below and above the section
     double memory_bytes = 0.0;
 };
 
 /// Throws UserError when a periodic side is no whole number of voxels, or the voxel is larger than `grain_size_m`.
-[[nodiscard]] VoxelPlan plan_voxels(const Container& container, const Section& section, double voxel_size_m, double reservoir_m,
+[[nodiscard]] VoxelPlan plan_voxels(const packing::Container& container, const packing::Section& section, double voxel_size_m, double reservoir_m,
                                     double grain_size_m);
 
 /// Phase of every cell; solid beyond the section's planes is left out. Notes: the container and the section.
-[[nodiscard]] PhaseImage voxelise(const Solid& solid, const Container& container, const Section& section, const VoxelPlan& plan);
+[[nodiscard]] core::PhaseImage voxelise(const packing::Solid& solid, const packing::Container& container, const packing::Section& section, const VoxelPlan& plan);
 
 /// Phases of the cells of any grid by their centres, where solid beyond the section's planes is left out.
-void fill_phases(std::vector<std::uint8_t>& phase, const Grid& grid, const Solid& solid, const Container& container, const Section& section);
+void fill_phases(std::vector<std::uint8_t>& phase, const core::Grid& grid, const packing::Solid& solid, const packing::Container& container, const packing::Section& section);
 
 /// Share of the pore volume that lies in gaps of at most `cells` voxels between solids, along x, y or z.
-[[nodiscard]] double narrow_fraction(const PhaseImage& image, int cells);
+[[nodiscard]] double narrow_fraction(const core::PhaseImage& image, int cells);
 
 /// A stack of gray images slice_0000.png (grain 0, pore 255, outside 128) from z0 to z1, with slices.json for the frame.
 /// Returns the number of slices.
-int write_slices(const Path& folder, const Solid& solid, const Container& container, const Section& section, double spacing_m,
+int write_slices(const core::Path& folder, const packing::Solid& solid, const packing::Container& container, const packing::Section& section, double spacing_m,
                  double pixel_m);
 
 struct SliceStack {
-    Grid grid;  ///< spacing in z is the distance of the slices, which lie in the middle of their cells
+    core::Grid grid;  ///< spacing in z is the distance of the slices, which lie in the middle of their cells
     std::vector<std::uint8_t> phase;
-    Container container;
-    Section section;
+    packing::Container container;
+    packing::Section section;
 };
 /// Throws UserError when slices.json or an image is missing or differs in size.
-[[nodiscard]] SliceStack read_slices(const Path& folder);
+[[nodiscard]] SliceStack read_slices(const core::Path& folder);
 
-}  // namespace porepack
+}  // namespace porepack::converters

@@ -2,7 +2,10 @@
 
 #include <algorithm>
 
-namespace porepack {
+namespace porepack::converters {
+using namespace core;
+using namespace shapes;
+using namespace packing;
 
 WallFinder::WallFinder(const FlowWalls& walls, const Grid& grid, const Drive& drive)
     : walls_(walls), drive_(drive), reach_(1.001 * grid.spacing_m[0]), probe_(walls.solid.probe()) {
@@ -53,4 +56,4 @@ std::optional<double> WallFinder::fraction(const Vec3& step) const {
     return after ? std::optional(half + half * *after) : std::nullopt;
 }
 
-}  // namespace porepack
+}  // namespace porepack::converters

@@ -7,33 +7,33 @@
 #include "converters/percolation.hpp"
 #include "packing/grains.hpp"
 
-namespace porepack {
+namespace porepack::converters {
 
 /// What flow is bounded by.
 struct FlowWalls {
-    const Solid& solid;
-    const Container& container;
-    Section section;  ///< solid beyond its planes is left out
+    const packing::Solid& solid;
+    const packing::Container& container;
+    packing::Section section;  ///< solid beyond its planes is left out
 };
 
 /// Exact distances for one thread. Beyond an open end of the grid lies its mirror image, walls included.
 class WallFinder {
 public:
-    WallFinder(const FlowWalls& walls, const Grid& grid, const Drive& drive);
+    WallFinder(const FlowWalls& walls, const core::Grid& grid, const Drive& drive);
 
     /// Prepares for the ways from this cell centre.
-    void move_to(const Vec3& centre);
+    void move_to(const shapes::Vec3& centre);
     /// Fraction of the way to centre + step at which it meets a wall; nothing when it meets none. `step` reaches a neighbour.
-    [[nodiscard]] std::optional<double> fraction(const Vec3& step) const;
+    [[nodiscard]] std::optional<double> fraction(const shapes::Vec3& step) const;
 
 private:
-    [[nodiscard]] std::optional<double> straight(const Vec3& from, const Vec3& step) const;
+    [[nodiscard]] std::optional<double> straight(const shapes::Vec3& from, const shapes::Vec3& step) const;
 
     FlowWalls walls_;
     Drive drive_;
     double reach_, end_low_, end_high_;  // of the grid along the drive's axis
-    std::unique_ptr<SolidProbe> probe_;
-    Vec3 centre_ = Vec3::Zero();
+    std::unique_ptr<packing::SolidProbe> probe_;
+    shapes::Vec3 centre_ = shapes::Vec3::Zero();
 };
 
-}  // namespace porepack
+}  // namespace porepack::converters

@@ -2,7 +2,7 @@
 
 #include "core/version.hpp"
 
-namespace porepack {
+namespace porepack::core {
 
 const char* program_version() {
     return POREPACK_VERSION;
@@ -12,4 +12,4 @@ const char* git_hash() {
     return POREPACK_GIT_HASH;
 }
 
-}  // namespace porepack
+}  // namespace porepack::core

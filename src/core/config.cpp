@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numeric>
 
-namespace porepack {
+namespace porepack::core {
 
 bool Range::holds(double value) const {
     if (!std::isfinite(value)) return false;
@@ -153,4 +153,4 @@ std::map<std::string, std::string> renamed_keys(const Describe& describe) {
     return writer.old_names;
 }
 
-}  // namespace porepack
+}  // namespace porepack::core

@@ -14,7 +14,7 @@
 #include "core/choice.hpp"
 #include "core/files.hpp"
 
-namespace porepack {
+namespace porepack::core {
 
 /// Allowed values of a number; finite always.
 struct Range {
@@ -117,4 +117,4 @@ struct KeyRow {
 /// The known word nearest to `word` (Levenshtein), or empty when none is near.
 [[nodiscard]] std::string nearest(std::string_view word, const std::vector<std::string>& known);
 
-}  // namespace porepack
+}  // namespace porepack::core

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-namespace porepack {
+namespace porepack::core {
 namespace {
 
 Context& current() {
@@ -20,4 +20,4 @@ const Context& context() {
     return current();
 }
 
-}  // namespace porepack
+}  // namespace porepack::core

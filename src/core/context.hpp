@@ -4,7 +4,7 @@
 #include <functional>
 #include <string_view>
 
-namespace porepack {
+namespace porepack::core {
 
 enum class LogLevel { info, warning };
 
@@ -23,4 +23,4 @@ struct Context {
 void set_context(Context context);
 [[nodiscard]] const Context& context();
 
-}  // namespace porepack
+}  // namespace porepack::core

@@ -5,7 +5,7 @@
 
 #include "core/error.hpp"
 
-namespace porepack {
+namespace porepack::core {
 namespace fs = std::filesystem;
 namespace {
 
@@ -42,4 +42,4 @@ Path data_file(const Path& name) {
                     {.fix = "set POREPACK_HOME to the folder that holds liggghts_templates/, openfoam_cases/ and templates/"});
 }
 
-}  // namespace porepack
+}  // namespace porepack::core

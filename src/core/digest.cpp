@@ -10,7 +10,7 @@
 
 #include "core/error.hpp"
 
-namespace porepack {
+namespace porepack::core {
 namespace fs = std::filesystem;
 namespace {
 
@@ -49,4 +49,4 @@ std::string sha256_of_file(const Path& path) {
     return digest.hex();
 }
 
-}  // namespace porepack
+}  // namespace porepack::core

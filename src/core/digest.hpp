@@ -6,10 +6,10 @@
 
 #include "core/files.hpp"
 
-namespace porepack {
+namespace porepack::core {
 
 [[nodiscard]] std::string sha256(std::string_view bytes);
 /// Throws UserError when the file cannot be read.
 [[nodiscard]] std::string sha256_of_file(const Path& path);
 
-}  // namespace porepack
+}  // namespace porepack::core

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-namespace porepack {
+namespace porepack::core {
 
 enum class ExitCode { done = 0, user = 2, numerical = 3, engine = 4, machine = 5 };
 
@@ -47,4 +47,4 @@ struct MachineError : Error {
     explicit MachineError(std::string_view what, const Advice& advice = {}) : Error(ExitCode::machine, what, advice) {}
 };
 
-}  // namespace porepack
+}  // namespace porepack::core

@@ -10,7 +10,7 @@
 
 #include "core/error.hpp"
 
-namespace porepack {
+namespace porepack::core {
 namespace fs = std::filesystem;
 namespace {
 
@@ -97,4 +97,4 @@ std::string tail(const Path& path, int lines) {
     return text;
 }
 
-}  // namespace porepack
+}  // namespace porepack::core

@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-namespace porepack {
+namespace porepack::core {
 
 using Path = std::filesystem::path;
 using Json = nlohmann::ordered_json;
@@ -31,4 +31,4 @@ void require_writable(const Path& folder);
 /// The last `lines` lines of a text file; empty when there is none.
 [[nodiscard]] std::string tail(const Path& path, int lines);
 
-}  // namespace porepack
+}  // namespace porepack::core

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace porepack {
+namespace porepack::core {
 
 /// A regular grid of cells; cell (i, j, k) has index (k ny + j) nx + i and its centre at origin + (i + 1/2, ...) spacing.
 struct Grid {
@@ -49,4 +49,4 @@ struct FlowImage {
     std::map<std::string, std::string> notes;
 };
 
-}  // namespace porepack
+}  // namespace porepack::core

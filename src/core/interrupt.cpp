@@ -6,7 +6,7 @@
 #include "core/context.hpp"
 #include "core/error.hpp"
 
-namespace porepack {
+namespace porepack::core {
 namespace {
 
 std::atomic<int> received_signal{0};
@@ -35,4 +35,4 @@ void check_interrupt() {
     if (interrupted()) throw MachineError("interrupted", {.fix = "run the same command again: it resumes at the stage that was interrupted"});
 }
 
-}  // namespace porepack
+}  // namespace porepack::core

@@ -1,10 +1,10 @@
 #pragma once
 
-namespace porepack {
+namespace porepack::core {
 
 struct Interval {
     double low = 0.0;
     double high = 0.0;
 };
 
-}  // namespace porepack
+}  // namespace porepack::core

@@ -8,7 +8,7 @@
 
 #include "core/context.hpp"
 
-namespace porepack {
+namespace porepack::core {
 namespace {
 
 // A log that cannot be written must not end the work.
@@ -71,4 +71,4 @@ void Progress::update(double fraction, std::string_view detail) {
     std::fflush(stderr);
 }
 
-}  // namespace porepack
+}  // namespace porepack::core

@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-namespace porepack {
+namespace porepack::core {
 
 void log_line(std::string_view text);
 void log_warning(std::string_view text);
@@ -50,4 +50,4 @@ private:
     double done_ = 0.0;
 };
 
-}  // namespace porepack
+}  // namespace porepack::core

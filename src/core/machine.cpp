@@ -11,7 +11,7 @@
 #include "core/error.hpp"
 #include "core/log.hpp"
 
-namespace porepack {
+namespace porepack::core {
 namespace {
 
 double read_number(const char* path) {
@@ -73,4 +73,4 @@ void require_memory(double bytes, const std::string& what, const std::string& fi
                     {.fix = fix});
 }
 
-}  // namespace porepack
+}  // namespace porepack::core

@@ -13,7 +13,7 @@
 #include "core/files.hpp"
 #include "core/interval.hpp"
 
-namespace porepack {
+namespace porepack::core {
 
 /// `Self` is T or const T.
 template <typename Self, typename T>
@@ -95,4 +95,4 @@ template <typename T>
     return value;
 }
 
-}  // namespace porepack
+}  // namespace porepack::core

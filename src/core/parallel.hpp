@@ -6,7 +6,7 @@
 
 #include "core/interrupt.hpp"
 
-namespace porepack {
+namespace porepack::core {
 
 /// body(i) for i below `count`, in any order. Throws what a body threw (one of them); throws MachineError once interrupted.
 template <typename Body>
@@ -26,4 +26,4 @@ void parallel_for(std::size_t count, const Body& body) {
     check_interrupt();
 }
 
-}  // namespace porepack
+}  // namespace porepack::core

@@ -19,7 +19,7 @@
 #include "core/interrupt.hpp"
 #include "core/log.hpp"
 
-namespace porepack {
+namespace porepack::core {
 namespace {
 
 std::atomic<double> peak_program_memory{0.0};
@@ -170,4 +170,4 @@ std::string first_line_of(const std::string& shell_command) {
     return text;
 }
 
-}  // namespace porepack
+}  // namespace porepack::core

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <stdexcept>
 
-namespace porepack {
+namespace porepack::core {
 
 std::string Table::field(double value) const {
     return std::isnan(value) ? std::string() : fmt::format("{:.{}g}", value, digits);
@@ -42,4 +42,4 @@ void Table::write(const Path& path) const {
     write_text(path, csv());
 }
 
-}  // namespace porepack
+}  // namespace porepack::core

@@ -11,7 +11,7 @@
 
 #include "core/files.hpp"
 
-namespace porepack {
+namespace porepack::core {
 
 class Table {
 public:
@@ -51,4 +51,4 @@ private:
     std::vector<std::vector<std::string>> rows_;
 };
 
-}  // namespace porepack
+}  // namespace porepack::core

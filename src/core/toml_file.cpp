@@ -10,7 +10,7 @@
 #include "core/error.hpp"
 #include "core/log.hpp"
 
-namespace porepack {
+namespace porepack::core {
 
 struct TomlFile::Content {
     toml::table table;
@@ -226,4 +226,4 @@ void TomlFile::require_known_tables(const std::vector<std::string>& known) const
     }
 }
 
-}  // namespace porepack
+}  // namespace porepack::core

@@ -5,7 +5,7 @@
 
 #include "core/config.hpp"
 
-namespace porepack {
+namespace porepack::core {
 
 /// A TOML file that has been parsed. Faults of syntax throw UserError with file and line.
 class TomlFile {
@@ -37,4 +37,4 @@ template <typename Config>
     return config;
 }
 
-}  // namespace porepack
+}  // namespace porepack::core

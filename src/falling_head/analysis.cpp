@@ -8,7 +8,8 @@
 
 #include "core/error.hpp"
 
-namespace porepack {
+namespace porepack::falling_head {
+using namespace core;
 namespace {
 
 void require_different(const std::vector<LevelCurve>& curves) {
@@ -94,4 +95,4 @@ FallingHeadAnalysis analyse_curves(const std::vector<LevelCurve>& curves, const 
     return analysis;
 }
 
-}  // namespace porepack
+}  // namespace porepack::falling_head

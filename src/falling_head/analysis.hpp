@@ -4,7 +4,7 @@
 #include "falling_head/fit.hpp"
 #include "falling_head/paper_evaluation.hpp"
 
-namespace porepack {
+namespace porepack::falling_head {
 
 struct CurveAnalysis {
     LevelCurve curve;  ///< its window
@@ -40,4 +40,4 @@ struct FallingHeadAnalysis {
 /// `curves` are windows (take_window). Throws UserError when one is given twice, NumericalError when a fit fails.
 [[nodiscard]] FallingHeadAnalysis analyse_curves(const std::vector<LevelCurve>& curves, const FallingHeadConfig& config);
 
-}  // namespace porepack
+}  // namespace porepack::falling_head

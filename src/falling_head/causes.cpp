@@ -8,7 +8,7 @@
 #include "falling_head/falling_head.hpp"
 #include "falling_head/scenario.hpp"
 
-namespace porepack {
+namespace porepack::falling_head {
 namespace {
 
 using Rows = std::vector<ScenarioRow>;
@@ -27,7 +27,7 @@ void add_inertia(Rows& rows, const SampleTruth& truth, const FallingHeadConfig& 
 
 void add_meshes(Rows& rows, const FallingHeadConfig& full) {
     if (!(full.screen_opening_m > 0.0)) return;
-    const auto meshes = [&full](long below, long above, double wire_m, double free_share) {
+    const auto screens = [&full](long below, long above, double wire_m, double free_share) {
         return [=, opening_m = full.screen_opening_m](Scenario& s) {
             s.apparatus.screen_opening_m = opening_m;
             s.apparatus.screen_wire_m = wire_m;
@@ -38,12 +38,12 @@ void add_meshes(Rows& rows, const FallingHeadConfig& full) {
     };
     for (const double wire_m : {0.5 * full.screen_wire_m, full.screen_wire_m}) {
         const std::string size = fmt::format("wires of {:g} mm", 1e3 * wire_m);
-        rows.push_back({"mesh below", size, meshes(1, 0, wire_m, 1.0)});
+        rows.push_back({"wire screen below", size, screens(1, 0, wire_m, 1.0)});
         if (full.screens_below > 1)
-            rows.push_back({"second mesh below", size + ", both together", meshes(full.screens_below, 0, wire_m, 1.0)});
-        if (full.screens_above > 0) rows.push_back({"mesh on top", size, meshes(0, full.screens_above, wire_m, 1.0)});
+            rows.push_back({"second wire screen below", size + ", both together", screens(full.screens_below, 0, wire_m, 1.0)});
+        if (full.screens_above > 0) rows.push_back({"wire screen on top", size, screens(0, full.screens_above, wire_m, 1.0)});
     }
-    rows.push_back({"mesh below, half covered", "grains cover half of the openings", meshes(full.screens_below, 0, full.screen_wire_m, 0.5)});
+    rows.push_back({"wire screen below, half covered", "grains cover half of the openings", screens(full.screens_below, 0, full.screen_wire_m, 0.5)});
 }
 
 // The reference of the levels decides: with levels read from the sample's top the head is wrong too, on the tube only the length.
@@ -72,13 +72,13 @@ Rows single_causes(const ScenarioStudy& study, const SampleTruth& truth, const F
         rows.push_back({"inlet and outlet", fmt::format("they take {:g} v^2/2", full.loss_coefficient),
                         [loss = full.loss_coefficient](Scenario& s) { s.apparatus.loss_coefficient = loss; }});
     rows.push_back({"structure at the ends", "by the packing's porosity profile", sample(truth.ends_viscous, truth.ends_inertial)});
-    rows.push_back({"grains aligned at the mesh", "lowest layer, one grain high, 0.1 less porous",
+    rows.push_back({"grains aligned at the wire screen", "lowest layer, one grain high, 0.1 less porous",
                     sample(truth.aligned_viscous, truth.aligned_inertial)});
     for (const double offset_m : {-2e-3, 2e-3})
-        rows.push_back({"level offset", fmt::format("true level {:+g} mm", 1e3 * offset_m),
+        rows.push_back({"level offset", fmt::format("true water level {:+g} mm", 1e3 * offset_m),
                         [=](Scenario& s) { s.apparatus.level_offset_m = offset_m; }});
     add_heights(rows);
-    rows.push_back({.name = "noise of the pictures", .what = "1 mm, one standard deviation, each picture", .noise_m = 1e-3});
+    rows.push_back({.name = "noise of the frames", .what = "1 mm, one standard deviation, each frame", .noise_m = 1e-3});
     for (const auto& window_m : {std::vector<double>{0.1, 0.7}, std::vector<double>{0.7, 1.3}})
         rows.push_back({.name = "window",
                         .what = fmt::format("{:g} to {:g} m instead of {:g} to {:g} m", window_m[0], window_m[1], config.window_m[0],
@@ -93,25 +93,25 @@ Rows joint_causes(const ScenarioStudy& study, const SampleTruth& truth) {
     // The aligned layer is one of those at the ends: both add.
     const Resistance worst = study.sample(1.24 * (truth.ends_viscous + truth.aligned_viscous - 1.0),
                                           0.84 * (truth.ends_inertial + truth.aligned_inertial - 1.0));
-    const auto most = [worst](Scenario& s) {
+    const auto maximum = [worst](Scenario& s) {
         s.apparatus.level_offset_m = -2e-3;
         s.apparatus.screen_free_fraction = 0.5;
         s.resistance = worst;
     };
-    Rows rows = {{"together", "inertia of the water, all meshes, structure at the ends"}};
+    Rows rows = {{"together", "inertia of the water, all wire screens, structure at the ends"}};
     for (const double offset_m : {-2e-3, 2e-3})
-        rows.push_back({"together, with an offset", fmt::format("the same, true level {:+g} mm", 1e3 * offset_m),
+        rows.push_back({"together, with an offset", fmt::format("the same, true water level {:+g} mm", 1e3 * offset_m),
                         [=](Scenario& s) { s.apparatus.level_offset_m = offset_m; }});
-    rows.push_back({"together, most", "the same, level -2 mm, meshes half covered, aligned, turbulent", most});
-    rows.push_back({"together, most, height too", "and sample -5 mm, level read from its top", [most](Scenario& s) {
-                        most(s);
+    rows.push_back({"together, maximum", "the same, level -2 mm, screens half covered, aligned, turbulent", maximum});
+    rows.push_back({"together, maximum, height too", "and sample -5 mm, level read from its top", [maximum](Scenario& s) {
+                        maximum(s);
                         s.apparatus.sample_length_m -= 5e-3;
                     }});
-    rows.push_back({.name = "together, with noise", .what = "1 mm, one standard deviation, each picture", .noise_m = 1e-3});
+    rows.push_back({.name = "together, with noise", .what = "1 mm, one standard deviation, each frame", .noise_m = 1e-3});
     return rows;
 }
 
-// The test with the water's inertia, all meshes and losses, and the structure at the sample's ends.
+// The test with the water's inertia, all screens and losses, and the structure at the sample's ends.
 Scenario with_all(const ScenarioStudy& study, const SampleTruth& truth) {
     const FallingHeadConfig& full = study.full();
     Scenario all = study.base();
@@ -164,4 +164,4 @@ CauseStudy study_causes(const SampleTruth& truth, const FallingHeadConfig& confi
     return result;
 }
 
-}  // namespace porepack
+}  // namespace porepack::falling_head

@@ -9,7 +9,7 @@
 #include "falling_head/column.hpp"
 #include "falling_head/level_curve.hpp"
 
-namespace porepack {
+namespace porepack::falling_head {
 
 /// The sample as it is taken to be.
 struct SampleTruth {
@@ -49,4 +49,4 @@ struct ProfileFactors {
 };
 [[nodiscard]] ProfileFactors profile_factors(const std::vector<double>& layers, double central);
 
-}  // namespace porepack
+}  // namespace porepack::falling_head

@@ -12,7 +12,8 @@
 
 #include "core/error.hpp"
 
-namespace porepack {
+namespace porepack::falling_head {
+using namespace core;
 namespace {
 
 constexpr double most_settling_times = 2e4;
@@ -141,4 +142,4 @@ double Column::time_at(const Resistance& resistance, double start_level_m, doubl
     return boost::math::tools::bisect([&](double time) { return above(time) > 0.0 ? 1.0 : -1.0; }, 0.0, high, close).second;
 }
 
-}  // namespace porepack
+}  // namespace porepack::falling_head

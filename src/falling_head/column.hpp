@@ -9,7 +9,7 @@
 
 #include "falling_head/config.hpp"
 
-namespace porepack {
+namespace porepack::falling_head {
 
 /// Loss coefficient K of a woven screen of round wires: it takes K v^2/2, v being the superficial velocity. Idelchik, Handbook of Hydraulic
 /// Resistance, diagram 8-6: K = k_Re (1.3 (1 - f) + (1/f - 1)^2) with the open fraction f of the area and k_Re of Re = (v/f) wire / nu from
@@ -61,4 +61,4 @@ private:
     double offset_, inertia_length_;
 };
 
-}  // namespace porepack
+}  // namespace porepack::falling_head

@@ -3,7 +3,7 @@
 
 #include "core/config.hpp"
 
-namespace porepack {
+namespace porepack::falling_head {
 
 /// Meaning, unit, range and default of each key: see describe(). 0 stands for "chosen automatically" where that is allowed.
 struct FallingHeadConfig {
@@ -30,13 +30,13 @@ struct FallingHeadConfig {
     double computed_over_measured = 0.0;
 };
 
-inline void describe(ConfigVisitor& v, FallingHeadConfig& c) {
-    v.number("sample_length_m", c.sample_length_m, length_range(), "length of the sample, L of Eq. 18");
-    v.number("start_level_m", c.start_level_m, length_range(), "water level above the sample at time 0, when the outlet is opened");
-    v.numbers("levels_m", c.levels_m, {1, 1000}, not_negative(), "water levels whose times are asked for");
-    v.numbers("window_m", c.window_m, {2, 2}, not_negative(), "lowest and highest water level of a measured curve that is evaluated");
-    v.number("kinematic_viscosity_m2_per_s", c.kinematic_viscosity_m2_per_s, positive(), "of the liquid");
-    v.number("gravity_m_per_s2", c.gravity_m_per_s2, positive(), "gravity");
+inline void describe(core::ConfigVisitor& v, FallingHeadConfig& c) {
+    v.number("sample_length_m", c.sample_length_m, core::length_range(), "length of the sample, L of Eq. 18");
+    v.number("start_level_m", c.start_level_m, core::length_range(), "water level above the sample at time 0, when the outlet is opened");
+    v.numbers("levels_m", c.levels_m, {1, 1000}, core::not_negative(), "water levels whose times are asked for");
+    v.numbers("window_m", c.window_m, {2, 2}, core::not_negative(), "lowest and highest water level of a measured curve that is evaluated");
+    v.number("kinematic_viscosity_m2_per_s", c.kinematic_viscosity_m2_per_s, core::positive(), "of the liquid");
+    v.number("gravity_m_per_s2", c.gravity_m_per_s2, core::positive(), "gravity");
     v.boolean("column_inertia", c.column_inertia,
               "the water's inertia: it starts at rest, and its column above the sample has to be slowed down");
     v.renamed("sample_inertia", "inertia_coefficient");
@@ -44,26 +44,26 @@ inline void describe(ConfigVisitor& v, FallingHeadConfig& c) {
              "m: the water in the sample resists acceleration like a plain column of m sample lengths; tortuosity factor / porosity. Auto: that "
              "of the case where it has been computed, else porosity^-1.5 where that is known, else 1.5");
     v.renamed("mesh_opening_m", "screen_opening_m");
-    v.number("screen_opening_m", c.screen_opening_m, length_range_or_auto(), "opening of the wire screens that hold the sample; auto: no screen");
+    v.number("screen_opening_m", c.screen_opening_m, core::length_range_or_auto(), "opening of the wire screens that hold the sample; auto: no screen");
     v.renamed("mesh_wire_m", "screen_wire_m");
-    v.number("screen_wire_m", c.screen_wire_m, length_range_or_auto(), "diameter of their wires; auto: a fifth of the opening");
+    v.number("screen_wire_m", c.screen_wire_m, core::length_range_or_auto(), "diameter of their wires; auto: a fifth of the opening");
     v.renamed("meshes_below", "screens_below");
-    v.integer("screens_below", c.screens_below, between(0, 10), "number of wire screens below the sample");
+    v.integer("screens_below", c.screens_below, core::between(0, 10), "number of wire screens below the sample");
     v.renamed("meshes_above", "screens_above");
-    v.integer("screens_above", c.screens_above, between(0, 10), "number of wire screens on top of the sample");
+    v.integer("screens_above", c.screens_above, core::between(0, 10), "number of wire screens on top of the sample");
     v.renamed("mesh_free_share", "screen_free_fraction");
     v.number("screen_free_fraction", c.screen_free_fraction, {.low = 0.01, .high = 1.0}, "fraction of the openings below the sample that grains leave free");
-    v.number("loss_coefficient", c.loss_coefficient, between(0.0, 1e6),
+    v.number("loss_coefficient", c.loss_coefficient, core::between(0.0, 1e6),
              "of inlet and outlet together, times v^2/2 (v: speed of the water level)");
-    v.number("level_offset_m", c.level_offset_m, between(-1.0, 1.0), "true level less measured level");
-    v.number("level_offset_uncertainty_m", c.level_offset_uncertainty_m, between(0.0, 1.0),
+    v.number("level_offset_m", c.level_offset_m, core::between(-1.0, 1.0), "true level less measured level");
+    v.number("level_offset_uncertainty_m", c.level_offset_uncertainty_m, core::between(0.0, 1.0),
              "standard deviation of the offset; it then counts in the intervals of an analysis");
-    v.number("noise_m", c.noise_m, between(0.0, 1.0), "standard deviation of the measured level, of a simulated curve");
-    v.number("frames_per_s", c.frames_per_s, between(1e-3, 1e6), "frames per second of a simulated curve");
+    v.number("noise_m", c.noise_m, core::between(0.0, 1.0), "standard deviation of the measured level, of a simulated curve");
+    v.number("frames_per_s", c.frames_per_s, core::between(1e-3, 1e6), "frames per second of a simulated curve");
     v.integer("seed", c.seed, {.low = 0, .high = 1e9}, "of a simulated curve's noise");
     v.boolean("causes", c.causes, "of a case: how much each cause changes the k that the paper's evaluation gives");
-    v.number("computed_over_measured", c.computed_over_measured, between(0.0, 1e6),
+    v.number("computed_over_measured", c.computed_over_measured, core::between(0.0, 1e6),
              "k computed / k measured, which the causes are to explain (the paper: 2.3 and 2.8); 0: nothing to explain");
 }
 
-}  // namespace porepack
+}  // namespace porepack::falling_head

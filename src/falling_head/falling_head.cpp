@@ -6,7 +6,8 @@
 
 #include "core/error.hpp"
 
-namespace porepack {
+namespace porepack::falling_head {
+using namespace core;
 
 double solve_x_plus_log_x(double y) {
     // Newton in u = ln x: exp(u) + u = y is convex and increasing; the start lies close to the root on both branches.
@@ -58,4 +59,4 @@ double FallingHead::level_at(double time_s) const {
     return (A_ * v + B_ * v * v) * L_ / g_ - L_;
 }
 
-}  // namespace porepack
+}  // namespace porepack::falling_head

@@ -3,7 +3,7 @@
 
 #include "falling_head/config.hpp"
 
-namespace porepack {
+namespace porepack::falling_head {
 
 /// Falling head, Eq. 18: g (h + L)/L = (nu/k) v + v^2/k_in with v = -dh/dt, without the inertia of the water column.
 /// Solved in closed form through x + ln x = y, which does not overflow.
@@ -24,4 +24,4 @@ private:
 /// Solves x + ln x = y for x > 0.
 [[nodiscard]] double solve_x_plus_log_x(double y);
 
-}  // namespace porepack
+}  // namespace porepack::falling_head

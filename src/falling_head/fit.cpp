@@ -11,7 +11,8 @@
 
 #include "core/error.hpp"
 
-namespace porepack {
+namespace porepack::falling_head {
+using namespace core;
 namespace {
 
 // Parameters: 1/k, 1/k_in, offset, then first level and first speed of each curve. All scaled to order one or to metres.
@@ -273,4 +274,4 @@ std::string FallingHeadFit::inertial_verdict() const {
     return verdict_on(inverse_inertial_permeability_per_m, "k_in", "m");
 }
 
-}  // namespace porepack
+}  // namespace porepack::falling_head

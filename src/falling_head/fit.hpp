@@ -11,13 +11,13 @@
 #include "falling_head/column.hpp"
 #include "falling_head/level_curve.hpp"
 
-namespace porepack {
+namespace porepack::falling_head {
 
 /// One fitted number with its 95 % interval: all values that, with everything else fitted anew, raise the sum of squares by no more than
 /// chance would (Student's t).
 struct FittedValue {
     double value = 0.0;
-    Interval interval = {};
+    core::Interval interval = {};
 };
 
 struct FallingHeadFit {
@@ -33,7 +33,7 @@ struct FallingHeadFit {
 
     /// k and its interval; none where 1/k is not positive, and an infinite upper bound where 1/k may be zero.
     [[nodiscard]] std::optional<double> permeability_m2() const;
-    [[nodiscard]] Interval permeability_interval_m2() const;
+    [[nodiscard]] core::Interval permeability_interval_m2() const;
     /// "k is determined to -x/+y %", "this test bounds k only from below: k > ...", or that no k explains the data.
     [[nodiscard]] std::string verdict() const;
     [[nodiscard]] std::string inertial_verdict() const;
@@ -44,4 +44,4 @@ struct FallingHeadFit {
 /// uncertainty. The noise is taken as independent from picture to picture. Throws NumericalError when no fit is found.
 [[nodiscard]] FallingHeadFit fit_falling_head(std::span<const LevelCurve> curves, const FallingHeadConfig& config);
 
-}  // namespace porepack
+}  // namespace porepack::falling_head

@@ -10,7 +10,8 @@
 
 #include "core/error.hpp"
 
-namespace porepack {
+namespace porepack::falling_head {
+using namespace core;
 namespace {
 
 std::string trimmed(std::string text) {
@@ -231,4 +232,4 @@ double noise_of(const LevelCurve& curve) {
     return seconds.empty() ? 1e-7 : std::max(1e-7, median(seconds) / 0.6745);
 }
 
-}  // namespace porepack
+}  // namespace porepack::falling_head

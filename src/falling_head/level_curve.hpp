@@ -7,7 +7,7 @@
 #include "core/files.hpp"
 #include "falling_head/config.hpp"
 
-namespace porepack {
+namespace porepack::falling_head {
 
 struct LevelCurve {
     std::string name;     ///< path of the file
@@ -20,7 +20,7 @@ struct LevelCurve {
 /// CSV in UTF-8. A header line names the two columns with their units: time_s, time_ms or time_min; level_m, level_cm or level_mm (further
 /// columns are left out). Its separator is the file's: semicolon, tab or comma; with the first two a decimal comma is understood. '#'
 /// begins a comment. Times must rise. Throws UserError with the line.
-[[nodiscard]] LevelCurve read_level_curve(const Path& csv);
+[[nodiscard]] LevelCurve read_level_curve(const core::Path& csv);
 
 /// The part of the curve between the first level below the window's top and the last one above its bottom, with warnings about what
 /// looks wrong: gaps, jumps, rising levels, levels and speeds that a column of water cannot have (units). Throws UserError when fewer than
@@ -31,4 +31,4 @@ struct LevelCurve {
 /// jumps do not count. At least 1e-7 m.
 [[nodiscard]] double noise_of(const LevelCurve& curve);
 
-}  // namespace porepack
+}  // namespace porepack::falling_head

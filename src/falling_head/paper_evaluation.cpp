@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace porepack {
+namespace porepack::falling_head {
 
 PaperEvaluation evaluate_as_paper(const LevelCurve& curve, const FallingHeadConfig& config) {
     const auto n = static_cast<Eigen::Index>(curve.time_s.size());
@@ -63,4 +63,4 @@ PaperEvaluation evaluate_as_paper(const LevelCurve& curve, const FallingHeadConf
     return result;
 }
 
-}  // namespace porepack
+}  // namespace porepack::falling_head

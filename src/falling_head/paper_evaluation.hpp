@@ -5,7 +5,7 @@
 
 #include "falling_head/level_curve.hpp"
 
-namespace porepack {
+namespace porepack::falling_head {
 
 /// 1. A quadratic is fitted to h(t). 2. Eq. 19, that is Eq. 18 at two times, half the curve's duration apart, gives k and k_in; which two
 /// times the paper does not say. 3. k_in is averaged. 4. With it Eq. 18 gives k at every time. 5. That is averaged.
@@ -22,4 +22,4 @@ struct PaperEvaluation {
 
 [[nodiscard]] PaperEvaluation evaluate_as_paper(const LevelCurve& curve, const FallingHeadConfig& config);
 
-}  // namespace porepack
+}  // namespace porepack::falling_head

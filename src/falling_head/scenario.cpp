@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace porepack {
+namespace porepack::falling_head {
 namespace {
 
 // The apparatus of Eq. 18: nothing but the sample.
@@ -89,4 +89,4 @@ std::optional<double> ScenarioStudy::explaining_offset(Scenario scenario, double
     return low;
 }
 
-}  // namespace porepack
+}  // namespace porepack::falling_head

@@ -7,7 +7,7 @@
 #include "falling_head/causes.hpp"
 #include "falling_head/paper_evaluation.hpp"
 
-namespace porepack {
+namespace porepack::falling_head {
 
 /// What is simulated.
 struct Scenario {
@@ -52,4 +52,4 @@ private:
     FallingHeadConfig full_, bare_;
 };
 
-}  // namespace porepack
+}  // namespace porepack::falling_head

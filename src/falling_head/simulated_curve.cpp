@@ -7,7 +7,8 @@
 #include "core/error.hpp"
 #include "falling_head/causes.hpp"
 
-namespace porepack {
+namespace porepack::falling_head {
+using namespace core;
 
 LevelCurve simulate_curve(const Resistance& resistance, const FallingHeadConfig& config) {
     const Column column(config);
@@ -37,4 +38,4 @@ LevelCurve simulate_curve(const Resistance& resistance, const FallingHeadConfig&
     return curve;
 }
 
-}  // namespace porepack
+}  // namespace porepack::falling_head

@@ -21,7 +21,8 @@
 #include "core/error.hpp"
 #include "core/log.hpp"
 
-namespace porepack {
+namespace porepack::io {
+using namespace core;
 namespace {
 
 // Faults are told by our own messages.
@@ -232,4 +233,4 @@ std::vector<std::uint8_t> read_gray_png(const Path& path, int& width, int& heigh
     return pixels;
 }
 
-}  // namespace porepack
+}  // namespace porepack::io

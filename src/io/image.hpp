@@ -6,20 +6,20 @@
 #include "core/files.hpp"
 #include "core/grid.hpp"
 
-namespace porepack {
+namespace porepack::io {
 
-void write_phase_image(const Path& path, const PhaseImage& image);
+void write_phase_image(const core::Path& path, const core::PhaseImage& image);
 /// Throws UserError when the file is no image, has no cell data `phase` of uint8, or other values than 0, 1, 2.
-[[nodiscard]] PhaseImage read_phase_image(const Path& path);
+[[nodiscard]] core::PhaseImage read_phase_image(const core::Path& path);
 
-void write_flow_image(const Path& path, const FlowImage& image);
+void write_flow_image(const core::Path& path, const core::FlowImage& image);
 /// Throws UserError as above; NaN in the velocity is named with its cell.
-[[nodiscard]] FlowImage read_flow_image(const Path& path);
+[[nodiscard]] core::FlowImage read_flow_image(const core::Path& path);
 
 /// 8-bit gray PNG; row 0 of `pixels` is the bottom row (y up).
-void write_gray_png(const Path& path, int width, int height, std::span<const std::uint8_t> pixels);
-[[nodiscard]] std::vector<std::uint8_t> read_gray_png(const Path& path, int& width, int& height);
+void write_gray_png(const core::Path& path, int width, int height, std::span<const std::uint8_t> pixels);
+[[nodiscard]] std::vector<std::uint8_t> read_gray_png(const core::Path& path, int& width, int& height);
 /// 8-bit RGB PNG, 3 numbers per pixel, row 0 at the bottom.
-void write_colour_png(const Path& path, int width, int height, std::span<const std::uint8_t> pixels);
+void write_colour_png(const core::Path& path, int width, int height, std::span<const std::uint8_t> pixels);
 
-}  // namespace porepack
+}  // namespace porepack::io

@@ -21,7 +21,8 @@
 
 #include "core/error.hpp"
 
-namespace porepack {
+namespace porepack::io {
+using namespace core;
 namespace {
 
 vtkNew<vtkPolyData> poly_data(const TriangleSurface& surface) {
@@ -110,4 +111,4 @@ void render_surface(const Path& png, const TriangleSurface& surface, const Pictu
     });
 }
 
-}  // namespace porepack
+}  // namespace porepack::io

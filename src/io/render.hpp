@@ -3,7 +3,7 @@
 
 #include "io/stl.hpp"
 
-namespace porepack {
+namespace porepack::io {
 
 struct PictureStyle {
     int width = 900;
@@ -17,6 +17,6 @@ struct PictureStyle {
 [[nodiscard]] PictureStyle style_for(const TriangleSurface& surface);
 
 /// Renders the surface seen from the side and slightly from above, z up.
-void render_surface(const Path& png, const TriangleSurface& surface, const PictureStyle& style = {});
+void render_surface(const core::Path& png, const TriangleSurface& surface, const PictureStyle& style = {});
 
-}  // namespace porepack
+}  // namespace porepack::io

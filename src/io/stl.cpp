@@ -14,7 +14,8 @@
 
 #include "core/error.hpp"
 
-namespace porepack {
+namespace porepack::io {
+using namespace core;
 namespace {
 
 constexpr std::size_t header_size = 84;
@@ -191,4 +192,4 @@ TriangleSurface read_stl(const Path& path, double unit_m) {
     return surface;
 }
 
-}  // namespace porepack
+}  // namespace porepack::io

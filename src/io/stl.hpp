@@ -7,7 +7,7 @@
 
 #include "core/files.hpp"
 
-namespace porepack {
+namespace porepack::io {
 
 /// Triangles with shared corners: points that are equal to the last bit are one.
 struct TriangleSurface {
@@ -16,22 +16,22 @@ struct TriangleSurface {
 };
 
 /// Binary STL, single precision (the format's); the header names the unit. Whole or not at all.
-void write_stl(const Path& path, const TriangleSurface& surface, const std::string& header = "porepack; unit: metre");
+void write_stl(const core::Path& path, const TriangleSurface& surface, const std::string& header = "porepack; unit: metre");
 
 /// ASCII STL with one `solid` a region; `region` by triangle. OpenFOAM takes each as a patch of its own.
-void write_stl_regions(const Path& path, const TriangleSurface& surface, const std::vector<int>& region,
+void write_stl_regions(const core::Path& path, const TriangleSurface& surface, const std::vector<int>& region,
                        const std::vector<std::string>& names);
 /// Binary PLY in double precision.
-void write_ply(const Path& path, const TriangleSurface& surface, const std::string& comment = "unit: metre");
+void write_ply(const core::Path& path, const TriangleSurface& surface, const std::string& comment = "unit: metre");
 /// VTK polygons for ParaView, double precision.
-void write_vtp(const Path& path, const TriangleSurface& surface);
+void write_vtp(const core::Path& path, const TriangleSurface& surface);
 
 /// VTK lines for ParaView, double precision.
 using Line = std::vector<std::array<double, 3>>;
-void write_vtp(const Path& path, const std::vector<Line>& lines);
+void write_vtp(const core::Path& path, const std::vector<Line>& lines);
 
 /// Binary or ASCII. `unit_m` scales to metres. Triangles that lost their area to single precision are left out.
 /// Throws UserError: missing, empty, cut (with the bytes expected), NaN (with the triangle), not an STL.
-[[nodiscard]] TriangleSurface read_stl(const Path& path, double unit_m = 1.0);
+[[nodiscard]] TriangleSurface read_stl(const core::Path& path, double unit_m = 1.0);
 
-}  // namespace porepack
+}  // namespace porepack::io

@@ -7,7 +7,8 @@
 #include "core/error.hpp"
 #include "io/stl.hpp"
 
-namespace porepack {
+namespace porepack::io {
+using namespace core;
 
 namespace {
 
@@ -52,4 +53,4 @@ void write_vtp(const Path& path, const std::vector<Line>& lines) {
     write_poly_data(path, data);
 }
 
-}  // namespace porepack
+}  // namespace porepack::io

@@ -6,7 +6,8 @@
 
 #include "core/error.hpp"
 
-namespace porepack {
+namespace porepack::lbm {
+using namespace core;
 namespace {
 
 constexpr const char* key = "porepack_checkpoint";
@@ -33,7 +34,7 @@ std::ifstream open_behind_header(const Path& path, Json& header) {
     std::string line;
     if (!file || !std::getline(file, line)) refuse(path, "cannot be read");
     header = Json::parse(line, nullptr, false);
-    if (header.is_discarded() || !header.is_object() || !header.contains(key)) refuse(path, "is not one");
+    if (header.is_discarded() || !header.is_object() || !header.contains(key)) refuse(path, "file is not a checkpoint");
     return file;
 }
 
@@ -82,4 +83,4 @@ void read_checkpoint_populations(const Path& path, std::span<std::byte> populati
         refuse(path, "holds numbers that are not finite");
 }
 
-}  // namespace porepack
+}  // namespace porepack::lbm

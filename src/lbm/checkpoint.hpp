@@ -5,7 +5,7 @@
 
 #include "lbm/permeability.hpp"
 
-namespace porepack {
+namespace porepack::lbm {
 
 /// What a checkpoint says beside the populations.
 struct SavedRun {
@@ -16,10 +16,10 @@ struct SavedRun {
     StokesRun run;  ///< steps, seconds and history of the grid that was interrupted
 };
 
-void write_checkpoint(const Path& path, const SavedRun& saved, std::span<const std::byte> populations);
+void write_checkpoint(const core::Path& path, const SavedRun& saved, std::span<const std::byte> populations);
 /// Throws UserError when the file is no checkpoint.
-[[nodiscard]] SavedRun read_checkpoint(const Path& path);
+[[nodiscard]] SavedRun read_checkpoint(const core::Path& path);
 /// Fills `populations`. Throws UserError when the file holds less or more, or numbers that are not finite.
-void read_checkpoint_populations(const Path& path, std::span<std::byte> populations, Precision precision);
+void read_checkpoint_populations(const core::Path& path, std::span<std::byte> populations, Precision precision);
 
-}  // namespace porepack
+}  // namespace porepack::lbm

@@ -4,16 +4,16 @@
 #include "core/config.hpp"
 #include "lbm/scheme.hpp"
 
-namespace porepack {
+namespace porepack::lbm {
 
 /// Two relaxation times, or one (BGK, the paper's).
 enum class Collision { trt, bgk };
-constexpr std::array<Choice<Collision>, 2> choices_of(Collision) {
+constexpr std::array<core::Choice<Collision>, 2> choices_of(Collision) {
     return {{{Collision::trt, "trt"}, {Collision::bgk, "bgk"}}};
 }
 /// Of the populations.
 enum class Precision { double_precision, single_precision };
-constexpr std::array<Choice<Precision>, 2> choices_of(Precision) {
+constexpr std::array<core::Choice<Precision>, 2> choices_of(Precision) {
     return {{{Precision::double_precision, "double"}, {Precision::single_precision, "single"}}};
 }
 [[nodiscard]] constexpr double bytes_of(Precision precision) {
@@ -21,18 +21,18 @@ constexpr std::array<Choice<Precision>, 2> choices_of(Precision) {
 }
 /// What drives the flow at the ends of the section: constant pressure on both, or the paper's inlet and outlet.
 enum class Ends { pressure, paper };
-constexpr std::array<Choice<Ends>, 2> choices_of(Ends) {
+constexpr std::array<core::Choice<Ends>, 2> choices_of(Ends) {
     return {{{Ends::pressure, "pressure"}, {Ends::paper, "paper"}}};
 }
 /// Files of the flow field.
 enum class FieldFiles { vti, none };
-constexpr std::array<Choice<FieldFiles>, 2> choices_of(FieldFiles) {
+constexpr std::array<core::Choice<FieldFiles>, 2> choices_of(FieldFiles) {
     return {{{FieldFiles::vti, "vti"}, {FieldFiles::none, "none"}}};
 }
 
 /// Meaning, unit, range and default of each key: see describe(). 0 stands for "chosen automatically" where that is allowed.
 struct LbmConfig {
-    Axis direction = Axis::z;
+    core::Axis direction = core::Axis::z;
     Walls walls = Walls::interpolated;
     Collision collision = Collision::trt;
     Precision precision = Precision::double_precision;
@@ -52,7 +52,7 @@ struct LbmConfig {
     double checkpoint_minutes = 10.0;
 };
 
-inline void describe(ConfigVisitor& v, LbmConfig& c) {
+inline void describe(core::ConfigVisitor& v, LbmConfig& c) {
     v.choice("direction", c.direction, "direction of the flow; x and y in periodic boxes only");
     v.choice("walls", c.walls, "interpolated: walls at their exact distance, second order; bounce_back: half-way between nodes, the paper's");
     v.choice("collision", c.collision, "two relaxation times, or one (the paper's; k then depends on relaxation_time)");
@@ -73,17 +73,17 @@ inline void describe(ConfigVisitor& v, LbmConfig& c) {
     v.number("iteration_tolerance", c.iteration_tolerance, {.low = 1e-12, .high = 0.1, .zero_is_auto = true},
              "relative iteration error of k at which a grid's run stops; auto: a tenth of the tolerance, or 1e-4");
     v.integer("max_steps", c.max_steps, {.low = 1, .high = 1e9}, "a run that is not steady after this number of time steps is an error");
-    v.integer("grids", c.grids, between(1, 6),
+    v.integer("grids", c.grids, core::between(1, 6),
               "number of grids, coarse to fine; three or more give the interval (coarser ones are added down to 6 voxels per grain "
               "diameter), fewer none");
     v.number("grid_ratio", c.grid_ratio, {.low = 1.1, .high = 4.0}, "voxel size of a grid / that of the next finer one");
     v.boolean("tensor", c.tensor, "of a box that is periodic in x, y and z: three runs give the whole permeability tensor");
-    v.integer("subsections", c.subsections, between(1, 1000), "parts along z whose permeabilities are given too");
+    v.integer("subsections", c.subsections, core::between(1, 1000), "parts along z whose permeabilities are given too");
     v.choice("fields", c.fields, "none: no flow.vti");
-    v.number("superficial_velocity_m_per_s", c.superficial_velocity_m_per_s, between(1e-12, 1e3),
+    v.number("superficial_velocity_m_per_s", c.superficial_velocity_m_per_s, core::between(1e-12, 1e3),
              "physical state of flow.vti: water (1e-6 m2/s, 1000 kg/m3) at this superficial velocity");
     v.number("checkpoint_minutes", c.checkpoint_minutes, {.low = 1e-4, .high = 1e6},
              "minutes between checkpoints, from which an interrupted run resumes");
 }
 
-}  // namespace porepack
+}  // namespace porepack::lbm

@@ -10,7 +10,10 @@
 #include "core/parallel.hpp"
 #include "lbm/neighbours.hpp"
 
-namespace porepack {
+namespace porepack::lbm {
+using namespace core;
+using namespace shapes;
+using namespace converters;
 
 double lbm_memory_bytes(double cells, double fluid, double bytes_a_number) {
     // Populations; 12 bytes for every 64 bytes of a direction; wall links; the nodes' cells; density and velocity at the end.
@@ -57,7 +60,7 @@ std::int64_t beyond_open_end(const Domain& domain, const std::array<int, 3>& her
 
 struct Links {
     std::vector<WallLink> walls;
-    std::vector<OpenLink> open;
+    std::vector<BoundaryLink> open;
 };
 
 // Poiseuille's profile, where the link along q from a node of the first layer meets the plane.
@@ -122,7 +125,7 @@ Links links_of(const Domain& domain, const FlowWalls* walls, double inlet_radius
 }  // namespace
 
 Domain build_domain(const PhaseImage& image, const Drive& drive, const FlowWalls* walls, double inlet_radius_cells) {
-    Domain domain{.grid = image.grid, .drive = drive, .cell = {}, .row_node = {}, .walls = {}, .open_links = {}};
+    Domain domain{.grid = image.grid, .drive = drive, .cell = {}, .row_node = {}, .walls = {}, .boundary_links = {}};
     {
         Percolation percolation = find_percolating_cells(image, drive);
         domain.isolated_cells = percolation.isolated_cells;
@@ -141,10 +144,10 @@ Domain build_domain(const PhaseImage& image, const Drive& drive, const FlowWalls
                  [&](std::size_t p) { parts[p] = links_of(domain, walls, inlet_radius_cells, p * share, std::min(n, (p + 1) * share)); });
     for (Links& part : parts) {
         domain.walls.insert(domain.walls.end(), part.walls.begin(), part.walls.end());
-        domain.open_links.insert(domain.open_links.end(), part.open.begin(), part.open.end());
+        domain.boundary_links.insert(domain.boundary_links.end(), part.open.begin(), part.open.end());
         part = {};
     }
     return domain;
 }
 
-}  // namespace porepack
+}  // namespace porepack::lbm

@@ -8,7 +8,7 @@
 #include "converters/percolation.hpp"
 #include "converters/walls.hpp"
 
-namespace porepack {
+namespace porepack::lbm {
 
 /// The way from a node along c_q ends at a wall.
 struct WallLink {
@@ -20,7 +20,7 @@ struct WallLink {
 };
 
 /// The population that comes in along c_q through an open end is sign times what leaves `source` along `source_q`, plus `added`.
-struct OpenLink {
+struct BoundaryLink {
     std::uint32_t node, source;
     std::uint8_t q, source_q;
     std::int8_t sign;
@@ -31,12 +31,12 @@ struct OpenLink {
 inline constexpr double inlet_velocity_lu = 1e-3;
 
 struct Domain {
-    Grid grid;
-    Drive drive;
+    core::Grid grid;
+    converters::Drive drive;
     std::vector<std::int32_t> cell;       ///< of each node, ascending
     std::vector<std::uint32_t> row_node;  ///< first node of each row of cells along x, and the end of the last
     std::vector<WallLink> walls;          ///< by node
-    std::vector<OpenLink> open_links;     ///< by node
+    std::vector<BoundaryLink> boundary_links;     ///< by node
     std::int64_t isolated_cells = 0;      ///< pore cells that no flow reaches
 
     [[nodiscard]] std::size_t nodes() const { return cell.size(); }
@@ -52,6 +52,6 @@ struct Domain {
 /// Keeps the cells that flow can reach (find_percolating_cells). With `walls` the distances are exact, without (an image) walls
 /// lie half-way. On end planes the pressure is constant and the flow normal: what comes in is minus the mirror
 /// image of what leaves. With an `inlet_radius_cells` Poiseuille's profile of that radius enters through the first of them.
-[[nodiscard]] Domain build_domain(const PhaseImage& image, const Drive& drive, const FlowWalls* walls, double inlet_radius_cells = 0.0);
+[[nodiscard]] Domain build_domain(const core::PhaseImage& image, const converters::Drive& drive, const converters::FlowWalls* walls, double inlet_radius_cells = 0.0);
 
-}  // namespace porepack
+}  // namespace porepack::lbm

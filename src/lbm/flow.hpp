@@ -8,7 +8,7 @@
 #include "lbm/domain.hpp"
 #include "lbm/scheme.hpp"
 
-namespace porepack {
+namespace porepack::lbm {
 
 /// Density deviation and velocity of one node, lattice units.
 struct Moments {
@@ -29,8 +29,8 @@ public:
     [[nodiscard]] virtual std::array<double, 3> drag() const = 0;
     /// Sets nodes, numbered as in `moments`, to local equilibrium.
     virtual void set_moments(std::size_t first, std::span<const Moments> moments) = 0;
-    /// Replaces Domain::open_links' `added`, link by link.
-    virtual void set_open_links(std::span<const double> added) = 0;
+    /// Replaces Domain::boundary_links' `added`, link by link.
+    virtual void set_boundary_links(std::span<const double> added) = 0;
     /// All that a later step depends on, as it lies in memory.
     [[nodiscard]] virtual std::span<std::byte> state() = 0;
     [[nodiscard]] virtual double bytes() const = 0;
@@ -39,12 +39,10 @@ public:
     static constexpr std::size_t chunk = 128;
 };
 
-enum class Kernel { reference, fast_double, fast_single };
+/// What moves the populations: readable reference code, or the fast kernel of this processor in double or single precision.
+enum class Kernel { reference, cpu_double, cpu_single };
 
 /// At rest. The domain must outlive the flow.
 [[nodiscard]] std::unique_ptr<Flow> make_flow(Kernel kernel, const Domain& domain, const Scheme& scheme);
-[[nodiscard]] std::unique_ptr<Flow> make_reference_flow(const Domain& domain, const Scheme& scheme);
-template <typename Real>
-[[nodiscard]] std::unique_ptr<Flow> make_fast_flow(const Domain& domain, const Scheme& scheme);
 
-}  // namespace porepack
+}  // namespace porepack::lbm

@@ -9,7 +9,9 @@
 #include "core/log.hpp"
 #include "lbm/sequence.hpp"
 
-namespace porepack {
+namespace porepack::lbm {
+using namespace core;
+using namespace converters;
 namespace {
 
 constexpr double fastest_allowed_lu = 0.1, slowest_viscosity_lu = 0.002, creeping_viscosity_lu = 0.7 / 3.0;
@@ -19,7 +21,7 @@ constexpr double fastest_allowed_lu = 0.1, slowest_viscosity_lu = 0.002, creepin
 class PressureEnds : public Flow {
 public:
     PressureEnds(std::unique_ptr<Flow> flow, const Domain& domain) : flow_(std::move(flow)), domain_(domain) {
-        for (const OpenLink& link : domain.open_links)
+        for (const BoundaryLink& link : domain.boundary_links)
             for (const std::size_t node : {link.node, link.source}) chunks_.push_back(node / chunk);
         std::sort(chunks_.begin(), chunks_.end());
         chunks_.erase(std::unique(chunks_.begin(), chunks_.end()), chunks_.end());
@@ -28,8 +30,8 @@ public:
             const auto rank = std::lower_bound(chunks_.begin(), chunks_.end(), node / chunk) - chunks_.begin();
             return static_cast<std::size_t>(rank) * chunk + node % chunk;
         };
-        for (const OpenLink& link : domain.open_links) places_.push_back({place(link.node), place(link.source)});
-        added_.resize(domain.open_links.size());
+        for (const BoundaryLink& link : domain.boundary_links) places_.push_back({place(link.node), place(link.source)});
+        added_.resize(domain.boundary_links.size());
     }
     void advance_two_steps() override {
         flow_->advance_two_steps();
@@ -43,17 +45,17 @@ public:
             for (std::size_t i = 0; i < count; ++i) speed_[c * chunk + i] = moments[i].velocity[2];
         }
         for (std::size_t l = 0; l < added_.size(); ++l) {
-            const OpenLink& link = domain_.open_links[l];
+            const BoundaryLink& link = domain_.boundary_links[l];
             const double across = 0.5 * (speed_[places_[l][0]] + speed_[places_[l][1]]);
             const bool comes_back = across < 0.0 && d3q19::c[link.q][2] < 0;
             added_[l] = (comes_back ? 3.0 : 6.0) * d3q19::w(link.q) * across * across;
         }
-        flow_->set_open_links(added_);
+        flow_->set_boundary_links(added_);
     }
     void moments(std::size_t first, std::span<Moments> moments) const override { flow_->moments(first, moments); }
     [[nodiscard]] std::array<double, 3> drag() const override { return flow_->drag(); }
     void set_moments(std::size_t first, std::span<const Moments> moments) override { flow_->set_moments(first, moments); }
-    void set_open_links(std::span<const double> added) override { flow_->set_open_links(added); }
+    void set_boundary_links(std::span<const double> added) override { flow_->set_boundary_links(added); }
     [[nodiscard]] std::span<std::byte> state() override { return flow_->state(); }
     [[nodiscard]] double bytes() const override { return flow_->bytes(); }
 
@@ -86,8 +88,8 @@ public:
     StokesRun solve(double viscosity, double force, bool inertia, double faster, double denser, double settling_steps) {
         Scheme scheme{.tau = 0.5 + 3.0 * viscosity, .walls = Walls::interpolated, .inertia = inertia};
         scheme.force[2] = force;
-        std::unique_ptr<Flow> flow = make_flow(Kernel::fast_double, domain_, scheme);
-        if (inertia && !domain_.open_links.empty()) flow = std::make_unique<PressureEnds>(std::move(flow), domain_);
+        std::unique_ptr<Flow> flow = make_flow(Kernel::cpu_double, domain_, scheme);
+        if (inertia && !domain_.boundary_links.empty()) flow = std::make_unique<PressureEnds>(std::move(flow), domain_);
         for (Moments& node : moments_) {
             node.density *= denser;
             for (double& u : node.velocity) u *= faster;
@@ -199,4 +201,4 @@ InertialSeries lbm_inertial_flows(const PoreSpace& space, double voxel_size_m, s
     return result;
 }
 
-}  // namespace porepack
+}  // namespace porepack::lbm

@@ -7,7 +7,7 @@
 
 #include "lbm/permeability.hpp"
 
-namespace porepack {
+namespace porepack::lbm {
 
 /// A steady flow at Re = U length / nu, U being the superficial velocity.
 struct InertialFlow {
@@ -21,7 +21,7 @@ struct InertialFlow {
     long steps = 0;
     double seconds = 0.0;
 };
-template <MembersOf<InertialFlow> Self, typename Visit>
+template <core::MembersOf<InertialFlow> Self, typename Visit>
 void visit_members(Self& flow, const Visit& visit) {
     visit("reynolds", flow.reynolds);
     visit("permeability_m2", flow.permeability_m2);
@@ -42,7 +42,7 @@ struct InertialSeries {
     std::vector<InertialFlow> flows;  ///< rising
     std::optional<std::string> stopped_by;  ///< why the next flow has no result; nothing when all were found
 };
-template <MembersOf<InertialSeries> Self, typename Visit>
+template <core::MembersOf<InertialSeries> Self, typename Visit>
 void visit_members(Self& series, const Visit& visit) {
     visit("voxel_size_m", series.voxel_size_m);
     visit("nodes", series.nodes);
@@ -61,7 +61,7 @@ struct InertialCriterion {
 /// or that this grid cannot carry, ends the series. The pressure is constant on the end planes; the drag is found by momentum exchange, for
 /// planes that cut through grains differ in what momentum crosses them. Throws NumericalError when not even creeping flow becomes steady.
 /// The image may reach beyond the section on both sides, free water being there (a cut plane is a wall).
-[[nodiscard]] InertialSeries lbm_inertial_flows(const PoreSpace& space, double voxel_size_m, std::span<const double> reynolds,
+[[nodiscard]] InertialSeries lbm_inertial_flows(const converters::PoreSpace& space, double voxel_size_m, std::span<const double> reynolds,
                                                 double length_m, const InertialCriterion& criterion);
 
-}  // namespace porepack
+}  // namespace porepack::lbm

@@ -5,7 +5,11 @@
 #include <cmath>
 #include <numbers>
 
-namespace porepack {
+namespace porepack::lbm {
+using namespace core;
+using namespace shapes;
+using namespace packing;
+using namespace converters;
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -167,4 +171,4 @@ std::vector<KnownFlow> random_known_flows(unsigned seed) {
     return flows;
 }
 
-}  // namespace porepack
+}  // namespace porepack::lbm

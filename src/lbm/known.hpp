@@ -7,24 +7,24 @@
 #include "lbm/permeability.hpp"
 #include "packing/grains.hpp"
 
-namespace porepack {
+namespace porepack::lbm {
 
 struct KnownFlow {
     std::string name;
-    Packing packing;  ///< of an array
-    std::shared_ptr<const Solid> solid;
-    Container container;
-    Axis direction = Axis::z;
+    packing::Packing packing;  ///< of an array
+    std::shared_ptr<const packing::Solid> solid;
+    packing::Container container;
+    core::Axis direction = core::Axis::z;
     double permeability_m2 = 0.0;
     double diameter_m = 0.0;  ///< of a grain, or the width of a duct
-    [[nodiscard]] PoreSpace pore_space() const;
+    [[nodiscard]] converters::PoreSpace pore_space() const;
 };
 
 /// Centres of the spheres in a unit cell.
-[[nodiscard]] inline std::vector<Vec3> simple_cubic() {
+[[nodiscard]] inline std::vector<shapes::Vec3> simple_cubic() {
     return {{0.5, 0.5, 0.5}};
 }
-[[nodiscard]] inline std::vector<Vec3> body_centred() {
+[[nodiscard]] inline std::vector<shapes::Vec3> body_centred() {
     return {{0.25, 0.25, 0.25}, {0.75, 0.75, 0.75}};
 }
 
@@ -40,10 +40,10 @@ struct CylinderDrag {
 [[nodiscard]] std::span<const CylinderDrag> cylinder_drags();
 
 /// Spheres in a periodic unit cell, at `centres` + `shift`.
-[[nodiscard]] KnownFlow sphere_array(double solid_fraction, double drag, const std::vector<Vec3>& centres,
-                                     const Vec3& shift = Vec3::Zero());
+[[nodiscard]] KnownFlow sphere_array(double solid_fraction, double drag, const std::vector<shapes::Vec3>& centres,
+                                     const shapes::Vec3& shift = shapes::Vec3::Zero());
 /// Cylinders along z in a periodic cell 1 x 1 x `height`.
-[[nodiscard]] KnownFlow cylinder_array(double solid_fraction, double drag, double height, const Vec3& shift, Axis direction);
+[[nodiscard]] KnownFlow cylinder_array(double solid_fraction, double drag, double height, const shapes::Vec3& shift, core::Axis direction);
 /// A simple cubic array turned about z by the angle whose tangent is 3/4: 25 cells in a box 5 x 5 x 1.
 [[nodiscard]] KnownFlow turned_array(double solid_fraction, double drag);
 /// Void where depth(x, y) > 0, in a periodic box 1 x 1 x `height` along z; `flow_rate` at gradient and viscosity 1.
@@ -53,4 +53,4 @@ struct CylinderDrag {
 /// Arrays of all tabled fractions at random places of the grid, and slits, ellipses and rectangles at random angles: 33 at a time.
 [[nodiscard]] std::vector<KnownFlow> random_known_flows(unsigned seed);
 
-}  // namespace porepack
+}  // namespace porepack::lbm

@@ -3,7 +3,7 @@
 
 #include <array>
 
-namespace porepack::d3q19 {
+namespace porepack::lbm::d3q19 {
 
 inline constexpr int directions = 19;
 inline constexpr std::array<std::array<int, 3>, directions> c = {{{0, 0, 0},
@@ -41,4 +41,4 @@ inline constexpr double w_rest = 1.0 / 3.0, w_axis = 1.0 / 18.0, w_diagonal = 1.
     return q == 0 ? 0 : q % 2 == 1 ? q + 1 : q - 1;
 }
 
-}  // namespace porepack::d3q19
+}  // namespace porepack::lbm::d3q19

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 
-namespace porepack {
+namespace porepack::lbm {
+using namespace converters;
 
 Neighbours::Neighbours(const Domain& domain) : domain_(domain) {
     for (int at = 0; at < 9; ++at)
@@ -62,4 +63,4 @@ const std::array<std::int64_t, d3q19::directions>& Neighbours::of(std::size_t no
     return found_;
 }
 
-}  // namespace porepack
+}  // namespace porepack::lbm

@@ -6,7 +6,7 @@
 #include "lbm/domain.hpp"
 #include "lbm/lattice.hpp"
 
-namespace porepack {
+namespace porepack::lbm {
 
 /// Looks neighbours up along rows of cells: fast when the nodes are asked for in ascending order. For one thread.
 class Neighbours {
@@ -31,4 +31,4 @@ private:
     std::array<std::int64_t, d3q19::directions> found_{};
 };
 
-}  // namespace porepack
+}  // namespace porepack::lbm

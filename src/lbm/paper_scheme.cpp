@@ -4,7 +4,8 @@
 
 #include "lbm/known.hpp"
 
-namespace porepack {
+namespace porepack::lbm {
+using namespace converters;
 
 double paper_scheme_ratio(double capsule_diameter_m, double solid_fraction) {
     const KnownFlow spheres = sphere_array(std::min(solid_fraction, 0.67), 1.0, body_centred());
@@ -16,4 +17,4 @@ double paper_scheme_ratio(double capsule_diameter_m, double solid_fraction) {
     return lbm_permeability(space, voxel, paper).permeability_m2 / lbm_permeability(space, voxel, ours).permeability_m2;
 }
 
-}  // namespace porepack
+}  // namespace porepack::lbm

@@ -1,7 +1,7 @@
 // The lattice Boltzmann scheme of the reproduced paper (2.1.4), to compare with.
 #pragma once
 
-namespace porepack {
+namespace porepack::lbm {
 
 /// The paper's voxel edge.
 inline constexpr double paper_voxel_m = 133.33e-6;
@@ -10,4 +10,4 @@ inline constexpr double paper_voxel_m = 133.33e-6;
 /// `capsule_diameter_m`, at the paper's voxels and this solid fraction (0.67 at most: the spheres then touch).
 [[nodiscard]] double paper_scheme_ratio(double capsule_diameter_m, double solid_fraction);
 
-}  // namespace porepack
+}  // namespace porepack::lbm

@@ -10,7 +10,11 @@
 #include "core/machine.hpp"
 #include "lbm/sequence.hpp"
 
-namespace porepack {
+namespace porepack::lbm {
+using namespace core;
+using namespace shapes;
+using namespace packing;
+using namespace converters;
 namespace {
 
 constexpr double body_force_lu = 1e-3;  // any: Stokes flow is linear, and populations are deviations from rest
@@ -208,4 +212,4 @@ TensorResult lbm_tensor(const PoreSpace& space, double voxel_size_m, const LbmCo
     return result;
 }
 
-}  // namespace porepack
+}  // namespace porepack::lbm

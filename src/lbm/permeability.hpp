@@ -7,7 +7,7 @@
 #include "lbm/config.hpp"
 #include "lbm/solver.hpp"
 
-namespace porepack {
+namespace porepack::lbm {
 
 struct LbmGridResult {
     double voxel_size_m = 0.0;
@@ -24,7 +24,7 @@ struct LbmGridResult {
     bool by_pressure = false;             ///< between end planes, else periodic and driven by a body force
     StokesRun run = {};                   ///< of a grid that a checkpoint had finished, without layers and history
 };
-template <MembersOf<LbmGridResult> Self, typename Visit>
+template <core::MembersOf<LbmGridResult> Self, typename Visit>
 void visit_members(Self& grid, const Visit& visit) {
     visit("voxel_size_m", grid.voxel_size_m);
     visit("cells", grid.cells);
@@ -57,7 +57,7 @@ struct IntervalParts {
     double precision_m2 = 0.0;  ///< rounding
     [[nodiscard]] double sum() const { return grid_m2 + iteration_m2 + ends_m2 + precision_m2; }
 };
-template <MembersOf<IntervalParts> Self, typename Visit>
+template <core::MembersOf<IntervalParts> Self, typename Visit>
 void visit_members(Self& parts, const Visit& visit) {
     visit("grid", parts.grid_m2);
     visit("iteration", parts.iteration_m2);
@@ -69,7 +69,7 @@ void visit_members(Self& parts, const Visit& visit) {
 struct SubsectionResult {
     double z0_m, z1_m, permeability_m2;
 };
-template <MembersOf<SubsectionResult> Self, typename Visit>
+template <core::MembersOf<SubsectionResult> Self, typename Visit>
 void visit_members(Self& part, const Visit& visit) {
     visit("z0_m", part.z0_m);
     visit("z1_m", part.z1_m);
@@ -82,18 +82,18 @@ struct LbmResult {
     std::optional<IntervalParts> half_width;  ///< of the interval; needs three grids (bounce-back: two)
     std::string stopped_by;                   ///< what kept a tolerance from being reached; empty when nothing did
     std::vector<SubsectionResult> subsections;
-    FlowImage flow;  ///< empty unless asked for
+    core::FlowImage flow;  ///< empty unless asked for
     [[nodiscard]] const LbmGridResult& fine() const { return grids.back(); }
-    [[nodiscard]] std::optional<Interval> interval_m2() const;
+    [[nodiscard]] std::optional<core::Interval> interval_m2() const;
 };
 
 /// What a run does beside solving.
 struct LbmRun {
     bool with_flow = false;  ///< keep the flow field of the finest grid, unless the configuration asks for none
-    Path checkpoint = {};    ///< file to resume from and to keep while the run lasts; none when empty
+    core::Path checkpoint = {};    ///< file to resume from and to keep while the run lasts; none when empty
 };
 
-[[nodiscard]] Scheme scheme_of(const LbmConfig& config, bool exact_walls, const Drive& drive);
+[[nodiscard]] Scheme scheme_of(const LbmConfig& config, bool exact_walls, const converters::Drive& drive);
 
 /// k with its interval from the values on three grids of `nodes` nodes per grain diameter. Calibrated on arrays and ducts whose answer is known
 /// (`porepack_benchmark coverage`): k goes half of the way to Richardson's value of order 2 over the three grids (coarse grids have
@@ -108,7 +108,7 @@ struct Extrapolation {
 /// from 6 nodes per grain diameter on until the interval is narrow enough, or memory or time forbids. Throws NumericalError when
 /// the pore space does not percolate or a run does not become steady: no k then. The walls are at their exact distances where the pore
 /// space knows them, else half-way between nodes; an image has one grid, its own. Throws UserError for a tolerance that cannot be reached.
-[[nodiscard]] LbmResult lbm_permeability(const PoreSpace& space, double voxel_size_m, const LbmConfig& config, const LbmRun& run = {});
+[[nodiscard]] LbmResult lbm_permeability(const converters::PoreSpace& space, double voxel_size_m, const LbmConfig& config, const LbmRun& run = {});
 
 /// The whole tensor of a box that is periodic in x, y and z: column j is the flow that a gradient along j drives. Each by
 /// lbm_permeability; `runs` holds the three results.
@@ -116,6 +116,6 @@ struct TensorResult {
     std::array<LbmResult, 3> runs;
     std::array<std::array<double, 3>, 3> permeability_m2;
 };
-[[nodiscard]] TensorResult lbm_tensor(const PoreSpace& space, double voxel_size_m, const LbmConfig& config, const LbmRun& run = {});
+[[nodiscard]] TensorResult lbm_tensor(const converters::PoreSpace& space, double voxel_size_m, const LbmConfig& config, const LbmRun& run = {});
 
-}  // namespace porepack
+}  // namespace porepack::lbm

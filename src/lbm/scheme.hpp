@@ -6,13 +6,13 @@
 #include "core/choice.hpp"
 #include "lbm/lattice.hpp"
 
-namespace porepack {
+namespace porepack::lbm {
 
 enum class Walls {
     bounce_back,  ///< half-way between two nodes, wherever the wall is
     interpolated  ///< at its exact distance
 };
-constexpr std::array<Choice<Walls>, 2> choices_of(Walls) {
+constexpr std::array<core::Choice<Walls>, 2> choices_of(Walls) {
     return {{{Walls::interpolated, "interpolated"}, {Walls::bounce_back, "bounce_back"}}};
 }
 
@@ -27,7 +27,7 @@ struct Scheme {
     [[nodiscard]] double rate_plus() const { return 1.0 / tau; }
     [[nodiscard]] double rate_minus() const { return 1.0 / (0.5 + magic / (tau - 0.5)); }
     /// 3 w c.F, what the force adds to a population.
-    [[nodiscard]] double kick(int q) const {
+    [[nodiscard]] double force_term(int q) const {
         const auto& c = d3q19::c[static_cast<std::size_t>(q)];
         return 3.0 * d3q19::w(q) * (c[0] * force[0] + c[1] * force[1] + c[2] * force[2]);
     }
@@ -60,4 +60,4 @@ struct WallWeights {
     }
 };
 
-}  // namespace porepack
+}  // namespace porepack::lbm

@@ -8,7 +8,10 @@
 #include "core/interrupt.hpp"
 #include "core/log.hpp"
 
-namespace porepack {
+namespace porepack::lbm {
+using namespace core;
+using namespace packing;
+using namespace converters;
 namespace {
 
 constexpr double water_viscosity_Pa_s = 1e-3;
@@ -194,7 +197,7 @@ void Sequence::keep(LbmGridResult grid, Solved solved, Domain&& domain, PhaseIma
 }
 
 Sequence::Solved Sequence::make(const Domain& domain, const Scheme& scheme) const {
-    return {.scheme = scheme, .flow = make_flow(config_.precision == Precision::single_precision ? Kernel::fast_single : Kernel::fast_double, domain, scheme)};
+    return {.scheme = scheme, .flow = make_flow(config_.precision == Precision::single_precision ? Kernel::cpu_single : Kernel::cpu_double, domain, scheme)};
 }
 
 void Sequence::require_paper_ends(const Drive& drive, const Grid& grid) const {
@@ -250,4 +253,4 @@ Sequence::Solved Sequence::fastest(const Domain& domain, const Scheme& scheme, c
     return best;
 }
 
-}  // namespace porepack
+}  // namespace porepack::lbm

@@ -4,17 +4,17 @@
 #include "lbm/checkpoint.hpp"
 #include "lbm/start.hpp"
 
-namespace porepack {
+namespace porepack::lbm {
 
 /// Area of the container and the layers of the section, in cells of the image.
-[[nodiscard]] FlowSection flow_section(const PhaseImage& image, const Container& container, const Section& section, const Drive& drive);
+[[nodiscard]] FlowSection flow_section(const core::PhaseImage& image, const packing::Container& container, const packing::Section& section, const converters::Drive& drive);
 
 class Sequence {
 public:
     static constexpr double no_limit = 1e300;
 
     /// `space` and `config` must outlive it. Resumes from the file `checkpoint` where it is there, and keeps it; none when empty.
-    Sequence(const PoreSpace& space, const LbmConfig& config, const Path& checkpoint);
+    Sequence(const converters::PoreSpace& space, const LbmConfig& config, const core::Path& checkpoint);
 
     [[nodiscard]] LbmResult& result() { return result_; }
     /// Grids that were begun, those left out included.
@@ -23,7 +23,7 @@ public:
     [[nodiscard]] double voxel_size_done() const { return result_.grids.back().voxel_size_m; }
     void remove_checkpoint() const;
     /// Of the last grid, in SI units.
-    [[nodiscard]] FlowImage flow() const;
+    [[nodiscard]] core::FlowImage flow() const;
 
     /// False when the time ran out before the flow was steady; the grid is then left out. On the coarsest of many grids the best
     /// viscosity is looked for.
@@ -36,25 +36,25 @@ private:
         StokesRun run = {};
     };
     [[nodiscard]] bool tuned() const { return config_.relaxation_time == 0.0 && config_.collision == Collision::trt; }
-    [[nodiscard]] Scheme scheme_for(double voxel_size_m, const Drive& drive) const;
+    [[nodiscard]] Scheme scheme_for(double voxel_size_m, const converters::Drive& drive) const;
     [[nodiscard]] Solved make(const Domain& domain, const Scheme& scheme) const;
     [[nodiscard]] Solved fastest(const Domain& domain, const Scheme& scheme, const FlowSection& section, ConvergenceCriterion criterion) const;
     [[nodiscard]] bool solve_flow(Solved& solved, Domain& domain, const FlowSection& section, bool search, double max_seconds);
-    void keep(LbmGridResult grid, Solved solved, Domain&& domain, PhaseImage&& image, const FlowSection& section);
+    void keep(LbmGridResult grid, Solved solved, Domain&& domain, core::PhaseImage&& image, const FlowSection& section);
     [[nodiscard]] StokesRun saved_run(Flow& flow) const;
     StokesRun run(Solved& solved, const Domain& domain, const FlowSection& section, ConvergenceCriterion criterion, StokesRun before);
-    void require_paper_ends(const Drive& drive, const Grid& grid) const;
+    void require_paper_ends(const converters::Drive& drive, const core::Grid& grid) const;
 
-    const PoreSpace& space_;
+    const converters::PoreSpace& space_;
     const LbmConfig& config_;
-    Path checkpoint_;
+    core::Path checkpoint_;
     std::optional<SavedRun> saved_;  ///< what the checkpoint holds, until it has been resumed
     std::string identity_;           ///< of the grid and all settings
     long attempts_ = 0;
-    PhaseImage image_;
+    core::PhaseImage image_;
     std::optional<FlowField> field_;
     double force_ = 0.0;
     LbmResult result_;
 };
 
-}  // namespace porepack
+}  // namespace porepack::lbm

@@ -9,7 +9,8 @@
 #include "core/interrupt.hpp"
 #include "core/log.hpp"
 
-namespace porepack {
+namespace porepack::lbm {
+using namespace core;
 namespace {
 
 std::size_t layer_of(const Domain& domain, std::size_t node) {
@@ -179,4 +180,4 @@ StokesRun run_to_steady(Flow& flow, const Domain& domain, const Scheme& scheme, 
     return run;
 }
 
-}  // namespace porepack
+}  // namespace porepack::lbm

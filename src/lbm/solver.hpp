@@ -6,7 +6,7 @@
 #include "core/members.hpp"
 #include "lbm/flow.hpp"
 
-namespace porepack {
+namespace porepack::lbm {
 
 /// Of each layer of cells across the drive's axis: velocity along it summed, density deviation averaged.
 struct Layers {
@@ -25,7 +25,7 @@ struct ConvergencePoint {
     double iteration_error = 0.0;  ///< relative
     double flow_imbalance = 0.0;   ///< largest relative difference of the flow rate between layers
 };
-template <MembersOf<ConvergencePoint> Self, typename Visit>
+template <core::MembersOf<ConvergencePoint> Self, typename Visit>
 void visit_members(Self& point, const Visit& visit) {
     visit("step", point.step);
     visit("permeability_lu", point.permeability_lu);
@@ -72,4 +72,4 @@ struct FlowSection {
 [[nodiscard]] StokesRun run_to_steady(Flow& flow, const Domain& domain, const Scheme& scheme, const FlowSection& section,
                                       const ConvergenceCriterion& criterion, StokesRun run = {});
 
-}  // namespace porepack
+}  // namespace porepack::lbm

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-namespace porepack {
+namespace porepack::lbm {
+using namespace core;
+using namespace converters;
 namespace {
 
 // Trilinear. Beyond an open end lies the nearest cell; where there is no fluid the velocity is zero, and the density is that of the
@@ -51,7 +53,7 @@ Moments interpolate(const FlowField& coarse, const std::array<double, 3>& place)
 FlowField take_field(const Flow& flow, Domain&& domain, const Scheme& scheme) {
     FlowField field{.domain = std::move(domain), .viscosity_lu = scheme.viscosity_lu(), .moments = {}};
     field.domain.walls = {};
-    field.domain.open_links = {};
+    field.domain.boundary_links = {};
     field.moments.resize(field.domain.nodes());
 #pragma omp parallel for schedule(static)
     for (std::size_t first = 0; first < field.domain.nodes(); first += Flow::chunk) {
@@ -87,4 +89,4 @@ void start_from(Flow& flow, const Domain& domain, const Scheme& scheme, const Fl
     }
 }
 
-}  // namespace porepack
+}  // namespace porepack::lbm

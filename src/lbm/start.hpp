@@ -3,7 +3,7 @@
 
 #include "lbm/flow.hpp"
 
-namespace porepack {
+namespace porepack::lbm {
 
 /// Density deviation and velocity by node, lattice units.
 struct FlowField {
@@ -18,4 +18,4 @@ struct FlowField {
 /// and viscosity: u ~ F h^-2 / nu and rho ~ F / h for a force that is the same in lattice units.
 void start_from(Flow& flow, const Domain& domain, const Scheme& scheme, const FlowField& coarse);
 
-}  // namespace porepack
+}  // namespace porepack::lbm

@@ -4,7 +4,9 @@
 
 #include "lbm/permeability.hpp"
 
-namespace porepack {
+namespace porepack::lbm {
+using namespace core;
+using namespace converters;
 
 double core_over_tube_permeability(const PoreSpace& space, double layer_m) {
     PoreSpace pores = space;
@@ -28,4 +30,4 @@ double core_over_tube_permeability(const PoreSpace& space, double layer_m) {
     return core / core_cells / (all / all_cells);
 }
 
-}  // namespace porepack
+}  // namespace porepack::lbm

@@ -3,10 +3,10 @@
 
 #include "converters/pore_space.hpp"
 
-namespace porepack {
+namespace porepack::lbm {
 
 /// k of the core, `layer_m` off the wall, over k of the whole tube: mean velocities of one coarse flow (6 nodes per capsule diameter) over
 /// the section of `space`, whose container is a cylinder.
-[[nodiscard]] double core_over_tube_permeability(const PoreSpace& space, double layer_m);
+[[nodiscard]] double core_over_tube_permeability(const converters::PoreSpace& space, double layer_m);
 
-}  // namespace porepack
+}  // namespace porepack::lbm

@@ -10,7 +10,11 @@
 #include "core/log.hpp"
 #include "openfoam/foam_case.hpp"
 
-namespace porepack {
+namespace porepack::openfoam {
+using namespace core;
+using namespace shapes;
+using namespace packing;
+using namespace converters;
 namespace fs = std::filesystem;
 namespace {
 
@@ -196,4 +200,4 @@ FoamExtrapolation extrapolate_meshes(std::span<const double> cells, std::span<co
     return found;
 }
 
-}  // namespace porepack
+}  // namespace porepack::openfoam

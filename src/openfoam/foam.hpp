@@ -10,24 +10,24 @@
 #include "core/members.hpp"
 #include "openfoam/config.hpp"
 
-namespace porepack {
+namespace porepack::openfoam {
 
 struct FoamScene {
-    TriangleSurface surface;  ///< the grains; for a periodic box with the images that reach into it
-    Container container;
-    Section section;
+    io::TriangleSurface surface;  ///< the grains; for a periodic box with the images that reach into it
+    packing::Container container;
+    packing::Section section;
     double pore_volume_m3 = 0.0;  ///< exact, of the section
     double grain_size_m = 0.0;    ///< smallest capsule diameter, or 4 volume / area of a surface
-    std::optional<PoreSpace> pores = {};  ///< tells which gaps are too narrow for a mesh's cells; no gap counts where it is left out
-    Vec3 pore_point = Vec3::Zero();       ///< a point in the pore space that flow reaches, far from grains and walls
+    std::optional<converters::PoreSpace> pores = {};  ///< tells which gaps are too narrow for a mesh's cells; no gap counts where it is left out
+    shapes::Vec3 pore_point = shapes::Vec3::Zero();       ///< a point in the pore space that flow reaches, far from grains and walls
 };
 /// The section of a pore space, its surface within `surface` of the exact one (a user's surface is taken as it is). `coarsest_cell_m` is
 /// the background cell of the coarsest mesh.
-[[nodiscard]] FoamScene foam_scene(const PoreSpace& space, const SurfaceOptions& surface, double coarsest_cell_m);
+[[nodiscard]] FoamScene foam_scene(const converters::PoreSpace& space, const converters::SurfaceOptions& surface, double coarsest_cell_m);
 /// The same between two depths of free water, at whose planes the grains are cut off.
-[[nodiscard]] FoamScene foam_scene_in_water(const PoreSpace& space, const SurfaceOptions& surface, double cell_m, double water_m);
+[[nodiscard]] FoamScene foam_scene_in_water(const converters::PoreSpace& space, const converters::SurfaceOptions& surface, double cell_m, double water_m);
 /// Share of the pore volume in gaps that are narrower than two voxels of this size.
-[[nodiscard]] double narrow_pores(const PoreSpace& space, double voxel_size_m);
+[[nodiscard]] double narrow_pores(const converters::PoreSpace& space, double voxel_size_m);
 
 struct FoamMeshResult {
     double cell_size_m = 0.0;
@@ -45,7 +45,7 @@ struct FoamMeshResult {
     double wall_time_s = 0.0;
     double peak_memory_bytes = 0.0;
 };
-template <MembersOf<FoamMeshResult> Self, typename Visit>
+template <core::MembersOf<FoamMeshResult> Self, typename Visit>
 void visit_members(Self& mesh, const Visit& visit) {
     visit("cell_size_m", mesh.cell_size_m);
     visit("cells", mesh.cells);
@@ -67,7 +67,7 @@ void visit_members(Self& mesh, const Visit& visit) {
 /// background cells overstates the gain.
 struct FoamExtrapolation {
     double value;
-    Interval interval;
+    core::Interval interval;
     std::optional<double> observed_order;  ///< of three meshes, where k changes in one direction
     std::optional<double>
         grid_convergence_index;  ///< of three meshes: relative half width about the finest one (Roache; Celik et al. 2008)
@@ -85,15 +85,15 @@ struct FoamResult {
 };
 
 /// Number of background cells.
-[[nodiscard]] std::array<int, 3> background_cells(const Container& container, const Section& section, double cell_size_m);
+[[nodiscard]] std::array<int, 3> background_cells(const packing::Container& container, const packing::Section& section, double cell_size_m);
 /// The pore cell of the image that flow reaches and that is farthest from everything else, a little off its centre.
-[[nodiscard]] Vec3 find_pore_point(const PhaseImage& image, const Container& container);
+[[nodiscard]] shapes::Vec3 find_pore_point(const core::PhaseImage& image, const packing::Container& container);
 
 /// Runs in `folder`/mesh_fine, mesh_coarse and mesh_coarsest, as many as config.meshes; runs resume from what an interrupted one left
 /// there. `cases` is the folder openfoam_cases/. Throws EngineError when OpenFOAM is missing, fails, or ends on garbage; NumericalError when
 /// it does not converge.
-[[nodiscard]] FoamResult foam_permeability(const FoamScene& scene, const FoamConfig& config, double cell_size_m, const Path& cases,
-                                           const Path& folder);
+[[nodiscard]] FoamResult foam_permeability(const FoamScene& scene, const FoamConfig& config, double cell_size_m, const core::Path& cases,
+                                           const core::Path& folder);
 
 /// A steady flow with inertia under a kinematic pressure drop.
 struct FoamInertialFlow {
@@ -113,9 +113,9 @@ inline constexpr double water_viscosity_m2_per_s = 1e-6;
 /// Runs openfoam_cases/inertial_packing in `folder`/inertial at rising pressure drops (kinematic, water), until one finds no steady flow.
 /// An interrupted run resumes. Throws as foam_permeability.
 [[nodiscard]] FoamInertialSeries foam_inertial_flows(const FoamScene& scene, const FoamConfig& config, double cell_size_m,
-                                                     std::span<const double> drops, const Path& cases, const Path& folder);
+                                                     std::span<const double> drops, const core::Path& cases, const core::Path& folder);
 
 /// Throws EngineError when a program is missing.
 void require_foam();
 
-}  // namespace porepack
+}  // namespace porepack::openfoam

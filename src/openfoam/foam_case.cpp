@@ -12,7 +12,11 @@
 #include "core/error.hpp"
 #include "core/log.hpp"
 
-namespace porepack {
+namespace porepack::openfoam {
+using namespace core;
+using namespace io;
+using namespace shapes;
+using namespace packing;
 namespace fs = std::filesystem;
 namespace {
 
@@ -172,4 +176,4 @@ ProgramEnd run_foam_case(const Path& folder, const char* label, const std::funct
     return end;
 }
 
-}  // namespace porepack
+}  // namespace porepack::openfoam

@@ -8,7 +8,10 @@
 #include "core/error.hpp"
 #include "core/process.hpp"
 
-namespace porepack {
+namespace porepack::openfoam {
+using namespace core;
+using namespace shapes;
+using namespace packing;
 namespace fs = std::filesystem;
 namespace {
 
@@ -83,4 +86,4 @@ FoamTortuosity hydraulic_tortuosity(std::span<const FoamCell> cells, const Secti
     return {.axis = static_cast<Axis>(axis), .value = speed / along};
 }
 
-}  // namespace porepack
+}  // namespace porepack::openfoam

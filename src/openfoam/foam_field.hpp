@@ -6,22 +6,22 @@
 
 #include "converters/surface.hpp"
 
-namespace porepack {
+namespace porepack::openfoam {
 
 struct FoamCell {
-    Vec3 centre_m, velocity;  ///< velocity for viscosity 1 and the case's pressure drop or gradient
+    shapes::Vec3 centre_m, velocity;  ///< velocity for viscosity 1 and the case's pressure drop or gradient
     double volume_m3;
 };
 /// Asks postProcess for the cells' centres and volumes at the last time in the case `folder`, reads them and removes them again.
 /// Throws EngineError when that fails.
-[[nodiscard]] std::vector<FoamCell> read_foam_cells(const Path& folder);
+[[nodiscard]] std::vector<FoamCell> read_foam_cells(const core::Path& folder);
 
 /// <|u|> / <u_axis> over the cells with their centres in the section, along the axis in which the mean velocity points. Throws
 /// NumericalError when nothing flows.
 struct FoamTortuosity {
-    Axis axis = Axis::z;
+    core::Axis axis = core::Axis::z;
     double value = 0.0;
 };
-[[nodiscard]] FoamTortuosity hydraulic_tortuosity(std::span<const FoamCell> cells, const Section& section);
+[[nodiscard]] FoamTortuosity hydraulic_tortuosity(std::span<const FoamCell> cells, const packing::Section& section);
 
-}  // namespace porepack
+}  // namespace porepack::openfoam

@@ -8,7 +8,8 @@
 #include "core/log.hpp"
 #include "openfoam/foam_case.hpp"
 
-namespace porepack {
+namespace porepack::openfoam {
+using namespace core;
 namespace fs = std::filesystem;
 
 FoamInertialSeries foam_inertial_flows(const FoamScene& scene, const FoamConfig& config, double cell_size_m, std::span<const double> drops,
@@ -63,4 +64,4 @@ FoamInertialSeries foam_inertial_flows(const FoamScene& scene, const FoamConfig&
     return series;
 }
 
-}  // namespace porepack
+}  // namespace porepack::openfoam

@@ -3,7 +3,9 @@
 
 #include "openfoam/foam.hpp"
 
-namespace porepack {
+namespace porepack::openfoam {
+using namespace packing;
+using namespace converters;
 namespace {
 
 // The grains that reach into the section; of a periodic box all.
@@ -48,4 +50,4 @@ FoamScene foam_scene_in_water(const PoreSpace& space, const SurfaceOptions& surf
     return scene;
 }
 
-}  // namespace porepack
+}  // namespace porepack::openfoam

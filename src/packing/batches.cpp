@@ -6,7 +6,9 @@
 
 #include "core/error.hpp"
 
-namespace porepack {
+namespace porepack::packing {
+using namespace core;
+using namespace shapes;
 namespace {
 
 // The standard library's distributions differ between implementations; these do not.
@@ -147,4 +149,4 @@ Pour make_batches(const std::vector<ShapeShare>& shapes, const Container& contai
     return pour;
 }
 
-}  // namespace porepack
+}  // namespace porepack::packing

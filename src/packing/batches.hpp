@@ -5,14 +5,14 @@
 #include "packing/packing.hpp"
 #include "shapes/config.hpp"
 
-namespace porepack {
+namespace porepack::packing {
 
 /// A grain about to be created: origin and orientation of its shape's frame, velocity.
 struct Newcomer {
     std::size_t shape;
-    Vec3 position_m;
-    Quaternion orientation;
-    Vec3 velocity_m_per_s;
+    shapes::Vec3 position_m;
+    shapes::Quaternion orientation;
+    shapes::Vec3 velocity_m_per_s;
 };
 using Batch = std::vector<Newcomer>;
 
@@ -24,11 +24,11 @@ struct Pour {
 /// All batches of a pour of at most `grains` grains: random poses in a slab one span high at the drop height, clear of the walls and of
 /// each other; of each batch as many as fit. Or, with fill = "lattice", one batch on a loose lattice above the floor. Depends on the seed
 /// alone. Throws UserError when not one fits.
-[[nodiscard]] Pour make_batches(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config,
+[[nodiscard]] Pour make_batches(const std::vector<shapes::ShapeShare>& shapes, const Container& container, const PackingConfig& config,
                                 double drop_height_m, long grains);
 
 /// Smallest capsule diameter and largest span of all shapes.
-[[nodiscard]] double finest_diameter(const std::vector<ShapeShare>& shapes);
-[[nodiscard]] double largest_span(const std::vector<ShapeShare>& shapes);
+[[nodiscard]] double finest_diameter(const std::vector<shapes::ShapeShare>& shapes);
+[[nodiscard]] double largest_span(const std::vector<shapes::ShapeShare>& shapes);
 
-}  // namespace porepack
+}  // namespace porepack::packing

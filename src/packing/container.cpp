@@ -7,7 +7,9 @@
 #include "core/error.hpp"
 #include "packing/packing.hpp"
 
-namespace porepack {
+namespace porepack::packing {
+using namespace core;
+using namespace shapes;
 
 double Container::inner_area_m2() const {
     if (kind == Kind::cylinder) return std::numbers::pi * diameter_m * diameter_m / 4.0;
@@ -144,4 +146,4 @@ Container container_from_json(const Json& json, const std::string& where) {
     return container;
 }
 
-}  // namespace porepack
+}  // namespace porepack::packing

@@ -5,7 +5,7 @@
 #include "core/error.hpp"
 #include "packing/packing.hpp"
 
-namespace porepack {
+namespace porepack::packing {
 
 struct ContainerConfig {
     Container::Kind kind = Container::Kind::cylinder;
@@ -15,27 +15,27 @@ struct ContainerConfig {
     std::vector<bool> periodic = {false, false, false};
 };
 
-inline void describe(ConfigVisitor& v, ContainerConfig& c) {
+inline void describe(core::ConfigVisitor& v, ContainerConfig& c) {
     v.choice("kind", c.kind, "an upright cylinder (axis x = y = 0) or a box (corner at the origin); floor at z = 0");
-    v.number("diameter_m", c.diameter_m, length_range_or_auto(), "inner diameter of the cylinder");
-    v.number("height_m", c.height_m, length_range_or_auto(), "inner height of the cylinder");
-    v.numbers("size_m", c.size_m, {3, 3}, length_range(), "inner size of the box");
+    v.number("diameter_m", c.diameter_m, core::length_range_or_auto(), "inner diameter of the cylinder");
+    v.number("height_m", c.height_m, core::length_range_or_auto(), "inner height of the cylinder");
+    v.numbers("size_m", c.size_m, {3, 3}, core::length_range(), "inner size of the box");
     v.booleans("periodic", c.periodic, 3, "is the box periodic along x, y, z?");
 }
 
 [[nodiscard]] inline Container make_container(const ContainerConfig& c) {
     Container container;
     if (c.kind == Container::Kind::cylinder) {
-        if (c.diameter_m == 0.0 || c.height_m == 0.0) throw UserError("a cylinder needs diameter_m and height_m", {.where = "[container]"});
+        if (c.diameter_m == 0.0 || c.height_m == 0.0) throw core::UserError("a cylinder needs diameter_m and height_m", {.where = "[container]"});
         container.diameter_m = c.diameter_m;
         container.height_m = c.height_m;
         return container;
     }
-    if (c.size_m.empty()) throw UserError("a box needs size_m", {.where = "[container]", .fix = "size_m = [x, y, z] in metres"});
+    if (c.size_m.empty()) throw core::UserError("a box needs size_m", {.where = "[container]", .fix = "size_m = [x, y, z] in metres"});
     container.kind = Container::Kind::box;
-    container.size_m = Vec3(c.size_m[0], c.size_m[1], c.size_m[2]);
+    container.size_m = shapes::Vec3(c.size_m[0], c.size_m[1], c.size_m[2]);
     for (std::size_t i = 0; i < 3; ++i) container.periodic[i] = c.periodic[i];
     return container;
 }
 
-}  // namespace porepack
+}  // namespace porepack::packing

@@ -2,7 +2,8 @@
 
 #include <cmath>
 
-namespace porepack {
+namespace porepack::packing {
+using namespace shapes;
 namespace {
 
 double rounded(double value, double size) {
@@ -32,4 +33,4 @@ GrainBody grain_body(const Shape& shape, double density_kg_per_m3) {
     return body;
 }
 
-}  // namespace porepack
+}  // namespace porepack::packing

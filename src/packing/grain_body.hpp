@@ -3,17 +3,17 @@
 
 #include "shapes/shape.hpp"
 
-namespace porepack {
+namespace porepack::packing {
 
 /// Mass and principal moments of inertia of a shape. The body frame has its origin at the centre of mass and its axes along the
 /// principal ones.
 struct GrainBody {
     double mass_kg = 0.0;
-    Vec3 inertia_kg_m2 = Vec3::Zero();
-    Vec3 centre_m = Vec3::Zero();              ///< centre of mass in the shape's frame
-    Quaternion turn = Quaternion::Identity();  ///< from the body frame to the shape's
+    shapes::Vec3 inertia_kg_m2 = shapes::Vec3::Zero();
+    shapes::Vec3 centre_m = shapes::Vec3::Zero();              ///< centre of mass in the shape's frame
+    shapes::Quaternion turn = shapes::Quaternion::Identity();  ///< from the body frame to the shape's
 };
 /// Numbers to seven digits: a packing is chaotic, and must not change because the last bits of an integral do.
-[[nodiscard]] GrainBody grain_body(const Shape& shape, double density_kg_per_m3);
+[[nodiscard]] GrainBody grain_body(const shapes::Shape& shape, double density_kg_per_m3);
 
-}  // namespace porepack
+}  // namespace porepack::packing

@@ -7,7 +7,9 @@
 
 #include "core/error.hpp"
 
-namespace porepack {
+namespace porepack::packing {
+using namespace core;
+using namespace shapes;
 
 void unite(std::vector<Interval>& parts) {
     std::sort(parts.begin(), parts.end(), [](const Interval& p, const Interval& q) { return p.low < q.low; });
@@ -287,4 +289,4 @@ Porosity porosity(const Solid& solid, const Container& container, const Section&
             .lines = used};
 }
 
-}  // namespace porepack
+}  // namespace porepack::packing

@@ -6,16 +6,16 @@
 #include "packing/packing.hpp"
 #include "shapes/bins.hpp"
 
-namespace porepack {
+namespace porepack::packing {
 
 /// Asks a solid about short ways near one point; each thread has its own.
 class SolidProbe {
 public:
     virtual ~SolidProbe() = default;
     /// Prepares for ways that stay within `reach` of `point` along every axis.
-    virtual void move_to(const Vec3& point, double reach) = 0;
+    virtual void move_to(const shapes::Vec3& point, double reach) = 0;
     /// Fraction of the way from `from` (outside the solid) to `from + step` at which it enters the solid, if it does.
-    [[nodiscard]] virtual std::optional<double> first_hit(const Vec3& from, const Vec3& step) const = 0;
+    [[nodiscard]] virtual std::optional<double> first_hit(const shapes::Vec3& from, const shapes::Vec3& step) const = 0;
 };
 
 /// A solid that can be cut by vertical lines. Grains and closed triangle surfaces are such solids.
@@ -23,36 +23,36 @@ class Solid {
 public:
     virtual ~Solid() = default;
     /// The parts of the vertical line at (x, y) inside the solid: sorted, disjoint; `parts` is overwritten.
-    virtual void column(double x, double y, std::vector<Interval>& parts) const = 0;
+    virtual void column(double x, double y, std::vector<core::Interval>& parts) const = 0;
     /// Lowest and highest point.
-    [[nodiscard]] virtual Bounds bounds() const = 0;
+    [[nodiscard]] virtual shapes::Bounds bounds() const = 0;
     [[nodiscard]] virtual std::unique_ptr<SolidProbe> probe() const = 0;
-    [[nodiscard]] bool contains(const Vec3& point) const;
+    [[nodiscard]] bool contains(const shapes::Vec3& point) const;
 };
 
 /// Sorts and joins overlapping intervals in place.
-void unite(std::vector<Interval>& parts);
+void unite(std::vector<core::Interval>& parts);
 
 /// The grains with their periodic images, sorted into bins by (x, y).
 class Grains : public Solid {
 public:
     explicit Grains(const Packing& packing);
-    void column(double x, double y, std::vector<Interval>& parts) const override;
-    [[nodiscard]] Bounds bounds() const override { return bounds_; }
+    void column(double x, double y, std::vector<core::Interval>& parts) const override;
+    [[nodiscard]] shapes::Bounds bounds() const override { return bounds_; }
     [[nodiscard]] std::unique_ptr<SolidProbe> probe() const override;
 
     struct Image {
-        std::vector<Capsule> capsules;
-        Bounds bounds;
+        std::vector<shapes::Capsule> capsules;
+        shapes::Bounds bounds;
         std::size_t body;
-        Vec3 shift;  ///< 0 for the body itself
+        shapes::Vec3 shift;  ///< 0 for the body itself
         int image;   ///< 0 for the body itself
     };
     [[nodiscard]] const std::vector<Image>& images() const { return images_; }
     /// Distance to the nearest grain (capped at `cap`), negative inside; looks only at grains near the point.
-    [[nodiscard]] double distance(const Vec3& point, double cap) const;
+    [[nodiscard]] double distance(const shapes::Vec3& point, double cap) const;
     /// Appends the capsules, as they lie about the point, that come within `reach` of it along every axis; across periodic sides too.
-    void capsules_near(const Vec3& point, double reach, std::vector<Capsule>& found) const;
+    void capsules_near(const shapes::Vec3& point, double reach, std::vector<shapes::Capsule>& found) const;
     /// Indices of the images whose bounds may hold the column at (x, y), or come within the bins around it.
     [[nodiscard]] const std::vector<int>& near(double x, double y) const;
 
@@ -61,18 +61,18 @@ private:
     void sort_into_bins();
 
     const Container container_;
-    const std::vector<Shape> shapes_;
+    const std::vector<shapes::Shape> shapes_;
     std::vector<std::size_t> shape_of_body_;
-    std::vector<Quaternion> orientation_;
-    std::vector<Vec3> position_;
+    std::vector<shapes::Quaternion> orientation_;
+    std::vector<shapes::Vec3> position_;
     std::vector<Image> images_;
-    Bounds bounds_;
+    shapes::Bounds bounds_;
     double bin_size_ = 1.0;
     int columns_ = 1, rows_ = 1;
     std::vector<std::vector<int>> bins_;
     std::vector<int> none_;
-    std::vector<Capsule> capsules_;  ///< of all images
-    SpatialBins capsule_bins_{{}};
+    std::vector<shapes::Capsule> capsules_;  ///< of all images
+    shapes::SpatialBins capsule_bins_{{}};
 };
 
 /// The part of the bed that is evaluated, between two horizontal planes.
@@ -104,4 +104,4 @@ struct Porosity {
 /// Pore volume / inner container volume of the section, from exact intervals on about `lines` vertical lines.
 [[nodiscard]] Porosity porosity(const Solid& solid, const Container& container, const Section& section, long lines = 60000);
 
-}  // namespace porepack
+}  // namespace porepack::packing

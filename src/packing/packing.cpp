@@ -15,7 +15,9 @@
 #include "core/error.hpp"
 #include "packing/grains.hpp"
 
-namespace porepack {
+namespace porepack::packing {
+using namespace core;
+using namespace shapes;
 namespace {
 
 std::string read_maybe_compressed(const Path& path) {
@@ -269,4 +271,4 @@ GrainMeans grain_means(const Packing& packing) {
     return {std::cbrt(6.0 * volume / static_cast<double>(packing.bodies.size()) / std::numbers::pi), 6.0 * volume / area};
 }
 
-}  // namespace porepack
+}  // namespace porepack::packing

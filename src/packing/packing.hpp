@@ -9,52 +9,52 @@
 #include "core/config.hpp"
 #include "shapes/shape.hpp"
 
-namespace porepack {
+namespace porepack::packing {
 
 /// A cylinder has its axis at x = y = 0 and its floor at z = 0; a box has its corner at the origin.
 struct Container {
     enum class Kind { cylinder, box };
-    friend constexpr std::array<Choice<Kind>, 2> choices_of(Kind) { return {{{Kind::cylinder, "cylinder"}, {Kind::box, "box"}}}; }
+    friend constexpr std::array<core::Choice<Kind>, 2> choices_of(Kind) { return {{{Kind::cylinder, "cylinder"}, {Kind::box, "box"}}}; }
     Kind kind = Kind::cylinder;
     double diameter_m = 0.0;
     double height_m = 0.0;
-    Vec3 size_m = Vec3::Zero();
+    shapes::Vec3 size_m = shapes::Vec3::Zero();
     std::array<bool, 3> periodic = {false, false, false};
 
     [[nodiscard]] double inner_area_m2() const;
     [[nodiscard]] double height() const { return kind == Kind::cylinder ? height_m : size_m.z(); }
     [[nodiscard]] bool any_periodic() const { return periodic[0] || periodic[1] || periodic[2]; }
     /// Lowest and highest corner of the inner space.
-    [[nodiscard]] Vec3 low() const;
-    [[nodiscard]] Vec3 high() const;
+    [[nodiscard]] shapes::Vec3 low() const;
+    [[nodiscard]] shapes::Vec3 high() const;
     [[nodiscard]] bool contains_column(double x, double y) const;
     /// Distance to the nearest wall from inside; negative outside. Periodic faces and open ends are no walls.
-    [[nodiscard]] double wall_distance(const Vec3& point) const;
+    [[nodiscard]] double wall_distance(const shapes::Vec3& point) const;
     /// Fraction of the way from `from` (inside) to `from + step` at which it meets a side wall, if it does.
-    [[nodiscard]] std::optional<double> wall_hit(const Vec3& from, const Vec3& step) const;
+    [[nodiscard]] std::optional<double> wall_hit(const shapes::Vec3& from, const shapes::Vec3& step) const;
 };
 
 /// "cylinder:D,H" or "box:X,Y,Z[:periodic]", in metres. Throws UserError with the form allowed.
 [[nodiscard]] Container parse_container(const std::string& text);
-[[nodiscard]] Json to_json(const Container& container);
-[[nodiscard]] Container container_from_json(const Json& json, const std::string& where);
+[[nodiscard]] core::Json to_json(const Container& container);
+[[nodiscard]] Container container_from_json(const core::Json& json, const std::string& where);
 
 struct Body {
     std::size_t shape = 0;
-    Vec3 position_m = Vec3::Zero();                   ///< of the origin of the shape's frame, not of the centre of mass
-    Quaternion orientation = Quaternion::Identity();  ///< from the shape's frame to the world
+    shapes::Vec3 position_m = shapes::Vec3::Zero();                   ///< of the origin of the shape's frame, not of the centre of mass
+    shapes::Quaternion orientation = shapes::Quaternion::Identity();  ///< from the shape's frame to the world
 };
 
 struct Packing {
     Container container;
-    std::vector<Shape> shapes;
+    std::vector<shapes::Shape> shapes;
     std::vector<Body> bodies;
 };
 
 /// Reads .json and .json.gz; checks the schema, the numbers and the plausibility. Throws UserError with the place.
-[[nodiscard]] Packing read_packing(const Path& path);
+[[nodiscard]] Packing read_packing(const core::Path& path);
 /// The same packing gives the same bytes.
-void write_packing(const Path& path, const Packing& packing);
+void write_packing(const core::Path& path, const Packing& packing);
 
 /// Smallest capsule diameter of all shapes.
 [[nodiscard]] double finest_diameter(const Packing& packing);
@@ -65,7 +65,7 @@ struct GrainMeans {
 };
 [[nodiscard]] GrainMeans grain_means(const Packing& packing);
 /// All capsules of one body in the world frame.
-[[nodiscard]] std::vector<Capsule> world_capsules(const Packing& packing, const Body& body);
+[[nodiscard]] std::vector<shapes::Capsule> world_capsules(const Packing& packing, const Body& body);
 
 /// Largest overlap of two grains' exact capsules, and of a grain with the wall, in metres (0 when nothing overlaps).
 struct Overlaps {
@@ -76,4 +76,4 @@ struct Overlaps {
 };
 [[nodiscard]] Overlaps find_overlaps(const Packing& packing);
 
-}  // namespace porepack
+}  // namespace porepack::packing

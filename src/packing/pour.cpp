@@ -11,7 +11,9 @@
 #include "core/machine.hpp"
 #include "packing/batches.hpp"
 
-namespace porepack {
+namespace porepack::packing {
+using namespace core;
+using namespace shapes;
 namespace {
 
 double contact_time(double mass, const PackingConfig& config) {
@@ -116,4 +118,4 @@ std::string scene_key(const std::vector<ShapeShare>& shapes, const Container& co
     return sha256(key.dump());
 }
 
-}  // namespace porepack
+}  // namespace porepack::packing

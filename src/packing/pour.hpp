@@ -7,7 +7,7 @@
 #include "packing/packing.hpp"
 #include "shapes/config.hpp"
 
-namespace porepack {
+namespace porepack::packing {
 
 struct PourPlan {
     double time_step_s = 0.0;
@@ -23,13 +23,13 @@ struct PourPlan {
 
 /// What would run. Throws UserError when the grain does not fit into the container, the stiffness is absurd for its mass, or the time step
 /// is too long for it.
-[[nodiscard]] PourPlan plan_pour(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config);
+[[nodiscard]] PourPlan plan_pour(const std::vector<shapes::ShapeShare>& shapes, const Container& container, const PackingConfig& config);
 
 /// At rest the net force on a grain is below this share of its weight, on the mean: not just turning round.
 constexpr double rest_force_limit = 0.02;
 
 /// Digest of all that a pour depends on: what a snapshot must agree with before a run resumes from it.
-[[nodiscard]] std::string scene_key(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config);
+[[nodiscard]] std::string scene_key(const std::vector<shapes::ShapeShare>& shapes, const Container& container, const PackingConfig& config);
 
 struct PourResult {
     Packing packing;
@@ -51,4 +51,4 @@ struct PourResult {
     std::string command;  ///< repeats the run by hand, in the run's folder; empty where there is no such thing
 };
 
-}  // namespace porepack
+}  // namespace porepack::packing

@@ -9,7 +9,8 @@
 
 #include "core/error.hpp"
 
-namespace porepack {
+namespace porepack::permeability {
+using namespace core;
 namespace {
 
 struct Line {
@@ -104,4 +105,4 @@ std::vector<double> pressure_drops(std::span<const double> reynolds, const Inert
     return drops;
 }
 
-}  // namespace porepack
+}  // namespace porepack::permeability

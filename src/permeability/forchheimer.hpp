@@ -7,7 +7,7 @@
 
 #include "core/members.hpp"
 
-namespace porepack {
+namespace porepack::permeability {
 
 struct ApparentPermeability {
     double reynolds = 0.0;  ///< U length / nu
@@ -19,14 +19,14 @@ struct ForchheimerFit {
     double permeability_m2 = 0.0;               ///< of creeping flow
     double intercept_permeability_m2 = 0.0;     ///< of the straight part; a little more than k, for inertia sets in with Re^2
     double inertial_permeability_m = 0.0;       ///< k_in, slope of the straight part
-    Interval inertial_interval_m = {};          ///< what the slopes of its parts and through 1/k, with their errors, span
-    Interval extrapolated_interval_m = {};      ///< the same for Reynolds numbers beyond the last one
+    core::Interval inertial_interval_m = {};          ///< what the slopes of its parts and through 1/k, with their errors, span
+    core::Interval extrapolated_interval_m = {};      ///< the same for Reynolds numbers beyond the last one
     double inertial_factor = 0.0;               ///< c_F = sqrt(k)/k_in (Ward 1964)
     std::optional<double> onset_reynolds = {};  ///< where the permeability is 5 % below k; none when no flow goes so far
     double largest_reynolds = 0.0;
     std::size_t points = 0;  ///< of the straight part
 };
-template <MembersOf<ForchheimerFit> Self, typename Visit>
+template <core::MembersOf<ForchheimerFit> Self, typename Visit>
 void visit_members(Self& fit, const Visit& visit) {
     visit("creeping_permeability_m2", fit.permeability_m2);
     visit("intercept_permeability_m2", fit.intercept_permeability_m2);
@@ -63,4 +63,4 @@ struct InertialCurve {
 [[nodiscard]] std::vector<double> pressure_drops(std::span<const double> reynolds, const InertialCurve& known, const ForchheimerFit& fit,
                                                  double section_m, double length_m, double viscosity_m2_per_s);
 
-}  // namespace porepack
+}  // namespace porepack::permeability

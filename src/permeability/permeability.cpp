@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace porepack {
+namespace porepack::permeability {
 
 double carman_kozeny_m2(double sphericity, double equal_diameter_m, double porosity, double constant) {
     const double solid = 1.0 - porosity;
@@ -21,4 +21,4 @@ double conductivity_m_per_s(double permeability_m2) {
     return permeability_m2 * 9.81 / 1e-6;
 }
 
-}  // namespace porepack
+}  // namespace porepack::permeability

@@ -1,7 +1,7 @@
 // Correlations for the permeability.
 #pragma once
 
-namespace porepack {
+namespace porepack::permeability {
 
 inline constexpr double darcy_m2 = 9.869233e-13;
 
@@ -14,4 +14,4 @@ inline constexpr double darcy_m2 = 9.869233e-13;
 /// Hydraulic conductivity for water at 20 C, m/s: k g / nu with nu = 1e-6 m2/s.
 [[nodiscard]] double conductivity_m_per_s(double permeability_m2);
 
-}  // namespace porepack
+}  // namespace porepack::permeability

@@ -15,7 +15,8 @@
 #include "pipeline/manifest.hpp"
 #include "pipeline/running_folder.hpp"
 
-namespace porepack {
+namespace porepack::pipeline {
+using namespace core;
 namespace fs = std::filesystem;
 namespace {
 
@@ -93,4 +94,4 @@ Json run_loose(const LooseRun& run) {
     }
 }
 
-}  // namespace porepack
+}  // namespace porepack::pipeline

@@ -10,7 +10,8 @@
 #include "core/error.hpp"
 #include "core/machine.hpp"
 
-namespace porepack {
+namespace porepack::pipeline {
+using namespace core;
 
 std::string key_of(const Manifest& manifest) {
     const Json decisive = {{"stage", manifest.stage},
@@ -85,4 +86,4 @@ StageState state_of(const Path& folder, const Manifest& expected, std::string* w
     }
 }
 
-}  // namespace porepack
+}  // namespace porepack::pipeline

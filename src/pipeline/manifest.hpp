@@ -8,15 +8,15 @@
 #include "core/choice.hpp"
 #include "core/files.hpp"
 
-namespace porepack {
+namespace porepack::pipeline {
 
 struct Manifest {
     std::string stage;
     long result_version = 1;  ///< of the stage: raised in the code when its numbers can change
-    Json configuration = {};                               ///< resolved
+    core::Json configuration = {};                               ///< resolved
     std::map<std::string, std::string> inputs = {};   ///< name -> sha256
     std::map<std::string, std::string> outputs = {};  ///< name -> sha256
-    Json versions = {};
+    core::Json versions = {};
     long seed = 0;
     long processes = 1;
     double wall_time_s = 0.0;
@@ -25,10 +25,10 @@ struct Manifest {
 
 /// Digest of all that decides the result: stage, result version, configuration and inputs.
 [[nodiscard]] std::string key_of(const Manifest& manifest);
-[[nodiscard]] Json to_json(const Manifest& manifest);
+[[nodiscard]] core::Json to_json(const Manifest& manifest);
 
 enum class StageState { missing, done, stale, failed, running };
-constexpr std::array<Choice<StageState>, 5> choices_of(StageState) {
+constexpr std::array<core::Choice<StageState>, 5> choices_of(StageState) {
     return {{{StageState::missing, "missing"},
              {StageState::done, "done"},
              {StageState::stale, "stale"},
@@ -37,6 +37,6 @@ constexpr std::array<Choice<StageState>, 5> choices_of(StageState) {
 }
 
 /// Compares the manifest in `folder` with the one expected now; `why` says what differs.
-[[nodiscard]] StageState state_of(const Path& folder, const Manifest& expected, std::string* why = nullptr);
+[[nodiscard]] StageState state_of(const core::Path& folder, const Manifest& expected, std::string* why = nullptr);
 
-}  // namespace porepack
+}  // namespace porepack::pipeline

@@ -13,7 +13,8 @@
 #include "core/process.hpp"
 #include "pipeline/running_folder.hpp"
 
-namespace porepack {
+namespace porepack::pipeline {
+using namespace core;
 namespace fs = std::filesystem;
 namespace {
 
@@ -200,4 +201,4 @@ Json plan_pipeline(const Pipeline& pipeline, const std::string& last) {
     return plan;
 }
 
-}  // namespace porepack
+}  // namespace porepack::pipeline

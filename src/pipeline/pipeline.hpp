@@ -8,16 +8,16 @@
 #include "pipeline/manifest.hpp"
 #include "pipeline/stage.hpp"
 
-namespace porepack {
+namespace porepack::pipeline {
 
 struct Pipeline {
-    Path results;                                                   ///< one folder per stage is made here
+    core::Path results;                                                   ///< one folder per stage is made here
     std::vector<Stage> stages;                                      ///< each behind those that it needs
-    std::function<Json()> versions = [] { return Json::object(); };  ///< of the programs that stages run, for the manifests
+    std::function<core::Json()> versions = [] { return core::Json::object(); };  ///< of the programs that stages run, for the manifests
     std::string left_out = {};  ///< stages that the settings leave out, for the message when one of them is asked for
 };
 
-[[nodiscard]] Path stage_folder(const Pipeline& pipeline, const std::string& stage);
+[[nodiscard]] core::Path stage_folder(const Pipeline& pipeline, const std::string& stage);
 
 struct StageStatus {
     std::string name;
@@ -30,9 +30,9 @@ struct StageStatus {
 /// Runs what is not done, up to and including the stage `last` (the last of all when empty), and only what it needs. Returns its result.
 /// A stage that fails stops the chain; its folder stays as results/<stage>.failed. Throws UserError when another process runs here or
 /// there is no such stage, and what the stages throw.
-Json run_pipeline(const Pipeline& pipeline, const std::string& last = {});
+core::Json run_pipeline(const Pipeline& pipeline, const std::string& last = {});
 
 /// What would run, with the expected memory and time of each stage.
-[[nodiscard]] Json plan_pipeline(const Pipeline& pipeline, const std::string& last = {});
+[[nodiscard]] core::Json plan_pipeline(const Pipeline& pipeline, const std::string& last = {});
 
-}  // namespace porepack
+}  // namespace porepack::pipeline

@@ -7,7 +7,8 @@
 #include "core/error.hpp"
 #include "core/interrupt.hpp"
 
-namespace porepack {
+namespace porepack::pipeline {
+using namespace core;
 namespace fs = std::filesystem;
 
 Lock::Lock(const Path& folder) {
@@ -51,4 +52,4 @@ void keep_what_is_left(const Path& running, const Path& failed, bool resumes) {
     }
 }
 
-}  // namespace porepack
+}  // namespace porepack::pipeline

@@ -3,12 +3,12 @@
 
 #include "core/files.hpp"
 
-namespace porepack {
+namespace porepack::pipeline {
 
 /// One process at a time. Throws UserError when another one holds it.
 class Lock {
 public:
-    explicit Lock(const Path& folder);
+    explicit Lock(const core::Path& folder);
     ~Lock();
     Lock(const Lock&) = delete;
     Lock& operator=(const Lock&) = delete;
@@ -19,6 +19,6 @@ private:
 
 /// In a catch block: ends a stage and throws on. A stage that failed keeps its folder under the name `failed`, and the message names its
 /// files where they now are; one that was interrupted leaves nothing, unless it can resume from it.
-[[noreturn]] void keep_what_is_left(const Path& running, const Path& failed, bool resumes);
+[[noreturn]] void keep_what_is_left(const core::Path& running, const core::Path& failed, bool resumes);
 
-}  // namespace porepack
+}  // namespace porepack::pipeline

@@ -7,15 +7,15 @@
 
 #include "core/files.hpp"
 
-namespace porepack {
+namespace porepack::pipeline {
 
 struct Stage {
     std::string name;
     std::vector<std::string> needs = {};     ///< stages whose results it reads
-    Json configuration = {};                 ///< all settings that decide its result
-    std::vector<Path> files = {};            ///< a user's files that it reads
+    core::Json configuration = {};                 ///< all settings that decide its result
+    std::vector<core::Path> files = {};            ///< a user's files that it reads
     std::vector<std::string> outputs = {};   ///< files whose change makes it stale, "*.png" for all of a kind; result.json is always one
-    std::function<Json(const Path& folder)> run;  ///< writes into `folder`, returns result.json
+    std::function<core::Json(const core::Path& folder)> run;  ///< writes into `folder`, returns result.json
     std::function<std::string()> expect = [] { return std::string("seconds"); };  ///< for a dry run: what will run, memory and time
     bool resumes = false;     ///< run() resumes from what an interrupted run left in its folder; else that is removed
     long result_version = 1;  ///< raised when the stage's numbers can change: older results are stale then
@@ -25,4 +25,4 @@ struct Stage {
     std::vector<std::pair<std::string, std::string>> published = {};
 };
 
-}  // namespace porepack
+}  // namespace porepack::pipeline

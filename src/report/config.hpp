@@ -3,16 +3,16 @@
 
 #include "core/config.hpp"
 
-namespace porepack {
+namespace porepack::report {
 
 struct ReportConfig {
     std::string title;
     bool pictures = true;
 };
 
-inline void describe(ConfigVisitor& v, ReportConfig& c) {
+inline void describe(core::ConfigVisitor& v, ReportConfig& c) {
     v.text("title", c.title, "title of the report; the folder's name when left out");
     v.boolean("pictures", c.pictures, "render the packing (needs xvfb-run where no display is)");
 }
 
-}  // namespace porepack
+}  // namespace porepack::report

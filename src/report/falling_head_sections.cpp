@@ -4,7 +4,8 @@
 #include "report/plot.hpp"
 #include "report/section.hpp"
 
-namespace porepack {
+namespace porepack::report {
+using namespace core;
 namespace fs = std::filesystem;
 
 ReportSection inertia_section(const ReportInput& input) {
@@ -96,4 +97,4 @@ void add_falling_head_pictures(const ReportInput& input, const Path& folder, Rep
     copy("causes/causes.svg", causes, "How far each cause moves the k of the paper's evaluation.");
 }
 
-}  // namespace porepack
+}  // namespace porepack::report

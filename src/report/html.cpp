@@ -4,7 +4,8 @@
 #include "core/data_file.hpp"
 #include "report/section.hpp"
 
-namespace porepack {
+namespace porepack::report {
+using namespace core;
 namespace {
 
 std::string base64(const std::string& bytes) {
@@ -72,4 +73,4 @@ std::string html_page(const ReportInput& input, const std::vector<ReportSection>
                                                                   {"configuration", escaped(input.configuration.dump(2))}});
 }
 
-}  // namespace porepack
+}  // namespace porepack::report

@@ -1,7 +1,8 @@
 // The report in Markdown.
 #include "report/section.hpp"
 
-namespace porepack {
+namespace porepack::report {
+using namespace core;
 
 std::string markdown_page(const ReportInput& input, const std::vector<ReportSection>& sections, const Json& main_numbers) {
     std::string text = "# " + input.title + "\n\n";
@@ -30,4 +31,4 @@ std::string markdown_page(const ReportInput& input, const std::vector<ReportSect
     return text;
 }
 
-}  // namespace porepack
+}  // namespace porepack::report

@@ -7,7 +7,8 @@
 #include "core/log.hpp"
 #include "core/process.hpp"
 
-namespace porepack {
+namespace porepack::report {
+using namespace core;
 namespace {
 
 // Text in gnuplot's single quotes, in which only the quote itself is special.
@@ -42,4 +43,4 @@ bool draw_plot(const Path& picture, const std::string& script_name, const PlotVa
     return true;
 }
 
-}  // namespace porepack
+}  // namespace porepack::report

@@ -8,7 +8,7 @@
 
 #include "core/files.hpp"
 
-namespace porepack {
+namespace porepack::report {
 
 /// Values that a script's head asks for, by name.
 using PlotValues = std::vector<std::pair<std::string, std::variant<double, std::string>>>;
@@ -19,6 +19,6 @@ struct PlotSize {
 
 /// Draws `picture` (.svg or .png) by the script templates/<script>.gnuplot; its data lie beside the picture, and so does the script that
 /// was run. Returns false, with a warning, without gnuplot. Throws EngineError when gnuplot fails.
-bool draw_plot(const Path& picture, const std::string& script, const PlotValues& values = {}, const PlotSize& size = {});
+bool draw_plot(const core::Path& picture, const std::string& script, const PlotValues& values = {}, const PlotSize& size = {});
 
-}  // namespace porepack
+}  // namespace porepack::report

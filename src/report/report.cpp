@@ -7,7 +7,8 @@
 #include "report/plot.hpp"
 #include "report/section.hpp"
 
-namespace porepack {
+namespace porepack::report {
+using namespace core;
 namespace fs = std::filesystem;
 namespace {
 
@@ -147,4 +148,4 @@ Json write_report(const ReportInput& input, const Path& folder) {
     return {{"report", "report.html"}, {"main_numbers", main_numbers}, {"notes", input.notes}};
 }
 
-}  // namespace porepack
+}  // namespace porepack::report

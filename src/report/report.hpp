@@ -7,26 +7,26 @@
 
 #include "core/files.hpp"
 
-namespace porepack {
+namespace porepack::report {
 
 struct ReportInput {
     std::string title;
-    Json configuration = Json::object();
-    std::map<std::string, Json> results = {};    ///< by stage
-    std::map<std::string, Json> manifests = {};  ///< by stage
-    Json versions = {};
-    Path stage_folders = {};              ///< results/: histories and flow fields are read from here
+    core::Json configuration = core::Json::object();
+    std::map<std::string, core::Json> results = {};    ///< by stage
+    std::map<std::string, core::Json> manifests = {};  ///< by stage
+    core::Json versions = {};
+    core::Path stage_folders = {};              ///< results/: histories and flow fields are read from here
     std::vector<std::string> notes = {};  ///< shown at the top
 };
 
 /// Every main number with unit, method, uncertainty or null, converged or not, cost.
-[[nodiscard]] Json quantities(const ReportInput& input);
+[[nodiscard]] core::Json quantities(const ReportInput& input);
 
 /// Writes report.html (self-contained), report.md and merged.json, with the pictures beside them. packing.png is used
 /// when it lies in `folder`. Returns a summary.
-Json write_report(const ReportInput& input, const Path& folder);
+core::Json write_report(const ReportInput& input, const core::Path& folder);
 
 /// Slice y = 0 (or the middle) through the speed of flow.vti as an image with a colour scale. Returns the maximum speed in m/s.
-double draw_speed_slice(const Path& flow_vti, const Path& png);
+double draw_speed_slice(const core::Path& flow_vti, const core::Path& png);
 
-}  // namespace porepack
+}  // namespace porepack::report

@@ -7,7 +7,7 @@
 
 #include "report/report.hpp"
 
-namespace porepack {
+namespace porepack::report {
 
 struct ReportSection {
     std::string title;
@@ -18,16 +18,16 @@ struct ReportSection {
 };
 
 /// A member that may be missing, on a path like "lbm/fine/steps": null then.
-[[nodiscard]] const Json& result_at(const ReportInput& input, const std::string& path);
+[[nodiscard]] const core::Json& result_at(const ReportInput& input, const std::string& path);
 
-[[nodiscard]] inline std::string number_text(const Json& value, const char* format = "{:.4g}") {
+[[nodiscard]] inline std::string number_text(const core::Json& value, const char* format = "{:.4g}") {
     return value.is_number() ? fmt::format(fmt::runtime(format), value.get<double>()) : "–";
 }
 
 /// "low to high", or "none".
-[[nodiscard]] std::string interval_text(const Json& interval);
+[[nodiscard]] std::string interval_text(const core::Json& interval);
 /// Relative difference in per cent, or a dash.
-[[nodiscard]] std::string difference(const Json& value, const Json& reference);
+[[nodiscard]] std::string difference(const core::Json& value, const core::Json& reference);
 
 [[nodiscard]] ReportSection permeability_section(const ReportInput& input);
 [[nodiscard]] ReportSection packing_section(const ReportInput& input);
@@ -39,12 +39,12 @@ struct ReportSection {
 [[nodiscard]] ReportSection causes_section(const ReportInput& input);
 
 /// The pages. Pictures of the sections lie in `folder`; the HTML page holds them itself.
-[[nodiscard]] std::string html_page(const ReportInput& input, const std::vector<ReportSection>& sections, const Json& main_numbers,
-                                    const Path& folder);
-[[nodiscard]] std::string markdown_page(const ReportInput& input, const std::vector<ReportSection>& sections, const Json& main_numbers);
+[[nodiscard]] std::string html_page(const ReportInput& input, const std::vector<ReportSection>& sections, const core::Json& main_numbers,
+                                    const core::Path& folder);
+[[nodiscard]] std::string markdown_page(const ReportInput& input, const std::vector<ReportSection>& sections, const core::Json& main_numbers);
 
 /// Draws or copies their pictures to `folder`.
-void add_falling_head_pictures(const ReportInput& input, const Path& folder, ReportSection& inertia, ReportSection& head,
+void add_falling_head_pictures(const ReportInput& input, const core::Path& folder, ReportSection& inertia, ReportSection& head,
                                ReportSection& causes);
 
-}  // namespace porepack
+}  // namespace porepack::report

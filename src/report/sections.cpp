@@ -7,7 +7,8 @@
 
 #include "core/log.hpp"
 
-namespace porepack {
+namespace porepack::report {
+using namespace core;
 namespace {
 
 // Numbers of the paper (section 8 of its results) for the grain at hand, where there are any.
@@ -177,4 +178,4 @@ ReportSection cost_section(const ReportInput& input) {
     return section;
 }
 
-}  // namespace porepack
+}  // namespace porepack::report

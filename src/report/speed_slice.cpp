@@ -4,7 +4,9 @@
 #include "io/image.hpp"
 #include "report/report.hpp"
 
-namespace porepack {
+namespace porepack::report {
+using namespace core;
+using namespace io;
 
 namespace {
 
@@ -52,4 +54,4 @@ double draw_speed_slice(const Path& flow_vti, const Path& png) {
     return top;
 }
 
-}  // namespace porepack
+}  // namespace porepack::report

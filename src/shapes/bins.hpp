@@ -8,7 +8,7 @@
 
 #include "shapes/capsule.hpp"
 
-namespace porepack {
+namespace porepack::shapes {
 
 class SpatialBins {
 public:
@@ -75,4 +75,4 @@ private:
     std::vector<int> item_;
 };
 
-}  // namespace porepack
+}  // namespace porepack::shapes

@@ -5,7 +5,8 @@
 
 #include "shapes/segments.hpp"
 
-namespace porepack {
+namespace porepack::shapes {
+using namespace core;
 
 Vec3 closest_on_axis(const Capsule& capsule, const Vec3& point) {
     const Vec3 axis = capsule.b - capsule.a;
@@ -100,4 +101,4 @@ Capsule moved(const Capsule& capsule, const Vec3& position, const Quaternion& or
     return {position + orientation * capsule.a, position + orientation * capsule.b, capsule.radius};
 }
 
-}  // namespace porepack
+}  // namespace porepack::shapes

@@ -8,7 +8,7 @@
 
 #include "core/interval.hpp"
 
-namespace porepack {
+namespace porepack::shapes {
 
 using Vec3 = Eigen::Vector3d;
 /// Without an alignment of its own, which would depend on the instruction set that a program is compiled for.
@@ -27,7 +27,7 @@ struct Capsule {
 /// Distance to the nearest surface of the union; exact outside, a lower bound of the depth inside.
 [[nodiscard]] double signed_distance(const std::vector<Capsule>& capsules, const Vec3& point);
 /// The part of the line origin + t direction (unit vector) inside the capsule; capsules are convex, so it is one interval.
-[[nodiscard]] std::optional<Interval> line_interval(const Capsule& capsule, const Vec3& origin, const Vec3& direction);
+[[nodiscard]] std::optional<core::Interval> line_interval(const Capsule& capsule, const Vec3& origin, const Vec3& direction);
 /// Distance between two surfaces; negative when they overlap.
 [[nodiscard]] double gap(const Capsule& first, const Capsule& second);
 
@@ -40,4 +40,4 @@ struct Bounds {
 
 [[nodiscard]] Capsule moved(const Capsule& capsule, const Vec3& position, const Quaternion& orientation);
 
-}  // namespace porepack
+}  // namespace porepack::shapes

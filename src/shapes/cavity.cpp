@@ -12,7 +12,7 @@
 #include "shapes/throats.hpp"
 #include "shapes/void_grid.hpp"
 
-namespace porepack {
+namespace porepack::shapes {
 namespace {
 
 // Adds the voids that hold no cell's centre to the grid's parts.
@@ -99,4 +99,4 @@ bool in_cavity(const Shape& shape, Vec3 point) {
     return false;
 }
 
-}  // namespace porepack
+}  // namespace porepack::shapes

@@ -5,7 +5,7 @@
 #include <numbers>
 #include <utility>
 
-namespace porepack {
+namespace porepack::shapes {
 
 bool blocked(const std::vector<Capsule>& capsules, const Vec3& p, const Vec3& q) {
     const double length = (q - p).norm();
@@ -86,4 +86,4 @@ Vec3 wider_place(const std::vector<Capsule>& capsules, const Vec3& point) {
     return best;
 }
 
-}  // namespace porepack
+}  // namespace porepack::shapes

@@ -5,7 +5,7 @@
 
 #include "shapes/capsule.hpp"
 
-namespace porepack {
+namespace porepack::shapes {
 
 /// Does the segment from p to q pass through a capsule?
 [[nodiscard]] bool blocked(const std::vector<Capsule>& capsules, const Vec3& p, const Vec3& q);
@@ -20,4 +20,4 @@ namespace porepack {
 /// nearest surface, and the best of 26 points on it is taken.
 [[nodiscard]] Vec3 wider_place(const std::vector<Capsule>& capsules, const Vec3& point);
 
-}  // namespace porepack
+}  // namespace porepack::shapes

@@ -6,7 +6,8 @@
 
 #include "core/error.hpp"
 
-namespace porepack {
+namespace porepack::shapes {
+using namespace core;
 namespace {
 
 void describe_point(ConfigVisitor& v, const char* key, Vec3& point, const char* meaning) {
@@ -128,4 +129,4 @@ std::vector<ShapeShare> make_shapes(const ShapeConfig& c) {
     return shares;
 }
 
-}  // namespace porepack
+}  // namespace porepack::shapes

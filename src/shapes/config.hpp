@@ -4,7 +4,7 @@
 #include "core/config.hpp"
 #include "shapes/shape.hpp"
 
-namespace porepack {
+namespace porepack::shapes {
 
 struct ShapeConfig {
     ShapeKind kind = ShapeKind::tetrapod;
@@ -23,7 +23,7 @@ struct ShapeConfig {
 };
 
 /// Lists the keys.
-void describe(ConfigVisitor& v, ShapeConfig& c);
+void describe(core::ConfigVisitor& v, ShapeConfig& c);
 
 /// The shape with its cavities found. Throws UserError when the keys do not determine a shape, or too much is given.
 [[nodiscard]] Shape make_shape(const ShapeConfig& config);
@@ -35,4 +35,4 @@ struct ShapeShare {
 };
 [[nodiscard]] std::vector<ShapeShare> make_shapes(const ShapeConfig& config);
 
-}  // namespace porepack
+}  // namespace porepack::shapes

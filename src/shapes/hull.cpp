@@ -8,7 +8,8 @@
 
 #include "shapes/shape.hpp"
 
-namespace porepack {
+namespace porepack::shapes {
+using namespace core;
 namespace {
 
 constexpr double full_turn = 2.0 * std::numbers::pi;
@@ -192,4 +193,4 @@ HullMeasures hull(const std::vector<Capsule>& capsules) {
     return {.volume_m3 = volume * unit * unit * unit, .surface_area_m2 = area * unit * unit};
 }
 
-}  // namespace porepack
+}  // namespace porepack::shapes

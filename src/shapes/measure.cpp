@@ -14,7 +14,8 @@
 #include "shapes/meridian.hpp"
 #include "shapes/shape.hpp"
 
-namespace porepack {
+namespace porepack::shapes {
+using namespace core;
 namespace {
 
 // Area, volume, first moments, second moments (xx, yy, zz, xy, yz, zx); of the outer surface, then of the cavities'.
@@ -323,4 +324,4 @@ ShapeMeasures measure(const Shape& shape, double tolerance, Effort effort) {
     return measures;
 }
 
-}  // namespace porepack
+}  // namespace porepack::shapes

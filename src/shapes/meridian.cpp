@@ -4,7 +4,8 @@
 #include <cmath>
 #include <numbers>
 
-namespace porepack {
+namespace porepack::shapes {
+using namespace core;
 namespace {
 
 constexpr double right_angle = std::numbers::pi / 2.0;
@@ -236,4 +237,4 @@ void ExposedSurface::meridian(std::size_t own, double phi, std::vector<ExposedPa
     add_parts(own, phi, Piece::side, frame.length, hidden, parts);
 }
 
-}  // namespace porepack
+}  // namespace porepack::shapes

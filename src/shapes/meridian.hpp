@@ -6,7 +6,7 @@
 
 #include "shapes/capsule.hpp"
 
-namespace porepack {
+namespace porepack::shapes {
 
 struct SurfacePoint {
     Vec3 x, normal;
@@ -40,9 +40,9 @@ private:
         double length;
     };
     struct Arc;
-    void hide_arc(std::size_t own, std::size_t other, const Arc& arc, std::vector<Interval>& hidden) const;
-    void hide_side(std::size_t own, std::size_t other, double phi, std::vector<Interval>& hidden) const;
-    void add_parts(std::size_t own, double phi, Piece piece, double end, std::vector<Interval>& hidden,
+    void hide_arc(std::size_t own, std::size_t other, const Arc& arc, std::vector<core::Interval>& hidden) const;
+    void hide_side(std::size_t own, std::size_t other, double phi, std::vector<core::Interval>& hidden) const;
+    void add_parts(std::size_t own, double phi, Piece piece, double end, std::vector<core::Interval>& hidden,
                    std::vector<ExposedPart>& parts) const;
     [[nodiscard]] bool covers(std::size_t other, std::size_t own, const SurfacePoint& at) const;
     [[nodiscard]] std::uint32_t tag_at(std::size_t own, const Vec3& x) const;
@@ -52,4 +52,4 @@ private:
     std::vector<std::vector<std::size_t>> near_;  // by capsule: the others that can hide part of it
 };
 
-}  // namespace porepack
+}  // namespace porepack::shapes

@@ -7,7 +7,8 @@
 #include "core/log.hpp"
 #include "shapes/shape.hpp"
 
-namespace porepack {
+namespace porepack::shapes {
+using namespace core;
 namespace {
 
 std::vector<Capsule> tetrapod(double r, double L) {
@@ -234,4 +235,4 @@ void validate(const Shape& shape) {
             {.fix = "let the capsules overlap, describe two shapes, or allow it: disconnected = true"});
 }
 
-}  // namespace porepack
+}  // namespace porepack::shapes

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace porepack {
+namespace porepack::shapes {
 
 ClosestPoints closest_points(const Segment& p, const Segment& q) {
     const Vec3 r = p.start - q.start;
@@ -52,4 +52,4 @@ Vec3 pressed_point(const Segment& p, const Segment& q, const ClosestPoints& clos
     return p.start + 0.5 * (std::max(low, here - half) + std::min(high, here + half)) * along;
 }
 
-}  // namespace porepack
+}  // namespace porepack::shapes

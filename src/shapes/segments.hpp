@@ -3,7 +3,7 @@
 
 #include "shapes/capsule.hpp"
 
-namespace porepack {
+namespace porepack::shapes {
 
 /// An axis: from `start` along `along`, which may be zero (a sphere).
 struct Segment {
@@ -23,4 +23,4 @@ struct ClosestPoints {
 /// (the paper, 2.1.2), and it moves smoothly with the angle where the closest point would jump from end to end.
 [[nodiscard]] Vec3 pressed_point(const Segment& p, const Segment& q, const ClosestPoints& closest, double overlap);
 
-}  // namespace porepack
+}  // namespace porepack::shapes

@@ -8,17 +8,17 @@
 #include "core/choice.hpp"
 #include "shapes/capsule.hpp"
 
-namespace porepack {
+namespace porepack::shapes {
 
 /// Does a void that the grain encloses on all sides count as solid ("filled": no fluid reaches it) or as void ("open")?
 enum class Cavity { filled, open };
-constexpr std::array<Choice<Cavity>, 2> choices_of(Cavity) {
+constexpr std::array<core::Choice<Cavity>, 2> choices_of(Cavity) {
     return {{{Cavity::filled, "filled"}, {Cavity::open, "open"}}};
 }
 
 /// The presets (the paper's three, star, sphere, rod), a list of capsules, a user's surface, and a mixture of shapes.
 enum class ShapeKind { tetrapod, dolos, tetrahedron, star, sphere, rod, capsules, stl, mixture };
-constexpr std::array<Choice<ShapeKind>, 9> choices_of(ShapeKind) {
+constexpr std::array<core::Choice<ShapeKind>, 9> choices_of(ShapeKind) {
     return {{{ShapeKind::tetrapod, "tetrapod"},
              {ShapeKind::dolos, "dolos"},
              {ShapeKind::tetrahedron, "tetrahedron"},
@@ -109,4 +109,4 @@ struct HullMeasures {
 /// The convex hull, which is that of the end spheres: exact to about 1e-9.
 [[nodiscard]] HullMeasures hull(const std::vector<Capsule>& capsules);
 
-}  // namespace porepack
+}  // namespace porepack::shapes

@@ -12,7 +12,7 @@
 
 #include "shapes/clearance.hpp"
 
-namespace porepack {
+namespace porepack::shapes {
 namespace {
 
 struct CellPath {
@@ -108,4 +108,4 @@ std::optional<std::size_t> joined_part(VoidGrid& grid, std::size_t part) {
     return std::nullopt;
 }
 
-}  // namespace porepack
+}  // namespace porepack::shapes

@@ -6,7 +6,7 @@
 
 #include "shapes/clearance.hpp"
 
-namespace porepack {
+namespace porepack::shapes {
 namespace {
 
 constexpr int cells = VoidCells::cells;
@@ -133,4 +133,4 @@ VoidCells VoidGrid::labelled() const {
     return {.origin = origin_, .size = size_, .label = std::move(label)};
 }
 
-}  // namespace porepack
+}  // namespace porepack::shapes

@@ -7,7 +7,7 @@
 
 #include "shapes/shape.hpp"
 
-namespace porepack {
+namespace porepack::shapes {
 
 /// Void space as a graph: the void cells of a grid, joined where the straight line between two centres is free, so that what
 /// is connected in the graph is truly connected. What is not may still be joined by a throat narrower than a cell. Connected
@@ -64,4 +64,4 @@ private:
     std::vector<std::size_t> joined_;
 };
 
-}  // namespace porepack
+}  // namespace porepack::shapes

@@ -11,7 +11,11 @@
 #include "stages/results.hpp"
 #include "stages/stages.hpp"
 
-namespace porepack {
+namespace porepack::stages {
+using namespace core;
+using namespace lbm;
+using namespace falling_head;
+using namespace report;
 namespace {
 
 Json paper_json(const PaperEvaluation& paper) {
@@ -115,4 +119,4 @@ Json analyse_falling_head(const std::vector<Path>& files, const FallingHeadConfi
     return json;
 }
 
-}  // namespace porepack
+}  // namespace porepack::stages

@@ -5,7 +5,17 @@
 #include "core/error.hpp"
 #include "core/toml_file.hpp"
 
-namespace porepack {
+namespace porepack::stages {
+using namespace core;
+using namespace shapes;
+using namespace packing;
+using namespace converters;
+using namespace lbm;
+using namespace openfoam;
+using namespace tortuosity;
+using namespace permeability;
+using namespace falling_head;
+using namespace report;
 
 const std::vector<std::string>& Settings::tables() {
     static const std::vector<std::string> names = [] {
@@ -51,4 +61,4 @@ Case read_case(const Path& path, const std::string& flag_table, const Flags& fla
     return the_case;
 }
 
-}  // namespace porepack
+}  // namespace porepack::stages

@@ -14,29 +14,29 @@
 #include "shapes/config.hpp"
 #include "tortuosity/config.hpp"
 
-namespace porepack {
+namespace porepack::stages {
 
 /// All tables; the defaults stand for a table that is left out.
 struct Settings {
-    ShapeConfig shape;
-    ContainerConfig container;
-    PackingConfig packing;
-    GeometryConfig geometry;
-    StlConfig stl;
-    LbmConfig lbm;
-    FoamConfig openfoam;
-    TortuosityConfig tortuosity;
-    ForchheimerConfig forchheimer;
-    FallingHeadConfig falling_head;
-    ReportConfig report;
+    shapes::ShapeConfig shape;
+    packing::ContainerConfig container;
+    packing::PackingConfig packing;
+    converters::GeometryConfig geometry;
+    converters::StlConfig stl;
+    lbm::LbmConfig lbm;
+    openfoam::FoamConfig openfoam;
+    tortuosity::TortuosityConfig tortuosity;
+    permeability::ForchheimerConfig forchheimer;
+    falling_head::FallingHeadConfig falling_head;
+    report::ReportConfig report;
 
     /// The list of keys of one table.
-    [[nodiscard]] Describe describe_table(const std::string& table);
+    [[nodiscard]] core::Describe describe_table(const std::string& table);
     [[nodiscard]] static const std::vector<std::string>& tables();
     /// The resolved values, table by table: all of them, or those named.
-    [[nodiscard]] Json resolved_tables(const std::vector<std::string>& names = tables()) const;
+    [[nodiscard]] core::Json resolved_tables(const std::vector<std::string>& names = tables()) const;
 };
-template <MembersOf<Settings> Self, typename Visit>
+template <core::MembersOf<Settings> Self, typename Visit>
 void visit_members(Self& settings, const Visit& visit) {
     visit("shape", settings.shape);
     visit("container", settings.container);
@@ -52,21 +52,21 @@ void visit_members(Self& settings, const Visit& visit) {
 }
 
 struct Case {
-    Path folder;
+    core::Path folder;
     Settings settings;
-    Path output = {};  ///< where results go instead of the case's own folder `results`
+    core::Path output = {};  ///< where results go instead of the case's own folder `results`
 
-    [[nodiscard]] Path results() const { return output.empty() ? folder / "results" : output; }
-    [[nodiscard]] Path stage_folder(const std::string& stage) const { return results() / stage; }
+    [[nodiscard]] core::Path results() const { return output.empty() ? folder / "results" : output; }
+    [[nodiscard]] core::Path stage_folder(const std::string& stage) const { return results() / stage; }
     /// result.json of a stage that is done.
-    [[nodiscard]] Json result_of(const std::string& stage) const { return read_json(stage_folder(stage) / "result.json"); }
+    [[nodiscard]] core::Json result_of(const std::string& stage) const { return core::read_json(stage_folder(stage) / "result.json"); }
     /// A file named in case.toml, relative to the case.
-    [[nodiscard]] Path resolve(const std::string& file) const { return Path(file).is_absolute() ? Path(file) : folder / file; }
-    [[nodiscard]] bool from_stl() const { return settings.shape.kind == ShapeKind::stl; }
+    [[nodiscard]] core::Path resolve(const std::string& file) const { return core::Path(file).is_absolute() ? core::Path(file) : folder / file; }
+    [[nodiscard]] bool from_stl() const { return settings.shape.kind == shapes::ShapeKind::stl; }
 };
 
 /// `path` is the case's folder or its case.toml. `flags` of the table `flag_table`, and those of [geometry], win over the file. Throws
 /// UserError with file and line.
-[[nodiscard]] Case read_case(const Path& path, const std::string& flag_table = {}, const Flags& flags = {});
+[[nodiscard]] Case read_case(const core::Path& path, const std::string& flag_table = {}, const core::Flags& flags = {});
 
-}  // namespace porepack
+}  // namespace porepack::stages

@@ -2,7 +2,10 @@
 #include "core/error.hpp"
 #include "stages/stages.hpp"
 
-namespace porepack {
+namespace porepack::stages {
+using namespace core;
+using namespace lbm;
+using namespace pipeline;
 
 std::vector<Stage> case_stages(const Case& c, std::vector<Stage> studies) {
     const Settings& s = c.settings;
@@ -31,4 +34,4 @@ std::vector<Stage> case_stages(const Case& c, std::vector<Stage> studies) {
     return stages;
 }
 
-}  // namespace porepack
+}  // namespace porepack::stages

@@ -17,7 +17,14 @@
 #include "stages/results.hpp"
 #include "stages/stages.hpp"
 
-namespace porepack {
+namespace porepack::stages {
+using namespace core;
+using namespace packing;
+using namespace converters;
+using namespace lbm;
+using namespace falling_head;
+using namespace report;
+using namespace pipeline;
 namespace {
 
 Json cause_json(const Cause& cause) {
@@ -173,4 +180,4 @@ Stage make_causes_stage(const Case& c) {
             .expect = [] { return std::string("some 900 simulated tests and three coarse flows; about a minute"); }};
 }
 
-}  // namespace porepack
+}  // namespace porepack::stages

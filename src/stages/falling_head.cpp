@@ -14,7 +14,12 @@
 #include "stages/results.hpp"
 #include "stages/stages.hpp"
 
-namespace porepack {
+namespace porepack::stages {
+using namespace core;
+using namespace lbm;
+using namespace permeability;
+using namespace falling_head;
+using namespace pipeline;
 namespace fs = std::filesystem;
 namespace {
 
@@ -127,4 +132,4 @@ Stage make_falling_head_stage(const Case& c) {
             .run = [c](const Path& folder) { return run_case_falling_head(c, folder); }};
 }
 
-}  // namespace porepack
+}  // namespace porepack::stages

@@ -6,7 +6,7 @@
 
 #include "stages/case.hpp"
 
-namespace porepack {
+namespace porepack::stages {
 
 struct InertialPermeability {
     double value_m;
@@ -16,4 +16,4 @@ struct InertialPermeability {
 [[nodiscard]] InertialPermeability inertial_permeability(const Case& c, double porosity);
 [[nodiscard]] std::vector<std::string> falling_head_needs(const Case& c);
 
-}  // namespace porepack
+}  // namespace porepack::stages

@@ -11,7 +11,12 @@
 #include "stages/results.hpp"
 #include "stages/stages.hpp"
 
-namespace porepack {
+namespace porepack::stages {
+using namespace core;
+using namespace converters;
+using namespace lbm;
+using namespace openfoam;
+using namespace pipeline;
 namespace {
 
 double cell_size_m(const PoreSpace& space, const FoamConfig& config) {
@@ -97,4 +102,4 @@ Stage make_foam_stage(const Case& c) {
     return stage;
 }
 
-}  // namespace porepack
+}  // namespace porepack::stages

@@ -17,7 +17,15 @@
 #include "stages/results.hpp"
 #include "stages/stages.hpp"
 
-namespace porepack {
+namespace porepack::stages {
+using namespace core;
+using namespace packing;
+using namespace converters;
+using namespace lbm;
+using namespace openfoam;
+using namespace permeability;
+using namespace report;
+using namespace pipeline;
 namespace {
 
 // The lengths of Reynolds numbers and of Ergun's equation.
@@ -256,4 +264,4 @@ Stage make_forchheimer_stage(const Case& c) {
             .resumes = true};
 }
 
-}  // namespace porepack
+}  // namespace porepack::stages

@@ -10,7 +10,11 @@
 #include "core/log.hpp"
 #include "io/image.hpp"
 
-namespace porepack {
+namespace porepack::stages {
+using namespace core;
+using namespace io;
+using namespace packing;
+using namespace converters;
 namespace {
 
 constexpr const char* container_flag = "--container cylinder:D,H or box:X,Y,Z[:periodic] (metres)";
@@ -63,7 +67,7 @@ bool is_surface(const Path& input) {
 }
 
 bool is_image(const Path& input) {
-    return input.extension() == ".vti" || (std::filesystem::is_directory(input) && !is_case(input));
+    return input.extension() == ".vti" || std::filesystem::exists(input / "slices.json");
 }
 
 bool is_case(const Path& input) {
@@ -104,4 +108,4 @@ Section section_of_note(const std::string& note, const Path& file) {
     return section;
 }
 
-}  // namespace porepack
+}  // namespace porepack::stages

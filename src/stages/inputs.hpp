@@ -7,27 +7,27 @@
 #include "converters/pore_space.hpp"
 #include "core/config.hpp"
 
-namespace porepack {
+namespace porepack::stages {
 
 struct InputOptions {
-    std::optional<Container> container = {};  ///< of a surface, or of an image that does not name its own
+    std::optional<packing::Container> container = {};  ///< of a surface, or of an image that does not name its own
     double unit_m = 1.0;                      ///< length of a surface's unit in metres
-    GeometryConfig geometry = {};             ///< section, trim and reservoir
+    converters::GeometryConfig geometry = {};             ///< section, trim and reservoir
     bool whole_bed = false;                   ///< the section is the whole bed, whatever `geometry` says
 };
 
 /// packing.json[.gz], an .stl (which needs a container), pore.vti, or a folder of slices. Throws UserError on anything else, and where the
 /// file, the container and the section do not fit together.
-[[nodiscard]] PoreSpace load_pore_space(const Path& input, const InputOptions& options = {});
+[[nodiscard]] converters::PoreSpace load_pore_space(const core::Path& input, const InputOptions& options = {});
 
-[[nodiscard]] bool is_packing(const Path& input);
-[[nodiscard]] bool is_surface(const Path& input);
+[[nodiscard]] bool is_packing(const core::Path& input);
+[[nodiscard]] bool is_surface(const core::Path& input);
 /// pore.vti or a folder of slices.
-[[nodiscard]] bool is_image(const Path& input);
+[[nodiscard]] bool is_image(const core::Path& input);
 /// A folder with case.toml, or a .toml file.
-[[nodiscard]] bool is_case(const Path& input);
+[[nodiscard]] bool is_case(const core::Path& input);
 
 /// The section as an image's field data tells it. Throws UserError.
-[[nodiscard]] Section section_of_note(const std::string& note, const Path& file);
+[[nodiscard]] packing::Section section_of_note(const std::string& note, const core::Path& file);
 
-}  // namespace porepack
+}  // namespace porepack::stages

@@ -11,7 +11,12 @@
 #include "stages/results.hpp"
 #include "stages/stages.hpp"
 
-namespace porepack {
+namespace porepack::stages {
+using namespace core;
+using namespace io;
+using namespace converters;
+using namespace lbm;
+using namespace pipeline;
 namespace {
 
 void write_history(const Path& file, const LbmGridResult& grid) {
@@ -132,4 +137,4 @@ Stage make_lbm_stage(const Case& c) {
     return stage;
 }
 
-}  // namespace porepack
+}  // namespace porepack::stages

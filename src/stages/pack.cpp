@@ -13,7 +13,15 @@
 #include "stages/results.hpp"
 #include "stages/stages.hpp"
 
-namespace porepack {
+namespace porepack::stages {
+using namespace core;
+using namespace shapes;
+using namespace packing;
+using namespace packing::dem;
+using namespace packing::liggghts;
+using namespace converters;
+using namespace lbm;
+using namespace pipeline;
 namespace {
 
 // What the clump of spheres costs, and what it gets wrong: LIGGGHTS is given the exact mass and inertia all the same.
@@ -148,4 +156,4 @@ Stage make_pack_stage(const Case& c) {
     return stage;
 }
 
-}  // namespace porepack
+}  // namespace porepack::stages

@@ -6,7 +6,12 @@
 #include "stages/results.hpp"
 #include "stages/stages.hpp"
 
-namespace porepack {
+namespace porepack::stages {
+using namespace core;
+using namespace packing;
+using namespace lbm;
+using namespace report;
+using namespace pipeline;
 namespace fs = std::filesystem;
 namespace {
 
@@ -53,4 +58,4 @@ Stage make_report_stage(const Case& c, const std::vector<std::string>& needs, co
             .published = {{"report.html", "report.html"}, {"report.md", "report.md"}, {"result.json", "merged.json"}}};
 }
 
-}  // namespace porepack
+}  // namespace porepack::stages

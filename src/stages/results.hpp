@@ -7,28 +7,28 @@
 #include "packing/grains.hpp"
 #include "permeability/permeability.hpp"
 
-namespace porepack {
+namespace porepack::stages {
 
-[[nodiscard]] inline Json section_json(const Section& section) {
+[[nodiscard]] inline core::Json section_json(const packing::Section& section) {
     return {section.z0, section.z1};
 }
 
 /// k in the units that people use, with its interval (null: no uncertainty is known).
-inline void add_permeability(Json& json, double permeability_m2, const std::optional<Interval>& interval) {
+inline void add_permeability(core::Json& json, double permeability_m2, const std::optional<core::Interval>& interval) {
     json["permeability_m2"] = permeability_m2;
-    json["permeability_interval_m2"] = json_of(interval);
-    json["permeability_darcy"] = permeability_m2 / darcy_m2;
-    json["conductivity_m_per_s"] = conductivity_m_per_s(permeability_m2);
+    json["permeability_interval_m2"] = core::json_of(interval);
+    json["permeability_darcy"] = permeability_m2 / permeability::darcy_m2;
+    json["conductivity_m_per_s"] = permeability::conductivity_m_per_s(permeability_m2);
 }
 
 /// A number, or a word where it is infinite: JSON has no infinity.
-[[nodiscard]] inline Json number_or_text(double value) {
+[[nodiscard]] inline core::Json number_or_text(double value) {
     if (std::isfinite(value)) return value;
     return value > 0.0 ? "infinite" : "minus infinite";
 }
 
 /// Keeps the key that a result had in version 0.1 beside its new one, until version 0.3.
-inline void keep_old_name(Json& json, const char* old_key, const char* key) {
+inline void keep_old_name(core::Json& json, const char* old_key, const char* key) {
     json[old_key] = json.at(key);
 }
 
@@ -40,4 +40,4 @@ struct Expectation {
 };
 [[nodiscard]] std::string text_of(const Expectation& expected);
 
-}  // namespace porepack
+}  // namespace porepack::stages

@@ -10,7 +10,13 @@
 #include "stages/results.hpp"
 #include "stages/stages.hpp"
 
-namespace porepack {
+namespace porepack::stages {
+using namespace core;
+using namespace io;
+using namespace shapes;
+using namespace converters;
+using namespace lbm;
+using namespace pipeline;
 namespace {
 
 Json mixture_json(const ShapeConfig& config, double density);
@@ -129,4 +135,4 @@ Stage make_shape_stage(const Case& c) {
     return stage;
 }
 
-}  // namespace porepack
+}  // namespace porepack::stages

@@ -9,7 +9,13 @@
 #include "stages/results.hpp"
 #include "stages/stages.hpp"
 
-namespace porepack {
+namespace porepack::stages {
+using namespace core;
+using namespace io;
+using namespace shapes;
+using namespace packing;
+using namespace converters;
+using namespace lbm;
 namespace fs = std::filesystem;
 
 std::string text_of(const Expectation& expected) {
@@ -88,4 +94,4 @@ Json engine_versions() {
     return versions;
 }
 
-}  // namespace porepack
+}  // namespace porepack::stages

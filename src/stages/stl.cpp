@@ -8,7 +8,13 @@
 #include "stages/results.hpp"
 #include "stages/stages.hpp"
 
-namespace porepack {
+namespace porepack::stages {
+using namespace core;
+using namespace io;
+using namespace packing;
+using namespace converters;
+using namespace lbm;
+using namespace pipeline;
 namespace {
 
 // Default: 0.5 % of the smallest capsule diameter.
@@ -124,4 +130,4 @@ Stage make_stl_stage(const Case& c) {
     return stage;
 }
 
-}  // namespace porepack
+}  // namespace porepack::stages

@@ -12,7 +12,16 @@
 #include "stages/results.hpp"
 #include "stages/stages.hpp"
 
-namespace porepack {
+namespace porepack::stages {
+using namespace core;
+using namespace io;
+using namespace shapes;
+using namespace packing;
+using namespace converters;
+using namespace lbm;
+using namespace openfoam;
+using namespace tortuosity;
+using namespace pipeline;
 namespace {
 
 void write_paths(const Path& file, const std::vector<std::vector<Vec3>>& paths) {
@@ -199,4 +208,4 @@ Stage make_tortuosity_stage(const Case& c) {
     return stage;
 }
 
-}  // namespace porepack
+}  // namespace porepack::stages

@@ -4,7 +4,13 @@
 #include "stages/results.hpp"
 #include "stages/stages.hpp"
 
-namespace porepack {
+namespace porepack::stages {
+using namespace core;
+using namespace io;
+using namespace packing;
+using namespace converters;
+using namespace lbm;
+using namespace pipeline;
 
 Json write_voxels(const PoreSpace& space, const GeometryConfig& geometry, const Path& folder) {
     const double size = space.voxel_size_m(geometry.voxel_size_m);
@@ -49,4 +55,4 @@ Stage make_slices_stage(const Case& c) {
             .run = [c](const Path& folder) { return write_slice_images(case_pore_space(c), c.settings.geometry, folder); }};
 }
 
-}  // namespace porepack
+}  // namespace porepack::stages

@@ -3,7 +3,11 @@
 #include "stages/stages.hpp"
 #include "study/seeds.hpp"
 
-namespace porepack {
+namespace porepack::study {
+using namespace packing;
+using namespace lbm;
+using namespace pipeline;
+using namespace stages;
 
 Pipeline case_pipeline(const Case& c) {
     std::vector<Stage> studies;
@@ -16,4 +20,4 @@ Pipeline case_pipeline(const Case& c) {
                         "([falling_head] causes), seeds ([packing] seeds), pack (of an STL file)"};
 }
 
-}  // namespace porepack
+}  // namespace porepack::study

@@ -10,7 +10,11 @@
 #include "core/table.hpp"
 #include "study/case_pipeline.hpp"
 
-namespace porepack {
+namespace porepack::study {
+using namespace core;
+using namespace lbm;
+using namespace pipeline;
+using namespace stages;
 namespace {
 
 // The same case with another seed, as far as k.
@@ -61,4 +65,4 @@ Stage make_seeds_stage(const Case& c) {
             .expect = [n = c.settings.packing.seeds - 1] { return fmt::format("{} more packings, each like pack and lbm", n); }};
 }
 
-}  // namespace porepack
+}  // namespace porepack::study

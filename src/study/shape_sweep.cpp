@@ -14,7 +14,13 @@
 #include "report/plot.hpp"
 #include "shapes/shape.hpp"
 
-namespace porepack {
+namespace porepack::study {
+using namespace core;
+using namespace io;
+using namespace shapes;
+using namespace packing;
+using namespace converters;
+using namespace report;
 namespace {
 
 constexpr std::array kinds = {ShapeKind::tetrahedron, ShapeKind::dolos, ShapeKind::tetrapod};
@@ -80,4 +86,4 @@ Json run_shape_sweep(double volume_m3, const Path& folder) {
     return result;
 }
 
-}  // namespace porepack
+}  // namespace porepack::study

@@ -3,10 +3,10 @@
 
 #include "core/files.hpp"
 
-namespace porepack {
+namespace porepack::study {
 
 /// Writes sweep.csv, convexity.svg, convexity.png and grains.png (where a picture can be rendered) into `folder`. `volume_m3` is every
 /// grain's volume. Returns the largest difference of convexity at equal sphericity and the number of rows.
-[[nodiscard]] Json run_shape_sweep(double volume_m3, const Path& folder);
+[[nodiscard]] core::Json run_shape_sweep(double volume_m3, const core::Path& folder);
 
-}  // namespace porepack
+}  // namespace porepack::study

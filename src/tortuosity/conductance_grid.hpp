@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace porepack {
+namespace porepack::tortuosity {
 
 /// Finite volumes for Laplace's equation: conductance of the face between a cell and the next one along each axis (0: closed), and between
 /// the cells at either end of `axis` and the plane of given concentration there. The matrix is never stored: row i has the sum of the
@@ -105,4 +105,4 @@ void for_cells(const ConductanceGrid& grid, const Work& work) {
     for (std::ptrdiff_t i = 0; i < count; ++i) work(static_cast<std::size_t>(i));
 }
 
-}  // namespace porepack
+}  // namespace porepack::tortuosity

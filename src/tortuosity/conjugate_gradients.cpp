@@ -8,7 +8,8 @@
 #include "core/log.hpp"
 #include "tortuosity/multigrid.hpp"
 
-namespace porepack {
+namespace porepack::tortuosity {
+using namespace core;
 
 // The usual symbols: r residual, p search direction, q = A p, rho = r M r with the preconditioner M (one V-cycle).
 ConjugateGradientResult solve_by_conjugate_gradients(std::vector<ConductanceGrid>& grids, std::vector<double> b, std::vector<double>& x,
@@ -50,4 +51,4 @@ ConjugateGradientResult solve_by_conjugate_gradients(std::vector<ConductanceGrid
     return result;
 }
 
-}  // namespace porepack
+}  // namespace porepack::tortuosity

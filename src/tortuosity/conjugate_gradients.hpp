@@ -6,7 +6,7 @@
 
 #include "tortuosity/conductance_grid.hpp"
 
-namespace porepack {
+namespace porepack::tortuosity {
 
 struct ConjugateGradientOptions {
     /// The solver stops when |b - A x| / |b| (2-norms) is at or below this. Dimensionless. With 1e-6 the error of D_eff is far below that
@@ -31,4 +31,4 @@ struct ConjugateGradientResult {
 [[nodiscard]] ConjugateGradientResult solve_by_conjugate_gradients(std::vector<ConductanceGrid>& grids, std::vector<double> b,
                                                                    std::vector<double>& x, const ConjugateGradientOptions& options = {});
 
-}  // namespace porepack
+}  // namespace porepack::tortuosity

@@ -10,7 +10,9 @@
 #include "tortuosity/multigrid.hpp"
 #include "tortuosity/tortuosity.hpp"
 
-namespace porepack {
+namespace porepack::tortuosity {
+using namespace core;
+using namespace converters;
 namespace {
 
 // Conductances in units of D0 h, where h is the cube root of a voxel's volume: face area / distance of the centres / h. A plane of given
@@ -146,4 +148,4 @@ DiffusiveLimit diffusive_limit(const std::array<double, 3>& sizes, const std::ar
     return {value, std::max(std::abs(line(0, 2) - value), 0.25 * std::abs(values[0] - value))};
 }
 
-}  // namespace porepack
+}  // namespace porepack::tortuosity

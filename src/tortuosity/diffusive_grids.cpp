@@ -8,7 +8,9 @@
 #include "core/machine.hpp"
 #include "tortuosity/tortuosity.hpp"
 
-namespace porepack {
+namespace porepack::tortuosity {
+using namespace core;
+using namespace converters;
 
 std::optional<Interval> DiffusiveEstimate::interval() const {
     if (!limit) return std::nullopt;
@@ -55,4 +57,4 @@ DiffusiveEstimate diffusive_tortuosity(const PoreSpace& space, double voxel_size
     return estimate;
 }
 
-}  // namespace porepack
+}  // namespace porepack::tortuosity

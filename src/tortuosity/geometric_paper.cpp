@@ -7,7 +7,11 @@
 #include "core/log.hpp"
 #include "tortuosity/tortuosity.hpp"
 
-namespace porepack {
+namespace porepack::tortuosity {
+using namespace core;
+using namespace shapes;
+using namespace packing;
+using namespace converters;
 namespace {
 
 using Vec2 = Eigen::Vector2d;
@@ -302,4 +306,4 @@ GeometricPaperResult geometric_paper_on_slices(const SliceStack& slices, const T
                    closest);
 }
 
-}  // namespace porepack
+}  // namespace porepack::tortuosity

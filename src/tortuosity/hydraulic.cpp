@@ -5,7 +5,9 @@
 #include "core/error.hpp"
 #include "tortuosity/tortuosity.hpp"
 
-namespace porepack {
+namespace porepack::tortuosity {
+using namespace core;
+using namespace packing;
 
 double hydraulic_tortuosity(const FlowImage& flow, const Section& section, int axis) {
     double speed = 0.0, along = 0.0;
@@ -26,4 +28,4 @@ double hydraulic_tortuosity(const FlowImage& flow, const Section& section, int a
     return speed / std::abs(along);
 }
 
-}  // namespace porepack
+}  // namespace porepack::tortuosity

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace porepack {
+namespace porepack::tortuosity {
 namespace {
 
 // A grid of half as many cells per side. Joined cells count as one value; without the factor 1/2 the coarse grid would be twice too stiff.
@@ -97,4 +97,4 @@ void v_cycle(std::vector<ConductanceGrid>& grids) {
     cycle(grids, 0);
 }
 
-}  // namespace porepack
+}  // namespace porepack::tortuosity

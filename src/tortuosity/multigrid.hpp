@@ -3,7 +3,7 @@
 
 #include "tortuosity/conductance_grid.hpp"
 
-namespace porepack {
+namespace porepack::tortuosity {
 
 /// The given grid and coarser ones, each of half as many cells per side, down to six cells along the longest side.
 [[nodiscard]] std::vector<ConductanceGrid> make_grids(ConductanceGrid finest);
@@ -11,4 +11,4 @@ namespace porepack {
 /// Solves grids[0] roughly: from its `b` to its `x`. Symmetric, as conjugate gradients need it.
 void v_cycle(std::vector<ConductanceGrid>& grids);
 
-}  // namespace porepack
+}  // namespace porepack::tortuosity

@@ -3,7 +3,8 @@
 #include <cstdlib>
 #include <numeric>
 
-namespace porepack {
+namespace porepack::tortuosity {
+using namespace core;
 namespace {
 
 // For each of the 256 ways in which the eight cells at a corner can be pore (bit x + 2 y + 4 z): are they one, through faces?
@@ -140,4 +141,4 @@ bool VoxelSight::through_cells(const Corner& from, const Corner& step) const {
     }
 }
 
-}  // namespace porepack
+}  // namespace porepack::tortuosity

@@ -6,14 +6,14 @@
 
 #include "converters/voxels.hpp"
 
-namespace porepack {
+namespace porepack::tortuosity {
 
 using Corner = std::array<int, 3>;
 
 struct Lattice {
     std::array<int, 3> cells{};
     std::array<bool, 3> periodic{};  // across; never along the way
-    Vec3 origin_m = Vec3::Zero(), spacing_m = Vec3::Ones();
+    shapes::Vec3 origin_m = shapes::Vec3::Zero(), spacing_m = shapes::Vec3::Ones();
 
     [[nodiscard]] int corners(std::size_t axis) const { return cells[axis] + (periodic[axis] ? 0 : 1); }
     [[nodiscard]] std::size_t size() const {
@@ -38,14 +38,14 @@ struct Lattice {
         }
         return true;
     }
-    [[nodiscard]] Vec3 place(const Corner& at) const { return origin_m + spacing_m.cwiseProduct(Vec3(at[0], at[1], at[2])); }
+    [[nodiscard]] shapes::Vec3 place(const Corner& at) const { return origin_m + spacing_m.cwiseProduct(shapes::Vec3(at[0], at[1], at[2])); }
 };
 
 // The voxels as they are: cubes. Pores join through faces only; a way may follow a grain's faces and edges, but not slip through where
 // two pores meet in an edge or a corner alone.
 class VoxelSight {
 public:
-    VoxelSight(const PhaseImage& image, const Lattice& lattice) : image_(image), lattice_(lattice) {}
+    VoxelSight(const core::PhaseImage& image, const Lattice& lattice) : image_(image), lattice_(lattice) {}
     // The corner lies in pore space, all of which meets here through faces.
     [[nodiscard]] bool open(const Corner& at) const;
     // The straight way from a corner to another, both open, lies in pore space. `step` leads to the other.
@@ -56,8 +56,8 @@ private:
     [[nodiscard]] bool along_edge(const Corner& from, const Corner& step, std::size_t axis) const;
     [[nodiscard]] bool along_face(const Corner& from, const Corner& step, std::size_t normal) const;
     [[nodiscard]] bool through_cells(const Corner& from, const Corner& step) const;
-    const PhaseImage& image_;
+    const core::PhaseImage& image_;
     const Lattice& lattice_;
 };
 
-}  // namespace porepack
+}  // namespace porepack::tortuosity

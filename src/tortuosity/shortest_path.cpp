@@ -13,7 +13,11 @@
 #include "tortuosity/pore_lattice.hpp"
 #include "tortuosity/tortuosity.hpp"
 
-namespace porepack {
+namespace porepack::tortuosity {
+using namespace core;
+using namespace shapes;
+using namespace packing;
+using namespace converters;
 namespace {
 
 struct Neighbour {
@@ -308,4 +312,4 @@ ShortestPathResult shortest_path(const PoreSpace& space, double voxel_size_m, Ax
                      [&](std::vector<Vec3>& path) { return pull_taut(path, axis, *section.grains, 0.5 * section.grain_size_m); });
 }
 
-}  // namespace porepack
+}  // namespace porepack::tortuosity

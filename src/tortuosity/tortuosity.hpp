@@ -4,7 +4,7 @@
 #include "converters/pore_space.hpp"
 #include "tortuosity/config.hpp"
 
-namespace porepack {
+namespace porepack::tortuosity {
 
 /// The paper's dot method (2.1.3): dots on a square grid, the same on every slice; a dot inside a grain moves to the
 /// closest void point of its slice; a path joins its points from slice to slice.
@@ -15,18 +15,18 @@ struct GeometricPaperResult {
     long paths = 0;
     long slices = 0;
     double rejections_per_point = 0.0;
-    std::vector<std::vector<Vec3>> ways_m;  ///< the paths
+    std::vector<std::vector<shapes::Vec3>> ways_m;  ///< the paths
 };
 
 /// With exact geometry: the closest void point is found on rays in the slice's plane (exact intervals), minimised over the
 /// direction to 1e-7. With `dot_pixel_m` it is the closest void pixel's centre, as on pictures of that pixel.
-[[nodiscard]] GeometricPaperResult geometric_paper_exact(const Grains& grains, const Container& container, const Section& section,
+[[nodiscard]] GeometricPaperResult geometric_paper_exact(const packing::Grains& grains, const packing::Container& container, const packing::Section& section,
                                                          const TortuosityConfig& config);
 /// On pictures: the closest void pixel's centre. The result depends on the pixel (it grows with it).
-[[nodiscard]] GeometricPaperResult geometric_paper_on_slices(const SliceStack& slices, const TortuosityConfig& config);
+[[nodiscard]] GeometricPaperResult geometric_paper_on_slices(const converters::SliceStack& slices, const TortuosityConfig& config);
 
 /// <|u|> / <u_axis> over the section's fluid (Duda, Koza & Matyka 2011). Throws NumericalError when nothing flows along the axis.
-[[nodiscard]] double hydraulic_tortuosity(const FlowImage& flow, const Section& section, int axis);
+[[nodiscard]] double hydraulic_tortuosity(const core::FlowImage& flow, const packing::Section& section, int axis);
 
 /// Length of the shortest way through the pores from a point of the first end plane to the other plane / the section's length: the mean
 /// over starting points that lie evenly on the first plane's pores, and the least of all. Exactly 1 without grains, never below.
@@ -37,14 +37,14 @@ struct ShortestPathResult {
     double standard_deviation = 0.0;  ///< between starting points
     long starts = 0;
     long blocked_starts = 0;                ///< from which no way leads through
-    std::vector<std::vector<Vec3>> ways_m;  ///< some hundred of them, the shortest first
+    std::vector<std::vector<shapes::Vec3>> ways_m;  ///< some hundred of them, the shortest first
 };
 /// Through a pore space on voxels of this size, across its periodic sides. Between exact grains the voxels only tell which path round the
 /// grains is short; up to `maximum_starts` paths, evenly chosen, are then pulled taut round the capsules. Other walls are those of the
 /// voxels. Throws DoesNotPercolate when no path leads through.
-[[nodiscard]] ShortestPathResult shortest_path(const PoreSpace& space, double voxel_size_m, Axis axis, long maximum_starts = 1000);
+[[nodiscard]] ShortestPathResult shortest_path(const converters::PoreSpace& space, double voxel_size_m, core::Axis axis, long maximum_starts = 1000);
 /// Between voxels as they are, that is, round their edges: what is round is a staircase, and the way somewhat longer.
-[[nodiscard]] ShortestPathResult shortest_path(const PhaseImage& image, int axis, std::array<bool, 3> periodic);
+[[nodiscard]] ShortestPathResult shortest_path(const core::PhaseImage& image, int axis, std::array<bool, 3> periodic);
 [[nodiscard]] double shortest_path_memory_bytes(double cells);
 
 /// eps / (D_eff/D0): how much slower a tracer spreads along the axis than it would in straight pores of the same porosity. Concentrations
@@ -60,7 +60,7 @@ struct DiffusiveResult {
 };
 /// Finite volumes on the pore voxels, conjugate gradients with a multigrid preconditioner. Throws DoesNotPercolate when no pores lead
 /// through, NumericalError when `tolerance` (residual over right-hand side) is not reached in `most_iterations`.
-[[nodiscard]] DiffusiveResult diffusive_tortuosity(const PhaseImage& image, int axis, std::array<bool, 3> periodic, double tolerance = 1e-6,
+[[nodiscard]] DiffusiveResult diffusive_tortuosity(const core::PhaseImage& image, int axis, std::array<bool, 3> periodic, double tolerance = 1e-6,
                                                    long most_iterations = 500);
 [[nodiscard]] double diffusive_memory_bytes(double cells);
 /// Grids of several voxel sizes, finest first: walls that are staircases make the number too large by a part that goes with the voxel. The
@@ -84,12 +84,12 @@ struct DiffusiveEstimate {
     std::optional<DiffusiveLimit> limit;  ///< of three grids
     std::string no_limit_because;         ///< empty where there is one
     [[nodiscard]] double value() const { return limit ? limit->value : finest.value; }
-    [[nodiscard]] std::optional<Interval> interval() const;
+    [[nodiscard]] std::optional<core::Interval> interval() const;
 };
 /// On three grids of 1, 1.5 and 2 times this voxel size, extrapolated; of an image on its own voxels, without a limit. Coarser grids whose
 /// pores are closed give no limit either. Throws DoesNotPercolate when nothing leads through the finest grid, NumericalError when the
 /// solver fails on any of them.
-[[nodiscard]] DiffusiveEstimate diffusive_tortuosity(const PoreSpace& space, double voxel_size_m, Axis axis,
+[[nodiscard]] DiffusiveEstimate diffusive_tortuosity(const converters::PoreSpace& space, double voxel_size_m, core::Axis axis,
                                                      const DiffusiveOptions& options = {});
 
-}  // namespace porepack
+}  // namespace porepack::tortuosity

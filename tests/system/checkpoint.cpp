@@ -62,7 +62,7 @@ TEST_F(Checkpoint, OfAnotherRunOrWithNaNIsRefused) {
     EXPECT_EQ(nan.exit_code, 2);
     EXPECT_TRUE(has(nan.err, "not finite"));
     std::ofstream(checkpoint(), std::ios::binary) << "nonsense";
-    EXPECT_TRUE(has(run("").err, "the checkpoint is none"));
+    EXPECT_TRUE(has(run("").err, "the checkpoint file is not a checkpoint"));
 }
 
 }  // namespace

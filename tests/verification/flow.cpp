@@ -20,7 +20,7 @@ StokesRun channel(std::array<int, 3> cells, std::array<bool, 3> periodic, Scheme
     if (image.phase.empty()) image.phase.assign(image.grid.size(), Phase::pore);
     const Domain domain = build_domain(image, {.axis = 2, .periodic = periodic}, nullptr);
     scheme.force = {0, 0, 1e-3};
-    const auto flow = make_flow(Kernel::fast_double, domain, scheme);
+    const auto flow = make_flow(Kernel::cpu_double, domain, scheme);
     return run_to_steady(*flow, domain, scheme, {.area_cells = static_cast<double>(cells[0]) * cells[1], .last_layer = cells[2] - 1},
                          {.tolerance = tolerance, .max_steps = 400000});
 }

@@ -5,6 +5,7 @@
 #include "arrays.hpp"
 #include "converters/surface.hpp"
 #include "helpers.hpp"
+#include "lbm/kernels/cpu/kernel.hpp"
 #include "lbm/lattice.hpp"
 
 namespace porepack {
@@ -125,14 +126,37 @@ double largest_difference(const Scene& scene, const Scheme& scheme, Kernel one, 
             largest = std::max(largest, std::abs(left[i].velocity[axis] - right[i].velocity[axis]));
         }
     const auto drag_a = a->drag(), drag_b = b->drag();
-    EXPECT_NEAR(drag_b[2] / drag_a[2], 1.0, one == Kernel::fast_single || other == Kernel::fast_single ? 1e-4 : 1e-10);
+    EXPECT_NEAR(drag_b[2] / drag_a[2], 1.0, one == Kernel::cpu_single || other == Kernel::cpu_single ? 1e-4 : 1e-10);
     return largest / scale;
 }
 
-TEST(Kernels, AgreeOnABedOfManyTurns) {
+// Every instruction set that this processor has; each is forced in turn.
+TEST(Kernels, EveryInstructionSetAgreesWithTheReference) {
+    const Scene bed(random_bed("cylinder:1,1", 10, 0.08), {0.1, 0.9}, 1.0 / 24);
+    for (const lbm::cpu::InstructionSet& set : lbm::cpu::instruction_sets()) {
+        setenv("POREPACK_INSTRUCTION_SET", set.name, 1);
+        if (!set.runs_here()) {
+            EXPECT_THROW((void)make_flow(Kernel::cpu_double, bed.domain, {}), UserError) << set.name;
+            std::printf("  %s: this processor does not have it\n", set.name);
+            continue;
+        }
+        EXPECT_STREQ(lbm::cpu::chosen_instruction_set().name, set.name);
+        for (const bool inertia : {false, true}) {
+            const Scheme scheme{.tau = 0.8, .inertia = inertia, .force = {1e-4, 2e-4, 1e-3}};
+            EXPECT_LT(largest_difference(bed, scheme, Kernel::reference, Kernel::cpu_double, 20), 1e-12) << set.name;
+            EXPECT_LT(largest_difference(bed, scheme, Kernel::reference, Kernel::cpu_single, 20), 2e-5) << set.name;
+        }
+        std::printf("  %s: agrees\n", set.name);
+    }
+    setenv("POREPACK_INSTRUCTION_SET", "sse9", 1);
+    EXPECT_TRUE(test::has(test::message_of<UserError>([] { (void)lbm::cpu::chosen_instruction_set(); }), "baseline, avx2, avx512"));
+    unsetenv("POREPACK_INSTRUCTION_SET");
+}
+
+TEST(Kernels, AgreeOnABedOfManyScheduleParts) {
     const Scene bed(random_bed("box:1,1,1:periodic", 30, 0.05), {0, 1}, 1.0 / 50);
     ASSERT_GT(bed.domain.nodes(), 5U * 128U * 128U);
-    EXPECT_LT(largest_difference(bed, {.force = {1e-4, 2e-4, 1e-3}}, Kernel::reference, Kernel::fast_double, 8), 1e-12);
+    EXPECT_LT(largest_difference(bed, {.force = {1e-4, 2e-4, 1e-3}}, Kernel::reference, Kernel::cpu_double, 8), 1e-12);
 }
 
 TEST(Kernels, FastAndReferenceAgreeToRounding) {
@@ -141,15 +165,15 @@ TEST(Kernels, FastAndReferenceAgreeToRounding) {
     const Scene reservoirs(random_bed("cylinder:1,1", 10, 0.08), {0.1, 0.9}, 1.0 / 20, 0.1);
     for (const Scene* scene : {&periodic, &planes, &reservoirs}) {
         EXPECT_GT(scene->domain.narrow_share(), 0.01);
-        EXPECT_EQ(scene->domain.open_links.empty(), scene == &periodic);
+        EXPECT_EQ(scene->domain.boundary_links.empty(), scene == &periodic);
         for (const Walls walls : {Walls::interpolated, Walls::bounce_back})
             for (const double tau : {0.6, 1.2}) {
                 const Scheme scheme{.tau = tau, .walls = walls, .force = {1e-4, 2e-4, 1e-3}};
-                EXPECT_LT(largest_difference(*scene, scheme, Kernel::reference, Kernel::fast_double, 20), 1e-12);
-                EXPECT_LT(largest_difference(*scene, scheme, Kernel::fast_double, Kernel::fast_single, 20), 2e-5);
+                EXPECT_LT(largest_difference(*scene, scheme, Kernel::reference, Kernel::cpu_double, 20), 1e-12);
+                EXPECT_LT(largest_difference(*scene, scheme, Kernel::cpu_double, Kernel::cpu_single, 20), 2e-5);
             }
         const Scheme inertia{.tau = 0.8, .inertia = true, .force = {0, 0, 1e-4}};
-        EXPECT_LT(largest_difference(*scene, inertia, Kernel::reference, Kernel::fast_double, 20), 1e-12);
+        EXPECT_LT(largest_difference(*scene, inertia, Kernel::reference, Kernel::cpu_double, 20), 1e-12);
     }
 }
 
@@ -245,7 +269,7 @@ TEST(Accuracy, DuctsAreOfSecondOrder) {
 TEST(Momentum, DragBalancesTheDrivingForce) {
     const Scene scene(sphere_array(0.343, 15.39949, simple_cubic()).packing, {0, 1}, 1.0 / 16);
     const Scheme scheme{.force = {0, 0, 1e-3}};
-    const auto flow = make_flow(Kernel::fast_double, scene.domain, scheme);
+    const auto flow = make_flow(Kernel::cpu_double, scene.domain, scheme);
     for (int i = 0; i < 2000; ++i) flow->advance_two_steps();
     EXPECT_NEAR(flow->drag()[2] / (1e-3 * static_cast<double>(scene.domain.nodes())), 1.0, 1e-6);
 }
@@ -282,7 +306,7 @@ TEST(Stability, EveryViscosityOnADenseBedOfTouchingGrains) {
     for (const double tau : {0.501, 0.51, 2.0, 10.0}) {
         const Scene scene(random_bed("cylinder:1,1", 25, 0.08), {0.1, 0.9}, 1.0 / 24);
         const Scheme scheme{.tau = tau, .force = {0, 0, 1e-3}};
-        const auto flow = make_flow(Kernel::fast_double, scene.domain, scheme);
+        const auto flow = make_flow(Kernel::cpu_double, scene.domain, scheme);
         for (int i = 0; i < 1000; ++i) flow->advance_two_steps();
         std::vector<Moments> moments(scene.domain.nodes());
         flow->moments(0, moments);

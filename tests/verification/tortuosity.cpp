@@ -177,6 +177,29 @@ TEST(Diffusive, AnEmptyBoxIsOneAndABlockedOneIsNamed) {
     EXPECT_THROW((void)diffusive_tortuosity(image_of({6, 4, 4}, 1.0, wall_across_x), 0, walls), DoesNotPercolate);
 }
 
+// A solver that fails on any of the three grids is an error, never "nothing leads through".
+TEST(Diffusive, AFailedSolverIsNoBlockedPore) {
+    Packing packing{.container = parse_container("box:1,1,1"), .shapes = {make_preset(ShapeKind::sphere, 0.5, 0.0)}, .bodies = {}};
+    for (const double x : {0.2, 0.55, 0.8})
+        for (const double z : {0.3, 0.7}) packing.bodies.push_back({.shape = 0, .position_m = Vec3(x, 1.0 - x, z)});
+    const PoreSpace space = pore_space_of(packing).with_section({0.0, 1.0});
+    EXPECT_TRUE(diffusive_tortuosity(space, 1.0 / 24, Axis::z).limit);
+    int failed = 0;
+    // Fewer and fewer iterations: first a coarser grid's solver fails, or the finest one's; never is there an estimate without a reason.
+    for (long iterations = 40; iterations > 0; --iterations) {
+        try {
+            const DiffusiveEstimate estimate = diffusive_tortuosity(space, 1.0 / 24, Axis::z, {.maximum_iterations = iterations});
+            EXPECT_TRUE(estimate.limit) << estimate.no_limit_because;
+        } catch (const DoesNotPercolate& fault) {
+            ADD_FAILURE() << fault.what();
+        } catch (const NumericalError& fault) {
+            EXPECT_TRUE(test::has(fault.what(), "has not converged"));
+            ++failed;
+        }
+    }
+    EXPECT_GT(failed, 0);
+}
+
 // Three grids a factor of two apart; the errors of staircases are of first order, so the extrapolated value takes that out.
 struct ThreeGrids {
     std::array<double, 3> error{};

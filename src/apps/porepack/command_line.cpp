@@ -9,7 +9,20 @@
 #include "core/machine.hpp"
 #include "study/case_pipeline.hpp"
 
-namespace porepack {
+namespace porepack::apps {
+using namespace core;
+using namespace shapes;
+using namespace packing;
+using namespace converters;
+using namespace lbm;
+using namespace openfoam;
+using namespace tortuosity;
+using namespace permeability;
+using namespace falling_head;
+using namespace report;
+using namespace pipeline;
+using namespace stages;
+using namespace study;
 namespace {
 
 void add_common(CLI::App& command, Common& common, const std::string& example) {
@@ -197,4 +210,4 @@ void run_on_input(const Common& common, const LooseCommand& command) {
                           .resumes = command.resumes});
 }
 
-}  // namespace porepack
+}  // namespace porepack::apps

@@ -13,7 +13,7 @@
 #include "stages/results.hpp"
 #include "stages/stages.hpp"
 
-namespace porepack {
+namespace porepack::apps {
 
 /// What all commands share.
 struct Common {
@@ -24,7 +24,7 @@ struct Common {
     std::string container;
     double unit_m = 1.0;
     std::string input;
-    Flags flags;  ///< keys of the configuration given as flags
+    core::Flags flags;  ///< keys of the configuration given as flags
 };
 
 class CommandLine {
@@ -52,7 +52,7 @@ public:
 private:
     [[nodiscard]] std::string command_path() const;
 
-    Settings settings_;  // only its lists of keys
+    stages::Settings settings_;  // only its lists of keys
     std::function<void()> action_;
 };
 
@@ -67,36 +67,36 @@ void add_tortuosity_command(CommandLine& line);
 void add_falling_head_commands(CommandLine& line);
 void add_tools(CommandLine& line);
 
-void print_result(const Common& common, const Json& json);
+void print_result(const Common& common, const core::Json& json);
 /// Runs the case's stage `stage`, or tells what would run; `table` is the one that the command's flags belong to.
 void run_in_case(const Common& common, const std::string& stage, const std::string& table);
-[[nodiscard]] Case open_case(const Common& common, const std::string& table = {}, const Flags& flags = {});
-[[nodiscard]] Json plan_case(const Case& c, const std::string& last = {});
+[[nodiscard]] stages::Case open_case(const Common& common, const std::string& table = {}, const core::Flags& flags = {});
+[[nodiscard]] core::Json plan_case(const stages::Case& c, const std::string& last = {});
 
 /// The keys of `flags` that belong to a table: a command may carry those of two tables.
 template <typename Config>
-[[nodiscard]] Config config_of(const Flags& flags) {
+[[nodiscard]] Config config_of(const core::Flags& flags) {
     Config config;
-    Flags own;
-    for (const auto& row : key_rows([&](ConfigVisitor& v) { describe(v, config); }))
+    core::Flags own;
+    for (const auto& row : core::key_rows([&](core::ConfigVisitor& v) { describe(v, config); }))
         if (const auto found = flags.find(row.key); found != flags.end()) own.insert(*found);
-    return config_from_flags<Config>(own);
+    return core::config_from_flags<Config>(own);
 }
 
 /// A stage on a loose file.
 struct LooseCommand {
     std::string stage;
-    GeometryConfig geometry;
-    Json configuration;
-    std::function<Json(const PoreSpace&, const Path& folder)> work;
-    std::function<std::string(const PoreSpace&)> expect = {};  ///< for --dry-run; "seconds" when empty
+    converters::GeometryConfig geometry;
+    core::Json configuration;
+    std::function<core::Json(const converters::PoreSpace&, const core::Path& folder)> work;
+    std::function<std::string(const converters::PoreSpace&)> expect = {};  ///< for --dry-run; "seconds" when empty
     bool whole_bed = false;
     bool resumes = false;
 };
 void run_on_input(const Common& common, const LooseCommand& command);
-void run_on_files(const Common& common, LooseRun run);
-[[nodiscard]] std::optional<Container> container_of(const Common& common);
+void run_on_files(const Common& common, pipeline::LooseRun run);
+[[nodiscard]] std::optional<packing::Container> container_of(const Common& common);
 /// Where the files of a loose run go: --output, else beside the input.
-[[nodiscard]] Path target_folder(const Common& common);
+[[nodiscard]] core::Path target_folder(const Common& common);
 
-}  // namespace porepack
+}  // namespace porepack::apps

@@ -3,25 +3,27 @@
 
 #include <cstdio>
 #include <new>
+#include <string>
 
 #include "apps/porepack/command_line.hpp"
 #include "core/interrupt.hpp"
 
 namespace {
 
-int report(const std::string& message, porepack::ExitCode code) {
-    fmt::print(stderr, "error: {}\n", message);
+int report(const std::string& message, porepack::core::ExitCode code) {
+    const std::string line = fmt::format("error: {}\n", message);
+    (void)std::fwrite(line.data(), 1, line.size(), stderr);  // a log that cannot be written is no fault
     return static_cast<int>(code);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-    using porepack::ExitCode;
-    porepack::install_signal_handlers();
+    using porepack::core::ExitCode;
+    porepack::core::install_signal_handlers();
     try {
-        return porepack::CommandLine().run(argc, argv);
-    } catch (const porepack::Error& error) {
+        return porepack::apps::CommandLine().run(argc, argv);
+    } catch (const porepack::core::Error& error) {
         return report(error.what(), error.code());
     } catch (const std::bad_alloc&) {
         return report("out of memory\n  fix:     take a larger voxel size or a shorter section", ExitCode::machine);

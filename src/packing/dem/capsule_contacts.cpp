@@ -4,7 +4,8 @@
 
 #include "packing/dem/capsule_state.hpp"
 
-namespace porepack {
+namespace porepack::packing::dem {
+using namespace shapes;
 
 // The contact law: the force on the second of two bodies. The displacement is kept in the tangent plane.
 Vec3 CapsuleDem::State::contact_force(const Approach& at, Vec3& displacement, bool first) const {
@@ -215,4 +216,4 @@ void CapsuleDem::State::forces(double displacement_time) {
     parallel_ = looked_at_ + 3 * (n - sleepers_) > 20000;
 }
 
-}  // namespace porepack
+}  // namespace porepack::packing::dem

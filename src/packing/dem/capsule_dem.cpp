@@ -6,7 +6,9 @@
 #include "core/error.hpp"
 #include "packing/dem/capsule_state.hpp"
 
-namespace porepack {
+namespace porepack::packing::dem {
+using namespace core;
+using namespace shapes;
 
 CapsuleDem::State::State(const Container& container, const std::vector<Shape>& shapes, double density_kg_per_m3, const ContactLaw& law,
                          const DemOptions& options)
@@ -230,4 +232,4 @@ void CapsuleDem::load(std::istream& in, const std::string& where) {
     state_->load(in, where);
 }
 
-}  // namespace porepack
+}  // namespace porepack::packing::dem

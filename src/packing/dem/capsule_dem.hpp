@@ -9,7 +9,7 @@
 #include "packing/config.hpp"
 #include "packing/packing.hpp"
 
-namespace porepack {
+namespace porepack::packing::dem {
 
 /// Eq. 9 and 11: Fn = max(0, (s_n/2) overlap - eta_n sqrt(2 m s_n) v_n), |Ft| <= mu Fn with a spring s_t/2 and a dashpot eta_t sqrt(2 m
 /// s_t); m is the pair's effective mass, and the grain's own at a wall.
@@ -39,7 +39,7 @@ struct DemOptions {
     /// grows or grains are lost.
     double time_step_s = 1e-5;
     /// Gravity in m/s^2. Without gravity grains never sleep.
-    Vec3 gravity_m_per_s2 = Vec3(0.0, 0.0, -9.81);
+    shapes::Vec3 gravity_m_per_s2 = shapes::Vec3(0.0, 0.0, -9.81);
     /// Adams-Bashforth only to repeat the paper.
     Integrator integrator = Integrator::verlet;
     /// Grains at rest are left out until the force on one of their contacts changes by `wake_fraction` of their weight; the pour wakes all
@@ -75,15 +75,15 @@ struct DemRest {
 class CapsuleDem {
 public:
     /// Throws UserError for a periodic box that is narrower than two grains.
-    CapsuleDem(const Container& container, const std::vector<Shape>& shapes, double density_kg_per_m3, const ContactLaw& law,
+    CapsuleDem(const Container& container, const std::vector<shapes::Shape>& shapes, double density_kg_per_m3, const ContactLaw& law,
                const DemOptions& options);
     ~CapsuleDem();
     CapsuleDem(CapsuleDem&&) noexcept;
     CapsuleDem& operator=(CapsuleDem&&) noexcept;
 
     /// Adds a grain: pose of the shape's frame, velocity of its centre of mass, angular velocity.
-    void add(std::size_t shape, const Vec3& position_m, const Quaternion& orientation, const Vec3& velocity = Vec3::Zero(),
-             const Vec3& angular_velocity = Vec3::Zero());
+    void add(std::size_t shape, const shapes::Vec3& position_m, const shapes::Quaternion& orientation, const shapes::Vec3& velocity = shapes::Vec3::Zero(),
+             const shapes::Vec3& angular_velocity = shapes::Vec3::Zero());
     void step(long steps = 1);
     void wake_all();
     /// Without sleep all grains are awake.
@@ -93,10 +93,10 @@ public:
     [[nodiscard]] double time_s() const;
     [[nodiscard]] long steps() const;
     [[nodiscard]] Body pose(std::size_t body) const;
-    [[nodiscard]] const Vec3& centre_of_mass(std::size_t body) const;
-    [[nodiscard]] const Vec3& velocity(std::size_t body) const;
-    [[nodiscard]] Vec3 angular_velocity(std::size_t body) const;
-    [[nodiscard]] const Vec3& angular_momentum(std::size_t body) const;
+    [[nodiscard]] const shapes::Vec3& centre_of_mass(std::size_t body) const;
+    [[nodiscard]] const shapes::Vec3& velocity(std::size_t body) const;
+    [[nodiscard]] shapes::Vec3 angular_velocity(std::size_t body) const;
+    [[nodiscard]] const shapes::Vec3& angular_momentum(std::size_t body) const;
     [[nodiscard]] const GrainBody& grain(std::size_t shape) const;
     [[nodiscard]] std::size_t sleeping() const;
     [[nodiscard]] DemEnergy energy() const;
@@ -115,4 +115,4 @@ private:
     std::unique_ptr<State> state_;
 };
 
-}  // namespace porepack
+}  // namespace porepack::packing::dem

@@ -4,7 +4,8 @@
 
 #include "packing/dem/capsule_state.hpp"
 
-namespace porepack {
+namespace porepack::packing::dem {
+using namespace shapes;
 
 // visit(first body, pair, contact) for every contact of grains.
 template <typename Visit>
@@ -87,4 +88,4 @@ DemRest CapsuleDem::State::rest() const {
     return rest;
 }
 
-}  // namespace porepack
+}  // namespace porepack::packing::dem

@@ -4,7 +4,8 @@
 
 #include "packing/dem/capsule_state.hpp"
 
-namespace porepack {
+namespace porepack::packing::dem {
+using namespace shapes;
 namespace {
 
 constexpr std::int32_t quiet_steps = 50;
@@ -152,4 +153,4 @@ void CapsuleDem::State::step(long steps) {
     }
 }
 
-}  // namespace porepack
+}  // namespace porepack::packing::dem

@@ -8,7 +8,9 @@
 
 #include "packing/dem/capsule_state.hpp"
 
-namespace porepack {
+namespace porepack::packing::dem {
+using namespace core;
+using namespace shapes;
 
 long CapsuleDem::State::cell_of(const Vec3& place) const {
     std::array<long, 3> at{};
@@ -90,4 +92,4 @@ void CapsuleDem::State::add_pairs(std::size_t i, std::size_t other) {
         }
 }
 
-}  // namespace porepack
+}  // namespace porepack::packing::dem

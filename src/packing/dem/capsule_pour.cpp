@@ -11,7 +11,9 @@
 #include "core/log.hpp"
 #include "packing/batches.hpp"
 
-namespace porepack {
+namespace porepack::packing::dem {
+using namespace core;
+using namespace shapes;
 namespace {
 
 constexpr long part = 500;  // steps between two checks
@@ -228,4 +230,4 @@ PourResult pour_with_capsules(const std::vector<ShapeShare>& shapes, const Conta
     return CapsulePour(shapes, container, config, folder).run();
 }
 
-}  // namespace porepack
+}  // namespace porepack::packing::dem

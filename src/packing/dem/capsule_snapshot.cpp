@@ -5,7 +5,8 @@
 #include "core/error.hpp"
 #include "packing/dem/capsule_state.hpp"
 
-namespace porepack {
+namespace porepack::packing::dem {
+using namespace core;
 namespace {
 
 constexpr std::uint64_t state_mark = 0x31307374'61746570ULL;
@@ -96,4 +97,4 @@ void CapsuleDem::State::load(std::istream& in, const std::string& where) {
     for (const BodyState& body : bodies_) place_arms(body);
 }
 
-}  // namespace porepack
+}  // namespace porepack::packing::dem

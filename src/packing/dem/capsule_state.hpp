@@ -12,11 +12,11 @@
 #include "packing/dem/capsule_dem.hpp"
 #include "shapes/segments.hpp"
 
-namespace porepack {
+namespace porepack::packing::dem {
 
 class CapsuleDem::State {
 public:
-    State(const Container& container, const std::vector<Shape>& shapes, double density_kg_per_m3, const ContactLaw& law,
+    State(const Container& container, const std::vector<shapes::Shape>& shapes, double density_kg_per_m3, const ContactLaw& law,
           const DemOptions& options);
 
     /// Bodies are dealt to load slots in blocks; each slot adds up its own loads, and the slots are added in their order: so the sums do
@@ -24,11 +24,11 @@ public:
     static constexpr std::size_t load_slots = 4, block = 16;
 
     struct Arm {            ///< a capsule's axis
-        Vec3 start, along;  ///< in the body frame
+        shapes::Vec3 start, along;  ///< in the body frame
         double radius;
     };
     struct Node {  ///< an end of capsules, once
-        Vec3 place;
+        shapes::Vec3 place;
         double radius;
     };
     struct Kind {  ///< what all grains of a shape share
@@ -40,15 +40,15 @@ public:
         bool isotropic = false;
     };
     struct Derivative {
-        Vec3 v = Vec3::Zero(), a = Vec3::Zero(), torque = Vec3::Zero();
+        shapes::Vec3 v = shapes::Vec3::Zero(), a = shapes::Vec3::Zero(), torque = shapes::Vec3::Zero();
         Eigen::Vector4d turn = Eigen::Vector4d::Zero();
     };
     struct BodyState {
-        Vec3 x, v, momentum;  ///< centre of mass, its velocity, angular momentum
-        Quaternion q;         ///< from the body frame to the world
-        Vec3 force = Vec3::Zero(), torque = Vec3::Zero();
-        Vec3 omega = Vec3::Zero();  ///< for the contacts' velocities
-        Vec3 v_contact = Vec3::Zero();
+        shapes::Vec3 x, v, momentum;  ///< centre of mass, its velocity, angular momentum
+        shapes::Quaternion q;         ///< from the body frame to the world
+        shapes::Vec3 force = shapes::Vec3::Zero(), torque = shapes::Vec3::Zero();
+        shapes::Vec3 omega = shapes::Vec3::Zero();  ///< for the contacts' velocities
+        shapes::Vec3 v_contact = shapes::Vec3::Zero();
         double travelled = 0.0, searched_at = -1e300;  ///< bounds of how far any of its points has moved
         std::uint32_t kind = 0, first_arm = 0, first_wall = 0;
         std::int32_t quiet = 0;              ///< steps at rest
@@ -60,44 +60,44 @@ public:
         std::uint32_t other;
         std::uint16_t arm, other_arm;
         double out_of_reach;  ///< no contact while the two bodies' travels sum to less
-        Vec3 tangential_displacement;
-        Vec3 base_force;                 ///< when one of the two fell asleep
+        shapes::Vec3 tangential_displacement;
+        shapes::Vec3 base_force;                 ///< when one of the two fell asleep
         std::int64_t last_contact = -2;  ///< last step in contact
     };
     struct Contact {
         std::size_t pair;        ///< in the body's Verlet list
-        Vec3 shift, normal, at;  ///< periodic shift of the other body; towards it; point of the contact
+        shapes::Vec3 shift, normal, at;  ///< periodic shift of the other body; towards it; point of the contact
         double overlap, share;   ///< share of the stiffness
     };
     struct WallContact {
-        Vec3 tangential_displacement = Vec3::Zero();
+        shapes::Vec3 tangential_displacement = shapes::Vec3::Zero();
         std::int64_t last_contact = -2;
     };
     struct WorldArm {
-        Vec3 start, along;
+        shapes::Vec3 start, along;
     };
     struct Load {
-        Vec3 force, torque;
+        shapes::Vec3 force, torque;
     };
     struct Plane {
-        Vec3 normal;  ///< inward
+        shapes::Vec3 normal;  ///< inward
         double offset;
     };
     /// What the contact law is applied to.
     struct Approach {
-        Vec3 normal;  ///< towards the second body
+        shapes::Vec3 normal;  ///< towards the second body
         double overlap;
-        Vec3 velocity;  ///< of the first body relative to the second, at the contact
+        shapes::Vec3 velocity;  ///< of the first body relative to the second, at the contact
         double mass;    ///< effective
         double friction, share;
     };
 
-    void add(std::size_t shape, const Vec3& position_m, const Quaternion& orientation, const Vec3& velocity, const Vec3& angular_velocity);
+    void add(std::size_t shape, const shapes::Vec3& position_m, const shapes::Quaternion& orientation, const shapes::Vec3& velocity, const shapes::Vec3& angular_velocity);
     void step(long steps);
     void wake_all();
     void set_sleep(bool sleep);
     [[nodiscard]] Body pose(std::size_t body) const;
-    [[nodiscard]] Vec3 angular_velocity(std::size_t body) const;
+    [[nodiscard]] shapes::Vec3 angular_velocity(std::size_t body) const;
     [[nodiscard]] std::size_t sleeping() const;
     [[nodiscard]] DemEnergy energy() const;
     [[nodiscard]] DemRest rest() const;
@@ -114,11 +114,11 @@ public:
 
 private:
     // capsule_dem.cpp: the scene
-    [[nodiscard]] static Kind make_kind(const Shape& shape, double density_kg_per_m3);
+    [[nodiscard]] static Kind make_kind(const shapes::Shape& shape, double density_kg_per_m3);
     void make_cells(double widest);
     void make_walls();
-    [[nodiscard]] Vec3 omega_of(const BodyState& body, const Quaternion& q, const Vec3& momentum) const;
-    [[nodiscard]] Vec3 image_shift(const Vec3& between) const;
+    [[nodiscard]] shapes::Vec3 omega_of(const BodyState& body, const shapes::Quaternion& q, const shapes::Vec3& momentum) const;
+    [[nodiscard]] shapes::Vec3 image_shift(const shapes::Vec3& between) const;
     void place_arms(const BodyState& body);
 
     // capsule_motion.cpp
@@ -128,7 +128,7 @@ private:
     void fall_asleep_or_wake();
 
     // capsule_neighbours.cpp
-    [[nodiscard]] long cell_of(const Vec3& place) const;
+    [[nodiscard]] long cell_of(const shapes::Vec3& place) const;
     void search();
     void search_one(std::size_t body);
     void move_to_cell(std::size_t body, long cell);
@@ -142,9 +142,9 @@ private:
     static void share_stiffness(const std::vector<VerletPair>& pairs, std::vector<Contact>& contacts, double reach);
     void grain_forces(std::size_t body, std::vector<Load>& loads, std::size_t& looked_at, std::vector<Contact>& contacts);
     [[nodiscard]] bool is_new(std::int64_t last_contact, const BodyState& body, const BodyState& other) const;
-    void watch_sleeper(std::size_t body, VerletPair& pair, const Vec3& force);
+    void watch_sleeper(std::size_t body, VerletPair& pair, const shapes::Vec3& force);
     void wall_forces(std::size_t body, std::vector<Load>& loads);
-    [[nodiscard]] Vec3 contact_force(const Approach& approach, Vec3& displacement, bool first) const;
+    [[nodiscard]] shapes::Vec3 contact_force(const Approach& approach, shapes::Vec3& displacement, bool first) const;
 
     // capsule_measures.cpp
     template <typename Visit>
@@ -152,7 +152,7 @@ private:
     [[nodiscard]] double wall_energy(const BodyState& body, double elastic_J) const;
 
     Container container_;
-    std::vector<Shape> shapes_;
+    std::vector<shapes::Shape> shapes_;
     ContactLaw law_;
     DemOptions options_;
     std::vector<Kind> kinds_;
@@ -164,7 +164,7 @@ private:
     std::vector<std::vector<std::uint32_t>> cells_;
     std::vector<long> cell_of_body_;
     std::array<long, 3> cell_count_{};
-    Vec3 cell_low_ = Vec3::Zero();
+    shapes::Vec3 cell_low_ = shapes::Vec3::Zero();
     double cell_size_ = 1.0, skin_ = 0.0;
     std::vector<Plane> planes_;
     double cylinder_radius_ = 0.0;                              // 0: none
@@ -176,4 +176,4 @@ private:
     bool primed_ = false;  // forces of the present state are known
 };
 
-}  // namespace porepack
+}  // namespace porepack::packing::dem

@@ -13,7 +13,9 @@
 #include "packing/liggghts/liggghts_log.hpp"
 #include "packing/liggghts/liggghts_run.hpp"
 
-namespace porepack {
+namespace porepack::packing::liggghts {
+using namespace core;
+using namespace shapes;
 namespace {
 
 // Rows of a LIGGGHTS dump of `columns` numbers behind "ITEM: ENTRIES" or "ITEM: ATOMS".
@@ -267,4 +269,4 @@ PourResult pour_with_liggghts(const std::vector<ShapeShare>& shapes, const Conta
     return result;
 }
 
-}  // namespace porepack
+}  // namespace porepack::packing::liggghts

@@ -4,12 +4,12 @@
 #include "packing/batches.hpp"
 #include "packing/pour.hpp"
 
-namespace porepack {
+namespace porepack::packing::liggghts {
 
 /// Runs in `folder` (made, with all inputs and logs in it). `templates` is the folder liggghts_templates/. Grains are created as `given`
 /// says, else by make_batches.
 /// Throws EngineError when LIGGGHTS is missing, fails or loses a grain, NumericalError when the grains do not come to rest.
-[[nodiscard]] PourResult pour_with_liggghts(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config,
-                                            const Path& templates, const Path& folder, const std::optional<Pour>& given = {});
+[[nodiscard]] PourResult pour_with_liggghts(const std::vector<shapes::ShapeShare>& shapes, const Container& container, const PackingConfig& config,
+                                            const core::Path& templates, const core::Path& folder, const std::optional<Pour>& given = {});
 
-}  // namespace porepack
+}  // namespace porepack::packing::liggghts

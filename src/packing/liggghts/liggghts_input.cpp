@@ -9,7 +9,9 @@
 #include "packing/grain_body.hpp"
 #include "packing/liggghts/liggghts_run.hpp"
 
-namespace porepack {
+namespace porepack::packing::liggghts {
+using namespace core;
+using namespace shapes;
 ClumpBody clump_body(const Shape& shape, const PackingConfig& config) {
     const GrainBody grain = grain_body(shape, config.density_kg_per_m3);
     ClumpBody body{.spheres = {}, .mass = grain.mass_kg, .inertia = grain.inertia_kg_m2, .centre = grain.centre_m, .turn = grain.turn};
@@ -175,4 +177,4 @@ void write_grains(const Run& run) {
     write_text(run.folder / "grains.in", text);
 }
 
-}  // namespace porepack
+}  // namespace porepack::packing::liggghts

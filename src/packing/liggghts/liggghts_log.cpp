@@ -5,7 +5,7 @@
 #include <fstream>
 #include <sstream>
 
-namespace porepack {
+namespace porepack::packing::liggghts {
 
 // Whether it says something.
 bool PourLog::read_line(const std::string& line) {
@@ -50,4 +50,4 @@ void PourLog::read_on(const std::function<void()>& after_line) {
     }
 }
 
-}  // namespace porepack
+}  // namespace porepack::packing::liggghts

@@ -6,7 +6,7 @@
 
 #include "core/files.hpp"
 
-namespace porepack {
+namespace porepack::packing::liggghts {
 
 // LIGGGHTS itself says nothing of grains that it loses and ends with exit code 0: the script prints lines of its own ("POREPACK ...").
 struct PourLog {
@@ -22,14 +22,14 @@ struct PourLog {
     long end_step = 0, end_spheres = 0;
     double end_energy_J = 0.0, end_limit_J = 0.0;
 
-    explicit PourLog(Path file) : file_(std::move(file)) {}
+    explicit PourLog(core::Path file) : file_(std::move(file)) {}
     // Reads what was written since the last call, and calls `after_line` after each line that says something.
     void read_on(const std::function<void()>& after_line);
 
 private:
     bool read_line(const std::string& line);
-    Path file_;
+    core::Path file_;
     std::streamoff read_ = 0;
 };
 
-}  // namespace porepack
+}  // namespace porepack::packing::liggghts

@@ -3,19 +3,19 @@
 
 #include "packing/liggghts/liggghts.hpp"
 
-namespace porepack {
+namespace porepack::packing::liggghts {
 
 // The grain as LIGGGHTS sees it: clump about the centre of mass, axes along the principal ones, so that the body frame
 // that LIGGGHTS finds is this frame.
 struct ClumpBody {
-    std::vector<Capsule> spheres;
+    std::vector<shapes::Capsule> spheres;
     double mass = 0.0;
-    Vec3 inertia = Vec3::Zero();
-    Vec3 centre = Vec3::Zero();                // in the shape's frame
-    Quaternion turn = Quaternion::Identity();  // from the principal frame to the shape's frame
+    shapes::Vec3 inertia = shapes::Vec3::Zero();
+    shapes::Vec3 centre = shapes::Vec3::Zero();                // in the shape's frame
+    shapes::Quaternion turn = shapes::Quaternion::Identity();  // from the principal frame to the shape's frame
 };
 
-[[nodiscard]] ClumpBody clump_body(const Shape& shape, const PackingConfig& config);
+[[nodiscard]] ClumpBody clump_body(const shapes::Shape& shape, const PackingConfig& config);
 
 // The name of its file says what is over: batches poured, parts of the settling, how many of these the grains were calm, steps.
 struct Snapshot {
@@ -24,12 +24,12 @@ struct Snapshot {
 };
 
 struct Run {
-    const std::vector<ShapeShare>& shapes;
+    const std::vector<shapes::ShapeShare>& shapes;
     const Container& container;
     const PackingConfig& config;
     PourPlan plan;
     std::vector<ClumpBody> bodies;  // by shape
-    Path folder;
+    core::Path folder;
     double top_m = 0.0;                                  // no grain is created above it
     std::vector<std::vector<std::size_t>> batches = {};  // the shapes of each batch's grains, in the order of creation
     double most_energy_J = 0.0;                          // that all grains' fall can give
@@ -43,4 +43,4 @@ void write_batches(Run& run, const Pour& pour);
 void write_parameters(const Run& run, const Snapshot& snapshot);
 void write_grains(const Run& run);
 
-}  // namespace porepack
+}  // namespace porepack::packing::liggghts

@@ -5,7 +5,11 @@
 #include "core/log.hpp"
 #include "study/case_pipeline.hpp"
 
-namespace porepack {
+namespace porepack::apps {
+using namespace core;
+using namespace pipeline;
+using namespace stages;
+using namespace study;
 namespace {
 
 void run_case(const Common& common) {
@@ -46,4 +50,4 @@ void add_case_commands(CommandLine& line) {
     line.add_keys(report, "report");
 }
 
-}  // namespace porepack
+}  // namespace porepack::apps

@@ -5,7 +5,10 @@
 
 #include "apps/porepack/command_line.hpp"
 
-namespace porepack {
+namespace porepack::apps {
+using namespace core;
+using namespace falling_head;
+using namespace stages;
 namespace {
 
 struct SimulateOptions {
@@ -74,4 +77,4 @@ void add_falling_head_commands(CommandLine& line) {
     causes.add_option("case", line.common.input, "folder with case.toml, with causes = true in [falling_head]")->required();
 }
 
-}  // namespace porepack
+}  // namespace porepack::apps

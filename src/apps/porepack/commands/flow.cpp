@@ -1,7 +1,13 @@
 // Commands that compute permeabilities: lbm, foam, forchheimer.
 #include "apps/porepack/command_line.hpp"
 
-namespace porepack {
+namespace porepack::apps {
+using namespace core;
+using namespace converters;
+using namespace lbm;
+using namespace openfoam;
+using namespace permeability;
+using namespace stages;
 namespace {
 
 void run_lbm_command(const Common& common) {
@@ -78,4 +84,4 @@ void add_forchheimer_command(CommandLine& line) {
     line.add_keys(inertia, "forchheimer", {"enabled"});
 }
 
-}  // namespace porepack
+}  // namespace porepack::apps

@@ -1,7 +1,10 @@
 // Commands that turn grains into a surface, voxels and slices.
 #include "apps/porepack/command_line.hpp"
 
-namespace porepack {
+namespace porepack::apps {
+using namespace core;
+using namespace converters;
+using namespace stages;
 namespace {
 
 constexpr const char* inputs = "a case, packing.json[.gz] or an STL file";
@@ -49,4 +52,4 @@ void add_geometry_commands(CommandLine& line) {
     line.add_alias(slices, "--pixel", "slice_pixel_m", "the same as --slice-pixel [m]");
 }
 
-}  // namespace porepack
+}  // namespace porepack::apps

@@ -3,7 +3,20 @@
 #include "core/log.hpp"
 #include "study/shape_sweep.hpp"
 
-namespace porepack {
+namespace porepack::apps {
+using namespace core;
+using namespace shapes;
+using namespace packing;
+using namespace converters;
+using namespace lbm;
+using namespace openfoam;
+using namespace tortuosity;
+using namespace permeability;
+using namespace falling_head;
+using namespace report;
+using namespace pipeline;
+using namespace stages;
+using namespace study;
 namespace {
 
 struct ShapeOptions {
@@ -71,4 +84,4 @@ void add_shape_command(CommandLine& line) {
     line.add_keys(shape, "shape", {"kind", "file", "unit_m"});
 }
 
-}  // namespace porepack
+}  // namespace porepack::apps

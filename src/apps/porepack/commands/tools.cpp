@@ -8,7 +8,11 @@
 #include "core/process.hpp"
 #include "io/render.hpp"
 
-namespace porepack {
+namespace porepack::apps {
+using namespace core;
+using namespace io;
+using namespace packing;
+using namespace stages;
 namespace {
 
 // Replaces this process; returns only when that failed.
@@ -83,4 +87,4 @@ void add_tools(CommandLine& line) {
     line.app.add_subcommand("keys", "all keys of case.toml, as a Markdown table")->callback([] { fmt::print("{}", key_reference()); });
 }
 
-}  // namespace porepack
+}  // namespace porepack::apps

@@ -4,7 +4,15 @@
 #include "apps/porepack/command_line.hpp"
 #include "core/log.hpp"
 
-namespace porepack {
+namespace porepack::apps {
+using namespace core;
+using namespace shapes;
+using namespace packing;
+using namespace converters;
+using namespace lbm;
+using namespace tortuosity;
+using namespace pipeline;
+using namespace stages;
 namespace {
 
 void run_kind(const Common& common, TortuosityKind kind) {
@@ -55,4 +63,4 @@ void add_tortuosity_command(CommandLine& line) {
     line.add_keys(command, "geometry", {"slice_spacing_m", "slice_pixel_m", "surface_deviation_m", "contact_gap_m", "reservoir_m"});
 }
 
-}  // namespace porepack
+}  // namespace porepack::apps

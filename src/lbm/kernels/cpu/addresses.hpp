@@ -6,7 +6,7 @@
 
 #include "lbm/domain.hpp"
 
-namespace porepack {
+namespace porepack::lbm::cpu {
 
 /// Population q that arrives at a node lies, before an even step, in the node's own slot q; before an odd step in the slot
 /// given here: its neighbour's slot opposite(q), or its own slot q where a wall is. A step writes what leaves along
@@ -39,4 +39,4 @@ inline constexpr std::size_t chunk_nodes = 128;
 
 [[nodiscard]] Addresses find_addresses(const Domain& domain, std::size_t lanes);
 
-}  // namespace porepack
+}  // namespace porepack::lbm::cpu

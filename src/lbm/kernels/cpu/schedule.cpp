@@ -1,4 +1,4 @@
-#include "lbm/turns.hpp"
+#include "lbm/kernels/cpu/schedule.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -6,13 +6,13 @@
 
 #include "lbm/lattice.hpp"
 
-namespace porepack {
+namespace porepack::lbm::cpu {
 namespace {
 
-constexpr std::size_t chunks_a_turn = 128;
+constexpr std::size_t chunks_per_part = 128;
 
-// Turn of the last chunk that a chunk's odd step reaches.
-std::vector<std::uint32_t> last_turns(const Addresses& addresses, std::size_t chunks) {
+// Part of the last chunk that a chunk's odd step reaches.
+std::vector<std::uint32_t> last_parts(const Addresses& addresses, std::size_t chunks) {
     std::vector<std::uint32_t> last(chunks);
     const std::size_t vectors = addresses.vectors.size() / std::max<std::size_t>(1, chunks);
 #pragma omp parallel for schedule(static)
@@ -27,24 +27,24 @@ std::vector<std::uint32_t> last_turns(const Addresses& addresses, std::size_t ch
         }
         for (std::uint32_t s = addresses.first_single[c]; s < addresses.first_single[c + 1]; ++s)
             far = std::max<std::size_t>(far, addresses.singles[s].slot);
-        last[c] = static_cast<std::uint32_t>(far / (d3q19::directions * chunk_nodes * chunks_a_turn));
+        last[c] = static_cast<std::uint32_t>(far / (d3q19::directions * chunk_nodes * chunks_per_part));
     }
     return last;
 }
 
 }  // namespace
 
-Turns::Turns(const Addresses& addresses, std::size_t chunks) : odd_order(chunks) {
-    const std::vector<std::uint32_t> last = last_turns(addresses, chunks);
+Schedule::Schedule(const Addresses& addresses, std::size_t chunks) : odd_order(chunks) {
+    const std::vector<std::uint32_t> last = last_parts(addresses, chunks);
     std::iota(odd_order.begin(), odd_order.end(), 0U);
     std::stable_sort(odd_order.begin(), odd_order.end(), [&](std::uint32_t a, std::uint32_t b) { return last[a] < last[b]; });
     std::size_t odd = 0;
-    for (std::size_t t = 0; t <= (chunks + chunks_a_turn - 1) / chunks_a_turn; ++t) {
-        Turn turn{std::min(chunks, t * chunks_a_turn), std::min(chunks, (t + 1) * chunks_a_turn), odd, odd};
-        while (turn.odd_end < chunks && last[odd_order[turn.odd_end]] < t) ++turn.odd_end;
-        odd = turn.odd_end;
-        turns.push_back(turn);
+    for (std::size_t t = 0; t <= (chunks + chunks_per_part - 1) / chunks_per_part; ++t) {
+        Part part{std::min(chunks, t * chunks_per_part), std::min(chunks, (t + 1) * chunks_per_part), odd, odd};
+        while (part.odd_end < chunks && last[odd_order[part.odd_end]] < t) ++part.odd_end;
+        odd = part.odd_end;
+        parts.push_back(part);
     }
 }
 
-}  // namespace porepack
+}  // namespace porepack::lbm::cpu

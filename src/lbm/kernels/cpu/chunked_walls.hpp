@@ -5,10 +5,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "lbm/addresses.hpp"
+#include "lbm/kernels/cpu/addresses.hpp"
 #include "lbm/lattice.hpp"
 
-namespace porepack {
+namespace porepack::lbm::cpu {
 
 /// The wall links of all chunks; those in gaps of one node apart, in pairs.
 struct ChunkedWalls {
@@ -26,4 +26,4 @@ struct ChunkedWalls {
     [[nodiscard]] double bytes() const;
 };
 
-}  // namespace porepack
+}  // namespace porepack::lbm::cpu

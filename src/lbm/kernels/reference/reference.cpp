@@ -1,8 +1,10 @@
 // The method as it is written down: two copies of the populations, one node after the other, double precision. The fast
 // kernel must agree with it to rounding.
-#include "lbm/flow.hpp"
+#include "lbm/kernels/reference/reference.hpp"
 
-namespace porepack {
+namespace porepack::lbm::reference {
+using namespace converters;
+
 namespace {
 
 using d3q19::c;
@@ -39,7 +41,7 @@ Populations collide(const Populations& f, const Scheme& scheme) {
         const double cu = scheme.inertia ? c[here][0] * u[0] + c[here][1] * u[1] + c[here][2] * u[2] : 0.0;
         const double even = 0.5 * (f[here] + f[there]) - w * (rho + 4.5 * cu * cu - 1.5 * u2);
         const double odd = 0.5 * (f[here] - f[there]) - 3.0 * w * cj;
-        after[here] = f[here] - scheme.rate_plus() * even - scheme.rate_minus() * odd + scheme.kick(q);
+        after[here] = f[here] - scheme.rate_plus() * even - scheme.rate_minus() * odd + scheme.force_term(q);
     }
     return after;
 }
@@ -55,7 +57,7 @@ public:
         for (std::size_t l = 0; l < domain.walls.size(); ++l)
             for (std::size_t m = l; m < domain.walls.size() && domain.walls[m].node == domain.walls[l].node; ++m)
                 if (domain.walls[m].q == opposite(domain.walls[l].q)) gaps_.push_back({l, m});
-        for (const OpenLink& link : domain.open_links) open_added_.push_back(link.added);
+        for (const BoundaryLink& link : domain.boundary_links) boundary_added_.push_back(link.added);
         arrive();
     }
 
@@ -93,7 +95,7 @@ public:
         }
     }
 
-    void set_open_links(std::span<const double> added) override { open_added_.assign(added.begin(), added.end()); }
+    void set_boundary_links(std::span<const double> added) override { boundary_added_.assign(added.begin(), added.end()); }
 
     [[nodiscard]] std::span<std::byte> state() override { return std::as_writable_bytes(std::span(before_)); }
 
@@ -116,7 +118,7 @@ private:
             const auto w = weights(link);
             stored_[l] = scheme_.walls == Walls::bounce_back ? star[q]
                                                              : w.share * ((1.0 + w.shift) * star[q] - (w.b + w.shift) * star[o] -
-                                                                          w.shift * (f[q] - f[o] + 2.0 * scheme_.kick(link.q))) +
+                                                                          w.shift * (f[q] - f[o] + 2.0 * scheme_.force_term(link.q))) +
                                                                    (1.0 - w.share) * f[o];
         }
     }
@@ -133,9 +135,9 @@ private:
                     before_[x][static_cast<std::size_t>(q)] = after_[static_cast<std::size_t>(other)][static_cast<std::size_t>(q)];
             }
         }
-        for (std::size_t l = 0; l < domain_.open_links.size(); ++l) {
-            const OpenLink& link = domain_.open_links[l];
-            before_[link.node][link.q] = link.sign * after_[link.source][link.source_q] + open_added_[l];
+        for (std::size_t l = 0; l < domain_.boundary_links.size(); ++l) {
+            const BoundaryLink& link = domain_.boundary_links[l];
+            before_[link.node][link.q] = link.sign * after_[link.source][link.source_q] + boundary_added_[l];
         }
         for (std::size_t l = 0; l < domain_.walls.size(); ++l) {
             const WallLink& link = domain_.walls[l];
@@ -153,7 +155,7 @@ private:
     Scheme scheme_;
     std::vector<Populations> before_, after_;  // collision
     std::vector<double> stored_;               // by wall link
-    std::vector<double> open_added_;
+    std::vector<double> boundary_added_;
     struct Gap {
         std::size_t one, other;
     };
@@ -162,8 +164,8 @@ private:
 
 }  // namespace
 
-std::unique_ptr<Flow> make_reference_flow(const Domain& domain, const Scheme& scheme) {
+std::unique_ptr<Flow> make_flow(const Domain& domain, const Scheme& scheme) {
     return std::make_unique<ReferenceFlow>(domain, scheme);
 }
 
-}  // namespace porepack
+}  // namespace porepack::lbm::reference::lbm::reference

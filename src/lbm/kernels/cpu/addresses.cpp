@@ -1,4 +1,4 @@
-#include "lbm/addresses.hpp"
+#include "lbm/kernels/cpu/addresses.hpp"
 
 #include <algorithm>
 #include <array>
@@ -9,7 +9,9 @@
 #include "lbm/lattice.hpp"
 #include "lbm/neighbours.hpp"
 
-namespace porepack {
+namespace porepack::lbm::cpu {
+using namespace core;
+using namespace shapes;
 namespace {
 
 using d3q19::opposite;
@@ -30,9 +32,9 @@ public:
                     static_cast<std::uint32_t>(near[out] >= 0 ? slot_of(out, static_cast<std::size_t>(near[out])) : slot_of(q, node));
             }
         }
-        const auto by_node = [](const OpenLink& link, std::size_t node) { return link.node < node; };
-        for (auto link = std::lower_bound(domain_.open_links.begin(), domain_.open_links.end(), first, by_node);
-             link != domain_.open_links.end() && link->node < end; ++link)
+        const auto by_node = [](const BoundaryLink& link, std::size_t node) { return link.node < node; };
+        for (auto link = std::lower_bound(domain_.boundary_links.begin(), domain_.boundary_links.end(), first, by_node);
+             link != domain_.boundary_links.end() && link->node < end; ++link)
             slots[link->q][link->node - first] =
                 static_cast<std::uint32_t>(slot_of(static_cast<std::size_t>(opposite(link->source_q)), link->source));
         return end - first;
@@ -103,4 +105,4 @@ Addresses find_addresses(const Domain& domain, std::size_t lanes) {
     return addresses;
 }
 
-}  // namespace porepack
+}  // namespace porepack::lbm::cpu

@@ -1,0 +1,11 @@
+// A flow that the fast kernel moves.
+#pragma once
+
+#include "lbm/kernels/cpu/kernel.hpp"
+
+namespace porepack::lbm::cpu {
+
+/// At rest. The domain must outlive the flow.
+[[nodiscard]] std::unique_ptr<Flow> make_flow(const Domain& domain, const Scheme& scheme, bool single_precision);
+
+}  // namespace porepack::lbm::cpu::lbm::cpu

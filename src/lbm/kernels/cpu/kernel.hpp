@@ -1,0 +1,75 @@
+// The fast kernel as plain functions on plain memory, so that it can be compiled once per instruction set (kernel.cpp) and chosen when the
+// program runs.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "lbm/flow.hpp"
+#include "lbm/kernels/cpu/addresses.hpp"
+#include "lbm/kernels/cpu/chunked_walls.hpp"
+#include "lbm/kernels/cpu/schedule.hpp"
+
+namespace porepack::lbm::cpu {
+
+/// Bytes of a SIMD vector, whatever the processor has: addresses are grouped by it.
+inline constexpr std::size_t vector_bytes = 64;
+template <typename Real>
+inline constexpr std::size_t simd_lanes = vector_bytes / sizeof(Real);
+
+/// A boundary link as the kernel takes it.
+template <typename Real>
+struct BoundaryPlace {
+    std::uint16_t row;  ///< chunk_nodes q + place in the chunk
+    Real sign, added;
+};
+
+/// All that a step reads and writes; CpuFlow owns the memory.
+template <typename Real>
+struct KernelData {
+    Real* store;  ///< populations, chunk by chunk, q after q
+    std::size_t nodes, chunks;
+    const Addresses::Vector* vectors;
+    const Addresses::Single* singles;
+    const std::uint32_t* first_single;  ///< by chunk
+    const std::uint64_t* first_wall;    ///< by chunk
+    const std::uint16_t *wall_row, *wall_distance;
+    const std::uint64_t* first_gap;  ///< by chunk
+    const ChunkedWalls::Gap* gaps;
+    const std::uint32_t* first_boundary;  ///< by chunk
+    const BoundaryPlace<Real>* boundary;
+    const Schedule::Part* parts;
+    std::size_t part_count;
+    const std::uint32_t* odd_order;
+    bool interpolated, inertia;
+    Real rate_plus, rate_minus;
+    Real lambda_plus, magic;  ///< tau - 1/2, and Lambda
+    Real force[3];
+    Real force_term[19];  ///< 3 w c.F, what the force adds to a population
+    double force_lu[3];
+};
+
+/// The functions of one instruction set.
+template <typename Real>
+struct KernelFunctions {
+    void (*two_steps)(const KernelData<Real>& data);
+    /// Of the nodes [first, first + count), `first` being a multiple of chunk_nodes.
+    void (*moments)(const KernelData<Real>& data, std::size_t first, Moments* moments, std::size_t count);
+    void (*set_moments)(const KernelData<Real>& data, std::size_t first, const Moments* moments, std::size_t count);
+    /// Adds the force on the walls of all chunks to `force`.
+    void (*drag)(const KernelData<Real>& data, double* force);
+};
+
+struct InstructionSet {
+    const char* name;
+    bool (*runs_here)();
+    const KernelFunctions<float>* single_precision;
+    const KernelFunctions<double>* double_precision;
+};
+/// All sets that this build has, the best last. "baseline" is always the first.
+[[nodiscard]] std::span<const InstructionSet> instruction_sets();
+/// The best that this processor runs, or the one that the environment variable POREPACK_INSTRUCTION_SET names. Throws UserError for a
+/// name that is not known, or a set that the processor does not have.
+[[nodiscard]] const InstructionSet& chosen_instruction_set();
+
+}  // namespace porepack::lbm::cpu::lbm::cpu
