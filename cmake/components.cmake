@@ -25,8 +25,15 @@ function(component name)
   set_property(GLOBAL APPEND PROPERTY porepack_components porepack_${name})
 endfunction()
 
+# A pour is chaotic: its last bits must not depend on what a compiler fuses, nor a grain's measures on the machine.
+function(no_contraction)
+  foreach(name ${ARGN})
+    target_compile_options(porepack_${name} PRIVATE -ffp-contract=off)
+  endforeach()
+endfunction()
+
 function(private_options target)
-  target_compile_options(${target} PRIVATE -march=native -Wall -Wextra -Wshadow -Wno-psabi
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Wshadow -Wno-psabi
     -Wno-missing-field-initializers  # designated initialisers leave members at their defaults
     -Wno-restrict                    # GCC 12 warns falsely in std::string (bug 105651)
     $<$<BOOL:${POREPACK_WERROR}>:-Werror>)
