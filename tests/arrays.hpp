@@ -1,6 +1,7 @@
 // Solving what is known.
 #pragma once
 
+#include "helpers.hpp"
 #include "lbm/known.hpp"
 
 namespace porepack::test {

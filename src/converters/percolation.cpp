@@ -39,7 +39,7 @@ class Pieces {
 public:
     explicit Pieces(std::size_t runs) : parent_(runs), turns_(runs, 0), flags_(runs, 0) { std::iota(parent_.begin(), parent_.end(), 0U); }
 
-    enum Flag : std::uint8_t { inlet = 1, outlet = 2, winds = 4 };
+    static constexpr std::uint8_t inlet = 1, outlet = 2, winds = 4;
 
     std::uint32_t root(std::uint32_t run) {
         std::uint32_t top = run;

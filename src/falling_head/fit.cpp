@@ -16,7 +16,7 @@ using namespace core;
 namespace {
 
 // Parameters: 1/k, 1/k_in, offset, then first level and first speed of each curve. All scaled to order one or to metres.
-enum Parameter : Eigen::Index { viscous = 0, inertial = 1, offset = 2, first_curve = 3 };
+constexpr Eigen::Index viscous = 0, inertial = 1, offset = 2, first_curve = 3;
 
 class Problem {
 public:

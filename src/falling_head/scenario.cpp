@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <boost/math/tools/roots.hpp>
 
 namespace porepack::falling_head {
 namespace {
@@ -80,13 +81,14 @@ std::optional<double> ScenarioStudy::explaining_offset(Scenario scenario, double
     while (!excess(high) && low < high - 1e-4) high -= 1e-3;
     const auto at_low = excess(low), at_high = excess(high);
     if (!at_low || !at_high || *at_low * *at_high > 0.0) return std::nullopt;
-    while (high - low > 1e-6) {
-        const double middle = 0.5 * (low + high);
-        const auto here = excess(middle);
-        if (!here) return std::nullopt;
-        (*here * *at_low > 0.0 ? low : high) = middle;
-    }
-    return low;
+    bool known = true;
+    const auto sign = [&](double offset_m) {
+        const auto here = excess(offset_m);
+        known = known && here.has_value();
+        return here.value_or(1.0) > 0.0 ? 1.0 : -1.0;
+    };
+    const double offset = boost::math::tools::bisect(sign, low, high, [](double a, double b) { return b - a <= 1e-6; }).first;
+    return known ? std::optional(offset) : std::nullopt;
 }
 
 }  // namespace porepack::falling_head

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <boost/math/tools/roots.hpp>
 #include <cmath>
 #include <future>
 
@@ -187,8 +188,10 @@ FoamExtrapolation extrapolate_meshes(std::span<const double> cells, std::span<co
     // (k2 - k1)/(k3 - k2) = (s1^p - s2^p)/(s2^p - s3^p) grows with p.
     const double coarser = std::cbrt(cells[1] / cells[0]);
     const auto changes = [&](double p) { return (std::pow(coarser, p) - 1.0) / (1.0 - std::pow(ratio, -p)); };
-    double low = 0.05, high = 8.0;
-    while (high - low > 1e-9) (changes(0.5 * (low + high)) < before / change ? low : high) = 0.5 * (low + high);
+    const auto too_low = [&](double p) { return changes(p) < before / change ? -1.0 : 1.0; };
+    const double low = too_low(0.05) * too_low(8.0) > 0.0
+                           ? (too_low(0.05) > 0.0 ? 0.05 : 8.0)
+                           : boost::math::tools::bisect(too_low, 0.05, 8.0, [](double a, double b) { return b - a <= 1e-9; }).first;
     // The scheme is of second order; meshes that are too coarse for the asymptotic range show others, and tell little more than the
     // direction.
     const bool plausible = low >= 1.5 && low <= 2.5;

@@ -1,0 +1,162 @@
+// The parts of the fast kernel that work on one chunk: collision and walls. Part of kernel.cpp, once per instruction set; includes nothing.
+
+constexpr int directions = d3q19::directions;
+constexpr std::size_t chunk = chunk_nodes;
+
+[[nodiscard]] constexpr int opposite(int q) {
+    return q == 0 ? 0 : q % 2 == 1 ? q + 1 : q - 1;
+}
+[[nodiscard]] constexpr std::size_t slot_of(std::size_t q, std::size_t node) {
+    return (node / chunk * directions + q) * chunk + node % chunk;
+}
+[[nodiscard]] constexpr int opposite_row(int row) {
+    constexpr int one = static_cast<int>(chunk);
+    return row - one + 2 * (row & one);
+}
+template <typename T>
+[[nodiscard]] constexpr T smaller(T a, T b) {
+    return b < a ? b : a;
+}
+
+// Velocities c_q and weights w_q as plain numbers, made by the compiler.
+struct Lattice {
+    int c[directions][3];
+    double w[directions];
+    constexpr Lattice() : c(), w() {
+        for (int q = 0; q < directions; ++q) {
+            for (int a = 0; a < 3; ++a) c[q][a] = d3q19::c[static_cast<std::size_t>(q)][static_cast<std::size_t>(a)];
+            w[q] = d3q19::w(q);
+        }
+    }
+};
+constexpr Lattice lattice;
+
+// A chunk's populations, q after q.
+template <typename Real>
+struct alignas(vector_bytes) Buffer {
+    Real f[directions * chunk];
+};
+
+// Reads a vector from its places; lanes that come from a third one hold anything.
+template <typename Real>
+inline void read(Real* to, const Real* store, const Addresses::Vector& at) {
+#if defined(__AVX512F__)
+    if constexpr (sizeof(Real) == 8)
+        _mm512_store_pd(to,
+                        _mm512_mask_loadu_pd(_mm512_loadu_pd(store + at.first), static_cast<__mmask8>(at.second_lanes), store + at.second));
+    else
+        _mm512_store_ps(to, _mm512_mask_loadu_ps(_mm512_loadu_ps(store + at.first), at.second_lanes, store + at.second));
+#else
+    for (std::size_t i = 0; i < simd_lanes<Real>; ++i) to[i] = store[((at.second_lanes >> i & 1U) != 0 ? at.second : at.first) + i];
+#endif
+}
+
+template <typename Real>
+inline void write(Real* store, const Real* from, const Addresses::Vector& at) {
+#if defined(__AVX512F__)
+    if constexpr (sizeof(Real) == 8) {
+        const __m512d vector = _mm512_load_pd(from);
+        _mm512_mask_storeu_pd(store + at.first, static_cast<__mmask8>(at.first_lanes), vector);
+        _mm512_mask_storeu_pd(store + at.second, static_cast<__mmask8>(at.second_lanes), vector);
+    } else {
+        const __m512 vector = _mm512_load_ps(from);
+        _mm512_mask_storeu_ps(store + at.first, at.first_lanes, vector);
+        _mm512_mask_storeu_ps(store + at.second, at.second_lanes, vector);
+    }
+#else
+    for (std::size_t i = 0; i < simd_lanes<Real>; ++i) {
+        if ((at.first_lanes >> i & 1U) != 0) store[at.first + i] = from[i];
+        if ((at.second_lanes >> i & 1U) != 0) store[at.second + i] = from[i];
+    }
+#endif
+}
+
+// The collision of a chunk; equations in scheme.hpp and docs/theory.md. Rows of populations are replaced by those after collision.
+// Legend: s and d sum and difference of a pair of opposite populations, rho density, j momentum, u velocity.
+// `swap` leaves each population in its opposite's row. `fetch` is called once per vector: it brings the next chunk nearer.
+template <bool inertia, bool swap, typename Real, typename Fetch>
+inline void collide(Real* const rows, const KernelData<Real>& data, const Fetch& fetch) {
+    constexpr Real w0 = static_cast<Real>(d3q19::w_rest), w1 = static_cast<Real>(d3q19::w_axis), w2 = static_cast<Real>(d3q19::w_diagonal);
+    const Real half = Real(0.5), even = half * (Real(1) - data.rate_plus), odd = half * (Real(1) - data.rate_minus);
+    const Real plus = data.rate_plus, minus3 = Real(3) * data.rate_minus;
+    const Real fx = data.force[0], fy = data.force[1], fz = data.force[2];
+    Real term[9];
+    for (int k = 0; k < 9; ++k) term[k] = data.force_term[2 * k + 1];
+    Real* const f = static_cast<Real*>(__builtin_assume_aligned(rows, vector_bytes));
+#define PAIR(k) f[(2 * (k) + 1) * chunk + i], f[(2 * (k) + 2) * chunk + i]
+    const auto sum = [](Real a, Real b) { return a + b; };
+    const auto difference = [](Real a, Real b) { return a - b; };
+    for (std::size_t block = 0; block < chunk; block += simd_lanes<Real>) {
+        fetch(block);
+#pragma omp simd
+        for (std::size_t i = block; i < block + simd_lanes<Real>; ++i) {
+            const Real f0 = f[i];
+            const Real s0 = sum(PAIR(0)), s1 = sum(PAIR(1)), s2 = sum(PAIR(2)), s3 = sum(PAIR(3)), s4 = sum(PAIR(4)), s5 = sum(PAIR(5)),
+                       s6 = sum(PAIR(6)), s7 = sum(PAIR(7)), s8 = sum(PAIR(8));
+            const Real d0 = difference(PAIR(0)), d1 = difference(PAIR(1)), d2 = difference(PAIR(2)), d3 = difference(PAIR(3)),
+                       d4 = difference(PAIR(4)), d5 = difference(PAIR(5)), d6 = difference(PAIR(6)), d7 = difference(PAIR(7)),
+                       d8 = difference(PAIR(8));
+            Real rho = f0 + ((s0 + s1) + (s2 + s3)) + ((s4 + s5) + (s6 + s7)) + s8;
+            const Real jx = d0 + ((d3 + d4) + (d5 + d6)), jy = d1 + ((d3 - d4) + (d7 + d8)), jz = d2 + ((d5 - d6) + (d7 - d8));
+            Real ux = 0, uy = 0, uz = 0;
+            if constexpr (inertia) {
+                ux = jx + half * fx;
+                uy = jy + half * fy;
+                uz = jz + half * fz;
+                rho -= Real(1.5) * (ux * ux + uy * uy + uz * uz);
+            }
+            f[i] = f0 - plus * (f0 - w0 * rho);
+            const auto relax = [&](std::size_t k, Real w, Real s, Real d, Real cj, Real cu) {
+                const Real e = even * s + plus * w * (inertia ? rho + Real(4.5) * cu * cu : rho);
+                const Real o = odd * d + minus3 * w * cj + term[k];
+                f[(2 * k + (swap ? 2 : 1)) * chunk + i] = e + o;
+                f[(2 * k + (swap ? 1 : 2)) * chunk + i] = e - o;
+            };
+            relax(0, w1, s0, d0, jx, ux);
+            relax(1, w1, s1, d1, jy, uy);
+            relax(2, w1, s2, d2, jz, uz);
+            relax(3, w2, s3, d3, jx + jy, ux + uy);
+            relax(4, w2, s4, d4, jx - jy, ux - uy);
+            relax(5, w2, s5, d5, jx + jz, ux + uz);
+            relax(6, w2, s6, d6, jx - jz, ux - uz);
+            relax(7, w2, s7, d7, jy + jz, uy + uz);
+            relax(8, w2, s8, d8, jy - jz, uy - uz);
+        }
+    }
+#undef PAIR
+}
+
+// A wall at the fraction x of a link; WallWeights in scheme.hpp explains it.
+template <typename Real>
+struct Weights {
+    Real share, shift, b;
+    inline Weights(Real x, Real plus, Real magic) {
+        const Real second = Real(0.75) * x * x;
+        const Real inverse = Real(1) / (Real(1) + Real(2) * x);
+        b = (Real(1) - Real(2) * x) * inverse;
+        shift = Real(2) * inverse * (magic - second) / plus;
+        const Real bound = Real(0.6) * (Real(0.5) * plus + magic);
+        share = bound < second ? bound / second : Real(1);
+    }
+};
+
+// The weights of a chunk's wall links, and what they know before collision: known + to_wall f*_q - from_wall f*_o is stored.
+template <typename Real>
+struct AtWalls {
+    static constexpr std::size_t capacity = (directions - 1) * chunk + simd_lanes<Real>;
+    alignas(vector_bytes) Real arriving[capacity];
+    alignas(vector_bytes) Real rest[capacity];
+    alignas(vector_bytes) Real shift[capacity];
+    alignas(vector_bytes) Real to_wall[capacity];
+    alignas(vector_bytes) Real from_wall[capacity];
+    alignas(vector_bytes) Real known[capacity];
+    inline void weigh(std::size_t k, const Weights<Real>& w) {
+        arriving[k] = w.share * w.b;
+        rest[k] = Real(1) - w.share;
+        shift[k] = w.share * w.shift;
+        to_wall[k] = w.share * (Real(1) + w.shift);
+        from_wall[k] = w.share * (w.b + w.shift);
+    }
+    inline void know(std::size_t k, Real in, Real out, Real term) { known[k] = rest[k] * out - shift[k] * (in - out + term); }
+    [[nodiscard]] inline Real stored(std::size_t k, Real in, Real out) const { return known[k] + to_wall[k] * in - from_wall[k] * out; }
+};
