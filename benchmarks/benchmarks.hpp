@@ -1,4 +1,4 @@
-// Measurements: they report, they do not judge.
+// Measurements: they report values without pass or fail.
 #pragma once
 
 #include <string>
@@ -9,20 +9,21 @@
 
 namespace porepack::benchmarks {
 
-/// Whether intervals cover, for LbmConfig::tolerance; a row for each tolerance and each flow.
+/// Coverage of the intervals of LbmConfig::tolerance; one row per tolerance and flow.
 [[nodiscard]] core::Json coverage_benchmark(const std::vector<unsigned>& seeds, const std::vector<double>& tolerances);
-/// Speed of the kernels against the memory's limit, steps of the schemes to the same tolerance, error against seconds.
+/// Speed of the kernels against the memory bandwidth limit, steps of the schemes to the same tolerance, error against seconds.
 [[nodiscard]] core::Json lbm_benchmark(const core::Path& folder);
-/// Runs both flow solvers of the cases as far as that is not done, and compares k, cost and mean profiles of the speed.
+/// Runs both flow solvers of the cases if not yet done, and compares k, cost and mean profiles of the speed.
 [[nodiscard]] core::Json cross_check_benchmark(const std::vector<core::Path>& cases, const core::Path& folder);
-/// OpenFOAM on flows of known answer; its cases lie in `folder` (or ./foam_verification).
+/// OpenFOAM on flows of known answer; its cases are in `folder` (or ./foam_verification).
 [[nodiscard]] core::Json foam_benchmark(const core::Path& folder);
-/// A packing as OpenFOAM takes it; `deviation` of its surface over the grain's size.
-[[nodiscard]] openfoam::FoamScene foam_scene_of(const packing::Packing& packing, const packing::Section& section, double grain_size_m, double deviation = 0.003);
+/// A packing as input for OpenFOAM; `deviation` is that of its surface over the grain size.
+[[nodiscard]] openfoam::FoamScene foam_scene_of(const packing::Packing& packing, const packing::Section& section, double grain_size_m,
+                                                double deviation = 0.003);
 /// Both packing engines: porosity of several packings, seconds against the clumps' surface tolerance; writes packing_engines.svg into
 /// `folder`.
 [[nodiscard]] core::Json packing_benchmark(bool quick, const core::Path& folder);
-/// The paper's tortuosity against all it depends on, error against seconds of the others; writes tortuosity_study.svg into `folder`.
+/// The paper's tortuosity against all its parameters, error against seconds of the others; writes tortuosity_study.svg into `folder`.
 [[nodiscard]] core::Json tortuosity_benchmark(bool quick, const core::Path& folder);
 /// Error against cost of both solvers and the paper's scheme; writes speed_error.svg and .csv into `folder` (or ./speed_error).
 [[nodiscard]] core::Json speed_error_benchmark(bool quick, const core::Path& folder);

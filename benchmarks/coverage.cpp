@@ -1,4 +1,4 @@
-// Does the interval of `tolerance` hold what it promises? Every flow of known answer, at several tolerances.
+// Coverage of the interval of `tolerance`: every flow of known answer, at several tolerances.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -31,8 +31,8 @@ Json coverage_benchmark(const std::vector<unsigned>& seeds, const std::vector<do
             for (const KnownFlow& known : random_known_flows(seed)) {
                 const Stopwatch watch;
                 try {
-                    const LbmResult result = lbm_permeability(
-                        known.pore_space(), 0.1, {.direction = known.direction, .tolerance = tolerance, .max_time_s = 25.0});
+                    const LbmResult result = lbm_permeability(known.pore_space(), 0.1,
+                                                              {.direction = known.direction, .tolerance = tolerance, .max_time_s = 25.0});
                     if (!result.half_width) continue;
                     const double error = result.permeability_m2 / known.permeability_m2 - 1.0;
                     const double half = result.half_width->sum() / result.permeability_m2;

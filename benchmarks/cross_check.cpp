@@ -4,11 +4,11 @@
 #include <cmath>
 
 #include "benchmarks/benchmarks.hpp"
-#include "stages/case.hpp"
-#include "study/case_pipeline.hpp"
 #include "core/error.hpp"
 #include "io/image.hpp"
 #include "openfoam/foam_field.hpp"
+#include "stages/case.hpp"
+#include "study/case_pipeline.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;
@@ -86,7 +86,7 @@ Json cross_check_benchmark(const std::vector<Path>& folders, const Path& output)
     for (const Path& folder : folders) {
         const Case c = read_case(folder);
         if (!c.settings.openfoam.enabled)
-            throw UserError("this case leaves OpenFOAM out", {.where = folder.string(), .fix = "openfoam.enabled = true"});
+            throw UserError("this case disables OpenFOAM", {.where = folder.string(), .fix = "openfoam.enabled = true"});
         const Json lbm = run_pipeline(case_pipeline(c), "lbm"), foam = run_pipeline(case_pipeline(c), "foam");
         const auto manifest = [&](const char* stage) { return read_json(c.results() / stage / "manifest.json"); };
         const Section section{lbm.at("section_m").at(0).get<double>(), lbm.at("section_m").at(1).get<double>()};

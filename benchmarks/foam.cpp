@@ -6,10 +6,10 @@
 
 #include "benchmarks/benchmarks.hpp"
 #include "core/data_file.hpp"
-#include "stages/stages.hpp"
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "lbm/known.hpp"
+#include "stages/stages.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;
@@ -33,7 +33,7 @@ Json foam_benchmark(const Path& output) {
         double permeability_m2, cell_size_m;
     };
     std::vector<Known> list;
-    // The case wants a surface: a bead far above an empty duct.
+    // The case needs a surface: a sphere far above an empty duct.
     const auto add_empty = [&](const char* name, const char* container, double area, double k, double cell) {
         Packing packing{.container = parse_container(container), .shapes = {make_preset(ShapeKind::sphere, 0.002, 0.0)}, .bodies = {}};
         packing.bodies.push_back({.shape = 0, .position_m = 0.5 * (packing.container.low() + packing.container.high()) + Vec3(0, 0, 0.03)});
@@ -49,8 +49,8 @@ Json foam_benchmark(const Path& output) {
     add_empty("square duct", "box:0.01,0.01,0.1", 1e-4, 0.03514425e-4, 0.01 / 32);
     add_empty("pipe", "cylinder:0.01,0.1", std::numbers::pi * 0.25e-4, 1e-4 / 32.0, 0.01 / 28);
     const auto add = [&](const KnownFlow& known, double cells_per_diameter) {
-        list.push_back({known.name, foam_scene_of(known.packing, {0.0, known.container.size_m.z()}, known.diameter_m), known.permeability_m2,
-                        known.diameter_m / cells_per_diameter});
+        list.push_back({known.name, foam_scene_of(known.packing, {0.0, known.container.size_m.z()}, known.diameter_m),
+                        known.permeability_m2, known.diameter_m / cells_per_diameter});
     };
     const Vec3 place(0.21, 0.37, 0.11);
     add(sphere_array(0.125, 4.291589, simple_cubic(), place), 24);
@@ -61,7 +61,7 @@ Json foam_benchmark(const Path& output) {
     const double radius = std::sqrt(0.5 / std::numbers::pi);
     Packing cylinders{
         .container = parse_container("box:0.25,1,1:periodic"), .shapes = {make_preset(ShapeKind::sphere, 2.0 * radius, 0.0)}, .bodies = {}};
-    // A capsule's facets have its volume on the whole, which here is hidden at its ends: they must be fine.
+    // The facets of a capsule keep its total volume, but the ends are hidden here: the facets must be fine.
     cylinders.shapes[0].capsules = {{Vec3(-0.25, 0, 0), Vec3(0.25, 0, 0), radius}};
     cylinders.bodies.push_back({.shape = 0, .position_m = Vec3(0.125, 0.5, 0.5)});
     list.push_back({"square cylinders 0.5", foam_scene_of(cylinders, {0.0, 1.0}, 2.0 * radius, 2e-4), 1.0 / 532.548, 1.0 / 40});

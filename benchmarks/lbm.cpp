@@ -20,7 +20,7 @@ using namespace lbm;
 using namespace report;
 namespace {
 
-// Bytes a second of a[i] *= s: what populations that are moved in place could reach at best. Best of four.
+// Bytes per second of a[i] *= s: upper limit for populations that are streamed in place. Best of four.
 double in_place_bytes_per_second() {
     static std::vector<double> a(100'000'000, 1.0);
     double best = 1e300;
@@ -60,7 +60,7 @@ double best_rate(Flow& flow, std::size_t nodes) {
     return 2.0 * pairs * static_cast<double>(nodes) / best;
 }
 
-// Speed on spheres of 40 nodes in a periodic box, against the memory's limit measured beside it.
+// Speed on spheres of 40 nodes in a periodic box, against the memory bandwidth limit measured in the same run.
 Json speed_rows(double porosity, int cells, bool scaling) {
     const Packing packing = random_spheres("box:1,1,1:periodic", porosity, 20.0 / cells);
     const Grains grains(packing);
@@ -135,7 +135,7 @@ Json convergence_rows() {
     return rows;
 }
 
-// Error of k against the exact drag of simple cubic spheres, and the seconds that it took.
+// Error of k against the exact drag of simple cubic spheres, and the seconds needed.
 Json accuracy_rows() {
     const KnownFlow known = sphere_array(0.343, 15.39949, simple_cubic(), Vec3(0.21, 0.37, 0.11));
     Json rows = Json::array();
@@ -152,9 +152,9 @@ Json accuracy_rows() {
         for (const int cells : {12, 23, 46, 92}) {
             if (cells > 46 && kind.collision == Collision::bgk) continue;  // minutes
             const Stopwatch watch;
-            const LbmResult result = lbm_permeability(
-                known.pore_space(), 1.0 / cells,
-                {.walls = kind.walls, .collision = kind.collision, .iteration_tolerance = 1e-4, .grids = kind.grids});
+            const LbmResult result =
+                lbm_permeability(known.pore_space(), 1.0 / cells,
+                                 {.walls = kind.walls, .collision = kind.collision, .iteration_tolerance = 1e-4, .grids = kind.grids});
             add(kind.name, known.diameter_m * cells, result, watch.seconds());
         }
     for (const double tolerance : {0.05, 0.02, 0.01, 0.005, 0.0025}) {

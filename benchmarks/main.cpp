@@ -1,4 +1,4 @@
-// The program `porepack_benchmark`: measurements that report and do not judge. `porepack benchmark ...` calls it.
+// The program `porepack_benchmark`: measurements without pass or fail. `porepack benchmark ...` calls it.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <CLI/CLI.hpp>
@@ -32,7 +32,10 @@ std::vector<Path> paths(const std::vector<std::string>& names) {
 }
 
 constexpr Benchmark benchmarks[] = {
-    {"coverage", [](const Request&) { return coverage_benchmark({9, 10}, {0.02, 0.01, 0.005}); }},
+    {"coverage",
+     [](const Request&) {
+         return coverage_benchmark({9, 10}, {0.02, 0.01, 0.005});
+     }},
     {"cross-check", [](const Request& r) { return cross_check_benchmark(paths(r.cases), r.folder); }},
     {"foam", [](const Request& r) { return foam_benchmark(r.folder); }},
     {"lbm", [](const Request& r) { return lbm_benchmark(r.folder); }},
@@ -59,17 +62,17 @@ Json run(const Request& request) {
 }
 
 int main_or_throw(int argc, char** argv) {
-    CLI::App app("Measurements of porepack. They report, they do not judge.", "porepack_benchmark");
+    CLI::App app("Measurements of porepack: values without pass or fail.", "porepack_benchmark");
     Request request;
     std::string folder;
     int threads = 0;
     bool json = false;
     app.add_option("name", request.name, "coverage, cross-check, foam, lbm, packing, shapes, speed-error, tortuosity")->required();
-    app.add_option("cases", request.cases, "of cross-check: folders with case.toml");
+    app.add_option("cases", request.cases, "for cross-check: folders with case.toml");
     app.add_option("--output", folder, "folder for <name>.json and figures");
     app.add_option("--threads", threads, "threads of parallel loops (default: all cores)")->check(CLI::Range(1, 1024));
-    app.add_flag("--quick", request.quick, "of packing, speed-error and tortuosity: minutes instead of half an hour");
-    app.add_flag("--json", json, "accepted for compatibility: the result is JSON always");
+    app.add_flag("--quick", request.quick, "for packing, speed-error and tortuosity: minutes instead of half an hour");
+    app.add_flag("--json", json, "accepted for compatibility: the result is always JSON");
     app.footer("Example:\n  porepack_benchmark lbm --output lbm_speed");
     try {
         app.parse(argc, argv);

@@ -1,4 +1,4 @@
-// Both packing engines on one question: seconds, porosity, and what the clumps' roughness changes.
+// Both packing engines on the same task: seconds, porosity, and the effect of the clumps' roughness.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -6,14 +6,14 @@
 
 #include "benchmarks/benchmarks.hpp"
 #include "benchmarks/packing.hpp"
-#include "core/data_file.hpp"
-#include "stages/stages.hpp"
 #include "converters/voxels.hpp"
+#include "core/data_file.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "core/process.hpp"
 #include "packing/dem/capsule_pour.hpp"
 #include "report/plot.hpp"
+#include "stages/stages.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;
@@ -106,7 +106,7 @@ Json bed_json(const std::vector<Bed>& beds) {
     return json;
 }
 
-// Columns: place, capsule, error, LIGGGHTS, error.
+// Columns: position, capsule, error, LIGGGHTS, error.
 std::string profile_data(const Json& shape, const char* profile, double first, double width) {
     std::string text;
     for (std::size_t i = 0; i < shape["capsule"][profile].size(); ++i) {
@@ -153,15 +153,15 @@ Json packing_benchmark(bool quick, const Path& output) {
                              .quick = quick};
     make_folder(bench.folder);
 
-    // Costs first, while nothing else has warmed or filled the machine.
+    // Costs first, before other work heats the processor or fills the memory.
     const Json costs = step_costs(bench);
     const Json grains = cost_by_grains(bench), rods = lying_rods(bench), steps = time_step_table(bench);
 
     // Several packings by both engines.
     Json shapes = Json::array();
-    for (const auto& [kind, sphericity] :
-         quick ? std::vector<std::pair<ShapeKind, double>>{{ShapeKind::tetrapod, 0.53}}
-               : std::vector<std::pair<ShapeKind, double>>{{ShapeKind::tetrapod, 0.53}, {ShapeKind::tetrapod, 0.81}, {ShapeKind::sphere, 1.0}}) {
+    for (const auto& [kind, sphericity] : quick ? std::vector<std::pair<ShapeKind, double>>{{ShapeKind::tetrapod, 0.53}}
+                                                : std::vector<std::pair<ShapeKind, double>>{
+                                                      {ShapeKind::tetrapod, 0.53}, {ShapeKind::tetrapod, 0.81}, {ShapeKind::sphere, 1.0}}) {
         const auto shape = paper_shape(kind, sphericity);
         std::vector<Bed> exact, clumps;
         for (long seed = 1; seed <= (quick ? 2 : 5); ++seed) {
@@ -179,17 +179,18 @@ Json packing_benchmark(bool quick, const Path& output) {
                           {"liggghts", bed_json(clumps)},
                           {"difference_of_central_porosity", b.value - a.value},
                           {"standard_error_of_difference", std::hypot(a.error, b.error)}});
-        log_info("{} {:g}: central porosity {:.4f} +- {:.4f} (capsule), {:.4f} +- {:.4f} (LIGGGHTS)", name_of(kind), sphericity, a.value, a.error,
-                 b.value, b.error);
+        log_info("{} {:g}: central porosity {:.4f} +- {:.4f} (capsule), {:.4f} +- {:.4f} (LIGGGHTS)", name_of(kind), sphericity, a.value,
+                 a.error, b.value, b.error);
     }
 
-    // What the clumps' roughness changes.
+    // Effect of the clumps' roughness.
     Json tolerances = Json::array();
     for (const double tolerance : quick ? std::vector<double>{0.1, 0.05} : std::vector<double>{0.1, 0.05, 0.02, 0.005}) {
         std::vector<Bed> beds;
         for (long seed = 1; seed <= (quick ? 1 : tolerance < 0.01 ? 2 : 3); ++seed) {
-            const PourResult pour = bench.by_liggghts(
-                paper_shape(ShapeKind::tetrapod, 0.53), {.fill = Fill::lattice, .seed = seed, .grains = bench.grains, .surface_tolerance = tolerance});
+            const PourResult pour =
+                bench.by_liggghts(paper_shape(ShapeKind::tetrapod, 0.53),
+                                  {.fill = Fill::lattice, .seed = seed, .grains = bench.grains, .surface_tolerance = tolerance});
             beds.push_back(measure_bed(pour.packing, pour.wall_time_s));
         }
         Json row = bed_json(beds);
@@ -198,7 +199,8 @@ Json packing_benchmark(bool quick, const Path& output) {
     }
     std::vector<Bed> beds;
     for (long seed = 1; seed <= (quick ? 1 : 5); ++seed) {
-        const PourResult pour = bench.by_capsules(paper_shape(ShapeKind::tetrapod, 0.53), {.fill = Fill::lattice, .seed = seed, .grains = bench.grains});
+        const PourResult pour =
+            bench.by_capsules(paper_shape(ShapeKind::tetrapod, 0.53), {.fill = Fill::lattice, .seed = seed, .grains = bench.grains});
         beds.push_back(measure_bed(pour.packing, pour.wall_time_s));
     }
     const Json lattice = bed_json(beds);

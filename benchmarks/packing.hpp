@@ -1,4 +1,4 @@
-// What the parts of the packing benchmark share.
+// Functions shared by the parts of the packing benchmark.
 #pragma once
 
 #include <array>
@@ -25,20 +25,20 @@ struct PackingBench {
 
     [[nodiscard]] packing::PourResult by_capsules(const std::vector<shapes::ShapeShare>& shape, const packing::PackingConfig& config) const;
     [[nodiscard]] packing::PourResult by_liggghts(const std::vector<shapes::ShapeShare>& shape, packing::PackingConfig config,
-                                         const std::optional<packing::Pour>& given = {}) const;
+                                                  const std::optional<packing::Pour>& given = {}) const;
     /// Seconds per step of the first run of the last LIGGGHTS pour, from its own "Loop time".
     [[nodiscard]] double liggghts_step_seconds() const;
 };
 /// A shape of the paper.
 [[nodiscard]] std::vector<shapes::ShapeShare> paper_shape(shapes::ShapeKind kind, double sphericity);
 
-/// Seconds per step of both engines from the same state: of a pour in full motion, and of a settled bed.
+/// Seconds per step of both engines from the same state: during a pour, and for a settled bed.
 [[nodiscard]] core::Json step_costs(const PackingBench& bench);
 /// Seconds per grain and step of settled beds, 100 grains to 10,000.
 [[nodiscard]] core::Json cost_by_grains(const PackingBench& bench);
 /// LIGGGHTS: porosity, overlap and wall time against time step and surface tolerance.
 [[nodiscard]] core::Json time_step_table(const PackingBench& bench);
-/// Stiffness of a rod that lies on the floor over that of one contact.
+/// Stiffness of a rod lying on the floor over that of one contact.
 [[nodiscard]] core::Json lying_rods(const PackingBench& bench);
 
 }  // namespace porepack::benchmarks

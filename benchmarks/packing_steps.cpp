@@ -1,4 +1,4 @@
-// What a step of either packing engine costs, and what the clumps' settings change.
+// Cost of a step of either packing engine, and effect of the clumps' settings.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -23,7 +23,7 @@ double seconds_a_step(CapsuleDem& dem, long steps) {
     return watch.seconds() / static_cast<double>(steps);
 }
 
-// A scene as it is at one moment, for either engine.
+// A snapshot of a scene, for either engine.
 Pour moment(const CapsuleDem& dem) {
     Pour pour{.batches = {{}}};
     for (std::size_t i = 0; i < dem.size(); ++i) {
@@ -87,7 +87,7 @@ Json step_costs(const PackingBench& bench) {
         for (const std::size_t state : {0U, 1U}) {
             PackingConfig config = lattice;
             config.surface_tolerance = tolerance;
-            config.settle_time_s = 1e-3;  // only the first steps are wanted
+            config.settle_time_s = 1e-3;  // only the first steps are needed
             try {
                 (void)bench.by_liggghts(shape, config, state == 0 ? pouring : settled);
             } catch (const NumericalError&) {

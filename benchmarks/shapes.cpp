@@ -5,10 +5,10 @@
 #include <cmath>
 
 #include "converters/surface.hpp"
+#include "core/build.hpp"
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
-#include "core/build.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

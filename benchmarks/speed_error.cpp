@@ -1,4 +1,4 @@
-// Error against cost of every way to a permeability: both solvers and the paper's scheme, on flows of known answer and on a packing.
+// Error against cost of every method for a permeability: both solvers and the paper's scheme, on flows of known answer and on a packing.
 #include <fmt/format.h>
 #include <sys/resource.h>
 
@@ -7,15 +7,15 @@
 #include <set>
 
 #include "benchmarks/benchmarks.hpp"
-#include "study/case_pipeline.hpp"
 #include "core/data_file.hpp"
-#include "stages/stages.hpp"
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "core/table.hpp"
 #include "lbm/known.hpp"
 #include "report/plot.hpp"
+#include "stages/stages.hpp"
+#include "study/case_pipeline.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;
@@ -41,7 +41,7 @@ double cpu_seconds() {
     return sum;
 }
 
-// A flow to solve: exact answer or a fine one.
+// A flow to solve, with an exact answer or that of a fine grid.
 struct Target {
     std::string name;
     Packing packing;
@@ -92,17 +92,16 @@ void add_lbm(std::vector<Row>& rows, const Target& target) {
             // On a packing the next finer grid takes a quarter of an hour.
             if (!target.exact && nodes > (kind.collision == Collision::bgk ? 10.0 : 20.0)) continue;
             add_row(rows, target, kind.name, fmt::format("{:g} nodes per diameter", nodes), [&](double&) {
-                const LbmResult result = lbm_permeability(
-                    space, target.grain_size_m / nodes,
-                    {.walls = kind.walls, .collision = kind.collision, .iteration_tolerance = 1e-4, .grids = kind.grids});
+                const LbmResult result =
+                    lbm_permeability(space, target.grain_size_m / nodes,
+                                     {.walls = kind.walls, .collision = kind.collision, .iteration_tolerance = 1e-4, .grids = kind.grids});
                 return result.fine().permeability_m2;
             });
         }
     for (const double tolerance : {0.05, 0.01, 0.005, 0.0025}) {
         if (tolerance < 0.005 && !target.exact) continue;
-        add_row(rows, target, "LBM, to a tolerance", fmt::format("{:g}", tolerance), [&](double&) {
-            return lbm_permeability(space, target.grain_size_m / 10.0, {.tolerance = tolerance}).permeability_m2;
-        });
+        add_row(rows, target, "LBM, to a tolerance", fmt::format("{:g}", tolerance),
+                [&](double&) { return lbm_permeability(space, target.grain_size_m / 10.0, {.tolerance = tolerance}).permeability_m2; });
     }
 }
 
@@ -110,14 +109,13 @@ void add_foam(std::vector<Row>& rows, const Target& target, bool quick, const Pa
     const FoamScene scene = foam_scene_of(target.packing, target.section, target.grain_size_m);
     std::vector<double> cells, values;
     double wall = 0.0, core = 0.0;
-    // Grains of a packing are capsules that many cells cross; a cell of a fifth of their diameter is fine already.
+    // Each capsule of a packing spans many cells; a cell of one fifth of its diameter is already fine.
     for (const double across : target.exact ? std::vector<double>{14.0, 20.0, 28.0, 40.0} : std::vector<double>{3.0, 4.2, 6.0, 8.4}) {
         if (quick && across > 28.0) continue;
         const std::size_t before = rows.size();
         add_row(rows, target, "OpenFOAM", fmt::format("{:g} cells per diameter", across), [&](double& memory) {
-            const FoamResult result =
-                foam_permeability(scene, {.meshes = 1}, target.grain_size_m / across, data_file("openfoam_cases"),
-                                  folder / fmt::format("{}_{:g}", target.name, across));
+            const FoamResult result = foam_permeability(scene, {.meshes = 1}, target.grain_size_m / across, data_file("openfoam_cases"),
+                                                        folder / fmt::format("{}_{:g}", target.name, across));
             cells.push_back(static_cast<double>(result.fine().cells));
             values.push_back(result.permeability_m2);
             memory = result.fine().peak_memory_bytes;
@@ -137,7 +135,7 @@ void add_foam(std::vector<Row>& rows, const Target& target, bool quick, const Pa
     }
 }
 
-// The cheapest way whose error is below `limit` on all flows with an exact answer that it was tried on, and at least two of them if
+// The cheapest method with errors below `limit` on all flows with an exact answer to which it was applied, and at least two of them if
 // there are.
 std::string sentence(const std::vector<Row>& rows, double limit) {
     struct Way {
@@ -165,11 +163,11 @@ std::string sentence(const std::vector<Row>& rows, double limit) {
         return best;
     };
     const auto told = [&](const auto* way) {
-        return fmt::format("{} ({}): {:.2g} core seconds a flow", way->first.first, way->first.second,
+        return fmt::format("{} ({}): {:.2g} core seconds per flow", way->first.first, way->first.second,
                            way->second.core / static_cast<double>(way->second.targets.size()));
     };
     const auto* best = cheapest("");
-    if (best == nullptr) return fmt::format("For {:g} %: none of these ways.", 100.0 * limit);
+    if (best == nullptr) return fmt::format("For {:g} %: none of these methods.", 100.0 * limit);
     std::string text = fmt::format("For {:g} % the cheapest is {}", 100.0 * limit, told(best));
     const auto* foam = cheapest("OpenFOAM");
     text += foam != nullptr && foam != best ? fmt::format("; {}", told(foam)) : "; OpenFOAM does not reach it here";
@@ -183,8 +181,8 @@ void draw(const std::vector<Row>& rows, const Path& folder) {
         if (std::find(targets.begin(), targets.end(), row.target) == targets.end()) targets.push_back(row.target);
         if (std::find(methods.begin(), methods.end(), row.method) == methods.end()) methods.push_back(row.method);
     }
-    // One block per method that ran on a target, and last the points that no other beats; gnuplot reads the blocks of target t from
-    // first_blocks[t] on. A word of a list holds no space.
+    // One block per method that ran on a target, and last the Pareto-optimal points; gnuplot reads the blocks of target t from
+    // first_blocks[t] on. A word of a list contains no space.
     std::string data, target_names, first_blocks = "0";
     std::size_t blocks = 0;
     const auto add_block = [&](const std::string& title, const std::vector<std::pair<double, double>>& list) {
@@ -237,7 +235,7 @@ Json speed_error_benchmark(bool quick, const Path& output) {
                            true,
                            std::string(name).find("touching") == std::string::npos});
     };
-    // At a place that favours no solver.
+    // At a position on the grid that favours no solver.
     const Vec3 place(0.21, 0.37, 0.11);
     add_array("simple cubic 0.343", sphere_array(0.343, 15.39949, simple_cubic(), place));
     add_array("body-centred 0.6", sphere_array(0.6, 88.8734, body_centred(), place));

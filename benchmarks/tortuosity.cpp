@@ -1,4 +1,4 @@
-// What the paper's tortuosity depends on, and error against seconds of the others.
+// Parameters of the paper's tortuosity, and error against seconds of the others.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -7,10 +7,10 @@
 
 #include "benchmarks/benchmarks.hpp"
 #include "core/data_file.hpp"
-#include "stages/stages.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "report/plot.hpp"
+#include "stages/stages.hpp"
 #include "tortuosity/tortuosity.hpp"
 
 namespace porepack::benchmarks {
@@ -29,7 +29,7 @@ struct Bed {
     double porosity = 0.0;
 };
 
-// Spheres of 5 mm that do not touch, at random.
+// Spheres of 5 mm without contact, at random positions.
 Bed separate_spheres(double share) {
     Bed bed{.name = fmt::format("separate spheres, {:.2f}", 1.0 - share), .packing = {}, .section = {0.0, 0.1}};
     bed.packing.container = parse_container("box:0.1,0.1,0.1:periodic");
@@ -70,7 +70,7 @@ double limit_for_separate_spheres(double eps) {
     return 1.0 + (1.0 - eps) * (3.0 * std::numbers::pi / 8.0 - 1.0);
 }
 
-// The paper's method on one bed: as published, then one parameter after the other.
+// The paper's method on one bed: as published, then with one parameter changed at a time.
 Json study(const Bed& bed) {
     const Grains grains(bed.packing);
     const auto value = [&](TortuosityConfig config) {
@@ -126,17 +126,17 @@ PhaseImage sphere_cell(int n, double solid_fraction) {
 Json shortest_path_errors() {
     const double R = 0.9973, D = 1.2;
     const double exact = (std::sqrt(D * D - R * R) + R * std::asin(R / D) + D) / (2.0 * D);
-    Packing packing{.container = parse_container("box:2.4,2.4,2.4"), .shapes = {make_preset(ShapeKind::sphere, 2.0 * R, 0.0)}, .bodies = {}};
+    Packing packing{
+        .container = parse_container("box:2.4,2.4,2.4"), .shapes = {make_preset(ShapeKind::sphere, 2.0 * R, 0.0)}, .bodies = {}};
     packing.bodies.push_back({.position_m = Vec3::Constant(1.2)});
     const PoreSpace space = pore_space_of(packing).with_section({0.0, 2.4});
     Json rows = Json::array();
     for (const int n : {5, 10, 20, 40}) {
         Stopwatch watch;
-        const double taut = shortest_path(space, 1.0 / n, Axis::z, 100000).greatest / exact - 1.0;
+        const double taut = shortest_path(space, 1.0 / n, Axis::z, 100000).maximum / exact - 1.0;
         const double taut_seconds = watch.seconds();
         watch = {};
-        const double voxels =
-            shortest_path(space.voxelise_at(1.0 / n), 2, {false, false, false}).greatest / exact - 1.0;
+        const double voxels = shortest_path(space.voxelise_at(1.0 / n), 2, {false, false, false}).maximum / exact - 1.0;
         rows.push_back({{"voxels_per_radius", n},
                         {"error_exact_grains", taut},
                         {"seconds_exact_grains", taut_seconds},
@@ -162,13 +162,15 @@ Json diffusive_errors() {
         const PhaseImage image = sphere_cell(n, f);
         const Stopwatch watch;
         const DiffusiveResult result = diffusive_tortuosity(image, 2, {true, true, true});
-        rows.push_back(
-            {{"voxels_per_side", n}, {"error", result.value / exact - 1.0}, {"iterations", result.iterations}, {"seconds", watch.seconds()}});
+        rows.push_back({{"voxels_per_side", n},
+                        {"error", result.value / exact - 1.0},
+                        {"iterations", result.iterations},
+                        {"seconds", watch.seconds()}});
     }
     return rows;
 }
 
-// What three of the numbers are made of, on the packing of tetrapods: paths and concentration seen along y.
+// Basis of three of the values, on the packing of tetrapods: paths and concentration seen along y.
 void draw_kinds(const Path& folder, const Bed& bed) {
     const Grains grains(bed.packing);
     const Section section{0.03, 0.09};
@@ -181,9 +183,9 @@ void draw_kinds(const Path& folder, const Bed& bed) {
         }
         write_text(folder / file, text);
     };
-    lines("paths_geometric.dat", geometric_paper_exact(grains, bed.packing.container, section, {}).ways_m);
+    lines("paths_geometric.dat", geometric_paper_exact(grains, bed.packing.container, section, {}).paths_m);
     const PoreSpace space = pore_space_of(bed.packing).with_section(section);
-    lines("paths_shortest.dat", shortest_path(space, 5e-4, Axis::z).ways_m);
+    lines("paths_shortest.dat", shortest_path(space, 5e-4, Axis::z).paths_m);
     const PhaseImage image = space.voxelise_at(5e-4);
     const DiffusiveResult diffusion = diffusive_tortuosity(image, 2, {false, false, false});
     std::string text;

@@ -14,14 +14,14 @@ int main() try {
     // Four of them in a periodic box of 20 mm.
     packing::Packing packing{.container = packing::parse_container("box:0.02,0.02,0.02:periodic"), .shapes = {tetrapod}, .bodies = {}};
     for (const double x : {0.004, 0.014})
-        for (const double z : {0.005, 0.015})
-            packing.bodies.push_back({.shape = 0, .position_m = shapes::Vec3(x, x, z)});
+        for (const double z : {0.005, 0.015}) packing.bodies.push_back({.shape = 0, .position_m = shapes::Vec3(x, x, z)});
 
     const converters::PoreSpace pores = converters::pore_space_of(packing);
     const double voxel_size_m = 5e-4;
     const lbm::LbmResult result = lbm::lbm_permeability(pores, voxel_size_m, {.direction = core::Axis::z});
     const auto interval = result.interval_m2().value();
-    std::printf("porosity %.4f, k = %.4g m2, %.4g to %.4g m2\n", pores.porosity().value, result.permeability_m2, interval.low, interval.high);
+    std::printf("porosity %.4f, k = %.4g m2, %.4g to %.4g m2\n", pores.porosity().value, result.permeability_m2, interval.low,
+                interval.high);
     return 0;
 } catch (const core::Error& error) {
     std::fprintf(stderr, "error: %s\n", error.what());

@@ -1,4 +1,4 @@
-// The mesh type of this room and its conversion; only for sources that include CGAL.
+// The mesh type of this folder and its conversion; only for sources that include CGAL.
 #pragma once
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>

@@ -47,11 +47,11 @@ std::string edge_fault(const TriangleSurface& surface, SurfaceCheck& check) {
     const auto at = [&](const std::pair<int, int>& edge) { return place_text(surface.points[static_cast<std::size_t>(edge.first)]); };
     if (open_edges > 0) return fmt::format("the surface is open: {} edges have no neighbour, the first {}", open_edges, at(first_open));
     if (twisted > 0)
-        return fmt::format("neighbouring triangles are turned against each other at {} edges, the first {}", twisted, at(first_twisted));
+        return fmt::format("neighbouring triangles have opposite orientations at {} edges, the first {}", twisted, at(first_twisted));
     return {};
 }
 
-// Names the first shell that is turned the wrong way for the number of shells round it.
+// Names the first shell with the wrong orientation for the number of shells around it.
 template <typename ShellMap>
 std::string misplaced_shell(const Mesh& mesh, const ShellMap& shell, long shells) {
     std::vector<Mesh> parts(static_cast<std::size_t>(shells));
@@ -66,10 +66,10 @@ std::string misplaced_shell(const Mesh& mesh, const ShellMap& shell, long shells
             if (&other != &part && CGAL::Side_of_triangle_mesh<Mesh, Kernel>(other)(corner) == CGAL::ON_BOUNDED_SIDE) ++depth;
         const bool outward = pmp::volume(part) > 0.0;
         if (outward == (depth % 2 == 0)) continue;
-        return fmt::format("the shell {} is turned {} although {} shells lie round it", place_text({corner.x(), corner.y(), corner.z()}),
+        return fmt::format("the shell {} is turned {} although {} shells enclose it", place_text({corner.x(), corner.y(), corner.z()}),
                            outward ? "outward" : "inward", depth);
     }
-    return "shells are turned against each other";
+    return "the orientations of the shells contradict each other";
 }
 
 }  // namespace
@@ -98,7 +98,7 @@ SurfaceCheck check_surface(const TriangleSurface& surface) {
     std::vector<CGAL::Bbox_3> boxes(static_cast<std::size_t>(check.shells));
     for (const auto face : mesh.faces()) boxes[shell[face]] += pmp::face_bbox(face, mesh);
     for (const auto& box : boxes)
-        check.largest_shell_span_m = std::max(check.largest_shell_span_m, Vec3(box.x_span(), box.y_span(), box.z_span()).norm());
+        check.largest_shell_diagonal_m = std::max(check.largest_shell_diagonal_m, Vec3(box.x_span(), box.y_span(), box.z_span()).norm());
 
     std::vector<std::pair<Mesh::Face_index, Mesh::Face_index>> crossings;
     pmp::self_intersections(mesh, std::back_inserter(crossings));
@@ -136,10 +136,10 @@ void require_plausible_size(const SurfaceCheck& check, const Container& containe
                                             extent.x(), extent.y(), extent.z(), size.x(), size.y(), size.z());
     if (ratio > 50.0)
         throw UserError("the surface is much larger than the container: " + numbers,
-                        {.where = where, .fix = "it looks like millimetres: give --unit 0.001 (metres a unit)"});
+                        {.where = where, .fix = "it looks like millimetres: give --unit 0.001 (metres per unit)"});
     if (ratio < 0.002)
         throw UserError("the surface is much smaller than the container: " + numbers,
-                        {.where = where, .fix = "check the unit with --unit (metres a unit)"});
+                        {.where = where, .fix = "check the unit with --unit (metres per unit)"});
     const Vec3 slack = 0.02 * size + (container.any_periodic() ? size : Vec3(Vec3::Zero()));
     if (((check.low - container.low() + slack).array() < 0.0).any() || ((container.high() + slack - check.high).array() < 0.0).any())
         throw UserError("the surface sticks out of the container: " + numbers,

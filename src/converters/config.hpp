@@ -35,9 +35,9 @@ struct StlConfig {
 inline void describe(core::ConfigVisitor& v, StlConfig& c) {
     v.boolean("pores", c.pores,
               "pores.stl: the boundary of the pore space of the section inside the container, with regions inlet, outlet, wall, grains");
-    v.boolean("clip", c.clip, "clipped.stl: the grains cut off at the section's planes, closed");
+    v.boolean("clip", c.clip, "clipped.stl: the grains clipped at the section's planes, closed");
     v.renamed("one_file_a_grain", "one_file_per_grain");
-    v.boolean("one_file_per_grain", c.one_file_per_grain, "grains/grain_00001.stl ...: each grain by itself");
+    v.boolean("one_file_per_grain", c.one_file_per_grain, "grains/grain_00001.stl ...: one file per grain");
     v.choice("also", c.also, "solid.ply, solid.vtp: the same surface in other formats");
     v.boolean("millimetres", c.millimetres, "solid_mm.stl: the same surface in millimetres, for 3D printing");
 }
@@ -47,13 +47,14 @@ inline void describe(core::ConfigVisitor& v, GeometryConfig& c) {
         "voxel_size_m", c.voxel_size_m, core::length_range_or_auto(),
         "edge of the cubic voxels; auto: the smallest capsule diameter / 10. Adjusted so that the section is a whole number of voxels");
     v.number("surface_deviation_m", c.surface_deviation_m, core::length_range_or_auto(),
-             "largest distance between the triangles and the exact surface; auto: 0.5 % of the capsule's diameter");
+             "maximum distance between the triangles and the exact surface; auto: 0.5 % of the capsule's diameter");
     v.number("contact_gap_m", c.contact_gap_m, core::length_range_or_auto(),
              "grains that touch or overlap become one body; where the surface then crosses itself in single precision, the grains there "
              "are thinned by this much; auto: 1e-4 of the capsule's diameter");
     v.numbers("section_m", c.section_m, {2, 2}, core::not_negative(),
-              "z0 and z1 of the section that is evaluated; auto: the bed less trim_m at both ends");
-    v.number("trim_m", c.trim_m, core::length_range_or_auto(), "cut off the bed at both ends; auto: the smaller of 30 mm and one grain's maximum Feret diameter");
+              "z0 and z1 of the section that is evaluated; auto: the bed without trim_m at both ends");
+    v.number("trim_m", c.trim_m, core::length_range_or_auto(),
+             "length removed at both ends of the bed; auto: 30 mm or one maximum Feret diameter, if smaller");
     v.number("reservoir_m", c.reservoir_m, core::between(0.0, 1e6), "empty container beyond both ends of the section in flow runs");
     v.number("slice_spacing_m", c.slice_spacing_m, core::length_range(), "distance between two slices");
     v.number("slice_pixel_m", c.slice_pixel_m, core::length_range(), "edge of the slices' square pixels");

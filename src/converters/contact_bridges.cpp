@@ -1,7 +1,7 @@
-// Contacts and bridges. Two grains that touch in a point overlap in a lens far thinner than their facets stray from the exact surface, so
-// the meshes may miss each other, or cross in slivers that do not survive single precision. A small box through the contact turns this
-// grazing intersection into a clean one at steep angles. Grains that only come near must not touch: their corners there are put onto the
-// exact surface, which no facet then leaves.
+// Contacts and bridges. Two grains in point contact overlap in a lens far thinner than the deviation of their facets, so
+// the meshes may miss each other, or cross in slivers that are lost in single precision. A small box through the contact turns this
+// grazing intersection into a clean one at steep angles. Grains that are near but apart must not meet: their corners there are put on the
+// exact surface, so that the facets lie inside it.
 #include "converters/contact_bridges.hpp"
 
 #include <algorithm>
@@ -20,7 +20,7 @@ using namespace shapes;
 using namespace packing;
 namespace {
 
-// The stretch of `p`'s axis that lies beside `q`'s, for parallel axes; else the nearest point twice.
+// The segment of `p`'s axis that lies beside `q`'s, for parallel axes; else the nearest point twice.
 std::pair<Vec3, Vec3> nearest_stretch(const Capsule& p, const Capsule& q) {
     const Vec3 along = p.b - p.a;
     const double length = along.norm();
@@ -64,7 +64,7 @@ std::vector<GrainContact> find_contacts(const std::vector<Grains::Image>& images
                     std::tie(contact.from, contact.to) = nearest_stretch(p, q);
                     const Vec3 across = closest_on_axis(q, contact.from) - contact.from;
                     contact.normal = across.norm() > 0.0 ? Vec3(across.normalized()) : Vec3(Vec3::UnitZ());
-                    // Arms share their end spheres: the same contact is met several times.
+                    // Arms share their end spheres: the same contact is found several times.
                     const auto same = [&](const GrainContact& other) {
                         const double slack = 1e-6 * p.radius;
                         return other.first == i && other.second == j && (other.from - contact.from).norm() < slack &&
@@ -83,7 +83,7 @@ Mesh bridge_mesh(const GrainContact& contact, double contact_gap, double deviati
     const double half_width = std::min(0.4 * r, (1.0 + 0.1 * variant) * std::sqrt(r * lens));
     const double depth = std::min(0.8 * r, 3.0 * deviation + half_width);
     const Vec3 along = contact.to - contact.from;
-    // Turned a little: no face lies in a plane of the grains' meshes.
+    // Rotated slightly: no face lies in a plane of the grains' meshes.
     const Vec3 across = along.norm() > 0.0 ? Vec3(along.normalized()) : contact.normal.unitOrthogonal();
     const Eigen::AngleAxisd turn(0.0137 + 0.083 * variant, contact.normal);
     const Vec3 t = turn * across, w = contact.normal.cross(t);
@@ -107,7 +107,7 @@ Mesh bridge_mesh(const GrainContact& contact, double contact_gap, double deviati
 }
 
 void keep_apart(Mesh& mesh, const Capsule& own, const GrainContact& contact, double deviation) {
-    // Beyond this distance from the contact the exact surfaces are farther apart than any facet strays.
+    // Beyond this distance from the contact the exact surfaces are farther apart than the deviation of any facet.
     const double reach = 2.0 * std::sqrt(8.0 * own.radius * deviation);
     const Vec3 to_contact = contact.first_capsule.radius * contact.normal;
     const Capsule zone{contact.from + to_contact, contact.to + to_contact, 0.0};

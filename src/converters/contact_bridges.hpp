@@ -1,4 +1,4 @@
-// Where grains touch, and what is done to their meshes there; only for the sources of this folder that include CGAL.
+// Contacts of grains, and the treatment of their meshes there; only for the sources of this folder that include CGAL.
 #pragma once
 
 #include <vector>
@@ -8,7 +8,7 @@
 
 namespace porepack::converters {
 
-/// Two capsules of different grains that touch or nearly touch: the stretch of the first one's axis that is nearest to the
+/// Two capsules of different grains in contact or nearly so: the segment of the first one's axis that is nearest to the
 /// second (a point unless they are parallel), and the direction towards it.
 struct GrainContact {
     std::size_t first, second;  ///< images
@@ -20,19 +20,19 @@ struct GrainContact {
 /// All contacts of images with a gap below `reach`, each once.
 [[nodiscard]] std::vector<GrainContact> find_contacts(const std::vector<packing::Grains::Image>& images, double reach);
 
-/// A box that joins two grains at their contact, wide enough to hold the lens in which they overlap. After a fault (`variant` > 0) it is
-/// wider: where facets cross at a grazing angle within the lens of their deviations too.
+/// A box that joins two grains at their contact, wide enough to contain the lens in which they overlap. After a fault (`variant` > 0) it is
+/// wider: it also contains the lens of the deviations, where facets cross at a grazing angle.
 [[nodiscard]] Mesh bridge_mesh(const GrainContact& contact, double contact_gap, double deviation, int variant);
 
-/// Near a grain that it does not touch, a grain's corners go back onto its exact surface: the facets between them then lie
-/// inside, so that what is apart stays apart.
+/// Near a grain that is not in contact, a grain's corners are moved onto its exact surface: the facets between them then lie
+/// inside, so that separate grains stay separate.
 void keep_apart(Mesh& mesh, const shapes::Capsule& own, const GrainContact& contact, double deviation);
 
-/// How often each image is thinned to begin with: of capsules on one line that overlap (a rod through a periodic face and its image)
-/// one is thinner, else their facets would lie in each other and CGAL would crash.
+/// Initial number of thinnings per image: of overlapping capsules on one line (a rod through a periodic face and its image)
+/// one is thinner, otherwise their facets would coincide and CGAL would crash.
 [[nodiscard]] std::vector<int> thin_coaxial(std::size_t images, const std::vector<GrainContact>& contacts);
 
-/// Groups of images that contacts join: only those need Booleans.
+/// Groups of images joined by contacts: only those need Boolean operations.
 [[nodiscard]] std::vector<std::vector<std::size_t>> clusters_of(std::size_t images, const std::vector<GrainContact>& contacts,
                                                                 double contact_gap);
 

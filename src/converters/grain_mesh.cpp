@@ -1,7 +1,7 @@
-// Facets of one grain. Each capsule is a stack of rings of corners round its axis, from pole to pole. Neighbouring rings are turned against
-// each other by half a corner, and the arms of a grain by an angle of their own, so that no two facets are coplanar: coplanar facets make
-// exact Booleans slow and, rounded to single precision, faulty. The corners lie a little outside the exact surface and the facets' middles
-// a little inside, so that the mesh keeps the capsule's volume. CGAL then unites the arms.
+// Facets of one grain. Each capsule is a stack of rings of corners around its axis, from pole to pole. Neighbouring rings are rotated
+// by half a corner, and each arm of a grain by a different angle, so that no two facets are coplanar: coplanar facets make
+// exact Booleans slow and, rounded to single precision, faulty. The corners lie slightly outside the exact surface, the facets' middles
+// slightly inside, so that the mesh keeps the capsule's volume. CGAL then unites the arms.
 #include "converters/grain_mesh.hpp"
 
 #include <CGAL/Polygon_mesh_processing/connected_components.h>
@@ -44,7 +44,7 @@ Mesh ring_mesh(const Capsule& capsule, double r, int n, double turn) {
         const double theta = 0.5 * std::numbers::pi * k / bands;
         add_ring(capsule.a - r * std::cos(theta) * axis, r * std::sin(theta));
     }
-    // A straight side needs no rings in between, but very long triangles make slow and poor cuts.
+    // A straight side needs no rings in between, but very long triangles make intersections slow and inaccurate.
     const int pieces = static_cast<int>(std::ceil(length / (3.0 * capsule.radius)));
     for (int k = 1; k < pieces; ++k) add_ring(capsule.a + (capsule.b - capsule.a) * (static_cast<double>(k) / pieces), r);
     for (int k = bands; k >= 1; --k) {
@@ -65,7 +65,7 @@ Mesh ring_mesh(const Capsule& capsule, double r, int n, double turn) {
     return mesh;
 }
 
-// Largest distance of a facet's middle or corner from the capsule's surface.
+// Maximum distance of a facet's middle or corner from the capsule's surface.
 double mesh_deviation(const Mesh& mesh, const Capsule& capsule) {
     double worst = 0.0;
     for (const auto face : mesh.faces()) {
@@ -85,7 +85,7 @@ double mesh_deviation(const Mesh& mesh, const Capsule& capsule) {
 Mesh capsule_mesh(const Capsule& capsule, double deviation, double turn) {
     const double r = capsule.radius;
     const double volume = std::numbers::pi * r * r * ((capsule.b - capsule.a).norm() + 4.0 / 3.0 * r);
-    // Facets of n corners stray by r (1 - cos(pi/n)); half of it lies outside.
+    // Facets of n corners deviate by r (1 - cos(pi/n)); half of it lies outside.
     const double fewest = 0.6 * std::numbers::pi / std::acos(1.0 - std::min(1.0, deviation / r));
     for (int n = std::max(8, 4 * static_cast<int>(std::min(fewest, 512.0) / 4.0)); n <= 512; n += 4) {
         check_interrupt();
@@ -93,14 +93,14 @@ Mesh capsule_mesh(const Capsule& capsule, double deviation, double turn) {
         Mesh mesh;
         for (int round = 0; round < 4; ++round) {
             mesh = ring_mesh(capsule, radius, n, turn);
-            // dV/dr is the surface, up to the small error of the facets.
+            // dV/dr is the surface area, except for the small error of the facets.
             const double surface = 2.0 * std::numbers::pi * r * ((capsule.b - capsule.a).norm() + 2.0 * r);
             radius += (volume - pmp::volume(mesh)) / surface;
         }
         if (mesh_deviation(mesh, capsule) <= deviation) return mesh;
     }
-    throw UserError(fmt::format("a surface deviation of {:g} m needs more than 512 corners round a capsule", deviation),
-                    {.fix = "take a larger surface_deviation_m"});
+    throw UserError(fmt::format("a surface deviation of {:g} m needs more than 512 corners around a capsule", deviation),
+                    {.fix = "choose a larger surface_deviation_m"});
 }
 
 // Inner shells (enclosed voids) have negative volume.
@@ -128,7 +128,7 @@ void drop_cavities(Mesh& mesh) {
 void unite_into(Mesh& all, Mesh& part) {
     Mesh result;
     if (!pmp::corefine_and_compute_union(all, part, result))
-        throw NumericalError("CGAL cannot unite two bodies", {.fix = "change surface_deviation_m a little"});
+        throw NumericalError("CGAL cannot unite two bodies", {.fix = "change surface_deviation_m slightly"});
     result.collect_garbage();
     all = std::move(result);
 }

@@ -1,4 +1,4 @@
-// Union and repair: the grains' meshes become one closed surface that is free of faults in single precision, as the STL file holds it.
+// Union and repair: the grains' meshes become one closed surface without faults in single precision, the precision of the STL file.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -37,8 +37,8 @@ Mesh unite_cluster(std::vector<Mesh> meshes, const std::function<void()>& one_do
     return std::move(meshes.front());
 }
 
-// Coordinates as the STL file holds them; equal points become one. Points and triangles are sorted, because CGAL's order depends on the
-// threads.
+// Coordinates rounded as in the STL file; equal points become one. Points and triangles are sorted, because CGAL's order depends on the
+// number of threads.
 TriangleSurface round_to_single(const TriangleSurface& surface) {
     const auto rounded = [](const std::array<double, 3>& p) {
         return std::array<float, 3>{static_cast<float>(p[0]) + 0.0F, static_cast<float>(p[1]) + 0.0F, static_cast<float>(p[2]) + 0.0F};
@@ -76,8 +76,8 @@ double largest_deviation(const TriangleSurface& surface, const Grains& grains, d
     return worst;
 }
 
-// The mesh of each image: its grain's, moved, kept apart from what it does not touch, united with a bridge to every later grain that it
-// touches.
+// The mesh of each image: its grain's mesh, moved, separated from grains not in contact, united with a bridge to every later grain in
+// contact.
 std::vector<Mesh> image_meshes(const Packing& packing, const std::vector<Grains::Image>& images, const std::vector<GrainContact>& contacts,
                                const std::vector<int>& thinned, double deviation, double contact_gap,
                                const std::function<void()>& one_done) {
@@ -110,7 +110,7 @@ std::vector<Mesh> image_meshes(const Packing& packing, const std::vector<Grains:
     return meshes;
 }
 
-// The meshes of each cluster united, and all clusters side by side.
+// The union of the meshes of each cluster, and all clusters in one mesh.
 TriangleSurface unite_clusters(std::vector<std::vector<std::size_t>>& clusters, const std::vector<Grains::Image>& images,
                                std::vector<Mesh> meshes, const std::function<void()>& one_done) {
     TriangleSurface surface;
@@ -125,7 +125,7 @@ TriangleSurface unite_clusters(std::vector<std::vector<std::size_t>>& clusters, 
     return surface;
 }
 
-// Grains whose surface comes near one of the places.
+// Grains whose surface is near one of the places.
 std::set<std::size_t> grains_at(const std::vector<Vec3>& places, const std::vector<Grains::Image>& images, double reach) {
     std::set<std::size_t> bodies;
     for (const Vec3& place : places)
@@ -150,8 +150,8 @@ SurfaceResult make_surface(const Packing& packing, const SurfaceOptions& options
         if (cluster.size() > 1) result.joined_grains += static_cast<long>(cluster.size());
     for (const auto& contact : contacts) result.bridges += contact.gap < result.contact_gap_m ? 1 : 0;
 
-    // Single precision moves corners by up to 1e-7 of their coordinates, which can make nearly touching facets cross. The grains at such a
-    // place are thinned by the contact gap, with their corners elsewhere, and all is united again.
+    // Single precision moves corners by up to 1e-7 of their coordinates, which can make facets with small gaps cross. The grains at such a
+    // place are thinned by the contact gap and get different corners, and the union is made again.
     std::vector<int> thinned = thin_coaxial(images.size(), contacts);
     constexpr int maximum_rounds = 8;
     for (int round = 0; round < maximum_rounds; ++round) {
@@ -168,7 +168,7 @@ SurfaceResult make_surface(const Packing& packing, const SurfaceOptions& options
         if (round + 1 == maximum_rounds || crossings.empty())
             throw NumericalError(fmt::format("the surface still has faults at {} places after the grains there were thinned {} times: {}",
                                              crossings.size(), round, check.fault),
-                                 {.fix = "raise contact_gap_m, or change surface_deviation_m a little"});
+                                 {.fix = "raise contact_gap_m, or change surface_deviation_m slightly"});
         const std::set<std::size_t> faulty = grains_at(crossings, images, 2.0 * deviation);
         for (std::size_t i = 0; i < images.size(); ++i) thinned[i] += faulty.contains(images[i].body) ? 1 : 0;
         log_info("surface: {} faults after rounding to single precision; {} grains are thinned by {:.2g} m", crossings.size(),

@@ -55,7 +55,7 @@ SurfaceMeasures measure_surface(const TriangleSurface& surface) {
         measures.bounding_radius_m = std::max(measures.bounding_radius_m, (x - centre).norm());
         for (const auto w : hull.vertices()) {
             const Point& q = hull.point(w);
-            measures.span_m = std::max(measures.span_m, (x - Vec3(q.x(), q.y(), q.z())).norm());
+            measures.maximum_feret_diameter_m = std::max(measures.maximum_feret_diameter_m, (x - Vec3(q.x(), q.y(), q.z())).norm());
         }
     }
     return measures;

@@ -33,8 +33,8 @@ struct Run {
     std::int32_t first, last;
 };
 
-// Pieces of pore space as trees of runs (union-find). Each run knows how often the path to its parent turns round the box along the
-// drive's axis; a piece that meets itself after another number of turns winds round the box.
+// Pieces of pore space as trees of runs (union-find). Each run stores how often the path to its parent passes round the box along the
+// drive's axis; a piece that meets itself with a different number of turns winds round the box.
 class Pieces {
 public:
     explicit Pieces(std::size_t runs) : parent_(runs), turns_(runs, 0), flags_(runs, 0) { std::iota(parent_.begin(), parent_.end(), 0U); }
@@ -59,7 +59,7 @@ public:
     void join(std::uint32_t one, std::uint32_t other, int turns) {
         const std::uint32_t a = root(one), b = root(other);
         const std::int32_t from_a = a == one ? 0 : turns_[one], from_b = b == other ? 0 : turns_[other];
-        const std::int32_t difference = from_a + turns - from_b;  // turns of b seen from a
+        const std::int32_t difference = from_a + turns - from_b;  // turns of b relative to a
         if (a == b) {
             if (difference != 0) flags_[a] |= winds;
             return;
@@ -75,7 +75,7 @@ public:
 
 private:
     std::vector<std::uint32_t> parent_;
-    std::vector<std::int32_t> turns_;  // of the run as seen from its parent
+    std::vector<std::int32_t> turns_;  // of the run relative to its parent
     std::vector<std::uint8_t> flags_;
 };
 
@@ -154,7 +154,7 @@ private:
     const PhaseImage& image_;
     Drive drive_;
     std::vector<Run> runs_;
-    std::vector<std::uint32_t> first_;  // run of each row, and the end of the last
+    std::vector<std::uint32_t> first_;  // first run of each row, and the end of the last
 };
 
 }  // namespace

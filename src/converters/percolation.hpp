@@ -1,4 +1,4 @@
-// Which pore cells flow can reach.
+// Pore cells that the flow can reach.
 #pragma once
 
 #include <vector>
@@ -9,19 +9,20 @@
 
 namespace porepack::converters {
 
-/// How the flow is driven, and what lies beyond the grid's faces.
+/// How the flow is driven, and the conditions at the grid's faces.
 struct Drive {
     int axis = 2;  ///< direction of the flow
     std::array<bool, 3> periodic = {false, false, false};
     [[nodiscard]] bool by_pressure() const { return !periodic[static_cast<std::size_t>(axis)]; }
 };
 
-/// Throws UserError for a direction that the container cannot be driven in.
+/// Throws UserError for a flow direction that the container does not allow.
 [[nodiscard]] Drive choose_drive(const packing::Container& container, core::Axis direction);
 
 /// Moves `at` by `step`; false beyond an end that is not periodic. `turns` counts the passages through the periodic faces
 /// along the drive's axis, with their sign.
-[[nodiscard]] bool step_in_grid(const core::Grid& grid, const Drive& drive, std::array<int, 3>& at, const std::array<int, 3>& step, int& turns);
+[[nodiscard]] bool step_in_grid(const core::Grid& grid, const Drive& drive, std::array<int, 3>& at, const std::array<int, 3>& step,
+                                int& turns);
 [[nodiscard]] std::array<int, 3> place_in_grid(const core::Grid& grid, std::size_t cell);
 
 struct DoesNotPercolate : core::NumericalError {
@@ -29,8 +30,8 @@ struct DoesNotPercolate : core::NumericalError {
 };
 
 struct Percolation {
-    std::vector<std::int32_t> cells;  ///< that flow can reach, ascending
-    std::int64_t isolated_cells = 0;  ///< pore cells that it cannot
+    std::vector<std::int32_t> cells;  ///< reachable by the flow, ascending
+    std::int64_t isolated_cells = 0;  ///< pore cells that the flow cannot reach
 };
 /// Keeps the pieces of pore space (connected through cell faces) that join the inlet to the outlet, or that wind round a
 /// periodic box in the direction of flow. Throws DoesNotPercolate when there is none.

@@ -13,7 +13,7 @@ using namespace shapes;
 using namespace packing;
 namespace {
 
-// The image covers the container's cross-section, to a voxel or two.
+// The image covers the container's cross-section, within two voxels.
 void require_same_width(const Grid& grid, const Container& container, const std::string& where) {
     const Vec3 inner = container.high() - container.low();
     for (const int axis : {0, 1}) {
@@ -49,7 +49,7 @@ double PoreSpace::voxel_size_m(double asked_m) const {
     if (asked_m > 0.0) return asked_m;
     if (image) return image->grid.spacing_m[0];
     if (grains) return grain_size_m / 10.0;
-    throw UserError("the voxel size is missing: an STL file does not tell how thick its grains are",
+    throw UserError("the voxel size is missing: an STL file does not contain the grain diameter",
                     {.fix = "--voxel-size (metres), or voxel_size_m in [geometry]"});
 }
 
@@ -100,7 +100,8 @@ PoreSpace pore_space_of(Packing packing) {
     if (packing.bodies.empty()) throw UserError("the packing has no grain");
     PoreSpace space{.container = packing.container, .section = {}};
     space.grain_size_m = finest_diameter(packing);
-    for (const auto& shape : packing.shapes) space.maximum_feret_diameter_m = std::max(space.maximum_feret_diameter_m, span(shape));
+    for (const auto& shape : packing.shapes)
+        space.maximum_feret_diameter_m = std::max(space.maximum_feret_diameter_m, maximum_feret_diameter(shape));
     space.grains = std::make_shared<const Grains>(packing);
     space.solid = space.grains;
     space.packing = std::make_shared<const Packing>(std::move(packing));

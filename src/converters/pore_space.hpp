@@ -1,4 +1,4 @@
-// What is solved on, whatever it came from: exact grains, a closed surface, or an image.
+// The pore space that the solvers use, from exact grains, a closed surface, or an image.
 #pragma once
 
 #include <limits>
@@ -11,55 +11,56 @@
 
 namespace porepack::converters {
 
-/// A container, the section of it that is evaluated, and the solid in it. The solvers ask it for voxels of any size and, where the
-/// solid is known exactly, for the exact places of its walls. Copies share the solid, which is never changed.
+/// A container, the section of it that is evaluated, and the solid in it. It gives voxels of any size and, where the
+/// solid is known exactly, the exact wall positions. Copies share the solid, which is never changed.
 struct PoreSpace {
     packing::Container container;
     packing::Section section;
-    std::shared_ptr<const packing::Solid> solid = nullptr;              ///< exact; none of an image
-    std::shared_ptr<const packing::Grains> grains = nullptr;            ///< the same solid where it is made of capsules
-    std::shared_ptr<const packing::Packing> packing = nullptr;          ///< of these grains
-    std::shared_ptr<const io::TriangleSurface> surface = nullptr;  ///< the grains' closed surface, where there is one
-    std::shared_ptr<const core::PhaseImage> image = nullptr;         ///< its voxels are the only resolution there is
+    std::shared_ptr<const packing::Solid> solid = nullptr;         ///< exact; empty for an image
+    std::shared_ptr<const packing::Grains> grains = nullptr;       ///< the same solid, if it consists of capsules
+    std::shared_ptr<const packing::Packing> packing = nullptr;     ///< packing of these grains
+    std::shared_ptr<const io::TriangleSurface> surface = nullptr;  ///< the grains' closed surface, if there is one
+    std::shared_ptr<const core::PhaseImage> image = nullptr;       ///< its voxels are the only available resolution
 
-    /// Diameter of the thinnest capsule; of a surface 4 volume / area, the diameter of a long capsule; infinite where it is not known.
+    /// Diameter of the thinnest capsule; of a surface 4 volume / area, the diameter of a long capsule; infinite where unknown.
     double grain_size_m = std::numeric_limits<double>::infinity();
     double maximum_feret_diameter_m = 0.0;  ///< of a grain
     double bed_top_m = 0.0;                 ///< highest point of the solid
     double reservoir_m = 0.0;               ///< empty container beyond both ends of the section, in flow runs
 
-    std::string source = {};                ///< file that it came from, for messages
+    std::string source = {};  ///< source file, for messages
 
     [[nodiscard]] bool has_exact_walls() const { return solid != nullptr; }
-    /// The grain's diameter where it is known and not only estimated; else infinite.
+    /// The grain's diameter where it is known exactly; otherwise infinite.
     [[nodiscard]] double known_grain_diameter_m() const;
     /// `asked_m`, or when that is 0 the default: a tenth of the capsule's diameter, or the image's own voxels. Throws UserError for a
-    /// surface, which does not tell how thick its grains are.
+    /// surface, which does not contain the grain diameter.
     [[nodiscard]] double voxel_size_m(double asked_m) const;
 
     /// The grid at about this voxel size, adjusted so that the section is a whole number of voxels. Throws UserError as plan_voxels.
     [[nodiscard]] VoxelPlan plan_at(double voxel_size_m) const;
-    /// Phases on plan_at(voxel_size_m), reservoir included; of an image the image itself.
+    /// Phases on plan_at(voxel_size_m), reservoir included; for an image, the image itself.
     [[nodiscard]] core::PhaseImage voxelise_at(double voxel_size_m) const;
-    /// The walls' exact places; nothing of an image. The pore space must outlive them.
+    /// The exact wall positions; empty for an image. The pore space must outlive them.
     [[nodiscard]] std::optional<FlowWalls> walls() const;
 
-    /// The same without reservoirs, an image being cropped to the section.
+    /// The same pore space without reservoirs; an image is cropped to the section.
     [[nodiscard]] PoreSpace section_only() const;
-    /// The same with another section.
+    /// The same pore space with another section.
     [[nodiscard]] PoreSpace with_section(const packing::Section& other) const;
-    /// Pore volume over the section's volume, on about `lines` vertical lines. Of an image by its voxels, without an uncertainty.
+    /// Pore volume over the section's volume, on about `lines` vertical lines. For an image from its voxels, without an uncertainty.
     [[nodiscard]] packing::Porosity porosity(long lines = 60000) const;
-    /// Sides that the pore space repeats at; along z only where the section is the whole container.
+    /// Periodic sides of the pore space; along z only where the section is the whole container.
     [[nodiscard]] std::array<bool, 3> periodic_sides() const;
 };
 
 /// Exact grains; the section is the whole bed. Throws UserError when the packing is empty.
 [[nodiscard]] PoreSpace pore_space_of(packing::Packing packing);
 /// An image in its container. Throws UserError when image, container and section do not agree in size; `where` names the image.
-[[nodiscard]] PoreSpace pore_space_of(core::PhaseImage image, const packing::Container& container, const packing::Section& section, const std::string& where);
+[[nodiscard]] PoreSpace pore_space_of(core::PhaseImage image, const packing::Container& container, const packing::Section& section,
+                                      const std::string& where);
 /// Any other exact solid.
-[[nodiscard]] PoreSpace pore_space_of(std::shared_ptr<const packing::Solid> solid, const packing::Container& container, const packing::Section& section,
-                                      double grain_size_m);
+[[nodiscard]] PoreSpace pore_space_of(std::shared_ptr<const packing::Solid> solid, const packing::Container& container,
+                                      const packing::Section& section, double grain_size_m);
 
 }  // namespace porepack::converters

@@ -41,7 +41,7 @@ Mesh prism(const std::vector<std::array<double, 2>>& base, double z0, double z1)
     return mesh;
 }
 
-// The cylinder's wall as a polygon whose area is the circle's, off by `deviation` at most.
+// The cylinder's wall as a polygon with the area of the circle and a deviation of at most `deviation`.
 std::vector<std::array<double, 2>> base_of(const Container& container, double deviation) {
     if (container.kind == Container::Kind::box)
         return {{0.0, 0.0}, {container.size_m.x(), 0.0}, {container.size_m.x(), container.size_m.y()}, {0.0, container.size_m.y()}};
@@ -71,7 +71,7 @@ TriangleSurface clip_surface(const TriangleSurface& surface, const Section& sect
                       section.z0, section.z1);
     Mesh result;
     if (!pmp::corefine_and_compute_intersection(grains, slab, result))
-        throw NumericalError("CGAL cannot clip the grains", {.fix = "move the section a little"});
+        throw NumericalError("CGAL cannot clip the grains", {.fix = "move the section slightly"});
     result.collect_garbage();
     TriangleSurface clipped;
     append(clipped, result);
@@ -80,11 +80,11 @@ TriangleSurface clip_surface(const TriangleSurface& surface, const Section& sect
 
 PoreSurface make_pore_surface(const TriangleSurface& grains_surface, const Container& container, const Section& section,
                               double deviation_m) {
-    if (container.any_periodic()) throw UserError("a periodic cell has no inlet, outlet or wall", {.fix = "take the grains alone"});
+    if (container.any_periodic()) throw UserError("a periodic cell has no inlet, outlet or wall", {.fix = "use the grains alone"});
     Mesh grains = sound_mesh_of(grains_surface), space = prism(base_of(container, deviation_m), section.z0, section.z1), pores;
     if (!pmp::corefine_and_compute_difference(space, grains, pores))
-        throw NumericalError("CGAL cannot cut the grains out of the container",
-                             {.fix = "change the section or surface_deviation_m a little"});
+        throw NumericalError("CGAL cannot subtract the grains from the container",
+                             {.fix = "change the section or surface_deviation_m slightly"});
     pores.collect_garbage();
     PoreSurface result;
     append(result.surface, pores);

@@ -24,8 +24,8 @@ int write_slices(const Path& folder, const Solid& solid, const Container& contai
     const Vec3 inner = container.high() - container.low();
     const double pixels_per_slice = std::ceil(inner.x() / pixel_m) * std::ceil(inner.y() / pixel_m);
     if (pixel_m > inner.head<2>().minCoeff() / 4.0 || pixels_per_slice > maximum_pixels)
-        throw UserError(fmt::format("pixels of {:g} m do not fit a container {:g} x {:g} m wide: {:.3g} pixels per slice", pixel_m, inner.x(),
-                                    inner.y(), pixels_per_slice),
+        throw UserError(fmt::format("pixels of {:g} m do not fit a container {:g} x {:g} m wide: {:.3g} pixels per slice", pixel_m,
+                                    inner.x(), inner.y(), pixels_per_slice),
                         {.allowed = "at least 4 pixels across, at most 1e8 per slice", .fix = "the pixel is in metres"});
     if (section.length() / spacing_m > maximum_slices)
         throw UserError(fmt::format("a spacing of {:g} m would make {:.3g} slices", spacing_m, section.length() / spacing_m),
@@ -38,10 +38,10 @@ int write_slices(const Path& folder, const Solid& solid, const Container& contai
         layer.origin_m[axis] = low[static_cast<int>(axis)] - 0.5 * (layer.cells[axis] * pixel_m - size[static_cast<int>(axis)]);
     }
     const int count = std::max(1, 1 + static_cast<int>(std::floor(section.length() / spacing_m + 1e-9)));
-    require_memory(static_cast<double>(layer.cells[0]) * layer.cells[1] * 64.0, "a block of slices", "take larger pixels");
+    require_memory(static_cast<double>(layer.cells[0]) * layer.cells[1] * 64.0, "a block of slices", "choose larger pixels");
     make_folder(folder);
     Progress progress("slices");
-    // In blocks of slices: memory stays small, and a column is asked only once per block.
+    // In blocks of slices: this limits the memory, and a column is evaluated only once per block.
     constexpr int block = 64;
     for (int first = 0; first < count; first += block) {
         Grid grid = layer;
@@ -88,7 +88,7 @@ SliceStack read_slices(const Path& folder) {
         stack.section = {json.at("section_m").at(0).get<double>(), json.at("section_m").at(1).get<double>()};
         stack.container = container_from_json(json.at("container"), (folder / "slices.json").string());
     } catch (const Json::exception& fault) {
-        throw UserError(std::string("slices.json lacks something: ") + fault.what(), {.where = (folder / "slices.json").string()});
+        throw UserError(std::string("slices.json is incomplete: ") + fault.what(), {.where = (folder / "slices.json").string()});
     }
     for (const double spacing : stack.grid.spacing_m)
         if (!(spacing > 0.0)) throw UserError("spacing_m and pixel_m must be positive", {.where = (folder / "slices.json").string()});

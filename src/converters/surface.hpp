@@ -1,4 +1,4 @@
-// Grains to one closed triangle surface (CGAL), and closed surfaces of users.
+// Converts grains to one closed triangle surface (CGAL); checks closed surfaces of users.
 #pragma once
 
 #include <memory>
@@ -16,19 +16,19 @@ struct SurfaceCheck {
     double volume_m3 = 0.0;
     double area_m2 = 0.0;
     shapes::Vec3 low = shapes::Vec3::Zero(), high = shapes::Vec3::Zero();
-    double largest_shell_span_m = 0.0;  ///< diagonal of the largest shell's bounding box
-    std::string fault;                  ///< first fault found, with its place; empty when there is none
-    std::vector<shapes::Vec3> fault_places;     ///< where the surface is open or crosses itself
+    double largest_shell_diagonal_m = 0.0;   ///< diagonal of the largest shell's bounding box
+    std::string fault;                       ///< first fault found, with its place; empty when there is none
+    std::vector<shapes::Vec3> fault_places;  ///< where the surface is open or crosses itself
 };
 
-/// Closed, outward, free of self-intersections: checked on the triangles as they are in the file.
+/// Closed, oriented outward, without self-intersections: checked on the triangles of the file.
 [[nodiscard]] SurfaceCheck check_surface(const io::TriangleSurface& surface);
 /// Throws UserError that names the fault unless the surface bounds a volume.
 void require_sound(const SurfaceCheck& check, const std::string& where);
 
 struct SurfaceOptions {
-    /// Largest distance in metres between the triangles and the exact capsules; 0: 0.5 % of the smallest capsule diameter. The number of
-    /// triangles grows as 1 / deviation: take a larger value for pictures and 3D printing, a smaller one where volume or area of the
+    /// Maximum distance in metres between the triangles and the exact capsules; 0: 0.5 % of the smallest capsule diameter. The number of
+    /// triangles grows as 1 / deviation: choose a larger value for images and 3D printing, a smaller one where volume or area of the
     /// surface are compared with exact values.
     double deviation_m = 0.0;
     /// Grains with a gap below this, in metres, become one body; 0: 1e-4 of the smallest capsule diameter. It is also the step by which
@@ -38,10 +38,10 @@ struct SurfaceOptions {
 
 struct SurfaceResult {
     io::TriangleSurface surface;
-    double deviation_m = 0.0;  ///< measured: largest distance of a corner or a facet's middle from the exact capsules
+    double deviation_m = 0.0;  ///< measured: maximum distance of a corner or a facet's middle from the exact capsules
     double contact_gap_m = 0.0;
     long joined_grains = 0;  ///< grains that became one body with others
-    long bridges = 0;        ///< contacts nearer than contact_gap_m, joined by a small box that holds the lens of their overlap
+    long bridges = 0;        ///< contacts nearer than contact_gap_m, joined by a small box that contains the lens of their overlap
     long shells = 0;         ///< separate surfaces
     long shrunk_grains = 0;  ///< grains thinned by contact_gap_m because the surface crossed itself in single precision
 };
@@ -56,13 +56,13 @@ struct SurfaceMeasures {
     shapes::Vec3 centre_of_mass_m = shapes::Vec3::Zero();
     Eigen::Matrix3d inertia_per_density_m5 = Eigen::Matrix3d::Zero();  ///< about the centre of mass, for density 1
     double hull_volume_m3 = 0.0, hull_area_m2 = 0.0;
-    double bounding_radius_m = 0.0;  ///< about the centre of mass
-    double span_m = 0.0;             ///< maximum Feret diameter
+    double bounding_radius_m = 0.0;         ///< about the centre of mass
+    double maximum_feret_diameter_m = 0.0;  ///< maximum Feret diameter
 };
-/// Of a closed surface, exact for the polyhedron that it is.
+/// Measures of a closed surface, exact for the polyhedron.
 [[nodiscard]] SurfaceMeasures measure_surface(const io::TriangleSurface& surface);
 
-/// The part of closed grains between two planes, closed again.
+/// The part of closed grains between two planes, with closed cut faces.
 [[nodiscard]] io::TriangleSurface clip_surface(const io::TriangleSurface& surface, const packing::Section& section);
 
 /// The boundary of the pore space inside the container, closed; triangles point out of the pores.
@@ -70,15 +70,15 @@ struct PoreSurface {
     io::TriangleSurface surface;
     std::vector<int> region;  ///< by triangle: 0 inlet (z0), 1 outlet (z1), 2 wall, 3 grains
 };
-[[nodiscard]] PoreSurface make_pore_surface(const io::TriangleSurface& grains, const packing::Container& container, const packing::Section& section,
-                                            double deviation_m);
+[[nodiscard]] PoreSurface make_pore_surface(const io::TriangleSurface& grains, const packing::Container& container,
+                                            const packing::Section& section, double deviation_m);
 
 /// A closed triangle surface as a solid; `periodic` repeats it.
 class SurfaceSolid : public packing::Solid {
 public:
     SurfaceSolid(const io::TriangleSurface& surface, const packing::Container& container);
     ~SurfaceSolid() override;
-    /// Winding number along the line: overlapping shells are joined.
+    /// Uses the winding number along the line: overlapping shells are joined.
     void column(double x, double y, std::vector<core::Interval>& parts) const override;
     [[nodiscard]] shapes::Bounds bounds() const override;
     [[nodiscard]] std::unique_ptr<packing::SolidProbe> probe() const override;
@@ -89,11 +89,11 @@ private:
     std::unique_ptr<Bins> bins_;
 };
 
-/// The pore space round a user's closed surface; the section is the whole bed. Throws UserError when the surface is not sound or does not
+/// The pore space around a user's closed surface; the section is the whole bed. Throws UserError when the surface is faulty or does not
 /// fit the container; `where` names it.
 [[nodiscard]] PoreSpace pore_space_of(io::TriangleSurface surface, const packing::Container& container, const std::string& where);
 
-/// Throws UserError when the surface cannot be in metres: much larger or smaller than the container.
+/// Throws UserError when the surface is probably not in metres: much larger or smaller than the container.
 void require_plausible_size(const SurfaceCheck& check, const packing::Container& container, const std::string& where);
 
 }  // namespace porepack::converters

@@ -86,7 +86,7 @@ public:
                     for (const int t : found_) near_.push_back({t, shift});
                 }
     }
-    // Moller & Trumbore (1997); only triangles that the way crosses from outside count.
+    // Moller & Trumbore (1997); only triangles that the segment crosses from outside count.
     [[nodiscard]] std::optional<double> first_hit(const Vec3& from, const Vec3& step) const override {
         double first = 2.0;
         for (const auto& [t, shift] : near_) {
@@ -142,7 +142,7 @@ void SurfaceSolid::column(double x, double y, std::vector<Interval>& parts) cons
     thread_local std::vector<Bins::Crossing> crossings;
     const Container& container = bins_->container;
     const double extent = (bins_->bounds.high - bins_->bounds.low).norm();
-    // A line through an edge or a corner counts it twice or not at all: then the line is moved by a hair and asked again.
+    // A line through an edge or a corner counts it twice or not at all: then the line is moved by a tiny amount and evaluated again.
     for (int attempt = 0; attempt < 8; ++attempt) {
         crossings.clear();
         const double px = x + (1.13e-9 + 2.7e-9 * attempt) * extent, py = y + (0.71e-9 - 1.9e-9 * attempt) * extent;
@@ -174,8 +174,8 @@ PoreSpace pore_space_of(TriangleSurface surface, const Container& container, con
     space.surface = std::make_shared<const TriangleSurface>(std::move(surface));
     space.grain_size_m = 4.0 * check.volume_m3 / check.area_m2;
     space.bed_top_m = check.high.z();
-    // What hangs together in an STL file may be one grain or the whole bed: a quarter of the bed at most is trimmed.
-    space.maximum_feret_diameter_m = std::min(check.largest_shell_span_m, 0.25 * space.bed_top_m);
+    // A connected part of an STL file may be one grain or the whole bed: at most a quarter of the bed is trimmed.
+    space.maximum_feret_diameter_m = std::min(check.largest_shell_diagonal_m, 0.25 * space.bed_top_m);
     space.section = whole_bed(container, space.bed_top_m);
     space.source = where;
     return space;

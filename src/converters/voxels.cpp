@@ -20,7 +20,7 @@ VoxelPlan plan_voxels(const Container& container, const Section& section, double
         throw UserError(
             fmt::format("the voxel is larger than the grain: voxel {:g} m, capsule diameter {:g} m, section {:g} m", voxel_size_m,
                         grain_size_m, section.length()),
-            {.allowed = fmt::format("up to {:.3g} m; 10 voxels a diameter are a good start", std::min(grain_size_m, section.length())),
+            {.allowed = fmt::format("up to {:.3g} m; 10 voxels per diameter are a good start", std::min(grain_size_m, section.length())),
              .fix = "the voxel size is in metres"});
     VoxelPlan plan;
     const Vec3 size = container.high() - container.low();
@@ -33,7 +33,7 @@ VoxelPlan plan_voxels(const Container& container, const Section& section, double
     const double ahead = (layers + 2.0 * reservoir_layers) * std::ceil(size.x() / h) * std::ceil(size.y() / h);
     if (!(ahead < 2e9))
         throw UserError(fmt::format("the grid would have {:.3g} cells", ahead),
-                        {.allowed = "2e9 cells", .fix = "take a larger voxel size (metres), a shorter section or a shorter reservoir"});
+                        {.allowed = "2e9 cells", .fix = "choose a larger voxel size (metres), a shorter section or a shorter reservoir"});
     plan.reservoir_cells = static_cast<int>(reservoir_layers);
     plan.grid.spacing_m = {h, h, h};
     plan.grid.cells[2] = static_cast<int>(layers) + 2 * plan.reservoir_cells;
@@ -74,7 +74,8 @@ void fill_column(std::uint8_t* first, std::size_t stride, int cells, double z_fi
 
 }  // namespace
 
-void fill_phases(std::vector<std::uint8_t>& phase, const Grid& grid, const Solid& solid, const Container& container, const Section& section) {
+void fill_phases(std::vector<std::uint8_t>& phase, const Grid& grid, const Solid& solid, const Container& container,
+                 const Section& section) {
     const auto stride = static_cast<std::size_t>(grid.cells[0]) * static_cast<std::size_t>(grid.cells[1]);
     const double z_first = grid.centre(2, 0);
 #pragma omp parallel for schedule(dynamic, 4)
@@ -95,7 +96,7 @@ void fill_phases(std::vector<std::uint8_t>& phase, const Grid& grid, const Solid
 PhaseImage voxelise(const Solid& solid, const Container& container, const Section& section, const VoxelPlan& plan) {
     require_memory(plan.memory_bytes,
                    fmt::format("the grid of {} x {} x {} voxels", plan.grid.cells[0], plan.grid.cells[1], plan.grid.cells[2]),
-                   "take a larger voxel size or a shorter section");
+                   "choose a larger voxel size or a shorter section");
     PhaseImage image{.grid = plan.grid, .phase = std::vector<std::uint8_t>(plan.grid.size()), .notes = {}};
     image.notes["container"] = to_json(container).dump();
     image.notes["section"] = fmt::format("{:.17g},{:.17g}", section.z0, section.z1);

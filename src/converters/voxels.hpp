@@ -6,34 +6,36 @@
 
 namespace porepack::converters {
 
-/// The grid of a section: cubic voxels, z0 on a cell face, the cylinder's axis in the middle of the grid.
+/// The grid of a section: cubic voxels, z0 on a cell face, the cylinder's axis at the centre of the grid.
 struct VoxelPlan {
     core::Grid grid;
-    double voxel_size_m = 0.0;  ///< the size asked for, adjusted so that the section is a whole number of voxels
+    double voxel_size_m = 0.0;  ///< the requested size, adjusted so that the section is a whole number of voxels
     int reservoir_cells = 0;    ///< empty layers below and above the section
     double memory_bytes = 0.0;
 };
 
 /// Throws UserError when a periodic side is no whole number of voxels, or the voxel is larger than `grain_size_m`.
-[[nodiscard]] VoxelPlan plan_voxels(const packing::Container& container, const packing::Section& section, double voxel_size_m, double reservoir_m,
-                                    double grain_size_m);
+[[nodiscard]] VoxelPlan plan_voxels(const packing::Container& container, const packing::Section& section, double voxel_size_m,
+                                    double reservoir_m, double grain_size_m);
 
 /// Phase of every cell; solid beyond the section's planes is left out. Notes: the container and the section.
-[[nodiscard]] core::PhaseImage voxelise(const packing::Solid& solid, const packing::Container& container, const packing::Section& section, const VoxelPlan& plan);
+[[nodiscard]] core::PhaseImage voxelise(const packing::Solid& solid, const packing::Container& container, const packing::Section& section,
+                                        const VoxelPlan& plan);
 
 /// Phases of the cells of any grid by their centres, where solid beyond the section's planes is left out.
-void fill_phases(std::vector<std::uint8_t>& phase, const core::Grid& grid, const packing::Solid& solid, const packing::Container& container, const packing::Section& section);
+void fill_phases(std::vector<std::uint8_t>& phase, const core::Grid& grid, const packing::Solid& solid, const packing::Container& container,
+                 const packing::Section& section);
 
-/// Share of the pore volume that lies in gaps of at most `cells` voxels between solids, along x, y or z.
+/// Fraction of the pore volume that lies in gaps of at most `cells` voxels between solids, along x, y or z.
 [[nodiscard]] double narrow_fraction(const core::PhaseImage& image, int cells);
 
-/// A stack of gray images slice_0000.png (grain 0, pore 255, outside 128) from z0 to z1, with slices.json for the frame.
+/// A stack of gray images slice_0000.png (grain 0, pore 255, outside 128) from z0 to z1, with the coordinates in slices.json.
 /// Returns the number of slices.
-int write_slices(const core::Path& folder, const packing::Solid& solid, const packing::Container& container, const packing::Section& section, double spacing_m,
-                 double pixel_m);
+int write_slices(const core::Path& folder, const packing::Solid& solid, const packing::Container& container,
+                 const packing::Section& section, double spacing_m, double pixel_m);
 
 struct SliceStack {
-    core::Grid grid;  ///< spacing in z is the distance of the slices, which lie in the middle of their cells
+    core::Grid grid;  ///< spacing in z is the distance of the slices, which lie at mid-height of their cells
     std::vector<std::uint8_t> phase;
     packing::Container container;
     packing::Section section;

@@ -47,7 +47,7 @@ std::optional<double> WallFinder::straight(const Vec3& from, const Vec3& step) c
 std::optional<double> WallFinder::fraction(const Vec3& step) const {
     const double end = centre_[drive_.axis] + step[drive_.axis];
     if (!drive_.by_pressure() || (end > end_low_ && end < end_high_)) return straight(centre_, step);
-    // Through an open end: the second half of the way is taken in the mirror image.
+    // Through an open end: the second half of the segment lies in the mirror image.
     const double half = 0.5;
     if (const auto before = straight(centre_, half * step)) return half * *before;
     Vec3 back = half * step;

@@ -1,4 +1,4 @@
-// Where the ways between neighbouring cell centres meet a wall: the container's side or the solid inside the section.
+// Where the segments between neighbouring cell centres meet a wall: the container's side or the solid inside the section.
 #pragma once
 
 #include <memory>
@@ -9,21 +9,21 @@
 
 namespace porepack::converters {
 
-/// What flow is bounded by.
+/// The walls that bound the flow.
 struct FlowWalls {
     const packing::Solid& solid;
     const packing::Container& container;
     packing::Section section;  ///< solid beyond its planes is left out
 };
 
-/// Exact distances for one thread. Beyond an open end of the grid lies its mirror image, walls included.
+/// Exact wall distances for one thread. Beyond an open end of the grid lies its mirror image, walls included.
 class WallFinder {
 public:
     WallFinder(const FlowWalls& walls, const core::Grid& grid, const Drive& drive);
 
-    /// Prepares for the ways from this cell centre.
+    /// Prepares for the segments from this cell centre.
     void move_to(const shapes::Vec3& centre);
-    /// Fraction of the way to centre + step at which it meets a wall; nothing when it meets none. `step` reaches a neighbour.
+    /// Fraction of the segment to centre + step at which it meets a wall; nothing when it meets none. `step` leads to a neighbour.
     [[nodiscard]] std::optional<double> fraction(const shapes::Vec3& step) const;
 
 private:

@@ -1,10 +1,10 @@
-// Which porepack this is.
+// Version of this porepack build.
 #pragma once
 
 namespace porepack::core {
 
 [[nodiscard]] const char* program_version();
-/// Of the commit that was built; "unknown" outside a checkout.
+/// Git hash of the commit that was built; "unknown" outside a checkout.
 [[nodiscard]] const char* git_hash();
 
 }  // namespace porepack::core

@@ -1,4 +1,4 @@
-// Choices by name: an enum of the configuration and the words that stand for it in files and flags.
+// Choices by name: an enum of the configuration and the names of its values in files and flags.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@ struct Choice {
     std::string_view name;
 };
 
-/// An enum with a function `constexpr std::array<Choice<Enum>, n> choices_of(Enum)` beside it, which is found by its argument.
+/// An enum with a function `constexpr std::array<Choice<Enum>, n> choices_of(Enum)` beside it, which is found by argument-dependent lookup.
 template <typename Enum>
 concept NamedEnum = requires(Enum value) {
     choices_of(value)[0].name;

@@ -1,4 +1,4 @@
-// Configuration: every table of case.toml is a struct, and one function `describe` a struct lists its keys with unit,
+// Configuration: every table of case.toml is a struct, and one function `describe` per struct lists its keys with unit,
 // range, default and meaning. Reading TOML, command-line flags, the resolved configuration and the reference page all
 // come from that one list.
 #pragma once
@@ -16,17 +16,17 @@
 
 namespace porepack::core {
 
-/// Allowed values of a number; finite always.
+/// Allowed values of a number; always finite.
 struct Range {
     double low = -std::numeric_limits<double>::infinity();
     double high = std::numeric_limits<double>::infinity();
     bool low_open = false;
-    bool zero_is_auto = false;  ///< 0 stands for "chosen from the scene"
+    bool zero_is_auto = false;  ///< 0 stands for "chosen automatically"
     [[nodiscard]] bool holds(double value) const;
     [[nodiscard]] std::string text() const;
 };
 
-// Sizes beyond these limits are typing errors; their powers would overflow.
+// Sizes beyond these limits are typing errors, and their powers would overflow.
 inline constexpr double smallest_size = 1e-30, largest_size = 1e12;
 
 [[nodiscard]] inline Range positive() {
@@ -38,7 +38,7 @@ inline constexpr double smallest_size = 1e-30, largest_size = 1e12;
 [[nodiscard]] inline Range not_negative() {
     return {.low = 0.0, .high = largest_size};
 }
-/// A length of something in a container, in metres.
+/// A length in metres.
 [[nodiscard]] inline Range length_range() {
     return {.low = 1e-12, .high = 1e6};
 }
@@ -49,7 +49,7 @@ inline constexpr double smallest_size = 1e-30, largest_size = 1e12;
     return {.low = low, .high = high};
 }
 
-/// Asks an array of tables for its size without changing it.
+/// Size of an array of tables, which stays unchanged.
 inline constexpr std::size_t keep_size = std::numeric_limits<std::size_t>::max();
 
 class ConfigVisitor {
@@ -59,7 +59,7 @@ public:
     virtual void integer(const char* key, long& value, const Range& range, const char* meaning) = 0;
     virtual void boolean(const char* key, bool& value, const char* meaning) = 0;
     virtual void text(const char* key, std::string& value, const char* meaning) = 0;
-    /// One of a few words.
+    /// One of a few names.
     virtual void word(const char* key, std::string& value, const std::vector<std::string>& allowed, const char* meaning) = 0;
     /// An enum with names (core/choice.hpp).
     template <NamedEnum Enum>
@@ -70,7 +70,7 @@ public:
         word(key, name, names, meaning);
         value = choice_named<Enum>(name).value();
     }
-    /// Of these alone.
+    /// Only these choices are allowed.
     template <NamedEnum Enum>
     void choice(const char* key, Enum& value, const std::vector<Enum>& allowed, const char* meaning) {
         std::vector<std::string> names;
@@ -85,24 +85,24 @@ public:
     virtual void numbers(const char* key, std::vector<double>& values, std::pair<std::size_t, std::size_t> sizes, const Range& range,
                          const char* meaning) = 0;
     virtual void booleans(const char* key, std::vector<bool>& values, std::size_t size, const char* meaning) = 0;
-    /// An array of tables; `resize` makes room, `describe_one` lists the keys of entry i.
+    /// An array of tables; `resize` sets the number of entries, `describe_one` lists the keys of entry i.
     virtual void tables(const char* key, const std::function<std::size_t(std::size_t)>& resize,
                         const std::function<void(std::size_t, ConfigVisitor&)>& describe_one, const char* meaning) = 0;
 };
 
 using Describe = std::function<void(ConfigVisitor&)>;
-/// Values from the command line by key; they win over the file.
+/// Values from the command line by key; they take precedence over the file.
 using Flags = std::map<std::string, std::string>;
 
 /// The resolved values, in the order of the list.
 [[nodiscard]] Json resolved(const Describe& describe);
-/// The same of a table's struct.
+/// The resolved values of a table's struct.
 template <typename Config>
 [[nodiscard]] Json resolved_config(Config config) {
     return resolved([&](ConfigVisitor& v) { describe(v, config); });
 }
 
-/// One row a key, for help and for the reference page.
+/// One row per key, for help and for the reference page.
 struct KeyRow {
     std::string key, unit, type, allowed, standard, meaning;
 };
@@ -114,7 +114,7 @@ struct KeyRow {
 [[nodiscard]] std::string flag_of(std::string_view key);
 /// Old name -> new name of the keys that were renamed.
 [[nodiscard]] std::map<std::string, std::string> renamed_keys(const Describe& describe);
-/// The known word nearest to `word` (Levenshtein), or empty when none is near.
+/// The known word nearest to `word` (Levenshtein distance), or empty when none is near.
 [[nodiscard]] std::string nearest(std::string_view word, const std::vector<std::string>& known);
 
 }  // namespace porepack::core

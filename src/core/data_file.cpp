@@ -14,7 +14,7 @@ Path& host_folder() {
     return folder;
 }
 
-// In the source tree the templates lie with the code that uses them.
+// In the source tree the templates are beside the code that uses them.
 Path found_in(const Path& root, const Path& name) {
     for (const Path& path : {root / name, root / "src" / "report" / name})
         if (fs::exists(path)) return path;
@@ -30,12 +30,13 @@ void set_data_folder(const Path& folder) {
 Path data_file(const Path& name) {
     if (const char* home = std::getenv("POREPACK_HOME")) {
         if (const Path path = found_in(home, name); !path.empty()) return path;
-        throw UserError(name.string() + " is not in " + home, {.where = "POREPACK_HOME", .fix = "set it to porepack's folder, or unset it"});
+        throw UserError(name.string() + " is not in " + home,
+                        {.where = "POREPACK_HOME", .fix = "set it to porepack's folder, or unset it"});
     }
     std::error_code none;
     const Path program = fs::read_symlink("/proc/self/exe", none);
-    for (const Path& root : {host_folder(), program.parent_path() / ".." / "share" / "porepack", Path(POREPACK_INSTALLED_DATA),
-                             Path(POREPACK_SOURCE_FOLDER)})
+    for (const Path& root :
+         {host_folder(), program.parent_path() / ".." / "share" / "porepack", Path(POREPACK_INSTALLED_DATA), Path(POREPACK_SOURCE_FOLDER)})
         if (!root.empty())
             if (const Path path = found_in(root, name); !path.empty()) return path;
     throw UserError("porepack's own files are not found: " + name.string(),

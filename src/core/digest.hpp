@@ -1,4 +1,4 @@
-// Digests as sha256sum prints them.
+// SHA-256 digests in the format of sha256sum.
 #pragma once
 
 #include <string>

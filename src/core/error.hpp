@@ -9,7 +9,7 @@ namespace porepack::core {
 
 enum class ExitCode { done = 0, user = 2, numerical = 3, engine = 4, machine = 5 };
 
-/// What a message tells beside what happened: where, what is allowed, and how to fix it. Empty parts are left out.
+/// Additional parts of an error message: where, what is allowed, and how to fix it. Empty parts are left out.
 struct Advice {
     std::string where = {};
     std::string allowed = {};

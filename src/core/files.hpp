@@ -1,4 +1,4 @@
-// Files under their final name are whole: text and bytes are written to a temporary name and renamed.
+// Files with their final name are complete: text and bytes are written to a temporary name, then renamed.
 #pragma once
 
 #include <filesystem>
@@ -14,16 +14,16 @@ using Json = nlohmann::ordered_json;
 
 /// Throws UserError when `path` is missing, a folder, or cannot be read.
 [[nodiscard]] std::string read_text(const Path& path);
-/// Throws UserError with the place of the fault.
+/// Throws UserError with the position of the error.
 [[nodiscard]] Json read_json(const Path& path);
 
 void write_text(const Path& path, std::string_view text);
 void write_json(const Path& path, const Json& json);
 /// Calls `write` with a temporary name beside `path`, then renames it. A failed write leaves nothing behind.
-/// The temporary name keeps the extension of `path`, because some writers choose the format by it.
+/// The temporary name keeps the extension of `path`, because some writers choose the format from it.
 void write_whole(const Path& path, const std::function<void(const Path&)>& write);
 
-/// Makes the folder and its parents; throws UserError when that is not allowed.
+/// Creates the folder and its parents; throws UserError when permission is missing.
 void make_folder(const Path& path);
 /// Throws UserError unless a file can be written in the folder.
 void require_writable(const Path& folder);

@@ -1,4 +1,4 @@
-// Regular grids and what lives on them, in metres.
+// Regular grids and the fields on them, in metres.
 #pragma once
 
 #include <array>
@@ -28,7 +28,7 @@ struct Grid {
     }
 };
 
-/// Phases of a cell, as images store them.
+/// Phase of a cell, with the value stored in images.
 struct Phase {
     static constexpr std::uint8_t grain = 0, pore = 1, outside = 2;
 };

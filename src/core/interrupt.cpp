@@ -32,7 +32,8 @@ bool interrupted() {
 }
 
 void check_interrupt() {
-    if (interrupted()) throw MachineError("interrupted", {.fix = "run the same command again: it resumes at the stage that was interrupted"});
+    if (interrupted())
+        throw MachineError("interrupted", {.fix = "run the same command again: it resumes at the stage that was interrupted"});
 }
 
 }  // namespace porepack::core

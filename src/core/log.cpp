@@ -11,7 +11,7 @@
 namespace porepack::core {
 namespace {
 
-// A log that cannot be written must not end the work.
+// A log that cannot be written must not stop the work.
 void to_stderr(const std::string& text) {
     (void)std::fwrite(text.data(), 1, text.size(), stderr);
 }

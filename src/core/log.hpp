@@ -17,9 +17,9 @@ void log_info(fmt::format_string<Args...> format, Args&&... args) {
     log_line(fmt::format(format, std::forward<Args>(args)...));
 }
 
-/// Seconds as a person reads them: "42 s", "3 min 05 s", "2 h 10 min".
+/// Seconds in readable form: "42 s", "3 min 05 s", "2 h 10 min".
 [[nodiscard]] std::string human_time(double seconds);
-/// Bytes as a person reads them: "1.3 GiB".
+/// Bytes in readable form: "1.3 GiB".
 [[nodiscard]] std::string human_bytes(double bytes);
 
 class Stopwatch {

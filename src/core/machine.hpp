@@ -1,4 +1,4 @@
-// What this machine is and has.
+// Properties of this machine: processor, memory, threads.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@ namespace porepack::core {
 /// Largest resident memory of this process since the start or the last reset, in bytes.
 [[nodiscard]] double peak_memory_bytes();
 void reset_peak_memory();
-/// Threads that parallel loops use: --threads, else OMP_NUM_THREADS, else the cores.
+/// Number of threads of parallel loops: --threads, else OMP_NUM_THREADS, else the number of cores.
 [[nodiscard]] int thread_count();
 void set_thread_count(int threads);
 

@@ -1,4 +1,4 @@
-// Structs to JSON and back by one list of their members: a struct has a function
+// Converts structs to JSON and back from one list of their members: a struct has a function
 //     template <MembersOf<Struct> Self, typename Visit> void visit_members(Self& self, const Visit& visit)
 // beside it, which calls visit("key", self.member) for each. Keys end in their unit.
 #pragma once
@@ -32,7 +32,8 @@ template <typename T>
 concept List = requires(const T& list) {
     list.begin();
     list.size();
-} && !std::is_convertible_v<T, std::string_view> && !std::is_same_v<T, Json>;
+}
+&&!std::is_convertible_v<T, std::string_view> && !std::is_same_v<T, Json>;
 template <typename T>
 concept EigenVector = std::is_base_of_v<Eigen::MatrixBase<T>, T>;
 }  // namespace members_detail
@@ -80,7 +81,11 @@ void read_members(const Json& json, T& value) {
         value = {json.at(0).get<double>(), json.at(1).get<double>()};
     } else if constexpr (HasMembers<T>) {
         visit_members(value, [&](const char* key, auto& member) { read_members(json.at(key), member); });
-    } else if constexpr (requires { value.resize(0); value[0] = value[0]; } && !std::is_convertible_v<T, std::string_view>) {
+    } else if constexpr (requires {
+                             value.resize(0);
+                             value[0] = value[0];
+                         } &&
+                         !std::is_convertible_v<T, std::string_view>) {
         value.clear();
         for (const Json& entry : json) read_members(entry, value.emplace_back());
     } else {

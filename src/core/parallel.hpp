@@ -1,4 +1,4 @@
-// A parallel loop from which errors and Ctrl-C come out: neither may leave an OpenMP loop on its own.
+// A parallel loop that passes errors and Ctrl-C on to its caller: an exception must not leave an OpenMP loop directly.
 #pragma once
 
 #include <cstddef>
@@ -8,7 +8,7 @@
 
 namespace porepack::core {
 
-/// body(i) for i below `count`, in any order. Throws what a body threw (one of them); throws MachineError once interrupted.
+/// Calls body(i) for 0 <= i < count, in any order. Rethrows one exception of a body; throws MachineError when interrupted.
 template <typename Body>
 void parallel_for(std::size_t count, const Body& body) {
     std::exception_ptr fault;

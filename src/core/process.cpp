@@ -24,9 +24,9 @@ namespace {
 
 std::atomic<double> peak_program_memory{0.0};
 
-// The child's side, between fork and exec: only calls that are safe there.
+// Runs in the child between fork and exec: only async-signal-safe calls.
 [[noreturn]] void become(const Program& program, char* const* arguments, char* const* environment) {
-    setpgid(0, 0);  // its own group, so that it and its children can be ended together
+    setpgid(0, 0);  // its own process group, so that it and its children can be stopped together
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     signal(SIGXFSZ, SIG_DFL);
     signal(SIGPIPE, SIG_DFL);
@@ -56,8 +56,8 @@ std::vector<char*> as_pointers(std::vector<std::string>& texts) {
     return pointers;
 }
 
-// Ends the whole group of a program when this process dies, even by SIGKILL: a shell that waits for one byte on a pipe
-// whose other end only we hold.
+// Kills the process group of a program when this process dies, even by SIGKILL: a shell waits for one byte on a pipe
+// whose other end only this process holds.
 class Guardian {
 public:
     explicit Guardian(pid_t group) {
@@ -113,7 +113,7 @@ ProgramEnd run_program(const Program& program) {
     if (child < 0) throw MachineError(std::string("cannot start another process: ") + std::strerror(errno));
     if (child == 0) become(absolute, arguments.data(), variables.data());
 
-    setpgid(child, child);  // also here, whoever comes first
+    setpgid(child, child);  // also in the parent: either process may run first
     const Guardian guardian(child);
 
     int status = 0;

@@ -1,4 +1,4 @@
-// Runs the engines as programs. They die with us: no orphan goes on after Ctrl-C or kill -9.
+// Runs the engines as programs. They end with this process: none keeps running after Ctrl-C or kill -9.
 #pragma once
 
 #include <functional>
@@ -13,9 +13,9 @@ namespace porepack::core {
 
 struct Program {
     std::vector<std::string> command;                     ///< program and arguments, no shell in between
-    Path folder = ".";                                    ///< where it runs
+    Path folder = ".";                                    ///< working folder
     Path log;                                             ///< stdout and stderr go here
-    std::map<std::string, std::string> environment = {};  ///< added to ours
+    std::map<std::string, std::string> environment = {};  ///< added to the environment of this process
     std::function<void()> while_running = {};             ///< called every 0.2 s
 };
 
@@ -25,11 +25,11 @@ struct ProgramEnd {
     double peak_memory_bytes = 0.0;
 };
 
-/// Runs to the end. Throws EngineError when the program cannot be started, MachineError when we are interrupted meanwhile.
-/// A bad exit code is the caller's to judge.
+/// Runs the program to its end. Throws EngineError when it cannot be started, MachineError when this process is interrupted.
+/// The caller checks the exit code.
 [[nodiscard]] ProgramEnd run_program(const Program& program);
 
-/// Largest memory of a program run since the last call of this, in bytes.
+/// Maximum memory of the programs run since the last call, in bytes.
 [[nodiscard]] double take_peak_program_memory_bytes();
 
 /// Full path of a program on PATH.

@@ -1,4 +1,4 @@
-// Tables of results, written as CSV: the one writer of the project.
+// Tables of results, written as CSV: the only CSV writer of the project.
 #pragma once
 
 #include <fmt/format.h>
@@ -18,7 +18,7 @@ public:
     /// Column names; a quantity's name ends in its unit.
     explicit Table(std::vector<std::string> columns) : columns_(std::move(columns)) {}
 
-    /// One row, a value per column: numbers with `digits` significant digits (whole numbers in full), text quoted where it must be.
+    /// One row, one value per column: numbers with `digits` significant digits (whole numbers in full), text quoted where necessary.
     /// A value that is not known (NaN, an empty optional) is an empty field. Throws std::logic_error when the number of values is wrong.
     template <typename... Values>
     void add(const Values&... values) {

@@ -19,7 +19,7 @@ struct TomlFile::Content {
 
 namespace {
 
-// Reads one table; remembers which keys were asked for, so that the others are known to be unknown.
+// Reads one table and records which keys were read; all other keys of the table are unknown.
 class Reader : public ConfigVisitor {
 public:
     Reader(const toml::table* table, std::string place, Path file, const Flags& flags)
@@ -46,7 +46,8 @@ public:
         if (table_ == nullptr || !table_->contains(old_key)) return;
         const toml::node* node = table_->get(old_key);
         if (table_->contains(key)) fail(old_key, *node, fmt::format("is the old name of `{}`, which is given too", key), "one of them");
-        log_warning(fmt::format("{}: `{}{}` is now called `{}`; the old name is read until version 0.3", where(*node), place_, old_key, key));
+        log_warning(
+            fmt::format("{}: `{}{}` is now called `{}`; the old name is read until version 0.3", where(*node), place_, old_key, key));
         renamed_[key] = old_key;
         known_.emplace_back(old_key);
     }
@@ -80,7 +81,7 @@ public:
         if (!node) return;
         const toml::array* array = node->as_array();
         if (array == nullptr || array->size() != size)
-            fail(key, *node, "has the wrong form", fmt::format("a list of {} times true or false", size));
+            fail(key, *node, "has the wrong form", fmt::format("a list of {} values true or false", size));
         values.clear();
         for (const auto& entry : *array) values.push_back(boolean_of(entry, key));
     }
@@ -106,9 +107,8 @@ public:
             if (node.is_table() && place_.empty()) continue;  // checked by require_known_tables
             if (std::find(known_.begin(), known_.end(), name) != known_.end()) continue;
             const std::string near = nearest(name, known_);
-            throw UserError(
-                fmt::format("unknown key `{}{}`", place_, name),
-                {.where = where(node), .allowed = fmt::format("{}", fmt::join(known_, ", ")), .fix = fix_unknown(name, near)});
+            throw UserError(fmt::format("unknown key `{}{}`", place_, name),
+                            {.where = where(node), .allowed = fmt::format("{}", fmt::join(known_, ", ")), .fix = fix_unknown(name, near)});
         }
     }
 
@@ -119,7 +119,7 @@ private:
         return fmt::format("perhaps `{}`", near);
     }
 
-    // A value from the command line is read by the same rules as one from the file.
+    // A value from the command line is parsed with the same rules as a value from the file.
     const toml::node* find(const char* key, bool list = false) {
         known_.emplace_back(key);
         if (const auto flag = flags_.find(key); flag != flags_.end()) {
@@ -172,7 +172,7 @@ private:
     const Flags& flags_;
     Flags no_flags_;
     std::vector<std::string> known_;
-    std::map<std::string, std::string> renamed_;  // key -> its old name, which the file uses
+    std::map<std::string, std::string> renamed_;  // key -> its old name, used by the file
     std::deque<toml::table> from_flags_;
     std::map<const toml::node*, std::string> flag_nodes_;
 };

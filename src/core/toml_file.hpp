@@ -1,4 +1,4 @@
-// case.toml and other TOML files: tables are read into structs by the lists of their keys (core/config.hpp).
+// case.toml and other TOML files: tables are read into structs with the lists of their keys (core/config.hpp).
 #pragma once
 
 #include <memory>
@@ -7,7 +7,7 @@
 
 namespace porepack::core {
 
-/// A TOML file that has been parsed. Faults of syntax throw UserError with file and line.
+/// A parsed TOML file. Syntax errors throw UserError with file and line.
 class TomlFile {
 public:
     explicit TomlFile(const Path& path);
@@ -28,7 +28,7 @@ private:
     std::unique_ptr<Content> content_;
 };
 
-/// Reads flags into a table's struct by the rules of the file.
+/// Reads flags into a table's struct with the rules of the file.
 template <typename Config>
 [[nodiscard]] Config config_from_flags(const Flags& flags) {
     Config config;

@@ -17,10 +17,10 @@ void require_different(const std::vector<LevelCurve>& curves) {
         for (std::size_t before = 0; before < c; ++before)
             if (curves[before].time_s == curves[c].time_s && curves[before].level_m == curves[c].level_m)
                 throw UserError("the same levels twice: " + curves[before].name + " and " + curves[c].name,
-                                {.fix = "leave one out: it would count as a second test"});
+                                {.fix = "remove one of them: it would count as a second test"});
 }
 
-// A fit that misses the levels by more than their noise cannot be trusted, whatever its interval.
+// A fit whose residuals exceed the noise of the levels is not reliable, whatever its interval.
 bool misses(const FallingHeadFit& fit, const std::string& name, std::vector<std::string>& warnings) {
     if (fit.residual_m <= 3.0 * std::max(fit.noise_m, 1e-6)) return false;
     warnings.push_back(fmt::format("{}: the equation misses the levels by {:.2g} mm, their noise is {:.2g} mm: see analysis.svg", name,
@@ -71,7 +71,8 @@ FallingHeadAnalysis analyse_curves(const std::vector<LevelCurve>& curves, const 
     std::map<std::string, PackingAnalysis> packings;
     for (const LevelCurve& curve : curves) {
         analysis.warnings.insert(analysis.warnings.end(), curve.warnings.begin(), curve.warnings.end());
-        CurveAnalysis one{.curve = curve, .as_paper = evaluate_as_paper(curve, config), .fit = fit_falling_head(std::span(&curve, 1), config)};
+        CurveAnalysis one{
+            .curve = curve, .as_paper = evaluate_as_paper(curve, config), .fit = fit_falling_head(std::span(&curve, 1), config)};
         one.doubtful = misses(one.fit, curve.name, analysis.warnings) || curve.doubtful;
         PackingAnalysis& packing = packings[curve.packing];
         packing.packing = curve.packing;

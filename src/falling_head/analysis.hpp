@@ -1,4 +1,4 @@
-// Measured falling-head curves, evaluated as in the paper and by least squares: each by itself, and those of one packing together.
+// Measured falling-head curves, evaluated as in the paper and by least squares: each separately, and those of one packing together.
 #pragma once
 
 #include "falling_head/fit.hpp"
@@ -10,17 +10,17 @@ struct CurveAnalysis {
     LevelCurve curve;  ///< its window
     PaperEvaluation as_paper;
     FallingHeadFit fit;
-    bool doubtful = false;  ///< a warning says why its numbers may mean nothing
+    bool doubtful = false;  ///< a warning gives the reason why its numbers may be meaningless
 };
 
 struct PackingAnalysis {
     std::string packing;
     std::vector<std::size_t> curves;  ///< indices of its curves
-    FallingHeadFit fit;               ///< of all of them together
+    FallingHeadFit fit;               ///< common fit of all of them
     bool doubtful = false;
 };
 
-/// Of 1/k and 1/k_in, for it is these that errors are added to.
+/// Of 1/k and 1/k_in, because the errors are additive in these.
 struct Scatter {
     double mean = 0.0;                       ///< over the packings
     std::optional<double> within_packings;   ///< standard deviation of single curves' fits about their packing's mean

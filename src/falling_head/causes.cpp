@@ -1,4 +1,4 @@
-// The causes, one row each: what differs from the ideal test, in the order of the report.
+// The causes, one row each: differences from the ideal test, in the order of the report.
 #include "falling_head/causes.hpp"
 
 #include <fmt/format.h>
@@ -13,7 +13,7 @@ namespace {
 
 using Rows = std::vector<ScenarioRow>;
 
-// The water in the sample moves like a column of m sample lengths, which is at least 1/porosity: straight pores.
+// The water in the sample has the inertia of a column of m sample lengths; m is at least 1/porosity (straight pores).
 void add_inertia(Rows& rows, const SampleTruth& truth, const FallingHeadConfig& full) {
     const double smallest_m = 1.0 / truth.porosity;
     for (const double m : {std::max(smallest_m, inertia_coefficient(full)), smallest_m})
@@ -43,10 +43,11 @@ void add_meshes(Rows& rows, const FallingHeadConfig& full) {
             rows.push_back({"second wire screen below", size + ", both together", screens(full.screens_below, 0, wire_m, 1.0)});
         if (full.screens_above > 0) rows.push_back({"wire screen on top", size, screens(0, full.screens_above, wire_m, 1.0)});
     }
-    rows.push_back({"wire screen below, half covered", "grains cover half of the openings", screens(full.screens_below, 0, full.screen_wire_m, 0.5)});
+    rows.push_back(
+        {"wire screen below, half covered", "grains cover half of the openings", screens(full.screens_below, 0, full.screen_wire_m, 0.5)});
 }
 
-// The reference of the levels decides: with levels read from the sample's top the head is wrong too, on the tube only the length.
+// The reference of the levels matters: if they are read from the sample's top, the head is wrong as well; on the tube only the length.
 void add_heights(Rows& rows) {
     for (const bool from_top : {true, false})
         for (const double longer_m : {-5e-3, 5e-3})
@@ -59,7 +60,7 @@ void add_heights(Rows& rows) {
                  }});
 }
 
-// Each cause by itself, as a change of the bare apparatus.
+// Each cause separately, as a change of the bare apparatus.
 Rows single_causes(const ScenarioStudy& study, const SampleTruth& truth, const FallingHeadConfig& config) {
     const FallingHeadConfig& full = study.full();
     const auto sample = [&](double viscous, double inertial) {
@@ -88,9 +89,9 @@ Rows single_causes(const ScenarioStudy& study, const SampleTruth& truth, const F
     return rows;
 }
 
-// Several causes at once, as changes of the test with all that the apparatus has.
+// Several causes at once, as changes of the test with all effects of the apparatus.
 Rows joint_causes(const ScenarioStudy& study, const SampleTruth& truth) {
-    // The aligned layer is one of those at the ends: both add.
+    // The aligned layer is one of the end effects: both are added.
     const Resistance worst = study.sample(1.24 * (truth.ends_viscous + truth.aligned_viscous - 1.0),
                                           0.84 * (truth.ends_inertial + truth.aligned_inertial - 1.0));
     const auto maximum = [worst](Scenario& s) {
@@ -124,7 +125,7 @@ Scenario with_all(const ScenarioStudy& study, const SampleTruth& truth) {
     return all;
 }
 
-// Darcy's law alone at the middle of the window: the viscous share of the head.
+// Darcy's law alone at the middle of the window: the viscous fraction of the head.
 double viscous_share_of_head(const SampleTruth& truth, const FallingHeadConfig& config, const FallingHeadConfig& apparatus) {
     const FallingHead darcy_free(truth.permeability_m2, truth.inertial_permeability_m, apparatus);
     const double middle = 0.5 * (config.window_m[0] + config.window_m[1]), L = config.sample_length_m;

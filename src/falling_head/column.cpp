@@ -44,9 +44,9 @@ Column::Column(const FallingHeadConfig& config)
     if (config_.screen_opening_m == 0.0 && config_.screen_wire_m > 0.0)
         throw UserError("a wire screen has wires but no openings", {.where = "screen_opening_m", .fix = "give screen_opening_m (metres)"});
     if (config_.screen_wire_m > 10.0 * config_.screen_opening_m)
-        throw UserError(
-            fmt::format("wires of {:g} m and openings of {:g} m leave almost nothing open", config_.screen_wire_m, config_.screen_opening_m),
-            {.where = "screen_wire_m", .fix = "check the units: metres"});
+        throw UserError(fmt::format("wires of {:g} m and openings of {:g} m leave almost nothing open", config_.screen_wire_m,
+                                    config_.screen_opening_m),
+                        {.where = "screen_wire_m", .fix = "check the units: metres"});
 }
 
 double Column::screen_losses(double speed) const {
@@ -55,13 +55,15 @@ double Column::screen_losses(double speed) const {
     if (c.screen_opening_m > 0.0) {
         const double nu = c.kinematic_viscosity_m2_per_s;
         if (c.screens_below > 0)
-            loss += static_cast<double>(c.screens_below) * screen_loss(c.screen_opening_m, c.screen_wire_m, c.screen_free_fraction, speed, nu);
-        if (c.screens_above > 0) loss += static_cast<double>(c.screens_above) * screen_loss(c.screen_opening_m, c.screen_wire_m, 1.0, speed, nu);
+            loss +=
+                static_cast<double>(c.screens_below) * screen_loss(c.screen_opening_m, c.screen_wire_m, c.screen_free_fraction, speed, nu);
+        if (c.screens_above > 0)
+            loss += static_cast<double>(c.screens_above) * screen_loss(c.screen_opening_m, c.screen_wire_m, 1.0, speed, nu);
     }
     return loss;
 }
 
-// m2/s2; odd in the speed.
+// m2/s2; odd function of the speed.
 double Column::losses(const Resistance& resistance, double speed) const {
     return config_.sample_length_m * (config_.kinematic_viscosity_m2_per_s * resistance.inverse_permeability_per_m2 * speed +
                                       resistance.inverse_inertial_permeability_per_m * speed * std::abs(speed)) +
@@ -71,7 +73,7 @@ double Column::losses(const Resistance& resistance, double speed) const {
 double Column::steady_speed(const Resistance& resistance, double level_m) const {
     const double head = config_.gravity_m_per_s2 * (level_m + offset_ + config_.sample_length_m);
     if (!(head > 0.0)) return 0.0;
-    // Mesh losses hardly depend on the speed: a quadratic equation for each guess of them.
+    // The loss coefficients of the wire screens depend little on the speed: a quadratic equation for each estimate of them.
     const double linear = config_.sample_length_m * config_.kinematic_viscosity_m2_per_s * resistance.inverse_permeability_per_m2;
     double speed = 0.1;
     for (int i = 0; i < 50; ++i) {
@@ -86,15 +88,15 @@ double Column::steady_speed(const Resistance& resistance, double level_m) const 
 std::vector<double> Column::levels(const Resistance& resistance, double start_s, double level_m, double speed_m_per_s,
                                    std::span<const double> times_s) const {
     namespace ode = boost::numeric::odeint;
-    using State = std::array<double, 2>;  // level, speed
+    using State = std::array<double, 2>;  // water level, speed
     constexpr double tolerance = 1e-11;
     if (times_s.empty()) return {};
-    // Where the speed follows the level within a small part of the test, inertia is dropped: the equation would be stiff.
+    // If the speed adapts to the level within a small part of the test, inertia is neglected: the equation would be stiff.
     const double settling = config_.sample_length_m * config_.kinematic_viscosity_m2_per_s * resistance.inverse_permeability_per_m2 /
                             (level_m + offset_ + inertia_length_) * (times_s.back() - start_s);
     const bool inertia = config_.column_inertia && !(settling > most_settling_times);
     const auto rate = [&](const State& x, State& d, double) {
-        // Water that has reached the sample is not followed.
+        // A water level that has reached the sample is not computed further.
         if (x[0] + offset_ <= 0.0) {
             d = {0.0, 0.0};
             return;
@@ -116,7 +118,7 @@ std::vector<double> Column::levels(const Resistance& resistance, double start_s,
         while (stepper.current_time() < time) {
             stepper.do_step(rate);
             if (++steps > most_steps || !std::isfinite(stepper.current_state()[0]))
-                throw NumericalError(fmt::format("the falling level could not be followed: 1/k = {:g} 1/m2, 1/k_in = {:g} 1/m",
+                throw NumericalError(fmt::format("the falling water level could not be computed: 1/k = {:g} 1/m2, 1/k_in = {:g} 1/m",
                                                  resistance.inverse_permeability_per_m2, resistance.inverse_inertial_permeability_per_m),
                                      {.fix = "check k, k_in and the lengths: SI units"});
         }
@@ -131,9 +133,7 @@ std::vector<double> Column::levels(const Resistance& resistance, double start_s,
 }
 
 double Column::time_at(const Resistance& resistance, double start_level_m, double level_m, double guess_s) const {
-    const auto above = [&](double time) {
-        return levels(resistance, 0.0, start_level_m, 0.0, std::vector<double>{time})[0] - level_m;
-    };
+    const auto above = [&](double time) { return levels(resistance, 0.0, start_level_m, 0.0, std::vector<double>{time})[0] - level_m; };
     if (above(0.0) <= 0.0) return 0.0;
     double high = guess_s;
     for (int i = 0; above(high) > 0.0; ++i, high *= 2.0)

@@ -5,7 +5,7 @@
 
 namespace porepack::falling_head {
 
-/// Meaning, unit, range and default of each key: see describe(). 0 stands for "chosen automatically" where that is allowed.
+/// Meaning, unit, range and default of each key: see describe(). 0 means "chosen automatically" where that is allowed.
 struct FallingHeadConfig {
     double sample_length_m = 0.12;
     double start_level_m = 1.6;
@@ -33,18 +33,19 @@ struct FallingHeadConfig {
 inline void describe(core::ConfigVisitor& v, FallingHeadConfig& c) {
     v.number("sample_length_m", c.sample_length_m, core::length_range(), "length of the sample, L of Eq. 18");
     v.number("start_level_m", c.start_level_m, core::length_range(), "water level above the sample at time 0, when the outlet is opened");
-    v.numbers("levels_m", c.levels_m, {1, 1000}, core::not_negative(), "water levels whose times are asked for");
-    v.numbers("window_m", c.window_m, {2, 2}, core::not_negative(), "lowest and highest water level of a measured curve that is evaluated");
-    v.number("kinematic_viscosity_m2_per_s", c.kinematic_viscosity_m2_per_s, core::positive(), "of the liquid");
+    v.numbers("levels_m", c.levels_m, {1, 1000}, core::not_negative(), "water levels for which times are computed");
+    v.numbers("window_m", c.window_m, {2, 2}, core::not_negative(), "minimum and maximum water level for the evaluation of a curve");
+    v.number("kinematic_viscosity_m2_per_s", c.kinematic_viscosity_m2_per_s, core::positive(), "kinematic viscosity of the liquid");
     v.number("gravity_m_per_s2", c.gravity_m_per_s2, core::positive(), "gravity");
     v.boolean("column_inertia", c.column_inertia,
-              "the water's inertia: it starts at rest, and its column above the sample has to be slowed down");
+              "include the inertia of the water: it starts at rest, and its column above the sample decelerates");
     v.renamed("sample_inertia", "inertia_coefficient");
     v.number("inertia_coefficient", c.inertia_coefficient, {.low = 1.0, .high = 100.0, .zero_is_auto = true},
-             "m: the water in the sample resists acceleration like a plain column of m sample lengths; tortuosity factor / porosity. Auto: that "
-             "of the case where it has been computed, else porosity^-1.5 where that is known, else 1.5");
+             "m: the water in the sample has the inertia of a plain column of m sample lengths; tortuosity factor / porosity. Auto: value "
+             "of the case if it has been computed, else porosity^-1.5 if that is known, else 1.5");
     v.renamed("mesh_opening_m", "screen_opening_m");
-    v.number("screen_opening_m", c.screen_opening_m, core::length_range_or_auto(), "opening of the wire screens that hold the sample; auto: no screen");
+    v.number("screen_opening_m", c.screen_opening_m, core::length_range_or_auto(),
+             "opening of the wire screens that hold the sample; auto: no screen");
     v.renamed("mesh_wire_m", "screen_wire_m");
     v.number("screen_wire_m", c.screen_wire_m, core::length_range_or_auto(), "diameter of their wires; auto: a fifth of the opening");
     v.renamed("meshes_below", "screens_below");
@@ -52,18 +53,19 @@ inline void describe(core::ConfigVisitor& v, FallingHeadConfig& c) {
     v.renamed("meshes_above", "screens_above");
     v.integer("screens_above", c.screens_above, core::between(0, 10), "number of wire screens on top of the sample");
     v.renamed("mesh_free_share", "screen_free_fraction");
-    v.number("screen_free_fraction", c.screen_free_fraction, {.low = 0.01, .high = 1.0}, "fraction of the openings below the sample that grains leave free");
+    v.number("screen_free_fraction", c.screen_free_fraction, {.low = 0.01, .high = 1.0},
+             "fraction of the openings below the sample that grains leave free");
     v.number("loss_coefficient", c.loss_coefficient, core::between(0.0, 1e6),
-             "of inlet and outlet together, times v^2/2 (v: speed of the water level)");
-    v.number("level_offset_m", c.level_offset_m, core::between(-1.0, 1.0), "true level less measured level");
+             "loss coefficient of inlet and outlet together, times v^2/2 (v: speed of the water level)");
+    v.number("level_offset_m", c.level_offset_m, core::between(-1.0, 1.0), "true water level minus measured water level");
     v.number("level_offset_uncertainty_m", c.level_offset_uncertainty_m, core::between(0.0, 1.0),
-             "standard deviation of the offset; it then counts in the intervals of an analysis");
-    v.number("noise_m", c.noise_m, core::between(0.0, 1.0), "standard deviation of the measured level, of a simulated curve");
+             "standard deviation of the offset; it is included in the intervals of an analysis");
+    v.number("noise_m", c.noise_m, core::between(0.0, 1.0), "standard deviation of the measured water level of a simulated curve");
     v.number("frames_per_s", c.frames_per_s, core::between(1e-3, 1e6), "frames per second of a simulated curve");
-    v.integer("seed", c.seed, {.low = 0, .high = 1e9}, "of a simulated curve's noise");
-    v.boolean("causes", c.causes, "of a case: how much each cause changes the k that the paper's evaluation gives");
+    v.integer("seed", c.seed, {.low = 0, .high = 1e9}, "seed of the noise of a simulated curve");
+    v.boolean("causes", c.causes, "in a case: compute how much each cause changes k by the paper's evaluation");
     v.number("computed_over_measured", c.computed_over_measured, core::between(0.0, 1e6),
-             "k computed / k measured, which the causes are to explain (the paper: 2.3 and 2.8); 0: nothing to explain");
+             "k computed / k measured, to be explained by the causes (the paper: 2.3 and 2.8); 0: nothing to explain");
 }
 
 }  // namespace porepack::falling_head

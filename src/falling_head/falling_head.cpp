@@ -10,7 +10,7 @@ namespace porepack::falling_head {
 using namespace core;
 
 double solve_x_plus_log_x(double y) {
-    // Newton in u = ln x: exp(u) + u = y is convex and increasing; the start lies close to the root on both branches.
+    // Newton in u = ln x: exp(u) + u = y is convex and increasing; the initial value is close to the root on both branches.
     double u = y < 1.0 ? y - std::exp(std::min(y, 0.0)) * (y < 0.0 ? 1.0 : 0.4) : std::log(y);
     for (int i = 0; i < 60; ++i) {
         const double e = std::exp(u);
@@ -44,7 +44,7 @@ double FallingHead::speed_at(double level_m) const {
 
 double FallingHead::time_at(double level_m) const {
     if (level_m > start_)
-        throw UserError(fmt::format("the level {:g} m lies above the start level {:g} m", level_m, start_),
+        throw UserError(fmt::format("the water level {:g} m is above the start level {:g} m", level_m, start_),
                         {.allowed = fmt::format("0 to {:g} m", start_)});
     const double v = speed_at(level_m);
     return L_ / g_ * (A_ * std::log(start_speed_ / v) + 2.0 * B_ * (start_speed_ - v));

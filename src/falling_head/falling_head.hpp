@@ -13,7 +13,7 @@ public:
     FallingHead(double permeability_m2, double inertial_permeability_m, const FallingHeadConfig& config);
 
     [[nodiscard]] double speed_at(double level_m) const;
-    /// Time at which the level passes `level_m`. Throws UserError for a level above the start.
+    /// Time at which the water level passes `level_m`. Throws UserError for a level above the start level.
     [[nodiscard]] double time_at(double level_m) const;
     [[nodiscard]] double level_at(double time_s) const;
 

@@ -60,10 +60,10 @@ public:
         }
         if (points_ <= static_cast<Eigen::Index>(free_.size()))
             throw NumericalError(fmt::format("{} points are too few for {} unknowns", points_, free_.size()),
-                                 {.fix = "record more pictures, or widen window_m"});
+                                 {.fix = "record more frames, or widen window_m"});
     }
 
-    // What Eigen's Levenberg-Marquardt asks for.
+    // Interface required by Eigen's Levenberg-Marquardt.
     using Scalar = double;
     using InputType = Eigen::VectorXd;
     using ValueType = Eigen::VectorXd;
@@ -99,7 +99,7 @@ public:
         return 0;
     }
 
-    // Fits what is free, from where it is; the sum of squares.
+    // Fits the free parameters from their present values; returns the sum of squares.
     double solve() {
         Eigen::VectorXd x = get();
         Eigen::LevenbergMarquardt<Problem> method(*this);
@@ -111,7 +111,7 @@ public:
         return residuals.squaredNorm();
     }
 
-    // Weighs the offset's uncertainty against residuals of this standard deviation. False where there is none to weigh.
+    // Weights the offset's uncertainty against residuals of this standard deviation. False if the offset has no uncertainty.
     bool weigh_offset(double residual_m) {
         if (prior_ == 0.0 || residual_m <= noise_) return false;
         prior_ = residual_m / offset_uncertainty_;
@@ -121,14 +121,14 @@ public:
     [[nodiscard]] Eigen::MatrixXd covariance() {
         Eigen::MatrixXd jacobian(rows_, static_cast<Eigen::Index>(free_.size()));
         df(get(), jacobian);
-        // A start speed that dies away at once leaves a column of zeros.
+        // A start speed that decays immediately gives a column of zeros.
         return (jacobian.transpose() * jacobian).completeOrthogonalDecomposition().pseudoInverse();
     }
 
-    // Resistances are scaled to the head they would take: beyond this many heads there is no bound.
+    // Resistances are scaled to the head that they need: beyond this number of heads there is no bound.
     static constexpr double farthest = 1000.0;
 
-    // The bound of parameter p on the side `sign` where the sum of squares has risen by `rise`; `width` is the linear guess. Infinite where
+    // The bound of parameter p on the side `sign` where the sum of squares is higher by `rise`; `width` is the linear estimate. Infinite if
     // it is not found.
     double bound(Eigen::Index p, double sign, double least, double rise, double width) {
         const Eigen::VectorXd best = at_;
@@ -138,7 +138,7 @@ public:
             at_[p] = best[p] + sign * distance;
             return std::sqrt(std::max(0.0, solve() - least) / rise) - 1.0;
         };
-        // sqrt of the rise is nearly linear in the distance, and zero at none.
+        // sqrt of the increase is nearly linear in the distance, and zero at zero distance.
         double near = 0.0, at_near = -1.0, far = width, at_far = excess(far);
         for (int i = 0; i < 12 && std::abs(at_far) > 2e-3 && far < farthest; ++i) {
             double next = far - at_far * (far - near) / (at_far - at_near);
@@ -184,7 +184,7 @@ private:
         try {
             model = levels(c);
         } catch (const NumericalError&) {
-            model.assign(curve.time_s.size(), 1e3);  // resistances that no column of water could follow
+            model.assign(curve.time_s.size(), 1e3);  // resistances for which the equation has no solution
         }
         for (std::size_t i = 0; i < model.size(); ++i) residuals[first + static_cast<Eigen::Index>(i)] = model[i] - curve.level_m[i];
     }
@@ -206,8 +206,8 @@ FallingHeadFit fit_falling_head(std::span<const LevelCurve> curves, const Fallin
     if (problem.weigh_offset(std::sqrt(variance_of()))) least = problem.solve();
     const double variance = variance_of();
     if (!std::isfinite(least) || std::sqrt(variance) > 1.0)
-        throw NumericalError("no falling-head equation comes near the data",
-                             {.where = curves.front().name, .fix = "look at the curve: units, jumps, a level that rises?"});
+        throw NumericalError("no falling-head equation is close to the data",
+                             {.where = curves.front().name, .fix = "check the curve: units, jumps, a rising water level?"});
     const Eigen::MatrixXd covariance = problem.covariance() * variance;
     const double t = boost::math::quantile(boost::math::students_t(static_cast<double>(problem.freedom())), 0.975);
     const double rise = t * t * variance;

@@ -13,25 +13,25 @@
 
 namespace porepack::falling_head {
 
-/// One fitted number with its 95 % interval: all values that, with everything else fitted anew, raise the sum of squares by no more than
-/// chance would (Student's t).
+/// One fitted number with its 95 % interval: all values that, with all other parameters refitted, raise the sum of squares by no more than
+/// expected by chance (Student's t).
 struct FittedValue {
     double value = 0.0;
     core::Interval interval = {};
 };
 
 struct FallingHeadFit {
-    FittedValue inverse_permeability_per_m2 = {};          ///< 1/k; may come out negative
+    FittedValue inverse_permeability_per_m2 = {};          ///< 1/k; may be negative
     FittedValue inverse_inertial_permeability_per_m = {};  ///< 1/k_in
     double correlation = 0.0;                              ///< of both
     double level_offset_m = 0.0;                           ///< fitted within its uncertainty
     double residual_m = 0.0;                               ///< standard deviation of the levels about the fit
     double noise_m = 0.0;                                  ///< of the levels themselves, from second differences
-    double viscous_share = 0.0;                            ///< of the head over the window, what 1/k takes
+    double viscous_share = 0.0;                            ///< fraction of the head over the window due to 1/k
     long points = 0;
     std::vector<std::vector<double>> levels_m;  ///< of the fit, curve by curve
 
-    /// k and its interval; none where 1/k is not positive, and an infinite upper bound where 1/k may be zero.
+    /// k and its interval; none if 1/k is not positive, and an infinite upper bound if 1/k may be zero.
     [[nodiscard]] std::optional<double> permeability_m2() const;
     [[nodiscard]] core::Interval permeability_interval_m2() const;
     /// "k is determined to -x/+y %", "this test bounds k only from below: k > ...", or that no k explains the data.
@@ -40,8 +40,8 @@ struct FallingHeadFit {
 };
 
 /// All curves share the resistances; each has its first level and, with the water's inertia, its first speed fitted too. The curves are
-/// windows of at least five points (take_window). With config.level_offset_uncertainty_m the offset is fitted as well, held by that
-/// uncertainty. The noise is taken as independent from picture to picture. Throws NumericalError when no fit is found.
+/// windows of at least five points (take_window). With config.level_offset_uncertainty_m the offset is fitted as well, constrained by that
+/// uncertainty. The noise is assumed independent from frame to frame. Throws NumericalError when no fit is found.
 [[nodiscard]] FallingHeadFit fit_falling_head(std::span<const LevelCurve> curves, const FallingHeadConfig& config);
 
 }  // namespace porepack::falling_head

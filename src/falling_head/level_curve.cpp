@@ -43,21 +43,21 @@ std::string lower(std::string text) {
     return text;
 }
 
-// What of a line can be shown.
+// The part of a line that can be shown.
 std::string excerpt(const std::string& line) {
     std::string shown;
     for (const char c : line.substr(0, 80)) shown += static_cast<unsigned char>(c) < 32 || c == 127 ? '?' : c;
     return line.size() > 80 ? shown + " ..." : shown;
 }
 
-// The whole file, with line ends as Unix writes them.
+// The whole file, with Unix line ends.
 std::string text_of(const Path& csv) {
     if (std::filesystem::is_directory(csv)) throw UserError(csv.string() + " is a folder", {.fix = "name the CSV files in it"});
     std::string text = read_text(csv);
     if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF"))
         throw UserError("the file is UTF-16", {.where = csv.string(), .fix = "save it as CSV (UTF-8)"});
     if (text.find('\0') != std::string::npos)
-        throw UserError("this is no text", {.where = csv.string(), .fix = "save the levels as CSV (UTF-8)"});
+        throw UserError("this is not text", {.where = csv.string(), .fix = "save the levels as CSV (UTF-8)"});
     if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);
     for (std::size_t at = 0; (at = text.find('\r', at)) != std::string::npos;)
         if (at + 1 < text.size() && text[at + 1] == '\n')
@@ -90,7 +90,7 @@ double number_in(const std::vector<std::string>& cells, const Column& column, ch
         throw UserError("\"" + excerpt(text) + "\" is no number",
                         {.where = where,
                          .allowed = "digits with one decimal sign, no unit, no thousands separator",
-                         .fix = "leave a line out that has no level: gaps are allowed"});
+                         .fix = "remove lines without a level: gaps are allowed"});
     return value * column.unit;
 }
 
@@ -121,7 +121,7 @@ LevelCurve read_level_curve(const Path& csv) {
             const std::string packing = trimmed(comment.substr(8));
             if (!curve.packing.empty() && packing != curve.packing)
                 throw UserError(fmt::format("one curve belongs to one packing, not to {} and {}", curve.packing, packing),
-                                {.where = where, .fix = "one file a curve"});
+                                {.where = where, .fix = "one file per curve"});
             curve.packing = packing;
             continue;
         }
@@ -146,13 +146,13 @@ LevelCurve read_level_curve(const Path& csv) {
         const double t = number_in(cells, time, separator, where), h = number_in(cells, level, separator, where);
         if (!curve.time_s.empty() && t <= curve.time_s.back())
             throw UserError(fmt::format("the time {:g} s does not follow {:g} s", t, curve.time_s.back()),
-                            {.where = where, .fix = "sort the lines by time and keep one of those that are doubled"});
+                            {.where = where, .fix = "sort the lines by time and remove duplicates"});
         curve.time_s.push_back(t);
         curve.level_m.push_back(h);
     }
     if (curve.time_s.empty())
         throw UserError("no numbers in " + csv.string(),
-                        {.allowed = "CSV (UTF-8)", .fix = "a header such as time_s,level_m, then one line a picture"});
+                        {.allowed = "CSV (UTF-8)", .fix = "a header such as time_s,level_m, then one line per frame"});
     return curve;
 }
 
@@ -179,7 +179,7 @@ LevelCurve take_window(const LevelCurve& curve, const FallingHeadConfig& config)
     if (n < 5) outside(fmt::format("{} points lie in the window {:g} to {:g} m: too few for two resistances and a start", n, low, high));
     const auto [floor, ceiling] = std::minmax_element(part.level_m.begin(), part.level_m.end());
     const double noise = noise_of(part);
-    // Means of the first and the last fifth.
+    // Mean levels of the first and the last fifth.
     const auto fifth = static_cast<std::ptrdiff_t>(std::max<std::size_t>(1, n / 5));
     const double fall = (std::accumulate(part.level_m.begin(), part.level_m.begin() + fifth, 0.0) -
                          std::accumulate(part.level_m.end() - fifth, part.level_m.end(), 0.0)) /
@@ -197,7 +197,7 @@ LevelCurve take_window(const LevelCurve& curve, const FallingHeadConfig& config)
     if (config.kinematic_viscosity_m2_per_s < 1e-8 || config.kinematic_viscosity_m2_per_s > 1e-3)
         warn(fmt::format("a kinematic viscosity of {:g} m2/s: water has 1e-6", config.kinematic_viscosity_m2_per_s));
     if (*ceiling > 20.0 || *ceiling < 0.01) warn(fmt::format("levels of {:g} to {:g} m: is the header's unit right?", *floor, *ceiling));
-    // Water cannot fall faster than it would freely.
+    // Water cannot fall faster than in free fall.
     const double speed = (part.level_m.front() - part.level_m.back()) / (part.time_s.back() - part.time_s.front());
     const double free_fall = std::sqrt(2.0 * config.gravity_m_per_s2 * (*ceiling + config.sample_length_m));
     if (speed > free_fall)
@@ -211,7 +211,7 @@ LevelCurve take_window(const LevelCurve& curve, const FallingHeadConfig& config)
     const double step = median(steps);
     for (std::size_t i = 0; i + 1 < n; ++i) {
         if (steps[i] > 5.0 * step && steps[i] > 0.02 * (part.time_s.back() - part.time_s.front()))
-            note(fmt::format("a gap of {:.3g} s behind {:.4g} s", steps[i], part.time_s[i]));
+            note(fmt::format("a gap of {:.3g} s after {:.4g} s", steps[i], part.time_s[i]));
         const std::size_t from = i > 3 ? i - 3 : 0, to = std::min(falls.size(), i + 4);
         const double usual = median({falls.begin() + static_cast<std::ptrdiff_t>(from), falls.begin() + static_cast<std::ptrdiff_t>(to)});
         const double jump = (falls[i] - usual) * steps[i];
@@ -224,7 +224,7 @@ LevelCurve take_window(const LevelCurve& curve, const FallingHeadConfig& config)
 double noise_of(const LevelCurve& curve) {
     std::vector<double> seconds;
     for (std::size_t i = 1; i + 1 < curve.time_s.size(); ++i) {
-        // Off the line through its neighbours, scaled to the noise of one level.
+        // Deviation from the line through its neighbours, scaled to the noise of one level.
         const double part = (curve.time_s[i] - curve.time_s[i - 1]) / (curve.time_s[i + 1] - curve.time_s[i - 1]);
         const double off = curve.level_m[i] - (1.0 - part) * curve.level_m[i - 1] - part * curve.level_m[i + 1];
         seconds.push_back(std::abs(off) / std::sqrt(1.0 + part * part + (1.0 - part) * (1.0 - part)));

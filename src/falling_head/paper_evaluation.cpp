@@ -26,7 +26,7 @@ PaperEvaluation evaluate_as_paper(const LevelCurve& curve, const FallingHeadConf
     const auto gradient = [&](double t) {
         return g / L * (result.quadratic[0] + result.quadratic[1] * t + result.quadratic[2] * t * t + L);
     };
-    // At as many times as there are pictures, spread evenly: gaps do not count.
+    // At evenly spaced times, the same number as frames: gaps have no effect.
     const auto time = [&](Eigen::Index i) { return duration * static_cast<double>(i) / static_cast<double>(n - 1); };
     if (!(speed(0.0) > 0.0) || !(speed(duration) > 0.0)) {
         result.fault = "the fitted quadratic rises at one end";

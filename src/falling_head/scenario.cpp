@@ -77,7 +77,7 @@ std::optional<double> ScenarioStudy::explaining_offset(Scenario scenario, double
         return cause.factor ? std::optional(*cause.factor - factor_wanted) : std::nullopt;
     };
     double low = -0.03, high = 0.03;
-    // A level truly higher than it is read gives k larger and larger, and then none.
+    // With an increasing offset of the true level above the reading, k increases and finally does not exist.
     while (!excess(high) && low < high - 1e-4) high -= 1e-3;
     const auto at_low = excess(low), at_high = excess(high);
     if (!at_low || !at_high || *at_low * *at_high > 0.0) return std::nullopt;

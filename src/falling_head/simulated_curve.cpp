@@ -1,4 +1,4 @@
-// A falling-head test as it would be filmed.
+// A simulated falling-head test, recorded frame by frame.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@ LevelCurve simulate_curve(const Resistance& resistance, const FallingHeadConfig&
     const double bottom = 0.9 * std::min(config.window_m[0], config.window_m[1]);
     const double slowest = column.steady_speed(resistance, bottom);
     if (!(slowest > 0.0))
-        throw UserError("the level does not fall to the window's end",
+        throw UserError("the water level does not fall to the end of the window",
                         {.fix = "check window_m, level_offset_m and sample_length_m (metres)"});
     // Long enough: the time at the slowest speed throughout, doubled for the start from rest.
     const double longest = 2.0 * (config.start_level_m - bottom) / slowest + 2.0;

@@ -25,7 +25,7 @@ namespace porepack::io {
 using namespace core;
 namespace {
 
-// Faults are told by our own messages.
+// Errors are reported by PorePack's own messages.
 const bool vtk_is_silent = [] {
     vtkObject::GlobalWarningDisplayOff();
     return true;
@@ -45,7 +45,7 @@ vtkNew<vtkImageData> make_image(const Grid& grid, const std::map<std::string, st
     return image;
 }
 
-// The array keeps pointing at our memory; nothing is copied.
+// The array refers to the caller's memory; nothing is copied.
 template <typename Array, typename Value>
 vtkNew<Array> wrap(const char* name, const std::vector<Value>& values, int components) {
     vtkNew<Array> array;
@@ -77,7 +77,7 @@ vtkNew<vtkXMLImageDataReader> open_image(const Path& path) {
     reader->SetFileName(path.c_str());
     reader->Update();
     if (reader->GetErrorCode() != 0 || reader->GetOutput()->GetNumberOfCells() == 0)
-        throw UserError("the image cannot be read: " + path.string(), {.fix = "the file may be cut: write it again"});
+        throw UserError("the image cannot be read: " + path.string(), {.fix = "the file may be incomplete: write it again"});
     return reader;
 }
 
@@ -91,7 +91,7 @@ Grid grid_of(vtkImageData* image, const Path& path) {
         grid.origin_m[a] = image->GetOrigin()[axis];
         grid.spacing_m[a] = image->GetSpacing()[axis];
         if (!(grid.spacing_m[a] > 0.0) || !std::isfinite(grid.spacing_m[a]) || !std::isfinite(grid.origin_m[a]) || grid.cells[a] < 1)
-            throw UserError(fmt::format("the image's grid is not possible: {} cells of {:g} m from {:g} m along axis {}", grid.cells[a],
+            throw UserError(fmt::format("the image's grid is not valid: {} cells of {:g} m from {:g} m along axis {}", grid.cells[a],
                                         grid.spacing_m[a], grid.origin_m[a], axis),
                             {.where = path.string(), .allowed = "finite origin, spacing > 0 (metres)"});
     }
@@ -128,14 +128,14 @@ std::vector<std::uint8_t> phases_of(vtkImageData* image, const Path& path) {
     return phase;
 }
 
-// VTK's reader crashes on a damaged picture: every chunk's length and check sum is looked at first.
+// VTK's reader crashes on a damaged image: the length and checksum of every chunk are checked first.
 void require_whole_png(const std::string& bytes, const Path& path) {
     const auto number = [&](std::size_t at) {
         std::uint32_t value = 0;
         for (std::size_t i = 0; i < 4; ++i) value = value << 8 | static_cast<unsigned char>(bytes[at + i]);
         return value;
     };
-    if (!bytes.starts_with("\x89PNG\r\n\x1a\n")) throw UserError("not a PNG picture: " + path.string());
+    if (!bytes.starts_with("\x89PNG\r\n\x1a\n")) throw UserError("not a PNG image: " + path.string());
     std::size_t at = 8;
     while (at + 12 <= bytes.size()) {
         const std::size_t length = number(at);
@@ -145,7 +145,7 @@ void require_whole_png(const std::string& bytes, const Path& path) {
         if (bytes.compare(at + 4, 4, "IEND") == 0) return;
         at += 12 + length;
     }
-    throw UserError("the picture is damaged or cut: " + path.string(), {.fix = "write it again"});
+    throw UserError("the image is damaged or incomplete: " + path.string(), {.fix = "write it again"});
 }
 
 void write_png(const Path& path, int width, int height, std::span<const std::uint8_t> pixels, int components) {
@@ -199,7 +199,7 @@ FlowImage read_flow_image(const Path& path) {
             const double value = velocity->GetComponent(static_cast<vtkIdType>(i), axis);
             if (!std::isfinite(value))
                 throw UserError(fmt::format("the velocity is not finite in cell {} of {}", i, path.string()),
-                                {.fix = "the flow run that wrote it went wrong: run it again"});
+                                {.fix = "the flow run that wrote it failed: run it again"});
             image.velocity_m_per_s[3 * i + static_cast<std::size_t>(axis)] = static_cast<float>(value);
         }
     if (data->GetCellData()->HasArray("phase") == 1) image.phase = phases_of(data, path);
@@ -217,7 +217,7 @@ void write_colour_png(const Path& path, int width, int height, std::span<const s
 std::vector<std::uint8_t> read_gray_png(const Path& path, int& width, int& height) {
     require_whole_png(read_text(path), path);
     vtkNew<vtkPNGReader> reader;
-    if (reader->CanReadFile(path.c_str()) == 0) throw UserError("not a PNG picture: " + path.string());
+    if (reader->CanReadFile(path.c_str()) == 0) throw UserError("not a PNG image: " + path.string());
     reader->SetFileName(path.c_str());
     reader->Update();
     int dimensions[3] = {0, 0, 0};
@@ -226,7 +226,7 @@ std::vector<std::uint8_t> read_gray_png(const Path& path, int& width, int& heigh
     height = dimensions[1];
     vtkDataArray* array = reader->GetOutput()->GetPointData()->GetScalars();
     if (reader->GetErrorCode() != 0 || array == nullptr || width < 1 || height < 1)
-        throw UserError("the picture cannot be read: " + path.string(), {.fix = "the file may be cut: write it again"});
+        throw UserError("the image cannot be read: " + path.string(), {.fix = "the file may be incomplete: write it again"});
     std::vector<std::uint8_t> pixels(static_cast<std::size_t>(array->GetNumberOfTuples()));
     for (std::size_t i = 0; i < pixels.size(); ++i)
         pixels[i] = static_cast<std::uint8_t>(array->GetComponent(static_cast<vtkIdType>(i), 0));

@@ -1,4 +1,4 @@
-// Images on regular grids for ParaView (.vti): cell data, in metres. The only folder that knows VTK.
+// Images on regular grids for ParaView (.vti): cell data, in metres. The only folder that uses VTK.
 #pragma once
 
 #include <span>
@@ -9,11 +9,11 @@
 namespace porepack::io {
 
 void write_phase_image(const core::Path& path, const core::PhaseImage& image);
-/// Throws UserError when the file is no image, has no cell data `phase` of uint8, or other values than 0, 1, 2.
+/// Throws UserError when the file is not an image, has no cell data `phase` of uint8, or other values than 0, 1, 2.
 [[nodiscard]] core::PhaseImage read_phase_image(const core::Path& path);
 
 void write_flow_image(const core::Path& path, const core::FlowImage& image);
-/// Throws UserError as above; NaN in the velocity is named with its cell.
+/// Throws UserError as above; for NaN in the velocity with the index of the cell.
 [[nodiscard]] core::FlowImage read_flow_image(const core::Path& path);
 
 /// 8-bit gray PNG; row 0 of `pixels` is the bottom row (y up).

@@ -1,4 +1,4 @@
-// Pictures of surfaces. Needs a display, or xvfb-run around the program.
+// Rendered images of surfaces. Needs a display, or xvfb-run around the program.
 #pragma once
 
 #include "io/stl.hpp"
@@ -10,10 +10,10 @@ struct PictureStyle {
     int height = 1100;
     double cylinder_diameter_m = 0.0;  ///< > 0: draws the container's wall, transparent
     double cylinder_height_m = 0.0;
-    bool front = false;  ///< seen along y without perspective, for things side by side
+    bool front = false;  ///< seen along y in parallel projection, for objects side by side
 };
 
-/// A picture as wide as the surface is, or as high.
+/// The image fits the surface's width or its height.
 [[nodiscard]] PictureStyle style_for(const TriangleSurface& surface);
 
 /// Renders the surface seen from the side and slightly from above, z up.

@@ -89,8 +89,8 @@ TriangleSurface read_ascii(const std::string& text, const Path& path, double uni
             const auto [end, fault] =
                 std::from_chars(number.data() + (number.starts_with('+') ? 1 : 0), number.data() + number.size(), value);
             if (fault != std::errc() || end != number.data() + number.size()) {
-                throw UserError(fmt::format("`{}` is no number in triangle {} of {}", number, triangle, path.string()),
-                                {.fix = "the file may be cut: export it again"});
+                throw UserError(fmt::format("`{}` is not a number in triangle {} of {}", number, triangle, path.string()),
+                                {.fix = "the file may be incomplete: export it again"});
             }
         }
         if (++corner < 3) continue;
@@ -100,7 +100,7 @@ TriangleSurface read_ascii(const std::string& text, const Path& path, double uni
         ++triangle;
     }
     if (!ended || corner != 0)
-        throw UserError(fmt::format("the STL file is cut: {} ends in triangle {}", path.string(), triangle),
+        throw UserError(fmt::format("the STL file is incomplete: {} ends in triangle {}", path.string(), triangle),
                         {.fix = "export or copy it again"});
     return std::move(welder.surface);
 }
@@ -183,7 +183,7 @@ TriangleSurface read_stl(const Path& path, double unit_m) {
     } else {
         if (bytes.size() < header_size) throw UserError("not an STL file: " + path.string(), {.allowed = "binary or ASCII STL"});
         if (bytes.size() < expected)
-            throw UserError(fmt::format("the STL file is cut: {} announces {} triangles ({} bytes) and has {} bytes", path.string(), count,
+            throw UserError(fmt::format("the STL file is incomplete: {} needs {} triangles ({} bytes), has {} bytes", path.string(), count,
                                         expected, bytes.size()),
                             {.fix = "export or copy it again"});
         surface = read_binary(bytes, count, path, unit_m);

@@ -9,16 +9,16 @@
 
 namespace porepack::io {
 
-/// Triangles with shared corners: points that are equal to the last bit are one.
+/// Triangles with shared corners: points with identical coordinates are one point.
 struct TriangleSurface {
     std::vector<std::array<double, 3>> points;
     std::vector<std::array<int, 3>> triangles;
 };
 
-/// Binary STL, single precision (the format's); the header names the unit. Whole or not at all.
+/// Binary STL, single precision (by the format); the header names the unit. A failed write leaves no file.
 void write_stl(const core::Path& path, const TriangleSurface& surface, const std::string& header = "porepack; unit: metre");
 
-/// ASCII STL with one `solid` a region; `region` by triangle. OpenFOAM takes each as a patch of its own.
+/// ASCII STL with one `solid` per region; `region` by triangle. OpenFOAM makes a separate patch of each.
 void write_stl_regions(const core::Path& path, const TriangleSurface& surface, const std::vector<int>& region,
                        const std::vector<std::string>& names);
 /// Binary PLY in double precision.
@@ -30,8 +30,8 @@ void write_vtp(const core::Path& path, const TriangleSurface& surface);
 using Line = std::vector<std::array<double, 3>>;
 void write_vtp(const core::Path& path, const std::vector<Line>& lines);
 
-/// Binary or ASCII. `unit_m` scales to metres. Triangles that lost their area to single precision are left out.
-/// Throws UserError: missing, empty, cut (with the bytes expected), NaN (with the triangle), not an STL.
+/// Binary or ASCII. `unit_m` scales to metres. Triangles of zero area in single precision are left out.
+/// Throws UserError: missing, empty, incomplete (with the bytes expected), NaN (with the triangle), not an STL file.
 [[nodiscard]] TriangleSurface read_stl(const core::Path& path, double unit_m = 1.0);
 
 }  // namespace porepack::io

@@ -69,7 +69,7 @@ SavedRun read_checkpoint(const Path& path) {
     try {
         return from_json_members<SavedRun>(header);
     } catch (const nlohmann::json::exception&) {
-        refuse(path, "is of another version");
+        refuse(path, "has another version");
     }
 }
 
@@ -80,7 +80,7 @@ void read_checkpoint_populations(const Path& path, std::span<std::byte> populati
     if (file.gcount() != static_cast<std::streamsize>(populations.size()) || file.peek() != std::char_traits<char>::eof())
         refuse(path, "has the wrong size");
     if (!(precision == Precision::single_precision ? all_finite<float>(populations) : all_finite<double>(populations)))
-        refuse(path, "holds numbers that are not finite");
+        refuse(path, "contains numbers that are not finite");
 }
 
 }  // namespace porepack::lbm

@@ -1,4 +1,4 @@
-// The state of a sequence of grids on disk: a line of JSON, then the populations as they lie in memory.
+// The state of a sequence of grids on disk: a line of JSON, then the populations in their memory layout.
 #pragma once
 
 #include <span>
@@ -7,19 +7,19 @@
 
 namespace porepack::lbm {
 
-/// What a checkpoint says beside the populations.
+/// Contents of a checkpoint besides the populations.
 struct SavedRun {
     std::string identity;          ///< of the grid and all settings: a run resumes only from its own checkpoint
-    long attempts = 0;             ///< grids begun before this one, those left out included
+    long attempts = 0;             ///< grids started before this one, including omitted ones
     double relaxation_time = 0.0;  ///< of the grid that was interrupted
     std::vector<LbmGridResult> grids;
     StokesRun run;  ///< steps, seconds and history of the grid that was interrupted
 };
 
 void write_checkpoint(const core::Path& path, const SavedRun& saved, std::span<const std::byte> populations);
-/// Throws UserError when the file is no checkpoint.
+/// Throws UserError when the file is not a checkpoint.
 [[nodiscard]] SavedRun read_checkpoint(const core::Path& path);
-/// Fills `populations`. Throws UserError when the file holds less or more, or numbers that are not finite.
+/// Fills `populations`. Throws UserError when the file has the wrong size or contains numbers that are not finite.
 void read_checkpoint_populations(const core::Path& path, std::span<std::byte> populations, Precision precision);
 
 }  // namespace porepack::lbm

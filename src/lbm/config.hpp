@@ -6,12 +6,12 @@
 
 namespace porepack::lbm {
 
-/// Two relaxation times, or one (BGK, the paper's).
+/// Two relaxation times, or one (BGK, as in the paper).
 enum class Collision { trt, bgk };
 constexpr std::array<core::Choice<Collision>, 2> choices_of(Collision) {
     return {{{Collision::trt, "trt"}, {Collision::bgk, "bgk"}}};
 }
-/// Of the populations.
+/// Number format of the populations.
 enum class Precision { double_precision, single_precision };
 constexpr std::array<core::Choice<Precision>, 2> choices_of(Precision) {
     return {{{Precision::double_precision, "double"}, {Precision::single_precision, "single"}}};
@@ -30,7 +30,7 @@ constexpr std::array<core::Choice<FieldFiles>, 2> choices_of(FieldFiles) {
     return {{{FieldFiles::vti, "vti"}, {FieldFiles::none, "none"}}};
 }
 
-/// Meaning, unit, range and default of each key: see describe(). 0 stands for "chosen automatically" where that is allowed.
+/// Meaning, unit, range and default of each key: see describe(). 0 means "chosen automatically" where that is allowed.
 struct LbmConfig {
     core::Axis direction = core::Axis::z;
     Walls walls = Walls::interpolated;
@@ -54,36 +54,37 @@ struct LbmConfig {
 
 inline void describe(core::ConfigVisitor& v, LbmConfig& c) {
     v.choice("direction", c.direction, "direction of the flow; x and y in periodic boxes only");
-    v.choice("walls", c.walls, "interpolated: walls at their exact distance, second order; bounce_back: half-way between nodes, the paper's");
-    v.choice("collision", c.collision, "two relaxation times, or one (the paper's; k then depends on relaxation_time)");
-    v.choice("precision", c.precision, "of the populations; single halves memory and time");
-    v.choice("ends", c.ends, "pressure: constant pressure on both end planes; paper: Poiseuille's profile of the tube comes in at the first (needs a "
+    v.choice("walls", c.walls, "interpolated: walls at their exact distance, second order; bounce_back: half-way between nodes (paper)");
+    v.choice("collision", c.collision, "two relaxation times, or one (as in the paper; k then depends on relaxation_time)");
+    v.choice("precision", c.precision, "precision of the populations; single halves memory and time");
+    v.choice("ends", c.ends,
+             "pressure: constant pressure on both end planes; paper: Poiseuille profile of the tube at the first (needs a "
              "reservoir), constant pressure and zero gradient at the second");
     v.number("relaxation_time", c.relaxation_time, {.low = 0.5, .high = 100.0, .low_open = true, .zero_is_auto = true},
              "tau of the symmetric moments (lattice viscosity (tau - 1/2)/3); with trt k does not depend on it, the number of steps does; "
-             "auto: the fastest, found on the coarsest grid; with bgk 0.59, the paper's");
+             "auto: the fastest, found on the coarsest grid; with bgk 0.59, as in the paper");
     v.renamed("magic_number", "magic_parameter");
     v.number("magic_parameter", c.magic_parameter, {.low = 1e-6, .high = 10.0, .zero_is_auto = true},
              "Lambda = (tau+ - 1/2)(tau- - 1/2) of the two relaxation times; auto: 1/12 with interpolated walls, 3/16 with bounce_back");
     v.number("tolerance", c.tolerance, {.low = 1e-4, .high = 0.5, .zero_is_auto = true},
-             "relative half width of k's interval that is asked for: grids are then refined from coarse to fine until it is reached; auto: "
-             "the voxel size is given, and the interval is what it is");
+             "requested relative half width of the interval of k: grids are refined from coarse to fine until it is reached; auto: "
+             "the voxel size is given, and the interval follows from it");
     v.number("max_time_s", c.max_time_s, {.low = 1e-3, .high = 1e9, .zero_is_auto = true},
-             "seconds after which a run with a tolerance starts no finer grid; auto: no limit");
+             "seconds after which a run with a tolerance does not start a finer grid; auto: no limit");
     v.number("iteration_tolerance", c.iteration_tolerance, {.low = 1e-12, .high = 0.1, .zero_is_auto = true},
-             "relative iteration error of k at which a grid's run stops; auto: a tenth of the tolerance, or 1e-4");
+             "relative iteration error of k at which the run on a grid stops; auto: a tenth of the tolerance, or 1e-4");
     v.integer("max_steps", c.max_steps, {.low = 1, .high = 1e9}, "a run that is not steady after this number of time steps is an error");
     v.integer("grids", c.grids, core::between(1, 6),
               "number of grids, coarse to fine; three or more give the interval (coarser ones are added down to 6 voxels per grain "
-              "diameter), fewer none");
+              "diameter); fewer give no interval");
     v.number("grid_ratio", c.grid_ratio, {.low = 1.1, .high = 4.0}, "voxel size of a grid / that of the next finer one");
-    v.boolean("tensor", c.tensor, "of a box that is periodic in x, y and z: three runs give the whole permeability tensor");
-    v.integer("subsections", c.subsections, core::between(1, 1000), "parts along z whose permeabilities are given too");
+    v.boolean("tensor", c.tensor, "three runs give the whole permeability tensor; only for a box that is periodic in x, y and z");
+    v.integer("subsections", c.subsections, core::between(1, 1000), "number of parts along z whose permeabilities are reported as well");
     v.choice("fields", c.fields, "none: no flow.vti");
     v.number("superficial_velocity_m_per_s", c.superficial_velocity_m_per_s, core::between(1e-12, 1e3),
-             "physical state of flow.vti: water (1e-6 m2/s, 1000 kg/m3) at this superficial velocity");
+             "superficial velocity for the physical units of flow.vti: water, 1e-6 m2/s, 1000 kg/m3");
     v.number("checkpoint_minutes", c.checkpoint_minutes, {.low = 1e-4, .high = 1e6},
-             "minutes between checkpoints, from which an interrupted run resumes");
+             "minutes between checkpoints; an interrupted run resumes from the last one");
 }
 
 }  // namespace porepack::lbm

@@ -16,7 +16,7 @@ using namespace shapes;
 using namespace converters;
 
 double lbm_memory_bytes(double cells, double fluid, double bytes_a_number) {
-    // Populations; 12 bytes for every 64 bytes of a direction; wall links; the nodes' cells; density and velocity at the end.
+    // Populations; 12 bytes per 64 bytes of a direction; wall links; cells of the nodes; density and velocity at the end.
     const double node = 19.0 * bytes_a_number + 18.0 * 12.0 * bytes_a_number / 64.0 + 14.0 + 4.0 + 16.0;
     return 4e7 + fluid * (node + 9.0) + cells;
 }
@@ -44,7 +44,7 @@ std::vector<std::uint32_t> first_nodes(const Grid& grid, const std::vector<std::
     return first;
 }
 
-// Node beside the mirror image that an open end shows along c_q, or -1: a wall or the container's side.
+// Node next to the mirror image along c_q at an open end, or -1: a wall or the side of the container.
 std::int64_t beyond_open_end(const Domain& domain, const std::array<int, 3>& here, int q) {
     if (!domain.drive.by_pressure()) return -1;
     const auto& c = d3q19::c[static_cast<std::size_t>(q)];
@@ -63,7 +63,7 @@ struct Links {
     std::vector<BoundaryLink> open;
 };
 
-// Poiseuille's profile, where the link along q from a node of the first layer meets the plane.
+// Poiseuille profile at the point where the link along q from a node of the first layer meets the plane.
 double inlet_speed(const Grid& grid, double radius, const std::array<int, 3>& here, int q) {
     const auto& c = d3q19::c[static_cast<std::size_t>(q)];
     const double x = here[0] + 0.5 + 0.5 * c[0] - 0.5 * grid.cells[0], y = here[1] + 0.5 + 0.5 * c[1] - 0.5 * grid.cells[1];
@@ -87,7 +87,7 @@ Links links_of(const Domain& domain, const FlowWalls* walls, double inlet_radius
         for (int q = 1; q < d3q19::directions; ++q) {
             if (near[static_cast<std::size_t>(q)] >= 0) continue;
             if (const std::int64_t aside = beyond_open_end(domain, here, q); aside >= 0) {
-                // What comes in along the opposite direction left `aside` as its mirror image, or is the inlet's.
+                // The incoming population is the mirror image of the one that left `aside`, or that of the inlet.
                 const int in = d3q19::opposite(q);
                 const auto self = static_cast<std::uint32_t>(node);
                 const auto in_q = static_cast<std::uint8_t>(in), out_q = static_cast<std::uint8_t>(q);
@@ -105,7 +105,7 @@ Links links_of(const Domain& domain, const FlowWalls* walls, double inlet_radius
                     finder->move_to({domain.grid.centre(0, here[0]), domain.grid.centre(1, here[1]), domain.grid.centre(2, here[2])});
                 moved = true;
                 const auto& c = d3q19::c[static_cast<std::size_t>(q)];
-                // No wall on the way: the cell beyond is void that flow does not reach, or the grid ends.
+                // No wall on the link: the cell beyond is void that flow does not reach, or the grid ends.
                 fraction = finder->fraction(h * Vec3(c[0], c[1], c[2])).value_or(0.5);
             }
             wall_mask |= 1U << q;
@@ -115,7 +115,7 @@ Links links_of(const Domain& domain, const FlowWalls* walls, double inlet_radius
         for (std::size_t l = first; l < links.walls.size(); ++l) {
             WallLink& link = links.walls[l];
             link.narrow = (wall_mask >> d3q19::opposite(link.q) & 1U) != 0;
-            // Two walls on the node itself would leave what arrives undetermined.
+            // Two walls on the node itself would leave the arriving populations undetermined.
             if (link.narrow) link.distance = std::max(link.distance, std::uint16_t{1311});
         }
     }
@@ -135,8 +135,8 @@ Domain build_domain(const PhaseImage& image, const Drive& drive, const FlowWalls
     domain.row_node = first_nodes(image.grid, domain.cell);
     const std::size_t n = domain.nodes();
     if (static_cast<double>(n) * 19.0 > 4.2e9)
-        throw UserError(fmt::format("{} fluid nodes are more than this solver can number", n),
-                        {.allowed = "220 million", .fix = "take a larger voxel size"});
+        throw UserError(fmt::format("{} fluid nodes are too many for this solver", n),
+                        {.allowed = "220 million", .fix = "use a larger voxel size"});
 
     constexpr std::size_t share = 16384;
     std::vector<Links> parts((n + share - 1) / share);

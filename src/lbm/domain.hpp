@@ -10,7 +10,7 @@
 
 namespace porepack::lbm {
 
-/// The way from a node along c_q ends at a wall.
+/// The link from a node along c_q ends at a wall.
 struct WallLink {
     std::uint32_t node;
     std::uint16_t distance;  ///< from the node, in 1/65535 of the link
@@ -19,7 +19,7 @@ struct WallLink {
     [[nodiscard]] double fraction() const { return distance / 65535.0; }
 };
 
-/// The population that comes in along c_q through an open end is sign times what leaves `source` along `source_q`, plus `added`.
+/// The population entering along c_q through an open end is sign times the one leaving `source` along `source_q`, plus `added`.
 struct BoundaryLink {
     std::uint32_t node, source;
     std::uint8_t q, source_q;
@@ -27,31 +27,32 @@ struct BoundaryLink {
     double added;
 };
 
-/// Mean velocity of the inlet's profile, lattice units; any, for Stokes flow is linear.
+/// Mean velocity of the inlet profile, lattice units; arbitrary, because Stokes flow is linear.
 inline constexpr double inlet_velocity_lu = 1e-3;
 
 struct Domain {
     core::Grid grid;
     converters::Drive drive;
-    std::vector<std::int32_t> cell;       ///< of each node, ascending
-    std::vector<std::uint32_t> row_node;  ///< first node of each row of cells along x, and the end of the last
-    std::vector<WallLink> walls;          ///< by node
-    std::vector<BoundaryLink> boundary_links;     ///< by node
-    std::int64_t isolated_cells = 0;      ///< pore cells that no flow reaches
+    std::vector<std::int32_t> cell;            ///< of each node, ascending
+    std::vector<std::uint32_t> row_node;       ///< first node of each row of cells along x, and the end of the last
+    std::vector<WallLink> walls;               ///< by node
+    std::vector<BoundaryLink> boundary_links;  ///< by node
+    std::int64_t isolated_cells = 0;           ///< pore cells that no flow reaches
 
     [[nodiscard]] std::size_t nodes() const { return cell.size(); }
     /// Node in cell (i, j, k), or -1 when flow does not reach it.
     [[nodiscard]] std::int64_t node_at(const std::array<int, 3>& place) const;
-    /// Share of the wall links that lie in a gap of one node.
+    /// Fraction of the wall links that lie in a gap of one node.
     [[nodiscard]] double narrow_share() const;
 };
 
-/// Bytes that a run takes for a grid of `cells` with `fluid` of them as nodes, set-up included.
+/// Bytes that a run needs for a grid of `cells`, of which `fluid` are nodes, including set-up.
 [[nodiscard]] double lbm_memory_bytes(double cells, double fluid, double bytes_a_number);
 
 /// Keeps the cells that flow can reach (find_percolating_cells). With `walls` the distances are exact, without (an image) walls
-/// lie half-way. On end planes the pressure is constant and the flow normal: what comes in is minus the mirror
-/// image of what leaves. With an `inlet_radius_cells` Poiseuille's profile of that radius enters through the first of them.
-[[nodiscard]] Domain build_domain(const core::PhaseImage& image, const converters::Drive& drive, const converters::FlowWalls* walls, double inlet_radius_cells = 0.0);
+/// are half-way. On end planes the pressure is constant and the flow normal: the incoming population is minus the mirror
+/// image of the outgoing one. With `inlet_radius_cells` a Poiseuille profile of that radius enters through the first plane.
+[[nodiscard]] Domain build_domain(const core::PhaseImage& image, const converters::Drive& drive, const converters::FlowWalls* walls,
+                                  double inlet_radius_cells = 0.0);
 
 }  // namespace porepack::lbm

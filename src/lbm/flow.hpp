@@ -1,4 +1,4 @@
-// The state of a flow on a domain, whatever kernel moves it.
+// The state of a flow on a domain, independent of the kernel.
 #pragma once
 
 #include <cstddef>
@@ -16,14 +16,14 @@ struct Moments {
     std::array<double, 3> velocity;
 };
 
-/// Populations are deviations from rest. The drive is a body force; where constant pressure acts on end planes it is the
-/// constant part of the pressure's gradient, and the density here is what is left, zero on both planes.
+/// Populations are deviations from rest. A body force drives the flow; with constant pressure on end planes it is the
+/// constant part of the pressure gradient, and the density here is the remainder, zero on both planes.
 class Flow {
 public:
     virtual ~Flow() = default;
     /// Two collisions and streamings of all nodes.
     virtual void advance_two_steps() = 0;
-    /// Of the nodes [first, first + moments.size()), which must be a whole number of chunks or reach to the last node.
+    /// Moments of the nodes [first, first + moments.size()): a whole number of chunks, or up to the last node.
     virtual void moments(std::size_t first, std::span<Moments> moments) const = 0;
     /// Force on the walls by momentum exchange, lattice units.
     [[nodiscard]] virtual std::array<double, 3> drag() const = 0;
@@ -31,15 +31,15 @@ public:
     virtual void set_moments(std::size_t first, std::span<const Moments> moments) = 0;
     /// Replaces Domain::boundary_links' `added`, link by link.
     virtual void set_boundary_links(std::span<const double> added) = 0;
-    /// All that a later step depends on, as it lies in memory.
+    /// Everything that a later step depends on, in its memory layout.
     [[nodiscard]] virtual std::span<std::byte> state() = 0;
     [[nodiscard]] virtual double bytes() const = 0;
 
-    /// Nodes are asked for in multiples of this.
+    /// Nodes are requested in multiples of this.
     static constexpr std::size_t chunk = 128;
 };
 
-/// What moves the populations: readable reference code, or the fast kernel of this processor in double or single precision.
+/// Kernels: readable reference code, or the fast kernel of this processor in double or single precision.
 enum class Kernel { reference, cpu_double, cpu_single };
 
 /// At rest. The domain must outlive the flow.

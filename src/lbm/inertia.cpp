@@ -16,8 +16,8 @@ namespace {
 
 constexpr double fastest_allowed_lu = 0.1, slowest_viscosity_lu = 0.002, creeping_viscosity_lu = 0.7 / 3.0;
 
-// Constant pressure on the end planes: what comes in there is minus what left, which alone keeps p + u^2 constant, and 6 w u^2 with
-// the velocity across the plane. The velocity is that of two steps before.
+// Constant pressure on the end planes: the incoming population is minus the outgoing one (which keeps p + u^2 constant) plus 6 w u^2 with
+// the velocity normal to the plane, from two steps before.
 class PressureEnds : public Flow {
 public:
     PressureEnds(std::unique_ptr<Flow> flow, const Domain& domain) : flow_(std::move(flow)), domain_(domain) {
@@ -83,8 +83,8 @@ public:
     [[nodiscard]] double voxel_size() const { return image_.grid.spacing_m[2]; }
     [[nodiscard]] std::size_t nodes() const { return domain_.nodes(); }
 
-    // Starts from the moments of the flow before, velocities times `faster` and densities times `denser`, and leaves its own.
-    // Momentum settles within k/nu.
+    // Starts from the moments of the previous flow, velocities times `faster` and densities times `denser`; stores its own moments.
+    // Momentum relaxes within a time of k/nu.
     StokesRun solve(double viscosity, double force, bool inertia, double faster, double denser, double settling_steps) {
         Scheme scheme{.tau = 0.5 + 3.0 * viscosity, .walls = Walls::interpolated, .inertia = inertia};
         scheme.force[2] = force;
@@ -99,8 +99,8 @@ public:
                                             {.tolerance = inertia ? criterion_.tolerance : 0.1 * criterion_.tolerance,
                                              .max_steps = criterion_.max_steps,
                                              .steps_per_check = std::max(40L, 2 * std::lround(0.25 * settling_steps))});
-        // Drag of walls and grains a volume: of the deviation from the mean gradient, and that gradient's buoyancy.
-        // All of it is the section's, for free water hardly resists.
+        // Drag of walls and grains per volume: of the deviation from the mean gradient, and the buoyancy of that gradient.
+        // All of it belongs to the section, because free water has almost no resistance.
         const double layers = image_.grid.cells[2], volume = section_.area_cells * layers;
         gradient_ = force + (flow->drag()[2] - force * static_cast<double>(domain_.nodes())) / volume;
         resistance_ = gradient_ * layers / (section_.last_layer - section_.first_layer + 1);
@@ -108,7 +108,7 @@ public:
         return run;
     }
 
-    // Gradient of pressure over the section that the drag stands for, and its mean over the whole image.
+    // Pressure gradient over the section that balances the drag, and its mean over the whole image.
     [[nodiscard]] double resistance() const { return resistance_; }
     [[nodiscard]] double gradient() const { return gradient_; }
     [[nodiscard]] double fastest() const {
@@ -174,8 +174,8 @@ InertialSeries lbm_inertial_flows(const PoreSpace& space, double voxel_size_m, s
             const StokesRun run =
                 series.solve(next_viscosity, next_force, true, next_speed / speed, next_force / force, k_lu / next_viscosity);
             if (!run.converged) {
-                result.stopped_by = fmt::format("no steady flow at Re {:g} within {} steps (iteration error {:.1e}, tolerance {:.1e})", wanted,
-                                                run.steps, run.iteration_error, criterion.tolerance);
+                result.stopped_by = fmt::format("no steady flow at Re {:g} within {} steps (iteration error {:.1e}, tolerance {:.1e})",
+                                                wanted, run.steps, run.iteration_error, criterion.tolerance);
                 break;
             }
             viscosity = next_viscosity;

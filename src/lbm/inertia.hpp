@@ -13,11 +13,11 @@ namespace porepack::lbm {
 struct InertialFlow {
     double reynolds = 0.0;
     double permeability_m2 = 0.0;  ///< apparent: nu U / (drag of grains and walls / volume of the section)
-    double momentum_share = 0.0;   ///< of the pressure drop, what the water gains in momentum between the end planes
+    double momentum_share = 0.0;   ///< fraction of the pressure drop that becomes momentum of the water between the end planes
     double iteration_error = 0.0;
     bool converged = false;
     double relaxation_time = 0.0;
-    double fastest_lu = 0.0;  ///< largest velocity on a node; errors of compressibility grow with its square
+    double fastest_lu = 0.0;  ///< maximum velocity on a node; compressibility errors grow with its square
     long steps = 0;
     double seconds = 0.0;
 };
@@ -38,8 +38,8 @@ struct InertialSeries {
     double voxel_size_m = 0.0;
     std::size_t nodes = 0;
     double creeping_permeability_m2 = 0.0;
-    double peak_over_mean = 0.0;      ///< largest velocity / superficial velocity, creeping
-    std::vector<InertialFlow> flows;  ///< rising
+    double peak_over_mean = 0.0;            ///< maximum velocity / superficial velocity, creeping flow
+    std::vector<InertialFlow> flows;        ///< rising
     std::optional<std::string> stopped_by;  ///< why the next flow has no result; nothing when all were found
 };
 template <core::MembersOf<InertialSeries> Self, typename Visit>
@@ -57,10 +57,10 @@ struct InertialCriterion {
     long max_steps = 100000;  ///< per flow; a flow that is not steady then ends the series
 };
 
-/// Flows along z at rising Reynolds numbers, each started from the one before; the first that finds no steady state within the criterion,
-/// or that this grid cannot carry, ends the series. The pressure is constant on the end planes; the drag is found by momentum exchange, for
-/// planes that cut through grains differ in what momentum crosses them. Throws NumericalError when not even creeping flow becomes steady.
-/// The image may reach beyond the section on both sides, free water being there (a cut plane is a wall).
+/// Flows along z at increasing Reynolds numbers, each started from the previous one; the first that does not meet the criterion,
+/// or that this grid cannot resolve, ends the series. The pressure is constant on the end planes; drag by momentum exchange, because
+/// different momentum crosses planes that cut through grains. Throws NumericalError when not even creeping flow becomes steady.
+/// The image may extend beyond the section on both sides, with free water there (a cut plane is a wall).
 [[nodiscard]] InertialSeries lbm_inertial_flows(const converters::PoreSpace& space, double voxel_size_m, std::span<const double> reynolds,
                                                 double length_m, const InertialCriterion& criterion);
 

@@ -100,8 +100,8 @@ KnownFlow cylinder_array(double solid_fraction, double drag, double height, cons
     const double r = std::sqrt(solid_fraction / pi);
     Packing packing = box_of({{Vec3(0, 0, -2), Vec3(0, 0, 3), r}}, Vec3(1, 1, height));
     packing.bodies.push_back({.shape = 0, .position_m = {0.5 + shift.x(), 0.5 + shift.y(), 0.0}});
-    KnownFlow flow =
-        of_packing(fmt::format("square cylinders {:g} along {}", solid_fraction, name_of(direction)), std::move(packing), 1.0 / drag, 2.0 * r);
+    KnownFlow flow = of_packing(fmt::format("square cylinders {:g} along {}", solid_fraction, name_of(direction)), std::move(packing),
+                                1.0 / drag, 2.0 * r);
     flow.direction = direction;
     return flow;
 }
@@ -143,7 +143,7 @@ std::vector<KnownFlow> random_known_flows(unsigned seed) {
         flows.push_back(cylinder_array(row.solid_fraction, row.across, 0.25, place(), Axis::x));
         flows.push_back(cylinder_array(row.solid_fraction, row.along, 0.25, place(), Axis::z));
     }
-    // A slit repeats after 1/sqrt(p^2 + q^2) across its slope q/p; its flow rate is H^3 / (12 period) a unit of area.
+    // A slit repeats after 1/sqrt(p^2 + q^2) across its slope q/p; its flow rate is H^3 / (12 period) per unit of area.
     for (const auto& [p, q] : {std::pair{1, 2}, {1, 3}, {2, 3}}) {
         const double period = 1.0 / std::hypot(p, q), width = (0.4 + 0.3 * unit()) * period, offset = unit() * period;
         const auto depth = [=, p = p, q = q](double x, double y) {

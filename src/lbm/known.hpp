@@ -16,7 +16,7 @@ struct KnownFlow {
     packing::Container container;
     core::Axis direction = core::Axis::z;
     double permeability_m2 = 0.0;
-    double diameter_m = 0.0;  ///< of a grain, or the width of a duct
+    double diameter_m = 0.0;  ///< diameter of a grain, or width of a duct
     [[nodiscard]] converters::PoreSpace pore_space() const;
 };
 
@@ -44,13 +44,13 @@ struct CylinderDrag {
                                      const shapes::Vec3& shift = shapes::Vec3::Zero());
 /// Cylinders along z in a periodic cell 1 x 1 x `height`.
 [[nodiscard]] KnownFlow cylinder_array(double solid_fraction, double drag, double height, const shapes::Vec3& shift, core::Axis direction);
-/// A simple cubic array turned about z by the angle whose tangent is 3/4: 25 cells in a box 5 x 5 x 1.
+/// A simple cubic array rotated about z by the angle whose tangent is 3/4: 25 cells in a box 5 x 5 x 1.
 [[nodiscard]] KnownFlow turned_array(double solid_fraction, double drag);
 /// Void where depth(x, y) > 0, in a periodic box 1 x 1 x `height` along z; `flow_rate` at gradient and viscosity 1.
 [[nodiscard]] KnownFlow duct(const std::string& name, std::function<double(double x, double y)> depth, double width, double flow_rate,
                              double height = 0.25);
 
-/// Arrays of all tabled fractions at random places of the grid, and slits, ellipses and rectangles at random angles: 33 at a time.
+/// Arrays of all tabulated fractions at random positions on the grid, and slits, ellipses and rectangles at random angles: 33 in total.
 [[nodiscard]] std::vector<KnownFlow> random_known_flows(unsigned seed);
 
 }  // namespace porepack::lbm

@@ -1,4 +1,4 @@
-// Which nodes lie at the ends of a node's links.
+// The nodes at the ends of a node's links.
 #pragma once
 
 #include <array>
@@ -8,12 +8,12 @@
 
 namespace porepack::lbm {
 
-/// Looks neighbours up along rows of cells: fast when the nodes are asked for in ascending order. For one thread.
+/// Looks neighbours up along rows of cells: fast when the nodes are requested in ascending order. For one thread.
 class Neighbours {
 public:
     explicit Neighbours(const Domain& domain);
 
-    /// By direction q: the node at the end of the link, through periodic faces too, or -1 when there is none.
+    /// By direction q: the node at the end of the link, through periodic faces too, or -1 if there is none.
     [[nodiscard]] const std::array<std::int64_t, d3q19::directions>& of(std::size_t node);
 
 private:

@@ -17,13 +17,13 @@ using namespace packing;
 using namespace converters;
 namespace {
 
-constexpr double body_force_lu = 1e-3;  // any: Stokes flow is linear, and populations are deviations from rest
+constexpr double body_force_lu = 1e-3;  // arbitrary: Stokes flow is linear, and populations are deviations from rest
 constexpr double first_nodes_per_grain = 6.0, tolerance_ratio = std::numbers::sqrt2;
 
-// Nodes per grain diameter; where that is not known, what packings of tetrapods have at the same k / h^2.
+// Nodes per grain diameter; if that is not known, the value for packings of tetrapods with the same k / h^2.
 double nodes_per_grain(const PoreSpace& space, const LbmGridResult& grid) {
     return std::isfinite(space.known_grain_diameter_m()) ? space.known_grain_diameter_m() / grid.voxel_size_m
-                                             : 6.6 * std::sqrt(grid.permeability_m2) / grid.voxel_size_m;
+                                                         : 6.6 * std::sqrt(grid.permeability_m2) / grid.voxel_size_m;
 }
 
 void find_interval(const PoreSpace& space, const LbmConfig& config, LbmResult& result) {
@@ -37,8 +37,8 @@ void find_interval(const PoreSpace& space, const LbmConfig& config, LbmResult& r
                         .precision_m2 = (config.precision == Precision::single_precision ? 1e-4 : 1e-9) * k};
     if (scheme_of(config, space.has_exact_walls(), {}).walls == Walls::bounce_back) {
         if (grids.size() < 2) return;
-        // Of first order at best and not regular: on spheres with a known answer the error scatters by some 4 % without a sign that
-        // few grids could show.
+        // At best first order and not regular: on spheres with a known answer the error scatters by about 4 % in a manner that
+        // a small number of grids cannot reveal.
         const LbmGridResult& coarse = grids[grids.size() - 2];
         parts.grid_m2 = std::max(0.04 * k, std::abs(k - coarse.permeability_m2) / (coarse.voxel_size_m / fine.voxel_size_m - 1.0));
     } else {
@@ -56,18 +56,21 @@ void find_interval(const PoreSpace& space, const LbmConfig& config, LbmResult& r
     result.half_width = parts;
 }
 
-// Coarser grids than those asked for cost little, and the best viscosity is cheap to find on them.
+// Additional coarser grids are cheap, and the best viscosity is found on them at low cost.
 long count_grids(const PoreSpace& space, double voxel_size_m, const LbmConfig& config) {
     long grids = config.grids;
     const auto coarsest = [&] { return voxel_size_m * std::pow(config.grid_ratio, static_cast<double>(grids - 1)); };
-    while (config.grids > 2 && std::isfinite(space.known_grain_diameter_m()) && space.known_grain_diameter_m() / coarsest() > first_nodes_per_grain) ++grids;
+    while (config.grids > 2 && std::isfinite(space.known_grain_diameter_m()) &&
+           space.known_grain_diameter_m() / coarsest() > first_nodes_per_grain)
+        ++grids;
     return grids;
 }
 
 void refine_to_tolerance(Sequence& sequence, const PoreSpace& space, double voxel_size_m, const LbmConfig& config) {
     const Stopwatch watch;
     LbmResult& result = sequence.result();
-    double size = std::isfinite(space.known_grain_diameter_m()) ? space.known_grain_diameter_m() / first_nodes_per_grain : 3.0 * voxel_size_m;
+    double size =
+        std::isfinite(space.known_grain_diameter_m()) ? space.known_grain_diameter_m() / first_nodes_per_grain : 3.0 * voxel_size_m;
     const double first_size = size;
     if (sequence.done() > 0) size = sequence.voxel_size_done() / tolerance_ratio;
     while (true) {
@@ -89,7 +92,7 @@ void refine_to_tolerance(Sequence& sequence, const PoreSpace& space, double voxe
                 if (sequence.done() == 0)
                     throw NumericalError("not even the coarsest grid became steady in max_time_s; no permeability is given",
                                          {.fix = "raise --max-time (seconds)"});
-                result.stopped_by = "time: it ran out on the next grid";
+                result.stopped_by = "time: the limit was reached on the next grid";
             }
         } catch (const DoesNotPercolate&) {
             // Narrow throats may open on a finer grid.
@@ -112,7 +115,7 @@ void refine_to_tolerance(Sequence& sequence, const PoreSpace& space, double voxe
     }
 }
 
-// As many grids as asked for, coarse to fine.
+// The requested number of grids, coarse to fine.
 void solve_grids(Sequence& sequence, const PoreSpace& space, double voxel_size_m, const LbmConfig& config) {
     for (long left = count_grids(space, voxel_size_m, config) - sequence.attempts() - 1; left >= 0; --left) {
         try {
@@ -120,18 +123,18 @@ void solve_grids(Sequence& sequence, const PoreSpace& space, double voxel_size_m
                                  Sequence::no_limit);
         } catch (const DoesNotPercolate&) {
             if (left == 0) throw;
-            log_info("lattice Boltzmann: on this coarse grid the pores are closed; it is left out");
+            log_info("lattice Boltzmann: on this coarse grid the pores are closed; it is omitted");
             continue;
         }
         const auto& grids = sequence.result().grids;
         if (grids.size() > 1 && grids[grids.size() - 2].voxel_size_m < 1.02 * grids.back().voxel_size_m)
             throw UserError("two grids have the same voxel size: the section is too short for this grid_ratio",
-                            {.fix = "take smaller voxels, a longer section, a larger grid_ratio, or grids = 1"});
+                            {.fix = "use smaller voxels, a longer section, a larger grid_ratio, or grids = 1"});
     }
     find_interval(space, config, sequence.result());
 }
 
-// What the pore space can give: an image has cubic voxels of one size.
+// Limits of the pore space: an image has cubic voxels of one size.
 LbmConfig fitted_to(const PoreSpace& space, LbmConfig config) {
     if (space.image) {
         const auto& h = space.image->grid.spacing_m;
@@ -141,11 +144,11 @@ LbmConfig fitted_to(const PoreSpace& space, LbmConfig config) {
                                 {.where = space.source, .fix = "resample the image"});
         if (config.tolerance > 0.0)
             throw UserError("an image has one resolution: no finer grid can reach a tolerance",
-                            {.where = space.source, .fix = "leave the tolerance out, or give packing.json or the STL file"});
+                            {.where = space.source, .fix = "omit the tolerance, or give packing.json or the STL file"});
         config.grids = 1;
     }
     if (config.tolerance > 0.0 && scheme_of(config, space.has_exact_walls(), {}).walls == Walls::bounce_back)
-        throw UserError("a tolerance needs interpolated walls: bounce-back scatters by some 4 % on any grid",
+        throw UserError("a tolerance needs interpolated walls: bounce-back scatters by about 4 % on any grid",
                         {.fix = "walls = \"interpolated\" and an exact geometry, or no tolerance"});
     return config;
 }
@@ -164,7 +167,7 @@ Scheme scheme_of(const LbmConfig& config, bool exact_walls, const Drive& drive) 
                                                       : 1.2,
                   .walls = exact_walls && config.walls == Walls::interpolated ? Walls::interpolated : Walls::bounce_back};
     scheme.magic = bgk                                   ? (scheme.tau - 0.5) * (scheme.tau - 0.5)
-                   : config.magic_parameter > 0.0           ? config.magic_parameter
+                   : config.magic_parameter > 0.0        ? config.magic_parameter
                    : scheme.walls == Walls::interpolated ? 1.0 / 12.0
                                                          : 3.0 / 16.0;
     if (config.ends != Ends::paper) scheme.force[static_cast<std::size_t>(drive.axis)] = body_force_lu;

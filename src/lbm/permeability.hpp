@@ -15,7 +15,7 @@ struct LbmGridResult {
     std::size_t nodes = 0;
     std::int64_t isolated_cells = 0;
     std::size_t wall_links = 0;
-    double narrow_share = 0.0;  ///< of the wall links, those in a gap of one node
+    double narrow_share = 0.0;  ///< fraction of the wall links that lie in a gap of one node
     double bytes_per_node = 0.0;
     double set_up_seconds = 0.0;
     double relaxation_time = 0.0;
@@ -49,10 +49,10 @@ void visit_members(Self& grid, const Visit& visit) {
     visit("driven_by_pressure", grid.by_pressure);
 }
 
-/// Half widths of the parts of k's interval; they are added.
+/// Half widths of the contributions to the interval of k; they are added.
 struct IntervalParts {
-    double grid_m2 = 0.0;       ///< what finer grids would change
-    double iteration_m2 = 0.0;  ///< what more steps would change
+    double grid_m2 = 0.0;       ///< estimated change on finer grids
+    double iteration_m2 = 0.0;  ///< estimated change with more steps
     double ends_m2 = 0.0;       ///< half the difference between k by the end planes' flow rate and by volume average
     double precision_m2 = 0.0;  ///< rounding
     [[nodiscard]] double sum() const { return grid_m2 + iteration_m2 + ends_m2 + precision_m2; }
@@ -80,35 +80,36 @@ struct LbmResult {
     double permeability_m2 = 0.0;             ///< extrapolated if there are three grids, else the finest one's
     std::vector<LbmGridResult> grids;         ///< coarse to fine
     std::optional<IntervalParts> half_width;  ///< of the interval; needs three grids (bounce-back: two)
-    std::string stopped_by;                   ///< what kept a tolerance from being reached; empty when nothing did
+    std::string stopped_by;                   ///< why a tolerance was not reached; empty if it was
     std::vector<SubsectionResult> subsections;
-    core::FlowImage flow;  ///< empty unless asked for
+    core::FlowImage flow;  ///< empty unless requested
     [[nodiscard]] const LbmGridResult& fine() const { return grids.back(); }
     [[nodiscard]] std::optional<core::Interval> interval_m2() const;
 };
 
-/// What a run does beside solving.
+/// Options of a run besides solving.
 struct LbmRun {
-    bool with_flow = false;  ///< keep the flow field of the finest grid, unless the configuration asks for none
-    core::Path checkpoint = {};    ///< file to resume from and to keep while the run lasts; none when empty
+    bool with_flow = false;      ///< keep the flow field of the finest grid, unless the configuration disables it
+    core::Path checkpoint = {};  ///< file to resume from and to update during the run; none if empty
 };
 
 [[nodiscard]] Scheme scheme_of(const LbmConfig& config, bool exact_walls, const converters::Drive& drive);
 
-/// k with its interval from the values on three grids of `nodes` nodes per grain diameter. Calibrated on arrays and ducts whose answer is known
-/// (`porepack_benchmark coverage`): k goes half of the way to Richardson's value of order 2 over the three grids (coarse grids have
-/// higher orders too, of either sign); the half width is 0.8 times the larger of the two Richardson estimates of order 1.5, plus
-/// 0.3 nodes^-1.5 of k, which keeps a chance agreement of coarse grids from passing for accuracy.
+/// k with its interval from the values on three grids of `nodes` nodes per grain diameter. Calibrated on arrays and ducts of known answer
+/// (`porepack_benchmark coverage`): k is half-way to the Richardson value of order 2 over the three grids (coarse grids have
+/// higher orders as well, of either sign); the half width is 0.8 times the larger of the two Richardson estimates of order 1.5, plus
+/// 0.3 nodes^-1.5 of k, so that a chance agreement of coarse grids is not taken for accuracy.
 struct Extrapolation {
     double value, half_width;
 };
 [[nodiscard]] Extrapolation extrapolate(std::span<const double> nodes, std::span<const double> values);
 
-/// Solves on config.grids grids, the finest of them with `voxel_size_m`, each started from the one before; with config.tolerance
-/// from 6 nodes per grain diameter on until the interval is narrow enough, or memory or time forbids. Throws NumericalError when
-/// the pore space does not percolate or a run does not become steady: no k then. The walls are at their exact distances where the pore
-/// space knows them, else half-way between nodes; an image has one grid, its own. Throws UserError for a tolerance that cannot be reached.
-[[nodiscard]] LbmResult lbm_permeability(const converters::PoreSpace& space, double voxel_size_m, const LbmConfig& config, const LbmRun& run = {});
+/// Solves on config.grids grids, the finest with `voxel_size_m`, each started from the previous one; with config.tolerance
+/// from 6 nodes per grain diameter on until the interval is narrow enough, or a memory or time limit is reached. NumericalError when
+/// the pore space does not percolate or a run does not become steady (no k). The walls are at their exact distances where the pore
+/// space provides them, else half-way between nodes; an image has one grid, its own. UserError for a tolerance that cannot be reached.
+[[nodiscard]] LbmResult lbm_permeability(const converters::PoreSpace& space, double voxel_size_m, const LbmConfig& config,
+                                         const LbmRun& run = {});
 
 /// The whole tensor of a box that is periodic in x, y and z: column j is the flow that a gradient along j drives. Each by
 /// lbm_permeability; `runs` holds the three results.
@@ -116,6 +117,7 @@ struct TensorResult {
     std::array<LbmResult, 3> runs;
     std::array<std::array<double, 3>, 3> permeability_m2;
 };
-[[nodiscard]] TensorResult lbm_tensor(const converters::PoreSpace& space, double voxel_size_m, const LbmConfig& config, const LbmRun& run = {});
+[[nodiscard]] TensorResult lbm_tensor(const converters::PoreSpace& space, double voxel_size_m, const LbmConfig& config,
+                                      const LbmRun& run = {});
 
 }  // namespace porepack::lbm

@@ -1,4 +1,4 @@
-// What the populations do: collision and walls. Chosen once, outside all loops; equations in docs/theory.md.
+// Parameters of collision and walls. Chosen once, outside all loops; equations in docs/theory.md.
 #pragma once
 
 #include <array>
@@ -9,8 +9,8 @@
 namespace porepack::lbm {
 
 enum class Walls {
-    bounce_back,  ///< half-way between two nodes, wherever the wall is
-    interpolated  ///< at its exact distance
+    bounce_back,  ///< half-way between two nodes, independent of the wall position
+    interpolated  ///< at the exact distance
 };
 constexpr std::array<core::Choice<Walls>, 2> choices_of(Walls) {
     return {{{Walls::interpolated, "interpolated"}, {Walls::bounce_back, "bounce_back"}}};
@@ -18,7 +18,7 @@ constexpr std::array<core::Choice<Walls>, 2> choices_of(Walls) {
 
 struct Scheme {
     double tau = 1.2;           ///< of the symmetric part: viscosity (tau - 1/2)/3
-    double magic = 1.0 / 12.0;  ///< Lambda = (tau - 1/2)(tau_minus - 1/2)
+    double magic = 1.0 / 12.0;  ///< magic parameter Lambda = (tau - 1/2)(tau_minus - 1/2)
     Walls walls = Walls::interpolated;
     bool inertia = false;                     ///< full equilibrium, else linear (Stokes)
     std::array<double, 3> force = {0, 0, 0};  ///< on each node, lattice units
@@ -26,7 +26,7 @@ struct Scheme {
     [[nodiscard]] double viscosity_lu() const { return (tau - 0.5) / 3.0; }
     [[nodiscard]] double rate_plus() const { return 1.0 / tau; }
     [[nodiscard]] double rate_minus() const { return 1.0 / (0.5 + magic / (tau - 0.5)); }
-    /// 3 w c.F, what the force adds to a population.
+    /// 3 w c.F, force term of a population.
     [[nodiscard]] double force_term(int q) const {
         const auto& c = d3q19::c[static_cast<std::size_t>(q)];
         return 3.0 * d3q19::w(q) * (c[0] * force[0] + c[1] * force[1] + c[2] * force[2]);
@@ -38,14 +38,14 @@ struct Scheme {
     }
 };
 
-/// A wall at a fraction x of the link along q, o being the opposite direction; f are the populations before, f* after collision:
+/// A wall at a fraction x of the link along q, with o the opposite direction; f are the populations before, f* after collision:
 /// stored = share ((1 + shift) f*_q - (b + shift) f*_o - shift (f_q - f_o + 6 w c_q.F)) + (1 - share) f_o, and one step later
 /// f_o = stored + share b f_q.
-/// Of the family of Ginzburg, Verhaeghe & d'Humieres (2008): central linear interpolation, b = (1 - 2x)/(1 + 2x), with a local
+/// From the family of Ginzburg, Verhaeghe & d'Humieres (2008): central linear interpolation, b = (1 - 2x)/(1 + 2x), with a local
 /// term that moves the weight of the second derivative from Lambda to 3/4 x^2, which is exact for a parabola between walls
-/// across a lattice axis; so Lambda is free for the bulk, and the grid's position hardly matters. `share` under-relaxes
-/// where the explicit form would overshoot; the steady state does not change. In a gap of one node the arrivals from both
-/// walls are solved for together.
+/// across a lattice axis; so Lambda is free for the bulk, and the position of the grid has little effect. `share` under-relaxes
+/// where the explicit form would overshoot; the steady state does not change. In a gap of one node the populations from both
+/// walls are computed together.
 template <typename Real>
 struct WallWeights {
     Real share, shift, b;

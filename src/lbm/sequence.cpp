@@ -16,8 +16,8 @@ namespace {
 
 constexpr double water_viscosity_Pa_s = 1e-3;
 
-// Scales to water at the superficial velocity asked for: in Stokes flow everything is proportional. The pressure is zero at the
-// outlet; of a periodic cell it is what is left of it without the driving gradient.
+// Scales to water at the requested superficial velocity: Stokes flow is linear. The pressure is zero at the
+// outlet; in a periodic cell it is the pressure without the driving gradient.
 FlowImage flow_image(const PhaseImage& image, const FlowField& field, const LbmGridResult& result, double force,
                      double superficial_velocity) {
     FlowImage picture{.grid = image.grid,
@@ -67,7 +67,7 @@ std::vector<SubsectionResult> subsections(const LbmGridResult& grid, const Domai
     return results;
 }
 
-// Of the configuration, the section, the nodes and their wall distances. It only has to tell runs of this program apart.
+// Identity of configuration, section, nodes and wall distances. It only has to distinguish runs of this program.
 std::string identity_of(const PoreSpace& space, LbmConfig config, const Domain& domain) {
     config.max_time_s = config.checkpoint_minutes = 0.0;
     std::vector<std::uint16_t> distances;
@@ -126,7 +126,7 @@ Scheme Sequence::scheme_for(double voxel_size_m, const Drive& drive) const {
     Scheme scheme = scheme_of(config_, space_.has_exact_walls(), drive);
     if (saved_) return with_tau(scheme, saved_->relaxation_time);
     if (!tuned() || result_.grids.empty()) return scheme;
-    // Modes of viscosity decay with nu / h^2, those of pressure with 1 / (nu L^2): the best nu grows with 1/h.
+    // Viscous modes decay with nu / h^2, pressure modes with 1 / (nu L^2): the best nu grows with 1/h.
     const LbmGridResult& coarse = result_.grids.back();
     return with_tau(scheme, std::clamp(0.5 + (coarse.relaxation_time - 0.5) * coarse.voxel_size_m / voxel_size_m, 0.55, 10.0));
 }
@@ -159,7 +159,7 @@ bool Sequence::solve(double voxel_size_m, bool coarsest_of_many, double max_seco
     return true;
 }
 
-// Runs to the steady state, from the best start that there is. False when the time ran out.
+// Runs to the steady state, from the best available initial state. False when the time limit was reached.
 bool Sequence::solve_flow(Solved& solved, Domain& domain, const FlowSection& section, bool search, double max_seconds) {
     const ConvergenceCriterion criterion{
         .tolerance = iteration_tolerance(config_), .max_steps = config_.max_steps, .max_seconds = max_seconds};
@@ -167,7 +167,7 @@ bool Sequence::solve_flow(Solved& solved, Domain& domain, const FlowSection& sec
         solved = fastest(domain, solved.scheme, section, criterion);
     } else {
         if (field_) start_from(*solved.flow, domain, solved.scheme, *field_);
-        if (max_seconds == no_limit) field_.reset();  // else it is the answer if the time runs out
+        if (max_seconds == no_limit) field_.reset();  // else it is the result if the time limit is reached
         domain.walls = {};
         solved.run = run(solved, domain, section, criterion, saved_ ? saved_run(*solved.flow) : StokesRun{});
     }
@@ -181,7 +181,7 @@ bool Sequence::solve_flow(Solved& solved, Domain& domain, const FlowSection& sec
     return true;
 }
 
-// The grid's results, and the flow field from which the next grid starts.
+// The results of the grid, and the flow field from which the next grid starts.
 void Sequence::keep(LbmGridResult grid, Solved solved, Domain&& domain, PhaseImage&& image, const FlowSection& section) {
     grid.run = std::move(solved.run);
     grid.relaxation_time = solved.scheme.tau;
@@ -197,18 +197,20 @@ void Sequence::keep(LbmGridResult grid, Solved solved, Domain&& domain, PhaseIma
 }
 
 Sequence::Solved Sequence::make(const Domain& domain, const Scheme& scheme) const {
-    return {.scheme = scheme, .flow = make_flow(config_.precision == Precision::single_precision ? Kernel::cpu_single : Kernel::cpu_double, domain, scheme)};
+    return {.scheme = scheme,
+            .flow = make_flow(config_.precision == Precision::single_precision ? Kernel::cpu_single : Kernel::cpu_double, domain, scheme)};
 }
 
 void Sequence::require_paper_ends(const Drive& drive, const Grid& grid) const {
     const bool reservoir = grid.origin_m[2] < space_.section.z0 - 0.5 * grid.spacing_m[2];
     if (drive.axis != 2 || !drive.by_pressure() || space_.container.kind != Container::Kind::cylinder || !reservoir)
-        throw UserError("the paper's ends need a cylinder with a reservoir before the section",
+        throw UserError("the ends of the paper need a cylinder with a reservoir before the section",
                         {.fix = "set reservoir_m in [geometry], or ends = \"pressure\""});
 }
 
 // Keeps a checkpoint at the configured interval, and when the run is interrupted.
-StokesRun Sequence::run(Solved& solved, const Domain& domain, const FlowSection& section, ConvergenceCriterion criterion, StokesRun before) {
+StokesRun Sequence::run(Solved& solved, const Domain& domain, const FlowSection& section, ConvergenceCriterion criterion,
+                        StokesRun before) {
     Stopwatch since;
     if (!checkpoint_.empty())
         criterion.checkpoint = [&](const StokesRun& now) {
@@ -224,14 +226,15 @@ StokesRun Sequence::run(Solved& solved, const Domain& domain, const FlowSection&
 
 StokesRun Sequence::saved_run(Flow& flow) const {
     if (saved_->identity != identity_)
-        throw UserError("the checkpoint is of another run: other settings or another geometry",
+        throw UserError("the checkpoint is of another run: its settings or its geometry differ",
                         {.where = checkpoint_.string(), .fix = "remove the file to start again"});
     read_checkpoint_populations(checkpoint_, flow.state(), config_.precision);
     return saved_->run;
 }
 
 // Tries viscosities by factors of two for the minimum number of steps.
-Sequence::Solved Sequence::fastest(const Domain& domain, const Scheme& scheme, const FlowSection& section, ConvergenceCriterion criterion) const {
+Sequence::Solved Sequence::fastest(const Domain& domain, const Scheme& scheme, const FlowSection& section,
+                                   ConvergenceCriterion criterion) const {
     const auto attempt = [&](double viscosity) {
         Solved solved = make(domain, with_tau(scheme, 0.5 + 3.0 * viscosity));
         solved.run = run_to_steady(*solved.flow, domain, solved.scheme, section, criterion);

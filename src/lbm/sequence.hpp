@@ -1,4 +1,4 @@
-// Solves grid after grid, each started from the one before; resumes from a checkpoint.
+// Solves a sequence of grids, each started from the previous one; resumes from a checkpoint.
 #pragma once
 
 #include "lbm/checkpoint.hpp"
@@ -7,17 +7,18 @@
 namespace porepack::lbm {
 
 /// Area of the container and the layers of the section, in cells of the image.
-[[nodiscard]] FlowSection flow_section(const core::PhaseImage& image, const packing::Container& container, const packing::Section& section, const converters::Drive& drive);
+[[nodiscard]] FlowSection flow_section(const core::PhaseImage& image, const packing::Container& container, const packing::Section& section,
+                                       const converters::Drive& drive);
 
 class Sequence {
 public:
     static constexpr double no_limit = 1e300;
 
-    /// `space` and `config` must outlive it. Resumes from the file `checkpoint` where it is there, and keeps it; none when empty.
+    /// `space` and `config` must outlive it. Resumes from the file `checkpoint` if it exists, and updates it; none if empty.
     Sequence(const converters::PoreSpace& space, const LbmConfig& config, const core::Path& checkpoint);
 
     [[nodiscard]] LbmResult& result() { return result_; }
-    /// Grids that were begun, those left out included.
+    /// Number of grids started, including omitted ones.
     [[nodiscard]] long attempts() const { return attempts_; }
     [[nodiscard]] std::size_t done() const { return result_.grids.size(); }
     [[nodiscard]] double voxel_size_done() const { return result_.grids.back().voxel_size_m; }
@@ -25,8 +26,8 @@ public:
     /// Of the last grid, in SI units.
     [[nodiscard]] core::FlowImage flow() const;
 
-    /// False when the time ran out before the flow was steady; the grid is then left out. On the coarsest of many grids the best
-    /// viscosity is looked for.
+    /// False when the time limit was reached before the flow was steady; the grid is then omitted. On the coarsest grid the best
+    /// viscosity is determined.
     bool solve(double voxel_size_m, bool coarsest_of_many, double max_seconds);
 
 private:
@@ -38,7 +39,8 @@ private:
     [[nodiscard]] bool tuned() const { return config_.relaxation_time == 0.0 && config_.collision == Collision::trt; }
     [[nodiscard]] Scheme scheme_for(double voxel_size_m, const converters::Drive& drive) const;
     [[nodiscard]] Solved make(const Domain& domain, const Scheme& scheme) const;
-    [[nodiscard]] Solved fastest(const Domain& domain, const Scheme& scheme, const FlowSection& section, ConvergenceCriterion criterion) const;
+    [[nodiscard]] Solved fastest(const Domain& domain, const Scheme& scheme, const FlowSection& section,
+                                 ConvergenceCriterion criterion) const;
     [[nodiscard]] bool solve_flow(Solved& solved, Domain& domain, const FlowSection& section, bool search, double max_seconds);
     void keep(LbmGridResult grid, Solved solved, Domain&& domain, core::PhaseImage&& image, const FlowSection& section);
     [[nodiscard]] StokesRun saved_run(Flow& flow) const;
@@ -48,7 +50,7 @@ private:
     const converters::PoreSpace& space_;
     const LbmConfig& config_;
     core::Path checkpoint_;
-    std::optional<SavedRun> saved_;  ///< what the checkpoint holds, until it has been resumed
+    std::optional<SavedRun> saved_;  ///< contents of the checkpoint, until the run has resumed from it
     std::string identity_;           ///< of the grid and all settings
     long attempts_ = 0;
     core::PhaseImage image_;

@@ -19,7 +19,7 @@ std::size_t layer_of(const Domain& domain, std::size_t node) {
     return domain.drive.axis == 0 ? cell % nx : domain.drive.axis == 1 ? cell / nx % ny : cell / (nx * ny);
 }
 
-// visit(node, moments) over all nodes; each thread has its own visitor, made by `make` and handed to `finish`.
+// visit(node, moments) over all nodes; each thread has its own visitor, created by `make` and passed to `finish`.
 template <typename Make, typename Finish>
 void for_all_moments(const Flow& flow, std::size_t nodes, const Make& make, const Finish& finish) {
 #pragma omp parallel
@@ -37,8 +37,8 @@ void for_all_moments(const Flow& flow, std::size_t nodes, const Make& make, cons
     }
 }
 
-// The change still to come, if the values approach their limit geometrically; from the last two fifths of the history, so that
-// a slow mode shows beside the fast ones.
+// The remaining change, if the values approach their limit geometrically; from the last two fifths of the history, so that
+// a slow mode is detected among the fast ones.
 double remaining_change(const std::vector<ConvergencePoint>& history, double ConvergencePoint::*value) {
     const std::size_t n = history.size(), apart = std::max<std::size_t>(1, n / 5);
     if (n < 2 * apart + 1) return 1.0;
@@ -123,8 +123,8 @@ double gradient_between(double force, const Domain& domain, const Layers& layers
     return force + (on_plane(first) - on_plane(last + 1)) / (3.0 * static_cast<double>(last - first + 1));
 }
 
-StokesRun run_to_steady(Flow& flow, const Domain& domain, const Scheme& scheme, const FlowSection& section, const ConvergenceCriterion& criterion,
-                        StokesRun run) {
+StokesRun run_to_steady(Flow& flow, const Domain& domain, const Scheme& scheme, const FlowSection& section,
+                        const ConvergenceCriterion& criterion, StokesRun run) {
     const long steps_per_check = criterion.steps_per_check;
     const Stopwatch watch;
     const double seconds_before = run.seconds;
@@ -147,7 +147,7 @@ StokesRun run_to_steady(Flow& flow, const Domain& domain, const Scheme& scheme, 
             low = std::min(low, run.layers.flow[layer]);
             high = std::max(high, run.layers.flow[layer]);
         }
-        // The force cannot give more momentum than this; a flow that has more is made up by the scheme.
+        // The force cannot produce more momentum than this; a flow with more is an artefact of the scheme.
         const double gain = force * static_cast<double>(steps_per_check) * static_cast<double>(domain.nodes());
         if (momentum_bound == 0.0) momentum_bound = 10.0 * std::abs(sum);
         momentum_bound += 2.0 * gain;

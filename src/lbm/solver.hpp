@@ -1,4 +1,4 @@
-// A flow's way to its steady state, and the permeability that it shows. Lattice units.
+// Iteration of a flow to its steady state, and its permeability. Lattice units.
 #pragma once
 
 #include <functional>
@@ -8,14 +8,14 @@
 
 namespace porepack::lbm {
 
-/// Of each layer of cells across the drive's axis: velocity along it summed, density deviation averaged.
+/// For each layer of cells normal to the flow axis: sum of the velocity along it, mean density deviation.
 struct Layers {
     std::vector<double> flow, density;
 };
 [[nodiscard]] Layers measure_layers(const Flow& flow, const Domain& domain);
 
-/// Gradient of pressure that drives the flow between the layers first and last: the body force `force`, and what the rest of the
-/// pressure drops between the planes before and behind them.
+/// Pressure gradient that drives the flow between the layers first and last: the body force `force`, and the drop of the remaining
+/// pressure between the planes before and behind them.
 [[nodiscard]] double gradient_between(double force, const Domain& domain, const Layers& layers, std::size_t first, std::size_t last);
 
 /// One check of the run's state, the history of the convergence plot.
@@ -23,7 +23,7 @@ struct ConvergencePoint {
     long step = 0;
     double permeability_lu = 0.0, permeability_volume_lu = 0.0;
     double iteration_error = 0.0;  ///< relative
-    double flow_imbalance = 0.0;   ///< largest relative difference of the flow rate between layers
+    double flow_imbalance = 0.0;   ///< maximum relative difference of the flow rate between layers
 };
 template <core::MembersOf<ConvergencePoint> Self, typename Visit>
 void visit_members(Self& point, const Visit& visit) {
@@ -38,7 +38,7 @@ struct StokesRun {
     double permeability_lu = 0.0;         ///< by the flow rate through the end planes, for the area of `area_cells`
     double permeability_volume_lu = 0.0;  ///< by the volume average between the planes
     double superficial_velocity_lu = 0.0;
-    double gradient_lu = 0.0;           ///< driving gradient of pressure over the section
+    double gradient_lu = 0.0;           ///< driving pressure gradient over the section
     double hydraulic_tortuosity = 0.0;  ///< sum |u| / sum u_axis over the section's fluid
     std::array<double, 3> velocity_sum_lu = {0, 0, 0};
     double iteration_error = 0.0;
@@ -52,10 +52,10 @@ struct StokesRun {
 };
 
 struct ConvergenceCriterion {
-    double tolerance = 1e-4;     ///< of the estimated relative iteration error of k
-    long max_steps = 200000;     ///< then the run ends without having converged
-    long steps_per_check = 40;   ///< even; the error is estimated this often
-    double max_seconds = 1e300;  ///< as max_steps
+    double tolerance = 1e-4;                                ///< of the estimated relative iteration error of k
+    long max_steps = 200000;                                ///< then the run ends without having converged
+    long steps_per_check = 40;                              ///< even; the error is estimated this often
+    double max_seconds = 1e300;                             ///< as max_steps
     std::function<void(const StokesRun&)> checkpoint = {};  ///< called when populations and run may be saved
 };
 
@@ -66,8 +66,8 @@ struct FlowSection {
     int last_layer = 0;  ///< inclusive
 };
 
-/// Steps, from where `run` is, until the change of both permeabilities that is still to come is below the tolerance, twice in a row: as
-/// far as the last fifths of the history tell, taken as geometric. Throws NumericalError on divergence (named, with the step).
+/// Steps, from the state of `run`, until the remaining change of both permeabilities is below the tolerance in two successive checks, as
+/// estimated from the last fifths of the history, assumed geometric. Throws NumericalError on divergence (with the step).
 /// When the criterion is not met, `converged` is false and the numbers must not be used.
 [[nodiscard]] StokesRun run_to_steady(Flow& flow, const Domain& domain, const Scheme& scheme, const FlowSection& section,
                                       const ConvergenceCriterion& criterion, StokesRun run = {});

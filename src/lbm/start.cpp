@@ -8,7 +8,7 @@ using namespace core;
 using namespace converters;
 namespace {
 
-// Trilinear. Beyond an open end lies the nearest cell; where there is no fluid the velocity is zero, and the density is that of the
+// Trilinear. Beyond an open end the nearest cell is used; where there is no fluid the velocity is zero, and the density that of the
 // others.
 Moments interpolate(const FlowField& coarse, const std::array<double, 3>& place) {
     const Grid& grid = coarse.domain.grid;
@@ -72,7 +72,7 @@ FlowField take_field(const Flow& flow, Domain&& domain, const Scheme& scheme) {
 void start_from(Flow& flow, const Domain& domain, const Scheme& scheme, const FlowField& coarse) {
     const double ratio = coarse.domain.grid.spacing_m[0] / domain.grid.spacing_m[0], thicker = scheme.viscosity_lu() / coarse.viscosity_lu;
     const auto axis = static_cast<std::size_t>(domain.drive.axis);
-    // A flow rate that is given is the same in lattice units; the pressure then falls by nu u / k.
+    // A prescribed flow rate is the same in lattice units; the pressure then falls by nu u / k.
     const bool forced = scheme.force[axis] != 0.0;
     const double faster = forced ? ratio * ratio / thicker : 1.0, denser = forced ? ratio : thicker / ratio;
 #pragma omp parallel for schedule(static)

@@ -1,4 +1,4 @@
-// What a flow leaves when its populations are gone: the start of a flow on a finer grid, and flow.vti.
+// The moments of a flow, kept without its populations: initial state of a flow on a finer grid, and flow.vti.
 #pragma once
 
 #include "lbm/flow.hpp"
@@ -11,7 +11,7 @@ struct FlowField {
     double viscosity_lu = 0.0;
     std::vector<std::array<float, 4>> moments;
 };
-/// Takes the nodes of `domain`.
+/// Moves the nodes of `domain` into the field.
 [[nodiscard]] FlowField take_field(const Flow& flow, Domain&& domain, const Scheme& scheme);
 
 /// Sets `flow` to local equilibrium with the coarse field's velocity and density, trilinear between cell centres and scaled to this grid

@@ -5,7 +5,7 @@
 
 namespace porepack::openfoam {
 
-/// Meaning, unit, range and default of each key: see describe(). 0 stands for "chosen automatically" where that is allowed.
+/// Meaning, unit, range and default of each key: see describe(). 0 means "chosen automatically" where that is allowed.
 struct FoamConfig {
     bool enabled = true;
     double cell_size_m = 0.0;
@@ -21,19 +21,21 @@ struct FoamConfig {
 
 inline void describe(core::ConfigVisitor& v, FoamConfig& c) {
     v.boolean("enabled", c.enabled, "run the OpenFOAM cross-check");
-    v.number("cell_size_m", c.cell_size_m, core::length_range_or_auto(), "background cell of the finest mesh; auto: the smallest capsule diameter / 4");
+    v.number("cell_size_m", c.cell_size_m, core::length_range_or_auto(),
+             "background cell of the finest mesh; auto: the smallest capsule diameter / 4");
     v.integer(
         "meshes", c.meshes, core::between(1, 3),
-        "1: one mesh, no uncertainty; 2: a coarser one too, k is extrapolated; 3: with the observed order and the grid convergence index");
+        "1: one mesh, no uncertainty; 2: also a coarser one, k is extrapolated; 3: with the observed order and the grid convergence index");
     v.number("mesh_ratio", c.mesh_ratio, {.low = 1.2, .high = 3.0}, "background cell of a mesh / that of the next finer one");
     v.integer("surface_level", c.surface_level, core::between(0, 3), "cells at grains and wall are 2^level times finer");
     v.number("relaxation_velocity", c.relaxation_velocity, {.low = 0.1, .high = 0.99}, "relaxation of U");
     v.number("relaxation_pressure", c.relaxation_pressure, {.low = 0.01, .high = 0.99},
-             "relaxation of p; 3 (1 - relaxation_velocity) is best, much more diverges");
+             "relaxation of p; 3 (1 - relaxation_velocity) is best, much larger values diverge");
     v.number("residual", c.residual, {.low = 1e-12, .high = 1e-2},
-             "residual of U and p at which the solver stops; the flux is then about as far off");
-    v.integer("max_iterations", c.max_iterations, core::between(2, 1000000), "a run that has not converged after this number of iterations is an error");
-    v.integer("processes", c.processes, core::between(1, 256), "of the solver on the finest mesh (mpirun); the coarser ones run beside it");
+             "residual of U and p at which the solver stops; the relative error of the flux is then about the same");
+    v.integer("max_iterations", c.max_iterations, core::between(2, 1000000),
+              "a run that has not converged after this number of iterations is an error");
+    v.integer("processes", c.processes, core::between(1, 256), "solver processes on the finest mesh; the coarser meshes run in parallel");
 }
 
 }  // namespace porepack::openfoam

@@ -40,8 +40,8 @@ void judge_flow(const FoamScene& scene, const FoamConfig& config, const Path& fo
     if (result.iterations < 2)
         reject_foam("the solver stopped after one iteration: nothing flows in the meshed region", log, "check locationInMesh");
     result.flow_drift = flow.size() > 10 ? std::abs(flow.back() / flow[flow.size() - 11] - 1.0) : 1.0;
-    // Either all residuals fell below their limit, or (where a component of the velocity is zero and its residual is noise) that of the
-    // pressure did, and the flow rate stands still for 50 iterations and balances.
+    // Either all residuals fell below their limit, or (if a velocity component is zero and its residual is noise) that of the
+    // pressure did, and the flow rate is constant over 50 iterations and balances.
     const bool by_residual = last_number(log, "SIMPLE solution converged in ").has_value();
     const bool by_flow = flow.size() > 50 && std::abs(flow.back() / flow[flow.size() - 51] - 1.0) < config.residual &&
                          result.flow_imbalance < config.residual &&
@@ -52,12 +52,12 @@ void judge_flow(const FoamScene& scene, const FoamConfig& config, const Path& fo
             "OpenFOAM did not converge; no permeability is given\n" + tail(log, 8),
             {.where = log.string(), .fix = "raise max_iterations; or lower relaxation_pressure to 3 (1 - relaxation_velocity)"});
     if (!(result.permeability_m2 > 0.0) || !std::isfinite(result.permeability_m2))
-        reject_foam(fmt::format("the flow goes the wrong way or diverged: k = {:g} m2", result.permeability_m2), log);
+        reject_foam(fmt::format("the flow has the wrong direction or diverged: k = {:g} m2", result.permeability_m2), log);
     if (result.flow_imbalance > 1e-4)
         throw NumericalError(fmt::format("OpenFOAM's flow does not balance: in and out differ by {:.1e}", result.flow_imbalance),
                              {.where = log.string(), .fix = "tighten residual"});
     if (result.flow_drift > 1e-3)
-        throw NumericalError(fmt::format("OpenFOAM's flow still drifts: {:.1e} over the last 10 iterations", result.flow_drift),
+        throw NumericalError(fmt::format("OpenFOAM's flow rate still changes: {:.1e} over the last 10 iterations", result.flow_drift),
                              {.where = log.string(), .fix = "tighten residual"});
 }
 
@@ -96,7 +96,7 @@ Vec3 find_pore_point(const PhaseImage& image, const Container& container) {
     std::vector<std::uint8_t> reached(image.grid.size(), 0);
     const Percolation percolation = find_percolating_cells(image, drive);
     for (const std::int32_t cell : percolation.cells) reached[static_cast<std::size_t>(cell)] = 1;
-    // Distance in steps from everything that is not reached by flow, layer by layer.
+    // Distance in cells from all cells that flow does not reach, layer by layer.
     std::vector<std::size_t> front, next;
     std::vector<std::uint8_t> seen(image.grid.size(), 0);
     for (std::size_t cell = 0; cell < image.grid.size(); ++cell) {
@@ -107,7 +107,7 @@ Vec3 find_pore_point(const PhaseImage& image, const Container& container) {
         seen[cell] = 1;
         front.push_back(cell);
     }
-    auto deepest = static_cast<std::size_t>(percolation.cells.back());  // for images that are all edge
+    auto deepest = static_cast<std::size_t>(percolation.cells.back());  // for images with edge cells only
     while (!front.empty()) {
         next.clear();
         for (const std::size_t cell : front)
@@ -139,12 +139,12 @@ FoamResult foam_permeability(const FoamScene& scene, const FoamConfig& config, d
     require_foam();
     const auto& periodic = scene.container.periodic;
     if (scene.container.any_periodic() && !(periodic[0] && periodic[1] && periodic[2]))
-        throw UserError("OpenFOAM runs take a box that is periodic in all directions or in none",
+        throw UserError("OpenFOAM runs need a box that is periodic in all directions or in none",
                         {.fix = "use the lattice Boltzmann solver: porepack lbm"});
     FoamResult result;
     make_folder(folder);
     fs::copy_file(cases / "runFunctions", folder / "runFunctions", fs::copy_options::overwrite_existing);
-    // The coarser meshes beside the finest: each keeps one core busy.
+    // The coarser meshes at the same time as the finest: each uses one core.
     auto coarser = std::async(config.meshes > 1 ? std::launch::async : std::launch::deferred, [&] {
         std::vector<FoamMeshResult> meshes;
         if (config.meshes > 2)

@@ -1,4 +1,4 @@
-// Permeability by OpenFOAM: fills in a case of openfoam_cases/, runs its Allrun, and judges the run by what it says and by
+// Permeability by OpenFOAM: fills in a case of openfoam_cases/, runs its Allrun, and checks the run by its output and by
 // its numbers, never by the exit code (which is 0 after divergence).
 #pragma once
 
@@ -13,31 +13,32 @@
 namespace porepack::openfoam {
 
 struct FoamScene {
-    io::TriangleSurface surface;  ///< the grains; for a periodic box with the images that reach into it
+    io::TriangleSurface surface;  ///< the grains; for a periodic box with the images that extend into it
     packing::Container container;
     packing::Section section;
-    double pore_volume_m3 = 0.0;  ///< exact, of the section
-    double grain_size_m = 0.0;    ///< smallest capsule diameter, or 4 volume / area of a surface
-    std::optional<converters::PoreSpace> pores = {};  ///< tells which gaps are too narrow for a mesh's cells; no gap counts where it is left out
-    shapes::Vec3 pore_point = shapes::Vec3::Zero();       ///< a point in the pore space that flow reaches, far from grains and walls
+    double pore_volume_m3 = 0.0;                      ///< exact, of the section
+    double grain_size_m = 0.0;                        ///< smallest capsule diameter, or 4 volume / area of a surface
+    std::optional<converters::PoreSpace> pores = {};  ///< gives the gaps that are too narrow for mesh cells; without it no gap counts
+    shapes::Vec3 pore_point = shapes::Vec3::Zero();   ///< a point in the pore space that flow reaches, far from grains and walls
 };
-/// The section of a pore space, its surface within `surface` of the exact one (a user's surface is taken as it is). `coarsest_cell_m` is
+/// The section of a pore space, its surface within `surface` of the exact one (a user's surface is used unchanged). `coarsest_cell_m` is
 /// the background cell of the coarsest mesh.
 [[nodiscard]] FoamScene foam_scene(const converters::PoreSpace& space, const converters::SurfaceOptions& surface, double coarsest_cell_m);
-/// The same between two depths of free water, at whose planes the grains are cut off.
-[[nodiscard]] FoamScene foam_scene_in_water(const converters::PoreSpace& space, const converters::SurfaceOptions& surface, double cell_m, double water_m);
-/// Share of the pore volume in gaps that are narrower than two voxels of this size.
+/// The same between two layers of free water; the grains are cut off at their planes.
+[[nodiscard]] FoamScene foam_scene_in_water(const converters::PoreSpace& space, const converters::SurfaceOptions& surface, double cell_m,
+                                            double water_m);
+/// Fraction of the pore volume in gaps that are narrower than two voxels of this size.
 [[nodiscard]] double narrow_pores(const converters::PoreSpace& space, double voxel_size_m);
 
 struct FoamMeshResult {
     double cell_size_m = 0.0;
     long cells = 0;
-    long skew_faces = 0;  ///< accepted although skewer than checkMesh's limit of 4
+    long skew_faces = 0;  ///< accepted although their skewness exceeds the limit of checkMesh, 4
     double max_non_orthogonality = 0.0;
     double mesh_volume_ratio = 0.0;  ///< meshed / exact pore volume
-    double narrow_pores = 0.0;       ///< share of the exact pore volume in gaps that are narrower than two cells
+    double narrow_pores = 0.0;       ///< fraction of the exact pore volume in gaps that are narrower than two cells
     long iterations = 0;
-    bool converged = false;       ///< by the residuals or by the flow rate, as in foam.cpp
+    bool converged = false;       ///< by the residuals or by the flow rate, see foam.cpp
     double flow_imbalance = 0.0;  ///< |q_in + q_out| / |q_in|
     double flow_drift = 0.0;      ///< relative change of the flow rate over the last 10 iterations
     double permeability_m2 = 0.0;
@@ -63,18 +64,18 @@ void visit_members(Self& mesh, const Visit& visit) {
     visit("peak_memory_bytes", mesh.peak_memory_bytes);
 }
 
-/// What meshes of different sizes tell together. The size of a mesh is cells^(-1/3): snapped meshes refine at surfaces, so the ratio of
-/// background cells overstates the gain.
+/// Extrapolation from meshes of different sizes. The size of a mesh is cells^(-1/3): snapped meshes refine at surfaces, so the ratio of
+/// background cells overestimates the refinement.
 struct FoamExtrapolation {
     double value;
     core::Interval interval;
-    std::optional<double> observed_order;  ///< of three meshes, where k changes in one direction
+    std::optional<double> observed_order;  ///< of three meshes, if k changes monotonically
     std::optional<double>
         grid_convergence_index;  ///< of three meshes: relative half width about the finest one (Roache; Celik et al. 2008)
 };
-/// `cells` and `values` of two or three meshes, coarse to fine. Two: order 1.5, the interval spans orders 1 and 2. Three: the observed
-/// order if it lies between 1.5 and 2.5, and the interval spans half an order more and less; else order 2, spanning 1 to 3; at least 0.5 %.
-/// Where k does not change in one direction: the finest value with three times the largest change.
+/// `cells` and `values` of two or three meshes, coarse to fine. Two: order 1.5, the interval covers orders 1 and 2. Three: the observed
+/// order if it is between 1.5 and 2.5, and the interval covers half an order more and less; else order 2, covering 1 to 3; at least 0.5 %.
+/// If k does not change monotonically: the finest value with three times the maximum change.
 [[nodiscard]] FoamExtrapolation extrapolate_meshes(std::span<const double> cells, std::span<const double> values);
 
 struct FoamResult {
@@ -86,11 +87,11 @@ struct FoamResult {
 
 /// Number of background cells.
 [[nodiscard]] std::array<int, 3> background_cells(const packing::Container& container, const packing::Section& section, double cell_size_m);
-/// The pore cell of the image that flow reaches and that is farthest from everything else, a little off its centre.
+/// The pore cell of the image that flow reaches and that is farthest from all other cells, slightly off its centre.
 [[nodiscard]] shapes::Vec3 find_pore_point(const core::PhaseImage& image, const packing::Container& container);
 
-/// Runs in `folder`/mesh_fine, mesh_coarse and mesh_coarsest, as many as config.meshes; runs resume from what an interrupted one left
-/// there. `cases` is the folder openfoam_cases/. Throws EngineError when OpenFOAM is missing, fails, or ends on garbage; NumericalError when
+/// Runs in `folder`/mesh_fine, mesh_coarse and mesh_coarsest, config.meshes of them; runs resume from the files of an interrupted one
+/// there. `cases` is the folder openfoam_cases/. Throws EngineError when OpenFOAM is missing, fails, or has bad output; NumericalError when
 /// it does not converge.
 [[nodiscard]] FoamResult foam_permeability(const FoamScene& scene, const FoamConfig& config, double cell_size_m, const core::Path& cases,
                                            const core::Path& folder);
@@ -99,8 +100,8 @@ struct FoamResult {
 struct FoamInertialFlow {
     double pressure_drop_m2_per_s2 = 0.0;
     double superficial_velocity_m_per_s = 0.0;
-    double momentum_share = 0.0;   ///< of the drop, what the water gains in momentum between the planes
-    double permeability_m2 = 0.0;  ///< apparent, by the drag: the drop less the momentum gained
+    double momentum_share = 0.0;   ///< fraction of the drop that becomes momentum of the water between the planes
+    double permeability_m2 = 0.0;  ///< apparent, by the drag: the drop minus the momentum gained
     long iterations = 0;
 };
 struct FoamInertialSeries {
@@ -110,7 +111,7 @@ struct FoamInertialSeries {
 };
 inline constexpr double water_viscosity_m2_per_s = 1e-6;
 
-/// Runs openfoam_cases/inertial_packing in `folder`/inertial at rising pressure drops (kinematic, water), until one finds no steady flow.
+/// Runs openfoam_cases/inertial_packing in `folder`/inertial at increasing pressure drops (kinematic, water), until no flow is steady.
 /// An interrupted run resumes. Throws as foam_permeability.
 [[nodiscard]] FoamInertialSeries foam_inertial_flows(const FoamScene& scene, const FoamConfig& config, double cell_size_m,
                                                      std::span<const double> drops, const core::Path& cases, const core::Path& folder);

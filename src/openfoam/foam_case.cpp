@@ -68,7 +68,7 @@ double wall_radius_m(const FoamScene& scene) {
 }
 
 void prepare_foam_case(const FoamScene& scene, const std::string& parameters, const Path& source, const Path& folder) {
-    // The case alone, not what an earlier run by hand left in its folder.
+    // Only the case, not files that an earlier run by hand left in its folder.
     make_folder(folder / "constant" / "triSurface");
     for (const char* part :
          {"Allrun", "Allclean", "README.md", "0.orig/U", "0.orig/p", "constant/transportProperties", "constant/turbulenceProperties"})
@@ -127,9 +127,9 @@ void reject_foam(const std::string& what, const Path& log, const std::string& fi
 
 void judge_foam_mesh(const FoamScene& scene, const FoamConfig& config, const Path& folder, FoamMeshResult& result) {
     const Path log = folder / "log.checkMesh";
-    // The case's own Allrun judges checkMesh (runFunctions), and goes no further when the mesh is unfit.
+    // The case's own Allrun evaluates checkMesh (runFunctions), and stops when the mesh is unfit.
     if (!fs::exists(folder / "log.simpleFoam") && !fs::exists(folder / "drops"))
-        reject_foam("the mesh fails checkMesh", log, "change cell_size_m a little");
+        reject_foam("the mesh fails checkMesh", log, "change cell_size_m slightly");
     if (last_number(log, "***Max skewness = ")) result.skew_faces = std::lround(last_number(log, "<<Writing ").value_or(0.0));
     const auto cells = last_number(log, "    cells:"), volume = last_number(log, "Total volume = "),
                slant = last_number(log, "Mesh non-orthogonality Max:"), regions = last_number(log, "*Number of regions:");
@@ -138,7 +138,7 @@ void judge_foam_mesh(const FoamScene& scene, const FoamConfig& config, const Pat
     result.cells = std::lround(*cells);
     result.max_non_orthogonality = slant.value_or(0.0);
     result.mesh_volume_ratio = *volume / scene.pore_volume_m3;
-    // A mesh may cut corners, and leave out gaps between grains that are narrower than two of its cells.
+    // A mesh may cut corners, and omit gaps between grains that are narrower than two of its cells.
     const double coarse = result.cell_size_m / scene.grain_size_m;
     result.narrow_pores = scene.pores ? narrow_pores(*scene.pores, result.cell_size_m / std::exp2(config.surface_level)) : 0.0;
     const double allowed = 0.015 + 0.3 * coarse * coarse + result.narrow_pores;
@@ -146,7 +146,7 @@ void judge_foam_mesh(const FoamScene& scene, const FoamConfig& config, const Pat
         reject_foam(
             fmt::format("the mesh lost or invented pore space: its volume is {:.4f} of the exact one, {:.4f} is allowed at this cell size",
                         result.mesh_volume_ratio, allowed),
-            log, "take smaller cells, or check that the surface is closed and lies where it should");
+            log, "use smaller cells, or check that the surface is closed and at the right position");
 }
 
 ProgramEnd run_foam_case(const Path& folder, const char* label, const std::function<std::pair<double, std::string>()>& state,
@@ -163,7 +163,7 @@ ProgramEnd run_foam_case(const Path& folder, const char* label, const std::funct
     std::ifstream notes(folder / "log.Allrun");
     for (std::string line; std::getline(notes, line);) {
         if (line.rfind("note: ", 0) == 0) log_warning("OpenFOAM: " + line.substr(6));
-        if (line.rfind("simpleFoam goes on", 0) == 0) log_info("{}", line);
+        if (line.rfind("simpleFoam resumes", 0) == 0) log_info("{}", line);
         if (line.rfind("note: mpirun", 0) == 0) result.processes = 1;
     }
     result.wall_time_s = end.wall_time_s;

@@ -15,7 +15,7 @@ using namespace packing;
 namespace fs = std::filesystem;
 namespace {
 
-// The last time that was written.
+// The last time folder that was written.
 Path last_time(const Path& folder) {
     double last = 0.0;
     Path found;
@@ -27,7 +27,7 @@ Path last_time(const Path& folder) {
             found = entry.path();
         }
     }
-    if (found.empty()) throw EngineError("OpenFOAM has written no time", {.where = folder.string()});
+    if (found.empty()) throw EngineError("OpenFOAM has written no time folder", {.where = folder.string()});
     return found;
 }
 
@@ -41,7 +41,7 @@ std::vector<double> read_interior(const Path& file, const std::string& type, std
     const auto cells = static_cast<std::size_t>(std::stol(text.substr(at + mark.size())));
     std::vector<double> numbers(cells * components);
     if (open + 1 + numbers.size() * sizeof(double) > text.size())
-        throw EngineError("an OpenFOAM field is cut short", {.where = file.string()});
+        throw EngineError("an OpenFOAM field is truncated", {.where = file.string()});
     std::memcpy(numbers.data(), text.data() + open + 1, numbers.size() * sizeof(double));
     return numbers;
 }

@@ -1,4 +1,4 @@
-// The cells of an OpenFOAM run with their velocity.
+// The cells of an OpenFOAM run and their velocities.
 #pragma once
 
 #include <span>
@@ -12,11 +12,11 @@ struct FoamCell {
     shapes::Vec3 centre_m, velocity;  ///< velocity for viscosity 1 and the case's pressure drop or gradient
     double volume_m3;
 };
-/// Asks postProcess for the cells' centres and volumes at the last time in the case `folder`, reads them and removes them again.
+/// Runs postProcess to write the cells' centres and volumes at the last time in the case `folder`, reads them and removes them.
 /// Throws EngineError when that fails.
 [[nodiscard]] std::vector<FoamCell> read_foam_cells(const core::Path& folder);
 
-/// <|u|> / <u_axis> over the cells with their centres in the section, along the axis in which the mean velocity points. Throws
+/// <|u|> / <u_axis> over the cells with their centres in the section, along the axis of the mean velocity. Throws
 /// NumericalError when nothing flows.
 struct FoamTortuosity {
     core::Axis axis = core::Axis::z;

@@ -17,7 +17,7 @@ FoamInertialSeries foam_inertial_flows(const FoamScene& scene, const FoamConfig&
     require_foam();
     if (scene.container.any_periodic())
         throw UserError("flows with inertia need a container without periodic faces",
-                        {.fix = "leave OpenFOAM out: the lattice Boltzmann solver takes periodic boxes"});
+                        {.fix = "disable OpenFOAM: the lattice Boltzmann solver accepts periodic boxes"});
     make_folder(folder);
     fs::copy_file(cases / "runFunctions", folder / "runFunctions", fs::copy_options::overwrite_existing);
     const Path run = folder / "inertial";
@@ -49,8 +49,8 @@ FoamInertialSeries foam_inertial_flows(const FoamScene& scene, const FoamConfig&
         std::istringstream numbers(line);
         double drop = 0.0, flow = 0.0, iterations = 0.0, gained = 0.0;
         if (!(numbers >> drop >> flow >> iterations >> gained) || !(flow > 0.0) || !std::isfinite(gained))
-            reject_foam("a line of flow_rates.dat is no result: " + line, run / "flow_rates.dat");
-        // What drags on the grains is the pressure less what the water gains in momentum between the planes.
+            reject_foam("a line of flow_rates.dat is not a result: " + line, run / "flow_rates.dat");
+        // The drag on the grains is the pressure drop minus the momentum that the water gains between the planes.
         const double speed = flow / area, drag = drop - gained / area;
         series.flows.push_back({.pressure_drop_m2_per_s2 = drop,
                                 .superficial_velocity_m_per_s = speed,

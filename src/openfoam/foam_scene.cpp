@@ -1,4 +1,4 @@
-// What OpenFOAM meshes.
+// The scene that OpenFOAM meshes.
 #include <cmath>
 
 #include "openfoam/foam.hpp"
@@ -8,7 +8,7 @@ using namespace packing;
 using namespace converters;
 namespace {
 
-// The grains that reach into the section; of a periodic box all.
+// The grains that extend into the section; in a periodic box all of them.
 Packing grains_near(const PoreSpace& space) {
     Packing near = *space.packing;
     if (!space.container.any_periodic())
@@ -19,7 +19,7 @@ Packing grains_near(const PoreSpace& space) {
     return near;
 }
 
-// Near `size`, such that a periodic box is a whole number of voxels.
+// Close to `size`, such that a periodic box has a whole number of voxels.
 double fitting(const PoreSpace& space, double size) {
     return space.container.any_periodic() ? space.section.length() / std::ceil(space.section.length() / size) : size;
 }

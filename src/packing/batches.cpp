@@ -26,7 +26,7 @@ private:
     std::mt19937_64 engine_;
 };
 
-// Draws a shape by the number fractions; one shape needs no draw.
+// Draws a shape by the number fractions; a single shape needs no random number.
 std::size_t draw(const std::vector<ShapeShare>& shapes, Random& random) {
     if (shapes.size() == 1) return 0;
     double at = random.uniform(0.0, 1.0);
@@ -37,11 +37,11 @@ std::size_t draw(const std::vector<ShapeShare>& shapes, Random& random) {
     return shapes.size() - 1;
 }
 
-// Poses of one batch: random in a slab at the drop height, clear of the walls and of each other. As many as fit.
+// Poses of one batch: random in a slab at the drop height, without contact with the walls or each other. As many as fit.
 Batch make_batch(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config, double drop_height,
                  long count, Random& random) {
     constexpr int tries = 300;
-    const double slab = largest_span(shapes);
+    const double slab = maximum_feret_diameter(shapes);
     const double clearance = 0.02 * finest_diameter(shapes);
     Batch batch;
     std::vector<std::vector<Capsule>> placed;
@@ -84,25 +84,25 @@ double finest_diameter(const std::vector<ShapeShare>& shapes) {
     return least;
 }
 
-double largest_span(const std::vector<ShapeShare>& shapes) {
+double maximum_feret_diameter(const std::vector<ShapeShare>& shapes) {
     double largest = 0.0;
-    for (const auto& share : shapes) largest = std::max(largest, span(share.shape));
+    for (const auto& share : shapes) largest = std::max(largest, maximum_feret_diameter(share.shape));
     return largest;
 }
 
 namespace {
 
-// One span and a little more from grain to grain, layer upon layer; turned at random.
+// A lattice in layers with a pitch of 1.02 maximum Feret diameters and random orientations.
 Pour make_lattice(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config, long grains,
                   Random& random) {
-    const double pitch = 1.02 * largest_span(shapes);
+    const double pitch = 1.02 * maximum_feret_diameter(shapes);
     const Vec3 low = container.low(), high = container.high();
     const auto count = [&](int axis) {
         const bool periodic = container.periodic[static_cast<std::size_t>(axis)];
         return std::max(1L, static_cast<long>((high[axis] - low[axis]) / pitch + (periodic ? 1e-9 : 0.0)));
     };
     const long nx = count(0), ny = count(1);
-    std::vector<Vec3> places;  // of a layer
+    std::vector<Vec3> places;  // of one layer
     for (long j = 0; j < ny; ++j)
         for (long i = 0; i < nx; ++i) {
             const Vec3 place(low.x() + (static_cast<double>(i) + 0.5) * (high.x() - low.x()) / static_cast<double>(nx),
@@ -118,7 +118,7 @@ Pour make_lattice(const std::vector<ShapeShare>& shapes, const Container& contai
         Newcomer grain{
             .shape = draw(shapes, random), .position_m = places[slot], .orientation = random.rotation(), .velocity_m_per_s = Vec3::Zero()};
         grain.position_m.z() = (static_cast<double>(layer) + 0.5) * pitch;
-        // The middle of the grain, not the origin of its frame, comes to the lattice's point.
+        // The middle of the grain, not the origin of its frame, is placed on the lattice point.
         Bounds bounds = bounds_of(shapes[grain.shape].shape.capsules);
         grain.position_m -= grain.orientation * (0.5 * (bounds.low + bounds.high));
         const double speed = config.horizontal_speed_m_per_s;
@@ -136,13 +136,13 @@ Pour make_batches(const std::vector<ShapeShare>& shapes, const Container& contai
     Random random(config.seed);
     if (config.fill == Fill::lattice) return make_lattice(shapes, container, config, grains, random);
     Pour pour;
-    pour.top_m = drop_height_m + largest_span(shapes);
+    pour.top_m = drop_height_m + maximum_feret_diameter(shapes);
     for (long left = grains; left > 0;) {
         const long wanted = std::min(left, config.batch_grains);
         pour.batches.push_back(make_batch(shapes, container, config, drop_height_m, wanted, random));
         const long fitted = static_cast<long>(pour.batches.back().size());
         if (fitted == 0)
-            throw UserError("no grain fits into the container at the drop height", {.fix = "take a wider container or smaller grains"});
+            throw UserError("no grain fits into the container at the drop height", {.fix = "choose a wider container or smaller grains"});
         if (fitted < wanted) ++pour.thinned;
         left -= fitted;
     }

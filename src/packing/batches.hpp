@@ -7,7 +7,7 @@
 
 namespace porepack::packing {
 
-/// A grain about to be created: origin and orientation of its shape's frame, velocity.
+/// A grain to be created: origin and orientation of its shape's frame, velocity.
 struct Newcomer {
     std::size_t shape;
     shapes::Vec3 position_m;
@@ -18,17 +18,17 @@ using Batch = std::vector<Newcomer>;
 
 struct Pour {
     std::vector<Batch> batches;
-    long thinned = 0;    ///< batches of which fewer grains than asked for had room
+    long thinned = 0;    ///< batches with fewer grains than requested, for lack of space
     double top_m = 0.0;  ///< no grain is created above it
 };
-/// All batches of a pour of at most `grains` grains: random poses in a slab one span high at the drop height, clear of the walls and of
-/// each other; of each batch as many as fit. Or, with fill = "lattice", one batch on a loose lattice above the floor. Depends on the seed
-/// alone. Throws UserError when not one fits.
+/// All batches of a pour of at most `grains` grains: random poses in a slab of one maximum Feret diameter at drop height, no contact with
+/// walls or grains; as many per batch as fit. Or, with fill = "lattice", one batch on a lattice above the floor. Depends only on
+/// the seed. Throws UserError when no grain fits.
 [[nodiscard]] Pour make_batches(const std::vector<shapes::ShapeShare>& shapes, const Container& container, const PackingConfig& config,
                                 double drop_height_m, long grains);
 
-/// Smallest capsule diameter and largest span of all shapes.
+/// Minimum capsule diameter and maximum Feret diameter of all shapes.
 [[nodiscard]] double finest_diameter(const std::vector<shapes::ShapeShare>& shapes);
-[[nodiscard]] double largest_span(const std::vector<shapes::ShapeShare>& shapes);
+[[nodiscard]] double maximum_feret_diameter(const std::vector<shapes::ShapeShare>& shapes);
 
 }  // namespace porepack::packing

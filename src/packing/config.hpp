@@ -5,7 +5,7 @@
 
 namespace porepack::packing {
 
-/// What makes the packing: our own DEM of exact capsules, LIGGGHTS with clumps of spheres, or nothing (a given file).
+/// Source of the packing: the built-in DEM of exact capsules, LIGGGHTS with clumps of spheres, or none (a given file).
 enum class Engine { capsule, liggghts, none };
 constexpr std::array<core::Choice<Engine>, 3> choices_of(Engine) {
     return {{{Engine::capsule, "capsule"}, {Engine::liggghts, "liggghts"}, {Engine::none, "none"}}};
@@ -19,7 +19,7 @@ enum class Integrator { verlet, adams_bashforth };
 constexpr std::array<core::Choice<Integrator>, 2> choices_of(Integrator) {
     return {{{Integrator::verlet, "verlet"}, {Integrator::adams_bashforth, "adams_bashforth"}}};
 }
-/// By which part of the normal force Coulomb friction is limited: all of it, or its elastic part (the paper).
+/// The part of the normal force that limits Coulomb friction: all of it, or its elastic part (the paper).
 enum class FrictionLimit { total, elastic };
 constexpr std::array<core::Choice<FrictionLimit>, 2> choices_of(FrictionLimit) {
     return {{{FrictionLimit::total, "total"}, {FrictionLimit::elastic, "elastic"}}};
@@ -58,22 +58,25 @@ struct PackingConfig {
 };
 
 inline void describe(core::ConfigVisitor& v, PackingConfig& c) {
-    v.choice("engine", c.engine, "what makes the packing; capsule: exact capsules (our own DEM); liggghts: clumps of spheres; none: take `file` as it is");
+    v.choice("engine", c.engine,
+             "how the packing is made; capsule: built-in DEM of exact capsules; liggghts: clumps of spheres; none: read from `file`");
     v.text("file", c.file, "a given packing.json or packing.json.gz (engine = \"none\"), relative to the case");
-    v.choice("fill", c.fill, "batches: grains fall from drop_height_m, batch after batch (batch_grains = 1: rain); lattice: all at once from a loose "
+    v.choice("fill", c.fill,
+             "batches: grains fall from drop_height_m, batch after batch (batch_grains = 1: rain); lattice: all at once from a loose "
              "lattice above the floor");
     v.integer("seed", c.seed, core::between(0, 2147483647), "seed of all random poses");
     v.integer("seeds", c.seeds, core::between(1, 1000),
-              "number of packings, from this seed on: the others get their permeability too, and the scatter is reported");
+              "number of packings, with consecutive seeds: each gets a permeability, and the scatter is reported");
     v.integer("grains", c.grains, {.low = 0, .high = 1e6, .zero_is_auto = true},
               "number of grains; auto: until the bed reaches fill_height_m");
-    v.number("fill_height_m", c.fill_height_m, core::positive_or_auto(), "height at which pouring stops; auto: half the container's height");
+    v.number("fill_height_m", c.fill_height_m, core::positive_or_auto(),
+             "height at which pouring stops; auto: half the container's height");
     v.number("surface_tolerance", c.surface_tolerance, {.low = 0.0005, .high = 0.4},
-             "largest distance between the sphere clump's surface and the exact one, as a fraction of the capsule's diameter");
+             "maximum distance between the sphere clump's surface and the exact one, as a fraction of the capsule's diameter");
     v.number("density_kg_per_m3", c.density_kg_per_m3, core::between(1.0, 1e5), "density of the grains");
     v.number("gravity_m_per_s2", c.gravity_m_per_s2, core::between(1e-3, 1e4), "gravity, along -z");
-    v.number("normal_stiffness_N_per_m", c.normal_stiffness_N_per_m, core::positive(), "s_n of Eq. 9; the spring's stiffness is s_n/2");
-    v.number("tangential_stiffness_N_per_m", c.tangential_stiffness_N_per_m, core::positive(), "s_t; the spring's stiffness is s_t/2");
+    v.number("normal_stiffness_N_per_m", c.normal_stiffness_N_per_m, core::positive(), "s_n of Eq. 9; the contact stiffness is s_n/2");
+    v.number("tangential_stiffness_N_per_m", c.tangential_stiffness_N_per_m, core::positive(), "s_t; the contact stiffness is s_t/2");
     v.number("normal_damping", c.normal_damping, core::between(0.0, 0.99), "eta_n of Eq. 9");
     v.number("tangential_damping", c.tangential_damping, core::between(0.0, 0.99), "eta_t");
     v.number("friction", c.friction, core::between(0.0, 10.0), "Coulomb friction between grains");
@@ -81,18 +84,19 @@ inline void describe(core::ConfigVisitor& v, PackingConfig& c) {
     v.number("time_step_s", c.time_step_s, core::positive_or_auto(), "time step; auto: the contact time / 45");
     v.number("drop_height_m", c.drop_height_m, core::positive_or_auto(),
              "height above the floor at which grains are created; auto: one maximum Feret diameter below the rim");
-    v.integer("batch_grains", c.batch_grains, core::between(1, 10000), "grains created together, as many of them as fit without overlap");
+    v.integer("batch_grains", c.batch_grains, core::between(1, 10000), "grains created together; fewer when not all fit without overlap");
     v.number("batch_interval_s", c.batch_interval_s, core::between(1e-4, 1e3), "time between two batches");
     v.number("horizontal_speed_m_per_s", c.horizontal_speed_m_per_s, core::between(0.0, 100.0),
-             "each horizontal velocity is random within +- this");
+             "each horizontal velocity component is random within +- this value");
     v.number("rest_energy_fraction", c.rest_energy_fraction, {.low = 1e-12, .high = 0.1},
-             "at rest when the kinetic energy per grain is below this fraction of m g d");
-    v.number("settle_time_s", c.settle_time_s, core::between(1e-4, 1e4), "longest simulated time after the last batch");
+             "criterion for rest: the kinetic energy per grain is below this fraction of m g d");
+    v.number("settle_time_s", c.settle_time_s, core::between(1e-4, 1e4), "maximum simulated time after the last batch");
     v.integer("processes", c.processes, core::between(1, 256),
-              "MPI processes of LIGGGHTS; another number gives another packing of the same kind");
-    v.choice("integrator", c.integrator, "capsule: verlet, of second order; or the paper's Adams-Bashforth, of third");
-    v.choice("friction_limit", c.friction_limit, "capsule: friction is limited by the whole normal force, or by its elastic part (the paper)");
-    v.boolean("sleep", c.sleep, "capsule: leave grains at rest out until the force on one of their contacts changes");
+              "MPI processes of LIGGGHTS; another number gives another, statistically equivalent packing");
+    v.choice("integrator", c.integrator, "capsule: verlet, of second order; or the paper's Adams-Bashforth, of third order");
+    v.choice("friction_limit", c.friction_limit,
+             "capsule: friction is limited by the whole normal force, or by its elastic part (the paper)");
+    v.boolean("sleep", c.sleep, "capsule: skip grains at rest until the force on one of their contacts changes");
     v.number("snapshot_interval_s", c.snapshot_interval_s, core::between(1e-3, 1e6),
              "simulated time between snapshots, from which an interrupted run resumes");
 }

@@ -134,14 +134,14 @@ Container container_from_json(const Json& json, const std::string& where) {
         if (json.contains("periodic")) {
             const Json& periodic = json["periodic"];
             if (!periodic.is_array() || periodic.size() != 3)
-                throw UserError("`periodic` must be a list of 3 times true or false", {.where = where});
+                throw UserError("`periodic` must be a list of 3 values true or false", {.where = where});
             for (std::size_t i = 0; i < 3; ++i) {
-                if (!periodic[i].is_boolean()) throw UserError("`periodic` must be a list of 3 times true or false", {.where = where});
+                if (!periodic[i].is_boolean()) throw UserError("`periodic` must be a list of 3 values true or false", {.where = where});
                 container.periodic[i] = periodic[i].get<bool>();
             }
         }
     } else {
-        throw UserError("no such kind of container: " + kind, {.where = where, .allowed = "cylinder, box"});
+        throw UserError("unknown kind of container: " + kind, {.where = where, .allowed = "cylinder, box"});
     }
     return container;
 }

@@ -16,17 +16,18 @@ struct ContainerConfig {
 };
 
 inline void describe(core::ConfigVisitor& v, ContainerConfig& c) {
-    v.choice("kind", c.kind, "an upright cylinder (axis x = y = 0) or a box (corner at the origin); floor at z = 0");
+    v.choice("kind", c.kind, "upright cylinder (axis x = y = 0) or box (corner at the origin); floor at z = 0");
     v.number("diameter_m", c.diameter_m, core::length_range_or_auto(), "inner diameter of the cylinder");
     v.number("height_m", c.height_m, core::length_range_or_auto(), "inner height of the cylinder");
     v.numbers("size_m", c.size_m, {3, 3}, core::length_range(), "inner size of the box");
-    v.booleans("periodic", c.periodic, 3, "is the box periodic along x, y, z?");
+    v.booleans("periodic", c.periodic, 3, "true where the box is periodic along x, y, z");
 }
 
 [[nodiscard]] inline Container make_container(const ContainerConfig& c) {
     Container container;
     if (c.kind == Container::Kind::cylinder) {
-        if (c.diameter_m == 0.0 || c.height_m == 0.0) throw core::UserError("a cylinder needs diameter_m and height_m", {.where = "[container]"});
+        if (c.diameter_m == 0.0 || c.height_m == 0.0)
+            throw core::UserError("a cylinder needs diameter_m and height_m", {.where = "[container]"});
         container.diameter_m = c.diameter_m;
         container.height_m = c.height_m;
         return container;

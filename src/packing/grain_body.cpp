@@ -18,7 +18,7 @@ GrainBody grain_body(const Shape& shape, double density_kg_per_m3) {
     GrainBody body;
     const double mass = density_kg_per_m3 * measures.volume_m3;
     body.mass_kg = rounded(mass, mass);
-    for (int axis = 0; axis < 3; ++axis) body.centre_m[axis] = rounded(measures.centre_of_mass_m[axis], measures.span_m);
+    for (int axis = 0; axis < 3; ++axis) body.centre_m[axis] = rounded(measures.centre_of_mass_m[axis], measures.maximum_feret_diameter_m);
     Eigen::Matrix3d tensor = measures.inertia_per_density_m5;
     const double largest = tensor.cwiseAbs().maxCoeff();
     tensor = tensor.unaryExpr([&](double value) { return rounded(value, largest); });

@@ -1,4 +1,4 @@
-// A grain as a rigid body: what both engines move.
+// A grain as a rigid body, used by both engines.
 #pragma once
 
 #include "shapes/shape.hpp"
@@ -13,7 +13,7 @@ struct GrainBody {
     shapes::Vec3 centre_m = shapes::Vec3::Zero();              ///< centre of mass in the shape's frame
     shapes::Quaternion turn = shapes::Quaternion::Identity();  ///< from the body frame to the shape's
 };
-/// Numbers to seven digits: a packing is chaotic, and must not change because the last bits of an integral do.
+/// Numbers rounded to seven digits: a pour is chaotic, and must not change with the last bits of an integral.
 [[nodiscard]] GrainBody grain_body(const shapes::Shape& shape, double density_kg_per_m3);
 
 }  // namespace porepack::packing

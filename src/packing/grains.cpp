@@ -47,7 +47,7 @@ bool Solid::contains(const Vec3& point) const {
 }
 
 void Grains::capsules_near(const Vec3& point, double reach, std::vector<Capsule>& found) const {
-    // Across a periodic face lies what is near the opposite one.
+    // Images across periodic faces: grains near one face also appear beyond the opposite face.
     std::array<int, 3> low{}, high{};
     for (int axis = 0; axis < 3; ++axis) {
         const auto a = static_cast<std::size_t>(axis);
@@ -66,7 +66,7 @@ void Grains::capsules_near(const Vec3& point, double reach, std::vector<Capsule>
                     Capsule capsule = capsules_[static_cast<std::size_t>(c)];
                     capsule.a -= shift;
                     capsule.b -= shift;
-                    // Ways along a diagonal are longer than `reach`.
+                    // Segments along a diagonal are longer than `reach`.
                     if (signed_distance(capsule, point) <= 1.7321 * reach) found.push_back(capsule);
                 }
             }
@@ -182,7 +182,7 @@ void Grains::column(double x, double y, std::vector<Interval>& parts) const {
             if (const auto part = line_interval(capsule, origin, Vec3::UnitZ())) own.push_back(*part);
         const Shape& shape = shapes_[shape_of_body_[image.body]];
         if (!shape.cavity_points.empty() && shape.cavity == Cavity::filled && own.size() > 1) {
-            // A gap between two parts of one grain lies in an enclosed void as a whole or not at all.
+            // A gap between two parts of one grain lies either entirely inside or entirely outside an enclosed void.
             unite(own);
             for (std::size_t i = 1; i < own.size(); ++i) {
                 const Vec3 middle(x, y, 0.5 * (own[i - 1].high + own[i].low));
@@ -208,7 +208,7 @@ double Grains::distance(const Vec3& point, double cap) const {
     return least;
 }
 
-Section choose_section(const Container& container, const SectionChoice& choice, double bed_top_m, double grain_span_m) {
+Section choose_section(const Container& container, const SectionChoice& choice, double bed_top_m, double maximum_feret_diameter_m) {
     if (choice.section_m.size() == 2) {
         const Section section{choice.section_m[0], choice.section_m[1]};
         if (container.any_periodic() && (section.z0 > 1e-9 * container.height() || section.z1 < container.height() * (1.0 - 1e-9)))
@@ -224,12 +224,12 @@ Section choose_section(const Container& container, const SectionChoice& choice, 
         return section;
     }
     if (container.any_periodic()) return {0.0, container.size_m.z()};
-    const double trim = choice.trim_m > 0.0 ? choice.trim_m : std::min(0.03, grain_span_m);
+    const double trim = choice.trim_m > 0.0 ? choice.trim_m : std::min(0.03, maximum_feret_diameter_m);
     const double top = std::min(bed_top_m, container.height());
     if (top - 2.0 * trim <= 0.0)
         throw UserError(
             fmt::format("nothing is left of the bed: it is {:.4g} m high, and {:.4g} m are trimmed at both ends", bed_top_m, trim),
-            {.fix = "set the section (--section z0,z1; section_m) or a smaller trim (--trim; trim_m), or take a higher bed"});
+            {.fix = "set the section (--section z0,z1; section_m) or a smaller trim (--trim; trim_m), or use a higher bed"});
     return {trim, top - trim};
 }
 

@@ -1,4 +1,4 @@
-// The solid of a packing, asked along vertical lines and short ways: exact, and all that porosity, voxels, slices and flow need.
+// The solid of a packing, evaluated exactly along vertical lines and short segments: the basis of porosity, voxels, slices and flow.
 #pragma once
 
 #include <memory>
@@ -8,17 +8,17 @@
 
 namespace porepack::packing {
 
-/// Asks a solid about short ways near one point; each thread has its own.
+/// Evaluates a solid along short segments near one point; each thread has its own object.
 class SolidProbe {
 public:
     virtual ~SolidProbe() = default;
-    /// Prepares for ways that stay within `reach` of `point` along every axis.
+    /// Prepares for segments that stay within `reach` of `point` along every axis.
     virtual void move_to(const shapes::Vec3& point, double reach) = 0;
-    /// Fraction of the way from `from` (outside the solid) to `from + step` at which it enters the solid, if it does.
+    /// Fraction of the segment from `from` (outside the solid) to `from + step` at which it enters the solid, if it does.
     [[nodiscard]] virtual std::optional<double> first_hit(const shapes::Vec3& from, const shapes::Vec3& step) const = 0;
 };
 
-/// A solid that can be cut by vertical lines. Grains and closed triangle surfaces are such solids.
+/// A solid that can be intersected with vertical lines: grains or a closed triangle surface.
 class Solid {
 public:
     virtual ~Solid() = default;
@@ -46,14 +46,14 @@ public:
         shapes::Bounds bounds;
         std::size_t body;
         shapes::Vec3 shift;  ///< 0 for the body itself
-        int image;   ///< 0 for the body itself
+        int image;           ///< 0 for the body itself
     };
     [[nodiscard]] const std::vector<Image>& images() const { return images_; }
     /// Distance to the nearest grain (capped at `cap`), negative inside; looks only at grains near the point.
     [[nodiscard]] double distance(const shapes::Vec3& point, double cap) const;
-    /// Appends the capsules, as they lie about the point, that come within `reach` of it along every axis; across periodic sides too.
+    /// Appends the capsules within `reach` of the point along every axis, in the periodic image nearest to the point.
     void capsules_near(const shapes::Vec3& point, double reach, std::vector<shapes::Capsule>& found) const;
-    /// Indices of the images whose bounds may hold the column at (x, y), or come within the bins around it.
+    /// Indices of the images whose bounds may contain the column at (x, y), or that lie in the bins around it.
     [[nodiscard]] const std::vector<int>& near(double x, double y) const;
 
 private:
@@ -84,15 +84,16 @@ struct Section {
 
 struct SectionChoice {
     std::vector<double> section_m;  ///< z0, z1; empty: chosen from the bed
-    double trim_m = 0.0;            ///< 0: the smaller of 30 mm and one grain's span
+    double trim_m = 0.0;            ///< 0: the smaller of 30 mm and one grain's maximum Feret diameter
 };
-/// The default is the bed (floor to highest point) less the trim at both ends; a periodic container is taken whole.
+/// The default is the bed (floor to highest point) without the trim at both ends; a periodic container is used as a whole.
 /// Throws UserError with the bed's height when nothing is left.
-[[nodiscard]] Section choose_section(const Container& container, const SectionChoice& choice, double bed_top_m, double grain_span_m);
+[[nodiscard]] Section choose_section(const Container& container, const SectionChoice& choice, double bed_top_m,
+                                     double maximum_feret_diameter_m);
 
-/// The whole bed: from the floor to its highest point; the whole container where that is periodic.
+/// The whole bed: from the floor to its highest point; the whole container if it is periodic.
 [[nodiscard]] Section whole_bed(const Container& container, double bed_top_m);
-/// Sides across which the section repeats; along z only when it is the whole box.
+/// Periodic sides of the section; along z only when it is the whole box.
 [[nodiscard]] std::array<bool, 3> periodic_sides(const Container& container, const Section& section);
 
 struct Porosity {

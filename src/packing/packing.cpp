@@ -22,7 +22,7 @@ namespace {
 
 std::string read_maybe_compressed(const Path& path) {
     if (path.extension() != ".gz") return read_text(path);
-    (void)read_text(path);  // the plain reader's messages for a missing file or a folder
+    (void)read_text(path);  // gives read_text's messages for a missing file or a folder
 #ifdef POREPACK_WITH_ZLIB
     gzFile file = gzopen(path.c_str(), "rb");
     std::string text;
@@ -32,14 +32,14 @@ std::string read_maybe_compressed(const Path& path) {
         text.append(buffer.data(), static_cast<std::size_t>(count));
     const bool good = count == 0 && gzeof(file) == 1;
     gzclose(file);
-    if (!good) throw UserError("cannot unpack " + path.string(), {.fix = "the file is damaged or cut: copy it again"});
+    if (!good) throw UserError("cannot unpack " + path.string(), {.fix = "the file is damaged or incomplete: copy it again"});
     return text;
 #else
     throw UserError("this build cannot unpack " + path.string(), {.fix = "unpack it with gunzip"});
 #endif
 }
 
-// Reads members with messages that name the file and the place in it.
+// Reads members; error messages name the file and the position in it.
 struct Place {
     const Json& json;
     std::string path;
@@ -84,7 +84,7 @@ Shape shape_from(const Place& place) {
     }
     const std::string cavity = place.json.contains("cavity") ? place.at("cavity").text() : "filled";
     if (cavity != "filled" && cavity != "open")
-        throw UserError("no such cavity convention: " + cavity, {.where = place.path, .allowed = "filled, open"});
+        throw UserError("unknown cavity convention: " + cavity, {.where = place.path, .allowed = "filled, open"});
     shape.cavity = cavity == "filled" ? Cavity::filled : Cavity::open;
     const Place capsules = place.at("capsules");
     for (std::size_t i = 0; i < capsules.list().size(); ++i) {
@@ -111,7 +111,7 @@ Body body_from(const Place& place, const std::vector<Shape>& shapes) {
     body.orientation = Quaternion(q.at(std::size_t{0}).number(), q.at(std::size_t{1}).number(), q.at(std::size_t{2}).number(),
                                   q.at(std::size_t{3}).number());
     if (std::abs(body.orientation.norm() - 1.0) > 1e-6)
-        throw UserError(fmt::format("the orientation is no unit quaternion: its norm is {:g}", body.orientation.norm()),
+        throw UserError(fmt::format("the orientation is not a unit quaternion: its norm is {:g}", body.orientation.norm()),
                         {.where = place.path, .allowed = "[w, x, y, z] of norm 1"});
     body.orientation.normalize();
     return body;
@@ -120,9 +120,9 @@ Body body_from(const Place& place, const std::vector<Shape>& shapes) {
 void require_plausible(const Packing& packing, const Path& path) {
     const Vec3 size = packing.container.high() - packing.container.low();
     for (const auto& shape : packing.shapes)
-        if (span(shape) > 1.001 * size.norm())
-            throw UserError(fmt::format("a grain is larger than the container: `{}` spans {:g} m, the container's diagonal is {:g} m",
-                                        shape.id, span(shape), size.norm()),
+        if (maximum_feret_diameter(shape) > 1.001 * size.norm())
+            throw UserError(fmt::format("a grain is larger than the container: `{}` measures {:g} m, the container's diagonal is {:g} m",
+                                        shape.id, maximum_feret_diameter(shape), size.norm()),
                             {.where = path.string(), .fix = "check the units: all lengths are metres"});
     std::map<std::array<double, 3>, std::size_t> seen;
     for (std::size_t i = 0; i < packing.bodies.size(); ++i) {
@@ -135,7 +135,7 @@ void require_plausible(const Packing& packing, const Path& path) {
         if (packing.container.any_periodic() &&
             !(packing.container.periodic[0] && packing.container.periodic[1] && packing.container.periodic[2]))
             continue;
-        // Every grain must reach into the container; how far it may stand out is a matter of soft contacts and open lids.
+        // Every grain must reach into the container; it may protrude because of soft contacts and open tops.
         bool reaches_in = false;
         for (const auto& capsule : world_capsules(packing, packing.bodies[i]))
             for (int k = 0; k <= 16; ++k) {
@@ -166,7 +166,7 @@ Packing read_packing(const Path& path) {
         json = Json::parse(text);
     } catch (const nlohmann::json::parse_error& fault) {
         throw UserError("not valid JSON: " + path.string(),
-                        {.where = fmt::format("byte {}", fault.byte), .fix = "the file may be cut: write it again"});
+                        {.where = fmt::format("byte {}", fault.byte), .fix = "the file may be incomplete: write it again"});
     } catch (const nlohmann::json::exception& fault) {
         throw UserError("not valid JSON: " + path.string() + ": " + fault.what());
     }
@@ -211,7 +211,7 @@ void write_packing(const Path& path, const Packing& packing) {
                                   {"position_m", vector_json(body.position_m)},
                                   {"orientation", {q.w(), q.x(), q.y(), q.z()}}});
     }
-    // One body a line: readable, and small enough.
+    // One body per line: readable and compact.
     std::string text = json.dump();
     for (const char* start : {"{\"shape\":", "\"bodies\":", "\"shapes\":", "\"container\":"})
         for (std::size_t at = 0; (at = text.find(start, at)) != std::string::npos; at += 2) text.insert(at, "\n");
@@ -243,7 +243,7 @@ Overlaps find_overlaps(const Packing& packing) {
                 if (all[i].image == 0) overlaps.largest_with_wall_m = std::max(overlaps.largest_with_wall_m, outside);
             }
         for (std::size_t j = i + 1; j < all.size(); ++j) {
-            if (all[i].image != 0 && all[j].image != 0) continue;  // the same pair is met once with an original
+            if (all[i].image != 0 && all[j].image != 0) continue;  // the same pair occurs once with an original
             if (((all[i].bounds.high - all[j].bounds.low).array() < 0.0).any() ||
                 ((all[j].bounds.high - all[i].bounds.low).array() < 0.0).any())
                 continue;

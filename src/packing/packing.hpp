@@ -28,13 +28,13 @@ struct Container {
     [[nodiscard]] shapes::Vec3 low() const;
     [[nodiscard]] shapes::Vec3 high() const;
     [[nodiscard]] bool contains_column(double x, double y) const;
-    /// Distance to the nearest wall from inside; negative outside. Periodic faces and open ends are no walls.
+    /// Distance to the nearest wall from inside; negative outside. Periodic faces and open ends are not walls.
     [[nodiscard]] double wall_distance(const shapes::Vec3& point) const;
-    /// Fraction of the way from `from` (inside) to `from + step` at which it meets a side wall, if it does.
+    /// Fraction of the segment from `from` (inside) to `from + step` at which it meets a side wall, if it does.
     [[nodiscard]] std::optional<double> wall_hit(const shapes::Vec3& from, const shapes::Vec3& step) const;
 };
 
-/// "cylinder:D,H" or "box:X,Y,Z[:periodic]", in metres. Throws UserError with the form allowed.
+/// "cylinder:D,H" or "box:X,Y,Z[:periodic]", in metres. Throws UserError with the allowed forms.
 [[nodiscard]] Container parse_container(const std::string& text);
 [[nodiscard]] core::Json to_json(const Container& container);
 [[nodiscard]] Container container_from_json(const core::Json& json, const std::string& where);
@@ -51,12 +51,12 @@ struct Packing {
     std::vector<Body> bodies;
 };
 
-/// Reads .json and .json.gz; checks the schema, the numbers and the plausibility. Throws UserError with the place.
+/// Reads .json and .json.gz; checks schema, numbers and plausibility. Throws UserError with the position in the file.
 [[nodiscard]] Packing read_packing(const core::Path& path);
 /// The same packing gives the same bytes.
 void write_packing(const core::Path& path, const Packing& packing);
 
-/// Smallest capsule diameter of all shapes.
+/// Minimum capsule diameter of all shapes.
 [[nodiscard]] double finest_diameter(const Packing& packing);
 /// Means over a packing's grains.
 struct GrainMeans {
@@ -67,7 +67,7 @@ struct GrainMeans {
 /// All capsules of one body in the world frame.
 [[nodiscard]] std::vector<shapes::Capsule> world_capsules(const Packing& packing, const Body& body);
 
-/// Largest overlap of two grains' exact capsules, and of a grain with the wall, in metres (0 when nothing overlaps).
+/// Maximum overlap of two grains' exact capsules, and of a grain with the wall, in metres (0 when nothing overlaps).
 struct Overlaps {
     double largest_between_grains_m = 0.0;
     double mean_between_grains_m = 0.0;  ///< over the contacts

@@ -18,32 +18,67 @@ namespace {
 
 double contact_time(double mass, const PackingConfig& config) {
     const double kn = config.normal_stiffness_N_per_m / 2.0;
-    // Close to critical damping a contact lasts for ever, but the forces change as fast as without damping.
+    // Near critical damping the contact time goes to infinity, but the forces change as fast as without damping.
     const double damped = std::max(0.7, 1.0 - config.normal_damping * config.normal_damping);
     return std::numbers::pi / std::sqrt(kn / (mass / 2.0) * damped);
 }
 
-// How many grains of this extent lie side by side, roughly.
-double grains_a_batch(double extent, const Container& container) {
+// Approximate number of grains of this extent side by side.
+double grains_per_batch(double extent, const Container& container) {
     return 1.5 * container.inner_area_m2() / (extent * extent);
+}
+
+// Sets contact time and time step; `lightest_kg` is the mass of the lightest grain.
+void choose_time_step(PourPlan& plan, const PackingConfig& config, double lightest_kg) {
+    plan.contact_time_s = contact_time(lightest_kg, config);
+    // A dashpot must not reverse a velocity within a step when several contacts act on one end of a grain.
+    const double lightest = lightest_kg / 2.0;
+    const double rate = std::max(config.normal_damping * std::sqrt(2.0 * config.normal_stiffness_N_per_m / lightest),
+                                 config.tangential_damping * std::sqrt(2.0 * config.tangential_stiffness_N_per_m / lightest));
+    const double automatic = std::min(plan.contact_time_s / 45.0, rate > 0.0 ? 0.06 / rate : 1e300);
+    plan.time_step_s = config.time_step_s > 0.0 ? config.time_step_s : automatic;
+    if (plan.time_step_s > plan.contact_time_s / 30.0)
+        throw UserError(fmt::format("the time step {:.3g} s is too long: a contact lasts {:.3g} s", plan.time_step_s, plan.contact_time_s),
+                        {.allowed = fmt::format("up to {:.3g} s (1/30 of the contact; longer steps never come to rest or lose grains)",
+                                                plan.contact_time_s / 30.0)});
+}
+
+// `expected_grains` are those of a bed that is filled to its height.
+void add_expected_cost(PourPlan& plan, const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config,
+                       double expected_grains) {
+    // From measurements, on average half of the grains present: LIGGGHTS 0.4 us per sphere and step, capsules 0.25 us per capsule and step.
+    const double grains = config.grains > 0 ? static_cast<double>(config.grains) : expected_grains;
+    const double batch =
+        std::min(static_cast<double>(config.batch_grains), std::max(1.0, grains_per_batch(maximum_feret_diameter(shapes), container)));
+    const double fall = std::sqrt(2.0 * container.height() / config.gravity_m_per_s2);
+    const double steps = ((config.fill == Fill::lattice ? 1.0 : grains / batch) * config.batch_interval_s + fall + 0.5) / plan.time_step_s;
+    if (config.engine == Engine::liggghts) {
+        plan.expected_wall_time_s =
+            0.4e-6 * 0.6 * grains * static_cast<double>(plan.clump_spheres) * steps / static_cast<double>(config.processes);
+        plan.expected_memory_bytes = 60e6 + 4000.0 * static_cast<double>(plan.maximum_grains * plan.clump_spheres);
+    } else {
+        double arms = 0.0;
+        for (const auto& [shape, share] : shapes) arms += share * static_cast<double>(shape.capsules.size());
+        plan.expected_wall_time_s = 0.25e-6 * 0.6 * grains * arms * steps / std::min(4.0, static_cast<double>(thread_count()));
+        plan.expected_memory_bytes = 20e6 + grains * (2000.0 + 4000.0 * arms);
+    }
 }
 
 }  // namespace
 
 PourPlan plan_pour(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config) {
     if (container.periodic[2])
-        throw UserError(
-            "grains fall along z: the container cannot be periodic there",
-            {.fix = "periodic = [true, true, false] with engine = \"capsule\"; or give a packing.json with engine = \"none\""});
+        throw UserError("grains fall along z: the container cannot be periodic there",
+                        {.fix = "periodic = [true, true, false] with engine = \"capsule\"; or give a packing.json with engine = \"none\""});
     const double d = finest_diameter(shapes);
-    const double extent = largest_span(shapes);
+    const double extent = maximum_feret_diameter(shapes);
     const Vec3 inner = container.high() - container.low();
     if (extent > std::min(inner.x(), inner.y()) || 2.0 * extent > container.height())
         throw UserError(
-            fmt::format("the grain is too large for the container: it spans {:.4g} m, the container is {:.4g} m wide and {:.4g} m high",
+            fmt::format("the grain is too large for the container: it measures {:.4g} m, the container is {:.4g} m wide and {:.4g} m high",
                         extent, std::min(inner.x(), inner.y()), container.height()),
-            {.allowed = "a container wider than one grain's span and higher than two",
-             .fix = "check the units (metres), take a larger container or smaller grains"});
+            {.allowed = "a container wider than one maximum Feret diameter and higher than two",
+             .fix = "check the units (metres), use a larger container or smaller grains"});
     PourPlan plan;
     double mean_volume = 0.0, largest_volume = 0.0, smallest_volume = 1e300, mean_spheres = 0.0;
     for (const auto& [shape, share] : shapes) {
@@ -60,52 +95,28 @@ PourPlan plan_pour(const std::vector<ShapeShare>& shapes, const Container& conta
         config.density_kg_per_m3 * largest_volume * config.gravity_m_per_s2 / (config.normal_stiffness_N_per_m / 2.0) / d;
     if (static_overlap > 0.01)
         throw UserError(
-            fmt::format("the contacts are too soft: one grain's weight presses a contact in by {:.2g} of its diameter", static_overlap),
+            fmt::format("the contacts are too soft: one grain's weight causes an overlap of {:.2g} of its diameter", static_overlap),
             {.allowed = "1 % of the diameter",
              .fix = fmt::format("set normal_stiffness_N_per_m to {:.2g} or more, tangential_stiffness_N_per_m to half of it",
-                                 config.normal_stiffness_N_per_m * static_overlap / 0.001)});
-    plan.contact_time_s = contact_time(config.density_kg_per_m3 * smallest_volume, config);
-    // A dashpot must not turn a velocity round within a step, where several contacts act on one end of a grain.
-    const double lightest = config.density_kg_per_m3 * smallest_volume / 2.0;
-    const double rate = std::max(config.normal_damping * std::sqrt(2.0 * config.normal_stiffness_N_per_m / lightest),
-                                 config.tangential_damping * std::sqrt(2.0 * config.tangential_stiffness_N_per_m / lightest));
-    const double automatic = std::min(plan.contact_time_s / 45.0, rate > 0.0 ? 0.06 / rate : 1e300);
-    plan.time_step_s = config.time_step_s > 0.0 ? config.time_step_s : automatic;
-    if (plan.time_step_s > plan.contact_time_s / 30.0)
-        throw UserError(fmt::format("the time step {:.3g} s is too long: a contact lasts {:.3g} s", plan.time_step_s, plan.contact_time_s),
-                        {.allowed = fmt::format("up to {:.3g} s (1/30 of the contact; longer steps never come to rest or lose grains)",
-                                                plan.contact_time_s / 30.0)});
+                                config.normal_stiffness_N_per_m * static_overlap / 0.001)});
+    choose_time_step(plan, config, config.density_kg_per_m3 * smallest_volume);
     plan.fill_height_m = config.fill_height_m > 0.0 ? config.fill_height_m : container.height() / 2.0;
     plan.drop_height_m = config.drop_height_m > 0.0 ? config.drop_height_m : container.height() - extent;
     if (config.grains == 0 && plan.fill_height_m > plan.drop_height_m - extent)
-        throw UserError(fmt::format("the bed would reach the place where grains are created: fill height {:.4g} m, drop height {:.4g} m",
+        throw UserError(fmt::format("the bed would reach the level where grains are created: fill height {:.4g} m, drop height {:.4g} m",
                                     plan.fill_height_m, plan.drop_height_m),
                         {.allowed = fmt::format("a fill height up to {:.4g} m", plan.drop_height_m - extent),
-                         .fix = "take a higher container or a lower fill_height_m"});
-    // Poured grains of these shapes fill no more than 3/4 of the space.
+                         .fix = "use a higher container or a lower fill_height_m"});
+    // Poured grains of these shapes fill at most 3/4 of the space.
     const double most = 0.75 * container.inner_area_m2() * plan.drop_height_m / mean_volume;
     if (static_cast<double>(config.grains) > most)
         throw UserError(fmt::format("{} grains do not fit below the drop height", config.grains),
-                        {.allowed = fmt::format("at most about {:.0f}", most), .fix = "take a higher container or fewer grains"});
+                        {.allowed = fmt::format("at most about {:.0f}", most), .fix = "use a higher container or fewer grains"});
     const double densest = 0.75 * container.inner_area_m2() * plan.fill_height_m / mean_volume;
-    plan.most_grains = config.grains > 0 ? config.grains : std::max(1L, static_cast<long>(densest));
+    plan.maximum_grains = config.grains > 0 ? config.grains : std::max(1L, static_cast<long>(densest));
     plan.clump_spheres = std::lround(mean_spheres);
     if (config.fill == Fill::lattice) plan.drop_height_m = 0.0;
-    // From measurements, on average half of the grains present: LIGGGHTS 0.4 us a sphere and step, capsules 0.25 us each and step.
-    const double grains = config.grains > 0 ? static_cast<double>(config.grains) : densest / 1.8;
-    const double batch = std::min(static_cast<double>(config.batch_grains), std::max(1.0, grains_a_batch(extent, container)));
-    const double fall = std::sqrt(2.0 * container.height() / config.gravity_m_per_s2);
-    const double steps = ((config.fill == Fill::lattice ? 1.0 : grains / batch) * config.batch_interval_s + fall + 0.5) / plan.time_step_s;
-    if (config.engine == Engine::liggghts) {
-        plan.expected_wall_time_s =
-            0.4e-6 * 0.6 * grains * static_cast<double>(plan.clump_spheres) * steps / static_cast<double>(config.processes);
-        plan.expected_memory_bytes = 60e6 + 4000.0 * static_cast<double>(plan.most_grains * plan.clump_spheres);
-    } else {
-        double arms = 0.0;
-        for (const auto& [shape, share] : shapes) arms += share * static_cast<double>(shape.capsules.size());
-        plan.expected_wall_time_s = 0.25e-6 * 0.6 * grains * arms * steps / std::min(4.0, static_cast<double>(thread_count()));
-        plan.expected_memory_bytes = 20e6 + grains * (2000.0 + 4000.0 * arms);
-    }
+    add_expected_cost(plan, shapes, container, config, densest / 1.8);
     return plan;
 }
 

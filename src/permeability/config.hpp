@@ -5,7 +5,7 @@
 
 namespace porepack::permeability {
 
-/// Meaning, unit, range and default of each key: see describe(). 0 stands for "chosen automatically" where that is allowed.
+/// Meaning, unit, range and default of each key: see describe(). 0 means "chosen automatically" where that is allowed.
 struct ForchheimerConfig {
     bool enabled = false;
     std::vector<double> reynolds = {2, 5, 10, 20, 40, 80};
@@ -27,22 +27,25 @@ struct ForchheimerConfig {
 inline void describe(core::ConfigVisitor& v, ForchheimerConfig& c) {
     v.boolean("enabled", c.enabled, "flows with inertia: permeability against the Reynolds number, and from it the inertial permeability");
     v.numbers("reynolds", c.reynolds, {3, 100}, {.low = 1e-3, .high = 1e4},
-              "Reynolds numbers U d/nu, rising (U superficial velocity, d diameter of the sphere of a grain's volume); the first without a "
+              "Reynolds numbers U d/nu, increasing (U superficial velocity, d volume-equivalent sphere diameter); the first without a "
               "steady flow ends the series");
     v.number("voxel_size_m", c.voxel_size_m, core::length_range_or_auto(), "finest grid; auto: the smallest capsule diameter / 8");
-    v.integer("grids", c.grids, core::between(1, 3), "two or more: the change between the finest two is the error of the grid");
+    v.integer("grids", c.grids, core::between(1, 3), "number of grids; two or more: the change between the finest two is the grid error");
     v.number("grid_ratio", c.grid_ratio, {.low = 1.1, .high = 4.0}, "voxel size of a grid / that of the next finer one");
     v.number("tolerance", c.tolerance, {.low = 1e-8, .high = 0.1},
              "relative iteration error of the permeability at which a flow is steady");
-    v.integer("max_steps", c.max_steps, {.low = 1, .high = 1e9}, "a flow that is not steady after this number of time steps gets no result");
-    v.boolean("openfoam", c.openfoam, "the same flows by OpenFOAM too");
-    v.number("cell_size_m", c.cell_size_m, core::length_range_or_auto(), "OpenFOAM's background cell; auto: the smallest capsule diameter / 4");
+    v.integer("max_steps", c.max_steps, {.low = 1, .high = 1e9},
+              "a flow that is not steady after this number of time steps gets no result");
+    v.boolean("openfoam", c.openfoam, "compute the same flows by OpenFOAM as well");
+    v.number("cell_size_m", c.cell_size_m, core::length_range_or_auto(),
+             "OpenFOAM's background cell; auto: the smallest capsule diameter / 4");
     v.integer("surface_level", c.surface_level, core::between(0, 3), "OpenFOAM's cells at grains and wall are 2^level times finer");
     v.number("relaxation_velocity", c.relaxation_velocity, {.low = 0.1, .high = 0.99}, "OpenFOAM's relaxation of U");
     v.number("relaxation_pressure", c.relaxation_pressure, {.low = 0.01, .high = 0.99}, "OpenFOAM's relaxation of p");
     v.number("residual", c.residual, {.low = 1e-12, .high = 1e-2}, "OpenFOAM's residual of U and p at which a flow is steady");
-    v.integer("max_iterations", c.max_iterations, core::between(2, 1000000), "a flow that is not steady after this number of iterations gets no result");
-    v.integer("processes", c.processes, core::between(1, 256), "of OpenFOAM's solver (mpirun)");
+    v.integer("max_iterations", c.max_iterations, core::between(2, 1000000),
+              "a flow that is not steady after this number of iterations gets no result");
+    v.integer("processes", c.processes, core::between(1, 256), "processes of OpenFOAM's solver (mpirun)");
 }
 
 }  // namespace porepack::permeability

@@ -17,7 +17,7 @@ struct Line {
     double intercept, slope;
 };
 
-// Least squares of y over x, relative errors of y alike.
+// Least squares of y over x, with equal relative errors of y.
 Line fit_line(std::span<const double> x, std::span<const double> y) {
     double w = 0.0, wx = 0.0, wy = 0.0, wxx = 0.0, wxy = 0.0;
     for (std::size_t i = 0; i < x.size(); ++i) {
@@ -38,7 +38,7 @@ ForchheimerFit fit_forchheimer(double permeability_m2, double length_m, std::spa
                                double relative_error) {
     if (flows.size() < 3)
         throw NumericalError(fmt::format("{} steady flows with inertia are too few for the inertial permeability", flows.size()),
-                             {.allowed = "three or more", .fix = "begin at a smaller Reynolds number, or take smaller voxels"});
+                             {.allowed = "three or more", .fix = "start at a smaller Reynolds number, or use smaller voxels"});
     std::size_t first = 0;
     while (first < flows.size() && flows[first].permeability_m2 > 0.95 * permeability_m2) ++first;
     ForchheimerFit fit{.permeability_m2 = permeability_m2, .largest_reynolds = flows.back().reynolds};
@@ -57,7 +57,7 @@ ForchheimerFit fit_forchheimer(double permeability_m2, double length_m, std::spa
     const std::size_t n = x.size();
     fit.points = n;
     const Line line = fit_line(x, y);
-    // Slopes with what the errors of their two ends do to them: of the last two flows, through creeping flow, and of the whole part.
+    // Slopes with the effect of the errors at their two ends: of the last two flows, through creeping flow, and of the whole straight part.
     const auto error_of = [&](std::size_t i) { return flows[first + i].relative_error * y[i]; };
     struct Slope {
         double value, error;
@@ -74,7 +74,7 @@ ForchheimerFit fit_forchheimer(double permeability_m2, double length_m, std::spa
     }
     if (!(least > 0.0))
         throw NumericalError("the permeability does not fall with the Reynolds number: no inertial permeability",
-                             {.fix = "tighten the tolerance, or go to larger Reynolds numbers"});
+                             {.fix = "reduce the tolerance, or use larger Reynolds numbers"});
     fit.intercept_permeability_m2 = 1.0 / line.intercept;
     fit.inertial_permeability_m = 1.0 / line.slope;
     fit.inertial_interval_m = {1.0 / (high * (1.0 + relative_error)), 1.0 / std::max(low * (1.0 - relative_error), 0.2 * least)};
@@ -93,8 +93,8 @@ std::optional<double> inertial_grid_error(const InertialCurve& coarse, const Ine
     return std::abs(k_in(fine) / k_in(coarse) - 1.0);
 }
 
-std::vector<double> pressure_drops(std::span<const double> reynolds, const InertialCurve& known, const ForchheimerFit& fit, double section_m,
-                                   double length_m, double viscosity_m2_per_s) {
+std::vector<double> pressure_drops(std::span<const double> reynolds, const InertialCurve& known, const ForchheimerFit& fit,
+                                   double section_m, double length_m, double viscosity_m2_per_s) {
     const double nu = viscosity_m2_per_s;
     std::vector<double> drops = {nu * nu / length_m * 0.01 * section_m / fit.permeability_m2};
     for (std::size_t i = 0; i < reynolds.size(); ++i) {

@@ -5,7 +5,7 @@ namespace porepack::permeability {
 
 inline constexpr double darcy_m2 = 9.869233e-13;
 
-/// Carman-Kozeny, Eq. 2: k = Psi^2 d^2 eps^3 / (constant (1 - eps)^2). The paper's constant is 150; 180 fits spheres better.
+/// Carman-Kozeny, Eq. 2: k = Psi^2 d^2 eps^3 / (constant (1 - eps)^2). The paper uses 150; 180 fits spheres better.
 [[nodiscard]] double carman_kozeny_m2(double sphericity, double equal_diameter_m, double porosity, double constant);
 /// The paper's fit, Eq. 22 corrected: k = 5.3e-9 exp(7.3 eps) m2 (for grains of 733 mm3).
 [[nodiscard]] double paper_fit_m2(double porosity);

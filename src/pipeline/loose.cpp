@@ -20,7 +20,7 @@ using namespace core;
 namespace fs = std::filesystem;
 namespace {
 
-// Tells a folder that a loose stage may replace from one of the user's own.
+// Distinguishes a folder that a loose stage may replace from a folder of the user.
 constexpr const char* owner_mark = ".porepack";
 
 void write_manifest(const LooseRun& run, const Path& running, const Json& result, double seconds) {
@@ -71,7 +71,7 @@ Json run_loose(const LooseRun& run) {
     const auto clean_up = [&] {
         std::error_code ignored;
         fs::remove_all(running, ignored);
-        if (fresh) fs::remove(run.target, ignored);  // where it is empty
+        if (fresh) fs::remove(run.target, ignored);  // if it is empty
     };
     try {
         Json result = run.work(running);
@@ -83,7 +83,7 @@ Json run_loose(const LooseRun& run) {
         move_into_place(run, running);
         return result;
     } catch (const Error& error) {
-        // An engine's logs are worth keeping.
+        // The logs of an engine are kept.
         if (error.code() == ExitCode::engine || (run.resumes && interrupted()))
             keep_what_is_left(running, run.target / (run.stage + ".failed"), run.resumes);
         clean_up();

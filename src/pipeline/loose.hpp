@@ -11,16 +11,16 @@ namespace porepack::pipeline {
 
 struct LooseRun {
     std::string stage;
-    core::Path target;                                   ///< folder for the results
-    core::Json configuration = {};                       ///< for the manifest
-    std::vector<core::Path> inputs = {};                 ///< for the manifest; a result never overwrites one of them
+    core::Path target;                                         ///< folder for the results
+    core::Json configuration = {};                             ///< for the manifest
+    std::vector<core::Path> inputs = {};                       ///< for the manifest; a result never overwrites one of them
     std::function<core::Json(const core::Path& folder)> work;  ///< writes into `folder`, returns the result
-    bool resumes = false;                          ///< `work` finds its folder again after it was interrupted
+    bool resumes = false;                                      ///< `work` finds its folder again after it was interrupted
     std::function<core::Json()> versions = [] { return core::Json::object(); };
 };
 
 /// Runs `work` in a temporary folder inside the target, writes <stage>.result.json and <stage>.manifest.json beside its files and moves all
-/// of them into the target, replacing what has the same name. Throws UserError when a folder of the user's own is in the way.
+/// of them into the target, replacing what has the same name. Throws UserError when a folder of the user has the same name.
 core::Json run_loose(const LooseRun& run);
 
 }  // namespace porepack::pipeline

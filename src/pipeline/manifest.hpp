@@ -1,4 +1,4 @@
-// A manifest stands beside each result: what went in, with which settings and versions, on which machine, at what cost.
+// A manifest accompanies each result: inputs, settings, versions, machine and cost.
 #pragma once
 
 #include <map>
@@ -12,8 +12,8 @@ namespace porepack::pipeline {
 
 struct Manifest {
     std::string stage;
-    long result_version = 1;  ///< of the stage: raised in the code when its numbers can change
-    core::Json configuration = {};                               ///< resolved
+    long result_version = 1;                          ///< of the stage: raised in the code when its numbers can change
+    core::Json configuration = {};                    ///< resolved
     std::map<std::string, std::string> inputs = {};   ///< name -> sha256
     std::map<std::string, std::string> outputs = {};  ///< name -> sha256
     core::Json versions = {};
@@ -23,7 +23,7 @@ struct Manifest {
     double peak_memory_bytes = 0.0;
 };
 
-/// Digest of all that decides the result: stage, result version, configuration and inputs.
+/// Digest of all that determines the result: stage, result version, configuration and inputs.
 [[nodiscard]] std::string key_of(const Manifest& manifest);
 [[nodiscard]] core::Json to_json(const Manifest& manifest);
 

@@ -34,7 +34,7 @@ std::map<std::string, std::string> digests_of(const Pipeline& pipeline, const St
             digests[need] = "missing";
             continue;
         }
-        // Cost is no input: result.json holds seconds, so the key of the stage stands for it.
+        // Cost is not an input: result.json contains seconds, so the key of the stage is used instead.
         try {
             const Json content = read_json(manifest);
             Json outputs = content.at("outputs_sha256");

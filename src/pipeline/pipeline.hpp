@@ -1,4 +1,4 @@
-// Runs a chain of stages. A stage runs in a hidden folder and takes its place under results/ only when it is whole; a stage that is done
+// Runs a chain of stages. A stage runs in a hidden folder that moves to results/ only when it is complete; a stage that is done
 // with the same inputs is not run again.
 #pragma once
 
@@ -11,10 +11,10 @@
 namespace porepack::pipeline {
 
 struct Pipeline {
-    core::Path results;                                                   ///< one folder per stage is made here
-    std::vector<Stage> stages;                                      ///< each behind those that it needs
+    core::Path results;                                                          ///< one folder per stage is made here
+    std::vector<Stage> stages;                                                   ///< each after those that it needs
     std::function<core::Json()> versions = [] { return core::Json::object(); };  ///< of the programs that stages run, for the manifests
-    std::string left_out = {};  ///< stages that the settings leave out, for the message when one of them is asked for
+    std::string left_out = {};  ///< stages that the settings disable, for the message when one of them is requested
 };
 
 [[nodiscard]] core::Path stage_folder(const Pipeline& pipeline, const std::string& stage);
@@ -27,12 +27,12 @@ struct StageStatus {
 };
 [[nodiscard]] std::vector<StageStatus> status_of(const Pipeline& pipeline);
 
-/// Runs what is not done, up to and including the stage `last` (the last of all when empty), and only what it needs. Returns its result.
+/// Runs the stages not yet done, up to and including `last` (if empty: the last of all), and only those that it needs. Returns its result.
 /// A stage that fails stops the chain; its folder stays as results/<stage>.failed. Throws UserError when another process runs here or
-/// there is no such stage, and what the stages throw.
+/// there is no such stage, and passes on what the stages throw.
 core::Json run_pipeline(const Pipeline& pipeline, const std::string& last = {});
 
-/// What would run, with the expected memory and time of each stage.
+/// The stages that would run, with the expected memory and time of each.
 [[nodiscard]] core::Json plan_pipeline(const Pipeline& pipeline, const std::string& last = {});
 
 }  // namespace porepack::pipeline

@@ -1,4 +1,4 @@
-// The hidden folder of a stage that runs, and the lock that keeps two processes from one place. Only for the sources of this folder.
+// The hidden folder of a running stage, and the lock that prevents two processes in one folder. Only for the sources of this folder.
 #pragma once
 
 #include "core/files.hpp"
@@ -17,8 +17,8 @@ private:
     int file_ = -1;
 };
 
-/// In a catch block: ends a stage and throws on. A stage that failed keeps its folder under the name `failed`, and the message names its
-/// files where they now are; one that was interrupted leaves nothing, unless it can resume from it.
+/// In a catch block: ends a stage and rethrows. A failed stage keeps its folder under the name `failed`, and the message names its
+/// files at their new location; an interrupted stage leaves no folder, unless it can resume from it.
 [[noreturn]] void keep_what_is_left(const core::Path& running, const core::Path& failed, bool resumes);
 
 }  // namespace porepack::pipeline

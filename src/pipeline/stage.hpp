@@ -1,4 +1,4 @@
-// One step of a chain: what it needs, what decides its result, what it runs.
+// One stage of a chain: what it needs, what determines its result, what it runs.
 #pragma once
 
 #include <functional>
@@ -11,17 +11,17 @@ namespace porepack::pipeline {
 
 struct Stage {
     std::string name;
-    std::vector<std::string> needs = {};     ///< stages whose results it reads
-    core::Json configuration = {};                 ///< all settings that decide its result
-    std::vector<core::Path> files = {};            ///< a user's files that it reads
-    std::vector<std::string> outputs = {};   ///< files whose change makes it stale, "*.png" for all of a kind; result.json is always one
-    std::function<core::Json(const core::Path& folder)> run;  ///< writes into `folder`, returns result.json
+    std::vector<std::string> needs = {};    ///< stages whose results it reads
+    core::Json configuration = {};          ///< all settings that determine its result
+    std::vector<core::Path> files = {};     ///< files of the user that it reads
+    std::vector<std::string> outputs = {};  ///< files whose change makes it stale, "*.png" for all such; result.json is always included
+    std::function<core::Json(const core::Path& folder)> run;                      ///< writes into `folder`, returns result.json
     std::function<std::string()> expect = [] { return std::string("seconds"); };  ///< for a dry run: what will run, memory and time
-    bool resumes = false;     ///< run() resumes from what an interrupted run left in its folder; else that is removed
+    bool resumes = false;     ///< run() resumes from the files of an interrupted run in its folder; else they are removed
     long result_version = 1;  ///< raised when the stage's numbers can change: older results are stale then
     long seed = 0;            ///< for the manifest
     long processes = 1;       ///< for the manifest
-    /// Files that are copied beside the stages' folders when the stage is done: name there, name in the stage's folder.
+    /// Files that are copied next to the stages' folders when the stage is done: name there, name in the stage's folder.
     std::vector<std::pair<std::string, std::string>> published = {};
 };
 

@@ -11,8 +11,8 @@ struct ReportConfig {
 };
 
 inline void describe(core::ConfigVisitor& v, ReportConfig& c) {
-    v.text("title", c.title, "title of the report; the folder's name when left out");
-    v.boolean("pictures", c.pictures, "render the packing (needs xvfb-run where no display is)");
+    v.text("title", c.title, "title of the report; default: the folder's name");
+    v.boolean("pictures", c.pictures, "render the packing (needs xvfb-run if there is no display)");
 }
 
 }  // namespace porepack::report

@@ -26,10 +26,11 @@ ReportSection inertia_section(const ReportInput& input) {
                  (part["stopped_by"].is_string() ? "; then " + part["stopped_by"].get<std::string>().substr(0, 60) : "")});
     }
     if (section.rows.empty()) return section;
-    section.rows.push_back({"Ergun", "k_in = " + number_text(result_at(input, "forchheimer/ergun_inertial_permeability_m")) + " m", "", ""});
-    section.intro =
-        fmt::format("1/k_apparent = 1/k + (U/nu)/k_in (Forchheimer); d = {} m. Beyond the largest steady Re k_in is {}.",
-                    number_text(result_at(input, "forchheimer/length_m")), result_at(input, "forchheimer/beyond_largest_reynolds").get<std::string>());
+    section.rows.push_back(
+        {"Ergun", "k_in = " + number_text(result_at(input, "forchheimer/ergun_inertial_permeability_m")) + " m", "", ""});
+    section.intro = fmt::format("1/k_apparent = 1/k + (U/nu)/k_in (Forchheimer); d = {} m. Beyond the largest steady Re k_in is {}.",
+                                number_text(result_at(input, "forchheimer/length_m")),
+                                result_at(input, "forchheimer/beyond_largest_reynolds").get<std::string>());
     return section;
 }
 
@@ -57,14 +58,14 @@ ReportSection causes_section(const ReportInput& input) {
                 if (!cause["factor"].is_number())
                     factor = "none: " + cause["note"].get<std::string>();
                 else if (cause["range"][0] != cause["range"][1])
-                    factor += fmt::format(" ({} to {}; {})", number_text(cause["range"][0], "{:.2f}"), number_text(cause["range"][1], "{:.2f}"),
-                                          cause["note"].get<std::string>());
+                    factor += fmt::format(" ({} to {}; {})", number_text(cause["range"][0], "{:.2f}"),
+                                          number_text(cause["range"][1], "{:.2f}"), cause["note"].get<std::string>());
                 section.rows.push_back({cause["cause"].get<std::string>(), cause["what"].get<std::string>(), factor});
             }
     if (section.rows.empty()) return section;
     section.intro = fmt::format(
-        "Each test is simulated with the cause and evaluated without correction for it; the paper's LBM scheme and the wall are "
-        "what they would do to k computed. The viscous loss is only {} of the head.",
+        "Each test is simulated with the cause and evaluated without correction for it; for the paper's LBM scheme and the wall: "
+        "their effect on k computed. The viscous loss is only {} of the head.",
         number_text(result_at(input, "causes/viscous_share_of_head"), "{:.2g}"));
     if (result_at(input, "causes/to_explain").is_number())
         section.intro += fmt::format(" To explain: k computed / k measured = {}.", number_text(result_at(input, "causes/to_explain")));
@@ -72,8 +73,8 @@ ReportSection causes_section(const ReportInput& input) {
         const Json& value = result_at(input, key);
         if (!value.is_number()) return;
         const double mm = 1e3 * value.get<double>();
-        section.intro +=
-            fmt::format(" A true water level {:.1f} mm {} than the one read explains that {}.", std::abs(mm), mm < 0.0 ? "lower" : "higher", when);
+        section.intro += fmt::format(" A true water level {:.1f} mm {} than the one read explains that {}.", std::abs(mm),
+                                     mm < 0.0 ? "lower" : "higher", when);
     };
     offset("causes/level_offset_that_explains_alone_m", "alone");
     offset("causes/level_offset_that_explains_with_all_m", "together with the inertia of the water, the screens and the ends");
@@ -93,8 +94,8 @@ void add_falling_head_pictures(const ReportInput& input, const Path& folder, Rep
     if (fs::exists(level)) fs::copy_file(level, folder / "falling_head.csv", fs::copy_options::overwrite_existing);
     if (fs::exists(level) && draw_plot(folder / "falling_head.svg", "falling_head"))
         head.pictures.emplace_back("falling_head.svg", "Predicted water level over time.");
-    copy("causes/effects.svg", head, "What each effect does to the water level.");
-    copy("causes/causes.svg", causes, "How far each cause moves the k of the paper's evaluation.");
+    copy("causes/effects.svg", head, "Change of the water level by each effect.");
+    copy("causes/causes.svg", causes, "Change of k by the paper's evaluation for each cause.");
 }
 
 }  // namespace porepack::report

@@ -44,7 +44,7 @@ std::string section_html(const ReportSection& section, const Path& folder) {
     return html;
 }
 
-// Fills the template's {{names}} in one pass: what is put in is not looked at again.
+// Fills the template's {{names}} in one pass: inserted text is not searched again.
 std::string filled(const std::string& page, const std::map<std::string, std::string>& values) {
     std::string text;
     std::size_t at = 0;

@@ -11,7 +11,7 @@ namespace porepack::report {
 using namespace core;
 namespace {
 
-// Text in gnuplot's single quotes, in which only the quote itself is special.
+// Text in gnuplot's single quotes, where only the quote itself is special.
 std::string quoted(const std::string& text) {
     std::string out = "'";
     for (const char c : text) out += c == '\'' ? std::string("''") : std::string(1, c);
@@ -28,8 +28,7 @@ bool draw_plot(const Path& picture, const std::string& script_name, const PlotVa
     const bool png = picture.extension() == ".png";
     std::string text =
         png ? fmt::format("set terminal pngcairo size {},{} font 'DejaVu Sans,{}'\n", 2 * size.width, 2 * size.height, 2 * size.font - 2)
-            : fmt::format("set terminal svg size {},{} font 'DejaVu Sans,{}' background 'white'\n", size.width, size.height,
-                          size.font);
+            : fmt::format("set terminal svg size {},{} font 'DejaVu Sans,{}' background 'white'\n", size.width, size.height, size.font);
     text += fmt::format("set output {}\nset grid lc rgb '#dddddd'\nset border 3\nset tics nomirror\n", quoted(picture.filename().string()));
     for (const auto& [name, value] : values)
         text += std::holds_alternative<double>(value) ? fmt::format("{} = {:.12g}\n", name, std::get<double>(value))

@@ -16,7 +16,7 @@ void add_plots(const ReportInput& input, const Path& folder, std::vector<ReportS
     const auto section = [&](const char* title) -> ReportSection& {
         return *std::find_if(sections.begin(), sections.end(), [&](const ReportSection& s) { return s.title == title; });
     };
-    // The data lie beside the script, so that names in it are relative: a path may hold any character.
+    // The data are next to the script, so that names in it are relative: a path may contain any character.
     const Path history = input.stage_folders / "lbm" / "history.csv";
     if (fs::exists(history)) fs::copy_file(history, folder / "history.csv", fs::copy_options::overwrite_existing);
     if (fs::exists(history) && draw_plot(folder / "convergence.svg", "convergence"))
@@ -28,7 +28,7 @@ void add_plots(const ReportInput& input, const Path& folder, std::vector<ReportS
     if (fs::exists(flow)) {
         const double top = draw_speed_slice(flow, folder / "speed.png");
         section("Permeability")
-            .pictures.emplace_back("speed.png", fmt::format("Speed on the slice y = middle, z up: dark 0, yellow {:.2g} m/s and more "
+            .pictures.emplace_back("speed.png", fmt::format("Speed on the slice y = middle, z up: dark 0, yellow {:.2g} m/s or more "
                                                             "(water at 0.05 mm/s superficial velocity unless the case says otherwise).",
                                                             top));
     }
@@ -46,9 +46,10 @@ Json main_numbers_of(const ReportInput& input) {
                              : std::string("not run");
     };
     add("k by lattice Boltzmann", k_text("lbm"));
-    add("k by OpenFOAM", result_at(input, "foam/permeability_m2").is_number()
-                             ? k_text("foam") + ", " + difference(result_at(input, "foam/permeability_m2"), result_at(input, "lbm/permeability_m2"))
-                             : "not run");
+    add("k by OpenFOAM",
+        result_at(input, "foam/permeability_m2").is_number()
+            ? k_text("foam") + ", " + difference(result_at(input, "foam/permeability_m2"), result_at(input, "lbm/permeability_m2"))
+            : "not run");
     add("tortuosity, hydraulic", number_text(result_at(input, "tortuosity/hydraulic/tortuosity_hydraulic"), "{:.4f}"));
     const bool exact = result_at(input, "tortuosity/geometric_paper_exact/tortuosity_geometric_paper").is_number();
     const std::string kind = exact ? "geometric_paper_exact" : "geometric_paper_pixels";
@@ -132,7 +133,7 @@ Json write_report(const ReportInput& input, const Path& folder) {
     std::vector<ReportSection> sections = {permeability_section(input), packing_section(input),      tortuosity_section(input),
                                            inertia_section(input),      falling_head_section(input), causes_section(input),
                                            convergence_section(input),  cost_section(input)};
-    if (fs::exists(folder / "packing.png")) sections[1].pictures = {{"packing.png", "The packing as the surface that CGAL made of it."}};
+    if (fs::exists(folder / "packing.png")) sections[1].pictures = {{"packing.png", "The packing: surface made by CGAL."}};
     add_plots(input, folder, sections);
     const Json main_numbers = main_numbers_of(input);
     write_text(folder / "report.html", html_page(input, sections, main_numbers, folder));

@@ -1,4 +1,4 @@
-// One page per case: what came out, how sure it is, what it cost.
+// One page per case: results, uncertainty and cost.
 #pragma once
 
 #include <map>
@@ -15,15 +15,15 @@ struct ReportInput {
     std::map<std::string, core::Json> results = {};    ///< by stage
     std::map<std::string, core::Json> manifests = {};  ///< by stage
     core::Json versions = {};
-    core::Path stage_folders = {};              ///< results/: histories and flow fields are read from here
+    core::Path stage_folders = {};        ///< results/: histories and flow fields are read from here
     std::vector<std::string> notes = {};  ///< shown at the top
 };
 
 /// Every main number with unit, method, uncertainty or null, converged or not, cost.
 [[nodiscard]] core::Json quantities(const ReportInput& input);
 
-/// Writes report.html (self-contained), report.md and merged.json, with the pictures beside them. packing.png is used
-/// when it lies in `folder`. Returns a summary.
+/// Writes report.html (self-contained), report.md and merged.json, with the pictures next to them. packing.png is used
+/// when it is in `folder`. Returns a summary.
 core::Json write_report(const ReportInput& input, const core::Path& folder);
 
 /// Slice y = 0 (or the middle) through the speed of flow.vti as an image with a colour scale. Returns the maximum speed in m/s.

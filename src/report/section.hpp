@@ -38,10 +38,11 @@ struct ReportSection {
 [[nodiscard]] ReportSection falling_head_section(const ReportInput& input);
 [[nodiscard]] ReportSection causes_section(const ReportInput& input);
 
-/// The pages. Pictures of the sections lie in `folder`; the HTML page holds them itself.
+/// The pages. Pictures of the sections are in `folder`; the HTML page embeds them.
 [[nodiscard]] std::string html_page(const ReportInput& input, const std::vector<ReportSection>& sections, const core::Json& main_numbers,
                                     const core::Path& folder);
-[[nodiscard]] std::string markdown_page(const ReportInput& input, const std::vector<ReportSection>& sections, const core::Json& main_numbers);
+[[nodiscard]] std::string markdown_page(const ReportInput& input, const std::vector<ReportSection>& sections,
+                                        const core::Json& main_numbers);
 
 /// Draws or copies their pictures to `folder`.
 void add_falling_head_pictures(const ReportInput& input, const core::Path& folder, ReportSection& inertia, ReportSection& head,

@@ -11,7 +11,7 @@ namespace porepack::report {
 using namespace core;
 namespace {
 
-// Numbers of the paper (section 8 of its results) for the grain at hand, where there are any.
+// Numbers of the paper (section 8 of its results) for this grain, if there are any.
 struct PaperNumber {
     const char *kind, *quantity, *text;
     double sphericity;
@@ -93,7 +93,8 @@ ReportSection packing_section(const ReportInput& input) {
     };
     const std::string stage = input.results.contains("pack") ? "pack" : "stl";
     add("grain", result_at(input, "shape/kind").is_string() ? result_at(input, "shape/kind").get<std::string>() : "–", "");
-    add("sphericity", number_text(result_at(input, "shape/sphericity")), number_text(result_at(input, "shape/relative_error"), "{:.1e} (relative)"));
+    add("sphericity", number_text(result_at(input, "shape/sphericity")),
+        number_text(result_at(input, "shape/relative_error"), "{:.1e} (relative)"));
     add("capsule diameter d, length L",
         result_at(input, "shape/diameter_m").is_number()
             ? number_text(result_at(input, "shape/diameter_m")) + " m, " + number_text(result_at(input, "shape/length_m")) + " m"
@@ -108,7 +109,8 @@ ReportSection packing_section(const ReportInput& input) {
         number_text(result_at(input, stage + "/porosity_bed_uncertainty"), "± {:.1e} (quadrature)"));
     add("maximum overlap of grains / d", number_text(result_at(input, stage + "/largest_overlap_relative_to_diameter")), "");
     add("contacts", number_text(result_at(input, stage + "/contacts"), "{:.0f}"), "");
-    add("coordination number (contacts with other grains, per grain)", number_text(result_at(input, stage + "/coordination_number"), "{:.2f}"), "");
+    add("coordination number (contacts with other grains, per grain)",
+        number_text(result_at(input, stage + "/coordination_number"), "{:.2f}"), "");
     add("net force on a grain / its weight, mean", number_text(result_at(input, stage + "/mean_force_over_weight"), "{:.1e}"), "");
     const Json& z = result_at(input, "voxelise/section_m");
     if (z.is_array()) add("section", fmt::format("z = {:.4g} to {:.4g} m", z[0].get<double>(), z[1].get<double>()), "");

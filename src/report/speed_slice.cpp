@@ -10,7 +10,7 @@ using namespace io;
 
 namespace {
 
-// Dark blue over green to yellow; close to equal steps of lightness, so it prints well.
+// Dark blue through green to yellow; nearly equal steps of lightness, so it prints well.
 std::array<std::uint8_t, 3> colour(double t) {
     constexpr std::array<std::array<double, 3>, 5> stops = {
         {{0.27, 0.00, 0.33}, {0.23, 0.32, 0.55}, {0.13, 0.57, 0.55}, {0.37, 0.79, 0.38}, {0.99, 0.91, 0.14}}};

@@ -1,4 +1,4 @@
-// Boxes sorted into cubic bins, to find those near a point quickly.
+// Boxes sorted into cubic bins, for a fast search of the boxes near a point.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,7 @@ namespace porepack::shapes {
 
 class SpatialBins {
 public:
-    /// Bins about as large as the mean box, at most some two million.
+    /// Bins about as large as the mean box, at most about two million.
     explicit SpatialBins(const std::vector<Bounds>& boxes) : boxes_(boxes) {
         if (boxes.empty()) return;
         double extent = 0.0;
@@ -23,7 +23,7 @@ public:
         }
         size_ = std::max(extent, (high_ - low_).maxCoeff() / 128.0);
         for (std::size_t a = 0; a < 3; ++a) count_[a] = 1 + static_cast<int>((high_ - low_)[static_cast<int>(a)] / size_);
-        // Counted first, filled then: one array for all bins.
+        // First counted, then filled: one array for all bins.
         first_.assign(static_cast<std::size_t>(count_[0]) * static_cast<std::size_t>(count_[1]) * static_cast<std::size_t>(count_[2]) + 1,
                       0);
         for (const Bounds& box : boxes) over_bins(box.low, box.high, [&](std::size_t bin) { ++first_[bin + 1]; });
@@ -34,7 +34,7 @@ public:
             over_bins(boxes[i].low, boxes[i].high, [&](std::size_t bin) { item_[next[bin]++] = static_cast<int>(i); });
     }
 
-    /// Appends the boxes that come within `reach` of the point along every axis; none twice.
+    /// Appends the boxes that come within `reach` of the point along every axis, each once.
     void near(const Vec3& point, double reach, std::vector<int>& found) const {
         if (boxes_.empty()) return;
         const std::size_t begin = found.size();

@@ -1,5 +1,5 @@
 // A capsule (spherocylinder): all points within `radius` of the segment from a to b. A sphere has a = b.
-// Lengths in metres, or in any unit as long as it is one unit.
+// Lengths in metres, or in any other unit that is used throughout.
 #pragma once
 
 #include <Eigen/Dense>
@@ -11,7 +11,7 @@
 namespace porepack::shapes {
 
 using Vec3 = Eigen::Vector3d;
-/// Without an alignment of its own, which would depend on the instruction set that a program is compiled for.
+/// Not over-aligned: Eigen's alignment would depend on the instruction set that a program is compiled for.
 using Quaternion = Eigen::Quaternion<double, Eigen::DontAlign>;
 
 struct Capsule {

@@ -1,6 +1,6 @@
 // Enclosed voids of a union of capsules: the search. A grid of cells shows which voids are connected at that resolution. Voids between the
-// cells' centres are found from the exposed surface, because each has a wall. Then every part is tested for a connection: by a straight
-// line to the outside, by ever wider places, by throats narrower than a cell. What stays unconnected is enclosed.
+// cells' centres are found from the exposed surface, because each has a wall. Then every part is tested for a connection: along a straight
+// line to the outside, through points of increasing clearance, through throats narrower than a cell. Parts without connection are enclosed.
 #include <algorithm>
 #include <array>
 #include <numbers>
@@ -15,10 +15,10 @@
 namespace porepack::shapes {
 namespace {
 
-// Adds the voids that hold no cell's centre to the grid's parts.
+// Adds the voids that contain no cell centre to the grid's parts.
 void find_small_voids(const std::vector<Capsule>& capsules, VoidGrid& grid) {
-    // A void between the cells' centres has a wall: look from every exposed piece of the surface. The middle comes first: a
-    // small cavity of a symmetric grain is there.
+    // A void between the cells' centres has a wall: search from every exposed piece of the surface. The middle comes first: a
+    // small cavity of a symmetric grain lies there.
     Vec3 middle = Vec3::Zero();
     for (const auto& capsule : capsules) middle += (capsule.a + capsule.b) / (2.0 * static_cast<double>(capsules.size()));
     if (signed_distance(capsules, middle) > 0.0) (void)grid.part_of(middle);
@@ -61,7 +61,7 @@ void find_cavities(Shape& shape) {
 
 namespace {
 
-// The label of a void cell among the eight round the point whose centre is seen from it.
+// The label of one of the eight void cells around the point whose centre is visible from the point.
 std::optional<int> label_near(const Shape& shape, const Vec3& point) {
     const VoidCells& grid = shape.void_cells;
     if (grid.label == nullptr) return std::nullopt;
@@ -83,14 +83,14 @@ std::optional<int> label_near(const Shape& shape, const Vec3& point) {
 }  // namespace
 
 bool in_cavity(const Shape& shape, Vec3 point) {
-    // A point in a corner that no lookout sees is led to wider places.
+    // A point in a corner that no cavity point sees is moved to points of larger clearance.
     constexpr int maximum_steps = 60;
     for (int step = 0; step < maximum_steps; ++step) {
         if (((shape.cavity_bounds.low - point).array() > 0.0).any() || ((point - shape.cavity_bounds.high).array() > 0.0).any())
             return false;
         if (const auto label = label_near(shape, point)) return *label == 1;
         if (step == 0)
-            for (const auto& seed : shape.cavity_points)  // a void without a cell of its own has only these
+            for (const auto& seed : shape.cavity_points)  // a void that contains no cell centre has only these
                 if (!blocked(shape.capsules, seed, point)) return true;
         const Vec3 next = wider_place(shape.capsules, point);
         if (next == point) return false;

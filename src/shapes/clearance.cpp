@@ -26,7 +26,7 @@ double clearance(const std::vector<Capsule>& capsules, const Vec3& origin, const
 
 namespace {
 
-// Climbs to the direction of the largest clearance by a shrinking pattern search; stops early once the ray is free.
+// Finds the direction of maximum clearance by a shrinking pattern search; stops early when the ray is free.
 double best_clearance(const std::vector<Capsule>& capsules, const Vec3& origin, Vec3 direction, double far) {
     double best = clearance(capsules, origin, direction, far);
     int moves = 0;

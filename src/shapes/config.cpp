@@ -19,16 +19,16 @@ void describe_point(ConfigVisitor& v, const char* key, Vec3& point, const char* 
 // The keys of one shape; a mixture's components have them too.
 void describe_shape(ConfigVisitor& v, ShapeConfig& c, const std::vector<ShapeKind>& kinds) {
     v.choice("kind", c.kind, kinds,
-             "capsules: a union listed in [[shape.capsule]]; stl: the grains are a closed surface of your own (`file`); mixture: several "
+             "capsules: a union listed in [[shape.capsule]]; stl: the grains are a closed surface from `file`; mixture: several "
              "shapes, listed in [[shape.component]]");
     v.number("sphericity", c.sphericity, {.low = 0.0, .high = 1.0, .low_open = true, .zero_is_auto = true},
              "with volume_m3: determines diameter and length");
     v.number("volume_m3", c.volume_m3, Range{.low = 1e-36, .high = 1e18, .zero_is_auto = true}, "volume of one grain");
     v.number("diameter_m", c.diameter_m, length_range_or_auto(), "diameter of the capsules (instead of sphericity and volume)");
-    v.number("length_m", c.length_m, between(0.0, 1e6), "length of the capsules' axes");
-    v.integer("arms", c.arms, between(2, 64), "arms of a star, spread evenly");
-    v.choice("cavity", c.cavity, "does an enclosed void count as solid (no fluid reaches it) or as void?");
-    v.boolean("disconnected", c.disconnected, "may the capsules of a union lie apart, as one rigid body?");
+    v.number("length_m", c.length_m, between(0.0, 1e6), "length of the capsule axes");
+    v.integer("arms", c.arms, between(2, 64), "number of arms of a star, evenly distributed");
+    v.choice("cavity", c.cavity, "filled: an enclosed void counts as solid (no fluid reaches it); open: it counts as void");
+    v.boolean("disconnected", c.disconnected, "true: the capsules of a union may be disconnected and still form one rigid body");
     v.tables(
         "capsule",
         [&](std::size_t count) {
@@ -65,9 +65,10 @@ void describe(ConfigVisitor& v, ShapeConfig& c) {
         },
         [&](std::size_t i, ConfigVisitor& entry) {
             entry.number("number_fraction", c.component[i].number_fraction, {.low = 0.0, .high = 1.0, .low_open = true},
-                         "share of the grains, by number");
-            describe_shape(entry, c.component[i], {ShapeKind::tetrapod, ShapeKind::dolos, ShapeKind::tetrahedron, ShapeKind::star, ShapeKind::sphere, ShapeKind::rod,
-                            ShapeKind::capsules});
+                         "number fraction of the grains");
+            describe_shape(entry, c.component[i],
+                           {ShapeKind::tetrapod, ShapeKind::dolos, ShapeKind::tetrahedron, ShapeKind::star, ShapeKind::sphere,
+                            ShapeKind::rod, ShapeKind::capsules});
         },
         "the shapes of a mixture (kind = \"mixture\"): number_fraction and the keys of a shape");
 }
@@ -75,8 +76,8 @@ void describe(ConfigVisitor& v, ShapeConfig& c) {
 Shape make_shape(const ShapeConfig& c) {
     Shape shape;
     const bool by_sphericity = c.sphericity > 0.0, by_size = c.diameter_m > 0.0;
-    if (c.kind == ShapeKind::mixture) throw UserError("a mixture is not one shape", {.fix = "ask for one of its components"});
-    if (c.kind == ShapeKind::stl) throw UserError("the shape is an STL file, not a union of capsules", {.fix = "start the chain at the stl stage"});
+    if (c.kind == ShapeKind::mixture) throw UserError("a mixture is not one shape", {.fix = "choose one of its components"});
+    if (c.kind == ShapeKind::stl) throw UserError("the shape is an STL file, not a union of capsules", {.fix = "start at the stl stage"});
     if (c.kind == ShapeKind::capsules) {
         shape.id = "capsules";
         shape.capsules = c.capsule;
@@ -89,9 +90,8 @@ Shape make_shape(const ShapeConfig& c) {
         throw UserError("both sphericity and diameter_m are given: they may contradict each other",
                         {.fix = "give sphericity and volume_m3, or diameter_m and length_m"});
     } else if (by_sphericity || (c.kind == ShapeKind::sphere && c.volume_m3 > 0.0 && !by_size)) {
-        if (c.volume_m3 == 0.0) throw UserError("sphericity needs volume_m3 beside it", {.fix = "add volume_m3, for instance 7.33e-7"});
-        const Dimensions size = dimensions_for(c.kind, by_sphericity ? c.sphericity : 1.0, c.volume_m3,
-                                               c.cavity, c.arms);
+        if (c.volume_m3 == 0.0) throw UserError("sphericity also needs volume_m3", {.fix = "add volume_m3, for instance 7.33e-7"});
+        const Dimensions size = dimensions_for(c.kind, by_sphericity ? c.sphericity : 1.0, c.volume_m3, c.cavity, c.arms);
         shape = make_preset(c.kind, size.diameter_m, size.length_m, c.arms);
     } else if (by_size) {
         if (c.kind == ShapeKind::sphere && c.length_m > 0.0)
@@ -110,7 +110,8 @@ Shape make_shape(const ShapeConfig& c) {
 std::vector<ShapeShare> make_shapes(const ShapeConfig& c) {
     if (c.kind != ShapeKind::mixture) {
         if (!c.component.empty())
-            throw UserError("components are given, but kind is \"" + std::string(name_of(c.kind)) + "\"", {.fix = "set kind = \"mixture\""});
+            throw UserError("components are given, but kind is \"" + std::string(name_of(c.kind)) + "\"",
+                            {.fix = "set kind = \"mixture\""});
         return {{make_shape(c), 1.0}};
     }
     if (c.component.size() < 2)

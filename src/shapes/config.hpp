@@ -25,10 +25,10 @@ struct ShapeConfig {
 /// Lists the keys.
 void describe(core::ConfigVisitor& v, ShapeConfig& c);
 
-/// The shape with its cavities found. Throws UserError when the keys do not determine a shape, or too much is given.
+/// The shape with its cavities. Throws UserError when the keys do not determine a shape, or overdetermine it.
 [[nodiscard]] Shape make_shape(const ShapeConfig& config);
 
-/// A mixture's shapes with the share of grains of each (sum 1); one shape alone has the share 1.
+/// A mixture's shapes with their number fractions (sum 1); a single shape has the number fraction 1.
 struct ShapeShare {
     Shape shape;
     double number_fraction = 1.0;

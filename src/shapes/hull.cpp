@@ -1,7 +1,7 @@
 // Convex hull of a union of capsules: the hull of their end spheres, exact.
-// Its boundary is made of plane triangles tangent to three spheres, of strips of cones tangent to two, and of parts of the
+// Its boundary consists of plane triangles tangent to three spheres, strips of cones tangent to two, and parts of the
 // spheres. All three follow from the arcs of unit normals at which two spheres are the outermost together: such an arc is a
-// strip, its ends are triangles, and the arcs round one sphere bound that sphere's part.
+// strip, its ends are triangles, and the arcs around one sphere bound that sphere's part.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -29,7 +29,7 @@ struct Arc {
     [[nodiscard]] Vec3 slope(double phi) const { return s * (std::cos(phi) * e2 - std::sin(phi) * e1); }
 };
 
-// Spheres not inside another one, each radius changed by less than 1e-9 of it: then no four spheres share a tangent plane,
+// Spheres not inside another one, each radius perturbed by less than 1e-9 of it: then no four spheres share a tangent plane,
 // and no three on a line a tangent cone.
 std::vector<Sphere> end_spheres(const std::vector<Capsule>& capsules) {
     std::vector<Sphere> all, kept;
@@ -53,7 +53,7 @@ std::vector<Sphere> end_spheres(const std::vector<Capsule>& capsules) {
     return kept;
 }
 
-// What is left of a full turn of normals at which `i` and `j` are tangent to one cone, where no other sphere stands out.
+// The part of the full circle of normals at which `i` and `j` are tangent to one cone and no other sphere lies further out.
 void add_arcs(const std::vector<Sphere>& spheres, std::size_t i, std::size_t j, std::vector<Arc>& arcs) {
     const Vec3 between = spheres[j].centre - spheres[i].centre;
     const double distance = between.norm();
@@ -66,7 +66,7 @@ void add_arcs(const std::vector<Sphere>& spheres, std::size_t i, std::size_t j, 
     std::vector<Interval> hidden;
     for (std::size_t m = 0; m < spheres.size(); ++m) {
         if (m == i || m == j) continue;
-        // Sphere m stands out where p cos phi + q sin phi > limit.
+        // Sphere m lies further out where p cos phi + q sin phi > limit.
         const Vec3 w = spheres[m].centre - spheres[i].centre;
         const double p = arc.s * w.dot(arc.e1), q = arc.s * w.dot(arc.e2);
         const double limit = spheres[i].radius - spheres[m].radius - arc.c * w.dot(arc.e0);
@@ -96,7 +96,7 @@ void add_arcs(const std::vector<Sphere>& spheres, std::size_t i, std::size_t j, 
         }
         at = std::max(at, part.high);
     }
-    // The stretch through phi = 0 is one arc.
+    // The interval through phi = 0 is one arc.
     const double end = passes_zero ? full_turn + first : full_turn;
     if (at < end) {
         arc.low = at;
@@ -105,7 +105,7 @@ void add_arcs(const std::vector<Sphere>& spheres, std::size_t i, std::size_t j, 
     }
 }
 
-// Integral over an arc, in pieces small enough for Gauss' rule.
+// Integral over an arc, in pieces small enough for Gauss quadrature.
 template <typename Value>
 double integrate(const Arc& arc, const Value& value) {
     constexpr double node[] = {0.1834346424956498, 0.5255324099163290, 0.7966664774136267, 0.9602898564975363};

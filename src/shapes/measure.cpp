@@ -1,8 +1,8 @@
 // Volume, area and moments of a union of capsules, by integration over its exposed surface (divergence theorem).
-// A capsule's surface is swept by meridians. What is exposed of each is known to rounding and integrated by Gauss' rule, so
-// that one integral is left, over the angle phi. Its integrand is smooth but where a meridian touches another capsule or the
+// A capsule's surface is swept by meridians. The exposed parts of each are exact to rounding and integrated by Gauss' rule, so
+// that one integral over the angle phi remains. Its integrand is smooth except where a meridian touches another capsule or the
 // pattern of exposed parts changes; these angles are found by bisection, and the smooth pieces between them are integrated
-// by the pair of Gauss and Kronrod (7, 15) in a variable that flattens square roots at both ends.
+// by the Gauss-Kronrod pair (7, 15) in a variable that removes square-root singularities at both ends.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -39,8 +39,8 @@ constexpr std::array<double, 8> gauss_node = {-0.9602898564975363, -0.7966664774
 constexpr std::array<double, 8> gauss_weight = {0.1012285362903763, 0.2223810344533745, 0.3137066458778873, 0.3626837833783620,
                                                 0.3626837833783620, 0.3137066458778873, 0.2223810344533745, 0.1012285362903763};
 
-// What no estimate sees: surfaces that coincide within rounding (shared end spheres), and in crowded unions features smaller
-// than the distance of two meridians. Found by turning, shifting and reordering some hundred shapes.
+// Errors that no estimate detects: surfaces that coincide within rounding (shared end spheres), and in dense unions features smaller
+// than the distance of two meridians. Values from rotating, shifting and reordering about a hundred shapes.
 constexpr double unseen_in_few = 5e-8, unseen_in_many = 1e-5;
 constexpr std::size_t few = 6;
 constexpr int nodes = 15;
@@ -56,7 +56,7 @@ constexpr std::array<double, 8> kronrod_weight = {0.0229353220105292249637320080
                                                   0.104790010322250183839876322541518, 0.140653259715525918745189590510238,
                                                   0.169004726639267902826583426598550, 0.190350578064785409913256402421014,
                                                   0.204432940075298892414161999234649, 0.209482141084727828012999174891714};
-// At every other node of Kronrod's.
+// At every other node of the Kronrod rule.
 constexpr std::array<double, 4> embedded_weight = {0.129484966168869693270611432679082, 0.279705391489276667901467771423780,
                                                    0.381830050505118944950369775488975, 0.417959183673469387755102040816327};
 
@@ -74,7 +74,7 @@ class Integral {
 public:
     Integral(const Shape& shape, double tolerance) : shape_(shape), surface_(shape.capsules), tolerance_(tolerance) {}
 
-    /// Begins with `pieces` stretches round each capsule, the first at angle `turn`.
+    /// Begins with `pieces` intervals of phi around each capsule, the first at angle `turn`.
     void run(int pieces, double turn) {
         total_.setZero();
         scale_.setOnes();
@@ -88,7 +88,7 @@ public:
                 first.push_back(integrated(own, turn + k * width, turn + (k + 1) * width));
                 total_ += first.back().value;
             }
-        // What errors are held against.
+        // Reference values of the relative errors.
         scale_.setZero();
         for (const int offset : {0, quantities}) {
             scale_[0] += std::abs(total_[offset]);
@@ -111,7 +111,7 @@ public:
                 open.push(part);
             }
         }
-        // Added up anew: differences leave rounding behind.
+        // Summed again: updating by differences would accumulate rounding errors.
         total_.setZero();
         error_ = 0.0;
         for (; !open.empty(); open.pop()) {
@@ -126,9 +126,9 @@ public:
 
 private:
     static constexpr long most_evaluations = 1'000'000;
-    static constexpr double exacting = 1e-7;  // a tolerance below this is worth all of them, else an eighth
+    static constexpr double exacting = 1e-7;  // a tolerance below this uses all of them, otherwise an eighth
 
-    // The exposed parts at `phi` as a hash of what they end at.
+    // The exposed parts at `phi` as a hash of the surfaces at their ends.
     std::uint64_t pattern(std::size_t own, double phi) {
         ++evaluations_;
         surface_.meridian(own, phi, parts_);
@@ -136,7 +136,7 @@ private:
         const auto mix = [&](std::uint64_t value) { hash = (hash ^ value) * 1099511628211U; };
         in_cavity_.clear();
         for (const auto& part : parts_) {
-            // An exposed part is one connected piece of the surface, so it lies in a cavity as a whole or not at all.
+            // An exposed part is one connected piece of the surface, so it lies either entirely inside or entirely outside a cavity.
             bool inner = false;
             if (!shape_.cavity_points.empty()) {
                 const SurfacePoint middle = surface_.point(own, phi, part.piece, 0.5 * (part.low + part.high));
@@ -236,8 +236,8 @@ private:
 
 namespace {
 
-// A feature that begins and ends between two meridians is missed, and no local estimate tells. So everything is done twice
-// with other meridians; where the two disagree, again with three times as many to begin with.
+// A feature that begins and ends between two meridians is missed, and no local estimate detects it. So everything is done twice
+// with different meridians; where the two disagree, again with three times as many initial meridians.
 struct Integrated {
     Sums total;
     double error = 0.0;
@@ -265,7 +265,7 @@ Integrated integrate(const Shape& scaled, double tolerance, bool twice) {
             difference = std::max(difference, std::abs(other[quantities + q] - total[quantities + q]) / whole);
         }
         result.error = std::max(result.error, difference);
-        // Each round costs three times the last one: not for a difference that the answer can bear.
+        // Each repetition costs three times the last one, so small differences are accepted.
         constexpr double bearable = 5.0;
         constexpr long dear = 200'000;
         if (result.error <= bearable * tolerance || result.evaluations > dear) break;
@@ -288,7 +288,7 @@ ShapeMeasures measure(const Shape& shape, double tolerance, Effort effort) {
         .origin = (shape.void_cells.origin - about) / unit, .size = shape.void_cells.size / unit, .label = shape.void_cells.label};
     scaled.cavity_bounds = {(shape.cavity_bounds.low - about) / unit, (shape.cavity_bounds.high - about) / unit};
 
-    // No use in an estimate far below what it cannot see.
+    // An estimate far below the undetected errors has no use.
     const double floor = shape.capsules.size() <= few ? unseen_in_few : unseen_in_many;
     const Integrated integral =
         integrate(scaled, std::max(tolerance, effort == Effort::twice && shape.capsules.size() > few ? 0.1 * unseen_in_many : 0.0),
@@ -318,7 +318,7 @@ ShapeMeasures measure(const Shape& shape, double tolerance, Effort effort) {
     for (const auto& capsule : shape.capsules)
         for (const Vec3& end : {capsule.a, capsule.b})
             measures.bounding_radius_m = std::max(measures.bounding_radius_m, (end - measures.centre_of_mass_m).norm() + capsule.radius);
-    measures.span_m = span(shape);
+    measures.maximum_feret_diameter_m = maximum_feret_diameter(shape);
     measures.relative_error = std::max(integral.error, floor);
     measures.meridians = integral.evaluations;
     return measures;

@@ -9,7 +9,7 @@ using namespace core;
 namespace {
 
 constexpr double right_angle = std::numbers::pi / 2.0;
-// Two surfaces nearer than this (of the radius) coincide.
+// Two surfaces nearer than this fraction of the radius coincide.
 constexpr double tie = 1e-13;
 constexpr std::uint32_t natural_end = 0xffffffff;
 
@@ -24,7 +24,7 @@ struct Quartic {
     [[nodiscard]] double value(double t) const { return (((a4 * t + a3) * t + a2) * t + a1) * t + a0; }
     [[nodiscard]] double slope(double t) const { return ((4.0 * a4 * t + 3.0 * a3) * t + 2.0 * a2) * t + a1; }
 
-    // Root in an interval where the function is monotone: Newton's steps, kept inside a shrinking bracket.
+    // Root in an interval where the function is monotone: Newton steps inside a shrinking bracket.
     [[nodiscard]] double root_between(double low, double high, double value_low) const {
         double t = 0.5 * (low + high);
         for (int i = 0; i < 60; ++i) {
@@ -37,8 +37,8 @@ struct Quartic {
         }
         return t;
     }
-    // Adds the angle of every root between low and high: the bound of the second derivative tells where there is none, and
-    // where one at most.
+    // Adds the angle of every root between low and high: the bound of the second derivative shows where there is no root, and
+    // where there is at most one.
     void add_angles(double low, double high, std::vector<double>& angles) const {
         const double bend = 2.0 * std::abs(a2) + 6.0 * std::abs(a3) * high + 12.0 * std::abs(a4) * high * high;
         const double middle = 0.5 * (low + high), half = 0.5 * (high - low);
@@ -119,8 +119,8 @@ bool ExposedSurface::covers(std::size_t other, std::size_t own, const SurfacePoi
     return distance <= tie * capsule.radius && other < own && offset.dot(at.normal) > 0.5 * capsule.radius;
 }
 
-// The candidates are where the arc meets the end spheres and the cylinder of the other capsule; the middle of each stretch
-// between two of them tells whether it is hidden, so a candidate too many does no harm.
+// The candidates are where the arc meets the end spheres and the cylinder of the other capsule; the middle of each interval
+// between two of them shows whether it is hidden, so a superfluous candidate does no harm.
 void ExposedSurface::hide_arc(std::size_t own, std::size_t other, const Arc& arc, std::vector<Interval>& hidden) const {
     const Capsule& capsule = capsules_[other];
     const Frame& frame = frames_[other];
@@ -129,7 +129,7 @@ void ExposedSurface::hide_arc(std::size_t own, std::size_t other, const Arc& arc
     if (to_surface > r * (1.0 + tie)) return;
     const double along = (arc.centre - capsule.a).dot(frame.axis);
     if (to_surface < -r + tie * R && (r < R * (1.0 - tie) || (along > tie * R && along < frame.length - tie * R))) {
-        // The end sphere lies inside; where it touches from within, it does so along a curve only.
+        // The end sphere lies inside; where it touches from inside, it touches along a curve only.
         hidden.push_back({0.0, right_angle});
         return;
     }
@@ -139,7 +139,7 @@ void ExposedSurface::hide_arc(std::size_t own, std::size_t other, const Arc& arc
         const Vec3 w = arc.centre - end;
         if (w.norm() > tie * R)
             add_linear_roots(2.0 * r * w.dot(arc.pole), 2.0 * r * w.dot(arc.radial), R * R - r * r - w.squaredNorm(), cuts);
-        // On a shared sphere the other's cylinder begins at the plane through the centre.
+        // On a shared sphere the other capsule's cylinder begins at the plane through the centre.
         if (frame.length > 0.0) add_linear_roots(r * arc.pole.dot(frame.axis), r * arc.radial.dot(frame.axis), -w.dot(frame.axis), cuts);
         if (frame.length == 0.0) break;
     }
@@ -168,8 +168,8 @@ void ExposedSurface::hide_arc(std::size_t own, std::size_t other, const Arc& arc
 }
 
 void ExposedSurface::hide_side(std::size_t own, std::size_t other, double phi, std::vector<Interval>& hidden) const {
-    // A line on the very surface (collinear capsules) is hidden by the capsule listed first: the other is taken thicker by
-    // a hair to find such a touch, and asked in the middle whether it is one.
+    // A line exactly on the surface (collinear capsules) is hidden by the capsule listed first: its radius is increased by
+    // a tiny amount to find such a line, and the middle of the line is then tested.
     const Frame& frame = frames_[own];
     Capsule thicker = capsules_[other];
     if (frames_[other].length > 0.0 && frames_[other].axis.cross(frame.axis).norm() < 1e-9) thicker.radius *= 1.0 + 1e-12;
@@ -180,8 +180,8 @@ void ExposedSurface::hide_side(std::size_t own, std::size_t other, double phi, s
 }
 
 std::uint32_t ExposedSurface::tag_at(std::size_t own, const Vec3& x) const {
-    // Of several at the same place always the first, and the seams between piece and piece are places of their own:
-    // rounding must not look like a change.
+    // Of several at the same place always the first is used, and the ends of the meridian's pieces are separate places:
+    // rounding must not appear as a change of the pattern.
     constexpr double slack = 1e-8;
     std::size_t nearest = own;
     double least = 1e300;

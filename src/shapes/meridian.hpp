@@ -1,5 +1,5 @@
-// The exposed surface of a union of capsules, meridian by meridian: what the other capsules hide is found to rounding.
-// Only for the sources of this room.
+// The exposed surface of a union of capsules, meridian by meridian: the hidden parts are found to rounding accuracy.
+// Only for the sources of this folder.
 #pragma once
 
 #include <cstdint>
@@ -20,14 +20,14 @@ enum class Piece : std::uint8_t { cap_a, cap_b, side };
 struct ExposedPart {
     Piece piece;
     double low, high;
-    /// Where it ends: at which piece of which capsule, or at the meridian's own end. Equal tags on two meridians mean that
+    /// Where it ends: at a piece of another capsule, or at the meridian's own end. Equal tags on two meridians mean that
     /// the part changes smoothly between them.
     std::uint32_t low_tag, high_tag;
 };
 
 class ExposedSurface {
 public:
-    /// Capsules that lie in another one are left out; where two surfaces coincide the first of them owns the place.
+    /// Capsules that lie in another one are left out; where two surfaces coincide, the place belongs to the first one.
     explicit ExposedSurface(const std::vector<Capsule>& capsules);
     [[nodiscard]] const std::vector<Capsule>& capsules() const { return capsules_; }
     /// Replaces `parts` by the exposed parts of the meridian at angle `phi` (radians) of capsule `own`.

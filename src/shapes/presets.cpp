@@ -70,7 +70,7 @@ double rounded(double value, int digits) {
     return std::round(value / unit) * unit;
 }
 
-// A preset with diameter 1, whose measures depend on L/d alone.
+// A preset with diameter 1, whose measures depend only on L/d.
 struct UnitPreset {
     ShapeKind kind;
     long arms;
@@ -93,9 +93,9 @@ Dimensions solve(const UnitPreset& preset, double sphericity, double volume_m3) 
         throw UserError(fmt::format("no {} has sphericity {:g}", name_of(preset.kind), sphericity),
                         {.allowed = fmt::format("{:.4f} (at L/d = {:g}) to 1", least, largest_aspect)});
 
-    // The sphericity falls with L/d: a bracket first, then the secant on ever more exact values.
+    // The sphericity decreases with L/d: first a bracket, then the secant method on values of increasing accuracy.
     const auto excess = [&](double log_aspect) { return preset.at(log_aspect, coarse).sphericity - sphericity; };
-    // The slope of a smooth shape is of order one; a cliff is a cavity that closes, and the bracket is narrowed to see it.
+    // The slope of a smooth shape is of order one; a jump is a closing cavity, and the bracket is narrowed to detect it.
     constexpr double steepest = -3.0;
     double bracket = preset.cavity == Cavity::filled ? 1e-3 : 1e-2, low = std::log(1e-6), high = std::log(largest_aspect), slope = 0.0;
     ShapeMeasures above, below;
@@ -121,7 +121,7 @@ Dimensions solve(const UnitPreset& preset, double sphericity, double volume_m3) 
     for (int round = 0; round < 8; ++round) {
         const double excess_here = here.sphericity - sphericity;
         if (round > 0 && std::abs(excess_here) < 1e-10) break;
-        // Where rounding rules the difference the old slope is the better one.
+        // Where rounding dominates the difference, the old slope is better.
         if (std::abs(at - before) > 1e-5) slope = (excess_here - excess_before) / (at - before);
         before = at;
         excess_before = excess_here;
@@ -155,7 +155,7 @@ Shape make_preset(ShapeKind kind, double diameter, double length, long arms) {
         case ShapeKind::star:
             return {.id = name, .capsules = star(r, length, arms)};
         default:
-            throw UserError("no preset: " + name, {.allowed = "tetrapod, dolos, tetrahedron, star, sphere, rod"});
+            throw UserError("unknown preset: " + name, {.allowed = "tetrapod, dolos, tetrahedron, star, sphere, rod"});
     }
 }
 
@@ -168,14 +168,14 @@ Dimensions dimensions_for(ShapeKind kind, double sphericity, double volume_m3, C
     if (kind == ShapeKind::sphere && sphericity < 1.0) throw UserError("a sphere has sphericity 1", {.fix = "choose another shape"});
     if (sphericity == 1.0) return {equal_diameter, 0.0};
 
-    // Where the open shape encloses nothing, the filled one is the same: the search for cavities is done once.
+    // If the open shape encloses no void, the filled one is identical: one search for cavities is enough.
     Dimensions size = solve({kind, arms, Cavity::open}, sphericity, volume_m3);
     if (cavity == Cavity::filled) {
         Shape shape = make_preset(kind, size.diameter_m, size.length_m, arms);
         find_cavities(shape);
         if (!shape.cavity_points.empty()) size = solve({kind, arms, cavity}, sphericity, volume_m3);
     }
-    // Nine digits: a packing must not change because the last bits of a root do.
+    // Nine digits: a packing must not change with the last bits of a root.
     return {rounded(size.diameter_m, 9), rounded(size.length_m, 9)};
 }
 
@@ -203,7 +203,7 @@ double smallest_diameter(const Shape& shape) {
     return least;
 }
 
-double span(const Shape& shape) {
+double maximum_feret_diameter(const Shape& shape) {
     double largest = 0.0;
     for (const auto& first : shape.capsules)
         for (const auto& second : shape.capsules)
@@ -231,7 +231,7 @@ void validate(const Shape& shape) {
             }
     if (reached.size() < capsules.size() && !shape.may_be_disconnected)
         throw UserError(
-            fmt::format("shape `{}` is not connected: {} of {} capsules hang together", shape.id, reached.size(), capsules.size()),
+            fmt::format("shape `{}` is not connected: {} of {} capsules are connected", shape.id, reached.size(), capsules.size()),
             {.fix = "let the capsules overlap, describe two shapes, or allow it: disconnected = true"});
 }
 

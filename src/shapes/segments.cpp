@@ -1,5 +1,5 @@
-// Compiled once and without fused multiply-adds (CMakeLists.txt): a pour is chaotic, and as inline functions these were compiled in several
-// libraries with different options, of which the linker took any.
+// Compiled once and without fused multiply-adds (CMakeLists.txt): a pour is chaotic. Inline functions would be compiled in several
+// libraries with different options, and the linker would take any of them.
 #include "shapes/segments.hpp"
 
 #include <algorithm>
@@ -28,7 +28,7 @@ ClosestPoints closest_points(const Segment& p, const Segment& q) {
     }
     ClosestPoints best = points(s, t);
     if (determinant > 1e-6 * a * e) return best;
-    // Nearly parallel: rounding in the determinant may have moved s far along; then an end is nearer.
+    // Nearly parallel: rounding in the determinant may have a large effect on s; then an end is nearer.
     for (const double end : {0.0, 1.0})
         for (const ClosestPoints& other : {points(end, unit((b * end + f) / e)), points(unit((b * end - c) / a), end)})
             if (other.distance < best.distance) best = other;

@@ -1,4 +1,4 @@
-// Closest points of two axes, and where two capsules press on each other.
+// Closest points of two axes, and the contact point of two capsules.
 #pragma once
 
 #include "shapes/capsule.hpp"
@@ -15,12 +15,12 @@ struct ClosestPoints {
     double distance;
 };
 
-/// To rounding, whatever the segments: parallel, crossing, of no length (after Lumelsky 1985, Ericson 2005).
+/// Exact to rounding for all segments: parallel, crossing, of zero length (after Lumelsky 1985, Ericson 2005).
 [[nodiscard]] ClosestPoints closest_points(const Segment& p, const Segment& q);
 
-/// Where on the first axis two overlapping capsules press, given their closest points: there, or for axes within 6 degrees of
-/// parallel, in the middle of the stretch along which they overlap. That is the middle of the shared stretch when they are parallel
-/// (the paper, 2.1.2), and it moves smoothly with the angle where the closest point would jump from end to end.
+/// Contact point of two overlapping capsules on the first axis, given their closest points: there, or for axes within 6 degrees of
+/// parallel, in the middle of the interval along which they overlap. That is the middle of the shared interval when they are parallel
+/// (the paper, 2.1.2), and it moves smoothly with the angle, whereas the closest point would jump from end to end.
 [[nodiscard]] Vec3 pressed_point(const Segment& p, const Segment& q, const ClosestPoints& closest, double overlap);
 
 }  // namespace porepack::shapes

@@ -1,4 +1,4 @@
-// A grain's shape: a union of capsules in the shape's own frame, and what is known about it.
+// A grain's shape: a union of capsules in the shape's own frame, and its measures.
 #pragma once
 
 #include <memory>
@@ -10,7 +10,7 @@
 
 namespace porepack::shapes {
 
-/// Does a void that the grain encloses on all sides count as solid ("filled": no fluid reaches it) or as void ("open")?
+/// A void that the grain encloses on all sides counts as solid ("filled": no fluid reaches it) or as void ("open").
 enum class Cavity { filled, open };
 constexpr std::array<core::Choice<Cavity>, 2> choices_of(Cavity) {
     return {{{Cavity::filled, "filled"}, {Cavity::open, "open"}}};
@@ -30,7 +30,7 @@ constexpr std::array<core::Choice<ShapeKind>, 9> choices_of(ShapeKind) {
              {ShapeKind::mixture, "mixture"}}};
 }
 
-/// Cubic cells over a shape, 48 a side: 0 open void, 1 enclosed void, -1 solid (by the cells' centres).
+/// Cubic cells over a shape, 48 per side: 0 open void, 1 enclosed void, -1 solid (by the cells' centres).
 struct VoidCells {
     static constexpr int cells = 48;
     Vec3 origin = Vec3::Zero();
@@ -43,22 +43,22 @@ struct Shape {
     std::vector<Capsule> capsules;
     Cavity cavity = Cavity::filled;
     bool may_be_disconnected = false;
-    /// Points from which every point of the enclosed voids is seen; filled by find_cavities, empty when there are none.
+    /// Points from which every point of the enclosed voids is visible; filled by find_cavities, empty when there are no voids.
     std::vector<Vec3> cavity_points = {};
-    Bounds cavity_bounds = {};  ///< holds all enclosed voids
-    VoidCells void_cells = {};  ///< filled with them, so that in_cavity() is quick
+    Bounds cavity_bounds = {};  ///< contains all enclosed voids
+    VoidCells void_cells = {};  ///< filled with them, so that in_cavity() is fast
 };
 
-/// The presets: those of the paper (2.1.1), sphere, rod, and a star of `arms` arms spread evenly (Thomson's problem).
+/// The presets: those of the paper (2.1.1), sphere, rod, and a star of `arms` evenly distributed arms (Thomson's problem).
 /// `diameter` of the capsules, `length` of their axes. Throws UserError on sizes <= 0.
 /// The frame's origin is the centre of symmetry (tetrapod, tetrahedron, star, sphere, rod), of the middle capsule (dolos).
 [[nodiscard]] Shape make_preset(ShapeKind kind, double diameter, double length, long arms = 6);
 
-/// Throws UserError unless there is at least one capsule, all radii are positive and all is finite and connected (if it must be).
+/// Throws UserError unless there is a capsule, all radii are positive, all numbers finite, and the union is connected (if required).
 void validate(const Shape& shape);
 
-/// Finds the voids that the union encloses and sets `cavity_points` and `cavity_bounds`. Voids are looked for from every
-/// exposed piece of the surface; a grid of 48 cells a side tells what hangs together, and throats narrower than a cell are
+/// Finds the voids that the union encloses and sets `cavity_points` and `cavity_bounds`. Voids are searched from every
+/// exposed piece of the surface; a grid of 48 cells per side gives the connected parts, and throats narrower than a cell are
 /// searched one by one, down to 1e-9 of a cell (tested to 1e-6 of the radius on both sides of closing).
 void find_cavities(Shape& shape);
 /// True when `point`, known to lie outside all capsules, lies in an enclosed void.
@@ -73,16 +73,16 @@ struct ShapeMeasures {
     Vec3 centre_of_mass_m = Vec3::Zero();
     Eigen::Matrix3d inertia_per_density_m5 = Eigen::Matrix3d::Zero();  ///< about the centre of mass, for density 1
     double bounding_radius_m = 0.0;                                    ///< about the centre of mass
-    double span_m = 0.0;                                               ///< largest Feret length
+    double maximum_feret_diameter_m = 0.0;                             ///< largest distance between two points of the surface
     double relative_error = 0.0;                                       ///< estimated, of volume, area and second moments
-    long meridians = 0;                                                ///< what it cost
+    long meridians = 0;                                                ///< number of meridians used
 };
 
 /// `twice` checks the estimate by a second integration on other meridians; `once` is for shapes known to be smooth.
 enum class Effort { once, twice };
 
-/// Integrates over the exposed surface (divergence theorem) until the estimated relative error is below `tolerance` (1e-6 at
-/// the least for more than six capsules), or a million meridians are spent. Deterministic; throws nothing.
+/// Integrates over the exposed surface (divergence theorem) until the estimated relative error is below `tolerance` (at least
+/// 1e-6 for more than six capsules), or a million meridians are used. Deterministic; throws nothing.
 [[nodiscard]] ShapeMeasures measure(const Shape& shape, double tolerance = 1e-8, Effort effort = Effort::twice);
 
 struct Dimensions {
@@ -90,17 +90,17 @@ struct Dimensions {
     double length_m = 0.0;
 };
 /// The capsule's diameter and length at which preset `kind` has this sphericity and volume. Throws UserError when there is
-/// none: sphericity out of (0, 1], below what L/d = 50 reaches, or in the gap where a cavity closes. To 1e-8.
+/// none: sphericity outside (0, 1], below the value at L/d = 50, or in the gap where a cavity closes. Accurate to 1e-8.
 [[nodiscard]] Dimensions dimensions_for(ShapeKind kind, double sphericity, double volume_m3, Cavity cavity, long arms = 6);
 
-/// Spheres along the axes whose union stays within `tolerance` below the capsules' surface: spacing
+/// Spheres along the axes whose union lies within `tolerance` below the capsules' surface: spacing
 /// 2 sqrt(r^2 - (r - tolerance)^2). Each is a capsule with a = b.
 [[nodiscard]] std::vector<Capsule> sphere_clump(const Shape& shape, double tolerance);
 
 /// Smallest capsule diameter.
 [[nodiscard]] double smallest_diameter(const Shape& shape);
-/// Largest Feret length: exact for unions of capsules.
-[[nodiscard]] double span(const Shape& shape);
+/// Maximum Feret diameter: exact for unions of capsules.
+[[nodiscard]] double maximum_feret_diameter(const Shape& shape);
 
 struct HullMeasures {
     double volume_m3 = 0.0;

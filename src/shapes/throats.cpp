@@ -1,7 +1,7 @@
-// Throats narrower than a cell. A throat leaves a trace on the grid: along any path through it, even the solid cells' centres lie less than
-// 0.87 cells deep, because the path's void points lie in those cells. So the search goes along the path between two parts whose narrowest
-// cell is the widest, tries to pass there with a short straight line that is turned and shifted until it is free, and closes the cells
-// there when it fails, until no path is left.
+// Throats narrower than a cell. A throat is detectable on the grid: along any path through it, even the solid cells' centres lie less than
+// 0.87 cells deep, because the path's void points lie in those cells. So the search follows the path between two parts whose narrowest
+// cell is the widest, tries a short straight line there, which is rotated and shifted until it is free, and closes the cells
+// there when none is found, until no path is left.
 #include "shapes/throats.hpp"
 
 #include <algorithm>
@@ -19,7 +19,7 @@ struct CellPath {
     std::size_t before, narrowest, after;
 };
 
-// The path from `part` to any other whose narrowest cell is as wide as can be (Dijkstra's search by width).
+// The path from `part` to any other part with the maximum width of its narrowest cell (Dijkstra's search by width).
 std::optional<CellPath> widest_path(const VoidGrid& grid, std::size_t part, const std::vector<char>& closed) {
     std::vector<std::size_t> from(grid.size(), grid.size());
     using Entry = std::pair<double, std::size_t>;
@@ -42,7 +42,7 @@ std::optional<CellPath> widest_path(const VoidGrid& grid, std::size_t part, cons
                             cells_on_path[narrowest >= 2 ? narrowest - 2 : 0]};
         }
         for (const std::size_t next : grid.neighbours(cell)) {
-            // A void point is never farther from its cell's centre than 0.87 cells.
+            // A void point is at most 0.87 cells from its cell's centre.
             if (from[next] != grid.size() || closed[next] || grid.depth(next) < -0.87 * grid.cell_size()) continue;
             from[next] = cell;
             open.emplace(std::min(width, grid.depth(next)), next);
@@ -51,7 +51,7 @@ std::optional<CellPath> widest_path(const VoidGrid& grid, std::size_t part, cons
     return std::nullopt;
 }
 
-// Turns and shifts a short line until it is as clear of the surfaces as can be; the part at its other end if it is free.
+// Rotates and shifts a short line to maximum clearance; returns the part at its other end if it is free.
 std::optional<std::size_t> pass(VoidGrid& grid, Vec3 middle, Vec3 direction, std::size_t part) {
     const double half = 1.5 * grid.cell_size();
     const auto free_width = [&](const Vec3& at, const Vec3& along) {

@@ -7,8 +7,8 @@
 
 namespace porepack::shapes {
 
-/// Another part that root `part` is joined to: by the path to ever wider places, or by a throat, which is looked for along
-/// the widest paths through cells that may hide one. None when no throat is found.
+/// Another part that root `part` is joined to: by the path to points of larger clearance, or by a throat, searched along
+/// the widest paths through cells that may contain one. None when no throat is found.
 [[nodiscard]] std::optional<std::size_t> joined_part(VoidGrid& grid, std::size_t part);
 
 }  // namespace porepack::shapes

@@ -120,7 +120,7 @@ void VoidGrid::describe(std::size_t part, Shape& shape) const {
     for (std::size_t cell = 0; cell < depth_.size(); ++cell)
         if (part_[cell] >= 0 && !is_other_part(cell, part)) points.push_back(centre(cell));
     for (const Vec3& point : points) {
-        // Whatever of the void is not within a cell of these points lies farther up a wedge between two capsules.
+        // Void farther than one cell from these points lies deeper in a wedge between two capsules.
         shape.cavity_bounds.add({point, point, 4.0 * size_});
         if (!seen(point)) shape.cavity_points.push_back(point);
     }

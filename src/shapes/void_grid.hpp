@@ -9,9 +9,9 @@
 
 namespace porepack::shapes {
 
-/// Void space as a graph: the void cells of a grid, joined where the straight line between two centres is free, so that what
-/// is connected in the graph is truly connected. What is not may still be joined by a throat narrower than a cell. Connected
-/// cells are a part; part 0 is the outside.
+/// Void space as a graph: the void cells of a grid, joined where the straight line between two centres is free, so that cells
+/// connected in the graph are connected in space. Others may still be joined by a throat narrower than a cell. Connected
+/// cells form a part; part 0 is the outside.
 class VoidGrid {
 public:
     /// Keeps a reference to `capsules`.
@@ -27,21 +27,21 @@ public:
         return part;
     }
     void join(std::size_t one, std::size_t other);
-    /// The part that a void point belongs to; a new one when none is found.
+    /// The part that contains a void point; a new part when none is found.
     std::size_t part_of(Vec3 point);
 
-    /// Adds root `part` to the shape's cavities: points from which every cell of it is seen, and a box that holds it.
+    /// Adds root `part` to the shape's cavities: points from which each of its cells is visible, and its bounding box.
     void describe(std::size_t part, Shape& shape) const;
-    /// The cells once all parts that are joined have been joined.
+    /// The cells, after all connected parts have been joined.
     [[nodiscard]] VoidCells labelled() const;
 
     [[nodiscard]] std::size_t size() const { return depth_.size(); }
     [[nodiscard]] double cell_size() const { return size_; }
-    /// A length that reaches out of the grid from everywhere.
+    /// A length that reaches out of the grid from every point in it.
     [[nodiscard]] double far() const { return 4.0 * VoidCells::cells * size_; }
     /// Distance from the cell's centre to the surface; negative inside.
     [[nodiscard]] double depth(std::size_t cell) const { return depth_[cell]; }
-    /// Of a void cell; -1 in the solid.
+    /// Label of a void cell; -1 in the solid.
     [[nodiscard]] int part(std::size_t cell) const { return part_[cell]; }
     [[nodiscard]] bool is_other_part(std::size_t cell, std::size_t root_part) const {
         return part_[cell] >= 0 && root(static_cast<std::size_t>(part_[cell])) != root_part;

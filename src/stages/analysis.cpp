@@ -55,7 +55,7 @@ Json scatter_json(const Scatter& scatter) {
             {"between_packings", json_of(scatter.between_packings)}};
 }
 
-// Levels measured and fitted, packing by packing; the curves are numbered in this order.
+// Measured and fitted water levels, packing by packing; the curves are numbered in this order.
 Table levels_table(const FallingHeadAnalysis& analysis) {
     Table table({"curve", "time_s", "level_m", "fitted_m", "residual_m"});
     table.digits = 8;
@@ -78,15 +78,16 @@ Json analyse_falling_head(const std::vector<Path>& files, const FallingHeadConfi
     for (const Path& file : files) curves.push_back(take_window(read_level_curve(file), config));
     const FallingHeadAnalysis analysis = analyse_curves(curves, config);
     for (const std::string& warning : analysis.warnings) log_warning(warning);
-    Json json = {{"window_m", config.window_m},
-                 {"sample_length_m", config.sample_length_m},
-                 {"column_inertia", config.column_inertia},
-                 {"inertia_coefficient", config.column_inertia ? Json(inertia_coefficient(config)) : Json(nullptr)},
-                 {"intervals_hold",
-                  "noise, and the offset of the water level within level_offset_uncertainty_m; sample_length_m, inertia_coefficient and the "
-                  "screens are taken as given"},
-                 {"warnings", analysis.warnings},
-                 {"curves", Json::array()}};
+    Json json = {
+        {"window_m", config.window_m},
+        {"sample_length_m", config.sample_length_m},
+        {"column_inertia", config.column_inertia},
+        {"inertia_coefficient", config.column_inertia ? Json(inertia_coefficient(config)) : Json(nullptr)},
+        {"intervals_hold",
+         "noise, and the offset of the water level within level_offset_uncertainty_m; sample_length_m, inertia_coefficient and the "
+         "screens are taken as given"},
+        {"warnings", analysis.warnings},
+        {"curves", Json::array()}};
     keep_old_name(json, "sample_inertia", "inertia_coefficient");
     for (const CurveAnalysis& one : analysis.curves)
         json["curves"].push_back({{"file", one.curve.name},
@@ -99,9 +100,8 @@ Json analyse_falling_head(const std::vector<Path>& files, const FallingHeadConfi
                             {"curves_without_k", analysis.curves.size() - analysis.curves_with_paper_k}};
     json["packings"] = Json::array();
     for (const PackingAnalysis& packing : analysis.packings)
-        json["packings"].push_back({{"packing", packing.packing},
-                                    {"curves", packing.curves.size()},
-                                    {"least_squares", fit_json(packing.fit, packing.doubtful)}});
+        json["packings"].push_back(
+            {{"packing", packing.packing}, {"curves", packing.curves.size()}, {"least_squares", fit_json(packing.fit, packing.doubtful)}});
     json["scatter"] = {
         {"curves", analysis.curves.size()},
         {"packings", analysis.packings.size()},

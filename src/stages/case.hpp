@@ -16,7 +16,7 @@
 
 namespace porepack::stages {
 
-/// All tables; the defaults stand for a table that is left out.
+/// All tables; a table that is absent has the defaults.
 struct Settings {
     shapes::ShapeConfig shape;
     packing::ContainerConfig container;
@@ -61,7 +61,9 @@ struct Case {
     /// result.json of a stage that is done.
     [[nodiscard]] core::Json result_of(const std::string& stage) const { return core::read_json(stage_folder(stage) / "result.json"); }
     /// A file named in case.toml, relative to the case.
-    [[nodiscard]] core::Path resolve(const std::string& file) const { return core::Path(file).is_absolute() ? core::Path(file) : folder / file; }
+    [[nodiscard]] core::Path resolve(const std::string& file) const {
+        return core::Path(file).is_absolute() ? core::Path(file) : folder / file;
+    }
     [[nodiscard]] bool from_stl() const { return settings.shape.kind == shapes::ShapeKind::stl; }
 };
 

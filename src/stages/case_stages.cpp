@@ -21,7 +21,7 @@ std::vector<Stage> case_stages(const Case& c, std::vector<Stage> studies) {
     stages.push_back(make_falling_head_stage(c));
     if (s.falling_head.causes) stages.push_back(make_causes_stage(c));
 
-    // The surface of a packing is made only for what shows or meshes it.
+    // The surface of a packing is made only for stages that render or mesh it.
     const bool surface_wanted = c.from_stl() || s.openfoam.enabled || s.report.pictures || s.stl.pores || s.stl.clip;
     std::vector<std::string> needs, shown;
     for (Stage& stage : stages) {

@@ -1,4 +1,4 @@
-// What makes measured and computed permeabilities differ: each cause with its factor, in tables and figures.
+// Causes of the difference between measured and computed permeabilities: each with its factor, in tables and figures.
 #include "falling_head/causes.hpp"
 
 #include <fmt/format.h>
@@ -55,7 +55,7 @@ void draw_causes(const Path& folder, const std::vector<Cause>& causes, double wa
               {.width = 1200, .height = 90 + 22 * static_cast<int>(rows.rows()), .font = 11});
 }
 
-// How far each effect moves the water level from Eq. 18.
+// Change of the water level from Eq. 18 by each effect.
 void draw_effects(const Path& folder, const Resistance& sample, const FallingHeadConfig& config) {
     FallingHeadConfig bare = config;
     bare.column_inertia = false;
@@ -99,22 +99,23 @@ std::vector<double> porosity_layers(const PoreSpace& space, double sample_length
     return layers;
 }
 
-// The last two causes would change the computed k: the paper's scheme, and a computation that leaves the wall out.
+// The last two causes would change the computed k: the paper's scheme, and a computation without the wall.
 std::vector<Cause> causes_of_the_computation(const PoreSpace& space, double porosity, double grain_m) {
     log_info("causes: the paper's lattice Boltzmann scheme, and the wall");
     const double scheme = paper_scheme_ratio(space.grain_size_m, 1.0 - porosity);
     const double middle = 0.5 * (space.section.z0 + space.section.z1), half = std::min(1.5 * grain_m, 0.5 * space.section.length());
     const double core = core_over_tube_permeability(space.with_section({middle - half, middle + half}), grain_m);
-    return {{.name = "the paper's LBM scheme",
-             .what = fmt::format("its k / ours: spheres with the diameter of the capsules, {:.0f} voxels", space.grain_size_m / paper_voxel_m),
-             .factor = scheme,
-             .low = scheme,
-             .high = scheme},
-            {.name = "the wall",
-             .what = "k of the core / k of the tube, had the computation left the wall out",
-             .factor = core,
-             .low = core,
-             .high = core}};
+    return {
+        {.name = "the paper's LBM scheme",
+         .what = fmt::format("its k / ours: spheres with the diameter of the capsules, {:.0f} voxels", space.grain_size_m / paper_voxel_m),
+         .factor = scheme,
+         .low = scheme,
+         .high = scheme},
+        {.name = "the wall",
+         .what = "k of the core / k of the tube, for a computation without the wall",
+         .factor = core,
+         .low = core,
+         .high = core}};
 }
 
 Json run_causes(const PoreSpace& space, double permeability_m2, double inertial_permeability_m, const FallingHeadConfig& config,
@@ -146,7 +147,7 @@ Json run_causes(const PoreSpace& space, double permeability_m2, double inertial_
                  {"porosity_layers", layers},
                  {"viscous_share_of_head", study.viscous_share},
                  {"to_explain", config.computed_over_measured > 0.0 ? Json(config.computed_over_measured) : Json(nullptr)},
-                 {"factor_is", "k true / k that the paper's evaluation gives; of the two last causes what they would do to k computed"},
+                 {"factor_is", "k true / k by the paper's evaluation; for the last two causes their effect on k computed"},
                  {"causes", Json::array()},
                  {"together", Json::array()}};
     keep_old_name(json, "sample_inertia", "inertia_coefficient");
@@ -177,7 +178,7 @@ Stage make_causes_stage(const Case& c) {
                     json["inertial_permeability_from"] = inertial.from;
                     return json;
                 },
-            .expect = [] { return std::string("some 900 simulated tests and three coarse flows; about a minute"); }};
+            .expect = [] { return std::string("about 900 simulated tests and three coarse flows; about a minute"); }};
 }
 
 }  // namespace porepack::stages

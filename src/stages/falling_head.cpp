@@ -45,7 +45,7 @@ Json run_case_falling_head(const Case& c, const Path& folder) {
 
 }  // namespace
 
-// By whatever stage knows it best.
+// From the stage with the most reliable value.
 InertialPermeability inertial_permeability(const Case& c, double pores) {
     if (c.settings.forchheimer.enabled)
         return {c.result_of("forchheimer").at("inertial_permeability_m").get<double>(),
@@ -71,7 +71,7 @@ Json simulate_falling_head(double permeability_m2, double inertial_permeability_
     for (const double level : config.levels_m) {
         const double time = test.time_at(level);
         if (!std::isfinite(time))
-            throw UserError(fmt::format("the time at which the level passes {:g} m is beyond all numbers", level),
+            throw UserError(fmt::format("the time at which the water level passes {:g} m is not finite", level),
                             {.fix = "check k, k_in, the viscosity and gravity: SI units"});
         json["times_s"].push_back(time);
         const double full = column.time_at(resistance, config.start_level_m, level, time + 1e-6);
@@ -79,7 +79,7 @@ Json simulate_falling_head(double permeability_m2, double inertial_permeability_
     }
     const double speed = test.speed_at(config.start_level_m);
     json["start_speed_m_per_s"] = speed;
-    // Water that falls freely from the start level would be no faster than this.
+    // Water in free fall from the start level would not be faster than this.
     const double free_fall = std::sqrt(2.0 * config.gravity_m_per_s2 * (config.start_level_m + config.sample_length_m));
     if (speed > free_fall)
         json["warning"] = fmt::format(
@@ -87,13 +87,13 @@ Json simulate_falling_head(double permeability_m2, double inertial_permeability_
             "give "
             "an inertial permeability",
             speed, free_fall);
-    json["equation"] = "times_s: Eq. 18, closed form; times_full_equation_s: with the inertia of the water and the wire screens as configured";
+    json["equation"] =
+        "times_s: Eq. 18, closed form; times_full_equation_s: with the inertia of the water and the wire screens as configured";
     if (folder != nullptr) {
         FallingHeadConfig frames = config;
         const double slowest = column.steady_speed(resistance, 0.9 * std::min(config.window_m[0], config.window_m[1]));
         if (slowest > 0.0)
-            frames.frames_per_s =
-                std::min(config.frames_per_s, maximum_rows * slowest / (2.0 * config.start_level_m + 2.0 * slowest));
+            frames.frames_per_s = std::min(config.frames_per_s, maximum_rows * slowest / (2.0 * config.start_level_m + 2.0 * slowest));
         const LevelCurve curve = simulate_curve(resistance, frames);
         json["frames_per_s"] = frames.frames_per_s;
         json["noise_m"] = config.noise_m;
@@ -101,7 +101,7 @@ Json simulate_falling_head(double permeability_m2, double inertial_permeability_
         table.digits = 8;
         for (std::size_t i = 0; i < curve.time_s.size(); ++i)
             table.add(curve.time_s[i], curve.level_m[i], std::max(0.0, test.level_at(curve.time_s[i])));
-        write_text(*folder / "falling_head.csv", table.csv_with_note("synthetic: computed by porepack falling-head, no measurement"));
+        write_text(*folder / "falling_head.csv", table.csv_with_note("synthetic: computed by porepack falling-head, not measured"));
     }
     return json;
 }

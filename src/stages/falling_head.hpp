@@ -1,4 +1,4 @@
-// What the stages of the falling-head test share. Only for the sources of this folder.
+// Functions shared by the stages of the falling-head test. Only for the sources of this folder.
 #pragma once
 
 #include <string>
@@ -12,7 +12,7 @@ struct InertialPermeability {
     double value_m;
     std::string from;
 };
-/// k_in of the case's packing, by the stage that knows it best.
+/// k_in of the case's packing, from the stage with the most reliable value.
 [[nodiscard]] InertialPermeability inertial_permeability(const Case& c, double porosity);
 [[nodiscard]] std::vector<std::string> falling_head_needs(const Case& c);
 

@@ -38,10 +38,10 @@ Expectation expect(const PoreSpace& space, double cell_size_m, double pores, con
 
 const char* interval_meaning(const FoamConfig& config, const std::optional<FoamExtrapolation>& extrapolation) {
     if (config.meshes == 1 || !extrapolation) return "one mesh: no uncertainty";
-    if (config.meshes == 2) return "extrapolated from two meshes with order 1.5; the interval spans orders 1 to 2";
-    if (!extrapolation->observed_order) return "three meshes without an order: the finest one, and three times the largest change";
-    return "extrapolated from three meshes with the observed order, the interval spans half an order more and less; or, where that order is "
-           "outside 1.5 to 2.5, with order 2, spanning 1 to 3";
+    if (config.meshes == 2) return "extrapolated from two meshes with order 1.5; the interval covers orders 1 to 2";
+    if (!extrapolation->observed_order) return "three meshes without an order: the finest one, and three times the maximum change";
+    return "extrapolated from three meshes with the observed order, the interval covers half an order more and less; or, if that order is "
+           "outside 1.5 to 2.5, with order 2, covering 1 to 3";
 }
 
 }  // namespace
@@ -60,7 +60,7 @@ Json run_foam(const PoreSpace& space, const GeometryConfig& geometry, const Foam
                         {.allowed = "cells smaller than the capsules, at most 2e8 of them", .fix = "the cell size is in metres"});
     const double exact = space.porosity().value;
     const Expectation expected = expect(space, cell, exact, config);
-    require_memory(expected.memory_bytes, "the OpenFOAM mesh", "take larger cells or a shorter section");
+    require_memory(expected.memory_bytes, "the OpenFOAM mesh", "use larger cells or a shorter section");
 
     const double coarsest = cell * std::pow(config.mesh_ratio, static_cast<double>(config.meshes - 1));
     const FoamScene scene = foam_scene(space, surface_options(geometry), coarsest);
@@ -74,8 +74,7 @@ Json run_foam(const PoreSpace& space, const GeometryConfig& geometry, const Foam
     json["observed_order"] = extrapolation ? json_of(extrapolation->observed_order) : Json(nullptr);
     json["grid_convergence_index"] = extrapolation ? json_of(extrapolation->grid_convergence_index) : Json(nullptr);
     json["section_m"] = section_json(space.section);
-    json["converged"] =
-        std::all_of(result.meshes.begin(), result.meshes.end(), [](const FoamMeshResult& mesh) { return mesh.converged; });
+    json["converged"] = std::all_of(result.meshes.begin(), result.meshes.end(), [](const FoamMeshResult& mesh) { return mesh.converged; });
     json["cells"] = result.fine().cells;
     json["iterations"] = result.fine().iterations;
     json["fine"] = json_of(result.fine());
@@ -85,19 +84,19 @@ Json run_foam(const PoreSpace& space, const GeometryConfig& geometry, const Foam
 }
 
 Stage make_foam_stage(const Case& c) {
-    Stage stage{.name = "foam",
-                .needs = {"stl"},
-                .configuration = deciding_keys(c, {"container", "openfoam"}, {}, true),
-                .run = [c](const Path& folder) {
-                    return run_foam(case_pore_space(c, true), c.settings.geometry, c.settings.openfoam, folder);
-                },
-                .expect = [c] {
-                    const PoreSpace space = expected_pore_space(c);
-                    const FoamConfig& config = c.settings.openfoam;
-                    return text_of(expect(space, config.cell_size_m > 0.0 ? config.cell_size_m : space.grain_size_m / 4.0,
-                                          expected_porosity(c), config));
-                },
-                .resumes = true};
+    Stage stage{
+        .name = "foam",
+        .needs = {"stl"},
+        .configuration = deciding_keys(c, {"container", "openfoam"}, {}, true),
+        .run = [c](const Path& folder) { return run_foam(case_pore_space(c, true), c.settings.geometry, c.settings.openfoam, folder); },
+        .expect =
+            [c] {
+                const PoreSpace space = expected_pore_space(c);
+                const FoamConfig& config = c.settings.openfoam;
+                return text_of(
+                    expect(space, config.cell_size_m > 0.0 ? config.cell_size_m : space.grain_size_m / 4.0, expected_porosity(c), config));
+            },
+        .resumes = true};
     if (!c.from_stl()) stage.needs.insert(stage.needs.begin(), "pack");
     return stage;
 }

@@ -1,4 +1,4 @@
-// Flows with inertia by both solvers, and the inertial permeability that follows.
+// Flows with inertia by both solvers, and the resulting inertial permeability.
 #include "permeability/forchheimer.hpp"
 
 #include <fmt/format.h>
@@ -28,7 +28,7 @@ using namespace report;
 using namespace pipeline;
 namespace {
 
-// The lengths of Reynolds numbers and of Ergun's equation.
+// The characteristic lengths of the Reynolds number and of Ergun's equation.
 struct GrainSize {
     double length_m;  ///< of Re
     std::string length_is;
@@ -51,7 +51,7 @@ double finest_cell(const PoreSpace& space, const ForchheimerConfig& config) {
     return config.cell_size_m > 0.0 ? config.cell_size_m : space.grain_size_m / 4.0;
 }
 
-// Free water before and behind the section, at whose planes the grains are cut off: end planes through grains would differ in their open
+// Free water before and after the section, at whose planes the grains are cut off: end planes through grains would differ in their open
 // area, and the water would gain momentum between them, or find no steady state.
 double water_depth(const PoreSpace& space) {
     return space.container.any_periodic() ? 0.0 : 1.5 * space.grain_size_m;
@@ -61,8 +61,7 @@ double water_depth(const PoreSpace& space) {
 std::vector<InertialSeries> lattice_series(const PoreSpace& space, const ForchheimerConfig& config, double length_m, const Path& folder) {
     PoreSpace pores = space;
     pores.reservoir_m = water_depth(space);
-    const std::string settings =
-        resolved_config(config).dump() + fmt::format("{} {}", space.section.z0, space.section.z1);
+    const std::string settings = resolved_config(config).dump() + fmt::format("{} {}", space.section.z0, space.section.z1);
     const auto file_of = [&](long grid) { return folder / fmt::format("lattice_grid_{}.json", grid); };
     std::vector<InertialSeries> all;
     for (long grid = 1; grid <= config.grids; ++grid) {
@@ -87,13 +86,13 @@ InertialCurve curve_of(const InertialSeries& series) {
     return curve;
 }
 
-// What the next coarser grid makes of 1/k_in; nothing with one grid.
+// Change of 1/k_in to the next coarser grid; none with one grid.
 std::optional<double> grid_error(const std::vector<InertialSeries>& grids, double length_m) {
     if (grids.size() < 2) return std::nullopt;
     return inertial_grid_error(curve_of(grids[grids.size() - 2]), curve_of(grids.back()), length_m);
 }
 
-// OpenFOAM's first flow is the creeping one, by which the others are divided.
+// OpenFOAM's first flow is the creeping flow; the others are divided by it.
 Table curves_table(const Json& json) {
     Table table({"solver", "reynolds", "permeability_m2", "permeability_over_creeping", "relative_error"});
     table.digits = 6;
@@ -129,7 +128,7 @@ ForchheimerFit fit_lattice(const std::vector<InertialSeries>& grids, double leng
     if (fine.flows.size() < 3)
         throw NumericalError(fmt::format("{} steady flows with inertia are too few for the inertial permeability; {}", fine.flows.size(),
                                          fine.stopped_by.value_or("")),
-                             {.allowed = "three or more", .fix = "begin at a smaller Reynolds number, or take smaller voxels"});
+                             {.allowed = "three or more", .fix = "start at a smaller Reynolds number, or use smaller voxels"});
     return fit_forchheimer(fine.creeping_permeability_m2, length_m, curve_of(fine).flows, grid_error(grids, length_m).value_or(0.0));
 }
 
@@ -143,7 +142,7 @@ Json lattice_part(const std::vector<InertialSeries>& grids, const ForchheimerFit
     part["inertial_permeability_grid_error"] = json_of(error);
     part["interval_meaning"] =
         error ? "slopes of the straight part, of its last two flows, and through creeping flow, with the errors of iteration and grid"
-              : "the slopes alone: one grid, so without the error of the grid";
+              : "the slopes alone: one grid, so without grid error";
     return part;
 }
 
@@ -164,11 +163,11 @@ Json foam_part(const PoreSpace& space, const GeometryConfig& geometry, const For
                  {"cells", series.mesh.cells},
                  {"mesh_volume_ratio", series.mesh.mesh_volume_ratio},
                  {"wall_time_s", series.mesh.wall_time_s},
-                 {"interval_meaning", "the slopes alone: one mesh, so without the error of the mesh"},
+                 {"interval_meaning", "the slopes alone: one mesh, so without mesh error"},
                  {"repeat_by_hand", "cd foam/inertial && ./Allclean && ./Allrun"},
                  {"stopped_by", json_of(series.stopped_by)},
                  {"flows", Json::array()}};
-    // OpenFOAM's k is that of section and free water together.
+    // OpenFOAM's k is that of the section together with the free water.
     const double section = space.section.length(), share = section / (section + 2.0 * water);
     std::vector<ApparentPermeability> flows;
     for (const FoamInertialFlow& flow : series.flows) {
@@ -194,7 +193,7 @@ Json run_forchheimer(const PoreSpace& given, const GeometryConfig& geometry, con
     if (!space.has_exact_walls())
         throw UserError("flows with inertia need a packing or an STL file, not an image", {.where = space.source});
     const Expectation expected = expect_forchheimer(space, config);
-    require_memory(expected.memory_bytes, "the flows with inertia", "take a larger voxel size or a shorter section");
+    require_memory(expected.memory_bytes, "the flows with inertia", "use a larger voxel size or a shorter section");
     const GrainSize size = grain_size(space);
     const double pores = space.porosity().value;
     const std::vector<InertialSeries> grids = lattice_series(space, config, size.length_m, folder);
@@ -209,8 +208,8 @@ Json run_forchheimer(const PoreSpace& given, const GeometryConfig& geometry, con
                  {"ergun_inertial_permeability_m", ergun_inertial_m(1.0, size.sauter_m, pores)},
                  {"lbm", lattice_part(grids, fit, size.length_m)}};
     if (config.openfoam) {
-        const std::vector<double> drops = pressure_drops(config.reynolds, curve_of(grids.back()), fit, space.section.length(),
-                                                         size.length_m, water_viscosity_m2_per_s);
+        const std::vector<double> drops =
+            pressure_drops(config.reynolds, curve_of(grids.back()), fit, space.section.length(), size.length_m, water_viscosity_m2_per_s);
         json["openfoam"] = foam_part(space, geometry, config, drops, size.length_m, folder / "foam");
     }
     json["inertial_permeability_m"] = fit.inertial_permeability_m;
@@ -231,13 +230,13 @@ Expectation expect_forchheimer(const PoreSpace& space, const ForchheimerConfig& 
     pores.reservoir_m = water_depth(space);
     const VoxelPlan plan = pores.plan_at(finest_voxel(space, config));
     const double cells = static_cast<double>(plan.grid.size()),
-                 pore_volume = space.container.inner_area_m2() *
-                               (space.porosity(4000).value * space.section.length() + 2.0 * pores.reservoir_m);
+                 pore_volume =
+                     space.container.inner_area_m2() * (space.porosity(4000).value * space.section.length() + 2.0 * pores.reservoir_m);
     const double fluid = pore_volume / std::pow(plan.voxel_size_m, 3), flows = static_cast<double>(config.reynolds.size());
     Expectation expected{.text = fmt::format("{} flows on {} grids, the finest {} x {} x {} voxels of {:.4g} m", config.reynolds.size(),
                                              config.grids, plan.grid.cells[0], plan.grid.cells[1], plan.grid.cells[2], plan.voxel_size_m),
                          .memory_bytes = lbm_memory_bytes(cells, fluid, 8.0) + 32.0 * fluid};
-    // Measured: some 4000 steps per flow.
+    // Measured: about 4000 steps per flow.
     expected.wall_time_s = flows * 4000.0 * fluid / (8e6 * thread_count());
     if (config.openfoam) {
         // Measured: 300 iterations per flow, 5 us per cell and iteration.
@@ -250,18 +249,17 @@ Expectation expect_forchheimer(const PoreSpace& space, const ForchheimerConfig& 
 }
 
 Stage make_forchheimer_stage(const Case& c) {
-    return {.name = "forchheimer",
-            .needs = {solid_stage(c)},
-            .configuration = deciding_keys(c, {"container", "forchheimer"}, {}, true),
-            .outputs = {"forchheimer.csv"},
-            .run = [c](const Path& folder) {
-                return run_forchheimer(case_pore_space(c), c.settings.geometry, c.settings.forchheimer, folder);
-            },
-            .expect = [c]() -> std::string {
-                if (!std::filesystem::exists(c.stage_folder("pack") / "packing.json") && !c.from_stl()) return "as soon as there is a packing";
-                return text_of(expect_forchheimer(case_pore_space(c), c.settings.forchheimer));
-            },
-            .resumes = true};
+    return {
+        .name = "forchheimer",
+        .needs = {solid_stage(c)},
+        .configuration = deciding_keys(c, {"container", "forchheimer"}, {}, true),
+        .outputs = {"forchheimer.csv"},
+        .run = [c](const Path& folder) { return run_forchheimer(case_pore_space(c), c.settings.geometry, c.settings.forchheimer, folder); },
+        .expect = [c]() -> std::string {
+            if (!std::filesystem::exists(c.stage_folder("pack") / "packing.json") && !c.from_stl()) return "as soon as there is a packing";
+            return text_of(expect_forchheimer(case_pore_space(c), c.settings.forchheimer));
+        },
+        .resumes = true};
 }
 
 }  // namespace porepack::stages

@@ -28,7 +28,7 @@ Container container_of_image(const PhaseImage& image, const InputOptions& option
     if (options.container) return *options.container;
     const auto note = image.notes.find("container");
     if (note == image.notes.end())
-        throw UserError("the image does not say what its container is", {.where = file.string(), .fix = container_flag});
+        throw UserError("the image does not name its container", {.where = file.string(), .fix = container_flag});
     const Json json = Json::parse(note->second, nullptr, false);
     if (json.is_discarded())
         throw UserError("the image's field data `container` is not JSON: " + note->second, {.where = file.string(), .fix = container_flag});

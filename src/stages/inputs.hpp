@@ -1,4 +1,4 @@
-// Files that a run can start from, as a pore space.
+// Input files of a run, read as a pore space.
 #pragma once
 
 #include <optional>
@@ -11,9 +11,9 @@ namespace porepack::stages {
 
 struct InputOptions {
     std::optional<packing::Container> container = {};  ///< of a surface, or of an image that does not name its own
-    double unit_m = 1.0;                      ///< length of a surface's unit in metres
-    converters::GeometryConfig geometry = {};             ///< section, trim and reservoir
-    bool whole_bed = false;                   ///< the section is the whole bed, whatever `geometry` says
+    double unit_m = 1.0;                               ///< length of a surface's unit in metres
+    converters::GeometryConfig geometry = {};          ///< section, trim and reservoir
+    bool whole_bed = false;                            ///< the section is the whole bed, independent of `geometry`
 };
 
 /// packing.json[.gz], an .stl (which needs a container), pore.vti, or a folder of slices. Throws UserError on anything else, and where the
@@ -27,7 +27,7 @@ struct InputOptions {
 /// A folder with case.toml, or a .toml file.
 [[nodiscard]] bool is_case(const core::Path& input);
 
-/// The section as an image's field data tells it. Throws UserError.
+/// The section from the field data of an image. Throws UserError.
 [[nodiscard]] packing::Section section_of_note(const std::string& note, const core::Path& file);
 
 }  // namespace porepack::stages

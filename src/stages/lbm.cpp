@@ -29,7 +29,7 @@ void write_history(const Path& file, const LbmGridResult& grid) {
 
 const char* interval_meaning(const LbmResult& result, const Scheme& scheme) {
     if (!result.half_width) return "too few grids: no uncertainty";
-    return scheme.walls == Walls::interpolated ? "three grids: covers the answer in 95 % of cases or more that are known"
+    return scheme.walls == Walls::interpolated ? "three grids: covers the exact value in at least 95 % of the known cases"
                                                : "two grids, first order, at least the 4 % by which bounce-back scatters";
 }
 
@@ -46,9 +46,9 @@ Json lbm_json(const LbmResult& result, const PoreSpace& space, const LbmConfig& 
         json["stopped_by"] = result.stopped_by.empty() ? Json(nullptr) : Json(result.stopped_by);
     }
     json["permeability_by_volume_average_m2"] = fine.permeability_volume_m2;
-    json["method"] = fmt::format("D3Q19 {}, linear equilibrium, {}, {} precision",
-                                 config.collision == Collision::bgk ? "BGK" : "two relaxation times",
-                                 scheme.walls == Walls::interpolated ? "interpolated walls" : "half-way bounce-back", name_of(config.precision));
+    json["method"] =
+        fmt::format("D3Q19 {}, linear equilibrium, {}, {} precision", config.collision == Collision::bgk ? "BGK" : "two relaxation times",
+                    scheme.walls == Walls::interpolated ? "interpolated walls" : "half-way bounce-back", name_of(config.precision));
     json["direction"] = name_of(config.direction);
     json["driven_by"] = config.ends == Ends::paper ? "the inlet's flow rate" : fine.by_pressure ? "pressure planes" : "body force";
     json["section_m"] = section_json(space.section);
@@ -67,7 +67,7 @@ Json lbm_json(const LbmResult& result, const PoreSpace& space, const LbmConfig& 
     return json;
 }
 
-// Of a pore space that need not be there yet.
+// For a pore space that need not exist yet.
 Expectation expect(const PoreSpace& space, double voxel_size_m, double pores, const LbmConfig& config) {
     const double across = std::isfinite(space.grain_size_m) ? space.grain_size_m : 10.0 * voxel_size_m;
     const VoxelPlan plan =
@@ -84,7 +84,7 @@ Expectation expect(const PoreSpace& space, double voxel_size_m, double pores, co
                                 plan.grid.cells[2], plan.voxel_size_m, fluid);
     if (config.tolerance > 0.0)
         expected.text += fmt::format(
-            "; with a tolerance the grids go from 6 voxels per diameter to what {:g} needs, and these numbers are those of this one",
+            "; with a tolerance the grids go from 6 voxels per diameter to what {:g} needs; the numbers shown are for this grid",
             config.tolerance);
     return expected;
 }
@@ -101,7 +101,7 @@ Json run_lbm(const PoreSpace& space, const GeometryConfig& geometry, const LbmCo
     const auto& cells = plan.grid.cells;
     const Expectation expected = expect_lbm(space, geometry, config);
     require_memory(expected.memory_bytes, fmt::format("the flow on {} x {} x {} voxels", cells[0], cells[1], cells[2]),
-                   "take a larger voxel size or a shorter section");
+                   "use a larger voxel size or a shorter section");
     const LbmRun run{.with_flow = true, .checkpoint = checkpoint};
     LbmResult result;
     Json tensor = nullptr;

@@ -24,7 +24,7 @@ using namespace lbm;
 using namespace pipeline;
 namespace {
 
-// What the clump of spheres costs, and what it gets wrong: LIGGGHTS is given the exact mass and inertia all the same.
+// Cost and errors of the clump of spheres; LIGGGHTS is still given the exact mass and inertia.
 Json clump_json(const Shape& shape, double surface_tolerance) {
     const double tolerance = surface_tolerance * smallest_diameter(shape);
     Shape clump{.id = shape.id, .capsules = sphere_clump(shape, tolerance), .cavity = shape.cavity};
@@ -37,7 +37,7 @@ Json clump_json(const Shape& shape, double surface_tolerance) {
         {"area_error", of_clump.surface_area_m2 / exact.surface_area_m2 - 1.0}};
 }
 
-// Carman-Kozeny, Ergun and the report speak of the case's shape: it must be the packing's.
+// Carman-Kozeny, Ergun and the report use the shape of the case: it must be that of the packing.
 void require_same_shape(const std::vector<ShapeShare>& shapes, const Packing& packing, const std::string& file) {
     for (const auto& other : packing.shapes) {
         const double volume = measure(other, 1e-6).volume_m3;
@@ -49,16 +49,15 @@ void require_same_shape(const std::vector<ShapeShare>& shapes, const Packing& pa
     }
 }
 
-// A packing that the user gives, which must be the one that the case describes.
+// A packing given by the user, which must be the one that the case describes.
 Packing given_packing(const Case& c, const Container& container, const std::vector<ShapeShare>& shapes) {
     const std::string& file = c.settings.packing.file;
     if (file.empty()) throw UserError("engine = \"none\" needs a packing", {.where = "[packing]", .fix = "file = \"packing.json\""});
     Packing packing = read_packing(c.resolve(file));
     if (to_json(packing.container) != to_json(container))
-        throw UserError("the container of the packing is not the one of the case",
-                        {.where = file,
-                         .allowed = to_json(container).dump(),
-                         .fix = "[container] must say " + to_json(packing.container).dump()});
+        throw UserError(
+            "the container of the packing is not the one of the case",
+            {.where = file, .allowed = to_json(container).dump(), .fix = "[container] must say " + to_json(packing.container).dump()});
     require_same_shape(shapes, packing, file);
     return packing;
 }
@@ -125,8 +124,8 @@ std::string expect_pack(const Case& c) {
     if (config.engine == Engine::none) return "seconds";
     const PourPlan plan = plan_pour(make_shapes(c.settings.shape), make_container(c.settings.container), config);
     const std::string engine = config.engine == Engine::liggghts
-                                   ? fmt::format("LIGGGHTS, up to {} grains of {} spheres", plan.most_grains, plan.clump_spheres)
-                                   : fmt::format("capsules, up to {} grains", plan.most_grains);
+                                   ? fmt::format("LIGGGHTS, up to {} grains of {} spheres", plan.maximum_grains, plan.clump_spheres)
+                                   : fmt::format("capsules, up to {} grains", plan.maximum_grains);
     return text_of({.text = fmt::format("{}, time step {:.2e} s", engine, plan.time_step_s),
                     .memory_bytes = plan.expected_memory_bytes,
                     .wall_time_s = plan.expected_wall_time_s});

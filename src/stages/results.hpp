@@ -1,4 +1,4 @@
-// What the stages' results share. Only for the sources of stages and study.
+// Functions shared by the results of the stages. Only for the sources of stages and study.
 #pragma once
 
 #include <cmath>
@@ -13,7 +13,7 @@ namespace porepack::stages {
     return {section.z0, section.z1};
 }
 
-/// k in the units that people use, with its interval (null: no uncertainty is known).
+/// k in the usual units, with its interval (null: no uncertainty is known).
 inline void add_permeability(core::Json& json, double permeability_m2, const std::optional<core::Interval>& interval) {
     json["permeability_m2"] = permeability_m2;
     json["permeability_interval_m2"] = core::json_of(interval);
@@ -21,18 +21,18 @@ inline void add_permeability(core::Json& json, double permeability_m2, const std
     json["conductivity_m_per_s"] = permeability::conductivity_m_per_s(permeability_m2);
 }
 
-/// A number, or a word where it is infinite: JSON has no infinity.
+/// A number, or a word if it is infinite: JSON has no infinity.
 [[nodiscard]] inline core::Json number_or_text(double value) {
     if (std::isfinite(value)) return value;
     return value > 0.0 ? "infinite" : "minus infinite";
 }
 
-/// Keeps the key that a result had in version 0.1 beside its new one, until version 0.3.
+/// Keeps the key of version 0.1 next to the new one, until version 0.3.
 inline void keep_old_name(core::Json& json, const char* old_key, const char* key) {
     json[old_key] = json.at(key);
 }
 
-/// What a stage is expected to take.
+/// Expected memory and time of a stage.
 struct Expectation {
     std::string text = {};
     double memory_bytes = 0.0;

@@ -64,7 +64,7 @@ Json measure_shape(const ShapeConfig& config, double density) {
     json["mass_kg"] = density * m.volume_m3;
     add_inertia(json, density * m.inertia_per_density_m5);
     json["bounding_radius_m"] = m.bounding_radius_m;
-    json["maximum_feret_diameter_m"] = m.span_m;
+    json["maximum_feret_diameter_m"] = m.maximum_feret_diameter_m;
     keep_old_name(json, "span_m", "maximum_feret_diameter_m");
     json["relative_error"] = m.relative_error;
     return json;
@@ -73,11 +73,11 @@ Json measure_shape(const ShapeConfig& config, double density) {
 namespace {
 
 // The mixture's own numbers are means over the grains, by number; its sphericity is the one that gives the mixture's specific
-// surface (6 V/A = sphericity times the equal-volume diameter), as Carman-Kozeny's equation wants it.
+// surface (6 V/A = sphericity times the equal-volume diameter), as the Carman-Kozeny equation requires.
 Json mixture_json(const ShapeConfig& config, double density) {
     Json json = {{"kind", "mixture"}, {"components", Json::array()}};
     double volume = 0.0, area = 0.0, error = 0.0;
-    (void)make_shapes(config);  // its faults are named before anything is measured
+    (void)make_shapes(config);  // its errors are reported before anything is measured
     for (const auto& part : config.component) {
         Json component = measure_shape(part, density);
         component["number_fraction"] = part.number_fraction;
@@ -114,10 +114,10 @@ Json measure_surface_shape(const Path& stl, double unit_m, double density) {
                  {"density_kg_per_m3", density},
                  {"mass_kg", density * m.volume_m3},
                  {"bounding_radius_m", m.bounding_radius_m},
-                 {"maximum_feret_diameter_m", m.span_m}};
+                 {"maximum_feret_diameter_m", m.maximum_feret_diameter_m}};
     keep_old_name(json, "span_m", "maximum_feret_diameter_m");
     add_inertia(json, density * m.inertia_per_density_m5);
-    // The correlations want one grain's sphericity, which several bodies together do not have.
+    // The correlations need the sphericity of one grain, which several bodies together do not have.
     json["sphericity_of_all"] = m.sphericity;
     return json;
 }

@@ -1,4 +1,4 @@
-// What the stages of a case share.
+// Functions shared by the stages of a case.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -50,7 +50,7 @@ double expected_porosity(const Case& c) {
     return fs::exists(c.stage_folder("pack") / "result.json") ? c.result_of("pack").value("porosity_bed", 0.6) : 0.6;
 }
 
-// The section before the packing is there: the height at which pouring stops, less one grain at both ends.
+// The section before the packing exists: the height at which pouring stops, minus one grain at both ends.
 PoreSpace expected_pore_space(const Case& c) {
     const auto& settings = c.settings;
     if (!c.from_stl() && fs::exists(c.stage_folder("pack") / "packing.json")) return case_pore_space(c);
@@ -59,7 +59,7 @@ PoreSpace expected_pore_space(const Case& c) {
     if (!c.from_stl()) {
         double volume = 0.0;
         for (const auto& [shape, share] : make_shapes(settings.shape)) {
-            space.maximum_feret_diameter_m = std::max(space.maximum_feret_diameter_m, span(shape));
+            space.maximum_feret_diameter_m = std::max(space.maximum_feret_diameter_m, maximum_feret_diameter(shape));
             space.grain_size_m = std::min(space.grain_size_m, smallest_diameter(shape));
             volume += share * measure(shape, 1e-4).volume_m3;
         }

@@ -1,4 +1,4 @@
-// The stages of a case, one source file each: what they do on a pore space (for loose files too), and how they stand in a case.
+// The stages of a case, one source file each: their work on a pore space (also for loose files), and their place in a case.
 // Each function writes its files into `folder` and returns the result as JSON (docs/files.md).
 #pragma once
 
@@ -20,21 +20,26 @@ struct Expectation;
 // ---- on a shape, a pore space, or measured curves
 
 [[nodiscard]] core::Json measure_shape(const shapes::ShapeConfig& config, double density_kg_per_m3);
-/// Of a closed STL surface.
+/// Measures of a closed STL surface.
 [[nodiscard]] core::Json measure_surface_shape(const core::Path& stl, double unit_m, double density_kg_per_m3);
-/// solid.stl of grains or of a user's surface, and what `extras` asks for.
-[[nodiscard]] core::Json write_surfaces(const converters::PoreSpace& space, const converters::GeometryConfig& geometry, const converters::StlConfig& extras, const core::Path& folder);
-[[nodiscard]] core::Json write_voxels(const converters::PoreSpace& space, const converters::GeometryConfig& geometry, const core::Path& folder);
-[[nodiscard]] core::Json write_slice_images(const converters::PoreSpace& space, const converters::GeometryConfig& geometry, const core::Path& folder);
-/// Resumes from the file `checkpoint` where it is there, and keeps one in it until the end.
-[[nodiscard]] core::Json run_lbm(const converters::PoreSpace& space, const converters::GeometryConfig& geometry, const lbm::LbmConfig& config, const core::Path& folder,
-                           const core::Path& checkpoint = {});
-[[nodiscard]] Expectation expect_lbm(const converters::PoreSpace& space, const converters::GeometryConfig& geometry, const lbm::LbmConfig& config);
-[[nodiscard]] core::Json run_foam(const converters::PoreSpace& space, const converters::GeometryConfig& geometry, const openfoam::FoamConfig& config, const core::Path& folder);
+/// solid.stl of grains or of a user's surface, and the files requested by `extras`.
+[[nodiscard]] core::Json write_surfaces(const converters::PoreSpace& space, const converters::GeometryConfig& geometry,
+                                        const converters::StlConfig& extras, const core::Path& folder);
+[[nodiscard]] core::Json write_voxels(const converters::PoreSpace& space, const converters::GeometryConfig& geometry,
+                                      const core::Path& folder);
+[[nodiscard]] core::Json write_slice_images(const converters::PoreSpace& space, const converters::GeometryConfig& geometry,
+                                            const core::Path& folder);
+/// Resumes from the file `checkpoint` if it exists, and updates it until the end.
+[[nodiscard]] core::Json run_lbm(const converters::PoreSpace& space, const converters::GeometryConfig& geometry,
+                                 const lbm::LbmConfig& config, const core::Path& folder, const core::Path& checkpoint = {});
+[[nodiscard]] Expectation expect_lbm(const converters::PoreSpace& space, const converters::GeometryConfig& geometry,
+                                     const lbm::LbmConfig& config);
+[[nodiscard]] core::Json run_foam(const converters::PoreSpace& space, const converters::GeometryConfig& geometry,
+                                  const openfoam::FoamConfig& config, const core::Path& folder);
 [[nodiscard]] Expectation expect_foam(const converters::PoreSpace& space, const openfoam::FoamConfig& config);
-/// Permeability against the Reynolds number by both solvers, of the section between two depths of free water.
-[[nodiscard]] core::Json run_forchheimer(const converters::PoreSpace& space, const converters::GeometryConfig& geometry, const permeability::ForchheimerConfig& config,
-                                   const core::Path& folder);
+/// Permeability against the Reynolds number by both solvers, of the section between two layers of free water.
+[[nodiscard]] core::Json run_forchheimer(const converters::PoreSpace& space, const converters::GeometryConfig& geometry,
+                                         const permeability::ForchheimerConfig& config, const core::Path& folder);
 [[nodiscard]] Expectation expect_forchheimer(const converters::PoreSpace& space, const permeability::ForchheimerConfig& config);
 
 enum class TortuosityKind { geometric_paper, shortest_path, hydraulic, diffusive };
@@ -44,21 +49,23 @@ constexpr std::array<core::Choice<TortuosityKind>, 4> choices_of(TortuosityKind)
              {TortuosityKind::hydraulic, "hydraulic"},
              {TortuosityKind::diffusive, "diffusive"}}};
 }
-/// Any kind but the hydraulic one, which belongs to a flow.
+/// Any kind except the hydraulic one, which needs a flow.
 [[nodiscard]] core::Json run_tortuosity(TortuosityKind kind, const converters::PoreSpace& space, const converters::GeometryConfig& geometry,
-                                  const tortuosity::TortuosityConfig& config, const core::Path& folder);
+                                        const tortuosity::TortuosityConfig& config, const core::Path& folder);
 [[nodiscard]] Expectation expect_tortuosity(TortuosityKind kind, double cells);
 /// The paper's dot method on the images of a folder of slices.
-[[nodiscard]] core::Json geometric_paper_of_slices(const core::Path& slices, const tortuosity::TortuosityConfig& config, const core::Path& folder);
-/// Of flow.vti, or of an OpenFOAM case that has run.
+[[nodiscard]] core::Json geometric_paper_of_slices(const core::Path& slices, const tortuosity::TortuosityConfig& config,
+                                                   const core::Path& folder);
+/// Hydraulic tortuosity of flow.vti, or of an OpenFOAM case that has run.
 [[nodiscard]] core::Json hydraulic_tortuosity_of(const core::Path& flow, const std::vector<double>& section_m);
 
 /// A simulated test: times by Eq. 18 and by the full equation, and falling_head.csv in `folder` if there is one.
-[[nodiscard]] core::Json simulate_falling_head(double permeability_m2, double inertial_permeability_m, const falling_head::FallingHeadConfig& config,
-                                         const core::Path* folder);
+[[nodiscard]] core::Json simulate_falling_head(double permeability_m2, double inertial_permeability_m,
+                                               const falling_head::FallingHeadConfig& config, const core::Path* folder);
 /// Measured curves evaluated as in the paper and by least squares; analysis.csv and analysis.svg.
-[[nodiscard]] core::Json analyse_falling_head(const std::vector<core::Path>& curves, const falling_head::FallingHeadConfig& config, const core::Path& folder);
-/// [falling_head] of a case, with the inertia coefficient of its sample where that is known.
+[[nodiscard]] core::Json analyse_falling_head(const std::vector<core::Path>& curves, const falling_head::FallingHeadConfig& config,
+                                              const core::Path& folder);
+/// [falling_head] of a case, with the inertia coefficient m of its sample if that is known.
 [[nodiscard]] falling_head::FallingHeadConfig apparatus_of(const Case& c);
 
 // ---- of a case
@@ -74,31 +81,32 @@ constexpr std::array<core::Choice<TortuosityKind>, 4> choices_of(TortuosityKind)
 [[nodiscard]] pipeline::Stage make_forchheimer_stage(const Case& c);
 [[nodiscard]] pipeline::Stage make_falling_head_stage(const Case& c);
 [[nodiscard]] pipeline::Stage make_causes_stage(const Case& c);
-/// It shows the results of the stages `shown`, in their order, as far as they are there; it needs those in `needs`.
-[[nodiscard]] pipeline::Stage make_report_stage(const Case& c, const std::vector<std::string>& needs, const std::vector<std::string>& shown);
+/// It shows the results of the stages `shown`, in their order, as far as they exist; it needs those in `needs`.
+[[nodiscard]] pipeline::Stage make_report_stage(const Case& c, const std::vector<std::string>& needs,
+                                                const std::vector<std::string>& shown);
 
-/// All stages that a case asks for, in order. `studies` (src/study) come before the report, which shows them.
+/// All stages that a case enables, in order. `studies` (src/study) come before the report, which shows them.
 [[nodiscard]] std::vector<pipeline::Stage> case_stages(const Case& c, std::vector<pipeline::Stage> studies = {});
 
-// ---- what the stages of a case share
+// ---- shared by the stages of a case
 
-/// What the geometry and flow stages work on. With `with_surface` the surface of the stl stage comes along.
+/// The pore space of the geometry and flow stages. With `with_surface` it includes the surface of the stl stage.
 [[nodiscard]] converters::PoreSpace case_pore_space(const Case& c, bool with_surface = false);
-/// The same before there is a packing: the container and the section that are expected, for dry runs. Its porosity is
+/// The same before a packing exists: the expected container and section, for dry runs. Its porosity is
 /// expected_porosity().
 [[nodiscard]] converters::PoreSpace expected_pore_space(const Case& c);
 [[nodiscard]] double expected_porosity(const Case& c);
 /// The stage that makes the solid: "pack", or "stl" of a user's surface.
 [[nodiscard]] std::string solid_stage(const Case& c);
-/// Whole tables, and of [geometry] only the keys that decide a stage's result: slices do not become stale when the voxel size changes.
+/// Whole tables, and of [geometry] only the keys that determine a stage's result: slices do not become stale when the voxel size changes.
 [[nodiscard]] core::Json deciding_keys(const Case& c, const std::vector<std::string>& tables, std::set<std::string> geometry_keys,
-                                 bool with_section);
+                                       bool with_section);
 [[nodiscard]] converters::SurfaceOptions surface_options(const converters::GeometryConfig& geometry);
 void add_bed_porosity(core::Json& json, const converters::PoreSpace& bed);
-/// Renders an STL file by the program `porepack picture` beside this program or on PATH. False, with log.picture beside the image, when it
+/// Renders an STL file by the program `porepack picture` beside this program or on PATH. False, with log.picture next to the image, when it
 /// could not.
 bool draw_picture(const core::Path& stl, const core::Path& png, const std::vector<std::string>& more = {});
-/// Versions of the engines, for manifests and --version; empty text for one that is missing.
+/// Versions of the engines, for manifests and --version; empty text for a missing one.
 [[nodiscard]] core::Json engine_versions();
 
 }  // namespace porepack::stages

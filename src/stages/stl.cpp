@@ -22,7 +22,7 @@ double surface_deviation(const PoreSpace& space, const GeometryConfig& geometry)
     return geometry.surface_deviation_m > 0.0 ? geometry.surface_deviation_m : 0.005 * space.grain_size_m;
 }
 
-// What the table [stl] asks for beside solid.stl.
+// The files requested by the table [stl] besides solid.stl.
 void write_extra_surfaces(const PoreSpace& space, double deviation, const StlConfig& extras, const TriangleSurface& solid,
                           const Path& folder, Json& json) {
     const double section_volume = space.container.inner_area_m2() * space.section.length();
@@ -41,7 +41,7 @@ void write_extra_surfaces(const PoreSpace& space, double deviation, const StlCon
         json["clipped"] = {{"section_m", section_json(space.section)}, {"volume_m3", measure_surface(clipped).volume_m3}};
     }
     if (extras.one_file_per_grain) {
-        if (!space.packing) throw UserError("an STL file's grains cannot be told apart", {.fix = "leave one_file_per_grain out"});
+        if (!space.packing) throw UserError("an STL file's grains cannot be told apart", {.fix = "remove one_file_per_grain"});
         make_folder(folder / "grains");
         Packing one{.container = space.packing->container, .shapes = space.packing->shapes, .bodies = {}};
         one.container.periodic = {false, false, false};
@@ -72,8 +72,7 @@ Json write_surfaces(const PoreSpace& space, const GeometryConfig& geometry, cons
     Json json;
     const Path file = folder / "solid.stl";
     if (space.packing) {
-        const SurfaceResult result =
-            make_surface(*space.packing, surface_options(geometry));
+        const SurfaceResult result = make_surface(*space.packing, surface_options(geometry));
         write_stl(file, result.surface);
         const Porosity exact = porosity(*space.grains, space.container, {0.0, space.container.height()});
         const double solid = (1.0 - exact.value) * space.container.inner_area_m2() * space.container.height();
@@ -86,7 +85,7 @@ Json write_surfaces(const PoreSpace& space, const GeometryConfig& geometry, cons
     } else {
         write_stl(file, *space.surface);
     }
-    // What is claimed is checked on the file as it was written, in single precision.
+    // The reported properties are checked on the file as written, in single precision.
     const TriangleSurface written = read_stl(file);
     const SurfaceCheck check = check_surface(written);
     if (!check.fault.empty())
@@ -102,7 +101,7 @@ Json write_surfaces(const PoreSpace& space, const GeometryConfig& geometry, cons
     if (json.contains("exact_volume_m3")) {
         const double exact = json["exact_volume_m3"].get<double>();
         json["volume_error"] = check.volume_m3 / exact - 1.0;
-        // Facets and bridges together, over the bed.
+        // Facets and bridges together, relative to the bed.
         json["porosity_change"] =
             (exact - check.volume_m3) / (space.container.inner_area_m2() * std::min(space.bed_top_m, space.container.height()));
     }

@@ -34,7 +34,7 @@ void write_paths(const Path& file, const std::vector<std::vector<Vec3>>& paths) 
 }
 
 Json geometric_json(const GeometricPaperResult& result, const std::string& geometry, const Path& paths_vtp) {
-    write_paths(paths_vtp, result.ways_m);
+    write_paths(paths_vtp, result.paths_m);
     return {{"kind", "geometric_paper"},
             {"geometry", geometry},
             {"tortuosity_geometric_paper", result.value},
@@ -48,21 +48,21 @@ Json geometric_json(const GeometricPaperResult& result, const std::string& geome
 
 Json shortest_path_json(const ShortestPathResult& result, Axis direction, const std::string& geometry, double voxel_m,
                         const Path& paths_vtp) {
-    write_paths(paths_vtp, result.ways_m);
+    write_paths(paths_vtp, result.paths_m);
     const double n = static_cast<double>(std::max(1L, result.starts));
     Json json = {{"kind", "shortest_path"},
-            {"direction", name_of(direction)},
-            {"geometry", geometry},
-            {"voxel_size_m", voxel_m},
-            {"tortuosity_shortest_path", result.value},
-            {"meaning", "mean over starting points on the first end plane"},
-            {"standard_error", result.standard_deviation / std::sqrt(n)},
-            {"standard_deviation", result.standard_deviation},
-            {"tortuosity_shortest_path_minimum", result.least},
-            {"tortuosity_shortest_path_maximum", result.greatest},
-            {"starts", result.starts},
-            {"blocked_starts", result.blocked_starts},
-            {"paths_file", paths_vtp.filename().string()}};
+                 {"direction", name_of(direction)},
+                 {"geometry", geometry},
+                 {"voxel_size_m", voxel_m},
+                 {"tortuosity_shortest_path", result.value},
+                 {"meaning", "mean over starting points on the first end plane"},
+                 {"standard_error", result.standard_deviation / std::sqrt(n)},
+                 {"standard_deviation", result.standard_deviation},
+                 {"tortuosity_shortest_path_minimum", result.minimum},
+                 {"tortuosity_shortest_path_maximum", result.maximum},
+                 {"starts", result.starts},
+                 {"blocked_starts", result.blocked_starts},
+                 {"paths_file", paths_vtp.filename().string()}};
     keep_old_name(json, "tortuosity_shortest_path_least", "tortuosity_shortest_path_minimum");
     keep_old_name(json, "tortuosity_shortest_path_greatest", "tortuosity_shortest_path_maximum");
     return json;
@@ -96,8 +96,7 @@ Json geometric_paper(const PoreSpace& space, const TortuosityConfig& config, con
     if (!space.grains)
         throw UserError(
             "the exact dot method needs a packing",
-            {.fix =
-                 "make slices of the STL file and give their folder: porepack slices, then porepack tortuosity geometric_paper SLICES"});
+            {.fix = "make slices of the STL file and give their folder: porepack slices, then porepack tortuosity geometric_paper SLICES"});
     Json json = geometric_json(geometric_paper_exact(*space.grains, space.container, space.section, config),
                                config.dot_pixel_m > 0.0 ? "pixels" : "exact", folder / "paths_geometric_paper.vtp");
     if (config.dot_pixel_m > 0.0) json["pixel_m"] = config.dot_pixel_m;

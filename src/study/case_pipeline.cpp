@@ -16,8 +16,9 @@ Pipeline case_pipeline(const Case& c) {
     return {.results = c.results(),
             .stages = case_stages(c, std::move(studies)),
             .versions = engine_versions,
-            .left_out = "stages that a case leaves out: foam ([openfoam] enabled), forchheimer ([forchheimer] enabled), causes "
-                        "([falling_head] causes), seeds ([packing] seeds), pack (of an STL file)"};
+            .left_out =
+                "stages that a case can disable: foam ([openfoam] enabled), forchheimer ([forchheimer] enabled), causes "
+                "([falling_head] causes), seeds ([packing] seeds), pack (of an STL file)"};
 }
 
 }  // namespace porepack::study

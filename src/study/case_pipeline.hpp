@@ -1,4 +1,4 @@
-// A case as a pipeline: what a program runs.
+// A case as a pipeline of stages.
 #pragma once
 
 #include "pipeline/pipeline.hpp"
@@ -6,8 +6,8 @@
 
 namespace porepack::study {
 
-/// All stages and studies that the case asks for; results go to case.results(). Run it with run_pipeline(), which resumes what was
-/// interrupted. Throws UserError for settings that no stage can be made from.
+/// All stages and studies that the case enables; results go to case.results(). Run it with run_pipeline(), which resumes what was
+/// interrupted. Throws UserError for settings from which no stage can be made.
 [[nodiscard]] pipeline::Pipeline case_pipeline(const stages::Case& c);
 
 }  // namespace porepack::study

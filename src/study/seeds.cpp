@@ -51,7 +51,7 @@ Json run_seeds(const Case& c, const Path& folder) {
             {"standard_deviation_between_packings_m2", deviation},
             {"standard_error_of_mean_m2", deviation / std::sqrt(n)},
             {"numerical_half_width_m2", *std::max_element(half_widths.begin(), half_widths.end())},
-            {"meaning", "scatter between packings and numerical uncertainty of one (the largest) are apart"}};
+            {"meaning", "scatter between packings, and numerical uncertainty of one packing (the maximum), given separately"}};
 }
 
 }  // namespace

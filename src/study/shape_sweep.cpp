@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
 #include <array>
+#include <cmath>
 #include <map>
 
 #include "converters/surface.hpp"
@@ -68,7 +68,8 @@ Json run_shape_sweep(double volume_m3, const Path& folder) {
     std::map<ShapeKind, std::vector<double>> convexity;
     for (std::size_t i = 0; i < 3 * count; ++i) {
         convexity[kinds[i / count]].push_back(omega[i]);
-        table.add(std::string(name_of(kinds[i / count])), sphericities[i % count], sizes[i].diameter_m, sizes[i].length_m, omega[i], "open");
+        table.add(std::string(name_of(kinds[i / count])), sphericities[i % count], sizes[i].diameter_m, sizes[i].length_m, omega[i],
+                  "open");
     }
     table.write(folder / "sweep.csv");
     if (draw_plot(folder / "convexity.svg", "convexity")) (void)draw_plot(folder / "convexity.png", "convexity");

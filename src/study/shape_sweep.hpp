@@ -5,8 +5,8 @@
 
 namespace porepack::study {
 
-/// Writes sweep.csv, convexity.svg, convexity.png and grains.png (where a picture can be rendered) into `folder`. `volume_m3` is every
-/// grain's volume. Returns the largest difference of convexity at equal sphericity and the number of rows.
+/// Writes sweep.csv, convexity.svg, convexity.png and grains.png (if a picture can be rendered) into `folder`. `volume_m3` is every
+/// grain's volume. Returns the maximum difference of convexity at equal sphericity and the number of rows.
 [[nodiscard]] core::Json run_shape_sweep(double volume_m3, const core::Path& folder);
 
 }  // namespace porepack::study

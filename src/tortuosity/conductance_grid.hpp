@@ -1,4 +1,4 @@
-// A grid of cells that exchange a diffusing quantity through their faces, and loops over it; only for the sources of this folder.
+// A grid of cells that exchange a diffusing quantity through their faces, and loops over the grid; only for the sources of this folder.
 #pragma once
 
 #include <array>
@@ -8,7 +8,7 @@
 namespace porepack::tortuosity {
 
 /// Finite volumes for Laplace's equation: conductance of the face between a cell and the next one along each axis (0: closed), and between
-/// the cells at either end of `axis` and the plane of given concentration there. The matrix is never stored: row i has the sum of the
+/// the cells at either end of `axis` and the plane of prescribed concentration there. The matrix is not stored: row i has the sum of the
 /// cell's conductances on its diagonal, and minus each conductance in the neighbour's column.
 struct ConductanceGrid {
     std::array<int, 3> n{};
@@ -84,7 +84,7 @@ void multiply(const ConductanceGrid& grid, const std::vector<double>& in, const 
         for_layer(grid, k, in, [&](std::size_t i, double diagonal, double sum) { put(i, diagonal * in[i] - sum, diagonal); });
 }
 
-/// Sum of term(cell), layer by layer: it does not depend on the number of threads.
+/// Sum of term(cell), layer by layer: independent of the number of threads.
 template <typename Term>
 double sum_over(const ConductanceGrid& grid, const Term& term) {
     const auto layer = static_cast<std::size_t>(grid.n[0]) * static_cast<std::size_t>(grid.n[1]);

@@ -10,9 +10,9 @@ namespace porepack::tortuosity {
 
 struct ConjugateGradientOptions {
     /// The solver stops when |b - A x| / |b| (2-norms) is at or below this. Dimensionless. With 1e-6 the error of D_eff is far below that
-    /// of the voxels; take a smaller value where single concentrations matter.
+    /// of the voxels; use a smaller value if single concentrations matter.
     double tolerance = 1e-6;
-    /// Upper limit on iterations; the multigrid preconditioner keeps their number nearly independent of the grid. Raise it only where a
+    /// Upper limit on iterations; the multigrid preconditioner keeps their number nearly independent of the grid. Raise it only if a
     /// smaller tolerance or pores that are nearly closed need more.
     long maximum_iterations = 500;
     /// Name in the progress line.

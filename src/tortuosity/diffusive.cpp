@@ -16,7 +16,7 @@ using namespace converters;
 namespace {
 
 // Conductances in units of D0 h, where h is the cube root of a voxel's volume: face area / distance of the centres / h. A plane of given
-// concentration is half a voxel away from the centres. Only pores that lead through (`percolation`) conduct.
+// concentration is half a voxel away from the centres. Only percolating pores (`percolation`) conduct.
 ConductanceGrid finest_grid(const PhaseImage& image, const Percolation& percolation, std::size_t axis,
                             const std::array<bool, 3>& periodic) {
     ConductanceGrid grid{.n = image.grid.cells, .periodic = periodic, .axis = axis};
@@ -44,8 +44,8 @@ ConductanceGrid finest_grid(const PhaseImage& image, const Percolation& percolat
     return grid;
 }
 
-// What drives the diffusion along the axis. Between planes: concentration 1 at the first, 0 at the last. Periodic: a mean gradient of one
-// unit per layer, of which the unknown x is the rest.
+// The boundary conditions along the axis. Between planes: concentration 1 at the first, 0 at the last. Periodic: a mean gradient of one
+// unit per layer; the unknown x is the deviation from it.
 class ConcentrationDrop {
 public:
     explicit ConcentrationDrop(const ConductanceGrid& grid)
@@ -100,7 +100,7 @@ double diffusive_memory_bytes(double cells) {
 }
 
 DiffusiveResult diffusive_tortuosity(const PhaseImage& image, int along, std::array<bool, 3> periodic, double tolerance,
-                                     long most_iterations) {
+                                     long maximum_iterations) {
     const auto axis = static_cast<std::size_t>(along);
     DiffusiveResult result;
     double inside = 0.0, pores = 0.0;
@@ -119,7 +119,7 @@ DiffusiveResult diffusive_tortuosity(const PhaseImage& image, int along, std::ar
     std::vector<double> x = drop.first_guess();
     const ConjugateGradientResult solution =
         solve_by_conjugate_gradients(grids, drop.right_hand_side(), x,
-                                     {.tolerance = tolerance, .maximum_iterations = most_iterations, .label = "tortuosity (diffusive)"});
+                                     {.tolerance = tolerance, .maximum_iterations = maximum_iterations, .label = "tortuosity (diffusive)"});
     result.iterations = solution.iterations;
     result.residual = solution.residual;
     result.converged = solution.converged;

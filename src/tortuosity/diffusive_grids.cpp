@@ -26,7 +26,7 @@ DiffusiveEstimate diffusive_tortuosity(const PoreSpace& space, double voxel_size
         if (!finest && !estimate.no_limit_because.empty()) break;
         double size = coarser * voxel_size_m;
         if (section.container.any_periodic() && !section.image) {
-            // A periodic box keeps whole numbers of voxels.
+            // A periodic box needs a whole number of voxels.
             const double side = section.container.size_m.x();
             size = side / std::max(1.0, std::round(side / size));
         }
@@ -36,7 +36,7 @@ DiffusiveEstimate diffusive_tortuosity(const PoreSpace& space, double voxel_size
         }
         const VoxelPlan plan = section.plan_at(size);
         require_memory(diffusive_memory_bytes(static_cast<double>(plan.grid.size())), "diffusion on the voxels",
-                       "take a larger voxel size or a shorter section");
+                       "use a larger voxel size or a shorter section");
         try {
             DiffusiveResult result = diffusive_tortuosity(section.voxelise_at(size), static_cast<int>(axis), section.periodic_sides(),
                                                           options.tolerance, options.maximum_iterations);
@@ -44,7 +44,7 @@ DiffusiveEstimate diffusive_tortuosity(const PoreSpace& space, double voxel_size
             if (finest) estimate.finest = std::move(result);
         } catch (const DoesNotPercolate&) {
             if (finest) throw;
-            estimate.no_limit_because = fmt::format("on voxels of {:.3g} m nothing leads through", plan.voxel_size_m);
+            estimate.no_limit_because = fmt::format("on voxels of {:.3g} m the pores do not percolate", plan.voxel_size_m);
         }
     }
     const auto& grids = estimate.grids;

@@ -16,7 +16,7 @@ namespace {
 
 using Vec2 = Eigen::Vector2d;
 
-// Closest void point to a point of slice `slice`; nothing when there is none within reach.
+// Closest void point to a point of slice `slice`; nothing if there is none within reach.
 using ClosestVoid = std::function<std::optional<Vec2>(const Vec2& from, int slice)>;
 
 // A square grid of half-offset dots, those inside the container.
@@ -41,12 +41,12 @@ std::vector<Vec2> grid_of_dots(const Container& container, const TortuosityConfi
 }
 
 struct DotPath {
-    double excess = 0.0;  // length less the height, summed without cancellation: exactly 0 for a straight path
+    double excess = 0.0;  // length minus height, summed without cancellation: exactly 0 for a straight path
     double height = 0.0;
     double straight = 0.0;
     long points = 0, rejected = 0;
     bool complete = true;
-    std::vector<Vec3> way;
+    std::vector<Vec3> path;
 };
 
 // Follows one dot from slice to slice. `shift` is the line dot -> moved dot.
@@ -73,7 +73,7 @@ DotPath follow(const Vec2& dot, int slices, double z0, double spacing, double la
         else
             path.excess += (*point - before).squaredNorm() / (spacing + std::hypot((*point - before).norm(), spacing));
         before = *point;
-        path.way.emplace_back(before.x(), before.y(), z0 + s * spacing);
+        path.path.emplace_back(before.x(), before.y(), z0 + s * spacing);
     }
     path.height = (slices - 1) * spacing;
     path.straight = std::hypot((before - first).norm(), path.height);
@@ -82,14 +82,14 @@ DotPath follow(const Vec2& dot, int slices, double z0, double spacing, double la
 
 GeometricPaperResult average(const std::vector<Vec2>& dots, int slices, double z0, double spacing, double angle_deg,
                              const ClosestVoid& closest_void) {
-    if (slices < 2) throw UserError("one slice is no path", {.fix = "take a longer section or a smaller slice spacing"});
-    if (dots.empty()) throw UserError("no dot lies inside the container", {.fix = "take a smaller dot_spacing_m"});
+    if (slices < 2) throw UserError("one slice does not make a path", {.fix = "use a longer section or a smaller slice spacing"});
+    if (dots.empty()) throw UserError("no dot is inside the container", {.fix = "use a smaller dot_spacing_m"});
     std::vector<double> values;
     GeometricPaperResult result{.slices = slices};
-    result.ways_m.resize(dots.size());
+    result.paths_m.resize(dots.size());
     long points = 0, rejected = 0, done = 0;
     Progress progress("tortuosity (geometric_paper)");
-    // No exception may leave a parallel loop: an interrupt ends the loop early and is thrown behind it.
+    // No exception may leave a parallel loop: an interrupt ends the loop early and is thrown after it.
 #pragma omp parallel for schedule(dynamic, 1)
     for (std::size_t d = 0; d < dots.size(); ++d) {
         if (interrupted()) continue;
@@ -98,7 +98,7 @@ GeometricPaperResult average(const std::vector<Vec2>& dots, int slices, double z
         {
             if (path.complete) {
                 values.push_back((path.height + path.excess) / path.straight);
-                result.ways_m[d] = std::move(path.way);
+                result.paths_m[d] = std::move(path.path);
             }
             points += path.points;
             rejected += path.rejected;
@@ -106,9 +106,9 @@ GeometricPaperResult average(const std::vector<Vec2>& dots, int slices, double z
         }
     }
     check_interrupt();
-    if (values.empty()) throw NumericalError("no path leads through the packing: some slices have no void point near any dot");
+    if (values.empty()) throw NumericalError("no path crosses the packing: some slices have no void point near any dot");
     std::sort(values.begin(), values.end());  // the sum does not depend on the order in which threads finish
-    std::erase_if(result.ways_m, [](const auto& way) { return way.empty(); });
+    std::erase_if(result.paths_m, [](const auto& path) { return path.empty(); });
     result.paths = static_cast<long>(values.size());
     for (const double value : values) result.value += (value - 1.0) / static_cast<double>(values.size());
     result.value += 1.0;
@@ -149,7 +149,7 @@ private:
     mutable std::vector<Interval> parts_;
 };
 
-// Smallest exit over all directions: 48 directions, then golden section round the best three.
+// Minimum exit distance over all directions: 48 directions, then golden-section search around the best three.
 std::optional<Vec2> closest_exit(const RayExit& exit, const Vec2& from) {
     constexpr int directions = 48;
     const double step = 2.0 * std::numbers::pi / directions;
@@ -190,7 +190,7 @@ std::optional<Vec2> closest_exit(const RayExit& exit, const Vec2& from) {
     return Vec2(from + best * Vec2(std::cos(best_angle), std::sin(best_angle)));
 }
 
-// As on a picture: the point itself where its pixel's centre is void, else the closest void centre.
+// As on an image: the point itself if the centre of its pixel is void, else the closest void centre.
 std::optional<Vec2> closest_pixel(const std::vector<const Capsule*>& capsules, const Container& container, const Vec3& at, double pixel) {
     const auto is_void = [&](const Vec2& centre) {
         if (!container.contains_column(centre.x(), centre.y())) return false;
@@ -200,7 +200,7 @@ std::optional<Vec2> closest_pixel(const std::vector<const Capsule*>& capsules, c
     const Vec2 from = at.head<2>();
     const Vec2 own = pixel * ((from / pixel).array().floor() + 0.5).matrix();
     if (is_void(own)) return from;
-    // Nothing void is nearer than the exact closest point: begin there. A ring at distance n holds nothing closer than (n - 1/2) pixels.
+    // No void point is nearer than the exact closest point: start there. A ring at distance n has no point closer than (n - 1/2) pixels.
     const auto exact = closest_exit(RayExit(capsules, container, at), from);
     if (!exact) return std::nullopt;
     double best = 1e300;
@@ -229,7 +229,7 @@ GeometricPaperResult geometric_paper_exact(const Grains& grains, const Container
         throw UserError(fmt::format("a slice spacing of {:g} m makes too many slices", config.slice_spacing_m),
                         {.allowed = "at most 1e6 slices", .fix = "the spacing is in metres"});
     const int slices = 1 + static_cast<int>(std::floor(section.length() / config.slice_spacing_m + 1e-9));
-    // The grains that each slice cuts.
+    // The grains cut by each slice.
     std::vector<std::vector<const Capsule*>> cut(static_cast<std::size_t>(slices));
     for (const auto& image : grains.images())
         for (const auto& capsule : image.capsules) {
@@ -254,7 +254,7 @@ GeometricPaperResult geometric_paper_exact(const Grains& grains, const Container
             all.emplace_back(signed_distance(*capsule, at), capsule);
             nearest = std::min(nearest, all.back().first);
         }
-        // What is farther than the closest void point has no say in it.
+        // Points farther than the closest void point have no effect.
         for (double around = nearest_reach; around < 2.0 * reach; around *= 2.0) {
             near.clear();
             for (const auto& [distance, capsule] : all)
@@ -287,7 +287,7 @@ GeometricPaperResult geometric_paper_on_slices(const SliceStack& slices, const T
         Vec2 point = from;
         const int most = std::max(grid.cells[0], grid.cells[1]);
         const double pixel = grid.spacing_m[0];
-        // Ring by ring; a ring at distance n holds nothing closer than (n - 1/2) pixels.
+        // Ring by ring; a ring at distance n has no point closer than (n - 1/2) pixels.
         for (int n = 1; n < most && (n - 0.5) * pixel < best; ++n)
             for (int j = j0 - n; j <= j0 + n; ++j)
                 for (int i = i0 - n; i <= i0 + n; i += (j == j0 - n || j == j0 + n) ? 1 : 2 * n) {

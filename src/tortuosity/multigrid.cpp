@@ -7,7 +7,7 @@
 namespace porepack::tortuosity {
 namespace {
 
-// A grid of half as many cells per side. Joined cells count as one value; without the factor 1/2 the coarse grid would be twice too stiff.
+// A grid of half as many cells per side. Joined cells share one value; without the factor 1/2 the coarse grid would be twice as stiff.
 ConductanceGrid coarser(const ConductanceGrid& fine) {
     ConductanceGrid grid{.periodic = fine.periodic, .axis = fine.axis};
     for (std::size_t a = 0; a < 3; ++a) grid.n[a] = (fine.n[a] + 1) / 2;
@@ -30,7 +30,7 @@ ConductanceGrid coarser(const ConductanceGrid& fine) {
                         grid.plane[end][grid.plane_index({at[0] / 2, at[1] / 2, at[2] / 2})] +=
                             0.5F * fine.plane[end][fine.plane_index(at)];
             }
-    // A cell is its own neighbour across a periodic side that is one cell wide.
+    // In a periodic direction that is one cell wide a cell is its own neighbour.
     for (std::size_t a = 0; a < 3; ++a)
         if (grid.n[a] == 1) grid.face[a].assign(grid.size(), 0.0F);
     return grid;

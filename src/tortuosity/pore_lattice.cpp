@@ -7,7 +7,7 @@ namespace porepack::tortuosity {
 using namespace core;
 namespace {
 
-// For each of the 256 ways in which the eight cells at a corner can be pore (bit x + 2 y + 4 z): are they one, through faces?
+// For each of the 256 patterns of pore cells among the eight at a corner (bit x + 2 y + 4 z): are they connected through faces?
 std::array<bool, 256> joined_corners() {
     std::array<bool, 256> joined{};
     for (unsigned mask = 1; mask < 256; ++mask) {
@@ -66,7 +66,7 @@ bool VoxelSight::visible(const Corner& from, const Corner& step) const {
     return true;
 }
 
-// Four cells lie round an edge.
+// Four cells share an edge.
 bool VoxelSight::along_edge(const Corner& from, const Corner& step, std::size_t axis) const {
     const std::size_t b = (axis + 1) % 3, c = (axis + 2) % 3;
     Corner cell = from;
@@ -81,7 +81,7 @@ bool VoxelSight::along_edge(const Corner& from, const Corner& step, std::size_t 
     return (p && s) || (q && r) ? (p && q) || (q && s) || (s && r) || (r && p) : p || q || r || s;
 }
 
-// A way within a plane of faces, each with a cell on either side: it goes on where the cells of one side are both pore.
+// A path within a plane of faces, each with a cell on either side: it continues where the cells of one side are both pore.
 bool VoxelSight::along_face(const Corner& from, const Corner& step, std::size_t normal) const {
     const std::size_t a = (normal + 1) % 3, b = (normal + 2) % 3;
     Corner cell = from;
@@ -96,7 +96,7 @@ bool VoxelSight::along_face(const Corner& from, const Corner& step, std::size_t 
     if (open_sides == 0) return false;
     const int na = std::abs(step[a]), nb = std::abs(step[b]);
     for (int ca = 1, cb = 1; ca < na || cb < nb;) {
-        // The crossings lie at ca/na and cb/nb of the way, never together: na and nb have no common divisor.
+        // The crossings are at ca/na and cb/nb of the path, never together: na and nb have no common divisor.
         if (static_cast<long>(ca) * nb < static_cast<long>(cb) * na) {
             cell[a] += sign(step[a]);
             ++ca;

@@ -1,4 +1,4 @@
-// The corners of an image's voxels as places where a path may turn, and what can be seen from them. Only for the sources of this room.
+// The corners of an image's voxels as points where a path may turn, and their lines of sight. Only for the sources of this folder.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@ using Corner = std::array<int, 3>;
 
 struct Lattice {
     std::array<int, 3> cells{};
-    std::array<bool, 3> periodic{};  // across; never along the way
+    std::array<bool, 3> periodic{};  // across; never along the path
     shapes::Vec3 origin_m = shapes::Vec3::Zero(), spacing_m = shapes::Vec3::Ones();
 
     [[nodiscard]] int corners(std::size_t axis) const { return cells[axis] + (periodic[axis] ? 0 : 1); }
@@ -38,17 +38,19 @@ struct Lattice {
         }
         return true;
     }
-    [[nodiscard]] shapes::Vec3 place(const Corner& at) const { return origin_m + spacing_m.cwiseProduct(shapes::Vec3(at[0], at[1], at[2])); }
+    [[nodiscard]] shapes::Vec3 place(const Corner& at) const {
+        return origin_m + spacing_m.cwiseProduct(shapes::Vec3(at[0], at[1], at[2]));
+    }
 };
 
-// The voxels as they are: cubes. Pores join through faces only; a way may follow a grain's faces and edges, but not slip through where
-// two pores meet in an edge or a corner alone.
+// The voxels are treated as cubes. Pores connect through faces only; a path may follow the faces and edges of a grain, but not pass where
+// two pores meet only in an edge or a corner.
 class VoxelSight {
 public:
     VoxelSight(const core::PhaseImage& image, const Lattice& lattice) : image_(image), lattice_(lattice) {}
-    // The corner lies in pore space, all of which meets here through faces.
+    // The corner is in pore space, whose cells here are all connected through faces.
     [[nodiscard]] bool open(const Corner& at) const;
-    // The straight way from a corner to another, both open, lies in pore space. `step` leads to the other.
+    // The straight path from one corner to another, both open, is in pore space. `step` leads to the other.
     [[nodiscard]] bool visible(const Corner& from, const Corner& step) const;
 
 private:

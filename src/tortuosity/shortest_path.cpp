@@ -1,5 +1,5 @@
-// Shortest ways through the pores (geodesics): Dijkstra's search over the corners of the voxels in which a way goes straight to the last
-// place that it can see (Theta*: Nash, Daniel, Koenig & Felner 2007), so that it has the length of the way and not that of a staircase.
+// Shortest paths through the pores (geodesics): Dijkstra's search over the voxel corners in which a path runs straight to the last
+// visible point (Theta*: Nash, Daniel, Koenig & Felner 2007), so that its length is that of the path and not that of a staircase.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -34,32 +34,32 @@ std::vector<Neighbour> neighbours_of(const Vec3& spacing) {
     return all;
 }
 
-// Lengths of the ways from the last plane to all corners; each corner knows the place that its way comes straight from.
-class Ways {
+// Lengths of the paths from the last plane to all corners; each corner stores the previous point of its path.
+class Paths {
 public:
-    Ways(const Lattice& lattice, const VoxelSight& sight, std::size_t axis)
+    Paths(const Lattice& lattice, const VoxelSight& sight, std::size_t axis)
         : lattice_(lattice), sight_(sight), axis_(axis), length_(lattice.size(), 1e30F), back_(lattice.size()), state_(lattice.size(), 0) {
         search();
     }
     [[nodiscard]] bool reached(std::size_t at) const { return state_[at] == settled; }
     // Corners from `start` to the last plane, not wrapped.
     [[nodiscard]] std::vector<Corner> way_from(const Corner& start) const {
-        std::vector<Corner> way = {start};
+        std::vector<Corner> path = {start};
         Corner at = start, free = start;
         while (true) {
             const Step& back = back_[lattice_.index(at)];
-            if (back[0] == 0 && back[1] == 0 && back[2] == 0) return way;
+            if (back[0] == 0 && back[1] == 0 && back[2] == 0) return path;
             for (std::size_t a = 0; a < 3; ++a) {
                 at[a] -= back[a];
                 free[a] -= back[a];
             }
             at = wrap_far(at);
-            way.push_back(free);
+            path.push_back(free);
         }
     }
 
 private:
-    using Step = std::array<std::int16_t, 3>;  // from the place that the way comes from
+    using Step = std::array<std::int16_t, 3>;  // from the previous point of the path
     using Entry = std::pair<float, std::uint32_t>;
     using Queue = std::priority_queue<Entry, std::vector<Entry>, std::greater<>>;
     enum : std::uint8_t { fresh = 0, settled = 1, closed = 2 };
@@ -139,32 +139,32 @@ private:
     std::vector<std::uint8_t> state_;
 };
 
-// Length less the height, summed without cancellation: exactly 0 for a straight way.
-double excess(const std::vector<Vec3>& way, int axis) {
+// Length minus height, summed without cancellation: exactly 0 for a straight path.
+double excess(const std::vector<Vec3>& path, int axis) {
     double sum = 0.0;
-    for (std::size_t i = 1; i < way.size(); ++i) {
-        const Vec3 part = way[i] - way[i - 1];
+    for (std::size_t i = 1; i < path.size(); ++i) {
+        const Vec3 part = path[i] - path[i - 1];
         const double along = part[axis], across2 = std::max(0.0, part.squaredNorm() - along * along);
         sum += along > 0.0 ? across2 / (part.norm() + along) : part.norm() - along;
     }
     return sum;
 }
 
-// Points evenly along the way, `spacing` apart or less.
-std::vector<Vec3> resampled(const std::vector<Vec3>& way, double spacing) {
-    std::vector<Vec3> points = {way.front()};
-    for (std::size_t i = 1; i < way.size(); ++i) {
-        const auto parts = static_cast<int>(std::ceil((way[i] - way[i - 1]).norm() / spacing));
-        for (int p = 1; p <= parts; ++p) points.push_back(way[i - 1] + static_cast<double>(p) / parts * (way[i] - way[i - 1]));
+// Evenly spaced points along the path, at most `spacing` apart.
+std::vector<Vec3> resampled(const std::vector<Vec3>& path, double spacing) {
+    std::vector<Vec3> points = {path.front()};
+    for (std::size_t i = 1; i < path.size(); ++i) {
+        const auto parts = static_cast<int>(std::ceil((path[i] - path[i - 1]).norm() / spacing));
+        for (int p = 1; p <= parts; ++p) points.push_back(path[i - 1] + static_cast<double>(p) / parts * (path[i] - path[i - 1]));
     }
     return points;
 }
 
-// A thread laid between grains: its points are drawn to the middle of their neighbours (overrelaxed) and put back to the grains' surface
-// where they have come inside. The last point slides on the end plane.
-void relax_thread(std::vector<Vec3>& way, int axis, const Grains& grains, double spacing, int most_sweeps) {
+// A thread between grains: its points move to the middle of their neighbours (over-relaxed) and are put back on the grains' surface
+// if they are inside. The last point slides on the end plane.
+void relax_thread(std::vector<Vec3>& path, int axis, const Grains& grains, double spacing, int most_sweeps) {
     constexpr double overrelaxation = 1.6;
-    std::vector<std::vector<Capsule>> near(way.size());
+    std::vector<std::vector<Capsule>> near(path.size());
     const auto out_of_grains = [&](Vec3& point, const std::vector<Capsule>& capsules) {
         for (int round = 0; round < 6; ++round) {
             bool inside = false;
@@ -180,47 +180,47 @@ void relax_thread(std::vector<Vec3>& way, int axis, const Grains& grains, double
     };
     for (int sweep = 0; sweep < most_sweeps; ++sweep) {
         double farthest = 0.0;
-        for (std::size_t i = 1; i < way.size(); ++i) {
+        for (std::size_t i = 1; i < path.size(); ++i) {
             if (sweep % 8 == 0) {
                 near[i].clear();
-                grains.capsules_near(way[i], 2.0 * spacing, near[i]);
+                grains.capsules_near(path[i], 2.0 * spacing, near[i]);
             }
-            const bool last = i + 1 == way.size();
-            Vec3 middle = last ? way[i - 1] : Vec3(0.5 * (way[i - 1] + way[i + 1]));
-            if (last) middle[axis] = way[i][axis];
-            Vec3 move = overrelaxation * (middle - way[i]);
+            const bool last = i + 1 == path.size();
+            Vec3 middle = last ? path[i - 1] : Vec3(0.5 * (path[i - 1] + path[i + 1]));
+            if (last) middle[axis] = path[i][axis];
+            Vec3 move = overrelaxation * (middle - path[i]);
             if (const double size = move.norm(); size > 0.5 * spacing) move *= 0.5 * spacing / size;
-            Vec3 there = way[i] + move;
+            Vec3 there = path[i] + move;
             if (!near[i].empty()) out_of_grains(there, near[i]);
-            if (last) there[axis] = way[i][axis];
-            farthest = std::max(farthest, (there - way[i]).norm());
-            way[i] = there;
+            if (last) there[axis] = path[i][axis];
+            farthest = std::max(farthest, (there - path[i]).norm());
+            path[i] = there;
         }
         if (farthest < 1e-4 * spacing) break;
     }
 }
 
-// Pulls a way taut. Returns length less height: of threads of ever more points; their chords cut the round grains by a part of second
-// order, which the last two take out.
-double pull_taut(std::vector<Vec3>& way, int axis, const Grains& grains, double radius) {
-    double before = 0.0, now = excess(way, axis);
+// Pulls a path taut. Returns length minus height for threads with more and more points; their chords cut the round grains with a second-
+// order error, which extrapolation of the last two removes.
+double pull_taut(std::vector<Vec3>& path, int axis, const Grains& grains, double radius) {
+    double before = 0.0, now = excess(path, axis);
     for (const auto& [part, sweeps] : {std::pair(1.0, 100), std::pair(0.5, 60), std::pair(0.25, 60), std::pair(0.125, 60)}) {
-        way = resampled(way, part * radius);
-        relax_thread(way, axis, grains, part * radius, sweeps);
+        path = resampled(path, part * radius);
+        relax_thread(path, axis, grains, part * radius, sweeps);
         before = now;
-        now = excess(way, axis);
+        now = excess(path, axis);
     }
     return std::max(0.0, now + (now - before) / 3.0);
 }
 
-// Every start's way, or of very many evenly chosen ones, and their mean.
+// The path from every start, or from an even selection of a large number of starts, and their mean.
 template <typename Finish>
 ShortestPathResult summarise(const Lattice& lattice, const VoxelSight& sight, std::size_t axis, std::size_t most, const Finish& finish) {
-    const Ways ways(lattice, sight, axis);
+    const Paths paths(lattice, sight, axis);
     const std::size_t u = (axis + 1) % 3, v = (axis + 2) % 3;
     struct Start {
         Corner at;
-        double weight;  // a corner on a side stands for half the area
+        double weight;  // a corner on a side represents half the area
     };
     std::vector<Start> starts;
     ShortestPathResult result;
@@ -231,13 +231,13 @@ ShortestPathResult summarise(const Lattice& lattice, const VoxelSight& sight, st
             double weight = 1.0;
             for (const std::size_t across : {u, v})
                 if (!lattice.periodic[across] && (at[across] == 0 || at[across] == lattice.cells[across])) weight *= 0.5;
-            if (ways.reached(lattice.index(at)))
+            if (paths.reached(lattice.index(at)))
                 starts.push_back({at, weight});
             else
                 ++result.blocked_starts;
         }
     if (starts.empty())
-        throw NumericalError("no way leads through the pores: the section does not percolate", {.fix = "take finer voxels if it should"});
+        throw NumericalError("no path crosses the pores: the section does not percolate", {.fix = "use finer voxels if it should"});
     const std::size_t every = 1 + (starts.size() - 1) / most;
     const double length = lattice.cells[axis] * lattice.spacing_m[static_cast<int>(axis)];
     std::vector<std::pair<double, double>> values((starts.size() - every / 2 + every - 1) / every);  // with their weights
@@ -249,22 +249,22 @@ ShortestPathResult summarise(const Lattice& lattice, const VoxelSight& sight, st
     for (std::size_t n = 0; n < values.size(); ++n) {
         if (interrupted()) continue;
         const Start& start = starts[every / 2 + n * every];
-        std::vector<Vec3> way;
-        for (const Corner& corner : ways.way_from(start.at)) way.push_back(lattice.place(corner));
-        const double value = excess(way, static_cast<int>(axis)) > 0.0 ? finish(way) / length : 0.0;
+        std::vector<Vec3> path;
+        for (const Corner& corner : paths.way_from(start.at)) path.push_back(lattice.place(corner));
+        const double value = excess(path, static_cast<int>(axis)) > 0.0 ? finish(path) / length : 0.0;
         values[n] = {value, start.weight};
 #pragma omp critical
         if (const std::pair<double, std::size_t> one = {value, n}; one < best || n % keep_every == 0) {
             best = std::min(best, one);
-            kept[n] = std::move(way);
+            kept[n] = std::move(path);
         }
     }
     check_interrupt();
-    result.ways_m.push_back(std::move(kept[best.second]));
+    result.paths_m.push_back(std::move(kept[best.second]));
     for (std::size_t n = 0; n < kept.size(); n += keep_every)
-        if (!kept[n].empty()) result.ways_m.push_back(std::move(kept[n]));
-    result.least = 1.0 + best.first;
-    for (const auto& [value, weight] : values) result.greatest = std::max(result.greatest, 1.0 + value);
+        if (!kept[n].empty()) result.paths_m.push_back(std::move(kept[n]));
+    result.minimum = 1.0 + best.first;
+    for (const auto& [value, weight] : values) result.maximum = std::max(result.maximum, 1.0 + value);
     result.starts = static_cast<long>(values.size());
     double weights = 0.0, mean = 0.0, squares = 0.0;
     for (const auto& [value, weight] : values) weights += weight;
@@ -284,7 +284,7 @@ Lattice lattice_of(const PhaseImage& image, int axis, std::array<bool, 3> period
     lattice.periodic[static_cast<std::size_t>(axis)] = false;
     if (lattice.size() >= 4294967295U)
         throw UserError(fmt::format("the grid has {:.3g} corners", static_cast<double>(lattice.size())),
-                        {.allowed = "fewer than 4.29e9", .fix = "take larger voxels or a shorter section"});
+                        {.allowed = "fewer than 4.29e9", .fix = "use larger voxels or a shorter section"});
     return lattice;
 }
 
@@ -297,14 +297,14 @@ double shortest_path_memory_bytes(double cells) {
 ShortestPathResult shortest_path(const PhaseImage& image, int axis, std::array<bool, 3> periodic) {
     const Lattice lattice = lattice_of(image, axis, periodic);
     return summarise(lattice, VoxelSight(image, lattice), static_cast<std::size_t>(axis), 1000000,
-                     [&](const std::vector<Vec3>& way) { return excess(way, axis); });
+                     [&](const std::vector<Vec3>& path) { return excess(path, axis); });
 }
 
 ShortestPathResult shortest_path(const PoreSpace& space, double voxel_size_m, Axis direction, long maximum_starts) {
     const PoreSpace section = space.section_only();
     const int axis = static_cast<int>(direction);
     require_memory(shortest_path_memory_bytes(static_cast<double>(section.plan_at(voxel_size_m).grid.size())),
-                   "the search for the shortest paths", "take a larger voxel size or a shorter section");
+                   "the search for the shortest paths", "use a larger voxel size or a shorter section");
     const PhaseImage image = section.voxelise_at(voxel_size_m);
     if (!section.grains) return shortest_path(image, axis, section.periodic_sides());
     const Lattice lattice = lattice_of(image, axis, section.periodic_sides());

@@ -1,4 +1,4 @@
-// Tortuosities. Each has a name of its own, because they are different numbers (docs/theory.md).
+// Tortuosities. Each has its own name, because they are different quantities (docs/theory.md).
 #pragma once
 
 #include "converters/pore_space.hpp"
@@ -15,56 +15,57 @@ struct GeometricPaperResult {
     long paths = 0;
     long slices = 0;
     double rejections_per_point = 0.0;
-    std::vector<std::vector<shapes::Vec3>> ways_m;  ///< the paths
+    std::vector<std::vector<shapes::Vec3>> paths_m;  ///< the paths
 };
 
 /// With exact geometry: the closest void point is found on rays in the slice's plane (exact intervals), minimised over the
-/// direction to 1e-7. With `dot_pixel_m` it is the closest void pixel's centre, as on pictures of that pixel.
-[[nodiscard]] GeometricPaperResult geometric_paper_exact(const packing::Grains& grains, const packing::Container& container, const packing::Section& section,
-                                                         const TortuosityConfig& config);
-/// On pictures: the closest void pixel's centre. The result depends on the pixel (it grows with it).
+/// direction to 1e-7. With `dot_pixel_m` it is the centre of the closest void pixel, as on images of that pixel size.
+[[nodiscard]] GeometricPaperResult geometric_paper_exact(const packing::Grains& grains, const packing::Container& container,
+                                                         const packing::Section& section, const TortuosityConfig& config);
+/// On images: the centre of the closest void pixel. The result increases with the pixel size.
 [[nodiscard]] GeometricPaperResult geometric_paper_on_slices(const converters::SliceStack& slices, const TortuosityConfig& config);
 
 /// <|u|> / <u_axis> over the section's fluid (Duda, Koza & Matyka 2011). Throws NumericalError when nothing flows along the axis.
 [[nodiscard]] double hydraulic_tortuosity(const core::FlowImage& flow, const packing::Section& section, int axis);
 
-/// Length of the shortest way through the pores from a point of the first end plane to the other plane / the section's length: the mean
-/// over starting points that lie evenly on the first plane's pores, and the least of all. Exactly 1 without grains, never below.
+/// Length of the shortest path through the pores from a point of the first end plane to the other plane / the section's length: the mean
+/// over starting points evenly distributed on the pores of the first plane, and the minimum. Exactly 1 without grains, never below.
 struct ShortestPathResult {
     double value = 0.0;               ///< mean
-    double least = 0.0;               ///< of the shortest way of all
-    double greatest = 0.0;            ///< from the starting point with the longest
+    double minimum = 0.0;             ///< minimum over all starting points
+    double maximum = 0.0;             ///< maximum over all starting points
     double standard_deviation = 0.0;  ///< between starting points
     long starts = 0;
-    long blocked_starts = 0;                ///< from which no way leads through
-    std::vector<std::vector<shapes::Vec3>> ways_m;  ///< some hundred of them, the shortest first
+    long blocked_starts = 0;                         ///< starting points without a path to the other plane
+    std::vector<std::vector<shapes::Vec3>> paths_m;  ///< about a hundred of the paths, the shortest first
 };
-/// Through a pore space on voxels of this size, across its periodic sides. Between exact grains the voxels only tell which path round the
-/// grains is short; up to `maximum_starts` paths, evenly chosen, are then pulled taut round the capsules. Other walls are those of the
-/// voxels. Throws DoesNotPercolate when no path leads through.
-[[nodiscard]] ShortestPathResult shortest_path(const converters::PoreSpace& space, double voxel_size_m, core::Axis axis, long maximum_starts = 1000);
-/// Between voxels as they are, that is, round their edges: what is round is a staircase, and the way somewhat longer.
+/// Through a pore space on voxels of this size, across its periodic sides. Between exact grains the voxels only determine which path round
+/// the grains is short; up to `maximum_starts` evenly chosen paths are then pulled taut around the capsules. Other walls are those of the
+/// voxels. Throws DoesNotPercolate when no path crosses the section.
+[[nodiscard]] ShortestPathResult shortest_path(const converters::PoreSpace& space, double voxel_size_m, core::Axis axis,
+                                               long maximum_starts = 1000);
+/// Between voxels treated as cubes: round surfaces become staircases, and the path is somewhat longer.
 [[nodiscard]] ShortestPathResult shortest_path(const core::PhaseImage& image, int axis, std::array<bool, 3> periodic);
 [[nodiscard]] double shortest_path_memory_bytes(double cells);
 
-/// eps / (D_eff/D0): how much slower a tracer spreads along the axis than it would in straight pores of the same porosity. Concentrations
-/// are given at the section's end planes, or the axis is periodic. An inclined duct has 1/cos^2 of its angle.
+/// Tortuosity factor eps D0/D_eff: ratio of the diffusivity in straight pores of the same porosity to that along the axis. Concentrations
+/// are prescribed at the section's end planes, or the axis is periodic. An inclined duct has 1/cos^2 of its angle.
 struct DiffusiveResult {
     double value = 0.0;
     double relative_diffusivity = 0.0;              ///< D_eff/D0, of the whole cross-section
-    double porosity = 0.0, porosity_flowing = 0.0;  ///< of the voxels; without those that no tracer passes through
+    double porosity = 0.0, porosity_flowing = 0.0;  ///< of the voxels; of the voxels that tracer passes through
     long iterations = 0;
     double residual = 0.0, flux_imbalance = 0.0;
-    bool converged = false;  ///< the residual is below the tolerance
-    std::vector<double> concentration;  ///< of each voxel: 1 at the first plane, 0 at the last; round a periodic axis less its mean slope
+    bool converged = false;             ///< the residual is below the tolerance
+    std::vector<double> concentration;  ///< of each voxel: 1 at the first plane, 0 at the last; on a periodic axis minus its mean slope
 };
-/// Finite volumes on the pore voxels, conjugate gradients with a multigrid preconditioner. Throws DoesNotPercolate when no pores lead
-/// through, NumericalError when `tolerance` (residual over right-hand side) is not reached in `most_iterations`.
-[[nodiscard]] DiffusiveResult diffusive_tortuosity(const core::PhaseImage& image, int axis, std::array<bool, 3> periodic, double tolerance = 1e-6,
-                                                   long most_iterations = 500);
+/// Finite volumes on the pore voxels, conjugate gradients with a multigrid preconditioner. Throws DoesNotPercolate when the pores do not
+/// percolate, NumericalError when `tolerance` (residual over right-hand side) is not reached in `maximum_iterations`.
+[[nodiscard]] DiffusiveResult diffusive_tortuosity(const core::PhaseImage& image, int axis, std::array<bool, 3> periodic,
+                                                   double tolerance = 1e-6, long maximum_iterations = 500);
 [[nodiscard]] double diffusive_memory_bytes(double cells);
-/// Grids of several voxel sizes, finest first: walls that are staircases make the number too large by a part that goes with the voxel. The
-/// limit is that of a straight line through the two finest; the half width is what a third grid makes of it, and at least a quarter of the
+/// Grids of several voxel sizes, finest first: staircase walls make the value too large by a part proportional to the voxel size. The
+/// limit is that of a straight line through the two finest; the half width is the change with a third grid, and at least a quarter of the
 /// correction.
 struct DiffusiveLimit {
     double value = 0.0, half_width = 0.0;
@@ -82,12 +83,12 @@ struct DiffusiveEstimate {
     DiffusiveResult finest;
     std::vector<DiffusiveGrid> grids;     ///< finest first
     std::optional<DiffusiveLimit> limit;  ///< of three grids
-    std::string no_limit_because;         ///< empty where there is one
+    std::string no_limit_because;         ///< empty if there is a limit
     [[nodiscard]] double value() const { return limit ? limit->value : finest.value; }
     [[nodiscard]] std::optional<core::Interval> interval() const;
 };
-/// On three grids of 1, 1.5 and 2 times this voxel size, extrapolated; of an image on its own voxels, without a limit. Coarser grids whose
-/// pores are closed give no limit either. Throws DoesNotPercolate when nothing leads through the finest grid, NumericalError when the
+/// On three grids of 1, 1.5 and 2 times this voxel size, extrapolated; for an image on its own voxels, without a limit. Coarser grids whose
+/// pores are closed also give no limit. Throws DoesNotPercolate when the pores of the finest grid do not percolate, NumericalError when the
 /// solver fails on any of them.
 [[nodiscard]] DiffusiveEstimate diffusive_tortuosity(const converters::PoreSpace& space, double voxel_size_m, core::Axis axis,
                                                      const DiffusiveOptions& options = {});

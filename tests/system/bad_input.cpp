@@ -1,4 +1,4 @@
-// Bad input on the command line: message and exit code, and nothing half-written.
+// Bad input on the command line: message and exit code, and no partly written files.
 #include <cmath>
 #include <cstring>
 
@@ -25,7 +25,8 @@ void expect_fault(const std::string& toml, const std::string& message, const std
 }
 
 void write_spheres(const Path& file, double gap = 0.0, int count = 3) {
-    Packing packing{.container = parse_container("cylinder:0.03,0.06"), .shapes = {make_preset(ShapeKind::sphere, 0.01, 0.0)}, .bodies = {}};
+    Packing packing{
+        .container = parse_container("cylinder:0.03,0.06"), .shapes = {make_preset(ShapeKind::sphere, 0.01, 0.0)}, .bodies = {}};
     for (int i = 0; i < count; ++i) packing.bodies.push_back({.shape = 0, .position_m = Vec3(0.0, 0.0, 0.005 + (0.01 + gap) * i)});
     write_packing(file, packing);
 }
@@ -44,7 +45,7 @@ TEST(BadCase, EachHasItsMessage) {
     expect_fault("[shape]\nkind = \"tetrapod\"\nsphericity = nan\nvolume_m3 = 7e-7\n[container]\ndiameter_m = 0.05\nheight_m = 0.1\n",
                  "out of range: nan");
     expect_fault("[shape]\nkind = \"tetrapod\"\nsphericity = 0.53\n[container]\ndiameter_m = 0.05\nheight_m = 0.1\n", "needs volume_m3");
-    // Sizes that cannot be: millimetres for metres.
+    // Impossible sizes: millimetres instead of metres.
     expect_fault("[shape]\nkind = \"tetrapod\"\nsphericity = 0.53\nvolume_m3 = 733\n[container]\ndiameter_m = 0.05\nheight_m = 0.1\n",
                  "too large for the container");
     expect_fault(head + "[packing]\ntime_step_s = 1e-3\n", "the time step 0.001 s is too long");
@@ -101,7 +102,7 @@ TEST(BadStl, EachHasItsMessage) {
     fault(bytes, container + " --unit 1000", "millimetres");
     fault(bytes, "--container cylinder:0.03,0.02", "sticks out of the container");
     fault("", container, "empty");
-    fault(bytes.substr(0, 5000), container, "the STL file is cut");
+    fault(bytes.substr(0, 5000), container, "the STL file is incomplete");
     std::string open = bytes;
     std::uint32_t count = 0;
     std::memcpy(&count, open.data() + 80, 4);
@@ -115,7 +116,8 @@ TEST(BadStl, EachHasItsMessage) {
 
 TEST(Blocked, DoesNotPercolate) {
     const test::Folder folder;
-    Packing packing{.container = parse_container("cylinder:0.03,0.06"), .shapes = {make_preset(ShapeKind::sphere, 0.05, 0.0)}, .bodies = {}};
+    Packing packing{
+        .container = parse_container("cylinder:0.03,0.06"), .shapes = {make_preset(ShapeKind::sphere, 0.05, 0.0)}, .bodies = {}};
     packing.bodies.push_back({.shape = 0, .position_m = Vec3(0, 0, 0.03)});
     write_packing(folder.path() / "packing.json", packing);
     const auto output = porepack("lbm --voxel-size 1e-3 --grids 1 --section 0.01,0.05 " + quoted(folder.path() / "packing.json"));
@@ -138,7 +140,7 @@ TEST(Engines, AMissingOneHasItsMessage) {
     EXPECT_TRUE(has(foam.err, "blockMesh is not installed"));
 }
 
-// A template that fails, one that ends early with code 0, and an engine that is killed: seen, with the log's tail.
+// A template that fails, one that ends early with code 0, and an engine that is killed: all detected, with the tail of the log.
 TEST(Engines, AFailingOneShowsItsLog) {
     REQUIRE_PROGRAM("liggghts");
     const test::Folder folder;
@@ -164,7 +166,7 @@ TEST(Engines, AFailingOneShowsItsLog) {
 TEST(Disk, FullOrForbiddenLeavesNothing) {
     const test::Folder folder;
     write_spheres(folder.path() / "packing.json", 0.001);
-    // A limit on the file size stands for a full disk: the write fails in the middle.
+    // A limit on the file size simulates a full disk: the write fails in the middle.
     const auto full = porepack("stl " + quoted(folder.path() / "packing.json"), "ulimit -f 8;");
     EXPECT_EQ(full.exit_code, 5) << full.err;
     EXPECT_TRUE(has(full.err, "cannot write"));
@@ -181,7 +183,8 @@ TEST(Disk, FullOrForbiddenLeavesNothing) {
 
 TEST(Interrupt, EndsEverySlowStageWithFive) {
     const test::Folder folder;
-    Packing packing{.container = parse_container("cylinder:0.03,0.06"), .shapes = {make_preset(ShapeKind::sphere, 0.01, 0.0)}, .bodies = {}};
+    Packing packing{
+        .container = parse_container("cylinder:0.03,0.06"), .shapes = {make_preset(ShapeKind::sphere, 0.01, 0.0)}, .bodies = {}};
     for (int i = 0; i < 5; ++i) packing.bodies.push_back({.shape = 0, .position_m = Vec3(0.004 * (i % 2), 0.0, 0.005 + 0.0105 * i)});
     write_packing(folder.path() / "packing.json", packing);
     std::vector<std::string> calls = {"lbm --grids 1 --voxel-size 2e-4 --iteration-tolerance 1e-10 --section 0.005,0.045",
@@ -195,7 +198,7 @@ TEST(Interrupt, EndsEverySlowStageWithFive) {
         int files = 0;
         for (const auto& entry : std::filesystem::directory_iterator(folder.path()))
             files += entry.path().filename() == "packing.json" ? 0 : 1;
-        // Only what a run resumes from is left.
+        // Only the files from which a run resumes are left.
         const auto left =
             std::filesystem::remove(folder.path() / "lbm.checkpoint") || std::filesystem::remove_all(folder.path() / ".foam.running") > 0;
         EXPECT_EQ(files, left ? 1 : 0) << call;

@@ -59,7 +59,7 @@ TEST(Chain, PoursReadsBackAndRerunsToTheSameBytes) {
     EXPECT_EQ(by_hand, 0);
 }
 
-// Rods have another inertia about each axis, dolosse another origin than their centre of mass would suggest.
+// Rods have different moments of inertia about their axes; the origin of a dolos is not its centre of mass.
 TEST(Chain, PosesOfOtherShapesComeBackToo) {
     REQUIRE_PROGRAM("liggghts");
     for (const std::string kind : {"rod", "dolos", "sphere"}) {
@@ -101,7 +101,7 @@ section_m = [0.0, 0.004]
     const auto output = porepack("pack --json " + quoted(folder.path()));
     ASSERT_EQ(output.exit_code, 0) << output.err;
     EXPECT_LT(output.json()["pose_error_relative_to_diameter"].get<double>(), 1e-6);
-    // The capsules of the packing rest on the floor: the exact body, not only its clump, lies where it should.
+    // The capsules of the packing rest on the floor: the exact body, not only its clump, is at the right position.
     const Packing packing = read_packing(folder.path() / "results" / "pack" / "packing.json");
     const Overlaps overlaps = find_overlaps(packing);
     EXPECT_LT(overlaps.largest_with_wall_m, 0.05 * 0.004);
@@ -125,12 +125,12 @@ TEST(Chain, TheQuickstartInReducedSize) {
         if (quantity["name"] == "permeability_lbm") lbm = quantity["value"];
         if (quantity["name"] == "permeability_foam") foam = quantity["value"];
     }
-    // Four voxels a diameter and one coarse mesh: the solvers see the same scene, no more is asked here.
+    // Four voxels per diameter and one coarse mesh: this only checks that both solvers have the same scene.
     EXPECT_GT(lbm, 0.0);
     EXPECT_NEAR(foam / lbm, 1.0, 0.25);
     const std::string page = read_text(results / "report.html");
     EXPECT_TRUE(has(page, "Permeability"));
-    EXPECT_TRUE(has(page, "Predicted water level over time"));  // the plots, although the path holds an apostrophe
+    EXPECT_TRUE(has(page, "Predicted water level over time"));       // the plots, although the path holds an apostrophe
     EXPECT_EQ(page.find("What accuracy costs"), std::string::npos);  // no figure of another machine
     for (const char* stage : {"lbm", "foam"}) EXPECT_EQ(read_json(results / stage / "result.json").at("converged"), true) << stage;
     for (const Json& mesh : read_json(results / "foam" / "result.json").at("meshes")) EXPECT_EQ(mesh.at("converged"), true);
@@ -139,7 +139,7 @@ TEST(Chain, TheQuickstartInReducedSize) {
         EXPECT_GE(kinds.at(kind).at("tortuosity_" + kinds.at(kind).at("kind").get<std::string>()).get<double>(), 1.0) << kind;
     EXPECT_TRUE(std::filesystem::exists(results / "tortuosity" / "paths_shortest.vtp"));
 
-    // Nothing is redone; a change is found, and only what depends on it runs again.
+    // No stage is repeated; a change is detected, and only the stages that depend on it run again.
     const auto again = porepack("run " + quoted(folder.path()));
     EXPECT_EQ(again.exit_code, 0);
     for (const char* stage : {"pack", "stl", "lbm", "foam", "report"}) EXPECT_TRUE(has(again.err, std::string(stage) + ": already done"));
@@ -147,7 +147,7 @@ TEST(Chain, TheQuickstartInReducedSize) {
     const auto changed = porepack("run " + quoted(folder.path()));
     EXPECT_TRUE(has(changed.err, "lbm: already done"));
     EXPECT_TRUE(has(changed.err, "tortuosity: done before, but configuration changed: tortuosity"));
-    // A result that was touched is stale, and status says why.
+    // A modified result is stale, and status gives the reason.
     std::ofstream(results / "voxelise" / "pore.vti", std::ios::app) << "x";
     const auto status = porepack("status --json " + quoted(folder.path())).json();
     for (const auto& entry : status)
@@ -218,7 +218,7 @@ TEST(Chain, GoesOnAfterAKillAndAfterCtrlC) {
         text.replace(text.find("grains = 8"), 10, "grains = 24");
         folder.write("case.toml", text);
         const Path results = folder.path() / "results";
-        // Cut in the middle of the pour.
+        // Interrupted in the middle of the pour.
         const Path script =
             folder.write("cut.sh", "\"$1\" pack \"$2\" & pid=$!; sleep 2; kill -" + std::to_string(signal) + " $pid; wait $pid; exit $?\n");
         const int end = std::system(
@@ -245,7 +245,8 @@ TEST(Calls, TheOnesThatAreDocumentedWork) {
     ASSERT_EQ(own.exit_code, 0) << own.err;
     EXPECT_NEAR(own.json()["sphericity"].get<double>(), 1.0, 1e-6);
 
-    Packing packing{.container = parse_container("cylinder:0.03,0.04"), .shapes = {make_preset(ShapeKind::sphere, 0.01, 0.0)}, .bodies = {}};
+    Packing packing{
+        .container = parse_container("cylinder:0.03,0.04"), .shapes = {make_preset(ShapeKind::sphere, 0.01, 0.0)}, .bodies = {}};
     for (int i = 0; i < 3; ++i) packing.bodies.push_back({.shape = 0, .position_m = Vec3(0.005 * i - 0.004, 0.002, 0.005 + 0.0101 * i)});
     write_packing(folder.path() / "packing.json", packing);
     const std::string in = quoted(folder.path() / "packing.json");

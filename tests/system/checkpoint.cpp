@@ -1,4 +1,4 @@
-// A lattice Boltzmann run that was killed goes on where it was.
+// A lattice Boltzmann run that was killed resumes from its checkpoint.
 #include <fstream>
 
 #include "core/digest.hpp"
@@ -15,7 +15,8 @@ using test::quoted;
 class Checkpoint : public ::testing::Test {
 protected:
     void SetUp() override {
-        Packing packing{.container = parse_container("cylinder:0.03,0.06"), .shapes = {make_preset(ShapeKind::sphere, 0.01, 0.0)}, .bodies = {}};
+        Packing packing{
+            .container = parse_container("cylinder:0.03,0.06"), .shapes = {make_preset(ShapeKind::sphere, 0.01, 0.0)}, .bodies = {}};
         for (int i = 0; i < 5; ++i) packing.bodies.push_back({.shape = 0, .position_m = Vec3(0.004 * (i % 2), 0.0, 0.005 + 0.0105 * i)});
         write_packing(folder_.path() / "packing.json", packing);
     }

@@ -26,7 +26,7 @@ TEST(CrossCheck, BothSolversAgreeWithinTheirIntervals) {
     EXPECT_LT(row["speed_profile_z_difference"].get<double>(), 0.08);
     EXPECT_LT(row["speed_profile_r_difference"].get<double>(), 0.08);
     EXPECT_TRUE(std::filesystem::exists(folder.path() / "out" / "cross-check.json"));
-    // The flow's detour by both solvers.
+    // The hydraulic tortuosity by both solvers.
     double hydraulic[2];
     int i = 0;
     for (const Path& flow : {folder.path() / "results" / "lbm" / "flow.vti", folder.path() / "results" / "foam" / "mesh_fine"}) {

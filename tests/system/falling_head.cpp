@@ -88,7 +88,8 @@ TEST(FallingHeadTool, BadCurvesEndWithTwoAndLeaveNothing) {
 
 TEST(FallingHeadTool, ACaseTellsItsCauses) {
     const test::Folder folder;
-    Packing packing{.container = parse_container("cylinder:0.008,0.03"), .shapes = {make_preset(ShapeKind::sphere, 0.002, 0.0)}, .bodies = {}};
+    Packing packing{
+        .container = parse_container("cylinder:0.008,0.03"), .shapes = {make_preset(ShapeKind::sphere, 0.002, 0.0)}, .bodies = {}};
     for (int layer = 0; layer < 8; ++layer)
         for (int i = 0; i < 6; ++i)
             packing.bodies.push_back({.shape = 0,
@@ -115,17 +116,17 @@ TEST(FallingHeadTool, ACaseTellsItsCauses) {
             factor[cause.at("cause").get<std::string>() + " " + cause.at("what").get<std::string>()] = cause.at("factor");
     EXPECT_GT(factor.size(), 10U);
     EXPECT_GT(factor.at("Darcy's law alone no inertial term in the evaluation"), 1.0);
-    // Where the level is truly higher than it is read, the water runs faster than the head that is thought of can drive it.
+    // If the true level is higher than the reading, the water flows faster than the assumed head can drive it.
     EXPECT_LT(factor.at("level offset true water level +2 mm"), 1.0);
     EXPECT_GT(factor.at("level offset true water level -2 mm"), 1.0);
-    EXPECT_FALSE(std::filesystem::exists(folder.path() / "results" / "stl"));  // nothing asks for a surface
+    EXPECT_FALSE(std::filesystem::exists(folder.path() / "results" / "stl"));  // no stage needs a surface
     EXPECT_LT(factor.at("the paper's LBM scheme its k / ours: spheres with the diameter of the capsules, 15 voxels"), 1.0);
     const std::string report = read_text(folder.path() / "results" / "report.md");
     EXPECT_TRUE(has(report, "Measured against computed"));
     EXPECT_TRUE(has(report, "Flow with inertia"));
 }
 
-// Both solvers on one packing, up to where inertia has halved the permeability.
+// Both solvers on one packing, up to the Re at which inertia halves the permeability.
 TEST(ForchheimerLong, BothSolversAgree) {
     REQUIRE_PROGRAM("simpleFoam");
     const test::Folder folder;

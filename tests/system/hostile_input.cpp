@@ -1,4 +1,4 @@
-// What a breaker tried: damaged files, impossible frames, sudden ends. Never a crash, never a number that means nothing.
+// Hostile input: damaged files, impossible frames, sudden ends. Never a crash, never a meaningless number.
 #include <cstring>
 
 #include "converters/surface.hpp"
@@ -135,7 +135,7 @@ TEST(HostileStl, AsciiNumbersAreReadWholly) {
     const test::Folder folder;
     const std::string good =
         "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0,5 1 0\nendloop\nendfacet\nendsolid a\n";
-    expect_fault("voxelise --container box:1,1,1 --voxel-size 0.1 " + quoted(folder.write("a.stl", good)), "`0,5` is no number");
+    expect_fault("voxelise --container box:1,1,1 --voxel-size 0.1 " + quoted(folder.write("a.stl", good)), "`0,5` is not a number");
 }
 
 TEST(HostileOutput, InputsAndForeignFoldersStay) {
@@ -154,7 +154,7 @@ TEST(HostileOutput, InputsAndForeignFoldersStay) {
     EXPECT_TRUE(std::filesystem::exists(folder.path() / "foam/thesis.txt"));
 }
 
-// kill -9 of the parent ends the whole family of a program, grandchildren too.
+// kill -9 of the parent ends all child processes of a program, including grandchildren.
 TEST(Guardian, NoOrphanOutlivesUs) {
     const test::Folder folder;
     const pid_t child = fork();

@@ -1,4 +1,4 @@
-// OpenFOAM as people meet it: by hand and by the driver, in parallel, stopped, on bad surfaces, on a full disk. Skipped, visibly, where
+// OpenFOAM in practical use: by hand and by the driver, in parallel, interrupted, on bad surfaces, on a full disk. Skipped visibly where
 // it is not installed.
 #include <cmath>
 #include <thread>
@@ -15,9 +15,10 @@ namespace fs = std::filesystem;
 
 const Path cases = Path(POREPACK_SOURCE_FOLDER) / "openfoam_cases";
 
-// A pillar of spheres in a square box: small, and the flow has two ways past.
+// A pillar of spheres in a square box: small, and the flow passes on all sides.
 FoamScene pillar() {
-    Packing packing{.container = parse_container("box:0.02,0.02,0.06"), .shapes = {make_preset(ShapeKind::sphere, 0.012, 0.0)}, .bodies = {}};
+    Packing packing{
+        .container = parse_container("box:0.02,0.02,0.06"), .shapes = {make_preset(ShapeKind::sphere, 0.012, 0.0)}, .bodies = {}};
     for (int i = 0; i < 4; ++i) packing.bodies.push_back({.shape = 0, .position_m = Vec3(0.0095, 0.0105, 0.007 + 0.0125 * i)});
     FoamScene scene{.surface = make_surface(packing, {}).surface,
                     .container = packing.container,
@@ -30,7 +31,7 @@ FoamScene pillar() {
 }
 constexpr double cell = 1.25e-3;
 
-// A copy of the cases in a folder of its own: a user's.
+// A copy of the cases in a separate folder, as a user has it.
 Path copy_of_cases(const test::Folder& folder) {
     const Path copy = folder.path() / "openfoam_cases";
     fs::copy(cases, copy, fs::copy_options::recursive);
@@ -71,7 +72,7 @@ TEST(OpenFoam, DriverHandAndTwoProcessesGiveTheSameFlow) {
     EXPECT_EQ(by_hand(mesh).exit_code, 0);
     EXPECT_EQ(read_text(rates), flow);
 
-    // Without mpirun it runs all the same, and says so.
+    // Without mpirun it still runs, and prints a note.
     const Path parallel_mesh = folder.path() / "parallel" / "mesh_fine";
     ASSERT_EQ(std::system((quoted(parallel_mesh / "Allclean")).c_str()), 0);
     const ByHand alone = by_hand(parallel_mesh, without("mpirun", folder.path() / "links"));
@@ -86,7 +87,7 @@ TEST(OpenFoam, AStoppedSolverGoesOn) {
     const Path mesh = folder.path() / "stopped" / "mesh_fine";
     const double whole = foam_permeability(pillar(), config, cell, cases, folder.path() / "whole").permeability_m2;
     (void)foam_permeability(pillar(), config, cell, cases, folder.path() / "stopped");
-    // What a killed run leaves: times up to 100, the last one cut off, rows of the flow rate beyond.
+    // The files of a killed run: times up to 100, the last one incomplete, rows of the flow rate beyond it.
     fs::remove(mesh / "log.simpleFoam.done");
     std::vector<int> times;
     for (const auto& entry : fs::directory_iterator(mesh))
@@ -108,7 +109,8 @@ TEST(OpenFoam, AStoppedSolverGoesOn) {
 TEST(OpenFoam, AKilledDriverGoesOn) {
     REQUIRE_PROGRAM("simpleFoam");
     const test::Folder folder;
-    Packing packing{.container = parse_container("box:0.02,0.02,0.06"), .shapes = {make_preset(ShapeKind::sphere, 0.012, 0.0)}, .bodies = {}};
+    Packing packing{
+        .container = parse_container("box:0.02,0.02,0.06"), .shapes = {make_preset(ShapeKind::sphere, 0.012, 0.0)}, .bodies = {}};
     for (int i = 0; i < 4; ++i) packing.bodies.push_back({.shape = 0, .position_m = Vec3(0.0095, 0.0105, 0.007 + 0.0125 * i)});
     write_packing(folder.path() / "packing.json", packing);
     const std::string command =
@@ -145,7 +147,7 @@ TEST(OpenFoam, BadSurfacesAreSeen) {
         for (double& x : point) x *= 1000.0;
     EXPECT_TRUE(has(message("millimetres", millimetres), "millimetres"));
 
-    // Cut short on its way to the case, by hand.
+    // Truncated during copying by hand.
     const Path user = copy_of_cases(folder) / "stokes_packing", stl = user / "constant" / "triSurface" / "solid.stl";
     const ByHand none = by_hand(user);
     EXPECT_EQ(none.exit_code, 2);
@@ -170,7 +172,7 @@ TEST(OpenFoam, BadMeshesAndFlowsAreSeen) {
     EXPECT_TRUE(
         has(test::message_of<EngineError>([&] { (void)foam_permeability(other, {.meshes = 1}, cell, cases, folder.path() / "other"); }),
             "lost or invented pore space"));
-    // Linear solvers that do nothing below 1e-3: the flow stands still, the residuals stay, and it is not converged.
+    // Linear solvers that stop at 1e-3: flow and residuals no longer change, and the run is not converged.
     const Path user = copy_of_cases(folder);
     const Path settings = user / "stokes_packing" / "system" / "fvSolution";
     std::string text = read_text(settings);
@@ -211,11 +213,11 @@ TEST(OpenFoam, AnUnknownVersionIsNamed) {
 TEST(OpenFoam, InertiaLowersThePermeability) {
     REQUIRE_PROGRAM("simpleFoam");
     const test::Folder folder;
-    // From one gap to the next but one: what flows in is like what flows out, and no momentum is gained between them.
+    // From one gap to the next but one: inflow and outflow are alike, and no momentum is gained between them.
     FoamScene scene = pillar();
     scene.section = {0.01325, 0.03825};
     scene.pore_volume_m3 = 4e-4 * 0.025 - 2.0 * 9.04779e-7;
-    // The converged flux depends on the relaxation a little (3e-4 on this mesh): that is the same here.
+    // The converged flux depends slightly on the relaxation (3e-4 on this mesh), which is the same here.
     const FoamConfig config{.meshes = 1, .relaxation_velocity = 0.8, .relaxation_pressure = 0.2, .residual = 1e-7};
     const double creeping = foam_permeability(scene, config, cell, cases, folder.path() / "stokes").permeability_m2;
     const Path user = copy_of_cases(folder) / "inertial_packing";

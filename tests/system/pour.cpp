@@ -1,4 +1,4 @@
-// Pours by the capsule engine: protocol, hard cases, a killed run, and both engines on one question.
+// Pours by the capsule engine: protocol, difficult cases, a killed run, and both engines on the same task.
 #include <cmath>
 #include <thread>
 
@@ -42,18 +42,21 @@ TEST(Pour, HardCasesComeToRest) {
     run("one grain", paper_shape(ShapeKind::tetrapod, 0.53), "cylinder:0.05,0.15", {.grains = 1});
     run("two grains", paper_shape(ShapeKind::tetrapod, 0.53), "cylinder:0.05,0.15", {.grains = 2});
     run("needle tetrapods", paper_shape(ShapeKind::tetrapod, 0.43), "cylinder:0.07,0.4", {.grains = 20, .batch_grains = 4});
-    run("needle dolosse, dropped from 1 m", paper_shape(ShapeKind::dolos, 0.43), "cylinder:0.08,1.1", {.grains = 15, .batch_grains = 4}, 0.05);
+    run("needle dolosse, dropped from 1 m", paper_shape(ShapeKind::dolos, 0.43), "cylinder:0.08,1.1", {.grains = 15, .batch_grains = 4},
+        0.05);
     run("tetrahedra", paper_shape(ShapeKind::tetrahedron, 0.81), "cylinder:0.05,0.2", {.grains = 30, .batch_grains = 4});
-    // Without friction a bed in a cylinder may turn about the axis for ever.
+    // Without friction a bed in a cylinder may rotate about the axis without end.
     run("no friction", paper_shape(ShapeKind::tetrapod, 0.81), "box:0.045,0.045,0.25",
         {.grains = 30, .friction = 0.0, .wall_friction = 0.0, .rest_energy_fraction = 1e-4, .settle_time_s = 10.0});
     run("no restitution", paper_shape(ShapeKind::tetrapod, 0.81), "cylinder:0.05,0.2",
         {.grains = 30, .normal_damping = 0.99, .tangential_damping = 0.9});
-    run("a grain as wide as the container", paper_shape(ShapeKind::tetrapod, 0.53), "cylinder:0.0335,0.2", {.grains = 5, .batch_grains = 1});
+    run("a grain as wide as the container", paper_shape(ShapeKind::tetrapod, 0.53), "cylinder:0.0335,0.2",
+        {.grains = 5, .batch_grains = 1});
     run("from a lattice, in a box", paper_shape(ShapeKind::tetrapod, 0.81), "box:0.07,0.07,0.3", {.fill = Fill::lattice, .grains = 40});
     PackingConfig stiff{.grains = 10, .normal_stiffness_N_per_m = 1e6, .tangential_stiffness_N_per_m = 5e5, .time_step_s = 2e-5};
-    EXPECT_TRUE(has(test::message_of<UserError>([&] { (void)pour(paper_shape(ShapeKind::tetrapod, 0.81), "cylinder:0.05,0.2", stiff, folder); }),
-                    "too long"));
+    EXPECT_TRUE(
+        has(test::message_of<UserError>([&] { (void)pour(paper_shape(ShapeKind::tetrapod, 0.81), "cylinder:0.05,0.2", stiff, folder); }),
+            "too long"));
 }
 
 TEST(Pour, PeriodicSidesAndMixtures) {
@@ -70,7 +73,7 @@ TEST(Pour, PeriodicSidesAndMixtures) {
             EXPECT_GE(body.position_m[axis], 0.0);
             EXPECT_LE(body.position_m[axis], 0.07);
         }
-    // Some grain lies across a face, else the faces were walls.
+    // At least one grain crosses a face, else the faces were walls.
     bool across = false;
     for (const Body& body : result.packing.bodies) {
         const Bounds bounds = bounds_of(world_capsules(result.packing, body));
@@ -120,7 +123,7 @@ TEST(Pour, CreatedOverlapping) {
 }
 
 TEST(Pour, SleepersChangeNothingThatCounts) {
-    // One pour is chaotic: with and without sleepers the grains lie elsewhere, but as densely. Five seeds each.
+    // A pour is chaotic: with and without sleepers the grain positions differ, but the porosity is the same. Five seeds each.
     const test::Folder folder;
     const auto porosities = [&](bool sleep) {
         std::vector<double> values;
@@ -141,7 +144,7 @@ TEST(Pour, SleepersChangeNothingThatCounts) {
     EXPECT_NEAR(asleep, awake, 3.0 * std::hypot(asleep_error, awake_error));
 }
 
-// Killed as soon as a file of that name pattern is there, and gone on with: the same bits as in one go.
+// Killed as soon as a file of that name pattern exists, then resumed: the same bits as without interruption.
 void expect_same_bits_after_a_kill(const std::string& engine, const std::string& snapshot) {
     const test::Folder folder;
     const std::string text =
@@ -199,7 +202,7 @@ std::string liggghts_fault(const std::string& line, const std::string& replaceme
 TEST(PourLiggghts, WhatItDoesNotSayIsNamed) {
     REQUIRE_PROGRAM("liggghts");
     const auto expect_message = [](const std::string& message, const std::string& part) { EXPECT_TRUE(has(message, part)) << message; };
-    // Steps far too long: the grains gain energy until they fly out, whichever is seen first.
+    // Time steps far too long: the grains gain energy until they leave the box, whichever is detected first.
     const std::string wild = liggghts_fault("timestep        ${time_step}", "variable long equal 20*${time_step}\ntimestep ${long}");
     EXPECT_TRUE(has(wild, "energy grows") || has(wild, "lost grains")) << wild;
     // A hole in the floor: grains fall out of the box.
@@ -207,14 +210,14 @@ TEST(PourLiggghts, WhatItDoesNotSayIsNamed) {
     expect_message(liggghts_fault("include         batch_${batch}.in", "if \"${batch} < 2\" then \"jump SELF on\"\nrun 1\nlabel on"),
                    "fell short");
     expect_message(liggghts_fault("print \"POREPACK done", "print \"POREPACK undone"), "before the end of its script");
-    expect_message(liggghts_fault("fix motion", "fix motion", {.settle_time_s = 0.01}), "still falling");
+    expect_message(liggghts_fault("fix motion", "fix motion", {.settle_time_s = 0.01}), "still decreases");
     expect_message(
         liggghts_fault("fix motion", "fix motion",
                        {.normal_damping = 0.0, .tangential_damping = 0.0, .friction = 0.0, .wall_friction = 0.0, .settle_time_s = 1.0}),
-        "does not fall any more");
+        "no longer decreases");
 }
 
-// The paper's packing at its size: what lies in the case comes out again, to the chance of another machine's last bits.
+// The paper's packing at full size: the packing stored in the case is reproduced, except for rounding differences between machines.
 TEST(PourLong, ThePapersPackingComesOutAgain) {
     const test::Folder folder;
     const Path source = Path(POREPACK_SOURCE_FOLDER) / "cases" / "paper_packing";
@@ -223,7 +226,7 @@ TEST(PourLong, ThePapersPackingComesOutAgain) {
     ASSERT_EQ(run.exit_code, 0) << run.err;
     const Packing kept = read_packing(source / "settled" / "tetrapod_053.json.gz");
     const Packing made = read_packing(folder.path() / "results" / "pack" / "packing.json");
-    // From the floor to the highest point, as the paper has it (Eq. 15).
+    // From the floor to the highest point, as in the paper (Eq. 15).
     const auto porosity_of = [](const Packing& packing) {
         const Grains grains(packing);
         return porosity(grains, packing.container, {0.0, grains.bounds().high.z()}, 20000).value;

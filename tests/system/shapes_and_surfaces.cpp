@@ -59,7 +59,8 @@ TEST(ExtraSurfaces, AreWrittenAsAskedFor) {
 
 TEST(Report, SaysWhyAPictureIsMissingAndComesBackWhenDeleted) {
     const test::Folder folder;
-    Packing packing{.container = parse_container("box:0.1,0.1,0.1:periodic"), .shapes = {make_preset(ShapeKind::sphere, 0.08, 0.0)}, .bodies = {}};
+    Packing packing{
+        .container = parse_container("box:0.1,0.1,0.1:periodic"), .shapes = {make_preset(ShapeKind::sphere, 0.08, 0.0)}, .bodies = {}};
     packing.bodies.push_back({.shape = 0, .position_m = Vec3(0.05, 0.05, 0.05)});
     write_packing(folder.path() / "packing.json", packing);
     folder.write(
@@ -67,7 +68,7 @@ TEST(Report, SaysWhyAPictureIsMissingAndComesBackWhenDeleted) {
         "[shape]\nkind = \"sphere\"\ndiameter_m = 0.08\n[container]\nkind = \"box\"\nsize_m = [0.1, 0.1, 0.1]\nperiodic = [true, true, "
         "true]\n[packing]\nengine = \"none\"\nfile = \"packing.json\"\n[geometry]\nvoxel_size_m = 0.005\nslice_pixel_m = "
         "0.002\nslice_spacing_m = 0.005\n[lbm]\ngrids = 1\n[openfoam]\nenabled = false\n[tortuosity]\nslice_spacing_m = 0.005\n");
-    // Without xvfb-run and a display there is no picture; the rest of the path stays.
+    // Without xvfb-run and a display there is no picture; the rest of PATH is kept.
     folder.write("bin/keep", "");
     for (const char* program : {"sh", "timeout", "gnuplot", "dpkg-query", "mpirun"})
         if (const auto found = find_program(program)) std::filesystem::create_symlink(*found, folder.path() / "bin" / program);
@@ -79,7 +80,7 @@ TEST(Report, SaysWhyAPictureIsMissingAndComesBackWhenDeleted) {
     ASSERT_EQ(porepack("run " + quoted(folder.path())).exit_code, 0);
     EXPECT_TRUE(std::filesystem::exists(folder.path() / "results/report.html"));
     EXPECT_FALSE(has(read_text(folder.path() / "results/result.json"), "forged"));
-    // A damaged manifest is a stage to do again, not an error; results go elsewhere when asked.
+    // A damaged manifest means that the stage is repeated, not an error; --output sends results elsewhere.
     folder.write("results/pack/manifest.json", "{}");
     EXPECT_EQ(porepack("status " + quoted(folder.path())).exit_code, 0);
     EXPECT_EQ(porepack("pack " + quoted(folder.path()) + " --output " + quoted(folder.path() / "other")).exit_code, 0);

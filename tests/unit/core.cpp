@@ -3,8 +3,8 @@
 #include "core/digest.hpp"
 #include "core/table.hpp"
 #include "core/toml_file.hpp"
-#include "pipeline/manifest.hpp"
 #include "helpers.hpp"
+#include "pipeline/manifest.hpp"
 
 namespace porepack {
 namespace {
@@ -97,7 +97,7 @@ TEST(Manifest, KnowsDoneStaleAndOfAnotherResultVersion) {
     folder.write("result.json", "{}");
     manifest.outputs["k.txt"] = sha256("1");
     write_json(folder.path() / "manifest.json", to_json(manifest));
-    EXPECT_EQ(state_of(folder.path(), manifest), StageState::stale);  // a forged result could stand beside it
+    EXPECT_EQ(state_of(folder.path(), manifest), StageState::stale);  // the result beside it could be forged
     manifest.outputs["result.json"] = sha256("{}");
     write_json(folder.path() / "manifest.json", to_json(manifest));
     EXPECT_EQ(state_of(folder.path(), manifest), StageState::done);
@@ -111,7 +111,7 @@ TEST(Manifest, KnowsDoneStaleAndOfAnotherResultVersion) {
     EXPECT_EQ(why, "output changed or missing: k.txt");
     Json old = to_json(manifest);
     folder.write("k.txt", "1");
-    old["program_version"] = "0.0.1";  // an update alone makes nothing stale
+    old["program_version"] = "0.0.1";  // a new version alone does not make a stage stale
     write_json(folder.path() / "manifest.json", old);
     EXPECT_EQ(state_of(folder.path(), manifest, &why), StageState::done);
     Manifest newer = manifest;

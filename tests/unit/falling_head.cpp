@@ -1,8 +1,8 @@
 #include <cmath>
 #include <limits>
 
-#include "helpers.hpp"
 #include "falling_head/falling_head.hpp"
+#include "helpers.hpp"
 #include "permeability/permeability.hpp"
 
 namespace porepack {

@@ -16,7 +16,7 @@ namespace {
 using test::has;
 using test::message_of;
 
-// A body without any symmetry: a long foot along +x, a shorter one along +y, a stem along +z, in a corner of the box.
+// A body without symmetry: a long arm along +x, a shorter one along +y, an arm along +z, in a corner of the box.
 Packing l_shaped() {
     Packing packing;
     packing.container.kind = Container::Kind::box;
@@ -92,7 +92,7 @@ TEST(Axes, TheLStandsRightInEveryFile) {
     EXPECT_EQ(back.phase, image.phase);
     EXPECT_EQ(back.notes.at("unit"), "metre");
 
-    // The surface's own columns give the same voxels, but for those that its facets cut.
+    // The columns of the surface give the same voxels, except for those that its facets cross.
     const PhaseImage from_stl = voxelise(SurfaceSolid(surface, packing.container), packing.container, whole, plan);
     std::size_t different = 0, solid = 0;
     for (std::size_t cell = 0; cell < image.phase.size(); ++cell) {
@@ -125,7 +125,7 @@ TEST(Packing, FaultsAreNamedWithTheirPlace) {
     EXPECT_TRUE(has(fault("{}"), "`format` is missing"));
     EXPECT_TRUE(has(fault(head + R"({"shape":"t","position_m":[0,0,0.1],"orientation":[1,0,0,0]}]})"), "no such shape in this file: t"));
     EXPECT_TRUE(has(fault(head + R"({"shape":"s","position_m":[0,0,100],"orientation":[1,0,0,0]}]})"), "outside the container"));
-    EXPECT_TRUE(has(fault(head + R"({"shape":"s","position_m":[0,0,0.1],"orientation":[2,0,0,0]}]})"), "no unit quaternion"));
+    EXPECT_TRUE(has(fault(head + R"({"shape":"s","position_m":[0,0,0.1],"orientation":[2,0,0,0]}]})"), "not a unit quaternion"));
     EXPECT_TRUE(has(fault(head + R"({"shape":"s","position_m":[0,null,0.1],"orientation":[1,0,0,0]}]})"), "/bodies[0]/position_m[1]"));
     EXPECT_TRUE(has(message_of<UserError>([&] { (void)read_packing(folder.path()); }), "is a folder"));
     EXPECT_TRUE(has(message_of<UserError>([&] { (void)read_packing(folder.path() / "none.json"); }), "no such file"));
@@ -217,9 +217,9 @@ TEST(Stl, FaultsAreNamed) {
         return message_of<UserError>([&] { (void)read_stl(folder.write("bad.stl", content)); });
     };
     EXPECT_TRUE(has(fault(""), "empty"));
-    EXPECT_TRUE(has(fault(bytes.substr(0, bytes.size() / 2)), "the STL file is cut"));
+    EXPECT_TRUE(has(fault(bytes.substr(0, bytes.size() / 2)), "the STL file is incomplete"));
     EXPECT_TRUE(has(fault("hello"), "not an STL"));
-    EXPECT_TRUE(has(fault("solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0"), "is no number"));
+    EXPECT_TRUE(has(fault("solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0"), "is not a number"));
     std::string nan = bytes;
     const float value = std::nanf("");
     std::memcpy(nan.data() + 84 + 50 * 7 + 12, &value, 4);
@@ -256,7 +256,7 @@ TEST(Percolation, FindsBlockedAndIsolatedPores) {
     EXPECT_EQ(open.cells.size(), 6U);
     image.phase[image.grid.index(1, 1, 2)] = Phase::grain;
     EXPECT_TRUE(has(message_of<NumericalError>([&] { (void)find_percolating_cells(image, drive); }), "does not percolate"));
-    // Round a periodic box: a channel that goes back to itself without a turn carries nothing.
+    // In a periodic box: a channel that returns to itself without passing round the box carries no flow.
     const Drive periodic{.axis = 2, .periodic = {true, true, true}};
     EXPECT_TRUE(has(message_of<NumericalError>([&] { (void)find_percolating_cells(image, periodic); }), "does not percolate"));
     image.phase[image.grid.index(1, 1, 2)] = Phase::pore;
@@ -264,7 +264,7 @@ TEST(Percolation, FindsBlockedAndIsolatedPores) {
 }
 
 TEST(Percolation, AChannelThatTurnsBackThroughAFaceDoesNotWind) {
-    // Up through the top face and down again beside it: two turns that cancel. Joined once more it winds.
+    // Up through the top face and down again beside it: two turns that cancel. With one more connection it winds round.
     PhaseImage image{.grid = {.cells = {6, 4, 6}}, .phase = std::vector<std::uint8_t>(144, Phase::grain), .notes = {}};
     const auto open = [&](int i, int j, int k) { image.phase[image.grid.index(i, j, k)] = Phase::pore; };
     for (const int k : {0, 1, 4, 5})
@@ -294,7 +294,7 @@ TEST(Percolation, AChannelThatTurnsBackThroughAFaceDoesNotWind) {
 }
 
 TEST(Voxels, NarrowGapsAreThoseBetweenSolids) {
-    // Along x: solid, a gap of two, solid, a gap of three, solid; open at nothing else than its ends along y and z.
+    // Along x: solid, a gap of two, solid, a gap of three, solid; open only at its ends along y and z.
     PhaseImage image{.grid = {.cells = {8, 3, 3}}, .phase = std::vector<std::uint8_t>(72, Phase::pore), .notes = {}};
     for (int k = 0; k < 3; ++k)
         for (int j = 0; j < 3; ++j)

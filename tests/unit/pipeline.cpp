@@ -16,7 +16,7 @@ namespace {
 using test::has;
 using test::message_of;
 
-// Two stages: `square` reads what `number` wrote. They count their runs.
+// Two stages: `square` reads the output of `number`. They count their runs.
 struct Chain {
     Path results;
     double value = 3.0;
@@ -65,7 +65,7 @@ TEST(Pipeline, AHigherResultVersionMakesOldResultsStale) {
     EXPECT_TRUE(has(status_of(newer)[0].why, "result version 1"));
     run_pipeline(newer);
     EXPECT_EQ(chain.runs_of_number, 2);
-    EXPECT_EQ(chain.runs_of_square, 2);  // what was made of it, too
+    EXPECT_EQ(chain.runs_of_square, 2);  // the stage that depends on it, too
 }
 
 TEST(Pipeline, AFailedStageKeepsItsFolderAndStopsTheChain) {
@@ -82,11 +82,11 @@ TEST(Pipeline, AFailedStageKeepsItsFolderAndStopsTheChain) {
 TEST(Context, AHostGetsLogAndProgressAndEndsTheWork) {
     std::vector<std::string> lines;
     bool stop = false;
-    set_context({.log = [&](LogLevel level, std::string_view line) {
-                     lines.push_back((level == LogLevel::warning ? "warning: " : "") + std::string(line));
-                 },
-                 .progress = {},
-                 .interrupted = [&] { return stop; }});
+    set_context(
+        {.log = [&](LogLevel level,
+                    std::string_view line) { lines.push_back((level == LogLevel::warning ? "warning: " : "") + std::string(line)); },
+         .progress = {},
+         .interrupted = [&] { return stop; }});
     log_info("step {}", 1);
     log_warning("careful");
     EXPECT_EQ(lines, (std::vector<std::string>{"step 1", "warning: careful"}));

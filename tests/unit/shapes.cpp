@@ -70,9 +70,10 @@ TEST(Shape, ACapsuleInsideAnotherOrTwiceChangesNothing) {
 }
 
 TEST(Shape, BadInputIsNamed) {
-    EXPECT_TRUE(has(message_of<UserError>([] { (void)dimensions_for(ShapeKind::tetrapod, 1.2, 1e-6, Cavity::filled); }), "0 < sphericity <= 1"));
     EXPECT_TRUE(
-        has(message_of<UserError>([] { (void)dimensions_for(ShapeKind::tetrapod, 0.1, 1e-6, Cavity::filled); }), "no tetrapod has sphericity 0.1"));
+        has(message_of<UserError>([] { (void)dimensions_for(ShapeKind::tetrapod, 1.2, 1e-6, Cavity::filled); }), "0 < sphericity <= 1"));
+    EXPECT_TRUE(has(message_of<UserError>([] { (void)dimensions_for(ShapeKind::tetrapod, 0.1, 1e-6, Cavity::filled); }),
+                    "no tetrapod has sphericity 0.1"));
     EXPECT_TRUE(has(message_of<UserError>([] { (void)dimensions_for(ShapeKind::tetrahedron, 0.83, 1e-6, Cavity::filled); }),
                     "jumps where the cavity closes"));
     EXPECT_TRUE(has(message_of<UserError>([] {
@@ -87,9 +88,9 @@ TEST(Shape, BadInputIsNamed) {
     EXPECT_TRUE(has(message_of<UserError>([&] { validate(apart); }), "1 to 64"));
     EXPECT_TRUE(has(message_of<UserError>([] { validate({.id = "x", .capsules = {{Vec3::Zero(), Vec3::Zero(), 0.0}}}); }), "radius_m > 0"));
     EXPECT_TRUE(has(message_of<UserError>([] { (void)make_shape({.kind = ShapeKind::tetrapod}); }), "size is missing"));
-    EXPECT_TRUE(
-        has(message_of<UserError>([] { (void)make_shape({.kind = ShapeKind::tetrapod, .sphericity = 0.5, .volume_m3 = 1e-6, .diameter_m = 1e-3}); }),
-            "contradict"));
+    EXPECT_TRUE(has(message_of<UserError>(
+                        [] { (void)make_shape({.kind = ShapeKind::tetrapod, .sphericity = 0.5, .volume_m3 = 1e-6, .diameter_m = 1e-3}); }),
+                    "contradict"));
 }
 
 TEST(Shape, TheTetrahedronsCavityIsFoundBetweenItsLimits) {
@@ -105,7 +106,7 @@ TEST(Clump, StaysWithinItsTolerance) {
     const Shape shape = make_preset(ShapeKind::tetrapod, 4e-3, 14e-3);
     const double tolerance = 0.05 * 4e-3;
     const auto spheres = sphere_clump(shape, tolerance);
-    EXPECT_EQ(spheres.size(), 37U);  // spacing 1.744 mm: 9 pieces an arm, and the middle
+    EXPECT_EQ(spheres.size(), 37U);  // spacing 1.744 mm: 9 pieces per arm, and the middle
     // Every surface point of an arm, seen along its normal, is at most the tolerance above the clump.
     const Capsule& arm = shape.capsules.front();
     const Vec3 axis = (arm.b - arm.a).normalized(), normal = axis.unitOrthogonal();

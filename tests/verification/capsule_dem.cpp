@@ -17,7 +17,7 @@ namespace {
 
 constexpr double g = 9.81, pi = std::numbers::pi;
 
-// The exact minimum another way: of the four ends' distances to the other segment, and of the two lines' where that lies within both.
+// The exact minimum by another method: of the four ends' distances to the other segment, and of the two lines' if within both.
 double distance_otherwise(const Segment& p, const Segment& q) {
     const auto to_segment = [](const Vec3& x, const Segment& segment) {
         const double length2 = segment.along.squaredNorm();
@@ -71,7 +71,7 @@ TEST(Segments, TheContactPointOfNearlyParallelAxesDoesNotJump) {
         }
         before = at;
     }
-    // Exactly parallel: the middle of the shared stretch, from -0.7 to 1.
+    // Exactly parallel: the middle of the shared interval, from -0.7 to 1.
     const Segment q{Vec3(-0.7, 0, 0.99), Vec3(2, 0, 0)};
     EXPECT_NEAR(pressed_point(p, q, closest_points(p, q), 0.01).x(), 0.15, 1e-12);
 }
@@ -109,7 +109,7 @@ TEST(CapsuleDem, ARodRestsStandingAndLying) {
     const auto low = [](const Capsule& capsule) { return std::min(capsule.a.z(), capsule.b.z()) - capsule.radius; };
     for (const bool standing : {true, false}) {
         CapsuleDem dem = floor_with(rod, {}, {.time_step_s = 2e-5});
-        // The preset lies along one axis of its frame: turn it onto z or x.
+        // The preset lies along one axis of its frame: rotate it onto z or x.
         const Vec3 axis = (rod.capsules[0].b - rod.capsules[0].a).normalized();
         const Quaternion turn = Quaternion::FromTwoVectors(axis, standing ? Vec3(Vec3::UnitZ()) : Vec3(Vec3::UnitX()));
         dem.add(0, Vec3(0.5, 0.5, standing ? 0.0151 : 0.0051), turn);
@@ -162,7 +162,7 @@ TEST(CapsuleDem, BothIntegratorsHaveTheirOrder) {
     }
 }
 
-// Euler's equations and the quaternion in the body's frame, by Runge and Kutta's classical method with small steps.
+// Euler's equations and the quaternion in the body frame, by the classical Runge-Kutta method with small steps.
 Quaternion spun(const Vec3& inertia, Vec3 omega, double time, int steps) {
     Eigen::Vector4d q = Quaternion::Identity().coeffs();
     const double h = time / steps;
@@ -208,7 +208,7 @@ TEST(CapsuleDem, AnAsymmetricBodyTurnsAsEulerSays) {
     }
 }
 
-// A loose heap of tetrapods on a floor, dropped.
+// A loose heap of tetrapods, dropped on a floor.
 CapsuleDem heap(int grains, const DemOptions& options, const ContactLaw& law = {}, const char* container = "cylinder:0.06,0.4") {
     const Shape tetrapod = make_preset(ShapeKind::tetrapod, 0.004, 0.008);
     CapsuleDem dem(parse_container(container), {tetrapod}, 1000.0, law, options);
@@ -283,12 +283,12 @@ TEST(CapsuleDem, ASnapshotGoesOnWithTheSameBits) {
 }
 
 TEST(CapsuleDem, NoPairIsMissed) {
-    // Watching all pairs all the time must give the same flight: the skin decides only what is looked at.
+    // A skin that includes all pairs must give the same motion: the skin decides only which pairs are checked.
     CapsuleDem narrow = heap(24, {.time_step_s = 2e-5, .skin_m = 0.0004}), wide = heap(24, {.time_step_s = 2e-5, .skin_m = 0.1});
     for (int i = 0; i < 20; ++i) {
         narrow.step(150);
         wide.step(150);
-        // Sums in another order differ in their last bits, which collisions multiply.
+        // Sums in another order differ in their last bits, and collisions amplify the difference.
         for (std::size_t b = 0; b < narrow.size(); ++b)
             ASSERT_LT((narrow.centre_of_mass(b) - wide.centre_of_mass(b)).norm(), i < 8 ? 1e-10 : 1e-4) << i << " " << b;
     }

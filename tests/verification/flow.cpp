@@ -38,7 +38,7 @@ TEST(Slit, FollowsTheBounceBackFormula) {
         for (const int H : {8, 16, 32}) {
             const StokesRun run = channel({H, 1, 1}, {false, true, true}, {.magic = magic, .walls = Walls::bounce_back});
             const double ratio = run.permeability_lu / (H * H / 12.0);
-            // k/k0 = 1 + (8 Lambda - 1)/H^2, exact for half-way bounce-back; the slack is the iteration error.
+            // k/k0 = 1 + (8 Lambda - 1)/H^2, exact for half-way bounce-back; the tolerance is the iteration error.
             EXPECT_NEAR(ratio, 1.0 + (8.0 * magic - 1.0) / (H * H), 1e-4 / (H * H) + 1e-7);
             error[i++] = ratio - 1.0;
         }
@@ -58,7 +58,7 @@ TEST(SquareDuct, IsOfSecondOrderByForceAndByPressure) {
     }
 }
 
-// A staircase wall is off by a part of a voxel, so plain bounce-back is of first order at best and irregular: the order is
+// A staircase wall deviates by a part of a voxel, so plain bounce-back is of first order at best and irregular: the order is
 // taken over a factor of four, and averaged over eight positions of the grid.
 double pipe_error(int diameter) {
     double sum = 0.0;
@@ -86,7 +86,7 @@ TEST(Pipe, ConvergesWithFirstOrder) {
     EXPECT_LT(fine, 0.02);
     EXPECT_GT(coarse, middle);
     EXPECT_GT(middle, fine);
-    EXPECT_GT(observed_order(coarse, fine, 4.0), 0.6);  // first order, less the scatter of eight positions
+    EXPECT_GT(observed_order(coarse, fine, 4.0), 0.6);  // first order, minus the scatter of eight positions
 }
 
 TEST(StraightDuct, HydraulicTortuosityIsExactlyOne) {
@@ -94,7 +94,7 @@ TEST(StraightDuct, HydraulicTortuosityIsExactlyOne) {
     EXPECT_NEAR(channel({12, 12, 8}, {false, false, true}, plain).hydraulic_tortuosity, 1.0, 1e-12);
 }
 
-// Driven along z the flow follows the duct: 1/cos of its angle.
+// Driven along z, the flow follows the duct: the tortuosity is 1/cos of its angle.
 TEST(InclinedDuct, HydraulicTortuosityIsOneOverCosine) {
     for (const int rise : {1, 2}) {  // x per z
         const double exact = std::hypot(1.0, rise);
@@ -162,8 +162,7 @@ TEST(SphereArrays, PermeabilityDoesNotDependOnTheViscosity) {
 TEST(SphereArrays, IsTheSameAlongAllAxesAndTheTwoEstimatesAgree) {
     double k[3];
     for (int axis = 0; axis < 3; ++axis) {
-        const LbmResult result =
-            solve(loose, 20, {.direction = static_cast<Axis>(axis), .iteration_tolerance = 1e-8, .grids = 1}, true);
+        const LbmResult result = solve(loose, 20, {.direction = static_cast<Axis>(axis), .iteration_tolerance = 1e-8, .grids = 1}, true);
         k[axis] = result.fine().permeability_m2;
         EXPECT_NEAR(result.fine().permeability_volume_m2 / k[axis], 1.0, 1e-7);
         EXPECT_NEAR(hydraulic_tortuosity(result.flow, {0.0, 1.0}, axis), result.fine().run.hydraulic_tortuosity, 1e-5);
@@ -173,7 +172,7 @@ TEST(SphereArrays, IsTheSameAlongAllAxesAndTheTwoEstimatesAgree) {
 }
 
 TEST(SphereArrays, HydraulicTortuosityIsTheKnownOne) {
-    // Converged values of SC c 0.343 and BCC c 0.6: 1.0155, 1.097; the slack is their last digit and the grid's.
+    // Converged values of SC c 0.343 and BCC c 0.6: 1.0155, 1.097; the tolerance is their last digit plus the grid error.
     EXPECT_NEAR(solve(loose, 48, {.iteration_tolerance = 1e-5, .grids = 1}).fine().run.hydraulic_tortuosity, 1.0155, 0.001);
     EXPECT_NEAR(
         solve(sphere_array(0.6, 88.8734, body_centred()), 48, {.iteration_tolerance = 1e-5, .grids = 1}).fine().run.hydraulic_tortuosity,
@@ -181,7 +180,7 @@ TEST(SphereArrays, HydraulicTortuosityIsTheKnownOne) {
 }
 
 TEST(PressurePlanes, GiveThePeriodicAnswerOnASymmetricCell) {
-    // Half-way between two layers of an SC array the pressure is constant by symmetry, so planes there change nothing.
+    // Half-way between two layers of an SC array the pressure is constant by symmetry, so pressure planes there have no effect.
     KnownFlow open = sphere_array(0.343, 15.39949, simple_cubic());
     open.container.periodic = open.packing.container.periodic = {true, true, false};
     open.solid = std::make_shared<const Grains>(open.packing);
@@ -189,7 +188,7 @@ TEST(PressurePlanes, GiveThePeriodicAnswerOnASymmetricCell) {
     const LbmGridResult planes = solve(open, 32, config).fine();
     const double periodic = solve(loose, 32, config).fine().permeability_m2;
     EXPECT_NEAR(planes.permeability_volume_m2 / periodic, 1.0, 1e-3);
-    // Interpolated walls do not conserve mass link by link: the flow rate differs between layers by a part of the grid's error.
+    // Interpolated walls do not conserve mass link by link: the flow rate differs between layers by a part of the grid error.
     EXPECT_NEAR(planes.permeability_m2 / periodic, 1.0, 3e-3);
 }
 

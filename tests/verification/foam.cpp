@@ -1,4 +1,4 @@
-// OpenFOAM on cases with exact answers. Skipped, visibly, where it is not installed.
+// OpenFOAM on cases with exact answers. Reported as skipped where it is not installed.
 #include <cmath>
 #include <numbers>
 
@@ -10,9 +10,10 @@ namespace {
 
 const Path cases = Path(POREPACK_SOURCE_FOLDER) / "openfoam_cases";
 
-// A square duct needs no grain in it, but the case wants a surface: a bead far above the section.
+// A square duct needs no grain in it, but the case requires a surface: a bead far above the section.
 FoamScene duct() {
-    Packing packing{.container = parse_container("box:0.01,0.01,0.1"), .shapes = {make_preset(ShapeKind::sphere, 0.002, 0.0)}, .bodies = {}};
+    Packing packing{
+        .container = parse_container("box:0.01,0.01,0.1"), .shapes = {make_preset(ShapeKind::sphere, 0.002, 0.0)}, .bodies = {}};
     packing.bodies.push_back({.shape = 0, .position_m = Vec3(0.005, 0.005, 0.08)});
     const Section section{0.01, 0.02};
     return {.surface = make_surface(packing, {}).surface,
@@ -52,13 +53,13 @@ TEST(FoamExtrapolation, FindsOrderAndLimit) {
         EXPECT_GT(found.interval.high, 3.0);
         EXPECT_NEAR(*found.grid_convergence_index, 1.25 * (values[2] - 3.0) / values[2], 1e-6);
     }
-    // Too coarse for an order: second order, and a wide interval.
+    // Too coarse to observe an order: second order is assumed, with a wide interval.
     const std::array<double, 3> coarse = {3.9, 3.6, 3.4};
     const FoamExtrapolation wide = extrapolate_meshes(cells, coarse);
     EXPECT_LT(*wide.observed_order, 1.5);
     EXPECT_NEAR(wide.value, 3.4 - 0.2 / (std::cbrt(16.0) - 1.0), 1e-12);
     EXPECT_GT(wide.interval.high - wide.interval.low, 0.15);
-    // Up and down: no order, and the interval holds all three.
+    // Not monotone: no order, and the interval contains all three values.
     const std::array<double, 3> swings = {1.0, 1.2, 1.1};
     const FoamExtrapolation none = extrapolate_meshes(cells, swings);
     EXPECT_FALSE(none.observed_order);

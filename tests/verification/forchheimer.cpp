@@ -1,4 +1,4 @@
-// Flows with inertia: what is known of them, and the line that is fitted.
+// Flows with inertia: known results, and the fit of the Forchheimer line.
 #include <array>
 #include <cmath>
 
@@ -31,12 +31,12 @@ TEST(Forchheimer, TheLineIsFoundAgain) {
     const double error = 0.02 * (2.0 / k + 120.0 / d / k_in) / (40.0 / d / k_in);
     EXPECT_NEAR(own.low * (1.0 + error) / k_in, 1.0, 1e-9);
     EXPECT_NEAR(own.high * (1.0 - error) / k_in, 1.0, 1e-9);
-    // What the flows share counts once more.
+    // Errors common to all flows are added once more.
     EXPECT_NEAR(fit_forchheimer(k, d, flows, 0.1).inertial_interval_m.low * 1.1 / own.low, 1.0, 1e-9);
 }
 
 TEST(Forchheimer, WeakInertiaAndTooFewFlows) {
-    // A series that never leaves the start: no onset, and the last three make the line.
+    // A series that stays at its first value: no onset, and the last three points define the line.
     const double k = 1e-6;
     std::vector<ApparentPermeability> flows;
     for (const double re : {0.1, 0.2, 0.4, 0.8}) flows.push_back({re, k / (1.0 + 1e-3 * re * re), 0.0});
@@ -71,8 +71,9 @@ TEST(Inertia, SetsInWithTheSquareOfTheReynoldsNumber) {
 }
 
 TEST(Inertia, TheGridConvergesAndTheEndsGainNoMomentum) {
-    // A few spheres in a tube between free water: k_apparent / k on three grids.
-    Packing packing{.container = parse_container("cylinder:0.03,0.06"), .shapes = {make_preset(ShapeKind::sphere, 0.01, 0.0)}, .bodies = {}};
+    // A few spheres in a tube with free water at both ends: k_apparent / k on three grids.
+    Packing packing{
+        .container = parse_container("cylinder:0.03,0.06"), .shapes = {make_preset(ShapeKind::sphere, 0.01, 0.0)}, .bodies = {}};
     for (int i = 0; i < 9; ++i)
         packing.bodies.push_back(
             {.shape = 0, .position_m = Vec3(0.008 * std::cos(2.1 * i), 0.008 * std::sin(2.1 * i), 0.012 + 0.0045 * i)});

@@ -32,7 +32,8 @@ struct Scene {
 
 // Grains that overlap at random: gaps of one node, grains cut by the planes, contacts with the wall.
 Packing random_bed(const std::string& container, int grains, double radius) {
-    Packing packing{.container = parse_container(container), .shapes = {make_preset(ShapeKind::tetrapod, 2.0 * radius, 2.0 * radius)}, .bodies = {}};
+    Packing packing{
+        .container = parse_container(container), .shapes = {make_preset(ShapeKind::tetrapod, 2.0 * radius, 2.0 * radius)}, .bodies = {}};
     std::mt19937 random(7);
     std::uniform_real_distribution<double> unit(0.0, 1.0);
     const Vec3 low = packing.container.low(), size = packing.container.high() - low;
@@ -45,7 +46,7 @@ Packing random_bed(const std::string& container, int grains, double radius) {
 }
 
 TEST(WallDistance, IsThatOfTheExactGeometry) {
-    // Every distance is checked against the signed distance of the point that it names, periodic images included.
+    // Every distance is checked against the signed distance of its wall point, periodic images included.
     const KnownFlow array = sphere_array(0.6, 88.8734, body_centred(), Vec3(0.013, 0.027, 0.041));
     const int n = 24;
     const Scene scene(array.packing, {0, 1}, 1.0 / n);
@@ -62,7 +63,7 @@ TEST(WallDistance, IsThatOfTheExactGeometry) {
             for (int a = 0; a < 3; ++a) away[a] -= std::round(away[a]);
             least = std::min(least, std::abs(away.norm() - 0.5 * array.diameter_m));
         }
-        // A way to a cell that no flow reaches has no wall on it: half-way is taken. In a gap of one node 0.02 is the least.
+        // A link to a cell that no flow reaches has no wall on it: half-way is used. In a gap of one node the minimum is 0.02.
         if (link.distance == 32768 || (link.narrow && link.distance == 1311))
             ++not_exact;
         else
@@ -89,7 +90,7 @@ TEST(WallDistance, KnowsTheContainerTheCutAndTheMirror) {
     EXPECT_GT(mirrored, 0.5);
     const double z = 0.5 + (mirrored - 0.5) * 0.1;
     EXPECT_NEAR(std::hypot(0.305 - 0.1 * mirrored, z - 0.52), 0.25, 1e-12);
-    // With void before the section the plane cuts the sphere, and the cut is a wall.
+    // With void before the section the plane cuts the sphere, and the cut face is a wall.
     const Grid reservoir{.cells = {10, 10, 12}, .origin_m = {-0.5, -0.5, 0.4}, .spacing_m = {0.1, 0.1, 0.1}};
     WallFinder cut({grains, packing.container, {0.5, 1.5}}, reservoir, drive);
     cut.move_to({0.05, 0.05, 0.45});
@@ -130,7 +131,7 @@ double largest_difference(const Scene& scene, const Scheme& scheme, Kernel one, 
     return largest / scale;
 }
 
-// Every instruction set that this processor has; each is forced in turn.
+// Every instruction set of this processor; each is selected one after the other.
 TEST(Kernels, EveryInstructionSetAgreesWithTheReference) {
     const Scene bed(random_bed("cylinder:1,1", 10, 0.08), {0.1, 0.9}, 1.0 / 24);
     for (const lbm::cpu::InstructionSet& set : lbm::cpu::instruction_sets()) {
@@ -191,7 +192,7 @@ std::vector<Known> known_arrays(const Vec3& shift) {
     const auto cylinders = [&](double phi, double drag, int cells, Axis direction) {
         return cylinder_array(phi, drag, 4.0 / cells, shift / cells, direction);
     };
-    // Cells that make 20 nodes per diameter; the bounds are those that the project set itself.
+    // Cells that make 20 nodes per diameter; the bounds are the project's own requirements.
     std::vector<Known> known;
     const auto add = [&](const char* name, KnownFlow flow, double cells, double at_20, double median_at_20, double at_40) {
         known.push_back({name, std::move(flow), cells, at_20, median_at_20, at_40});
@@ -245,7 +246,7 @@ double duct_error(const KnownFlow& duct, double cells) {
 }
 
 TEST(Accuracy, DuctsAreOfSecondOrder) {
-    // A slit that leans 1:2 against the grid (its normal is (2, 1)/sqrt 5, its period along it 1/sqrt 5), and a pipe off the
+    // A slit inclined 1:2 to the grid (its normal is (2, 1)/sqrt 5, its period along it 1/sqrt 5), and a pipe off the
     // grid's centre; 10, 20, 40 nodes across.
     const double period = 1.0 / std::sqrt(5.0), width = 0.6 * period;
     const auto slit = [=](double x, double y) {
@@ -277,13 +278,15 @@ TEST(Momentum, DragBalancesTheDrivingForce) {
 TEST(Precision, SingleGivesTheSamePermeability) {
     const KnownFlow array = sphere_array(0.6, 88.8734, body_centred(), Vec3(0.01, 0.02, 0.03));
     const double full = solve(array, 32, {.iteration_tolerance = 1e-6, .grids = 1}).fine().permeability_m2;
-    const double single = solve(array, 32, {.precision = Precision::single_precision, .iteration_tolerance = 1e-6, .grids = 1}).fine().permeability_m2;
+    const double single =
+        solve(array, 32, {.precision = Precision::single_precision, .iteration_tolerance = 1e-6, .grids = 1}).fine().permeability_m2;
     EXPECT_NEAR(single / full, 1.0, 1e-4);
 }
 
-// Some five minutes: ctest -L long.
+// About five minutes: ctest -L long.
 TEST(Precision, LongSingleGivesTheSameOnTenMillionNodes) {
-    Packing packing{.container = parse_container("box:1,1,1:periodic"), .shapes = {make_preset(ShapeKind::sphere, 0.14, 0.0)}, .bodies = {}};
+    Packing packing{
+        .container = parse_container("box:1,1,1:periodic"), .shapes = {make_preset(ShapeKind::sphere, 0.14, 0.0)}, .bodies = {}};
     std::mt19937 random(1);
     const auto unit = [&] { return static_cast<double>(random()) / 4294967296.0; };
     for (int i = 0; i < 520; ++i) {

@@ -50,7 +50,7 @@ TEST(HardCase, EveryMagicParameterAndViscosityGivesTheSame) {
             if (first == 0.0) first = result.permeability_m2;
             EXPECT_NEAR(result.permeability_m2 / first, 1.0, tau > 2.0 ? 1e-3 : 1e-4) << magic << " " << tau;
         }
-        // 0.501 is stable, and needs some 1e5 steps: no k from it then.
+        // 0.501 is stable, but needs about 1e5 steps, so k is not computed.
         EXPECT_THROW((void)bed.solve(1.0 / 20, {.relaxation_time = 0.501, .magic_parameter = magic, .max_steps = 2000, .grids = 1}),
                      NumericalError);
     }
@@ -65,7 +65,7 @@ TEST(HardCase, AnyPressureDropIsRescaled) {
 }
 
 TEST(HardCase, InertiaIsSteadyOrSaysThatItIsNot) {
-    // Square cylinders across, 0.3, by the full equilibrium: k falls with the Reynolds number; where the flow becomes unsteady or
+    // Square cylinders across, 0.3, with the full equilibrium: k decreases with Re; where the flow becomes unsteady or
     // unstable there is an error, never a number.
     const KnownFlow known = cylinder_array(0.3, 102.881, 4.0 / 16, Vec3::Zero(), Axis::x);
     const PhaseImage image = known.pore_space().voxelise_at(1.0 / 16);
@@ -114,7 +114,7 @@ TEST(HardCase, ThroatsOfOneNode) {
 }
 
 TEST(HardCase, ClosedPoresAndIsolatedFluidCarryNothing) {
-    // A hollow made of overlapping spheres would need many; a duct with a second, closed pore does it.
+    // A cavity made of overlapping spheres would need many spheres; a duct with a second, closed pore is enough.
     const auto pipe = [](double x, double y) { return 0.2 - std::hypot(x - 0.3, y - 0.3); };
     const double exact = std::numbers::pi * std::pow(0.2, 4) / 8.0;
     const KnownFlow open = duct("pipe", pipe, 0.4, exact);

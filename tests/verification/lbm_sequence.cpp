@@ -1,4 +1,4 @@
-// Sequences of grids: tolerance and interval, starts from coarser grids, the tensor, ends, parts of a section.
+// Sequences of grids: tolerance and interval, initial fields from coarser grids, the tensor, ends, parts of a section.
 #include <cmath>
 
 #include "arrays.hpp"
@@ -28,7 +28,7 @@ TEST(Tolerance, IsReachedAndCoversTheAnswer) {
 TEST(Tolerance, TheIntervalsOfFastKnownFlowsCover) {
     int covered = 0, solved = 0;
     for (const KnownFlow& known : random_known_flows(11)) {
-        // Dilute arrays take most of the time; `porepack benchmark coverage` takes them too.
+        // Dilute arrays need most of the time; `porepack benchmark coverage` includes them.
         if (known.permeability_m2 > 0.02 && known.container.size_m.z() == 1.0) continue;
         const LbmResult result =
             lbm_permeability(known.pore_space(), 0.1, {.direction = known.direction, .tolerance = 0.02, .max_time_s = 200.0});
@@ -44,7 +44,7 @@ TEST(Tolerance, TheIntervalsOfFastKnownFlowsCover) {
 
 TEST(Tolerance, StopsWhereTimeForbids) {
     const KnownFlow array = sphere_array(0.343, 15.39949, simple_cubic());
-    // As much time as two grids take on this machine; the tolerance would need minutes.
+    // The time of two grids on this machine; reaching the tolerance would need minutes.
     LbmResult result;
     for (double seconds = 2.0; !result.half_width && seconds < 100.0; seconds *= 2.0)
         result = solve_to(array, {.tolerance = 1e-5, .max_time_s = seconds});
@@ -74,7 +74,7 @@ TEST(Start, FromTheCoarserGridSavesStepsAndGivesTheSame) {
 }
 
 TEST(Tensor, IsSymmetricAndTurnsWithTheGrain) {
-    // A rod that leans in all three directions.
+    // A rod inclined to all three axes.
     Packing packing{.container = parse_container("box:1,1,1:periodic"),
                     .shapes = {{.id = "rod", .capsules = {{Vec3(-0.30, -0.18, -0.10), Vec3(0.30, 0.18, 0.10), 0.17}}}},
                     .bodies = {{.position_m = Vec3(0.5, 0.52, 0.47)}}};

@@ -34,7 +34,7 @@ TEST(PaperShapes, MeasuresOfTheTable) {
         Shape shape = make_preset(row.kind, row.d_mm, row.L_mm);
         shape.cavity = Cavity::open;
         const ShapeMeasures m = measure(shape);
-        // What the table's digits leave open (5e-5 mm, 5e-4 for the dolos of 0.99).
+        // The rounding of the table's digits (5e-5 mm, 5e-4 for the dolos of 0.99).
         const double digits = row.kind == ShapeKind::dolos && row.sphericity == 0.99 ? 5e-4 : 5e-5;
         EXPECT_NEAR(m.volume_m3 / 733.0, 1.0, 3.0 * digits / row.d_mm + 1.5 * 1.1e-5) << name_of(row.kind) << row.sphericity;
         EXPECT_NEAR(m.sphericity / row.sphericity, 1.0, 1.1e-5) << name_of(row.kind) << row.sphericity;
@@ -47,7 +47,7 @@ TEST(PaperShapes, TheInverseFindsDiameterAndLength) {
     for (const Row& row : rows) {
         const Dimensions size = dimensions_for(row.kind, row.sphericity, 733.0, Cavity::open);
         const double digits =
-            row.kind == ShapeKind::dolos && row.sphericity > 0.9 ? 5.1e-4 : 1.2e-4;  // the table holds four digits in volume and area
+            row.kind == ShapeKind::dolos && row.sphericity > 0.9 ? 5.1e-4 : 1.2e-4;  // the table has four digits in volume and area
         EXPECT_NEAR(size.diameter_m, row.d_mm, digits) << name_of(row.kind) << row.sphericity;
         EXPECT_NEAR(size.length_m, row.L_mm, digits) << name_of(row.kind) << row.sphericity;
     }
@@ -76,7 +76,7 @@ TEST(PaperShapes, MomentsAgreeWithMonteCarlo) {
     EXPECT_NEAR(m.inertia_per_density_m5(0, 0) / (second * cell), 1.0, 6.0 / std::sqrt(inside));
 }
 
-// Spheres that do not touch, at random in a wide box.
+// Spheres without contacts, at random in a wide box.
 Packing separate_spheres(double porosity_target, long& count) {
     Packing packing;
     packing.container = parse_container("box:0.1,0.1,0.1:periodic");
@@ -103,7 +103,7 @@ TEST(GeometricPaper, ReachesItsLimitForSeparateSpheres) {
     const Packing packing = separate_spheres(0.75, count);
     ASSERT_EQ(static_cast<long>(packing.bodies.size()), count);
     const Grains grains(packing);
-    // The limit 1 + (1 - eps)(3 pi/8 - 1) is for slices infinitely thin and no angle rule.
+    // The limit 1 + (1 - eps)(3 pi/8 - 1) is for infinitely thin slices and no angle rule.
     const double eps = porosity(grains, packing.container, {0.0, 0.1}).value;
     const double limit = 1.0 + (1.0 - eps) * (3.0 * std::numbers::pi / 8.0 - 1.0);
     double error[3];
@@ -114,7 +114,7 @@ TEST(GeometricPaper, ReachesItsLimitForSeparateSpheres) {
         EXPECT_EQ(result.paths, 1600);
         error[i++] = std::abs(result.value - limit);
         std::printf("  slices of %g m: %.4f +- %.4f, limit %.4f\n", slice, result.value, result.standard_error, limit);
-        // The excess over 1 within 5 % at the finest: three standard errors of the paths and the steps that are left.
+        // The excess over 1 within 5 % at the finest: three standard errors of the paths plus the remaining error of the steps.
         if (slice == 5e-5) {
             EXPECT_NEAR(result.value, limit, 3.0 * result.standard_error + 0.02 * (limit - 1.0));
         }
@@ -134,7 +134,7 @@ TEST(GeometricPaper, PixelsRaiseIt) {
         const double value = geometric_paper_on_slices(read_slices(slices), {}).value;
         EXPECT_GT(value, before) << pixel;
         before = value;
-        // The same without pictures: pixels are laid over the grains.
+        // The same without image files: the pixels are evaluated directly from the grains.
         const double laid = geometric_paper_exact(grains, packing.container, {0.0, 0.02}, {.dot_pixel_m = pixel}).value;
         EXPECT_NEAR((laid - 1.0) / (value - 1.0), 1.0, 0.1) << pixel;
     }

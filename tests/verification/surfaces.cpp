@@ -48,7 +48,7 @@ TEST(Surface, ErrorFallsWithTheSquareOfTheEdge) {
     }
 }
 
-// Apart by 1e-3 d: two bodies; touching or overlapping by as much: one. Whatever the facets say.
+// A gap of 1e-3 d: two bodies; contact or an overlap of 1e-3 d: one body, independent of the facets.
 TEST(Surface, ContactsComeOutAsTheGeometrySays) {
     const Shape rod = make_preset(ShapeKind::rod, 1.0, 3.0);
     const Quaternion crossing(Eigen::AngleAxisd(std::numbers::pi / 2.0, Vec3::UnitX())), skew(Eigen::AngleAxisd(0.3, Vec3::UnitX()));
@@ -68,7 +68,7 @@ TEST(Surface, ContactsComeOutAsTheGeometrySays) {
         EXPECT_EQ(shells(rod, Vec3::UnitX(), Quaternion::Identity()), bodies) << gap;                    // parallel, all along
         EXPECT_EQ(shells(rod, Vec3(1, 0, 0) + Vec3(0, 0, 1.3), Quaternion::Identity()), bodies) << gap;  // parallel, half
     }
-    // A larger contact gap joins what is nearer.
+    // A larger contact gap joins grains with smaller gaps.
     const SurfaceResult joined = make_surface(pair_of(sphere, Vec3(1.001, 0, 0)), {.deviation_m = 0.02, .contact_gap_m = 0.01});
     EXPECT_EQ(check_surface(joined.surface).shells, 1);
     EXPECT_EQ(joined.bridges, 1);
@@ -117,7 +117,7 @@ TEST(Surface, AUsersBoxIsMeasuredExactlyHoweverFarAway) {
         EXPECT_NEAR(m.volume_m3, 6.0, 1e-10);
         EXPECT_NEAR(m.area_m2, 22.0, 1e-10);
         EXPECT_NEAR(m.hull_volume_m3, 6.0, 1e-10);
-        EXPECT_NEAR(m.span_m, std::sqrt(14.0), 1e-10);
+        EXPECT_NEAR(m.maximum_feret_diameter_m, std::sqrt(14.0), 1e-10);
         EXPECT_NEAR(m.inertia_per_density_m5(0, 0), 6.0 * (b * b + c * c) / 12.0, 1e-8);
         EXPECT_NEAR(m.inertia_per_density_m5(0, 1), 0.0, 1e-8);
         EXPECT_NEAR(m.centre_of_mass_m.x(), shift + 0.5, 1e-10);
@@ -128,7 +128,7 @@ TEST(Surface, AUsersBoxIsMeasuredExactlyHoweverFarAway) {
     }
 }
 
-// A rod through the faces of a periodic box overlaps its own images on one line: their facets must not lie in each other.
+// A rod through the faces of a periodic box overlaps its own images on one line: their facets must not coincide.
 TEST(Surface, ARodThroughPeriodicFacesIsOneCylinder) {
     for (const double half : {0.1, 0.2, 0.3}) {
         Packing packing{.container = parse_container("box:0.25,1,1:periodic"), .shapes = {}, .bodies = {}};
@@ -146,7 +146,7 @@ TEST(Surface, ARodThroughPeriodicFacesIsOneCylinder) {
     }
 }
 
-// Whatever the threads do, the file is the same: what is made from it need not be made again.
+// The file is the same for any number of threads, so later stages stay up to date.
 TEST(Surface, TheOrderOfTrianglesDoesNotDependOnThreads) {
     Packing packing = pair_of(make_preset(ShapeKind::tetrapod, 1.0, 3.0), Vec3(0.9, 0.2, 0.1));
     for (int i = 0; i < 6; ++i)
@@ -161,7 +161,7 @@ TEST(Surface, TheOrderOfTrianglesDoesNotDependOnThreads) {
     }
 }
 
-// Two settled pairs that touch so flatly that their facets, in single precision, cross each other beside the contact.
+// Two settled pairs with so flat a contact that their facets, in single precision, cross each other beside the contact.
 TEST(Surface, FlatContactsOfSettledGrainsAreMended) {
     const std::array<std::array<Body, 2>, 2> pairs = {
         {{{{.shape = 0,
@@ -187,7 +187,7 @@ TEST(Surface, FlatContactsOfSettledGrainsAreMended) {
         const SurfaceCheck check = check_surface(result.surface);
         EXPECT_TRUE(check.fault.empty()) << check.fault;
         EXPECT_EQ(check.shells, 1);
-        EXPECT_EQ(result.shrunk_grains, 2) << "no longer a hard case: take another pair";
+        EXPECT_EQ(result.shrunk_grains, 2) << "no longer a hard case: choose another pair";
         EXPECT_NEAR(check.volume_m3 / (2.0 * measure(tetrapod, 1e-6).volume_m3), 1.0, 0.005);
     }
 }

@@ -1,4 +1,4 @@
-// Shortest ways and diffusion through pores against exact answers.
+// Shortest paths and diffusion through pores against exact answers.
 #include <cmath>
 #include <cstdio>
 #include <numbers>
@@ -45,7 +45,7 @@ TEST(ShortestPath, AnEmptyBoxIsExactlyOne) {
     for (int axis = 0; axis < 3; ++axis) {
         const ShortestPathResult result = shortest_path(empty, axis, {true, false, true});
         EXPECT_EQ(result.value, 1.0);
-        EXPECT_EQ(result.least, 1.0);
+        EXPECT_EQ(result.minimum, 1.0);
     }
 }
 
@@ -60,14 +60,14 @@ TEST(ShortestPath, StaggeredPlates) {
             return at.z() - number * s < t && (number % 2 == 0 ? at.x() > g : at.x() < H - g);
         };
         const PhaseImage image = image_of({10 * n, 3, plates * 5 * n}, 1.0 / n, plate);
-        const double found = shortest_path(image, 2, walls).least;
+        const double found = shortest_path(image, 2, walls).minimum;
         std::printf("  %d voxels a unit: %.6f, exact %.6f\n", n, found, exact);
         EXPECT_NEAR(found / exact, 1.0, 1e-5);
-        EXPECT_NEAR(shortest_path(turned(image), 0, walls).least, found, 1e-6);
+        EXPECT_NEAR(shortest_path(turned(image), 0, walls).minimum, found, 1e-6);
     }
 }
 
-// The way from a height D below a sphere's centre, at distance a from its axis, past the sphere to the plane at height D.
+// The path from a height D below a sphere's centre, at distance a from its axis, past the sphere to the plane at height D.
 // On the axis it is the longest.
 double past_a_sphere(double R, double D, double a) {
     if (a >= R) return 2.0 * D;
@@ -77,24 +77,25 @@ double past_a_sphere(double R, double D, double a) {
 TEST(ShortestPath, PastASphere) {
     EXPECT_NEAR(past_a_sphere(1.0, 1.5, 0.0), std::sqrt(1.25) + std::asin(1 / 1.5) + 1.5, 1e-12);
     const double R = 0.9973, D = 1.2, exact = past_a_sphere(R, D, 0.0) / (2.0 * D);
-    Packing packing{.container = parse_container("box:2.4,2.4,2.4"), .shapes = {make_preset(ShapeKind::sphere, 2.0 * R, 0.0)}, .bodies = {}};
+    Packing packing{
+        .container = parse_container("box:2.4,2.4,2.4"), .shapes = {make_preset(ShapeKind::sphere, 2.0 * R, 0.0)}, .bodies = {}};
     packing.bodies.push_back({.position_m = Vec3::Constant(1.2)});
     const PoreSpace space = pore_space_of(packing).with_section({0.0, 2.4});
     std::vector<double> errors, voxel_errors;
     for (const int n : {5, 10, 20}) {
         const ShortestPathResult result = shortest_path(space, 1.0 / n, Axis::z, 10000);
-        errors.push_back(result.greatest / exact - 1.0);
-        voxel_errors.push_back(shortest_path(space.voxelise_at(1.0 / n), 2, walls).greatest / exact - 1.0);
+        errors.push_back(result.maximum / exact - 1.0);
+        voxel_errors.push_back(shortest_path(space.voxelise_at(1.0 / n), 2, walls).maximum / exact - 1.0);
         std::printf("  %d voxels per radius: %+.3f %% between exact grains, %+.3f %% between voxels\n", n, 100 * errors.back(),
                     100 * voxel_errors.back());
     }
     std::printf("  orders %.2f and %.2f\n", observed_order(std::abs(errors[0]), std::abs(errors[2]), 4.0),
                 observed_order(std::abs(voxel_errors[0]), std::abs(voxel_errors[2]), 4.0));
     for (const double error : errors) EXPECT_LT(std::abs(error), 1e-3);
-    // Round a staircase the path is longer by a part of first order, less what the sphere's outermost voxels scatter.
+    // Around a staircase the path is longer by an error of first order, minus the scatter from the sphere's outermost voxels.
     EXPECT_LT(std::abs(voxel_errors[2]), 0.007);
     EXPECT_GT(observed_order(std::abs(voxel_errors[0]), std::abs(voxel_errors[2]), 4.0), 0.6);
-    // The mean over starting points, from an image alone, against that between exact grains.
+    // The mean over starting points, from an image alone, against the mean between exact grains.
     const double mean = shortest_path(space, 1.0 / 20, Axis::z).value;
     const double of_image = shortest_path(space.voxelise_at(1.0 / 20), 2, walls).value;
     std::printf("  mean over starting points %.5f between exact grains, %.5f between voxels\n", mean, of_image);
@@ -102,15 +103,15 @@ TEST(ShortestPath, PastASphere) {
 }
 
 TEST(ShortestPath, ThroatsSlotsAndDeadEnds) {
-    // A single way of one voxel's width: along z, across, and on.
+    // A single path of one voxel's width: along z, across, and along z again.
     const PhaseImage single = image_of({8, 3, 8}, 1.0, [](const Vec3& at) {
         const bool low = at.x() < 1.0 && at.z()<4.0, across = at.z()> 3.0 && at.z()<4.0, high = at.x()> 7.0 && at.z() > 3.0;
         return at.y() < 1.0 || at.y() > 2.0 || !(low || across || high);
     });
     const ShortestPathResult way = shortest_path(single, 2, walls);
     // From the right edge of the first duct, along the upper corner, to the left edge of the second.
-    EXPECT_NEAR(way.least, (3.0 + std::hypot(6.0, 1.0) + 4.0) / 8.0, 1e-6);
-    // The same pores joined through edges alone: no way.
+    EXPECT_NEAR(way.minimum, (3.0 + std::hypot(6.0, 1.0) + 4.0) / 8.0, 1e-6);
+    // The same pores connected only through edges: no path.
     const auto checker = [](const Vec3& at) {
         return (static_cast<int>(at.x()) + static_cast<int>(at.y()) + static_cast<int>(at.z())) % 2 == 0;
     };
@@ -133,20 +134,20 @@ TEST(ShortestPath, GoesOnAcrossPeriodicSides) {
     const auto plates = [](const Vec3& at) { return (at.z() > 2 && at.z() < 3 && at.x() > 1) || (at.z() > 5 && at.z() < 6 && at.x() < 9); };
     const PhaseImage image = image_of({10, 2, 8}, 1.0, plates);
     const ShortestPathResult closed = shortest_path(image, 2, walls), open = shortest_path(image, 2, {true, false, false});
-    EXPECT_NEAR(closed.least, (3.0 + std::hypot(8.0, 2.0) + 3.0) / 8.0, 1e-6);
-    EXPECT_EQ(open.least, 1.0);
+    EXPECT_NEAR(closed.minimum, (3.0 + std::hypot(8.0, 2.0) + 3.0) / 8.0, 1e-6);
+    EXPECT_EQ(open.minimum, 1.0);
     EXPECT_LT(open.value, closed.value);
 }
 
-// Layers of a slit that moves by half its width from layer to layer: up, aslant from corner to corner, and up.
+// Layers of a slit that moves by half its width from layer to layer: up, diagonally from corner to corner, and up.
 TEST(ShortestPath, ASlantedSlit) {
     const PhaseImage slit = image_of({12, 1, 4}, 1.0, [](const Vec3& at) {
         const double x = at.x() - 2.0 * std::floor(at.z());
         return x < 0.0 || x > 4.0;
     });
     const ShortestPathResult result = shortest_path(slit, 2, walls);
-    EXPECT_NEAR(result.least, (2.0 + std::sqrt(8.0)) / 4.0, 1e-6);
-    EXPECT_GT(result.value, result.least);
+    EXPECT_NEAR(result.minimum, (2.0 + std::sqrt(8.0)) / 4.0, 1e-6);
+    EXPECT_GT(result.value, result.minimum);
 }
 
 TEST(ShortestPath, AnisotropicVoxels) {
@@ -154,9 +155,9 @@ TEST(ShortestPath, AnisotropicVoxels) {
     image.grid.spacing_m = {2.0, 1.0, 0.5};
     // From the far corner to the plate's lower edge, along its side, and up: 8 across and 2.5 high, then straight.
     const ShortestPathResult result = shortest_path(image, 2, walls);
-    EXPECT_NEAR(result.greatest, (std::hypot(8.0, 2.5) + 0.5 + 3.0) / 6.0, 1e-6);
-    EXPECT_EQ(result.least, 1.0);
-    EXPECT_NEAR(result.ways_m.front().back().z(), 6.0, 1e-12);
+    EXPECT_NEAR(result.maximum, (std::hypot(8.0, 2.5) + 0.5 + 3.0) / 6.0, 1e-6);
+    EXPECT_EQ(result.minimum, 1.0);
+    EXPECT_NEAR(result.paths_m.front().back().z(), 6.0, 1e-12);
 }
 
 // ---- diffusive ----
@@ -177,7 +178,7 @@ TEST(Diffusive, AnEmptyBoxIsOneAndABlockedOneIsNamed) {
     EXPECT_THROW((void)diffusive_tortuosity(image_of({6, 4, 4}, 1.0, wall_across_x), 0, walls), DoesNotPercolate);
 }
 
-// A solver that fails on any of the three grids is an error, never "nothing leads through".
+// A solver that fails on any of the three grids is an error, never "no path leads through".
 TEST(Diffusive, AFailedSolverIsNoBlockedPore) {
     Packing packing{.container = parse_container("box:1,1,1"), .shapes = {make_preset(ShapeKind::sphere, 0.5, 0.0)}, .bodies = {}};
     for (const double x : {0.2, 0.55, 0.8})
@@ -185,7 +186,7 @@ TEST(Diffusive, AFailedSolverIsNoBlockedPore) {
     const PoreSpace space = pore_space_of(packing).with_section({0.0, 1.0});
     EXPECT_TRUE(diffusive_tortuosity(space, 1.0 / 24, Axis::z).limit);
     int failed = 0;
-    // Fewer and fewer iterations: first a coarser grid's solver fails, or the finest one's; never is there an estimate without a reason.
+    // Decreasing numbers of iterations: a solver that fails on any grid is an error; an estimate is always complete.
     for (long iterations = 40; iterations > 0; --iterations) {
         try {
             const DiffusiveEstimate estimate = diffusive_tortuosity(space, 1.0 / 24, Axis::z, {.maximum_iterations = iterations});
@@ -200,7 +201,7 @@ TEST(Diffusive, AFailedSolverIsNoBlockedPore) {
     EXPECT_GT(failed, 0);
 }
 
-// Three grids a factor of two apart; the errors of staircases are of first order, so the extrapolated value takes that out.
+// Three grids a factor of two apart; the staircase errors are of first order, so extrapolation removes them.
 struct ThreeGrids {
     std::array<double, 3> error{};
     double extrapolated = 0.0, half_width = 0.0, order = 0.0;
@@ -253,7 +254,7 @@ TEST(Diffusive, SimpleCubicSpheres) {
             const auto in = [&](const Vec3& at) { return (at - Vec3::Constant(0.5)).norm() < r; };
             const PhaseImage image = image_of({n, n, n}, 1.0 / n, in);
             const double around = diffusive_tortuosity(image, 2, {true, true, true}).value;
-            // Half-way between the layers the concentration is even by symmetry: planes there change nothing.
+            // Half-way between the layers the concentration is uniform by symmetry: planes there have no effect.
             if (n == 20) EXPECT_NEAR(diffusive_tortuosity(image, 2, {true, true, false}).value, around, 2e-5 * around);
             return around;
         });
@@ -277,7 +278,7 @@ TEST(Diffusive, InclinedDucts) {
 }
 
 TEST(Diffusive, DeadEndsThroatsAndThinPores) {
-    // Dead ends carry nothing: the straight pore keeps its flux, the porosity grows, and so does the number.
+    // Dead ends carry no flux: the straight pore keeps its flux, the porosity increases, and so does the tortuosity factor.
     const auto comb = [](const Vec3& at) { return at.x() > 2 && !(at.z() > 4 && at.z() < 6); };
     const DiffusiveResult dead = diffusive_tortuosity(image_of({8, 3, 10}, 1.0, comb), 2, walls);
     EXPECT_GT(dead.value, 1.2);
@@ -287,7 +288,7 @@ TEST(Diffusive, DeadEndsThroatsAndThinPores) {
     const DiffusiveResult pore = diffusive_tortuosity(image_of({20, 20, 30}, 1.0, thin), 2, walls);
     EXPECT_NEAR(pore.value, 1.0, 1e-6);
     EXPECT_NEAR(pore.relative_diffusivity, 1.0 / 400.0, 1e-8);
-    // A closed pocket counts as porosity, and is told apart.
+    // A closed pocket counts as porosity, and is reported separately.
     const auto pocket = [](const Vec3& at) { return at.x() > 2 && !(at.x() > 4 && at.x() < 6 && at.z() > 3 && at.z() < 5); };
     const DiffusiveResult closed = diffusive_tortuosity(image_of({8, 2, 8}, 1.0, pocket), 2, walls);
     EXPECT_GT(closed.porosity, closed.porosity_flowing);
@@ -298,15 +299,15 @@ TEST(Diffusive, DeadEndsThroatsAndThinPores) {
     EXPECT_THROW((void)diffusive_tortuosity(image_of({6, 6, 6}, 1.0, checker), 2, {true, true, true}), DoesNotPercolate);
 }
 
-// Touching spheres in simple cubic order, nearly no solid, nearly all solid: all between 1 and what is known to be possible.
+// Touching spheres in simple cubic order, nearly no solid, nearly all solid: all between 1 and known bounds.
 TEST(AllKinds, HoldAtTheEnds) {
     const auto ball = [](double r) { return [r](const Vec3& at) { return (at - Vec3::Constant(0.5)).norm() < r; }; };
     const PhaseImage touching = image_of({40, 40, 40}, 1.0 / 40.0, ball(0.5));
-    EXPECT_NEAR(shortest_path(touching, 2, walls).least, 1.0, 1e-12);  // along the corners of the cell
+    EXPECT_NEAR(shortest_path(touching, 2, walls).minimum, 1.0, 1e-12);  // along the corners of the cell
     const double ways = shortest_path(touching, 2, walls).value;
     EXPECT_GT(ways, 1.0);
     EXPECT_LT(ways, 1.2);
-    // Diffusion between spheres is slower than Maxwell's bound allows at best, sqrt(eps) of Bruggeman is near.
+    // Diffusion between spheres is slower than Maxwell's upper bound; Bruggeman's sqrt(eps) is near.
     const DiffusiveResult slow = diffusive_tortuosity(touching, 2, {true, true, true});
     EXPECT_GT(slow.value, 1.0 + 0.5 * (1.0 - slow.porosity));
     EXPECT_LT(slow.value, 2.0);
@@ -327,7 +328,7 @@ TEST(AllKinds, HoldAtTheEnds) {
         if (random() % 200 == 0) phase = phase == Phase::pore ? Phase::grain : Phase::pore;
     EXPECT_NEAR(shortest_path(noisy, 2, walls).value / ways, 1.0, 0.02);
     EXPECT_NEAR(diffusive_tortuosity(noisy, 2, {true, true, true}).value / slow.value, 1.0, 0.05);
-    // The wrong axis of a cylinder: its sides are no planes to go between.
+    // The wrong axis of a cylinder: its sides are not planes that could be inlet and outlet.
     PhaseImage pipe = image_of({10, 10, 10}, 0.1, [](const Vec3&) { return false; });
     for (int k = 0; k < 10; ++k)
         for (int j = 0; j < 10; ++j)

@@ -29,7 +29,7 @@ void add_common(CLI::App& command, Common& common, const std::string& example) {
     command.add_flag("--json", common.json, "result as JSON on stdout, log on stderr");
     command.add_flag("--dry-run", common.dry_run, "print the resolved configuration, what would run, memory and time; run nothing");
     command.add_option("--threads", common.threads, "threads of parallel loops (default: all cores)")->check(CLI::Range(1, 1024));
-    command.add_option("--output", common.output, "folder for the results (default: beside the input)");
+    command.add_option("--output", common.output, "folder for the results (default: that of the input)");
     command.footer("Example:\n  " + example);
 }
 
@@ -68,9 +68,8 @@ CommandLine::CommandLine() {
     app.footer(
         "Exit codes: 0 done, 2 the input, 3 a numerical failure, 4 an engine is missing or failed, 5 interrupted or the "
         "machine.\nExample:\n  porepack run cases/quickstart");
-    for (const auto& add_commands :
-         {add_case_commands, add_shape_command, add_geometry_commands, add_lbm_command, add_foam_command, add_forchheimer_command,
-          add_tortuosity_command, add_falling_head_commands, add_tools})
+    for (const auto& add_commands : {add_case_commands, add_shape_command, add_geometry_commands, add_lbm_command, add_foam_command,
+                                     add_forchheimer_command, add_tortuosity_command, add_falling_head_commands, add_tools})
         add_commands(*this);
 }
 
@@ -121,12 +120,12 @@ void CommandLine::add_keys(CLI::App& command, const std::string& table, const st
         if (left_out(key)) continue;
         const std::string old_flag = flag_of(old_key);
         command
-            .add_option_function<std::string>(old_flag,
-                                              [this, old_flag, key = key](const std::string& value) {
-                                                  log_warning(fmt::format("{} is now called {}; the old name is read until version 0.3",
-                                                                          old_flag, flag_of(key)));
-                                                  common.flags[key] = value;
-                                              })
+            .add_option_function<std::string>(
+                old_flag,
+                [this, old_flag, key = key](const std::string& value) {
+                    log_warning(fmt::format("{} is now called {}; the old name is read until version 0.3", old_flag, flag_of(key)));
+                    common.flags[key] = value;
+                })
             ->group("");
     }
 }
@@ -161,7 +160,7 @@ std::optional<Container> container_of(const Common& common) {
 
 Case open_case(const Common& common, const std::string& table, const Flags& flags) {
     if (!common.container.empty() || common.unit_m != 1.0)
-        throw UserError("a case says itself what its container and unit are", {.fix = "leave --container and --unit out; see case.toml"});
+        throw UserError("a case defines its own container and unit", {.fix = "remove --container and --unit; see case.toml"});
     Case the_case = read_case(common.input, table, flags);
     the_case.output = common.output;
     return the_case;
@@ -191,11 +190,10 @@ void run_on_files(const Common& common, LooseRun run) {
 
 void run_on_input(const Common& common, const LooseCommand& command) {
     if (is_packing(common.input) && (!common.container.empty() || common.unit_m != 1.0))
-        throw UserError("a packing brings its own container, in metres", {.where = common.input, .fix = "leave --container and --unit out"});
-    const PoreSpace space = load_pore_space(common.input, {.container = container_of(common),
-                                                           .unit_m = common.unit_m,
-                                                           .geometry = command.geometry,
-                                                           .whole_bed = command.whole_bed});
+        throw UserError("a packing brings its own container, in metres", {.where = common.input, .fix = "remove --container and --unit"});
+    const PoreSpace space = load_pore_space(
+        common.input,
+        {.container = container_of(common), .unit_m = common.unit_m, .geometry = command.geometry, .whole_bed = command.whole_bed});
     if (common.dry_run)
         return print_result(common, {{"configuration", command.configuration},
                                      {"stage", command.stage},

@@ -15,7 +15,7 @@
 
 namespace porepack::apps {
 
-/// What all commands share.
+/// Options shared by all commands.
 struct Common {
     bool json = false;
     bool dry_run = false;
@@ -33,7 +33,7 @@ public:
     /// The exit code. Throws what the command throws.
     int run(int argc, char** argv);
 
-    /// A command; its action runs after parsing, so that what it throws reaches main.
+    /// A command; its action runs after parsing, so that its exceptions reach main.
     CLI::App& add(const std::string& name, const std::string& help, const std::string& example, std::function<void()> action);
     CLI::App& add_below(CLI::App& parent, const std::string& name, const std::string& help, const std::string& example,
                         std::function<void()> action);
@@ -56,7 +56,7 @@ private:
     std::function<void()> action_;
 };
 
-// Each adds its commands (commands/*.cpp).
+// Each function adds its commands (commands/*.cpp).
 void add_case_commands(CommandLine& line);
 void add_shape_command(CommandLine& line);
 void add_geometry_commands(CommandLine& line);
@@ -68,12 +68,12 @@ void add_falling_head_commands(CommandLine& line);
 void add_tools(CommandLine& line);
 
 void print_result(const Common& common, const core::Json& json);
-/// Runs the case's stage `stage`, or tells what would run; `table` is the one that the command's flags belong to.
+/// Runs the case's stage `stage`, or reports what would run; `table` is the table of the command's flags.
 void run_in_case(const Common& common, const std::string& stage, const std::string& table);
 [[nodiscard]] stages::Case open_case(const Common& common, const std::string& table = {}, const core::Flags& flags = {});
 [[nodiscard]] core::Json plan_case(const stages::Case& c, const std::string& last = {});
 
-/// The keys of `flags` that belong to a table: a command may carry those of two tables.
+/// The keys of `flags` that belong to a table: a command may have those of two tables.
 template <typename Config>
 [[nodiscard]] Config config_of(const core::Flags& flags) {
     Config config;
@@ -96,7 +96,7 @@ struct LooseCommand {
 void run_on_input(const Common& common, const LooseCommand& command);
 void run_on_files(const Common& common, pipeline::LooseRun run);
 [[nodiscard]] std::optional<packing::Container> container_of(const Common& common);
-/// Where the files of a loose run go: --output, else beside the input.
+/// Folder for the files of a loose run: --output, else that of the input.
 [[nodiscard]] core::Path target_folder(const Common& common);
 
 }  // namespace porepack::apps

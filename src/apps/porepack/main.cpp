@@ -12,7 +12,7 @@ namespace {
 
 int report(const std::string& message, porepack::core::ExitCode code) {
     const std::string line = fmt::format("error: {}\n", message);
-    (void)std::fwrite(line.data(), 1, line.size(), stderr);  // a log that cannot be written is no fault
+    (void)std::fwrite(line.data(), 1, line.size(), stderr);  // a log that cannot be written is not an error
     return static_cast<int>(code);
 }
 
@@ -26,7 +26,7 @@ int main(int argc, char** argv) {
     } catch (const porepack::core::Error& error) {
         return report(error.what(), error.code());
     } catch (const std::bad_alloc&) {
-        return report("out of memory\n  fix:     take a larger voxel size or a shorter section", ExitCode::machine);
+        return report("out of memory\n  fix:     use a larger voxel size or a shorter section", ExitCode::machine);
     } catch (const std::exception& fault) {
         return report(fault.what(), ExitCode::machine);
     }

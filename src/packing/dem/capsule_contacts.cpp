@@ -1,4 +1,4 @@
-// Which grains are in contact, and with which force.
+// Contact detection and contact forces.
 #include <algorithm>
 #include <cmath>
 
@@ -7,7 +7,7 @@
 namespace porepack::packing::dem {
 using namespace shapes;
 
-// The contact law: the force on the second of two bodies. The displacement is kept in the tangent plane.
+// The contact law: the force on the second of two bodies. The tangential displacement is kept in the tangent plane.
 Vec3 CapsuleDem::State::contact_force(const Approach& at, Vec3& displacement, bool first) const {
     const double approach = at.velocity.dot(at.normal);
     const double elastic = at.share * 0.5 * law_.normal_stiffness_N_per_m * at.overlap;
@@ -25,8 +25,8 @@ Vec3 CapsuleDem::State::contact_force(const Approach& at, Vec3& displacement, bo
         if (now > 0.0) displacement *= length / now;
     }
     displacement += displacement_time_ * sliding;
-    // The spring's force alone, then spring and dashpot together are cut to the friction limit: a displacement that the dashpot had added
-    // to would give back more energy than was put in.
+    // First the elastic force alone, then elastic and dashpot force together are limited by friction: a displacement that includes a
+    // dashpot part would return more energy than was put in.
     const double limit = at.friction * (law_.elastic_limit ? elastic : std::max(0.0, force));
     if (const double size = kt * displacement.norm(); size > limit) displacement *= limit / size;
     Vec3 tangential = kt * displacement + ct * sliding;
@@ -34,7 +34,7 @@ Vec3 CapsuleDem::State::contact_force(const Approach& at, Vec3& displacement, bo
     return force * at.normal + tangential;
 }
 
-// The contact of one pair of a Verlet list; false, and the gap, where there is none.
+// The contact of one pair of a Verlet list; returns false and the gap where there is none.
 bool CapsuleDem::State::contact_of(std::size_t i, std::size_t n, Contact& contact, double& gap) const {
     const VerletPair& pair = verlet_lists_[i][n];
     const BodyState &body = bodies_[i], &other = bodies_[pair.other];
@@ -54,7 +54,7 @@ bool CapsuleDem::State::contact_of(std::size_t i, std::size_t n, Contact& contac
     return true;
 }
 
-// Contacts of the same two bodies at one place share the stiffness of one.
+// Several contacts of the same two bodies at one place share the stiffness of a single contact.
 void CapsuleDem::State::share_stiffness(const std::vector<VerletPair>& pairs, std::vector<Contact>& contacts, double reach) {
     for (Contact& contact : contacts) {
         double together = 0.0;
@@ -67,7 +67,7 @@ void CapsuleDem::State::share_stiffness(const std::vector<VerletPair>& pairs, st
     }
 }
 
-// The contacts of a body's Verlet list; pairs that have parted leave it.
+// The contacts of a body's Verlet list; pairs that have separated are removed from it.
 void CapsuleDem::State::check_pairs(std::size_t i, std::vector<Contact>& contacts, std::size_t& looked_at) {
     const BodyState& body = bodies_[i];
     auto& list = verlet_lists_[i];
@@ -107,8 +107,8 @@ void CapsuleDem::State::find_contacts(std::size_t i, std::vector<Contact>& conta
     share_stiffness(verlet_lists_[i], contacts, 0.25 * kinds_[bodies_[i].kind].diameter);
 }
 
-// A contact that was not there in the last step, unless both slept since: then it was there, but not checked, and its
-// tangential displacement holds.
+// A contact that did not exist in the last step, unless both bodies slept: then it existed unchecked, and its
+// tangential displacement remains valid.
 bool CapsuleDem::State::is_new(std::int64_t last_contact, const BodyState& body, const BodyState& other) const {
     if (last_contact >= steps_ - 1) return false;
     const auto slept_since = [&](const BodyState& one) {
@@ -192,7 +192,7 @@ void CapsuleDem::State::wall_forces(std::size_t i, std::vector<Load>& loads) {
         });
 }
 
-// `displacement_time` is the time over which tangential displacements grow: a step, or 0 where the forces of a changed scene are computed
+// `displacement_time` is the time over which tangential displacements grow: a step, or 0 where the forces of a changed state are computed
 // again.
 void CapsuleDem::State::forces(double displacement_time) {
     displacement_time_ = displacement_time;
@@ -211,8 +211,8 @@ void CapsuleDem::State::forces(double displacement_time) {
     }
     looked_at_ = 0;
     for (const std::size_t count : looked_at) looked_at_ += count;
-    // Steps of less than about a millisecond are left to one thread: where another program takes a core, threads that meet thrice a step
-    // wait a hundred times longer than they work.
+    // Steps of less than about a millisecond use one thread: if another program uses a core, threads that synchronize three times per
+    // step wait a hundred times longer than they compute.
     parallel_ = looked_at_ + 3 * (n - sleepers_) > 20000;
 }
 

@@ -1,4 +1,4 @@
-// The scene: grains' shapes, cells, walls; and the public interface.
+// Set-up (grain shapes, cells, walls) and the public interface.
 #include "packing/dem/capsule_dem.hpp"
 
 #include <fmt/format.h>
@@ -36,7 +36,7 @@ CapsuleDem::State::Kind CapsuleDem::State::make_kind(const Shape& shape, double 
         kind.arms.push_back({.start = a, .along = b - a, .radius = capsule.radius});
         kind.radius = std::max(kind.radius, std::max(a.norm(), b.norm()) + capsule.radius);
     }
-    // An end that lies on another arm's axis adds nothing to the outline.
+    // An end that lies on another arm's axis does not change the outline.
     for (std::size_t i = 0; i < kind.arms.size(); ++i)
         for (const std::size_t end : {0U, 1U}) {
             const Arm& arm = kind.arms[i];
@@ -66,7 +66,7 @@ void CapsuleDem::State::make_cells(double widest) {
         if (container_.periodic[a] && extent < 4.0 * widest + 2.0 * skin_)
             throw UserError(
                 fmt::format("the periodic box is {:g} m wide along axis {}, too narrow for grains of radius {:g} m", extent, axis, widest),
-                {.allowed = fmt::format("{:g} m or more, so that no grain meets another one twice", 4.0 * widest + 2.0 * skin_)});
+                {.allowed = fmt::format("{:g} m or more, so that no two grains have two contacts", 4.0 * widest + 2.0 * skin_)});
         cell_count_[a] = std::clamp(static_cast<long>(extent / cell_size_), 1L, 400L);
     }
     cells_.resize(static_cast<std::size_t>(cell_count_[0] * cell_count_[1] * cell_count_[2]));

@@ -1,12 +1,12 @@
-// Rigid unions of capsules that collide: the paper's own kind of DEM (2.1.2), with exact contacts of spherocylinders.
+// DEM of rigid unions of capsules, as in the paper (2.1.2), with exact contacts of spherocylinders.
 #pragma once
 
 #include <iosfwd>
 #include <memory>
 #include <vector>
 
-#include "packing/grain_body.hpp"
 #include "packing/config.hpp"
+#include "packing/grain_body.hpp"
 #include "packing/packing.hpp"
 
 namespace porepack::packing::dem {
@@ -14,10 +14,10 @@ namespace porepack::packing::dem {
 /// Eq. 9 and 11: Fn = max(0, (s_n/2) overlap - eta_n sqrt(2 m s_n) v_n), |Ft| <= mu Fn with a spring s_t/2 and a dashpot eta_t sqrt(2 m
 /// s_t); m is the pair's effective mass, and the grain's own at a wall.
 struct ContactLaw {
-    /// s_n in N/m. The overlap of a grain at rest is about 2 weight / s_n, and the contact time, of which the time step is a fraction, goes
+    /// s_n in N/m. The overlap of a grain at rest is about 2 weight / s_n; the contact time, of which the time step is a fraction, scales
     /// with 1/sqrt(s_n): raise it where overlaps are too large, at the cost of more steps.
     double normal_stiffness_N_per_m = 1e4;
-    /// s_t in N/m; usually a half to the whole of s_n.
+    /// s_t in N/m; usually between s_n/2 and s_n.
     double tangential_stiffness_N_per_m = 5e3;
     /// eta_n, dimensionless, below 1 (critical). With `attraction` a central impact has the restitution exp(-pi eta_n / sqrt(1 - eta_n^2)),
     /// without it a slightly larger one.
@@ -28,22 +28,22 @@ struct ContactLaw {
     double friction = 0.35;
     /// Coulomb coefficient at the walls.
     double wall_friction = 0.1;
-    /// Limits |Ft| by the elastic part of Fn alone, as the paper does; false: by all of Fn. For comparisons with the paper.
+    /// true: limits |Ft| by the elastic part of Fn alone, as the paper does; false: by all of Fn. For comparisons with the paper.
     bool elastic_limit = false;
-    /// Leaves the max(0, .) out, so that the dashpot may pull parting grains together. For tests against the linear oscillator.
+    /// Omits the max(0, .), so that the dashpot may attract separating grains. For tests against the linear oscillator.
     bool attraction = false;
 };
 
 struct DemOptions {
-    /// Time step in seconds. Some 45 steps per contact time pi / sqrt((s_n/2)/m) are usual (plan_pour computes it); shorten it when energy
+    /// Time step in seconds. About 45 steps per contact time pi / sqrt((s_n/2)/m) are usual (plan_pour computes it); shorten it when energy
     /// grows or grains are lost.
     double time_step_s = 1e-5;
     /// Gravity in m/s^2. Without gravity grains never sleep.
     shapes::Vec3 gravity_m_per_s2 = shapes::Vec3(0.0, 0.0, -9.81);
-    /// Adams-Bashforth only to repeat the paper.
+    /// Adams-Bashforth only to reproduce the paper.
     Integrator integrator = Integrator::verlet;
-    /// Grains at rest are left out until the force on one of their contacts changes by `wake_fraction` of their weight; the pour wakes all
-    /// at the end. Saves time in beds that fill up; leave it off where every grain's motion matters.
+    /// Grains at rest are skipped until the force on one of their contacts changes by `wake_fraction` of their weight; the pour wakes all
+    /// at the end. Saves time in beds that fill up; switch it off where the motion of every grain matters.
     bool sleep = false;
     /// Dimensionless. Smaller values wake more grains.
     double wake_fraction = 0.5;
@@ -57,24 +57,24 @@ struct DemEnergy {
     [[nodiscard]] double total() const { return kinetic_J + rotational_J + potential_J + elastic_J; }
 };
 
-/// What rest is measured by.
+/// Quantities that define rest.
 struct DemRest {
     double kinetic_energy_per_grain_J = 0.0;  ///< of translation, and of rotation unless all grains are spheres
     double largest_force_over_weight = 0.0;   ///< net force (contacts and gravity) on a grain / its weight
     double mean_force_over_weight = 0.0;
-    double coordination_number = 0.0;                      ///< touching grains per grain, walls not counted
+    double coordination_number = 0.0;                      ///< grains in contact per grain, walls not counted
     double largest_overlap_m = 0.0, mean_overlap_m = 0.0;  ///< between grains
-    double top_m = 0.0;                                    ///< highest point of the grains slower than 0.05 m/s; 0 when there is none
+    double top_m = 0.0;                                    ///< highest point of the grains slower than 0.05 m/s; 0 if there is none
 };
 
-/// Deterministic: the same calls give the same bits, whatever the number of threads.
-/// Every pair of capsules that overlap is a contact, as in the paper. Where several of them lie at one place, at a joint of arms, they
-/// share the stiffness of one (smoothly, within half a radius), else a corner of a tetrahedron on another's would be nine times as stiff.
-/// Walls meet the capsules' ends, each place once. Cost is linear in the number of grains: a body looks for neighbours
-/// again only when it has moved by half the skin, and a pair is checked again only when its bodies can have closed its gap.
+/// Deterministic: the same calls give the same bits for any number of threads.
+/// Every pair of overlapping capsules is a contact, as in the paper. Where several of them lie at one place, at a joint of arms, they
+/// share the stiffness of one (smoothly, within half a radius); otherwise two tetrahedra corner to corner would be nine times as stiff.
+/// Walls are in contact with the capsules' ends, once per place. Cost is linear in the number of grains: a body searches neighbours
+/// again only when it has moved by half the skin, and a pair is checked again only when its gap can have closed.
 class CapsuleDem {
 public:
-    /// Throws UserError for a periodic box that is narrower than two grains.
+    /// Throws UserError for a periodic box narrower than two grains.
     CapsuleDem(const Container& container, const std::vector<shapes::Shape>& shapes, double density_kg_per_m3, const ContactLaw& law,
                const DemOptions& options);
     ~CapsuleDem();
@@ -82,8 +82,8 @@ public:
     CapsuleDem& operator=(CapsuleDem&&) noexcept;
 
     /// Adds a grain: pose of the shape's frame, velocity of its centre of mass, angular velocity.
-    void add(std::size_t shape, const shapes::Vec3& position_m, const shapes::Quaternion& orientation, const shapes::Vec3& velocity = shapes::Vec3::Zero(),
-             const shapes::Vec3& angular_velocity = shapes::Vec3::Zero());
+    void add(std::size_t shape, const shapes::Vec3& position_m, const shapes::Quaternion& orientation,
+             const shapes::Vec3& velocity = shapes::Vec3::Zero(), const shapes::Vec3& angular_velocity = shapes::Vec3::Zero());
     void step(long steps = 1);
     void wake_all();
     /// Without sleep all grains are awake.
@@ -106,7 +106,7 @@ public:
     [[nodiscard]] std::size_t watched_pairs() const;
     [[nodiscard]] std::size_t looked_at() const;
 
-    /// The whole state: a run that loads it continues with the same bits. load() throws UserError on a file of another scene.
+    /// The whole state: a run that loads it continues with the same bits. load() throws UserError on a file of another set-up.
     void save(std::ostream& out) const;
     void load(std::istream& in, const std::string& where);
 

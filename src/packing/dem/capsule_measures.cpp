@@ -1,4 +1,4 @@
-// Energy, and how near to rest the grains are.
+// Energy, and the quantities that define rest.
 #include <algorithm>
 #include <set>
 
@@ -7,7 +7,7 @@
 namespace porepack::packing::dem {
 using namespace shapes;
 
-// visit(first body, pair, contact) for every contact of grains.
+// Calls visit(first body, pair, contact) for every contact between grains.
 template <typename Visit>
 void CapsuleDem::State::for_contacts(const Visit& visit) const {
     std::vector<Contact> contacts;
@@ -17,7 +17,7 @@ void CapsuleDem::State::for_contacts(const Visit& visit) const {
     }
 }
 
-// `elastic_J` and the energy of a body's contacts with walls.
+// Returns `elastic_J` plus the energy of a body's contacts with walls.
 double CapsuleDem::State::wall_energy(const BodyState& body, double elastic_J) const {
     const double kn = 0.5 * law_.normal_stiffness_N_per_m, kt = 0.5 * law_.tangential_stiffness_N_per_m;
     const std::size_t walls = planes_.size() + 1;
@@ -60,7 +60,7 @@ DemRest CapsuleDem::State::rest() const {
     const double g = options_.gravity_m_per_s2.norm();
     for (const BodyState& body : bodies_) {
         const Kind& kind = kinds_[body.kind];
-        // A sphere may spin in place for ever, which moves nothing.
+        // A sphere may spin in place without end and move no other grain.
         const double rotation = spheres ? 0.0 : 0.5 * body.momentum.dot(omega_of(body, body.q, body.momentum));
         rest.kinetic_energy_per_grain_J += 0.5 * kind.body.mass_kg * body.v.squaredNorm() + rotation;
         const double net = g > 0.0 ? (body.force / kind.body.mass_kg + options_.gravity_m_per_s2).norm() / g : 0.0;

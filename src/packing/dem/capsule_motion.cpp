@@ -1,4 +1,4 @@
-// Steps of the grains, and which of them sleep.
+// Time integration of the grains, and their sleep.
 #include <algorithm>
 #include <cmath>
 
@@ -46,7 +46,7 @@ void CapsuleDem::State::advance(BodyState& body) {
         body.x += dt * body.v;
         body.v_contact = body.v + 0.5 * dt * acceleration;
         body.momentum += 0.5 * dt * body.torque;
-        // From a whole step and two half steps (Richardson), as the angular velocity turns with the body.
+        // Richardson extrapolation from a whole step and two half steps, because the angular velocity rotates with the body.
         const Eigen::Vector4d rate = turn_rate(omega_of(body, body.q, body.momentum), body.q);
         const Quaternion whole = unit(body.q.coeffs() + dt * rate), half = unit(body.q.coeffs() + 0.5 * dt * rate);
         const Quaternion second = unit(half.coeffs() + 0.5 * dt * turn_rate(omega_of(body, half, body.momentum), half));
@@ -61,7 +61,7 @@ void CapsuleDem::State::advance(BodyState& body) {
     place_arms(body);
 }
 
-// The loads of all slots, in their order.
+// Adds the loads of all slots, in their order.
 void CapsuleDem::State::gather(BodyState& body, std::size_t i) const {
     body.force = loads_[0][i].force;
     body.torque = loads_[0][i].torque;
@@ -71,7 +71,7 @@ void CapsuleDem::State::gather(BodyState& body, std::size_t i) const {
     }
 }
 
-// The rest of the step, once the forces at its end are known.
+// The remaining part of the step, when the forces at its end are known.
 void CapsuleDem::State::finish(BodyState& body) {
     const double dt = options_.time_step_s;
     const Kind& kind = kinds_[body.kind];
@@ -97,7 +97,7 @@ void CapsuleDem::State::fall_asleep_or_wake() {
             body.woke_at = steps_;
             body.quiet = 0;
             body.fresh = 2;
-            // Its contacts with other sleepers were not checked in this step: it starts from balance.
+            // Its contacts with other sleeping bodies were not checked in this step: it starts from equilibrium.
             body.force = -kinds_[body.kind].body.mass_kg * options_.gravity_m_per_s2;
             body.torque.setZero();
         }
@@ -115,7 +115,7 @@ void CapsuleDem::State::fall_asleep_or_wake() {
 }
 
 void CapsuleDem::State::wake_all() {
-    if (sleeping() == 0) return;  // the forces stay known: a resumed run has the same bits
+    if (sleeping() == 0) return;  // the forces stay valid: a resumed run has the same bits
     for (std::size_t i = 0; i < bodies_.size(); ++i) woken_[0].push_back(static_cast<std::uint32_t>(i));
     fall_asleep_or_wake();
     primed_ = false;

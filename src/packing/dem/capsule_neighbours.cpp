@@ -1,7 +1,7 @@
 // Verlet lists. The container is divided into cells wider than any two grains in contact, so that a body's neighbours are in its own cell
-// and the 26 around it. A list holds all pairs of arms with a gap below the skin; it stays complete until one of the bodies has moved by
-// half the skin, and only then that body searches again. The order of a list decides the order of the forces' sums:
-// it follows from the bodies' numbers and their history, not from the threads.
+// and the 26 around it. A list contains all pairs of arms with a gap below the skin; it is complete until one of the bodies has moved by
+// half the skin, and only then that body searches again. The order of a list determines the order of the force sums:
+// it depends on the bodies' numbers and their history, not on the threads.
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -25,7 +25,7 @@ long CapsuleDem::State::cell_of(const Vec3& place) const {
     return at[0] + cell_count_[0] * (at[1] + cell_count_[1] * at[2]);
 }
 
-// Neighbours of those bodies that may have come near new ones.
+// New neighbours of the bodies that have moved far enough.
 void CapsuleDem::State::search() {
     for (std::size_t i = 0; i < bodies_.size(); ++i)
         if (bodies_[i].travelled - bodies_[i].searched_at > 0.5 * skin_) search_one(i);

@@ -20,7 +20,7 @@ constexpr long part = 500;  // steps between two checks
 
 struct PourProgress {
     long next_batch = 0;
-    bool poured = false, calm = false;  // calm: came to rest with sleepers, and all are awake since
+    bool poured = false, calm = false;  // calm: at rest with sleeping grains; all were woken since
     long settled_at = 0;                // step at which the last batch was created
 };
 
@@ -34,13 +34,13 @@ void write_snapshot(const Path& file, const std::string& key, const CapsuleDem& 
     });
 }
 
-// False when there is no snapshot, or one of other settings.
+// False when there is no snapshot, or its settings differ.
 bool read_snapshot(const Path& file, const std::string& key, CapsuleDem& dem, PourProgress& at) {
     std::ifstream in(file, std::ios::binary);
     std::string theirs;
     if (!in || !std::getline(in, theirs)) return false;
     if (theirs != key) {
-        log_info("pour: {} is of other settings; the pour starts anew", file.string());
+        log_info("pour: {} has other settings; the pour starts from the beginning", file.string());
         return false;
     }
     in.read(reinterpret_cast<char*>(&at), sizeof at);
@@ -64,19 +64,19 @@ void require_all_inside(const CapsuleDem& dem, const Container& container, doubl
 }
 
 // One pour: batches are inserted on schedule until the bed is full, then the grains settle until they are at rest. With sleep there are
-// two phases of settling: first with sleepers, then all are woken once, because the packing must be at rest without them.
+// two phases of settling: first with sleeping grains, then with all grains awake, because the packing must also be at rest without sleep.
 class CapsulePour {
 public:
     CapsulePour(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config, const Path& folder)
         : container_(container),
           config_(config),
           plan_(plan_pour(shapes, container, config)),
-          pour_(make_batches(shapes, container, config, plan_.drop_height_m, plan_.most_grains)),
+          pour_(make_batches(shapes, container, config, plan_.drop_height_m, plan_.maximum_grains)),
           dem_(container, shapes_of(shapes), config.density_kg_per_m3, contact_law(config), options()),
           snapshot_(folder / "snapshot.bin"),
           key_(scene_key(shapes, container, config)),
           diameter_(finest_diameter(shapes)),
-          feret_diameter_(largest_span(shapes)),
+          feret_diameter_(maximum_feret_diameter(shapes)),
           interval_(steps_of(config.batch_interval_s)),
           snapshot_steps_(steps_of(config.snapshot_interval_s)),
           settle_steps_(std::lround(config.settle_time_s / plan_.time_step_s)),
@@ -116,12 +116,12 @@ private:
             log_info("pour: resumes from {:.2f} s with {} grains", dem_.time_s(), dem_.size());
             dem_.set_sleep(config_.sleep && !at_.calm);
         } else {
-            log_info("pour: at most {} grains of exact capsules, time step {:.2e} s", plan_.most_grains, plan_.time_step_s);
+            log_info("pour: at most {} grains of exact capsules, time step {:.2e} s", plan_.maximum_grains, plan_.time_step_s);
         }
         next_snapshot_ = dem_.steps() + snapshot_steps_;
     }
 
-    // The next batch; none when all are poured or the bed is high enough.
+    // Inserts the next batch; none when all are poured or the bed has reached the fill height.
     void insert() {
         const bool full = at_.next_batch > 0 && config_.grains == 0 && dem_.rest().top_m > plan_.fill_height_m;
         if (at_.next_batch == batches() || full) {
@@ -134,7 +134,7 @@ private:
         ++at_.next_batch;
     }
 
-    // To the next check or the next batch.
+    // Steps until the next check or the next batch.
     void advance(Progress& progress) {
         const long until = at_.poured ? dem_.steps() + part : std::min(dem_.steps() / part * part + part, at_.next_batch * interval_);
         dem_.step(until - dem_.steps());
@@ -148,7 +148,7 @@ private:
                         fmt::format("{:.2f} s, {} grains, {} asleep", dem_.time_s(), dem_.size(), dem_.sleeping()));
     }
 
-    // True at rest; wakes all grains at the end of the first phase.
+    // Returns true at rest; wakes all grains at the end of the first phase.
     bool settled() {
         require_all_inside(dem_, container_, feret_diameter_);
         rest_ = dem_.rest();
@@ -171,13 +171,13 @@ private:
         return false;
     }
 
-    // Nothing drives the grains any more; a little more energy may come from the discrete steps of an impact.
+    // After the pour no energy is supplied; the time discretisation of an impact may add a small amount.
     void require_falling_energy() {
         const double energy = dem_.energy().total(),
                      scale = static_cast<double>(dem_.size()) * plan_.grain_mass_kg * config_.gravity_m_per_s2 * diameter_;
         if (!std::isfinite(energy) || energy > energy_before_ + 0.05 * scale)
             throw NumericalError(fmt::format("energy grows: by {:.3g} J in {} steps", energy - energy_before_, part),
-                                 {.allowed = "it falls once nothing is poured", .fix = "shorten time_step_s"});
+                                 {.allowed = "it decreases after the pour", .fix = "shorten time_step_s"});
         energy_before_ = energy;
     }
 

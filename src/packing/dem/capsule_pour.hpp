@@ -1,4 +1,4 @@
-// Packing by our own DEM of exact capsules.
+// Packing by the built-in DEM of exact capsules.
 #pragma once
 
 #include "packing/dem/capsule_dem.hpp"
@@ -8,9 +8,9 @@ namespace porepack::packing::dem {
 
 [[nodiscard]] ContactLaw contact_law(const PackingConfig& config);
 
-/// The same batches as LIGGGHTS gets. Resumes from `folder`/snapshot.bin when an interrupted run with the same settings left it, and
+/// Uses the same batches as LIGGGHTS. Resumes from `folder`/snapshot.bin of an interrupted run with the same settings, and
 /// removes it at the end. Throws NumericalError when grains are lost, energy grows, or the grains do not come to rest.
-[[nodiscard]] PourResult pour_with_capsules(const std::vector<shapes::ShapeShare>& shapes, const Container& container, const PackingConfig& config,
-                                            const core::Path& folder);
+[[nodiscard]] PourResult pour_with_capsules(const std::vector<shapes::ShapeShare>& shapes, const Container& container,
+                                            const PackingConfig& config, const core::Path& folder);
 
 }  // namespace porepack::packing::dem

@@ -1,4 +1,4 @@
-// Snapshots.
+// Snapshots: write and read the whole state.
 #include <istream>
 #include <ostream>
 
@@ -38,7 +38,7 @@ void CapsuleDem::State::save(std::ostream& out) const {
         for (const VerletPair& pair : verlet_lists_[i]) put(out, pair);
     }
     for (const WallContact& contact : walls_) put(out, contact);
-    for (const auto& cell : cells_) {  // their order decides that of the pairs
+    for (const auto& cell : cells_) {  // their order determines the order of the pairs
         put(out, cell.size());
         for (const std::uint32_t body : cell) put(out, body);
     }
@@ -47,7 +47,7 @@ void CapsuleDem::State::save(std::ostream& out) const {
 
 void CapsuleDem::State::load(std::istream& in, const std::string& where) {
     const auto refuse = [&] {
-        throw UserError("this snapshot is cut short or of another run", {.where = where, .fix = "remove it to start anew"});
+        throw UserError("this snapshot is cut short or of another run", {.where = where, .fix = "remove it to start from the beginning"});
     };
     std::uint64_t mark = 0;
     std::size_t layout = 0, kinds = 0, count = 0;

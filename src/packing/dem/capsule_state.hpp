@@ -1,7 +1,7 @@
-// What CapsuleDem keeps and does; only for the sources of this folder.
+// State and private functions of CapsuleDem; only for the sources of this folder.
 //
-// A step: every body moves (capsule_motion.cpp), bodies that moved far look for new neighbours (capsule_neighbours.cpp), the pairs of the
-// Verlet lists that can touch are checked and give forces (capsule_contacts.cpp), the velocities are completed, and grains fall asleep or
+// A step: every body moves (capsule_motion.cpp), bodies that moved far search new neighbours (capsule_neighbours.cpp), the pairs of the
+// Verlet lists that can be in contact are checked and give forces (capsule_contacts.cpp), the velocities are completed, and grains sleep or
 // wake. Nothing here depends on the number of threads.
 #pragma once
 
@@ -19,19 +19,19 @@ public:
     State(const Container& container, const std::vector<shapes::Shape>& shapes, double density_kg_per_m3, const ContactLaw& law,
           const DemOptions& options);
 
-    /// Bodies are dealt to load slots in blocks; each slot adds up its own loads, and the slots are added in their order: so the sums do
+    /// Bodies are assigned to load slots in blocks; each slot sums its own loads, and the slots are added in their order: so the sums do
     /// not depend on the number of threads.
     static constexpr std::size_t load_slots = 4, block = 16;
 
-    struct Arm {            ///< a capsule's axis
+    struct Arm {                    ///< a capsule's axis
         shapes::Vec3 start, along;  ///< in the body frame
         double radius;
     };
-    struct Node {  ///< an end of capsules, once
+    struct Node {  ///< an end of one or several capsules, listed once
         shapes::Vec3 place;
         double radius;
     };
-    struct Kind {  ///< what all grains of a shape share
+    struct Kind {  ///< data common to all grains of a shape
         GrainBody body;
         std::vector<Arm> arms;
         std::vector<Node> nodes;
@@ -49,25 +49,25 @@ public:
         shapes::Vec3 force = shapes::Vec3::Zero(), torque = shapes::Vec3::Zero();
         shapes::Vec3 omega = shapes::Vec3::Zero();  ///< for the contacts' velocities
         shapes::Vec3 v_contact = shapes::Vec3::Zero();
-        double travelled = 0.0, searched_at = -1e300;  ///< bounds of how far any of its points has moved
+        double travelled = 0.0, searched_at = -1e300;  ///< upper bounds of the distance that any of its points has moved
         std::uint32_t kind = 0, first_arm = 0, first_wall = 0;
         std::int32_t quiet = 0;              ///< steps at rest
-        std::uint8_t asleep = 0, fresh = 3;  ///< fresh: steps without a history
+        std::uint8_t asleep = 0, fresh = 3;  ///< fresh: number of steps without a history
         std::int64_t slept_at = -1, woke_at = -3;
         Derivative before, before_that;
     };
-    struct VerletPair {  ///< two arms that are near; in the Verlet list of the body of lower number
+    struct VerletPair {  ///< two nearby arms; in the Verlet list of the body with the lower number
         std::uint32_t other;
         std::uint16_t arm, other_arm;
-        double out_of_reach;  ///< no contact while the two bodies' travels sum to less
+        double out_of_reach;  ///< no contact while the sum of the two bodies' travelled distances is less
         shapes::Vec3 tangential_displacement;
-        shapes::Vec3 base_force;                 ///< when one of the two fell asleep
+        shapes::Vec3 base_force;         ///< force when one of the two fell asleep
         std::int64_t last_contact = -2;  ///< last step in contact
     };
     struct Contact {
-        std::size_t pair;        ///< in the body's Verlet list
+        std::size_t pair;                ///< in the body's Verlet list
         shapes::Vec3 shift, normal, at;  ///< periodic shift of the other body; towards it; point of the contact
-        double overlap, share;   ///< share of the stiffness
+        double overlap, share;           ///< share: fraction of the stiffness
     };
     struct WallContact {
         shapes::Vec3 tangential_displacement = shapes::Vec3::Zero();
@@ -83,16 +83,17 @@ public:
         shapes::Vec3 normal;  ///< inward
         double offset;
     };
-    /// What the contact law is applied to.
+    /// Input of the contact law.
     struct Approach {
         shapes::Vec3 normal;  ///< towards the second body
         double overlap;
         shapes::Vec3 velocity;  ///< of the first body relative to the second, at the contact
-        double mass;    ///< effective
+        double mass;            ///< effective
         double friction, share;
     };
 
-    void add(std::size_t shape, const shapes::Vec3& position_m, const shapes::Quaternion& orientation, const shapes::Vec3& velocity, const shapes::Vec3& angular_velocity);
+    void add(std::size_t shape, const shapes::Vec3& position_m, const shapes::Quaternion& orientation, const shapes::Vec3& velocity,
+             const shapes::Vec3& angular_velocity);
     void step(long steps);
     void wake_all();
     void set_sleep(bool sleep);
@@ -113,7 +114,7 @@ public:
     [[nodiscard]] std::size_t looked_at() const { return looked_at_; }
 
 private:
-    // capsule_dem.cpp: the scene
+    // capsule_dem.cpp: set-up
     [[nodiscard]] static Kind make_kind(const shapes::Shape& shape, double density_kg_per_m3);
     void make_cells(double widest);
     void make_walls();
@@ -167,13 +168,13 @@ private:
     shapes::Vec3 cell_low_ = shapes::Vec3::Zero();
     double cell_size_ = 1.0, skin_ = 0.0;
     std::vector<Plane> planes_;
-    double cylinder_radius_ = 0.0;                              // 0: none
+    double cylinder_radius_ = 0.0;                              // 0: no cylinder
     std::array<std::vector<std::uint32_t>, load_slots> woken_;  // by load slot
     double time_ = 0.0, displacement_time_ = 0.0;
     long steps_ = 0;
     std::size_t looked_at_ = 0, sleepers_ = 0;
     bool parallel_ = false;
-    bool primed_ = false;  // forces of the present state are known
+    bool primed_ = false;  // forces of the current state are known
 };
 
 }  // namespace porepack::packing::dem

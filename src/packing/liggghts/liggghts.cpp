@@ -33,14 +33,14 @@ std::vector<std::vector<double>> read_dump(const Path& file, std::size_t columns
         std::istringstream numbers(line);
         std::vector<double> row(columns);
         for (double& value : row) numbers >> value;
-        if (!numbers) throw EngineError("LIGGGHTS wrote a line that is no row of numbers: " + line, {.where = file.string()});
+        if (!numbers) throw EngineError("LIGGGHTS wrote a line that is not a row of numbers: " + line, {.where = file.string()});
         rows.push_back(row);
     }
     std::sort(rows.begin(), rows.end());
     return rows;
 }
 
-// Predicts every clump sphere from the poses and compares with where LIGGGHTS has it.
+// Predicts every clump sphere from the poses and compares it with the sphere's position in LIGGGHTS.
 double pose_error(const Run& run, const Packing& packing, const std::vector<std::vector<double>>& spheres) {
     using Sphere = Eigen::Vector4d;  // centre and radius
     std::vector<Sphere> real;
@@ -64,7 +64,7 @@ double pose_error(const Run& run, const Packing& packing, const std::vector<std:
     return worst;
 }
 
-constexpr const char* keep_them = "raise the container or lower drop_height_m, horizontal_speed_m_per_s or time_step_s";
+constexpr const char* keep_them = "increase the container's height or lower drop_height_m, horizontal_speed_m_per_s or time_step_s";
 
 [[noreturn]] void fail_with_log(const std::string& what, const Path& log, const std::string& fix = {}) {
     throw EngineError(what + "\n" + tail(log, 12), {.where = log.string(), .fix = fix});
@@ -121,7 +121,7 @@ std::vector<std::string> command_for(long processes) {
     return command;
 }
 
-// What LIGGGHTS does not say: grains that could not be created, were lost, or gain energy.
+// Faults that LIGGGHTS does not report: grains that could not be created, were lost, or gain energy.
 void require_sound(const Run& run, const PourLog& said, const Path& log) {
     if (const long expected = run.spheres_after(said.batch_then); said.spheres < expected)
         fail_with_log(fmt::format("LIGGGHTS lost grains: {} spheres are left of {} at step {}", said.spheres, expected, said.step), log,
@@ -135,7 +135,7 @@ void require_sound(const Run& run, const PourLog& said, const Path& log) {
     }
     const double energy = said.kinetic_J + said.rotational_J;
     if (!(energy <= run.most_energy_J))
-        throw NumericalError(fmt::format("energy grows: the grains move with {:.3g} J at step {}; their whole fall gives them {:.3g} J",
+        throw NumericalError(fmt::format("energy grows: the kinetic energy is {:.3g} J at step {}, the initial potential energy {:.3g} J",
                                          energy, said.step, run.most_energy_J),
                              {.where = log.string(), .fix = "shorten time_step_s"});
 }
@@ -166,7 +166,7 @@ void remove_snapshots(const Path& folder) {
             std::filesystem::remove(entry.path());
 }
 
-// The last snapshot of an earlier run with the same settings; those of other settings are removed.
+// The last snapshot of an earlier run with the same settings; snapshots with other settings are removed.
 Snapshot find_snapshot(const Path& folder, const std::string& scene) {
     const Path key = folder / "scene.sha256";
     if (!std::filesystem::exists(key) || read_text(key) != scene + "\n") remove_snapshots(folder);
@@ -190,9 +190,9 @@ std::string not_at_rest(const Run& run, const PourLog& said) {
         before += energies[energies.size() / 2 + i];
         after += energies[energies.size() - 1 - i];
     }
-    return fmt::format("the grains are not at rest after {:g} s: kinetic energy {:.3g} J a grain (limit {:.3g} J), {}",
+    return fmt::format("the grains are not at rest after {:g} s: kinetic energy {:.3g} J per grain (limit {:.3g} J), {}",
                        run.config.settle_time_s, said.end_energy_J / n, said.end_limit_J / n,
-                       after > 0.8 * before ? "which does not fall any more" : "which is still falling");
+                       after > 0.8 * before ? "which no longer decreases" : "which still decreases");
 }
 
 }  // namespace
@@ -208,14 +208,14 @@ PourResult pour_with_liggghts(const std::vector<ShapeShare>& shapes, const Conta
     for (const auto& share : shapes) run.bodies.push_back(clump_body(share.shape, config));
     if (container.any_periodic())
         throw UserError("LIGGGHTS pours into a container with walls, this one is periodic",
-                        {.fix = "engine = \"capsule\" pours into boxes that are periodic in x and y; or take a container with walls"});
+                        {.fix = "engine = \"capsule\" pours into boxes that are periodic in x and y; or use a container with walls"});
     require_program("liggghts", "liggghts");
     if (config.processes > 1) require_program("mpirun", "openmpi-bin");
     make_folder(folder);
     for (const char* name : {"pour.in", "begin_new.in", "begin_again.in", "snapshot.in", "walls_cylinder.in", "walls_box.in"})
         std::filesystem::copy_file(templates / name, folder / name, std::filesystem::copy_options::overwrite_existing);
     PourResult result;
-    const Pour pour = given ? *given : make_batches(shapes, container, config, run.plan.drop_height_m, run.plan.most_grains);
+    const Pour pour = given ? *given : make_batches(shapes, container, config, run.plan.drop_height_m, run.plan.maximum_grains);
     result.thinned_batches = pour.thinned;
     write_batches(run, pour);
     if (given) remove_snapshots(folder);
@@ -228,7 +228,7 @@ PourResult pour_with_liggghts(const std::vector<ShapeShare>& shapes, const Conta
         log_info("pour: resumes from {:.2f} s with {} grains", static_cast<double>(snapshot.step) * run.plan.time_step_s,
                  run.grains_after(snapshot.poured));
     else
-        log_info("pour: at most {} grains of {} spheres, time step {:.2e} s", run.plan.most_grains, run.plan.clump_spheres,
+        log_info("pour: at most {} grains of {} spheres, time step {:.2e} s", run.plan.maximum_grains, run.plan.clump_spheres,
                  run.plan.time_step_s);
     const Path log = folder / "log.liggghts.screen";
     PourLog said(log);
@@ -239,7 +239,7 @@ PourResult pour_with_liggghts(const std::vector<ShapeShare>& shapes, const Conta
 
     if (!said.done) fail_with_log("LIGGGHTS ended with exit code 0, but before the end of its script", log);
     if (said.poured < 1 || said.poured > static_cast<long>(run.batches.size()))
-        fail_with_log(fmt::format("LIGGGHTS says that it poured {} batches of {}", said.poured, run.batches.size()), log);
+        fail_with_log(fmt::format("LIGGGHTS reports {} poured batches of {}", said.poured, run.batches.size()), log);
     run.batches.resize(static_cast<std::size_t>(said.poured));
     result.grains = run.grains_after(said.poured);
     if (const long spheres = run.spheres_after(said.poured); said.end_spheres != spheres)
@@ -255,7 +255,7 @@ PourResult pour_with_liggghts(const std::vector<ShapeShare>& shapes, const Conta
     measure_rest(run, bodies, result);
     if (*result.mean_force_over_weight > rest_force_limit)
         throw NumericalError(
-            fmt::format("the grains move no more, but are not in balance: the net force on one is {:.2g} weights on the mean",
+            fmt::format("the grains do not move, but are not in equilibrium: the mean net force on a grain is {:.2g} weights",
                         *result.mean_force_over_weight),
             {.where = log.string(),
              .allowed = fmt::format("{:g}", rest_force_limit),
@@ -265,7 +265,7 @@ PourResult pour_with_liggghts(const std::vector<ShapeShare>& shapes, const Conta
         throw EngineError(fmt::format("the poses read back do not give the clump's spheres: off by {:.3g} m", *result.pose_error_m),
                           {.where = (folder / "final.bodies").string()});
     remove_snapshots(folder);
-    write_parameters(run, {});  // by hand it starts anew
+    write_parameters(run, {});  // a run by hand starts from the beginning
     return result;
 }
 

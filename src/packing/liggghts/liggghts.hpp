@@ -6,10 +6,11 @@
 
 namespace porepack::packing::liggghts {
 
-/// Runs in `folder` (made, with all inputs and logs in it). `templates` is the folder liggghts_templates/. Grains are created as `given`
-/// says, else by make_batches.
+/// Runs in `folder`, which is created and contains all inputs and logs. `templates` is the folder liggghts_templates/. Grains come from
+/// `given` if it is set, else from make_batches.
 /// Throws EngineError when LIGGGHTS is missing, fails or loses a grain, NumericalError when the grains do not come to rest.
-[[nodiscard]] PourResult pour_with_liggghts(const std::vector<shapes::ShapeShare>& shapes, const Container& container, const PackingConfig& config,
-                                            const core::Path& templates, const core::Path& folder, const std::optional<Pour>& given = {});
+[[nodiscard]] PourResult pour_with_liggghts(const std::vector<shapes::ShapeShare>& shapes, const Container& container,
+                                            const PackingConfig& config, const core::Path& templates, const core::Path& folder,
+                                            const std::optional<Pour>& given = {});
 
 }  // namespace porepack::packing::liggghts

@@ -19,7 +19,7 @@ ClumpBody clump_body(const Shape& shape, const PackingConfig& config) {
         sphere.a = sphere.b = grain.turn.conjugate() * (sphere.a - body.centre);
         body.spheres.push_back(sphere);
     }
-    if (body.spheres.size() == 1) {  // LIGGGHTS wants two spheres or more: one inside, which nothing touches
+    if (body.spheres.size() == 1) {  // LIGGGHTS needs two spheres or more: one inside, without contacts
         body.spheres.push_back(body.spheres.front());
         body.spheres.back().radius *= 0.5;
     }
@@ -29,7 +29,7 @@ ClumpBody clump_body(const Shape& shape, const PackingConfig& config) {
 namespace {
 
 void write_batch(const Path& file, const Batch& batch, const std::vector<ClumpBody>& bodies) {
-    std::string text = "# Creates one batch, each grain at its own pose.\n";
+    std::string text = "# Creates one batch, each grain at its given pose.\n";
     const double h = 1e-9;
     for (std::size_t g = 0; g < batch.size(); ++g) {
         const ClumpBody& body = bodies[batch[g].shape];
@@ -63,7 +63,7 @@ void write_batches(Run& run, const Pour& pour) {
     for (const Batch& batch : pour.batches)
         for (const Newcomer& grain : batch)
             run.most_energy_J +=
-                run.bodies[grain.shape].mass * (run.config.gravity_m_per_s2 * (grain.position_m.z() + largest_span(run.shapes)) +
+                run.bodies[grain.shape].mass * (run.config.gravity_m_per_s2 * (grain.position_m.z() + maximum_feret_diameter(run.shapes)) +
                                                 0.5 * grain.velocity_m_per_s.squaredNorm());
 }
 
@@ -87,12 +87,12 @@ void write_parameters(const Run& run, const Snapshot& snapshot) {
     const double margin = d;
     const Vec3 low = run.container.low(), high = run.container.high();
     const double dt = run.plan.time_step_s;
-    double limit = 1e300;  // a sphere; of a mixture the strictest
+    double limit = 1e300;  // per sphere; for a mixture the lowest
     for (std::size_t s = 0; s < run.bodies.size(); ++s)
         limit = std::min(limit, c.rest_energy_fraction * run.bodies[s].mass * c.gravity_m_per_s2 * smallest_diameter(run.shapes[s].shape) /
                                     static_cast<double>(run.bodies[s].spheres.size()));
     constexpr long part = 5000;
-    std::string text = "# Written by porepack; SI units. The law is Eq. 9: spring s_n/2, dashpot 2 eta sqrt((s_n/2)/m_ij) a mass m_ij.\n";
+    std::string text = "# Written by porepack; SI units. Contact law, Eq. 9: stiffness s_n/2, dashpot 2 eta sqrt((s_n/2)/m_ij) per m_ij.\n";
     const auto number = [&](const char* name, double value) { text += fmt::format("variable {} equal {:.17g}\n", name, value); };
     const auto whole = [&](const char* name, long value) { text += fmt::format("variable {} equal {}\n", name, value); };
     text += fmt::format("variable container string {}\n", run.container.kind == Container::Kind::cylinder ? "cylinder" : "box");
@@ -123,7 +123,7 @@ void write_parameters(const Run& run, const Snapshot& snapshot) {
     });
     whole("rotation_counts", spheres ? 0 : 1);
     whole("steps_per_snapshot", std::max(1L, std::lround(c.snapshot_interval_s / dt)));
-    // Where it begins; by hand, from the start: new, none, and zeros.
+    // Start of the run; a run by hand starts from the beginning: new, none, and zeros.
     text += fmt::format("variable begin string {}\n", snapshot.step > 0 ? "again" : "new");
     text += fmt::format("variable snapshot string {}\n", snapshot.file);
     whole("snapshot_step", snapshot.step);
@@ -136,11 +136,11 @@ void write_parameters(const Run& run, const Snapshot& snapshot) {
     write_text(run.folder / "parameters.in", text);
 }
 
-// The contact law between all types, and a template for each shape.
+// The contact law between all types, and one template per shape.
 void write_grains(const Run& run) {
     const auto& c = run.config;
     const std::size_t types = run.bodies.size() + 1;
-    // A wall is infinitely heavy; between walls nothing is ever asked.
+    // A wall has infinite mass; values between two walls are never used.
     const auto effective_mass = [&](std::size_t i, std::size_t j) {
         const double first = run.bodies[std::min(i, types - 2)].mass, second = run.bodies[std::min(j, types - 2)].mass;
         if (i + 1 == types) return second;
@@ -160,7 +160,7 @@ void write_grains(const Run& run) {
     property("gn", "gamman", [&](double mass, bool) { return 2.0 * c.normal_damping * std::sqrt(kn / mass); });
     property("gt", "gammat", [&](double mass, bool) { return 2.0 * c.tangential_damping * std::sqrt(kt / mass); });
     property("mu", "coefficientFriction", [&](double, bool wall) { return wall ? c.wall_friction : c.friction; });
-    // LIGGGHTS wants a prime above 10000 as the seed of each template; poses are given, so nothing is drawn from it.
+    // LIGGGHTS needs a prime above 10000 as the seed of each template; the poses are given, so the seed has no effect.
     for (std::size_t s = 0; s < run.bodies.size(); ++s) {
         const ClumpBody& body = run.bodies[s];
         text += fmt::format(

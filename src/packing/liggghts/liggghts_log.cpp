@@ -7,7 +7,7 @@
 
 namespace porepack::packing::liggghts {
 
-// Whether it says something.
+// True when the line contains information.
 bool PourLog::read_line(const std::string& line) {
     Batch batch{};
     if (std::sscanf(line.c_str(), "POREPACK batch %ld spheres %ld", &batch.number, &batch.spheres) == 2) {
@@ -44,7 +44,7 @@ void PourLog::read_on(const std::function<void()>& after_line) {
     std::ifstream in(file_);
     in.seekg(read_);
     for (std::string line; std::getline(in, line);) {
-        if (in.eof()) break;  // a line that is not yet whole
+        if (in.eof()) break;  // an incomplete line
         read_ = in.tellg();
         if (read_line(line)) after_line();
     }

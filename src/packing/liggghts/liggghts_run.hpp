@@ -1,12 +1,12 @@
-// What the writing and the reading of a LIGGGHTS run share. Only for the sources of this room.
+// Data shared by the writing and the reading of a LIGGGHTS run. Only for the sources of this folder.
 #pragma once
 
 #include "packing/liggghts/liggghts.hpp"
 
 namespace porepack::packing::liggghts {
 
-// The grain as LIGGGHTS sees it: clump about the centre of mass, axes along the principal ones, so that the body frame
-// that LIGGGHTS finds is this frame.
+// The grain in LIGGGHTS: clump about the centre of mass, axes along the principal axes, so that the body frame
+// computed by LIGGGHTS is this frame.
 struct ClumpBody {
     std::vector<shapes::Capsule> spheres;
     double mass = 0.0;
@@ -17,7 +17,7 @@ struct ClumpBody {
 
 [[nodiscard]] ClumpBody clump_body(const shapes::Shape& shape, const PackingConfig& config);
 
-// The name of its file says what is over: batches poured, parts of the settling, how many of these the grains were calm, steps.
+// Its file name holds the number of poured batches, settling parts, consecutive parts below the energy limit, and steps.
 struct Snapshot {
     std::string file = "none";
     long poured = 0, settled = 0, calm = 0, step = 0;
@@ -32,7 +32,7 @@ struct Run {
     core::Path folder;
     double top_m = 0.0;                                  // no grain is created above it
     std::vector<std::vector<std::size_t>> batches = {};  // the shapes of each batch's grains, in the order of creation
-    double most_energy_J = 0.0;                          // that all grains' fall can give
+    double most_energy_J = 0.0;                          // total potential energy of all grains
 
     [[nodiscard]] long grains_after(long batch) const;
     [[nodiscard]] long spheres_after(long batch) const;

@@ -1,4 +1,4 @@
-# What each cause does to the k of the paper's evaluation: causes.dat (row, factor, low, high, label). Given: rows, wanted (0: nothing).
+# Effect of each cause on k by the paper's evaluation: causes.dat (row, factor, low, high, label). Given: rows, wanted (0: nothing).
 set grid x
 set logscale x 2
 set xlabel 'k true / k by the evaluation of the paper'

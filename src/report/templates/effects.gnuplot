@@ -1,4 +1,4 @@
-# How far each effect moves the water level from Eq. 18: effects.csv. Given: columns.
+# Change of the water level from Eq. 18 by each effect: effects.csv. Given: columns.
 set datafile separator ','
 set multiplot layout 1,2
 set grid

@@ -1,4 +1,4 @@
-# What the kinds of tortuosity see: paths_geometric.dat, paths_shortest.dat, concentration.dat.
+# Paths and concentration behind the kinds of tortuosity: paths_geometric.dat, paths_shortest.dat, concentration.dat.
 set multiplot layout 1,3
 set xrange [-50:50]
 set yrange [30:90]

@@ -37,8 +37,9 @@ void print_status(const Common& common) {
 
 void add_case_commands(CommandLine& line) {
     const Common& common = line.common;
-    line.add_case(line.add("run", "run all stages of a case that are not done", "porepack run cases/quickstart", [&] { run_case(common); }));
-    line.add_case(line.add("status", "what is done, stale, failed or missing in a case", "porepack status cases/quickstart",
+    line.add_case(
+        line.add("run", "run all stages of a case that are not done", "porepack run cases/quickstart", [&] { run_case(common); }));
+    line.add_case(line.add("status", "show which stages of a case are done, stale, failed or missing", "porepack status cases/quickstart",
                            [&] { print_status(common); }));
     auto& pack = line.add("pack", "pour the grains of a case (exact capsules, or LIGGGHTS)", "porepack pack cases/quickstart --seed 7",
                           [&] { run_in_case(common, "pack", "packing"); });

@@ -23,12 +23,10 @@ void simulate(const Common& common, const SimulateOptions& options) {
     Json configuration = resolved_config(config);
     configuration["permeability_m2"] = options.permeability_m2;
     configuration["inertial_permeability_m"] = fmt::format("{:g}", options.inertial_permeability_m);
-    run_on_files(common, {.stage = "falling-head",
-                          .target = common.output,
-                          .configuration = configuration,
-                          .work = [&](const Path& folder) {
-                              return simulate_falling_head(options.permeability_m2, options.inertial_permeability_m, config, &folder);
-                          }});
+    run_on_files(common,
+                 {.stage = "falling-head", .target = common.output, .configuration = configuration, .work = [&](const Path& folder) {
+                      return simulate_falling_head(options.permeability_m2, options.inertial_permeability_m, config, &folder);
+                  }});
 }
 
 void analyse(const Common& common, const std::vector<std::string>& files) {
@@ -65,13 +63,13 @@ void add_falling_head_commands(CommandLine& line) {
                                     [&common, files] { analyse(common, *files); });
     analysis.add_option("curves", *files, "CSV files: a header with time_s and level_m (or _ms, _mm, ...), then a line per frame")
         ->required();
-    analysis.add_option("--case", line.common.input, "case whose [falling_head] describes the apparatus; flags win over it");
+    analysis.add_option("--case", line.common.input, "case whose [falling_head] describes the apparatus; flags override it");
     line.add_keys(analysis, "falling_head",
                   {"start_level_m", "levels_m", "noise_m", "frames_per_s", "seed", "causes", "computed_over_measured"});
 
     line.add_case(line.add_below(head, "case", "the falling-head stage of a case", "porepack falling-head case cases/quickstart",
                                  [&common] { run_in_case(common, "falling-head", "falling_head"); }));
-    auto& causes = line.add_below(head, "causes", "how much each cause changes the k of the paper's evaluation",
+    auto& causes = line.add_below(head, "causes", "effect of each cause on k by the paper's evaluation",
                                   "porepack falling-head causes cases/falling_head/tetrapod_053",
                                   [&common] { run_in_case(common, "causes", "falling_head"); });
     causes.add_option("case", line.common.input, "folder with case.toml, with causes = true in [falling_head]")->required();

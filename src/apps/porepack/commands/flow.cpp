@@ -14,34 +14,33 @@ void run_lbm_command(const Common& common) {
     if (is_case(common.input)) return run_in_case(common, "lbm", "lbm");
     const auto geometry = config_of<GeometryConfig>(common.flags);
     const auto config = config_of<LbmConfig>(common.flags);
-    run_on_input(common,
-                 {.stage = "lbm",
-                  .geometry = geometry,
-                  .configuration = {{"geometry", resolved_config(geometry)}, {"lbm", resolved_config(config)}},
-                  .work =
-                      [&](const PoreSpace& space, const Path& folder) {
-                          return run_lbm(space, geometry, config, folder, space.image ? Path() : target_folder(common) / "lbm.checkpoint");
-                      },
-                  .expect = [&](const PoreSpace& space) { return text_of(expect_lbm(space, geometry, config)); }});
+    run_on_input(common, {.stage = "lbm",
+                          .geometry = geometry,
+                          .configuration = {{"geometry", resolved_config(geometry)}, {"lbm", resolved_config(config)}},
+                          .work =
+                              [&](const PoreSpace& space, const Path& folder) {
+                                  return run_lbm(space, geometry, config, folder,
+                                                 space.image ? Path() : target_folder(common) / "lbm.checkpoint");
+                              },
+                          .expect = [&](const PoreSpace& space) { return text_of(expect_lbm(space, geometry, config)); }});
 }
 
 void run_foam_command(const Common& common) {
     if (is_case(common.input)) return run_in_case(common, "foam", "openfoam");
     const auto geometry = config_of<GeometryConfig>(common.flags);
     const auto config = config_of<FoamConfig>(common.flags);
-    run_on_input(common,
-                 {.stage = "foam",
-                  .geometry = geometry,
-                  .configuration = {{"geometry", resolved_config(geometry)}, {"openfoam", resolved_config(config)}},
-                  .work =
-                      [&](const PoreSpace& space, const Path& folder) {
-                          make_folder(folder / "foam");
-                          Json result = run_foam(space, geometry, config, folder / "foam");
-                          result["repeat_by_hand"] = "cd foam/" + result["repeat_by_hand"].get<std::string>().substr(3);
-                          return result;
-                      },
-                  .expect = [&](const PoreSpace& space) { return text_of(expect_foam(space, config)); },
-                  .resumes = true});
+    run_on_input(common, {.stage = "foam",
+                          .geometry = geometry,
+                          .configuration = {{"geometry", resolved_config(geometry)}, {"openfoam", resolved_config(config)}},
+                          .work =
+                              [&](const PoreSpace& space, const Path& folder) {
+                                  make_folder(folder / "foam");
+                                  Json result = run_foam(space, geometry, config, folder / "foam");
+                                  result["repeat_by_hand"] = "cd foam/" + result["repeat_by_hand"].get<std::string>().substr(3);
+                                  return result;
+                              },
+                          .expect = [&](const PoreSpace& space) { return text_of(expect_foam(space, config)); },
+                          .resumes = true});
 }
 
 void run_forchheimer_command(const Common& common) {
@@ -77,8 +76,9 @@ void add_foam_command(CommandLine& line) {
 }
 
 void add_forchheimer_command(CommandLine& line) {
-    auto& inertia = line.add("forchheimer", "flows with inertia by both solvers: permeability against the Reynolds number",
-                             "porepack forchheimer packing.json --reynolds 2,5,10,20,40", [&line] { run_forchheimer_command(line.common); });
+    auto& inertia =
+        line.add("forchheimer", "flows with inertia by both solvers: permeability against the Reynolds number",
+                 "porepack forchheimer packing.json --reynolds 2,5,10,20,40", [&line] { run_forchheimer_command(line.common); });
     line.add_input(inertia, "a case, packing.json[.gz] or an STL file");
     line.add_keys(inertia, "geometry", {"voxel_size_m", "slice_spacing_m", "slice_pixel_m", "reservoir_m"});
     line.add_keys(inertia, "forchheimer", {"enabled"});

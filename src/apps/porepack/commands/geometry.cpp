@@ -46,7 +46,7 @@ void add_geometry_commands(CommandLine& line) {
     for (CLI::App* command : {&voxelise, &slices}) {
         line.add_input(*command, inputs);
         line.add_keys(*command, "geometry");
-        command->get_option("--section")->description("z0,z1 of the section [m]; default: the bed less the trim");
+        command->get_option("--section")->description("z0,z1 of the section [m]; default: the bed minus the trim");
     }
     line.add_alias(slices, "--spacing", "slice_spacing_m", "the same as --slice-spacing [m]");
     line.add_alias(slices, "--pixel", "slice_pixel_m", "the same as --slice-pixel [m]");

@@ -71,9 +71,9 @@ void measure_one(const Common& common, const ShapeOptions& options) {
 void add_shape_command(CommandLine& line) {
     const auto options = std::make_shared<ShapeOptions>();
     const Common& common = line.common;
-    auto& shape = line.add("shape", "volume, surface, sphericity, inertia of a grain",
-                           "porepack shape tetrapod --sphericity 0.53 --volume 7.33e-7",
-                           [&common, options] { options->sweep ? sweep(common) : measure_one(common, *options); });
+    auto& shape =
+        line.add("shape", "volume, surface, sphericity, inertia of a grain", "porepack shape tetrapod --sphericity 0.53 --volume 7.33e-7",
+                 [&common, options] { options->sweep ? sweep(common) : measure_one(common, *options); });
     shape.add_option("kind", line.common.input, "tetrapod, dolos, tetrahedron, star, sphere, rod, or an STL file");
     shape.add_flag("--sweep", options->sweep, "figure 7: convexity against sphericity of the paper's aggregates, as CSV, plot and picture");
     shape.add_option("--capsules", options->capsules_file, "TOML file with [[capsule]] tables (a_m, b_m, radius_m) in metres");

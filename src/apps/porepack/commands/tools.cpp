@@ -27,16 +27,16 @@ Path own_folder() {
     return std::filesystem::read_symlink("/proc/self/exe").parent_path();
 }
 
-// The measurements are a program of their own.
+// The measurements are a separate program.
 void forward_to_benchmark(const std::vector<std::string>& arguments) {
     std::vector<std::string> command = {(own_folder() / "porepack_benchmark").string()};
     command.insert(command.end(), arguments.begin(), arguments.end());
     become(command);
-    throw EngineError("the program porepack_benchmark is not there",
+    throw EngineError("the program porepack_benchmark is missing",
                       {.where = command[0], .fix = "cmake --build build --target porepack_benchmark"});
 }
 
-// Without a display the command runs again under xvfb-run, which brings one.
+// Without a display the command runs again under xvfb-run, which provides one.
 void render_under_some_display(const std::vector<std::string>& arguments) {
     if (std::getenv("DISPLAY") != nullptr) return;
     require_program("xvfb-run", "xvfb xauth");

@@ -18,7 +18,7 @@ namespace {
 void run_kind(const Common& common, TortuosityKind kind) {
     const std::string name(name_of(kind));
     if (is_case(common.input)) {
-        log_warning("a case gets all kinds of tortuosity, not " + name + " alone");
+        log_warning("a case computes all kinds of tortuosity, not " + name + " alone");
         return run_in_case(common, "tortuosity", "tortuosity");
     }
     const auto geometry = config_of<GeometryConfig>(common.flags);
@@ -56,9 +56,10 @@ void add_tortuosity_command(CommandLine& line) {
     command.add_option("kind", *kind, "geometric_paper, shortest_path, hydraulic or diffusive (the tortuosity factor eps D0/D_eff)")
         ->required()
         ->check(CLI::IsMember(names));
-    line.add_input(command,
-                   "packing.json[.gz], an STL file, a folder of slices, pore.vti; flow.vti or an OpenFOAM case that has run (hydraulic); or a "
-                   "case");
+    line.add_input(
+        command,
+        "packing.json[.gz], an STL file, a folder of slices, pore.vti; flow.vti or an OpenFOAM case that has run (hydraulic); or a "
+        "case");
     line.add_keys(command, "tortuosity");
     line.add_keys(command, "geometry", {"slice_spacing_m", "slice_pixel_m", "surface_deviation_m", "contact_gap_m", "reservoir_m"});
 }

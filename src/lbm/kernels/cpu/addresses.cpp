@@ -45,13 +45,13 @@ private:
     Neighbours neighbours_;
 };
 
-// The two places that most of the lanes come from; the others are added to `singles`. All lanes hold slots.
+// The two locations of most SIMD lanes; the other lanes are added to `singles`. All lanes hold slots.
 Addresses::Vector gather_vector(std::span<const std::uint32_t> slots, std::size_t place, std::vector<Addresses::Single>& singles) {
     std::array<std::uint32_t, 64> base{};
     std::array<std::uint16_t, 64> lanes{};
     std::size_t bases = 0;
     for (std::size_t i = 0; i < slots.size(); ++i) {
-        const auto here = static_cast<std::uint32_t>(slots[i] - i);  // no slot of a direction is less than a chunk
+        const auto here = static_cast<std::uint32_t>(slots[i] - i);  // no slot of a direction is below one chunk
         std::size_t b = 0;
         while (b < bases && base[b] != here) ++b;
         if (b == bases) base[bases++] = here;

@@ -1,4 +1,4 @@
-// In-place streaming ("AA pattern", Bailey et al. 2009): where the populations of each node lie before every second step.
+// In-place streaming ("AA pattern", Bailey et al. 2009): where the populations of each node are before every second step.
 #pragma once
 
 #include <cstdint>
@@ -8,12 +8,12 @@
 
 namespace porepack::lbm::cpu {
 
-/// Population q that arrives at a node lies, before an even step, in the node's own slot q; before an odd step in the slot
-/// given here: its neighbour's slot opposite(q), or its own slot q where a wall is. A step writes what leaves along
-/// opposite(q) where it read what came along q, so that each slot is touched by one node only. Nodes lie in chunks, and a chunk
-/// holds its 19 populations one after the other: an even step is one stream of memory.
-/// For an odd step the slots of one q are taken a vector at a time: neighbours on a row of cells lie side by side, so that a
-/// vector mostly comes from one or two places in memory. Lanes from a third place come one by one.
+/// Population q that arrives at a node is, before an even step, in the node's own slot q; before an odd step in the slot
+/// given here: its neighbour's slot opposite(q), or its own slot q at a wall. A step writes the population leaving along
+/// opposite(q) to the slot from which it read q, so only one node uses each slot. Nodes are stored in chunks, and a chunk
+/// holds its 19 populations one after the other: an even step reads memory sequentially.
+/// For an odd step the slots of one q are read one vector at a time: neighbours in a row of cells are adjacent, so that a
+/// vector mostly comes from one or two locations in memory. SIMD lanes from a third location are read one by one.
 struct Addresses {
     struct Vector {
         std::uint32_t first, second;              ///< lane i is in slot first + i ...
@@ -24,7 +24,7 @@ struct Addresses {
         std::uint16_t place;  ///< chunk_nodes q + node in the chunk
     };
     std::size_t slots = 0;
-    std::vector<Vector> vectors;  ///< by chunk, q = 1, 2, ... 18, and lanes
+    std::vector<Vector> vectors;  ///< by chunk, q = 1, 2, ... 18, and SIMD lanes
     std::vector<Single> singles;  ///< by chunk
     std::vector<std::uint32_t> first_single;
     [[nodiscard]] double bytes() const {

@@ -1,4 +1,4 @@
-// The wall links as the fast kernel takes them: four bytes each.
+// The wall links in the layout of the fast kernel: four bytes each.
 #pragma once
 
 #include <array>
@@ -10,11 +10,11 @@
 
 namespace porepack::lbm::cpu {
 
-/// The wall links of all chunks; those in gaps of one node apart, in pairs.
+/// The wall links of all chunks; those in gaps of one node are stored separately, in pairs.
 struct ChunkedWalls {
     std::vector<std::uint64_t> first;     // by chunk
     std::vector<std::uint16_t> row;       // chunk_nodes q + place in the chunk
-    std::vector<std::uint16_t> distance;  // of the same link; one vector more than there are links
+    std::vector<std::uint16_t> distance;  // of the same link; longer by one vector than the number of links
     struct Gap {
         std::uint8_t place, q;  // q is odd
         std::uint16_t distance, opposite_distance;

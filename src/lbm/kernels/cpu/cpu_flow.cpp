@@ -9,10 +9,10 @@
 namespace porepack::lbm::cpu {
 namespace {
 
-// The kernel takes moments as four numbers one after the other.
+// The kernel reads moments as four consecutive numbers.
 static_assert(sizeof(Moments) == 4 * sizeof(double) && offsetof(Moments, density) == 0);
 
-/// Memory that each thread touches first itself, in large pages where the system gives them.
+/// Memory that each thread initialises first (NUMA placement), in large pages where available.
 template <typename Real>
 class Populations {
 public:
@@ -67,7 +67,9 @@ public:
         fill_data(domain, scheme);
     }
 
-    void advance_two_steps() override { kernel_.two_steps(data_); }
+    void advance_two_steps() override {
+        kernel_.two_steps(data_);
+    }
     void moments(std::size_t first, std::span<Moments> moments) const override {
         kernel_.moments(data_, first, moments.data(), moments.size());
     }
@@ -77,7 +79,9 @@ public:
     void set_boundary_links(std::span<const double> added) override {
         for (std::size_t l = 0; l < boundary_.size(); ++l) boundary_[l].added = static_cast<Real>(added[l]);
     }
-    [[nodiscard]] std::span<std::byte> state() override { return std::as_writable_bytes(std::span(store_.data(), store_.size())); }
+    [[nodiscard]] std::span<std::byte> state() override {
+        return std::as_writable_bytes(std::span(store_.data(), store_.size()));
+    }
     [[nodiscard]] std::array<double, 3> drag() const override {
         std::array<double, 3> force = {0.0, 0.0, 0.0};
         kernel_.drag(data_, force.data());
@@ -137,4 +141,4 @@ std::unique_ptr<Flow> make_flow(const Domain& domain, const Scheme& scheme, bool
     return std::make_unique<CpuFlow<double>>(domain, scheme);
 }
 
-}  // namespace porepack::lbm::cpu::lbm::cpu
+}  // namespace porepack::lbm::cpu

@@ -1,4 +1,4 @@
-// A flow that the fast kernel moves.
+// A flow computed by the fast kernel.
 #pragma once
 
 #include "lbm/kernels/cpu/kernel.hpp"
@@ -8,4 +8,4 @@ namespace porepack::lbm::cpu {
 /// At rest. The domain must outlive the flow.
 [[nodiscard]] std::unique_ptr<Flow> make_flow(const Domain& domain, const Scheme& scheme, bool single_precision);
 
-}  // namespace porepack::lbm::cpu::lbm::cpu
+}  // namespace porepack::lbm::cpu

@@ -62,4 +62,4 @@ const InstructionSet& chosen_instruction_set() {
     return *best;
 }
 
-}  // namespace porepack::lbm::cpu::lbm::cpu
+}  // namespace porepack::lbm::cpu

@@ -1,8 +1,8 @@
-// The fast kernel: one copy of the populations, moved in place, in chunks of nodes that fit into the first-level cache.
-// A chunk's populations are gathered a SIMD vector at a time, collided in registers, and scattered back; one sweep through memory makes two
-// steps. This file is compiled once per instruction set, POREPACK_SET being its name. All that it defines lies in a namespace of that name,
-// and it instantiates nothing of other headers: the linker keeps one copy of an inline function, and that must not be one which older
-// processors cannot run (a test looks at the object files).
+// The fast kernel: one copy of the populations, streamed in place, in chunks of nodes that fit into the L1 cache.
+// The populations of a chunk are gathered one SIMD vector at a time, collided in registers, and scattered back; one sweep makes two
+// steps. This file is compiled once per instruction set with the name POREPACK_SET. All its definitions are in a namespace of that name,
+// and it instantiates nothing of other headers: the linker keeps one copy of an inline function, and that copy must run on older
+// processors (a test examines the object files).
 #include <cstring>
 #if defined(__AVX512F__)
 #include <immintrin.h>
@@ -45,7 +45,7 @@ struct Sweep {
             data.store[data.singles[s].slot] = buffer.f[opposite_row(data.singles[s].place)];
     }
 
-    // Populations as they arrive, in `rows`, with the part of what walls return that depends on what arrives there now.
+    // Arriving populations, in `rows`, with the part of the wall's return that depends on the populations arriving now.
     inline void arrive(std::size_t c, Real* rows, AtWalls<Real>& at) const {
         for (std::uint32_t l = data.first_boundary[c]; l < data.first_boundary[c + 1]; ++l) {
             const BoundaryPlace<Real>& place = data.boundary[l];
@@ -54,7 +54,7 @@ struct Sweep {
         if (!data.interpolated) return;
         const std::size_t count = data.first_wall[c + 1] - data.first_wall[c];
         const std::uint16_t *const row = data.wall_row + data.first_wall[c], *const distance = data.wall_distance + data.first_wall[c];
-        // Weights a vector at a time; gathers and scatters are faster one by one.
+        // Weights one vector at a time; gathers and scatters are faster one by one.
         for (std::size_t block = 0; block < count; block += simd_lanes<Real>)
 #pragma omp simd
             for (std::size_t k = block; k < block + simd_lanes<Real>; ++k) at.weigh(k, weights(distance[k]));
@@ -90,7 +90,7 @@ struct Sweep {
         }
     }
 
-    // What leaves towards a wall becomes what the wall stores.
+    // The population leaving towards a wall becomes the value that the wall link stores.
     template <bool swap>
     inline void meet_walls(std::size_t c, Real* rows, const AtWalls<Real>& at) const {
         if (!data.interpolated) return;
@@ -144,8 +144,8 @@ struct Sweep {
         scatter_far(c, buffer);
     }
 
-    // Both steps in one sweep: the odd step of a chunk follows as soon as the even steps of all chunks that it reaches are done, while they
-    // still lie in a cache. So memory is read and written once for two steps.
+    // Both steps in one sweep: the odd step of a chunk follows when the even steps of all chunks that it accesses are done, while they
+    // are still in a cache. Memory is then read and written once per two steps.
     template <bool inertia>
     void two_steps() const {
 #pragma omp parallel
@@ -269,4 +269,4 @@ extern const KernelFunctions<double> double_precision;
 constexpr KernelFunctions<float> single_precision = {two_steps<float>, moments<float>, set_moments<float>, drag<float>};
 constexpr KernelFunctions<double> double_precision = {two_steps<double>, moments<double>, set_moments<double>, drag<double>};
 
-}  // namespace porepack::lbm::cpu::lbm::cpu::POREPACK_SET
+}  // namespace porepack::lbm::cpu::POREPACK_SET

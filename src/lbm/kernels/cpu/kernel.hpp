@@ -12,19 +12,19 @@
 
 namespace porepack::lbm::cpu {
 
-/// Bytes of a SIMD vector, whatever the processor has: addresses are grouped by it.
+/// Bytes of a SIMD vector for the grouping of addresses, independent of the processor.
 inline constexpr std::size_t vector_bytes = 64;
 template <typename Real>
 inline constexpr std::size_t simd_lanes = vector_bytes / sizeof(Real);
 
-/// A boundary link as the kernel takes it.
+/// A boundary link in the layout of the kernel.
 template <typename Real>
 struct BoundaryPlace {
     std::uint16_t row;  ///< chunk_nodes q + place in the chunk
     Real sign, added;
 };
 
-/// All that a step reads and writes; CpuFlow owns the memory.
+/// All data that a step reads and writes; CpuFlow owns the memory.
 template <typename Real>
 struct KernelData {
     Real* store;  ///< populations, chunk by chunk, q after q
@@ -43,9 +43,9 @@ struct KernelData {
     const std::uint32_t* odd_order;
     bool interpolated, inertia;
     Real rate_plus, rate_minus;
-    Real lambda_plus, magic;  ///< tau - 1/2, and Lambda
+    Real lambda_plus, magic;  ///< tau - 1/2, and the magic parameter Lambda
     Real force[3];
-    Real force_term[19];  ///< 3 w c.F, what the force adds to a population
+    Real force_term[19];  ///< 3 w c.F, force term of a population
     double force_lu[3];
 };
 
@@ -53,7 +53,7 @@ struct KernelData {
 template <typename Real>
 struct KernelFunctions {
     void (*two_steps)(const KernelData<Real>& data);
-    /// Of the nodes [first, first + count), `first` being a multiple of chunk_nodes.
+    /// Moments of the nodes [first, first + count); `first` is a multiple of chunk_nodes.
     void (*moments)(const KernelData<Real>& data, std::size_t first, Moments* moments, std::size_t count);
     void (*set_moments)(const KernelData<Real>& data, std::size_t first, const Moments* moments, std::size_t count);
     /// Adds the force on the walls of all chunks to `force`.
@@ -66,10 +66,10 @@ struct InstructionSet {
     const KernelFunctions<float>* single_precision;
     const KernelFunctions<double>* double_precision;
 };
-/// All sets that this build has, the best last. "baseline" is always the first.
+/// All instruction sets of this build, the best last. "baseline" is always the first.
 [[nodiscard]] std::span<const InstructionSet> instruction_sets();
-/// The best that this processor runs, or the one that the environment variable POREPACK_INSTRUCTION_SET names. Throws UserError for a
-/// name that is not known, or a set that the processor does not have.
+/// The best set that this processor supports, or the one named by the environment variable POREPACK_INSTRUCTION_SET. UserError for an
+/// unknown name, or a set that the processor does not support.
 [[nodiscard]] const InstructionSet& chosen_instruction_set();
 
-}  // namespace porepack::lbm::cpu::lbm::cpu
+}  // namespace porepack::lbm::cpu

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t chunks_per_part = 128;
 
-// Part of the last chunk that a chunk's odd step reaches.
+// Part of the last chunk that the odd step of a chunk accesses.
 std::vector<std::uint32_t> last_parts(const Addresses& addresses, std::size_t chunks) {
     std::vector<std::uint32_t> last(chunks);
     const std::size_t vectors = addresses.vectors.size() / std::max<std::size_t>(1, chunks);

@@ -1,5 +1,5 @@
-// The method as it is written down: two copies of the populations, one node after the other, double precision. The fast
-// kernel must agree with it to rounding.
+// Direct implementation of the method: two copies of the populations, one node after the other, double precision. The fast
+// kernel must agree with it to rounding error.
 #include "lbm/kernels/reference/reference.hpp"
 
 namespace porepack::lbm::reference {
@@ -168,4 +168,4 @@ std::unique_ptr<Flow> make_flow(const Domain& domain, const Scheme& scheme) {
     return std::make_unique<ReferenceFlow>(domain, scheme);
 }
 
-}  // namespace porepack::lbm::reference::lbm::reference
+}  // namespace porepack::lbm::reference

@@ -1,4 +1,4 @@
-// The equations of the scheme, written down plainly: what the fast kernels are compared with.
+// Direct implementation of the equations of the scheme, the reference for the fast kernels.
 #pragma once
 
 #include "lbm/flow.hpp"
@@ -8,4 +8,4 @@ namespace porepack::lbm::reference {
 /// At rest. The domain must outlive the flow.
 [[nodiscard]] std::unique_ptr<Flow> make_flow(const Domain& domain, const Scheme& scheme);
 
-}  // namespace porepack::lbm::reference::lbm::reference
+}  // namespace porepack::lbm::reference

@@ -1,9 +1,9 @@
-# What the doors share: installing packages and building. Sourced; `here` is the project's folder.
+# Functions that Allrun and Alltest share: installing packages and building. Sourced; `here` is the project's folder.
 # shellcheck shell=bash
-# shellcheck disable=SC2154  # here is set by the door
+# shellcheck disable=SC2154  # here is set by the script that sources this file
 install="${install:-yes}"
 
-# install_packages: what packages.apt lists and dpkg does not know as installed.
+# install_packages: installs the packages of packages.apt that dpkg does not report as installed.
 install_packages() {
     local missing=() package sudo=()
     while read -r package; do
@@ -15,7 +15,7 @@ install_packages() {
         return 0
     fi
     if ! command -v apt-get > /dev/null; then
-        echo "apt-get is not here; install by hand: ${missing[*]}" >&2
+        echo "apt-get was not found; install by hand: ${missing[*]}" >&2
         return 0
     fi
     [ "$(id -u)" = 0 ] || sudo=(sudo)
@@ -29,11 +29,11 @@ install_packages() {
     "${sudo[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends "${missing[@]}" > /dev/null
 }
 
-# build_project PRESET FOLDER TARGET: configures when needed and builds; quiet unless it fails.
+# build_project PRESET FOLDER TARGET: configures if necessary and builds; prints the errors if it fails.
 build_project() {
     local log="$here/$2/build.log"
     for tool in cmake ninja g++; do
-        command -v "$tool" > /dev/null || { echo "$tool is missing: run without --no-install, or install what packages.apt lists" >&2; exit 4; }
+        command -v "$tool" > /dev/null || { echo "$tool is missing: run without --no-install, or install the packages in packages.apt" >&2; exit 4; }
     done
     mkdir -p "$here/$2"
     if [ ! -e "$here/$2/build.ninja" ]; then
