@@ -1,4 +1,4 @@
-# The fast kernel is compiled once per instruction set; which one runs is chosen when the program runs (docs/lattice-boltzmann.md).
+# The fast kernel is compiled once per instruction set; which one runs is chosen when the program runs (docs/library.md).
 function(instruction_set name)
   add_library(porepack_kernel_${name} OBJECT ${PROJECT_SOURCE_DIR}/src/lbm/kernels/cpu/kernel.cpp)
   set_target_properties(porepack_kernel_${name} PROPERTIES POSITION_INDEPENDENT_CODE ON)
