@@ -44,8 +44,9 @@ public:
         Eigen::Vector4d turn = Eigen::Vector4d::Zero();
     };
     struct BodyState {
-        shapes::Vec3 x, v, momentum;  ///< centre of mass, its velocity, angular momentum
-        shapes::Quaternion q;         ///< from the body frame to the world
+        shapes::Vec3 x = shapes::Vec3::Zero(), v = shapes::Vec3::Zero();  ///< centre of mass and its velocity
+        shapes::Vec3 momentum = shapes::Vec3::Zero();                     ///< angular
+        shapes::Quaternion q = shapes::Quaternion::Identity();            ///< from the body frame to the world
         shapes::Vec3 force = shapes::Vec3::Zero(), torque = shapes::Vec3::Zero();
         shapes::Vec3 omega = shapes::Vec3::Zero();  ///< for the contacts' velocities
         shapes::Vec3 v_contact = shapes::Vec3::Zero();
