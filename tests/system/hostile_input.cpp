@@ -63,7 +63,7 @@ TEST(HostileImage, ACutPictureIsNamed) {
         if (entry.path().filename() == "slice_0001.png") picture = entry.path();
     ASSERT_FALSE(picture.empty());
     std::filesystem::resize_file(picture, 60);
-    expect_fault("tortuosity geometric_paper " + quoted(picture.parent_path()), "picture");
+    expect_fault("tortuosity geometric_paper " + quoted(picture.parent_path()), "the image is damaged or incomplete");
 }
 
 TEST(HostilePacking, EachFaultIsNamed) {
