@@ -195,6 +195,15 @@ std::string not_at_rest(const Run& run, const PourLog& said) {
                        after > 0.8 * before ? "which no longer decreases" : "which still decreases");
 }
 
+/// Largest distance (m) between a sphere of LIGGGHTS and its place by the poses read back.
+double check_poses(const Run& run, const Packing& packing) {
+    const double error_m = pose_error(run, packing, read_dump(run.folder / "final.spheres", 5));
+    if (error_m > 1e-6 * finest_diameter(run.shapes))
+        throw EngineError(fmt::format("the poses read back do not give the clump's spheres: off by {:.3g} m", error_m),
+                          {.where = (run.folder / "final.bodies").string()});
+    return error_m;
+}
+
 }  // namespace
 
 PourResult pour_with_liggghts(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config,
@@ -260,10 +269,7 @@ PourResult pour_with_liggghts(const std::vector<ShapeShare>& shapes, const Conta
             {.where = log.string(),
              .allowed = fmt::format("{:g}", rest_force_limit),
              .fix = "lower rest_energy_fraction, or shorten time_step_s"});
-    result.pose_error_m = pose_error(run, result.packing, read_dump(folder / "final.spheres", 5));
-    if (*result.pose_error_m > 1e-6 * finest_diameter(shapes))
-        throw EngineError(fmt::format("the poses read back do not give the clump's spheres: off by {:.3g} m", *result.pose_error_m),
-                          {.where = (folder / "final.bodies").string()});
+    result.pose_error_m = check_poses(run, result.packing);
     remove_snapshots(folder);
     write_parameters(run, {});  // a run by hand starts from the beginning
     return result;
