@@ -15,10 +15,7 @@ using namespace core;
 using namespace io;
 using namespace shapes;
 using namespace packing;
-using namespace lbm;
 using namespace openfoam;
-using namespace report;
-using namespace pipeline;
 using namespace stages;
 using namespace study;
 namespace {

@@ -25,7 +25,6 @@ using namespace converters;
 using namespace lbm;
 using namespace openfoam;
 using namespace report;
-using namespace pipeline;
 using namespace stages;
 using namespace study;
 namespace {

@@ -49,7 +49,7 @@ inline void describe(core::ConfigVisitor& v, GeometryConfig& c) {
     v.number("surface_deviation_m", c.surface_deviation_m, core::length_range_or_auto(),
              "maximum distance between the triangles and the exact surface; auto: 0.5 % of the capsule's diameter");
     v.number("contact_gap_m", c.contact_gap_m, core::length_range_or_auto(),
-             "grains that touch or overlap become one body; where the surface then crosses itself in single precision, the grains there "
+             "grains with a gap below this become one body; where the surface then crosses itself in single precision, the grains there "
              "are thinned by this much; auto: 1e-4 of the capsule's diameter");
     v.numbers("section_m", c.section_m, {2, 2}, core::not_negative(),
               "z0 and z1 of the section that is evaluated; auto: the bed without trim_m at both ends");

@@ -21,7 +21,7 @@ struct LbmGridResult {
     double relaxation_time = 0.0;
     double permeability_m2 = 0.0;         ///< by flow rate
     double permeability_volume_m2 = 0.0;  ///< by volume average; the difference checks the mass balance
-    bool by_pressure = false;             ///< between end planes, else periodic and driven by a body force
+    bool by_pressure = false;             ///< end planes of constant pressure; else periodic along the flow
     StokesRun run = {};                   ///< of a grid that a checkpoint had finished, without layers and history
 };
 template <core::MembersOf<LbmGridResult> Self, typename Visit>

@@ -17,9 +17,13 @@ constexpr std::array<core::Choice<Walls>, 2> choices_of(Walls) {
 }
 
 struct Scheme {
-    double tau = 1.2;           ///< of the symmetric part: viscosity (tau - 1/2)/3
-    double magic = 1.0 / 12.0;  ///< magic parameter Lambda = (tau - 1/2)(tau_minus - 1/2)
-    Walls walls = Walls::interpolated;
+    /// Relaxation time of the symmetric part: viscosity (tau - 1/2)/3. It changes the number of steps, and with two relaxation times not
+    /// the steady state; Sequence searches the fastest value.
+    double tau = 1.2;
+    /// Magic parameter Lambda = (tau - 1/2)(tau_minus - 1/2). It moves the walls of bounce-back a little and has nearly no effect on
+    /// interpolated walls (docs/theory.md).
+    double magic = 1.0 / 12.0;
+    Walls walls = Walls::interpolated;        ///< bounce-back where the walls are not known exactly (an image)
     bool inertia = false;                     ///< full equilibrium, else linear (Stokes)
     std::array<double, 3> force = {0, 0, 0};  ///< on each node, lattice units
 

@@ -53,9 +53,9 @@ struct StokesRun {
 
 struct ConvergenceCriterion {
     double tolerance = 1e-4;                                ///< of the estimated relative iteration error of k
-    long max_steps = 200000;                                ///< then the run ends without having converged
-    long steps_per_check = 40;                              ///< even; the error is estimated this often
-    double max_seconds = 1e300;                             ///< as max_steps
+    long max_steps = 200000;                                ///< then the run ends without having converged; raise it for long beds
+    long steps_per_check = 40;                              ///< even; the error is estimated this often, at the cost of about a step
+    double max_seconds = 1e300;                             ///< wall time; then the run ends without having converged
     std::function<void(const StokesRun&)> checkpoint = {};  ///< called when populations and run may be saved
 };
 

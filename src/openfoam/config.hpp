@@ -27,10 +27,12 @@ inline void describe(core::ConfigVisitor& v, FoamConfig& c) {
         "meshes", c.meshes, core::between(1, 3),
         "1: one mesh, no uncertainty; 2: also a coarser one, k is extrapolated; 3: with the observed order and the grid convergence index");
     v.number("mesh_ratio", c.mesh_ratio, {.low = 1.2, .high = 3.0}, "background cell of a mesh / that of the next finer one");
-    v.integer("surface_level", c.surface_level, core::between(0, 3), "cells at grains and wall are 2^level times finer");
-    v.number("relaxation_velocity", c.relaxation_velocity, {.low = 0.1, .high = 0.99}, "relaxation of U");
+    v.integer("surface_level", c.surface_level, core::between(0, 3),
+              "cells at grains and wall are 2^level times finer; 2 where gaps are narrower than two cells");
+    v.number("relaxation_velocity", c.relaxation_velocity, {.low = 0.1, .high = 0.99},
+             "relaxation factor of the velocity U; lower it when the run diverges");
     v.number("relaxation_pressure", c.relaxation_pressure, {.low = 0.01, .high = 0.99},
-             "relaxation of p; 3 (1 - relaxation_velocity) is best, much larger values diverge");
+             "relaxation factor of the pressure p; 3 (1 - relaxation_velocity) is best, much larger values diverge");
     v.number("residual", c.residual, {.low = 1e-12, .high = 1e-2},
              "residual of U and p at which the solver stops; the relative error of the flux is then about the same");
     v.integer("max_iterations", c.max_iterations, core::between(2, 1000000),

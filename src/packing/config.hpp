@@ -75,13 +75,16 @@ inline void describe(core::ConfigVisitor& v, PackingConfig& c) {
              "maximum distance between the sphere clump's surface and the exact one, as a fraction of the capsule's diameter");
     v.number("density_kg_per_m3", c.density_kg_per_m3, core::between(1.0, 1e5), "density of the grains");
     v.number("gravity_m_per_s2", c.gravity_m_per_s2, core::between(1e-3, 1e4), "gravity, along -z");
-    v.number("normal_stiffness_N_per_m", c.normal_stiffness_N_per_m, core::positive(), "s_n of Eq. 9; the contact stiffness is s_n/2");
+    v.number("normal_stiffness_N_per_m", c.normal_stiffness_N_per_m, core::positive(),
+             "s_n of Eq. 9; the contact stiffness is s_n/2. Twice the value: half the overlap, and a time step shorter by 1.4");
     v.number("tangential_stiffness_N_per_m", c.tangential_stiffness_N_per_m, core::positive(), "s_t; the contact stiffness is s_t/2");
-    v.number("normal_damping", c.normal_damping, core::between(0.0, 0.99), "eta_n of Eq. 9");
-    v.number("tangential_damping", c.tangential_damping, core::between(0.0, 0.99), "eta_t");
+    v.number("normal_damping", c.normal_damping, core::between(0.0, 0.99),
+             "eta_n of Eq. 9, a fraction of critical damping; 0: the grains rebound without loss");
+    v.number("tangential_damping", c.tangential_damping, core::between(0.0, 0.99), "eta_t, the same along the contact plane");
     v.number("friction", c.friction, core::between(0.0, 10.0), "Coulomb friction between grains");
     v.number("wall_friction", c.wall_friction, core::between(0.0, 10.0), "Coulomb friction at the walls");
-    v.number("time_step_s", c.time_step_s, core::positive_or_auto(), "time step; auto: the contact time / 45");
+    v.number("time_step_s", c.time_step_s, core::positive_or_auto(),
+             "time step; auto: the contact time / 45, or 0.06 / the rate of the stronger dashpot if that is smaller");
     v.number("drop_height_m", c.drop_height_m, core::positive_or_auto(),
              "height above the floor at which grains are created; auto: one maximum Feret diameter below the rim");
     v.integer("batch_grains", c.batch_grains, core::between(1, 10000), "grains created together; fewer when not all fit without overlap");

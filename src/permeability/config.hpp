@@ -40,8 +40,9 @@ inline void describe(core::ConfigVisitor& v, ForchheimerConfig& c) {
     v.number("cell_size_m", c.cell_size_m, core::length_range_or_auto(),
              "OpenFOAM's background cell; auto: the smallest capsule diameter / 4");
     v.integer("surface_level", c.surface_level, core::between(0, 3), "OpenFOAM's cells at grains and wall are 2^level times finer");
-    v.number("relaxation_velocity", c.relaxation_velocity, {.low = 0.1, .high = 0.99}, "OpenFOAM's relaxation of U");
-    v.number("relaxation_pressure", c.relaxation_pressure, {.low = 0.01, .high = 0.99}, "OpenFOAM's relaxation of p");
+    v.number("relaxation_velocity", c.relaxation_velocity, {.low = 0.1, .high = 0.99},
+             "OpenFOAM's relaxation factor of U; lower than for creeping flow, because inertia couples the equations");
+    v.number("relaxation_pressure", c.relaxation_pressure, {.low = 0.01, .high = 0.99}, "OpenFOAM's relaxation factor of p");
     v.number("residual", c.residual, {.low = 1e-12, .high = 1e-2}, "OpenFOAM's residual of U and p at which a flow is steady");
     v.integer("max_iterations", c.max_iterations, core::between(2, 1000000),
               "a flow that is not steady after this number of iterations gets no result");

@@ -12,6 +12,7 @@ namespace porepack::report {
 struct ReportInput {
     std::string title;
     core::Json configuration = core::Json::object();
+    std::vector<std::string> stages = {};              ///< that have run, in the order of the case
     std::map<std::string, core::Json> results = {};    ///< by stage
     std::map<std::string, core::Json> manifests = {};  ///< by stage
     core::Json versions = {};

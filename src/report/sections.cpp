@@ -167,11 +167,8 @@ ReportSection cost_section(const ReportInput& input) {
     ReportSection section{.title = "Cost"};
     section.header = {"stage", "wall time", "peak memory", "seed", "processes"};
     double sum = 0.0;
-    for (const char* stage :
-         {"shape", "pack", "stl", "voxelise", "slices", "lbm", "foam", "tortuosity", "forchheimer", "falling-head", "causes"}) {
-        const auto found = input.manifests.find(stage);
-        if (found == input.manifests.end()) continue;
-        const Json& m = found->second;
+    for (const std::string& stage : input.stages) {
+        const Json& m = input.manifests.at(stage);
         sum += m.value("wall_time_s", 0.0);
         section.rows.push_back({stage, human_time(m.value("wall_time_s", 0.0)), human_bytes(m.value("peak_memory_bytes", 0.0)),
                                 std::to_string(m.value("seed", 0L)), std::to_string(m.value("processes", 1L))});

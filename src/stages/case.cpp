@@ -7,15 +7,6 @@
 
 namespace porepack::stages {
 using namespace core;
-using namespace shapes;
-using namespace packing;
-using namespace converters;
-using namespace lbm;
-using namespace openfoam;
-using namespace tortuosity;
-using namespace permeability;
-using namespace falling_head;
-using namespace report;
 
 const std::vector<std::string>& Settings::tables() {
     static const std::vector<std::string> names = [] {

@@ -20,7 +20,6 @@ using namespace packing;
 using namespace packing::dem;
 using namespace packing::liggghts;
 using namespace converters;
-using namespace lbm;
 using namespace pipeline;
 namespace {
 

@@ -37,6 +37,7 @@ Json run_report(const Case& c, const std::vector<std::string>& shown, const Path
     ReportInput input{.title = title_of(c), .configuration = c.settings.resolved_tables()};
     for (const std::string& stage : shown) {
         if (!fs::exists(c.stage_folder(stage) / "result.json")) continue;
+        input.stages.push_back(stage);
         input.results[stage] = c.result_of(stage);
         input.manifests[stage] = read_json(c.stage_folder(stage) / "manifest.json");
     }

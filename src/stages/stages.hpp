@@ -85,7 +85,7 @@ constexpr std::array<core::Choice<TortuosityKind>, 4> choices_of(TortuosityKind)
 [[nodiscard]] pipeline::Stage make_report_stage(const Case& c, const std::vector<std::string>& needs,
                                                 const std::vector<std::string>& shown);
 
-/// All stages that a case enables, in order. `studies` (src/study) come before the report, which shows them.
+/// All stages that a case enables, in order. `studies` (src/study) run after the solvers.
 [[nodiscard]] std::vector<pipeline::Stage> case_stages(const Case& c, std::vector<pipeline::Stage> studies = {});
 
 // ---- shared by the stages of a case

@@ -73,7 +73,7 @@ struct DiffusiveLimit {
 [[nodiscard]] DiffusiveLimit diffusive_limit(const std::array<double, 3>& voxel_sizes_m, const std::array<double, 3>& values);
 
 struct DiffusiveOptions {
-    double tolerance = 1e-6;        ///< of the residual over the right-hand side
+    double tolerance = 1e-6;        ///< of the residual over the right-hand side, see ConjugateGradientOptions
     long maximum_iterations = 500;  ///< of the conjugate gradients; then the solver has failed
 };
 struct DiffusiveGrid {

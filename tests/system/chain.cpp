@@ -203,7 +203,9 @@ TEST(Chain, SeveralSeedsGiveTheScatterBetweenPackings) {
     const Json other = read_json(folder.path() / "results" / "seed_2" / "lbm" / "result.json");
     EXPECT_NE(other["permeability_m2"], read_json(folder.path() / "results" / "lbm" / "result.json")["permeability_m2"]);
     EXPECT_FALSE(std::filesystem::exists(folder.path() / "results" / "lbm" / "flow.vti"));
-    EXPECT_TRUE(has(read_text(folder.path() / "results" / "report.md"), "mean of 3 packings"));
+    const std::string report = read_text(folder.path() / "results" / "report.md");
+    EXPECT_TRUE(has(report, "mean of 3 packings"));
+    EXPECT_TRUE(has(report, "| seeds | ")) << "its cost";
     // Another number of seeds leaves the first packing as it is.
     text.replace(text.find("seeds = 3"), 9, "seeds = 2");
     folder.write("case.toml", text + "[lbm]\nfields = \"none\"\n[report]\npictures = false\n");

@@ -11,15 +11,8 @@
 
 namespace porepack::apps {
 using namespace core;
-using namespace shapes;
 using namespace packing;
 using namespace converters;
-using namespace lbm;
-using namespace openfoam;
-using namespace tortuosity;
-using namespace permeability;
-using namespace falling_head;
-using namespace report;
 using namespace pipeline;
 using namespace stages;
 using namespace study;

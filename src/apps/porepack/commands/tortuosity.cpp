@@ -6,12 +6,8 @@
 
 namespace porepack::apps {
 using namespace core;
-using namespace shapes;
-using namespace packing;
 using namespace converters;
-using namespace lbm;
 using namespace tortuosity;
-using namespace pipeline;
 using namespace stages;
 namespace {
 
