@@ -43,21 +43,22 @@ inline void describe(core::ConfigVisitor& v, StlConfig& c) {
 }
 
 inline void describe(core::ConfigVisitor& v, GeometryConfig& c) {
-    v.number(
-        "voxel_size_m", c.voxel_size_m, core::length_range_or_auto(),
-        "edge of the cubic voxels; auto: the smallest capsule diameter / 10. Adjusted so that the section is a whole number of voxels");
+    v.number("voxel_size_m", c.voxel_size_m, core::length_range_or_auto(),
+             "edge length of the cubic voxels; auto: the smallest capsule diameter / 10. Adjusted so that the section is a whole number of "
+             "voxels");
     v.number("surface_deviation_m", c.surface_deviation_m, core::length_range_or_auto(),
              "maximum distance between the triangles and the exact surface; auto: 0.5 % of the capsule's diameter");
     v.number("contact_gap_m", c.contact_gap_m, core::length_range_or_auto(),
-             "grains with a gap below this become one body; where the surface then crosses itself in single precision, the grains there "
-             "are thinned by this much; auto: 1e-4 of the capsule's diameter");
+             "grains that overlap, or whose gap is below this length, become one body; if the surface of other grains intersects itself "
+             "after rounding to single precision, these grains are made thinner by this length; auto: 1e-4 of the capsule's diameter");
     v.numbers("section_m", c.section_m, {2, 2}, core::not_negative(),
-              "z0 and z1 of the section that is evaluated; auto: the bed without trim_m at both ends");
+              "z0 and z1 of the section that is evaluated; auto: the bed without a length of trim_m at each end");
     v.number("trim_m", c.trim_m, core::length_range_or_auto(),
-             "length removed at both ends of the bed; auto: 30 mm or one maximum Feret diameter, if smaller");
-    v.number("reservoir_m", c.reservoir_m, core::between(0.0, 1e6), "empty container beyond both ends of the section in flow runs");
+             "length removed at each end of the bed; auto: 30 mm or one maximum Feret diameter of a grain, whichever is smaller");
+    v.number("reservoir_m", c.reservoir_m, core::between(0.0, 1e6),
+             "length of the container without grains that is added beyond each end of the section in flow computations");
     v.number("slice_spacing_m", c.slice_spacing_m, core::length_range(), "distance between two slices");
-    v.number("slice_pixel_m", c.slice_pixel_m, core::length_range(), "edge of the slices' square pixels");
+    v.number("slice_pixel_m", c.slice_pixel_m, core::length_range(), "edge length of the square pixels of the slices");
 }
 
 }  // namespace porepack::converters

@@ -41,8 +41,9 @@ inline void describe(core::ConfigVisitor& v, FallingHeadConfig& c) {
               "include the inertia of the water: it starts at rest, and its column above the sample decelerates");
     v.renamed("sample_inertia", "inertia_coefficient");
     v.number("inertia_coefficient", c.inertia_coefficient, {.low = 1.0, .high = 100.0, .zero_is_auto = true},
-             "m: the water in the sample has the inertia of a plain column of m sample lengths; tortuosity factor / porosity. Auto: value "
-             "of the case if it has been computed, else porosity^-1.5 if that is known, else 1.5");
+             "m = tortuosity factor / porosity: the water in the sample has the inertia of a plain water column of length m times the "
+             "sample length. Auto: the value from the tortuosity factor of the case if that has been computed, else porosity^-1.5 if the "
+             "porosity is known, else 1.5");
     v.renamed("mesh_opening_m", "screen_opening_m");
     v.number("screen_opening_m", c.screen_opening_m, core::length_range_or_auto(),
              "opening of the wire screens that hold the sample; auto: no screen");
@@ -56,14 +57,14 @@ inline void describe(core::ConfigVisitor& v, FallingHeadConfig& c) {
     v.number("screen_free_fraction", c.screen_free_fraction, {.low = 0.01, .high = 1.0},
              "fraction of the openings below the sample that grains leave free");
     v.number("loss_coefficient", c.loss_coefficient, core::between(0.0, 1e6),
-             "loss coefficient of inlet and outlet together, times v^2/2 (v: speed of the water level)");
+             "loss coefficient K of inlet and outlet together; the loss is K v^2/2 (v: speed of the water level)");
     v.number("level_offset_m", c.level_offset_m, core::between(-1.0, 1.0), "true water level minus measured water level");
     v.number("level_offset_uncertainty_m", c.level_offset_uncertainty_m, core::between(0.0, 1.0),
              "standard deviation of the offset; it is included in the intervals of an analysis");
     v.number("noise_m", c.noise_m, core::between(0.0, 1.0), "standard deviation of the measured water level of a simulated curve");
     v.number("frames_per_s", c.frames_per_s, core::between(1e-3, 1e6), "frames per second of a simulated curve");
     v.integer("seed", c.seed, {.low = 0, .high = 1e9}, "seed of the noise of a simulated curve");
-    v.boolean("causes", c.causes, "in a case: compute how much each cause changes k by the paper's evaluation");
+    v.boolean("causes", c.causes, "in a case: compute how much each possible cause changes the k that the paper's evaluation gives");
     v.number("computed_over_measured", c.computed_over_measured, core::between(0.0, 1e6),
              "k computed / k measured, to be explained by the causes (the paper: 2.3 and 2.8); 0: nothing to explain");
 }

@@ -55,14 +55,15 @@ struct LbmConfig {
 inline void describe(core::ConfigVisitor& v, LbmConfig& c) {
     v.choice("direction", c.direction, "direction of the flow; x and y in periodic boxes only");
     v.choice("walls", c.walls, "interpolated: walls at their exact distance, second order; bounce_back: half-way between nodes (paper)");
-    v.choice("collision", c.collision, "two relaxation times, or one (as in the paper; k then depends on relaxation_time)");
+    v.choice("collision", c.collision, "trt: two relaxation times; bgk: one, as in the paper (k then depends on relaxation_time)");
     v.choice("precision", c.precision, "precision of the populations; single halves memory and time");
     v.choice("ends", c.ends,
-             "pressure: constant pressure on both end planes; paper: Poiseuille profile of the tube at the first (needs a "
-             "reservoir), constant pressure and zero gradient at the second");
+             "pressure: constant pressure on both end planes; paper: Poiseuille profile of the tube at the first plane (needs a "
+             "reservoir), constant pressure and zero gradient of the normal velocity at the second plane");
     v.number("relaxation_time", c.relaxation_time, {.low = 0.5, .high = 100.0, .low_open = true, .zero_is_auto = true},
-             "tau of the symmetric moments (lattice viscosity (tau - 1/2)/3); with trt k does not depend on it, the number of steps does; "
-             "auto: the fastest, found on the coarsest grid; with bgk 0.59, as in the paper");
+             "tau of the symmetric moments (lattice viscosity (tau - 1/2)/3); with trt, only the number of steps depends on it, and k does "
+             "not; auto with trt: the value that needs the smallest number of steps, found on the coarsest grid; auto with bgk: 0.59, as "
+             "in the paper");
     v.renamed("magic_number", "magic_parameter");
     v.number("magic_parameter", c.magic_parameter, {.low = 1e-6, .high = 10.0, .zero_is_auto = true},
              "Lambda = (tau+ - 1/2)(tau- - 1/2) of the two relaxation times; auto: 1/12 with interpolated walls, 3/16 with bounce_back");
@@ -75,14 +76,14 @@ inline void describe(core::ConfigVisitor& v, LbmConfig& c) {
              "relative iteration error of k at which the run on a grid stops; auto: a tenth of the tolerance, or 1e-4");
     v.integer("max_steps", c.max_steps, {.low = 1, .high = 1e9}, "a run that is not steady after this number of time steps is an error");
     v.integer("grids", c.grids, core::between(1, 6),
-              "number of grids, coarse to fine; three or more give the interval (coarser ones are added down to 6 voxels per grain "
-              "diameter); fewer give no interval");
+              "number of grids, from coarse to fine; with three or more, an interval is given, and coarser grids are added until the "
+              "coarsest has at most 6 voxels per grain diameter; with fewer than three, no interval is given");
     v.number("grid_ratio", c.grid_ratio, {.low = 1.1, .high = 4.0}, "voxel size of a grid / that of the next finer one");
     v.boolean("tensor", c.tensor, "three runs give the whole permeability tensor; only for a box that is periodic in x, y and z");
     v.integer("subsections", c.subsections, core::between(1, 1000), "number of parts along z whose permeabilities are reported as well");
-    v.choice("fields", c.fields, "none: no flow.vti");
+    v.choice("fields", c.fields, "vti: flow.vti is written; none: it is not written");
     v.number("superficial_velocity_m_per_s", c.superficial_velocity_m_per_s, core::between(1e-12, 1e3),
-             "superficial velocity for the physical units of flow.vti: water, 1e-6 m2/s, 1000 kg/m3");
+             "superficial velocity to which flow.vti is scaled; the liquid is water with 1e-6 m2/s and 1000 kg/m3");
     v.number("checkpoint_minutes", c.checkpoint_minutes, {.low = 1e-4, .high = 1e6},
              "minutes between checkpoints; an interrupted run resumes from the last one");
 }

@@ -22,11 +22,12 @@ struct FoamConfig {
 inline void describe(core::ConfigVisitor& v, FoamConfig& c) {
     v.boolean("enabled", c.enabled, "run the OpenFOAM cross-check");
     v.number("cell_size_m", c.cell_size_m, core::length_range_or_auto(),
-             "background cell of the finest mesh; auto: the smallest capsule diameter / 4");
-    v.integer(
-        "meshes", c.meshes, core::between(1, 3),
-        "1: one mesh, no uncertainty; 2: also a coarser one, k is extrapolated; 3: with the observed order and the grid convergence index");
-    v.number("mesh_ratio", c.mesh_ratio, {.low = 1.2, .high = 3.0}, "background cell of a mesh / that of the next finer one");
+             "size of the background cells of the finest mesh; auto: the smallest capsule diameter / 4");
+    v.integer("meshes", c.meshes, core::between(1, 3),
+              "1: one mesh, and no uncertainty is given; 2: also a coarser mesh, and k is extrapolated; 3: three meshes, and the observed "
+              "order and the grid convergence index are computed");
+    v.number("mesh_ratio", c.mesh_ratio, {.low = 1.2, .high = 3.0},
+             "size of the background cells of a mesh / size of those of the next finer mesh");
     v.integer("surface_level", c.surface_level, core::between(0, 3),
               "cells at grains and wall are 2^level times finer; 2 where gaps are narrower than two cells");
     v.number("relaxation_velocity", c.relaxation_velocity, {.low = 0.1, .high = 0.99},
@@ -37,7 +38,8 @@ inline void describe(core::ConfigVisitor& v, FoamConfig& c) {
              "residual of U and p at which the solver stops; the relative error of the flux is then about the same");
     v.integer("max_iterations", c.max_iterations, core::between(2, 1000000),
               "a run that has not converged after this number of iterations is an error");
-    v.integer("processes", c.processes, core::between(1, 256), "solver processes on the finest mesh; the coarser meshes run in parallel");
+    v.integer("processes", c.processes, core::between(1, 256),
+              "number of solver processes on the finest mesh; the coarser meshes are solved at the same time as the finest one");
 }
 
 }  // namespace porepack::openfoam

@@ -62,13 +62,13 @@ inline void describe(core::ConfigVisitor& v, PackingConfig& c) {
              "how the packing is made; capsule: built-in DEM of exact capsules; liggghts: clumps of spheres; none: read from `file`");
     v.text("file", c.file, "a given packing.json or packing.json.gz (engine = \"none\"), relative to the case");
     v.choice("fill", c.fill,
-             "batches: grains fall from drop_height_m, batch after batch (batch_grains = 1: rain); lattice: all at once from a loose "
-             "lattice above the floor");
+             "batches: grains fall from drop_height_m, batch after batch (batch_grains = 1: one grain at a time); lattice: all grains fall "
+             "at once from a loose lattice above the floor");
     v.integer("seed", c.seed, core::between(0, 2147483647), "seed of all random poses");
     v.integer("seeds", c.seeds, core::between(1, 1000),
-              "number of packings, with consecutive seeds: each gets a permeability, and the scatter is reported");
+              "number of packings, with consecutive seeds: the permeability of each packing is computed, and their scatter is reported");
     v.integer("grains", c.grains, {.low = 0, .high = 1e6, .zero_is_auto = true},
-              "number of grains; auto: until the bed reaches fill_height_m");
+              "number of grains; auto: grains are added until the bed reaches fill_height_m");
     v.number("fill_height_m", c.fill_height_m, core::positive_or_auto(),
              "height at which pouring stops; auto: half the container's height");
     v.number("surface_tolerance", c.surface_tolerance, {.low = 0.0005, .high = 0.4},
@@ -92,14 +92,15 @@ inline void describe(core::ConfigVisitor& v, PackingConfig& c) {
     v.number("horizontal_speed_m_per_s", c.horizontal_speed_m_per_s, core::between(0.0, 100.0),
              "each horizontal velocity component is random within +- this value");
     v.number("rest_energy_fraction", c.rest_energy_fraction, {.low = 1e-12, .high = 0.1},
-             "criterion for rest: the kinetic energy per grain is below this fraction of m g d");
+             "criterion for rest: the kinetic energy per grain is below this fraction of m g d (m: mass of a grain, g: gravity, d: "
+             "smallest diameter of the capsules)");
     v.number("settle_time_s", c.settle_time_s, core::between(1e-4, 1e4), "maximum simulated time after the last batch");
     v.integer("processes", c.processes, core::between(1, 256),
               "MPI processes of LIGGGHTS; another number gives another, statistically equivalent packing");
     v.choice("integrator", c.integrator, "capsule: verlet, of second order; or the paper's Adams-Bashforth, of third order");
     v.choice("friction_limit", c.friction_limit,
              "capsule: friction is limited by the whole normal force, or by its elastic part (the paper)");
-    v.boolean("sleep", c.sleep, "capsule: skip grains at rest until the force on one of their contacts changes");
+    v.boolean("sleep", c.sleep, "engine capsule: grains at rest are not computed until the force on one of their contacts changes");
     v.number("snapshot_interval_s", c.snapshot_interval_s, core::between(1e-3, 1e6),
              "simulated time between snapshots, from which an interrupted run resumes");
 }

@@ -25,11 +25,13 @@ struct ForchheimerConfig {
 };
 
 inline void describe(core::ConfigVisitor& v, ForchheimerConfig& c) {
-    v.boolean("enabled", c.enabled, "flows with inertia: permeability against the Reynolds number, and from it the inertial permeability");
+    v.boolean("enabled", c.enabled,
+              "compute flows with inertia: the permeability as a function of the Reynolds number, and from it the inertial permeability");
     v.numbers("reynolds", c.reynolds, {3, 100}, {.low = 1e-3, .high = 1e4},
-              "Reynolds numbers U d/nu, increasing (U superficial velocity, d volume-equivalent sphere diameter); the first without a "
-              "steady flow ends the series");
-    v.number("voxel_size_m", c.voxel_size_m, core::length_range_or_auto(), "finest grid; auto: the smallest capsule diameter / 8");
+              "Reynolds numbers U d/nu, increasing (U: superficial velocity, d: diameter of the sphere with the volume of a grain); the "
+              "series ends at the first Reynolds number without a steady flow");
+    v.number("voxel_size_m", c.voxel_size_m, core::length_range_or_auto(),
+             "voxel size of the finest grid; auto: the smallest capsule diameter / 8");
     v.integer("grids", c.grids, core::between(1, 3), "number of grids; two or more: the change between the finest two is the grid error");
     v.number("grid_ratio", c.grid_ratio, {.low = 1.1, .high = 4.0}, "voxel size of a grid / that of the next finer one");
     v.number("tolerance", c.tolerance, {.low = 1e-8, .high = 0.1},
@@ -38,7 +40,7 @@ inline void describe(core::ConfigVisitor& v, ForchheimerConfig& c) {
               "a flow that is not steady after this number of time steps gets no result");
     v.boolean("openfoam", c.openfoam, "compute the same flows by OpenFOAM as well");
     v.number("cell_size_m", c.cell_size_m, core::length_range_or_auto(),
-             "OpenFOAM's background cell; auto: the smallest capsule diameter / 4");
+             "size of OpenFOAM's background cells; auto: the smallest capsule diameter / 4");
     v.integer("surface_level", c.surface_level, core::between(0, 3), "OpenFOAM's cells at grains and wall are 2^level times finer");
     v.number("relaxation_velocity", c.relaxation_velocity, {.low = 0.1, .high = 0.99},
              "OpenFOAM's relaxation factor of U; lower than for creeping flow, because inertia couples the equations");
