@@ -18,7 +18,8 @@ void add_inertia(Rows& rows, const SampleTruth& truth, const FallingHeadConfig& 
     const double smallest_m = 1.0 / truth.porosity;
     for (const double m : {std::max(smallest_m, inertia_coefficient(full)), smallest_m})
         rows.push_back({"inertia of the water",
-                        fmt::format("it starts at rest and has to be slowed down; m = {:.2f}{}", m, m == smallest_m ? ", the least" : ""),
+                        fmt::format("it starts at rest and has to be slowed down; m = {:.2f}{}", m,
+                                    m == smallest_m ? ", 1/porosity: the minimum" : ""),
                         [m](Scenario& s) {
                             s.apparatus.column_inertia = true;
                             s.apparatus.inertia_coefficient = m;

@@ -107,7 +107,7 @@ std::vector<Cause> causes_of_the_computation(const PoreSpace& space, double poro
     const double core = core_over_tube_permeability(space.with_section({middle - half, middle + half}), grain_m);
     return {
         {.name = "the paper's LBM scheme",
-         .what = fmt::format("its k / ours: spheres with the diameter of the capsules, {:.0f} voxels", space.grain_size_m / paper_voxel_m),
+         .what = fmt::format("its k / k by PorePack: spheres as wide as the capsules, {:.0f} voxels", space.grain_size_m / paper_voxel_m),
          .factor = scheme,
          .low = scheme,
          .high = scheme},

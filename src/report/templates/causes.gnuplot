@@ -4,6 +4,7 @@ set logscale x 2
 set xlabel 'k true / k by the evaluation of the paper'
 set yrange [-0.7:rows - 0.3]
 set lmargin 88
+set ytics noenhanced
 set key bottom right
 set style fill solid 0.5
 set arrow from 1, graph 0 to 1, graph 1 nohead lc 'black'
