@@ -68,7 +68,7 @@ Json speed_rows(double porosity, int cells, bool scaling) {
     const FlowWalls walls{grains, packing.container, section};
     Stopwatch watch;
     const Domain domain =
-        build_domain(voxelise(grains, packing.container, section, plan_voxels(packing.container, section, 1.0 / cells, 0.0, 1.0)),
+        build_domain(voxelise(grains, packing.container, section, plan_voxels(packing.container, section, 1.0 / cells, {}, 1.0)),
                      choose_drive(packing.container, Axis::z), &walls);
     const double domain_seconds = watch.seconds();
     const int threads = thread_count();

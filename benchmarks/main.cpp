@@ -40,6 +40,7 @@ constexpr Benchmark benchmarks[] = {
     {"foam", [](const Request& r) { return foam_benchmark(r.folder); }},
     {"lbm", [](const Request& r) { return lbm_benchmark(r.folder); }},
     {"packing", [](const Request& r) { return packing_benchmark(r.quick, r.folder); }},
+    {"section", [](const Request& r) { return section_benchmark(r.quick, r.folder); }},
     {"shapes", [](const Request&) { return shapes_benchmark(); }},
     {"speed-error", [](const Request& r) { return speed_error_benchmark(r.quick, r.folder); }},
     {"tortuosity", [](const Request& r) { return tortuosity_benchmark(r.quick, r.folder); }},
@@ -67,11 +68,11 @@ int main_or_throw(int argc, char** argv) {
     std::string folder;
     int threads = 0;
     bool json = false;
-    app.add_option("name", request.name, "coverage, cross-check, foam, lbm, packing, shapes, speed-error, tortuosity")->required();
+    app.add_option("name", request.name, "coverage, cross-check, foam, lbm, packing, section, shapes, speed-error, tortuosity")->required();
     app.add_option("cases", request.cases, "for cross-check: folders with case.toml");
     app.add_option("--output", folder, "folder for <name>.json and figures");
     app.add_option("--threads", threads, "threads of parallel loops (default: all cores)")->check(CLI::Range(1, 1024));
-    app.add_flag("--quick", request.quick, "for packing, speed-error and tortuosity: minutes instead of half an hour");
+    app.add_flag("--quick", request.quick, "for packing, section, speed-error and tortuosity: minutes instead of half an hour");
     app.add_flag("--json", json, "accepted for compatibility: the result is always JSON");
     app.footer("Example:\n  porepack_benchmark lbm --output lbm_speed");
     try {

@@ -25,18 +25,21 @@ void require_same_width(const Grid& grid, const Container& container, const std:
     }
 }
 
+// The layers of cells between the planes of the section.
+Grid cropped_grid(Grid grid, const Section& section) {
+    const double h = grid.spacing_m[2];
+    const auto layer_at = [&](double z) { return static_cast<int>(std::lround((z - grid.origin_m[2]) / h)); };
+    const int low = std::clamp(layer_at(section.z0), 0, grid.cells[2] - 1), high = std::clamp(layer_at(section.z1), low + 1, grid.cells[2]);
+    grid.cells[2] = high - low;
+    grid.origin_m[2] += low * h;
+    return grid;
+}
+
 PhaseImage cropped(const PhaseImage& image, const Section& section) {
-    const double h = image.grid.spacing_m[2];
-    const auto layer_at = [&](double z) { return static_cast<int>(std::lround((z - image.grid.origin_m[2]) / h)); };
-    const int low = std::clamp(layer_at(section.z0), 0, image.grid.cells[2] - 1),
-              high = std::clamp(layer_at(section.z1), low + 1, image.grid.cells[2]);
-    PhaseImage part{.grid = image.grid, .phase = {}, .notes = image.notes};
-    part.grid.cells[2] = high - low;
-    part.grid.origin_m[2] += low * h;
-    const std::size_t layer = image.grid.index(0, 0, 1);
-    part.phase.assign(image.phase.begin() + static_cast<std::ptrdiff_t>(layer * static_cast<std::size_t>(low)),
-                      image.phase.begin() + static_cast<std::ptrdiff_t>(layer * static_cast<std::size_t>(high)));
-    return part;
+    const Grid grid = cropped_grid(image.grid, section);
+    const long low = std::lround((grid.origin_m[2] - image.grid.origin_m[2]) / grid.spacing_m[2]);
+    const auto first = image.phase.begin() + low * static_cast<std::ptrdiff_t>(grid.index(0, 0, 1));
+    return {.grid = grid, .phase = {first, first + static_cast<std::ptrdiff_t>(grid.size())}, .notes = image.notes};
 }
 
 }  // namespace
@@ -54,31 +57,60 @@ double PoreSpace::voxel_size_m(double asked_m) const {
 }
 
 VoxelPlan PoreSpace::plan_at(double voxel_size_m) const {
-    if (image)
-        return {.grid = image->grid, .voxel_size_m = image->grid.spacing_m[2], .memory_bytes = static_cast<double>(image->grid.size())};
-    return plan_voxels(container, section, voxel_size_m, reservoir_m, grain_size_m);
+    if (!image) return plan_voxels(container, section, voxel_size_m, {buffers_m, reservoir_m}, grain_size_m);
+    const Grid grid = cropped_grid(image->grid, computed());
+    return {.grid = grid, .voxel_size_m = grid.spacing_m[2], .memory_bytes = static_cast<double>(grid.size())};
 }
 
 PhaseImage PoreSpace::voxelise_at(double voxel_size_m) const {
-    return image ? *image : voxelise(*solid, container, section, plan_at(voxel_size_m));
+    if (image) return cropped(*image, computed());
+    return voxelise(*solid, container, section, plan_at(voxel_size_m), kept_solid());
+}
+
+// Without reservoirs the grid ends where the flow ends, and nothing is cut: beyond the grid lies its mirror image.
+Section PoreSpace::kept_solid() const {
+    return reservoir_m > 0.0 ? computed() : Section{bed_bottom_m - container.height(), bed_top_m + container.height()};
 }
 
 std::optional<FlowWalls> PoreSpace::walls() const {
     if (!solid) return std::nullopt;
-    return FlowWalls{*solid, container, section};
+    return FlowWalls{*solid, container, kept_solid()};
+}
+
+bool PoreSpace::computes_whole_bed() const {
+    const double rounding = 1e-9 * container.height();
+    return ends == Ends::in_situ && !image && !container.periodic[2] && std::abs(computed().z0 - bed_bottom_m) < rounding &&
+           std::abs(computed().z1 - bed_top_m) < rounding;
 }
 
 PoreSpace PoreSpace::section_only() const {
-    PoreSpace part = *this;
+    PoreSpace part = with_ends(Ends::planes);
     part.reservoir_m = 0.0;
     if (image) part.image = std::make_shared<const PhaseImage>(cropped(*image, section));
     return part;
 }
 
 PoreSpace PoreSpace::with_section(const Section& other) const {
-    PoreSpace part = *this;
+    PoreSpace part = with_ends(Ends::planes);
     part.section = other;
     return part;
+}
+
+PoreSpace PoreSpace::with_ends(Ends wanted, double buffer_m) const {
+    PoreSpace part = *this;
+    part.ends = wanted;
+    part.buffers_m = {0.0, 0.0};
+    if (wanted != Ends::in_situ || container.periodic[2]) return part;
+    const double longest = buffer_m > 0.0 ? buffer_m : default_buffer_m();
+    part.buffers_m = {std::clamp(section.z0 - bed_bottom_m, 0.0, longest), std::clamp(bed_top_m - section.z1, 0.0, longest)};
+    if (image && std::min(part.buffers_m[0], part.buffers_m[1]) < image->grid.spacing_m[2]) return with_ends(Ends::planes);
+    return part;
+}
+
+double PoreSpace::default_buffer_m() const {
+    const Vec3 inner = container.high() - container.low();
+    const double half_width = 0.5 * std::min(inner.x(), inner.y());
+    return equivalent_diameter_m > 0.0 ? std::min(1.5 * equivalent_diameter_m, half_width) : half_width;
 }
 
 Porosity PoreSpace::porosity(long lines) const {
@@ -105,8 +137,10 @@ PoreSpace pore_space_of(Packing packing) {
     space.grains = std::make_shared<const Grains>(packing);
     space.solid = space.grains;
     space.packing = std::make_shared<const Packing>(std::move(packing));
+    space.equivalent_diameter_m = grain_means(*space.packing).equivalent_diameter_m;
+    space.bed_bottom_m = std::max(0.0, space.grains->bounds().low.z());
     space.bed_top_m = space.grains->bounds().high.z();
-    space.section = whole_bed(space.container, space.bed_top_m);
+    space.section = whole_bed(space.container, {space.bed_bottom_m, space.bed_top_m});
     return space;
 }
 
@@ -118,12 +152,14 @@ PoreSpace pore_space_of(PhaseImage image, const Container& container, const Sect
                         {.where = where, .allowed = fmt::format("{:g} <= z0 < z1 <= {:g} m", z0, z1)});
     PoreSpace space{.container = container, .section = section};
     space.image = std::make_shared<const PhaseImage>(std::move(image));
+    space.bed_bottom_m = z0;
     space.bed_top_m = z1;
     return space;
 }
 
 PoreSpace pore_space_of(std::shared_ptr<const Solid> solid, const Container& container, const Section& section, double grain_size_m) {
     PoreSpace space{.container = container, .section = section};
+    space.bed_bottom_m = std::max(0.0, solid->bounds().low.z());
     space.bed_top_m = solid->bounds().high.z();
     space.solid = std::move(solid);
     space.grain_size_m = grain_size_m;

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 
+#include "converters/config.hpp"
 #include "converters/voxels.hpp"
 #include "converters/walls.hpp"
 #include "io/stl.hpp"
@@ -16,6 +17,8 @@ namespace porepack::converters {
 struct PoreSpace {
     packing::Container container;
     packing::Section section;
+    Ends ends = Ends::planes;                      ///< see with_ends()
+    std::array<double, 2> buffers_m = {0.0, 0.0};  ///< below and above the section: parts of the bed in which the flow is computed too
     std::shared_ptr<const packing::Solid> solid = nullptr;         ///< exact; empty for an image
     std::shared_ptr<const packing::Grains> grains = nullptr;       ///< the same solid, if it consists of capsules
     std::shared_ptr<const packing::Packing> packing = nullptr;     ///< packing of these grains
@@ -25,8 +28,10 @@ struct PoreSpace {
     /// Diameter of the thinnest capsule; of a surface 4 volume / area, the diameter of a long capsule; infinite where unknown.
     double grain_size_m = std::numeric_limits<double>::infinity();
     double maximum_feret_diameter_m = 0.0;  ///< of a grain
-    double bed_top_m = 0.0;                 ///< highest point of the solid
-    double reservoir_m = 0.0;               ///< empty container beyond both ends of the section, in flow runs
+    double equivalent_diameter_m = 0.0;     ///< of the sphere with the mean volume of a grain; 0 where unknown
+    double bed_bottom_m = 0.0;              ///< lowest point of the solid, not below the floor; of an image its first plane
+    double bed_top_m = 0.0;                 ///< highest point of the solid; of an image its last plane
+    double reservoir_m = 0.0;               ///< empty container beyond both ends of the computed part, in flow runs
 
     std::string source = {};  ///< source file, for messages
 
@@ -39,15 +44,27 @@ struct PoreSpace {
 
     /// The grid at about this voxel size, adjusted so that the section is a whole number of voxels. Throws UserError as plan_voxels.
     [[nodiscard]] VoxelPlan plan_at(double voxel_size_m) const;
-    /// Phases on plan_at(voxel_size_m), reservoir included; for an image, the image itself.
+    /// Phases on plan_at(voxel_size_m), buffers and reservoirs included; for an image, its own voxels.
     [[nodiscard]] core::PhaseImage voxelise_at(double voxel_size_m) const;
+    /// The solid between these planes is a wall of the flow; all of it unless reservoirs lie beyond.
+    [[nodiscard]] packing::Section kept_solid() const;
     /// The exact wall positions; empty for an image. The pore space must outlive them.
     [[nodiscard]] std::optional<FlowWalls> walls() const;
 
-    /// The same pore space without reservoirs; an image is cropped to the section.
+    /// The section and its buffers: the part in which the flow is computed.
+    [[nodiscard]] packing::Section computed() const { return {section.z0 - buffers_m[0], section.z1 + buffers_m[1]}; }
+    /// The flow goes through the whole bed, from its lowest to its highest point.
+    [[nodiscard]] bool computes_whole_bed() const;
+    /// The same pore space without buffers and reservoirs; an image is cropped to the section.
     [[nodiscard]] PoreSpace section_only() const;
-    /// The same pore space with another section.
+    /// The same pore space with another section, without buffers.
     [[nodiscard]] PoreSpace with_section(const packing::Section& other) const;
+    /// The same pore space with these ends. In situ, each buffer is `buffer_m` long (0: default_buffer_m()), or shorter where the bed or
+    /// the image ends. A periodic direction of the flow has no ends. An image
+    /// that ends at the section has nothing beyond it: `planes`.
+    [[nodiscard]] PoreSpace with_ends(Ends wanted, double buffer_m = 0.0) const;
+    /// 1.5 equivalent diameters, but at most half the width of the container (docs/lattice-boltzmann.md shows that this is enough).
+    [[nodiscard]] double default_buffer_m() const;
     /// Pore volume over the section's volume, on about `lines` vertical lines. For an image from its voxels, without an uncertainty.
     [[nodiscard]] packing::Porosity porosity(long lines = 60000) const;
     /// Periodic sides of the pore space; along z only where the section is the whole container.

@@ -173,10 +173,11 @@ PoreSpace pore_space_of(TriangleSurface surface, const Container& container, con
     space.solid = std::make_shared<const SurfaceSolid>(surface, container);
     space.surface = std::make_shared<const TriangleSurface>(std::move(surface));
     space.grain_size_m = 4.0 * check.volume_m3 / check.area_m2;
+    space.bed_bottom_m = std::max(0.0, check.low.z());
     space.bed_top_m = check.high.z();
     // A connected part of an STL file may be one grain or the whole bed: at most a quarter of the bed is trimmed.
     space.maximum_feret_diameter_m = std::min(check.largest_shell_diagonal_m, 0.25 * space.bed_top_m);
-    space.section = whole_bed(container, space.bed_top_m);
+    space.section = whole_bed(container, {space.bed_bottom_m, space.bed_top_m});
     space.source = where;
     return space;
 }

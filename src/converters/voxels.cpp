@@ -13,7 +13,36 @@ using namespace core;
 using namespace shapes;
 using namespace packing;
 
-VoxelPlan plan_voxels(const Container& container, const Section& section, double voxel_size_m, double reservoir_m, double grain_size_m) {
+namespace {
+
+// The size nearest to `asked` of which all periodic sides are whole multiples; without periodic sides, of which the section is one.
+double adjusted_size(const Container& container, const Section& section, double asked) {
+    if (!container.any_periodic()) return section.length() / std::max(1.0, std::round(section.length() / asked));
+    const Vec3 size = container.high() - container.low();
+    std::vector<double> sides;
+    for (const int axis : {0, 1, 2})
+        if (container.periodic[static_cast<std::size_t>(axis)]) sides.push_back(size[axis]);
+    const double side = *std::min_element(sides.begin(), sides.end()), count = std::max(1.0, std::round(side / asked));
+    const auto fits = [&](double h) {
+        return std::all_of(sides.begin(), sides.end(), [&](double s) { return std::abs(s / h - std::round(s / h)) < 1e-6 * s / h; });
+    };
+    const double farthest = 1000.0;
+    for (double apart = 0.0; apart < farthest; ++apart)
+        for (const double n : {count + apart, count - apart}) {
+            if (n < 1.0 || !fits(side / n)) continue;
+            const double h = side / n;
+            if (h > 0.65 * asked && h < 1.55 * asked) return h;
+            throw UserError(fmt::format("the sides of the periodic box are no whole numbers of voxels of about {:g} m", asked),
+                            {.allowed = fmt::format("{:.6g} m is the nearest size that divides all of them", h)});
+        }
+    throw UserError(fmt::format("no voxel size divides all sides of the periodic box: {:g} x {:g} x {:g} m", size.x(), size.y(), size.z()),
+                    {.fix = "choose sides with a simple ratio, such as 1 : 1.5"});
+}
+
+}  // namespace
+
+VoxelPlan plan_voxels(const Container& container, const Section& section, double voxel_size_m, const BeyondSection& beyond,
+                      double grain_size_m) {
     if (!(voxel_size_m > 0.0) || !std::isfinite(voxel_size_m))
         throw UserError(fmt::format("the voxel size must be positive, got {:g} m", voxel_size_m));
     if (voxel_size_m > grain_size_m || voxel_size_m > section.length())
@@ -24,20 +53,19 @@ VoxelPlan plan_voxels(const Container& container, const Section& section, double
              .fix = "the voxel size is in metres"});
     VoxelPlan plan;
     const Vec3 size = container.high() - container.low();
-    const double layers = std::max(1.0, std::round(section.length() / voxel_size_m));
-    const double h = section.length() / layers;
+    const double h = adjusted_size(container, section, voxel_size_m), layers = std::max(1.0, std::round(section.length() / h));
     plan.voxel_size_m = h;
-    if (reservoir_m > 0.0 && container.any_periodic())
+    if (beyond.reservoir_m > 0.0 && container.periodic[2])
         throw UserError("a periodic cell has no reservoir: it would put void into the cell", {.fix = "leave reservoir_m out"});
-    const double reservoir_layers = std::ceil(reservoir_m / h - 1e-9);
-    const double ahead = (layers + 2.0 * reservoir_layers) * std::ceil(size.x() / h) * std::ceil(size.y() / h);
+    const auto layers_of = [&](double length) { return std::ceil(length / h - 1e-9); };
+    const double below = layers_of(beyond.buffers_m[0] + beyond.reservoir_m), above = layers_of(beyond.buffers_m[1] + beyond.reservoir_m);
+    const double ahead = (layers + below + above) * std::ceil(size.x() / h) * std::ceil(size.y() / h);
     if (!(ahead < 2e9))
         throw UserError(fmt::format("the grid would have {:.3g} cells", ahead),
                         {.allowed = "2e9 cells", .fix = "choose a larger voxel size (metres), a shorter section or a shorter reservoir"});
-    plan.reservoir_cells = static_cast<int>(reservoir_layers);
     plan.grid.spacing_m = {h, h, h};
-    plan.grid.cells[2] = static_cast<int>(layers) + 2 * plan.reservoir_cells;
-    plan.grid.origin_m[2] = section.z0 - plan.reservoir_cells * h;
+    plan.grid.cells[2] = static_cast<int>(layers + below + above);
+    plan.grid.origin_m[2] = section.z0 - below * h;
     for (std::size_t axis = 0; axis < 2; ++axis) {
         const double extent = size[static_cast<int>(axis)];
         if (container.kind == Container::Kind::cylinder) {
@@ -46,9 +74,6 @@ VoxelPlan plan_voxels(const Container& container, const Section& section, double
             continue;
         }
         const double count = std::round(extent / h);
-        if (container.periodic[axis] && std::abs(count * h - extent) > 1e-6 * extent)
-            throw UserError(fmt::format("the periodic box is no whole number of voxels: {:g} m / {:g} m = {:.4f}", extent, h, extent / h),
-                            {.fix = "choose a voxel size that divides all sides of the box"});
         plan.grid.cells[axis] =
             static_cast<int>(std::max(1.0, std::abs(count * h - extent) < 1e-6 * extent ? count : std::ceil(extent / h)));
         plan.grid.origin_m[axis] = 0.5 * (extent - plan.grid.cells[axis] * h);
@@ -93,7 +118,8 @@ void fill_phases(std::vector<std::uint8_t>& phase, const Grid& grid, const Solid
     }
 }
 
-PhaseImage voxelise(const Solid& solid, const Container& container, const Section& section, const VoxelPlan& plan) {
+PhaseImage voxelise(const Solid& solid, const Container& container, const Section& section, const VoxelPlan& plan,
+                    std::optional<Section> kept) {
     require_memory(plan.memory_bytes,
                    fmt::format("the grid of {} x {} x {} voxels", plan.grid.cells[0], plan.grid.cells[1], plan.grid.cells[2]),
                    "choose a larger voxel size or a shorter section");
@@ -101,7 +127,7 @@ PhaseImage voxelise(const Solid& solid, const Container& container, const Sectio
     image.notes["container"] = to_json(container).dump();
     image.notes["section"] = fmt::format("{:.17g},{:.17g}", section.z0, section.z1);
     image.notes["unit"] = "metre";
-    fill_phases(image.phase, image.grid, solid, container, section);
+    fill_phases(image.phase, image.grid, solid, container, kept.value_or(section));
     return image;
 }
 

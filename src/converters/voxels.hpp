@@ -1,6 +1,8 @@
 // Solids to voxels and slices, by cell centres, from exact intervals on vertical lines.
 #pragma once
 
+#include <optional>
+
 #include "core/grid.hpp"
 #include "packing/grains.hpp"
 
@@ -10,17 +12,21 @@ namespace porepack::converters {
 struct VoxelPlan {
     core::Grid grid;
     double voxel_size_m = 0.0;  ///< the requested size, adjusted so that the section is a whole number of voxels
-    int reservoir_cells = 0;    ///< empty layers below and above the section
     double memory_bytes = 0.0;
 };
 
+/// What the grid contains besides the section; rounded up to whole voxels.
+struct BeyondSection {
+    std::array<double, 2> buffers_m = {0.0, 0.0};  ///< of the bed, below and above the section
+    double reservoir_m = 0.0;                      ///< empty container, beyond both
+};
 /// Throws UserError when a periodic side is no whole number of voxels, or the voxel is larger than `grain_size_m`.
 [[nodiscard]] VoxelPlan plan_voxels(const packing::Container& container, const packing::Section& section, double voxel_size_m,
-                                    double reservoir_m, double grain_size_m);
+                                    const BeyondSection& beyond, double grain_size_m);
 
-/// Phase of every cell; solid beyond the section's planes is left out. Notes: the container and the section.
+/// Phase of every cell; solid beyond the planes of `kept` (default: the section) is left out. Notes: the container and the section.
 [[nodiscard]] core::PhaseImage voxelise(const packing::Solid& solid, const packing::Container& container, const packing::Section& section,
-                                        const VoxelPlan& plan);
+                                        const VoxelPlan& plan, std::optional<packing::Section> kept = std::nullopt);
 
 /// Phases of the cells of any grid by their centres, where solid beyond the section's planes is left out.
 void fill_phases(std::vector<std::uint8_t>& phase, const core::Grid& grid, const packing::Solid& solid, const packing::Container& container,

@@ -81,6 +81,10 @@ public:
     }
     /// A key's name in an earlier version: still read for one version, with a warning.
     virtual void renamed(const char* old_key, const char* key) = 0;
+    /// The key was in another table in an earlier version, where moved_to() declares it: still read from there for one version, with a
+    /// warning.
+    virtual void moved_here(const char* /*old_table*/, const char* /*key*/) {}
+    virtual void moved_to(const char* /*table*/, const char* /*key*/) {}
     /// A list of `sizes.first` to `sizes.second` numbers (an empty list stands for "not given").
     virtual void numbers(const char* key, std::vector<double>& values, std::pair<std::size_t, std::size_t> sizes, const Range& range,
                          const char* meaning) = 0;

@@ -22,8 +22,8 @@ namespace {
 // Reads one table and records which keys were read; all other keys of the table are unknown.
 class Reader : public ConfigVisitor {
 public:
-    Reader(const toml::table* table, std::string place, Path file, const Flags& flags)
-        : table_(table), place_(std::move(place)), file_(std::move(file)), flags_(flags) {}
+    Reader(const toml::table* table, const toml::table& whole, std::string place, Path file, const Flags& flags)
+        : table_(table), whole_(whole), place_(std::move(place)), file_(std::move(file)), flags_(flags) {}
 
     void number(const char* key, double& value, const Range& range, const char*) override {
         if (const auto node = find(key)) value = number_of(*node, key, range);
@@ -51,6 +51,16 @@ public:
         renamed_[key] = old_key;
         known_.emplace_back(old_key);
     }
+    void moved_here(const char* old_table, const char* key) override {
+        const toml::node* node = whole_[old_table][key].node();
+        if (node == nullptr) return;
+        if (table_ != nullptr && table_->contains(key))
+            fail(key, *table_->get(key), fmt::format("is given in [{}] too", old_table), "one of them");
+        log_warning(
+            fmt::format("{}: `{}.{}` is now `{}{}`; the old place is read until version 0.3", where(*node), old_table, key, place_, key));
+        moved_[key] = node;
+    }
+    void moved_to(const char*, const char* key) override { known_.emplace_back(key); }
     void word(const char* key, std::string& value, const std::vector<std::string>& allowed, const char*) override {
         const auto node = find(key);
         if (!node) return;
@@ -94,7 +104,7 @@ public:
             fail(key, *node, "is not an array of tables", fmt::format("[[{}]] once for each entry", place_ + key));
         resize(array->size());
         for (std::size_t i = 0; i < array->size(); ++i) {
-            Reader entry(array->get(i)->as_table(), fmt::format("{}{}[{}].", place_, key, i), file_, no_flags_);
+            Reader entry(array->get(i)->as_table(), whole_, fmt::format("{}{}[{}].", place_, key, i), file_, no_flags_);
             describe_one(i, entry);
             entry.require_known_keys();
         }
@@ -126,6 +136,7 @@ private:
             const std::string value = list && !flag->second.starts_with("[") ? "[" + flag->second + "]" : flag->second;
             return parse_flag(key, value);
         }
+        if (const auto old = moved_.find(key); old != moved_.end()) return old->second;
         if (table_ == nullptr) return nullptr;
         const auto old = renamed_.find(key);
         return table_->get(old == renamed_.end() ? key : old->second.c_str());
@@ -167,12 +178,14 @@ private:
     }
 
     const toml::table* table_;
+    const toml::table& whole_;
     std::string place_;
     Path file_;
     const Flags& flags_;
     Flags no_flags_;
     std::vector<std::string> known_;
-    std::map<std::string, std::string> renamed_;  // key -> its old name, used by the file
+    std::map<std::string, std::string> renamed_;      // key -> its old name, used by the file
+    std::map<std::string, const toml::node*> moved_;  // key -> its value in the table where it was
     std::deque<toml::table> from_flags_;
     std::map<const toml::node*, std::string> flag_nodes_;
 };
@@ -205,7 +218,7 @@ void TomlFile::read(std::string_view name, const Describe& describe, const Flags
                                 {.where = fmt::format("{}, line {}", content_->path.string(), node->source().begin.line),
                                  .fix = fmt::format("write [{}] on a line of its own, its keys below", name)});
         }
-    Reader reader(table, name.empty() ? "" : fmt::format("{}.", name), content_->path, flags);
+    Reader reader(table, content_->table, name.empty() ? "" : fmt::format("{}.", name), content_->path, flags);
     describe(reader);
     reader.require_known_keys();
 }

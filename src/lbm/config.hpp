@@ -19,11 +19,6 @@ constexpr std::array<core::Choice<Precision>, 2> choices_of(Precision) {
 [[nodiscard]] constexpr double bytes_of(Precision precision) {
     return precision == Precision::single_precision ? 4.0 : 8.0;
 }
-/// What drives the flow at the ends of the section: constant pressure on both, or the paper's inlet and outlet.
-enum class Ends { pressure, paper };
-constexpr std::array<core::Choice<Ends>, 2> choices_of(Ends) {
-    return {{{Ends::pressure, "pressure"}, {Ends::paper, "paper"}}};
-}
 /// Files of the flow field.
 enum class FieldFiles { vti, none };
 constexpr std::array<core::Choice<FieldFiles>, 2> choices_of(FieldFiles) {
@@ -36,7 +31,6 @@ struct LbmConfig {
     Walls walls = Walls::interpolated;
     Collision collision = Collision::trt;
     Precision precision = Precision::double_precision;
-    Ends ends = Ends::pressure;
     double relaxation_time = 0.0;
     double magic_parameter = 0.0;
     double tolerance = 0.0;
@@ -57,9 +51,7 @@ inline void describe(core::ConfigVisitor& v, LbmConfig& c) {
     v.choice("walls", c.walls, "interpolated: walls at their exact distance, second order; bounce_back: half-way between nodes (paper)");
     v.choice("collision", c.collision, "trt: two relaxation times; bgk: one, as in the paper (k then depends on relaxation_time)");
     v.choice("precision", c.precision, "precision of the populations; single halves memory and time");
-    v.choice("ends", c.ends,
-             "pressure: constant pressure on both end planes; paper: Poiseuille profile of the tube at the first plane (needs a "
-             "reservoir), constant pressure and zero gradient of the normal velocity at the second plane");
+    v.moved_to("section", "ends");
     v.number("relaxation_time", c.relaxation_time, {.low = 0.5, .high = 100.0, .low_open = true, .zero_is_auto = true},
              "tau of the symmetric moments (lattice viscosity (tau - 1/2)/3); with trt, only the number of steps depends on it, and k does "
              "not; auto with trt: the value that needs the smallest number of steps, found on the coarsest grid; auto with bgk: 0.59, as "

@@ -29,6 +29,12 @@ std::int64_t Domain::node_at(const std::array<int, 3>& place) const {
     return found != end && *found == wanted ? found - cell.begin() : -1;
 }
 
+std::size_t Domain::layer_of(std::size_t node) const {
+    const auto here = static_cast<std::size_t>(cell[node]);
+    const auto nx = static_cast<std::size_t>(grid.cells[0]), ny = static_cast<std::size_t>(grid.cells[1]);
+    return drive.axis == 0 ? here % nx : drive.axis == 1 ? here / nx % ny : here / (nx * ny);
+}
+
 double Domain::narrow_share() const {
     const auto narrow = std::count_if(walls.begin(), walls.end(), [](const WallLink& link) { return link.narrow; });
     return walls.empty() ? 0.0 : static_cast<double>(narrow) / static_cast<double>(walls.size());
@@ -122,10 +128,20 @@ Links links_of(const Domain& domain, const FlowWalls* walls, double inlet_radius
     return links;
 }
 
+std::vector<double> layer_conductance(const Domain& domain) {
+    const auto layers = static_cast<std::size_t>(domain.grid.cells[static_cast<std::size_t>(domain.drive.axis)]);
+    std::vector<double> nodes(layers, 0.0), links(layers, 1.0), conductance(layers);
+    for (std::size_t node = 0; node < domain.nodes(); ++node) nodes[domain.layer_of(node)] += 1.0;
+    for (const WallLink& link : domain.walls) links[domain.layer_of(link.node)] += 1.0;
+    for (std::size_t layer = 0; layer < layers; ++layer) conductance[layer] = std::pow(nodes[layer], 3.0) / (links[layer] * links[layer]);
+    return conductance;
+}
+
 }  // namespace
 
 Domain build_domain(const PhaseImage& image, const Drive& drive, const FlowWalls* walls, double inlet_radius_cells) {
-    Domain domain{.grid = image.grid, .drive = drive, .cell = {}, .row_node = {}, .walls = {}, .boundary_links = {}};
+    Domain domain{
+        .grid = image.grid, .drive = drive, .cell = {}, .row_node = {}, .walls = {}, .boundary_links = {}, .layer_conductance = {}};
     {
         Percolation percolation = find_percolating_cells(image, drive);
         domain.isolated_cells = percolation.isolated_cells;
@@ -147,6 +163,7 @@ Domain build_domain(const PhaseImage& image, const Drive& drive, const FlowWalls
         domain.boundary_links.insert(domain.boundary_links.end(), part.open.begin(), part.open.end());
         part = {};
     }
+    domain.layer_conductance = layer_conductance(domain);
     return domain;
 }
 

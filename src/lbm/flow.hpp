@@ -29,6 +29,8 @@ public:
     [[nodiscard]] virtual std::array<double, 3> drag() const = 0;
     /// Sets nodes, numbered as in `moments`, to local equilibrium.
     virtual void set_moments(std::size_t first, std::span<const Moments> moments) = 0;
+    /// Adds to the density of nodes, numbered as in `moments`; velocities and stresses stay.
+    virtual void add_density(std::size_t first, std::span<const double> added) = 0;
     /// Replaces Domain::boundary_links' `added`, link by link.
     virtual void set_boundary_links(std::span<const double> added) = 0;
     /// Everything that a later step depends on, in its memory layout.

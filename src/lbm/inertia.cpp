@@ -57,6 +57,7 @@ public:
     void set_moments(std::size_t first, std::span<const Moments> moments) override { flow_->set_moments(first, moments); }
     void set_boundary_links(std::span<const double> added) override { flow_->set_boundary_links(added); }
     [[nodiscard]] std::span<std::byte> state() override { return flow_->state(); }
+    void add_density(std::size_t first, std::span<const double> added) override { flow_->add_density(first, added); }
     [[nodiscard]] double bytes() const override { return flow_->bytes(); }
 
 private:

@@ -155,6 +155,11 @@ LbmConfig fitted_to(const PoreSpace& space, LbmConfig config) {
 
 }  // namespace
 
+std::optional<double> LbmResult::bed_permeability_m2() const {
+    if (!fine().bed_permeability_m2) return std::nullopt;
+    return *fine().bed_permeability_m2 * permeability_m2 / fine().permeability_m2;
+}
+
 std::optional<Interval> LbmResult::interval_m2() const {
     if (!half_width) return std::nullopt;
     return Interval{std::max(0.0, permeability_m2 - half_width->sum()), permeability_m2 + half_width->sum()};
@@ -170,7 +175,7 @@ Scheme scheme_of(const LbmConfig& config, bool exact_walls, const Drive& drive) 
                    : config.magic_parameter > 0.0        ? config.magic_parameter
                    : scheme.walls == Walls::interpolated ? 1.0 / 12.0
                                                          : 3.0 / 16.0;
-    if (config.ends != Ends::paper) scheme.force[static_cast<std::size_t>(drive.axis)] = body_force_lu;
+    scheme.force[static_cast<std::size_t>(drive.axis)] = body_force_lu;
     return scheme;
 }
 

@@ -19,10 +19,11 @@ struct LbmGridResult {
     double bytes_per_node = 0.0;
     double set_up_seconds = 0.0;
     double relaxation_time = 0.0;
-    double permeability_m2 = 0.0;         ///< by flow rate
-    double permeability_volume_m2 = 0.0;  ///< by volume average; the difference checks the mass balance
-    bool by_pressure = false;             ///< end planes of constant pressure; else periodic along the flow
-    StokesRun run = {};                   ///< of a grid that a checkpoint had finished, without layers and history
+    double permeability_m2 = 0.0;                    ///< by flow rate
+    double permeability_volume_m2 = 0.0;             ///< by volume average; the difference checks the mass balance
+    std::optional<double> bed_permeability_m2 = {};  ///< of the whole bed, free ends included, if the flow goes through all of it
+    bool by_pressure = false;                        ///< end planes of constant pressure; else periodic along the flow
+    StokesRun run = {};                              ///< of a grid that a checkpoint had finished, without layers and history
 };
 template <core::MembersOf<LbmGridResult> Self, typename Visit>
 void visit_members(Self& grid, const Visit& visit) {
@@ -32,6 +33,7 @@ void visit_members(Self& grid, const Visit& visit) {
     visit("isolated_cells", grid.isolated_cells);
     visit("permeability_m2", grid.permeability_m2);
     visit("permeability_by_volume_average_m2", grid.permeability_volume_m2);
+    visit("permeability_bed_m2", grid.bed_permeability_m2);
     visit("permeability_lu", grid.run.permeability_lu);
     visit("superficial_velocity_lu", grid.run.superficial_velocity_lu);
     visit("hydraulic_tortuosity", grid.run.hydraulic_tortuosity);
@@ -84,6 +86,8 @@ struct LbmResult {
     std::vector<SubsectionResult> subsections;
     core::FlowImage flow;  ///< empty unless requested
     [[nodiscard]] const LbmGridResult& fine() const { return grids.back(); }
+    /// Of the whole bed, corrected by the same factor as that of the section; nothing if the flow does not go through all of it.
+    [[nodiscard]] std::optional<double> bed_permeability_m2() const;
     [[nodiscard]] std::optional<core::Interval> interval_m2() const;
 };
 
@@ -93,6 +97,7 @@ struct LbmRun {
     core::Path checkpoint = {};  ///< file to resume from and to update during the run; none if empty
 };
 
+/// Driven by a body force along `drive`.
 [[nodiscard]] Scheme scheme_of(const LbmConfig& config, bool exact_walls, const converters::Drive& drive);
 
 /// k with its interval from the values on three grids of `nodes` nodes per grain diameter. Calibrated on arrays and ducts of known answer

@@ -59,7 +59,7 @@ std::vector<SubsectionResult> subsections(const LbmGridResult& grid, const Domai
         double flow = 0.0;
         for (std::size_t layer = first; layer < end; ++layer) flow += grid.run.layers.flow[layer];
         flow /= static_cast<double>(end - first);
-        const double gradient = gradient_between(force, domain, grid.run.layers, first, end - 1);
+        const double gradient = gradient_between(force, domain.drive, grid.run.layers, first, end - 1);
         const double z0 = planes.z0 - section.first_layer * h;
         results.push_back({z0 + static_cast<double>(first) * h, z0 + static_cast<double>(end) * h,
                            flow * scheme.viscosity_lu() / (section.area_cells * gradient) * h * h});
@@ -75,8 +75,8 @@ std::string identity_of(const PoreSpace& space, LbmConfig config, const Domain& 
     const auto hash = [](const auto& list) {
         return std::hash<std::string_view>{}({reinterpret_cast<const char*>(list.data()), list.size() * sizeof(list[0])});
     };
-    return fmt::format("{} {} {} {:016x} {:016x}", resolved_config(config).dump(), space.section.z0, space.section.z1, hash(domain.cell),
-                       hash(distances));
+    return fmt::format("{} {} {} {} {:016x} {:016x}", resolved_config(config).dump(), name_of(space.ends), space.section.z0,
+                       space.section.z1, hash(domain.cell), hash(distances));
 }
 
 Scheme with_tau(Scheme scheme, double tau) {
@@ -124,6 +124,7 @@ FlowImage Sequence::flow() const {
 
 Scheme Sequence::scheme_for(double voxel_size_m, const Drive& drive) const {
     Scheme scheme = scheme_of(config_, space_.has_exact_walls(), drive);
+    if (space_.ends == Ends::paper) scheme.force = {0.0, 0.0, 0.0};
     if (saved_) return with_tau(scheme, saved_->relaxation_time);
     if (!tuned() || result_.grids.empty()) return scheme;
     // Viscous modes decay with nu / h^2, pressure modes with 1 / (nu L^2): the best nu grows with 1/h.
@@ -135,11 +136,11 @@ bool Sequence::solve(double voxel_size_m, bool coarsest_of_many, double max_seco
     ++attempts_;
     PhaseImage image = space_.voxelise_at(voxel_size_m);
     const Drive drive = choose_drive(space_.container, config_.direction);
-    if (config_.ends == Ends::paper) require_paper_ends(drive, image.grid);
+    if (space_.ends == Ends::paper) require_paper_ends(drive, image.grid);
     const Stopwatch set_up;
     const Scheme scheme = scheme_for(voxel_size_m, drive);
     const std::optional<FlowWalls> walls = scheme.walls == Walls::interpolated ? space_.walls() : std::nullopt;
-    const double radius = config_.ends == Ends::paper ? 0.5 * space_.container.diameter_m / image.grid.spacing_m[2] : 0.0;
+    const double radius = space_.ends == Ends::paper ? 0.5 * space_.container.diameter_m / image.grid.spacing_m[2] : 0.0;
     Domain domain = build_domain(image, drive, walls ? &*walls : nullptr, radius);
     const FlowSection section = flow_section(image, space_.container, space_.section, drive);
     LbmGridResult grid{.voxel_size_m = image.grid.spacing_m[2],
@@ -189,6 +190,10 @@ void Sequence::keep(LbmGridResult grid, Solved solved, Domain&& domain, PhaseIma
     const double h2 = grid.voxel_size_m * grid.voxel_size_m;
     grid.permeability_m2 = grid.run.permeability_lu * h2;
     grid.permeability_volume_m2 = grid.run.permeability_volume_lu * h2;
+    if (space_.computes_whole_bed() && domain.drive.axis == 2) {
+        const double drop = solved.scheme.force[2] * domain.grid.cells[2], length = space_.computed().length() / grid.voxel_size_m;
+        grid.bed_permeability_m2 = solved.scheme.viscosity_lu() * grid.run.superficial_velocity_lu * length / drop * h2;
+    }
     result_.subsections = subsections(grid, domain, solved.scheme, section, space_.section, config_.subsections);
     force_ = solved.scheme.force[static_cast<std::size_t>(domain.drive.axis)];
     field_ = take_field(*solved.flow, std::move(domain), solved.scheme);
@@ -205,7 +210,7 @@ void Sequence::require_paper_ends(const Drive& drive, const Grid& grid) const {
     const bool reservoir = grid.origin_m[2] < space_.section.z0 - 0.5 * grid.spacing_m[2];
     if (drive.axis != 2 || !drive.by_pressure() || space_.container.kind != Container::Kind::cylinder || !reservoir)
         throw UserError("the ends of the paper need a cylinder with a reservoir before the section",
-                        {.fix = "set reservoir_m in [geometry], or ends = \"pressure\""});
+                        {.fix = "set reservoir_m in [geometry], or ends = \"in_situ\" in [section]"});
 }
 
 // Keeps a checkpoint at the configured interval, and when the run is interrupted.

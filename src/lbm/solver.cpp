@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
 
 #include "core/error.hpp"
 #include "core/interrupt.hpp"
@@ -11,13 +13,8 @@
 
 namespace porepack::lbm {
 using namespace core;
+using namespace converters;
 namespace {
-
-std::size_t layer_of(const Domain& domain, std::size_t node) {
-    const auto cell = static_cast<std::size_t>(domain.cell[node]);
-    const auto nx = static_cast<std::size_t>(domain.grid.cells[0]), ny = static_cast<std::size_t>(domain.grid.cells[1]);
-    return domain.drive.axis == 0 ? cell % nx : domain.drive.axis == 1 ? cell / nx % ny : cell / (nx * ny);
-}
 
 // visit(node, moments) over all nodes; each thread has its own visitor, created by `make` and passed to `finish`.
 template <typename Make, typename Finish>
@@ -59,7 +56,7 @@ void measure_velocities(const Flow& flow, const Domain& domain, const FlowSectio
         void visit(std::size_t node, const Moments& here) {
             const auto& u = here.velocity;
             for (std::size_t a = 0; a < 3; ++a) velocity[a] += u[a];
-            const auto layer = static_cast<int>(layer_of(domain, node));
+            const auto layer = static_cast<int>(domain.layer_of(node));
             if (layer < section.first_layer || layer > section.last_layer) return;
             speed += std::sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
             along += u[static_cast<std::size_t>(domain.drive.axis)];
@@ -80,45 +77,132 @@ void measure_velocities(const Flow& flow, const Domain& domain, const FlowSectio
     run.hydraulic_tortuosity = speed / along;
 }
 
+// The pressure along the bed is the slowest mode of a long bed: mass must move from layer to layer until all flow rates are equal. The
+// mass that accumulates in the layers gives the flow rates that are not steady yet; Darcy's law, with the relative conductance of the
+// layers, gives the pressures that remove them, and they are added to the nodes. In the steady state nothing accumulates (flow rates may
+// differ, because interpolated walls do not conserve mass exactly), so the steady state is not changed.
+class LayerBalance {
+public:
+    LayerBalance(const Domain& domain, const Scheme& scheme, const FlowSection& section)
+        : domain_(domain),
+          viscosity_(scheme.viscosity_lu()),
+          force_(scheme.force[static_cast<std::size_t>(domain.drive.axis)]),
+          nodes_(domain.layer_conductance.size(), 0.0) {
+        for (std::size_t node = 0; node < domain.nodes(); ++node) nodes_[domain.layer_of(node)] += 1.0;
+        porosity_ = static_cast<double>(domain.nodes()) / (section.area_cells * static_cast<double>(nodes_.size()));
+    }
+
+    // Velocities follow the pressure within about 3 k/(porosity nu) steps: a correction that comes more often is smaller.
+    // `density` is that of the layers at the last check, and becomes that after this correction.
+    void correct(Flow& flow, const Layers& layers, double permeability, long steps, std::vector<double>& density) const {
+        const std::vector<double> before = std::exchange(density, layers.density);
+        if (before.empty() || !(permeability > 0.0)) return;
+        const std::vector<double> unsteady = unsteady_flow(before, density, steps);
+        const auto& conductance = domain_.layer_conductance;
+        const std::size_t n = nodes_.size();
+        double resistance = 0.0, weighted = 0.0, mean = 0.0;
+        for (std::size_t l = 0; l < n; ++l) {
+            resistance += 1.0 / conductance[l];
+            weighted += unsteady[l] / conductance[l];
+            mean += layers.flow[l] / static_cast<double>(n);
+        }
+        const double scale = mean * resistance / (force_ * static_cast<double>(n)),
+                     share = std::min(0.7, static_cast<double>(steps) * porosity_ * viscosity_ / (3.0 * permeability));
+        std::vector<double> added(n);
+        double plane = 0.0;
+        for (std::size_t l = 0; l < n; ++l) {
+            const double step = -3.0 * share * (weighted / resistance - unsteady[l]) / (scale * conductance[l]);
+            added[l] = plane + 0.5 * step;
+            plane += step;
+            density[l] += added[l];
+        }
+        add(flow, added);
+    }
+
+private:
+    // Flow rate of each layer relative to the first plane, from the mass that its layers have gained.
+    [[nodiscard]] std::vector<double> unsteady_flow(const std::vector<double>& before, const std::vector<double>& now, long steps) const {
+        std::vector<double> flow(nodes_.size());
+        double plane = 0.0;
+        for (std::size_t l = 0; l < flow.size(); ++l) {
+            const double gain = nodes_[l] * (now[l] - before[l]) / static_cast<double>(steps);
+            flow[l] = plane - 0.5 * gain;
+            plane -= gain;
+        }
+        // Differences from layer to layer decay by themselves, and a pressure per layer cannot remove those that alternate.
+        for (int pass = 0; pass < smoothing; ++pass) {
+            double last = flow.front();
+            for (std::size_t l = 0; l < flow.size(); ++l) {
+                const double here = flow[l], next = flow[std::min(l + 1, flow.size() - 1)];
+                flow[l] = 0.25 * last + 0.5 * here + 0.25 * next;
+                last = here;
+            }
+        }
+        return flow;
+    }
+
+    void add(Flow& flow, const std::vector<double>& added) const {
+#pragma omp parallel for schedule(static)
+        for (std::size_t first = 0; first < domain_.nodes(); first += Flow::chunk) {
+            std::array<double, Flow::chunk> of_nodes;
+            const std::size_t count = std::min(Flow::chunk, domain_.nodes() - first);
+            for (std::size_t i = 0; i < count; ++i) of_nodes[i] = added[domain_.layer_of(first + i)];
+            flow.add_density(first, std::span(of_nodes).first(count));
+        }
+    }
+
+    static constexpr int smoothing = 8;  // passes: over about four layers
+
+    const Domain& domain_;
+    double viscosity_, force_, porosity_ = 1.0;
+    std::vector<double> nodes_;  // per layer
+};
+
 }  // namespace
 
 Layers measure_layers(const Flow& flow, const Domain& domain) {
     const auto count = static_cast<std::size_t>(domain.grid.cells[static_cast<std::size_t>(domain.drive.axis)]);
     struct Sums {
         const Domain& domain;
-        std::vector<double> flow, density, nodes;
+        std::vector<double> flow, power, density, nodes;
         void visit(std::size_t node, const Moments& here) {
-            const std::size_t layer = layer_of(domain, node);
-            flow[layer] += here.velocity[static_cast<std::size_t>(domain.drive.axis)];
+            const std::size_t layer = domain.layer_of(node);
+            const double along = here.velocity[static_cast<std::size_t>(domain.drive.axis)];
+            flow[layer] += along;
+            power[layer] += along * here.density;
             density[layer] += here.density;
             nodes[layer] += 1.0;
         }
     };
     const std::vector<double> none(count, 0.0);
-    Sums all{domain, none, none, none};
+    Sums all{domain, none, none, none, none};
     for_all_moments(
         flow, domain.nodes(),
         [&] {
-            return Sums{domain, none, none, none};
+            return Sums{domain, none, none, none, none};
         },
         [&](const Sums& sums) {
             for (std::size_t k = 0; k < count; ++k) {
                 all.flow[k] += sums.flow[k];
+                all.power[k] += sums.power[k];
                 all.density[k] += sums.density[k];
                 all.nodes[k] += sums.nodes[k];
             }
         });
     for (std::size_t k = 0; k < count; ++k) all.density[k] /= std::max(1.0, all.nodes[k]);
-    return {all.flow, all.density};
+    return {all.flow, all.power, all.density};
 }
 
-double gradient_between(double force, const Domain& domain, const Layers& layers, std::size_t first, std::size_t last) {
-    const auto& density = layers.density;
-    const std::size_t n = density.size();
-    // On end planes the density is zero; inside the pressure on a plane is the mean of the layers on both sides.
+double gradient_between(double force, const Drive& drive, const Layers& layers, std::size_t first, std::size_t last,
+                        PlanePressure pressure) {
+    const std::size_t n = layers.flow.size();
+    // On end planes the density is zero; inside, the pressure on a plane is that of the layers on both sides.
     const auto on_plane = [&](std::size_t plane) {
-        if (plane > 0 && plane < n) return 0.5 * (density[plane - 1] + density[plane]);
-        return domain.drive.by_pressure() ? 0.0 : 0.5 * (density.front() + density.back());
+        if (drive.by_pressure() && (plane == 0 || plane == n)) return 0.0;
+        const std::size_t before = (plane + n - 1) % n, behind = plane % n;
+        const double flow = layers.flow[before] + layers.flow[behind];
+        if (pressure == PlanePressure::flux_weighted && flow != 0.0) return (layers.power[before] + layers.power[behind]) / flow;
+        return 0.5 * (layers.density[before] + layers.density[behind]);
     };
     return force + (on_plane(first) - on_plane(last + 1)) / (3.0 * static_cast<double>(last - first + 1));
 }
@@ -134,6 +218,8 @@ StokesRun run_to_steady(Flow& flow, const Domain& domain, const Scheme& scheme, 
     const double force = scheme.force[static_cast<std::size_t>(domain.drive.axis)];
     double first_error = 0.0, momentum_bound = 0.0;
     int passed = 0;
+    std::optional<LayerBalance> balance;
+    if (criterion.balance && domain.drive.by_pressure() && force != 0.0 && !scheme.inertia) balance.emplace(domain, scheme, section);
     while (run.steps < criterion.max_steps && passed < 2 && watch.seconds() < criterion.max_seconds) {
         const long until = std::min((run.steps / steps_per_check + 1) * steps_per_check, criterion.max_steps + criterion.max_steps % 2);
         for (; run.steps < until && !interrupted(); run.steps += 2) flow.advance_two_steps();
@@ -155,7 +241,7 @@ StokesRun run_to_steady(Flow& flow, const Domain& domain, const Scheme& scheme, 
             throw NumericalError(fmt::format("the flow diverged within {} steps", run.steps),
                                  {.fix = "choose relaxation_time between 0.55 and 2"});
         const double mean = sum / static_cast<double>(last - first + 1);
-        run.gradient_lu = gradient_between(force, domain, run.layers, first, last);
+        run.gradient_lu = gradient_between(force, domain.drive, run.layers, first, last);
         const double darcy = scheme.viscosity_lu() / (section.area_cells * run.gradient_lu);
         run.permeability_volume_lu = mean * darcy;
         run.permeability_lu =
@@ -170,6 +256,7 @@ StokesRun run_to_steady(Flow& flow, const Domain& domain, const Scheme& scheme, 
         if (first_error == 0.0 || first_error == 1.0) first_error = run.iteration_error;
         progress.update(std::clamp(std::log(run.iteration_error / first_error) / std::log(criterion.tolerance / first_error), 0.0, 1.0),
                         fmt::format("step {}, error {:.1e}", run.steps, run.iteration_error));
+        if (passed < 2 && balance) balance->correct(flow, run.layers, run.permeability_lu, steps_per_check, run.layer_density);
         if (passed < 2 && criterion.checkpoint) criterion.checkpoint(run);
     }
     run.converged = passed >= 2;

@@ -8,15 +8,22 @@
 
 namespace porepack::lbm {
 
-/// For each layer of cells normal to the flow axis: sum of the velocity along it, mean density deviation.
+/// For each layer of cells normal to the flow axis: sum of the velocity along it, sum of velocity times density deviation, and mean
+/// density deviation.
 struct Layers {
-    std::vector<double> flow, density;
+    std::vector<double> flow, power, density;
 };
 [[nodiscard]] Layers measure_layers(const Flow& flow, const Domain& domain);
 
+/// The pressure on a plane through the flow.
+enum class PlanePressure {
+    flux_weighted,  ///< int p u dA / int u dA: flow rate times its difference is the power that is dissipated in between
+    mean            ///< over the fluid
+};
 /// Pressure gradient that drives the flow between the layers first and last: the body force `force`, and the drop of the remaining
 /// pressure between the planes before and behind them.
-[[nodiscard]] double gradient_between(double force, const Domain& domain, const Layers& layers, std::size_t first, std::size_t last);
+[[nodiscard]] double gradient_between(double force, const converters::Drive& drive, const Layers& layers, std::size_t first,
+                                      std::size_t last, PlanePressure pressure = PlanePressure::flux_weighted);
 
 /// One check of the run's state, the history of the convergence plot.
 struct ConvergencePoint {
@@ -35,7 +42,7 @@ void visit_members(Self& point, const Visit& visit) {
 }
 
 struct StokesRun {
-    double permeability_lu = 0.0;         ///< by the flow rate through the end planes, for the area of `area_cells`
+    double permeability_lu = 0.0;         ///< by the flow rate through the planes of the section, for the area of `area_cells`
     double permeability_volume_lu = 0.0;  ///< by the volume average between the planes
     double superficial_velocity_lu = 0.0;
     double gradient_lu = 0.0;           ///< driving pressure gradient over the section
@@ -48,6 +55,7 @@ struct StokesRun {
     double seconds = 0.0;
     double updates_per_second = 0.0;
     Layers layers = {};
+    std::vector<double> layer_density = {};  ///< at the last check, corrections included; for the next correction
     std::vector<ConvergencePoint> history = {};
 };
 
@@ -55,6 +63,7 @@ struct ConvergenceCriterion {
     double tolerance = 1e-4;                                ///< of the estimated relative iteration error of k
     long max_steps = 200000;                                ///< then the run ends without having converged; raise it for long beds
     long steps_per_check = 40;                              ///< even; the error is estimated this often, at the cost of about a step
+    bool balance = true;                                    ///< correct the pressure along the flow at each check; Stokes flow only
     double max_seconds = 1e300;                             ///< wall time; then the run ends without having converged
     std::function<void(const StokesRun&)> checkpoint = {};  ///< called when populations and run may be saved
 };

@@ -10,6 +10,7 @@
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "openfoam/foam_case.hpp"
+#include "openfoam/foam_field.hpp"
 
 namespace porepack::openfoam {
 using namespace core;
@@ -19,12 +20,22 @@ using namespace converters;
 namespace fs = std::filesystem;
 namespace {
 
+// Length of the evaluated part / pressure drop over it, for the pressures 1 at the inlet and 0 at the outlet.
+double evaluated_length_over_drop(const FoamScene& scene, const Path& folder, double cell_size_m) {
+    const auto cells = read_foam_cells(folder);
+    const auto pressure_at = [&](double z, double end, double end_pressure) {
+        return std::abs(z - end) < 1e-6 * scene.section.length() ? end_pressure : plane_pressure(cells, z, 1.5 * cell_size_m);
+    };
+    const double drop = pressure_at(scene.evaluated->z0, scene.section.z0, 1.0) - pressure_at(scene.evaluated->z1, scene.section.z1, 0.0);
+    return scene.evaluated->length() / drop;
+}
+
 void judge_flow(const FoamScene& scene, const FoamConfig& config, const Path& folder, FoamMeshResult& result) {
     const Path log = folder / "log.simpleFoam";
     const Path post = folder / "postProcessing";
     const double length = scene.section.length(), area = scene.container.inner_area_m2();
     std::vector<double> flow;
-    if (scene.container.any_periodic()) {
+    if (scene.container.periodic[2]) {
         flow = read_series(post / "meanVelocity", "volFieldValue.dat", 3);
         if (flow.empty()) reject_foam("no flow rate was written", log);
         for (double& q : flow) q /= length;  // volume integral of u_z / length: mean flow rate
@@ -59,15 +70,28 @@ void judge_flow(const FoamScene& scene, const FoamConfig& config, const Path& fo
     if (result.flow_drift > 1e-3)
         throw NumericalError(fmt::format("OpenFOAM's flow rate still changes: {:.1e} over the last 10 iterations", result.flow_drift),
                              {.where = log.string(), .fix = "tighten residual"});
+    if (scene.evaluated) result.permeability_m2 = flow.back() / area * evaluated_length_over_drop(scene, folder, result.cell_size_m);
+}
+
+// Conditions on the sides of the block.
+std::string side_parameters(const FoamScene& scene) {
+    std::string text;
+    for (const std::size_t axis : {0, 1}) {
+        const char name = "XY"[axis];
+        text += scene.container.periodic[axis] ? fmt::format("sides{0} cyclic; velocity{0} cyclic; pressure{0} cyclic;\n", name)
+                                               : fmt::format("sides{0} wall; velocity{0} noSlip; pressure{0} zeroGradient;\n", name);
+    }
+    return text;
 }
 
 FoamMeshResult solve_on_mesh(const FoamScene& scene, const FoamConfig& config, double cell, const Path& cases, const Path& folder,
                              long processes, const char* label) {
     FoamMeshResult result{.cell_size_m = cell, .processes = processes};
-    const bool periodic = scene.container.any_periodic();
+    const bool periodic = scene.container.periodic[2];
     prepare_foam_case(scene,
                       common_parameters(scene, config, cell, processes) + "viscosity 1;\n" +
-                          (periodic ? "gradient (0 0 1);\n" : fmt::format("pressureDrop 1;\nwallRadius {:.12g};\n", wall_radius_m(scene))),
+                          (periodic ? "gradient (0 0 1);\n"
+                                    : fmt::format("pressureDrop 1;\nwallRadius {:.12g};\n", wall_radius_m(scene)) + side_parameters(scene)),
                       cases / (periodic ? "stokes_periodic" : "stokes_packing"), folder);
     log_info("{}: background cells of {:.3g} m", label, cell);
     const auto state = [&] {
@@ -138,8 +162,8 @@ void require_foam() {
 FoamResult foam_permeability(const FoamScene& scene, const FoamConfig& config, double cell_size_m, const Path& cases, const Path& folder) {
     require_foam();
     const auto& periodic = scene.container.periodic;
-    if (scene.container.any_periodic() && !(periodic[0] && periodic[1] && periodic[2]))
-        throw UserError("OpenFOAM runs need a box that is periodic in all directions or in none",
+    if (periodic[2] && !(periodic[0] && periodic[1]))
+        throw UserError("OpenFOAM runs need a box that is not periodic along z, or periodic in all directions",
                         {.fix = "use the lattice Boltzmann solver: porepack lbm"});
     FoamResult result;
     make_folder(folder);

@@ -15,14 +15,15 @@ namespace porepack::openfoam {
 struct FoamScene {
     io::TriangleSurface surface;  ///< the grains; for a periodic box with the images that extend into it
     packing::Container container;
-    packing::Section section;
-    double pore_volume_m3 = 0.0;                      ///< exact, of the section
+    packing::Section section;                         ///< meshed: from the inlet to the outlet
+    std::optional<packing::Section> evaluated = {};   ///< part that k refers to, inside the flow; without it, all of `section`
+    double pore_volume_m3 = 0.0;                      ///< exact, of what is meshed
     double grain_size_m = 0.0;                        ///< smallest capsule diameter, or 4 volume / area of a surface
     std::optional<converters::PoreSpace> pores = {};  ///< gives the gaps that are too narrow for mesh cells; without it no gap counts
     shapes::Vec3 pore_point = shapes::Vec3::Zero();   ///< a point in the pore space that flow reaches, far from grains and walls
 };
-/// The section of a pore space, its surface within `surface` of the exact one (a user's surface is used unchanged). `coarsest_cell_m` is
-/// the background cell of the coarsest mesh.
+/// The section of a pore space with its buffers, its surface within `surface` of the exact one (a user's surface is used unchanged).
+/// `coarsest_cell_m` is the background cell of the coarsest mesh.
 [[nodiscard]] FoamScene foam_scene(const converters::PoreSpace& space, const converters::SurfaceOptions& surface, double coarsest_cell_m);
 /// The same between two layers of free water; the grains are cut off at their planes.
 [[nodiscard]] FoamScene foam_scene_in_water(const converters::PoreSpace& space, const converters::SurfaceOptions& surface, double cell_m,

@@ -59,17 +59,35 @@ std::vector<FoamCell> read_foam_cells(const Path& folder) {
     if (end.exit_code != 0 || !fs::exists(time / "C") || !fs::exists(time / "V"))
         throw EngineError("OpenFOAM: postProcess failed\n" + tail(log, 12), {.where = log.string()});
     const auto centres = read_interior(time / "C", "vector", 3), velocities = read_interior(time / "U", "vector", 3),
-               volumes = read_interior(time / "V", "scalar", 1);
+               pressures = read_interior(time / "p", "scalar", 1), volumes = read_interior(time / "V", "scalar", 1);
     for (const char* made : {"C", "Cx", "Cy", "Cz", "V"}) fs::remove(time / made);
-    if (centres.size() != 3 * volumes.size() || velocities.size() != 3 * volumes.size())
+    if (centres.size() != 3 * volumes.size() || velocities.size() != 3 * volumes.size() || pressures.size() != volumes.size())
         throw EngineError("OpenFOAM's fields differ in size", {.where = time.string()});
     std::vector<FoamCell> cells;
     cells.reserve(volumes.size());
     for (std::size_t i = 0; i < volumes.size(); ++i)
         cells.push_back({{centres[3 * i], centres[3 * i + 1], centres[3 * i + 2]},
                          {velocities[3 * i], velocities[3 * i + 1], velocities[3 * i + 2]},
+                         pressures[i],
                          volumes[i]});
     return cells;
+}
+
+double plane_pressure(std::span<const FoamCell> cells, double z_m, double reach_m) {
+    double weights = 0.0, z1 = 0.0, z2 = 0.0, p1 = 0.0, pz = 0.0;
+    for (const FoamCell& cell : cells) {
+        const double z = (cell.centre_m.z() - z_m) / reach_m;
+        if (std::abs(z) > 1.0) continue;
+        const double weight = cell.volume_m3 * cell.velocity.z();
+        weights += weight;
+        z1 += weight * z;
+        z2 += weight * z * z;
+        p1 += weight * cell.pressure;
+        pz += weight * cell.pressure * z;
+    }
+    const double spread = weights * z2 - z1 * z1;
+    if (!(spread > 0.0)) throw NumericalError(fmt::format("no cells with flow at the plane z = {:g} m", z_m));
+    return (z2 * p1 - z1 * pz) / spread;
 }
 
 FoamTortuosity hydraulic_tortuosity(std::span<const FoamCell> cells, const Section& section) {

@@ -8,37 +8,33 @@ using namespace packing;
 using namespace converters;
 namespace {
 
-// The grains that extend into the section; in a periodic box all of them.
+// The grains that extend into the computed part; in a periodic box all of them.
 Packing grains_near(const PoreSpace& space) {
     Packing near = *space.packing;
     if (!space.container.any_periodic())
         std::erase_if(near.bodies, [&](const Body& body) {
-            return body.position_m.z() < space.section.z0 - space.maximum_feret_diameter_m ||
-                   body.position_m.z() > space.section.z1 + space.maximum_feret_diameter_m;
+            return body.position_m.z() < space.computed().z0 - space.maximum_feret_diameter_m ||
+                   body.position_m.z() > space.computed().z1 + space.maximum_feret_diameter_m;
         });
     return near;
-}
-
-// Close to `size`, such that a periodic box has a whole number of voxels.
-double fitting(const PoreSpace& space, double size) {
-    return space.container.any_periodic() ? space.section.length() / std::ceil(space.section.length() / size) : size;
 }
 
 }  // namespace
 
 double narrow_pores(const PoreSpace& space, double voxel_size_m) {
-    return narrow_fraction(space.section_only().voxelise_at(fitting(space, voxel_size_m)), 2);
+    return narrow_fraction(space.section_only().voxelise_at(voxel_size_m), 2);
 }
 
 FoamScene foam_scene(const PoreSpace& space, const SurfaceOptions& surface, double coarsest_cell_m) {
-    const PoreSpace section = space.section_only();
+    const PoreSpace meshed = space.with_section(space.computed()).section_only();
     FoamScene scene{.surface = space.surface ? *space.surface : make_surface(grains_near(space), surface).surface,
                     .container = space.container,
-                    .section = space.section};
-    scene.pore_volume_m3 = section.porosity().value * space.container.inner_area_m2() * space.section.length();
+                    .section = meshed.section};
+    if (space.ends == Ends::in_situ && !space.container.periodic[2]) scene.evaluated = space.section;
+    scene.pore_volume_m3 = meshed.porosity().value * space.container.inner_area_m2() * meshed.section.length();
     scene.grain_size_m = space.grain_size_m;
-    scene.pores = section;
-    scene.pore_point = find_pore_point(section.voxelise_at(fitting(space, 0.5 * coarsest_cell_m)), space.container);
+    scene.pores = meshed;
+    scene.pore_point = find_pore_point(meshed.voxelise_at(0.5 * coarsest_cell_m), space.container);
     return scene;
 }
 

@@ -208,29 +208,29 @@ double Grains::distance(const Vec3& point, double cap) const {
     return least;
 }
 
-Section choose_section(const Container& container, const SectionChoice& choice, double bed_top_m, double maximum_feret_diameter_m) {
+Section choose_section(const Container& container, const SectionChoice& choice, const Section& bed, double maximum_feret_diameter_m) {
     if (choice.section_m.size() == 2) {
         const Section section{choice.section_m[0], choice.section_m[1]};
-        if (container.any_periodic() && (section.z0 > 1e-9 * container.height() || section.z1 < container.height() * (1.0 - 1e-9)))
-            throw UserError("a periodic cell is taken as a whole: it has no section",
+        if (container.periodic[2] && (section.z0 > 1e-9 * container.height() || section.z1 < container.height() * (1.0 - 1e-9)))
+            throw UserError("a cell that is periodic along z is taken as a whole: it has no section",
                             {.allowed = fmt::format("0,{:g} or nothing", container.height()), .fix = "leave the section out"});
         if (section.length() <= 0.0 || section.z0 < 0.0 || section.z1 > container.height() * (1.0 + 1e-9))
             throw UserError(fmt::format("the section from {:g} to {:g} m is not possible", section.z0, section.z1),
                             {.allowed = fmt::format("0 <= z0 < z1 <= {:g} m (the container's height); the bed is {:g} m high",
-                                                    container.height(), bed_top_m)});
-        if (section.z0 >= bed_top_m)
+                                                    container.height(), bed.z1)});
+        if (section.z0 >= bed.z1)
             throw UserError(fmt::format("the section from {:g} to {:g} m lies above the bed", section.z0, section.z1),
-                            {.allowed = fmt::format("0 <= z0 < {:g} m (the bed's height)", bed_top_m)});
+                            {.allowed = fmt::format("0 <= z0 < {:g} m (the bed's height)", bed.z1)});
         return section;
     }
-    if (container.any_periodic()) return {0.0, container.size_m.z()};
+    if (container.periodic[2]) return {0.0, container.size_m.z()};
     const double trim = choice.trim_m > 0.0 ? choice.trim_m : std::min(0.03, maximum_feret_diameter_m);
-    const double top = std::min(bed_top_m, container.height());
-    if (top - 2.0 * trim <= 0.0)
+    const double top = std::min(bed.z1, container.height());
+    if (top - bed.z0 - 2.0 * trim <= 0.0)
         throw UserError(
-            fmt::format("nothing is left of the bed: it is {:.4g} m high, and {:.4g} m are trimmed at both ends", bed_top_m, trim),
+            fmt::format("nothing is left of the bed: it is {:.4g} m high, and {:.4g} m are trimmed at both ends", bed.length(), trim),
             {.fix = "set the section (--section z0,z1; section_m) or a smaller trim (--trim; trim_m), or use a higher bed"});
-    return {trim, top - trim};
+    return {bed.z0 + trim, top - trim};
 }
 
 namespace {
@@ -266,8 +266,8 @@ LatticeSum sum_on_lattice(const Solid& solid, const Container& container, const 
 
 }  // namespace
 
-Section whole_bed(const Container& container, double bed_top_m) {
-    return {0.0, container.any_periodic() ? container.height() : std::min(bed_top_m, container.height())};
+Section whole_bed(const Container& container, const Section& bed) {
+    return container.periodic[2] ? Section{0.0, container.height()} : Section{bed.z0, std::min(bed.z1, container.height())};
 }
 
 std::array<bool, 3> periodic_sides(const Container& container, const Section& section) {

@@ -86,13 +86,13 @@ struct SectionChoice {
     std::vector<double> section_m;  ///< z0, z1; empty: chosen from the bed
     double trim_m = 0.0;            ///< 0: the smaller of 30 mm and one grain's maximum Feret diameter
 };
-/// The default is the bed (floor to highest point) without the trim at both ends; a periodic container is used as a whole.
-/// Throws UserError with the bed's height when nothing is left.
-[[nodiscard]] Section choose_section(const Container& container, const SectionChoice& choice, double bed_top_m,
+/// The default is `bed` (lowest to highest point of the grains) without the trim at both ends; a container that is periodic along z is
+/// used as a whole. Throws UserError with the bed's height when nothing is left.
+[[nodiscard]] Section choose_section(const Container& container, const SectionChoice& choice, const Section& bed,
                                      double maximum_feret_diameter_m);
 
-/// The whole bed: from the floor to its highest point; the whole container if it is periodic.
-[[nodiscard]] Section whole_bed(const Container& container, double bed_top_m);
+/// The bed, inside the container; the whole container if it is periodic along z.
+[[nodiscard]] Section whole_bed(const Container& container, const Section& bed);
 /// Periodic sides of the section; along z only when it is the whole box.
 [[nodiscard]] std::array<bool, 3> periodic_sides(const Container& container, const Section& section);
 

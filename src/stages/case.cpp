@@ -46,9 +46,10 @@ Case read_case(const Path& path, const std::string& flag_table, const Flags& fla
         if (!toml.has(table))
             throw UserError(std::string("the table [") + table + "] is missing",
                             {.where = file.string(), .allowed = "[shape] and [container] are required, all other tables have defaults"});
-    // A flag belongs to the table of its command, or to [geometry], which all of them share.
+    // A flag belongs to the table of its command, or to [geometry] and [section], which the commands share.
     for (const auto& table : Settings::tables())
-        toml.read(table, the_case.settings.describe_table(table), table == flag_table || table == "geometry" ? flags : Flags{});
+        toml.read(table, the_case.settings.describe_table(table),
+                  table == flag_table || table == "geometry" || table == "section" ? flags : Flags{});
     return the_case;
 }
 

@@ -22,6 +22,7 @@ struct Settings {
     packing::ContainerConfig container;
     packing::PackingConfig packing;
     converters::GeometryConfig geometry;
+    converters::SectionConfig section;
     converters::StlConfig stl;
     lbm::LbmConfig lbm;
     openfoam::FoamConfig openfoam;
@@ -42,6 +43,7 @@ void visit_members(Self& settings, const Visit& visit) {
     visit("container", settings.container);
     visit("packing", settings.packing);
     visit("geometry", settings.geometry);
+    visit("section", settings.section);
     visit("stl", settings.stl);
     visit("lbm", settings.lbm);
     visit("openfoam", settings.openfoam);
@@ -67,8 +69,8 @@ struct Case {
     [[nodiscard]] bool from_stl() const { return settings.shape.kind == shapes::ShapeKind::stl; }
 };
 
-/// `path` is the case's folder or its case.toml. `flags` of the table `flag_table`, and those of [geometry], win over the file. Throws
-/// UserError with file and line.
+/// `path` is the case's folder or its case.toml. `flags` of the table `flag_table`, and those of [geometry] and [section], win over the
+/// file. Throws UserError with file and line.
 [[nodiscard]] Case read_case(const core::Path& path, const std::string& flag_table = {}, const core::Flags& flags = {});
 
 }  // namespace porepack::stages

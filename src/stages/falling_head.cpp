@@ -36,8 +36,10 @@ Json run_case_falling_head(const Case& c, const Path& folder) {
         correlations["carman_kozeny_180_m2"] = carman_kozeny_m2(psi, d, pores, 180.0);
         if (std::abs(shape["volume_m3"].get<double>() / 7.33e-7 - 1.0) < 0.01) correlations["paper_fit_m2"] = paper_fit_m2(pores);
     }
-    Json json = simulate_falling_head(lbm.at("permeability_m2").get<double>(), inertial.value_m, apparatus_of(c), &folder);
-    json["permeability_from"] = "lbm";
+    const bool whole_bed = lbm.contains("permeability_bed_m2");
+    const double k = lbm.at(whole_bed ? "permeability_bed_m2" : "permeability_m2").get<double>();
+    Json json = simulate_falling_head(k, inertial.value_m, apparatus_of(c), &folder);
+    json["permeability_from"] = whole_bed ? "lbm, the whole bed with its free ends" : "lbm, the section";
     json["inertial_permeability_from"] = inertial.from;
     json["correlations"] = correlations;
     return json;

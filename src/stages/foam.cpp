@@ -26,8 +26,8 @@ double cell_size_m(const PoreSpace& space, const FoamConfig& config) {
 }
 
 Expectation expect(const PoreSpace& space, double cell_size_m, double pores, const FoamConfig& config) {
-    const auto block = background_cells(space.container, space.section, cell_size_m);
-    const double background = pores * space.container.inner_area_m2() * space.section.length() / std::pow(cell_size_m, 3);
+    const auto block = background_cells(space.container, space.computed(), cell_size_m);
+    const double background = pores * space.container.inner_area_m2() * space.computed().length() / std::pow(cell_size_m, 3);
     const double cells = background * std::pow(2.5, config.surface_level);
     // Measured: 0.45 ms per cell for meshing and solving, 1.6 kB per cell.
     const double coarse = config.meshes > 1 ? 1.0 + std::pow(config.mesh_ratio, -3.0) : 1.0;
@@ -52,7 +52,10 @@ Expectation expect_foam(const PoreSpace& space, const FoamConfig& config) {
 
 Json run_foam(const PoreSpace& space, const GeometryConfig& geometry, const FoamConfig& config, const Path& folder) {
     const double cell = cell_size_m(space, config);
-    const auto cells = background_cells(space.container, space.section, cell);
+    if (space.ends == Ends::paper)
+        throw UserError("OpenFOAM has no ends of the paper",
+                        {.allowed = "in_situ, planes", .fix = "disable OpenFOAM, or choose other ends"});
+    const auto cells = background_cells(space.container, space.computed(), cell);
     const double count = static_cast<double>(cells[0]) * cells[1] * cells[2];
     if (cell > space.grain_size_m || count > 2e8)
         throw UserError(fmt::format("a background cell of {:g} m does not fit the scene: {} x {} x {} cells, capsule diameter {:g} m", cell,
@@ -74,6 +77,8 @@ Json run_foam(const PoreSpace& space, const GeometryConfig& geometry, const Foam
     json["observed_order"] = extrapolation ? json_of(extrapolation->observed_order) : Json(nullptr);
     json["grid_convergence_index"] = extrapolation ? json_of(extrapolation->grid_convergence_index) : Json(nullptr);
     json["section_m"] = section_json(space.section);
+    json["ends"] = space.container.periodic[2] ? Json("periodic") : Json(name_of(space.ends));
+    json["buffers_m"] = space.buffers_m;
     json["converged"] = std::all_of(result.meshes.begin(), result.meshes.end(), [](const FoamMeshResult& mesh) { return mesh.converged; });
     json["cells"] = result.fine().cells;
     json["iterations"] = result.fine().iterations;
@@ -87,7 +92,7 @@ Stage make_foam_stage(const Case& c) {
     Stage stage{
         .name = "foam",
         .needs = {"stl"},
-        .configuration = deciding_keys(c, {"container", "openfoam"}, {}, true),
+        .configuration = deciding_keys(c, {"container", "section", "openfoam"}, {}, true),
         .run = [c](const Path& folder) { return run_foam(case_pore_space(c, true), c.settings.geometry, c.settings.openfoam, folder); },
         .expect =
             [c] {
@@ -96,7 +101,8 @@ Stage make_foam_stage(const Case& c) {
                 return text_of(
                     expect(space, config.cell_size_m > 0.0 ? config.cell_size_m : space.grain_size_m / 4.0, expected_porosity(c), config));
             },
-        .resumes = true};
+        .resumes = true,
+        .result_version = 2};
     if (!c.from_stl()) stage.needs.insert(stage.needs.begin(), "pack");
     return stage;
 }

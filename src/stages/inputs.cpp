@@ -55,6 +55,17 @@ PoreSpace load_slices(const Path& folder, const InputOptions& options) {
     return space;
 }
 
+PoreSpace with_ends(const PoreSpace& space, const SectionConfig& section) {
+    PoreSpace ready = space.with_ends(section.ends, section.buffer_m);
+    if (section.ends != Ends::in_situ || space.container.periodic[2]) return ready;
+    if (ready.ends == Ends::planes)
+        log_warning(
+            fmt::format("{}: the image ends at the section, so the flow is computed between planes of constant pressure there; k "
+                        "is too high where they cut grains",
+                        space.source));
+    return ready;
+}
+
 }  // namespace
 
 bool is_packing(const Path& input) {
@@ -88,16 +99,17 @@ PoreSpace load_pore_space(const Path& input, const InputOptions& options) {
         throw UserError("cannot tell what " + input.string() + " is",
                         {.allowed = "packing.json, packing.json.gz, an .stl file, a .vti image, a folder of slices, or a case"});
     space.source = input.string();
-    if (space.image || options.whole_bed) return space;
+    if (options.whole_bed) return space;
+    if (space.image) return with_ends(space, options.section);
     const GeometryConfig& geometry = options.geometry;
-    space.section = choose_section(space.container, {.section_m = geometry.section_m, .trim_m = geometry.trim_m}, space.bed_top_m,
-                                   space.maximum_feret_diameter_m);
+    space.section = choose_section(space.container, {.section_m = geometry.section_m, .trim_m = geometry.trim_m},
+                                   {space.bed_bottom_m, space.bed_top_m}, space.maximum_feret_diameter_m);
     space.reservoir_m = geometry.reservoir_m;
-    if (space.section.length() < space.maximum_feret_diameter_m && !space.container.any_periodic())
+    if (space.section.length() < space.maximum_feret_diameter_m && !space.container.periodic[2])
         log_warning(fmt::format(
             "the section is {:.3g} m long, less than one grain's maximum Feret diameter ({:.3g} m): it hardly represents the packing",
             space.section.length(), space.maximum_feret_diameter_m));
-    return space;
+    return with_ends(space, options.section);
 }
 
 Section section_of_note(const std::string& note, const Path& file) {

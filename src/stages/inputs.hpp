@@ -13,6 +13,7 @@ struct InputOptions {
     std::optional<packing::Container> container = {};  ///< of a surface, or of an image that does not name its own
     double unit_m = 1.0;                               ///< length of a surface's unit in metres
     converters::GeometryConfig geometry = {};          ///< section, trim and reservoir
+    converters::SectionConfig section = {};            ///< ends and buffers of a flow
     bool whole_bed = false;                            ///< the section is the whole bed, independent of `geometry`
 };
 

@@ -45,13 +45,17 @@ Json lbm_json(const LbmResult& result, const PoreSpace& space, const LbmConfig& 
         json["tolerance_reached"] = result.stopped_by.empty();
         json["stopped_by"] = result.stopped_by.empty() ? Json(nullptr) : Json(result.stopped_by);
     }
+    if (const auto bed = result.bed_permeability_m2()) json["permeability_bed_m2"] = *bed;
     json["permeability_by_volume_average_m2"] = fine.permeability_volume_m2;
     json["method"] =
         fmt::format("D3Q19 {}, linear equilibrium, {}, {} precision", config.collision == Collision::bgk ? "BGK" : "two relaxation times",
                     scheme.walls == Walls::interpolated ? "interpolated walls" : "half-way bounce-back", name_of(config.precision));
     json["direction"] = name_of(config.direction);
-    json["driven_by"] = config.ends == Ends::paper ? "the inlet's flow rate" : fine.by_pressure ? "pressure planes" : "body force";
+    json["driven_by"] = space.ends == Ends::paper ? "the inlet's flow rate" : fine.by_pressure ? "pressure planes" : "body force";
     json["section_m"] = section_json(space.section);
+    json["ends"] = fine.by_pressure ? Json(name_of(space.ends)) : Json("periodic");
+    json["buffers_m"] = space.buffers_m;
+    if (fine.by_pressure && space.ends == Ends::planes) json["permeability_planes_m2"] = result.permeability_m2;
     json["converged"] = fine.run.converged;
     json["iteration_error"] = fine.run.iteration_error;
     json["flow_imbalance"] = fine.run.flow_imbalance;
@@ -70,10 +74,12 @@ Json lbm_json(const LbmResult& result, const PoreSpace& space, const LbmConfig& 
 // For a pore space that need not exist yet.
 Expectation expect(const PoreSpace& space, double voxel_size_m, double pores, const LbmConfig& config) {
     const double across = std::isfinite(space.grain_size_m) ? space.grain_size_m : 10.0 * voxel_size_m;
-    const VoxelPlan plan =
-        space.image ? space.plan_at(voxel_size_m) : plan_voxels(space.container, space.section, voxel_size_m, space.reservoir_m, across);
+    const VoxelPlan plan = space.image
+                               ? space.plan_at(voxel_size_m)
+                               : plan_voxels(space.container, space.section, voxel_size_m, {space.buffers_m, space.reservoir_m}, across);
     const double cells = static_cast<double>(plan.grid.size());
-    const double fluid = pores * space.container.inner_area_m2() * space.section.length() / std::pow(plan.voxel_size_m, 3);
+    const double pore_length = pores * space.computed().length() + 2.0 * space.reservoir_m;
+    const double fluid = space.container.inner_area_m2() * pore_length / std::pow(plan.voxel_size_m, 3);
     const double flow_vti = config.fields == FieldFiles::none ? 0.0 : 4e7 + 20.0 * fluid + 34.0 * cells;
     Expectation expected{.memory_bytes = std::max(flow_vti, lbm_memory_bytes(cells, fluid, bytes_of(config.precision)))};
     // Steps grow with the square of the pores' width in voxels; rate of about 8 million updates per second and thread.
@@ -82,6 +88,8 @@ Expectation expect(const PoreSpace& space, double voxel_size_m, double pores, co
     expected.wall_time_s = coarse * steps * fluid / (8e6 * thread_count());
     expected.text = fmt::format("{} x {} x {} voxels of {:.4g} m, about {:.2g} fluid nodes", plan.grid.cells[0], plan.grid.cells[1],
                                 plan.grid.cells[2], plan.voxel_size_m, fluid);
+    if (const double beyond = space.computed().length() - space.section.length(); beyond > 0.0)
+        expected.text += fmt::format(", {:.0f} % of them in the buffers beyond the section", 100.0 * pores * beyond / pore_length);
     if (config.tolerance > 0.0)
         expected.text += fmt::format(
             "; with a tolerance the grids go from 6 voxels per diameter to what {:g} needs; the numbers shown are for this grid",
@@ -123,8 +131,9 @@ Json run_lbm(const PoreSpace& space, const GeometryConfig& geometry, const LbmCo
 Stage make_lbm_stage(const Case& c) {
     Stage stage{.name = "lbm",
                 .needs = {solid_stage(c)},
-                .configuration = deciding_keys(c, {"container", "lbm"}, {"voxel_size_m", "reservoir_m"}, true),
-                .outputs = {"history.csv"}};
+                .configuration = deciding_keys(c, {"container", "section", "lbm"}, {"voxel_size_m", "reservoir_m"}, true),
+                .outputs = {"history.csv"},
+                .result_version = 2};
     if (c.settings.lbm.fields != FieldFiles::none) stage.outputs.emplace_back("flow.vti");
     stage.run = [c](const Path& folder) {
         return run_lbm(case_pore_space(c), c.settings.geometry, c.settings.lbm, folder, c.results() / "lbm.checkpoint");

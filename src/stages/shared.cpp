@@ -2,6 +2,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 #include "core/error.hpp"
 #include "core/log.hpp"
@@ -38,7 +40,8 @@ Json deciding_keys(const Case& c, const std::vector<std::string>& tables, std::s
 }
 
 PoreSpace case_pore_space(const Case& c, bool with_surface) {
-    const InputOptions options{.container = make_container(c.settings.container), .geometry = c.settings.geometry};
+    const InputOptions options{
+        .container = make_container(c.settings.container), .geometry = c.settings.geometry, .section = c.settings.section};
     const Path surface = c.stage_folder("stl") / "solid.stl";
     if (c.from_stl()) return load_pore_space(surface, options);
     PoreSpace space = load_pore_space(c.stage_folder("pack") / "packing.json", options);
@@ -63,15 +66,17 @@ PoreSpace expected_pore_space(const Case& c) {
             space.grain_size_m = std::min(space.grain_size_m, smallest_diameter(shape));
             volume += share * measure(shape, 1e-4).volume_m3;
         }
+        space.equivalent_diameter_m = std::cbrt(6.0 * volume / std::numbers::pi);
         if (settings.packing.fill_height_m > 0.0) top = settings.packing.fill_height_m;
         if (settings.packing.grains > 0)
             top = std::min(space.container.height(),
                            static_cast<double>(settings.packing.grains) * volume / (0.4 * space.container.inner_area_m2()));
     }
-    space.section = choose_section(space.container, {.section_m = settings.geometry.section_m, .trim_m = settings.geometry.trim_m}, top,
-                                   space.maximum_feret_diameter_m);
+    space.section = choose_section(space.container, {.section_m = settings.geometry.section_m, .trim_m = settings.geometry.trim_m},
+                                   {0.0, top}, space.maximum_feret_diameter_m);
     space.reservoir_m = settings.geometry.reservoir_m;
-    return space;
+    space.bed_top_m = top;
+    return space.with_ends(settings.section.ends, settings.section.buffer_m);
 }
 
 bool draw_picture(const Path& stl, const Path& png, const std::vector<std::string>& more) {

@@ -18,12 +18,14 @@ Json write_voxels(const PoreSpace& space, const GeometryConfig& geometry, const 
     const PhaseImage image = space.voxelise_at(size);
     write_phase_image(folder / "pore.vti", image);
     std::array<double, 3> count = {0, 0, 0};
-    for (const auto phase : image.phase) count[phase] += 1.0;
+    const PoreSpace section = pore_space_of(image, space.container, space.section, space.source).section_only();
+    for (const auto phase : section.image->phase) count[phase] += 1.0;
     const Porosity exact = space.porosity();
     return {{"voxel_size_m", plan.voxel_size_m},
             {"cells", plan.grid.cells},
             {"section_m", section_json(space.section)},
-            {"reservoir_cells", plan.reservoir_cells},
+            {"buffers_m", space.buffers_m},
+            {"reservoir_m", space.reservoir_m},
             {"porosity_of_voxels", count[Phase::pore] / (count[Phase::pore] + count[Phase::grain])},
             {"porosity", exact.value},
             {"porosity_uncertainty", exact.uncertainty},
@@ -42,7 +44,7 @@ Json write_slice_images(const PoreSpace& space, const GeometryConfig& geometry, 
 Stage make_voxelise_stage(const Case& c) {
     return {.name = "voxelise",
             .needs = {solid_stage(c)},
-            .configuration = deciding_keys(c, {"container"}, {"voxel_size_m", "reservoir_m"}, true),
+            .configuration = deciding_keys(c, {"container", "section"}, {"voxel_size_m", "reservoir_m"}, true),
             .outputs = {"pore.vti"},
             .run = [c](const Path& folder) { return write_voxels(case_pore_space(c), c.settings.geometry, folder); }};
 }

@@ -24,12 +24,7 @@ DiffusiveEstimate diffusive_tortuosity(const PoreSpace& space, double voxel_size
     for (const double coarser : {1.0, 1.5, 2.0}) {
         const bool finest = estimate.grids.empty();
         if (!finest && !estimate.no_limit_because.empty()) break;
-        double size = coarser * voxel_size_m;
-        if (section.container.any_periodic() && !section.image) {
-            // A periodic box needs a whole number of voxels.
-            const double side = section.container.size_m.x();
-            size = side / std::max(1.0, std::round(side / size));
-        }
+        const double size = coarser * voxel_size_m;
         if (!finest && (size > section.grain_size_m || size > 0.5 * section.section.length())) {
             estimate.no_limit_because = "the voxels are too coarse for three grids";
             break;

@@ -120,7 +120,7 @@ TEST(FallingHeadTool, ACaseTellsItsCauses) {
     EXPECT_LT(factor.at("level offset true water level +2 mm"), 1.0);
     EXPECT_GT(factor.at("level offset true water level -2 mm"), 1.0);
     EXPECT_FALSE(std::filesystem::exists(folder.path() / "results" / "stl"));  // no stage needs a surface
-    EXPECT_LT(factor.at("the paper's LBM scheme its k / ours: spheres with the diameter of the capsules, 15 voxels"), 1.0);
+    EXPECT_LT(factor.at("the paper's LBM scheme its k / k by PorePack: spheres as wide as the capsules, 15 voxels"), 1.0);
     const std::string report = read_text(folder.path() / "results" / "report.md");
     EXPECT_TRUE(has(report, "Measured against computed"));
     EXPECT_TRUE(has(report, "Flow with inertia"));

@@ -61,7 +61,7 @@ TEST(Axes, TheLStandsRightInEveryFile) {
     const Grains grains(packing);
     const Section whole{0.0, 0.04};
 
-    const VoxelPlan plan = plan_voxels(packing.container, whole, 1e-3, 0.0, 0.006);
+    const VoxelPlan plan = plan_voxels(packing.container, whole, 1e-3, {}, 0.006);
     write_phase_image(folder.path() / "pore.vti", voxelise(grains, packing.container, whole, plan));
     const PhaseImage image = read_phase_image(folder.path() / "pore.vti");
     extent_of(image.grid, image.phase).expect_l(1.1e-3);
@@ -172,12 +172,12 @@ TEST(Porosity, AFilledCavityIsSolid) {
 
 TEST(Section, DefaultsTrimAndTheEmptyOneIsNamed) {
     const Container container = parse_container("cylinder:0.1,0.7");
-    const Section section = choose_section(container, {}, 0.35, 0.05);
+    const Section section = choose_section(container, {}, {0.0, 0.35}, 0.05);
     EXPECT_EQ(section.z0, 0.03);
     EXPECT_NEAR(section.z1, 0.32, 1e-15);
-    EXPECT_TRUE(has(message_of<UserError>([&] { (void)choose_section(container, {}, 0.04, 0.03); }), "it is 0.04 m high"));
+    EXPECT_TRUE(has(message_of<UserError>([&] { (void)choose_section(container, {}, {0.0, 0.04}, 0.03); }), "it is 0.04 m high"));
     EXPECT_TRUE(has(message_of<UserError>([&] {
-                        (void)choose_section(container, {.section_m = {0.3, 0.2}}, 0.35, 0.03);
+                        (void)choose_section(container, {.section_m = {0.3, 0.2}}, {0.0, 0.35}, 0.03);
                     }),
                     "0 <= z0 < z1"));
 }
@@ -185,12 +185,12 @@ TEST(Section, DefaultsTrimAndTheEmptyOneIsNamed) {
 TEST(Voxels, RefusesWhatCannotBe) {
     const Container box = parse_container("box:1,1,1:periodic");
     EXPECT_TRUE(has(message_of<UserError>([&] {
-                        (void)plan_voxels(parse_container("box:1,0.73,1:periodic"), {0, 1}, 0.1, 0.0, 1.0);
+                        (void)plan_voxels(parse_container("box:1,0.73,1:periodic"), {0, 1}, 0.1, {}, 1.0);
                     }),
-                    "no whole number of voxels"));
-    EXPECT_TRUE(has(message_of<UserError>([&] { (void)plan_voxels(box, {0, 1}, 0.5, 0.0, 0.3); }), "larger than the grain"));
-    EXPECT_TRUE(has(message_of<UserError>([&] { (void)plan_voxels(box, {0, 1}, 1e-5, 0.0, 1.0); }), "cells"));
-    EXPECT_EQ(plan_voxels(parse_container("cylinder:0.05,0.2"), {0.02, 0.06}, 3e-4, 0.0, 1.0).grid.cells[2], 133);
+                    "no whole numbers of voxels of about 0.1 m"));
+    EXPECT_TRUE(has(message_of<UserError>([&] { (void)plan_voxels(box, {0, 1}, 0.5, {}, 0.3); }), "larger than the grain"));
+    EXPECT_TRUE(has(message_of<UserError>([&] { (void)plan_voxels(box, {0, 1}, 1e-5, {}, 1.0); }), "cells"));
+    EXPECT_EQ(plan_voxels(parse_container("cylinder:0.05,0.2"), {0.02, 0.06}, 3e-4, {}, 1.0).grid.cells[2], 133);
 }
 
 TEST(Surface, TouchingOverlappingAndParallelGrainsBecomeOneSoundSurface) {

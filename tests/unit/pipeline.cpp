@@ -9,6 +9,7 @@
 #include "core/table.hpp"
 #include "core/toml_file.hpp"
 #include "helpers.hpp"
+#include "stages/case.hpp"
 
 namespace porepack {
 namespace {
@@ -157,6 +158,26 @@ TEST(Config, ReadsAKeysOldNameWithAWarning) {
     EXPECT_EQ(read("[screen]\nmesh_wire_m = 0.5\n"), 0.5);
     EXPECT_TRUE(has(lines.at(0), "line 2: `screen.mesh_wire_m` is now called `wire_m`"));
     EXPECT_THROW((void)read("[screen]\nmesh_wire_m = 0.5\nwire_m = 0.4\n"), UserError);
+    set_context({});
+}
+
+TEST(Config, ReadsAKeyFromItsOldTableWithAWarning) {
+    const test::Folder folder;
+    const std::string start =
+        "[shape]\nkind = \"sphere\"\ndiameter_m = 0.01\n[container]\nkind = \"cylinder\"\ndiameter_m = 0.1\nheight_m = 0.2\n";
+    std::vector<std::string> lines;
+    set_context({.log = [&](LogLevel, std::string_view line) { lines.emplace_back(line); }, .progress = {}, .interrupted = {}});
+    const auto ends_of = [&](const std::string& text) {
+        folder.write("case.toml", start + text);
+        return stages::read_case(folder.path()).settings.section.ends;
+    };
+    EXPECT_EQ(ends_of(""), converters::Ends::in_situ);
+    EXPECT_TRUE(lines.empty());
+    EXPECT_EQ(ends_of("[lbm]\nends = \"pressure\"\n"), converters::Ends::planes);
+    EXPECT_TRUE(has(lines.at(0), "`lbm.ends` is now `section.ends`")) << lines.at(0);
+    EXPECT_EQ(ends_of("[lbm]\nends = \"paper\"\n"), converters::Ends::paper);
+    EXPECT_THROW((void)ends_of("[lbm]\nends = \"paper\"\n[section]\nends = \"planes\"\n"), UserError);
+    EXPECT_THROW((void)ends_of("[lbm]\nends = \"planar\"\n"), UserError);
     set_context({});
 }
 

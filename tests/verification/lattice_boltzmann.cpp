@@ -7,6 +7,7 @@
 #include "helpers.hpp"
 #include "lbm/kernels/cpu/kernel.hpp"
 #include "lbm/lattice.hpp"
+#include "lbm/sequence.hpp"
 
 namespace porepack {
 namespace {
@@ -23,7 +24,8 @@ struct Scene {
 
     Scene(Packing grains_of, const Section& part, double voxel, double reservoir = 0.0) : packing(std::move(grains_of)), section(part) {
         grains = std::make_unique<Grains>(packing);
-        image = voxelise(*grains, packing.container, section, plan_voxels(packing.container, section, voxel, reservoir, 1.0));
+        image =
+            voxelise(*grains, packing.container, section, plan_voxels(packing.container, section, voxel, {.reservoir_m = reservoir}, 1.0));
         drive = choose_drive(packing.container, Axis::z);
         const FlowWalls walls{*grains, packing.container, section};
         domain = build_domain(image, drive, &walls);
@@ -113,9 +115,14 @@ TEST(WallDistance, OfASurfaceIsThatOfItsTriangles) {
 
 double largest_difference(const Scene& scene, const Scheme& scheme, Kernel one, Kernel other, int pairs) {
     const auto a = make_flow(one, scene.domain, scheme), b = make_flow(other, scene.domain, scheme);
+    std::vector<double> added(scene.domain.nodes());
+    for (std::size_t i = 0; i < added.size(); ++i) added[i] = 1e-3 * static_cast<double>(scene.domain.layer_of(i) % 7);
     for (int i = 0; i < pairs; ++i) {
         a->advance_two_steps();
         b->advance_two_steps();
+        if (i != pairs / 2) continue;
+        a->add_density(0, added);
+        b->add_density(0, added);
     }
     std::vector<Moments> left(scene.domain.nodes()), right(scene.domain.nodes());
     a->moments(0, left);
@@ -129,6 +136,39 @@ double largest_difference(const Scene& scene, const Scheme& scheme, Kernel one, 
     const auto drag_a = a->drag(), drag_b = b->drag();
     EXPECT_NEAR(drag_b[2] / drag_a[2], 1.0, one == Kernel::cpu_single || other == Kernel::cpu_single ? 1e-4 : 1e-10);
     return largest / scale;
+}
+
+TEST(Kernels, AddedDensityLeavesTheVelocity) {
+    const Scene bed(random_bed("cylinder:1,1", 10, 0.08), {0.1, 0.9}, 1.0 / 24);
+    const auto flow = make_flow(Kernel::cpu_double, bed.domain, {.force = {0, 0, 1e-3}});
+    for (int i = 0; i < 10; ++i) flow->advance_two_steps();
+    std::vector<Moments> before(bed.domain.nodes()), after(bed.domain.nodes());
+    flow->moments(0, before);
+    flow->add_density(0, std::vector<double>(bed.domain.nodes(), 0.25));
+    flow->moments(0, after);
+    for (std::size_t i = 0; i < before.size(); ++i) {
+        ASSERT_NEAR(after[i].density - before[i].density, 0.25, 1e-12);
+        for (std::size_t axis = 0; axis < 3; ++axis) ASSERT_NEAR(after[i].velocity[axis], before[i].velocity[axis], 1e-12);
+    }
+}
+
+// A bed that is five tubes long: without the correction the pressure along it takes most of the steps.
+TEST(Convergence, BalancedLayersSaveStepsInALongBed) {
+    const Scene bed(random_bed("cylinder:1,5", 50, 0.08), {0.0, 5.0}, 1.0 / 12);
+    const Scheme scheme{.tau = 1.2, .force = {0, 0, 1e-3}};
+    const FlowSection section = flow_section(bed.image, bed.packing.container, bed.section, bed.drive);
+    const auto solved = [&](bool balance, double tolerance) {
+        const auto flow = make_flow(Kernel::cpu_double, bed.domain, scheme);
+        return run_to_steady(*flow, bed.domain, scheme, section, {.tolerance = tolerance, .balance = balance});
+    };
+    const StokesRun plain = solved(false, 1e-3), balanced = solved(true, 1e-3), exact = solved(true, 1e-7);
+    std::printf("  steps %ld, balanced %ld; k / k converged %.5f, %.5f; imbalance %.1e, %.1e\n", plain.steps, balanced.steps,
+                plain.permeability_lu / exact.permeability_lu, balanced.permeability_lu / exact.permeability_lu, plain.flow_imbalance,
+                balanced.flow_imbalance);
+    ASSERT_TRUE(plain.converged && balanced.converged && exact.converged);
+    EXPECT_LT(2 * balanced.steps, plain.steps);
+    EXPECT_NEAR(balanced.permeability_lu / exact.permeability_lu, 1.0, 2e-3);
+    EXPECT_NEAR(solved(false, 1e-5).permeability_lu / exact.permeability_lu, 1.0, 1e-4) << "the steady state is the same";
 }
 
 // Every instruction set of this processor; each is selected one after the other.

@@ -184,9 +184,11 @@ void run_on_files(const Common& common, LooseRun run) {
 void run_on_input(const Common& common, const LooseCommand& command) {
     if (is_packing(common.input) && (!common.container.empty() || common.unit_m != 1.0))
         throw UserError("a packing brings its own container, in metres", {.where = common.input, .fix = "remove --container and --unit"});
-    const PoreSpace space = load_pore_space(
-        common.input,
-        {.container = container_of(common), .unit_m = common.unit_m, .geometry = command.geometry, .whole_bed = command.whole_bed});
+    const PoreSpace space = load_pore_space(common.input, {.container = container_of(common),
+                                                           .unit_m = common.unit_m,
+                                                           .geometry = command.geometry,
+                                                           .section = command.section,
+                                                           .whole_bed = command.whole_bed});
     if (common.dry_run)
         return print_result(common, {{"configuration", command.configuration},
                                      {"stage", command.stage},

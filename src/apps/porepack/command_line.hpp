@@ -86,8 +86,9 @@ template <typename Config>
 /// A stage on a loose file.
 struct LooseCommand {
     std::string stage;
-    converters::GeometryConfig geometry;
-    core::Json configuration;
+    converters::GeometryConfig geometry = {};
+    converters::SectionConfig section = {.ends = converters::Ends::planes};
+    core::Json configuration = {};
     std::function<core::Json(const converters::PoreSpace&, const core::Path& folder)> work;
     std::function<std::string(const converters::PoreSpace&)> expect = {};  ///< for --dry-run; "seconds" when empty
     bool whole_bed = false;

@@ -13,10 +13,14 @@ namespace {
 void run_lbm_command(const Common& common) {
     if (is_case(common.input)) return run_in_case(common, "lbm", "lbm");
     const auto geometry = config_of<GeometryConfig>(common.flags);
+    const auto section = config_of<SectionConfig>(common.flags);
     const auto config = config_of<LbmConfig>(common.flags);
     run_on_input(common, {.stage = "lbm",
                           .geometry = geometry,
-                          .configuration = {{"geometry", resolved_config(geometry)}, {"lbm", resolved_config(config)}},
+                          .section = section,
+                          .configuration = {{"geometry", resolved_config(geometry)},
+                                            {"section", resolved_config(section)},
+                                            {"lbm", resolved_config(config)}},
                           .work =
                               [&](const PoreSpace& space, const Path& folder) {
                                   return run_lbm(space, geometry, config, folder,
@@ -28,10 +32,14 @@ void run_lbm_command(const Common& common) {
 void run_foam_command(const Common& common) {
     if (is_case(common.input)) return run_in_case(common, "foam", "openfoam");
     const auto geometry = config_of<GeometryConfig>(common.flags);
+    const auto section = config_of<SectionConfig>(common.flags);
     const auto config = config_of<FoamConfig>(common.flags);
     run_on_input(common, {.stage = "foam",
                           .geometry = geometry,
-                          .configuration = {{"geometry", resolved_config(geometry)}, {"openfoam", resolved_config(config)}},
+                          .section = section,
+                          .configuration = {{"geometry", resolved_config(geometry)},
+                                            {"section", resolved_config(section)},
+                                            {"openfoam", resolved_config(config)}},
                           .work =
                               [&](const PoreSpace& space, const Path& folder) {
                                   make_folder(folder / "foam");
@@ -63,6 +71,7 @@ void add_lbm_command(CommandLine& line) {
                          [&line] { run_lbm_command(line.common); });
     line.add_input(lbm, "a case, packing.json[.gz], an STL file or pore.vti");
     line.add_keys(lbm, "geometry", {"surface_deviation_m", "contact_gap_m", "slice_spacing_m", "slice_pixel_m"});
+    line.add_keys(lbm, "section");
     line.add_keys(lbm, "lbm");
 }
 
@@ -71,6 +80,7 @@ void add_foam_command(CommandLine& line) {
                           [&line] { run_foam_command(line.common); });
     line.add_input(foam, "a case, packing.json[.gz] or an STL file");
     line.add_keys(foam, "geometry", {"voxel_size_m", "slice_spacing_m", "slice_pixel_m", "reservoir_m"});
+    line.add_keys(foam, "section");
     line.add_keys(foam, "openfoam", {"enabled"});
     line.add_alias(foam, "--levels", "meshes", "the same as --meshes");
 }

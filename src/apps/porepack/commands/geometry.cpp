@@ -23,10 +23,12 @@ void run_stl(const Common& common) {
 
 void run_on_voxels(const Common& common, const char* stage, Json (*write)(const PoreSpace&, const GeometryConfig&, const Path&)) {
     if (is_case(common.input)) return run_in_case(common, stage, "geometry");
-    const auto geometry = config_from_flags<GeometryConfig>(common.flags);
+    const auto geometry = config_of<GeometryConfig>(common.flags);
+    const auto section = config_of<SectionConfig>(common.flags);
     run_on_input(common, {.stage = stage,
                           .geometry = geometry,
-                          .configuration = resolved_config(geometry),
+                          .section = section,
+                          .configuration = {{"geometry", resolved_config(geometry)}, {"section", resolved_config(section)}},
                           .work = [&](const PoreSpace& space, const Path& folder) { return write(space, geometry, folder); }});
 }
 
@@ -46,6 +48,7 @@ void add_geometry_commands(CommandLine& line) {
     for (CLI::App* command : {&voxelise, &slices}) {
         line.add_input(*command, inputs);
         line.add_keys(*command, "geometry");
+        if (command == &voxelise) line.add_keys(*command, "section");
         command->get_option("--section")->description("z0,z1 of the section [m]; default: the bed minus the trim");
     }
     line.add_alias(slices, "--spacing", "slice_spacing_m", "the same as --slice-spacing [m]");

@@ -76,6 +76,9 @@ public:
     void set_moments(std::size_t first, std::span<const Moments> moments) override {
         kernel_.set_moments(data_, first, moments.data(), moments.size());
     }
+    void add_density(std::size_t first, std::span<const double> added) override {
+        kernel_.add_density(data_, first, added.data(), added.size());
+    }
     void set_boundary_links(std::span<const double> added) override {
         for (std::size_t l = 0; l < boundary_.size(); ++l) boundary_[l].added = static_cast<Real>(added[l]);
     }

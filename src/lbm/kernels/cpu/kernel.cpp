@@ -76,17 +76,17 @@ struct Sweep {
         }
     }
 
-    // Undoes the part of arrive() that changes `rows`.
+    // Undoes the part of arrive() that changes `rows`, in the opposite order.
     inline void before_arrival(std::size_t c, Real* rows) const {
+        if (data.interpolated)
+            for (std::uint64_t l = data.first_wall[c]; l < data.first_wall[c + 1]; ++l) {
+                const Weights<Real> w = weights(data.wall_distance[l]);
+                const int in = data.wall_row[l];
+                rows[opposite_row(in)] -= w.share * w.b * rows[in];
+            }
         for (std::uint32_t l = data.first_boundary[c]; l < data.first_boundary[c + 1]; ++l) {
             const BoundaryPlace<Real>& place = data.boundary[l];
             rows[place.row] = place.sign * (rows[place.row] - place.added);
-        }
-        if (!data.interpolated) return;
-        for (std::uint64_t l = data.first_wall[c]; l < data.first_wall[c + 1]; ++l) {
-            const Weights<Real> w = weights(data.wall_distance[l]);
-            const int in = data.wall_row[l];
-            rows[opposite_row(in)] -= w.share * w.b * rows[in];
         }
     }
 
@@ -204,6 +204,20 @@ struct Sweep {
         }
     }
 
+    void add_density(std::size_t first, const double* added, std::size_t count) const {
+        AtWalls<Real> at;
+        for (std::size_t done = 0; done < count; done += chunk) {
+            const std::size_t c = (first + done) / chunk;
+            Real* const rows = chunk_rows(c);
+            arrive(c, rows, at);
+            for (int q = 0; q < directions; ++q) {
+                Real* const row = rows + static_cast<std::size_t>(q) * chunk;
+                for (std::size_t i = 0; i < smaller(chunk, count - done); ++i) row[i] += static_cast<Real>(lattice.w[q] * added[done + i]);
+            }
+            before_arrival(c, rows);
+        }
+    }
+
     // Momentum exchange at the walls of one chunk.
     void drag(std::size_t c, double* force) const {
         Buffer<Real> before, after;
@@ -247,6 +261,11 @@ void set_moments(const KernelData<Real>& data, std::size_t first, const Moments*
 }
 
 template <typename Real>
+void add_density(const KernelData<Real>& data, std::size_t first, const double* added, std::size_t count) {
+    Sweep<Real>{data}.add_density(first, added, count);
+}
+
+template <typename Real>
 void drag(const KernelData<Real>& data, double* force) {
     double x = 0.0, y = 0.0, z = 0.0;
 #pragma omp parallel for schedule(static) reduction(+ : x, y, z)
@@ -266,7 +285,8 @@ void drag(const KernelData<Real>& data, double* force) {
 
 extern const KernelFunctions<float> single_precision;
 extern const KernelFunctions<double> double_precision;
-constexpr KernelFunctions<float> single_precision = {two_steps<float>, moments<float>, set_moments<float>, drag<float>};
-constexpr KernelFunctions<double> double_precision = {two_steps<double>, moments<double>, set_moments<double>, drag<double>};
+constexpr KernelFunctions<float> single_precision = {two_steps<float>, moments<float>, set_moments<float>, add_density<float>, drag<float>};
+constexpr KernelFunctions<double> double_precision = {two_steps<double>, moments<double>, set_moments<double>, add_density<double>,
+                                                      drag<double>};
 
 }  // namespace porepack::lbm::cpu::POREPACK_SET

@@ -56,6 +56,8 @@ struct KernelFunctions {
     /// Moments of the nodes [first, first + count); `first` is a multiple of chunk_nodes.
     void (*moments)(const KernelData<Real>& data, std::size_t first, Moments* moments, std::size_t count);
     void (*set_moments)(const KernelData<Real>& data, std::size_t first, const Moments* moments, std::size_t count);
+    /// Adds to the density of the nodes [first, first + count); velocities and stresses stay.
+    void (*add_density)(const KernelData<Real>& data, std::size_t first, const double* added, std::size_t count);
     /// Adds the force on the walls of all chunks to `force`.
     void (*drag)(const KernelData<Real>& data, double* force);
 };

@@ -95,6 +95,11 @@ public:
         }
     }
 
+    void add_density(std::size_t first, std::span<const double> added) override {
+        for (std::size_t i = 0; i < added.size(); ++i)
+            for (int q = 0; q < directions; ++q) before_[first + i][static_cast<std::size_t>(q)] += d3q19::w(q) * added[i];
+    }
+
     void set_boundary_links(std::span<const double> added) override { boundary_added_.assign(added.begin(), added.end()); }
 
     [[nodiscard]] std::span<std::byte> state() override { return std::as_writable_bytes(std::span(before_)); }

@@ -1,0 +1,105 @@
+// k of a section inside the flow through its bed.
+#include <gtest/gtest.h>
+
+#include "core/data_file.hpp"
+#include "lbm/known.hpp"
+#include "lbm/permeability.hpp"
+#include "openfoam/foam_field.hpp"
+
+using namespace porepack;
+using namespace porepack::core;
+using namespace porepack::shapes;
+using namespace porepack::packing;
+using namespace porepack::converters;
+using namespace porepack::lbm;
+
+namespace {
+
+LbmConfig one_grid(long subsections = 1) {
+    return {.iteration_tolerance = 1e-4, .grids = 1, .subsections = subsections};
+}
+
+// Three layers of a simple cubic array in a box that is periodic in x and y alone.
+PoreSpace three_layers(double solid_fraction) {
+    Packing packing = sphere_array(solid_fraction, 1.0, simple_cubic()).packing;
+    packing.container = parse_container("box:1,1,6");
+    packing.container.periodic = {true, true, false};
+    packing.bodies.clear();
+    for (const double z : {1.5, 2.5, 3.5}) packing.bodies.push_back({.shape = 0, .position_m = {0.5, 0.5, z}});
+    return pore_space_of(std::move(packing));
+}
+
+}  // namespace
+
+// The settled packing, 3.4 nodes per capsule diameter: the same voxels alone and in the flow through 130 mm.
+TEST(InSitu, ASliceAloneAgreesWithTheSliceInItsBed) {
+    const double h = 1.2e-3, slice = 20.0 * h, z0 = 110.0 * h;
+    const PoreSpace bed = pore_space_of(read_packing(data_file("cases") / "paper_packing" / "settled" / "tetrapod_053.json.gz"));
+    const LbmResult whole = lbm_permeability(bed.with_section({z0, z0 + 2.0 * slice}).with_ends(Ends::in_situ, 0.04), h, one_grid(2));
+    // 1.5 diameters of the sphere with the volume of a grain, 7.33e-7 m3.
+    EXPECT_NEAR(bed.default_buffer_m(), 1.5 * 0.011187, 1e-5);
+    double resistance = 0.0, largest_planes_error = 0.0;
+    for (int i = 0; i < 2; ++i) {
+        const PoreSpace part = bed.with_section({z0 + i * slice, z0 + (i + 1) * slice});
+        const double expected = whole.subsections[static_cast<std::size_t>(i)].permeability_m2;
+        const double k = lbm_permeability(part.with_ends(Ends::in_situ), h, one_grid()).permeability_m2;
+        EXPECT_NEAR(k / expected, 1.0, 0.01) << "slice " << i;
+        resistance += 0.5 / k;
+        largest_planes_error =
+            std::max(largest_planes_error, lbm_permeability(part.with_ends(Ends::planes), h, one_grid()).permeability_m2 / expected - 1.0);
+    }
+    EXPECT_NEAR(1.0 / resistance / whole.fine().permeability_volume_m2, 1.0, 0.005);
+    EXPECT_GT(largest_planes_error, 0.03) << "planes of constant pressure cut grains: k is too high";
+}
+
+// One period, cut between the layers and through the spheres: the array's k; constant pressure on the planes gives more.
+TEST(InSitu, APeriodOfAnArrayCutAnywhereHasItsPermeability) {
+    const SphereDrag& drag = sphere_drags()[3];
+    const double exact = sphere_array(drag.solid_fraction, drag.simple_cubic, simple_cubic()).permeability_m2;
+    for (const double low : {1.75, 2.0, 2.2}) {
+        const PoreSpace space = three_layers(drag.solid_fraction).with_section({low, low + 1.0});
+        EXPECT_NEAR(lbm_permeability(space.with_ends(Ends::in_situ), 1.0 / 28, one_grid()).permeability_m2 / exact, 1.0, 0.01) << low;
+    }
+}
+
+TEST(InSitu, BuffersEndWhereTheBedEnds) {
+    const PoreSpace space = three_layers(0.343).with_section({2.0, 3.0});
+    const PoreSpace in_situ = space.with_ends(Ends::in_situ, 0.25);
+    EXPECT_EQ(in_situ.buffers_m, (std::array<double, 2>{0.25, 0.25}));
+    EXPECT_FALSE(in_situ.computes_whole_bed());
+    const PoreSpace whole = space.with_ends(Ends::in_situ, 5.0);
+    EXPECT_NEAR(whole.computed().z0, space.bed_bottom_m, 1e-12);
+    EXPECT_NEAR(whole.computed().z1, space.bed_top_m, 1e-12);
+    EXPECT_TRUE(whole.computes_whole_bed());
+    EXPECT_EQ(space.with_ends(Ends::planes).buffers_m, (std::array<double, 2>{0.0, 0.0}));
+    // The grid has the section's planes on its layers.
+    const Grid grid = whole.plan_at(0.05).grid;
+    const double below = (2.0 - grid.origin_m[2]) / grid.spacing_m[2];
+    EXPECT_NEAR(below, std::round(below), 1e-9);
+    EXPECT_LE(grid.origin_m[2], space.bed_bottom_m + 1e-12);
+}
+
+TEST(InSitu, AnImageThatEndsAtTheSectionHasNothingToReachInto) {
+    const PoreSpace exact = three_layers(0.343).with_section({1.8, 3.2});
+    const auto image = [&](const Section& section) {
+        return pore_space_of(exact.voxelise_at(0.05), exact.container, section, "an image").with_ends(Ends::in_situ);
+    };
+    EXPECT_EQ(image({1.8, 3.2}).ends, Ends::planes);
+    const PoreSpace inner = image({2.3, 2.7});
+    EXPECT_EQ(inner.ends, Ends::in_situ);
+    EXPECT_NEAR(inner.buffers_m[0], 0.5, 1e-9);
+    EXPECT_EQ(inner.voxelise_at(0.05).grid.cells[2], 28);
+    EXPECT_EQ(inner.section_only().voxelise_at(0.05).grid.cells[2], 8);
+}
+
+// Pressure falls linearly with z; the flow is faster on one side: the weights must not move the plane.
+TEST(InSitu, OpenFoamsPressureOnAPlaneIsExactForALine) {
+    std::vector<openfoam::FoamCell> cells;
+    for (int i = 0; i < 40; ++i)
+        for (int j = 0; j < 3; ++j) {
+            const double z = 0.01 * i + 0.003 * j;
+            cells.push_back({{0.1 * j, 0.0, z}, {0.0, 0.0, 1.0 + 2.0 * z + j}, 5.0 - 7.0 * z, 1e-3 * (1 + i % 2)});
+        }
+    EXPECT_NEAR(openfoam::plane_pressure(cells, 0.2, 0.03), 5.0 - 7.0 * 0.2, 1e-12);
+    EXPECT_THROW((void)openfoam::plane_pressure(cells, 2.0, 0.03), NumericalError);
+}
