@@ -210,6 +210,33 @@ TEST(OpenFoam, AnUnknownVersionIsNamed) {
     EXPECT_TRUE(has(read_text(folder.path() / "run" / "mesh_fine" / "log.Allrun"), "were not run with OpenFOAM 1912; known: 2112"));
 }
 
+// One period of three layers in a box that is periodic in x and y, against the cell that is periodic in all directions.
+TEST(OpenFoam, APeriodOfLayersHasThePermeabilityOfThePeriodicCell) {
+    REQUIRE_PROGRAM("simpleFoam");
+    const test::Folder folder;
+    const auto k_of = [&](const char* name, double height, bool periodic_z, const std::vector<double>& layers, const std::string& flags) {
+        Json packing = {
+            {"format", "porepack-packing"},
+            {"version", 1},
+            {"container", {{"kind", "box"}, {"size_m", {0.01, 0.01, height}}, {"periodic", {true, true, periodic_z}}}},
+            {"shapes",
+             {{{"id", "sphere"}, {"cavity", "filled"}, {"capsules", {{{"a_m", {0, 0, 0}}, {"b_m", {0, 0, 0}}, {"radius_m", 0.0043}}}}}}},
+            {"bodies", Json::array()}};
+        for (const double z : layers)
+            packing["bodies"].push_back({{"shape", "sphere"}, {"position_m", {0.003, 0.005, z}}, {"orientation", {1, 0, 0, 0}}});
+        const Path file = folder.path() / (std::string(name) + ".json");
+        write_json(file, packing);
+        const auto output = test::porepack("foam --json --meshes 1 --cell-size 1e-3 " + flags + " --output " +
+                                           test::quoted(folder.path() / name) + " " + test::quoted(file));
+        EXPECT_EQ(output.exit_code, 0) << output.err;
+        return output.json()["permeability_m2"].get<double>();
+    };
+    const double cell = k_of("cell", 0.01, true, {0.005}, "");
+    // A plane between the layers, and one through the spheres.
+    for (const char* section : {"0.02,0.03", "0.0175,0.0275"})
+        EXPECT_NEAR(k_of("layers", 0.06, false, {0.015, 0.025, 0.035}, std::string("--section ") + section) / cell, 1.0, 0.02) << section;
+}
+
 TEST(OpenFoam, InertiaLowersThePermeability) {
     REQUIRE_PROGRAM("simpleFoam");
     const test::Folder folder;
