@@ -38,6 +38,7 @@ constexpr Benchmark benchmarks[] = {
      }},
     {"cross-check", [](const Request& r) { return cross_check_benchmark(paths(r.cases), r.folder); }},
     {"foam", [](const Request& r) { return foam_benchmark(r.folder); }},
+    {"iteration", [](const Request& r) { return iteration_benchmark(r.quick, r.folder); }},
     {"lbm", [](const Request& r) { return lbm_benchmark(r.folder); }},
     {"packing", [](const Request& r) { return packing_benchmark(r.quick, r.folder); }},
     {"section", [](const Request& r) { return section_benchmark(r.quick, r.folder); }},

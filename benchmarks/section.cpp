@@ -131,14 +131,9 @@ Json cut_arrays() {
     Json rows = Json::array();
     for (const SphereDrag& drag : sphere_drags()) {
         if (drag.simple_cubic == 0.0 || drag.solid_fraction < 0.2) continue;
-        const KnownFlow array = sphere_array(drag.solid_fraction, drag.simple_cubic, simple_cubic());
-        Packing packing = array.packing;
-        packing.container = parse_container("box:1,1,6");
-        packing.container.periodic = {true, true, false};
-        packing.bodies.clear();
-        for (const double z : {1.5, 2.5, 3.5}) packing.bodies.push_back({.shape = 0, .position_m = {0.5, 0.5, z}});
+        const KnownFlow array = three_layers(drag.solid_fraction, drag.simple_cubic);
         for (const double low : {1.75, 2.0, 2.2}) {
-            const PoreSpace space = pore_space_of(packing).with_section({low, low + 1.0});
+            const PoreSpace space = pore_space_of(array.packing).with_section({low, low + 1.0});
             const auto error = [&](Ends ends) {
                 return lbm_permeability(space.with_ends(ends), 1.0 / 40, one_grid()).permeability_m2 / array.permeability_m2 - 1.0;
             };

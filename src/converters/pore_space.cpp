@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "core/error.hpp"
 
@@ -111,6 +112,31 @@ double PoreSpace::default_buffer_m() const {
     const Vec3 inner = container.high() - container.low();
     const double half_width = 0.5 * std::min(inner.x(), inner.y());
     return equivalent_diameter_m > 0.0 ? std::min(1.5 * equivalent_diameter_m, half_width) : half_width;
+}
+
+// A voxel whose centre is in a thinner grain lies completely in the grain: if the other voxels do not connect, nothing does.
+bool PoreSpace::certainly_blocked(double voxel_size_m, const Drive& drive) const {
+    if (!packing) return false;
+    const double h = plan_at(voxel_size_m).voxel_size_m;
+    Packing thinner = *packing;
+    for (Shape& shape : thinner.shapes) {
+        std::erase_if(shape.capsules, [&](const Capsule& capsule) { return capsule.radius <= 0.5 * std::numbers::sqrt3 * h; });
+        for (Capsule& capsule : shape.capsules) capsule.radius -= 0.5 * std::numbers::sqrt3 * h;
+        if (shape.capsules.empty()) return false;
+    }
+    // Voxels at the wall, whose centres lie outside, count too; the grid of a box ends at its walls or beyond.
+    if (container.kind == Container::Kind::cylinder) thinner.container.diameter_m += std::numbers::sqrt2 * h;
+    PoreSpace space = pore_space_of(std::move(thinner)).with_section(computed());
+    PhaseImage image = space.voxelise_at(h);
+    if (container.kind == Container::Kind::box)
+        std::replace(image.phase.begin(), image.phase.end(), static_cast<std::uint8_t>(Phase::outside),
+                     static_cast<std::uint8_t>(Phase::pore));
+    try {
+        (void)find_percolating_cells(image, drive);
+    } catch (const DoesNotPercolate&) {
+        return true;
+    }
+    return false;
 }
 
 Porosity PoreSpace::porosity(long lines) const {

@@ -49,12 +49,12 @@ void visit_members(Self& saved, const Visit& visit) {
     visit("seconds", saved.run.seconds);
     visit("grids", saved.grids);
     visit("history", saved.run.history);
-    visit("layer_density", saved.run.layer_density);
+    visit("balance", saved.run.balance);
 }
 
 void write_checkpoint(const Path& path, const SavedRun& saved, std::span<const std::byte> populations) {
     Json header = json_of(saved);
-    header[key] = 3;
+    header[key] = 4;
     write_whole(path, [&](const Path& part) {
         std::ofstream file(part, std::ios::binary);
         file << header.dump() << '\n';

@@ -63,7 +63,9 @@ inline void describe(core::ConfigVisitor& v, LbmConfig& c) {
              "requested relative half width of the interval of k: grids are refined from coarse to fine until it is reached; auto: "
              "the voxel size is given, and the interval follows from it");
     v.number("max_time_s", c.max_time_s, {.low = 1e-3, .high = 1e9, .zero_is_auto = true},
-             "seconds after which a run with a tolerance does not start a finer grid; auto: no limit");
+             "seconds after which a run with a tolerance does not start a finer grid; the first three grids, chosen so coarse that they "
+             "should take half "
+             "of it, are always finished; auto: no limit");
     v.number("iteration_tolerance", c.iteration_tolerance, {.low = 1e-12, .high = 0.1, .zero_is_auto = true},
              "relative iteration error of k at which the run on a grid stops; auto: a tenth of the tolerance, or 1e-4");
     v.integer("max_steps", c.max_steps, {.low = 1, .high = 1e9}, "a run that is not steady after this number of time steps is an error");

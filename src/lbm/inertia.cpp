@@ -72,7 +72,10 @@ private:
 class Series {
 public:
     Series(const PoreSpace& space, double voxel_size_m, const InertialCriterion& criterion)
-        : criterion_(criterion), image_(space.voxelise_at(voxel_size_m)), drive_(choose_drive(space.container, Axis::z)) {
+        : criterion_(criterion),
+          in_situ_(space.ends == Ends::in_situ && !space.container.periodic[2]),
+          image_(space.voxelise_at(voxel_size_m)),
+          drive_(choose_drive(space.container, Axis::z)) {
         const std::optional<FlowWalls> walls = space.walls();
         domain_ = build_domain(image_, drive_, walls ? &*walls : nullptr);
         section_ = flow_section(image_, space.container, space.section, drive_);
@@ -104,13 +107,21 @@ public:
         // All of it belongs to the section, because free water has almost no resistance.
         const double layers = image_.grid.cells[2], volume = section_.area_cells * layers;
         gradient_ = force + (flow->drag()[2] - force * static_cast<double>(domain_.nodes())) / volume;
-        resistance_ = gradient_ * layers / (section_.last_layer - section_.first_layer + 1);
+        const double evaluated = section_.last_layer - section_.first_layer + 1;
+        resistance_ = gradient_ * layers / evaluated;
+        if (in_situ_) {
+            const auto first = static_cast<std::size_t>(section_.first_layer), last = static_cast<std::size_t>(section_.last_layer);
+            const double gained = (kinetic_energy_on_plane(run.layers, first) - kinetic_energy_on_plane(run.layers, last + 1)) / evaluated;
+            resistance_ = run.gradient_lu + (inertia ? gained : 0.0);
+            kinetic_share_ = inertia ? gained / resistance_ : 0.0;
+        }
         for_chunks([&](std::size_t first, std::size_t count) { flow->moments(first, std::span(moments_).subspan(first, count)); });
         return run;
     }
 
-    // Pressure gradient over the section that balances the drag, and its mean over the whole image.
+    // Pressure gradient of the section's resistance, and the mean over the whole image that balances the drag.
     [[nodiscard]] double resistance() const { return resistance_; }
+    [[nodiscard]] double kinetic_share() const { return kinetic_share_; }
     [[nodiscard]] double gradient() const { return gradient_; }
     [[nodiscard]] double fastest() const {
         double maximum = 0.0;
@@ -129,12 +140,13 @@ private:
     }
 
     InertialCriterion criterion_;
+    bool in_situ_;
     PhaseImage image_;
     Drive drive_;
     Domain domain_;
     FlowSection section_;
     std::vector<Moments> moments_;
-    double gradient_ = 0.0, resistance_ = 0.0;
+    double gradient_ = 0.0, resistance_ = 0.0, kinetic_share_ = 0.0;
 };
 
 }  // namespace
@@ -186,6 +198,7 @@ InertialSeries lbm_inertial_flows(const PoreSpace& space, double voxel_size_m, s
             result.flows.push_back({.reynolds = speed * length_lu / viscosity,
                                     .permeability_m2 = k_lu * h * h,
                                     .momentum_share = 1.0 - series.gradient() / force,
+                                    .kinetic_energy_share = series.kinetic_share(),
                                     .iteration_error = run.iteration_error,
                                     .converged = run.converged,
                                     .relaxation_time = 0.5 + 3.0 * viscosity,

@@ -12,8 +12,11 @@ namespace porepack::lbm {
 /// A steady flow at Re = U length / nu, U being the superficial velocity.
 struct InertialFlow {
     double reynolds = 0.0;
-    double permeability_m2 = 0.0;  ///< apparent: nu U / (drag of grains and walls / volume of the section)
-    double momentum_share = 0.0;   ///< fraction of the pressure drop that becomes momentum of the water between the end planes
+    /// Apparent. In situ: nu U / (gradient of the total pressure p + u^2/2 between the section's planes, flux-weighted). Else
+    /// nu U / (drag of grains and walls / volume of the section).
+    double permeability_m2 = 0.0;
+    double momentum_share = 0.0;        ///< fraction of the pressure drop that becomes momentum of the water between the end planes
+    double kinetic_energy_share = 0.0;  ///< in situ: fraction of the drop of total pressure that is a change of the kinetic energy's flux
     double iteration_error = 0.0;
     bool converged = false;
     double relaxation_time = 0.0;
@@ -26,6 +29,7 @@ void visit_members(Self& flow, const Visit& visit) {
     visit("reynolds", flow.reynolds);
     visit("permeability_m2", flow.permeability_m2);
     visit("momentum_share", flow.momentum_share);
+    visit("kinetic_energy_share", flow.kinetic_energy_share);
     visit("iteration_error", flow.iteration_error);
     visit("converged", flow.converged);
     visit("relaxation_time", flow.relaxation_time);
@@ -59,9 +63,9 @@ struct InertialCriterion {
 };
 
 /// Flows along z at increasing Reynolds numbers, each started from the previous one; the first that does not meet the criterion,
-/// or that this grid cannot resolve, ends the series. The pressure is constant on the end planes; drag by momentum exchange, because
-/// different momentum crosses planes that cut through grains. Throws NumericalError when not even creeping flow becomes steady.
-/// The image may extend beyond the section on both sides, with free water there (a cut plane is a wall).
+/// or that this grid cannot resolve, ends the series. The pressure is constant on the end planes, which should lie in free water beyond
+/// the section or its buffers (reservoir_m). Throws NumericalError when not even creeping flow becomes steady. Without buffers, a cut
+/// plane of the section is a wall, and the drag by momentum exchange counts, because different momentum crosses the two planes.
 [[nodiscard]] InertialSeries lbm_inertial_flows(const converters::PoreSpace& space, double voxel_size_m, std::span<const double> reynolds,
                                                 double length_m, const InertialCriterion& criterion);
 

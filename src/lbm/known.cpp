@@ -117,6 +117,15 @@ KnownFlow turned_array(double solid_fraction, double drag) {
     return of_packing("turned simple cubic", std::move(packing), 2.0 * r * r / (9.0 * solid_fraction * drag), 2.0 * r);
 }
 
+KnownFlow three_layers(double solid_fraction, double drag) {
+    const double r = sphere_radius(solid_fraction, 1);
+    Packing packing = box_of({{Vec3::Zero(), Vec3::Zero(), r}}, Vec3(1, 1, 6));
+    packing.container.periodic[2] = false;
+    for (const double z : {1.5, 2.5, 3.5}) packing.bodies.push_back({.shape = 0, .position_m = {0.5, 0.5, z}});
+    return of_packing(fmt::format("three layers of spheres {:.3f}", solid_fraction), std::move(packing),
+                      2.0 * r * r / (9.0 * solid_fraction * drag), 2.0 * r);
+}
+
 KnownFlow duct(const std::string& name, std::function<double(double, double)> depth, double width, double flow_rate, double height) {
     KnownFlow flow;
     flow.name = name;

@@ -46,6 +46,9 @@ struct CylinderDrag {
 [[nodiscard]] KnownFlow cylinder_array(double solid_fraction, double drag, double height, const shapes::Vec3& shift, core::Axis direction);
 /// A simple cubic array rotated about z by the angle whose tangent is 3/4: 25 cells in a box 5 x 5 x 1.
 [[nodiscard]] KnownFlow turned_array(double solid_fraction, double drag);
+/// Three layers of a simple cubic array, centres at z = 1.5, 2.5 and 3.5, in a box 1 x 1 x 6 that is periodic in x and y alone.
+/// `permeability_m2` is that of the array, and of one period anywhere between the layers.
+[[nodiscard]] KnownFlow three_layers(double solid_fraction, double drag);
 /// Void where depth(x, y) > 0, in a periodic box 1 x 1 x `height` along z; `flow_rate` at gradient and viscosity 1.
 [[nodiscard]] KnownFlow duct(const std::string& name, std::function<double(double x, double y)> depth, double width, double flow_rate,
                              double height = 0.25);

@@ -66,54 +66,103 @@ long count_grids(const PoreSpace& space, double voxel_size_m, const LbmConfig& c
     return grids;
 }
 
-void refine_to_tolerance(Sequence& sequence, const PoreSpace& space, double voxel_size_m, const LbmConfig& config) {
-    const Stopwatch watch;
-    LbmResult& result = sequence.result();
-    double size =
-        std::isfinite(space.known_grain_diameter_m()) ? space.known_grain_diameter_m() / first_nodes_per_grain : 3.0 * voxel_size_m;
-    const double first_size = size;
-    if (sequence.done() > 0) size = sequence.voxel_size_done() / tolerance_ratio;
-    while (true) {
-        const double time_left = config.max_time_s > 0.0 ? config.max_time_s - watch.seconds() : Sequence::no_limit;
-        if (sequence.done() > 0) {
+// The grids of a run with a tolerance, coarse to fine.
+class Refinement {
+public:
+    Refinement(Sequence& sequence, const PoreSpace& space, double voxel_size_m, const LbmConfig& config)
+        : sequence_(sequence), space_(space), config_(config), coarsest_m_(space.known_grain_diameter_m() / first_nodes()) {
+        if (!std::isfinite(coarsest_m_)) coarsest_m_ = 3.0 * voxel_size_m;
+    }
+
+    void run() {
+        LbmResult& result = sequence_.result();
+        double size = sequence_.done() > 0 ? finer(sequence_.voxel_size_done()) : space_.plan_at(coarsest_m_).voxel_size_m;
+        while (true) {
+            try {
+                solve(size);
+            } catch (const DoesNotPercolate& blocked) {
+                size = after_blocked(size, blocked);
+                continue;
+            }
+            find_interval(space_, config_, result);
+            const double relative = result.half_width ? result.half_width->sum() / result.permeability_m2 : 1.0;
+            if (result.half_width) log_info("lattice Boltzmann: k = {:.4g} m2 +- {:.2g} %", result.permeability_m2, 100.0 * relative);
+            if (relative <= config_.tolerance) {
+                result.stopped_by.clear();
+                return;
+            }
+            if (!result.stopped_by.empty()) {
+                log_warning(fmt::format("the tolerance of {:g} is not reached, {}", config_.tolerance, result.stopped_by));
+                return;
+            }
+            size = finer(sequence_.voxel_size_done());
+        }
+    }
+
+private:
+    // With a time limit the first three grids are so coarse that they take about half of it; they are always finished, so that there is
+    // an interval. About 500 steps, and 2e7 nodes per second, on the coarsest; twice the nodes per diameter need 16 times the time.
+    [[nodiscard]] double first_nodes() const {
+        const double diameter = space_.known_grain_diameter_m();
+        if (config_.max_time_s <= 0.0 || !std::isfinite(diameter)) return first_nodes_per_grain;
+        const Section part = space_.container.periodic[2] ? space_.section : space_.computed();
+        const double cells = space_.container.inner_area_m2() * part.length() / std::pow(diameter / first_nodes_per_grain, 3.0);
+        const double three_grids = 21.0 * cells * 0.5 * 500.0 / 2e7;
+        return std::clamp(first_nodes_per_grain * std::pow(0.5 * config_.max_time_s / three_grids, 0.25), 2.0, first_nodes_per_grain);
+    }
+
+    // The next size that the sides of the container allow.
+    [[nodiscard]] double finer(double size) const {
+        for (double asked = size / tolerance_ratio;; asked *= 0.9) {
+            const double next = space_.plan_at(asked).voxel_size_m;
+            if (next < 0.95 * size) return next;
+        }
+    }
+
+    [[nodiscard]] double bytes_at(double size, double fluid_share) const {
+        const double cells = static_cast<double>(space_.plan_at(size).grid.size());
+        return lbm_memory_bytes(cells, fluid_share * cells, bytes_of(config_.precision));
+    }
+
+    // Solves on the next grid, unless the three coarsest are done and memory or time do not suffice.
+    void solve(double size) {
+        LbmResult& result = sequence_.result();
+        double time_left = Sequence::no_limit;
+        if (sequence_.done() >= 3) {
+            if (config_.max_time_s > 0.0) time_left = config_.max_time_s - watch_.seconds();
             const LbmGridResult& last = result.grids.back();
-            const double cube = std::pow(last.voxel_size_m / size, 3.0);
-            const double bytes = lbm_memory_bytes(cube * last.cells[0] * last.cells[1] * last.cells[2],
-                                                  cube * static_cast<double>(last.nodes), bytes_of(config.precision));
-            const double seconds = last.run.seconds * std::pow(last.voxel_size_m / size, 5.0) + last.set_up_seconds * cube;
+            const double finer = last.voxel_size_m / size;
+            const double bytes =
+                bytes_at(size, static_cast<double>(last.nodes) / (static_cast<double>(last.cells[0]) * last.cells[1] * last.cells[2]));
+            const double seconds = last.run.seconds * std::pow(finer, 5.0) + last.set_up_seconds * std::pow(finer, 3.0);
             if (bytes > available_memory_bytes())
                 result.stopped_by = fmt::format("memory: the next grid needs {}", human_bytes(bytes));
             else if (seconds > time_left)
                 result.stopped_by = fmt::format("time: the next grid needs about {}, {} are left", human_time(seconds),
                                                 human_time(std::max(0.0, time_left)));
         }
-        try {
-            if (result.stopped_by.empty() && !sequence.solve(size, sequence.done() == 0, time_left)) {
-                if (sequence.done() == 0)
-                    throw NumericalError("not even the coarsest grid became steady in max_time_s; no permeability is given",
-                                         {.fix = "raise --max-time (seconds)"});
-                result.stopped_by = "time: the limit was reached on the next grid";
-            }
-        } catch (const DoesNotPercolate&) {
-            // Narrow throats may open on a finer grid.
-            if (sequence.done() > 0 || size < first_nodes_per_grain / 24.0 * first_size) throw;
-            size /= tolerance_ratio;
-            continue;
-        }
-        find_interval(space, config, result);
-        const double relative = result.half_width ? result.half_width->sum() / result.permeability_m2 : 1.0;
-        if (result.half_width) log_info("lattice Boltzmann: k = {:.4g} m2 +- {:.2g} %", result.permeability_m2, 100.0 * relative);
-        if (relative <= config.tolerance) {
-            result.stopped_by.clear();
-            return;
-        }
-        if (!result.stopped_by.empty()) {
-            log_warning(fmt::format("the tolerance of {:g} is not reached, {}", config.tolerance, result.stopped_by));
-            return;
-        }
-        size = sequence.voxel_size_done() / tolerance_ratio;
+        if (result.stopped_by.empty() && !sequence_.solve(size, sequence_.done() == 0, time_left))
+            result.stopped_by = "time: the limit was reached on the next grid";
     }
-}
+
+    // Throats narrower than a voxel may be open on a finer grid, unless the exact grains show that no path exists.
+    [[nodiscard]] double after_blocked(double size, const DoesNotPercolate& blocked) {
+        if (space_.certainly_blocked(size, choose_drive(space_.container, config_.direction)))
+            throw DoesNotPercolate("the pore space is closed: grains block every path, whatever the voxel size",
+                                   {.fix = "check the section, and that grains do not overlap"});
+        const double next = finer(size);
+        if (bytes_at(next, 0.5) > available_memory_bytes()) throw blocked;
+        log_info("lattice Boltzmann: no path leads through voxels of {:.3g} m; finer voxels are tried", size);
+        sequence_.discard_grids();
+        return next;
+    }
+
+    Sequence& sequence_;
+    const PoreSpace& space_;
+    const LbmConfig& config_;
+    double coarsest_m_;
+    Stopwatch watch_;
+};
 
 // The requested number of grids, coarse to fine.
 void solve_grids(Sequence& sequence, const PoreSpace& space, double voxel_size_m, const LbmConfig& config) {
@@ -192,7 +241,7 @@ LbmResult lbm_permeability(const PoreSpace& space, double voxel_size_m, const Lb
     const LbmConfig config = fitted_to(space, given);
     Sequence sequence(space, config, run.checkpoint);
     if (config.tolerance > 0.0)
-        refine_to_tolerance(sequence, space, voxel_size_m, config);
+        Refinement(sequence, space, voxel_size_m, config).run();
     else
         solve_grids(sequence, space, voxel_size_m, config);
     sequence.remove_checkpoint();

@@ -40,6 +40,7 @@ void visit_members(Self& grid, const Visit& visit) {
     visit("iteration_error", grid.run.iteration_error);
     visit("converged", grid.run.converged);
     visit("flow_imbalance", grid.run.flow_imbalance);
+    visit("mass_leak_per_step", grid.run.mass_leak);
     visit("relaxation_time", grid.relaxation_time);
     visit("steps", grid.run.steps);
     visit("seconds", grid.run.seconds);

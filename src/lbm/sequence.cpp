@@ -15,6 +15,7 @@ using namespace converters;
 namespace {
 
 constexpr double water_viscosity_Pa_s = 1e-3;
+constexpr double nodes_of_search = 2e5;  // the best viscosity is searched on at most about this number of nodes
 
 // Scales to water at the requested superficial velocity: Stokes flow is linear. The pressure is zero at the
 // outlet; in a periodic cell it is the pressure without the driving gradient.
@@ -118,6 +119,11 @@ void Sequence::remove_checkpoint() const {
     if (!checkpoint_.empty()) std::filesystem::remove(checkpoint_);
 }
 
+void Sequence::discard_grids() {
+    result_.grids.clear();
+    field_.reset();
+}
+
 FlowImage Sequence::flow() const {
     return flow_image(image_, *field_, result_.fine(), force_, config_.superficial_velocity_m_per_s);
 }
@@ -164,9 +170,12 @@ bool Sequence::solve(double voxel_size_m, bool coarsest_of_many, double max_seco
 bool Sequence::solve_flow(Solved& solved, Domain& domain, const FlowSection& section, bool search, double max_seconds) {
     const ConvergenceCriterion criterion{
         .tolerance = iteration_tolerance(config_), .max_steps = config_.max_steps, .max_seconds = max_seconds};
-    if (!saved_ && tuned() && search) {
+    const bool small =
+        static_cast<double>(domain.nodes()) <= nodes_of_search || domain.drive.axis != 2 || !domain.drive.by_pressure() || space_.image;
+    if (!saved_ && tuned() && search && small) {
         solved = fastest(domain, solved.scheme, section, criterion);
     } else {
+        if (!saved_ && tuned() && search) solved = make(domain, with_tau(solved.scheme, relaxation_time_of_piece(domain, criterion)));
         if (field_) start_from(*solved.flow, domain, solved.scheme, *field_);
         if (max_seconds == no_limit) field_.reset();  // else it is the result if the time limit is reached
         domain.walls = {};
@@ -177,7 +186,7 @@ bool Sequence::solve_flow(Solved& solved, Domain& domain, const FlowSection& sec
     if (!solved.run.converged)
         throw NumericalError(
             fmt::format("the flow is not steady after {} steps: iteration error {:.1e}, tolerance {:.1e}; no permeability is given",
-                        solved.run.steps, solved.run.iteration_error, criterion.tolerance),
+                        solved.run.steps, solved.run.history.back().iteration_error, criterion.tolerance),
             {.fix = "raise max_steps, or loosen the tolerance"});
     return true;
 }
@@ -235,6 +244,28 @@ StokesRun Sequence::saved_run(Flow& flow) const {
                         {.where = checkpoint_.string(), .fix = "remove the file to start again"});
     read_checkpoint_populations(checkpoint_, flow.state(), config_.precision);
     return saved_->run;
+}
+
+// The best relaxation time of a slice from the middle of the computed part. The viscous modes are the same, and the pressure along a
+// long bed, whose mode is much slower there, is balanced layer by layer.
+double Sequence::relaxation_time_of_piece(const Domain& domain, ConvergenceCriterion criterion) const {
+    const Section computed = space_.computed();
+    const double h = domain.grid.spacing_m[2], middle = 0.5 * (computed.z0 + computed.z1),
+                 layers = std::max(8.0, std::round(domain.grid.cells[2] * nodes_of_search / static_cast<double>(domain.nodes())));
+    const PoreSpace piece = space_.with_section({middle - 0.5 * layers * h, middle + 0.5 * layers * h}).section_only();
+    const PhaseImage image = piece.voxelise_at(h);
+    const Drive drive = choose_drive(piece.container, config_.direction);
+    const Scheme scheme = scheme_for(h, drive);
+    const std::optional<FlowWalls> walls = scheme.walls == Walls::interpolated ? piece.walls() : std::nullopt;
+    try {
+        const Domain small = build_domain(image, drive, walls ? &*walls : nullptr);
+        criterion.max_seconds = 0.2 * criterion.max_seconds;
+        const Solved best = fastest(small, scheme, flow_section(image, piece.container, piece.section, drive), criterion);
+        log_info("lattice Boltzmann: relaxation time {:.3g}, found on {} nodes from the middle of the bed", best.scheme.tau, small.nodes());
+        return best.scheme.tau;
+    } catch (const DoesNotPercolate&) {
+        return scheme.tau;
+    }
 }
 
 // Tries viscosities by factors of two for the minimum number of steps.

@@ -23,6 +23,8 @@ public:
     [[nodiscard]] std::size_t done() const { return result_.grids.size(); }
     [[nodiscard]] double voxel_size_done() const { return result_.grids.back().voxel_size_m; }
     void remove_checkpoint() const;
+    /// Forgets all grids: their pores were open by chance.
+    void discard_grids();
     /// Of the last grid, in SI units.
     [[nodiscard]] core::FlowImage flow() const;
 
@@ -41,6 +43,7 @@ private:
     [[nodiscard]] Solved make(const Domain& domain, const Scheme& scheme) const;
     [[nodiscard]] Solved fastest(const Domain& domain, const Scheme& scheme, const FlowSection& section,
                                  ConvergenceCriterion criterion) const;
+    [[nodiscard]] double relaxation_time_of_piece(const Domain& domain, ConvergenceCriterion criterion) const;
     [[nodiscard]] bool solve_flow(Solved& solved, Domain& domain, const FlowSection& section, bool search, double max_seconds);
     void keep(LbmGridResult grid, Solved solved, Domain&& domain, core::PhaseImage&& image, const FlowSection& section);
     [[nodiscard]] StokesRun saved_run(Flow& flow) const;

@@ -25,7 +25,7 @@ struct FoamScene {
 /// The section of a pore space with its buffers, its surface within `surface` of the exact one (a user's surface is used unchanged).
 /// `coarsest_cell_m` is the background cell of the coarsest mesh.
 [[nodiscard]] FoamScene foam_scene(const converters::PoreSpace& space, const converters::SurfaceOptions& surface, double coarsest_cell_m);
-/// The same between two layers of free water; the grains are cut off at their planes.
+/// The same between two layers of free water; the grains are cut off where the buffers end.
 [[nodiscard]] FoamScene foam_scene_in_water(const converters::PoreSpace& space, const converters::SurfaceOptions& surface, double cell_m,
                                             double water_m);
 /// Fraction of the pore volume in gaps that are narrower than two voxels of this size.
@@ -101,8 +101,10 @@ struct FoamResult {
 struct FoamInertialFlow {
     double pressure_drop_m2_per_s2 = 0.0;
     double superficial_velocity_m_per_s = 0.0;
-    double momentum_share = 0.0;   ///< fraction of the drop that becomes momentum of the water between the planes
-    double permeability_m2 = 0.0;  ///< apparent, by the drag: the drop minus the momentum gained
+    double momentum_share = 0.0;  ///< fraction of the drop that becomes momentum of the water between the planes
+    /// Apparent: of the evaluated part by the drop of its flux-weighted total pressure p + u^2/2; where the scene has no evaluated part,
+    /// of all that is meshed by the drag, which is the drop minus the momentum gained.
+    double permeability_m2 = 0.0;
     long iterations = 0;
 };
 struct FoamInertialSeries {

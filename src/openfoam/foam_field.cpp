@@ -15,9 +15,8 @@ using namespace packing;
 namespace fs = std::filesystem;
 namespace {
 
-// The last time folder that was written.
-Path last_time(const Path& folder) {
-    double last = 0.0;
+// The last time folder after `last`.
+Path last_time(const Path& folder, double last) {
     Path found;
     for (const auto& entry : fs::directory_iterator(folder)) {
         const std::string name = entry.path().filename().string();
@@ -48,8 +47,9 @@ std::vector<double> read_interior(const Path& file, const std::string& type, std
 
 }  // namespace
 
-std::vector<FoamCell> read_foam_cells(const Path& folder) {
-    const Path time = last_time(folder), log = folder / "log.postProcess";
+std::vector<FoamCell> read_foam_cells(const Path& folder, const Path& fields) {
+    const Path time = last_time(folder, fields.empty() ? 0.0 : -1.0), state = fields.empty() ? time : fields,
+               log = folder / "log.postProcess";
     const ProgramEnd end = run_program({.command = {"bash", "-c",
                                                     ". ../runFunctions && avoid_odd_path && postProcess -latestTime -funcs "
                                                     "'(writeCellCentres writeCellVolumes)'"},
@@ -58,8 +58,8 @@ std::vector<FoamCell> read_foam_cells(const Path& folder) {
                                         .environment = {{"WM_PROJECT_DIR", "/usr/share/openfoam"}}});
     if (end.exit_code != 0 || !fs::exists(time / "C") || !fs::exists(time / "V"))
         throw EngineError("OpenFOAM: postProcess failed\n" + tail(log, 12), {.where = log.string()});
-    const auto centres = read_interior(time / "C", "vector", 3), velocities = read_interior(time / "U", "vector", 3),
-               pressures = read_interior(time / "p", "scalar", 1), volumes = read_interior(time / "V", "scalar", 1);
+    const auto centres = read_interior(time / "C", "vector", 3), velocities = read_interior(state / "U", "vector", 3),
+               pressures = read_interior(state / "p", "scalar", 1), volumes = read_interior(time / "V", "scalar", 1);
     for (const char* made : {"C", "Cx", "Cy", "Cz", "V"}) fs::remove(time / made);
     if (centres.size() != 3 * volumes.size() || velocities.size() != 3 * volumes.size() || pressures.size() != volumes.size())
         throw EngineError("OpenFOAM's fields differ in size", {.where = time.string()});

@@ -13,8 +13,8 @@ struct FoamCell {
     double pressure, volume_m3;       ///< pressure: kinematic
 };
 /// Runs postProcess to write the cells' centres and volumes at the last time in the case `folder`, reads them and removes them.
-/// Throws EngineError when that fails.
-[[nodiscard]] std::vector<FoamCell> read_foam_cells(const core::Path& folder);
+/// Velocity and pressure are those of that time, or of the folder `fields`. Throws EngineError when that fails.
+[[nodiscard]] std::vector<FoamCell> read_foam_cells(const core::Path& folder, const core::Path& fields = {});
 
 /// Flux-weighted pressure int p u_z dA / int u_z dA on the plane at z: a straight line through the cells within `reach_m` of the plane,
 /// fitted with the weights volume times u_z. Throws NumericalError when nothing flows there.

@@ -7,10 +7,23 @@
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "openfoam/foam_case.hpp"
+#include "openfoam/foam_field.hpp"
 
 namespace porepack::openfoam {
 using namespace core;
 namespace fs = std::filesystem;
+namespace {
+
+// Drop of the flux-weighted total pressure over the evaluated part, per length.
+double total_pressure_gradient(const FoamScene& scene, const Path& run, const Path& fields, double cell_size_m) {
+    std::vector<FoamCell> cells = read_foam_cells(run, fields);
+    for (FoamCell& cell : cells) cell.pressure += 0.5 * cell.velocity.squaredNorm();
+    const double reach = 1.5 * cell_size_m;
+    return (plane_pressure(cells, scene.evaluated->z0, reach) - plane_pressure(cells, scene.evaluated->z1, reach)) /
+           scene.evaluated->length();
+}
+
+}  // namespace
 
 FoamInertialSeries foam_inertial_flows(const FoamScene& scene, const FoamConfig& config, double cell_size_m, std::span<const double> drops,
                                        const Path& cases, const Path& folder) {
@@ -51,11 +64,14 @@ FoamInertialSeries foam_inertial_flows(const FoamScene& scene, const FoamConfig&
         if (!(numbers >> drop >> flow >> iterations >> gained) || !(flow > 0.0) || !std::isfinite(gained))
             reject_foam("a line of flow_rates.dat is not a result: " + line, run / "flow_rates.dat");
         // The drag on the grains is the pressure drop minus the momentum that the water gains between the planes.
-        const double speed = flow / area, drag = drop - gained / area;
+        const double speed = flow / area, drag = drop - gained / area,
+                     gradient = scene.evaluated
+                                    ? total_pressure_gradient(scene, run, run / "drops" / line.substr(0, line.find(' ')), cell_size_m)
+                                    : drag / length;
         series.flows.push_back({.pressure_drop_m2_per_s2 = drop,
                                 .superficial_velocity_m_per_s = speed,
                                 .momentum_share = gained / area / drop,
-                                .permeability_m2 = nu * speed * length / drag,
+                                .permeability_m2 = nu * speed / gradient,
                                 .iterations = std::lround(iterations)});
     }
     if (series.flows.size() < drops.size())

@@ -40,9 +40,9 @@ FoamScene foam_scene(const PoreSpace& space, const SurfaceOptions& surface, doub
 
 FoamScene foam_scene_in_water(const PoreSpace& space, const SurfaceOptions& surface, double cell_m, double water_m) {
     FoamScene scene = foam_scene(space, surface, cell_m);
-    scene.surface = clip_surface(scene.surface, space.section);
+    scene.surface = clip_surface(scene.surface, space.computed());
     scene.pore_volume_m3 += 2.0 * water_m * space.container.inner_area_m2();
-    scene.section = {space.section.z0 - water_m, space.section.z1 + water_m};
+    scene.section = {space.computed().z0 - water_m, space.computed().z1 + water_m};
     return scene;
 }
 

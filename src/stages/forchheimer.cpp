@@ -51,17 +51,26 @@ double finest_cell(const PoreSpace& space, const ForchheimerConfig& config) {
     return config.cell_size_m > 0.0 ? config.cell_size_m : space.grain_size_m / 4.0;
 }
 
-// Free water before and after the section, at whose planes the grains are cut off: end planes through grains would differ in their open
-// area, and the water would gain momentum between them, or find no steady state.
+// Free water beyond the section and its buffers, where the grains are cut off: end planes through grains would differ in their open area,
+// and the water would gain momentum between them, or find no steady state.
 double water_depth(const PoreSpace& space) {
-    return space.container.any_periodic() ? 0.0 : 1.5 * space.grain_size_m;
+    return space.container.periodic[2] ? 0.0 : 1.5 * space.grain_size_m;
+}
+
+// The section in its bed, or alone where the case asks for planes.
+PoreSpace without_reservoir(const PoreSpace& given) {
+    if (given.ends != Ends::in_situ) return given.section_only();
+    PoreSpace space = given;
+    space.reservoir_m = 0.0;
+    return space;
 }
 
 // Coarse to fine. A grid that an interrupted run has finished is read from `folder`.
 std::vector<InertialSeries> lattice_series(const PoreSpace& space, const ForchheimerConfig& config, double length_m, const Path& folder) {
     PoreSpace pores = space;
     pores.reservoir_m = water_depth(space);
-    const std::string settings = resolved_config(config).dump() + fmt::format("{} {}", space.section.z0, space.section.z1);
+    const std::string settings =
+        resolved_config(config).dump() + fmt::format("{} {} {}", space.section.z0, space.section.z1, json_of(space.buffers_m).dump());
     const auto file_of = [&](long grid) { return folder / fmt::format("lattice_grid_{}.json", grid); };
     std::vector<InertialSeries> all;
     for (long grid = 1; grid <= config.grids; ++grid) {
@@ -167,8 +176,8 @@ Json foam_part(const PoreSpace& space, const GeometryConfig& geometry, const For
                  {"repeat_by_hand", "cd foam/inertial && ./Allclean && ./Allrun"},
                  {"stopped_by", json_of(series.stopped_by)},
                  {"flows", Json::array()}};
-    // OpenFOAM's k is that of the section together with the free water.
-    const double section = space.section.length(), share = section / (section + 2.0 * water);
+    // Without buffers, OpenFOAM's k is that of the section together with the free water.
+    const double section = space.section.length(), share = space.ends == Ends::in_situ ? 1.0 : section / (section + 2.0 * water);
     std::vector<ApparentPermeability> flows;
     for (const FoamInertialFlow& flow : series.flows) {
         flows.push_back({flow.superficial_velocity_m_per_s * length_m / water_viscosity_m2_per_s, flow.permeability_m2 * share,
@@ -189,7 +198,7 @@ Json run_forchheimer(const PoreSpace& given, const GeometryConfig& geometry, con
     for (std::size_t i = 1; i < config.reynolds.size(); ++i)
         if (!(config.reynolds[i] > config.reynolds[i - 1]))
             throw UserError("the Reynolds numbers do not rise", {.where = "reynolds", .fix = "sort them, each once"});
-    const PoreSpace space = given.section_only();
+    const PoreSpace space = without_reservoir(given);
     if (!space.has_exact_walls())
         throw UserError("flows with inertia need a packing or an STL file, not an image", {.where = space.source});
     const Expectation expected = expect_forchheimer(space, config);
@@ -203,13 +212,15 @@ Json run_forchheimer(const PoreSpace& given, const GeometryConfig& geometry, con
                  {"length_is", size.length_is},
                  {"porosity", pores},
                  {"section_m", section_json(space.section)},
+                 {"ends", name_of(space.ends)},
+                 {"buffers_m", json_of(space.buffers_m)},
                  {"free_water_m", water_depth(space)},
                  {"converged", std::all_of(grids.back().flows.begin(), grids.back().flows.end(), steady)},
                  {"ergun_inertial_permeability_m", ergun_inertial_m(1.0, size.sauter_m, pores)},
                  {"lbm", lattice_part(grids, fit, size.length_m)}};
     if (config.openfoam) {
-        const std::vector<double> drops =
-            pressure_drops(config.reynolds, curve_of(grids.back()), fit, space.section.length(), size.length_m, water_viscosity_m2_per_s);
+        const std::vector<double> drops = pressure_drops(config.reynolds, curve_of(grids.back()), fit, space.computed().length(),
+                                                         size.length_m, water_viscosity_m2_per_s);
         json["openfoam"] = foam_part(space, geometry, config, drops, size.length_m, folder / "foam");
     }
     json["inertial_permeability_m"] = fit.inertial_permeability_m;
@@ -226,12 +237,12 @@ Json run_forchheimer(const PoreSpace& given, const GeometryConfig& geometry, con
 }
 
 Expectation expect_forchheimer(const PoreSpace& space, const ForchheimerConfig& config) {
-    PoreSpace pores = space;
+    PoreSpace pores = without_reservoir(space);
     pores.reservoir_m = water_depth(space);
     const VoxelPlan plan = pores.plan_at(finest_voxel(space, config));
     const double cells = static_cast<double>(plan.grid.size()),
                  pore_volume =
-                     space.container.inner_area_m2() * (space.porosity(4000).value * space.section.length() + 2.0 * pores.reservoir_m);
+                     space.container.inner_area_m2() * (space.porosity(4000).value * pores.computed().length() + 2.0 * pores.reservoir_m);
     const double fluid = pore_volume / std::pow(plan.voxel_size_m, 3), flows = static_cast<double>(config.reynolds.size());
     Expectation expected{.text = fmt::format("{} flows on {} grids, the finest {} x {} x {} voxels of {:.4g} m", config.reynolds.size(),
                                              config.grids, plan.grid.cells[0], plan.grid.cells[1], plan.grid.cells[2], plan.voxel_size_m),

@@ -14,16 +14,18 @@
 namespace porepack::stages {
 using namespace core;
 using namespace io;
+using namespace packing;
 using namespace converters;
 using namespace lbm;
 using namespace pipeline;
 namespace {
 
 void write_history(const Path& file, const LbmGridResult& grid) {
-    Table table({"step", "permeability_m2", "iteration_error", "flow_imbalance"});
+    Table table({"step", "permeability_m2", "iteration_error", "flow_imbalance", "expected_permeability_m2"});
     const double h2 = grid.voxel_size_m * grid.voxel_size_m;
     for (const auto& point : grid.run.history)
-        table.add(point.step, point.permeability_volume_lu * h2, point.iteration_error, point.flow_imbalance);
+        table.add(point.step, point.permeability_volume_lu * h2, point.iteration_error, point.flow_imbalance,
+                  point.expected_volume_lu * h2);
     table.write(file);
 }
 
@@ -31,6 +33,14 @@ const char* interval_meaning(const LbmResult& result, const Scheme& scheme) {
     if (!result.half_width) return "too few grids: no uncertainty";
     return scheme.walls == Walls::interpolated ? "three grids: covers the exact value in at least 95 % of the known cases"
                                                : "two grids, first order, at least the 4 % by which bounce-back scatters";
+}
+
+// In a box that is periodic in x and y, the upper plane moves to a layer of voxels.
+Section evaluated_section(const PoreSpace& space, const LbmGridResult& grid) {
+    Section section = space.section;
+    if (!space.container.any_periodic() || space.container.periodic[2]) return section;
+    section.z1 = section.z0 + std::max(1.0, std::round(section.length() / grid.voxel_size_m)) * grid.voxel_size_m;
+    return section;
 }
 
 Json lbm_json(const LbmResult& result, const PoreSpace& space, const LbmConfig& config) {
@@ -52,7 +62,7 @@ Json lbm_json(const LbmResult& result, const PoreSpace& space, const LbmConfig& 
                     scheme.walls == Walls::interpolated ? "interpolated walls" : "half-way bounce-back", name_of(config.precision));
     json["direction"] = name_of(config.direction);
     json["driven_by"] = space.ends == Ends::paper ? "the inlet's flow rate" : fine.by_pressure ? "pressure planes" : "body force";
-    json["section_m"] = section_json(space.section);
+    json["section_m"] = section_json(evaluated_section(space, fine));
     json["ends"] = fine.by_pressure ? Json(name_of(space.ends)) : Json("periodic");
     json["buffers_m"] = space.buffers_m;
     if (fine.by_pressure && space.ends == Ends::planes) json["permeability_planes_m2"] = result.permeability_m2;

@@ -182,7 +182,7 @@ TEST(Chain, TheOwnStlCaseInReducedSize) {
     EXPECT_GT(output.json()["permeability_m2"].get<double>(), 0.0);
     // The same by loose files, from the STL in millimetres.
     const auto loose =
-        porepack("lbm --json --grids 1 --voxel-size 1e-3 --unit 0.001 --container box:0.05,0.05,0.15 --section 0.01,0.04 --ends planes --output " +
+        porepack("lbm --json --grids 1 --voxel-size 1e-3 --unit 0.001 --container box:0.05,0.05,0.15 --section 0.01,0.04 --output " +
                  quoted(folder.path() / "out") + " " + quoted(folder.path() / "grains.stl"));
     ASSERT_EQ(loose.exit_code, 0) << loose.err;
     EXPECT_NEAR(loose.json()["permeability_m2"].get<double>() / output.json()["permeability_m2"].get<double>(), 1.0, 0.02);

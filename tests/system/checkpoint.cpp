@@ -21,13 +21,13 @@ protected:
         write_packing(folder_.path() / "packing.json", packing);
     }
     test::Output run(const std::string& more, const std::string& before = "") {
-        return porepack("lbm --section 0.005,0.045 --voxel-size 5e-4 --iteration-tolerance 1e-5 --grids 2 --relaxation-time 1.2 " + more +
+        return porepack("lbm --section 0.005,0.045 --voxel-size 6e-4 --iteration-tolerance 1e-4 --grids 2 --relaxation-time 1.2 " + more +
                             " " + quoted(folder_.path() / "packing.json"),
                         before);
     }
     // Runs that are stopped later and later, until one leaves a checkpoint.
     void stop(const std::string& signal, const std::string& more) {
-        for (double seconds = 0.4; seconds < 120.0 && !std::filesystem::exists(checkpoint()); seconds *= 1.3)
+        for (double seconds = 0.15; seconds < 120.0 && !std::filesystem::exists(checkpoint()); seconds *= 1.3)
             run(more, "timeout -s " + signal + " " + std::to_string(seconds));
         ASSERT_TRUE(std::filesystem::exists(checkpoint()));
     }

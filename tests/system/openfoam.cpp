@@ -231,10 +231,11 @@ TEST(OpenFoam, APeriodOfLayersHasThePermeabilityOfThePeriodicCell) {
         EXPECT_EQ(output.exit_code, 0) << output.err;
         return output.json()["permeability_m2"].get<double>();
     };
-    const double cell = k_of("cell", 0.01, true, {0.005}, "");
+    const double periodic = k_of("cell", 0.01, true, {0.005}, "");
     // A plane between the layers, and one through the spheres.
     for (const char* section : {"0.02,0.03", "0.0175,0.0275"})
-        EXPECT_NEAR(k_of("layers", 0.06, false, {0.015, 0.025, 0.035}, std::string("--section ") + section) / cell, 1.0, 0.02) << section;
+        EXPECT_NEAR(k_of("layers", 0.06, false, {0.015, 0.025, 0.035}, std::string("--section ") + section) / periodic, 1.0, 0.02)
+            << section;
 }
 
 TEST(OpenFoam, InertiaLowersThePermeability) {

@@ -70,6 +70,28 @@ TEST(Inertia, SetsInWithTheSquareOfTheReynoldsNumber) {
     }
 }
 
+// Three layers of spheres between water, the section one period in the middle: the flow there is nearly that of the periodic array.
+TEST(Inertia, APeriodInItsBedLosesAsMuchAsInThePeriodicCell) {
+    const std::array<double, 2> reynolds = {2.0, 8.0};
+    const KnownFlow cell = sphere_array(0.343, 15.39949, simple_cubic()), layers = three_layers(0.343, 15.39949);
+    const InertialSeries periodic = lbm_inertial_flows(cell.pore_space(), 1.0 / 16, reynolds, cell.diameter_m, {.tolerance = 1e-4});
+    PoreSpace space = pore_space_of(layers.packing).with_section({2.0, 3.0}).with_ends(Ends::in_situ, 2.0);
+    space.reservoir_m = 1.0;
+    const InertialSeries in_situ = lbm_inertial_flows(space, 1.0 / 16, reynolds, cell.diameter_m, {.tolerance = 1e-4});
+    ASSERT_EQ(periodic.flows.size(), 2U) << periodic.stopped_by.value_or("");
+    ASSERT_EQ(in_situ.flows.size(), 2U) << in_situ.stopped_by.value_or("");
+    EXPECT_NEAR(in_situ.creeping_permeability_m2 / periodic.creeping_permeability_m2, 1.0, 0.02);
+    for (std::size_t i = 0; i < 2; ++i) {
+        const auto loss = [&](const InertialSeries& series) {
+            return series.creeping_permeability_m2 / series.flows[i].permeability_m2 - 1.0;
+        };
+        std::printf("  Re %.2f: k/k_apparent - 1 = %.4f in the cell, %.4f in the bed, kinetic energy %.1e\n", periodic.flows[i].reynolds,
+                    loss(periodic), loss(in_situ), in_situ.flows[i].kinetic_energy_share);
+        EXPECT_NEAR(loss(in_situ), loss(periodic), 0.1 * loss(periodic) + 2e-3);
+        EXPECT_LT(std::abs(in_situ.flows[i].kinetic_energy_share), 0.05);
+    }
+}
+
 TEST(Inertia, TheGridConvergesAndTheEndsGainNoMomentum) {
     // A few spheres in a tube with free water at both ends: k_apparent / k on three grids.
     Packing packing{

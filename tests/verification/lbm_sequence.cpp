@@ -42,17 +42,47 @@ TEST(Tolerance, TheIntervalsOfFastKnownFlowsCover) {
     EXPECT_GE(covered, 0.95 * solved);
 }
 
-TEST(Tolerance, StopsWhereTimeForbids) {
+TEST(Tolerance, StopsWhereTimeForbidsWithAnInterval) {
     const KnownFlow array = sphere_array(0.343, 15.39949, simple_cubic());
-    // The time of two grids on this machine; reaching the tolerance would need minutes.
-    LbmResult result;
-    for (double seconds = 2.0; !result.half_width && seconds < 100.0; seconds *= 2.0)
-        result = solve_to(array, {.tolerance = 1e-5, .max_time_s = seconds});
-    EXPECT_TRUE(result.stopped_by.starts_with("time")) << result.stopped_by;
-    ASSERT_TRUE(result.half_width);
-    EXPECT_GT(result.half_width->sum(), 1e-5 * result.permeability_m2);
-    EXPECT_NEAR(result.permeability_m2, array.permeability_m2, result.half_width->sum());
+    // Reaching the tolerance would need minutes; the three coarsest grids are finished whatever the limit is.
+    for (const double seconds : {0.001, 1.0}) {
+        const LbmResult result = solve_to(array, {.tolerance = 1e-4, .max_time_s = seconds});
+        EXPECT_TRUE(result.stopped_by.starts_with("time")) << result.stopped_by;
+        ASSERT_TRUE(result.half_width);
+        EXPECT_GT(result.half_width->sum(), 1e-4 * result.permeability_m2);
+        EXPECT_NEAR(result.permeability_m2, array.permeability_m2, result.half_width->sum());
+    }
     EXPECT_THROW((void)solve_to(array, {.walls = Walls::bounce_back, .tolerance = 0.1}), UserError);
+}
+
+// Gaps of 0.023 of the pitch, at positions where they are closed on coarse grids.
+TEST(Tolerance, OpensNarrowThroats) {
+    for (const double shift : {0.0, 0.013}) {
+        const KnownFlow array = cylinder_array(0.75, 1.0, 0.25, Vec3(shift, 0.5 * shift, 0.0), Axis::x);
+        const LbmResult result = lbm_permeability(pore_space_of(array.packing), 0.1, {.direction = Axis::x, .tolerance = 0.5});
+        ASSERT_TRUE(result.half_width) << shift;
+        std::printf("  k %.3g +- %.2g, finest voxel %.3g\n", result.permeability_m2, result.half_width->sum(), result.fine().voxel_size_m);
+        EXPECT_LT(result.half_width->sum(), 0.5 * result.permeability_m2);
+    }
+}
+
+TEST(Tolerance, SaysAtOnceThatGrainsCloseTheBed) {
+    Packing closed = sphere_array(0.343, 1.0, simple_cubic()).packing;
+    closed.shapes[0].capsules[0].radius = 0.72;  // more than half a diagonal of a face
+    const PoreSpace space = pore_space_of(closed);
+    EXPECT_TRUE(space.certainly_blocked(0.02, choose_drive(space.container, Axis::z)));
+    EXPECT_THROW((void)lbm_permeability(space, 0.1, {.tolerance = 0.1}), DoesNotPercolate);
+    const KnownFlow open = sphere_array(0.5, 1.0, simple_cubic());
+    EXPECT_FALSE(pore_space_of(open.packing).certainly_blocked(0.05, choose_drive(open.container, Axis::z)));
+}
+
+TEST(Tolerance, FitsBoxesThatAreNoCubes) {
+    for (const double side : {0.6, 6.0 / 7.0}) {
+        KnownFlow array = cylinder_array(0.3, 1.0, side, Vec3(0.2, 0.1, 0.0), Axis::x);
+        const LbmResult result = lbm_permeability(pore_space_of(array.packing), 0.1, {.direction = Axis::x, .tolerance = 0.05});
+        ASSERT_TRUE(result.half_width) << side;
+        EXPECT_NEAR(result.permeability_m2, 1.0 / 102.881, result.half_width->sum());
+    }
 }
 
 TEST(Extrapolation, GoesHalfWayAndCoversSecondOrder) {
@@ -64,11 +94,11 @@ TEST(Extrapolation, GoesHalfWayAndCoversSecondOrder) {
 
 TEST(Start, FromTheCoarserGridSavesStepsAndGivesTheSame) {
     const KnownFlow array = sphere_array(0.6, 88.8734, body_centred(), Vec3(0.01, 0.02, 0.03));
-    const LbmConfig one{.relaxation_time = 1.2, .iteration_tolerance = 1e-6, .grids = 1};
+    const LbmConfig one{.relaxation_time = 1.2, .iteration_tolerance = 1e-4, .grids = 1};
     LbmConfig three = one;
     three.grids = 3;
     const LbmResult rest = solve(array, 36, one), warm = solve(array, 36, three);
-    EXPECT_NEAR(warm.fine().permeability_m2 / rest.fine().permeability_m2, 1.0, 5e-6);
+    EXPECT_NEAR(warm.fine().permeability_m2 / rest.fine().permeability_m2, 1.0, 2e-4);
     EXPECT_LT(warm.fine().run.steps, rest.fine().run.steps);
     EXPECT_NEAR(warm.fine().run.history.front().permeability_lu / warm.fine().run.permeability_lu, 1.0, 0.02);
 }

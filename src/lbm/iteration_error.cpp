@@ -1,0 +1,72 @@
+#include "lbm/iteration_error.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace porepack::lbm {
+using namespace converters;
+namespace {
+
+double first_order_change(const ConvergencePoint& point) {
+    return std::max(std::abs(point.expected_lu / point.permeability_lu - 1.0),
+                    std::abs(point.expected_volume_lu / point.permeability_volume_lu - 1.0));
+}
+
+// Relative change that remains if the last two changes over `apart` checks continue geometrically. Alternating changes, which the first
+// order contains, count with a fifth.
+double remaining_change(const std::vector<ConvergencePoint>& history, double ConvergencePoint::*value, std::size_t apart) {
+    constexpr double slowest_ratio = 0.97;  // of successive changes; slower decay cannot be distinguished from rounding
+    const std::size_t last = history.size() - 1;
+    const double now = history[last].*value, middle = history[last - apart].*value, first = history[last - 2 * apart].*value;
+    const double change = now - middle, change_before = middle - first;
+    if (change == 0.0) return 0.0;
+    const double ratio = change_before == 0.0 ? slowest_ratio : std::min(slowest_ratio, std::abs(change / change_before));
+    return std::abs(change / now) * (change * change_before < 0.0 ? 0.2 : ratio / (1.0 - ratio));
+}
+
+}  // namespace
+
+Unsteadiness unsteadiness(const Drive& drive, const FlowSection& section, const Layers& before, const Layers& now, long steps,
+                          double gradient) {
+    const auto first = static_cast<std::size_t>(section.first_layer), last = static_cast<std::size_t>(section.last_layer);
+    // The reference of the density: the mean over the planes, or over the cell if it is closed, half-way between the two states. What
+    // walls leak into a closed cell raises all densities alike.
+    double reference = 0.0, leak = 0.0;
+    if (drive.by_pressure()) {
+        for (const Layers* state : {&before, &now})
+            for (const std::size_t plane : {first, last + 1}) reference += 0.25 * density_on_plane(drive, *state, plane);
+    } else {
+        const double mean_before = mean_density(before.nodes, before.density), mean_now = mean_density(now.nodes, now.density);
+        reference = 0.5 * (mean_before + mean_now);
+        leak = mean_now - mean_before;
+    }
+    double kinetic = 0.0, elastic = 0.0, flow = 0.0, plane = 0.0, sum = 0.0, planes = 0.0;
+    for (std::size_t l = first; l <= last; ++l) {
+        const double gain = now.nodes[l] * (now.density[l] - before.density[l]);
+        kinetic += now.kinetic[l] - before.kinetic[l];
+        elastic += now.elastic[l] - before.elastic[l] - reference / 3.0 * gain;
+        flow += now.flow[l];
+        const double unleaked = (gain - now.nodes[l] * leak) / static_cast<double>(steps), here = plane - 0.5 * unleaked;
+        plane -= unleaked;
+        sum += here;
+        if (l == first) planes += 0.5 * here;
+        if (l == last) planes += 0.5 * here;
+    }
+    const double mean = flow / static_cast<double>(last - first + 1);
+    return {.energy = (kinetic - elastic) / (static_cast<double>(steps) * gradient * flow),
+            .mass = drive.by_pressure() ? (planes - sum / static_cast<double>(last - first + 1)) / mean : 0.0};
+}
+
+double iteration_error(const std::vector<ConvergencePoint>& history) {
+    const std::size_t n = history.size();
+    if (n < 3) return 1.0;
+    double further = 0.0;
+    for (const std::size_t apart : {std::max<std::size_t>(1, n / 5), std::max<std::size_t>(1, n / 3)})
+        if (n > 2 * apart)
+            for (const auto value : {&ConvergencePoint::expected_lu, &ConvergencePoint::expected_volume_lu})
+                further = std::max(further, remaining_change(history, value, apart));
+    const double estimate = 1.5 * std::max(first_order_change(history[n - 1]), first_order_change(history[n - 2])) + 2.0 * further;
+    return std::isfinite(estimate) ? std::min(1.0, estimate) : 1.0;
+}
+
+}  // namespace porepack::lbm

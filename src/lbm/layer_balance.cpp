@@ -1,0 +1,107 @@
+#include "lbm/layer_balance.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+namespace porepack::lbm {
+namespace {
+
+constexpr int smoothing_passes = 8;                           // over about four layers
+constexpr double largest_share = 0.7, smallest_share = 1e-3;  // of a correction
+
+}  // namespace
+
+LayerBalance::LayerBalance(const Domain& domain, const Scheme& scheme, double area_cells, bool balance)
+    : domain_(domain),
+      viscosity_(scheme.viscosity_lu()),
+      force_(scheme.force[static_cast<std::size_t>(domain.drive.axis)]),
+      area_cells_(area_cells),
+      closed_(!domain.drive.by_pressure()),
+      balance_(balance && force_ != 0.0 && !scheme.inertia) {}
+
+void LayerBalance::correct(Flow& flow, const Layers& layers, double permeability_lu, long steps, State& state) const {
+    const std::vector<double> before = std::exchange(state.density, layers.density);
+    std::vector<double> added(layers.flow.size(), 0.0);
+    if (balance_ && !before.empty() && permeability_lu > 0.0) {
+        const std::vector<double> unsteady = unsteady_flow(layers, before, steps);
+        const double size = std::sqrt(std::inner_product(unsteady.begin(), unsteady.end(), unsteady.begin(), 0.0));
+        state.share = size > state.unsteady && state.unsteady > 0.0 ? std::max(smallest_share, 0.5 * state.share)
+                                                                    : std::min(largest_share, 1.05 * state.share);
+        state.unsteady = size;
+        // Velocities follow the pressure within about 3 k/(porosity nu) steps: a correction that comes more often is smaller.
+        const double porosity = static_cast<double>(domain_.nodes()) / (area_cells_ * static_cast<double>(layers.flow.size()));
+        added = pressure_steps(layers, unsteady,
+                               std::min(state.share, static_cast<double>(steps) * porosity * viscosity_ / (3.0 * permeability_lu)));
+    }
+    for (std::size_t l = 0; l < added.size(); ++l) state.density[l] += added[l];
+    if (closed_) {
+        const double mean = mean_density(layers.nodes, state.density);
+        for (std::size_t l = 0; l < added.size(); ++l) {
+            state.density[l] -= mean;
+            added[l] -= mean;
+        }
+    }
+    if (closed_ || balance_) add(flow, added);
+}
+
+// Density to be added to each layer.
+std::vector<double> LayerBalance::pressure_steps(const Layers& layers, const std::vector<double>& unsteady, double share) const {
+    const auto& conductance = domain_.layer_conductance;
+    const std::size_t n = unsteady.size();
+    double resistance = 0.0, weighted = 0.0, mean = 0.0;
+    for (std::size_t l = 0; l < n; ++l) {
+        resistance += 1.0 / conductance[l];
+        weighted += unsteady[l] / conductance[l];
+        mean += layers.flow[l] / static_cast<double>(n);
+    }
+    const double scale = mean * resistance / (force_ * static_cast<double>(n));
+    std::vector<double> added(n);
+    double plane = 0.0;
+    for (std::size_t l = 0; l < n; ++l) {
+        const double step = -3.0 * share * (weighted / resistance - unsteady[l]) / (scale * conductance[l]);
+        added[l] = plane + 0.5 * step;
+        plane += step;
+    }
+    return added;
+}
+
+// Flow rate of each layer relative to the first plane, from the mass that the layers have gained; what walls leak is not part of it.
+std::vector<double> LayerBalance::unsteady_flow(const Layers& layers, const std::vector<double>& before, long steps) const {
+    const double leak = closed_ ? mean_density(layers.nodes, layers.density) - mean_density(layers.nodes, before) : 0.0;
+    std::vector<double> flow(before.size());
+    double plane = 0.0;
+    for (std::size_t l = 0; l < flow.size(); ++l) {
+        const double gain = layers.nodes[l] * (layers.density[l] - before[l] - leak) / static_cast<double>(steps);
+        flow[l] = plane - 0.5 * gain;
+        plane -= gain;
+    }
+    smooth(flow);
+    return flow;
+}
+
+// Differences from layer to layer decay by themselves, and a pressure per layer cannot remove those that alternate.
+void LayerBalance::smooth(std::vector<double>& flow) const {
+    for (int pass = 0; pass < smoothing_passes; ++pass) {
+        const double first = flow.front();
+        double last = closed_ ? flow.back() : first;
+        for (std::size_t l = 0; l < flow.size(); ++l) {
+            const double here = flow[l], next = l + 1 < flow.size() ? flow[l + 1] : closed_ ? first : here;
+            flow[l] = 0.25 * last + 0.5 * here + 0.25 * next;
+            last = here;
+        }
+    }
+}
+
+void LayerBalance::add(Flow& flow, const std::vector<double>& added) const {
+#pragma omp parallel for schedule(static)
+    for (std::size_t first = 0; first < domain_.nodes(); first += Flow::chunk) {
+        std::array<double, Flow::chunk> of_nodes;
+        const std::size_t count = std::min(Flow::chunk, domain_.nodes() - first);
+        for (std::size_t i = 0; i < count; ++i) of_nodes[i] = added[domain_.layer_of(first + i)];
+        flow.add_density(first, std::span(of_nodes).first(count));
+    }
+}
+
+}  // namespace porepack::lbm

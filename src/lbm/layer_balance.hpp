@@ -1,0 +1,45 @@
+// Corrections of the pressure during the iteration that leave the steady state as it is.
+#pragma once
+
+#include "core/members.hpp"
+#include "lbm/layers.hpp"
+
+namespace porepack::lbm {
+
+/// The pressure along the flow is the slowest mode of a long bed: mass must move from layer to layer until all flow rates are equal. The
+/// mass that the layers gain gives the flow rates that are not steady yet; Darcy's law, with the relative conductance of the layers,
+/// gives the pressures that remove them, and they are added to the nodes. In the steady state no layer gains mass, so the steady state
+/// is not changed. (Its flow rates may differ: interpolated walls do not conserve mass exactly.) In a cell without end planes the mean
+/// density, which has no effect on the flow but drifts because walls leak, is set back to zero.
+class LayerBalance {
+public:
+    /// `area_cells`: cross-section of the container. `balance` false: only the mean density is corrected.
+    LayerBalance(const Domain& domain, const Scheme& scheme, double area_cells, bool balance);
+
+    /// What a correction must know of the one before.
+    struct State {
+        std::vector<double> density = {};  ///< of the layers, after the correction
+        double unsteady = 0.0;             ///< root mean square of the flow rates that were not steady
+        double share = 0.7;                ///< of the correction that is applied, at most; smaller where corrections overshoot
+    };
+    /// `steps` after the last call, which left `state`.
+    void correct(Flow& flow, const Layers& layers, double permeability_lu, long steps, State& state) const;
+
+private:
+    [[nodiscard]] std::vector<double> pressure_steps(const Layers& layers, const std::vector<double>& unsteady, double share) const;
+    [[nodiscard]] std::vector<double> unsteady_flow(const Layers& layers, const std::vector<double>& before, long steps) const;
+    void smooth(std::vector<double>& flow) const;
+    void add(Flow& flow, const std::vector<double>& added) const;
+
+    const Domain& domain_;
+    double viscosity_, force_, area_cells_;
+    bool closed_, balance_;
+};
+template <core::MembersOf<LayerBalance::State> Self, typename Visit>
+void visit_members(Self& state, const Visit& visit) {
+    visit("layer_density", state.density);
+    visit("layer_unsteady", state.unsteady);
+    visit("layer_share", state.share);
+}
+
+}  // namespace porepack::lbm

@@ -1,0 +1,57 @@
+// Sums over the layers of cells normal to the flow: what k, its iteration error and the balance of the layers are computed from.
+#pragma once
+
+#include <vector>
+
+#include "lbm/flow.hpp"
+
+namespace porepack::lbm {
+
+/// For each layer of cells normal to the flow axis: its number of nodes, sums over them, and their mean density deviation. Lattice units.
+struct Layers {
+    std::vector<double> nodes;
+    std::vector<double> flow;          ///< velocity along the axis
+    std::vector<double> power;         ///< velocity along the axis times density deviation
+    std::vector<double> kinetic;       ///< energy: u^2 / 2
+    std::vector<double> kinetic_flux;  ///< velocity along the axis times u^2 / 2
+    std::vector<double> elastic;       ///< energy of the density deviation: density^2 / 6, since the square of the speed of sound is 1/3
+    std::vector<double> density;       ///< mean
+};
+[[nodiscard]] Layers measure_layers(const Flow& flow, const Domain& domain);
+/// Mean over all nodes, from the number of nodes and the mean of each layer.
+[[nodiscard]] double mean_density(const std::vector<double>& nodes, const std::vector<double>& density);
+
+/// The pressure on a plane through the flow.
+enum class PlanePressure {
+    flux_weighted,  ///< int p u dA / int u dA: flow rate times its difference is the power that is dissipated in between
+    mean            ///< over the fluid
+};
+/// Density deviation on the plane below the layer `plane` (0 .. number of layers). Zero on end planes of constant pressure.
+[[nodiscard]] double density_on_plane(const converters::Drive& drive, const Layers& layers, std::size_t plane,
+                                      PlanePressure pressure = PlanePressure::flux_weighted);
+/// Flux-weighted kinetic energy per mass, u^2 / 2, on a plane inside the flow; with it, the pressure becomes the total pressure.
+[[nodiscard]] double kinetic_energy_on_plane(const Layers& layers, std::size_t plane);
+/// Pressure gradient that drives the flow between the layers first and last: the body force `force`, and the drop of the remaining
+/// pressure between the planes before and behind them.
+[[nodiscard]] double gradient_between(double force, const converters::Drive& drive, const Layers& layers, std::size_t first,
+                                      std::size_t last, PlanePressure pressure = PlanePressure::flux_weighted);
+
+/// visit(node, moments) over all nodes; each thread has its own visitor, created by `make` and passed to `finish`.
+template <typename Make, typename Finish>
+void for_all_moments(const Flow& flow, std::size_t nodes, const Make& make, const Finish& finish) {
+#pragma omp parallel
+    {
+        auto visitor = make();
+        std::array<Moments, Flow::chunk> moments;
+#pragma omp for schedule(static) nowait
+        for (std::size_t first = 0; first < nodes; first += Flow::chunk) {
+            const std::size_t count = std::min(Flow::chunk, nodes - first);
+            flow.moments(first, std::span(moments).first(count));
+            for (std::size_t i = 0; i < count; ++i) visitor.visit(first + i, moments[i]);
+        }
+#pragma omp critical(porepack_moments)
+        finish(visitor);
+    }
+}
+
+}  // namespace porepack::lbm

@@ -1,0 +1,37 @@
+// Random flows that are slow to become steady, for tests of the iteration error. Lengths in units of the box's width.
+#pragma once
+
+#include "lbm/permeability.hpp"
+
+namespace porepack::lbm {
+
+struct SlowFlow {
+    std::string name;
+    converters::PoreSpace space;
+    double voxel_size_m = 0.0;
+    double relaxation_time = 1.2;
+    Precision precision = Precision::double_precision;
+    bool from_coarser_grid = false;  ///< starts from the flow on voxels 1.5 times as large, else from rest
+};
+
+/// In turn: narrow gaps between wide chambers, long beds, dead-end pockets, touching arrays, and parallel channels of different width.
+[[nodiscard]] std::vector<SlowFlow> random_slow_flows(unsigned seed, int count);
+
+/// A run of a slow flow until k does not change any more.
+struct SlowRun {
+    std::size_t nodes = 0;
+    long steps = 0;
+    bool stagnated =
+        false;  ///< false if it diverged, too. The last third of the steps changed k by less than 1e-7 (single precision: 1e-5)
+    double steady_permeability_lu = 0.0;
+    std::vector<ConvergencePoint> history;
+    struct Stop {
+        long steps;
+        double estimate, error;  ///< relative iteration error of k: reported and true
+    };
+    /// Where a run with this tolerance ends; nothing if it does not.
+    [[nodiscard]] std::optional<Stop> stop(double tolerance) const;
+};
+[[nodiscard]] SlowRun run_to_stagnation(const SlowFlow& flow, long max_steps);
+
+}  // namespace porepack::lbm

@@ -1,0 +1,98 @@
+// The estimated iteration error against the true one, and what keeps the iteration fast and sound.
+#include <cmath>
+
+#include "arrays.hpp"
+#include "helpers.hpp"
+#include "lbm/sequence.hpp"
+#include "lbm/slow_flows.hpp"
+
+namespace porepack {
+namespace {
+
+using namespace test;
+
+// Other seeds than those of the calibration; `porepack benchmark iteration` runs 200 flows.
+TEST(IterationError, IsAtMostTheEstimateInSlowFlows) {
+    const std::vector<SlowFlow> flows = random_slow_flows(7, 20);
+    std::vector<SlowRun> runs(flows.size());
+#pragma omp parallel for schedule(dynamic)
+    for (std::size_t i = 0; i < flows.size(); ++i) runs[i] = run_to_stagnation(flows[i], 12000);
+    int cases = 0, within = 0;
+    for (std::size_t i = 0; i < flows.size(); ++i)
+        for (const double tolerance : {1e-2, 1e-3, 1e-4}) {
+            const auto stop = runs[i].stop(tolerance);
+            if (!runs[i].stagnated || !stop) continue;
+            ++cases;
+            within += stop->error <= stop->estimate ? 1 : 0;
+            EXPECT_LE(stop->error, 5.0 * stop->estimate) << flows[i].name << " " << i << ", tolerance " << tolerance;
+        }
+    std::printf("  %d of %d within the estimate\n", within, cases);
+    EXPECT_GE(cases, 30);
+    EXPECT_GE(within, 0.95 * cases);
+}
+
+// Theory: k plus the rate of (kinetic - elastic energy) over the power is exact to first order, so that its error falls faster.
+TEST(IterationError, TheEnergyRateIsTheRemainingChange) {
+    for (const bool open : {false, true}) {
+        const Scene bed(random_bed(open ? "box:1,1,2" : "box:1,1,2:periodic", 12, 0.08), {0.0, 2.0}, 1.0 / 16);
+        const Scheme scheme{.tau = 0.9, .force = {0, 0, 1e-3}};
+        const FlowSection section = flow_section(bed.image, bed.packing.container, bed.section, bed.drive);
+        const auto flow = make_flow(Kernel::cpu_double, bed.domain, scheme);
+        const StokesRun run = run_to_steady(*flow, bed.domain, scheme, section, {.tolerance = 1e-9});
+        ASSERT_TRUE(run.converged);
+        int compared = 0;
+        for (const ConvergencePoint& point : run.history) {
+            const double error = std::abs(point.permeability_volume_lu / run.permeability_volume_lu - 1.0);
+            if (error < 1e-3 || error > 0.05) continue;
+            EXPECT_LT(std::abs(point.expected_volume_lu / run.permeability_volume_lu - 1.0), 0.3 * error) << open << " " << point.step;
+            ++compared;
+        }
+        EXPECT_GE(compared, 2);
+    }
+}
+
+// A wide gap and a narrow one, far apart: the pressure between them takes most of the steps.
+TEST(IterationError, OfTwoLayersOfRodsIsCovered) {
+    Packing packing{.container = parse_container("box:1,0.125,6"), .shapes = {}, .bodies = {}};
+    packing.container.periodic = {true, true, false};
+    for (const auto& [gap, z] : {std::pair{0.36, 1.5}, {0.06, 4.5}}) {
+        packing.bodies.push_back({.shape = packing.shapes.size(), .position_m = {0.5, 0.0625, z}});
+        packing.shapes.push_back({.id = "rod", .capsules = {{Vec3(0, -1, 0), Vec3(0, 1, 0), 0.5 * (1.0 - gap)}}});
+    }
+    SlowFlow flow{.name = "two layers", .space = pore_space_of(packing).with_section({0.0, 6.0}), .voxel_size_m = 1.0 / 24};
+    const SlowRun run = run_to_stagnation(flow, 40000);
+    ASSERT_TRUE(run.stagnated);
+    for (const double tolerance : {1e-2, 1e-3}) {
+        const auto stop = run.stop(tolerance);
+        ASSERT_TRUE(stop);
+        std::printf("  tolerance %g: estimate %.1e, error %.1e after %ld steps\n", tolerance, stop->estimate, stop->error, stop->steps);
+        EXPECT_LE(stop->error, stop->estimate);
+    }
+}
+
+// Walls leak a little; in a closed cell the mean density, which would drift, stays zero, and it has no effect on the flow.
+TEST(MassLeak, IsReportedAndItsDensityRemoved) {
+    const KnownFlow array = sphere_array(0.6, 88.8734, body_centred(), Vec3(0.11, 0.07, 0.21));
+    const PoreSpace space = array.pore_space();
+    const PhaseImage image = space.voxelise_at(1.0 / 20);
+    const FlowWalls walls = *space.walls();
+    const Drive drive = choose_drive(space.container, Axis::z);
+    const Domain domain = build_domain(image, drive, &walls);
+    const Scheme scheme{.tau = 1.2, .force = {0, 0, 1e-3}};
+    const FlowSection section = flow_section(image, space.container, space.section, drive);
+    const auto flow = make_flow(Kernel::cpu_double, domain, scheme);
+    StokesRun run = run_to_steady(*flow, domain, scheme, section, {.tolerance = 1e-8});
+    ASSERT_TRUE(run.converged);
+    EXPECT_GT(std::abs(run.mass_leak), 1e-9);
+    EXPECT_LT(std::abs(run.mass_leak), 1e-4);
+    const double mean = mean_density(run.layers.nodes, run.layers.density), drop = 3e-3 * 20;
+    EXPECT_LT(std::abs(mean), 50.0 * std::abs(run.mass_leak) * drop) << "at most the leak of one check";
+    // The same flow with a density that has drifted for many steps.
+    flow->add_density(0, std::vector<double>(domain.nodes(), drop));
+    for (int i = 0; i < 10; ++i) flow->advance_two_steps();
+    const Layers layers = measure_layers(*flow, domain);
+    for (std::size_t l = 0; l < layers.flow.size(); ++l) EXPECT_NEAR(layers.flow[l] / run.layers.flow[l], 1.0, 1e-6);
+}
+
+}  // namespace
+}  // namespace porepack
