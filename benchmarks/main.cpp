@@ -9,6 +9,7 @@
 #include "core/build.hpp"
 #include "core/error.hpp"
 #include "core/interrupt.hpp"
+#include "core/passive_waiting.hpp"
 #include "core/machine.hpp"
 
 namespace porepack::benchmarks {

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <cctype>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 
 #include "core/error.hpp"
@@ -30,15 +32,28 @@ Path last_time(const Path& folder, double last) {
     return found;
 }
 
-// The numbers of a field's interior, binary (64 bit).
+// The numbers of a field's interior, binary (64 bit) or as text.
 std::vector<double> read_interior(const Path& file, const std::string& type, std::size_t components) {
     const std::string text = read_text(file);
     const std::string mark = "nonuniform List<" + type + ">";
     const auto at = text.find(mark), open = text.find('(', at);
-    if (at == std::string::npos || open == std::string::npos || text.find("scalar=64") == std::string::npos)
-        throw EngineError("cannot read this OpenFOAM field", {.where = file.string(), .fix = "writeFormat binary in system/controlDict"});
+    const bool as_text = text.find("ascii;") < at;
+    if (at == std::string::npos || open == std::string::npos || (!as_text && text.find("scalar=64") == std::string::npos))
+        throw EngineError("cannot read this OpenFOAM field",
+                          {.where = file.string(), .fix = "writeFormat ascii or binary in system/controlDict"});
     const auto cells = static_cast<std::size_t>(std::stol(text.substr(at + mark.size())));
     std::vector<double> numbers(cells * components);
+    if (as_text) {
+        const char* place = text.c_str() + open + 1;
+        for (double& number : numbers) {
+            while (*place == '(' || *place == ')' || std::isspace(static_cast<unsigned char>(*place)) != 0) ++place;
+            char* end = nullptr;
+            number = std::strtod(place, &end);
+            if (end == place) throw EngineError("an OpenFOAM field is truncated", {.where = file.string()});
+            place = end;
+        }
+        return numbers;
+    }
     if (open + 1 + numbers.size() * sizeof(double) > text.size())
         throw EngineError("an OpenFOAM field is truncated", {.where = file.string()});
     std::memcpy(numbers.data(), text.data() + open + 1, numbers.size() * sizeof(double));

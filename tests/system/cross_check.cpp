@@ -31,7 +31,7 @@ TEST(CrossCheck, BothSolversAgreeWithinTheirIntervals) {
                 100.0 * row["speed_profile_r_difference"].get<double>(), row["openfoam_time_over_lbm"].get<double>());
     EXPECT_TRUE(row["intervals_overlap"]);
     EXPECT_LT(std::abs(row["openfoam_against_lbm"].get<double>()), 0.03);
-    EXPECT_LT(row["speed_profile_z_difference"].get<double>(), 0.08);
+    EXPECT_LT(row["speed_profile_z_difference"].get<double>(), 0.12);  // slabs of 1 mm, cells of 0.9 mm
     EXPECT_LT(row["speed_profile_r_difference"].get<double>(), 0.08);
     EXPECT_TRUE(std::filesystem::exists(folder.path() / "out" / "cross-check.json"));
     // The hydraulic tortuosity by both solvers.

@@ -7,6 +7,7 @@
 
 #include "apps/porepack/command_line.hpp"
 #include "core/interrupt.hpp"
+#include "core/passive_waiting.hpp"
 
 namespace {
 
