@@ -1,7 +1,9 @@
 // k of a section in its bed: the pressure on a plane, the length of the buffers, k against the length of the section.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <random>
 
 #include "benchmarks/benchmarks.hpp"
 #include "core/data_file.hpp"
@@ -9,6 +11,7 @@
 #include "core/table.hpp"
 #include "lbm/known.hpp"
 #include "lbm/permeability.hpp"
+#include "lbm/sequence.hpp"
 #include "report/plot.hpp"
 
 namespace porepack::benchmarks {
@@ -16,6 +19,7 @@ using namespace core;
 using namespace packing;
 using namespace converters;
 using namespace lbm;
+using namespace shapes;
 using namespace report;
 namespace {
 
@@ -41,36 +45,108 @@ LbmResult flow_through(const Bed& bed, const Section& section, Ends ends, double
 
 // ---- which pressure
 
-// k of the layers [first, last] with this pressure on their planes.
-double permeability_of(const LbmGridResult& grid, const PoreSpace& space, std::size_t first, std::size_t last, PlanePressure pressure) {
-    const Drive drive = choose_drive(space.container, Axis::z);
-    const Scheme scheme = scheme_of(one_grid(), true, drive);
-    const Layers& layers = grid.run.layers;
-    double flow = 0.0;
-    for (std::size_t layer = first; layer <= last; ++layer) flow += layers.flow[layer] / static_cast<double>(last - first + 1);
-    const double h = grid.voxel_size_m, nu = (grid.relaxation_time - 0.5) / 3.0;
-    const double gradient = gradient_between(scheme.force[2], drive, layers, first, last, pressure);
-    return flow * nu / gradient * h * h * h * h / space.container.inner_area_m2();
+// Spheres of diameter 1, placed at random without overlap, periodic in x and y.
+PoreSpace random_spheres() {
+    Packing packing{.container = parse_container("box:4,4,10"), .shapes = {make_preset(ShapeKind::sphere, 1.0, 0.0)}, .bodies = {}};
+    packing.container.periodic = {true, true, false};
+    std::mt19937 random(1);
+    const auto uniform = [&](double length) { return length * static_cast<double>(random()) / 4294967296.0; };
+    for (int attempt = 0; attempt < 200000 && packing.bodies.size() < 95; ++attempt) {
+        const double x = uniform(4.0), y = uniform(4.0), z = 0.5 + uniform(9.0);
+        const bool free = std::none_of(packing.bodies.begin(), packing.bodies.end(), [&](const Body& other) {
+            Vec3 apart = Vec3(x, y, z) - other.position_m;
+            for (const int axis : {0, 1}) apart[axis] -= 4.0 * std::round(apart[axis] / 4.0);
+            return apart.norm() < 1.0;
+        });
+        if (free) packing.bodies.push_back({.shape = 0, .position_m = {x, y, z}});
+    }
+    return pore_space_of(std::move(packing));
 }
 
-// Windows of 20 mm whose planes move through the grains in steps of a quarter of the capsule diameter, inside one flow.
-Json plane_pressures(const Bed& bed, const std::vector<double>& nodes_per_diameter) {
-    const double d = bed.space.grain_size_m, length = 5.0 * d;
-    const PoreSpace space = bed.space.with_section({bed.middle_m - 4.0 * d, bed.middle_m + 4.0 * d}).with_ends(Ends::in_situ, 2.0 * d);
-    LbmConfig config = one_grid();
-    config.grids = 3;
+// The flow through it on one grid, as layers and as a field.
+struct Window {
+    FlowField field;
+    Layers layers;
+    std::vector<WallLink> walls;
+    double viscosity = 0.0, force = 0.0, area_cells = 0.0;
+
+    Window(const PoreSpace& space, double voxel_m) {
+        const PhaseImage image = space.voxelise_at(voxel_m);
+        const std::optional<FlowWalls> exact = space.walls();
+        const Drive drive = choose_drive(space.container, Axis::z);
+        Domain domain = build_domain(image, drive, &*exact);
+        const Scheme scheme = scheme_of({.relaxation_time = 1.2}, true, drive);
+        const FlowSection section = flow_section(image, space.container, space.section, drive);
+        const auto flow = make_flow(Kernel::cpu_double, domain, scheme);
+        layers = run_to_steady(*flow, domain, scheme, section, {.tolerance = 1e-5}).layers;
+        walls = domain.walls;
+        viscosity = scheme.viscosity_lu();
+        force = scheme.force[2];
+        area_cells = section.area_cells;
+        field = take_field(*flow, std::move(domain), scheme);
+    }
+
+    [[nodiscard]] double flow(std::size_t first, std::size_t last) const {
+        double sum = 0.0;
+        for (std::size_t layer = first; layer <= last; ++layer) sum += layers.flow[layer];
+        return sum / static_cast<double>(last - first + 1);
+    }
+    // In cells, by the pressure gradient between the planes before and behind these layers.
+    [[nodiscard]] double permeability(std::size_t first, std::size_t last, PlanePressure pressure) const {
+        return flow(first, last) * viscosity / (area_cells * gradient_between(force, field.domain.drive, layers, first, last, pressure));
+    }
+    // By the dissipation: squares of the differences of velocity along links between nodes, and from nodes to walls.
+    [[nodiscard]] double permeability_by_dissipation(std::size_t first, std::size_t last) const {
+        const Domain& domain = field.domain;
+        const auto squared = [&](std::size_t one, std::int64_t other) {
+            double sum = 0.0;
+            for (std::size_t axis = 1; axis < 4; ++axis) {
+                const double u = static_cast<double>(field.moments[one][axis]) -
+                                 (other < 0 ? 0.0 : static_cast<double>(field.moments[static_cast<std::size_t>(other)][axis]));
+                sum += u * u;
+            }
+            return sum;
+        };
+        const auto inside = [&](std::size_t layer) { return layer >= first && layer <= last; };
+        double dissipation = 0.0;
+        for (std::size_t node = 0; node < domain.nodes(); ++node) {
+            const auto at = place_in_grid(domain.grid, static_cast<std::size_t>(domain.cell[node]));
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                auto next = at;
+                next[axis] = axis < 2 ? (at[axis] + 1) % domain.grid.cells[axis] : at[axis] + 1;
+                if (next[2] >= domain.grid.cells[2]) continue;
+                const std::int64_t other = domain.node_at(next);
+                const double share = 0.5 * (inside(static_cast<std::size_t>(at[2])) ? 1.0 : 0.0) +
+                                     0.5 * (inside(static_cast<std::size_t>(next[2])) ? 1.0 : 0.0);
+                if (other >= 0 && share > 0.0) dissipation += share * squared(node, other);
+            }
+        }
+        for (const WallLink& wall : walls) {
+            const auto& c = d3q19::c[wall.q];
+            if (std::abs(c[0]) + std::abs(c[1]) + std::abs(c[2]) == 1 && inside(domain.layer_of(wall.node)))
+                dissipation += squared(wall.node, -1) / std::max(0.1, wall.fraction());
+        }
+        const double q = flow(first, last);
+        return q * q * static_cast<double>(last - first + 1) / (area_cells * dissipation);
+    }
+};
+
+// k between two planes five diameters apart that move through the spheres, inside one flow, by (a) the mean pressure of the planes, (b) the
+// flux-weighted one and (c) the dissipation.
+Json plane_pressures(const std::vector<double>& nodes_per_diameter) {
+    const PoreSpace space = random_spheres().with_section({2.0, 8.0}).with_ends(Ends::in_situ, 2.0);
     Json rows = Json::array();
     for (const double nodes : nodes_per_diameter) {
-        const LbmResult result = lbm_permeability(space, d / nodes, config);
-        const LbmGridResult& grid = result.fine();
-        const auto before = static_cast<std::size_t>(std::lround(std::ceil(space.buffers_m[0] / grid.voxel_size_m - 1e-9)));
-        for (int shift = 0; shift < 12; ++shift) {
-            const auto first = before + static_cast<std::size_t>(std::lround(0.25 * shift * d / grid.voxel_size_m));
-            const std::size_t last = first + static_cast<std::size_t>(std::lround(length / grid.voxel_size_m)) - 1;
+        const Window window(space, 1.0 / nodes);
+        const auto below = static_cast<std::size_t>(std::lround(std::ceil(space.buffers_m[0] * nodes - 1e-9)));
+        for (int shift = 0; shift < 8; ++shift) {
+            const auto first = below + static_cast<std::size_t>(std::lround(0.125 * shift * nodes));
+            const std::size_t last = first + static_cast<std::size_t>(std::lround(5.0 * nodes)) - 1;
             rows.push_back({{"nodes_per_diameter", nodes},
-                            {"shift_diameters", 0.25 * shift},
-                            {"flux_weighted_m2", permeability_of(grid, space, first, last, PlanePressure::flux_weighted)},
-                            {"mean_m2", permeability_of(grid, space, first, last, PlanePressure::mean)}});
+                            {"shift_diameters", 0.125 * shift},
+                            {"mean_pressure", window.permeability(first, last, PlanePressure::mean) / (nodes * nodes)},
+                            {"flux_weighted_pressure", window.permeability(first, last, PlanePressure::flux_weighted) / (nodes * nodes)},
+                            {"dissipation", window.permeability_by_dissipation(first, last) / (nodes * nodes)}});
         }
     }
     return rows;
@@ -155,7 +231,7 @@ Json section_benchmark(bool quick, const Path& output) {
     Json result;
     result["arrays"] = cut_arrays();
     result["lengths"] = lengths(loose, folder);
-    result["plane_pressures"] = plane_pressures(loose, quick ? std::vector<double>{6, 10} : std::vector<double>{6, 10, 20});
+    result["plane_pressures"] = plane_pressures(quick ? std::vector<double>{6, 10} : std::vector<double>{6, 10, 20, 30});
     result["slices_053"] = slices(loose, 0.024, {0.0, 0.5, 1.0, 1.5});
     if (!quick) result["slices_087"] = slices(settled("tetrapods, 0.87", "tetrapod_087.json.gz", 1e-3), 0.024, {0.0, 0.5, 1.0, 1.5});
     return result;

@@ -66,8 +66,8 @@ struct PoreSpace {
     [[nodiscard]] PoreSpace with_ends(Ends wanted, double buffer_m = 0.0) const;
     /// 1.5 equivalent diameters, but at most half the width of the container (docs/lattice-boltzmann.md shows that this is enough).
     [[nodiscard]] double default_buffer_m() const;
-    /// True when it is certain that no path leads through the computed part along `drive`: not even with grains that are thinner by the
-    /// diagonal of a voxel, on voxels of this size. False when that is not known: a finer voxel may show it, or open a throat.
+    /// True if no path leads through the computed part along `drive`, whatever the voxel size: on voxels of this size, grains whose
+    /// diameter is smaller by the diagonal of a voxel block it. False if that is not certain (always for images and surfaces).
     [[nodiscard]] bool certainly_blocked(double voxel_size_m, const Drive& drive) const;
     /// Pore volume over the section's volume, on about `lines` vertical lines. For an image from its voxels, without an uncertainty.
     [[nodiscard]] packing::Porosity porosity(long lines = 60000) const;

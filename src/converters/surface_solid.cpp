@@ -1,7 +1,10 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
 #include "converters/surface.hpp"
+#include "core/error.hpp"
 
 namespace porepack::converters {
 using namespace core;
@@ -165,10 +168,28 @@ void SurfaceSolid::column(double x, double y, std::vector<Interval>& parts) cons
     unite(parts);
 }
 
+namespace {
+
+// The bounding box has been checked; a cylinder is rounder. Poured grains press into the wall a little.
+void require_inside_cylinder(const TriangleSurface& surface, const Container& container, const std::string& where) {
+    if (container.kind != Container::Kind::cylinder) return;
+    double farthest = 0.0;
+    for (const auto& point : surface.points) farthest = std::max(farthest, std::hypot(point[0], point[1]));
+    const double radius = 0.5 * container.diameter_m;
+    if (farthest > 1.02 * radius)
+        throw UserError(fmt::format("the surface reaches through the wall of the cylinder: to {:.6g} m from its axis", farthest),
+                        {.where = where,
+                         .allowed = fmt::format("up to {:.6g} m, 1.02 times the radius", 1.02 * radius),
+                         .fix = "move the surface to the axis x = y = 0, or give the right diameter and unit"});
+}
+
+}  // namespace
+
 PoreSpace pore_space_of(TriangleSurface surface, const Container& container, const std::string& where) {
     const SurfaceCheck check = check_surface(surface);
     require_plausible_size(check, container, where);
     require_sound(check, where);
+    require_inside_cylinder(surface, container, where);
     PoreSpace space{.container = container, .section = {}};
     space.solid = std::make_shared<const SurfaceSolid>(surface, container);
     space.surface = std::make_shared<const TriangleSurface>(std::move(surface));

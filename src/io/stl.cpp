@@ -186,6 +186,10 @@ TriangleSurface read_stl(const Path& path, double unit_m) {
             throw UserError(fmt::format("the STL file is incomplete: {} needs {} triangles ({} bytes), has {} bytes", path.string(), count,
                                         expected, bytes.size()),
                             {.fix = "export or copy it again"});
+        if (bytes.size() > expected)
+            throw UserError(fmt::format("{} bytes follow the {} triangles that the STL file announces: {}", bytes.size() - expected, count,
+                                        path.string()),
+                            {.fix = "export it again; surfaces of several files must be joined by a program, not by appending the files"});
         surface = read_binary(bytes, count, path, unit_m);
     }
     if (surface.triangles.empty()) throw UserError("the STL file has no triangle: " + path.string());

@@ -12,11 +12,11 @@ namespace porepack::lbm {
 /// A steady flow at Re = U length / nu, U being the superficial velocity.
 struct InertialFlow {
     double reynolds = 0.0;
-    /// Apparent. In situ: nu U / (gradient of the total pressure p + u^2/2 between the section's planes, flux-weighted). Else
+    /// Apparent permeability. In situ: nu U / (gradient of the flux-weighted total pressure p + u^2/2 between the planes). Else
     /// nu U / (drag of grains and walls / volume of the section).
     double permeability_m2 = 0.0;
-    double momentum_share = 0.0;        ///< fraction of the pressure drop that becomes momentum of the water between the end planes
-    double kinetic_energy_share = 0.0;  ///< in situ: fraction of the drop of total pressure that is a change of the kinetic energy's flux
+    double momentum_share = 0.0;        ///< fraction of the pressure drop that accelerates the water between the end planes
+    double kinetic_energy_share = 0.0;  ///< in situ: fraction of the drop of the total pressure that is due to the flux of kinetic energy
     double iteration_error = 0.0;
     bool converged = false;
     double relaxation_time = 0.0;
@@ -64,8 +64,9 @@ struct InertialCriterion {
 
 /// Flows along z at increasing Reynolds numbers, each started from the previous one; the first that does not meet the criterion,
 /// or that this grid cannot resolve, ends the series. The pressure is constant on the end planes, which should lie in free water beyond
-/// the section or its buffers (reservoir_m). Throws NumericalError when not even creeping flow becomes steady. Without buffers, a cut
-/// plane of the section is a wall, and the drag by momentum exchange counts, because different momentum crosses the two planes.
+/// the section or its buffers (reservoir_m). Throws NumericalError when not even creeping flow becomes steady. Without buffers, the cut
+/// faces of the grains are walls, and the permeability follows from the drag (momentum exchange), because the fluxes of momentum
+/// through the two planes differ.
 [[nodiscard]] InertialSeries lbm_inertial_flows(const converters::PoreSpace& space, double voxel_size_m, std::span<const double> reynolds,
                                                 double length_m, const InertialCriterion& criterion);
 

@@ -26,35 +26,32 @@ double remaining_change(const std::vector<ConvergencePoint>& history, double Con
 
 }  // namespace
 
-Unsteadiness unsteadiness(const Drive& drive, const FlowSection& section, const Layers& before, const Layers& now, long steps,
+Unsteadiness unsteadiness(const Drive& drive, const FlowSection& section, const Layers& before, const Layers& now, long steps, double force,
                           double gradient) {
     const auto first = static_cast<std::size_t>(section.first_layer), last = static_cast<std::size_t>(section.last_layer);
-    // The reference of the density: the mean over the planes, or over the cell if it is closed, half-way between the two states. What
-    // walls leak into a closed cell raises all densities alike.
-    double reference = 0.0, leak = 0.0;
-    if (drive.by_pressure()) {
-        for (const Layers* state : {&before, &now})
-            for (const std::size_t plane : {first, last + 1}) reference += 0.25 * density_on_plane(drive, *state, plane);
-    } else {
-        const double mean_before = mean_density(before.nodes, before.density), mean_now = mean_density(now.nodes, now.density);
-        reference = 0.5 * (mean_before + mean_now);
-        leak = mean_now - mean_before;
-    }
+    // The reference of the density, half-way between the two states: the mean over the planes, or over a closed cell, where a uniform
+    // drift then has no effect.
+    double reference = 0.0;
+    for (const Layers* state : {&before, &now})
+        reference += drive.by_pressure() ? 0.25 * (density_on_plane(drive, *state, first) + density_on_plane(drive, *state, last + 1))
+                                         : 0.5 * mean_density(state->nodes, state->density);
     double kinetic = 0.0, elastic = 0.0, flow = 0.0, plane = 0.0, sum = 0.0, planes = 0.0;
     for (std::size_t l = first; l <= last; ++l) {
         const double gain = now.nodes[l] * (now.density[l] - before.density[l]);
         kinetic += now.kinetic[l] - before.kinetic[l];
         elastic += now.elastic[l] - before.elastic[l] - reference / 3.0 * gain;
         flow += now.flow[l];
-        const double unleaked = (gain - now.nodes[l] * leak) / static_cast<double>(steps), here = plane - 0.5 * unleaked;
-        plane -= unleaked;
+        const double here = plane - 0.5 * gain / static_cast<double>(steps);
+        plane -= gain / static_cast<double>(steps);
         sum += here;
-        if (l == first) planes += 0.5 * here;
-        if (l == last) planes += 0.5 * here;
+        if (l == first || l == last) planes += 0.5 * here;
     }
-    const double mean = flow / static_cast<double>(last - first + 1);
-    return {.energy = (kinetic - elastic) / (static_cast<double>(steps) * gradient * flow),
-            .mass = drive.by_pressure() ? (planes - sum / static_cast<double>(last - first + 1)) / mean : 0.0};
+    if (first == last) planes = sum;
+    const auto layers = static_cast<double>(last - first + 1);
+    const double mean = flow / layers, energy = (kinetic - elastic) / (static_cast<double>(steps) * gradient * flow);
+    if (!drive.by_pressure()) return {.energy = energy};
+    // The pressure does its work on the flow rates of the planes, the force on the mean one.
+    return {.energy = energy + (1.0 - force / gradient) * (0.5 * plane - sum / layers) / mean, .mass = (planes - sum / layers) / mean};
 }
 
 double iteration_error(const std::vector<ConvergencePoint>& history) {

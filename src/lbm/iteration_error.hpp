@@ -34,25 +34,27 @@ void visit_members(Self& point, const Visit& visit) {
     visit("flow_imbalance", point.flow_imbalance);
 }
 
-/// What a Stokes flow still lacks, from two states that are `steps` apart. To first order in the distance from the steady state,
-/// whatever modes it consists of.
+/// Relative difference between the present and the steady permeability of a Stokes flow, from two states that are `steps` apart. Exact
+/// to first order in this difference, for any mixture of modes, as far as walls conserve mass.
 struct Unsteadiness {
     double energy = 0.0;  ///< rate of (kinetic - elastic energy) of the section over the power of the driving gradient
-    double mass = 0.0;    ///< flow rate through the planes less that of the mean layer, as far as layers gain mass; over the flow rate
+    /// (flow rate of the first and the last layer - mean flow rate) / flow rate, only the part that is due to layers that gain mass.
+    double mass = 0.0;
     /// Permeability in the steady state from the present one.
     [[nodiscard]] double expected_volume(double permeability_volume) const { return permeability_volume * (1.0 + energy); }
     [[nodiscard]] double expected(double permeability) const { return permeability * (1.0 + energy - mass); }
 };
+/// `force`: the body force; `gradient`: the gradient that drives the section, force and pressure together.
 [[nodiscard]] Unsteadiness unsteadiness(const converters::Drive& drive, const FlowSection& section, const Layers& before, const Layers& now,
-                                        long steps, double gradient);
+                                        long steps, double force, double gradient);
 
-/// Estimated relative distance of both permeabilities of the last check from the steady state, for the convergence criterion: 1.5 times
-/// the first-order change, the larger of the last two checks, plus twice what the history of the expected permeabilities shows of
-/// further change. 1 before the third check. Calibrated on random slow flows (`porepack benchmark iteration`).
+/// Estimated relative distance of both permeabilities from the steady state, for the convergence criterion: 1.5 times the first-order
+/// difference (maximum of the last two checks) + 2 times the further change that is extrapolated from the history of the expected
+/// permeabilities. 1 before the third check. Calibrated on random slow flows (`porepack benchmark iteration`).
 [[nodiscard]] double iteration_error(const std::vector<ConvergencePoint>& history);
 
-/// Part of the flow imbalance by which k may still creep while walls that leak fill pockets of fluid; no estimate shows it in time.
-/// Added to the error that a run reports.
-inline constexpr double creep_of_imbalance = 0.005;
+/// Walls that do not conserve mass slowly change the pressure in dead-end pores, and k then drifts too slowly for the estimate. This
+/// factor times the flow imbalance covers the drift and is added to the error that a run reports.
+inline constexpr double drift_per_imbalance = 0.005;
 
 }  // namespace porepack::lbm

@@ -6,11 +6,11 @@
 
 namespace porepack::lbm {
 
-/// The pressure along the flow is the slowest mode of a long bed: mass must move from layer to layer until all flow rates are equal. The
+/// The pressure along the flow is the slowest mode of a long bed: mass must move from layer to layer until no layer gains any. The
 /// mass that the layers gain gives the flow rates that are not steady yet; Darcy's law, with the relative conductance of the layers,
 /// gives the pressures that remove them, and they are added to the nodes. In the steady state no layer gains mass, so the steady state
-/// is not changed. (Its flow rates may differ: interpolated walls do not conserve mass exactly.) In a cell without end planes the mean
-/// density, which has no effect on the flow but drifts because walls leak, is set back to zero.
+/// is not changed. (In it, the flow rates of the layers differ slightly, because interpolated walls do not conserve mass.) In a cell
+/// without end planes the mean density, which has no effect on the flow but drifts because walls leak, is set back to zero.
 class LayerBalance {
 public:
     /// `area_cells`: cross-section of the container. `balance` false: only the mean density is corrected.
@@ -19,8 +19,8 @@ public:
     /// What a correction must know of the one before.
     struct State {
         std::vector<double> density = {};  ///< of the layers, after the correction
-        double unsteady = 0.0;             ///< root mean square of the flow rates that were not steady
-        double share = 0.7;                ///< of the correction that is applied, at most; smaller where corrections overshoot
+        double unsteady = 0.0;             ///< root of the sum of squares of the unsteady part of the layers' flow rates
+        double share = 0.7;  ///< upper limit of the fraction of the correction that is applied; halved when the unsteady part grows
     };
     /// `steps` after the last call, which left `state`.
     void correct(Flow& flow, const Layers& layers, double permeability_lu, long steps, State& state) const;

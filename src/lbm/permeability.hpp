@@ -110,8 +110,9 @@ struct Extrapolation {
 };
 [[nodiscard]] Extrapolation extrapolate(std::span<const double> nodes, std::span<const double> values);
 
-/// Solves on config.grids grids, the finest with `voxel_size_m`, each started from the previous one; with config.tolerance
-/// from 6 nodes per grain diameter on until the interval is narrow enough, or a memory or time limit is reached. NumericalError when
+/// Solves on config.grids grids, the finest with `voxel_size_m`, each started from the previous one. With config.tolerance, grids are
+/// refined until the interval is narrow enough or a memory or time limit is reached; the first has 6 nodes per grain diameter (2 to 6
+/// with a time limit; more if no path leads through that grid). NumericalError when
 /// the pore space does not percolate or a run does not become steady (no k). The walls are at their exact distances where the pore
 /// space provides them, else half-way between nodes; an image has one grid, its own. UserError for a tolerance that cannot be reached.
 [[nodiscard]] LbmResult lbm_permeability(const converters::PoreSpace& space, double voxel_size_m, const LbmConfig& config,

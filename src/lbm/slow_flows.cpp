@@ -27,7 +27,7 @@ public:
             case 2:
                 return dead_ends();
             case 3:
-                return touching_array();
+                return spheres_in_contact();
             default:
                 return channels();
         }
@@ -109,7 +109,7 @@ private:
         return flow("dead end", std::move(packing), cells);
     }
 
-    SlowFlow touching_array() {
+    SlowFlow spheres_in_contact() {
         const int cells = between(16, 30), centres = between(0, 2);
         Packing packing = box(Vec3::Ones(), true);
         const std::vector<std::vector<Vec3>> arrays = {{{0.5, 0.5, 0.5}},
@@ -123,7 +123,7 @@ private:
             for (int a = 0; a < 3; ++a) at[a] -= std::floor(at[a]);
             add(packing, at, Vec3::Zero(), radius);
         }
-        return flow("touching array", std::move(packing), cells);
+        return flow("spheres in contact", std::move(packing), cells);
     }
 
     // Rods along z: channels of different widths, each with its own time to become steady.
@@ -165,13 +165,13 @@ std::optional<SlowRun::Stop> SlowRun::stop(double tolerance) const {
         const ConvergencePoint &last = history[i - 1], &now = history[i];
         if (std::max(last.iteration_error, now.iteration_error) >= tolerance || std::min(last.permeability_lu, now.permeability_lu) <= 0.0)
             continue;
-        return Stop{now.step, now.iteration_error + creep_of_imbalance * now.flow_imbalance,
+        return Stop{now.step, now.iteration_error + drift_per_imbalance * now.flow_imbalance,
                     std::abs(steady_permeability_lu / now.permeability_lu - 1.0)};
     }
     return std::nullopt;
 }
 
-SlowRun run_to_stagnation(const SlowFlow& slow, long max_steps) {
+SlowRun run_until_constant(const SlowFlow& slow, long max_steps) {
     Prepared prepared(slow, slow.voxel_size_m);
     if (slow.from_coarser_grid) {
         Prepared coarse(slow, 1.5 * slow.voxel_size_m);
@@ -183,12 +183,12 @@ SlowRun run_to_stagnation(const SlowFlow& slow, long max_steps) {
     StokesRun run;
     const double small = slow.precision == Precision::single_precision ? 1e-5 : 1e-7;
     try {
-        for (long steps = std::min(2000L, max_steps); !result.stagnated && run.steps < max_steps;
+        for (long steps = std::min(2000L, max_steps); !result.constant && run.steps < max_steps;
              steps = std::min(max_steps, steps * 3 / 2 / 40 * 40)) {
             const double before = run.permeability_lu;
             run = run_to_steady(*prepared.flow, prepared.domain, prepared.scheme, prepared.section, {.tolerance = 0.0, .max_steps = steps},
                                 std::move(run));
-            result.stagnated = before > 0.0 && std::abs(run.permeability_lu / before - 1.0) < small;
+            result.constant = before > 0.0 && std::abs(run.permeability_lu / before - 1.0) < small;
         }
     } catch (const NumericalError&) {
         return result;  // diverged

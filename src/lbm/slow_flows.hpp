@@ -11,18 +11,18 @@ struct SlowFlow {
     double voxel_size_m = 0.0;
     double relaxation_time = 1.2;
     Precision precision = Precision::double_precision;
-    bool from_coarser_grid = false;  ///< starts from the flow on voxels 1.5 times as large, else from rest
+    bool from_coarser_grid = false;  ///< starts from the flow on voxels 1.5 times as large, otherwise it starts from rest
 };
 
-/// In turn: narrow gaps between wide chambers, long beds, dead-end pockets, touching arrays, and parallel channels of different width.
+/// The kinds alternate: narrow gaps between wide chambers, long beds, dead-end pockets, spheres in contacts, and parallel channels of
+/// different width.
 [[nodiscard]] std::vector<SlowFlow> random_slow_flows(unsigned seed, int count);
 
 /// A run of a slow flow until k does not change any more.
 struct SlowRun {
     std::size_t nodes = 0;
     long steps = 0;
-    bool stagnated =
-        false;  ///< false if it diverged, too. The last third of the steps changed k by less than 1e-7 (single precision: 1e-5)
+    bool constant = false;  ///< in the last third of the steps k changed by less than 1e-7 (single precision: 1e-5)
     double steady_permeability_lu = 0.0;
     std::vector<ConvergencePoint> history;
     struct Stop {
@@ -32,6 +32,6 @@ struct SlowRun {
     /// Where a run with this tolerance ends; nothing if it does not.
     [[nodiscard]] std::optional<Stop> stop(double tolerance) const;
 };
-[[nodiscard]] SlowRun run_to_stagnation(const SlowFlow& flow, long max_steps);
+[[nodiscard]] SlowRun run_until_constant(const SlowFlow& flow, long max_steps);
 
 }  // namespace porepack::lbm

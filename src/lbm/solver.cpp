@@ -64,7 +64,8 @@ void check(StokesRun& run, const Layers& before, long apart, const Domain& domai
     run.permeability_lu = drive.by_pressure() ? 0.5 * (run.layers.flow[first] + run.layers.flow[last]) * darcy : run.permeability_volume_lu;
     run.superficial_velocity_lu = mean / section.area_cells;
     run.flow_imbalance = (high - low) / std::abs(mean);
-    const Unsteadiness rest = scheme.inertia ? Unsteadiness{} : unsteadiness(drive, section, before, run.layers, apart, run.gradient_lu);
+    const Unsteadiness rest =
+        scheme.inertia ? Unsteadiness{} : unsteadiness(drive, section, before, run.layers, apart, force, run.gradient_lu);
     run.history.push_back({.step = run.steps,
                            .permeability_lu = run.permeability_lu,
                            .permeability_volume_lu = run.permeability_volume_lu,
@@ -72,7 +73,7 @@ void check(StokesRun& run, const Layers& before, long apart, const Domain& domai
                            .expected_volume_lu = rest.expected_volume(run.permeability_volume_lu),
                            .flow_imbalance = run.flow_imbalance});
     const double estimate = run.history.back().iteration_error = iteration_error(run.history);
-    run.iteration_error = estimate + creep_of_imbalance * run.flow_imbalance;
+    run.iteration_error = estimate + drift_per_imbalance * run.flow_imbalance;
     if (!drive.by_pressure() && force != 0.0) {
         const double drop = 3.0 * force * static_cast<double>(domain.grid.cells[static_cast<std::size_t>(drive.axis)]);
         run.mass_leak = (mean_density(run.layers.nodes, run.layers.density) - mean_density(before.nodes, before.density)) /

@@ -15,7 +15,7 @@ struct StokesRun {
     double gradient_lu = 0.0;           ///< driving pressure gradient over the section
     double hydraulic_tortuosity = 0.0;  ///< sum |u| / sum u_axis over the section's fluid
     std::array<double, 3> velocity_sum_lu = {0, 0, 0};
-    double iteration_error = 0.0;  ///< estimated at the last check, plus creep_of_imbalance
+    double iteration_error = 0.0;  ///< estimated at the last check, plus drift_per_imbalance
     double flow_imbalance = 0.0;
     double mass_leak = 0.0;  ///< of a cell without end planes: density that the walls add per step, over that of the driving gradient
     bool converged = false;

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -121,12 +123,20 @@ Container container_from_json(const Json& json, const std::string& where) {
         if (!json.is_object() || !json.contains(key)) throw UserError(fmt::format("`{}` is missing", key), {.where = where});
         return json.at(key);
     };
+    const auto only = [&](std::initializer_list<std::string_view> known) {
+        for (const auto& [key, value] : json.items())
+            if (std::find(known.begin(), known.end(), key) == known.end())
+                throw UserError(fmt::format("unknown key `{}`", key),
+                                {.where = where, .allowed = fmt::format("{}", fmt::join(known, ", "))});
+    };
     Container container;
     const std::string kind = member("kind").is_string() ? member("kind").get<std::string>() : "";
     if (kind == "cylinder") {
+        only({"kind", "diameter_m", "height_m"});
         container.diameter_m = positive_number(member("diameter_m"), "diameter_m");
         container.height_m = positive_number(member("height_m"), "height_m");
     } else if (kind == "box") {
+        only({"kind", "size_m", "periodic"});
         container.kind = Container::Kind::box;
         const Json& size = member("size_m");
         if (!size.is_array() || size.size() != 3) throw UserError("`size_m` must be a list of 3 numbers", {.where = where});

@@ -1,6 +1,10 @@
 // Table [container] of case.toml.
 #pragma once
 
+#include <fmt/format.h>
+
+#include <algorithm>
+
 #include "core/config.hpp"
 #include "core/error.hpp"
 #include "packing/packing.hpp"
@@ -25,6 +29,16 @@ inline void describe(core::ConfigVisitor& v, ContainerConfig& c) {
 
 [[nodiscard]] inline Container make_container(const ContainerConfig& c) {
     Container container;
+    const auto only_for = [](bool given, const char* key, const char* kind) {
+        if (given)
+            throw core::UserError(fmt::format("`{}` has no effect here: it belongs to kind = \"{}\"", key, kind),
+                                  {.where = "[container]", .fix = "remove it, or change kind"});
+    };
+    const bool any_periodic = std::find(c.periodic.begin(), c.periodic.end(), true) != c.periodic.end();
+    only_for(c.kind == Container::Kind::cylinder && !c.size_m.empty(), "size_m", "box");
+    only_for(c.kind == Container::Kind::cylinder && any_periodic, "periodic", "box");
+    only_for(c.kind == Container::Kind::box && c.diameter_m != 0.0, "diameter_m", "cylinder");
+    only_for(c.kind == Container::Kind::box && c.height_m != 0.0, "height_m", "cylinder");
     if (c.kind == Container::Kind::cylinder) {
         if (c.diameter_m == 0.0 || c.height_m == 0.0)
             throw core::UserError("a cylinder needs diameter_m and height_m", {.where = "[container]"});

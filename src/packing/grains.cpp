@@ -218,9 +218,11 @@ Section choose_section(const Container& container, const SectionChoice& choice, 
             throw UserError(fmt::format("the section from {:g} to {:g} m is not possible", section.z0, section.z1),
                             {.allowed = fmt::format("0 <= z0 < z1 <= {:g} m (the container's height); the bed is {:g} m high",
                                                     container.height(), bed.z1)});
-        if (section.z0 >= bed.z1)
-            throw UserError(fmt::format("the section from {:g} to {:g} m lies above the bed", section.z0, section.z1),
-                            {.allowed = fmt::format("0 <= z0 < {:g} m (the bed's height)", bed.z1)});
+        const double rounding = 1e-6 * container.height();
+        if (choice.bed_known && !container.periodic[2] && (section.z0 < bed.z0 - rounding || section.z1 > bed.z1 + rounding))
+            throw UserError(
+                fmt::format("the section from {:g} to {:g} m is not in the bed: free space would count as pores", section.z0, section.z1),
+                {.allowed = fmt::format("{:.6g} <= z0 < z1 <= {:.6g} m (lowest and highest point of the grains)", bed.z0, bed.z1)});
         return section;
     }
     if (container.periodic[2]) return {0.0, container.size_m.z()};

@@ -85,6 +85,7 @@ struct Section {
 struct SectionChoice {
     std::vector<double> section_m;  ///< z0, z1; empty: chosen from the bed
     double trim_m = 0.0;            ///< 0: the smaller of 30 mm and one grain's maximum Feret diameter
+    bool bed_known = true;          ///< else `bed` is an estimate, and a section need not lie in it
 };
 /// The default is `bed` (lowest to highest point of the grains) without the trim at both ends; a container that is periodic along z is
 /// used as a whole. Throws UserError with the bed's height when nothing is left.

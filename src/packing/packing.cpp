@@ -74,14 +74,17 @@ struct Place {
     }
 };
 
+bool boolean_or_false(const Place& place, const char* key) {
+    if (!place.json.contains(key)) return false;
+    if (!place.json[key].is_boolean()) throw UserError(fmt::format("`{}` must be true or false", key), {.where = place.path});
+    return place.json[key].get<bool>();
+}
+
 Shape shape_from(const Place& place) {
     Shape shape;
     shape.id = place.at("id").text();
     place.only({"id", "cavity", "capsules", "disconnected", "note"});
-    if (place.json.contains("disconnected")) {
-        if (!place.json["disconnected"].is_boolean()) throw UserError("`disconnected` must be true or false", {.where = place.path});
-        shape.may_be_disconnected = place.json["disconnected"].get<bool>();
-    }
+    shape.may_be_disconnected = boolean_or_false(place, "disconnected");
     const std::string cavity = place.json.contains("cavity") ? place.at("cavity").text() : "filled";
     if (cavity != "filled" && cavity != "open")
         throw UserError("unknown cavity convention: " + cavity, {.where = place.path, .allowed = "filled, open"});
@@ -178,7 +181,8 @@ Packing read_packing(const Path& path) {
                         {.where = path.string(), .allowed = "version 1"});
     Packing packing;
     packing.container = container_from_json(root.at("container").json, path.string() + "/container");
-    root.only({"format", "version", "container", "shapes", "bodies", "note"});
+    root.only({"format", "version", "container", "shapes", "bodies", "overlap_allowed", "note"});
+    packing.overlap_allowed = boolean_or_false(root, "overlap_allowed");
     const Place shapes = root.at("shapes");
     for (std::size_t i = 0; i < shapes.list().size(); ++i) {
         packing.shapes.push_back(shape_from(shapes.at(i)));
@@ -189,6 +193,7 @@ Packing read_packing(const Path& path) {
     const Place bodies = root.at("bodies");
     for (std::size_t i = 0; i < bodies.list().size(); ++i) packing.bodies.push_back(body_from(bodies.at(i), packing.shapes));
     require_plausible(packing, path);
+    if (!packing.overlap_allowed) require_no_overlap(packing, path.string());
     return packing;
 }
 
@@ -198,6 +203,7 @@ void write_packing(const Path& path, const Packing& packing) {
                  {"container", to_json(packing.container)},
                  {"shapes", Json::array()},
                  {"bodies", Json::array()}};
+    if (packing.overlap_allowed) json["overlap_allowed"] = true;
     for (const auto& shape : packing.shapes) {
         Json entry = {{"id", shape.id}, {"cavity", shape.cavity == Cavity::filled ? "filled" : "open"}, {"capsules", Json::array()}};
         if (shape.may_be_disconnected) entry["disconnected"] = true;
@@ -240,7 +246,9 @@ Overlaps find_overlaps(const Packing& packing) {
             for (const Vec3& end : {capsule.a, capsule.b}) {
                 double outside = capsule.radius - packing.container.wall_distance(end);
                 if (!packing.container.periodic[2]) outside = std::max(outside, capsule.radius - end.z());
-                if (all[i].image == 0) overlaps.largest_with_wall_m = std::max(overlaps.largest_with_wall_m, outside);
+                if (all[i].image != 0 || outside <= overlaps.largest_with_wall_m) continue;
+                overlaps.largest_with_wall_m = outside;
+                overlaps.grain_at_wall = all[i].body;
             }
         for (std::size_t j = i + 1; j < all.size(); ++j) {
             if (all[i].image != 0 && all[j].image != 0) continue;  // the same pair occurs once with an original
@@ -253,11 +261,28 @@ Overlaps find_overlaps(const Packing& packing) {
             if (least >= 0.0) continue;
             ++overlaps.contacts;
             sum -= least;
-            overlaps.largest_between_grains_m = std::max(overlaps.largest_between_grains_m, -least);
+            if (-least <= overlaps.largest_between_grains_m) continue;
+            overlaps.largest_between_grains_m = -least;
+            overlaps.grains = {all[i].body, all[j].body};
         }
     }
     if (overlaps.contacts > 0) overlaps.mean_between_grains_m = sum / static_cast<double>(overlaps.contacts);
     return overlaps;
+}
+
+void require_no_overlap(const Packing& packing, const std::string& where) {
+    const Overlaps overlaps = find_overlaps(packing);
+    const double d = finest_diameter(packing), largest = largest_overlap_of_diameter * d;
+    const std::string allowed = fmt::format("up to {:g} m, {:g} of the thinnest capsule's diameter", largest, largest_overlap_of_diameter);
+    const char* fix = "check units and poses; for grains that overlap on purpose, write \"overlap_allowed\": true into the file";
+    if (overlaps.largest_between_grains_m > largest)
+        throw UserError(
+            fmt::format("bodies {} and {} overlap by {:g} m", overlaps.grains[0], overlaps.grains[1], overlaps.largest_between_grains_m),
+            {.where = where, .allowed = allowed, .fix = fix});
+    if (overlaps.largest_with_wall_m > largest)
+        throw UserError(
+            fmt::format("body {} reaches {:g} m into the wall or the floor", overlaps.grain_at_wall, overlaps.largest_with_wall_m),
+            {.where = where, .allowed = allowed, .fix = fix});
 }
 
 GrainMeans grain_means(const Packing& packing) {

@@ -49,6 +49,7 @@ struct Packing {
     Container container;
     std::vector<shapes::Shape> shapes;
     std::vector<Body> bodies;
+    bool overlap_allowed = false;  ///< grains may overlap each other and the walls at will (Boolean models); else see require_no_overlap()
 };
 
 /// Reads .json and .json.gz; checks schema, numbers and plausibility. Throws UserError with the position in the file.
@@ -73,7 +74,15 @@ struct Overlaps {
     double mean_between_grains_m = 0.0;  ///< over the contacts
     double largest_with_wall_m = 0.0;
     long contacts = 0;
+    std::array<std::size_t, 2> grains = {0, 0};  ///< bodies with the largest overlap
+    std::size_t grain_at_wall = 0;               ///< body with the largest overlap with the wall
 };
 [[nodiscard]] Overlaps find_overlaps(const Packing& packing);
+
+/// Soft contacts of a pour overlap by less than this fraction of the thinnest capsule's diameter.
+inline constexpr double largest_overlap_of_diameter = 0.1;
+/// Throws UserError with the bodies when grains overlap each other or a wall by more than this fraction of the thinnest capsule's diameter.
+/// `where` names the file.
+void require_no_overlap(const Packing& packing, const std::string& where);
 
 }  // namespace porepack::packing

@@ -58,6 +58,11 @@ ReportSection permeability_section(const ReportInput& input) {
     ReportSection section{
         .title = "Permeability",
         .intro = "k = mu U L / dP, with U the flow rate over the inner area of the container and dP between the planes of the section."};
+    if (result_at(input, "pack/overlap_allowed").is_boolean())
+        section.intro =
+            fmt::format("Note: grains overlap each other by up to {} diameters and walls by up to {} (overlap_allowed in packing.json). {}",
+                        number_text(result_at(input, "pack/largest_overlap_relative_to_diameter"), "{:.2g}"),
+                        number_text(result_at(input, "pack/largest_wall_overlap_relative_to_diameter"), "{:.2g}"), section.intro);
     section.header = {"method", "k (m²)", "interval (m²)", "k (darcy)", "K, water (m/s)", "against LBM"};
     const auto add = [&](const std::string& method, const Json& k, const std::string& interval) {
         if (!k.is_number()) return;

@@ -1,5 +1,7 @@
 #include "stages/case.hpp"
 
+#include <fmt/format.h>
+
 #include <stdexcept>
 
 #include "core/error.hpp"
@@ -7,6 +9,7 @@
 
 namespace porepack::stages {
 using namespace core;
+using namespace packing;
 
 const std::vector<std::string>& Settings::tables() {
     static const std::vector<std::string> names = [] {
@@ -50,6 +53,9 @@ Case read_case(const Path& path, const std::string& flag_table, const Flags& fla
     for (const auto& table : Settings::tables())
         toml.read(table, the_case.settings.describe_table(table),
                   table == flag_table || table == "geometry" || table == "section" ? flags : Flags{});
+    if (const PackingConfig& packing = the_case.settings.packing; packing.engine != Engine::none && !packing.file.empty())
+        throw UserError(fmt::format("`file` has no effect with engine = \"{}\"", name_of(packing.engine)),
+                        {.where = file.string() + ", [packing]", .fix = "remove it, or write engine = \"none\""});
     return the_case;
 }
 

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "core/error.hpp"
+#include "core/log.hpp"
 #include "core/table.hpp"
 #include "falling_head/causes.hpp"
 #include "falling_head/column.hpp"
@@ -96,6 +97,9 @@ Json simulate_falling_head(double permeability_m2, double inertial_permeability_
         const double slowest = column.steady_speed(resistance, 0.9 * std::min(config.window_m[0], config.window_m[1]));
         if (slowest > 0.0)
             frames.frames_per_s = std::min(config.frames_per_s, maximum_rows * slowest / (2.0 * config.start_level_m + 2.0 * slowest));
+        if (frames.frames_per_s < config.frames_per_s)
+            log_warning(fmt::format("{:.4g} frames per second are written instead of {:g}: the curve would have more than {:.0f} rows",
+                                    frames.frames_per_s, config.frames_per_s, static_cast<double>(maximum_rows)));
         const LevelCurve curve = simulate_curve(resistance, frames);
         json["frames_per_s"] = frames.frames_per_s;
         json["noise_m"] = config.noise_m;

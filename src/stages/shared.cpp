@@ -72,8 +72,9 @@ PoreSpace expected_pore_space(const Case& c) {
             top = std::min(space.container.height(),
                            static_cast<double>(settings.packing.grains) * volume / (0.4 * space.container.inner_area_m2()));
     }
-    space.section = choose_section(space.container, {.section_m = settings.geometry.section_m, .trim_m = settings.geometry.trim_m},
-                                   {0.0, top}, space.maximum_feret_diameter_m);
+    space.section =
+        choose_section(space.container, {.section_m = settings.geometry.section_m, .trim_m = settings.geometry.trim_m, .bed_known = false},
+                       {0.0, top}, space.maximum_feret_diameter_m);
     space.reservoir_m = settings.geometry.reservoir_m;
     space.bed_top_m = top;
     return space.with_ends(settings.section.ends, settings.section.buffer_m);

@@ -50,6 +50,11 @@ TEST(BadCase, EachHasItsMessage) {
                  "too large for the container");
     expect_fault(head + "[packing]\ntime_step_s = 1e-3\n", "the time step 0.001 s is too long");
     expect_fault(head + "[packing]\nnormal_stiffness_N_per_m = 10\n", "contacts are too soft");
+    expect_fault(head + "[packing]\ntime_step_s = 1e-12\n", "the time step 1e-12 s is too short");
+    expect_fault(head + "[packing]\nfile = \"p.json\"\n", "`file` has no effect");
+    expect_fault(head + "periodic = [true, true, false]\n", "`periodic` has no effect here");
+    expect_fault("[shape]\nkind = \"sphere\"\ndiameter_m = 0.01\n[container]\nkind = \"box\"\nsize_m = [0.1, 0.1, 0.1]\ndiameter_m = 0.1\n",
+                 "`diameter_m` has no effect here");
     expect_fault("[shape]\nkind = \"stl\"\n[container]\ndiameter_m = 0.05\nheight_m = 0.1\n", "needs a file");
 }
 
@@ -109,6 +114,13 @@ TEST(BadStl, EachHasItsMessage) {
     --count;
     std::memcpy(open.data() + 80, &count, 4);
     fault(open.substr(0, 84 + 50 * count), container, "the surface is open");
+    fault(bytes + bytes, container, "bytes follow the");
+    // In the bounding box of the cylinder, but beyond its wall.
+    Packing corner{.container = parse_container("box:0.03,0.03,0.06"), .shapes = {make_preset(ShapeKind::sphere, 0.01, 0.0)}, .bodies = {}};
+    corner.bodies.push_back({.shape = 0, .position_m = Vec3(0.009, 0.009, 0.02)});
+    write_packing(folder.path() / "corner.json", corner);
+    ASSERT_EQ(porepack("stl --output " + quoted(folder.path() / "corner") + " " + quoted(folder.path() / "corner.json")).exit_code, 0);
+    fault(read_text(folder.path() / "corner" / "solid.stl"), container, "through the wall of the cylinder");
     EXPECT_TRUE(has(porepack("voxelise --container cylinder:1,1 " + quoted(folder.path())).err, "cannot tell what"));
     EXPECT_TRUE(has(porepack("voxelise --section 0.005,0.025 " + container + " " + quoted(folder.path() / "solid.stl")).err,
                     "voxel size is missing"));
@@ -119,6 +131,7 @@ TEST(Blocked, DoesNotPercolate) {
     Packing packing{
         .container = parse_container("cylinder:0.03,0.06"), .shapes = {make_preset(ShapeKind::sphere, 0.05, 0.0)}, .bodies = {}};
     packing.bodies.push_back({.shape = 0, .position_m = Vec3(0, 0, 0.03)});
+    packing.overlap_allowed = true;
     write_packing(folder.path() / "packing.json", packing);
     const auto output = porepack("lbm --voxel-size 1e-3 --grids 1 --section 0.01,0.05 " + quoted(folder.path() / "packing.json"));
     EXPECT_EQ(output.exit_code, 3);

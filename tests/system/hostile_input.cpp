@@ -92,13 +92,33 @@ TEST(HostilePacking, EachFaultIsNamed) {
     }
     write_packing(file, three_spheres());
     const std::string in = quoted(file);
-    expect_fault("voxelise --voxel-size 1e-3 --section 0.04,0.05 " + in, "above the bed");
+    expect_fault("voxelise --voxel-size 1e-3 --section 0.04,0.05 " + in, "not in the bed: free space would count");
+    expect_fault("voxelise --voxel-size 1e-3 --section 0.0,0.05 " + in, "not in the bed: free space would count");
     expect_fault("voxelise --voxel-size 1e-3 --section 0.005,0.03 --reservoir 1e5 " + in, "cells");
     expect_fault("lbm --voxel-size 1e-3 --section 0.005,0.007 --grid-ratio 1.1 " + in, "same voxel size");
     expect_fault("slices --section 0.005,0.03 --spacing 1e-9 " + in, "slices");
     expect_fault("slices --section 0.005,0.03 --pixel 1 " + in, "pixels");
     expect_fault("tortuosity geometric_paper --section 0.005,0.03 --dot-spacing 1e-9 " + in, "too many dots");
     expect_fault("voxelise --container box:1,1,1 " + in, "its own container");
+    // Through the wall, inside each other, turned copies of one grain.
+    packing = three_spheres();
+    packing.bodies[1].position_m.x() -= 0.0125;
+    write_packing(file, packing);
+    expect_fault("voxelise --voxel-size 1e-3 " + in, "into the wall or the floor");
+    packing = three_spheres();
+    packing.bodies[1].position_m = packing.bodies[0].position_m + Vec3(0.003, 0.0, 0.0);
+    write_packing(file, packing);
+    expect_fault("voxelise --voxel-size 1e-3 " + in, "bodies 0 and 1 overlap by");
+    packing.overlap_allowed = true;
+    write_packing(file, packing);
+    EXPECT_EQ(porepack("voxelise --json --voxel-size 1e-3 --section 0.006,0.02 " + in).exit_code, 0);
+    packing = three_spheres();
+    packing.bodies[1] = packing.bodies[0];
+    packing.bodies[1].orientation.coeffs() *= -1.0;
+    write_packing(file, packing);
+    expect_fault("voxelise --voxel-size 1e-3 " + in, "overlap by");
+    fault(replaced(good, "\"a_m\":[0.0,0.0,0.0],", ""), "`a_m` is missing");
+    fault(replaced(good, "\"kind\":\"box\"", "\"kind\":\"box\",\"diameter_m\":0.1"), "unknown key `diameter_m`");
     write_packing(file, three_spheres("box:0.03,0.03,0.06:periodic"));
     expect_fault("lbm --voxel-size 1e-3 --section 0.01,0.03 " + in, "taken as a whole");
     expect_fault("lbm --voxel-size 1e-3 --reservoir 0.01 " + in, "no reservoir");
