@@ -15,7 +15,7 @@ double first_order_change(const ConvergencePoint& point) {
 // Relative change that remains if the last two changes over `apart` checks continue geometrically. Alternating changes, which the first
 // order contains, count with a fifth.
 double remaining_change(const std::vector<ConvergencePoint>& history, double ConvergencePoint::*value, std::size_t apart) {
-    constexpr double slowest_ratio = 0.97;  // of successive changes; slower decay cannot be distinguished from rounding
+    constexpr double slowest_ratio = 0.85;  // of successive changes: slow drifts decay with a power of the time, not exponentially
     const std::size_t last = history.size() - 1;
     const double now = history[last].*value, middle = history[last - apart].*value, first = history[last - 2 * apart].*value;
     const double change = now - middle, change_before = middle - first;

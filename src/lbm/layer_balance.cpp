@@ -27,8 +27,8 @@ void LayerBalance::correct(Flow& flow, const Layers& layers, double permeability
     if (balance_ && !before.empty() && permeability_lu > 0.0) {
         const std::vector<double> unsteady = unsteady_flow(layers, before, steps);
         const double size = std::sqrt(std::inner_product(unsteady.begin(), unsteady.end(), unsteady.begin(), 0.0));
-        state.share = size > state.unsteady && state.unsteady > 0.0 ? std::max(smallest_share, 0.5 * state.share)
-                                                                    : std::min(largest_share, 1.05 * state.share);
+        state.share = size > 1.5 * state.unsteady && state.unsteady > 0.0 ? std::max(smallest_share, 0.7 * state.share)
+                                                                          : std::min(largest_share, 1.1 * state.share);
         state.unsteady = size;
         // Velocities follow the pressure within about 3 k/(porosity nu) steps: a correction that comes more often is smaller.
         const double porosity = static_cast<double>(domain_.nodes()) / (area_cells_ * static_cast<double>(layers.flow.size()));

@@ -20,7 +20,7 @@ public:
     struct State {
         std::vector<double> density = {};  ///< of the layers, after the correction
         double unsteady = 0.0;             ///< root of the sum of squares of the unsteady part of the layers' flow rates
-        double share = 0.7;  ///< upper limit of the fraction of the correction that is applied; halved when the unsteady part grows
+        double share = 0.7;  ///< upper limit of the fraction of the correction that is applied; smaller when the unsteady part grows
     };
     /// `steps` after the last call, which left `state`.
     void correct(Flow& flow, const Layers& layers, double permeability_lu, long steps, State& state) const;
