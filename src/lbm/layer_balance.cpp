@@ -11,6 +11,25 @@ namespace {
 constexpr int smoothing_passes = 8;                           // over about four layers
 constexpr double largest_share = 0.7, smallest_share = 1e-3;  // of a correction
 
+double mean_of(const std::vector<double>& values) {
+    return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+// Root of the sum of squares about the mean.
+double scatter(const std::vector<double>& values) {
+    const double mean = mean_of(values);
+    double sum = 0.0;
+    for (const double value : values) sum += (value - mean) * (value - mean);
+    return std::sqrt(sum);
+}
+
+// From the median, relative to it.
+double largest_deviation(std::vector<double> values) {
+    std::sort(values.begin(), values.end());
+    const double middle = values[values.size() / 2];
+    return std::max(values.back() - middle, middle - values.front()) / std::abs(middle);
+}
+
 }  // namespace
 
 LayerBalance::LayerBalance(const Domain& domain, const Scheme& scheme, double area_cells, bool balance)
@@ -26,14 +45,16 @@ void LayerBalance::correct(Flow& flow, const Layers& layers, double permeability
     std::vector<double> added(layers.flow.size(), 0.0);
     if (balance_ && !before.empty() && permeability_lu > 0.0) {
         const std::vector<double> unsteady = unsteady_flow(layers, before, steps);
-        const double size = std::sqrt(std::inner_product(unsteady.begin(), unsteady.end(), unsteady.begin(), 0.0));
+        const double size = scatter(unsteady);
         state.share = size > 1.5 * state.unsteady && state.unsteady > 0.0 ? std::max(smallest_share, 0.7 * state.share)
                                                                           : std::min(largest_share, 1.1 * state.share);
         state.unsteady = size;
         // Velocities follow the pressure within about 3 k/(porosity nu) steps: a correction that comes more often is smaller.
         const double porosity = static_cast<double>(domain_.nodes()) / (area_cells_ * static_cast<double>(layers.flow.size()));
-        added = pressure_steps(layers, unsteady,
-                               std::min(state.share, static_cast<double>(steps) * porosity * viscosity_ / (3.0 * permeability_lu)));
+        // Darcy's law holds for small deviations. Water above the bed that is still being set in motion, for example, flows much faster.
+        if (largest_deviation(layers.flow) <= 1.5)
+            added = pressure_steps(layers, unsteady,
+                                   std::min(state.share, static_cast<double>(steps) * porosity * viscosity_ / (3.0 * permeability_lu)));
     }
     for (std::size_t l = 0; l < added.size(); ++l) state.density[l] += added[l];
     if (closed_) {

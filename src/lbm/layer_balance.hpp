@@ -19,7 +19,7 @@ public:
     /// What a correction must know of the one before.
     struct State {
         std::vector<double> density = {};  ///< of the layers, after the correction
-        double unsteady = 0.0;             ///< root of the sum of squares of the unsteady part of the layers' flow rates
+        double unsteady = 0.0;             ///< scatter of the unsteady part of the layers' flow rates
         double share = 0.7;  ///< upper limit of the fraction of the correction that is applied; smaller when the unsteady part grows
     };
     /// `steps` after the last call, which left `state`.
