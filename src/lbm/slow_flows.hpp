@@ -14,8 +14,8 @@ struct SlowFlow {
     bool from_coarser_grid = false;  ///< starts from the flow on voxels 1.5 times as large, otherwise it starts from rest
 };
 
-/// The kinds alternate: narrow gaps between wide chambers, long beds, dead-end pockets, spheres in contacts, and parallel channels of
-/// different width.
+/// The kinds alternate: narrow gaps between wide chambers, long beds, dead-end pores, arrays of spheres in contact, and parallel channels
+/// of different width.
 [[nodiscard]] std::vector<SlowFlow> random_slow_flows(unsigned seed, int count);
 
 /// A run of a slow flow until k does not change any more.
