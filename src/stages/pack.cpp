@@ -101,8 +101,7 @@ void add_grains(Json& json, const Packing& packing) {
 void allow_clump_overlaps(Packing& packing, const PackingConfig& config) {
     const Overlaps overlaps = find_overlaps(packing);
     const double d = finest_diameter(packing), largest = std::max(overlaps.largest_between_grains_m, overlaps.largest_with_wall_m);
-    packing.overlap_allowed =
-        config.engine == Engine::liggghts && largest > largest_overlap_of_diameter * d && largest <= config.surface_tolerance * d;
+    packing.overlap_allowed = largest > largest_overlap_of_diameter * d && largest <= config.surface_tolerance * d;
     if (packing.overlap_allowed)
         log_warning(fmt::format("grains overlap by up to {:.2g} of the thinnest capsule's diameter: surface_tolerance is {:g}", largest / d,
                                 config.surface_tolerance));
@@ -123,7 +122,7 @@ Json run_pack(const Case& c, const Path& folder) {
         packing = pour.packing;
         add_pour(json, pour, shapes, config);
     }
-    if (config.engine != Engine::none) allow_clump_overlaps(packing, config);
+    if (config.engine == Engine::liggghts) allow_clump_overlaps(packing, config);
     add_grains(json, packing);
     if (packing.overlap_allowed) json["overlap_allowed"] = true;
     write_packing(folder / "packing.json", packing);
