@@ -11,6 +11,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <numeric>
 
 #include "core/error.hpp"
 #include "packing/grains.hpp"
@@ -241,7 +242,13 @@ Overlaps find_overlaps(const Packing& packing) {
     Overlaps overlaps;
     double sum = 0.0;
     const auto& all = grains.images();
-    for (std::size_t i = 0; i < all.size(); ++i) {
+    // By the lowest point: only images that begin below the top of this one can overlap it.
+    std::vector<std::size_t> order(all.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return all[a].bounds.low.z() < all[b].bounds.low.z(); });
+    for (std::size_t n = 0; n < order.size(); ++n) {
+        const std::size_t i = order[n];
         for (const auto& capsule : all[i].capsules)
             for (const Vec3& end : {capsule.a, capsule.b}) {
                 double outside = capsule.radius - packing.container.wall_distance(end);
@@ -250,7 +257,8 @@ Overlaps find_overlaps(const Packing& packing) {
                 overlaps.largest_with_wall_m = outside;
                 overlaps.grain_at_wall = all[i].body;
             }
-        for (std::size_t j = i + 1; j < all.size(); ++j) {
+        for (std::size_t m = n + 1; m < order.size() && all[order[m]].bounds.low.z() <= all[i].bounds.high.z(); ++m) {
+            const std::size_t j = order[m];
             if (all[i].image != 0 && all[j].image != 0) continue;  // the same pair occurs once with an original
             if (((all[i].bounds.high - all[j].bounds.low).array() < 0.0).any() ||
                 ((all[j].bounds.high - all[i].bounds.low).array() < 0.0).any())
@@ -263,7 +271,7 @@ Overlaps find_overlaps(const Packing& packing) {
             sum -= least;
             if (-least <= overlaps.largest_between_grains_m) continue;
             overlaps.largest_between_grains_m = -least;
-            overlaps.grains = {all[i].body, all[j].body};
+            overlaps.grains = {std::min(all[i].body, all[j].body), std::max(all[i].body, all[j].body)};
         }
     }
     if (overlaps.contacts > 0) overlaps.mean_between_grains_m = sum / static_cast<double>(overlaps.contacts);
