@@ -10,9 +10,16 @@ namespace {
 
 constexpr int smoothing_passes = 8;                           // over about four layers
 constexpr double largest_share = 0.7, smallest_share = 1e-3;  // of a correction
+constexpr double free_water = 10.0;                           // conductance relative to the median from which end layers count as such
 
 double mean_of(const std::vector<double>& values) {
     return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+double median(std::vector<double> values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
 }
 
 // Root of the sum of squares about the mean.
@@ -23,13 +30,6 @@ double scatter(const std::vector<double>& values) {
     return std::sqrt(sum);
 }
 
-// From the median, relative to it.
-double largest_deviation(std::vector<double> values) {
-    std::sort(values.begin(), values.end());
-    const double middle = values[values.size() / 2];
-    return std::max(values.back() - middle, middle - values.front()) / std::abs(middle);
-}
-
 }  // namespace
 
 LayerBalance::LayerBalance(const Domain& domain, const Scheme& scheme, double area_cells, bool balance)
@@ -38,7 +38,29 @@ LayerBalance::LayerBalance(const Domain& domain, const Scheme& scheme, double ar
       force_(scheme.force[static_cast<std::size_t>(domain.drive.axis)]),
       area_cells_(area_cells),
       closed_(!domain.drive.by_pressure()),
-      balance_(balance && force_ != 0.0 && !scheme.inertia) {}
+      balance_(balance && force_ != 0.0 && !scheme.inertia),
+      end_(domain.layer_conductance.size()) {
+    if (closed_) return;
+    const std::vector<double>& conductance = domain.layer_conductance;
+    const double free = free_water * median(conductance);
+    while (first_ < end_ && conductance[first_] > free) ++first_;
+    while (end_ > first_ && conductance[end_ - 1] > free) --end_;
+}
+
+void LayerBalance::begin(Flow& flow) const {
+    if (!balance_) return;
+    const auto& conductance = domain_.layer_conductance;
+    double resistance = 0.0;
+    for (const double c : conductance) resistance += 1.0 / c;
+    std::vector<double> added(conductance.size());
+    double plane = 0.0;
+    for (std::size_t l = 0; l < added.size(); ++l) {
+        const double step = 3.0 * force_ * (1.0 - static_cast<double>(added.size()) / (resistance * conductance[l]));
+        added[l] = plane + 0.5 * step;
+        plane += step;
+    }
+    add(flow, added);
+}
 
 void LayerBalance::correct(Flow& flow, const Layers& layers, double permeability_lu, long steps, State& state) const {
     const std::vector<double> before = std::exchange(state.density, layers.density);
@@ -51,10 +73,8 @@ void LayerBalance::correct(Flow& flow, const Layers& layers, double permeability
         state.unsteady = size;
         // Velocities follow the pressure within about 3 k/(porosity nu) steps: a correction that comes more often is smaller.
         const double porosity = static_cast<double>(domain_.nodes()) / (area_cells_ * static_cast<double>(layers.flow.size()));
-        // Darcy's law holds for small deviations. Water above the bed that is still being set in motion, for example, flows much faster.
-        if (largest_deviation(layers.flow) <= 1.5)
-            added = pressure_steps(layers, unsteady,
-                                   std::min(state.share, static_cast<double>(steps) * porosity * viscosity_ / (3.0 * permeability_lu)));
+        added = pressure_steps(layers, unsteady,
+                               std::min(state.share, static_cast<double>(steps) * porosity * viscosity_ / (3.0 * permeability_lu)));
     }
     for (std::size_t l = 0; l < added.size(); ++l) state.density[l] += added[l];
     if (closed_) {
@@ -67,35 +87,36 @@ void LayerBalance::correct(Flow& flow, const Layers& layers, double permeability
     if (closed_ || balance_) add(flow, added);
 }
 
-// Density to be added to each layer.
+// Density to be added to each layer. `unsteady`: of the layers of the bed.
 std::vector<double> LayerBalance::pressure_steps(const Layers& layers, const std::vector<double>& unsteady, double share) const {
     const auto& conductance = domain_.layer_conductance;
-    const std::size_t n = unsteady.size();
-    double resistance = 0.0, weighted = 0.0, mean = 0.0;
-    for (std::size_t l = 0; l < n; ++l) {
+    double resistance = 0.0, weighted = 0.0, flow = 0.0;
+    for (std::size_t l = first_; l < end_; ++l) {
         resistance += 1.0 / conductance[l];
-        weighted += unsteady[l] / conductance[l];
-        mean += layers.flow[l] / static_cast<double>(n);
+        weighted += unsteady[l - first_] / conductance[l];
+        flow += layers.flow[l];
     }
-    const double scale = mean * resistance / (force_ * static_cast<double>(n));
-    std::vector<double> added(n);
+    const double mean = flow / static_cast<double>(end_ - first_);
+    const double scale = mean * resistance / (force_ * static_cast<double>(conductance.size()));
+    std::vector<double> added(conductance.size(), 0.0);
     double plane = 0.0;
-    for (std::size_t l = 0; l < n; ++l) {
-        const double step = -3.0 * share * (weighted / resistance - unsteady[l]) / (scale * conductance[l]);
+    for (std::size_t l = first_; l < end_; ++l) {
+        const double step = -3.0 * share * (weighted / resistance - unsteady[l - first_]) / (scale * conductance[l]);
         added[l] = plane + 0.5 * step;
         plane += step;
     }
     return added;
 }
 
-// Flow rate of each layer relative to the first plane, from the mass that the layers have gained; what walls leak is not part of it.
+// Flow rate of each layer of the bed relative to its first plane, from the mass that the layers have gained; what walls leak is not
+// part of it.
 std::vector<double> LayerBalance::unsteady_flow(const Layers& layers, const std::vector<double>& before, long steps) const {
     const double leak = closed_ ? mean_density(layers.nodes, layers.density) - mean_density(layers.nodes, before) : 0.0;
-    std::vector<double> flow(before.size());
+    std::vector<double> flow(end_ - first_);
     double plane = 0.0;
-    for (std::size_t l = 0; l < flow.size(); ++l) {
+    for (std::size_t l = first_; l < end_; ++l) {
         const double gain = layers.nodes[l] * (layers.density[l] - before[l] - leak) / static_cast<double>(steps);
-        flow[l] = plane - 0.5 * gain;
+        flow[l - first_] = plane - 0.5 * gain;
         plane -= gain;
     }
     smooth(flow);

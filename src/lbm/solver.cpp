@@ -81,6 +81,11 @@ void check(StokesRun& run, const Layers& before, long apart, const Domain& domai
     }
 }
 
+// A flow that has just been made, not one that starts from a coarser grid.
+bool is_at_rest(const Layers& layers) {
+    return std::all_of(layers.density.begin(), layers.density.end(), [](double density) { return density == 0.0; });
+}
+
 // The last two checks meet the tolerance.
 bool is_steady(const std::vector<ConvergencePoint>& history, double tolerance) {
     const auto met = [&](const ConvergencePoint& point) { return point.iteration_error < tolerance && point.permeability_lu > 0.0; };
@@ -98,6 +103,7 @@ StokesRun run_to_steady(Flow& flow, const Domain& domain, const Scheme& scheme, 
     Progress progress("lattice Boltzmann");
     const double force = scheme.force[static_cast<std::size_t>(domain.drive.axis)];
     const LayerBalance balance(domain, scheme, section.area_cells, criterion.balance);
+    if (run.steps == 0 && is_at_rest(measure_layers(flow, domain))) balance.begin(flow);
     constexpr long apart = 2;  // steps between the two states of a check
     double first_error = 0.0, momentum_bound = 0.0;
     run.converged = is_steady(run.history, criterion.tolerance);
