@@ -26,7 +26,7 @@ namespace porepack::benchmarks {
 /// k of a section in its bed: pressure on a plane, length of the buffers, k against the length of the section; writes section_length.svg
 /// into `folder` (or ./section_study).
 [[nodiscard]] core::Json iteration_benchmark(bool quick, const core::Path& folder);
-[[nodiscard]] core::Json section_benchmark(bool quick, const core::Path& folder);
+[[nodiscard]] core::Json section_benchmark(const std::vector<std::string>& parts, bool quick, const core::Path& folder);
 /// The paper's tortuosity against all its parameters, error against seconds of the others; writes tortuosity_study.svg into `folder`.
 [[nodiscard]] core::Json tortuosity_benchmark(bool quick, const core::Path& folder);
 /// Error against cost of both solvers and the paper's scheme; writes speed_error.svg and .csv into `folder` (or ./speed_error).

@@ -9,8 +9,8 @@
 #include "core/build.hpp"
 #include "core/error.hpp"
 #include "core/interrupt.hpp"
-#include "core/passive_waiting.hpp"
 #include "core/machine.hpp"
+#include "core/passive_waiting.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;
@@ -42,7 +42,7 @@ constexpr Benchmark benchmarks[] = {
     {"iteration", [](const Request& r) { return iteration_benchmark(r.quick, r.folder); }},
     {"lbm", [](const Request& r) { return lbm_benchmark(r.folder); }},
     {"packing", [](const Request& r) { return packing_benchmark(r.quick, r.folder); }},
-    {"section", [](const Request& r) { return section_benchmark(r.quick, r.folder); }},
+    {"section", [](const Request& r) { return section_benchmark(r.cases, r.quick, r.folder); }},
     {"shapes", [](const Request&) { return shapes_benchmark(); }},
     {"speed-error", [](const Request& r) { return speed_error_benchmark(r.quick, r.folder); }},
     {"tortuosity", [](const Request& r) { return tortuosity_benchmark(r.quick, r.folder); }},
@@ -70,11 +70,15 @@ int main_or_throw(int argc, char** argv) {
     std::string folder;
     int threads = 0;
     bool json = false;
-    app.add_option("name", request.name, "coverage, cross-check, foam, lbm, packing, section, shapes, speed-error, tortuosity")->required();
-    app.add_option("cases", request.cases, "for cross-check: folders with case.toml");
+    app.add_option("name", request.name, "coverage, cross-check, foam, iteration, lbm, packing, section, shapes, speed-error, tortuosity")
+        ->required();
+    app.add_option(
+        "cases", request.cases,
+        "for cross-check: folders with case.toml; for section: parts (arrays, lengths, plane_pressures, slices_053, slices_087)");
     app.add_option("--output", folder, "folder for <name>.json and figures");
-    app.add_option("--threads", threads, "threads of parallel loops (default: all cores)")->check(CLI::Range(1, 1024));
-    app.add_flag("--quick", request.quick, "for packing, section, speed-error and tortuosity: minutes instead of half an hour");
+    app.add_option("--threads", threads, "threads of parallel loops (default: OMP_NUM_THREADS, else the cores that this process may use)")
+        ->check(CLI::Range(1, 1024));
+    app.add_flag("--quick", request.quick, "for iteration, packing, section, speed-error and tortuosity: minutes instead of half an hour");
     app.add_flag("--json", json, "accepted for compatibility: the result is always JSON");
     app.footer("Example:\n  porepack_benchmark lbm --output lbm_speed");
     try {

@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <random>
 
 #include "benchmarks/benchmarks.hpp"
 #include "core/data_file.hpp"
+#include "core/error.hpp"
 #include "core/log.hpp"
 #include "core/table.hpp"
 #include "lbm/known.hpp"
@@ -224,16 +226,30 @@ Json cut_arrays() {
 
 }  // namespace
 
-Json section_benchmark(bool quick, const Path& output) {
+Json section_benchmark(const std::vector<std::string>& parts, bool quick, const Path& output) {
     const Path folder = output.empty() ? Path("section_study") : output;
     make_folder(folder);
-    const Bed loose = settled("tetrapods, 0.53", "tetrapod_053.json.gz", 9e-4);
+    const std::vector<double> buffers = quick ? std::vector<double>{0.0, 1.5} : std::vector<double>{0.0, 0.5, 1.0, 1.5};
+    const auto loose = [] { return settled("tetrapods, 0.53", "tetrapod_053.json.gz", 9e-4); };
+    const auto dense = [] { return settled("tetrapods, 0.87", "tetrapod_087.json.gz", 1e-3); };
+    const std::vector<std::pair<std::string, std::function<Json()>>> known = {
+        {"arrays", [] { return cut_arrays(); }},
+        {"lengths", [&] { return lengths(loose(), folder); }},
+        {"plane_pressures",
+         [&] {
+             return plane_pressures(quick ? std::vector<double>{6, 10} : std::vector<double>{6, 10, 20, 30});
+         }},
+        {"slices_053", [&] { return slices(loose(), 0.024, buffers); }},
+        {"slices_087", [&] { return slices(dense(), 0.024, buffers); }}};
     Json result;
-    result["arrays"] = cut_arrays();
-    result["lengths"] = lengths(loose, folder);
-    result["plane_pressures"] = plane_pressures(quick ? std::vector<double>{6, 10} : std::vector<double>{6, 10, 20, 30});
-    result["slices_053"] = slices(loose, 0.024, {0.0, 0.5, 1.0, 1.5});
-    if (!quick) result["slices_087"] = slices(settled("tetrapods, 0.87", "tetrapod_087.json.gz", 1e-3), 0.024, {0.0, 0.5, 1.0, 1.5});
+    for (const auto& [name, run] : known) {
+        if (!parts.empty() && std::find(parts.begin(), parts.end(), name) == parts.end()) continue;
+        result[name] = run();
+        write_json(folder / "section.json", result);
+    }
+    if (result.is_null())
+        throw UserError("no part of this benchmark has the name " + parts.front(),
+                        {.allowed = "arrays, lengths, plane_pressures, slices_053, slices_087"});
     return result;
 }
 

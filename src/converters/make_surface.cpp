@@ -21,6 +21,8 @@ using namespace shapes;
 using namespace packing;
 namespace {
 
+constexpr double largest_change = 0.1;  // deviation and contact gap, of the smallest capsule diameter
+
 // Unions pairwise as a tree, neighbours in z first.
 Mesh unite_cluster(std::vector<Mesh> meshes, const std::function<void()>& one_done) {
     while (meshes.size() > 1) {
@@ -134,6 +136,17 @@ std::set<std::size_t> grains_at(const std::vector<Vec3>& places, const std::vect
     return bodies;
 }
 
+void require_volume(const TriangleSurface& surface, const Grains& grains, const Container& container, double largest_error) {
+    if (container.any_periodic()) return;
+    const Section all{std::min(0.0, grains.bounds().low.z()), std::max(container.height(), grains.bounds().high.z())};
+    const double exact = (1.0 - porosity(grains, container, all).value) * container.inner_area_m2() * all.length();
+    const double error = measure_surface(surface).volume_m3 / exact - 1.0;
+    if (std::abs(error) > largest_error)
+        throw UserError(
+            fmt::format("the volume of the surface differs from that of the grains by {:.2g} %", 100.0 * error),
+            {.allowed = fmt::format("{:g} %", 100.0 * largest_error), .fix = "use a smaller surface_deviation_m or contact_gap_m"});
+}
+
 }  // namespace
 
 SurfaceResult make_surface(const Packing& packing, const SurfaceOptions& options) {
@@ -142,6 +155,11 @@ SurfaceResult make_surface(const Packing& packing, const SurfaceOptions& options
     const double deviation = options.deviation_m > 0.0 ? options.deviation_m : 0.005 * d;
     SurfaceResult result;
     result.contact_gap_m = options.contact_gap_m > 0.0 ? options.contact_gap_m : 1e-4 * d;
+    for (const auto& [key, value] : {std::pair("surface_deviation_m", deviation), std::pair("contact_gap_m", result.contact_gap_m)})
+        if (value > largest_change * d)
+            throw UserError(
+                fmt::format("{:g} m would change the grains: their smallest capsule diameter is {:g} m", value, d),
+                {.where = key, .allowed = fmt::format("at most {:g} m", largest_change * d), .fix = "use a smaller value, or auto"});
     const Grains grains(packing);
     const auto& images = grains.images();
     const auto contacts = find_contacts(images, std::max(4.0 * deviation, result.contact_gap_m));
@@ -178,6 +196,7 @@ SurfaceResult make_surface(const Packing& packing, const SurfaceOptions& options
     for (std::size_t i = 0; i < images.size(); ++i)
         if (thinned[i] > 0) shrunk.insert(images[i].body);
     result.shrunk_grains = static_cast<long>(shrunk.size());
+    require_volume(result.surface, grains, packing.container, options.largest_volume_error);
     result.deviation_m = largest_deviation(result.surface, grains, d);
     return result;
 }

@@ -34,6 +34,8 @@ struct SurfaceOptions {
     /// Grains with a gap below this, in metres, become one body; 0: 1e-4 of the smallest capsule diameter. It is also the step by which
     /// grains are thinned where the surface crosses itself in single precision. Raise it when make_surface reports that faults remain.
     double contact_gap_m = 0.0;
+    /// Of the surface against the grains, relative. Facets and bridges change the volume. Not checked in periodic containers.
+    double largest_volume_error = 0.01;
 };
 
 struct SurfaceResult {
@@ -46,7 +48,8 @@ struct SurfaceResult {
     long shrunk_grains = 0;  ///< grains thinned by contact_gap_m because the surface crossed itself in single precision
 };
 
-/// One closed surface of the union of all grains. Throws NumericalError when CGAL cannot make one.
+/// One closed surface of the union of all grains. Throws NumericalError when CGAL cannot make one, UserError when deviation or contact gap
+/// are more than a tenth of the smallest capsule diameter or change the volume of the grains by more than largest_volume_error.
 [[nodiscard]] SurfaceResult make_surface(const packing::Packing& packing, const SurfaceOptions& options);
 
 struct SurfaceMeasures {

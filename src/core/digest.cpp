@@ -40,8 +40,9 @@ std::string sha256(std::string_view bytes) {
 }
 
 std::string sha256_of_file(const Path& path) {
+    require_file(path);
     std::ifstream in(path, std::ios::binary);
-    if (!in) throw UserError((fs::exists(path) ? "cannot read " : "no such file: ") + path.string(), {.fix = "check the path"});
+    if (!in) throw UserError("cannot read " + path.string(), {.fix = "check the permissions"});
     Sha256 digest;
     std::vector<char> buffer(1 << 20);
     while (in.read(buffer.data(), static_cast<std::streamsize>(buffer.size())) || in.gcount() > 0)

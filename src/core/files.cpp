@@ -7,6 +7,7 @@
 #include <cstring>
 #include <deque>
 #include <fstream>
+#include <new>
 
 #include "core/error.hpp"
 
@@ -22,12 +23,34 @@ namespace {
 
 }  // namespace
 
-std::string read_text(const Path& path) {
-    if (!fs::exists(path)) throw UserError("no such file: " + path.string(), {.fix = "check the path"});
-    if (fs::is_directory(path)) throw UserError(path.string() + " is a folder, a file is needed");
+void require_file(const Path& path, double largest_bytes) {
+    std::error_code fault;
+    const fs::file_status status = fs::status(path, fault);
+    if (status.type() == fs::file_type::not_found) throw UserError("no such file: " + path.string(), {.fix = "check the path"});
+    if (fs::is_directory(status)) throw UserError(path.string() + " is a folder, a file is needed");
+    if (!fs::exists(status)) throw UserError("cannot read " + path.string() + ": " + fault.message());
+    if (!fs::is_regular_file(status))
+        throw UserError(path.string() + " is a pipe or a device, a regular file is needed", {.fix = "write the content into a file first"});
+    const auto bytes = static_cast<double>(fs::file_size(path));
+    if (bytes > largest_bytes)
+        throw UserError(fmt::format("{} has {:.3g} MB", path.string(), 1e-6 * bytes),
+                        {.allowed = fmt::format("at most {:.3g} MB", 1e-6 * largest_bytes), .fix = "check that this is the right file"});
+}
+
+std::string read_text(const Path& path, double largest_bytes) {
+    require_file(path, largest_bytes);
     std::ifstream in(path, std::ios::binary);
-    std::string text((std::istreambuf_iterator<char>(in)), {});
-    if (!in) throw UserError("cannot read " + path.string() + ": " + std::strerror(errno));
+    std::string text;
+    try {
+        text.resize(fs::file_size(path));
+    } catch (const std::bad_alloc&) {
+        throw MachineError(
+            fmt::format("not enough memory to read {} ({:.3g} MB)", path.string(), 1e-6 * static_cast<double>(fs::file_size(path))),
+            {.fix = "use a machine with more memory, or a smaller file"});
+    }
+    in.read(text.data(), static_cast<std::streamsize>(text.size()));
+    if (in.bad() || !in.is_open()) throw UserError("cannot read " + path.string() + ": " + std::strerror(errno));
+    text.resize(static_cast<std::size_t>(in.gcount()));
     return text;
 }
 

@@ -12,8 +12,10 @@ namespace porepack::core {
 using Path = std::filesystem::path;
 using Json = nlohmann::ordered_json;
 
-/// Throws UserError when `path` is missing, a folder, or cannot be read.
-[[nodiscard]] std::string read_text(const Path& path);
+/// Throws UserError when `path` is missing, no regular file (a folder, a pipe, a device), or larger than `largest_bytes`.
+void require_file(const Path& path, double largest_bytes = 1e12);
+/// The content of such a file. Throws MachineError, with the file's name, when memory does not suffice.
+[[nodiscard]] std::string read_text(const Path& path, double largest_bytes = 1e12);
 /// Throws UserError with the position of the error.
 [[nodiscard]] Json read_json(const Path& path);
 

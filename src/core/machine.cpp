@@ -1,10 +1,14 @@
 #include "core/machine.hpp"
 
 #include <omp.h>
+#include <sched.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 
@@ -62,8 +66,34 @@ int thread_count() {
     return omp_get_max_threads();
 }
 
+int usable_cores() {
+    cpu_set_t allowed;
+    const int cores = sched_getaffinity(0, sizeof allowed, &allowed) == 0 ? CPU_COUNT(&allowed) : omp_get_num_procs();
+    // The quota of the control group and of those above it: "quota period" in microseconds, or "max period".
+    double quota = cores;
+    std::ifstream in("/proc/self/cgroup");
+    for (std::string line; std::getline(in, line);) {
+        if (!line.starts_with("0::/")) continue;
+        const std::filesystem::path root = "/sys/fs/cgroup";
+        for (std::filesystem::path group = line.substr(4);; group = group.parent_path()) {
+            std::ifstream limit(root / group / "cpu.max");
+            double used = 0.0, period = 0.0;
+            if (limit >> used >> period && used > 0.0 && period > 0.0) quota = std::min(quota, used / period);
+            if (group.empty()) break;
+        }
+    }
+    return std::max(1, static_cast<int>(std::ceil(quota - 1e-9)));
+}
+
 void set_thread_count(int threads) {
-    if (threads > 0) omp_set_num_threads(threads);
+    constexpr int most_threads = 1024;
+    if (threads == 0 && std::getenv("OMP_NUM_THREADS") != nullptr) {
+        threads = omp_get_max_threads();
+        if (threads > most_threads)
+            throw UserError(fmt::format("{} threads are too many", threads),
+                            {.where = "OMP_NUM_THREADS", .allowed = fmt::format("1 to {}", most_threads), .fix = "unset it"});
+    }
+    omp_set_num_threads(threads > 0 ? threads : usable_cores());
 }
 
 void require_memory(double bytes, const std::string& what, const std::string& fix) {

@@ -13,8 +13,11 @@ namespace porepack::core {
 /// Largest resident memory of this process since the start or the last reset, in bytes.
 [[nodiscard]] double peak_memory_bytes();
 void reset_peak_memory();
-/// Number of threads of parallel loops: --threads, else OMP_NUM_THREADS, else the number of cores.
+/// Cores that this process may use: those of its affinity, at most its control group's quota.
+[[nodiscard]] int usable_cores();
+/// Number of threads of parallel loops.
 [[nodiscard]] int thread_count();
+/// 0: OMP_NUM_THREADS, else usable_cores().
 void set_thread_count(int threads);
 
 /// Throws UserError with the numbers when `bytes` will not fit, before anything is allocated.

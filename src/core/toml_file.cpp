@@ -198,7 +198,7 @@ TomlFile::TomlFile(TomlFile&&) noexcept = default;
 TomlFile& TomlFile::operator=(TomlFile&&) noexcept = default;
 
 TomlFile::TomlFile(const Path& path) : content_(std::make_unique<Content>()) {
-    const std::string text = read_text(path);
+    const std::string text = read_text(path, 16e6);
     content_->path = path;
     try {
         content_->table = toml::parse(text, path.string());

@@ -92,8 +92,9 @@ std::vector<double> Column::levels(const Resistance& resistance, double start_s,
     constexpr double tolerance = 1e-11;
     if (times_s.empty()) return {};
     // If the speed adapts to the level within a small part of the test, inertia is neglected: the equation would be stiff.
-    const double settling = config_.sample_length_m * config_.kinematic_viscosity_m2_per_s * resistance.inverse_permeability_per_m2 /
-                            (level_m + offset_ + inertia_length_) * (times_s.back() - start_s);
+    const double damping = config_.kinematic_viscosity_m2_per_s * resistance.inverse_permeability_per_m2 +
+                           2.0 * steady_speed(resistance, level_m) * resistance.inverse_inertial_permeability_per_m;
+    const double settling = config_.sample_length_m * damping / (level_m + offset_ + inertia_length_) * (times_s.back() - start_s);
     const bool inertia = config_.column_inertia && !(settling > most_settling_times);
     const auto rate = [&](const State& x, State& d, double) {
         // A water level that has reached the sample is not computed further.

@@ -8,8 +8,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "core/error.hpp"
+#include "core/interrupt.hpp"
 
 namespace porepack::falling_head {
 using namespace core;
@@ -17,6 +19,24 @@ namespace {
 
 // Parameters: 1/k, 1/k_in, offset, then first level and first speed of each curve. All scaled to order one or to metres.
 constexpr Eigen::Index viscous = 0, inertial = 1, offset = 2, first_curve = 3;
+
+constexpr std::size_t most_points = 5000;  // of a curve in the fit
+
+// Means of groups of consecutive frames, for long curves: their information is the same, and within a group the level is a straight line.
+LevelCurve averaged(const LevelCurve& curve) {
+    const std::size_t frames = curve.time_s.size(), group = (frames + most_points - 1) / most_points;
+    if (group == 1) return curve;
+    LevelCurve means{.name = curve.name, .packing = curve.packing, .time_s = {}, .level_m = {}};
+    for (std::size_t first = 0; first + group <= frames; first += group) {
+        const auto mean_of = [&](const std::vector<double>& values) {
+            const auto from = values.begin() + static_cast<std::ptrdiff_t>(first);
+            return std::accumulate(from, from + static_cast<std::ptrdiff_t>(group), 0.0) / static_cast<double>(group);
+        };
+        means.time_s.push_back(mean_of(curve.time_s));
+        means.level_m.push_back(mean_of(curve.level_m));
+    }
+    return means;
+}
 
 class Problem {
 public:
@@ -154,10 +174,10 @@ public:
         return std::abs(at_far) < 0.05 && far < farthest ? best[p] + sign * far : sign * std::numeric_limits<double>::infinity();
     }
 
-    [[nodiscard]] std::vector<double> levels(std::size_t c) {
-        const LevelCurve& curve = curves_[c];
+    // Of curve c at times that are not before its first.
+    [[nodiscard]] std::vector<double> levels(std::size_t c, std::span<const double> times_s) {
         column_.set_offset(given_offset_ + at_[offset]);
-        return column_.levels(resistance(), curve.time_s.front(), at_[level_of(c)], at_[level_of(c) + 1], curve.time_s);
+        return column_.levels(resistance(), curves_[c].time_s.front(), at_[level_of(c)], at_[level_of(c) + 1], times_s);
     }
     [[nodiscard]] Resistance resistance() const { return {viscous_unit_ * at_[viscous], inertial_unit_ * at_[inertial]}; }
     [[nodiscard]] double unit(Eigen::Index p) const { return p == viscous ? viscous_unit_ : inertial_unit_; }
@@ -178,11 +198,12 @@ private:
         return x;
     }
     void fill(std::size_t c, Eigen::VectorXd& residuals) {
+        check_interrupt();
         const LevelCurve& curve = curves_[c];
         const Eigen::Index first = first_row_[c];
         std::vector<double> model;
         try {
-            model = levels(c);
+            model = levels(c, curve.time_s);
         } catch (const NumericalError&) {
             model.assign(curve.time_s.size(), 1e3);  // resistances for which the equation has no solution
         }
@@ -200,7 +221,9 @@ private:
 }  // namespace
 
 FallingHeadFit fit_falling_head(std::span<const LevelCurve> curves, const FallingHeadConfig& config) {
-    Problem problem(curves, config);
+    std::vector<LevelCurve> fitted_curves;
+    for (const LevelCurve& curve : curves) fitted_curves.push_back(averaged(curve));
+    Problem problem(fitted_curves, config);
     double least = problem.solve();
     const auto variance_of = [&] { return std::max(1e-16, least / static_cast<double>(problem.freedom())); };
     if (problem.weigh_offset(std::sqrt(variance_of()))) least = problem.solve();
@@ -227,7 +250,7 @@ FallingHeadFit fit_falling_head(std::span<const LevelCurve> curves, const Fallin
     fit.inverse_inertial_permeability_per_m = fitted(inertial);
     double share = 0.0, weight = 0.0;
     for (std::size_t c = 0; c < curves.size(); ++c) {
-        fit.levels_m.push_back(problem.levels(c));
+        fit.levels_m.push_back(problem.levels(c, curves[c].time_s));
         const auto& level = fit.levels_m.back();
         const auto& time = curves[c].time_s;
         for (std::size_t i = 1; i < level.size(); ++i) {

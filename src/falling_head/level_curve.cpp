@@ -53,7 +53,7 @@ std::string excerpt(const std::string& line) {
 // The whole file, with Unix line ends.
 std::string text_of(const Path& csv) {
     if (std::filesystem::is_directory(csv)) throw UserError(csv.string() + " is a folder", {.fix = "name the CSV files in it"});
-    std::string text = read_text(csv);
+    std::string text = read_text(csv, 100e6);
     if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF"))
         throw UserError("the file is UTF-16", {.where = csv.string(), .fix = "save it as CSV (UTF-8)"});
     if (text.find('\0') != std::string::npos)

@@ -30,6 +30,7 @@ bool all_finite(std::span<const std::byte> populations) {
 }
 
 std::ifstream open_behind_header(const Path& path, Json& header) {
+    require_file(path);
     std::ifstream file(path, std::ios::binary);
     std::string line;
     if (!file || !std::getline(file, line)) refuse(path, "cannot be read");

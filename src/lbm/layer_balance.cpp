@@ -22,6 +22,13 @@ double median(std::vector<double> values) {
     return *middle;
 }
 
+// From the median, relative to it.
+double largest_deviation(const std::vector<double>& values) {
+    const double middle = median(values);
+    const auto [low, high] = std::minmax_element(values.begin(), values.end());
+    return std::max(*high - middle, middle - *low) / std::abs(middle);
+}
+
 // Root of the sum of squares about the mean.
 double scatter(const std::vector<double>& values) {
     const double mean = mean_of(values);
@@ -68,13 +75,16 @@ void LayerBalance::correct(Flow& flow, const Layers& layers, double permeability
     if (balance_ && !before.empty() && permeability_lu > 0.0) {
         const std::vector<double> unsteady = unsteady_flow(layers, before, steps);
         const double size = scatter(unsteady);
-        state.share = size > 1.5 * state.unsteady && state.unsteady > 0.0 ? std::max(smallest_share, 0.7 * state.share)
-                                                                          : std::min(largest_share, 1.1 * state.share);
+        state.share = size > 1.2 * state.unsteady && state.unsteady > 0.0 ? std::max(smallest_share, 0.4 * state.share)
+                                                                          : std::min(largest_share, 1.05 * state.share);
         state.unsteady = size;
         // Velocities follow the pressure within about 3 k/(porosity nu) steps: a correction that comes more often is smaller.
         const double porosity = static_cast<double>(domain_.nodes()) / (area_cells_ * static_cast<double>(layers.flow.size()));
-        added = pressure_steps(layers, unsteady,
-                               std::min(state.share, static_cast<double>(steps) * porosity * viscosity_ / (3.0 * permeability_lu)));
+        // Darcy's law holds for small deviations: not while the flow begins, or while its direction changes.
+        const auto bed = [&](std::size_t l) { return layers.flow.begin() + static_cast<std::ptrdiff_t>(l); };
+        if (largest_deviation({bed(first_), bed(end_)}) <= 1.5)
+            added = pressure_steps(layers, unsteady,
+                                   std::min(state.share, static_cast<double>(steps) * porosity * viscosity_ / (3.0 * permeability_lu)));
     }
     for (std::size_t l = 0; l < added.size(); ++l) state.density[l] += added[l];
     if (closed_) {

@@ -95,7 +95,14 @@ public:
                 log_warning(fmt::format("the tolerance of {:g} is not reached, {}", config_.tolerance, result.stopped_by));
                 return;
             }
-            size = finer(sequence_.voxel_size_done());
+            try {
+                size = finer(sequence_.voxel_size_done());
+            } catch (const UserError& impossible) {
+                if (sequence_.done() < 3) throw;
+                result.stopped_by = fmt::format("no finer grid is possible: {}", impossible.what());
+                log_warning(fmt::format("the tolerance of {:g} is not reached, {}", config_.tolerance, result.stopped_by));
+                return;
+            }
         }
     }
 

@@ -21,18 +21,21 @@ using namespace core;
 using namespace shapes;
 namespace {
 
+constexpr std::size_t largest_text = 2'000'000'000;  // bytes
+
 std::string read_maybe_compressed(const Path& path) {
-    if (path.extension() != ".gz") return read_text(path);
-    (void)read_text(path);  // gives read_text's messages for a missing file or a folder
+    if (path.extension() != ".gz") return read_text(path, largest_text);
+    require_file(path);
 #ifdef POREPACK_WITH_ZLIB
     gzFile file = gzopen(path.c_str(), "rb");
     std::string text;
     std::vector<char> buffer(1 << 16);
     int count = 0;
-    while ((count = gzread(file, buffer.data(), static_cast<unsigned>(buffer.size()))) > 0)
+    while (text.size() < largest_text && (count = gzread(file, buffer.data(), static_cast<unsigned>(buffer.size()))) > 0)
         text.append(buffer.data(), static_cast<std::size_t>(count));
     const bool good = count == 0 && gzeof(file) == 1;
     gzclose(file);
+    if (text.size() >= largest_text) throw UserError(path.string() + " unpacks to more than 2 GB", {.fix = "check that this is a packing"});
     if (!good) throw UserError("cannot unpack " + path.string(), {.fix = "the file is damaged or incomplete: copy it again"});
     return text;
 #else

@@ -1,4 +1,7 @@
 // Hostile input: damaged files, impossible frames, sudden ends. Never a crash, never a meaningless number.
+#include <fmt/format.h>
+#include <sys/stat.h>
+
 #include <cstring>
 
 #include "converters/surface.hpp"
@@ -100,6 +103,12 @@ TEST(HostilePacking, EachFaultIsNamed) {
     expect_fault("slices --section 0.005,0.03 --pixel 1 " + in, "pixels");
     expect_fault("tortuosity geometric_paper --section 0.005,0.03 --dot-spacing 1e-9 " + in, "too many dots");
     expect_fault("voxelise --container box:1,1,1 " + in, "its own container");
+    expect_fault(
+        "voxelise --voxel-size 1e-3 --section 0.01101,0.01199 " + quoted(folder.write("gap.json", replaced(good, "0.017", "0.018"))),
+        "there is no grain in the section");
+    expect_fault("stl --surface-deviation 1 " + in, "1 m would change the grains");
+    expect_fault("stl --contact-gap 1 " + in, "at most 0.001 m");
+    expect_fault("stl --surface-deviation 9e-4 " + in, "the volume of the surface differs");
     // Through the wall, inside each other, turned copies of one grain.
     packing = three_spheres();
     packing.bodies[1].position_m.x() -= 0.0125;
@@ -122,6 +131,35 @@ TEST(HostilePacking, EachFaultIsNamed) {
     write_packing(file, three_spheres("box:0.03,0.03,0.06:periodic"));
     expect_fault("lbm --voxel-size 1e-3 --section 0.01,0.03 " + in, "taken as a whole");
     expect_fault("lbm --voxel-size 1e-3 --reservoir 0.01 " + in, "no reservoir");
+}
+
+TEST(HostileFile, OnlyRegularFilesAreRead) {
+    const test::Folder folder;
+    const Path pipe = folder.path() / "pipe.json";
+    ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+    for (const std::string& input : {std::string("/dev/zero"), quoted(pipe)})
+        for (const char* command : {"run ", "lbm --container box:1,1,1 ", "falling-head analyse --sample-length 0.1 "})
+            EXPECT_EQ(porepack(command + input, "timeout 20").exit_code, 2) << command << input;
+    expect_fault("falling-head analyse --sample-length 0.1 /dev/zero", "a regular file is needed");
+    expect_fault("pack " + quoted(pipe), "a regular file is needed");
+    const Path large = folder.write("large.toml", "");
+    std::filesystem::resize_file(large, 20'000'000);
+    expect_fault("pack " + quoted(large), "at most 16 MB");
+    write_packing(folder.path() / "packing.json", three_spheres());
+    const auto many = porepack("voxelise --voxel-size 1e-3 " + quoted(folder.path() / "packing.json"), "OMP_NUM_THREADS=100000");
+    EXPECT_EQ(many.exit_code, 2);
+    EXPECT_TRUE(has(many.err, "OMP_NUM_THREADS"));
+}
+
+// Levels on a straight line: no falling head, and nothing to fit.
+TEST(HostileCurve, ALongStraightLineEnds) {
+    const test::Folder folder;
+    std::string text = "time_s,level_m\n";
+    for (int i = 0; i < 100000; ++i) text += fmt::format("{},{}\n", 1e-5 * i, 1.6 - 1e-5 * i);
+    const auto output =
+        porepack("falling-head analyse --json --sample-length 0.12 " + quoted(folder.write("line.csv", text)), "timeout 60");
+    EXPECT_EQ(output.exit_code, 0) << output.err;
+    EXPECT_TRUE(has(output.out, "doubtful"));
 }
 
 // A box with its corner at `low`; inside out when `inward`.

@@ -21,7 +21,7 @@ namespace {
 void add_common(CLI::App& command, Common& common, const std::string& example) {
     command.add_flag("--json", common.json, "result as JSON on stdout, log on stderr");
     command.add_flag("--dry-run", common.dry_run, "print the resolved configuration, what would run, memory and time; run nothing");
-    command.add_option("--threads", common.threads, "threads of parallel loops (default: all cores)")->check(CLI::Range(1, 1024));
+    command.add_option("--threads", common.threads, "threads of parallel loops (default: OMP_NUM_THREADS, else the cores that this process may use)")->check(CLI::Range(1, 1024));
     command.add_option("--output", common.output, "folder for the results (default: that of the input)");
     command.footer("Example:\n  " + example);
 }
