@@ -10,12 +10,11 @@ namespace porepack::converters {
 using namespace core;
 using namespace packing;
 
-bool step_in_grid(const Grid& grid, const Drive& drive, std::array<int, 3>& at, const std::array<int, 3>& step, int& turns) {
+bool step_in_grid(const Grid& grid, const Drive& drive, std::array<int, 3>& at, const std::array<int, 3>& step) {
     for (std::size_t a = 0; a < 3; ++a) {
         at[a] += step[a];
         if (at[a] >= 0 && at[a] < grid.cells[a]) continue;
         if (!drive.periodic[a]) return false;
-        if (static_cast<int>(a) == drive.axis) turns += at[a] < 0 ? -1 : 1;
         at[a] += at[a] < 0 ? grid.cells[a] : -grid.cells[a];
     }
     return true;

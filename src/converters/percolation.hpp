@@ -19,10 +19,8 @@ struct Drive {
 /// Throws UserError for a flow direction that the container does not allow.
 [[nodiscard]] Drive choose_drive(const packing::Container& container, core::Axis direction);
 
-/// Moves `at` by `step`; false beyond an end that is not periodic. `turns` counts the passages through the periodic faces
-/// along the drive's axis, with their sign.
-[[nodiscard]] bool step_in_grid(const core::Grid& grid, const Drive& drive, std::array<int, 3>& at, const std::array<int, 3>& step,
-                                int& turns);
+/// Moves `at` by `step`; false beyond an end that is not periodic.
+[[nodiscard]] bool step_in_grid(const core::Grid& grid, const Drive& drive, std::array<int, 3>& at, const std::array<int, 3>& step);
 [[nodiscard]] std::array<int, 3> place_in_grid(const core::Grid& grid, std::size_t cell);
 
 struct DoesNotPercolate : core::NumericalError {

@@ -43,6 +43,10 @@ std::string flag_of(std::string_view key) {
     return "--" + flag;
 }
 
+std::string perhaps(const std::string& near) {
+    return near.empty() ? std::string() : fmt::format("perhaps `{}`", near);
+}
+
 std::string nearest(std::string_view word, const std::vector<std::string>& known) {
     std::string best;
     std::size_t least = std::max<std::size_t>(3, word.size() / 2);

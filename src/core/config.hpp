@@ -120,5 +120,7 @@ struct KeyRow {
 [[nodiscard]] std::map<std::string, std::string> renamed_keys(const Describe& describe);
 /// The known word nearest to `word` (Levenshtein distance), or empty when none is near.
 [[nodiscard]] std::string nearest(std::string_view word, const std::vector<std::string>& known);
+/// "perhaps `word`", or empty: how to fix an unknown word.
+[[nodiscard]] std::string perhaps(const std::string& near);
 
 }  // namespace porepack::core

@@ -60,8 +60,7 @@ std::int64_t beyond_open_end(const Domain& domain, const std::array<int, 3>& her
     auto aside = here;
     auto lateral = c;
     lateral[axis] = 0;
-    int turns = 0;
-    return step_in_grid(domain.grid, domain.drive, aside, lateral, turns) ? domain.node_at(aside) : -1;
+    return step_in_grid(domain.grid, domain.drive, aside, lateral) ? domain.node_at(aside) : -1;
 }
 
 struct Links {

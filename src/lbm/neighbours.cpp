@@ -22,8 +22,7 @@ void Neighbours::enter_row(std::size_t row, int x) {
     for (int at = 0; at < 9; ++at) {
         Row& near = rows_[static_cast<std::size_t>(at)];
         std::array<int, 3> place = {0, y, z};
-        int turns = 0;
-        near.exists = step_in_grid(domain_.grid, domain_.drive, place, {0, at % 3 - 1, at / 3 - 1}, turns);
+        near.exists = step_in_grid(domain_.grid, domain_.drive, place, {0, at % 3 - 1, at / 3 - 1});
         if (!near.exists) continue;
         near.first_cell = static_cast<std::int32_t>(domain_.grid.index(0, place[1], place[2]));
         const std::size_t there = static_cast<std::size_t>(near.first_cell) / static_cast<std::size_t>(domain_.grid.cells[0]);

@@ -85,11 +85,11 @@ Scheme with_tau(Scheme scheme, double tau) {
     return scheme;
 }
 
+}  // namespace
+
 double iteration_tolerance(const LbmConfig& config) {
     return config.iteration_tolerance > 0.0 ? config.iteration_tolerance : config.tolerance > 0.0 ? 0.1 * config.tolerance : 1e-4;
 }
-
-}  // namespace
 
 FlowSection flow_section(const PhaseImage& image, const Container& container, const Section& section, const Drive& drive) {
     const auto axis = static_cast<std::size_t>(drive.axis);

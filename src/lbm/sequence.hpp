@@ -10,6 +10,9 @@ namespace porepack::lbm {
 [[nodiscard]] FlowSection flow_section(const core::PhaseImage& image, const packing::Container& container, const packing::Section& section,
                                        const converters::Drive& drive);
 
+/// Iteration error of k at which the run on a grid stops: that of the configuration, or what auto means.
+[[nodiscard]] double iteration_tolerance(const LbmConfig& config);
+
 class Sequence {
 public:
     static constexpr double no_limit = 1e300;

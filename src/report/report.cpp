@@ -19,10 +19,12 @@ void add_plots(const ReportInput& input, const Path& folder, std::vector<ReportS
     // The data are next to the script, so that names in it are relative: a path may contain any character.
     const Path history = input.stage_folders / "lbm" / "history.csv";
     if (fs::exists(history)) fs::copy_file(history, folder / "history.csv", fs::copy_options::overwrite_existing);
-    if (fs::exists(history) && draw_plot(folder / "convergence.svg", "convergence"))
+    if (fs::exists(history) &&
+        draw_plot(folder / "convergence.svg", "convergence", {{"tolerance", result_at(input, "lbm/iteration_tolerance").get<double>()}}))
         section("Did it converge?")
             .pictures.emplace_back("convergence.svg",
-                                   "Lattice Boltzmann on the finest grid: the run stops when the iteration error is below the tolerance.");
+                                   "Lattice Boltzmann on the finest grid: the run stops when the iteration error is below the tolerance at "
+                                   "two checks. It is unknown at the first checks.");
     add_falling_head_pictures(input, folder, section("Flow with inertia"), section("Falling head"), section("Measured against computed"));
     const Path flow = input.stage_folders / "lbm" / "flow.vti";
     if (fs::exists(flow)) {

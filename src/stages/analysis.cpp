@@ -34,11 +34,11 @@ Json fit_json(const FallingHeadFit& fit, bool doubtful) {
     const auto& a = fit.inverse_permeability_per_m2;
     const auto& b = fit.inverse_inertial_permeability_per_m;
     return {{"permeability_m2", fit.permeability_m2() ? Json(*fit.permeability_m2()) : Json(nullptr)},
-            {"permeability_interval_m2", {number_or_text(k.low), number_or_text(k.high)}},
+            {"permeability_interval_m2", {number_or_null(k.low), number_or_null(k.high)}},
             {"inverse_permeability_per_m2", a.value},
-            {"inverse_permeability_interval_per_m2", {number_or_text(a.interval.low), number_or_text(a.interval.high)}},
+            {"inverse_permeability_interval_per_m2", {number_or_null(a.interval.low), number_or_null(a.interval.high)}},
             {"inertial_permeability_m", b.value > 0.0 ? Json(1.0 / b.value) : Json(nullptr)},
-            {"inverse_inertial_permeability_interval_per_m", {number_or_text(b.interval.low), number_or_text(b.interval.high)}},
+            {"inverse_inertial_permeability_interval_per_m", {number_or_null(b.interval.low), number_or_null(b.interval.high)}},
             {"correlation", fit.correlation},
             {"viscous_share_of_head", fit.viscous_share},
             {"level_offset_m", fit.level_offset_m},

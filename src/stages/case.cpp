@@ -1,7 +1,9 @@
 #include "stages/case.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <stdexcept>
 
 #include "core/error.hpp"
@@ -37,7 +39,28 @@ Json Settings::resolved_tables(const std::vector<std::string>& names) const {
     return json;
 }
 
-Case read_case(const Path& path, const std::string& flag_table, const Flags& flags) {
+namespace {
+
+void require_known(Settings& settings, const std::map<std::string, Flags>& set) {
+    for (const auto& [table, keys] : set) {
+        const auto& tables = Settings::tables();
+        if (std::find(tables.begin(), tables.end(), table) == tables.end())
+            throw UserError(
+                fmt::format("there is no table [{}]", table),
+                {.where = "--set", .allowed = fmt::format("{}", fmt::join(tables, ", ")), .fix = perhaps(nearest(table, tables))});
+        std::vector<std::string> known;
+        for (const auto& row : key_rows(settings.describe_table(table))) known.push_back(row.key);
+        for (const auto& [key, value] : keys)
+            if (std::find(known.begin(), known.end(), key) == known.end())
+                throw UserError(
+                    fmt::format("unknown key `{}.{}`", table, key),
+                    {.where = "--set", .allowed = fmt::format("{}", fmt::join(known, ", ")), .fix = perhaps(nearest(key, known))});
+    }
+}
+
+}  // namespace
+
+Case read_case(const Path& path, const std::string& flag_table, const Flags& flags, const std::map<std::string, Flags>& set) {
     const Path file = std::filesystem::is_directory(path) ? path / "case.toml" : path;
     if (!std::filesystem::exists(file))
         throw UserError("no such case: " + file.string(), {.fix = "a case is a folder with a file case.toml in it"});
@@ -49,10 +72,13 @@ Case read_case(const Path& path, const std::string& flag_table, const Flags& fla
         if (!toml.has(table))
             throw UserError(std::string("the table [") + table + "] is missing",
                             {.where = file.string(), .allowed = "[shape] and [container] are required, all other tables have defaults"});
+    require_known(the_case.settings, set);
     // A flag belongs to the table of its command, or to [geometry] and [section], which the commands share.
-    for (const auto& table : Settings::tables())
-        toml.read(table, the_case.settings.describe_table(table),
-                  table == flag_table || table == "geometry" || table == "section" ? flags : Flags{});
+    for (const auto& table : Settings::tables()) {
+        Flags of_table = table == flag_table || table == "geometry" || table == "section" ? flags : Flags{};
+        if (const auto found = set.find(table); found != set.end()) of_table.insert(found->second.begin(), found->second.end());
+        toml.read(table, the_case.settings.describe_table(table), of_table);
+    }
     if (const PackingConfig& packing = the_case.settings.packing; packing.engine != Engine::none && !packing.file.empty())
         throw UserError(fmt::format("`file` has no effect with engine = \"{}\"", name_of(packing.engine)),
                         {.where = file.string() + ", [packing]", .fix = "remove it, or write engine = \"none\""});

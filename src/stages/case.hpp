@@ -1,6 +1,8 @@
 // A case: a folder with case.toml; its results go to results/.
 #pragma once
 
+#include <map>
+
 #include "converters/config.hpp"
 #include "core/config.hpp"
 #include "core/members.hpp"
@@ -70,7 +72,8 @@ struct Case {
 };
 
 /// `path` is the case's folder or its case.toml. `flags` of the table `flag_table`, and those of [geometry] and [section], win over the
-/// file. Throws UserError with file and line.
-[[nodiscard]] Case read_case(const core::Path& path, const std::string& flag_table = {}, const core::Flags& flags = {});
+/// file. `set`: by table, keys that win over the file too; all of them must exist. Throws UserError with file and line.
+[[nodiscard]] Case read_case(const core::Path& path, const std::string& flag_table = {}, const core::Flags& flags = {},
+                             const std::map<std::string, core::Flags>& set = {});
 
 }  // namespace porepack::stages

@@ -63,7 +63,7 @@ Json simulate_falling_head(double permeability_m2, double inertial_permeability_
     const Column column(config);
     const Resistance resistance{1.0 / permeability_m2, 1.0 / inertial_permeability_m};
     Json json = {{"permeability_m2", permeability_m2},
-                 {"inertial_permeability_m", number_or_text(inertial_permeability_m)},
+                 {"inertial_permeability_m", number_or_null(inertial_permeability_m)},
                  {"sample_length_m", config.sample_length_m},
                  {"start_level_m", config.start_level_m},
                  {"inertia_coefficient", config.column_inertia ? Json(inertia_coefficient(config)) : Json(nullptr)},

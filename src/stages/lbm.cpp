@@ -8,6 +8,7 @@
 #include "core/table.hpp"
 #include "io/image.hpp"
 #include "lbm/permeability.hpp"
+#include "lbm/sequence.hpp"
 #include "stages/results.hpp"
 #include "stages/stages.hpp"
 
@@ -24,7 +25,8 @@ void write_history(const Path& file, const LbmGridResult& grid) {
     Table table({"step", "permeability_m2", "iteration_error", "flow_imbalance", "expected_permeability_m2"});
     const double h2 = grid.voxel_size_m * grid.voxel_size_m;
     for (const auto& point : grid.run.history)
-        table.add(point.step, point.permeability_volume_lu * h2, point.iteration_error, point.flow_imbalance,
+        table.add(point.step, point.permeability_volume_lu * h2,
+                  point.iteration_error < 1.0 ? std::optional(point.iteration_error) : std::nullopt, point.flow_imbalance,
                   point.expected_volume_lu * h2);
     table.write(file);
 }
@@ -68,6 +70,7 @@ Json lbm_json(const LbmResult& result, const PoreSpace& space, const LbmConfig& 
     if (fine.by_pressure && space.ends == Ends::planes) json["permeability_planes_m2"] = result.permeability_m2;
     json["converged"] = fine.run.converged;
     json["iteration_error"] = fine.run.iteration_error;
+    json["iteration_tolerance"] = iteration_tolerance(config);
     json["flow_imbalance"] = fine.run.flow_imbalance;
     json["hydraulic_tortuosity"] = fine.run.hydraulic_tortuosity;
     json["magic_parameter"] = scheme.magic;
@@ -143,7 +146,7 @@ Stage make_lbm_stage(const Case& c) {
                 .needs = {solid_stage(c)},
                 .configuration = deciding_keys(c, {"container", "section", "lbm"}, {"voxel_size_m", "reservoir_m"}, true),
                 .outputs = {"history.csv"},
-                .result_version = 2};
+                .result_version = 3};
     if (c.settings.lbm.fields != FieldFiles::none) stage.outputs.emplace_back("flow.vti");
     stage.run = [c](const Path& folder) {
         return run_lbm(case_pore_space(c), c.settings.geometry, c.settings.lbm, folder, c.results() / "lbm.checkpoint");

@@ -21,10 +21,9 @@ inline void add_permeability(core::Json& json, double permeability_m2, const std
     json["conductivity_m_per_s"] = permeability::conductivity_m_per_s(permeability_m2);
 }
 
-/// A number, or a word if it is infinite: JSON has no infinity.
-[[nodiscard]] inline core::Json number_or_text(double value) {
-    if (std::isfinite(value)) return value;
-    return value > 0.0 ? "infinite" : "minus infinite";
+/// A number, or null if it is infinite: JSON has no infinity. In an interval, null means that there is no bound.
+[[nodiscard]] inline core::Json number_or_null(double value) {
+    return std::isfinite(value) ? core::Json(value) : core::Json(nullptr);
 }
 
 /// Keeps the key of version 0.1 next to the new one, until version 0.3.

@@ -86,6 +86,21 @@ TEST(BadFlags, EachHasItsMessage) {
     fault("falling-head simulate --permeability -1", "must be positive");
     fault("lbm " + in + " --threads 0", "--threads");
     fault("lbm " + quoted(folder.write("x.txt", "x")), "cannot tell what");
+    fault("lbm " + in + " --voxelsize 1e-3", "perhaps `--voxel-size`");
+    fault("voxelize " + in, "perhaps `voxelise`");
+    const std::string a_case = "run --dry-run " + quoted(folder.write("case/case.toml", head)) + " ";
+    fault(a_case + "--set packing.seed=5", "name another folder with --output");
+    const std::string elsewhere = a_case + "--output " + quoted(folder.path() / "elsewhere") + " ";
+    fault(elsewhere + "--set packing.sede=5", "perhaps `seed`");
+    fault(elsewhere + "--set pakcing.seed=5", "there is no table [pakcing]");
+    fault(elsewhere + "--set seed", "sets nothing");
+    fault(elsewhere + "--set packing.seed=many", "is not");
+    const auto planned = porepack(elsewhere + "--json --set packing.seed=5 --set lbm.grids=1");
+    ASSERT_EQ(planned.exit_code, 0) << planned.err;
+    EXPECT_EQ(planned.json().at("configuration").at("packing").at("seed"), 5);
+    EXPECT_EQ(planned.json().at("configuration").at("lbm").at("grids"), 1);
+    // A reader that has seen enough.
+    EXPECT_EQ(std::system(("bash -c 'set -o pipefail; " POREPACK_PROGRAM " keys | head -n 1 > /dev/null'")), 0);
     fault("lbm " + in + " --max-steps 40 --grids 1 --voxel-size 1e-3 --section 0.01,0.02", "not steady after 40 steps", 3);
 }
 

@@ -122,6 +122,31 @@ TEST(GeometricPaper, ReachesItsLimitForSeparateSpheres) {
     EXPECT_LE(error[2], error[0] + 1e-3);
 }
 
+// Dots above a sphere move radially to its horizontal circles: every path is known, slice by slice.
+TEST(GeometricPaper, OneSphereHasThePathsOfItsCircles) {
+    const double r = 0.02, spacing = 1e-3;
+    Packing packing{
+        .container = parse_container("box:0.1,0.1,0.1"), .shapes = {make_preset(ShapeKind::sphere, 2.0 * r, 0.0)}, .bodies = {}};
+    packing.bodies.push_back({.shape = 0, .position_m = Vec3(0.05, 0.05, 0.05)});
+    const auto length_of = [&](double distance) {
+        double length = 0.0, before = distance;
+        for (int s = 1; s <= 100; ++s) {
+            const double z = s * spacing - 0.05, now = std::max(distance, std::sqrt(std::max(0.0, r * r - z * z)));
+            length += std::hypot(now - before, spacing);
+            before = now;
+        }
+        return length;
+    };
+    double mean = 0.0;
+    for (int i = 0; i < 10; ++i)
+        for (int j = 0; j < 10; ++j) mean += 0.01 * length_of(std::hypot(0.01 * i - 0.045, 0.01 * j - 0.045)) / 0.1;
+    const GeometricPaperResult result = geometric_paper_exact(
+        Grains(packing), packing.container, {0.0, 0.1}, {.dot_spacing_m = 0.01, .slice_spacing_m = spacing, .largest_angle_deg = 180.0});
+    EXPECT_EQ(result.paths, 100);
+    EXPECT_GT(mean, 1.005);
+    EXPECT_NEAR((result.value - 1.0) / (mean - 1.0), 1.0, 1e-4);
+}
+
 TEST(GeometricPaper, PixelsRaiseIt) {
     const test::Folder folder;
     long count = 0;

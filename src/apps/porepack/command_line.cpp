@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <map>
+#include <system_error>
 
 #include "core/build.hpp"
 #include "core/log.hpp"
@@ -21,7 +24,10 @@ namespace {
 void add_common(CLI::App& command, Common& common, const std::string& example) {
     command.add_flag("--json", common.json, "result as JSON on stdout, log on stderr");
     command.add_flag("--dry-run", common.dry_run, "print the resolved configuration, what would run, memory and time; run nothing");
-    command.add_option("--threads", common.threads, "threads of parallel loops (default: OMP_NUM_THREADS, else the cores that this process may use)")->check(CLI::Range(1, 1024));
+    command
+        .add_option("--threads", common.threads,
+                    "threads of parallel loops (default: OMP_NUM_THREADS, else the cores that this process may use)")
+        ->check(CLI::Range(1, 1024));
     command.add_option("--output", common.output, "folder for the results (default: that of the input)");
     command.footer("Example:\n  " + example);
 }
@@ -33,6 +39,41 @@ std::string version_text() {
         text += fmt::format("  {:<10} {}\n", name, version.get<std::string>().empty() ? "not found" : version.get<std::string>());
     text.pop_back();
     return text;
+}
+
+// Of "packing.seed=5" and the like, by table.
+std::map<std::string, Flags> keys_of(const std::vector<std::string>& set) {
+    std::map<std::string, Flags> keys;
+    for (const std::string& one : set) {
+        const std::size_t dot = one.find('.'), equals = one.find('=');
+        if (dot == std::string::npos || equals == std::string::npos || dot > equals)
+            throw UserError(fmt::format("\"{}\" sets nothing", one), {.where = "--set", .allowed = "table.key=value (packing.seed=5)"});
+        keys[one.substr(0, dot)][one.substr(dot + 1, equals - dot - 1)] = one.substr(equals + 1);
+    }
+    return keys;
+}
+
+// The known flag or command that is nearest to the first unknown one.
+std::string suggestion(const CLI::App& app, const std::vector<std::string>& arguments) {
+    const CLI::App* command = &app;
+    for (const std::string& argument : arguments) {
+        std::vector<std::string> known;
+        if (!argument.starts_with("-")) {
+            const auto all = command->get_subcommands([](const CLI::App*) { return true; });
+            for (const CLI::App* below : all) known.push_back(below->get_name());
+            if (const auto next = std::find(known.begin(), known.end(), argument); next != known.end()) {
+                command = all[static_cast<std::size_t>(next - known.begin())];
+                continue;
+            }
+        } else if (argument.starts_with("--")) {
+            for (const CLI::Option* option : command->get_options())
+                for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+        }
+        const std::string word = argument.substr(0, argument.find('='));
+        if (known.empty() || std::find(known.begin(), known.end(), word) != known.end()) continue;
+        if (const std::string near = nearest(word, known); !near.empty()) return near;
+    }
+    return {};
 }
 
 void print_lines(const Json& json, const std::string& indent = "") {
@@ -72,13 +113,22 @@ int CommandLine::run(int argc, char** argv) {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& fault) {
         if (fault.get_exit_code() == 0) return app.exit(fault);
-        throw UserError(fault.what(), {.fix = fmt::format("porepack {}--help shows what is allowed", command_path())});
+        const std::string near = suggestion(app, arguments), help = fmt::format("porepack {}--help shows what is allowed", command_path());
+        throw UserError(fault.what(), {.fix = near.empty() ? help : fmt::format("{}; {}", perhaps(near), help)});
     }
     set_thread_count(common.threads);
-    if (app.get_subcommands().empty()) fmt::print("{}", app.help());
-    if (action_) action_();
-    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
-        throw MachineError("the result could not be written to the standard output", {.fix = "is the disk full, or the pipe closed?"});
+    try {
+        if (app.get_subcommands().empty()) fmt::print("{}", app.help());
+        if (action_) action_();
+    } catch (const std::system_error& fault) {
+        if (fault.code().value() != EPIPE) throw;
+        return 0;
+    }
+    errno = 0;
+    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
+        if (errno == EPIPE) return 0;  // the reader, such as head, has seen enough
+        throw MachineError("the result could not be written to the standard output", {.fix = "is the disk full?"});
+    }
     return 0;
 }
 
@@ -130,6 +180,8 @@ void CommandLine::add_alias(CLI::App& command, const std::string& flag, const st
 
 void CommandLine::add_case(CLI::App& command) {
     command.add_option("case", common.input, "folder with case.toml")->required();
+    command.add_option("--set", common.set, "another value for a key of case.toml: table.key=value (repeatable; needs --output)")
+        ->allow_extra_args(false);
 }
 
 void CommandLine::add_input(CLI::App& command, const char* what) {
@@ -154,7 +206,9 @@ std::optional<Container> container_of(const Common& common) {
 Case open_case(const Common& common, const std::string& table, const Flags& flags) {
     if (!common.container.empty() || common.unit_m != 1.0)
         throw UserError("a case defines its own container and unit", {.fix = "remove --container and --unit; see case.toml"});
-    Case the_case = read_case(common.input, table, flags);
+    Case the_case = read_case(common.input, table, flags, keys_of(common.set));
+    if (!common.set.empty() && common.output.empty())
+        throw UserError("--set changes the case, and its results belong to case.toml", {.fix = "name another folder with --output"});
     the_case.output = common.output;
     return the_case;
 }

@@ -24,7 +24,8 @@ struct Common {
     std::string container;
     double unit_m = 1.0;
     std::string input;
-    core::Flags flags;  ///< keys of the configuration given as flags
+    core::Flags flags;             ///< keys of the configuration given as flags
+    std::vector<std::string> set;  ///< "table.key=value", in commands on cases
 };
 
 class CommandLine {

@@ -133,8 +133,7 @@ private:
             const auto here = place_in_grid(domain_.grid, static_cast<std::size_t>(domain_.cell[x]));
             for (int q = 0; q < directions; ++q) {
                 auto from = here;
-                int turns = 0;
-                if (!step_in_grid(domain_.grid, domain_.drive, from, c[static_cast<std::size_t>(opposite(q))], turns)) continue;
+                if (!step_in_grid(domain_.grid, domain_.drive, from, c[static_cast<std::size_t>(opposite(q))])) continue;
                 const auto other = domain_.node_at(from);
                 if (other >= 0)
                     before_[x][static_cast<std::size_t>(q)] = after_[static_cast<std::size_t>(other)][static_cast<std::size_t>(q)];
