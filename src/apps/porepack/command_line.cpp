@@ -186,7 +186,9 @@ void CommandLine::add_case(CLI::App& command) {
 
 void CommandLine::add_input(CLI::App& command, const char* what) {
     command.add_option("input", common.input, what)->required();
-    command.add_option("--container", common.container, "container of an STL file: cylinder:D,H or box:X,Y,Z[:periodic] [m]");
+    command.add_option(
+        "--container", common.container,
+        "container of an STL file: cylinder:D,H (axis x = y = 0) or box:X,Y,Z[:periodic] (corner at the origin), floor at z = 0 [m]");
     command.add_option("--unit", common.unit_m, "length of the STL file's unit in metres (0.001: millimetres); default 1")
         ->check(CLI::PositiveNumber);
 }

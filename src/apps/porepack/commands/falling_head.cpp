@@ -58,9 +58,11 @@ void add_falling_head_commands(CommandLine& line) {
     line.add_keys(simulation, "falling_head", {"causes", "computed_over_measured", "level_offset_uncertainty_m"});
 
     const auto files = std::make_shared<std::vector<std::string>>();
-    auto& analysis = line.add_below(head, "analyse", "k and k_in from measured water levels: as in the paper, and by least squares",
-                                    "porepack falling-head analyse run1.csv run2.csv --case cases/falling_head/tetrapod_053",
-                                    [&common, files] { analyse(common, *files); });
+    auto& analysis =
+        line.add_below(head, "analyse",
+                       "k and k_in from measured water levels (above the upper face of the sample): as in the paper, and by least squares",
+                       "porepack falling-head analyse run1.csv run2.csv --case cases/falling_head/tetrapod_053",
+                       [&common, files] { analyse(common, *files); });
     analysis.add_option("curves", *files, "CSV files: a header with time_s and level_m (or _ms, _mm, ...), then a line per frame")
         ->required();
     analysis.add_option("--case", line.common.input, "case whose [falling_head] describes the apparatus; flags override it");
