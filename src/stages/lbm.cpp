@@ -86,6 +86,7 @@ Json lbm_json(const LbmResult& result, const PoreSpace& space, const LbmConfig& 
 
 // For a pore space that need not exist yet.
 Expectation expect(const PoreSpace& space, double voxel_size_m, double pores, const LbmConfig& config) {
+    (void)choose_drive(space.container, config.direction);  // throws for a direction that is not possible
     const double across = std::isfinite(space.grain_size_m) ? space.grain_size_m : 10.0 * voxel_size_m;
     const VoxelPlan plan = space.image
                                ? space.plan_at(voxel_size_m)

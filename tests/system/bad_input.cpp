@@ -55,6 +55,9 @@ TEST(BadCase, EachHasItsMessage) {
     expect_fault(head + "periodic = [true, true, false]\n", "`periodic` has no effect here");
     expect_fault("[shape]\nkind = \"sphere\"\ndiameter_m = 0.01\n[container]\nkind = \"box\"\nsize_m = [0.1, 0.1, 0.1]\ndiameter_m = 0.1\n",
                  "`diameter_m` has no effect here");
+    // Found before the grains are poured.
+    expect_fault(head + "[lbm]\ndirection = \"x\"\n", "periodic along x");
+    expect_fault(head + "[geometry]\nsection_m = [0.02, 0.3]\n", "is not possible");
     expect_fault("[shape]\nkind = \"stl\"\n[container]\ndiameter_m = 0.05\nheight_m = 0.1\n", "needs a file");
 }
 

@@ -2,10 +2,13 @@
 #include <fmt/format.h>
 
 #include <cstdio>
+#include <filesystem>
 #include <new>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "apps/porepack/command_line.hpp"
+#include "core/error.hpp"
 #include "core/interrupt.hpp"
 #include "core/passive_waiting.hpp"
 
@@ -21,14 +24,24 @@ int report(const std::string& message, porepack::core::ExitCode code) {
 
 int main(int argc, char** argv) {
     using porepack::core::ExitCode;
+    using porepack::core::with_advice;
     porepack::core::install_signal_handlers();
     try {
         return porepack::apps::CommandLine().run(argc, argv);
     } catch (const porepack::core::Error& error) {
         return report(error.what(), error.code());
     } catch (const std::bad_alloc&) {
-        return report("out of memory\n  fix:     use a larger voxel size or a shorter section", ExitCode::machine);
+        return report(with_advice("out of memory", {.fix = "use a larger voxel size or a shorter section"}), ExitCode::machine);
+    } catch (const std::filesystem::filesystem_error& fault) {
+        return report(with_advice(fmt::format("cannot use {}: {}", fault.path1().string(), fault.code().message()),
+                                  {.fix = "check the path, its permissions and the free space"}),
+                      ExitCode::machine);
+    } catch (const nlohmann::json::exception& fault) {
+        return report(with_advice(fmt::format("a result that was read has not the expected content: {}", fault.what()),
+                                  {.fix = "if a file of the results was edited, remove it and run the command again"}),
+                      ExitCode::user);
     } catch (const std::exception& fault) {
-        return report(fault.what(), ExitCode::machine);
+        return report(with_advice(fmt::format("unexpected: {}", fault.what()), {.fix = "report it, with the command and its input"}),
+                      ExitCode::machine);
     }
 }

@@ -14,7 +14,8 @@ namespace {
 
 void run_case(const Common& common) {
     const Case the_case = open_case(common);
-    if (common.dry_run) return print_result(common, plan_case(the_case));
+    const Json plan = plan_case(the_case);  // finds at once what a later stage would refuse
+    if (common.dry_run) return print_result(common, plan);
     const Json report = run_pipeline(case_pipeline(the_case));
     if (common.json) return print_result(common, read_json(the_case.results() / "result.json"));
     for (const auto& entry : report.at("main_numbers"))
