@@ -23,6 +23,7 @@ namespace {
 
 void add_common(CLI::App& command, Common& common, const std::string& example) {
     command.add_flag("--json", common.json, "result as JSON on stdout, log on stderr");
+    command.add_flag("--verbose", common.verbose, "print all of the result, not only its main numbers");
     command.add_flag("--dry-run", common.dry_run, "print the resolved configuration, what would run, memory and time; run nothing");
     command
         .add_option("--threads", common.threads,
@@ -92,6 +93,44 @@ void print_lines(const Json& json, const std::string& indent = "") {
             fmt::print("{}{}: {}\n", indent, key, value.is_string() ? value.get<std::string>() : value.dump());
         }
     }
+}
+
+// The main numbers of a stage's result; of other stages, everything.
+void print_summary(const std::string& stage, const Json& result) {
+    static const std::map<std::string, std::vector<const char*>> main_keys = {
+        {"shape", {"volume_m3", "sphericity", "equal_volume_diameter_m", "convexity"}},
+        {"pack", {"grains", "porosity_bed", "bed_height_m", "coordination_number", "at_rest"}},
+        {"stl", {"triangles", "volume_m3", "volume_error", "closed", "self_intersecting"}},
+        {"voxelise", {"cells", "voxel_size_m", "section_m", "porosity", "porosity_uncertainty"}},
+        {"slices", {"slices", "spacing_m", "pixel_m", "section_m"}},
+        {"lbm", {"permeability_m2", "permeability_interval_m2", "section_m", "converged", "iteration_error"}},
+        {"foam", {"permeability_m2", "permeability_interval_m2", "section_m", "converged", "cells"}}};
+    const auto found = main_keys.find(stage);
+    if (found == main_keys.end()) return print_lines(result);
+    for (const char* key : found->second) {
+        if (!result.contains(key)) continue;
+        const Json& value = result.at(key);
+        std::string text;
+        for (const Json& entry : value.is_array() ? value : Json::array({value}))
+            text += (text.empty() ? "" : ", ") + (entry.is_number_float() ? fmt::format("{:.4g}", entry.get<double>())
+                                                  : entry.is_null()       ? std::string("none")
+                                                                          : entry.dump());
+        fmt::print("{}: {}\n", key, text);
+    }
+}
+
+// `manifest` names the files that were written.
+void print_stage(const Common& common, const std::string& stage, const Json& result, const Path& manifest) {
+    if (common.json || common.verbose) return print_result(common, result);
+    print_summary(stage, result);
+    constexpr std::size_t most_files = 6;
+    const Json written = read_json(manifest);
+    const Json& files = written.at("outputs_sha256");
+    if (files.size() > most_files)
+        fmt::print("written: {} files in {}\n", files.size(), manifest.parent_path().lexically_normal().string());
+    else
+        for (const auto& [file, digest] : files.items())
+            fmt::print("written: {}\n", (manifest.parent_path() / file).lexically_normal().string());
 }
 
 }  // namespace
@@ -223,7 +262,8 @@ Json plan_case(const Case& c, const std::string& last) {
 
 void run_in_case(const Common& common, const std::string& stage, const std::string& table) {
     const Case the_case = open_case(common, table, common.flags);
-    print_result(common, common.dry_run ? plan_case(the_case, stage) : run_pipeline(case_pipeline(the_case), stage));
+    if (common.dry_run) return print_result(common, plan_case(the_case, stage));
+    print_stage(common, stage, run_pipeline(case_pipeline(the_case), stage), the_case.stage_folder(stage) / "manifest.json");
 }
 
 Path target_folder(const Common& common) {
@@ -234,7 +274,7 @@ Path target_folder(const Common& common) {
 void run_on_files(const Common& common, LooseRun run) {
     run.versions = engine_versions;
     if (common.dry_run) return print_result(common, {{"configuration", run.configuration}, {"stage", run.stage}, {"expected", "seconds"}});
-    print_result(common, run_loose(run));
+    print_stage(common, run.stage, run_loose(run), run.target / (run.stage + ".manifest.json"));
 }
 
 void run_on_input(const Common& common, const LooseCommand& command) {

@@ -19,6 +19,7 @@ namespace porepack::apps {
 struct Common {
     bool json = false;
     bool dry_run = false;
+    bool verbose = false;
     int threads = 0;
     std::string output;
     std::string container;
