@@ -20,8 +20,11 @@ struct ReportSection {
 /// A member that may be missing, on a path like "lbm/fine/steps": null then.
 [[nodiscard]] const core::Json& result_at(const ReportInput& input, const std::string& path);
 
+/// "1.2e-06 m²" as "1.2 × 10⁻⁶ m²", with spaces at which a line does not break.
+[[nodiscard]] std::string with_powers_of_ten(const std::string& text);
+
 [[nodiscard]] inline std::string number_text(const core::Json& value, const char* format = "{:.4g}") {
-    return value.is_number() ? fmt::format(fmt::runtime(format), value.get<double>()) : "–";
+    return value.is_number() ? with_powers_of_ten(fmt::format(fmt::runtime(format), value.get<double>())) : "–";
 }
 
 /// "low to high", or "none".

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <regex>
 
 #include "core/log.hpp"
 
@@ -35,9 +36,26 @@ std::string paper_number(const ReportInput& input, const std::string& quantity) 
 
 }  // namespace
 
+std::string with_powers_of_ten(const std::string& text) {
+    static const std::regex power("e([+-])0*([0-9]+)");
+    constexpr const char* digits[] = {"⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"};
+    std::string result;
+    auto rest = text.cbegin();
+    for (std::sregex_iterator match(text.begin(), text.end(), power), end; match != end; ++match) {
+        result.append(rest, (*match)[0].first).append("\u00a0×\u00a010").append((*match)[1] == "-" ? "⁻" : "");
+        for (const char digit : (*match)[2].str()) result += digits[digit - '0'];
+        rest = (*match)[0].second;
+    }
+    result.append(rest, text.cend());
+    // The unit stays with its number.
+    if (const std::size_t unit = result.find(" m"); unit != std::string::npos && unit + 2 < result.size() && rest != text.cbegin())
+        result.replace(unit, 1, "\u00a0");
+    return result;
+}
+
 std::string interval_text(const Json& interval) {
     if (!interval.is_array()) return "none";
-    return fmt::format("{:.4g} to {:.4g}", interval[0].get<double>(), interval[1].get<double>());
+    return fmt::format("{} to {}", number_text(interval[0]), number_text(interval[1]));
 }
 
 std::string difference(const Json& value, const Json& reference) {
@@ -77,9 +95,10 @@ ReportSection permeability_section(const ReportInput& input) {
                 grid->at("permeability_m2"), "none");
     if (const Json& mean = result_at(input, "seeds/permeability_mean_m2"); mean.is_number())
         add(fmt::format("lattice Boltzmann, mean of {} packings", result_at(input, "seeds/packings").get<long>()), mean,
-            fmt::format("standard deviation between packings {:.3g}, numerical half width {:.3g}",
-                        result_at(input, "seeds/standard_deviation_between_packings_m2").get<double>(),
-                        result_at(input, "seeds/numerical_half_width_m2").get<double>()));
+            fmt::format("standard deviation between packings {}, standard error of the mean {}, numerical half width {}",
+                        number_text(result_at(input, "seeds/standard_deviation_between_packings_m2"), "{:.3g}"),
+                        number_text(result_at(input, "seeds/standard_error_of_mean_m2"), "{:.3g}"),
+                        number_text(result_at(input, "seeds/numerical_half_width_m2"), "{:.3g}")));
     add("OpenFOAM", result_at(input, "foam/permeability_m2"), interval_text(result_at(input, "foam/permeability_interval_m2")));
     if (const Json& meshes = result_at(input, "foam/meshes"); meshes.size() > 1)
         for (auto mesh = meshes.rbegin(); mesh != meshes.rend(); ++mesh)

@@ -65,6 +65,7 @@ Json lbm_json(const LbmResult& result, const PoreSpace& space, const LbmConfig& 
     json["direction"] = name_of(config.direction);
     json["driven_by"] = space.ends == Ends::paper ? "the inlet's flow rate" : fine.by_pressure ? "pressure planes" : "body force";
     json["section_m"] = section_json(evaluated_section(space, fine));
+    json["porosity"] = space.porosity().value;
     json["ends"] = fine.by_pressure ? Json(name_of(space.ends)) : Json("periodic");
     json["buffers_m"] = space.buffers_m;
     if (fine.by_pressure && space.ends == Ends::planes) json["permeability_planes_m2"] = result.permeability_m2;
