@@ -10,7 +10,8 @@ namespace porepack::lbm {
 /// mass that the layers gain gives the flow rates that are not steady yet; Darcy's law, with the relative conductance of the layers,
 /// gives the pressures that remove them, and they are added to the nodes. In the steady state no layer gains mass, so the steady state
 /// is not changed. (In it, the flow rates of the layers differ slightly, because interpolated walls do not conserve mass.) Water before
-/// and behind a bed, where Darcy's law does not hold and the pressure hardly falls, is left alone. In a cell without end planes the mean density, which has no effect on the flow but drifts because walls leak, is set back to zero.
+/// and behind a bed, where Darcy's law does not hold and the pressure hardly falls, is left alone. In a cell without end planes the mean
+/// density, which has no effect on the flow but drifts because walls leak, is set back to zero.
 class LayerBalance {
 public:
     /// `area_cells`: cross-section of the container. `balance` false: only the mean density is corrected.

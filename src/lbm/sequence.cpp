@@ -132,14 +132,28 @@ Scheme Sequence::scheme_for(double voxel_size_m, const Drive& drive) const {
     Scheme scheme = scheme_of(config_, space_.has_exact_walls(), drive);
     if (space_.ends == Ends::paper) scheme.force = {0.0, 0.0, 0.0};
     if (saved_) return with_tau(scheme, saved_->relaxation_time);
-    if (!tuned() || result_.grids.empty()) return scheme;
+    if (!tuned()) return scheme;
+    if (result_.grids.empty()) return with_tau(scheme, std::min(scheme.tau, largest_tau_));
     // Viscous modes decay with nu / h^2, pressure modes with 1 / (nu L^2): the best nu grows with 1/h.
     const LbmGridResult& coarse = result_.grids.back();
-    return with_tau(scheme, std::clamp(0.5 + (coarse.relaxation_time - 0.5) * coarse.voxel_size_m / voxel_size_m, 0.55, 10.0));
+    return with_tau(scheme, std::clamp(0.5 + (coarse.relaxation_time - 0.5) * coarse.voxel_size_m / voxel_size_m, 0.55, largest_tau_));
 }
 
 bool Sequence::solve(double voxel_size_m, bool coarsest_of_many, double max_seconds) {
     ++attempts_;
+    while (true) {
+        try {
+            return solve_once(voxel_size_m, coarsest_of_many, max_seconds);
+        } catch (const FlowDiverged& fault) {
+            if (!tuned() || tau_ < 0.7) throw;
+            largest_tau_ = 0.5 + 0.5 * (tau_ - 0.5);
+            log_warning(fmt::format("{}; it is repeated with a relaxation time of at most {:.3g}", fault.what(), largest_tau_));
+            saved_.reset();
+        }
+    }
+}
+
+bool Sequence::solve_once(double voxel_size_m, bool coarsest_of_many, double max_seconds) {
     PhaseImage image = space_.voxelise_at(voxel_size_m);
     const Drive drive = choose_drive(space_.container, config_.direction);
     if (space_.ends == Ends::paper) require_paper_ends(drive, image.grid);
@@ -168,8 +182,10 @@ bool Sequence::solve(double voxel_size_m, bool coarsest_of_many, double max_seco
 
 // Runs to the steady state, from the best available initial state. False when the time limit was reached.
 bool Sequence::solve_flow(Solved& solved, Domain& domain, const FlowSection& section, bool search, double max_seconds) {
-    const ConvergenceCriterion criterion{
-        .tolerance = iteration_tolerance(config_), .max_steps = config_.max_steps, .max_seconds = max_seconds};
+    const ConvergenceCriterion criterion{.tolerance = iteration_tolerance(config_),
+                                         .max_steps = config_.max_steps,
+                                         .max_seconds = max_seconds,
+                                         .stop_when_growing = tuned()};
     const bool small =
         static_cast<double>(domain.nodes()) <= nodes_of_search || domain.drive.axis != 2 || !domain.drive.by_pressure() || space_.image;
     if (!saved_ && tuned() && search && small) {
@@ -179,6 +195,7 @@ bool Sequence::solve_flow(Solved& solved, Domain& domain, const FlowSection& sec
         if (field_) start_from(*solved.flow, domain, solved.scheme, *field_);
         if (max_seconds == no_limit) field_.reset();  // else it is the result if the time limit is reached
         domain.walls = {};
+        tau_ = solved.scheme.tau;
         solved.run = run(solved, domain, section, criterion, saved_ ? saved_run(*solved.flow) : StokesRun{});
     }
     saved_.reset();
@@ -273,7 +290,11 @@ Sequence::Solved Sequence::fastest(const Domain& domain, const Scheme& scheme, c
                                    ConvergenceCriterion criterion) const {
     const auto attempt = [&](double viscosity) {
         Solved solved = make(domain, with_tau(scheme, 0.5 + 3.0 * viscosity));
-        solved.run = run_to_steady(*solved.flow, domain, solved.scheme, section, criterion);
+        try {
+            solved.run = run_to_steady(*solved.flow, domain, solved.scheme, section, criterion);
+        } catch (const FlowDiverged&) {
+            solved.run.converged = false;
+        }
         return solved;
     };
     Solved best = attempt(scheme.viscosity_lu());
@@ -281,7 +302,7 @@ Sequence::Solved Sequence::fastest(const Domain& domain, const Scheme& scheme, c
         const double begin = best.scheme.viscosity_lu();
         while (true) {
             const double viscosity = factor * best.scheme.viscosity_lu();
-            if (viscosity > 3.2 || viscosity < 0.02) break;
+            if (0.5 + 3.0 * viscosity > largest_tau_ || viscosity < 0.02) break;
             criterion.max_steps = std::min(criterion.max_steps, best.run.converged ? best.run.steps : criterion.max_steps);
             Solved other = attempt(viscosity);
             if (!other.run.converged || (best.run.converged && other.run.steps >= best.run.steps)) break;

@@ -33,9 +33,11 @@ public:
 
     /// False when the time limit was reached before the flow was steady; the grid is then omitted. On the coarsest grid the best
     /// viscosity is determined.
+    /// A flow that grows is repeated with a smaller viscosity.
     bool solve(double voxel_size_m, bool coarsest_of_many, double max_seconds);
 
 private:
+    bool solve_once(double voxel_size_m, bool coarsest_of_many, double max_seconds);
     struct Solved {
         Scheme scheme;
         std::unique_ptr<Flow> flow;
@@ -62,6 +64,8 @@ private:
     core::PhaseImage image_;
     std::optional<FlowField> field_;
     double force_ = 0.0;
+    double tau_ = 0.0;          ///< of the flow that runs
+    double largest_tau_ = 2.0;  ///< of those that are chosen automatically: above, walls in pores of a few nodes can be unstable
     LbmResult result_;
 };
 

@@ -3,6 +3,7 @@
 
 #include <functional>
 
+#include "core/error.hpp"
 #include "lbm/iteration_error.hpp"
 #include "lbm/layer_balance.hpp"
 
@@ -27,17 +28,23 @@ struct StokesRun {
     std::vector<ConvergencePoint> history = {};
 };
 
+/// Not steady, and not becoming so: another viscosity may help.
+struct FlowDiverged : core::NumericalError {
+    using core::NumericalError::NumericalError;
+};
+
 struct ConvergenceCriterion {
     double tolerance = 1e-4;                                ///< of the estimated relative iteration error of k
     long max_steps = 200000;                                ///< then the run ends without having converged; raise it for long beds
     long steps_per_check = 40;                              ///< even; the error is estimated this often, at the cost of about a step
     bool balance = true;                                    ///< correct the pressure along the flow at each check; Stokes flow only
     double max_seconds = 1e300;                             ///< wall time; then the run ends without having converged
+    bool stop_when_growing = false;                         ///< FlowDiverged when the error has been growing for long
     std::function<void(const StokesRun&)> checkpoint = {};  ///< called when populations and run may be saved
 };
 
 /// Steps, from the state of `run`, until the estimated iteration error of both permeabilities (iteration_error.hpp) is below the
-/// tolerance in two successive checks. Throws NumericalError on divergence (with the step).
+/// tolerance in two successive checks. Throws FlowDiverged on divergence (with the step).
 /// When the criterion is not met, `converged` is false and the numbers must not be used.
 [[nodiscard]] StokesRun run_to_steady(Flow& flow, const Domain& domain, const Scheme& scheme, const FlowSection& section,
                                       const ConvergenceCriterion& criterion, StokesRun run = {});

@@ -65,6 +65,17 @@ TEST(InSitu, ADenseBedWithFreeEndsIsSteadySoon) {
     EXPECT_NO_THROW((void)lbm_permeability(whole, 1.8e-3, config));
 }
 
+// The relaxation time that a program chooses is one at which walls in pores of a few nodes are stable (3.3 was not, in this bed).
+TEST(InSitu, ChosenRelaxationTimesAreStable) {
+    const PoreSpace bed = pore_space_of(read_packing(data_file("cases") / "paper_packing" / "settled" / "tetrapod_053.json.gz"));
+    const LbmResult result = lbm_permeability(bed.with_section({0.15, 0.174}).with_ends(Ends::in_situ, 0.012), 1.2e-3,
+                                              {.precision = Precision::single_precision, .iteration_tolerance = 1e-2, .grids = 2});
+    for (const LbmGridResult& grid : result.grids) {
+        EXPECT_TRUE(grid.run.converged);
+        EXPECT_LE(grid.relaxation_time, 2.0);
+    }
+}
+
 TEST(InSitu, BuffersEndWhereTheBedEnds) {
     const PoreSpace space = pore_space_of(three_layers(0.343, 15.39949).packing).with_section({2.0, 3.0});
     const PoreSpace in_situ = space.with_ends(Ends::in_situ, 0.25);
