@@ -118,6 +118,15 @@ TEST(Chain, TheQuickstartInReducedSize) {
                              "slices/slice_0000.png", "pack/manifest.json", "foam/mesh_fine/case.foam", "falling-head/falling_head.csv"})
         EXPECT_TRUE(std::filesystem::exists(results / file)) << file;
     const Json result = output.json();
+    const auto both =
+        porepack("compare --json " + quoted(folder.path()) + " " + quoted(results) + " --output " + quoted(folder.path() / "both"));
+    ASSERT_EQ(both.exit_code, 0) << both.err;
+    for (const Json& row : both.json().at("quantities")) EXPECT_EQ(row.at("values").at(0), row.at("values").at(1)) << row.dump();
+    EXPECT_EQ(both.json().at("quantities").at(0).at("values").at(0).at("value"), result["quantities"].at(0).at("value"));
+    EXPECT_TRUE(has(read_text(folder.path() / "both" / "compare.csv"), "permeability_lbm,m2"));
+    if (find_program("gnuplot")) EXPECT_TRUE(std::filesystem::exists(folder.path() / "both" / "compare.svg"));
+    EXPECT_TRUE(has(porepack("compare " + quoted(results / "lbm")).err, "the result of a stage"));
+    EXPECT_TRUE(has(porepack("compare /nowhere").err, "there are no results"));
     double lbm = 0.0, foam = 0.0;
     for (const auto& quantity : result["quantities"]) {
         for (const char* key : {"name", "value", "unit", "method", "uncertainty", "converged", "cost_s"})

@@ -1,9 +1,12 @@
 // Commands on whole cases: run, status, pack, report.
 #include <fmt/format.h>
 
+#include <memory>
+
 #include "apps/porepack/command_line.hpp"
 #include "core/log.hpp"
 #include "study/case_pipeline.hpp"
+#include "study/compare.hpp"
 
 namespace porepack::apps {
 using namespace core;
@@ -34,6 +37,13 @@ void print_status(const Common& common) {
     if (common.json) fmt::print("{}\n", json.dump(2));
 }
 
+void compare(const Common& common, const std::vector<std::string>& folders) {
+    const Comparison comparison = compare_results({folders.begin(), folders.end()});
+    if (!common.output.empty() && !common.dry_run) write_comparison(comparison, common.output);
+    if (common.json) return print_result(common, to_json(comparison));
+    fmt::print("{}", text_of(comparison));
+}
+
 }  // namespace
 
 void add_case_commands(CommandLine& line) {
@@ -46,6 +56,11 @@ void add_case_commands(CommandLine& line) {
                           [&] { run_in_case(common, "pack", "packing"); });
     line.add_case(pack);
     line.add_keys(pack, "packing");
+    const auto folders = std::make_shared<std::vector<std::string>>();
+    line.add("compare", "the main quantities of several results side by side; with --output, compare.csv and compare.svg",
+             "porepack compare cases/quickstart cases/own_stl --output comparison", [&, folders] { compare(common, *folders); })
+        .add_option("results", *folders, "folders of results, or of cases")
+        ->required();
     auto& report = line.add("report", "write the report of a case, running what it needs", "porepack report cases/quickstart",
                             [&] { run_in_case(common, "report", "report"); });
     line.add_case(report);

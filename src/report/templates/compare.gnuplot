@@ -1,0 +1,7 @@
+# Quantities of several results, relative to the first. Given: labels (of the places), count, title_1 and so on, last.
+set xrange [-0.5:last]
+eval 'set xtics (' . labels . ') rotate by -25'
+set bmargin 10
+set ylabel 'relative to the first result'
+set key outside top center maxrows 4 noenhanced
+plot for [i=1:int(count)] 'compare.dat' using ($1==i-1?$2:NaN):3:4:5 with yerrorbars lw 2 pt 7 lc i title value(sprintf("title_%d", i))

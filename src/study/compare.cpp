@@ -1,0 +1,132 @@
+#include "study/compare.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/error.hpp"
+#include "core/table.hpp"
+#include "report/plot.hpp"
+
+namespace porepack::study {
+using namespace core;
+namespace fs = std::filesystem;
+namespace {
+
+constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+
+Json result_in(const Path& folder) {
+    for (const Path& file : {folder / "result.json", folder / "results" / "result.json"}) {
+        if (!fs::exists(file)) continue;
+        Json result = read_json(file);
+        if (!result.contains("quantities"))
+            throw UserError("this is the result of a stage, not of a case", {.where = file.string(), .fix = "name the folder above it"});
+        return result;
+    }
+    throw UserError("there are no results in " + folder.string(), {.fix = "run the case first: porepack run " + folder.string()});
+}
+
+ComparedValue value_in(const Json& quantity) {
+    ComparedValue read{quantity.at("value").get<double>(), unknown, unknown};
+    const Json& uncertainty = quantity.at("uncertainty");
+    if (!uncertainty.is_object()) return read;
+    if (uncertainty.contains("plus_minus") && uncertainty["plus_minus"].is_number()) {
+        read.low = read.value - uncertainty["plus_minus"].get<double>();
+        read.high = read.value + uncertainty["plus_minus"].get<double>();
+    } else if (uncertainty.contains("interval") && uncertainty["interval"].is_array()) {
+        read.low = uncertainty["interval"][0].get<double>();
+        read.high = uncertainty["interval"][1].get<double>();
+    }
+    return read;
+}
+
+std::string text_of(const ComparedValue& value) {
+    if (!std::isfinite(value.value)) return "-";
+    return std::isfinite(value.low) ? fmt::format("{:.4g} ({:.4g} to {:.4g})", value.value, value.low, value.high)
+                                    : fmt::format("{:.4g}", value.value);
+}
+
+}  // namespace
+
+Comparison compare_results(const std::vector<Path>& folders) {
+    Comparison comparison;
+    for (const Path& folder : folders) {
+        const Json result = result_in(folder);
+        const std::size_t column = comparison.names.size();
+        comparison.names.push_back(folder.lexically_normal().string());
+        for (const Json& quantity : result.at("quantities")) {
+            if (!quantity.at("value").is_number()) continue;
+            const auto name = quantity.at("name").get<std::string>();
+            auto row = std::find_if(comparison.rows.begin(), comparison.rows.end(), [&](const auto& r) { return r.quantity == name; });
+            if (row == comparison.rows.end())
+                row = comparison.rows.insert(comparison.rows.end(), {name, quantity.at("unit").get<std::string>(), {}});
+            row->values.resize(column, {unknown, unknown, unknown});
+            row->values.push_back(value_in(quantity));
+        }
+    }
+    for (auto& row : comparison.rows) row.values.resize(comparison.names.size(), {unknown, unknown, unknown});
+    return comparison;
+}
+
+Json to_json(const Comparison& comparison) {
+    const auto number = [](double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); };
+    Json json = {{"results", comparison.names}, {"quantities", Json::array()}};
+    for (const auto& row : comparison.rows) {
+        Json values = Json::array();
+        for (const auto& [value, low, high] : row.values)
+            values.push_back(
+                {{"value", number(value)}, {"interval", std::isfinite(low) ? Json({number(low), number(high)}) : Json(nullptr)}});
+        json["quantities"].push_back({{"name", row.quantity}, {"unit", row.unit}, {"values", values}});
+    }
+    return json;
+}
+
+std::string text_of(const Comparison& comparison) {
+    std::vector<std::vector<std::string>> lines = {{"quantity", "unit"}};
+    lines[0].insert(lines[0].end(), comparison.names.begin(), comparison.names.end());
+    for (const auto& row : comparison.rows) {
+        lines.push_back({row.quantity, row.unit});
+        for (const ComparedValue& value : row.values) lines.back().push_back(text_of(value));
+    }
+    std::vector<std::size_t> widths(lines[0].size(), 0);
+    for (const auto& line : lines)
+        for (std::size_t c = 0; c < line.size(); ++c) widths[c] = std::max(widths[c], line[c].size());
+    std::string text;
+    for (const auto& line : lines) {
+        for (std::size_t c = 0; c < line.size(); ++c)
+            text += c + 1 < line.size() ? fmt::format("{:<{}}  ", line[c], widths[c]) : line[c] + "\n";
+    }
+    return text;
+}
+
+void write_comparison(const Comparison& comparison, const Path& folder) {
+    make_folder(folder);
+    Table table({"quantity", "unit", "result", "value", "low", "high"});
+    std::string points, names;
+    double place = 0.0;
+    for (const auto& row : comparison.rows) {
+        for (std::size_t c = 0; c < row.values.size(); ++c)
+            table.add(row.quantity, row.unit, comparison.names[c], row.values[c].value, row.values[c].low, row.values[c].high);
+        const double first = row.values.front().value;
+        if (!std::isfinite(row.values.front().low) || !(first > 0.0)) continue;
+        for (std::size_t c = 0; c < row.values.size(); ++c)
+            if (const auto& [value, low, high] = row.values[c]; std::isfinite(low))
+                points += fmt::format("{} {} {:.9g} {:.9g} {:.9g}\n", c,
+                                      place + 0.6 * (static_cast<double>(c) + 0.5) / static_cast<double>(row.values.size()) - 0.3,
+                                      value / first, low / first, high / first);
+        std::string label = row.quantity;
+        std::replace(label.begin(), label.end(), '_', ' ');
+        names += fmt::format("{}\"{}\" {}", names.empty() ? "" : ", ", label, place);
+        place += 1.0;
+    }
+    table.write(folder / "compare.csv");
+    if (points.empty()) return;
+    write_text(folder / "compare.dat", points);
+    report::PlotValues values = {{"labels", names}, {"count", static_cast<double>(comparison.names.size())}, {"last", place - 0.5}};
+    for (std::size_t c = 0; c < comparison.names.size(); ++c) values.emplace_back(fmt::format("title_{}", c + 1), comparison.names[c]);
+    report::draw_plot(folder / "compare.svg", "compare", values, {.width = 760, .height = 420});
+}
+
+}  // namespace porepack::study
