@@ -103,7 +103,8 @@ TEST(BadFlags, EachHasItsMessage) {
     EXPECT_EQ(planned.json().at("configuration").at("packing").at("seed"), 5);
     EXPECT_EQ(planned.json().at("configuration").at("lbm").at("grids"), 1);
     // A reader that has seen enough.
-    EXPECT_EQ(std::system(("bash -c 'set -o pipefail; " POREPACK_PROGRAM " keys | head -n 1 > /dev/null'")), 0);
+    EXPECT_EQ(std::system(("bash -c " + quoted("set -o pipefail; " + quoted(POREPACK_PROGRAM) + " keys | head -n 1 > /dev/null")).c_str()),
+              0);
     fault("lbm " + in + " --max-steps 40 --grids 1 --voxel-size 1e-3 --section 0.01,0.02", "not steady after 40 steps", 3);
 }
 
