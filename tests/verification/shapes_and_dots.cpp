@@ -98,6 +98,25 @@ Packing separate_spheres(double porosity_target, long& count) {
     return packing;
 }
 
+// Separate spheres inside a cylinder, at 30 places: the exact porosity is known.
+TEST(Porosity, ItsUncertaintyHoldsTheError) {
+    std::mt19937_64 random(3);
+    std::uniform_real_distribution<double> uniform(-0.012, 0.012);
+    Packing packing{
+        .container = parse_container("cylinder:0.05,0.06"), .shapes = {make_preset(ShapeKind::sphere, 0.016, 0.0)}, .bodies = {}};
+    const double exact = 1.0 - 3.0 * std::numbers::pi / 6.0 * std::pow(0.016, 3.0) / (packing.container.inner_area_m2() * 0.06);
+    int held = 0;
+    for (int i = 0; i < 30; ++i) {
+        packing.bodies.clear();
+        for (const double z : {0.01, 0.03, 0.05})
+            packing.bodies.push_back({.shape = 0, .position_m = Vec3(uniform(random), uniform(random), z)});
+        const Porosity found = porosity(Grains(packing), packing.container, {0.0, 0.06}, 2000);
+        held += std::abs(found.value - exact) <= 3.0 * found.uncertainty ? 1 : 0;
+    }
+    std::printf("  three uncertainties hold the error in %d of 30 packings\n", held);
+    EXPECT_GE(held, 20);
+}
+
 TEST(GeometricPaper, ReachesItsLimitForSeparateSpheres) {
     long count = 0;
     const Packing packing = separate_spheres(0.75, count);
