@@ -156,8 +156,9 @@ TEST(HostileCurve, ALongStraightLineEnds) {
     const test::Folder folder;
     std::string text = "time_s,level_m\n";
     for (int i = 0; i < 100000; ++i) text += fmt::format("{},{}\n", 1e-5 * i, 1.6 - 1e-5 * i);
-    const auto output =
-        porepack("falling-head analyse --json --sample-length 0.12 " + quoted(folder.write("line.csv", text)), "timeout 60");
+    const auto output = porepack(
+        "falling-head analyse --json --sample-length 0.12 " + quoted(folder.write("line.csv", text)) + " --output " + quoted(folder.path()),
+        "timeout 60");
     EXPECT_EQ(output.exit_code, 0) << output.err;
     EXPECT_TRUE(has(output.out, "doubtful"));
 }
