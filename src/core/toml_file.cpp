@@ -126,7 +126,7 @@ private:
     [[nodiscard]] static std::string fix_unknown(const std::string& name, const std::string& near) {
         if (near.empty()) return "remove the key";
         if (split_unit(near).first == name) return fmt::format("the unit is missing: write `{}`", near);
-        return fmt::format("perhaps `{}`", near);
+        return perhaps(near);
     }
 
     // A value from the command line is parsed with the same rules as a value from the file.

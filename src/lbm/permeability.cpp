@@ -91,15 +91,8 @@ public:
                 result.stopped_by.clear();
                 return;
             }
+            if (result.stopped_by.empty()) size = next_size();
             if (!result.stopped_by.empty()) {
-                log_warning(fmt::format("the tolerance of {:g} is not reached, {}", config_.tolerance, result.stopped_by));
-                return;
-            }
-            try {
-                size = finer(sequence_.voxel_size_done());
-            } catch (const UserError& impossible) {
-                if (sequence_.done() < 3) throw;
-                result.stopped_by = fmt::format("no finer grid is possible: {}", impossible.what());
                 log_warning(fmt::format("the tolerance of {:g} is not reached, {}", config_.tolerance, result.stopped_by));
                 return;
             }
@@ -116,6 +109,17 @@ private:
         const double cells = space_.container.inner_area_m2() * part.length() / std::pow(diameter / first_nodes_per_grain, 3.0);
         const double three_grids = 21.0 * cells * 0.5 * 500.0 / 2e7;
         return std::clamp(first_nodes_per_grain * std::pow(0.5 * config_.max_time_s / three_grids, 0.25), 2.0, first_nodes_per_grain);
+    }
+
+    // Says in the result when there is none: after three grids, this ends the refinement.
+    double next_size() {
+        try {
+            return finer(sequence_.voxel_size_done());
+        } catch (const UserError& impossible) {
+            if (sequence_.done() < 3) throw;
+            sequence_.result().stopped_by = fmt::format("no finer grid is possible: {}", impossible.what());
+            return 0.0;
+        }
     }
 
     // The next size that the sides of the container allow.

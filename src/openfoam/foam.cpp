@@ -89,7 +89,9 @@ FoamMeshResult solve_on_mesh(const FoamScene& scene, const FoamConfig& config, d
     FoamMeshResult result{.cell_size_m = cell, .processes = processes};
     const bool periodic = scene.container.periodic[2];
     prepare_foam_case(scene,
-                      common_parameters(scene, config, cell, processes) + "// The fields are those of water (1e-6 m2/s, 1000 kg/m3) at a pressure drop of 1 mPa (periodic: per metre): U in m/s, p in mPa.\n"
+                      common_parameters(scene, config, cell, processes) +
+                          "// The fields are those of water (1e-6 m2/s, 1000 kg/m3) at a pressure drop of 1 mPa (periodic: per metre): U "
+                          "in m/s, p in mPa.\n"
                           "viscosity 1;\n" +
                           (periodic ? "gradient (0 0 1);\n"
                                     : fmt::format("pressureDrop 1;\nwallRadius {:.12g};\n", wall_radius_m(scene)) + side_parameters(scene)),

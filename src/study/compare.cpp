@@ -9,6 +9,7 @@
 #include "core/error.hpp"
 #include "core/table.hpp"
 #include "report/plot.hpp"
+#include "stages/results.hpp"
 
 namespace porepack::study {
 using namespace core;
@@ -71,13 +72,13 @@ Comparison compare_results(const std::vector<Path>& folders) {
 }
 
 Json to_json(const Comparison& comparison) {
-    const auto number = [](double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); };
     Json json = {{"results", comparison.names}, {"quantities", Json::array()}};
     for (const auto& row : comparison.rows) {
         Json values = Json::array();
         for (const auto& [value, low, high] : row.values)
             values.push_back(
-                {{"value", number(value)}, {"interval", std::isfinite(low) ? Json({number(low), number(high)}) : Json(nullptr)}});
+                {{"value", stages::number_or_null(value)},
+                 {"interval", std::isfinite(low) ? Json({stages::number_or_null(low), stages::number_or_null(high)}) : Json(nullptr)}});
         json["quantities"].push_back({{"name", row.quantity}, {"unit", row.unit}, {"values", values}});
     }
     return json;

@@ -114,7 +114,7 @@ TEST(Porosity, ItsUncertaintyHoldsTheError) {
         held += std::abs(found.value - exact) <= 3.0 * found.uncertainty ? 1 : 0;
     }
     std::printf("  three uncertainties hold the error in %d of 30 packings\n", held);
-    EXPECT_GE(held, 20);
+    EXPECT_GE(held, 27);  // nine of ten
 }
 
 TEST(GeometricPaper, ReachesItsLimitForSeparateSpheres) {

@@ -249,7 +249,8 @@ Case open_case(const Common& common, const std::string& table, const Flags& flag
         throw UserError("a case defines its own container and unit", {.fix = "remove --container and --unit; see case.toml"});
     Case the_case = read_case(common.input, table, flags, keys_of(common.set));
     if (!common.set.empty() && common.output.empty())
-        throw UserError("--set changes the case, and its results belong to case.toml", {.fix = "name another folder with --output"});
+        throw UserError("--set changes keys of the case, and the results in its own folder are those of case.toml as it is",
+                        {.fix = "name another folder with --output"});
     the_case.output = common.output;
     return the_case;
 }
