@@ -117,6 +117,22 @@ inline Output porepack(const std::string& arguments, const std::string& before =
     return output;
 }
 
+/// True if Python's jsonschema is installed.
+inline bool has_schema_validator() {
+    static const bool has = std::system("python3 -c 'import jsonschema' > /dev/null 2>&1") == 0;
+    return has;
+}
+
+/// Faults of the results of a case against docs/schema, one per line; nothing without a validator, which test Schemas.AreChecked reports.
+inline std::string schema_faults(const Path& results) {
+    if (!has_schema_validator()) return {};
+    const Path output = results.parent_path() / "schema_faults", source = POREPACK_SOURCE_FOLDER;
+    const std::string command = "python3 -W ignore " + quoted(source / "tests/system/validate.py") + " " + quoted(source / "docs/schema") +
+                                " " + quoted(results) + " > " + quoted(output) + " 2>&1";
+    const int status = std::system(command.c_str());
+    return read_text(output) + (status == 0 ? "" : "validate.py failed");
+}
+
 /// The message of the error that `action` throws.
 template <typename ErrorType, typename Action>
 std::string message_of(Action action) {

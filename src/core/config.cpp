@@ -29,8 +29,8 @@ std::string Range::text() const {
 }
 
 std::pair<std::string, std::string> split_unit(std::string_view key) {
-    static const std::vector<std::string> units = {"kg_per_m3", "m2_per_s", "m_per_s2", "N_per_m", "m_per_s", "Pa_s", "mm",
-                                                   "deg",       "m3",       "m2",       "Pa",      "kg",      "m",    "s"};
+    static const std::vector<std::string> units = {"kg_per_m3", "m2_per_s", "m_per_s2", "N_per_m", "m_per_s", "Pa_s", "mm", "deg",
+                                                   "m3",        "m2",       "Pa",       "kg",      "m",       "s",    "C"};
     for (const auto& unit : units)
         if (key.size() > unit.size() + 1 && key.ends_with("_" + unit) && !key.ends_with("_per_" + unit))  // frames_per_s has no unit
             return {std::string(key.substr(0, key.size() - unit.size() - 1)), unit};

@@ -11,7 +11,7 @@ inline constexpr double darcy_m2 = 9.869233e-13;
 [[nodiscard]] double paper_fit_m2(double porosity);
 /// Ergun: k_in = eps^3 Psi d / (1.75 (1 - eps)), metres.
 [[nodiscard]] double ergun_inertial_m(double sphericity, double equal_diameter_m, double porosity);
-/// Hydraulic conductivity for water at 20 C, m/s: k g / nu with nu = 1e-6 m2/s.
+/// Hydraulic conductivity for nu = 1e-6 m2/s (water at about 20 degrees Celsius; fluid.hpp has other fluids), m/s: k g / nu.
 [[nodiscard]] double conductivity_m_per_s(double permeability_m2);
 
 }  // namespace porepack::permeability

@@ -29,10 +29,10 @@ void write_manifest(const LooseRun& run, const Path& running, const Json& result
         if (!fs::is_directory(input)) manifest.inputs[input.filename().string()] = sha256_of_file(input);
     manifest.versions = run.versions();
     write_json(running / (run.stage + ".result.json"), result);
+    for (const auto& entry : fs::recursive_directory_iterator(running))
+        if (entry.is_regular_file()) manifest.outputs[entry.path().lexically_relative(running).string()] = sha256_of_file(entry.path());
     for (const auto& entry : fs::directory_iterator(running))
-        if (entry.is_regular_file())
-            manifest.outputs[entry.path().filename().string()] = sha256_of_file(entry.path());
-        else if (entry.is_directory())
+        if (entry.is_directory())
             write_text(entry.path() / owner_mark, "This folder was written by porepack and is replaced as a whole.\n");
     manifest.wall_time_s = seconds;
     manifest.peak_memory_bytes = std::max(peak_memory_bytes(), take_peak_program_memory_bytes());

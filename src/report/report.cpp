@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "core/table.hpp"
 #include "report/plot.hpp"
 #include "report/section.hpp"
 
@@ -11,6 +12,28 @@ namespace porepack::report {
 using namespace core;
 namespace fs = std::filesystem;
 namespace {
+
+// Porosity and k along z, if both are known.
+void add_profile_plot(const ReportInput& input, const Path& folder, ReportSection& section) {
+    const Path porosities = input.stage_folders / "voxelise" / "porosity.csv";
+    const Json &parts = result_at(input, "lbm/subsections"), &bed = result_at(input, "voxelise/bed_m"),
+               &planes = result_at(input, "lbm/section_m");
+    if (!fs::exists(porosities) || !parts.is_array() || parts.empty() || !bed.is_array()) return;
+    fs::copy_file(porosities, folder / "porosity.csv", fs::copy_options::overwrite_existing);
+    Table table({"z0_m", "z1_m", "permeability_m2"});
+    for (const Json& part : parts) table.add(part["z0_m"].get<double>(), part["z1_m"].get<double>(), part["permeability_m2"].get<double>());
+    table.write(folder / "subsections.csv");
+    if (draw_plot(folder / "along_z.svg", "along_z",
+                  {{"z_low", bed[0].get<double>()},
+                   {"z_high", bed[1].get<double>()},
+                   {"section_low", planes[0].get<double>()},
+                   {"section_high", planes[1].get<double>()},
+                   {"permeability", result_at(input, "lbm/permeability_m2").get<double>()}}))
+        section.pictures.emplace_back(
+            "along_z.svg",
+            "Along z: porosity of thin layers of the bed (the section is shaded), and k of parts of the section in "
+            "the same flow (dashed: the whole section).");
+}
 
 void add_plots(const ReportInput& input, const Path& folder, std::vector<ReportSection>& sections) {
     const auto section = [&](const char* title) -> ReportSection& {
@@ -25,6 +48,7 @@ void add_plots(const ReportInput& input, const Path& folder, std::vector<ReportS
             .pictures.emplace_back("convergence.svg",
                                    "Lattice Boltzmann on the finest grid: the run stops when the iteration error is below the tolerance at "
                                    "two checks. It is unknown at the first checks.");
+    add_profile_plot(input, folder, section("Permeability"));
     add_falling_head_pictures(input, folder, section("Flow with inertia"), section("Falling head"), section("Measured against computed"));
     const Path flow = input.stage_folders / "lbm" / "flow.vti";
     if (fs::exists(flow)) {
@@ -48,6 +72,11 @@ Json main_numbers_of(const ReportInput& input) {
                              : std::string("not run");
     };
     add("k by lattice Boltzmann", k_text("lbm"));
+    const Json& k = result_at(input, "lbm/permeability_m2");
+    add("K, " + input.fluid_text,
+        k.is_number()
+            ? with_powers_of_ten(fmt::format("{:.3g} m/s", permeability::hydraulic_conductivity_m_per_s(k.get<double>(), input.fluid)))
+            : "not run");
     add("k by OpenFOAM",
         result_at(input, "foam/permeability_m2").is_number()
             ? k_text("foam") + ", " + difference(result_at(input, "foam/permeability_m2"), result_at(input, "lbm/permeability_m2"))
@@ -107,13 +136,11 @@ Json quantities(const ReportInput& input) {
     add("permeability_lbm", "lbm/permeability_m2", "m2", "lattice Boltzmann", interval("lbm/permeability_interval_m2"),
         result_at(input, "lbm/converged"));
     add("permeability_lbm_darcy", "lbm/permeability_darcy", "darcy", "lattice Boltzmann", nullptr, result_at(input, "lbm/converged"));
-    add("conductivity_lbm", "lbm/conductivity_m_per_s", "m/s", "lattice Boltzmann, water", nullptr, result_at(input, "lbm/converged"));
     add("permeability_lbm_mean_of_seeds", "seeds/permeability_mean_m2", "m2", "lattice Boltzmann, several packings",
         plus_minus("seeds/standard_error_of_mean_m2"), nullptr);
     add("permeability_foam", "foam/permeability_m2", "m2", "OpenFOAM, extrapolated when there are two meshes",
         interval("foam/permeability_interval_m2"), result_at(input, "foam/converged"));
     add("permeability_foam_darcy", "foam/permeability_darcy", "darcy", "OpenFOAM", nullptr, result_at(input, "foam/converged"));
-    add("conductivity_foam", "foam/conductivity_m_per_s", "m/s", "OpenFOAM, water", nullptr, result_at(input, "foam/converged"));
     add("permeability_carman_kozeny_150", "falling-head/correlations/carman_kozeny_150_m2", "m2", "Eq. 2", nullptr, nullptr);
     add("permeability_carman_kozeny_180", "falling-head/correlations/carman_kozeny_180_m2", "m2", "Eq. 2 with 180", nullptr, nullptr);
     add("permeability_paper_fit", "falling-head/correlations/paper_fit_m2", "m2", "Eq. 22, corrected", nullptr, nullptr);
@@ -128,6 +155,13 @@ Json quantities(const ReportInput& input) {
         add(name, "tortuosity/diffusive/tortuosity_factor", "1", "eps D0/D_eff by diffusion, three grids",
             interval("tortuosity/diffusive/interval"), result_at(input, "tortuosity/diffusive/converged"));
     add("tortuosity_hydraulic", "tortuosity/hydraulic/tortuosity_hydraulic", "1", "flow.vti", nullptr, result_at(input, "lbm/converged"));
+    for (const char* solver : {"lbm", "foam"}) {
+        const std::string stage_of = solver, method = stage_of == "lbm" ? "lattice Boltzmann" : "OpenFOAM";
+        add(stage_of == "lbm" ? "conductivity_lbm" : "conductivity_foam", stage_of + "/permeability_m2", "m/s",
+            (method + ", " + input.fluid_text).c_str(), nullptr, result_at(input, stage_of + "/converged"));
+        if (result_at(input, stage_of + "/permeability_m2").is_number())
+            list.back()["value"] = permeability::hydraulic_conductivity_m_per_s(list.back()["value"].get<double>(), input.fluid);
+    }
     return list;
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/files.hpp"
+#include "permeability/fluid.hpp"
 
 namespace porepack::report {
 
@@ -16,6 +17,8 @@ struct ReportInput {
     std::map<std::string, core::Json> results = {};    ///< by stage
     std::map<std::string, core::Json> manifests = {};  ///< by stage
     core::Json versions = {};
+    permeability::Fluid fluid = {};       ///< of the hydraulic conductivity
+    std::string fluid_text = {};          ///< "water at 20 °C"
     core::Path stage_folders = {};        ///< results/: histories and flow fields are read from here
     std::vector<std::string> notes = {};  ///< shown at the top
 };

@@ -75,18 +75,21 @@ ReportSection permeability_section(const ReportInput& input) {
     const Json& lbm = result_at(input, "lbm/permeability_m2");
     ReportSection section{
         .title = "Permeability",
-        .intro = "k = mu U L / dP, with U the flow rate over the inner area of the container and dP between the planes of the section."};
+        .intro =
+            "k = mu U L / dP, with U the flow rate over the inner area of the container and dP between the planes of the section. "
+            "K = k rho g / mu is the hydraulic conductivity."};
     if (result_at(input, "pack/overlap_allowed").is_boolean())
         section.intro =
             fmt::format("Note: grains overlap each other by up to {} diameters and walls by up to {} (overlap_allowed in packing.json). {}",
                         number_text(result_at(input, "pack/largest_overlap_relative_to_diameter"), "{:.2g}"),
                         number_text(result_at(input, "pack/largest_wall_overlap_relative_to_diameter"), "{:.2g}"), section.intro);
-    section.header = {"method", "k (m²)", "interval (m²)", "k (darcy)", "K, water (m/s)", "against LBM"};
+    section.header = {"method", "k (m²)", "interval (m²)", "k (darcy)", "K, " + input.fluid_text + " (m/s)", "against LBM"};
     const auto add = [&](const std::string& method, const Json& k, const std::string& interval) {
         if (!k.is_number()) return;
         const double value = k.get<double>();
         section.rows.push_back({method, number_text(k), interval, fmt::format("{:.4g}", value / 9.869233e-13),
-                                fmt::format("{:.3g}", value * 9.81e6), difference(k, lbm)});
+                                with_powers_of_ten(fmt::format("{:.3g}", permeability::hydraulic_conductivity_m_per_s(value, input.fluid))),
+                                difference(k, lbm)});
     };
     add("lattice Boltzmann", lbm, interval_text(result_at(input, "lbm/permeability_interval_m2")));
     if (const Json& grids = result_at(input, "lbm/grids"); grids.size() > 1)

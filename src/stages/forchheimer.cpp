@@ -263,7 +263,7 @@ Stage make_forchheimer_stage(const Case& c) {
     return {
         .name = "forchheimer",
         .needs = {solid_stage(c)},
-        .configuration = deciding_keys(c, {"container", "forchheimer"}, {}, true),
+        .configuration = deciding_keys(c, {"container", "section", "forchheimer"}, {}, true),
         .outputs = {"forchheimer.csv"},
         .run = [c](const Path& folder) { return run_forchheimer(case_pore_space(c), c.settings.geometry, c.settings.forchheimer, folder); },
         .expect = [c]() -> std::string {

@@ -41,9 +41,12 @@ Json run_report(const Case& c, const std::vector<std::string>& shown, const Path
         input.results[stage] = c.result_of(stage);
         input.manifests[stage] = read_json(c.stage_folder(stage) / "manifest.json");
     }
+    const ReportConfig& config = c.settings.report;
+    input.fluid = permeability::fluid_at(config.fluid, config.temperature_C);
+    input.fluid_text = fmt::format("{} at {:g} °C", name_of(config.fluid), config.temperature_C);
     input.versions = engine_versions();
     input.stage_folders = c.results();
-    if (c.settings.report.pictures && !draw_packing(c, input, folder))
+    if (config.pictures && !draw_packing(c, input, folder))
         input.notes.push_back("No picture of the packing: rendering failed, see results/report/log.picture.");
     return write_report(input, folder);
 }

@@ -1,5 +1,9 @@
 // Voxels and slices of the section.
+#include <algorithm>
+#include <cmath>
+
 #include "core/error.hpp"
+#include "core/table.hpp"
 #include "io/image.hpp"
 #include "stages/results.hpp"
 #include "stages/stages.hpp"
@@ -12,11 +16,30 @@ using namespace converters;
 using namespace lbm;
 using namespace pipeline;
 
+namespace {
+
+// Porosity of layers that are half an equal-volume diameter of a grain high, or a hundredth of the bed.
+void write_porosity_profile(const PoreSpace& space, const Path& file) {
+    const double bottom = space.bed_bottom_m, bed = space.bed_top_m - bottom;
+    const double height = space.equivalent_diameter_m > 0.0 ? 0.5 * space.equivalent_diameter_m : 0.01 * bed;
+    const int layers = std::clamp(static_cast<int>(std::ceil(bed / height)), 1, 1000);
+    Table table({"z0_m", "z1_m", "porosity", "porosity_uncertainty"});
+    for (int i = 0; i < layers; ++i) {
+        const Section layer = {bottom + bed * i / layers, bottom + bed * (i + 1) / layers};
+        const Porosity found = space.with_section(layer).porosity(4000);
+        table.add(layer.z0, layer.z1, found.value, found.uncertainty);
+    }
+    table.write(file);
+}
+
+}  // namespace
+
 Json write_voxels(const PoreSpace& space, const GeometryConfig& geometry, const Path& folder) {
     const double size = space.voxel_size_m(geometry.voxel_size_m);
     const VoxelPlan plan = space.plan_at(size);
     const PhaseImage image = space.voxelise_at(size);
     write_phase_image(folder / "pore.vti", image);
+    write_porosity_profile(space, folder / "porosity.csv");
     std::array<double, 3> count = {0, 0, 0};
     const PoreSpace section = pore_space_of(image, space.container, space.section, space.source).section_only();
     for (const auto phase : section.image->phase) count[phase] += 1.0;
@@ -24,6 +47,7 @@ Json write_voxels(const PoreSpace& space, const GeometryConfig& geometry, const 
     return {{"voxel_size_m", plan.voxel_size_m},
             {"cells", plan.grid.cells},
             {"section_m", section_json(space.section)},
+            {"bed_m", {space.bed_bottom_m, space.bed_top_m}},
             {"buffers_m", space.buffers_m},
             {"reservoir_m", space.reservoir_m},
             {"porosity_of_voxels", count[Phase::pore] / (count[Phase::pore] + count[Phase::grain])},
@@ -45,8 +69,9 @@ Stage make_voxelise_stage(const Case& c) {
     return {.name = "voxelise",
             .needs = {solid_stage(c)},
             .configuration = deciding_keys(c, {"container", "section"}, {"voxel_size_m", "reservoir_m"}, true),
-            .outputs = {"pore.vti"},
-            .run = [c](const Path& folder) { return write_voxels(case_pore_space(c), c.settings.geometry, folder); }};
+            .outputs = {"pore.vti", "porosity.csv"},
+            .run = [c](const Path& folder) { return write_voxels(case_pore_space(c), c.settings.geometry, folder); },
+            .result_version = 2};
 }
 
 Stage make_slices_stage(const Case& c) {

@@ -107,6 +107,17 @@ section_m = [0.0, 0.004]
     EXPECT_LT(overlaps.largest_with_wall_m, 0.05 * 0.004);
 }
 
+TEST(Schemas, AreChecked) {
+    if (!test::has_schema_validator()) GTEST_SKIP() << "python3-jsonschema is not installed: results are not compared with docs/schema";
+    const test::Folder folder;
+    folder.write("results/lbm/manifest.json", "{}");
+    folder.write("results/lbm/result.json",
+                 R"({"permeability_m2": 1e-9, "permeability_interval_m2": null, "converged": true, "colour": 1})");
+    const std::string faults = test::schema_faults(folder.path() / "results");
+    EXPECT_TRUE(has(faults, "'colour' was unexpected"));
+    EXPECT_TRUE(has(faults, "'stage' is a required property"));
+}
+
 TEST(Chain, TheQuickstartInReducedSize) {
     REQUIRE_PROGRAM("simpleFoam");
     const test::Folder folder;
@@ -114,9 +125,11 @@ TEST(Chain, TheQuickstartInReducedSize) {
     const auto output = porepack("run --json " + quoted(folder.path()));
     ASSERT_EQ(output.exit_code, 0) << output.err;
     const Path results = folder.path() / "results";
-    for (const char* file : {"report.html", "report.md", "result.json", "stl/solid.stl", "voxelise/pore.vti", "lbm/flow.vti",
-                             "slices/slice_0000.png", "pack/manifest.json", "foam/mesh_fine/case.foam", "falling-head/falling_head.csv"})
+    for (const char* file :
+         {"report.html", "report.md", "result.json", "stl/solid.stl", "voxelise/pore.vti", "lbm/flow.vti", "slices/slice_0000.png",
+          "pack/manifest.json", "report/along_z.svg", "voxelise/porosity.csv", "foam/mesh_fine/case.foam", "falling-head/falling_head.csv"})
         EXPECT_TRUE(std::filesystem::exists(results / file)) << file;
+    EXPECT_EQ(test::schema_faults(results), "");
     const Json result = output.json();
     const auto both =
         porepack("compare --json " + quoted(folder.path()) + " " + quoted(results) + " --output " + quoted(folder.path() / "both"));
@@ -124,7 +137,7 @@ TEST(Chain, TheQuickstartInReducedSize) {
     for (const Json& row : both.json().at("quantities")) EXPECT_EQ(row.at("values").at(0), row.at("values").at(1)) << row.dump();
     EXPECT_EQ(both.json().at("quantities").at(0).at("values").at(0).at("value"), result["quantities"].at(0).at("value"));
     EXPECT_TRUE(has(read_text(folder.path() / "both" / "compare.csv"), "permeability_lbm,m2"));
-    if (find_program("gnuplot")) EXPECT_TRUE(std::filesystem::exists(folder.path() / "both" / "compare.svg"));
+    EXPECT_TRUE(!find_program("gnuplot") || std::filesystem::exists(folder.path() / "both" / "compare.svg"));
     EXPECT_TRUE(has(porepack("compare " + quoted(results / "lbm")).err, "the result of a stage"));
     EXPECT_TRUE(has(porepack("compare /nowhere").err, "there are no results"));
     double lbm = 0.0, foam = 0.0;
@@ -206,6 +219,7 @@ TEST(Chain, SeveralSeedsGiveTheScatterBetweenPackings) {
     const auto output = porepack("run --json " + quoted(folder.path()));
     ASSERT_EQ(output.exit_code, 0) << output.err;
     const Json seeds = read_json(folder.path() / "results" / "seeds" / "result.json");
+    EXPECT_EQ(test::schema_faults(folder.path() / "results"), "");
     EXPECT_EQ(seeds["packings"], 3);
     EXPECT_GT(seeds["standard_deviation_between_packings_m2"].get<double>(), 0.0);
     EXPECT_GT(seeds["numerical_half_width_m2"].get<double>(), 0.0);
@@ -273,7 +287,8 @@ TEST(Calls, TheOnesThatAreDocumentedWork) {
         EXPECT_EQ(output.exit_code, 0) << call << output.err;
         EXPECT_NO_THROW((void)output.json()) << call;
     }
-    for (const char* file : {"solid.stl", "stl.manifest.json", "stl.result.json", "pore.vti", "flow.vti", "slices.json"})
+    for (const char* file :
+         {"solid.stl", "stl.manifest.json", "stl.result.json", "pore.vti", "flow.vti", "porosity.csv", "slices/slices.json"})
         EXPECT_TRUE(std::filesystem::exists(folder.path() / file)) << file;
     const auto head = porepack(
         "falling-head simulate --permeability 8.931320185e-7 --inertial-permeability 3.873579470e-3 --sample-length 0.12 --start-level 1.6 "
@@ -284,8 +299,18 @@ TEST(Calls, TheOnesThatAreDocumentedWork) {
     EXPECT_TRUE(has(version.out, "porepack 0."));
     EXPECT_TRUE(has(version.out, "liggghts"));
     for (const char* command : {"run", "status", "shape", "pack", "stl", "voxelise", "slices", "lbm", "foam", "tortuosity",
-                                "falling-head simulate", "report", "benchmark"})
-        EXPECT_TRUE(has(porepack(std::string(command) + " --help").out, "Example:")) << command;
+                                "falling-head simulate", "report", "benchmark"}) {
+        const std::string help = porepack(std::string(command) + " --help").out;
+        EXPECT_TRUE(has(help, "Example:")) << command;
+        EXPECT_TRUE(command == std::string("benchmark") || !has(help, "TEXT")) << command;  // every flag shows its type
+    }
+    const std::string help = porepack("lbm --help").out;
+    for (const char* type : {"--voxel-size number [m]", "--section 2 numbers, with commas [m]", "--direction one of x, y, z",
+                             "--output path", "--max-steps whole number", "--superficial-velocity number [m/s]"})
+        EXPECT_TRUE(has(help, type)) << type;
+    EXPECT_TRUE(has(porepack("stl " + in + " --pores=maybe").err, "\"maybe\" is neither true nor false"));
+    EXPECT_EQ(porepack("stl " + in + " --section 0.01,0.02 --pores=false").exit_code, 0);
+    EXPECT_FALSE(std::filesystem::exists(folder.path() / "pores.stl"));
 }
 
 TEST(Calls, DryRunsTellMemoryAndTimeAndWriteNothing) {

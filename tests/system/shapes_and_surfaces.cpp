@@ -38,9 +38,8 @@ TEST(ExtraSurfaces, AreWrittenAsAskedFor) {
     Packing packing{.container = parse_container("cylinder:0.03,0.06"), .shapes = {make_preset(ShapeKind::rod, 0.006, 0.01)}, .bodies = {}};
     for (int i = 0; i < 3; ++i) packing.bodies.push_back({.shape = 0, .position_m = Vec3(0.007 * (i - 1), 0.0, 0.02)});
     write_packing(folder.path() / "packing.json", packing);
-    const auto output =
-        porepack("stl --pores true --clip true --one-file-a-grain true --also both --millimetres true --section 0.015,0.025 --json " +
-                 quoted(folder.path() / "packing.json"));
+    const auto output = porepack("stl --pores --clip true --one-file-a-grain true --also both --millimetres --section 0.015,0.025 --json " +
+                                 quoted(folder.path() / "packing.json"));
     ASSERT_EQ(output.exit_code, 0) << output.err;
     for (const char* name : {"solid.stl", "pores.stl", "clipped.stl", "solid.ply", "solid.vtp", "solid_mm.stl", "grains/grain_00003.stl"})
         EXPECT_TRUE(std::filesystem::exists(folder.path() / name)) << name;
@@ -54,7 +53,7 @@ TEST(ExtraSurfaces, AreWrittenAsAskedFor) {
     EXPECT_EQ(porepack("shape " + quoted(folder.path() / "no.stl")).exit_code, 2);
     packing.container = parse_container("box:0.03,0.03,0.06:periodic");
     write_packing(folder.path() / "packing.json", packing);
-    EXPECT_TRUE(has(porepack("stl --pores true " + quoted(folder.path() / "packing.json")).err, "no inlet, outlet or wall"));
+    EXPECT_TRUE(has(porepack("stl --pores " + quoted(folder.path() / "packing.json")).err, "no inlet, outlet or wall"));
 }
 
 TEST(Report, SaysWhyAPictureIsMissingAndComesBackWhenDeleted) {
@@ -80,6 +79,7 @@ TEST(Report, SaysWhyAPictureIsMissingAndComesBackWhenDeleted) {
     ASSERT_EQ(porepack("run " + quoted(folder.path())).exit_code, 0);
     EXPECT_TRUE(std::filesystem::exists(folder.path() / "results/report.html"));
     EXPECT_FALSE(has(read_text(folder.path() / "results/result.json"), "forged"));
+    EXPECT_EQ(test::schema_faults(folder.path() / "results"), "");
     // A damaged manifest means that the stage is repeated, not an error; --output sends results elsewhere.
     folder.write("results/pack/manifest.json", "{}");
     EXPECT_EQ(porepack("status " + quoted(folder.path())).exit_code, 0);

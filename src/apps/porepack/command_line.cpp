@@ -28,8 +28,9 @@ void add_common(CLI::App& command, Common& common, const std::string& example) {
     command
         .add_option("--threads", common.threads,
                     "threads of parallel loops (default: OMP_NUM_THREADS, else the cores that this process may use)")
-        ->check(CLI::Range(1, 1024));
-    command.add_option("--output", common.output, "folder for the results (default: that of the input)");
+        ->type_name("1 to 1024")
+        ->check(CLI::Validator(CLI::Range(1, 1024)).description(""));
+    command.add_option("--output", common.output, "folder for the results (default: that of the input)")->type_name("path");
     command.footer("Example:\n  " + example);
 }
 
@@ -52,6 +53,30 @@ std::map<std::string, Flags> keys_of(const std::vector<std::string>& set) {
         keys[one.substr(0, dot)][one.substr(dot + 1, equals - dot - 1)] = one.substr(equals + 1);
     }
     return keys;
+}
+
+// "number [m]", "one of x, y, z", ...: what --help shows behind a flag.
+std::string type_text(const KeyRow& row) {
+    if (row.type == "choice") return "one of " + row.allowed;
+    if (row.key == "file") return "path";
+    std::string text = row.type;
+    if (text.starts_with("list of ")) text = text.substr(8) + (text.ends_with("numbers") ? "" : " times true or false") + ", with commas";
+    std::string unit = row.unit;
+    if (const std::size_t per = unit.find("_per_"); per != std::string::npos) unit.replace(per, 5, "/");
+    return unit.empty() ? text : text + " [" + unit + "]";
+}
+
+// "--pores true" is the same as "--pores=true" and "--pores".
+std::vector<std::string> with_joined_booleans(const std::vector<std::string>& arguments) {
+    std::vector<std::string> joined;
+    for (const std::string& argument : arguments) {
+        const bool value = argument == "true" || argument == "false";
+        if (value && !joined.empty() && joined.back().starts_with("--") && joined.back().find('=') == std::string::npos)
+            joined.back() += "=" + argument;
+        else
+            joined.push_back(argument);
+    }
+    return joined;
 }
 
 // The known flag or command that is nearest to the first unknown one.
@@ -149,7 +174,9 @@ CommandLine::CommandLine() {
 int CommandLine::run(int argc, char** argv) {
     arguments.assign(argv + 1, argv + argc);
     try {
-        app.parse(argc, argv);
+        std::vector<std::string> words = with_joined_booleans(arguments);
+        std::reverse(words.begin(), words.end());  // CLI11 takes them from the back
+        app.parse(std::move(words));
     } catch (const CLI::ParseError& fault) {
         if (fault.get_exit_code() == 0) return app.exit(fault);
         const std::string near = suggestion(app, arguments), help = fmt::format("porepack {}--help shows what is allowed", command_path());
@@ -195,41 +222,59 @@ void CommandLine::add_keys(CLI::App& command, const std::string& table, const st
     const auto left_out = [&](const std::string& key) { return std::find(leave_out.begin(), leave_out.end(), key) != leave_out.end(); };
     for (const auto& row : key_rows(describe)) {
         if (left_out(row.key) || row.type == "array of tables") continue;
-        const std::string unit = row.unit.empty() ? "" : " [" + row.unit + ", SI]";
-        add_alias(command, flag_of(row.key), row.key, row.meaning + unit + "; default " + (row.standard.empty() ? "none" : row.standard));
-    }
-    for (const auto& [old_key, key] : renamed_keys(describe)) {
-        if (left_out(key)) continue;
-        const std::string old_flag = flag_of(old_key);
-        command
-            .add_option_function<std::string>(
-                old_flag,
-                [this, old_flag, key = key](const std::string& value) {
-                    log_warning(fmt::format("{} is now called {}; the old name is read until version 0.3", old_flag, flag_of(key)));
-                    common.flags[key] = value;
-                })
-            ->group("");
+        const std::string flag = flag_of(row.key), standard = row.standard.empty() ? "none" : row.standard;
+        const auto set = [this, key = row.key](const std::string& value) { common.flags[key] = value; };
+        add_key(command, row, flag, set)->description(row.meaning + "; default " + standard);
+        for (const auto& [old_key, key] : renamed_keys(describe)) {
+            if (key != row.key) continue;
+            const std::string old_flag = flag_of(old_key);
+            add_key(command, row, old_flag, [set, flag, old_flag](const std::string& value) {
+                log_warning(fmt::format("{} is now called {}; the old name is read until version 0.3", old_flag, flag));
+                set(value);
+            })->group("");
+        }
     }
 }
 
-void CommandLine::add_alias(CLI::App& command, const std::string& flag, const std::string& key, const std::string& help) {
-    command.add_option_function<std::string>(
-        flag, [this, key](const std::string& value) { common.flags[key] = value; }, help);
+CLI::Option* CommandLine::add_key(CLI::App& command, const KeyRow& row, const std::string& flag,
+                                  const std::function<void(const std::string&)>& set) {
+    if (row.type != "true or false") return command.add_option_function<std::string>(flag, set)->type_name(type_text(row));
+    const auto set_flag = [set](std::int64_t count) { set(count > 0 ? "true" : "false"); };
+    const auto refuse_others = [](const std::string& value) {
+        return value == "true" || value == "false" ? std::string() : "\"" + value + "\" is neither true nor false";
+    };
+    return command.add_flag_function(flag + (row.standard == "true" ? ",!--no-" + flag.substr(2) : ""), set_flag)
+        ->check(CLI::Validator(refuse_others, ""));
+}
+
+void CommandLine::add_alias(CLI::App& command, const std::string& flag, const std::string& key) {
+    const std::string same = flag_of(key);
+    command
+        .add_option_function<std::string>(
+            flag, [this, key](const std::string& value) { common.flags[key] = value; }, "the same as " + same)
+        ->type_name(command.get_option(same)->get_type_name());
 }
 
 void CommandLine::add_case(CLI::App& command) {
-    command.add_option("case", common.input, "folder with case.toml")->required();
-    command.add_option("--set", common.set, "another value for a key of case.toml: table.key=value (repeatable; needs --output)")
+    command.add_option("case", common.input, "folder with case.toml")->type_name("path")->required();
+    command.add_option("--set", common.set, "another value for a key of case.toml (repeatable; needs --output)")
+        ->type_name("table.key=value")
         ->allow_extra_args(false);
 }
 
 void CommandLine::add_input(CLI::App& command, const char* what) {
-    command.add_option("input", common.input, what)->required();
-    command.add_option(
-        "--container", common.container,
-        "container of an STL file: cylinder:D,H (axis x = y = 0) or box:X,Y,Z[:periodic] (corner at the origin), floor at z = 0 [m]");
+    command.add_option("input", common.input, what)->type_name("path")->required();
+    command
+        .add_option("--container", common.container,
+                    "container of an STL file: a cylinder has its axis at x = y = 0, a box its corner at the origin; the floor is at z = 0")
+        ->type_name("cylinder:D,H or box:X,Y,Z[:periodic] [m]");
+    add_unit(command);
+}
+
+void CommandLine::add_unit(CLI::App& command) {
     command.add_option("--unit", common.unit_m, "length of the STL file's unit in metres (0.001: millimetres); default 1")
-        ->check(CLI::PositiveNumber);
+        ->type_name("number [m]")
+        ->check(CLI::Validator(CLI::PositiveNumber).description(""));
 }
 
 void print_result(const Common& common, const Json& json) {

@@ -42,10 +42,11 @@ public:
     /// Every key of a table is a flag: voxel_size_m is --voxel-size, in metres. The rules of the file check the value. A key's name in an
     /// earlier version is a hidden flag that warns.
     void add_keys(CLI::App& command, const std::string& table, const std::vector<std::string>& leave_out = {});
-    /// Another name for the flag of `key`.
-    void add_alias(CLI::App& command, const std::string& flag, const std::string& key, const std::string& help);
+    /// Another name for the flag of `key`, which the command has.
+    void add_alias(CLI::App& command, const std::string& flag, const std::string& key);
     void add_case(CLI::App& command);
     void add_input(CLI::App& command, const char* what);
+    void add_unit(CLI::App& command);
 
     CLI::App app{"From a grain's shape to the porosity, tortuosity and permeability of its packing.", "porepack"};
     Common common;
@@ -53,6 +54,8 @@ public:
 
 private:
     [[nodiscard]] std::string command_path() const;
+    CLI::Option* add_key(CLI::App& command, const core::KeyRow& row, const std::string& flag,
+                         const std::function<void(const std::string&)>& set);
 
     stages::Settings settings_;  // only its lists of keys
     std::function<void()> action_;

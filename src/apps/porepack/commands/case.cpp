@@ -60,6 +60,7 @@ void add_case_commands(CommandLine& line) {
     line.add("compare", "the main quantities of several results side by side; with --output, compare.csv and compare.svg",
              "porepack compare cases/quickstart cases/own_stl --output comparison", [&, folders] { compare(common, *folders); })
         .add_option("results", *folders, "folders of results, or of cases")
+        ->type_name("path")
         ->required();
     auto& report = line.add("report", "write the report of a case, running what it needs", "porepack report cases/quickstart",
                             [&] { run_in_case(common, "report", "report"); });

@@ -53,8 +53,9 @@ void add_falling_head_commands(CommandLine& line) {
         "porepack falling-head simulate --permeability 8.9e-7 --inertial-permeability 3.9e-3 --sample-length 0.12 --start-level "
         "1.6 --levels 1.3,0.7,0.1",
         [&common, options] { simulate(common, *options); });
-    simulation.add_option("--permeability", options->permeability_m2, "k [m2]")->required();
-    simulation.add_option("--inertial-permeability", options->inertial_permeability_m, "k_in [m]; default infinite (Darcy's law alone)");
+    simulation.add_option("--permeability", options->permeability_m2, "k")->type_name("number [m2]")->required();
+    simulation.add_option("--inertial-permeability", options->inertial_permeability_m, "k_in; default infinite (Darcy's law alone)")
+        ->type_name("number [m]");
     line.add_keys(simulation, "falling_head", {"causes", "computed_over_measured", "level_offset_uncertainty_m"});
 
     const auto files = std::make_shared<std::vector<std::string>>();
@@ -64,8 +65,10 @@ void add_falling_head_commands(CommandLine& line) {
                        "porepack falling-head analyse run1.csv run2.csv --case cases/falling_head/tetrapod_053",
                        [&common, files] { analyse(common, *files); });
     analysis.add_option("curves", *files, "CSV files: a header with time_s and level_m (or _ms, _mm, ...), then a line per frame")
+        ->type_name("path")
         ->required();
-    analysis.add_option("--case", line.common.input, "case whose [falling_head] describes the apparatus; flags override it");
+    analysis.add_option("--case", line.common.input, "case whose [falling_head] describes the apparatus; flags override it")
+        ->type_name("path");
     line.add_keys(analysis, "falling_head",
                   {"start_level_m", "levels_m", "noise_m", "frames_per_s", "seed", "causes", "computed_over_measured"});
 
@@ -74,7 +77,9 @@ void add_falling_head_commands(CommandLine& line) {
     auto& causes = line.add_below(head, "causes", "effect of each cause on k by the paper's evaluation",
                                   "porepack falling-head causes cases/falling_head/tetrapod_053",
                                   [&common] { run_in_case(common, "causes", "falling_head"); });
-    causes.add_option("case", line.common.input, "folder with case.toml, with causes = true in [falling_head]")->required();
+    causes.add_option("case", line.common.input, "folder with case.toml, with causes = true in [falling_head]")
+        ->type_name("path")
+        ->required();
 }
 
 }  // namespace porepack::apps

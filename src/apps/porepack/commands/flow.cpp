@@ -54,11 +54,15 @@ void run_foam_command(const Common& common) {
 void run_forchheimer_command(const Common& common) {
     if (is_case(common.input)) return run_in_case(common, "forchheimer", "forchheimer");
     const auto geometry = config_of<GeometryConfig>(common.flags);
+    const auto section = config_of<SectionConfig>(common.flags);
     const auto config = config_of<ForchheimerConfig>(common.flags);
     run_on_input(common,
                  {.stage = "forchheimer",
                   .geometry = geometry,
-                  .configuration = {{"geometry", resolved_config(geometry)}, {"forchheimer", resolved_config(config)}},
+                  .section = section,
+                  .configuration = {{"geometry", resolved_config(geometry)},
+                                    {"section", resolved_config(section)},
+                                    {"forchheimer", resolved_config(config)}},
                   .work = [&](const PoreSpace& space, const Path& folder) { return run_forchheimer(space, geometry, config, folder); },
                   .expect = [&](const PoreSpace& space) { return text_of(expect_forchheimer(space, config)); },
                   .resumes = true});
@@ -82,7 +86,7 @@ void add_foam_command(CommandLine& line) {
     line.add_keys(foam, "geometry", {"voxel_size_m", "slice_spacing_m", "slice_pixel_m", "reservoir_m"});
     line.add_keys(foam, "section");
     line.add_keys(foam, "openfoam", {"enabled"});
-    line.add_alias(foam, "--levels", "meshes", "the same as --meshes");
+    line.add_alias(foam, "--levels", "meshes");
 }
 
 void add_forchheimer_command(CommandLine& line) {
@@ -91,6 +95,7 @@ void add_forchheimer_command(CommandLine& line) {
                  "porepack forchheimer packing.json --reynolds 2,5,10,20,40", [&line] { run_forchheimer_command(line.common); });
     line.add_input(inertia, "a case, packing.json[.gz] or an STL file");
     line.add_keys(inertia, "geometry", {"voxel_size_m", "slice_spacing_m", "slice_pixel_m", "reservoir_m"});
+    line.add_keys(inertia, "section");
     line.add_keys(inertia, "forchheimer", {"enabled"});
 }
 

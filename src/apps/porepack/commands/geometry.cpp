@@ -21,6 +21,11 @@ void run_stl(const Common& common) {
                   .whole_bed = !extras.pores && !extras.clip});
 }
 
+Json write_slices_folder(const PoreSpace& space, const GeometryConfig& geometry, const Path& folder) {
+    make_folder(folder / "slices");
+    return write_slice_images(space, geometry, folder / "slices");
+}
+
 void run_on_voxels(const Common& common, const char* stage, Json (*write)(const PoreSpace&, const GeometryConfig&, const Path&)) {
     if (is_case(common.input)) return run_in_case(common, stage, "geometry");
     const auto geometry = config_of<GeometryConfig>(common.flags);
@@ -36,23 +41,23 @@ void run_on_voxels(const Common& common, const char* stage, Json (*write)(const 
 
 void add_geometry_commands(CommandLine& line) {
     const Common& common = line.common;
-    auto& stl = line.add("stl", "one closed triangle surface of the grains (CGAL)", "porepack stl packing.json --pores true",
-                         [&] { run_stl(common); });
+    auto& stl =
+        line.add("stl", "one closed triangle surface of the grains (CGAL)", "porepack stl packing.json --pores", [&] { run_stl(common); });
     line.add_input(stl, inputs);
     line.add_keys(stl, "geometry", {"voxel_size_m", "slice_spacing_m", "slice_pixel_m", "reservoir_m"});
     line.add_keys(stl, "stl");
     auto& voxelise = line.add("voxelise", "grains to voxels (pore.vti)", "porepack voxelise packing.json --voxel-size 2e-4",
                               [&] { run_on_voxels(common, "voxelise", write_voxels); });
     auto& slices = line.add("slices", "grains to a stack of images", "porepack slices packing.json --slice-spacing 2e-4",
-                            [&] { run_on_voxels(common, "slices", write_slice_images); });
+                            [&] { run_on_voxels(common, "slices", write_slices_folder); });
     for (CLI::App* command : {&voxelise, &slices}) {
         line.add_input(*command, inputs);
         line.add_keys(*command, "geometry");
         if (command == &voxelise) line.add_keys(*command, "section");
         command->get_option("--section")->description("z0,z1 of the section [m]; default: the bed minus the trim");
     }
-    line.add_alias(slices, "--spacing", "slice_spacing_m", "the same as --slice-spacing [m]");
-    line.add_alias(slices, "--pixel", "slice_pixel_m", "the same as --slice-pixel [m]");
+    line.add_alias(slices, "--spacing", "slice_spacing_m");
+    line.add_alias(slices, "--pixel", "slice_pixel_m");
 }
 
 }  // namespace porepack::apps

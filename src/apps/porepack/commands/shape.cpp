@@ -66,13 +66,14 @@ void add_shape_command(CommandLine& line) {
     auto& shape =
         line.add("shape", "volume, surface, sphericity, inertia of a grain", "porepack shape tetrapod --sphericity 0.53 --volume 7.33e-7",
                  [&common, options] { options->sweep ? sweep(common) : measure_one(common, *options); });
-    shape.add_option("kind", line.common.input, "tetrapod, dolos, tetrahedron, star, sphere, rod, or an STL file");
+    shape.add_option("kind", line.common.input, "tetrapod, dolos, tetrahedron, star, sphere, rod, or an STL file")
+        ->type_name("name or path");
     shape.add_flag("--sweep", options->sweep, "figure 7: convexity against sphericity of the paper's aggregates, as CSV, plot and picture");
-    shape.add_option("--capsules", options->capsules_file, "TOML file with [[capsule]] tables (a_m, b_m, radius_m) in metres");
-    shape.add_option("--unit", line.common.unit_m, "length of the STL file's unit in metres (0.001: millimetres); default 1")
-        ->check(CLI::PositiveNumber);
-    shape.add_option("--density", options->density_kg_per_m3, "density for mass and inertia [kg/m3]; default 1000")
-        ->check(CLI::Range(1.0, 1e5));
+    shape.add_option("--capsules", options->capsules_file, "TOML file with [[capsule]] tables (a_m, b_m, radius_m)")->type_name("path");
+    line.add_unit(shape);
+    shape.add_option("--density", options->density_kg_per_m3, "density for mass and inertia; default 1000")
+        ->type_name("number [kg/m3]")
+        ->check(CLI::Validator(CLI::Range(1.0, 1e5)).description(""));
     line.add_keys(shape, "shape", {"kind", "file", "unit_m"});
 }
 

@@ -50,8 +50,9 @@ void add_tortuosity_command(CommandLine& line) {
     std::vector<std::string> names;
     for (const auto& choice : choices_of(TortuosityKind::hydraulic)) names.emplace_back(choice.name);
     command.add_option("kind", *kind, "geometric_paper, shortest_path, hydraulic or diffusive (the tortuosity factor eps D0/D_eff)")
+        ->type_name("name")
         ->required()
-        ->check(CLI::IsMember(names));
+        ->check(CLI::Validator(CLI::IsMember(names)).description(""));
     line.add_input(
         command,
         "packing.json[.gz], an STL file, a folder of slices, pore.vti; flow.vti or an OpenFOAM case that has run (hydraulic); or a "
