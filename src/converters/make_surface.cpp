@@ -12,6 +12,7 @@
 #include "converters/surface.hpp"
 #include "core/error.hpp"
 #include "core/log.hpp"
+#include "core/machine.hpp"
 #include "core/parallel.hpp"
 
 namespace porepack::converters {
@@ -23,14 +24,26 @@ namespace {
 
 constexpr double largest_change = 0.1;  // deviation and contact gap, of the smallest capsule diameter
 
+// The cost of a step, for the time left: that of uniting two meshes grows with the images in them, and the last unions have one thread.
+double threads_of(std::size_t tasks) {
+    return std::min(static_cast<double>(tasks), static_cast<double>(thread_count()));
+}
+double cost_of_cluster(std::size_t meshes) {
+    double cost = static_cast<double>(meshes) / threads_of(meshes);
+    for (double images = 2.0; meshes > 1; meshes = (meshes + 1) / 2, images *= 2.0)
+        cost += static_cast<double>(meshes / 2) * images / threads_of(meshes / 2);
+    return cost;
+}
+
 // Unions pairwise as a tree, neighbours in z first.
-Mesh unite_cluster(std::vector<Mesh> meshes, const std::function<void()>& one_done) {
-    while (meshes.size() > 1) {
+Mesh unite_cluster(std::vector<Mesh> meshes, const std::function<void(double cost)>& done) {
+    double images = 2.0;
+    for (; meshes.size() > 1; images *= 2.0) {
         const std::size_t pairs = meshes.size() / 2;
         parallel_for(pairs, [&](std::size_t p) {
             unite_into(meshes[2 * p], meshes[2 * p + 1]);
 #pragma omp critical
-            one_done();
+            done(images / threads_of(pairs));
         });
         std::vector<Mesh> next;
         for (std::size_t p = 0; p < meshes.size(); p += 2) next.push_back(std::move(meshes[p]));
@@ -82,7 +95,7 @@ double largest_deviation(const TriangleSurface& surface, const Grains& grains, d
 // contact.
 std::vector<Mesh> image_meshes(const Packing& packing, const std::vector<Grains::Image>& images, const std::vector<GrainContact>& contacts,
                                const std::vector<int>& thinned, double deviation, double contact_gap,
-                               const std::function<void()>& one_done) {
+                               const std::function<void(double cost)>& done) {
     std::map<std::pair<std::size_t, int>, Mesh> unit;  // by shape and thinning
     for (const auto& image : images) {
         const auto key = std::pair(packing.bodies[image.body].shape, thinned[static_cast<std::size_t>(&image - images.data())]);
@@ -107,14 +120,14 @@ std::vector<Mesh> image_meshes(const Packing& packing, const std::vector<Grains:
                 unite_into(meshes[i], box);
             }
 #pragma omp critical
-        one_done();
+        done(1.0 / threads_of(images.size()));
     });
     return meshes;
 }
 
 // The union of the meshes of each cluster, and all clusters in one mesh.
 TriangleSurface unite_clusters(std::vector<std::vector<std::size_t>>& clusters, const std::vector<Grains::Image>& images,
-                               std::vector<Mesh> meshes, const std::function<void()>& one_done) {
+                               std::vector<Mesh> meshes, const std::function<void(double cost)>& done) {
     TriangleSurface surface;
     for (auto& cluster : clusters) {
         std::sort(cluster.begin(), cluster.end(),
@@ -122,7 +135,7 @@ TriangleSurface unite_clusters(std::vector<std::vector<std::size_t>>& clusters, 
         std::vector<Mesh> members;
         members.reserve(cluster.size());
         for (const std::size_t g : cluster) members.push_back(std::move(meshes[g]));
-        append(surface, unite_cluster(std::move(members), one_done));
+        append(surface, unite_cluster(std::move(members), done));
     }
     return surface;
 }
@@ -173,12 +186,12 @@ SurfaceResult make_surface(const Packing& packing, const SurfaceOptions& options
     std::vector<int> thinned = thin_coaxial(images.size(), contacts);
     constexpr int maximum_rounds = 8;
     for (int round = 0; round < maximum_rounds; ++round) {
-        Progress progress("surface (CGAL)");
-        const double steps = 2.0 * static_cast<double>(images.size());
-        std::size_t done = 0;
-        const auto one_done = [&] { progress.update(static_cast<double>(++done) / steps); };
-        auto meshes = image_meshes(packing, images, contacts, thinned, deviation, result.contact_gap_m, one_done);
-        result.surface = round_to_single(unite_clusters(clusters, images, std::move(meshes), one_done));
+        Progress progress(round == 0 ? "surface (CGAL)" : fmt::format("surface (CGAL), repair {}", round));
+        double all = 0.0, so_far = 0.0;
+        for (const auto& cluster : clusters) all += cost_of_cluster(cluster.size());
+        const auto done = [&](double cost) { progress.update((so_far += cost) / all); };
+        auto meshes = image_meshes(packing, images, contacts, thinned, deviation, result.contact_gap_m, done);
+        result.surface = round_to_single(unite_clusters(clusters, images, std::move(meshes), done));
         const SurfaceCheck check = check_surface(result.surface);
         result.shells = check.shells;
         if (check.fault.empty()) break;

@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstdio>
 
@@ -11,9 +12,13 @@
 namespace porepack::core {
 namespace {
 
+// A line of progress is on the terminal, without its end.
+std::atomic<bool> line_is_open = false;
+
 // A log that cannot be written must not stop the work.
 void to_stderr(const std::string& text) {
-    (void)std::fwrite(text.data(), 1, text.size(), stderr);
+    const std::string all = (line_is_open.exchange(false) ? "\r\033[K" : "") + text;
+    (void)std::fwrite(all.data(), 1, all.size(), stderr);
 }
 
 void tell(LogLevel level, std::string_view text) {
@@ -54,20 +59,28 @@ Progress::~Progress() {
     if (context().progress)
         context().progress(label_, 1.0, watch_.seconds(), {});
     else if (terminal_)
-        to_stderr("\r\033[K");
+        to_stderr("");
 }
 
-void Progress::update(double fraction, std::string_view detail) {
+void Progress::update_left(std::optional<double> seconds_left, std::string_view detail) {
+    const double now = watch_.seconds();
+    update(seconds_left ? std::optional(now / std::max(1e-9, now + *seconds_left)) : std::nullopt, detail);
+}
+
+void Progress::update(std::optional<double> fraction, std::string_view detail) {
     const double now = watch_.seconds();
     const bool hosted = static_cast<bool>(context().progress);
     if (now - last_ < (terminal_ || hosted ? 0.2 : 10.0)) return;
     last_ = now;
-    done_ = std::max(done_, std::min(fraction, 1.0));  // never backwards
+    done_ = std::max(done_, std::min(fraction.value_or(0.0), 1.0));  // never backwards
     drawn_ = true;
     if (hosted) return context().progress(label_, done_, now, detail);
-    const std::string left = done_ > 0.01 ? human_time(now * (1.0 - done_) / done_) + " left" : "time left unknown";
+    constexpr double first_shown = 0.1;
+    const bool known = fraction && *fraction > first_shown;
+    const std::string left = known ? human_time(now * (1.0 - std::min(*fraction, 1.0)) / *fraction) + " left" : "time left unknown";
     const std::string line = fmt::format("{}: {:3.0f} %, {}{}{}", label_, 100.0 * done_, left, detail.empty() ? "" : ", ", detail);
-    to_stderr(terminal_ ? fmt::format("\r\033[K{}", line) : line + "\n");
+    to_stderr(terminal_ ? line : line + "\n");
+    line_is_open = terminal_;
     std::fflush(stderr);
 }
 

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -38,8 +39,11 @@ public:
     Progress(const Progress&) = delete;
     Progress& operator=(const Progress&) = delete;
 
-    /// `fraction` of the work done in [0, 1]; `detail` is shown behind it.
-    void update(double fraction, std::string_view detail = {});
+    /// `fraction` of the time that has passed, in [0, 1], or nothing while it is not known; `detail` is shown behind it. The time left is
+    /// shown after the first tenth.
+    void update(std::optional<double> fraction, std::string_view detail = {});
+    /// The same, where the seconds that are left are estimated.
+    void update_left(std::optional<double> seconds_left, std::string_view detail = {});
 
 private:
     std::string label_;

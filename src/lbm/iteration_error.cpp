@@ -66,4 +66,19 @@ double iteration_error(const std::vector<ConvergencePoint>& history) {
     return std::isfinite(estimate) ? std::min(1.0, estimate) : 1.0;
 }
 
+std::optional<double> share_of_steps(const std::vector<ConvergencePoint>& history, double tolerance) {
+    // A straight line through the logarithms of the errors.
+    double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0;
+    for (std::size_t i = history.size() / 2; i < history.size(); ++i) {
+        if (history[i].iteration_error >= 1.0 || history[i].iteration_error <= 0.0) continue;
+        const double step = static_cast<double>(history[i].step), error = std::log(history[i].iteration_error);
+        n += 1.0, x += step, y += error, xx += step * step, xy += step * error;
+    }
+    if (n < 3.0) return std::nullopt;
+    const double slope = (n * xy - x * y) / (n * xx - x * x), now = static_cast<double>(history.back().step);
+    if (!(slope * now < -0.05)) return std::nullopt;  // it does not fall
+    const double end = x / n + (std::log(tolerance) - y / n) / slope, check = now - static_cast<double>(history[history.size() - 2].step);
+    return now / (std::max(now, end) + check);  // two checks in succession meet the tolerance
+}
+
 }  // namespace porepack::lbm

@@ -1,6 +1,9 @@
 // How far k is from its value in the steady state: two estimates that do not depend on each other. Theory in docs/theory.md.
 #pragma once
 
+#include <optional>
+#include <vector>
+
 #include "core/members.hpp"
 #include "lbm/layers.hpp"
 
@@ -52,6 +55,9 @@ struct Unsteadiness {
 /// difference (maximum of the last two checks) + 2 times the further change that is extrapolated from the history of the expected
 /// permeabilities. 1 before the third check. Calibrated on random slow flows (`porepack benchmark iteration`).
 [[nodiscard]] double iteration_error(const std::vector<ConvergencePoint>& history);
+
+/// Share of the steps that are done if the error goes on falling as in the second half of the checks; nothing while that is not known.
+[[nodiscard]] std::optional<double> share_of_steps(const std::vector<ConvergencePoint>& history, double tolerance);
 
 /// Walls that do not conserve mass slowly change the pressure in dead-end pores, and k then drifts too slowly for the estimate. This
 /// factor times the flow imbalance covers the drift and is added to the error that a run reports.

@@ -78,6 +78,7 @@ public:
         LbmResult& result = sequence_.result();
         double size = sequence_.done() > 0 ? finer(sequence_.voxel_size_done()) : space_.plan_at(coarsest_m_).voxel_size_m;
         while (true) {
+            announce(size);
             try {
                 solve(size);
             } catch (const DoesNotPercolate& blocked) {
@@ -109,6 +110,17 @@ private:
         const double cells = space_.container.inner_area_m2() * part.length() / std::pow(diameter / first_nodes_per_grain, 3.0);
         const double three_grids = 21.0 * cells * 0.5 * 500.0 / 2e7;
         return std::clamp(first_nodes_per_grain * std::pow(0.5 * config_.max_time_s / three_grids, 0.25), 2.0, first_nodes_per_grain);
+    }
+
+    // This grid and those that at least follow: three are needed for an interval.
+    void announce(double size) {
+        std::vector<double> sizes;
+        for (const LbmGridResult& grid : sequence_.result().grids) sizes.push_back(grid.voxel_size_m);
+        do {
+            sizes.push_back(size);
+            size /= tolerance_ratio;
+        } while (sizes.size() < 3);
+        sequence_.announce(sizes, true);
     }
 
     // Says in the result when there is none: after three grids, this ends the refinement.
@@ -177,7 +189,11 @@ private:
 
 // The requested number of grids, coarse to fine.
 void solve_grids(Sequence& sequence, const PoreSpace& space, double voxel_size_m, const LbmConfig& config) {
-    for (long left = count_grids(space, voxel_size_m, config) - sequence.attempts() - 1; left >= 0; --left) {
+    const long planned = count_grids(space, voxel_size_m, config);
+    std::vector<double> sizes;
+    for (long left = planned - 1; left >= 0; --left) sizes.push_back(voxel_size_m * std::pow(config.grid_ratio, static_cast<double>(left)));
+    sequence.announce(sizes, false);
+    for (long left = planned - sequence.attempts() - 1; left >= 0; --left) {
         try {
             (void)sequence.solve(voxel_size_m * std::pow(config.grid_ratio, static_cast<double>(left)), left > 0 && sequence.done() == 0,
                                  Sequence::no_limit);

@@ -115,6 +115,35 @@ Sequence::Sequence(const PoreSpace& space, const LbmConfig& config, const Path& 
     log_info("lattice Boltzmann: resumes from {} at step {} of grid {}", checkpoint_.string(), saved_->run.steps, result_.grids.size() + 1);
 }
 
+void Sequence::announce(std::vector<double> voxel_sizes_m, bool more) {
+    announced_m_ = std::move(voxel_sizes_m);
+    more_follow_ = more;
+}
+
+// The time of a grid grows with 1/h^3.5 (measured: nodes with 1/h^3, steps hardly, as the relaxation time follows).
+void Sequence::show_progress(long steps, std::optional<double> share, std::string_view detail) {
+    std::size_t number = 1;
+    double later = 0.0;  // relative to this grid
+    for (const double size : announced_m_) {
+        number += size > 1.001 * size_m_ ? 1 : 0;
+        if (size < 0.999 * size_m_) later += std::pow(size_m_ / size, 3.5);
+    }
+    // The relaxation time follows the voxel size, so that a grid needs about as many steps as the one before. The decay of the error is
+    // another estimate; neither is better than the other.
+    const double before = result_.grids.empty() ? 0.0 : 1.1 * static_cast<double>(result_.fine().run.steps);
+    if (static_cast<double>(steps) < before) {
+        const double like_before = static_cast<double>(steps) / before;
+        share = std::sqrt(like_before * share.value_or(like_before));
+    }
+    std::optional<double> left;
+    if (share && *share > 0.1) left = grid_watch_.seconds() * ((1.0 - *share) + later) / *share;
+    const std::string which =
+        announced_m_.size() < 2 && !more_follow_
+            ? ""
+            : fmt::format("grid {} of {}{}, ", number, std::max(number, announced_m_.size()), more_follow_ ? " or more" : "");
+    progress_.update_left(left, which + std::string(detail));
+}
+
 void Sequence::remove_checkpoint() const {
     if (!checkpoint_.empty()) std::filesystem::remove(checkpoint_);
 }
@@ -158,6 +187,8 @@ bool Sequence::solve_once(double voxel_size_m, bool coarsest_of_many, double max
     const Drive drive = choose_drive(space_.container, config_.direction);
     if (space_.ends == Ends::paper) require_paper_ends(drive, image.grid);
     const Stopwatch set_up;
+    size_m_ = image.grid.spacing_m[2];
+    grid_watch_ = {};
     const Scheme scheme = scheme_for(voxel_size_m, drive);
     const std::optional<FlowWalls> walls = scheme.walls == Walls::interpolated ? space_.walls() : std::nullopt;
     const double radius = space_.ends == Ends::paper ? 0.5 * space_.container.diameter_m / image.grid.spacing_m[2] : 0.0;
@@ -185,7 +216,8 @@ bool Sequence::solve_flow(Solved& solved, Domain& domain, const FlowSection& sec
     const ConvergenceCriterion criterion{.tolerance = iteration_tolerance(config_),
                                          .max_steps = config_.max_steps,
                                          .max_seconds = max_seconds,
-                                         .stop_when_growing = tuned()};
+                                         .stop_when_growing = tuned(),
+                                         .progress = [this](auto steps, auto share, auto detail) { show_progress(steps, share, detail); }};
     const bool small =
         static_cast<double>(domain.nodes()) <= nodes_of_search || domain.drive.axis != 2 || !domain.drive.by_pressure() || space_.image;
     if (!saved_ && tuned() && search && small) {
@@ -196,6 +228,7 @@ bool Sequence::solve_flow(Solved& solved, Domain& domain, const FlowSection& sec
         if (max_seconds == no_limit) field_.reset();  // else it is the result if the time limit is reached
         domain.walls = {};
         tau_ = solved.scheme.tau;
+        grid_watch_ = {};  // without the search
         solved.run = run(solved, domain, section, criterion, saved_ ? saved_run(*solved.flow) : StokesRun{});
     }
     saved_.reset();
@@ -288,6 +321,9 @@ double Sequence::relaxation_time_of_piece(const Domain& domain, ConvergenceCrite
 // Tries viscosities by factors of two for the minimum number of steps.
 Sequence::Solved Sequence::fastest(const Domain& domain, const Scheme& scheme, const FlowSection& section,
                                    ConvergenceCriterion criterion) const {
+    criterion.progress = [tell = criterion.progress](auto steps, auto, auto detail) {
+        tell(steps, std::nullopt, "relaxation time: " + std::string(detail));
+    };
     const auto attempt = [&](double viscosity) {
         Solved solved = make(domain, with_tau(scheme, 0.5 + 3.0 * viscosity));
         try {

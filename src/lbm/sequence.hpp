@@ -1,6 +1,7 @@
 // Solves a sequence of grids, each started from the previous one; resumes from a checkpoint.
 #pragma once
 
+#include "core/log.hpp"
 #include "lbm/checkpoint.hpp"
 #include "lbm/start.hpp"
 
@@ -25,6 +26,8 @@ public:
     [[nodiscard]] long attempts() const { return attempts_; }
     [[nodiscard]] std::size_t done() const { return result_.grids.size(); }
     [[nodiscard]] double voxel_size_done() const { return result_.grids.back().voxel_size_m; }
+    /// The voxel sizes that will be solved, coarse to fine, for the time left; with `more`, finer ones may follow.
+    void announce(std::vector<double> voxel_sizes_m, bool more);
     void remove_checkpoint() const;
     /// Forgets all grids: their pores were open by chance.
     void discard_grids();
@@ -67,6 +70,12 @@ private:
     double tau_ = 0.0;          ///< of the flow that runs
     double largest_tau_ = 2.0;  ///< of those that are chosen automatically: above, walls in pores of a few nodes can be unstable
     LbmResult result_;
+    void show_progress(long steps, std::optional<double> share, std::string_view detail);
+    std::vector<double> announced_m_;
+    bool more_follow_ = false;
+    double size_m_ = 0.0;  ///< of the voxels of the grid that runs
+    core::Stopwatch grid_watch_;
+    core::Progress progress_{"lattice Boltzmann"};
 };
 
 }  // namespace porepack::lbm

@@ -100,12 +100,16 @@ StokesRun run_to_steady(Flow& flow, const Domain& domain, const Scheme& scheme, 
     const Stopwatch watch;
     const double seconds_before = run.seconds;
     const long steps_before = run.steps;
-    Progress progress("lattice Boltzmann");
+    std::optional<Progress> line;
+    if (!criterion.progress) line.emplace("lattice Boltzmann");
+    const auto progress = criterion.progress ? criterion.progress : [&line](long, std::optional<double> share, std::string_view detail) {
+        line->update(share, detail);
+    };
     const double force = scheme.force[static_cast<std::size_t>(domain.drive.axis)];
     const LayerBalance balance(domain, scheme, section.area_cells, criterion.balance);
     if (run.steps == 0 && is_at_rest(measure_layers(flow, domain))) balance.begin(flow);
     constexpr long apart = 2;  // steps between the two states of a check
-    double first_error = 0.0, momentum_bound = 0.0, smallest_error = 1.0;
+    double momentum_bound = 0.0, smallest_error = 1.0;
     long smallest_at = run.steps;
     run.converged = is_steady(run.history, criterion.tolerance);
     while (run.steps < criterion.max_steps && !run.converged && watch.seconds() < criterion.max_seconds) {
@@ -128,7 +132,6 @@ StokesRun run_to_steady(Flow& flow, const Domain& domain, const Scheme& scheme, 
         check(run, before, apart, domain, scheme, section);
         run.converged = is_steady(run.history, criterion.tolerance);
         const double error = run.history.back().iteration_error;
-        if (first_error == 0.0 || first_error == 1.0) first_error = error;
         if (error < smallest_error) {
             smallest_error = error;
             smallest_at = run.steps;
@@ -137,8 +140,7 @@ StokesRun run_to_steady(Flow& flow, const Domain& domain, const Scheme& scheme, 
         if (criterion.stop_when_growing && error > 10.0 * std::max(criterion.tolerance, smallest_error) && run.steps >= smallest_at + 800)
             throw FlowDiverged(fmt::format("the flow grows instead of becoming steady, at step {}", run.steps),
                                {.fix = "choose relaxation_time between 0.55 and 1.5"});
-        progress.update(std::clamp(std::log(error / first_error) / std::log(criterion.tolerance / first_error), 0.0, 1.0),
-                        fmt::format("step {}, error {:.1e}", run.steps, error));
+        progress(run.steps, share_of_steps(run.history, criterion.tolerance), fmt::format("step {}, error {:.1e}", run.steps, error));
         if (!run.converged) balance.correct(flow, run.layers, run.permeability_lu, steps_per_check, run.balance);
         if (!run.converged && criterion.checkpoint) criterion.checkpoint(run);
     }

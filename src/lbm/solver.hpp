@@ -2,6 +2,8 @@
 #pragma once
 
 #include <functional>
+#include <optional>
+#include <string_view>
 
 #include "core/error.hpp"
 #include "lbm/iteration_error.hpp"
@@ -41,6 +43,9 @@ struct ConvergenceCriterion {
     double max_seconds = 1e300;                             ///< wall time; then the run ends without having converged
     bool stop_when_growing = false;                         ///< FlowDiverged when the error has been growing for long
     std::function<void(const StokesRun&)> checkpoint = {};  ///< called when populations and run may be saved
+    /// Called at each check with the share of the run's steps that is done, or nothing while that is not known. Default: a line of
+    /// progress.
+    std::function<void(long steps, std::optional<double> share, std::string_view detail)> progress = {};
 };
 
 /// Steps, from the state of `run`, until the estimated iteration error of both permeabilities (iteration_error.hpp) is below the

@@ -98,10 +98,8 @@ FoamMeshResult solve_on_mesh(const FoamScene& scene, const FoamConfig& config, d
                       cases / (periodic ? "stokes_periodic" : "stokes_packing"), folder);
     log_info("{}: background cells of {:.3g} m", label, cell);
     const auto state = [&] {
-        double done = 0.0;
-        for (const char* step : {"log.blockMesh", "log.snappyHexMesh", "log.checkMesh", "log.simpleFoam"})
-            done += fs::exists(folder / (std::string(step) + ".done")) ? 0.25 : 0.0;
-        return std::pair<double, std::string>(done, fs::exists(folder / "log.simpleFoam") ? "solving" : "meshing");
+        return fs::exists(folder / "log.simpleFoam") ? solving_state(folder, config.residual)
+                                                     : FoamState{std::nullopt, meshing_phase(folder)};
     };
     const ProgramEnd end = run_foam_case(folder, label, state, result);
     judge_foam_mesh(scene, config, folder, result);

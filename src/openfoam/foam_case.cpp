@@ -149,16 +149,51 @@ void judge_foam_mesh(const FoamScene& scene, const FoamConfig& config, const Pat
             log, "use smaller cells, or check that the surface is closed and at the right position");
 }
 
-ProgramEnd run_foam_case(const Path& folder, const char* label, const std::function<std::pair<double, std::string>()>& state,
-                         FoamMeshResult& result) {
+std::string meshing_phase(const Path& folder) {
+    const Path log = folder / "log.snappyHexMesh";
+    if (!fs::exists(log)) return "meshing";
+    std::string phase = "meshing: surface";
+    std::ifstream in(log);
+    for (std::string line; std::getline(in, line);) {
+        if (line.starts_with("Refinement phase")) phase = "meshing: refinement";
+        if (line.starts_with("Morphing phase")) phase = "meshing: snapping to the surface";
+        if (line.starts_with("Checking final mesh")) phase = "meshing: check";
+        if (const auto cells = line.find(" : cells:"); cells != std::string::npos && line.starts_with("After refinement"))
+            phase = "meshing: refinement, " + line.substr(cells + 9, line.find(' ', cells + 9) - cells - 9) + " cells";
+    }
+    return phase;
+}
+
+FoamState solving_state(const Path& folder, double residual) {
+    std::vector<double> logs, seconds;
+    std::ifstream in(folder / "log.simpleFoam");
+    constexpr std::string_view of_p = "Solving for p, Initial residual = ", of_time = "ExecutionTime = ";
+    for (std::string line; std::getline(in, line);) {
+        if (const auto at = line.find(of_p); at != std::string::npos) logs.push_back(std::log(std::atof(line.c_str() + at + of_p.size())));
+        if (line.starts_with(of_time)) seconds.push_back(std::atof(line.c_str() + of_time.size()));
+    }
+    FoamState state{std::nullopt, fmt::format("solving, iteration {}", seconds.size())};
+    const std::size_t n = std::min(logs.size(), seconds.size()), half = n / 2;
+    if (n < 10) return state;
+    const double fall = (logs[half] - logs[n - 1]) / static_cast<double>(n - 1 - half);
+    if (fall <= 0.0) return state;
+    const double iterations = std::max(0.0, (logs[n - 1] - std::log(residual)) / fall);
+    state.seconds_left = iterations * (seconds[n - 1] - seconds[0]) / static_cast<double>(n - 1);
+    return state;
+}
+
+ProgramEnd run_foam_case(const Path& folder, const char* label, const std::function<FoamState()>& state, FoamMeshResult& result) {
     Progress progress(label);
+    Stopwatch since;  // the logs are long: they are read every two seconds
     ProgramEnd end = run_program({.command = {"bash", "./Allrun"},
                                   .folder = folder,
                                   .log = folder / "log.Allrun",
                                   .environment = {{"WM_PROJECT_DIR", "/usr/share/openfoam"}},
                                   .while_running = [&] {
-                                      const auto [done, text] = state();
-                                      progress.update(done, text);
+                                      if (since.seconds() < 2.0) return;
+                                      since = {};
+                                      const auto [left, text] = state();
+                                      progress.update_left(left, text);
                                   }});
     std::ifstream notes(folder / "log.Allrun");
     for (std::string line; std::getline(notes, line);) {

@@ -24,8 +24,16 @@ struct FoamBlock {
 /// Copies the case `source` to `folder`, with these parameters and the scene's surface. Unchanged files keep their time, because the case's
 /// Allrun starts again when an input is newer than its first step.
 void prepare_foam_case(const FoamScene& scene, const std::string& parameters, const core::Path& source, const core::Path& folder);
+struct FoamState {
+    std::optional<double> seconds_left;
+    std::string text;
+};
+/// Phase of snappyHexMesh, from its log.
+[[nodiscard]] std::string meshing_phase(const core::Path& folder);
+/// Iteration of simpleFoam, and the seconds left if the residual of p goes on falling to `residual` at its present rate.
+[[nodiscard]] FoamState solving_state(const core::Path& folder, double residual);
 /// Runs ./Allrun; `label` and the text from `state` appear in the progress line. Fills in the cost of the run.
-core::ProgramEnd run_foam_case(const core::Path& folder, const char* label, const std::function<std::pair<double, std::string>()>& state,
+core::ProgramEnd run_foam_case(const core::Path& folder, const char* label, const std::function<FoamState()>& state,
                                FoamMeshResult& result);
 
 /// The number after `text` in the last line of a log that contains it.

@@ -47,11 +47,16 @@ FoamInertialSeries foam_inertial_flows(const FoamScene& scene, const FoamConfig&
         for (std::string line; std::getline(in, line);) lines += line.empty() || line.front() == '#' ? 0 : 1;
         return lines;
     };
-    const auto state = [&] {
-        const bool meshed = fs::exists(run / "log.checkMesh.done");
-        const auto done = meshed ? count_lines() : 0;
-        return std::pair<double, std::string>((meshed ? 0.1 : 0.0) + 0.9 * static_cast<double>(done) / static_cast<double>(drops.size()),
-                                              meshed ? fmt::format("pressure drop {} of {}", done + 1, drops.size()) : "meshing");
+    Stopwatch solving;
+    const auto state = [&]() -> FoamState {
+        if (!fs::exists(run / "log.checkMesh.done")) {
+            solving = {};
+            return {std::nullopt, meshing_phase(run)};
+        }
+        // Each flow starts from the one before and takes about the same time.
+        const double done = static_cast<double>(count_lines()), all = static_cast<double>(drops.size());
+        return {done > 0.0 ? std::optional(solving.seconds() * (all / done - 1.0)) : std::nullopt,
+                fmt::format("pressure drop {:.0f} of {:.0f}", std::min(done + 1.0, all), all)};
     };
     const ProgramEnd end = run_foam_case(run, "OpenFOAM, flows with inertia", state, series.mesh);
     judge_foam_mesh(scene, config, run, series.mesh);

@@ -8,7 +8,7 @@ namespace {
 Fluid water_at(double t) {
     const double density =
         (999.83952 + t * (16.945176 + t * (-7.9870401e-3 + t * (-46.170461e-6 + t * (105.56302e-9 - t * 280.54253e-12))))) /
-        (1.0 + 16.897850e-3 * t);
+        (1.0 + 16.879850e-3 * t);
     const double relative = (t + 273.15) / 300.0;
     const double viscosity = 1e-6 * (280.68 * std::pow(relative, -1.9) + 511.45 * std::pow(relative, -7.7) +
                                      61.131 * std::pow(relative, -19.6) + 0.45903 * std::pow(relative, -40.0));

@@ -93,13 +93,13 @@ void publish(const Pipeline& pipeline, const Stage& stage) {
 }
 
 // A stage that fails keeps its folder as .failed.
-Json run_stage(const Pipeline& pipeline, const Stage& stage) {
+Json run_stage(const Pipeline& pipeline, const Stage& stage, const std::string& number) {
     const Path running = pipeline.results / ("." + stage.name + ".running"), final = stage_folder(pipeline, stage.name),
                failed = pipeline.results / (stage.name + ".failed");
     if (!stage.resumes) fs::remove_all(running);
     fs::remove_all(failed);
     make_folder(running);
-    log_info("{}: runs", stage.name);
+    log_info("{}: runs, stage {}", stage.name, number);
     reset_peak_memory();
     (void)take_peak_program_memory_bytes();
     const Stopwatch watch;
@@ -171,7 +171,8 @@ std::vector<StageStatus> status_of(const Pipeline& pipeline) {
 Json run_pipeline(const Pipeline& pipeline, const std::string& last) {
     const Lock lock(pipeline.results);
     Json result;
-    for (const Stage* stage : stages_up_to(pipeline, last)) {
+    const std::vector<const Stage*> stages = stages_up_to(pipeline, last);
+    for (const Stage* const& stage : stages) {
         check_interrupt();
         std::string why;
         const StageState state = state_in(pipeline, *stage, why);
@@ -180,7 +181,7 @@ Json run_pipeline(const Pipeline& pipeline, const std::string& last) {
             result = read_json(stage_folder(pipeline, stage->name) / "result.json");
         } else {
             if (state == StageState::stale) log_info("{}: done before, but {}", stage->name, why);
-            result = run_stage(pipeline, *stage);
+            result = run_stage(pipeline, *stage, fmt::format("{} of {}", &stage - stages.data() + 1, stages.size()));
         }
         publish(pipeline, *stage);
     }

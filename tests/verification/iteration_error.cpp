@@ -55,6 +55,18 @@ TEST(IterationError, TheEnergyRateIsTheRemainingChange) {
 }
 
 // A wide gap and a narrow one, far apart: the pressure between them takes most of the steps.
+TEST(IterationError, TellsTheShareOfTheSteps) {
+    // An error that falls by a factor of ten in 200 steps, from 1 at step 100: below 1e-4 at step 900, and the run ends a check later.
+    std::vector<ConvergencePoint> history;
+    for (long step = 40; step <= 400; step += 40)
+        history.push_back({.step = step, .iteration_error = std::min(1.0, std::pow(10.0, (100.0 - static_cast<double>(step)) / 200.0))});
+    EXPECT_NEAR(share_of_steps(history, 1e-4).value(), 400.0 / 940.0, 1e-9);
+    EXPECT_NEAR(share_of_steps(history, 0.1).value(), 400.0 / 440.0, 1e-9);  // met, and to be met once more
+    EXPECT_FALSE(share_of_steps({history.begin(), history.begin() + 3}, 1e-4));
+    for (ConvergencePoint& point : history) point.iteration_error = 1e-2;
+    EXPECT_FALSE(share_of_steps(history, 1e-4));
+}
+
 TEST(IterationError, OfTwoLayersOfRodsIsCovered) {
     Packing packing{.container = parse_container("box:1,0.125,6"), .shapes = {}, .bodies = {}};
     packing.container.periodic = {true, true, false};
