@@ -1,5 +1,6 @@
 #include "core/machine.hpp"
 
+#include <malloc.h>
 #include <omp.h>
 #include <sched.h>
 #include <unistd.h>
@@ -10,7 +11,9 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <sstream>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/log.hpp"
@@ -59,6 +62,7 @@ double peak_memory_bytes() {
 }
 
 void reset_peak_memory() {
+    malloc_trim(0);
     std::ofstream("/proc/self/clear_refs") << "5";
 }
 
@@ -94,6 +98,22 @@ void set_thread_count(int threads) {
                             {.where = "OMP_NUM_THREADS", .allowed = fmt::format("1 to {}", most_threads), .fix = "unset it"});
     }
     omp_set_num_threads(threads > 0 ? threads : usable_cores());
+}
+
+double slowness() {
+    static const double measured = [] {
+        std::vector<double> values(20'000'000, 1.0);
+        double best = std::numeric_limits<double>::infinity();
+        for (int round = 0; round < 4; ++round) {
+            const Stopwatch watch;
+#pragma omp parallel for schedule(static)
+            for (std::size_t i = 0; i < values.size(); ++i) values[i] *= 1.0000001;
+            best = std::min(best, watch.seconds());
+        }
+        constexpr double reference_bytes_per_second = 6.5e10;
+        return reference_bytes_per_second * best / (2.0 * sizeof(double) * static_cast<double>(values.size()));
+    }();
+    return measured;
 }
 
 void require_memory(double bytes, const std::string& what, const std::string& fix) {

@@ -12,6 +12,7 @@ namespace porepack::core {
 [[nodiscard]] double available_memory_bytes();
 /// Largest resident memory of this process since the start or the last reset, in bytes.
 [[nodiscard]] double peak_memory_bytes();
+/// Also gives freed memory back to the system, so that it does not count for the next stage.
 void reset_peak_memory();
 /// Cores that this process may use: those of its affinity, at most its control group's quota.
 [[nodiscard]] int usable_cores();
@@ -19,6 +20,10 @@ void reset_peak_memory();
 [[nodiscard]] int thread_count();
 /// 0: OMP_NUM_THREADS, else usable_cores().
 void set_thread_count(int threads);
+
+/// Time that work which reads and writes memory takes here, relative to the machine of the expected times (two threads that together move
+/// 6.5e10 bytes per second): measured once, in about 0.3 s.
+[[nodiscard]] double slowness();
 
 /// Throws UserError with the numbers when `bytes` will not fit, before anything is allocated.
 void require_memory(double bytes, const std::string& what, const std::string& fix);

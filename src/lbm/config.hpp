@@ -70,8 +70,8 @@ inline void describe(core::ConfigVisitor& v, LbmConfig& c) {
              "relative iteration error of k at which the run on a grid stops; auto: a tenth of the tolerance, or 1e-4");
     v.integer("max_steps", c.max_steps, {.low = 1, .high = 1e9}, "a run that is not steady after this number of time steps is an error");
     v.integer("grids", c.grids, core::between(1, 6),
-              "number of grids, from coarse to fine; with three or more, an interval is given, and coarser grids are added until the "
-              "coarsest has at most 6 voxels per grain diameter; with fewer than three, no interval is given");
+              "number of grids, from coarse to fine; with three or more, an interval is given, and coarser grids (of 5 voxels per "
+              "grain diameter or more) are added until the coarsest has at most 6; with fewer than three, no interval is given");
     v.number("grid_ratio", c.grid_ratio, {.low = 1.1, .high = 4.0}, "voxel size of a grid / that of the next finer one");
     v.boolean("tensor", c.tensor, "three runs give the whole permeability tensor; only for a box that is periodic in x, y and z");
     v.integer("subsections", c.subsections, core::between(1, 1000), "number of parts along z whose permeabilities are reported as well");

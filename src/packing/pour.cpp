@@ -28,6 +28,12 @@ double grains_per_batch(double extent, const Container& container) {
     return 1.5 * container.inner_area_m2() / (extent * extent);
 }
 
+double mean_volume_m3(const std::vector<ShapeShare>& shapes) {
+    double volume = 0.0;
+    for (const auto& [shape, share] : shapes) volume += share * measure(shape, 1e-4).volume_m3;
+    return volume;
+}
+
 // Sets contact time and time step; `lightest_kg` is the mass of the lightest grain.
 void choose_time_step(PourPlan& plan, const PackingConfig& config, double lightest_kg) {
     plan.contact_time_s = contact_time(lightest_kg, config);
@@ -119,8 +125,22 @@ PourPlan plan_pour(const std::vector<ShapeShare>& shapes, const Container& conta
     plan.maximum_grains = config.grains > 0 ? config.grains : std::max(1L, static_cast<long>(densest));
     plan.clump_spheres = std::lround(mean_spheres);
     if (config.fill == Fill::lattice) plan.drop_height_m = 0.0;
-    add_expected_cost(plan, shapes, container, config, densest / 1.8);
+    add_expected_cost(plan, shapes, container, config, densest / 0.75 * poured_solid_fraction(shapes, container));
     return plan;
+}
+
+double poured_solid_fraction(const std::vector<ShapeShare>& shapes, const Container& container) {
+    double convexity = 0.0;
+    for (const auto& [shape, share] : shapes)
+        convexity += share * std::min(1.0, measure(shape, 1e-4).volume_m3 / hull(shape.capsules).volume_m3);
+    const Vec3 size = container.high() - container.low();
+    const double wall = maximum_feret_diameter(shapes) / std::min(size.x(), size.y());
+    return 0.67 * std::pow(convexity, 0.45) * std::max(0.5, 1.0 - 0.36 * wall);
+}
+
+double poured_height_m(const std::vector<ShapeShare>& shapes, const Container& container, long grains) {
+    return static_cast<double>(grains) * mean_volume_m3(shapes) / (poured_solid_fraction(shapes, container) * container.inner_area_m2()) +
+           0.6 * maximum_feret_diameter(shapes);
 }
 
 std::string scene_key(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config) {

@@ -1,6 +1,7 @@
 #include "pipeline/pipeline.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <set>
@@ -188,17 +189,34 @@ Json run_pipeline(const Pipeline& pipeline, const std::string& last) {
     return result;
 }
 
-Json plan_pipeline(const Pipeline& pipeline, const std::string& last) {
+std::string text_of(const Expectation& expected, double slowness) {
+    std::vector<std::string> parts;
+    if (expected.memory_bytes > 0.0) parts.push_back("memory about " + human_bytes(expected.memory_bytes));
+    if (expected.wall_time_s > 0.0) parts.push_back("time about " + human_time(expected.wall_time_s * slowness));
+    if (expected.disk_bytes > 0.0) parts.push_back("disk about " + human_bytes(expected.disk_bytes));
+    return fmt::format("{}{}{}", expected.text, expected.text.empty() || parts.empty() ? "" : "; ", fmt::join(parts, ", "));
+}
+
+Json plan_pipeline(const Pipeline& pipeline, const std::string& last, double slowness) {
     Json plan = {{"stages", Json::array()}};
+    Expectation all;
     for (const Stage* stage : stages_up_to(pipeline, last)) {
         std::string why;
         const StageState state = state_in(pipeline, *stage, why);
+        const Expectation expected = state == StageState::done ? Expectation{.text = "nothing"} : stage->expect();
+        all.memory_bytes = std::max(all.memory_bytes, expected.memory_bytes);
+        all.wall_time_s += expected.wall_time_s;
+        all.disk_bytes += expected.disk_bytes;
         plan["stages"].push_back({{"stage", stage->name},
                                   {"state", name_of(state)},
                                   {"would_run", state != StageState::done},
-                                  {"expected", state == StageState::done ? "nothing" : stage->expect()}});
+                                  {"expected", text_of(expected, slowness)}});
     }
+    plan["expected"] = text_of(all, slowness);
     plan["memory_available"] = human_bytes(available_memory_bytes());
+    Path disk = fs::absolute(pipeline.results);
+    while (!fs::exists(disk)) disk = disk.parent_path();
+    plan["disk_available"] = human_bytes(static_cast<double>(fs::space(disk).available));
     return plan;
 }
 

@@ -32,7 +32,7 @@ struct StageStatus {
 /// there is no such stage, and passes on what the stages throw.
 core::Json run_pipeline(const Pipeline& pipeline, const std::string& last = {});
 
-/// The stages that would run, with the expected memory and time of each.
-[[nodiscard]] core::Json plan_pipeline(const Pipeline& pipeline, const std::string& last = {});
+/// The stages that would run, with the expected memory, time and disk space of each and of all; times are multiplied by `slowness`.
+[[nodiscard]] core::Json plan_pipeline(const Pipeline& pipeline, const std::string& last = {}, double slowness = 1.0);
 
 }  // namespace porepack::pipeline

@@ -9,14 +9,24 @@
 
 namespace porepack::pipeline {
 
+/// What a stage will need. The time is that on the machine of core::slowness() = 1; zeros are not shown.
+struct Expectation {
+    std::string text = {};
+    double memory_bytes = 0.0;
+    double wall_time_s = 0.0;
+    double disk_bytes = 0.0;
+};
+/// "...; memory about 1.2 GiB, time about 40 s, disk about 30 MiB", with the time multiplied by `slowness`.
+[[nodiscard]] std::string text_of(const Expectation& expected, double slowness = 1.0);
+
 struct Stage {
     std::string name;
     std::vector<std::string> needs = {};    ///< stages whose results it reads
     core::Json configuration = {};          ///< all settings that determine its result
     std::vector<core::Path> files = {};     ///< files of the user that it reads
     std::vector<std::string> outputs = {};  ///< files whose change makes it stale, "*.png" for all such; result.json is always included
-    std::function<core::Json(const core::Path& folder)> run;                      ///< writes into `folder`, returns result.json
-    std::function<std::string()> expect = [] { return std::string("seconds"); };  ///< for a dry run: what will run, memory and time
+    std::function<core::Json(const core::Path& folder)> run;                              ///< writes into `folder`, returns result.json
+    std::function<Expectation()> expect = [] { return Expectation{.text = "seconds"}; };  ///< for a dry run
     bool resumes = false;     ///< run() resumes from the files of an interrupted run in its folder; else they are removed
     long result_version = 1;  ///< raised when the stage's numbers can change: older results are stale then
     long seed = 0;            ///< for the manifest

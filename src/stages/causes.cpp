@@ -178,7 +178,7 @@ Stage make_causes_stage(const Case& c) {
                     json["inertial_permeability_from"] = inertial.from;
                     return json;
                 },
-            .expect = [] { return std::string("about 900 simulated tests and three coarse flows; about a minute"); }};
+            .expect = [] { return Expectation{.text = "about 900 simulated tests and three coarse flows", .wall_time_s = 60.0}; }};
 }
 
 }  // namespace porepack::stages

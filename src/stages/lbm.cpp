@@ -93,14 +93,22 @@ Expectation expect(const PoreSpace& space, double voxel_size_m, double pores, co
                                ? space.plan_at(voxel_size_m)
                                : plan_voxels(space.container, space.section, voxel_size_m, {space.buffers_m, space.reservoir_m}, across);
     const double cells = static_cast<double>(plan.grid.size());
+    const double steps_of_tuned = 65.0 * std::log(1.0 / iteration_tolerance(config));
     const double pore_length = pores * space.computed().length() + 2.0 * space.reservoir_m;
     const double fluid = space.container.inner_area_m2() * pore_length / std::pow(plan.voxel_size_m, 3);
     const double flow_vti = config.fields == FieldFiles::none ? 0.0 : 4e7 + 20.0 * fluid + 34.0 * cells;
     Expectation expected{.memory_bytes = std::max(flow_vti, lbm_memory_bytes(cells, fluid, bytes_of(config.precision)))};
-    // Steps grow with the square of the pores' width in voxels; rate of about 8 million updates per second and thread.
-    const double steps = std::max(400.0, 4.0 * std::pow(across / plan.voxel_size_m, 2.0));
-    const double coarse = config.grids > 1 ? 1.0 / (1.0 - std::pow(config.grid_ratio, -5.0)) : 1.0;
-    expected.wall_time_s = coarse * steps * fluid / (8e6 * thread_count());
+    // With a relaxation time that follows the voxel size, a grid needs as many steps as the others; otherwise the steps grow with the
+    // square of the pores' width in voxels. The search on the coarsest of several grids takes about five runs on it.
+    const bool tuned = config.relaxation_time == 0.0 && config.collision == Collision::trt;
+    const double steps =
+        tuned && config.grids > 1 ? steps_of_tuned : std::max(steps_of_tuned, 4.0 * std::pow(across / plan.voxel_size_m, 2.0));
+    const double ratio = std::pow(config.grid_ratio, -3.0), grids = static_cast<double>(config.grids);
+    const double all_grids =
+        (1.0 - std::pow(ratio, grids)) / (1.0 - ratio) + (tuned && config.grids > 1 ? 4.0 * std::pow(ratio, grids - 1.0) : 0.0);
+    const double set_up_s = 5e-7 * fluid, rate = lattice_updates_per_second * (config.precision == Precision::single_precision ? 1.6 : 1.0);
+    expected.wall_time_s = (config.tensor ? 3.0 : 1.0) * all_grids * (steps * fluid / rate + set_up_s);
+    expected.disk_bytes = config.fields == FieldFiles::none ? 0.0 : 16.0 * fluid;
     expected.text = fmt::format("{} x {} x {} voxels of {:.4g} m, about {:.2g} fluid nodes", plan.grid.cells[0], plan.grid.cells[1],
                                 plan.grid.cells[2], plan.voxel_size_m, fluid);
     if (const double beyond = space.computed().length() - space.section.length(); beyond > 0.0)
@@ -156,7 +164,7 @@ Stage make_lbm_stage(const Case& c) {
     stage.expect = [c] {
         const PoreSpace space = expected_pore_space(c);
         const double asked = c.settings.geometry.voxel_size_m;
-        return text_of(expect(space, asked > 0.0 ? asked : space.grain_size_m / 10.0, expected_porosity(c), c.settings.lbm));
+        return expect(space, asked > 0.0 ? asked : space.grain_size_m / 10.0, expected_porosity(c), c.settings.lbm);
     };
     return stage;
 }

@@ -130,16 +130,16 @@ Json run_pack(const Case& c, const Path& folder) {
     return json;
 }
 
-std::string expect_pack(const Case& c) {
+Expectation expect_pack(const Case& c) {
     const PackingConfig& config = c.settings.packing;
-    if (config.engine == Engine::none) return "seconds";
+    if (config.engine == Engine::none) return {.text = "seconds"};
     const PourPlan plan = plan_pour(make_shapes(c.settings.shape), make_container(c.settings.container), config);
     const std::string engine = config.engine == Engine::liggghts
                                    ? fmt::format("LIGGGHTS, up to {} grains of {} spheres", plan.maximum_grains, plan.clump_spheres)
                                    : fmt::format("capsules, up to {} grains", plan.maximum_grains);
-    return text_of({.text = fmt::format("{}, time step {:.2e} s", engine, plan.time_step_s),
-                    .memory_bytes = plan.expected_memory_bytes,
-                    .wall_time_s = plan.expected_wall_time_s});
+    return {.text = fmt::format("{}, time step {:.2e} s", engine, plan.time_step_s),
+            .memory_bytes = plan.expected_memory_bytes,
+            .wall_time_s = plan.expected_wall_time_s};
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "core/process.hpp"
+#include "packing/pour.hpp"
 #include "stages/results.hpp"
 #include "stages/stages.hpp"
 
@@ -19,11 +20,6 @@ using namespace packing;
 using namespace converters;
 using namespace lbm;
 namespace fs = std::filesystem;
-
-std::string text_of(const Expectation& expected) {
-    return fmt::format("{}; memory about {}, time about {}", expected.text, human_bytes(expected.memory_bytes),
-                       human_time(expected.wall_time_s));
-}
 
 std::string solid_stage(const Case& c) {
     return c.from_stl() ? "stl" : "pack";
@@ -49,19 +45,27 @@ PoreSpace case_pore_space(const Case& c, bool with_surface) {
     return space;
 }
 
+bool has_packing(const Case& c) {
+    const Path manifest = c.stage_folder("pack") / "manifest.json";
+    return !c.from_stl() && fs::exists(manifest) && fs::exists(c.stage_folder("pack") / "packing.json") &&
+           read_json(manifest).value("configuration", Json()) == make_pack_stage(c).configuration;
+}
+
 double expected_porosity(const Case& c) {
-    return fs::exists(c.stage_folder("pack") / "result.json") ? c.result_of("pack").value("porosity_bed", 0.6) : 0.6;
+    if (has_packing(c)) return c.result_of("pack").value("porosity_bed", 0.6);
+    return c.from_stl() ? 0.6 : 1.0 - poured_solid_fraction(make_shapes(c.settings.shape), make_container(c.settings.container));
 }
 
 // The section before the packing exists: the height at which pouring stops, minus one grain at both ends.
 PoreSpace expected_pore_space(const Case& c) {
     const auto& settings = c.settings;
-    if (!c.from_stl() && fs::exists(c.stage_folder("pack") / "packing.json")) return case_pore_space(c);
+    if (has_packing(c)) return case_pore_space(c);
     PoreSpace space{.container = make_container(settings.container), .section = {}};
     double top = space.container.height() / 2.0;
     if (!c.from_stl()) {
         double volume = 0.0;
-        for (const auto& [shape, share] : make_shapes(settings.shape)) {
+        const std::vector<ShapeShare> shapes = make_shapes(settings.shape);
+        for (const auto& [shape, share] : shapes) {
             space.maximum_feret_diameter_m = std::max(space.maximum_feret_diameter_m, maximum_feret_diameter(shape));
             space.grain_size_m = std::min(space.grain_size_m, smallest_diameter(shape));
             volume += share * measure(shape, 1e-4).volume_m3;
@@ -69,8 +73,7 @@ PoreSpace expected_pore_space(const Case& c) {
         space.equivalent_diameter_m = std::cbrt(6.0 * volume / std::numbers::pi);
         if (settings.packing.fill_height_m > 0.0) top = settings.packing.fill_height_m;
         if (settings.packing.grains > 0)
-            top = std::min(space.container.height(),
-                           static_cast<double>(settings.packing.grains) * volume / (0.4 * space.container.inner_area_m2()));
+            top = std::min(space.container.height(), poured_height_m(shapes, space.container, settings.packing.grains));
     }
     space.section =
         choose_section(space.container, {.section_m = settings.geometry.section_m, .trim_m = settings.geometry.trim_m, .bed_known = false},

@@ -15,7 +15,7 @@
 
 namespace porepack::stages {
 
-struct Expectation;
+using pipeline::Expectation;
 
 // ---- on a shape, a pore space, or measured curves
 
@@ -92,6 +92,8 @@ constexpr std::array<core::Choice<TortuosityKind>, 4> choices_of(TortuosityKind)
 
 /// The pore space of the geometry and flow stages. With `with_surface` it includes the surface of the stl stage.
 [[nodiscard]] converters::PoreSpace case_pore_space(const Case& c, bool with_surface = false);
+/// The packing of this configuration has been made.
+[[nodiscard]] bool has_packing(const Case& c);
 /// The same before a packing exists: the expected container and section, for dry runs. Its porosity is
 /// expected_porosity().
 [[nodiscard]] converters::PoreSpace expected_pore_space(const Case& c);

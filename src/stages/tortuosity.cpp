@@ -202,7 +202,7 @@ Stage make_tortuosity_stage(const Case& c) {
                 .configuration = deciding_keys(c, {"container", "tortuosity"}, {"voxel_size_m"}, true),
                 .outputs = {"*.vtp"},
                 .run = [c](const Path& folder) { return run_case_tortuosity(c, folder); },
-                .expect = [c] { return text_of(expect_case(c)); }};
+                .expect = [c] { return expect_case(c); }};
     if (!c.from_stl()) stage.needs.insert(stage.needs.begin(), "pack");
     return stage;
 }

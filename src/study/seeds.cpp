@@ -72,7 +72,8 @@ Stage make_seeds_stage(const Case& c) {
             .configuration = {{"packing", {{"seeds", c.settings.packing.seeds}}}},
             .outputs = {"seeds.csv"},
             .run = [c](const Path& folder) { return run_seeds(c, folder); },
-            .expect = [n = c.settings.packing.seeds - 1] { return fmt::format("{} more packings, each like pack and lbm", n); }};
+            .expect = [n = c.settings.packing.seeds -
+                           1] { return Expectation{.text = fmt::format("{} more packings, each like pack and lbm", n)}; }};
 }
 
 }  // namespace porepack::study

@@ -321,6 +321,19 @@ TEST(Calls, DryRunsTellMemoryAndTimeAndWriteNothing) {
     EXPECT_EQ(output.json()["configuration"]["geometry"]["voxel_size_m"], 1e-3);
     EXPECT_EQ(output.json()["stages"].size(), 10U);
     EXPECT_TRUE(has(output.out, "memory about"));
+    EXPECT_TRUE(has(output.json()["expected"].get<std::string>(), "disk about"));  // of all stages
+    // The packing of another configuration is not used.
+    const auto number = [&](const char* keys) {
+        const Json plan = porepack("run --dry-run --json " + quoted(folder.path()) + keys).json();
+        for (const Json& stage : plan["stages"])
+            if (const std::string text = stage["expected"]; stage["stage"] == "lbm") return std::stod(text.substr(text.find("about ") + 6));
+        return 0.0;
+    };
+    const double before = number("");
+    ASSERT_EQ(porepack("pack " + quoted(folder.path())).exit_code, 0);
+    EXPECT_NEAR(number("") / before, 1.0, 0.5);  // eight grains: the estimate before the pour is rough
+    EXPECT_NE(number(" --output other --set packing.grains=30"), number(""));
+    std::filesystem::remove_all(folder.path() / "results");
     EXPECT_FALSE(std::filesystem::exists(folder.path() / "results"));
 }
 

@@ -300,15 +300,15 @@ Case open_case(const Common& common, const std::string& table, const Flags& flag
     return the_case;
 }
 
-Json plan_case(const Case& c, const std::string& last) {
+Json plan_case(const Case& c, const std::string& last, double slowness) {
     Json plan = {{"configuration", c.settings.resolved_tables()}};
-    plan.update(plan_pipeline(case_pipeline(c), last));
+    plan.update(plan_pipeline(case_pipeline(c), last, slowness));
     return plan;
 }
 
 void run_in_case(const Common& common, const std::string& stage, const std::string& table) {
     const Case the_case = open_case(common, table, common.flags);
-    if (common.dry_run) return print_result(common, plan_case(the_case, stage));
+    if (common.dry_run) return print_result(common, plan_case(the_case, stage, slowness()));
     print_stage(common, stage, run_pipeline(case_pipeline(the_case), stage), the_case.stage_folder(stage) / "manifest.json");
 }
 
@@ -335,7 +335,7 @@ void run_on_input(const Common& common, const LooseCommand& command) {
         return print_result(common, {{"configuration", command.configuration},
                                      {"stage", command.stage},
                                      {"section_m", section_json(space.section)},
-                                     {"expected", command.expect ? command.expect(space) : "seconds"},
+                                     {"expected", command.expect ? text_of(command.expect(space), slowness()) : "seconds"},
                                      {"memory_available", human_bytes(available_memory_bytes())}});
     run_on_files(common, {.stage = command.stage,
                           .target = target_folder(common),

@@ -76,7 +76,8 @@ void print_result(const Common& common, const core::Json& json);
 /// Runs the case's stage `stage`, or reports what would run; `table` is the table of the command's flags.
 void run_in_case(const Common& common, const std::string& stage, const std::string& table);
 [[nodiscard]] stages::Case open_case(const Common& common, const std::string& table = {}, const core::Flags& flags = {});
-[[nodiscard]] core::Json plan_case(const stages::Case& c, const std::string& last = {});
+/// Times are multiplied by `slowness`.
+[[nodiscard]] core::Json plan_case(const stages::Case& c, const std::string& last, double slowness);
 
 /// The keys of `flags` that belong to a table: a command may have those of two tables.
 template <typename Config>
@@ -95,7 +96,7 @@ struct LooseCommand {
     converters::SectionConfig section = {.ends = converters::Ends::planes};
     core::Json configuration = {};
     std::function<core::Json(const converters::PoreSpace&, const core::Path& folder)> work;
-    std::function<std::string(const converters::PoreSpace&)> expect = {};  ///< for --dry-run; "seconds" when empty
+    std::function<pipeline::Expectation(const converters::PoreSpace&)> expect = {};  ///< for --dry-run; "seconds" when empty
     bool whole_bed = false;
     bool resumes = false;
 };

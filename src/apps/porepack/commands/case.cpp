@@ -5,6 +5,7 @@
 
 #include "apps/porepack/command_line.hpp"
 #include "core/log.hpp"
+#include "core/machine.hpp"
 #include "study/case_pipeline.hpp"
 #include "study/compare.hpp"
 
@@ -17,7 +18,7 @@ namespace {
 
 void run_case(const Common& common) {
     const Case the_case = open_case(common);
-    const Json plan = plan_case(the_case);  // finds at once what a later stage would refuse
+    const Json plan = plan_case(the_case, {}, common.dry_run ? slowness() : 1.0);  // finds at once what a later stage would refuse
     if (common.dry_run) return print_result(common, plan);
     const Json report = run_pipeline(case_pipeline(the_case));
     if (common.json) return print_result(common, read_json(the_case.results() / "result.json"));

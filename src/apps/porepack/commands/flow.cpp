@@ -26,7 +26,7 @@ void run_lbm_command(const Common& common) {
                                   return run_lbm(space, geometry, config, folder,
                                                  space.image ? Path() : target_folder(common) / "lbm.checkpoint");
                               },
-                          .expect = [&](const PoreSpace& space) { return text_of(expect_lbm(space, geometry, config)); }});
+                          .expect = [&](const PoreSpace& space) { return expect_lbm(space, geometry, config); }});
 }
 
 void run_foam_command(const Common& common) {
@@ -47,7 +47,7 @@ void run_foam_command(const Common& common) {
                                   result["repeat_by_hand"] = "cd foam/" + result["repeat_by_hand"].get<std::string>().substr(3);
                                   return result;
                               },
-                          .expect = [&](const PoreSpace& space) { return text_of(expect_foam(space, config)); },
+                          .expect = [&](const PoreSpace& space) { return expect_foam(space, config); },
                           .resumes = true});
 }
 
@@ -64,7 +64,7 @@ void run_forchheimer_command(const Common& common) {
                                     {"section", resolved_config(section)},
                                     {"forchheimer", resolved_config(config)}},
                   .work = [&](const PoreSpace& space, const Path& folder) { return run_forchheimer(space, geometry, config, folder); },
-                  .expect = [&](const PoreSpace& space) { return text_of(expect_forchheimer(space, config)); },
+                  .expect = [&](const PoreSpace& space) { return expect_forchheimer(space, config); },
                   .resumes = true});
 }
 

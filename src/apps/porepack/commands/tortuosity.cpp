@@ -34,10 +34,10 @@ void run_kind(const Common& common, TortuosityKind kind) {
                   .geometry = geometry,
                   .configuration = resolved_config(config),
                   .work = [&](const PoreSpace& space, const Path& folder) { return run_tortuosity(kind, space, geometry, config, folder); },
-                  .expect = [&](const PoreSpace& space) -> std::string {
-                      if (kind == TortuosityKind::geometric_paper) return "seconds";
+                  .expect = [&](const PoreSpace& space) -> pipeline::Expectation {
+                      if (kind == TortuosityKind::geometric_paper) return {.text = "seconds"};
                       const VoxelPlan plan = space.section_only().plan_at(space.voxel_size_m(geometry.voxel_size_m));
-                      return text_of(expect_tortuosity(kind, static_cast<double>(plan.grid.size())));
+                      return expect_tortuosity(kind, static_cast<double>(plan.grid.size()));
                   }});
 }
 
