@@ -5,6 +5,7 @@
 
 #include "converters/surface.hpp"
 #include "core/error.hpp"
+#include "core/log.hpp"
 
 namespace porepack::converters {
 using namespace core;
@@ -183,6 +184,19 @@ void require_inside_cylinder(const TriangleSurface& surface, const Container& co
                          .fix = "move the surface to the axis x = y = 0, or give the right diameter and unit"});
 }
 
+// Free space beside the grains makes k far too large, and usually means that the container or the unit is wrong.
+void warn_of_free_space(const SurfaceCheck& check, const Container& container) {
+    const Vec3 size = container.high() - container.low();
+    for (int axis = 0; axis < 2; ++axis)
+        for (const auto& [side, gap] :
+             {std::pair("low", check.low[axis] - container.low()[axis]), std::pair("high", container.high()[axis] - check.high[axis])})
+            if (gap > 0.05 * size[axis] && !container.periodic[static_cast<std::size_t>(axis)])
+                log_warning(
+                    fmt::format("there is {:.3g} m of free space between the grains and the wall on the {} side of {}: is the "
+                                "container the right one?",
+                                gap, side, "xyz"[axis]));
+}
+
 }  // namespace
 
 PoreSpace pore_space_of(TriangleSurface surface, const Container& container, const std::string& where) {
@@ -190,6 +204,7 @@ PoreSpace pore_space_of(TriangleSurface surface, const Container& container, con
     require_plausible_size(check, container, where);
     require_sound(check, where);
     require_inside_cylinder(surface, container, where);
+    warn_of_free_space(check, container);
     PoreSpace space{.container = container, .section = {}};
     space.solid = std::make_shared<const SurfaceSolid>(surface, container);
     space.surface = std::make_shared<const TriangleSurface>(std::move(surface));

@@ -58,7 +58,9 @@ PaperEvaluation evaluate_as_paper(const LevelCurve& curve, const FallingHeadConf
         mean += k / static_cast<double>(n);
     }
     result.permeability_m2 = mean;
-    if (negative) result.fault = "with the mean k_in the viscous part of Eq. 18 is negative at some times: no mean of k";
+    if (negative)
+        result.fault =
+            "the paper's evaluation gives no k for this curve: with its mean k_in, no viscous loss is left at some times (Eq. 18)";
     result.sound = result.fault.empty();
     return result;
 }

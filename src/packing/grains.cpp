@@ -229,9 +229,10 @@ Section choose_section(const Container& container, const SectionChoice& choice, 
     const double trim = choice.trim_m > 0.0 ? choice.trim_m : std::min(0.03, maximum_feret_diameter_m);
     const double top = std::min(bed.z1, container.height());
     if (top - bed.z0 - 2.0 * trim <= 0.0)
-        throw UserError(
-            fmt::format("nothing is left of the bed: it is {:.4g} m high, and {:.4g} m are trimmed at both ends", bed.length(), trim),
-            {.fix = "set the section (--section z0,z1; section_m) or a smaller trim (--trim; trim_m), or use a higher bed"});
+        throw UserError(fmt::format("nothing is left of the bed: it {} {:.4g} m high, and {:.4g} m are trimmed at both ends",
+                                    choice.bed_known ? "is" : "will be about", bed.length(), trim),
+                        {.allowed = "in [geometry]: section_m (--section z0,z1), trim_m (--trim)",
+                         .fix = "use a smaller trim_m, a section_m, or more grains"});
     return {bed.z0 + trim, top - trim};
 }
 

@@ -42,9 +42,14 @@ ReportSection falling_head_section(const ReportInput& input) {
     for (std::size_t i = 0; levels.is_array() && i < levels.size(); ++i)
         section.rows.push_back({number_text(levels[i]), number_text(times[i], "{:.5g}"), number_text(full[i], "{:.5g}")});
     if (result_at(input, "falling-head/inertial_permeability_from").is_string())
-        section.intro = fmt::format("With k from the lattice Boltzmann run and k_in = {} m from {}.",
-                                    number_text(result_at(input, "falling-head/inertial_permeability_m")),
-                                    result_at(input, "falling-head/inertial_permeability_from").get<std::string>());
+        section.intro = fmt::format(
+            "With k = {} m² ({}), k_in = {} m ({}), a sample of {} m, a start {} m above it, and the inertia coefficient {}.",
+            number_text(result_at(input, "falling-head/permeability_m2")),
+            result_at(input, "falling-head/permeability_from").get<std::string>(),
+            number_text(result_at(input, "falling-head/inertial_permeability_m")),
+            result_at(input, "falling-head/inertial_permeability_from").get<std::string>(),
+            number_text(result_at(input, "falling-head/sample_length_m")), number_text(result_at(input, "falling-head/start_level_m")),
+            number_text(result_at(input, "falling-head/inertia_coefficient"), "{:.3g}"));
     return section;
 }
 

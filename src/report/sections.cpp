@@ -78,6 +78,14 @@ ReportSection permeability_section(const ReportInput& input) {
         .intro =
             "k = mu U L / dP, with U the flow rate over the inner area of the container and dP between the planes of the section. "
             "K = k rho g / mu is the hydraulic conductivity."};
+    section.intro +=
+        " The intervals are numerical: they hold the errors of grids and iteration in this one packing. Another pouring of the same "
+        "grains gives another k";
+    section.intro += input.results.contains("seeds") ? ": see the mean of the packings." : " ([packing] seeds computes several).";
+    const Json &planes = result_at(input, "lbm/section_m"), &feret = result_at(input, "shape/maximum_feret_diameter_m");
+    if (planes.is_array() && feret.is_number() && planes[1].get<double>() - planes[0].get<double>() < feret.get<double>())
+        section.intro =
+            "Note: the section is shorter than one maximum Feret diameter of a grain: it hardly represents the packing. " + section.intro;
     if (result_at(input, "pack/overlap_allowed").is_boolean())
         section.intro =
             fmt::format("Note: grains overlap each other by up to {} diameters and walls by up to {} (overlap_allowed in packing.json). {}",

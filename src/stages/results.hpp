@@ -35,7 +35,7 @@ inline constexpr double lattice_updates_per_second = 6e7;
 [[nodiscard]] double expected_foam_cells(const converters::PoreSpace& space, double cell_size_m, long surface_level, double porosity);
 /// Of one mesh, from the same meshes.
 [[nodiscard]] inline double foam_memory_bytes(double cells) {
-    return 1.2e8 + 2300.0 * cells;
+    return 1.2e8 + 2800.0 * cells;
 }
 [[nodiscard]] inline double foam_disk_bytes(double cells) {
     return 270.0 * cells;

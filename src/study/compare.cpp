@@ -26,7 +26,9 @@ Json result_in(const Path& folder) {
             throw UserError("this is the result of a stage, not of a case", {.where = file.string(), .fix = "name the folder above it"});
         return result;
     }
-    throw UserError("there are no results in " + folder.string(), {.fix = "run the case first: porepack run " + folder.string()});
+    throw UserError("there is no result.json of a case in " + folder.string(),
+                    {.allowed = "folders that porepack run or porepack report has written, or their cases",
+                     .fix = "run the case first: porepack run " + folder.string()});
 }
 
 ComparedValue value_in(const Json& quantity) {

@@ -139,7 +139,7 @@ TEST(Chain, TheQuickstartInReducedSize) {
     EXPECT_TRUE(has(read_text(folder.path() / "both" / "compare.csv"), "permeability_lbm,m2"));
     EXPECT_TRUE(!find_program("gnuplot") || std::filesystem::exists(folder.path() / "both" / "compare.svg"));
     EXPECT_TRUE(has(porepack("compare " + quoted(results / "lbm")).err, "the result of a stage"));
-    EXPECT_TRUE(has(porepack("compare /nowhere").err, "there are no results"));
+    EXPECT_TRUE(has(porepack("compare /nowhere").err, "there is no result.json of a case"));
     double lbm = 0.0, foam = 0.0;
     for (const auto& quantity : result["quantities"]) {
         for (const char* key : {"name", "value", "unit", "method", "uncertainty", "converged", "cost_s"})
@@ -221,7 +221,17 @@ TEST(Chain, SeveralSeedsGiveTheScatterBetweenPackings) {
     const Json seeds = read_json(folder.path() / "results" / "seeds" / "result.json");
     EXPECT_EQ(test::schema_faults(folder.path() / "results"), "");
     EXPECT_EQ(seeds["packings"], 3);
-    EXPECT_GT(seeds["standard_deviation_between_packings_m2"].get<double>(), 0.0);
+    std::vector<double> k;
+    std::istringstream rows(read_text(folder.path() / "results" / "seeds" / "seeds.csv"));
+    for (std::string row; std::getline(rows, row);)
+        if (row.front() != 's') k.push_back(std::stod(row.substr(row.find(',', row.find(',') + 1) + 1)));
+    ASSERT_EQ(k.size(), 3U);
+    const double mean = (k[0] + k[1] + k[2]) / 3.0;
+    double squares = 0.0;
+    for (const double value : k) squares += (value - mean) * (value - mean);
+    EXPECT_NEAR(seeds["permeability_mean_m2"].get<double>() / mean, 1.0, 1e-6);
+    EXPECT_NEAR(seeds["standard_deviation_between_packings_m2"].get<double>() / std::sqrt(squares / 2.0), 1.0, 1e-5);
+    EXPECT_NEAR(seeds["standard_error_of_mean_m2"].get<double>() / std::sqrt(squares / 6.0), 1.0, 1e-5);
     EXPECT_GT(seeds["numerical_half_width_m2"].get<double>(), 0.0);
     const Json other = read_json(folder.path() / "results" / "seed_2" / "lbm" / "result.json");
     EXPECT_NE(other["permeability_m2"], read_json(folder.path() / "results" / "lbm" / "result.json")["permeability_m2"]);

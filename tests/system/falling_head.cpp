@@ -144,6 +144,10 @@ TEST(ForchheimerLong, BothSolversAgree) {
     EXPECT_NEAR(foam.at("creeping_permeability_m2").get<double>() / lattice.at("creeping_permeability_m2").get<double>(), 1.0, 0.2);
     EXPECT_NEAR(foam.at("inertial_permeability_m").get<double>() / lattice.at("inertial_permeability_m").get<double>(), 1.0, 0.15);
     EXPECT_EQ(foam.at("flows").size(), 6U);
+    // Ergun with the diameter of the sphere of the same specific surface: sphericity times the equal-volume diameter (11.187 mm).
+    const double pores = result.at("porosity").get<double>();
+    EXPECT_NEAR(result.at("ergun_inertial_permeability_m").get<double>() / (std::pow(pores, 3) * 0.53 * 0.011187 / (1.75 * (1.0 - pores))),
+                1.0, 1e-3);
 }
 
 }  // namespace

@@ -52,6 +52,10 @@ TEST(Correlations, CarmanKozeny) {
     EXPECT_NEAR(hydraulic_conductivity_m_per_s(1e-9, water), 1e-9 * 998.21 * 9.81 / 1.0016e-3, 1e-6);
     EXPECT_NEAR(carman_kozeny_m2(0.53, 0.0111867, 0.7, 150.0), 0.2809 * 1.25142e-4 * 0.343 / 13.5, 1e-11);
     EXPECT_NEAR(paper_fit_m2(0.7) / 8.784e-7, 1.0, 1e-3);
+    // Ergun by hand: 0.7^3 * 0.53 * 0.0111867 / (1.75 * 0.3).
+    EXPECT_NEAR(ergun_inertial_m(0.53, 0.0111867, 0.7) / 3.87358e-3, 1.0, 1e-5);
+    // One darcy: 1 mPa s and 1 cm/s at 1 atm per cm.
+    EXPECT_NEAR(darcy_m2 / (1e-3 * 1e-2 * 1e-2 / 101325.0), 1.0, 1e-6);
 }
 
 }  // namespace

@@ -54,6 +54,20 @@ Extent extent_of(const Grid& grid, const std::vector<std::uint8_t>& phase) {
     return extent;
 }
 
+TEST(Slices, OutsideTheCylinderIsNeitherGrainNorPore) {
+    const test::Folder folder;
+    Packing packing{
+        .container = parse_container("cylinder:0.02,0.02"), .shapes = {make_preset(ShapeKind::sphere, 0.01, 0.0)}, .bodies = {}};
+    packing.bodies.push_back({.shape = 0, .position_m = Vec3(0.0, 0.0, 0.01)});
+    write_slices(folder.path(), Grains(packing), packing.container, {0.0099, 0.0101}, 2e-4, 2e-4);
+    const SliceStack stack = read_slices(folder.path());
+    std::map<int, double> share;
+    for (const auto phase : stack.phase) share[phase] += 1.0 / static_cast<double>(stack.phase.size());
+    EXPECT_NEAR(share[Phase::outside], 1.0 - std::numbers::pi / 4.0, 0.01);
+    EXPECT_NEAR(share[Phase::grain], std::numbers::pi / 16.0, 0.01);
+    EXPECT_NEAR(share[Phase::pore], 3.0 * std::numbers::pi / 16.0, 0.01);
+}
+
 TEST(Axes, TheLStandsRightInEveryFile) {
     const test::Folder folder;
     write_packing(folder.path() / "packing.json", l_shaped());

@@ -80,6 +80,19 @@ TEST(Column, WithInertiaAnOrificeIsExact) {
     EXPECT_NEAR(column.levels({0.0, 1.0 / k_in_053}, 0.0, 1.6, 0.0, std::vector<double>{time})[0], 0.5, 1e-8);
 }
 
+TEST(Column, ALossKIsAnInertialPermeability) {
+    // K v^2/2 = L v^2/k_in with k_in = 2 L/K.
+    for (const bool inertia : {false, true}) {
+        FallingHeadConfig sample, screen;
+        sample.column_inertia = screen.column_inertia = inertia;
+        screen.loss_coefficient = 20.0;
+        const std::vector<double> times = {0.1, 0.3, 0.6};
+        const auto expected = Column(sample).levels({1e6, 20.0 / (2.0 * sample.sample_length_m)}, 0.0, 1.6, 0.0, times),
+                   found = Column(screen).levels({1e6, 0.0}, 0.0, 1.6, 0.0, times);
+        for (std::size_t i = 0; i < times.size(); ++i) EXPECT_NEAR(found[i], expected[i], 1e-8) << inertia << " " << times[i];
+    }
+}
+
 TEST(Column, InertiaDelaysAndThenHardlyMatters) {
     FallingHeadConfig with, without;
     without.column_inertia = false;
@@ -117,6 +130,39 @@ TEST(Paper, ItsEvaluationOnItsOwnEquation) {
     EXPECT_TRUE(paper.sound) << paper.fault;
     EXPECT_NEAR(paper.inertial_permeability_m / k_in_053, 1.0, 0.02);
     EXPECT_LT(paper.quadratic_residual_m, 1e-3);
+}
+
+TEST(Paper, ItsTwoTimesAreHalfTheDurationApart) {
+    // Levels on a quadratic that is not a solution of Eq. 18, so that k_in depends on the two times: h = 1.3 - 1.2 t + 0.3 t^2 to t = 1.
+    FallingHeadConfig config;
+    LevelCurve curve{.time_s = {}, .level_m = {}};
+    for (int i = 0; i <= 50; ++i) {
+        const double t = 0.02 * i;
+        curve.time_s.push_back(t);
+        curve.level_m.push_back(1.3 - 1.2 * t + 0.3 * t * t);
+    }
+    const double L = config.sample_length_m, g = config.gravity_m_per_s2;
+    const auto per_speed = [&](double t) { return g / L * (1.3 - 1.2 * t + 0.3 * t * t + L) / (1.2 - 0.6 * t); };
+    double sum = 0.0;
+    for (int i = 0; i <= 25; ++i) sum += 0.6 * 0.5 / (per_speed(0.02 * i) - per_speed(0.02 * i + 0.5));
+    EXPECT_NEAR(evaluate_as_paper(curve, config).inertial_permeability_m / (sum / 26.0), 1.0, 1e-6);
+}
+
+TEST(Fit, TheViscousShareCountsTheTrueHead) {
+    // The scale reads 50 mm too low: the head is larger than without the offset, and the viscous share smaller.
+    FallingHeadConfig config;
+    config.column_inertia = false;
+    config.level_offset_m = 0.05;
+    const LevelCurve curve = take_window(simulated(paper_053, config, 0.0, 1), config);
+    const FallingHeadFit fit = fit_falling_head(std::vector<LevelCurve>{curve}, config);
+    const Column column(config);
+    double share = 0.0, weight = 0.0;
+    for (double level = 1.295; level > 0.1; level -= 0.01) {
+        const double speed = column.steady_speed(paper_053, level), head = level + 0.05 + config.sample_length_m;
+        share += config.kinematic_viscosity_m2_per_s * speed / k_053 * config.sample_length_m / (config.gravity_m_per_s2 * head);
+        weight += 1.0;
+    }
+    EXPECT_NEAR(fit.viscous_share / (share / weight), 1.0, 0.02);
 }
 
 TEST(Fit, WithoutNoiseIsExact) {

@@ -6,6 +6,7 @@
 #include "core/machine.hpp"
 #include "helpers.hpp"
 #include "io/image.hpp"
+#include "lbm/wall_effect.hpp"
 #include "tortuosity/tortuosity.hpp"
 
 namespace porepack {
@@ -112,6 +113,19 @@ TEST(InclinedDuct, HydraulicTortuosityIsOneOverCosine) {
     }
 }
 
+TEST(Pipe, TheCoreIsFasterThanTheTube) {
+    // Poiseuille's flow in a pipe with one tiny grain: mean of 2 (1 - r^2) over r < a is 2 - a^2.
+    Packing packing{
+        .container = parse_container("cylinder:0.02,0.03"), .shapes = {make_preset(ShapeKind::sphere, 0.0004, 0.0)}, .bodies = {}};
+    packing.bodies.push_back({.shape = 0, .position_m = Vec3(0.0, 0.0095, 0.015)});
+    PoreSpace space = pore_space_of(packing).with_section({0.0148, 0.0152});
+    space.grain_size_m = 0.006;  // voxels of 1 mm
+    for (const double layer_m : {0.002, 0.004}) {
+        const double a = 1.0 - layer_m / 0.01;
+        EXPECT_NEAR(core_over_tube_permeability(space.with_section({0.012, 0.018}), layer_m) / (2.0 - a * a), 1.0, 0.03) << layer_m;
+    }
+}
+
 TEST(HydraulicTortuosity, NeedsAFlow) {
     FlowImage flow{.grid = {.cells = {2, 2, 2}},
                    .velocity_m_per_s = std::vector<float>(24, 0.0F),
@@ -126,6 +140,18 @@ TEST(HydraulicTortuosity, NeedsAFlow) {
     const test::Folder folder;
     write_flow_image(folder.path() / "flow.vti", flow);
     EXPECT_THROW((void)read_flow_image(folder.path() / "flow.vti"), UserError);
+}
+
+TEST(HydraulicTortuosity, IsThatOfTheSection) {
+    // The lowest of four layers flows at 45 degrees.
+    FlowImage flow{.grid = {.cells = {1, 1, 4}},
+                   .velocity_m_per_s = {1.0F, 0.0F, 1.0F, 0.0F, 0.0F, 1.0F, 0.0F, 0.0F, 1.0F, 0.0F, 0.0F, 1.0F},
+                   .pressure_Pa = std::vector<float>(4, 0.0F),
+                   .phase = std::vector<std::uint8_t>(4, Phase::pore),
+                   .notes = {}};
+    EXPECT_NEAR(hydraulic_tortuosity(flow, {0.0, 4.0}, 2), (3.0 + std::sqrt(2.0)) / 4.0, 1e-6);
+    EXPECT_EQ(hydraulic_tortuosity(flow, {1.0, 4.0}, 2), 1.0);
+    EXPECT_NEAR(hydraulic_tortuosity(flow, {0.0, 2.0}, 2), (1.0 + std::sqrt(2.0)) / 2.0, 1e-6);
 }
 
 TEST(SphereArrays, PermeabilityWithinTheBoundsOfPlainBounceBack) {

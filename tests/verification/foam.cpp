@@ -4,6 +4,7 @@
 
 #include "helpers.hpp"
 #include "openfoam/foam.hpp"
+#include "openfoam/foam_field.hpp"
 
 namespace porepack {
 namespace {
@@ -39,6 +40,27 @@ TEST(FoamDuct, IsOfSecondOrder) {
     std::printf("  errors %+.4f %+.4f %+.4f\n", error[0], error[1], error[2]);
     EXPECT_LT(std::abs(error[2]), 0.01);
     for (int k = 0; k < 2; ++k) EXPECT_NEAR(std::log2(error[k] / error[k + 1]), 2.0, 0.15);
+}
+
+TEST(FoamField, ThePressureOfAPlaneIsFluxWeighted) {
+    // A fast stream at pressure 2 - z and a slow one at 5 - z, through the plane z = 0: (3 * 2 + 1 * 5) / 4.
+    std::vector<FoamCell> cells;
+    for (const double z : {-0.6, -0.2, 0.2, 0.6}) {
+        cells.push_back({Vec3(0.0, 0.0, z), Vec3(0.0, 0.0, 3.0), 2.0 - z, 1.0});
+        cells.push_back({Vec3(1.0, 0.0, z), Vec3(0.0, 0.0, 1.0), 5.0 - z, 1.0});
+    }
+    EXPECT_NEAR(plane_pressure(cells, 0.0, 1.0), 11.0 / 4.0, 1e-12);
+    EXPECT_NEAR(plane_pressure(cells, 0.1, 1.0), 11.0 / 4.0 - 0.1, 1e-12);
+}
+
+TEST(FoamExtrapolation, TwoMeshesHaveOrderOneAndAHalf) {
+    // 8 times the cells: cells of half the size; k = 1 + h^1.5 with h = 0.2 and 0.1.
+    const std::array<double, 2> cells = {1000.0, 8000.0}, values = {1.0 + std::pow(0.2, 1.5), 1.0 + std::pow(0.1, 1.5)};
+    const FoamExtrapolation found = extrapolate_meshes(cells, values);
+    EXPECT_NEAR(found.value, 1.0, 1e-12);
+    const double change = values[1] - values[0];
+    EXPECT_NEAR(found.interval.low, values[1] + change, 1e-12);         // order 1
+    EXPECT_NEAR(found.interval.high, values[1] + change / 3.0, 1e-12);  // order 2
 }
 
 TEST(FoamExtrapolation, FindsOrderAndLimit) {

@@ -19,7 +19,8 @@ TEST(Forchheimer, TheLineIsFoundAgain) {
     EXPECT_NEAR(fit.intercept_permeability_m2 / k, 1.0, 1e-9);
     EXPECT_NEAR(fit.inertial_interval_m.low / k_in, 1.0, 1e-9);
     EXPECT_NEAR(fit.inertial_interval_m.high / k_in, 1.0, 1e-9);
-    EXPECT_LT(fit.extrapolated_interval_m.low, 0.81 * k_in);
+    EXPECT_NEAR(fit.extrapolated_interval_m.low / k_in, 0.8, 1e-9);
+    EXPECT_NEAR(fit.extrapolated_interval_m.high / k_in, 1.25, 1e-9);
     EXPECT_NEAR(fit.inertial_factor, 0.2, 1e-9);
     // 5 % are lost at Re = 0.05/0.95 d k_in / k = 2.63.
     ASSERT_TRUE(fit.onset_reynolds);
@@ -33,6 +34,20 @@ TEST(Forchheimer, TheLineIsFoundAgain) {
     EXPECT_NEAR(own.high * (1.0 - error) / k_in, 1.0, 1e-9);
     // Errors common to all flows are added once more.
     EXPECT_NEAR(fit_forchheimer(k, d, flows, 0.1).inertial_interval_m.low * 1.1 / own.low, 1.0, 1e-9);
+}
+
+TEST(Forchheimer, TheErrorsOfTheFitAreRelative) {
+    // Three flows off a line: least squares of y = 1/k_apparent over x = U/nu with the weights 1/y^2, by the normal equations.
+    const double k = 1e-6, d = 0.01;
+    const std::vector<ApparentPermeability> flows = {{10.0, 0.80e-6, 0.0}, {20.0, 0.60e-6, 0.0}, {40.0, 0.45e-6, 0.0}};
+    Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
+    Eigen::Vector2d right = Eigen::Vector2d::Zero();
+    for (const auto& flow : flows) {
+        const Eigen::Vector2d row = Eigen::Vector2d(1.0, flow.reynolds / d) * flow.permeability_m2;  // both sides over y
+        normal += row * row.transpose();
+        right += row;
+    }
+    EXPECT_NEAR(fit_forchheimer(k, d, flows).inertial_permeability_m * normal.ldlt().solve(right)[1], 1.0, 1e-9);
 }
 
 TEST(Forchheimer, WeakInertiaAndTooFewFlows) {

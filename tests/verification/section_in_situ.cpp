@@ -3,6 +3,7 @@
 
 #include "core/data_file.hpp"
 #include "lbm/known.hpp"
+#include "lbm/layers.hpp"
 #include "lbm/permeability.hpp"
 #include "openfoam/foam_field.hpp"
 
@@ -22,6 +23,23 @@ LbmConfig one_grid(long subsections = 1) {
 }  // namespace
 
 // The settled packing, 3.4 nodes per capsule diameter: the same voxels alone and in the flow through 130 mm.
+TEST(InSitu, TheGradientIsTheDropOverTheLayers) {
+    // Density 4, 3, 2, 1 in four layers of the same flow; the planes between them lie half-way: 3.5, 2.5, 1.5; zero on the end planes.
+    const converters::Drive drive{.axis = 2, .periodic = {false, false, false}};
+    Layers layers;
+    for (const double density : {4.0, 3.0, 2.0, 1.0}) {
+        layers.nodes.push_back(1.0);
+        layers.flow.push_back(0.5);
+        layers.power.push_back(0.5 * density);
+        layers.density.push_back(density);
+    }
+    for (const auto pressure : {PlanePressure::flux_weighted, PlanePressure::mean}) {
+        EXPECT_NEAR(gradient_between(0.0, drive, layers, 1, 2, pressure), (3.5 - 1.5) / (3.0 * 2.0), 1e-12);
+        EXPECT_NEAR(gradient_between(0.1, drive, layers, 1, 1, pressure), 0.1 + (3.5 - 2.5) / 3.0, 1e-12);
+        EXPECT_NEAR(gradient_between(0.1, drive, layers, 0, 3, pressure), 0.1, 1e-12);
+    }
+}
+
 TEST(InSitu, ASliceAloneAgreesWithTheSliceInItsBed) {
     const double h = 1.2e-3, slice = 20.0 * h, z0 = 110.0 * h;
     const PoreSpace bed = pore_space_of(read_packing(data_file("cases") / "paper_packing" / "settled" / "tetrapod_053.json.gz"));

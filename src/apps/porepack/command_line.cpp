@@ -128,19 +128,25 @@ void print_summary(const std::string& stage, const Json& result) {
         {"stl", {"triangles", "volume_m3", "volume_error", "closed", "self_intersecting"}},
         {"voxelise", {"cells", "voxel_size_m", "section_m", "porosity", "porosity_uncertainty"}},
         {"slices", {"slices", "spacing_m", "pixel_m", "section_m"}},
-        {"lbm", {"permeability_m2", "permeability_interval_m2", "section_m", "converged", "iteration_error"}},
+        {"lbm", {"permeability_m2", "permeability_interval_m2", "section_m", "porosity", "converged"}},
+        {"falling-head-analysis",
+         {"sample_length_m", "inertia_coefficient", "/packings/0/least_squares/permeability_m2",
+          "/packings/0/least_squares/permeability_interval_m2", "/packings/0/least_squares/inertial_permeability_m", "verdict",
+          "verdict_inertial"}},
         {"foam", {"permeability_m2", "permeability_interval_m2", "section_m", "converged", "cells"}}};
     const auto found = main_keys.find(stage);
-    if (found == main_keys.end()) return print_lines(result);
-    for (const char* key : found->second) {
-        if (!result.contains(key)) continue;
-        const Json& value = result.at(key);
+    if (found == main_keys.end() || (result.contains("packings") && result["packings"].size() > 1)) return print_lines(result);
+    for (const std::string key : found->second) {
+        const Json::json_pointer at(key.starts_with("/") ? key : "/" + key);
+        if (!result.contains(at)) continue;
+        const Json& value = result.at(at);
         std::string text;
         for (const Json& entry : value.is_array() ? value : Json::array({value}))
             text += (text.empty() ? "" : ", ") + (entry.is_number_float() ? fmt::format("{:.4g}", entry.get<double>())
                                                   : entry.is_null()       ? std::string("none")
+                                                  : entry.is_string()     ? entry.get<std::string>()
                                                                           : entry.dump());
-        fmt::print("{}: {}\n", key, text);
+        fmt::print("{}: {}\n", at.back(), text);
     }
 }
 

@@ -49,7 +49,9 @@ void add_falling_head_commands(CommandLine& line) {
 
     const auto options = std::make_shared<SimulateOptions>();
     auto& simulation = line.add_below(
-        head, "simulate", "water level over time: Eq. 18 in closed form, and with the water's inertia, wire screens and noise",
+        head, "simulate",
+        "water level over time: Eq. 18 in closed form (times_s), and with the water's inertia, wire screens and noise "
+        "(times_full_equation_s); with --output, the curve as CSV too",
         "porepack falling-head simulate --permeability 8.9e-7 --inertial-permeability 3.9e-3 --sample-length 0.12 --start-level "
         "1.6 --levels 1.3,0.7,0.1",
         [&common, options] { simulate(common, *options); });
