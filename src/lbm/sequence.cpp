@@ -163,9 +163,21 @@ Scheme Sequence::scheme_for(double voxel_size_m, const Drive& drive) const {
     if (saved_) return with_tau(scheme, saved_->relaxation_time);
     if (!tuned()) return scheme;
     if (result_.grids.empty()) return with_tau(scheme, std::min(scheme.tau, largest_tau_));
-    // Viscous modes decay with nu / h^2, pressure modes with 1 / (nu L^2): the best nu grows with 1/h.
     const LbmGridResult& coarse = result_.grids.back();
-    return with_tau(scheme, std::clamp(0.5 + (coarse.relaxation_time - 0.5) * coarse.voxel_size_m / voxel_size_m, 0.55, largest_tau_));
+    return with_tau(scheme, std::clamp(0.5 + (coarse.relaxation_time - 0.5) * viscosity_ratio(voxel_size_m), 0.55, largest_tau_));
+}
+
+// Of the next grid to the last one. Viscous modes decay with nu / h^2, pressure modes with 1 / (nu L^2): the best nu grows with 1/h. Where
+// the last grid needed many steps, its pores were too narrow for that, and half the viscosity is tried; a change that helped is repeated.
+double Sequence::viscosity_ratio(double voxel_size_m) const {
+    constexpr long many_steps = 1000;
+    const LbmGridResult& last = result_.grids.back();
+    const double natural = last.voxel_size_m / voxel_size_m;
+    if (last.run.steps <= many_steps) return natural;
+    if (result_.grids.size() < 2) return 0.5;
+    const LbmGridResult& before = result_.grids[result_.grids.size() - 2];
+    const bool was_lowered = last.relaxation_time < before.relaxation_time, helped = last.run.steps < before.run.steps;
+    return was_lowered == helped ? 0.5 : natural;
 }
 
 bool Sequence::solve(double voxel_size_m, bool coarsest_of_many, double max_seconds) {

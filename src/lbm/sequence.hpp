@@ -47,6 +47,7 @@ private:
         StokesRun run = {};
     };
     [[nodiscard]] bool tuned() const { return config_.relaxation_time == 0.0 && config_.collision == Collision::trt; }
+    [[nodiscard]] double viscosity_ratio(double voxel_size_m) const;
     [[nodiscard]] Scheme scheme_for(double voxel_size_m, const converters::Drive& drive) const;
     [[nodiscard]] Solved make(const Domain& domain, const Scheme& scheme) const;
     [[nodiscard]] Solved fastest(const Domain& domain, const Scheme& scheme, const FlowSection& section,
