@@ -34,4 +34,7 @@ namespace porepack::benchmarks {
 /// Error and time of the measures of shapes against tolerance, of the inverse, and of CGAL's surfaces against their number of triangles.
 [[nodiscard]] core::Json shapes_benchmark();
 
+/// The rule of --until-sure on 10,000 simulated sequences of packings, and on those of `seeds_csv` (permeability_m2 in the third column).
+[[nodiscard]] core::Json stopping_benchmark(const std::vector<std::string>& seeds_csv);
+
 }  // namespace porepack::benchmarks

@@ -45,6 +45,7 @@ constexpr Benchmark benchmarks[] = {
     {"section", [](const Request& r) { return section_benchmark(r.cases, r.quick, r.folder); }},
     {"shapes", [](const Request&) { return shapes_benchmark(); }},
     {"speed-error", [](const Request& r) { return speed_error_benchmark(r.quick, r.folder); }},
+    {"stopping", [](const Request& r) { return stopping_benchmark(r.cases); }},
     {"tortuosity", [](const Request& r) { return tortuosity_benchmark(r.quick, r.folder); }},
 };
 
@@ -70,11 +71,14 @@ int main_or_throw(int argc, char** argv) {
     std::string folder;
     int threads = 0;
     bool json = false;
-    app.add_option("name", request.name, "coverage, cross-check, foam, iteration, lbm, packing, section, shapes, speed-error, tortuosity")
+    app.add_option("name", request.name,
+                   "coverage, cross-check, foam, iteration, lbm, packing, section, shapes, speed-error, stopping, "
+                   "tortuosity")
         ->required();
-    app.add_option(
-        "cases", request.cases,
-        "for cross-check: folders with case.toml; for section: parts (arrays, lengths, plane_pressures, slices_053, slices_087)");
+    app.add_option("cases", request.cases,
+                   "for cross-check: folders with case.toml; for section: parts (arrays, lengths, plane_pressures, slices_053, "
+                   "slices_087); for stopping: seeds.csv of "
+                   "studies, whose packings are resampled");
     app.add_option("--output", folder, "folder for <name>.json and figures");
     app.add_option("--threads", threads, "threads of parallel loops (default: OMP_NUM_THREADS, else the cores that this process may use)")
         ->check(CLI::Range(1, 1024));

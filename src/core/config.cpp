@@ -113,6 +113,7 @@ public:
     }
     void text(const char* key, std::string& value, const char* meaning) override { add(key, "text", "", value, meaning); }
     void renamed(const char* old_key, const char* key) override { old_names[old_key] = key; }
+    void moved_to(const char* table, const char* key) override { old_names[key] = fmt::format("{}.{}", table, key); }
     void word(const char* key, std::string& value, const std::vector<std::string>& allowed, const char* meaning) override {
         add(key, "choice", fmt::format("{}", fmt::join(allowed, ", ")), value, meaning);
     }

@@ -116,7 +116,7 @@ struct KeyRow {
 [[nodiscard]] std::pair<std::string, std::string> split_unit(std::string_view key);
 /// "voxel_size_m" -> "--voxel-size".
 [[nodiscard]] std::string flag_of(std::string_view key);
-/// Old name -> new name of the keys that were renamed.
+/// Old name -> new name of the keys that were renamed; "table.key" of those that moved to another table.
 [[nodiscard]] std::map<std::string, std::string> renamed_keys(const Describe& describe);
 /// The known word nearest to `word` (Levenshtein distance), or empty when none is near.
 [[nodiscard]] std::string nearest(std::string_view word, const std::vector<std::string>& known);

@@ -155,6 +155,12 @@ std::optional<Path> find_program(const std::string& name) {
     return std::nullopt;
 }
 
+std::optional<Path> porepack_program() {
+    std::error_code none;
+    const Path beside = std::filesystem::read_symlink("/proc/self/exe", none).parent_path() / "porepack";
+    return std::filesystem::exists(beside) ? std::optional(beside) : find_program("porepack");
+}
+
 void require_program(const std::string& name, const std::string& package) {
     if (find_program(name)) return;
     throw EngineError(name + " is not installed (not on PATH)", {.fix = "apt-get install --no-install-recommends " + package});

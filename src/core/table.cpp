@@ -1,7 +1,11 @@
 #include "core/table.hpp"
 
 #include <cmath>
+#include <cstdlib>
+#include <sstream>
 #include <stdexcept>
+
+#include "core/error.hpp"
 
 namespace porepack::core {
 
@@ -40,6 +44,26 @@ std::string Table::csv_with_note(const std::string& note) const {
 
 void Table::write(const Path& path) const {
     write_text(path, csv());
+}
+
+std::vector<std::vector<double>> read_table(const Path& path) {
+    std::istringstream lines(read_text(path));
+    std::vector<std::vector<double>> rows;
+    std::string line;
+    std::getline(lines, line);  // the header
+    for (long number = 2; std::getline(lines, line); ++number) {
+        if (line.empty() || line.front() == '#') continue;
+        std::vector<double> row;
+        std::istringstream fields(line + ",");
+        for (std::string field; std::getline(fields, field, ',');) {
+            char* end = nullptr;
+            row.push_back(field.empty() ? std::nan("") : std::strtod(field.c_str(), &end));
+            if (!field.empty() && *end != '\0')
+                throw UserError("not a number: " + field, {.where = fmt::format("{}, line {}", path.string(), number)});
+        }
+        rows.push_back(std::move(row));
+    }
+    return rows;
 }
 
 }  // namespace porepack::core

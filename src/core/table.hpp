@@ -51,4 +51,7 @@ private:
     std::vector<std::vector<std::string>> rows_;
 };
 
+/// The numbers of a file that Table has written, row by row without the header; an empty field is NaN. Throws UserError for text.
+[[nodiscard]] std::vector<std::vector<double>> read_table(const Path& path);
+
 }  // namespace porepack::core

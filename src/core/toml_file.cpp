@@ -227,6 +227,14 @@ bool TomlFile::has(std::string_view name) const {
     return content_->table.contains(name);
 }
 
+std::map<std::string, std::string> TomlFile::keys_of(std::string_view name) const {
+    std::map<std::string, std::string> keys;
+    if (const toml::table* table = content_->table[name].as_table())
+        for (const auto& [key, node] : *table)
+            keys[std::string(key.str())] = fmt::format("{}, line {}", content_->path.string(), node.source().begin.line);
+    return keys;
+}
+
 void TomlFile::require_known_tables(const std::vector<std::string>& known) const {
     for (const auto& [key, node] : content_->table) {
         const std::string name(key.str());

@@ -20,6 +20,8 @@ public:
     /// of range throw UserError with file, line, what is allowed and the nearest known key.
     void read(std::string_view name, const Describe& describe, const Flags& flags = {}) const;
     [[nodiscard]] bool has(std::string_view name) const;
+    /// The keys of a table, each with its place ("case.toml, line 12").
+    [[nodiscard]] std::map<std::string, std::string> keys_of(std::string_view name) const;
     /// Throws UserError when the file has a table that is not in `known`.
     void require_known_tables(const std::vector<std::string>& known) const;
 

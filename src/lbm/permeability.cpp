@@ -33,7 +33,7 @@ void find_interval(const PoreSpace& space, const LbmConfig& config, LbmResult& r
     result.permeability_m2 = k;
     result.half_width.reset();
     IntervalParts parts{.iteration_m2 = 2.0 * fine.run.iteration_error * k,
-                        .ends_m2 = fine.by_pressure ? 0.5 * std::abs(k - fine.permeability_volume_m2) : 0.0,
+                        .mass_balance_m2 = fine.by_pressure ? 0.5 * std::abs(k - fine.permeability_volume_m2) : 0.0,
                         .precision_m2 = (config.precision == Precision::single_precision ? 1e-4 : 1e-9) * k};
     if (scheme_of(config, space.has_exact_walls(), {}).walls == Walls::bounce_back) {
         if (grids.size() < 2) return;

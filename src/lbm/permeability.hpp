@@ -54,17 +54,17 @@ void visit_members(Self& grid, const Visit& visit) {
 
 /// Half widths of the contributions to the interval of k; they are added.
 struct IntervalParts {
-    double grid_m2 = 0.0;       ///< estimated change on finer grids
-    double iteration_m2 = 0.0;  ///< estimated change with more steps
-    double ends_m2 = 0.0;       ///< half the difference between k by the end planes' flow rate and by volume average
-    double precision_m2 = 0.0;  ///< rounding
-    [[nodiscard]] double sum() const { return grid_m2 + iteration_m2 + ends_m2 + precision_m2; }
+    double grid_m2 = 0.0;          ///< estimated change on finer grids
+    double iteration_m2 = 0.0;     ///< estimated change with more steps
+    double mass_balance_m2 = 0.0;  ///< half the difference between k by the end planes' flow rate and by volume average
+    double precision_m2 = 0.0;     ///< rounding
+    [[nodiscard]] double sum() const { return grid_m2 + iteration_m2 + mass_balance_m2 + precision_m2; }
 };
 template <core::MembersOf<IntervalParts> Self, typename Visit>
 void visit_members(Self& parts, const Visit& visit) {
     visit("grid", parts.grid_m2);
     visit("iteration", parts.iteration_m2);
-    visit("ends", parts.ends_m2);
+    visit("mass_balance", parts.mass_balance_m2);
     visit("precision", parts.precision_m2);
 }
 
@@ -79,13 +79,19 @@ void visit_members(Self& part, const Visit& visit) {
     visit("permeability_m2", part.permeability_m2);
 }
 
+/// A layer of voxels of the finest grid: its pressure gradient over that of the section, which is its resistance over the mean resistance.
+struct LayerGradient {
+    double z0_m, z1_m, relative_gradient;
+};
+
 struct LbmResult {
     double permeability_m2 = 0.0;             ///< extrapolated if there are three grids, else the finest one's
     std::vector<LbmGridResult> grids;         ///< coarse to fine
     std::optional<IntervalParts> half_width;  ///< of the interval; needs three grids (bounce-back: two)
     std::string stopped_by;                   ///< why a tolerance was not reached; empty if it was
     std::vector<SubsectionResult> subsections;
-    core::FlowImage flow;  ///< empty unless requested
+    std::vector<LayerGradient> gradients;  ///< of the section's layers, for a flow along z
+    core::FlowImage flow;                  ///< empty unless requested
     [[nodiscard]] const LbmGridResult& fine() const { return grids.back(); }
     /// Of the whole bed, corrected by the same factor as that of the section; nothing if the flow does not go through all of it.
     [[nodiscard]] std::optional<double> bed_permeability_m2() const;

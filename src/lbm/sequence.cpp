@@ -53,10 +53,10 @@ std::vector<SubsectionResult> subsections(const LbmGridResult& grid, const Domai
     const double force = scheme.force[static_cast<std::size_t>(domain.drive.axis)], h = grid.voxel_size_m;
     const long layers = section.last_layer - section.first_layer + 1;
     if (domain.drive.axis != 2) return results;
-    for (long part = 0; part < std::min(parts, layers); ++part) {
+    parts = std::min(parts, layers);
+    for (long part = 0; part < parts; ++part) {
         const auto first = static_cast<std::size_t>(section.first_layer + layers * part / parts),
                    end = static_cast<std::size_t>(section.first_layer + layers * (part + 1) / parts);
-        if (first == end) continue;
         double flow = 0.0;
         for (std::size_t layer = first; layer < end; ++layer) flow += grid.run.layers.flow[layer];
         flow /= static_cast<double>(end - first);
@@ -66,6 +66,19 @@ std::vector<SubsectionResult> subsections(const LbmGridResult& grid, const Domai
                            flow * scheme.viscosity_lu() / (section.area_cells * gradient) * h * h});
     }
     return results;
+}
+
+std::vector<LayerGradient> layer_gradients(const LbmGridResult& grid, const Domain& domain, const Scheme& scheme,
+                                           const FlowSection& section, const Section& planes) {
+    std::vector<LayerGradient> gradients;
+    if (domain.drive.axis != 2) return gradients;
+    const auto first = static_cast<std::size_t>(section.first_layer), last = static_cast<std::size_t>(section.last_layer);
+    const double force = scheme.force[2], mean = gradient_between(force, domain.drive, grid.run.layers, first, last);
+    for (std::size_t layer = first; layer <= last; ++layer) {
+        const double z0 = planes.z0 + static_cast<double>(layer - first) * grid.voxel_size_m;
+        gradients.push_back({z0, z0 + grid.voxel_size_m, gradient_between(force, domain.drive, grid.run.layers, layer, layer) / mean});
+    }
+    return gradients;
 }
 
 // Identity of configuration, section, nodes and wall distances. It only has to distinguish runs of this program.
@@ -266,6 +279,7 @@ void Sequence::keep(LbmGridResult grid, Solved solved, Domain&& domain, PhaseIma
         grid.bed_permeability_m2 = solved.scheme.viscosity_lu() * grid.run.superficial_velocity_lu * length / drop * h2;
     }
     result_.subsections = subsections(grid, domain, solved.scheme, section, space_.section, config_.subsections);
+    result_.gradients = layer_gradients(grid, domain, solved.scheme, section, space_.section);
     force_ = solved.scheme.force[static_cast<std::size_t>(domain.drive.axis)];
     field_ = take_field(*solved.flow, std::move(domain), solved.scheme);
     image_ = std::move(image);

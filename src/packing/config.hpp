@@ -31,7 +31,6 @@ struct PackingConfig {
     std::string file = {};
     Fill fill = Fill::batches;
     long seed = 1;
-    long seeds = 1;
     long grains = 0;
     double fill_height_m = 0.0;
     double surface_tolerance = 0.05;
@@ -65,8 +64,7 @@ inline void describe(core::ConfigVisitor& v, PackingConfig& c) {
              "batches: grains fall from drop_height_m, batch after batch (batch_grains = 1: one grain at a time); lattice: all grains fall "
              "at once from a loose lattice above the floor");
     v.integer("seed", c.seed, core::between(0, 2147483647), "seed of all random poses");
-    v.integer("seeds", c.seeds, core::between(1, 1000),
-              "number of packings, with consecutive seeds: the permeability of each packing is computed, and their scatter is reported");
+    v.moved_to("packings", "seeds");
     v.integer("grains", c.grains, {.low = 0, .high = 1e6, .zero_is_auto = true},
               "number of grains; auto: grains are added until the bed reaches fill_height_m");
     v.number("fill_height_m", c.fill_height_m, core::positive_or_auto(),
@@ -103,6 +101,28 @@ inline void describe(core::ConfigVisitor& v, PackingConfig& c) {
     v.boolean("sleep", c.sleep, "engine capsule: grains at rest are not computed until the force on one of their contacts changes");
     v.number("snapshot_interval_s", c.snapshot_interval_s, core::between(1e-3, 1e6),
              "simulated time between snapshots, from which an interrupted run resumes");
+}
+
+/// Table [packings]: several packings of one case, with consecutive seeds.
+struct PackingsConfig {
+    long seeds = 1;
+    double until_sure = 0.0;
+    long max_packings = 200;
+    double max_time_s = 0.0;
+    [[nodiscard]] bool several() const { return seeds > 1 || until_sure > 0.0; }
+};
+
+inline void describe(core::ConfigVisitor& v, PackingsConfig& c) {
+    v.moved_here("packing", "seeds");
+    v.integer("seeds", c.seeds, core::between(1, 1000),
+              "number of packings, with consecutive seeds: porosity, tortuosities and permeability of each are computed, and their scatter "
+              "is reported");
+    v.number("until_sure", c.until_sure, {.low = 0.005, .high = 0.5, .zero_is_auto = true},
+             "packings are added (at least 5) until the 95 % interval of the mean permeability is within this fraction of it, numerical "
+             "part included; auto: `seeds` packings");
+    v.integer("max_packings", c.max_packings, core::between(5, 1000), "until_sure: maximum number of packings");
+    v.number("max_time_s", c.max_time_s, {.low = 1.0, .high = 1e9, .zero_is_auto = true},
+             "until_sure: seconds after which no further packing is begun; auto: no limit");
 }
 
 }  // namespace porepack::packing

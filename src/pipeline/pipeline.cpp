@@ -169,6 +169,14 @@ std::vector<StageStatus> status_of(const Pipeline& pipeline) {
     return list;
 }
 
+bool is_done(const Pipeline& pipeline, const std::string& last) {
+    const std::vector<const Stage*> stages = stages_up_to(pipeline, last);
+    return std::all_of(stages.begin(), stages.end(), [&](const Stage* stage) {
+        std::string why;
+        return state_in(pipeline, *stage, why) == StageState::done;
+    });
+}
+
 Json run_pipeline(const Pipeline& pipeline, const std::string& last) {
     const Lock lock(pipeline.results);
     Json result;
@@ -197,21 +205,42 @@ std::string text_of(const Expectation& expected, double slowness) {
     return fmt::format("{}{}{}", expected.text, expected.text.empty() || parts.empty() ? "" : "; ", fmt::join(parts, ", "));
 }
 
-Json plan_pipeline(const Pipeline& pipeline, const std::string& last, double slowness) {
-    Json plan = {{"stages", Json::array()}};
-    Expectation all;
+namespace {
+
+// visit(stage, state, what it needs if it is not done).
+template <typename Visit>
+void for_expected(const Pipeline& pipeline, const std::string& last, const Visit& visit) {
     for (const Stage* stage : stages_up_to(pipeline, last)) {
         std::string why;
         const StageState state = state_in(pipeline, *stage, why);
-        const Expectation expected = state == StageState::done ? Expectation{.text = "nothing"} : stage->expect();
-        all.memory_bytes = std::max(all.memory_bytes, expected.memory_bytes);
-        all.wall_time_s += expected.wall_time_s;
-        all.disk_bytes += expected.disk_bytes;
-        plan["stages"].push_back({{"stage", stage->name},
+        visit(*stage, state, state == StageState::done ? Expectation{.text = "nothing"} : stage->expect());
+    }
+}
+
+void add(Expectation& all, const Expectation& expected) {
+    all.memory_bytes = std::max(all.memory_bytes, expected.memory_bytes);
+    all.wall_time_s += expected.wall_time_s;
+    all.disk_bytes += expected.disk_bytes;
+}
+
+}  // namespace
+
+Expectation expected_of(const Pipeline& pipeline, const std::string& last) {
+    Expectation all;
+    for_expected(pipeline, last, [&](const Stage&, StageState, const Expectation& expected) { add(all, expected); });
+    return all;
+}
+
+Json plan_pipeline(const Pipeline& pipeline, const std::string& last, double slowness) {
+    Json plan = {{"stages", Json::array()}};
+    Expectation all;
+    for_expected(pipeline, last, [&](const Stage& stage, StageState state, const Expectation& expected) {
+        add(all, expected);
+        plan["stages"].push_back({{"stage", stage.name},
                                   {"state", name_of(state)},
                                   {"would_run", state != StageState::done},
                                   {"expected", text_of(expected, slowness)}});
-    }
+    });
     plan["expected"] = text_of(all, slowness);
     plan["memory_available"] = human_bytes(available_memory_bytes());
     Path disk = fs::absolute(pipeline.results);

@@ -27,11 +27,16 @@ struct StageStatus {
 };
 [[nodiscard]] std::vector<StageStatus> status_of(const Pipeline& pipeline);
 
+/// True if `last` and all stages that it needs are done.
+[[nodiscard]] bool is_done(const Pipeline& pipeline, const std::string& last);
+
 /// Runs the stages not yet done, up to and including `last` (if empty: the last of all), and only those that it needs. Returns its result.
 /// A stage that fails stops the chain; its folder stays as results/<stage>.failed. Throws UserError when another process runs here or
 /// there is no such stage, and passes on what the stages throw.
 core::Json run_pipeline(const Pipeline& pipeline, const std::string& last = {});
 
+/// What the stages that would run need together: the largest memory, the sums of times and disk space.
+[[nodiscard]] Expectation expected_of(const Pipeline& pipeline, const std::string& last = {});
 /// The stages that would run, with the expected memory, time and disk space of each and of all; times are multiplied by `slowness`.
 [[nodiscard]] core::Json plan_pipeline(const Pipeline& pipeline, const std::string& last = {}, double slowness = 1.0);
 

@@ -63,15 +63,20 @@ void add_plots(const ReportInput& input, const Path& folder, std::vector<ReportS
 Json main_numbers_of(const ReportInput& input) {
     Json list = Json::array();
     const auto add = [&](const std::string& label, const std::string& text) { list.push_back({{"label", label}, {"text", text}}); };
-    const Json& pores = result_at(input, "voxelise/porosity");
-    add("porosity of the section", number_text(pores, "{:.4f}"));
+    const bool several = result_at(input, "seeds/packings").is_number();
+    const std::string n = several ? fmt::format(" of {} packings", result_at(input, "seeds/packings").get<long>()) : "";
+    for (const auto& [quantity, name] : {std::pair("permeability_m2", "k"), std::pair("porosity", "porosity")}) {
+        add(std::string(name) + ", this packing", sure_text(input, quantity, "this_packing"));
+        add(std::string(name) + ", mean" + (several ? n : std::string(" of such packings")),
+            sure_text(input, quantity, "mean_of_such_packings"));
+        if (several) add(std::string(name) + ", next packing", sure_text(input, quantity, "next_such_packing"));
+    }
     const auto k_text = [&](const char* stage) {
         const Json& k = result_at(input, std::string(stage) + "/permeability_m2");
         const Json& interval = result_at(input, std::string(stage) + "/permeability_interval_m2");
         return k.is_number() ? number_text(k, "{:.4g} m²") + (interval.is_array() ? " (" + interval_text(interval) + ")" : "")
                              : std::string("not run");
     };
-    add("k by lattice Boltzmann", k_text("lbm"));
     const Json& k = result_at(input, "lbm/permeability_m2");
     add("K, " + input.fluid_text,
         k.is_number()
@@ -166,10 +171,13 @@ Json quantities(const ReportInput& input) {
 }
 
 Json write_report(const ReportInput& input, const Path& folder) {
-    std::vector<ReportSection> sections = {permeability_section(input), packing_section(input),      tortuosity_section(input),
-                                           inertia_section(input),      falling_head_section(input), causes_section(input),
-                                           convergence_section(input),  cost_section(input)};
-    if (fs::exists(folder / "packing.png")) sections[1].pictures = {{"packing.png", "The packing: surface made by CGAL."}};
+    std::vector<ReportSection> sections = {uncertainty_section(input), budget_section(input),       permeability_section(input),
+                                           packing_section(input),     tortuosity_section(input),   descriptors_section(input),
+                                           inertia_section(input),     falling_head_section(input), causes_section(input),
+                                           convergence_section(input), cost_section(input)};
+    add_budget_picture(input, folder, sections[1]);
+    add_descriptor_pictures(input, folder, sections[5]);
+    if (fs::exists(folder / "packing.png")) sections[3].pictures = {{"packing.png", "The packing: surface made by CGAL."}};
     add_plots(input, folder, sections);
     const Json main_numbers = main_numbers_of(input);
     write_text(folder / "report.html", html_page(input, sections, main_numbers, folder));
@@ -178,6 +186,7 @@ Json write_report(const ReportInput& input, const Path& folder) {
                                         {"version", 1},
                                         {"title", input.title},
                                         {"quantities", quantities(input)},
+                                        {"uncertainty", result_at(input, "uncertainty/statements")},
                                         {"stages", input.results},
                                         {"manifests", input.manifests},
                                         {"versions", input.versions},

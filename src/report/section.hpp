@@ -32,8 +32,14 @@ struct ReportSection {
 /// Relative difference in per cent, or a dash.
 [[nodiscard]] std::string difference(const core::Json& value, const core::Json& reference);
 
+[[nodiscard]] ReportSection uncertainty_section(const ReportInput& input);
+[[nodiscard]] ReportSection budget_section(const ReportInput& input);
+/// One statement of the uncertainty stage: "this_packing", "mean_of_such_packings" or "next_such_packing".
+[[nodiscard]] std::string sure_text(const ReportInput& input, const std::string& quantity, const char* which);
 [[nodiscard]] ReportSection permeability_section(const ReportInput& input);
 [[nodiscard]] ReportSection packing_section(const ReportInput& input);
+[[nodiscard]] ReportSection descriptors_section(const ReportInput& input);
+void add_descriptor_pictures(const ReportInput& input, const core::Path& folder, ReportSection& section);
 [[nodiscard]] ReportSection tortuosity_section(const ReportInput& input);
 [[nodiscard]] ReportSection convergence_section(const ReportInput& input);
 [[nodiscard]] ReportSection cost_section(const ReportInput& input);
@@ -47,6 +53,7 @@ struct ReportSection {
 [[nodiscard]] std::string markdown_page(const ReportInput& input, const std::vector<ReportSection>& sections,
                                         const core::Json& main_numbers);
 
+void add_budget_picture(const ReportInput& input, const core::Path& folder, ReportSection& section);
 /// Draws or copies their pictures to `folder`.
 void add_falling_head_pictures(const ReportInput& input, const core::Path& folder, ReportSection& inertia, ReportSection& head,
                                ReportSection& causes);

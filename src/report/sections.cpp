@@ -78,10 +78,7 @@ ReportSection permeability_section(const ReportInput& input) {
         .intro =
             "k = mu U L / dP, with U the flow rate over the inner area of the container and dP between the planes of the section. "
             "K = k rho g / mu is the hydraulic conductivity."};
-    section.intro +=
-        " The intervals are numerical: they hold the errors of grids and iteration in this one packing. Another pouring of the same "
-        "grains gives another k";
-    section.intro += input.results.contains("seeds") ? ": see the mean of the packings." : " ([packing] seeds computes several).";
+    section.intro += " The intervals are numerical: they hold the errors of grids and iteration in this one packing.";
     const Json &planes = result_at(input, "lbm/section_m"), &feret = result_at(input, "shape/maximum_feret_diameter_m");
     if (planes.is_array() && feret.is_number() && planes[1].get<double>() - planes[0].get<double>() < feret.get<double>())
         section.intro =

@@ -58,6 +58,25 @@ void require_known(Settings& settings, const std::map<std::string, Flags>& set) 
     }
 }
 
+// A key that another table has: the reader of one table cannot know.
+void require_own_keys(Settings& settings, const TomlFile& toml) {
+    std::map<std::string, std::vector<std::string>> tables_with;
+    for (const auto& table : Settings::tables()) {
+        const Describe describe = settings.describe_table(table);
+        for (const auto& row : key_rows(describe)) tables_with[row.key].push_back(table);
+        for (const auto& old : renamed_keys(describe)) tables_with[old.first].push_back(table);
+    }
+    for (const auto& table : Settings::tables())
+        for (const auto& [key, where] : toml.keys_of(table)) {
+            const auto found = tables_with.find(key);
+            if (found == tables_with.end()) continue;
+            const auto& tables = found->second;
+            if (std::find(tables.begin(), tables.end(), table) == tables.end())
+                throw UserError(fmt::format("unknown key `{}.{}`", table, key),
+                                {.where = where, .fix = fmt::format("the key belongs to [{}]", fmt::join(tables, "] or ["))});
+        }
+}
+
 }  // namespace
 
 Case read_case(const Path& path, const std::string& flag_table, const Flags& flags, const std::map<std::string, Flags>& set) {
@@ -73,6 +92,7 @@ Case read_case(const Path& path, const std::string& flag_table, const Flags& fla
             throw UserError(std::string("the table [") + table + "] is missing",
                             {.where = file.string(), .allowed = "[shape] and [container] are required, all other tables have defaults"});
     require_known(the_case.settings, set);
+    require_own_keys(the_case.settings, toml);
     // A flag belongs to the table of its command, or to [geometry] and [section], which the commands share.
     for (const auto& table : Settings::tables()) {
         Flags of_table = table == flag_table || table == "geometry" || table == "section" ? flags : Flags{};

@@ -23,6 +23,7 @@ struct Settings {
     shapes::ShapeConfig shape;
     packing::ContainerConfig container;
     packing::PackingConfig packing;
+    packing::PackingsConfig packings;
     converters::GeometryConfig geometry;
     converters::SectionConfig section;
     converters::StlConfig stl;
@@ -44,6 +45,7 @@ void visit_members(Self& settings, const Visit& visit) {
     visit("shape", settings.shape);
     visit("container", settings.container);
     visit("packing", settings.packing);
+    visit("packings", settings.packings);
     visit("geometry", settings.geometry);
     visit("section", settings.section);
     visit("stl", settings.stl);

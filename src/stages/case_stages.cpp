@@ -15,11 +15,15 @@ std::vector<Stage> case_stages(const Case& c, std::vector<Stage> studies) {
     if (!c.from_stl()) stages.push_back(make_pack_stage(c));
     for (const auto& make : {make_stl_stage, make_voxelise_stage, make_slices_stage, make_lbm_stage}) stages.push_back(make(c));
     if (s.openfoam.enabled) stages.push_back(make_foam_stage(c));
-    for (Stage& study : studies) stages.push_back(std::move(study));
     stages.push_back(make_tortuosity_stage(c));
+    for (Stage& study : studies) stages.push_back(std::move(study));
+    std::vector<std::string> computed;
+    for (const Stage& stage : stages) computed.push_back(stage.name);
+    stages.push_back(make_uncertainty_stage(c, computed));
     if (s.forchheimer.enabled) stages.push_back(make_forchheimer_stage(c));
     stages.push_back(make_falling_head_stage(c));
     if (s.falling_head.causes) stages.push_back(make_causes_stage(c));
+    stages.push_back(make_descriptors_stage(c));
 
     // The surface of a packing is made only for stages that render or mesh it.
     const bool surface_wanted = c.from_stl() || s.openfoam.enabled || s.report.pictures || s.stl.pores || s.stl.clip;

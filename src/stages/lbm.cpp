@@ -31,6 +31,12 @@ void write_history(const Path& file, const LbmGridResult& grid) {
     table.write(file);
 }
 
+void write_gradients(const Path& file, const LbmResult& result) {
+    Table table({"z0_m", "z1_m", "relative_gradient"});
+    for (const auto& [z0, z1, gradient] : result.gradients) table.add(z0, z1, gradient);
+    table.write(file);
+}
+
 const char* interval_meaning(const LbmResult& result, const Scheme& scheme) {
     if (!result.half_width) return "too few grids: no uncertainty";
     return scheme.walls == Walls::interpolated ? "three grids: covers the exact value in at least 95 % of the known cases"
@@ -51,6 +57,7 @@ Json lbm_json(const LbmResult& result, const PoreSpace& space, const LbmConfig& 
     Json json;
     add_permeability(json, result.permeability_m2, result.interval_m2());
     json["half_width_parts_m2"] = json_of(result.half_width);
+    if (result.half_width) keep_old_name(json["half_width_parts_m2"], "ends", "mass_balance");
     json["interval_meaning"] = interval_meaning(result, scheme);
     if (config.tolerance > 0.0) {
         json["tolerance"] = config.tolerance;
@@ -147,6 +154,7 @@ Json run_lbm(const PoreSpace& space, const GeometryConfig& geometry, const LbmCo
     if (config.tensor) json["permeability_tensor_m2"] = tensor;
     json["expected_memory_bytes"] = expected.memory_bytes;
     write_history(folder / "history.csv", result.fine());
+    if (!result.gradients.empty()) write_gradients(folder / "gradient.csv", result);
     if (config.fields != FieldFiles::none) write_flow_image(folder / "flow.vti", result.flow);
     return json;
 }
@@ -156,7 +164,8 @@ Stage make_lbm_stage(const Case& c) {
                 .needs = {solid_stage(c)},
                 .configuration = deciding_keys(c, {"container", "section", "lbm"}, {"voxel_size_m", "reservoir_m"}, true),
                 .outputs = {"history.csv"},
-                .result_version = 3};
+                .result_version = 4};
+    if (c.settings.lbm.direction == Axis::z) stage.outputs.emplace_back("gradient.csv");
     if (c.settings.lbm.fields != FieldFiles::none) stage.outputs.emplace_back("flow.vti");
     stage.run = [c](const Path& folder) {
         return run_lbm(case_pore_space(c), c.settings.geometry, c.settings.lbm, folder, c.results() / "lbm.checkpoint");

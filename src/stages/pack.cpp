@@ -160,7 +160,6 @@ Stage make_pack_stage(const Case& c) {
                 .expect = [c] { return expect_pack(c); },
                 .resumes = config.engine != Engine::none,
                 .processes = config.processes};
-    stage.configuration["packing"].erase("seeds");
     if (config.engine == Engine::none && !config.file.empty()) stage.files = {c.resolve(config.file)};
     for (const Path& file : stage.files) (void)sha256_of_file(file);  // a missing file is named before anything runs
     return stage;

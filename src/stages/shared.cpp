@@ -84,10 +84,9 @@ PoreSpace expected_pore_space(const Case& c) {
 }
 
 bool draw_picture(const Path& stl, const Path& png, const std::vector<std::string>& more) {
-    const Path self = fs::read_symlink("/proc/self/exe"), beside = self.parent_path() / "porepack";
-    const Path program = fs::exists(beside) ? beside : find_program("porepack").value_or(Path());
-    if (program.empty()) return false;
-    std::vector<std::string> command = {program.string(), "picture", fs::absolute(stl).string(), "--output", fs::absolute(png).string()};
+    const std::optional<Path> program = porepack_program();
+    if (!program) return false;
+    std::vector<std::string> command = {program->string(), "picture", fs::absolute(stl).string(), "--output", fs::absolute(png).string()};
     command.insert(command.end(), more.begin(), more.end());
     const Path log = png.parent_path() / "log.picture";
     const bool drawn = run_program({.command = command, .folder = png.parent_path(), .log = log}).exit_code == 0;

@@ -9,6 +9,7 @@
 
 #include "converters/pore_space.hpp"
 #include "converters/surface.hpp"
+#include "permeability/section_scatter.hpp"
 #include "pipeline/stage.hpp"
 #include "stages/case.hpp"
 #include "stages/inputs.hpp"
@@ -81,6 +82,10 @@ constexpr std::array<core::Choice<TortuosityKind>, 4> choices_of(TortuosityKind)
 [[nodiscard]] pipeline::Stage make_forchheimer_stage(const Case& c);
 [[nodiscard]] pipeline::Stage make_falling_head_stage(const Case& c);
 [[nodiscard]] pipeline::Stage make_causes_stage(const Case& c);
+/// Dimensionless numbers, friction factor, the part of the wall.
+[[nodiscard]] pipeline::Stage make_descriptors_stage(const Case& c);
+/// Uncertainty budget and statements, from those of `stages` that it uses.
+[[nodiscard]] pipeline::Stage make_uncertainty_stage(const Case& c, const std::vector<std::string>& stages);
 /// It shows the results of the stages `shown`, in their order, as far as they exist; it needs those in `needs`.
 [[nodiscard]] pipeline::Stage make_report_stage(const Case& c, const std::vector<std::string>& needs,
                                                 const std::vector<std::string>& shown);
@@ -98,6 +103,8 @@ constexpr std::array<core::Choice<TortuosityKind>, 4> choices_of(TortuosityKind)
 /// expected_porosity().
 [[nodiscard]] converters::PoreSpace expected_pore_space(const Case& c);
 [[nodiscard]] double expected_porosity(const Case& c);
+/// Scatter of k of sections of this length, from the gradient along z of the lbm stage; none without one.
+[[nodiscard]] std::optional<permeability::SectionScatter> section_scatter_of(const Case& c);
 /// The stage that makes the solid: "pack", or "stl" of a user's surface.
 [[nodiscard]] std::string solid_stage(const Case& c);
 /// Whole tables, and of [geometry] only the keys that determine a stage's result: slices do not become stale when the voxel size changes.

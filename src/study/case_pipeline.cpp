@@ -11,14 +11,13 @@ using namespace stages;
 
 Pipeline case_pipeline(const Case& c) {
     std::vector<Stage> studies;
-    const PackingConfig& packing = c.settings.packing;
-    if (!c.from_stl() && packing.seeds > 1 && packing.engine != Engine::none) studies.push_back(make_seeds_stage(c));
+    if (!c.from_stl() && c.settings.packings.several() && c.settings.packing.engine != Engine::none) studies.push_back(make_seeds_stage(c));
     return {.results = c.results(),
             .stages = case_stages(c, std::move(studies)),
             .versions = engine_versions,
             .left_out =
                 "stages that a case can disable: foam ([openfoam] enabled), forchheimer ([forchheimer] enabled), causes "
-                "([falling_head] causes), seeds ([packing] seeds), pack (of an STL file)"};
+                "([falling_head] causes), seeds ([packings] seeds or until_sure), pack (of an STL file)"};
 }
 
 }  // namespace porepack::study

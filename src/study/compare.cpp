@@ -60,8 +60,8 @@ Comparison compare_results(const std::vector<Path>& folders) {
         const std::size_t column = comparison.names.size();
         comparison.names.push_back(folder.lexically_normal().string());
         for (const Json& quantity : result.at("quantities")) {
-            if (!quantity.at("value").is_number()) continue;
             const auto name = quantity.at("name").get<std::string>();
+            if (!quantity.at("value").is_number() || name == "tortuosity_diffusive") continue;  // tortuosity_factor by its old name
             auto row = std::find_if(comparison.rows.begin(), comparison.rows.end(), [&](const auto& r) { return r.quantity == name; });
             if (row == comparison.rows.end())
                 row = comparison.rows.insert(comparison.rows.end(), {name, quantity.at("unit").get<std::string>(), {}});
@@ -101,6 +101,7 @@ std::string text_of(const Comparison& comparison) {
         for (std::size_t c = 0; c < line.size(); ++c)
             text += c + 1 < line.size() ? fmt::format("{:<{}}  ", line[c], widths[c]) : line[c] + "\n";
     }
+    text += "In brackets: the numerical interval of one packing; for the mean of seeds its standard error, for paths that of their mean.\n";
     return text;
 }
 

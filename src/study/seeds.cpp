@@ -4,76 +4,268 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <limits>
 
+#include "core/error.hpp"
 #include "core/log.hpp"
+#include "core/machine.hpp"
 #include "core/table.hpp"
+#include "permeability/sample.hpp"
 #include "study/case_pipeline.hpp"
+#include "study/members.hpp"
 
 namespace porepack::study {
 using namespace core;
 using namespace lbm;
+using namespace permeability;
 using namespace pipeline;
 using namespace stages;
 namespace {
 
-// The same case with another seed, as far as k.
-Json lbm_of_seed(const Case& c, long seed) {
-    if (seed == c.settings.packing.seed) return c.result_of("lbm");
-    Case one = c;
-    one.settings.packing.seed = seed;
-    one.settings.packing.seeds = 1;
-    one.settings.lbm.fields = FieldFiles::none;
-    one.output = c.results() / fmt::format("seed_{}", seed);
-    log_info("seed {}:", seed);
-    return run_pipeline(case_pipeline(one), "lbm");
+constexpr const char* last_stage = "tortuosity";
+
+// The part of the interval of the mean that the numerical error of one packing may take: a packing with a coarser grid costs much less,
+// and 0.4 of the half width leaves 0.92 of it to the scatter.
+constexpr double numerical_share = 0.4;
+
+// Expected before two packings are known: 10 to 15 % for sections of a few grain diameters.
+constexpr std::array<double, 2> usual_scatter = {0.10, 0.15};
+
+struct Quantity {
+    const char *name, *path;
+};
+constexpr Quantity quantities[] = {{"porosity", "/lbm/porosity"},
+                                   {"permeability_m2", "/lbm/permeability_m2"},
+                                   {"tortuosity_hydraulic", "/tortuosity/hydraulic/tortuosity_hydraulic"},
+                                   {"tortuosity_geometric_paper", "/tortuosity/geometric_paper_exact/tortuosity_geometric_paper"},
+                                   {"tortuosity_shortest_path", "/tortuosity/shortest_path/tortuosity_shortest_path"},
+                                   {"tortuosity_factor", "/tortuosity/diffusive/tortuosity_factor"}};
+constexpr std::size_t porosity = 0, permeability = 1;
+
+// Half the width of an interval in a result; 0 without one.
+double half_width(const Json& result, const char* path) {
+    const Json::json_pointer at(path);
+    if (!result.contains(at) || !result.at(at).is_array()) return 0.0;
+    return 0.5 * (result.at(at)[1].get<double>() - result.at(at)[0].get<double>());
 }
 
-// Standard deviation of one packing, not of the mean.
-std::pair<double, double> mean_and_deviation(const std::vector<double>& values) {
-    const auto n = static_cast<double>(values.size());
-    const double mean = std::accumulate(values.begin(), values.end(), 0.0) / n;
-    double squares = 0.0;
-    for (const double value : values) squares += (value - mean) * (value - mean);
-    return {mean, std::sqrt(squares / (n - 1.0))};
-}
+struct Member {
+    long seed;
+    std::vector<std::optional<double>> values;  // of the quantities
+    double numerical_half_width_m2, numerical_half_width_of_factor;
+    double section_scatter;  // predicted from the slices of this packing, relative; NaN where there is no gradient along z
+};
 
-Json run_seeds(const Case& c, const Path& folder) {
-    const long first = c.settings.packing.seed;
-    std::vector<double> values, half_widths, porosities;
-    Table table({"seed", "porosity", "permeability_m2", "half_width_m2"});
-    for (long seed = first; seed < first + c.settings.packing.seeds; ++seed) {
-        const Json lbm = lbm_of_seed(c, seed);
-        const Json& interval = lbm.at("permeability_interval_m2");
-        values.push_back(lbm.at("permeability_m2").get<double>());
-        half_widths.push_back(interval.is_array() ? 0.5 * (interval.at(1).get<double>() - interval.at(0).get<double>()) : 0.0);
-        porosities.push_back(lbm.at("porosity").get<double>());
-        table.add(seed, porosities.back(), values.back(), half_widths.back());
+Member member_of(const Case& one) {
+    const Json results = {{"lbm", one.result_of("lbm")}, {"tortuosity", one.result_of("tortuosity")}};
+    Member member{.seed = one.settings.packing.seed,
+                  .values = {},
+                  .numerical_half_width_m2 = half_width(results, "/lbm/permeability_interval_m2"),
+                  .numerical_half_width_of_factor = half_width(results, "/tortuosity/diffusive/interval"),
+                  .section_scatter = std::numeric_limits<double>::quiet_NaN()};
+    if (const auto scatter = section_scatter_of(one)) member.section_scatter = scatter->relative;
+    for (const auto& [name, path] : quantities) {
+        const Json::json_pointer at(path);
+        const bool known = results.contains(at) && results.at(at).is_number();
+        member.values.push_back(known ? std::optional(results.at(at).get<double>()) : std::nullopt);
     }
-    table.write(folder / "seeds.csv");
-    const auto n = static_cast<double>(values.size());
-    const auto [mean, deviation] = mean_and_deviation(values);
-    const auto [porosity, porosity_deviation] = mean_and_deviation(porosities);
-    return {{"packings", values.size()},
-            {"porosity_mean", porosity},
-            {"porosity_standard_deviation", porosity_deviation},
-            {"permeability_mean_m2", mean},
-            {"standard_deviation_between_packings_m2", deviation},
-            {"standard_error_of_mean_m2", deviation / std::sqrt(n)},
-            {"numerical_half_width_m2", *std::max_element(half_widths.begin(), half_widths.end())},
-            {"meaning", "scatter between packings, and numerical uncertainty of one packing (the maximum), given separately"}};
+    return member;
+}
+
+class SeedsStudy {
+public:
+    explicit SeedsStudy(const Case& c) : case_(c), config_(c.settings.packings), members_{member_of(c)} {}
+
+    Json run(const Path& folder) {
+        const long first = case_.settings.packing.seed;
+        std::vector<long> waiting;  // done before their predecessors
+        long begun = 1;
+        const double memory = expected_memory_bytes(member(first + 1), last_stage);
+        const int at_once = jobs_at_once(memory);
+        log_info("seeds: up to {} packings at once, about {} each", at_once, human_bytes(memory));
+        const auto next = [&]() -> std::optional<Job> {
+            while (begun < wanted() && !out_of_time()) {
+                const long seed = first + begun++;
+                const Case one = member(seed);
+                if (!is_done(case_pipeline(one), last_stage)) return job_of(one, last_stage, fmt::format("seed {}", seed));
+                take(seed, waiting);
+            }
+            show_progress(begun - static_cast<long>(members_.size()));
+            return std::nullopt;
+        };
+        run_jobs(at_once, next, [&](const JobEnd& end) {
+            if (!end.error.empty())
+                throw NumericalError(fmt::format("{} failed: {}", end.name, end.error),
+                                     {.where = (case_.results() / fmt::format("seed_{}", end.name.substr(5)) / "log.porepack").string(),
+                                      .fix = "the other packings are kept; correct the cause and run again"});
+            take(std::stol(end.name.substr(5)), waiting);
+            show_progress(begun - static_cast<long>(members_.size()));
+        });
+        write_table(folder / "seeds.csv");
+        return result();
+    }
+
+private:
+    // The same case with another seed, on grids that are only as fine as the interval of the mean asks.
+    [[nodiscard]] Case member(long seed) const {
+        Case one = case_of_seed(case_, seed);
+        LbmConfig& lbm = one.settings.lbm;
+        if (config_.until_sure > 0.0 && lbm.walls == Walls::interpolated)
+            lbm.tolerance = std::max(lbm.tolerance, numerical_share * config_.until_sure);
+        return one;
+    }
+
+    // Packings count in the order of their seeds, and once the mean is sure, no more of them do.
+    void take(long seed, std::vector<long>& waiting) {
+        waiting.push_back(seed);
+        for (auto found = waiting.end(); !sure();) {
+            found = std::find(waiting.begin(), waiting.end(), members_.back().seed + 1);
+            if (found == waiting.end()) return;
+            members_.push_back(member_of(member(*found)));
+            waiting.erase(found);
+        }
+    }
+
+    [[nodiscard]] std::vector<double> values_of(std::size_t quantity) const {
+        std::vector<double> values;
+        for (const Member& one : members_)
+            if (one.values[quantity]) values.push_back(*one.values[quantity]);
+        return values;
+    }
+    [[nodiscard]] Sample sample(std::size_t quantity) const { return sample_of(values_of(quantity)); }
+    // The same for all packings: their mean.
+    [[nodiscard]] double numerical_half_width_m2() const {
+        double sum = 0.0;
+        for (const Member& one : members_) sum += one.numerical_half_width_m2;
+        return sum / static_cast<double>(members_.size());
+    }
+    [[nodiscard]] double reached() const { return relative_half_width(sample(permeability), numerical_half_width_m2()); }
+    [[nodiscard]] bool sure() const {
+        return config_.until_sure > 0.0 && members_.size() >= least_packings && reached() <= config_.until_sure;
+    }
+    [[nodiscard]] bool out_of_time() const {
+        return config_.until_sure > 0.0 && config_.max_time_s > 0.0 && watch_.seconds() > config_.max_time_s;
+    }
+    // Number of packings to begin, as far as is known now.
+    [[nodiscard]] long wanted() const {
+        const auto known = static_cast<long>(members_.size());
+        if (config_.until_sure == 0.0) return config_.seeds;
+        if (sure()) return known;
+        long expected = static_cast<long>(least_packings);
+        if (members_.size() >= least_packings) {
+            const Sample k = sample(permeability);
+            expected = static_cast<long>(packings_for(k.relative_deviation(), config_.until_sure, numerical_half_width_m2() / k.mean)
+                                             .value_or(config_.max_packings));
+        }
+        return std::clamp(expected, std::min(known + 1, config_.max_packings), config_.max_packings);
+    }
+
+    void show_progress(long running) {
+        const auto known = static_cast<double>(members_.size());
+        const std::string mean =
+            members_.size() < 2
+                ? std::string()
+                : fmt::format(", mean k within {:.2g} %", 100.0 * relative_half_width(sample(permeability), numerical_half_width_m2()));
+        progress_.update(std::min(1.0, (known - 1.0) / std::max(1.0, static_cast<double>(wanted()) - 1.0)),
+                         fmt::format("{} packings known, {} more begun, {}{} wanted{}", members_.size(), running,
+                                     config_.until_sure > 0.0 ? "about " : "", wanted(), mean));
+    }
+
+    void write_table(const Path& file) const {
+        std::vector<std::string> columns = {"seed"};
+        for (const auto& [name, path] : quantities) columns.emplace_back(name);
+        columns.insert(columns.end(), {"permeability_half_width_m2", "section_scatter"});
+        Table table(columns);
+        for (const Member& one : members_) {
+            const auto& v = one.values;
+            table.add(one.seed, v[0], v[1], v[2], v[3], v[4], v[5], one.numerical_half_width_m2, one.section_scatter);
+        }
+        table.write(file);
+    }
+
+    [[nodiscard]] Json quantity_json(std::size_t quantity) const {
+        const Sample s = sample(quantity);
+        const bool looked = quantity == permeability && config_.until_sure > 0.0;
+        double numerical = quantity == permeability ? numerical_half_width_m2() : 0.0;
+        if (std::string_view(quantities[quantity].name) == "tortuosity_factor")
+            for (const Member& one : members_) numerical += one.numerical_half_width_of_factor / static_cast<double>(members_.size());
+        return {{"packings", s.packings},
+                {"mean", s.mean},
+                {"standard_deviation", s.packings > 1 ? Json(s.deviation) : Json(nullptr)},
+                {"standard_deviation_interval",
+                 s.packings > 1 ? json_of(interval_of_deviation(s.deviation, static_cast<double>(s.packings) - 1.0)) : Json(nullptr)},
+                {"numerical_half_width", numerical},
+                {"interval_of_mean", json_of(interval_of_mean(s, numerical, looked ? StudyEnd::when_sure : StudyEnd::at_number))},
+                {"interval_of_next", json_of(interval_of_next(s, numerical))}};
+    }
+
+    [[nodiscard]] Json result() const {
+        const Sample k = sample(permeability), eps = sample(porosity);
+        const auto n = static_cast<double>(k.packings);
+        Json json = {
+            {"packings", members_.size()},
+            {"quantities", Json::object()},
+            {"porosity_mean", eps.mean},
+            {"porosity_standard_deviation", eps.deviation},
+            {"permeability_mean_m2", k.mean},
+            {"standard_deviation_between_packings_m2", k.deviation},
+            {"standard_error_of_mean_m2", k.deviation / std::sqrt(n)},
+            {"numerical_half_width_m2", numerical_half_width_m2()},
+            {"meaning",
+             "intervals of 95 %: Student's t for the scatter between packings, and the numerical half width of one packing, added in "
+             "quadrature"}};
+        for (std::size_t i = 0; i < std::size(quantities); ++i)
+            if (!values_of(i).empty()) json["quantities"][quantities[i].name] = quantity_json(i);
+        if (config_.until_sure > 0.0) {
+            json["until_sure"] = config_.until_sure;
+            json["relative_half_width"] = reached();
+            json["sure"] = sure();
+            json["stopped_by"] = sure() ? Json(nullptr) : Json(out_of_time() ? "max_time_s" : "max_packings");
+            if (!sure())
+                log_warning(fmt::format("the mean of k is known to {:.2g} %, not to {:g} %: {} was reached", 100.0 * reached(),
+                                        100.0 * config_.until_sure, json["stopped_by"].get<std::string>()));
+        }
+        return json;
+    }
+
+    const Case& case_;
+    const packing::PackingsConfig& config_;
+    std::vector<Member> members_;  // in the order of their seeds, without gaps
+    Stopwatch watch_;
+    Progress progress_{"packings"};
+};
+
+Expectation expect(const Case& c) {
+    const packing::PackingsConfig& config = c.settings.packings;
+    const Case one = case_of_seed(c, c.settings.packing.seed + 1);
+    const Expectation each = expected_of(case_pipeline(one), last_stage);
+    if (config.until_sure == 0.0)
+        return {.text = fmt::format("{} more packings", config.seeds - 1),
+                .memory_bytes = each.memory_bytes,
+                .wall_time_s = static_cast<double>(config.seeds - 1) * each.wall_time_s,
+                .disk_bytes = static_cast<double>(config.seeds - 1) * each.disk_bytes};
+    const auto number = [&](double scatter) {
+        const auto found = packings_for(scatter, config.until_sure, numerical_share * config.until_sure);
+        return std::min(config.max_packings, static_cast<long>(found.value_or(least_packings)));
+    };
+    const double most = static_cast<double>(number(usual_scatter[1]) - 1);
+    return {.text = fmt::format("{} to {} packings if k scatters by {:g} to {:g} %", number(usual_scatter[0]), number(usual_scatter[1]),
+                                100.0 * usual_scatter[0], 100.0 * usual_scatter[1]),
+            .memory_bytes = each.memory_bytes,
+            .wall_time_s = most * each.wall_time_s,
+            .disk_bytes = most * each.disk_bytes};
 }
 
 }  // namespace
 
 Stage make_seeds_stage(const Case& c) {
     return {.name = "seeds",
-            .needs = {"lbm"},
-            .configuration = {{"packing", {{"seeds", c.settings.packing.seeds}}}},
+            .needs = {"lbm", last_stage},
+            .configuration = c.settings.resolved_tables({"packings"}),
             .outputs = {"seeds.csv"},
-            .run = [c](const Path& folder) { return run_seeds(c, folder); },
-            .expect = [n = c.settings.packing.seeds -
-                           1] { return Expectation{.text = fmt::format("{} more packings, each like pack and lbm", n)}; }};
+            .run = [c](const Path& folder) { return SeedsStudy(c).run(folder); },
+            .expect = [c] { return expect(c); },
+            .result_version = 2};
 }
 
 }  // namespace porepack::study

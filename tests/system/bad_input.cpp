@@ -38,6 +38,8 @@ TEST(BadCase, EachHasItsMessage) {
     expect_fault("[shape\n", "not valid TOML");
     expect_fault(head + "[lmb]\n", "perhaps [lbm]");
     expect_fault(head + "[lbm]\ntolerence = 1\n", "perhaps `tolerance`");
+    expect_fault(head + "[section]\nsection_m = [0.01, 0.02]\n", "the key belongs to [geometry]");
+    expect_fault(head + "[packings]\nuntil_sure = 0.001\n", "`packings.until_sure` is out of range");
     expect_fault(head + "[geometry]\nvoxel_size = 1e-3\n", "the unit is missing: write `voxel_size_m`");
     expect_fault(head + "[geometry]\nvoxel_size_m = 0.1\n[packing]\nengine = \"none\"\nfile = \"p.json\"\n", "no such file");
     expect_fault("[shape]\nkind = \"tetrapod\"\nsphericity = 1.5\nvolume_m3 = 7e-7\n[container]\ndiameter_m = 0.05\nheight_m = 0.1\n",

@@ -128,7 +128,8 @@ void print_summary(const std::string& stage, const Json& result) {
         {"stl", {"triangles", "volume_m3", "volume_error", "closed", "self_intersecting"}},
         {"voxelise", {"cells", "voxel_size_m", "section_m", "porosity", "porosity_uncertainty"}},
         {"slices", {"slices", "spacing_m", "pixel_m", "section_m"}},
-        {"lbm", {"permeability_m2", "permeability_interval_m2", "section_m", "porosity", "converged"}},
+        {"lbm",
+         {"permeability_m2", "permeability_interval_m2", "interval_meaning", "section_m", "porosity", "/fine/voxel_size_m", "converged"}},
         {"falling-head-analysis",
          {"sample_length_m", "inertia_coefficient", "/packings/0/least_squares/permeability_m2",
           "/packings/0/least_squares/permeability_interval_m2", "/packings/0/least_squares/inertial_permeability_m", "verdict",
@@ -150,7 +151,8 @@ void print_summary(const std::string& stage, const Json& result) {
     }
 }
 
-// `manifest` names the files that were written.
+}  // namespace
+
 void print_stage(const Common& common, const std::string& stage, const Json& result, const Path& manifest) {
     if (common.json || common.verbose) return print_result(common, result);
     print_summary(stage, result);
@@ -163,8 +165,6 @@ void print_stage(const Common& common, const std::string& stage, const Json& res
         for (const auto& [file, digest] : files.items())
             fmt::print("written: {}\n", (manifest.parent_path() / file).lexically_normal().string());
 }
-
-}  // namespace
 
 CommandLine::CommandLine() {
     app.require_subcommand(0, 1);
@@ -308,6 +308,10 @@ Case open_case(const Common& common, const std::string& table, const Flags& flag
 
 Json plan_case(const Case& c, const std::string& last, double slowness) {
     Json plan = {{"configuration", c.settings.resolved_tables()}};
+    Settings settings = c.settings;
+    for (auto& [table, values] : plan["configuration"].items())
+        for (const KeyRow& row : key_rows(settings.describe_table(table)))
+            if (row.standard == "auto") values[row.key] = "auto";
     plan.update(plan_pipeline(case_pipeline(c), last, slowness));
     return plan;
 }

@@ -73,6 +73,8 @@ void add_falling_head_commands(CommandLine& line);
 void add_tools(CommandLine& line);
 
 void print_result(const Common& common, const core::Json& json);
+/// The main numbers of a stage's result, and the files that its manifest names.
+void print_stage(const Common& common, const std::string& stage, const core::Json& result, const core::Path& manifest);
 /// Runs the case's stage `stage`, or reports what would run; `table` is the table of the command's flags.
 void run_in_case(const Common& common, const std::string& stage, const std::string& table);
 [[nodiscard]] stages::Case open_case(const Common& common, const std::string& table = {}, const core::Flags& flags = {});

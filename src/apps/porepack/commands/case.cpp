@@ -16,15 +16,20 @@ using namespace stages;
 using namespace study;
 namespace {
 
-void run_case(const Common& common) {
-    const Case the_case = open_case(common);
-    const Json plan = plan_case(the_case, {}, common.dry_run ? slowness() : 1.0);  // finds at once what a later stage would refuse
-    if (common.dry_run) return print_result(common, plan);
-    const Json report = run_pipeline(case_pipeline(the_case));
-    if (common.json) return print_result(common, read_json(the_case.results() / "result.json"));
+void print_main_numbers(const Case& c, const Json& report) {
     for (const auto& entry : report.at("main_numbers"))
         fmt::print("{:<28} {}\n", entry["label"].get<std::string>(), entry["text"].get<std::string>());
-    fmt::print("report: {}\n", std::filesystem::absolute(the_case.results() / "report.html").lexically_normal().string());
+    fmt::print("report: {}\n", std::filesystem::absolute(c.results() / "report.html").lexically_normal().string());
+}
+
+void run_case(const Common& common, const std::string& last) {
+    const Case the_case = open_case(common, "packings", common.flags);
+    const Json plan = plan_case(the_case, last, common.dry_run ? slowness() : 1.0);  // finds at once what a later stage would refuse
+    if (common.dry_run) return print_result(common, plan);
+    const Json result = run_pipeline(case_pipeline(the_case), last);
+    if (!last.empty()) return print_stage(common, last, result, the_case.stage_folder(last) / "manifest.json");
+    if (common.json) return print_result(common, read_json(the_case.results() / "result.json"));
+    print_main_numbers(the_case, result);
 }
 
 void print_status(const Common& common) {
@@ -49,8 +54,12 @@ void compare(const Common& common, const std::vector<std::string>& folders) {
 
 void add_case_commands(CommandLine& line) {
     const Common& common = line.common;
-    line.add_case(
-        line.add("run", "run all stages of a case that are not done", "porepack run cases/quickstart", [&] { run_case(common); }));
+    const auto last = std::make_shared<std::string>();
+    auto& run = line.add("run", "run all stages of a case that are not done", "porepack run cases/quickstart --until-sure 0.05",
+                         [&, last] { run_case(common, *last); });
+    line.add_case(run);
+    line.add_keys(run, "packings");
+    run.add_option("--up-to", *last, "run only this stage and those that it needs")->type_name("stage");
     line.add_case(line.add("status", "show which stages of a case are done, stale, failed or missing", "porepack status cases/quickstart",
                            [&] { print_status(common); }));
     auto& pack = line.add("pack", "pour the grains of a case (exact capsules, or LIGGGHTS)", "porepack pack cases/quickstart --seed 7",

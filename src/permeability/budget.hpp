@@ -1,0 +1,56 @@
+// Uncertainty budget: the contributions to the uncertainty of a quantity, and the three statements that follow from them.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/members.hpp"
+#include "permeability/sample.hpp"
+
+namespace porepack::permeability {
+
+/// How the size of a contribution is known: from data of this case, as an upper bound, or by judgement from other cases.
+enum class Evidence { measured, bounded, judged };
+constexpr std::array<core::Choice<Evidence>, 3> choices_of(Evidence) {
+    return {{{Evidence::measured, "measured"}, {Evidence::bounded, "bounded"}, {Evidence::judged, "judged"}}};
+}
+
+/// How a contribution enters the statements:
+///   - numerical: the error of the computation in one packing. It is in all three statements and does not shrink with the number of
+///     packings, because the same method makes it in each;
+///   - scatter: between packings. It is not in the statement about this packing; in that about the mean it shrinks as 1/sqrt(n);
+///   - hint: not in any statement. Shown where the scatter is not known.
+enum class Part { numerical, scatter, hint };
+constexpr std::array<core::Choice<Part>, 3> choices_of(Part) {
+    return {{{Part::numerical, "numerical"}, {Part::scatter, "scatter"}, {Part::hint, "hint"}}};
+}
+
+struct BudgetRow {
+    std::string source;                          ///< "grid", "packing to packing", ...
+    double relative_standard_uncertainty = 0.0;  ///< of one packing
+    Part part = Part::numerical;
+    Evidence evidence = Evidence::measured;
+    std::string origin;  ///< what it was found from
+};
+template <core::MembersOf<BudgetRow> Self, typename Visit>
+void visit_members(Self& row, const Visit& visit) {
+    visit("source", row.source);
+    visit("relative_standard_uncertainty", row.relative_standard_uncertainty);
+    visit("part", row.part);
+    visit("evidence", row.evidence);
+    visit("origin", row.origin);
+}
+
+/// Half widths of intervals of 95 % over standard uncertainties.
+inline constexpr double coverage_factor = 1.96;
+
+/// Standard uncertainty that two methods with their own standard uncertainties leave unexplained, relative to the first value: the
+/// variance between them beyond their own (DerSimonian & Laird 1986, two studies). 0 if they agree within their uncertainties.
+[[nodiscard]] double between_methods(double value, double uncertainty, double other_value, double other_uncertainty);
+
+/// Relative change of k from a relative change `change` of the solid volume, by the Kozeny-Carman function of the porosity,
+/// eps^3 / (1 - eps)^2, at constant surface.
+[[nodiscard]] double permeability_change(double porosity, double change);
+
+}  // namespace porepack::permeability

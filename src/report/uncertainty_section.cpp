@@ -1,0 +1,103 @@
+// How sure the numbers are: this packing, the mean of such packings, the next one; and the uncertainty budget of k.
+#include <cmath>
+
+#include "core/table.hpp"
+#include "report/plot.hpp"
+#include "report/section.hpp"
+
+namespace porepack::report {
+using namespace core;
+namespace {
+
+struct Row {
+    const char *key, *label, *format, *unit;
+};
+constexpr Row quantities_shown[] = {{"permeability_m2", "permeability k (m²)", "{:.3g}", "m²"},
+                                    {"porosity", "porosity of the section", "{:.4f}", ""},
+                                    {"tortuosity_hydraulic", "tortuosity, hydraulic", "{:.4f}", ""},
+                                    {"tortuosity_geometric_paper", "tortuosity, geometric_paper (exact)", "{:.4f}", ""},
+                                    {"tortuosity_shortest_path", "tortuosity, shortest_path", "{:.4f}", ""},
+                                    {"tortuosity_factor", "tortuosity factor (diffusive)", "{:.4f}", ""}};
+
+const Json& statement_at(const ReportInput& input, const std::string& quantity, const char* which) {
+    return result_at(input, "uncertainty/statements/" + quantity + "/" + which);
+}
+
+// "1.24e-06 ± 1.2 %": the percentage says more than two limits.
+std::string with_half_width(const Json& statement, const char* format) {
+    if (!statement.is_object()) return "–";
+    if (!statement["value"].is_number()) return "not known";
+    const double value = statement["value"].get<double>();
+    const Json& interval = statement["interval"];
+    if (!interval.is_array()) return number_text(statement["value"], format) + ", no uncertainty known";
+    const double half = 50.0 * (interval[1].get<double>() - interval[0].get<double>()) / value;
+    return fmt::format("{} ± {} %", number_text(statement["value"], format),
+                       half < 0.01 ? fmt::format("{:.0e}", half) : fmt::format("{:.2g}", half));
+}
+
+}  // namespace
+
+std::string sure_text(const ReportInput& input, const std::string& quantity, const char* which) {
+    for (const Row& row : quantities_shown)
+        if (quantity == row.key) {
+            const std::string text = with_half_width(statement_at(input, quantity, which), row.format);
+            return *row.unit == '\0' || text == "not known" || text == "–" ? text : text + " (" + row.unit + ")";
+        }
+    return "–";
+}
+
+ReportSection uncertainty_section(const ReportInput& input) {
+    ReportSection section{.title = "How sure is that?"};
+    if (!result_at(input, "uncertainty/statements").is_object()) return section;
+    section.intro =
+        "Intervals of 95 %. This packing: the errors of the computation alone. The mean of such packings: the mean over other seeds of the "
+        "same case. The next such packing: where k of one more packing lies.";
+    const Json &k_mean = statement_at(input, "permeability_m2", "mean_of_such_packings"), &seeds = result_at(input, "seeds/packings");
+    if (k_mean.is_object() && k_mean.contains("why"))
+        section.intro +=
+            " The last two are " + k_mean["why"].get<std::string>() + ". [packings] seeds = 5 or `porepack run --until-sure 0.05` tells.";
+    const std::string n = seeds.is_number() ? fmt::format(" (n = {})", seeds.get<long>()) : "";
+    section.header = {"quantity", "this packing (n = 1)", "mean of such packings" + n, "next such packing" + n};
+    for (const Row& row : quantities_shown) {
+        const Json& here = statement_at(input, row.key, "this_packing");
+        if (!here.is_object()) continue;
+        section.rows.push_back({row.label, with_half_width(here, row.format),
+                                with_half_width(statement_at(input, row.key, "mean_of_such_packings"), row.format),
+                                with_half_width(statement_at(input, row.key, "next_such_packing"), row.format)});
+    }
+    return section;
+}
+
+ReportSection budget_section(const ReportInput& input) {
+    ReportSection section{.title = "Uncertainty budget of k"};
+    const Json& rows = result_at(input, "uncertainty/budget_of_permeability");
+    if (!rows.is_array()) return section;
+    section.intro =
+        "Standard uncertainties (one standard deviation) of k of one packing. Numerical contributions are in all three statements above. "
+        "The scatter between packings is in the last two. A hint is in none: it suggests the scatter where only one packing is known.";
+    section.header = {"contribution", "u(k)/k", "part", "evidence", "from"};
+    for (const Json& row : rows)
+        section.rows.push_back({row["source"].get<std::string>(),
+                                fmt::format("{:.2g} %", 100.0 * row["relative_standard_uncertainty"].get<double>()),
+                                row["part"].get<std::string>(), row["evidence"].get<std::string>(), row["origin"].get<std::string>()});
+    return section;
+}
+
+void add_budget_picture(const ReportInput& input, const Path& folder, ReportSection& section) {
+    const Json& rows = result_at(input, "uncertainty/budget_of_permeability");
+    if (!rows.is_array() || rows.empty()) return;
+    Table table({"contribution", "percent", "part"});
+    for (const Json& row : rows) {
+        const auto part = row["part"].get<std::string>();
+        table.add(row["source"].get<std::string>(), 100.0 * row["relative_standard_uncertainty"].get<double>(),
+                  part == "numerical" ? 1
+                  : part == "scatter" ? 2
+                                      : 3);
+    }
+    table.write(folder / "budget.csv");
+    if (draw_plot(folder / "budget.svg", "budget", {{"count", static_cast<double>(rows.size())}},
+                  {.width = 620, .height = 90 + 26 * static_cast<int>(rows.size())}))
+        section.pictures.emplace_back("budget.svg", "Contributions to the uncertainty of k; contributions below 0.001 % are drawn there.");
+}
+
+}  // namespace porepack::report

@@ -1,0 +1,123 @@
+// Dimensionless numbers of the bed, its friction factor beside correlations, and the part of the wall.
+#include "permeability/descriptors.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/table.hpp"
+#include "io/image.hpp"
+#include "lbm/wall_effect.hpp"
+#include "stages/results.hpp"
+#include "stages/stages.hpp"
+
+namespace porepack::stages {
+using namespace core;
+using namespace converters;
+using namespace packing;
+using namespace lbm;
+using namespace permeability;
+using namespace pipeline;
+namespace fs = std::filesystem;
+namespace {
+
+double wall_per_bed_per_m(const Container& container) {
+    if (container.kind == Container::Kind::cylinder) return 4.0 / container.diameter_m;
+    double sum = 0.0;
+    for (const int axis : {0, 1})
+        if (!container.periodic[static_cast<std::size_t>(axis)]) sum += 2.0 / container.size_m[axis];
+    return sum;
+}
+
+PackedBed bed_of(const PoreSpace& space, const Json& lbm) {
+    // Of a surface, grain_size_m is 4 volume / area.
+    const double surface = space.packing ? 6.0 / grain_means(*space.packing).sauter_diameter_m : 4.0 / space.grain_size_m;
+    return {.porosity = lbm.at("porosity").get<double>(),
+            .permeability_m2 = lbm.at("permeability_m2").get<double>(),
+            .equivalent_diameter_m = space.equivalent_diameter_m,
+            .surface_per_solid_per_m = surface,
+            .wall_per_bed_per_m = wall_per_bed_per_m(space.container)};
+}
+
+Json numbers_json(const BedNumbers& numbers) {
+    Json json = Json::object();
+    visit_members(numbers, [&](const char* key, double value) { json[key] = number_or_null(value); });
+    return json;
+}
+
+// In a cylinder, from the flow field: profiles against the radius, and k of the core.
+Json wall_json(const Case& c, const PoreSpace& space, double permeability_m2, const Path& folder) {
+    const Path file = c.stage_folder("lbm") / "flow.vti";
+    const double grain = space.equivalent_diameter_m, diameter = space.container.diameter_m;
+    if (space.container.kind != Container::Kind::cylinder || !fs::exists(file) || !(grain > 0.0)) return nullptr;
+    const FlowImage flow = io::read_flow_image(file);
+    const long rings = std::clamp(std::lround(2.0 * diameter / grain), 6L, 40L);  // of about a quarter of a grain's diameter
+    Table table({"r0_m", "r1_m", "porosity", "relative_velocity"});
+    for (const Ring& ring : radial_profile(flow, space.section, diameter, rings))
+        table.add(ring.r0_m, ring.r1_m, ring.porosity, ring.relative_velocity);
+    table.write(folder / "radial.csv");
+    const double ratio = core_over_tube(flow, space.section, diameter, grain);
+    return {{"layer_m", grain},
+            {"core_over_tube_permeability", number_or_null(ratio)},
+            {"permeability_core_m2", number_or_null(ratio * permeability_m2)},
+            {"meaning",
+             "mean velocity more than layer_m from the wall over that of the tube: an estimate of k of an infinitely wide bed, which would "
+             "also have the porosity of the core"}};
+}
+
+// The flows with inertia beside correlations for beds.
+Json friction_json(const Json& forchheimer, const PackedBed& bed, const BedNumbers& numbers, const Container& container,
+                   const Path& folder) {
+    const Json& grids = forchheimer.at("lbm").at("grids");
+    const double length = forchheimer.at("length_m").get<double>(), viscosity = 1e-6;
+    const double relative = container.kind == Container::Kind::cylinder ? numbers.sauter_diameter_m / container.diameter_m : 0.0;
+    Table table({"reynolds_modified", "friction_factor", "ergun", "carman_1937", "eisfeld_schnitzlein"});
+    Json rows = Json::array();
+    for (const Json& flow : grids.back().at("flows")) {
+        const double velocity = flow.at("reynolds").get<double>() * viscosity / length;
+        const Friction found =
+            friction_of(velocity, viscosity, flow.at("permeability_m2").get<double>(), numbers.sauter_diameter_m, bed.porosity);
+        const double ergun = ergun_friction(found.reynolds), carman = carman_friction(found.reynolds),
+                     eisfeld = eisfeld_schnitzlein_friction(found.reynolds, relative, bed.porosity);
+        table.add(found.reynolds, found.factor, ergun, carman, eisfeld);
+        rows.push_back({{"reynolds_modified", found.reynolds},
+                        {"friction_factor", found.factor},
+                        {"ergun", ergun},
+                        {"carman_1937", carman},
+                        {"eisfeld_schnitzlein", eisfeld}});
+    }
+    table.write(folder / "friction.csv");
+    return rows;
+}
+
+Json run_descriptors(const Case& c, const Path& folder) {
+    const PoreSpace space = case_pore_space(c);
+    const Json lbm = c.result_of("lbm");
+    const PackedBed bed = bed_of(space, lbm);
+    const BedNumbers numbers = bed_numbers(bed);
+    Json json = {{"porosity", bed.porosity},
+                 {"permeability_m2", bed.permeability_m2},
+                 {"equivalent_diameter_m", bed.equivalent_diameter_m > 0.0 ? Json(bed.equivalent_diameter_m) : Json(nullptr)},
+                 {"surface_per_solid_per_m", bed.surface_per_solid_per_m},
+                 {"wall_per_bed_per_m", bed.wall_per_bed_per_m},
+                 {"numbers", numbers_json(numbers)},
+                 {"wall", wall_json(c, space, bed.permeability_m2, folder)},
+                 {"friction", nullptr}};
+    if (c.settings.forchheimer.enabled) json["friction"] = friction_json(c.result_of("forchheimer"), bed, numbers, space.container, folder);
+    return json;
+}
+
+}  // namespace
+
+Stage make_descriptors_stage(const Case& c) {
+    Stage stage{.name = "descriptors",
+                .needs = {solid_stage(c), "lbm"},
+                .configuration = deciding_keys(c, {"container"}, {}, true),
+                .outputs = {"*.csv"},
+                .run = [c](const Path& folder) { return run_descriptors(c, folder); }};
+    if (c.settings.forchheimer.enabled) stage.needs.emplace_back("forchheimer");
+    return stage;
+}
+
+}  // namespace porepack::stages

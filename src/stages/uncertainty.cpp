@@ -1,0 +1,190 @@
+// How sure the numbers are: the uncertainty budget of k, and for each quantity what is known of this packing, of the mean of such packings
+// and of the next one (docs/uncertainty.md).
+#include <fmt/format.h>
+
+#include <cmath>
+#include <filesystem>
+#include <numbers>
+
+#include "core/table.hpp"
+#include "permeability/budget.hpp"
+#include "stages/results.hpp"
+#include "stages/stages.hpp"
+
+namespace porepack::stages {
+using namespace core;
+using namespace converters;
+using namespace permeability;
+using namespace pipeline;
+namespace fs = std::filesystem;
+namespace {
+
+std::optional<double> number_at(const Json& json, const char* path) {
+    const Json::json_pointer at(path);
+    return json.contains(at) && json.at(at).is_number() ? std::optional(json.at(at).get<double>()) : std::nullopt;
+}
+
+std::optional<double> half_width_at(const Json& json, const char* path) {
+    const Json::json_pointer at(path);
+    if (!json.contains(at) || !json.at(at).is_array()) return std::nullopt;
+    return 0.5 * (json.at(at)[1].get<double>() - json.at(at)[0].get<double>());
+}
+
+// Grains that touch overlap in the computation, so their union is smaller than the sum of their volumes. Two spheres of radius R that
+// overlap by s share pi R s^2 / 2; the squares of the overlaps are about twice the square of the mean.
+std::optional<double> overlap_of_solid(const Case& c, const Json& pack) {
+    const auto mean = number_at(pack, "/mean_overlap_relative_to_diameter"), contacts = number_at(pack, "/contacts"),
+               porosity = number_at(pack, "/porosity_bed"), height = number_at(pack, "/bed_height_m");
+    if (!mean || !contacts || !porosity || !height) return std::nullopt;
+    const PoreSpace space = case_pore_space(c);
+    const double d = space.grain_size_m, solid = (1.0 - *porosity) * space.container.inner_area_m2() * *height;
+    return *contacts * std::numbers::pi * 0.5 * d * std::pow(*mean * d, 2.0) / solid;
+}
+
+}  // namespace
+
+std::optional<SectionScatter> section_scatter_of(const Case& c) {
+    const Path file = c.stage_folder("lbm") / "gradient.csv";
+    if (!fs::exists(file)) return std::nullopt;
+    std::vector<double> gradient;
+    double low = 0.0, high = 0.0;
+    for (const auto& row : read_table(file)) {
+        if (gradient.empty()) low = row.at(0);
+        high = row.at(1);
+        gradient.push_back(row.at(2));
+    }
+    const PoreSpace space = case_pore_space(c);
+    return section_scatter(gradient, high - low, space.equivalent_diameter_m);
+}
+
+namespace {
+
+std::vector<BudgetRow> rows_of_permeability(const Case& c, const Json& results) {
+    const Json& lbm = results.at("lbm");
+    const double k = lbm.at("permeability_m2").get<double>();
+    std::vector<BudgetRow> rows;
+    const auto add_part = [&](const char* source, const char* key, Evidence evidence, const char* origin) {
+        if (const auto half = number_at(lbm, (std::string("/half_width_parts_m2/") + key).c_str()); half && *half > 0.0)
+            rows.push_back({source, *half / (coverage_factor * k), Part::numerical, evidence, origin});
+    };
+    add_part("grid", "grid", Evidence::measured, "change of k between the grids");
+    add_part("iteration", "iteration", Evidence::measured, "energy of the unsteady flow, twice the estimate");
+    add_part("mass balance", "mass_balance", Evidence::measured, "flow rate through the planes against the mean over the layers");
+    add_part("rounding", "precision", Evidence::bounded, "number format of the populations");
+    if (const auto foam = number_at(results, "/foam/permeability_m2")) {
+        const auto own = half_width_at(lbm, "/permeability_interval_m2"), other = half_width_at(results, "/foam/permeability_interval_m2");
+        rows.push_back({"solver", between_methods(k, own.value_or(0.0) / coverage_factor, *foam, other.value_or(0.0) / coverage_factor),
+                        Part::numerical, Evidence::measured,
+                        fmt::format("OpenFOAM is {:+.1f} % off; what both intervals leave unexplained", 100.0 * (*foam / k - 1.0))});
+    }
+    if (results.contains("pack"))
+        if (const auto share = overlap_of_solid(c, results["pack"]))
+            rows.push_back({"overlap of grains at contacts", permeability_change(lbm.at("porosity").get<double>(), *share), Part::numerical,
+                            Evidence::bounded, fmt::format("{:.1e} of the solid lies in two grains", *share)});
+    if (const auto section = section_scatter_of(c))
+        rows.push_back({"section length", section->relative, Part::hint, Evidence::measured,
+                        fmt::format("resistances of the layers of this section of {:.1f} grain diameters; {:.2g} to {:.2g} %",
+                                    section->diameters, 100.0 * section->interval.low, 100.0 * section->interval.high)});
+    if (const auto mean = number_at(results, "/seeds/permeability_mean_m2"))
+        rows.push_back({"packing to packing", *number_at(results, "/seeds/standard_deviation_between_packings_m2") / *mean, Part::scatter,
+                        Evidence::measured, fmt::format("{} packings", results["seeds"].at("packings").get<long>())});
+    return rows;
+}
+
+Json statement(double value, const std::optional<Interval>& interval, long packings) {
+    return {{"value", value}, {"interval", json_of(interval)}, {"packings", packings}};
+}
+
+// The next packings, from those of the study; without one, what the slices of this packing suggest.
+void add_packings(Json& statements, const Json& results, const char* quantity, const std::vector<BudgetRow>& rows) {
+    const Json::json_pointer at(std::string("/seeds/quantities/") + quantity);
+    if (results.contains(at)) {
+        const Json& seeds = results.at(at);
+        const long n = seeds.at("packings").get<long>();
+        const double mean = seeds.at("mean").get<double>();
+        for (const auto& [name, key] :
+             {std::pair("mean_of_such_packings", "interval_of_mean"), std::pair("next_such_packing", "interval_of_next")})
+            statements[name] = {{"value", mean}, {"interval", seeds.at(key)}, {"packings", n}};
+        return;
+    }
+    std::string why = "not known from one packing";
+    for (const BudgetRow& row : rows)
+        if (row.part == Part::hint) {
+            why += fmt::format("; its layers suggest a scatter of {:.2g} % or more", 100.0 * row.relative_standard_uncertainty);
+            if (const auto needed = packings_for(row.relative_standard_uncertainty, 0.05))
+                why += fmt::format(", and about {} packings would give the mean within 5 %", *needed);
+        }
+    for (const char* name : {"mean_of_such_packings", "next_such_packing"})
+        statements[name] = {{"value", nullptr}, {"interval", nullptr}, {"packings", 1}, {"why", why}};
+}
+
+Json statements_of(const Json& results, const char* quantity, double value, std::optional<double> half_width,
+                   const std::vector<BudgetRow>& rows = {}) {
+    Json statements;
+    statements["this_packing"] =
+        statement(value, half_width ? std::optional(Interval{value - *half_width, value + *half_width}) : std::nullopt, 1);
+    add_packings(statements, results, quantity, rows);
+    return statements;
+}
+
+// The solver's own interval holds grid, iteration, mass balance and rounding, and was calibrated as their sum; the rest is added in
+// quadrature.
+std::optional<double> half_width_of_this_packing(const Json& lbm, const std::vector<BudgetRow>& rows) {
+    const auto own = half_width_at(lbm, "/permeability_interval_m2");
+    if (!own) return std::nullopt;
+    double squares = *own * *own;
+    for (const BudgetRow& row : rows)
+        if (row.source == "solver" || row.source == "overlap of grains at contacts")
+            squares += std::pow(coverage_factor * row.relative_standard_uncertainty * lbm.at("permeability_m2").get<double>(), 2.0);
+    return std::sqrt(squares);
+}
+
+Json run_uncertainty(const Case& c, const std::vector<std::string>& needs) {
+    Json results = Json::object();
+    for (const std::string& stage : needs) results[stage] = c.result_of(stage);
+    const Json& lbm = results.at("lbm");
+    const std::vector<BudgetRow> rows = rows_of_permeability(c, results);
+    Json statements = Json::object();
+    statements["permeability_m2"] =
+        statements_of(results, "permeability_m2", lbm.at("permeability_m2").get<double>(), half_width_of_this_packing(lbm, rows), rows);
+    // The quadrature's uncertainty is half the difference of two sets of lines, a standard uncertainty.
+    const auto lines = number_at(results, "/voxelise/porosity_uncertainty");
+    statements["porosity"] = statements_of(results, "porosity", results.at("voxelise").at("porosity").get<double>(),
+                                           lines ? std::optional(2.0 * *lines) : std::nullopt);
+    struct Kind {
+        const char *name, *value, *interval, *standard_error;
+    };
+    for (const Kind& kind : {Kind{"tortuosity_hydraulic", "/tortuosity/hydraulic/tortuosity_hydraulic", "", ""},
+                             Kind{"tortuosity_geometric_paper", "/tortuosity/geometric_paper_exact/tortuosity_geometric_paper", "",
+                                  "/tortuosity/geometric_paper_exact/standard_error"},
+                             Kind{"tortuosity_shortest_path", "/tortuosity/shortest_path/tortuosity_shortest_path", "",
+                                  "/tortuosity/shortest_path/standard_error"},
+                             Kind{"tortuosity_factor", "/tortuosity/diffusive/tortuosity_factor", "/tortuosity/diffusive/interval", ""}}) {
+        const auto value = number_at(results, kind.value);
+        if (!value) continue;
+        const auto error = number_at(results, kind.standard_error);
+        statements[kind.name] = statements_of(results, kind.name, *value,
+                                              error ? std::optional(coverage_factor * *error) : half_width_at(results, kind.interval));
+    }
+    return {
+        {"budget_of_permeability", json_of(rows)},
+        {"statements", statements},
+        {"meaning",
+         "intervals of 95 %; this packing: numerical errors only; mean: Student's t of the packings, and the numerical error; next: one "
+         "more packing"}};
+}
+
+}  // namespace
+
+Stage make_uncertainty_stage(const Case& c, const std::vector<std::string>& stages) {
+    std::vector<std::string> needs;
+    for (const std::string& stage : stages)
+        for (const char* used : {"pack", "voxelise", "lbm", "foam", "seeds", "tortuosity"})
+            if (stage == used) needs.push_back(stage);
+    return {
+        .name = "uncertainty", .needs = needs, .configuration = deciding_keys(c, {"container"}, {}, true), .run = [c, needs](const Path&) {
+            return run_uncertainty(c, needs);
+        }};
+}
+
+}  // namespace porepack::stages

@@ -1,0 +1,117 @@
+#include "study/scheduler.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <condition_variable>
+#include <exception>
+#include <mutex>
+#include <sstream>
+#include <thread>
+
+#include "core/error.hpp"
+#include "core/machine.hpp"
+#include "core/process.hpp"
+
+namespace porepack::study {
+using namespace core;
+namespace {
+
+std::string last_line(const Path& file) {
+    std::istringstream lines(read_text(file));
+    std::string last;
+    for (std::string line; std::getline(lines, line);)
+        if (!line.empty()) last = line;
+    return last;
+}
+
+class Workers {
+public:
+    Workers(int at_once, const std::function<std::optional<Job>()>& next, const std::function<void(const JobEnd&)>& ended)
+        : program_(require_porepack()), threads_(std::max(1, thread_count() / at_once)), next_(next), ended_(ended) {
+        std::vector<std::thread> threads;
+        for (int i = 0; i < at_once; ++i) threads.emplace_back([this] { work(); });
+        for (std::thread& thread : threads) thread.join();
+        if (fault_) std::rethrow_exception(fault_);
+    }
+
+private:
+    static std::string require_porepack() {
+        const std::optional<Path> program = porepack_program();
+        if (!program)
+            throw EngineError("the program porepack was not found, which runs several cases at once",
+                              {.fix = "put it on PATH, or beside this program"});
+        return program->string();
+    }
+
+    // A job ends while another waits: it may be wanted now. With no job running, none will be.
+    void work() {
+        std::unique_lock lock(mutex_);
+        while (!fault_) {
+            std::optional<Job> job;
+            guarded([&] { job = next_(); });
+            if (fault_ || (!job && running_ == 0)) break;
+            if (!job) {
+                changed_.wait(lock);
+                continue;
+            }
+            ++running_;
+            lock.unlock();
+            JobEnd end{.name = job->name};
+            std::exception_ptr fault;
+            try {
+                end.error = run(*job);
+            } catch (...) {
+                fault = std::current_exception();
+            }
+            lock.lock();
+            --running_;
+            if (fault && !fault_) fault_ = fault;
+            if (!fault) guarded([&] { ended_(end); });
+            changed_.notify_all();
+        }
+        changed_.notify_all();
+    }
+
+    void guarded(const std::function<void()>& call) {
+        try {
+            call();
+        } catch (...) {
+            if (!fault_) fault_ = std::current_exception();
+        }
+        stopped_ = stopped_ || fault_;
+    }
+
+    std::string run(const Job& job) {
+        Program program{.command = {program_}, .log = job.log};
+        program.command.insert(program.command.end(), job.arguments.begin(), job.arguments.end());
+        program.command.insert(program.command.end(), {"--threads", std::to_string(threads_)});
+        program.while_running = [this] {
+            if (stopped_) throw MachineError("stopped, because another run failed");
+        };
+        const ProgramEnd end = run_program(program);
+        return end.exit_code == 0 ? std::string() : last_line(job.log);
+    }
+
+    const std::string program_;
+    const int threads_;
+    const std::function<std::optional<Job>()>& next_;
+    const std::function<void(const JobEnd&)>& ended_;
+    std::mutex mutex_;
+    std::condition_variable changed_;
+    std::exception_ptr fault_;
+    std::atomic<bool> stopped_ = false;
+    int running_ = 0;
+};
+
+}  // namespace
+
+int jobs_at_once(double memory_bytes_of_each) {
+    const double held = memory_bytes_of_each > 0.0 ? 0.8 * available_memory_bytes() / memory_bytes_of_each : thread_count();
+    return std::clamp(static_cast<int>(held), 1, thread_count());
+}
+
+void run_jobs(int at_once, const std::function<std::optional<Job>()>& next, const std::function<void(const JobEnd&)>& ended) {
+    const Workers workers(at_once, next, ended);
+}
+
+}  // namespace porepack::study
