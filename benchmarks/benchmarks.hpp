@@ -11,6 +11,9 @@ namespace porepack::benchmarks {
 
 /// Coverage of the intervals of LbmConfig::tolerance; one row per tolerance and flow.
 [[nodiscard]] core::Json coverage_benchmark(const std::vector<unsigned>& seeds, const std::vector<double>& tolerances);
+/// The same on random packings: rows in `file`, to which the missing ones are added if asked for (about two hours for all), and a fit of
+/// the interval's constants to those of the fit. Pours work in `folder` (or ./coverage_beds).
+[[nodiscard]] core::Json coverage_random_benchmark(const core::Path& file, bool compute_missing, const core::Path& folder);
 /// Speed of the kernels against the memory bandwidth limit, steps of the schemes to the same tolerance, error against seconds.
 [[nodiscard]] core::Json lbm_benchmark(const core::Path& folder);
 /// Runs both flow solvers of the cases if not yet done, and compares k, cost and mean profiles of the speed.
@@ -34,6 +37,9 @@ namespace porepack::benchmarks {
 /// Error and time of the measures of shapes against tolerance, of the inverse, and of CGAL's surfaces against their number of triangles.
 [[nodiscard]] core::Json shapes_benchmark();
 
+/// Scatter of k between in-situ slices of the settled beds against their length; writes section_scatter.svg and .csv into `folder` (or
+/// ./section_scatter).
+[[nodiscard]] core::Json section_scatter_benchmark(const core::Path& folder);
 /// The rule of --until-sure on 10,000 simulated sequences of packings, and on those of `seeds_csv` (permeability_m2 in the third column).
 [[nodiscard]] core::Json stopping_benchmark(const std::vector<std::string>& seeds_csv);
 

@@ -34,7 +34,8 @@ std::vector<Path> paths(const std::vector<std::string>& names) {
 
 constexpr Benchmark benchmarks[] = {
     {"coverage",
-     [](const Request&) {
+     [](const Request& r) {
+         if (!r.cases.empty()) return coverage_random_benchmark(r.cases.front(), !r.quick, r.folder);
          return coverage_benchmark({9, 10}, {0.02, 0.01, 0.005});
      }},
     {"cross-check", [](const Request& r) { return cross_check_benchmark(paths(r.cases), r.folder); }},
@@ -43,6 +44,7 @@ constexpr Benchmark benchmarks[] = {
     {"lbm", [](const Request& r) { return lbm_benchmark(r.folder); }},
     {"packing", [](const Request& r) { return packing_benchmark(r.quick, r.folder); }},
     {"section", [](const Request& r) { return section_benchmark(r.cases, r.quick, r.folder); }},
+    {"section-scatter", [](const Request& r) { return section_scatter_benchmark(r.folder); }},
     {"shapes", [](const Request&) { return shapes_benchmark(); }},
     {"speed-error", [](const Request& r) { return speed_error_benchmark(r.quick, r.folder); }},
     {"stopping", [](const Request& r) { return stopping_benchmark(r.cases); }},
@@ -72,17 +74,19 @@ int main_or_throw(int argc, char** argv) {
     int threads = 0;
     bool json = false;
     app.add_option("name", request.name,
-                   "coverage, cross-check, foam, iteration, lbm, packing, section, shapes, speed-error, stopping, "
+                   "coverage, cross-check, foam, iteration, lbm, packing, section, section-scatter, shapes, speed-error, stopping, "
                    "tortuosity")
         ->required();
     app.add_option("cases", request.cases,
                    "for cross-check: folders with case.toml; for section: parts (arrays, lengths, plane_pressures, slices_053, "
-                   "slices_087); for stopping: seeds.csv of "
+                   "slices_087); for coverage: a CSV file "
+                   "of rows on random packings, to which the missing ones are added (--quick: none); for stopping: seeds.csv of "
                    "studies, whose packings are resampled");
     app.add_option("--output", folder, "folder for <name>.json and figures");
     app.add_option("--threads", threads, "threads of parallel loops (default: OMP_NUM_THREADS, else the cores that this process may use)")
         ->check(CLI::Range(1, 1024));
-    app.add_flag("--quick", request.quick, "for iteration, packing, section, speed-error and tortuosity: minutes instead of half an hour");
+    app.add_flag("--quick", request.quick,
+                 "for coverage, iteration, packing, section, speed-error and tortuosity: minutes instead of half an hour");
     app.add_flag("--json", json, "accepted for compatibility: the result is always JSON");
     app.footer("Example:\n  porepack_benchmark lbm --output lbm_speed");
     try {

@@ -28,21 +28,34 @@ ReportSection descriptors_section(const ReportInput& input) {
     add("k / d_32²", number_text(number("permeability_over_sauter_diameter2")));
     add("Kozeny constant eps³ / (k S²)", number_text(number("kozeny_constant"), "{:.3f}"),
         number_text(number("kozeny_constant_with_wall"), "{:.3f}"));
-    add("k of the core / k (velocity more than one d_v from the wall)",
+    add("k of the core / k (mean velocity more than one d_v from the wall; the core is usually denser)",
         number_text(result_at(input, "descriptors/wall/core_over_tube_permeability"), "{:.3f}"));
-    add("k of an infinitely wide bed / k, Carman's wall correction", number_text(number("carman_wall_factor"), "{:.3f}"));
+    add("k of an infinitely wide bed of the same porosity / k, Carman's wall correction",
+        number_text(number("carman_wall_factor"), "{:.3f}"));
+    const auto vertical = [&](const char* key) {
+        const Json& tensor = result_at(input, std::string("descriptors/structure/") + key);
+        return tensor.is_array() ? number_text(tensor[2][2], "{:.3f}") : std::string("–");
+    };
+    add("capsule axes: mean of cos² of the angle to z (1/3: no direction preferred)", vertical("orientation_tensor"));
+    add("contact normals: mean of cos² of the angle to z", vertical("contact_orientation_tensor"));
+    add("neighbours in contact per grain", number_text(result_at(input, "descriptors/structure/mean_neighbours"), "{:.2f}"));
     if (!result_at(input, "descriptors/numbers").is_object()) section.rows.clear();
     return section;
 }
 
 void add_descriptor_pictures(const ReportInput& input, const Path& folder, ReportSection& section) {
-    for (const char* file : {"radial.csv", "friction.csv"}) {
+    for (const char* file : {"radial.csv", "friction.csv", "contacts.csv", "radial_distribution.csv"}) {
         const Path made = input.stage_folders / "descriptors" / file;
         if (fs::exists(made)) fs::copy_file(made, folder / file, fs::copy_options::overwrite_existing);
     }
     if (fs::exists(folder / "radial.csv") && draw_plot(folder / "radial.svg", "radial"))
         section.pictures.emplace_back("radial.svg",
                                       "Against the distance from the wall: porosity, and superficial velocity over that of the tube.");
+    if (fs::exists(folder / "contacts.csv") && draw_plot(folder / "structure.svg", "structure", {}, {.width = 760, .height = 300}))
+        section.pictures.emplace_back(
+            "structure.svg",
+            "Left: grains by their number of neighbours in contact. Right: radial distribution of the centres of mass, "
+            "over that of random points in the same bed.");
     if (fs::exists(folder / "friction.csv") && draw_plot(folder / "friction.svg", "friction"))
         section.pictures.emplace_back(
             "friction.svg",

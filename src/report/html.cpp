@@ -25,7 +25,7 @@ std::string escaped(const std::string& text) {
 std::string section_html(const ReportSection& section, const Path& folder) {
     std::string html = "<h2>" + escaped(section.title) + "</h2>\n";
     if (!section.intro.empty()) html += "<p>" + escaped(section.intro) + "</p>\n";
-    html += "<table><tr>";
+    html += "<div class=\"wide\"><table><tr>";
     for (const auto& head : section.header) html += "<th>" + escaped(head) + "</th>";
     html += "</tr>\n";
     for (const auto& row : section.rows) {
@@ -33,7 +33,7 @@ std::string section_html(const ReportSection& section, const Path& folder) {
         for (const auto& cell : row) html += "<td>" + escaped(cell) + "</td>";
         html += "</tr>\n";
     }
-    html += "</table>\n";
+    html += "</table></div>\n";
     for (const auto& [file, caption] : section.pictures) {
         const std::string bytes = read_text(folder / file);
         const std::string picture = file.ends_with(".svg")

@@ -23,26 +23,22 @@ const Json& statement_at(const ReportInput& input, const std::string& quantity, 
     return result_at(input, "uncertainty/statements/" + quantity + "/" + which);
 }
 
-// "1.24e-06 ± 1.2 %": the percentage says more than two limits.
-std::string with_half_width(const Json& statement, const char* format) {
+// "1.24e-06 m² ± 1.2 %": the percentage says more than two limits.
+std::string with_half_width(const Json& statement, const char* format, const std::string& unit = {}) {
     if (!statement.is_object()) return "–";
     if (!statement["value"].is_number()) return "not known";
     const double value = statement["value"].get<double>();
     const Json& interval = statement["interval"];
-    if (!interval.is_array()) return number_text(statement["value"], format) + ", no uncertainty known";
-    const double half = 50.0 * (interval[1].get<double>() - interval[0].get<double>()) / value;
-    return fmt::format("{} ± {} %", number_text(statement["value"], format),
-                       half < 0.01 ? fmt::format("{:.0e}", half) : fmt::format("{:.2g}", half));
+    const std::string number = with_powers_of_ten(fmt::format(fmt::runtime(format), value) + (unit.empty() ? "" : " " + unit));
+    if (!interval.is_array()) return number + ", no uncertainty known";
+    return fmt::format("{} ± {:.2g} %", number, 50.0 * (interval[1].get<double>() - interval[0].get<double>()) / value);
 }
 
 }  // namespace
 
 std::string sure_text(const ReportInput& input, const std::string& quantity, const char* which) {
     for (const Row& row : quantities_shown)
-        if (quantity == row.key) {
-            const std::string text = with_half_width(statement_at(input, quantity, which), row.format);
-            return *row.unit == '\0' || text == "not known" || text == "–" ? text : text + " (" + row.unit + ")";
-        }
+        if (quantity == row.key) return with_half_width(statement_at(input, quantity, which), row.format, row.unit);
     return "–";
 }
 
@@ -76,10 +72,11 @@ ReportSection budget_section(const ReportInput& input) {
         "Standard uncertainties (one standard deviation) of k of one packing. Numerical contributions are in all three statements above. "
         "The scatter between packings is in the last two. A hint is in none: it suggests the scatter where only one packing is known.";
     section.header = {"contribution", "u(k)/k", "part", "evidence", "from"};
+    const auto percent = [](double relative) { return relative < 1e-5 ? "< 0.001 %" : fmt::format("{:.2g} %", 100.0 * relative); };
     for (const Json& row : rows)
-        section.rows.push_back({row["source"].get<std::string>(),
-                                fmt::format("{:.2g} %", 100.0 * row["relative_standard_uncertainty"].get<double>()),
-                                row["part"].get<std::string>(), row["evidence"].get<std::string>(), row["origin"].get<std::string>()});
+        section.rows.push_back({row["source"].get<std::string>(), percent(row["relative_standard_uncertainty"].get<double>()),
+                                row["part"].get<std::string>(), row["evidence"].get<std::string>(),
+                                with_powers_of_ten(row["origin"].get<std::string>())});
     return section;
 }
 
@@ -97,7 +94,10 @@ void add_budget_picture(const ReportInput& input, const Path& folder, ReportSect
     table.write(folder / "budget.csv");
     if (draw_plot(folder / "budget.svg", "budget", {{"count", static_cast<double>(rows.size())}},
                   {.width = 620, .height = 90 + 26 * static_cast<int>(rows.size())}))
-        section.pictures.emplace_back("budget.svg", "Contributions to the uncertainty of k; contributions below 0.001 % are drawn there.");
+        section.pictures.emplace_back(
+            "budget.svg",
+            "Contributions to the uncertainty of k: numerical (blue), scatter between packings (orange), hint (grey). Those below 0.001 % "
+            "are drawn at 0.001 %.");
 }
 
 }  // namespace porepack::report

@@ -9,6 +9,7 @@
 #include "core/table.hpp"
 #include "io/image.hpp"
 #include "lbm/wall_effect.hpp"
+#include "packing/structure.hpp"
 #include "stages/results.hpp"
 #include "stages/stages.hpp"
 
@@ -16,6 +17,7 @@ namespace porepack::stages {
 using namespace core;
 using namespace converters;
 using namespace packing;
+using namespace shapes;
 using namespace lbm;
 using namespace permeability;
 using namespace pipeline;
@@ -66,6 +68,32 @@ Json wall_json(const Case& c, const PoreSpace& space, double permeability_m2, co
              "also have the porosity of the core"}};
 }
 
+Json matrix_json(const Eigen::Matrix3d& matrix) {
+    if (matrix.isZero()) return nullptr;
+    Json rows = Json::array();
+    for (int i = 0; i < 3; ++i) rows.push_back({matrix(i, 0), matrix(i, 1), matrix(i, 2)});
+    return rows;
+}
+
+// How the grains of the whole bed lie and touch.
+Json structure_json(const PoreSpace& space, const Path& folder) {
+    if (!space.packing) return nullptr;
+    constexpr double gap_of_diameter = 1e-3;  // grains that only just touch, as in a given packing
+    const Container& container = space.container;
+    const Vec3 inner = container.high() - container.low();
+    const double range = std::min(4.0 * space.equivalent_diameter_m, 0.5 * std::min(inner.x(), inner.y()));
+    const Structure found = structure_of(*space.packing, gap_of_diameter * space.grain_size_m, range, 40);
+    Table contacts({"neighbours", "grains"}), distribution({"r0_m", "r1_m", "radial_distribution"});
+    for (std::size_t n = 0; n < found.grains_with_neighbours.size(); ++n) contacts.add(n, found.grains_with_neighbours[n]);
+    for (const RadialBin& bin : found.radial_distribution) distribution.add(bin.r0_m, bin.r1_m, bin.distribution);
+    contacts.write(folder / "contacts.csv");
+    distribution.write(folder / "radial_distribution.csv");
+    return {{"orientation_tensor", matrix_json(found.orientation)},
+            {"contact_orientation_tensor", matrix_json(found.contact_orientation)},
+            {"mean_neighbours", found.mean_neighbours},
+            {"contact_points", found.contact_points}};
+}
+
 // The flows with inertia beside correlations for beds.
 Json friction_json(const Json& forchheimer, const PackedBed& bed, const BedNumbers& numbers, const Container& container,
                    const Path& folder) {
@@ -103,6 +131,7 @@ Json run_descriptors(const Case& c, const Path& folder) {
                  {"wall_per_bed_per_m", bed.wall_per_bed_per_m},
                  {"numbers", numbers_json(numbers)},
                  {"wall", wall_json(c, space, bed.permeability_m2, folder)},
+                 {"structure", structure_json(space, folder)},
                  {"friction", nullptr}};
     if (c.settings.forchheimer.enabled) json["friction"] = friction_json(c.result_of("forchheimer"), bed, numbers, space.container, folder);
     return json;

@@ -4,6 +4,7 @@
 #include "core/table.hpp"
 #include "helpers.hpp"
 #include "lbm/wall_effect.hpp"
+#include "packing/structure.hpp"
 #include "permeability/budget.hpp"
 #include "permeability/descriptors.hpp"
 #include "permeability/section_scatter.hpp"
@@ -174,6 +175,41 @@ TEST(Wall, ProfileOfAnAnnulus) {
     const double core = integral(0.0, 0.7) / (0.5 * 0.49) / mean;
     EXPECT_NEAR(lbm::core_over_tube(flow, {0.0, 1.0}, 2.0 * radius, 0.3) / core, 1.0, 2e-3);
     EXPECT_TRUE(std::isnan(lbm::core_over_tube(flow, {0.0, 1.0}, 2.0 * radius, 1.5)));
+}
+
+// A cubic lattice of touching spheres in a periodic box, and rods that all lie along z.
+TEST(Structure, OfALatticeAndOfParallelRods) {
+    using namespace packing;
+    using shapes::Vec3;
+    Packing lattice{.container = parse_container("box:4,4,4:periodic"),
+                    .shapes = {shapes::make_preset(shapes::ShapeKind::sphere, 1.0, 0.0)},
+                    .bodies = {}};
+    for (int i = 0; i < 64; ++i) lattice.bodies.push_back({.shape = 0, .position_m = Vec3(i % 4, i / 4 % 4, i / 16) + Vec3::Constant(0.3)});
+    const Structure cubic = structure_of(lattice, 1e-6, 1.95, 13);
+    EXPECT_EQ(cubic.grains_with_neighbours.size(), 7U);
+    EXPECT_EQ(cubic.grains_with_neighbours[6], 64);
+    EXPECT_NEAR(cubic.mean_neighbours, 6.0, 1e-12);
+    EXPECT_EQ(cubic.contact_points, 192);
+    EXPECT_LT((cubic.contact_orientation - Eigen::Matrix3d::Identity() / 3.0).norm(), 1e-9);
+    EXPECT_TRUE(cubic.orientation.isZero()) << "spheres have no axis";
+    // Six neighbours at 1, twelve at 1.414: pairs over those of random points, in bins of 0.15 that begin at 0.9 and 1.35. Of all pairs of
+    // the random points, 63 per point in 64 unit cells, the bin holds the volume of its shell.
+    const auto expected = [](double neighbours, double r) {
+        return neighbours / 63.0 * 64.0 / (4.0 / 3.0 * 3.14159265 * (std::pow(r + 0.15, 3.0) - r * r * r));
+    };
+    EXPECT_NEAR(cubic.radial_distribution[6].distribution / expected(6.0, 0.9), 1.0, 0.02);  // 4000 random points: 0.4 % per bin
+    EXPECT_NEAR(cubic.radial_distribution[9].distribution / expected(12.0, 1.35), 1.0, 0.02);
+    EXPECT_EQ(cubic.radial_distribution[5].distribution, 0.0);
+    Packing rods{
+        .container = parse_container("cylinder:10,10"), .shapes = {shapes::make_preset(shapes::ShapeKind::rod, 1.0, 3.0)}, .bodies = {}};
+    const Vec3 axis = rods.shapes[0].capsules[0].b - rods.shapes[0].capsules[0].a;
+    const auto upright = shapes::Quaternion::FromTwoVectors(axis, Vec3::UnitZ());
+    rods.bodies = {{.shape = 0, .position_m = {0, 0, 3}, .orientation = upright},
+                   {.shape = 0, .position_m = {1, 0, 4}, .orientation = upright}};
+    const Structure parallel = structure_of(rods, 1e-6, 4.0, 4);
+    EXPECT_NEAR(parallel.orientation(2, 2), 1.0, 1e-12);
+    EXPECT_NEAR(parallel.contact_orientation(0, 0), 1.0, 1e-12);
+    EXPECT_EQ(parallel.contact_points, 1);
 }
 
 TEST(Table, IsReadBack) {

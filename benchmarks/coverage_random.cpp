@@ -1,0 +1,222 @@
+// Coverage of the interval of k on random packings: rows in a CSV file, which are kept as they come; a table and a fit of the rows.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/math/distributions/binomial.hpp>
+#include <cmath>
+
+#include "benchmarks/benchmarks.hpp"
+#include "benchmarks/random_beds.hpp"
+#include "core/error.hpp"
+#include "core/log.hpp"
+#include "core/table.hpp"
+#include "lbm/permeability.hpp"
+
+namespace porepack::benchmarks {
+using namespace core;
+using namespace converters;
+using namespace lbm;
+namespace {
+
+constexpr double tolerances[] = {0.02, 0.01};
+constexpr double reference_nodes = 8e6;
+
+// One run with a tolerance; its last three grids are enough to repeat the extrapolation with other constants.
+struct Row {
+    int bed = 0, position = 0;
+    double tolerance = 0.0, porosity = 0.0;
+    double reference_m2 = 0.0, reference_half_width = 0.0;  ///< relative
+    std::array<double, 3> nodes{}, values_m2{};
+    double other_half_width = 0.0;  ///< iteration, mass balance, rounding; relative
+    double seconds = 0.0;
+};
+
+const std::vector<std::string> columns = {
+    "bed",     "position", "tolerance",  "porosity",   "reference_m2", "reference_half_width", "nodes_1",
+    "nodes_2", "nodes_3",  "value_1_m2", "value_2_m2", "value_3_m2",   "other_half_width",     "seconds"};
+
+std::vector<Row> read_rows(const Path& file) {
+    std::vector<Row> rows;
+    if (!std::filesystem::exists(file)) return rows;
+    for (const auto& v : read_table(file))
+        rows.push_back({.bed = static_cast<int>(v.at(0)),
+                        .position = static_cast<int>(v.at(1)),
+                        .tolerance = v.at(2),
+                        .porosity = v.at(3),
+                        .reference_m2 = v.at(4),
+                        .reference_half_width = v.at(5),
+                        .nodes = {v.at(6), v.at(7), v.at(8)},
+                        .values_m2 = {v.at(9), v.at(10), v.at(11)},
+                        .other_half_width = v.at(12),
+                        .seconds = v.at(13)});
+    return rows;
+}
+
+void write_rows(const Path& file, const std::vector<Row>& rows) {
+    Table table(columns);
+    for (const Row& r : rows)
+        table.add(r.bed, r.position, r.tolerance, r.porosity, r.reference_m2, r.reference_half_width, r.nodes[0], r.nodes[1], r.nodes[2],
+                  r.values_m2[0], r.values_m2[1], r.values_m2[2], r.other_half_width, r.seconds);
+    table.write(file);
+}
+
+// Three grids, the finest with about reference_nodes nodes.
+LbmResult reference_of(const PoreSpace& space) {
+    const double pores = space.porosity(4000).value * space.container.inner_area_m2() *
+                         (space.container.periodic[2] ? space.section.length() : space.computed().length());
+    return lbm_permeability(space, std::cbrt(pores / reference_nodes), {.iteration_tolerance = 1e-4, .grids = 3, .grid_ratio = 1.35});
+}
+
+Row row_of(const PoreSpace& space, double tolerance) {
+    const Stopwatch watch;
+    const LbmResult result = lbm_permeability(space, 0.0, {.tolerance = tolerance, .max_time_s = 90.0});
+    Row row{.tolerance = tolerance, .seconds = watch.seconds()};
+    const std::size_t n = result.grids.size();
+    for (std::size_t i = 0; i < 3; ++i) {
+        const LbmGridResult& grid = result.grids.at(n - 3 + i);
+        row.nodes[i] = space.known_grain_diameter_m() / grid.voxel_size_m;
+        row.values_m2[i] = grid.permeability_m2;
+    }
+    const IntervalParts parts = result.half_width.value();
+    row.other_half_width = (parts.sum() - parts.grid_m2) / result.permeability_m2;
+    return row;
+}
+
+void compute(int bed, std::vector<Row>& rows, const Path& file, const Path& folder) {
+    const auto missing = [&](int position, double tolerance) {
+        return std::none_of(rows.begin(), rows.end(),
+                            [&](const Row& r) { return r.bed == bed && r.position == position && r.tolerance == tolerance; });
+    };
+    if (!missing(1, tolerances[1])) return;
+    const RandomBed made = random_bed(bed, folder);
+    std::optional<LbmResult> reference;
+    for (const int position : {0, 1}) {
+        const PoreSpace space = pore_space_of(made, position);
+        for (const double tolerance : tolerances) {
+            if (!missing(position, tolerance)) continue;
+            if (!reference) reference = reference_of(pore_space_of(made, 0));
+            Row row = row_of(space, tolerance);
+            row.bed = bed;
+            row.position = position;
+            row.porosity = space.porosity(20000).value;
+            row.reference_m2 = reference->permeability_m2;
+            row.reference_half_width = reference->half_width.value().sum() / reference->permeability_m2;
+            rows.push_back(row);
+            write_rows(file, rows);
+            log_info("bed {} ({}), position {}, tolerance {:g}: {:+.2f} %, {:.0f} s", bed, made.name, position, tolerance,
+                     100.0 * (row.values_m2[2] / row.reference_m2 - 1.0), row.seconds);
+        }
+    }
+}
+
+// The constants of lbm::extrapolate(): share of the Richardson value of order 2, factor of the estimate of order 1.5, part per nodes^-1.5.
+struct Constants {
+    double share = 0.5, factor = 0.8, floor = 0.3;
+};
+Extrapolation extrapolate_with(const Row& r, const Constants& c) {
+    const auto richardson = [&](std::size_t coarse, std::size_t fine, double order) {
+        return (r.values_m2[fine] - r.values_m2[coarse]) / (std::pow(r.nodes[fine] / r.nodes[coarse], order) - 1.0);
+    };
+    const double late = std::abs(richardson(1, 2, 1.5)), early = std::abs(richardson(0, 1, 1.5)) * std::pow(r.nodes[1] / r.nodes[2], 1.5);
+    return {r.values_m2[2] + c.share * richardson(0, 2, 2.0),
+            c.factor * std::max(late, early) + c.floor * std::pow(r.nodes[2], -1.5) * std::abs(r.values_m2[2])};
+}
+
+struct Coverage {
+    long rows = 0, held = 0;
+    double median_error = 0.0, median_half_width = 0.0;
+};
+template <typename Choose>
+Coverage coverage_of(const std::vector<Row>& rows, const Constants& constants, const Choose& choose) {
+    std::vector<double> errors, half_widths;
+    Coverage coverage;
+    for (const Row& row : rows) {
+        if (!choose(row)) continue;
+        const Extrapolation found = extrapolate_with(row, constants);
+        const double error = std::abs(found.value / row.reference_m2 - 1.0), half = found.half_width / found.value + row.other_half_width;
+        ++coverage.rows;
+        coverage.held += error <= half ? 1 : 0;
+        errors.push_back(error);
+        half_widths.push_back(half);
+    }
+    if (coverage.rows == 0) return coverage;
+    for (std::vector<double>* list : {&errors, &half_widths}) std::sort(list->begin(), list->end());
+    coverage.median_error = errors[errors.size() / 2];
+    coverage.median_half_width = half_widths[half_widths.size() / 2];
+    return coverage;
+}
+
+// With the exact (Clopper-Pearson) interval of the probability.
+Json to_json(const Coverage& c) {
+    using Binomial = boost::math::binomial_distribution<>;
+    const auto n = static_cast<double>(c.rows), k = static_cast<double>(c.held);
+    return {{"runs", c.rows},
+            {"held", c.held},
+            {"probability_interval",
+             {c.held == 0 ? 0.0 : Binomial::find_lower_bound_on_p(n, k, 0.025),
+              c.held == c.rows ? 1.0 : Binomial::find_upper_bound_on_p(n, k, 0.025)}},
+            {"median_error", c.median_error},
+            {"median_half_width", c.median_half_width},
+            {"ratio", c.median_half_width / c.median_error}};
+}
+
+bool to_fit(const Row& row) {
+    return row.bed < random_beds_to_fit;
+}
+bool to_judge(const Row& row) {
+    return row.bed >= random_beds_to_fit;
+}
+
+// The narrowest intervals that hold at least 96 % of the runs of the fit.
+Constants fit(const std::vector<Row>& rows) {
+    Constants best;
+    double least = 1e300;
+    for (int share = 0; share <= 10; ++share)
+        for (int factor = 1; factor <= 30; ++factor)
+            for (int floor = 0; floor <= 30; ++floor) {
+                const Constants constants{0.1 * share, 0.1 * factor, 0.05 * floor};
+                const Coverage found = coverage_of(rows, constants, to_fit);
+                if (static_cast<double>(found.held) < 0.96 * static_cast<double>(found.rows) || found.median_half_width >= least) continue;
+                least = found.median_half_width;
+                best = constants;
+            }
+    return best;
+}
+
+}  // namespace
+
+Json coverage_random_benchmark(const Path& file, bool compute_missing, const Path& folder) {
+    std::vector<Row> rows = read_rows(file);
+    // Those to judge come between those to fit, so that an unfinished table has both.
+    std::vector<int> order;
+    for (int i = 0; i < random_beds_to_fit; ++i) {
+        order.push_back(i);
+        if (random_beds_to_fit + i < random_beds) order.push_back(random_beds_to_fit + i);
+    }
+    if (compute_missing)
+        for (const int bed : order) {
+            try {
+                compute(bed, rows, file, folder.empty() ? Path("coverage_beds") : folder);
+            } catch (const NumericalError& error) {
+                log_warning(fmt::format("bed {}: {}", bed, error.what()));
+            }
+        }
+    const Constants now, fitted = fit(rows);
+    double seconds = 0.0, reference = 0.0;
+    for (const Row& row : rows) {
+        seconds += row.seconds;
+        reference = std::max(reference, row.reference_half_width);
+    }
+    return {{"rows", rows.size()},
+            {"largest_half_width_of_a_reference", reference},
+            {"seconds_of_the_runs", seconds},
+            {"present_constants", {{"fit", to_json(coverage_of(rows, now, to_fit))}, {"judge", to_json(coverage_of(rows, now, to_judge))}}},
+            {"fitted_constants",
+             {{"share", fitted.share},
+              {"factor", fitted.factor},
+              {"floor", fitted.floor},
+              {"fit", to_json(coverage_of(rows, fitted, to_fit))},
+              {"judge", to_json(coverage_of(rows, fitted, to_judge))}}}};
+}
+
+}  // namespace porepack::benchmarks

@@ -1,0 +1,146 @@
+#include "packing/structure.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <random>
+
+#include "shapes/segments.hpp"
+
+namespace porepack::packing {
+using namespace shapes;
+namespace {
+
+constexpr std::size_t random_points = 4000;
+
+// The vector between two points, to the nearest periodic image.
+Vec3 apart(const Container& container, const Vec3& from, const Vec3& to) {
+    Vec3 step = to - from;
+    for (int axis = 0; axis < 3; ++axis)
+        if (container.periodic[static_cast<std::size_t>(axis)])
+            step[axis] -= container.size_m[axis] * std::round(step[axis] / container.size_m[axis]);
+    return step;
+}
+
+struct Grain {
+    Vec3 centre;
+    std::vector<Capsule> capsules;
+    double radius;  // of the sphere about the centre that holds it
+};
+
+std::vector<Grain> grains_of(const Packing& packing) {
+    std::vector<ShapeMeasures> measures;
+    for (const Shape& shape : packing.shapes) measures.push_back(measure(shape, 1e-5));
+    std::vector<Grain> grains;
+    for (const Body& body : packing.bodies) {
+        const ShapeMeasures& of = measures[body.shape];
+        grains.push_back({body.position_m + body.orientation * of.centre_of_mass_m, world_capsules(packing, body), of.bounding_radius_m});
+    }
+    return grains;
+}
+
+// visit(i, j, vector from i to j) for all pairs nearer than `reach`; sorted by height where that is no periodic direction.
+template <typename Visit>
+void for_pairs(const Container& container, const std::vector<Vec3>& centres, double reach, const Visit& visit) {
+    std::vector<std::size_t> order(centres.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::sort(order.begin(), order.end(), [&](std::size_t i, std::size_t j) { return centres[i].z() < centres[j].z(); });
+    for (std::size_t n = 0; n < order.size(); ++n)
+        for (std::size_t m = n + 1; m < order.size(); ++m) {
+            if (!container.periodic[2] && centres[order[m]].z() - centres[order[n]].z() > reach) break;
+            const Vec3 step = apart(container, centres[order[n]], centres[order[m]]);
+            if (step.squaredNorm() < reach * reach) visit(order[n], order[m], step);
+        }
+}
+
+Eigen::Matrix3d mean_of(Eigen::Matrix3d sum) {
+    const double trace = sum.trace();
+    return trace > 0.0 ? Eigen::Matrix3d(sum / trace) : Eigen::Matrix3d::Zero();
+}
+
+void find_contacts(const Container& container, const std::vector<Grain>& grains, const std::vector<Vec3>& centres, double contact_gap_m,
+                   Structure& found) {
+    double largest = 0.0;
+    for (const Grain& grain : grains) largest = std::max(largest, grain.radius);
+    std::vector<long> neighbours(grains.size(), 0);
+    Eigen::Matrix3d normals = Eigen::Matrix3d::Zero();
+    for_pairs(container, centres, 2.0 * largest + contact_gap_m, [&](std::size_t i, std::size_t j, const Vec3& step) {
+        const Vec3 shift = step - (centres[j] - centres[i]);
+        bool touch = false;
+        for (const Capsule& one : grains[i].capsules)
+            for (Capsule other : grains[j].capsules) {
+                other.a += shift;
+                other.b += shift;
+                if (gap(one, other) > contact_gap_m) continue;
+                const ClosestPoints closest = closest_points({one.a, one.b - one.a}, {other.a, other.b - other.a});
+                const Vec3 normal = (closest.on_second - closest.on_first).normalized();
+                normals += normal * normal.transpose();
+                ++found.contact_points;
+                touch = true;
+            }
+        if (!touch) return;
+        ++neighbours[i];
+        ++neighbours[j];
+    });
+    found.contact_orientation = mean_of(normals);
+    for (const long count : neighbours) {
+        found.grains_with_neighbours.resize(std::max(found.grains_with_neighbours.size(), static_cast<std::size_t>(count) + 1), 0);
+        ++found.grains_with_neighbours[static_cast<std::size_t>(count)];
+        found.mean_neighbours += static_cast<double>(count) / static_cast<double>(grains.size());
+    }
+}
+
+std::vector<double> pairs_in_bins(const Container& container, const std::vector<Vec3>& points, double range_m, long bins) {
+    std::vector<double> counts(static_cast<std::size_t>(bins), 0.0);
+    for_pairs(container, points, range_m, [&](std::size_t, std::size_t, const Vec3& step) {
+        counts[std::min(counts.size() - 1, static_cast<std::size_t>(step.norm() / range_m * static_cast<double>(bins)))] += 1.0;
+    });
+    const auto n = static_cast<double>(points.size());
+    for (double& count : counts) count /= 0.5 * n * (n - 1.0);
+    return counts;
+}
+
+std::vector<Vec3> random_points_in(const Container& container, double low, double high) {
+    std::mt19937_64 random(1);
+    const auto uniform = [&](double from, double to) { return from + (to - from) * static_cast<double>(random() >> 11) * 0x1p-53; };
+    const Vec3 corner = container.low(), opposite = container.high();
+    std::vector<Vec3> points;
+    while (points.size() < random_points) {
+        const Vec3 point(uniform(corner.x(), opposite.x()), uniform(corner.y(), opposite.y()), uniform(low, high));
+        if (container.contains_column(point.x(), point.y())) points.push_back(point);
+    }
+    return points;
+}
+
+}  // namespace
+
+Structure structure_of(const Packing& packing, double contact_gap_m, double range_m, long bins) {
+    Structure found;
+    Eigen::Matrix3d axes = Eigen::Matrix3d::Zero();
+    const std::vector<Grain> grains = grains_of(packing);
+    std::vector<Vec3> centres;
+    double low = 1e300, high = -1e300;
+    for (const Grain& grain : grains) {
+        centres.push_back(grain.centre);
+        low = std::min(low, grain.centre.z());
+        high = std::max(high, grain.centre.z());
+        for (const Capsule& capsule : grain.capsules)
+            if (const Vec3 axis = capsule.b - capsule.a; axis.norm() > 0.0) axes += axis * axis.transpose() / axis.norm();
+    }
+    found.orientation = mean_of(axes);
+    find_contacts(packing.container, grains, centres, contact_gap_m, found);
+    if (grains.size() < 2 || !(high > low)) return found;
+    const Container& container = packing.container;
+    const std::vector<double> pairs = pairs_in_bins(container, centres, range_m, bins),
+                              random = pairs_in_bins(container,
+                                                     random_points_in(container, container.periodic[2] ? container.low().z() : low,
+                                                                      container.periodic[2] ? container.high().z() : high),
+                                                     range_m, bins);
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+        const double width = range_m / static_cast<double>(bins), r0 = width * static_cast<double>(i);
+        found.radial_distribution.push_back({r0, r0 + width, random[i] > 0.0 ? pairs[i] / random[i] : std::nan("")});
+    }
+    return found;
+}
+
+}  // namespace porepack::packing

@@ -1,0 +1,32 @@
+// How the grains of a packing lie, touch and are distributed, from their exact poses.
+#pragma once
+
+#include <vector>
+
+#include "packing/packing.hpp"
+
+namespace porepack::packing {
+
+struct RadialBin {
+    double r0_m = 0.0;
+    double r1_m = 0.0;
+    double distribution = 0.0;  ///< pairs of centres over those of as many random points in the same bed; 1 without order
+};
+
+struct Structure {
+    /// Mean of a a^T over the axes a of all capsules, weighted by their length: 1/3 on the diagonal where no direction is preferred. Zero
+    /// if no capsule has a length (spheres).
+    Eigen::Matrix3d orientation = Eigen::Matrix3d::Zero();
+    /// The same of the normals of all contacts between grains; zero without contacts.
+    Eigen::Matrix3d contact_orientation = Eigen::Matrix3d::Zero();
+    std::vector<long> grains_with_neighbours;  ///< [n]: number of grains that touch n others
+    double mean_neighbours = 0.0;              ///< coordination number
+    long contact_points = 0;                   ///< two concave grains can touch at several
+    std::vector<RadialBin> radial_distribution;
+};
+
+/// Capsules closer than `contact_gap_m` touch. The radial distribution of the centres of mass goes up to `range_m`, in `bins` bins; its
+/// random points (always the same) fill the container between the lowest and the highest centre.
+[[nodiscard]] Structure structure_of(const Packing& packing, double contact_gap_m, double range_m, long bins);
+
+}  // namespace porepack::packing
