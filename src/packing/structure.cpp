@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <random>
 
@@ -100,14 +101,17 @@ std::vector<double> pairs_in_bins(const Container& container, const std::vector<
     return counts;
 }
 
-std::vector<Vec3> random_points_in(const Container& container, double low, double high) {
+// At least as far from the side walls as the centres.
+std::vector<Vec3> random_points_in(const Container& container, const std::vector<Vec3>& centres, double low, double high) {
+    double clearance = std::numeric_limits<double>::infinity();
+    for (const Vec3& centre : centres) clearance = std::min(clearance, container.wall_distance(centre));
     std::mt19937_64 random(1);
     const auto uniform = [&](double from, double to) { return from + (to - from) * static_cast<double>(random() >> 11) * 0x1p-53; };
     const Vec3 corner = container.low(), opposite = container.high();
     std::vector<Vec3> points;
     while (points.size() < random_points) {
         const Vec3 point(uniform(corner.x(), opposite.x()), uniform(corner.y(), opposite.y()), uniform(low, high));
-        if (container.contains_column(point.x(), point.y())) points.push_back(point);
+        if (container.wall_distance(point) >= clearance) points.push_back(point);
     }
     return points;
 }
@@ -133,7 +137,7 @@ Structure structure_of(const Packing& packing, double contact_gap_m, double rang
     const Container& container = packing.container;
     const std::vector<double> pairs = pairs_in_bins(container, centres, range_m, bins),
                               random = pairs_in_bins(container,
-                                                     random_points_in(container, container.periodic[2] ? container.low().z() : low,
+                                                     random_points_in(container, centres, container.periodic[2] ? container.low().z() : low,
                                                                       container.periodic[2] ? container.high().z() : high),
                                                      range_m, bins);
     for (std::size_t i = 0; i < pairs.size(); ++i) {

@@ -26,7 +26,8 @@ struct Structure {
 };
 
 /// Capsules closer than `contact_gap_m` touch. The radial distribution of the centres of mass goes up to `range_m`, in `bins` bins; its
-/// random points (always the same) fill the container between the lowest and the highest centre.
+/// random points (always the same) fill the space between the lowest and the highest centre that is as far from the side walls as the
+/// centres.
 [[nodiscard]] Structure structure_of(const Packing& packing, double contact_gap_m, double range_m, long bins);
 
 }  // namespace porepack::packing
