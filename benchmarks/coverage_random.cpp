@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <boost/math/distributions/binomial.hpp>
 #include <cmath>
+#include <map>
 
 #include "benchmarks/benchmarks.hpp"
 #include "benchmarks/random_beds.hpp"
@@ -117,13 +118,14 @@ Extrapolation extrapolate_with(const Row& r, const Constants& c) {
     const auto richardson = [&](std::size_t coarse, std::size_t fine, double order) {
         return (r.values_m2[fine] - r.values_m2[coarse]) / (std::pow(r.nodes[fine] / r.nodes[coarse], order) - 1.0);
     };
+    const double value = r.values_m2[2] + c.share * richardson(0, 2, 2.0);
     const double late = std::abs(richardson(1, 2, 1.5)), early = std::abs(richardson(0, 1, 1.5)) * std::pow(r.nodes[1] / r.nodes[2], 1.5);
-    return {r.values_m2[2] + c.share * richardson(0, 2, 2.0),
-            c.factor * std::max(late, early) + c.floor * std::pow(r.nodes[2], -1.5) * std::abs(r.values_m2[2])};
+    return {value, c.factor * std::max(late, early) + c.floor * std::pow(r.nodes[2], -1.5) * std::abs(value)};
 }
 
 struct Coverage {
     long rows = 0, held = 0;
+    std::map<int, bool> beds = {};  ///< all runs of the bed held
     double median_error = 0.0, median_half_width = 0.0;
 };
 template <typename Choose>
@@ -136,6 +138,8 @@ Coverage coverage_of(const std::vector<Row>& rows, const Constants& constants, c
         const double error = std::abs(found.value / row.reference_m2 - 1.0), half = found.half_width / found.value + row.other_half_width;
         ++coverage.rows;
         coverage.held += error <= half ? 1 : 0;
+        bool& bed = coverage.beds.try_emplace(row.bed, true).first->second;
+        bed = bed && error <= half;
         errors.push_back(error);
         half_widths.push_back(half);
     }
@@ -146,15 +150,17 @@ Coverage coverage_of(const std::vector<Row>& rows, const Constants& constants, c
     return coverage;
 }
 
-// With the exact (Clopper-Pearson) interval of the probability.
+// The runs of one bed are not independent: the exact (Clopper-Pearson) interval of the probability is that of the beds.
 Json to_json(const Coverage& c) {
     using Binomial = boost::math::binomial_distribution<>;
-    const auto n = static_cast<double>(c.rows), k = static_cast<double>(c.held);
+    const auto n = static_cast<double>(c.beds.size()),
+               k = static_cast<double>(std::count_if(c.beds.begin(), c.beds.end(), [](const auto&bed) { return bed.second; }));
     return {{"runs", c.rows},
             {"held", c.held},
-            {"probability_interval",
-             {c.held == 0 ? 0.0 : Binomial::find_lower_bound_on_p(n, k, 0.025),
-              c.held == c.rows ? 1.0 : Binomial::find_upper_bound_on_p(n, k, 0.025)}},
+            {"beds", n},
+            {"beds_with_all_runs_held", k},
+            {"interval_of_beds",
+             {k == 0.0 ? 0.0 : Binomial::find_lower_bound_on_p(n, k, 0.025), k == n ? 1.0 : Binomial::find_upper_bound_on_p(n, k, 0.025)}},
             {"median_error", c.median_error},
             {"median_half_width", c.median_half_width},
             {"ratio", c.median_half_width / c.median_error}};
@@ -193,12 +199,14 @@ Json coverage_random_benchmark(const Path& file, bool compute_missing, const Pat
         order.push_back(i);
         if (random_beds_to_fit + i < random_beds) order.push_back(random_beds_to_fit + i);
     }
+    Json failed = Json::array();
     if (compute_missing)
         for (const int bed : order) {
             try {
                 compute(bed, rows, file, folder.empty() ? Path("coverage_beds") : folder);
             } catch (const NumericalError& error) {
                 log_warning(fmt::format("bed {}: {}", bed, error.what()));
+                failed.push_back({{"bed", bed}, {"error", error.what()}});
             }
         }
     const Constants now, fitted = fit(rows);
@@ -208,6 +216,7 @@ Json coverage_random_benchmark(const Path& file, bool compute_missing, const Pat
         reference = std::max(reference, row.reference_half_width);
     }
     return {{"rows", rows.size()},
+            {"beds_without_result", failed},
             {"largest_half_width_of_a_reference", reference},
             {"seconds_of_the_runs", seconds},
             {"present_constants", {{"fit", to_json(coverage_of(rows, now, to_fit))}, {"judge", to_json(coverage_of(rows, now, to_judge))}}},

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <boost/math/special_functions/digamma.hpp>
 #include <cmath>
 #include <random>
 
@@ -31,6 +32,20 @@ struct Resistances {
     double trend_per_m = 0.0;
 };
 
+// Removes the linear trend, keeps the mean; the slope per layer.
+double remove_trend(std::vector<double>& layers) {
+    const auto middle = 0.5 * (static_cast<double>(layers.size()) - 1.0);
+    double slope = 0.0, places = 0.0;
+    for (std::size_t i = 0; i < layers.size(); ++i) {
+        const double place = static_cast<double>(i) - middle;
+        slope += place * layers[i];
+        places += place * place;
+    }
+    slope /= places;
+    for (std::size_t i = 0; i < layers.size(); ++i) layers[i] -= slope * (static_cast<double>(i) - middle);
+    return slope;
+}
+
 Resistances resistances_of(const char* file, double voxel_m) {
     const PoreSpace whole = pore_space_of(read_packing(data_file("cases") / "paper_packing" / "settled" / file));
     constexpr double end_m = 0.04;
@@ -40,16 +55,7 @@ Resistances resistances_of(const char* file, double voxel_m) {
     const LbmResult result = lbm_permeability(space, voxel_m, {.iteration_tolerance = 2e-4, .grids = 1});
     Resistances found{.layers = {}, .layer_m = voxel_m, .diameter_m = space.equivalent_diameter_m};
     for (const LayerGradient& layer : result.gradients) found.layers.push_back(layer.relative_gradient);
-    const auto n = static_cast<double>(found.layers.size());
-    double slope = 0.0, places = 0.0;
-    for (std::size_t i = 0; i < found.layers.size(); ++i) {
-        const double place = static_cast<double>(i) - 0.5 * (n - 1.0);
-        slope += place * found.layers[i];
-        places += place * place;
-    }
-    slope /= places;
-    for (std::size_t i = 0; i < found.layers.size(); ++i) found.layers[i] -= slope * (static_cast<double>(i) - 0.5 * (n - 1.0));
-    found.trend_per_m = slope / voxel_m;
+    found.trend_per_m = remove_trend(found.layers) / voxel_m;
     return found;
 }
 
@@ -73,6 +79,11 @@ std::vector<std::size_t> slice_lengths(const Resistances& bed) {
     return lengths;
 }
 
+// Mean of ln(s / sigma) of normal values.
+double bias_of_log(double degrees_of_freedom) {
+    return 0.5 * (boost::math::digamma(0.5 * degrees_of_freedom) - std::log(0.5 * degrees_of_freedom));
+}
+
 // Slope of log(deviation) against log(length) of slices of one diameter or more; weights: degrees of freedom.
 double exponent_of(const std::vector<double>& layers, const Resistances& bed) {
     double w = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0;
@@ -80,7 +91,7 @@ double exponent_of(const std::vector<double>& layers, const Resistances& bed) {
         if (static_cast<double>(slice) * bed.layer_m < 0.95 * bed.diameter_m) continue;
         const Sample sample = slices_of(layers, slice);
         const double weight = static_cast<double>(sample.packings) - 1.0, lx = std::log(static_cast<double>(slice)),
-                     ly = std::log(sample.relative_deviation());
+                     ly = std::log(sample.relative_deviation()) - bias_of_log(weight);
         w += weight;
         x += weight * lx;
         y += weight * ly;
@@ -88,6 +99,23 @@ double exponent_of(const std::vector<double>& layers, const Resistances& bed) {
         xy += weight * lx * ly;
     }
     return (xy - x * y / w) / (xx - x * x / w);
+}
+
+// The exponent of beds of the same length whose diameters are independent: not exactly -1/2, because the trend takes more from long slices.
+double exponent_of_independent_layers(const Resistances& bed) {
+    const auto block = static_cast<std::size_t>(std::lround(bed.diameter_m / bed.layer_m));
+    std::mt19937_64 random(1);
+    std::normal_distribution<double> normal(1.0, 0.1);
+    double sum = 0.0;
+    constexpr int beds = 1000;
+    for (int i = 0; i < beds; ++i) {
+        std::vector<double> layers;
+        for (double value = 0.0; layers.size() < bed.layers.size(); layers.push_back(value))
+            if (layers.size() % block == 0) value = normal(random);
+        (void)remove_trend(layers);
+        sum += exponent_of(layers, bed) / beds;
+    }
+    return sum;
 }
 
 // Of 95 %, by resampling blocks of three diameters, beyond which layers are independent, with all wrapped around at the ends.
@@ -142,6 +170,7 @@ Json section_scatter_benchmark(const Path& output) {
                         {"trend_over_the_bed", bed.trend_per_m * length},
                         {"exponent", exponent},
                         {"exponent_interval", json_of(interval_of_exponent(bed))},
+                        {"exponent_of_independent_layers", exponent_of_independent_layers(bed)},
                         {"scatter_of_the_whole_length", whole ? Json(whole->relative) : Json(nullptr)},
                         {"rows", rows}});
         ++number;

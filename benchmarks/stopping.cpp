@@ -17,6 +17,7 @@ namespace {
 
 struct Outcome {
     bool rule = false, plain = false;  // the interval held the mean
+    bool next = false;                 // ... the next packing
     std::size_t packings = 0;
 };
 
@@ -29,7 +30,10 @@ Outcome run_sequence(const std::function<double()>& draw, double mean, double wa
         sample = sample_of(values);
     } while (values.size() < least_packings || relative_half_width(sample, 0.0) > wanted);
     const auto holds = [&](const std::optional<Interval>& interval) { return interval->low <= mean && mean <= interval->high; };
-    return {holds(interval_of_mean(sample, 0.0, StudyEnd::when_sure)), holds(interval_of_mean(sample, 0.0)), values.size()};
+    const double another = draw();
+    const auto next = interval_of_next(sample, 0.0, StudyEnd::when_sure);
+    return {holds(interval_of_mean(sample, 0.0, StudyEnd::when_sure)), holds(interval_of_mean(sample, 0.0)),
+            next->low <= another && another <= next->high, values.size()};
 }
 
 struct Scatter {
@@ -72,17 +76,21 @@ Json stopping_benchmark(const std::vector<std::string>& seeds_csv) {
                 std::mt19937_64 random(i);
                 outcomes[i] = run_sequence([&] { return scatter.draw(random); }, scatter.mean, wanted);
             });
-            double rule = 0.0, plain = 0.0, packings = 0.0;
+            long rule = 0, plain = 0, next = 0;
+            std::size_t packings = 0;
             for (const Outcome& one : outcomes) {
-                rule += one.rule ? 1.0 / sequences : 0.0;
-                plain += one.plain ? 1.0 / sequences : 0.0;
-                packings += static_cast<double>(one.packings) / sequences;
+                rule += one.rule ? 1 : 0;
+                plain += one.plain ? 1 : 0;
+                next += one.next ? 1 : 0;
+                packings += one.packings;
             }
+            const auto share = [](auto count) { return static_cast<double>(count) / static_cast<double>(sequences); };
             rows.push_back({{"scatter", scatter.name},
                             {"wanted", wanted},
-                            {"covered", rule},
-                            {"covered_by_plain_t", plain},
-                            {"mean_number_of_packings", packings}});
+                            {"covered", share(rule)},
+                            {"covered_by_plain_t", share(plain)},
+                            {"next_covered", share(next)},
+                            {"mean_number_of_packings", share(packings)}});
         }
     return {{"sequences", sequences}, {"rows", rows}};
 }

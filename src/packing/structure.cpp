@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <numbers>
 #include <numeric>
 #include <random>
 
@@ -54,7 +54,7 @@ void for_pairs(const Container& container, const std::vector<Vec3>& centres, dou
         }
 }
 
-Eigen::Matrix3d mean_of(Eigen::Matrix3d sum) {
+Eigen::Matrix3d mean_of(const Eigen::Matrix3d& sum) {
     const double trace = sum.trace();
     return trace > 0.0 ? Eigen::Matrix3d(sum / trace) : Eigen::Matrix3d::Zero();
 }
@@ -101,19 +101,37 @@ std::vector<double> pairs_in_bins(const Container& container, const std::vector<
     return counts;
 }
 
-// At least as far from the side walls as the centres.
-std::vector<Vec3> random_points_in(const Container& container, const std::vector<Vec3>& centres, double low, double high) {
-    double clearance = std::numeric_limits<double>::infinity();
-    for (const Vec3& centre : centres) clearance = std::min(clearance, container.wall_distance(centre));
+// With the same distributions of the distances from walls and floor as the centres, but without any order between grains: each coordinate
+// across walls is that of a centre chosen at random (in a cylinder the radius), the others are uniform.
+std::vector<Vec3> random_points_like(const Container& container, const std::vector<Vec3>& centres) {
     std::mt19937_64 random(1);
     const auto uniform = [&](double from, double to) { return from + (to - from) * static_cast<double>(random() >> 11) * 0x1p-53; };
-    const Vec3 corner = container.low(), opposite = container.high();
-    std::vector<Vec3> points;
-    while (points.size() < random_points) {
-        const Vec3 point(uniform(corner.x(), opposite.x()), uniform(corner.y(), opposite.y()), uniform(low, high));
-        if (container.wall_distance(point) >= clearance) points.push_back(point);
+    const auto any = [&]() -> const Vec3& { return centres[random() % centres.size()]; };
+    std::vector<Vec3> points(random_points);
+    for (Vec3& point : points) {
+        for (int axis = 0; axis < 3; ++axis)
+            point[axis] = container.periodic[static_cast<std::size_t>(axis)] ? uniform(0.0, container.size_m[axis]) : any()[axis];
+        if (container.kind != Container::Kind::cylinder) continue;
+        const double radius = any().head<2>().norm(), angle = uniform(0.0, 2.0 * std::numbers::pi);
+        point.head<2>() = radius * Eigen::Vector2d(std::cos(angle), std::sin(angle));
     }
     return points;
+}
+
+// Of one grain.
+Eigen::Matrix3d axes_of(const std::vector<Capsule>& capsules) {
+    Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+    for (const Capsule& capsule : capsules)
+        if (const Vec3 axis = capsule.b - capsule.a; axis.norm() > 0.0) sum += axis * axis.transpose() / axis.norm();
+    return sum;
+}
+
+// Tetrapods, tetrahedra and stars are isotropic in this measure, however they lie.
+bool shows_orientation(const Packing& packing) {
+    return std::any_of(packing.shapes.begin(), packing.shapes.end(), [](const Shape& shape) {
+        const Eigen::Matrix3d sum = axes_of(shape.capsules);
+        return (sum - sum.trace() / 3.0 * Eigen::Matrix3d::Identity()).norm() > 1e-6 * sum.norm();
+    });
 }
 
 }  // namespace
@@ -123,23 +141,16 @@ Structure structure_of(const Packing& packing, double contact_gap_m, double rang
     Eigen::Matrix3d axes = Eigen::Matrix3d::Zero();
     const std::vector<Grain> grains = grains_of(packing);
     std::vector<Vec3> centres;
-    double low = 1e300, high = -1e300;
     for (const Grain& grain : grains) {
         centres.push_back(grain.centre);
-        low = std::min(low, grain.centre.z());
-        high = std::max(high, grain.centre.z());
-        for (const Capsule& capsule : grain.capsules)
-            if (const Vec3 axis = capsule.b - capsule.a; axis.norm() > 0.0) axes += axis * axis.transpose() / axis.norm();
+        axes += axes_of(grain.capsules);
     }
-    found.orientation = mean_of(axes);
+    if (shows_orientation(packing)) found.orientation = mean_of(axes);
     find_contacts(packing.container, grains, centres, contact_gap_m, found);
-    if (grains.size() < 2 || !(high > low)) return found;
+    if (grains.size() < 2) return found;
     const Container& container = packing.container;
     const std::vector<double> pairs = pairs_in_bins(container, centres, range_m, bins),
-                              random = pairs_in_bins(container,
-                                                     random_points_in(container, centres, container.periodic[2] ? container.low().z() : low,
-                                                                      container.periodic[2] ? container.high().z() : high),
-                                                     range_m, bins);
+                              random = pairs_in_bins(container, random_points_like(container, centres), range_m, bins);
     for (std::size_t i = 0; i < pairs.size(); ++i) {
         const double width = range_m / static_cast<double>(bins), r0 = width * static_cast<double>(i);
         found.radial_distribution.push_back({r0, r0 + width, random[i] > 0.0 ? pairs[i] / random[i] : std::nan("")});

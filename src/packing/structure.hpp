@@ -10,12 +10,12 @@ namespace porepack::packing {
 struct RadialBin {
     double r0_m = 0.0;
     double r1_m = 0.0;
-    double distribution = 0.0;  ///< pairs of centres over those of as many random points in the same bed; 1 without order
+    double distribution = 0.0;  ///< pairs of centres over those of random points as far from the walls; 1 without order
 };
 
 struct Structure {
     /// Mean of a a^T over the axes a of all capsules, weighted by their length: 1/3 on the diagonal where no direction is preferred. Zero
-    /// if no capsule has a length (spheres).
+    /// for shapes in which it is isotropic in every pose: spheres, tetrapods, tetrahedra, stars.
     Eigen::Matrix3d orientation = Eigen::Matrix3d::Zero();
     /// The same of the normals of all contacts between grains; zero without contacts.
     Eigen::Matrix3d contact_orientation = Eigen::Matrix3d::Zero();
@@ -26,8 +26,7 @@ struct Structure {
 };
 
 /// Capsules closer than `contact_gap_m` touch. The radial distribution of the centres of mass goes up to `range_m`, in `bins` bins; its
-/// random points (always the same) fill the space between the lowest and the highest centre that is as far from the side walls as the
-/// centres.
+/// random points are always the same. Only the nearest periodic image of a grain counts: sides must be twice as wide as the grains.
 [[nodiscard]] Structure structure_of(const Packing& packing, double contact_gap_m, double range_m, long bins);
 
 }  // namespace porepack::packing

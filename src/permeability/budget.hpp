@@ -50,7 +50,7 @@ inline constexpr double coverage_factor = 1.96;
 [[nodiscard]] double between_methods(double value, double uncertainty, double other_value, double other_uncertainty);
 
 /// Relative change of k from a relative change `change` of the solid volume, by the Kozeny-Carman function of the porosity,
-/// eps^3 / (1 - eps)^2, at constant surface.
+/// eps^3 / (1 - eps)^2, at constant area per volume of the solid.
 [[nodiscard]] double permeability_change(double porosity, double change);
 
 }  // namespace porepack::permeability

@@ -3,6 +3,7 @@
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
+#include <limits>
 
 namespace porepack::permeability {
 using namespace core;
@@ -42,10 +43,11 @@ std::optional<Interval> interval_of_mean(const Sample& sample, double numerical_
     return about(sample.mean, std::hypot(scatter, numerical_half_width));
 }
 
-std::optional<Interval> interval_of_next(const Sample& sample, double numerical_half_width) {
+std::optional<Interval> interval_of_next(const Sample& sample, double numerical_half_width, StudyEnd end) {
     if (sample.packings < 2) return std::nullopt;
     const auto n = static_cast<double>(sample.packings);
-    return about(sample.mean, std::hypot(students_t(n - 1.0) * sample.deviation * std::sqrt(1.0 + 1.0 / n), numerical_half_width));
+    const double early = end == StudyEnd::when_sure ? 1.0 + 1.0 / n : 1.0;
+    return about(sample.mean, std::hypot(early * students_t(n - 1.0) * sample.deviation * std::sqrt(1.0 + 1.0 / n), numerical_half_width));
 }
 
 Interval interval_of_deviation(double deviation, double degrees_of_freedom) {
@@ -55,6 +57,7 @@ Interval interval_of_deviation(double deviation, double degrees_of_freedom) {
 }
 
 double half_width_after_looks(const Sample& sample) {
+    if (sample.packings < 2) return std::numeric_limits<double>::infinity();
     return after_looks(sample.deviation, static_cast<double>(sample.packings));
 }
 

@@ -28,16 +28,18 @@ enum class StudyEnd { at_number, when_sure };
 /// than two packings.
 [[nodiscard]] std::optional<core::Interval> interval_of_mean(const Sample& sample, double numerical_half_width,
                                                              StudyEnd end = StudyEnd::at_number);
-/// 95 % prediction interval of one more such packing, t s sqrt(1 + 1/n).
-[[nodiscard]] std::optional<core::Interval> interval_of_next(const Sample& sample, double numerical_half_width);
+/// 95 % prediction interval of one more such packing, t s sqrt(1 + 1/n); when_sure: times 1 + 1/n, because s is small by chance where a
+/// study ends early.
+[[nodiscard]] std::optional<core::Interval> interval_of_next(const Sample& sample, double numerical_half_width,
+                                                             StudyEnd end = StudyEnd::at_number);
 /// 95 % confidence interval of the standard deviation of normal values, from chi squared.
 [[nodiscard]] core::Interval interval_of_deviation(double deviation, double degrees_of_freedom);
 
 /// The rule by which a study ends that looks at its interval after every packing. A plain t interval of a study that ends as soon as the
-/// interval is narrow covers the mean in only 91 to 95 %, because it ends early where the scatter seems small by chance. The half width
+/// interval is narrow covers the mean in only 92 to 95 %, because it ends early where the scatter seems small by chance. The half width
 /// is therefore t s / sqrt(n) (1 + 2/n): it covers the mean in at least 94 % (`porepack_benchmark stopping`).
 inline constexpr std::size_t least_packings = 5;
-[[nodiscard]] double half_width_after_looks(const Sample& sample);
+[[nodiscard]] double half_width_after_looks(const Sample& sample);  ///< infinite for one packing
 /// Relative half width of the mean after repeated looks, the numerical part included.
 [[nodiscard]] double relative_half_width(const Sample& sample, double numerical_half_width);
 

@@ -8,7 +8,7 @@
 namespace porepack::permeability {
 namespace {
 
-constexpr double independent_diameters = 1.0, farthest_diameters = 2.5, shortest_section_diameters = 3.5;
+constexpr double independent_diameters = 1.0, farthest_diameters = 2.5, shortest_section_diameters = 3.5, diameters_per_degree = 2.5;
 
 double variogram(std::span<const double> values, std::size_t lag) {
     double sum = 0.0;
@@ -29,10 +29,9 @@ std::optional<SectionScatter> section_scatter(std::span<const double> gradient, 
     double of_mean = variance;
     for (std::size_t lag = 1; lag < independent; ++lag)
         of_mean += 2.0 * (1.0 - static_cast<double>(lag) / layers) * (variance - variogram(gradient, lag));
-    // By chance it can be negative; layers that vary without any covariance are the least that is possible.
-    const double relative = std::sqrt(std::max(of_mean, variance) / layers);
+    const double relative = std::sqrt(std::max(of_mean, 0.0) / layers);  // by chance the sum can be negative
     return SectionScatter{.relative = relative,
-                          .interval = interval_of_deviation(relative, std::max(1.0, diameters / 3.0)),
+                          .interval = interval_of_deviation(relative, std::max(1.0, diameters / diameters_per_degree)),
                           .section_m = section_m,
                           .diameters = diameters};
 }

@@ -23,8 +23,8 @@ struct SectionScatter {
 /// Mounoury & Jeulin 2003, Int. J. Solids Struct. 40, in one dimension). None for sections shorter than 3.5 diameters or diameters of
 /// fewer than four layers.
 ///
-/// What all layers of one packing have in common is not seen: this is a lower bound of the scatter between packings. The variances from 30
-/// beds of 5 diameters scattered like those of chi squared with one degree of freedom per three diameters, which gives the interval.
+/// What all layers of one packing have in common is not seen. The variances from 30 beds of 5 diameters scattered like those of chi squared
+/// with one degree of freedom per 2.5 diameters, which gives the interval.
 [[nodiscard]] std::optional<SectionScatter> section_scatter(std::span<const double> gradient, double section_m, double diameter_m);
 
 }  // namespace porepack::permeability

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/table.hpp"
 #include "io/image.hpp"
@@ -24,6 +25,8 @@ using namespace pipeline;
 namespace fs = std::filesystem;
 namespace {
 
+constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+
 double wall_per_bed_per_m(const Container& container) {
     if (container.kind == Container::Kind::cylinder) return 4.0 / container.diameter_m;
     double sum = 0.0;
@@ -33,8 +36,9 @@ double wall_per_bed_per_m(const Container& container) {
 }
 
 PackedBed bed_of(const PoreSpace& space, const Json& lbm) {
-    // Of a surface, grain_size_m is 4 volume / area.
-    const double surface = space.packing ? 6.0 / grain_means(*space.packing).sauter_diameter_m : 4.0 / space.grain_size_m;
+    // Of a surface, grain_size_m is 4 volume / area. Grains that overlap on purpose hide an unknown part of their area.
+    double surface = 4.0 / space.grain_size_m;
+    if (space.packing) surface = space.packing->overlap_allowed ? unknown : 6.0 / grain_means(*space.packing).sauter_diameter_m;
     return {.porosity = lbm.at("porosity").get<double>(),
             .permeability_m2 = lbm.at("permeability_m2").get<double>(),
             .equivalent_diameter_m = space.equivalent_diameter_m,
@@ -99,7 +103,8 @@ Json friction_json(const Json& forchheimer, const PackedBed& bed, const BedNumbe
                    const Path& folder) {
     const Json& grids = forchheimer.at("lbm").at("grids");
     const double length = forchheimer.at("length_m").get<double>(), viscosity = 1e-6;
-    const double relative = container.kind == Container::Kind::cylinder ? numbers.sauter_diameter_m / container.diameter_m : 0.0;
+    const double relative = container.kind == Container::Kind::cylinder ? numbers.sauter_diameter_m / container.diameter_m
+                                                                        : unknown;  // a correction for cylinders
     Table table({"reynolds_modified", "friction_factor", "ergun", "carman_1937", "eisfeld_schnitzlein"});
     Json rows = Json::array();
     for (const Json& flow : grids.back().at("flows")) {
@@ -113,7 +118,7 @@ Json friction_json(const Json& forchheimer, const PackedBed& bed, const BedNumbe
                         {"friction_factor", found.factor},
                         {"ergun", ergun},
                         {"carman_1937", carman},
-                        {"eisfeld_schnitzlein", eisfeld}});
+                        {"eisfeld_schnitzlein", number_or_null(eisfeld)}});
     }
     table.write(folder / "friction.csv");
     return rows;
@@ -127,7 +132,7 @@ Json run_descriptors(const Case& c, const Path& folder) {
     Json json = {{"porosity", bed.porosity},
                  {"permeability_m2", bed.permeability_m2},
                  {"equivalent_diameter_m", bed.equivalent_diameter_m > 0.0 ? Json(bed.equivalent_diameter_m) : Json(nullptr)},
-                 {"surface_per_solid_per_m", bed.surface_per_solid_per_m},
+                 {"surface_per_solid_per_m", number_or_null(bed.surface_per_solid_per_m)},
                  {"wall_per_bed_per_m", bed.wall_per_bed_per_m},
                  {"numbers", numbers_json(numbers)},
                  {"wall", wall_json(c, space, bed.permeability_m2, folder)},

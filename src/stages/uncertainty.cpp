@@ -19,6 +19,12 @@ using namespace pipeline;
 namespace fs = std::filesystem;
 namespace {
 
+constexpr const char *solver_row = "solver", *overlap_row = "overlap of grains at contacts";
+
+std::optional<Interval> about(double value, double half_width) {
+    return Interval{value - half_width, value + half_width};
+}
+
 std::optional<double> number_at(const Json& json, const char* path) {
     const Json::json_pointer at(path);
     return json.contains(at) && json.at(at).is_number() ? std::optional(json.at(at).get<double>()) : std::nullopt;
@@ -31,14 +37,17 @@ std::optional<double> half_width_at(const Json& json, const char* path) {
 }
 
 // Grains that touch overlap in the computation, so their union is smaller than the sum of their volumes. Two spheres of radius R that
-// overlap by s share pi R s^2 / 2; the squares of the overlaps are about twice the square of the mean.
+// overlap by s share pi R s^2 / 2, crossing cylinders pi R s^2 / sin(angle), on average 2.5 times as much; the mean square of the overlaps
+// is about twice the square of their mean. Nothing where grains overlap on purpose: that is the geometry.
 std::optional<double> overlap_of_solid(const Case& c, const Json& pack) {
+    if (pack.value("overlap_allowed", false)) return std::nullopt;
     const auto mean = number_at(pack, "/mean_overlap_relative_to_diameter"), contacts = number_at(pack, "/contacts"),
                porosity = number_at(pack, "/porosity_bed"), height = number_at(pack, "/bed_height_m");
     if (!mean || !contacts || !porosity || !height) return std::nullopt;
     const PoreSpace space = case_pore_space(c);
     const double d = space.grain_size_m, solid = (1.0 - *porosity) * space.container.inner_area_m2() * *height;
-    return *contacts * std::numbers::pi * 0.5 * d * std::pow(*mean * d, 2.0) / solid;
+    constexpr double cylinders_over_spheres = 2.5;
+    return cylinders_over_spheres * *contacts * std::numbers::pi * 0.5 * d * std::pow(*mean * d, 2.0) / solid;
 }
 
 }  // namespace
@@ -73,18 +82,18 @@ std::vector<BudgetRow> rows_of_permeability(const Case& c, const Json& results) 
     add_part("rounding", "precision", Evidence::bounded, "number format of the populations");
     if (const auto foam = number_at(results, "/foam/permeability_m2")) {
         const auto own = half_width_at(lbm, "/permeability_interval_m2"), other = half_width_at(results, "/foam/permeability_interval_m2");
-        rows.push_back({"solver", between_methods(k, own.value_or(0.0) / coverage_factor, *foam, other.value_or(0.0) / coverage_factor),
-                        Part::numerical, Evidence::measured,
+        rows.push_back({solver_row, between_methods(k, own.value_or(0.0) / coverage_factor, *foam, other.value_or(0.0) / coverage_factor),
+                        Part::numerical, Evidence::judged,
                         fmt::format("OpenFOAM is {:+.1f} % off; what both intervals leave unexplained", 100.0 * (*foam / k - 1.0))});
     }
     if (results.contains("pack"))
         if (const auto share = overlap_of_solid(c, results["pack"]))
-            rows.push_back({"overlap of grains at contacts", permeability_change(lbm.at("porosity").get<double>(), *share), Part::numerical,
+            rows.push_back({overlap_row, permeability_change(lbm.at("porosity").get<double>(), *share) / coverage_factor, Part::numerical,
                             Evidence::bounded, fmt::format("{:.1e} of the solid lies in two grains", *share)});
     if (const auto section = section_scatter_of(c))
         rows.push_back({"section length", section->relative, Part::hint, Evidence::measured,
-                        fmt::format("resistances of the layers of this section of {:.1f} grain diameters; {:.2g} to {:.2g} %",
-                                    section->diameters, 100.0 * section->interval.low, 100.0 * section->interval.high)});
+                        fmt::format("{:.2g} % ({:.2g} to {:.2g} %, from a section of {:.1f} grain diameters)", 100.0 * section->relative,
+                                    100.0 * section->interval.low, 100.0 * section->interval.high, section->diameters)});
     if (const auto mean = number_at(results, "/seeds/permeability_mean_m2"))
         rows.push_back({"packing to packing", *number_at(results, "/seeds/standard_deviation_between_packings_m2") / *mean, Part::scatter,
                         Evidence::measured, fmt::format("{} packings", results["seeds"].at("packings").get<long>())});
@@ -95,24 +104,36 @@ Json statement(double value, const std::optional<Interval>& interval, long packi
     return {{"value", value}, {"interval", json_of(interval)}, {"packings", packings}};
 }
 
-// The next packings, from those of the study; without one, what the slices of this packing suggest.
+// Half width of 95 % by the contributions that the solver's own interval does not hold, relative.
+double other_half_width(const std::vector<BudgetRow>& rows) {
+    double squares = 0.0;
+    for (const BudgetRow& row : rows)
+        if (row.source == solver_row || row.source == overlap_row)
+            squares += std::pow(coverage_factor * row.relative_standard_uncertainty, 2.0);
+    return std::sqrt(squares);
+}
+
+// The next packings, from those of the study, whose intervals hold the solver's own; without a study, what the layers of this packing
+// suggest.
 void add_packings(Json& statements, const Json& results, const char* quantity, const std::vector<BudgetRow>& rows) {
     const Json::json_pointer at(std::string("/seeds/quantities/") + quantity);
     if (results.contains(at)) {
         const Json& seeds = results.at(at);
-        const long n = seeds.at("packings").get<long>();
-        const double mean = seeds.at("mean").get<double>();
+        const double mean = seeds.at("mean").get<double>(), other = other_half_width(rows) * mean;
         for (const auto& [name, key] :
-             {std::pair("mean_of_such_packings", "interval_of_mean"), std::pair("next_such_packing", "interval_of_next")})
-            statements[name] = {{"value", mean}, {"interval", seeds.at(key)}, {"packings", n}};
+             {std::pair("mean_of_such_packings", "/interval_of_mean"), std::pair("next_such_packing", "/interval_of_next")}) {
+            const auto half = half_width_at(seeds, key);
+            statements[name] =
+                statement(mean, half ? about(mean, std::hypot(*half, other)) : std::nullopt, seeds.at("packings").get<long>());
+        }
         return;
     }
     std::string why = "not known from one packing";
     for (const BudgetRow& row : rows)
-        if (row.part == Part::hint) {
-            why += fmt::format("; its layers suggest a scatter of {:.2g} % or more", 100.0 * row.relative_standard_uncertainty);
-            if (const auto needed = packings_for(row.relative_standard_uncertainty, 0.05))
-                why += fmt::format(", and about {} packings would give the mean within 5 %", *needed);
+        if (const double scatter = row.relative_standard_uncertainty; row.part == Part::hint) {
+            why += fmt::format("; the layers of this one suggest a scatter of {}", row.origin);
+            if (const auto needed = packings_for(scatter, 0.05); scatter > 0.0 && needed)
+                why += fmt::format("; with {:.2g} %, about {} packings would give the mean within 5 %", 100.0 * scatter, *needed);
         }
     for (const char* name : {"mean_of_such_packings", "next_such_packing"})
         statements[name] = {{"value", nullptr}, {"interval", nullptr}, {"packings", 1}, {"why", why}};
@@ -132,11 +153,7 @@ Json statements_of(const Json& results, const char* quantity, double value, std:
 std::optional<double> half_width_of_this_packing(const Json& lbm, const std::vector<BudgetRow>& rows) {
     const auto own = half_width_at(lbm, "/permeability_interval_m2");
     if (!own) return std::nullopt;
-    double squares = *own * *own;
-    for (const BudgetRow& row : rows)
-        if (row.source == "solver" || row.source == "overlap of grains at contacts")
-            squares += std::pow(coverage_factor * row.relative_standard_uncertainty * lbm.at("permeability_m2").get<double>(), 2.0);
-    return std::sqrt(squares);
+    return std::hypot(*own, other_half_width(rows) * lbm.at("permeability_m2").get<double>());
 }
 
 Json run_uncertainty(const Case& c, const std::vector<std::string>& needs) {
@@ -151,21 +168,16 @@ Json run_uncertainty(const Case& c, const std::vector<std::string>& needs) {
     const auto lines = number_at(results, "/voxelise/porosity_uncertainty");
     statements["porosity"] = statements_of(results, "porosity", results.at("voxelise").at("porosity").get<double>(),
                                            lines ? std::optional(2.0 * *lines) : std::nullopt);
+    // The scatter between paths and starting points is not an error of the computation.
     struct Kind {
-        const char *name, *value, *interval, *standard_error;
+        const char *name, *value, *interval;
     };
-    for (const Kind& kind : {Kind{"tortuosity_hydraulic", "/tortuosity/hydraulic/tortuosity_hydraulic", "", ""},
-                             Kind{"tortuosity_geometric_paper", "/tortuosity/geometric_paper_exact/tortuosity_geometric_paper", "",
-                                  "/tortuosity/geometric_paper_exact/standard_error"},
-                             Kind{"tortuosity_shortest_path", "/tortuosity/shortest_path/tortuosity_shortest_path", "",
-                                  "/tortuosity/shortest_path/standard_error"},
-                             Kind{"tortuosity_factor", "/tortuosity/diffusive/tortuosity_factor", "/tortuosity/diffusive/interval", ""}}) {
-        const auto value = number_at(results, kind.value);
-        if (!value) continue;
-        const auto error = number_at(results, kind.standard_error);
-        statements[kind.name] = statements_of(results, kind.name, *value,
-                                              error ? std::optional(coverage_factor * *error) : half_width_at(results, kind.interval));
-    }
+    for (const Kind& kind : {Kind{"tortuosity_hydraulic", "/tortuosity/hydraulic/tortuosity_hydraulic", ""},
+                             Kind{"tortuosity_geometric_paper", "/tortuosity/geometric_paper_exact/tortuosity_geometric_paper", ""},
+                             Kind{"tortuosity_shortest_path", "/tortuosity/shortest_path/tortuosity_shortest_path", ""},
+                             Kind{"tortuosity_factor", "/tortuosity/diffusive/tortuosity_factor", "/tortuosity/diffusive/interval"}})
+        if (const auto value = number_at(results, kind.value))
+            statements[kind.name] = statements_of(results, kind.name, *value, half_width_at(results, kind.interval));
     return {
         {"budget_of_permeability", json_of(rows)},
         {"statements", statements},

@@ -1,5 +1,7 @@
 #include "study/scheduler.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <atomic>
 #include <condition_variable>
@@ -29,6 +31,7 @@ public:
     Workers(int at_once, const std::function<std::optional<Job>()>& next, const std::function<void(const JobEnd&)>& ended)
         : program_(require_porepack()), threads_(std::max(1, thread_count() / at_once)), next_(next), ended_(ended) {
         std::vector<std::thread> threads;
+        threads.reserve(static_cast<std::size_t>(at_once));
         for (int i = 0; i < at_once; ++i) threads.emplace_back([this] { work(); });
         for (std::thread& thread : threads) thread.join();
         if (fault_) std::rethrow_exception(fault_);
@@ -65,8 +68,10 @@ private:
             }
             lock.lock();
             --running_;
-            if (fault && !fault_) fault_ = fault;
-            if (!fault) guarded([&] { ended_(end); });
+            if (fault)
+                guarded([&] { std::rethrow_exception(fault); });
+            else
+                guarded([&] { ended_(end); });
             changed_.notify_all();
         }
         changed_.notify_all();
@@ -89,7 +94,9 @@ private:
             if (stopped_) throw MachineError("stopped, because another run failed");
         };
         const ProgramEnd end = run_program(program);
-        return end.exit_code == 0 ? std::string() : last_line(job.log);
+        if (end.exit_code == 0) return {};
+        const std::string last = last_line(job.log);
+        return last.empty() ? fmt::format("exit code {}, and no message", end.exit_code) : last;
     }
 
     const std::string program_;
@@ -106,8 +113,8 @@ private:
 }  // namespace
 
 int jobs_at_once(double memory_bytes_of_each) {
-    const double held = memory_bytes_of_each > 0.0 ? 0.8 * available_memory_bytes() / memory_bytes_of_each : thread_count();
-    return std::clamp(static_cast<int>(held), 1, thread_count());
+    if (memory_bytes_of_each <= 0.0) return 1;
+    return std::clamp(static_cast<int>(0.8 * available_memory_bytes() / memory_bytes_of_each), 1, thread_count());
 }
 
 void run_jobs(int at_once, const std::function<std::optional<Job>()>& next, const std::function<void(const JobEnd&)>& ended) {

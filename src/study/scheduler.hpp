@@ -22,7 +22,8 @@ struct JobEnd {
     std::string error = {};  ///< empty if it succeeded, else the last line of its log
 };
 
-/// Number of jobs at once: one per thread of this program, as many as the free memory holds, at least one. Each job gets an equal share
+/// Number of jobs at once: one per thread of this program, as many as the free memory holds, at least one; one if
+/// the memory is not known. Each job gets an equal share
 /// of the threads.
 [[nodiscard]] int jobs_at_once(double memory_bytes_of_each);
 

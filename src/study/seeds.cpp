@@ -5,12 +5,14 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "core/table.hpp"
 #include "permeability/sample.hpp"
+#include "stages/results.hpp"
 #include "study/case_pipeline.hpp"
 #include "study/members.hpp"
 
@@ -42,17 +44,17 @@ constexpr Quantity quantities[] = {{"porosity", "/lbm/porosity"},
                                    {"tortuosity_factor", "/tortuosity/diffusive/tortuosity_factor"}};
 constexpr std::size_t porosity = 0, permeability = 1;
 
-// Half the width of an interval in a result; 0 without one.
-double half_width(const Json& result, const char* path) {
+// Half the width of an interval in a result.
+std::optional<double> half_width(const Json& result, const char* path) {
     const Json::json_pointer at(path);
-    if (!result.contains(at) || !result.at(at).is_array()) return 0.0;
+    if (!result.contains(at) || !result.at(at).is_array()) return std::nullopt;
     return 0.5 * (result.at(at)[1].get<double>() - result.at(at)[0].get<double>());
 }
 
 struct Member {
     long seed;
     std::vector<std::optional<double>> values;  // of the quantities
-    double numerical_half_width_m2, numerical_half_width_of_factor;
+    std::optional<double> numerical_half_width_m2, numerical_half_width_of_factor;
     double section_scatter;  // predicted from the slices of this packing, relative; NaN where there is no gradient along z
 };
 
@@ -78,27 +80,22 @@ public:
 
     Json run(const Path& folder) {
         const long first = case_.settings.packing.seed;
-        std::vector<long> waiting;  // done before their predecessors
         long begun = 1;
-        const double memory = expected_memory_bytes(member(first + 1), last_stage);
+        const double memory = memory_of_one();
         const int at_once = jobs_at_once(memory);
         log_info("seeds: up to {} packings at once, about {} each", at_once, human_bytes(memory));
         const auto next = [&]() -> std::optional<Job> {
             while (begun < wanted() && !out_of_time()) {
                 const long seed = first + begun++;
                 const Case one = member(seed);
-                if (!is_done(case_pipeline(one), last_stage)) return job_of(one, last_stage, fmt::format("seed {}", seed));
-                take(seed, waiting);
+                if (!is_done(case_pipeline(one), last_stage)) return job_of(one, last_stage, std::to_string(seed));
+                take(seed, {});
             }
             show_progress(begun - static_cast<long>(members_.size()));
             return std::nullopt;
         };
         run_jobs(at_once, next, [&](const JobEnd& end) {
-            if (!end.error.empty())
-                throw NumericalError(fmt::format("{} failed: {}", end.name, end.error),
-                                     {.where = (case_.results() / fmt::format("seed_{}", end.name.substr(5)) / "log.porepack").string(),
-                                      .fix = "the other packings are kept; correct the cause and run again"});
-            take(std::stol(end.name.substr(5)), waiting);
+            take(std::stol(end.name), end.error);
             show_progress(begun - static_cast<long>(members_.size()));
         });
         write_table(folder / "seeds.csv");
@@ -110,19 +107,30 @@ private:
     [[nodiscard]] Case member(long seed) const {
         Case one = case_of_seed(case_, seed);
         LbmConfig& lbm = one.settings.lbm;
-        if (config_.until_sure > 0.0 && lbm.walls == Walls::interpolated)
-            lbm.tolerance = std::max(lbm.tolerance, numerical_share * config_.until_sure);
+        if (config_.until_sure > 0.0 && lbm.walls == Walls::interpolated) lbm.tolerance = numerical_share * config_.until_sure;
         return one;
     }
 
-    // Packings count in the order of their seeds, and once the mean is sure, no more of them do.
-    void take(long seed, std::vector<long>& waiting) {
-        waiting.push_back(seed);
-        for (auto found = waiting.end(); !sure();) {
-            found = std::find(waiting.begin(), waiting.end(), members_.back().seed + 1);
-            if (found == waiting.end()) return;
-            members_.push_back(member_of(member(*found)));
-            waiting.erase(found);
+    // Of the first that is not done: a finished one needs none.
+    [[nodiscard]] double memory_of_one() const {
+        const long first = case_.settings.packing.seed, last = first + (config_.until_sure > 0.0 ? config_.max_packings : config_.seeds);
+        for (long seed = first + 1; seed < last; ++seed)
+            if (const double bytes = expected_memory_bytes(member(seed), last_stage); bytes > 0.0) return bytes;
+        return 0.0;
+    }
+
+    // Packings count in the order of their seeds, and once the mean is sure, no more of them do: neither a result nor a failure.
+    void take(long seed, const std::string& error) {
+        waiting_[seed] = error;
+        while (!sure() && waiting_.contains(members_.back().seed + 1)) {
+            const auto found = waiting_.find(members_.back().seed + 1);
+            const Case one = member(found->first);
+            if (!found->second.empty())
+                throw NumericalError(fmt::format("the packing with seed {} failed: {}", found->first, found->second),
+                                     {.where = (one.results() / "log.porepack").string(),
+                                      .fix = "the other packings are kept; correct the cause and run again"});
+            members_.push_back(member_of(one));
+            waiting_.erase(found);
         }
     }
 
@@ -133,11 +141,17 @@ private:
         return values;
     }
     [[nodiscard]] Sample sample(std::size_t quantity) const { return sample_of(values_of(quantity)); }
-    // The same for all packings: their mean.
-    [[nodiscard]] double numerical_half_width_m2() const {
-        double sum = 0.0;
-        for (const Member& one : members_) sum += one.numerical_half_width_m2;
-        return sum / static_cast<double>(members_.size());
+    // Of one packing: the mean of those that are known.
+    [[nodiscard]] std::optional<double> mean_of(std::optional<double> Member::*half_width) const {
+        double sum = 0.0, count = 0.0;
+        for (const Member& one : members_)
+            if (const auto& known = one.*half_width) sum += *known, count += 1.0;
+        return count > 0.0 ? std::optional(sum / count) : std::nullopt;
+    }
+    [[nodiscard]] double numerical_half_width_m2() const { return mean_of(&Member::numerical_half_width_m2).value_or(0.0); }
+    // Packings cannot help: the numerical part alone is too wide.
+    [[nodiscard]] bool too_coarse() const {
+        return members_.size() >= least_packings && numerical_half_width_m2() >= config_.until_sure * sample(permeability).mean;
     }
     [[nodiscard]] double reached() const { return relative_half_width(sample(permeability), numerical_half_width_m2()); }
     [[nodiscard]] bool sure() const {
@@ -150,7 +164,7 @@ private:
     [[nodiscard]] long wanted() const {
         const auto known = static_cast<long>(members_.size());
         if (config_.until_sure == 0.0) return config_.seeds;
-        if (sure()) return known;
+        if (sure() || too_coarse()) return known;
         long expected = static_cast<long>(least_packings);
         if (members_.size() >= least_packings) {
             const Sample k = sample(permeability);
@@ -185,18 +199,19 @@ private:
 
     [[nodiscard]] Json quantity_json(std::size_t quantity) const {
         const Sample s = sample(quantity);
-        const bool looked = quantity == permeability && config_.until_sure > 0.0;
-        double numerical = quantity == permeability ? numerical_half_width_m2() : 0.0;
+        const StudyEnd end = config_.until_sure > 0.0 ? StudyEnd::when_sure : StudyEnd::at_number;
+        std::optional<double> numerical;
+        if (quantity == permeability) numerical = mean_of(&Member::numerical_half_width_m2);
         if (std::string_view(quantities[quantity].name) == "tortuosity_factor")
-            for (const Member& one : members_) numerical += one.numerical_half_width_of_factor / static_cast<double>(members_.size());
+            numerical = mean_of(&Member::numerical_half_width_of_factor);
         return {{"packings", s.packings},
                 {"mean", s.mean},
                 {"standard_deviation", s.packings > 1 ? Json(s.deviation) : Json(nullptr)},
                 {"standard_deviation_interval",
                  s.packings > 1 ? json_of(interval_of_deviation(s.deviation, static_cast<double>(s.packings) - 1.0)) : Json(nullptr)},
-                {"numerical_half_width", numerical},
-                {"interval_of_mean", json_of(interval_of_mean(s, numerical, looked ? StudyEnd::when_sure : StudyEnd::at_number))},
-                {"interval_of_next", json_of(interval_of_next(s, numerical))}};
+                {"numerical_half_width", json_of(numerical)},
+                {"interval_of_mean", json_of(interval_of_mean(s, numerical.value_or(0.0), end))},
+                {"interval_of_next", json_of(interval_of_next(s, numerical.value_or(0.0), end))}};
     }
 
     [[nodiscard]] Json result() const {
@@ -210,17 +225,18 @@ private:
             {"permeability_mean_m2", k.mean},
             {"standard_deviation_between_packings_m2", k.deviation},
             {"standard_error_of_mean_m2", k.deviation / std::sqrt(n)},
-            {"numerical_half_width_m2", numerical_half_width_m2()},
+            {"numerical_half_width_m2", json_of(mean_of(&Member::numerical_half_width_m2))},
             {"meaning",
              "intervals of 95 %: Student's t for the scatter between packings, and the numerical half width of one packing, added in "
-             "quadrature"}};
+             "quadrature where it is known"}};
         for (std::size_t i = 0; i < std::size(quantities); ++i)
             if (!values_of(i).empty()) json["quantities"][quantities[i].name] = quantity_json(i);
         if (config_.until_sure > 0.0) {
             json["until_sure"] = config_.until_sure;
-            json["relative_half_width"] = reached();
+            json["relative_half_width"] = number_or_null(reached());
             json["sure"] = sure();
-            json["stopped_by"] = sure() ? Json(nullptr) : Json(out_of_time() ? "max_time_s" : "max_packings");
+            const char* stopped_by = too_coarse() ? "numerical" : out_of_time() ? "max_time_s" : "max_packings";
+            json["stopped_by"] = sure() ? Json(nullptr) : Json(stopped_by);
             if (!sure())
                 log_warning(fmt::format("the mean of k is known to {:.2g} %, not to {:g} %: {} was reached", 100.0 * reached(),
                                         100.0 * config_.until_sure, json["stopped_by"].get<std::string>()));
@@ -230,7 +246,8 @@ private:
 
     const Case& case_;
     const packing::PackingsConfig& config_;
-    std::vector<Member> members_;  // in the order of their seeds, without gaps
+    std::vector<Member> members_;          // in the order of their seeds, without gaps
+    std::map<long, std::string> waiting_;  // seeds that have ended before their predecessors, with their error
     Stopwatch watch_;
     Progress progress_{"packings"};
 };
@@ -259,13 +276,16 @@ Expectation expect(const Case& c) {
 }  // namespace
 
 Stage make_seeds_stage(const Case& c) {
+    if (const LbmConfig& lbm = c.settings.lbm; c.settings.packings.until_sure > 0.0 && lbm.walls == Walls::bounce_back && lbm.grids < 2)
+        throw UserError("until_sure needs the numerical error of each packing, and one grid with bounce_back gives none",
+                        {.where = "[lbm] grids", .allowed = "2 or more", .fix = "grids = 2, or walls = \"interpolated\""});
     return {.name = "seeds",
             .needs = {"lbm", last_stage},
             .configuration = c.settings.resolved_tables({"packings"}),
             .outputs = {"seeds.csv"},
             .run = [c](const Path& folder) { return SeedsStudy(c).run(folder); },
             .expect = [c] { return expect(c); },
-            .result_version = 2};
+            .result_version = 3};
 }
 
 }  // namespace porepack::study

@@ -317,11 +317,12 @@ TEST(Chain, UntilSureGivesTheSameOnAnyNumberOfThreads) {
     // Sums over nodes are formed in another order by another number of threads.
     EXPECT_NEAR(one["relative_half_width"].get<double>() / two["relative_half_width"].get<double>(), 1.0, 1e-9);
     EXPECT_EQ(read_text(folder.path() / "one" / "seeds" / "seeds.csv"), read_text(folder.path() / "two" / "seeds" / "seeds.csv"));
-    // Fewer packings than it takes: the result says what ended it.
-    const Json few = run("--until-sure 0.01 --max-packings 5", "one");
+    // Fewer packings than it takes, and an interval that no number of packings can reach: the result says what ended it.
+    const Json few = run("--until-sure 0.15 --max-packings 5", "one");
     EXPECT_FALSE(few["sure"]);
     EXPECT_EQ(few["stopped_by"], "max_packings");
     EXPECT_EQ(few["packings"], 5);
+    EXPECT_EQ(run("--until-sure 0.01", "one")["stopped_by"], "numerical");
 }
 
 TEST(Chain, GoesOnAfterAKillAndAfterCtrlC) {
