@@ -17,12 +17,15 @@ ReportSection descriptors_section(const ReportInput& input) {
     const auto add = [&](const std::string& name, const std::string& value, const std::string& with_wall = "") {
         if (value != "–") section.rows.push_back({name, value, with_wall});
     };
-    const auto metres = [](const Json& value) { return value.is_number() ? number_text(value) + " m" : std::string("–"); };
+    const auto with_unit = [](const Json& value, const char* unit) {
+        return value.is_number() ? number_text(value) + " " + unit : std::string("–");
+    };
+    const auto metres = [&](const Json& value) { return with_unit(value, "m"); };
     add("d_v", metres(result_at(input, "descriptors/equivalent_diameter_m")));
     add("d_32", metres(number("sauter_diameter_m")));
-    add("area per volume of the solid", number_text(result_at(input, "descriptors/surface_per_solid_per_m")) + " 1/m");
-    add("area per volume of the bed, S", number_text(number("surface_per_bed_per_m")) + " 1/m",
-        number_text(number("surface_per_bed_with_wall_per_m")) + " 1/m");
+    add("area per volume of the solid", with_unit(result_at(input, "descriptors/surface_per_solid_per_m"), "1/m"));
+    add("area per volume of the bed, S", with_unit(number("surface_per_bed_per_m"), "1/m"),
+        with_unit(number("surface_per_bed_with_wall_per_m"), "1/m"));
     add("hydraulic diameter 4 eps / S", metres(number("hydraulic_diameter_m")), metres(number("hydraulic_diameter_with_wall_m")));
     add("k / d_v² (Darcy number)", number_text(number("permeability_over_equivalent_diameter2")));
     add("k / d_32²", number_text(number("permeability_over_sauter_diameter2")));

@@ -48,6 +48,9 @@ void add_plots(const ReportInput& input, const Path& folder, std::vector<ReportS
             .pictures.emplace_back("convergence.svg",
                                    "Lattice Boltzmann on the finest grid: the run stops when the iteration error is below the tolerance at "
                                    "two checks. It is unknown at the first checks.");
+    add_budget_picture(input, folder, section("Uncertainty budget of k"));
+    add_descriptor_pictures(input, folder, section("Dimensionless numbers and the wall"));
+    if (fs::exists(folder / "packing.png")) section("Packing").pictures = {{"packing.png", "The packing: surface made by CGAL."}};
     add_profile_plot(input, folder, section("Permeability"));
     add_falling_head_pictures(input, folder, section("Flow with inertia"), section("Falling head"), section("Measured against computed"));
     const Path flow = input.stage_folders / "lbm" / "flow.vti";
@@ -175,9 +178,6 @@ Json write_report(const ReportInput& input, const Path& folder) {
                                            packing_section(input),     tortuosity_section(input),   descriptors_section(input),
                                            inertia_section(input),     falling_head_section(input), causes_section(input),
                                            convergence_section(input), cost_section(input)};
-    add_budget_picture(input, folder, sections[1]);
-    add_descriptor_pictures(input, folder, sections[5]);
-    if (fs::exists(folder / "packing.png")) sections[3].pictures = {{"packing.png", "The packing: surface made by CGAL."}};
     add_plots(input, folder, sections);
     const Json main_numbers = main_numbers_of(input);
     write_text(folder / "report.html", html_page(input, sections, main_numbers, folder));

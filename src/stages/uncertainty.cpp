@@ -25,17 +25,6 @@ std::optional<Interval> about(double value, double half_width) {
     return Interval{value - half_width, value + half_width};
 }
 
-std::optional<double> number_at(const Json& json, const char* path) {
-    const Json::json_pointer at(path);
-    return json.contains(at) && json.at(at).is_number() ? std::optional(json.at(at).get<double>()) : std::nullopt;
-}
-
-std::optional<double> half_width_at(const Json& json, const char* path) {
-    const Json::json_pointer at(path);
-    if (!json.contains(at) || !json.at(at).is_array()) return std::nullopt;
-    return 0.5 * (json.at(at)[1].get<double>() - json.at(at)[0].get<double>());
-}
-
 // Grains that touch overlap in the computation, so their union is smaller than the sum of their volumes. Two spheres of radius R that
 // overlap by s share pi R s^2 / 2, crossing cylinders pi R s^2 / sin(angle), on average 2.5 times as much; the mean square of the overlaps
 // is about twice the square of their mean. Nothing where grains overlap on purpose: that is the geometry.
@@ -73,7 +62,7 @@ std::vector<BudgetRow> rows_of_permeability(const Case& c, const Json& results) 
     const double k = lbm.at("permeability_m2").get<double>();
     std::vector<BudgetRow> rows;
     const auto add_part = [&](const char* source, const char* key, Evidence evidence, const char* origin) {
-        if (const auto half = number_at(lbm, (std::string("/half_width_parts_m2/") + key).c_str()); half && *half > 0.0)
+        if (const auto half = number_at(lbm, std::string("/half_width_parts_m2/") + key); half && *half > 0.0)
             rows.push_back({source, *half / (coverage_factor * k), Part::numerical, evidence, origin});
     };
     add_part("grid", "grid", Evidence::measured, "change of k between the grids");
@@ -142,8 +131,7 @@ void add_packings(Json& statements, const Json& results, const char* quantity, c
 Json statements_of(const Json& results, const char* quantity, double value, std::optional<double> half_width,
                    const std::vector<BudgetRow>& rows = {}) {
     Json statements;
-    statements["this_packing"] =
-        statement(value, half_width ? std::optional(Interval{value - *half_width, value + *half_width}) : std::nullopt, 1);
+    statements["this_packing"] = statement(value, half_width ? about(value, *half_width) : std::nullopt, 1);
     add_packings(statements, results, quantity, rows);
     return statements;
 }
@@ -177,7 +165,8 @@ Json run_uncertainty(const Case& c, const std::vector<std::string>& needs) {
                              Kind{"tortuosity_shortest_path", "/tortuosity/shortest_path/tortuosity_shortest_path", ""},
                              Kind{"tortuosity_factor", "/tortuosity/diffusive/tortuosity_factor", "/tortuosity/diffusive/interval"}})
         if (const auto value = number_at(results, kind.value))
-            statements[kind.name] = statements_of(results, kind.name, *value, half_width_at(results, kind.interval));
+            statements[kind.name] =
+                statements_of(results, kind.name, *value, *kind.interval == '\0' ? std::nullopt : half_width_at(results, kind.interval));
     return {
         {"budget_of_permeability", json_of(rows)},
         {"statements", statements},

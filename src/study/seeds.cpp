@@ -44,13 +44,6 @@ constexpr Quantity quantities[] = {{"porosity", "/lbm/porosity"},
                                    {"tortuosity_factor", "/tortuosity/diffusive/tortuosity_factor"}};
 constexpr std::size_t porosity = 0, permeability = 1;
 
-// Half the width of an interval in a result.
-std::optional<double> half_width(const Json& result, const char* path) {
-    const Json::json_pointer at(path);
-    if (!result.contains(at) || !result.at(at).is_array()) return std::nullopt;
-    return 0.5 * (result.at(at)[1].get<double>() - result.at(at)[0].get<double>());
-}
-
 struct Member {
     long seed;
     std::vector<std::optional<double>> values;  // of the quantities
@@ -62,15 +55,11 @@ Member member_of(const Case& one) {
     const Json results = {{"lbm", one.result_of("lbm")}, {"tortuosity", one.result_of("tortuosity")}};
     Member member{.seed = one.settings.packing.seed,
                   .values = {},
-                  .numerical_half_width_m2 = half_width(results, "/lbm/permeability_interval_m2"),
-                  .numerical_half_width_of_factor = half_width(results, "/tortuosity/diffusive/interval"),
+                  .numerical_half_width_m2 = half_width_at(results, "/lbm/permeability_interval_m2"),
+                  .numerical_half_width_of_factor = half_width_at(results, "/tortuosity/diffusive/interval"),
                   .section_scatter = std::numeric_limits<double>::quiet_NaN()};
     if (const auto scatter = section_scatter_of(one)) member.section_scatter = scatter->relative;
-    for (const auto& [name, path] : quantities) {
-        const Json::json_pointer at(path);
-        const bool known = results.contains(at) && results.at(at).is_number();
-        member.values.push_back(known ? std::optional(results.at(at).get<double>()) : std::nullopt);
-    }
+    for (const auto& [name, path] : quantities) member.values.push_back(number_at(results, path));
     return member;
 }
 
@@ -176,10 +165,7 @@ private:
 
     void show_progress(long running) {
         const auto known = static_cast<double>(members_.size());
-        const std::string mean =
-            members_.size() < 2
-                ? std::string()
-                : fmt::format(", mean k within {:.2g} %", 100.0 * relative_half_width(sample(permeability), numerical_half_width_m2()));
+        const std::string mean = members_.size() < 2 ? std::string() : fmt::format(", mean k within {:.2g} %", 100.0 * reached());
         progress_.update(std::min(1.0, (known - 1.0) / std::max(1.0, static_cast<double>(wanted()) - 1.0)),
                          fmt::format("{} packings known, {} more begun, {}{} wanted{}", members_.size(), running,
                                      config_.until_sure > 0.0 ? "about " : "", wanted(), mean));
