@@ -35,7 +35,7 @@ Container container_of(Sides sides, double width, double height) {
     if (sides == Sides::cylinder) return {.kind = Container::Kind::cylinder, .diameter_m = width, .height_m = height};
     Container box{.kind = Container::Kind::box, .size_m = Vec3(width, width, height)};
     if (sides == Sides::periodic) {
-        box.size_m.z() = width;
+        box.size_m.z() = 5.0 * d;
         box.periodic = {true, true, true};
     }
     return box;
@@ -96,8 +96,8 @@ RandomBed random_bed(int index, const Path& folder) {
     // Grains cannot be poured into a box that is periodic along z.
     const auto way = sides == Sides::periodic ? (index % 2 == 0 ? Way::apart : Way::overlapping) : static_cast<Way>((turn / 3 + kind) % 3);
     std::mt19937_64 random(static_cast<std::uint64_t>(1000 + index));
-    const double width = (8.0 + static_cast<double>(random() % 5)) * d;
-    RandomBed bed{.name = {}, .packing = {}, .section_diameters = sides == Sides::periodic ? 0.0 : 4.0};
+    const double width = (8.0 + 0.5 * static_cast<double>(random() % 3)) * d;
+    RandomBed bed{.name = {}, .packing = {}, .section_diameters = sides == Sides::periodic ? 0.0 : 2.0};
     Packing& packing = bed.packing;
     packing.container = container_of(sides, width, way == Way::poured ? 26.0 * d : 11.0 * d);
     packing.shapes = {shape_of(kind)};

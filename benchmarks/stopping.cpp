@@ -67,7 +67,7 @@ Json stopping_benchmark(const std::vector<std::string>& seeds_csv) {
     constexpr std::size_t sequences = 10000;
     std::vector<double> measured;
     for (const std::string& file : seeds_csv)
-        for (const auto& row : read_table(file)) measured.push_back(row.at(2));
+        for (const auto& row : read_table(file)) measured.push_back(row.at(1));
     Json rows = Json::array();
     for (const Scatter& scatter : scatters(measured))
         for (const double wanted : {0.05, 0.10}) {

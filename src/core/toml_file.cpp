@@ -22,8 +22,8 @@ namespace {
 // Reads one table and records which keys were read; all other keys of the table are unknown.
 class Reader : public ConfigVisitor {
 public:
-    Reader(const toml::table* table, const toml::table& whole, std::string place, Path file, const Flags& flags)
-        : table_(table), whole_(whole), place_(std::move(place)), file_(std::move(file)), flags_(flags) {}
+    Reader(const toml::table* table, const toml::table& whole, std::string place, Path file, const Flags& flags, const Flags& set)
+        : table_(table), whole_(whole), place_(std::move(place)), file_(std::move(file)), flags_(flags), set_(set) {}
 
     void number(const char* key, double& value, const Range& range, const char*) override {
         if (const auto node = find(key)) value = number_of(*node, key, range);
@@ -104,7 +104,7 @@ public:
             fail(key, *node, "is not an array of tables", fmt::format("[[{}]] once for each entry", place_ + key));
         resize(array->size());
         for (std::size_t i = 0; i < array->size(); ++i) {
-            Reader entry(array->get(i)->as_table(), whole_, fmt::format("{}{}[{}].", place_, key, i), file_, no_flags_);
+            Reader entry(array->get(i)->as_table(), whole_, fmt::format("{}{}[{}].", place_, key, i), file_, none_, none_);
             describe_one(i, entry);
             entry.require_known_keys();
         }
@@ -132,24 +132,25 @@ private:
     // A value from the command line is parsed with the same rules as a value from the file.
     const toml::node* find(const char* key, bool list = false) {
         known_.emplace_back(key);
-        if (const auto flag = flags_.find(key); flag != flags_.end()) {
-            const std::string value = list && !flag->second.starts_with("[") ? "[" + flag->second + "]" : flag->second;
-            return parse_flag(key, value);
-        }
+        for (const Flags* values : {&set_, &flags_})
+            if (const auto given = values->find(key); given != values->end()) {
+                const std::string value = list && !given->second.starts_with("[") ? "[" + given->second + "]" : given->second;
+                return parse_flag(value, values == &set_ ? fmt::format("--set {}{}", place_, key) : flag_of(key));
+            }
         if (const auto old = moved_.find(key); old != moved_.end()) return old->second;
         if (table_ == nullptr) return nullptr;
         const auto old = renamed_.find(key);
         return table_->get(old == renamed_.end() ? key : old->second.c_str());
     }
 
-    const toml::node* parse_flag(const char* key, const std::string& value) {
+    const toml::node* parse_flag(const std::string& value, const std::string& place) {
         try {
             from_flags_.push_back(toml::parse("value = " + value));
         } catch (const toml::parse_error&) {
             from_flags_.emplace_back();
             from_flags_.back().insert_or_assign("value", value);
         }
-        flag_nodes_[from_flags_.back().get("value")] = flag_of(key);
+        flag_nodes_[from_flags_.back().get("value")] = place;
         return from_flags_.back().get("value");
     }
 
@@ -182,7 +183,8 @@ private:
     std::string place_;
     Path file_;
     const Flags& flags_;
-    Flags no_flags_;
+    const Flags& set_;
+    const Flags none_;
     std::vector<std::string> known_;
     std::map<std::string, std::string> renamed_;      // key -> its old name, used by the file
     std::map<std::string, const toml::node*> moved_;  // key -> its value in the table where it was
@@ -208,7 +210,7 @@ TomlFile::TomlFile(const Path& path) : content_(std::make_unique<Content>()) {
     }
 }
 
-void TomlFile::read(std::string_view name, const Describe& describe, const Flags& flags) const {
+void TomlFile::read(std::string_view name, const Describe& describe, const Flags& flags, const Flags& set) const {
     const toml::table* table = name.empty() ? &content_->table : nullptr;
     if (!name.empty())
         if (const auto* node = content_->table.get(name)) {
@@ -218,7 +220,7 @@ void TomlFile::read(std::string_view name, const Describe& describe, const Flags
                                 {.where = fmt::format("{}, line {}", content_->path.string(), node->source().begin.line),
                                  .fix = fmt::format("write [{}] on a line of its own, its keys below", name)});
         }
-    Reader reader(table, content_->table, name.empty() ? "" : fmt::format("{}.", name), content_->path, flags);
+    Reader reader(table, content_->table, name.empty() ? "" : fmt::format("{}.", name), content_->path, flags, set);
     describe(reader);
     reader.require_known_keys();
 }

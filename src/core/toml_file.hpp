@@ -17,8 +17,9 @@ public:
     TomlFile& operator=(TomlFile&&) noexcept;
 
     /// Reads table `name` ("" = the top level) into what `describe` lists. An unknown key, a wrong type and a value out
-    /// of range throw UserError with file, line, what is allowed and the nearest known key.
-    void read(std::string_view name, const Describe& describe, const Flags& flags = {}) const;
+    /// of range throw UserError with file, line, what is allowed and the nearest known key. `flags` (--voxel-size) and `set`
+    /// (--set table.key) take precedence over the file.
+    void read(std::string_view name, const Describe& describe, const Flags& flags = {}, const Flags& set = {}) const;
     [[nodiscard]] bool has(std::string_view name) const;
     /// The keys of a table, each with its place ("case.toml, line 12").
     [[nodiscard]] std::map<std::string, std::string> keys_of(std::string_view name) const;

@@ -3,9 +3,19 @@
 
 #include <span>
 
+#include "core/error.hpp"
 #include "lbm/permeability.hpp"
 
 namespace porepack::lbm {
+
+/// A run resumes only from its own checkpoint.
+struct CheckpointOfAnotherRun : core::UserError {
+    explicit CheckpointOfAnotherRun(const core::Path& path)
+        : core::UserError("the checkpoint is of another run: its settings or its geometry differ",
+                          {.where = path.string(), .fix = "remove the file to start again"}),
+          file(path) {}
+    core::Path file;
+};
 
 /// Contents of a checkpoint besides the populations.
 struct SavedRun {

@@ -259,13 +259,13 @@ Scheme scheme_of(const LbmConfig& config, bool exact_walls, const Drive& drive) 
     return scheme;
 }
 
-Extrapolation extrapolate(std::span<const double> nodes, std::span<const double> values) {
+Extrapolation extrapolate(std::span<const double> nodes, std::span<const double> values, const ExtrapolationConstants& constants) {
     const auto richardson = [&](std::size_t coarse, std::size_t fine, double order) {
         return (values[fine] - values[coarse]) / (std::pow(nodes[fine] / nodes[coarse], order) - 1.0);
     };
-    const double value = values[2] + 0.5 * richardson(0, 2, 2.0);
+    const double value = values[2] + constants.share * richardson(0, 2, 2.0);
     const double late = std::abs(richardson(1, 2, 1.5)), early = std::abs(richardson(0, 1, 1.5)) * std::pow(nodes[1] / nodes[2], 1.5);
-    return {value, 0.8 * std::max(late, early) + 0.3 * std::pow(nodes[2], -1.5) * std::abs(value)};
+    return {value, constants.factor * std::max(late, early) + constants.floor * std::pow(nodes[2], -1.5) * std::abs(value)};
 }
 
 LbmResult lbm_permeability(const PoreSpace& space, double voxel_size_m, const LbmConfig& given, const LbmRun& run) {

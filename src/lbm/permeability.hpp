@@ -107,14 +107,18 @@ struct LbmRun {
 /// Driven by a body force along `drive`.
 [[nodiscard]] Scheme scheme_of(const LbmConfig& config, bool exact_walls, const converters::Drive& drive);
 
-/// k with its interval from the values on three grids of `nodes` nodes per grain diameter. Calibrated on arrays and ducts of known answer
-/// (`porepack_benchmark coverage`): k is half-way to the Richardson value of order 2 over the three grids (coarse grids have
-/// higher orders as well, of either sign); the half width is 0.8 times the larger of the two Richardson estimates of order 1.5, plus
-/// 0.3 nodes^-1.5 of k, so that a chance agreement of coarse grids is not taken for accuracy.
+/// k with its interval from the values on three grids of `nodes` nodes per grain diameter: k is `share` of the way to the Richardson value
+/// of order 2 over the three grids (coarse grids have higher orders as well, of either sign); the half width is `factor` times the larger
+/// of the two Richardson estimates of order 1.5, plus `floor` nodes^-1.5 of k, so that a chance agreement of coarse grids is not taken for
+/// accuracy. Calibrated on arrays and ducts of known answer and on random packings (`porepack_benchmark coverage`).
 struct Extrapolation {
     double value, half_width;
 };
-[[nodiscard]] Extrapolation extrapolate(std::span<const double> nodes, std::span<const double> values);
+struct ExtrapolationConstants {
+    double share = 0.5, factor = 0.8, floor = 0.3;
+};
+[[nodiscard]] Extrapolation extrapolate(std::span<const double> nodes, std::span<const double> values,
+                                        const ExtrapolationConstants& constants = {});
 
 /// Solves on config.grids grids, the finest with `voxel_size_m`, each started from the previous one. With config.tolerance, grids are
 /// refined until the interval is narrow enough or a memory or time limit is reached; the first has 6 nodes per grain diameter (2 to 6

@@ -315,9 +315,7 @@ StokesRun Sequence::run(Solved& solved, const Domain& domain, const FlowSection&
 }
 
 StokesRun Sequence::saved_run(Flow& flow) const {
-    if (saved_->identity != identity_)
-        throw UserError("the checkpoint is of another run: its settings or its geometry differ",
-                        {.where = checkpoint_.string(), .fix = "remove the file to start again"});
+    if (saved_->identity != identity_) throw CheckpointOfAnotherRun(checkpoint_);
     read_checkpoint_populations(checkpoint_, flow.state(), config_.precision);
     return saved_->run;
 }

@@ -28,12 +28,6 @@ double grains_per_batch(double extent, const Container& container) {
     return 1.5 * container.inner_area_m2() / (extent * extent);
 }
 
-double mean_volume_m3(const std::vector<ShapeShare>& shapes) {
-    double volume = 0.0;
-    for (const auto& [shape, share] : shapes) volume += share * measure(shape, 1e-4).volume_m3;
-    return volume;
-}
-
 // Sets contact time and time step; `lightest_kg` is the mass of the lightest grain.
 void choose_time_step(PourPlan& plan, const PackingConfig& config, double lightest_kg) {
     plan.contact_time_s = contact_time(lightest_kg, config);
@@ -127,6 +121,12 @@ PourPlan plan_pour(const std::vector<ShapeShare>& shapes, const Container& conta
     if (config.fill == Fill::lattice) plan.drop_height_m = 0.0;
     add_expected_cost(plan, shapes, container, config, densest / 0.75 * poured_solid_fraction(shapes, container));
     return plan;
+}
+
+double mean_volume_m3(const std::vector<ShapeShare>& shapes) {
+    double volume = 0.0;
+    for (const auto& [shape, share] : shapes) volume += share * measure(shape, 1e-4).volume_m3;
+    return volume;
 }
 
 double poured_solid_fraction(const std::vector<ShapeShare>& shapes, const Container& container) {

@@ -9,6 +9,8 @@
 
 namespace porepack::packing {
 
+/// Of a grain, on average over the shares.
+[[nodiscard]] double mean_volume_m3(const std::vector<shapes::ShapeShare>& shapes);
 /// Solid fraction in the middle of a poured bed, before it is poured: 0.67 C^0.45, with the convexity C (volume / volume of the convex
 /// hull), less 0.36 maximum Feret diameters / width of the container for the loose layer at its wall. Within 10 % for the packings of
 /// docs/packing.md (C from 0.2 to 1).

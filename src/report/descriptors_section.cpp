@@ -58,7 +58,7 @@ void add_descriptor_pictures(const ReportInput& input, const Path& folder, Repor
         section.pictures.emplace_back(
             "structure.svg",
             "Left: grains by their number of neighbours in contact. Right: radial distribution of the centres of mass, "
-            "over that of random points in the same bed.");
+            "over that of random points at the same distances from the walls.");
     if (fs::exists(folder / "friction.csv") && draw_plot(folder / "friction.svg", "friction"))
         section.pictures.emplace_back(
             "friction.svg",

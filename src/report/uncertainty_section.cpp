@@ -2,22 +2,14 @@
 #include <cmath>
 
 #include "core/table.hpp"
+#include "permeability/quantities.hpp"
 #include "report/plot.hpp"
 #include "report/section.hpp"
 
 namespace porepack::report {
 using namespace core;
+using namespace permeability;
 namespace {
-
-struct Row {
-    const char *key, *label, *format, *unit;
-};
-constexpr Row quantities_shown[] = {{"permeability_m2", "permeability k (m²)", "{:.3g}", "m²"},
-                                    {"porosity", "porosity of the section", "{:.4f}", ""},
-                                    {"tortuosity_hydraulic", "tortuosity, hydraulic", "{:.4f}", ""},
-                                    {"tortuosity_geometric_paper", "tortuosity, geometric_paper (exact)", "{:.4f}", ""},
-                                    {"tortuosity_shortest_path", "tortuosity, shortest_path", "{:.4f}", ""},
-                                    {"tortuosity_factor", "tortuosity factor (diffusive)", "{:.4f}", ""}};
 
 const Json& statement_at(const ReportInput& input, const std::string& quantity, const char* which) {
     return result_at(input, "uncertainty/statements/" + quantity + "/" + which);
@@ -37,8 +29,8 @@ std::string with_half_width(const Json& statement, const char* format, const std
 }  // namespace
 
 std::string sure_text(const ReportInput& input, const std::string& quantity, const char* which) {
-    for (const Row& row : quantities_shown)
-        if (quantity == row.key) return with_half_width(statement_at(input, quantity, which), row.format, row.unit);
+    for (const Quantity& row : reported_quantities)
+        if (quantity == row.name) return with_half_width(statement_at(input, quantity, which), row.format, row.unit);
     return "–";
 }
 
@@ -54,12 +46,12 @@ ReportSection uncertainty_section(const ReportInput& input) {
             " The last two are " + k_mean["why"].get<std::string>() + ". [packings] seeds = 5 or `porepack run --until-sure 0.05` tells.";
     const std::string n = seeds.is_number() ? fmt::format(" (n = {})", seeds.get<long>()) : "";
     section.header = {"quantity", "this packing (n = 1)", "mean of such packings" + n, "next such packing" + n};
-    for (const Row& row : quantities_shown) {
-        const Json& here = statement_at(input, row.key, "this_packing");
+    for (const Quantity& row : reported_quantities) {
+        const Json& here = statement_at(input, row.name, "this_packing");
         if (!here.is_object()) continue;
         section.rows.push_back({row.label, with_half_width(here, row.format),
-                                with_half_width(statement_at(input, row.key, "mean_of_such_packings"), row.format),
-                                with_half_width(statement_at(input, row.key, "next_such_packing"), row.format)});
+                                with_half_width(statement_at(input, row.name, "mean_of_such_packings"), row.format),
+                                with_half_width(statement_at(input, row.name, "next_such_packing"), row.format)});
     }
     return section;
 }

@@ -95,9 +95,10 @@ Case read_case(const Path& path, const std::string& flag_table, const Flags& fla
     require_own_keys(the_case.settings, toml);
     // A flag belongs to the table of its command, or to [geometry] and [section], which the commands share.
     for (const auto& table : Settings::tables()) {
-        Flags of_table = table == flag_table || table == "geometry" || table == "section" ? flags : Flags{};
-        if (const auto found = set.find(table); found != set.end()) of_table.insert(found->second.begin(), found->second.end());
-        toml.read(table, the_case.settings.describe_table(table), of_table);
+        const bool has_flags = table == flag_table || table == "geometry" || table == "section";
+        const auto found = set.find(table);
+        toml.read(table, the_case.settings.describe_table(table), has_flags ? flags : Flags{},
+                  found == set.end() ? Flags{} : found->second);
     }
     if (const PackingConfig& packing = the_case.settings.packing; packing.engine != Engine::none && !packing.file.empty())
         throw UserError(fmt::format("`file` has no effect with engine = \"{}\"", name_of(packing.engine)),

@@ -3,10 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 
+#include "core/log.hpp"
 #include "core/machine.hpp"
 #include "core/table.hpp"
 #include "io/image.hpp"
+#include "lbm/checkpoint.hpp"
 #include "lbm/permeability.hpp"
 #include "lbm/sequence.hpp"
 #include "stages/results.hpp"
@@ -168,7 +171,16 @@ Stage make_lbm_stage(const Case& c) {
     if (c.settings.lbm.direction == Axis::z) stage.outputs.emplace_back("gradient.csv");
     if (c.settings.lbm.fields != FieldFiles::none) stage.outputs.emplace_back("flow.vti");
     stage.run = [c](const Path& folder) {
-        return run_lbm(case_pore_space(c), c.settings.geometry, c.settings.lbm, folder, c.results() / "lbm.checkpoint");
+        const auto run = [&] {
+            return run_lbm(case_pore_space(c), c.settings.geometry, c.settings.lbm, folder, c.results() / "lbm.checkpoint");
+        };
+        try {
+            return run();
+        } catch (const CheckpointOfAnotherRun& other) {  // of settings that the case no longer has
+            log_warning(fmt::format("{} is of other settings and is removed", other.file.string()));
+            std::filesystem::remove(other.file);
+            return run();
+        }
     };
     stage.expect = [c] {
         const PoreSpace space = expected_pore_space(c);

@@ -63,14 +63,12 @@ PoreSpace expected_pore_space(const Case& c) {
     PoreSpace space{.container = make_container(settings.container), .section = {}};
     double top = space.container.height() / 2.0;
     if (!c.from_stl()) {
-        double volume = 0.0;
         const std::vector<ShapeShare> shapes = make_shapes(settings.shape);
         for (const auto& [shape, share] : shapes) {
             space.maximum_feret_diameter_m = std::max(space.maximum_feret_diameter_m, maximum_feret_diameter(shape));
             space.grain_size_m = std::min(space.grain_size_m, smallest_diameter(shape));
-            volume += share * measure(shape, 1e-4).volume_m3;
         }
-        space.equivalent_diameter_m = std::cbrt(6.0 * volume / std::numbers::pi);
+        space.equivalent_diameter_m = std::cbrt(6.0 * mean_volume_m3(shapes) / std::numbers::pi);
         if (settings.packing.fill_height_m > 0.0) top = settings.packing.fill_height_m;
         if (settings.packing.grains > 0)
             top = std::min(space.container.height(), poured_height_m(shapes, space.container, settings.packing.grains));

@@ -8,6 +8,7 @@
 
 #include "core/table.hpp"
 #include "permeability/budget.hpp"
+#include "permeability/quantities.hpp"
 #include "stages/results.hpp"
 #include "stages/stages.hpp"
 
@@ -104,8 +105,8 @@ double other_half_width(const std::vector<BudgetRow>& rows) {
 
 // The next packings, from those of the study, whose intervals hold the solver's own; without a study, what the layers of this packing
 // suggest.
-void add_packings(Json& statements, const Json& results, const char* quantity, const std::vector<BudgetRow>& rows) {
-    const Json::json_pointer at(std::string("/seeds/quantities/") + quantity);
+void add_packings(Json& statements, const Json& results, const std::string& quantity, const std::vector<BudgetRow>& rows) {
+    const Json::json_pointer at("/seeds/quantities/" + quantity);
     if (results.contains(at)) {
         const Json& seeds = results.at(at);
         const double mean = seeds.at("mean").get<double>(), other = other_half_width(rows) * mean;
@@ -128,7 +129,7 @@ void add_packings(Json& statements, const Json& results, const char* quantity, c
         statements[name] = {{"value", nullptr}, {"interval", nullptr}, {"packings", 1}, {"why", why}};
 }
 
-Json statements_of(const Json& results, const char* quantity, double value, std::optional<double> half_width,
+Json statements_of(const Json& results, const std::string& quantity, double value, std::optional<double> half_width,
                    const std::vector<BudgetRow>& rows = {}) {
     Json statements;
     statements["this_packing"] = statement(value, half_width ? about(value, *half_width) : std::nullopt, 1);
@@ -149,24 +150,21 @@ Json run_uncertainty(const Case& c, const std::vector<std::string>& needs) {
     for (const std::string& stage : needs) results[stage] = c.result_of(stage);
     const Json& lbm = results.at("lbm");
     const std::vector<BudgetRow> rows = rows_of_permeability(c, results);
-    Json statements = Json::object();
-    statements["permeability_m2"] =
-        statements_of(results, "permeability_m2", lbm.at("permeability_m2").get<double>(), half_width_of_this_packing(lbm, rows), rows);
-    // The quadrature's uncertainty is half the difference of two sets of lines, a standard uncertainty.
+    // The quadrature's uncertainty is half the difference of two sets of lines, a standard uncertainty. The scatter of the tortuosities
+    // between paths and starting points is not an error of the computation.
     const auto lines = number_at(results, "/voxelise/porosity_uncertainty");
-    statements["porosity"] = statements_of(results, "porosity", results.at("voxelise").at("porosity").get<double>(),
-                                           lines ? std::optional(2.0 * *lines) : std::nullopt);
-    // The scatter between paths and starting points is not an error of the computation.
-    struct Kind {
-        const char *name, *value, *interval;
-    };
-    for (const Kind& kind : {Kind{"tortuosity_hydraulic", "/tortuosity/hydraulic/tortuosity_hydraulic", ""},
-                             Kind{"tortuosity_geometric_paper", "/tortuosity/geometric_paper_exact/tortuosity_geometric_paper", ""},
-                             Kind{"tortuosity_shortest_path", "/tortuosity/shortest_path/tortuosity_shortest_path", ""},
-                             Kind{"tortuosity_factor", "/tortuosity/diffusive/tortuosity_factor", "/tortuosity/diffusive/interval"}})
-        if (const auto value = number_at(results, kind.value))
-            statements[kind.name] =
-                statements_of(results, kind.name, *value, *kind.interval == '\0' ? std::nullopt : half_width_at(results, kind.interval));
+    Json statements = Json::object();
+    for (const Quantity& quantity : reported_quantities) {
+        const auto value = number_at(results, quantity.value);
+        if (!value) continue;
+        const std::string name = quantity.name;
+        if (name == "permeability_m2")
+            statements[name] = statements_of(results, name, *value, half_width_of_this_packing(lbm, rows), rows);
+        else if (name == "porosity")
+            statements[name] = statements_of(results, name, *value, lines ? std::optional(2.0 * *lines) : std::nullopt);
+        else
+            statements[name] = statements_of(results, name, *value, half_width_at(results, quantity.interval));
+    }
     return {
         {"budget_of_permeability", json_of(rows)},
         {"statements", statements},

@@ -11,6 +11,7 @@
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "core/table.hpp"
+#include "permeability/quantities.hpp"
 #include "permeability/sample.hpp"
 #include "stages/results.hpp"
 #include "study/case_pipeline.hpp"
@@ -25,6 +26,7 @@ using namespace stages;
 namespace {
 
 constexpr const char* last_stage = "tortuosity";
+constexpr std::size_t permeability = 0, porosity = 1;  // of the quantities
 
 // The part of the interval of the mean that the numerical error of one packing may take: a packing with a coarser grid costs much less,
 // and 0.4 of the half width leaves 0.92 of it to the scatter.
@@ -33,21 +35,9 @@ constexpr double numerical_share = 0.4;
 // Expected before two packings are known: 10 to 15 % for sections of a few grain diameters.
 constexpr std::array<double, 2> usual_scatter = {0.10, 0.15};
 
-struct Quantity {
-    const char *name, *path;
-};
-constexpr Quantity quantities[] = {{"porosity", "/lbm/porosity"},
-                                   {"permeability_m2", "/lbm/permeability_m2"},
-                                   {"tortuosity_hydraulic", "/tortuosity/hydraulic/tortuosity_hydraulic"},
-                                   {"tortuosity_geometric_paper", "/tortuosity/geometric_paper_exact/tortuosity_geometric_paper"},
-                                   {"tortuosity_shortest_path", "/tortuosity/shortest_path/tortuosity_shortest_path"},
-                                   {"tortuosity_factor", "/tortuosity/diffusive/tortuosity_factor"}};
-constexpr std::size_t porosity = 0, permeability = 1;
-
 struct Member {
     long seed;
-    std::vector<std::optional<double>> values;  // of the quantities
-    std::optional<double> numerical_half_width_m2, numerical_half_width_of_factor;
+    std::array<std::optional<double>, reported_quantities.size()> values, numerical_half_widths;
     double section_scatter;  // predicted from the slices of this packing, relative; NaN where there is no gradient along z
 };
 
@@ -55,11 +45,13 @@ Member member_of(const Case& one) {
     const Json results = {{"lbm", one.result_of("lbm")}, {"tortuosity", one.result_of("tortuosity")}};
     Member member{.seed = one.settings.packing.seed,
                   .values = {},
-                  .numerical_half_width_m2 = half_width_at(results, "/lbm/permeability_interval_m2"),
-                  .numerical_half_width_of_factor = half_width_at(results, "/tortuosity/diffusive/interval"),
+                  .numerical_half_widths = {},
                   .section_scatter = std::numeric_limits<double>::quiet_NaN()};
     if (const auto scatter = section_scatter_of(one)) member.section_scatter = scatter->relative;
-    for (const auto& [name, path] : quantities) member.values.push_back(number_at(results, path));
+    for (std::size_t i = 0; i < reported_quantities.size(); ++i) {
+        member.values[i] = number_at(results, reported_quantities[i].value);
+        member.numerical_half_widths[i] = half_width_at(results, reported_quantities[i].interval);
+    }
     return member;
 }
 
@@ -131,13 +123,13 @@ private:
     }
     [[nodiscard]] Sample sample(std::size_t quantity) const { return sample_of(values_of(quantity)); }
     // Of one packing: the mean of those that are known.
-    [[nodiscard]] std::optional<double> mean_of(std::optional<double> Member::*half_width) const {
+    [[nodiscard]] std::optional<double> mean_half_width(std::size_t quantity) const {
         double sum = 0.0, count = 0.0;
         for (const Member& one : members_)
-            if (const auto& known = one.*half_width) sum += *known, count += 1.0;
+            if (const auto& known = one.numerical_half_widths[quantity]) sum += *known, count += 1.0;
         return count > 0.0 ? std::optional(sum / count) : std::nullopt;
     }
-    [[nodiscard]] double numerical_half_width_m2() const { return mean_of(&Member::numerical_half_width_m2).value_or(0.0); }
+    [[nodiscard]] double numerical_half_width_m2() const { return mean_half_width(permeability).value_or(0.0); }
     // Packings cannot help: the numerical part alone is too wide.
     [[nodiscard]] bool too_coarse() const {
         return members_.size() >= least_packings && numerical_half_width_m2() >= config_.until_sure * sample(permeability).mean;
@@ -173,12 +165,12 @@ private:
 
     void write_table(const Path& file) const {
         std::vector<std::string> columns = {"seed"};
-        for (const auto& [name, path] : quantities) columns.emplace_back(name);
+        for (const Quantity& quantity : reported_quantities) columns.emplace_back(quantity.name);
         columns.insert(columns.end(), {"permeability_half_width_m2", "section_scatter"});
         Table table(columns);
         for (const Member& one : members_) {
             const auto& v = one.values;
-            table.add(one.seed, v[0], v[1], v[2], v[3], v[4], v[5], one.numerical_half_width_m2, one.section_scatter);
+            table.add(one.seed, v[0], v[1], v[2], v[3], v[4], v[5], one.numerical_half_widths[permeability], one.section_scatter);
         }
         table.write(file);
     }
@@ -186,10 +178,7 @@ private:
     [[nodiscard]] Json quantity_json(std::size_t quantity) const {
         const Sample s = sample(quantity);
         const StudyEnd end = config_.until_sure > 0.0 ? StudyEnd::when_sure : StudyEnd::at_number;
-        std::optional<double> numerical;
-        if (quantity == permeability) numerical = mean_of(&Member::numerical_half_width_m2);
-        if (std::string_view(quantities[quantity].name) == "tortuosity_factor")
-            numerical = mean_of(&Member::numerical_half_width_of_factor);
+        const std::optional<double> numerical = mean_half_width(quantity);
         return {{"packings", s.packings},
                 {"mean", s.mean},
                 {"standard_deviation", s.packings > 1 ? Json(s.deviation) : Json(nullptr)},
@@ -211,12 +200,12 @@ private:
             {"permeability_mean_m2", k.mean},
             {"standard_deviation_between_packings_m2", k.deviation},
             {"standard_error_of_mean_m2", k.deviation / std::sqrt(n)},
-            {"numerical_half_width_m2", json_of(mean_of(&Member::numerical_half_width_m2))},
+            {"numerical_half_width_m2", json_of(mean_half_width(permeability))},
             {"meaning",
              "intervals of 95 %: Student's t for the scatter between packings, and the numerical half width of one packing, added in "
              "quadrature where it is known"}};
-        for (std::size_t i = 0; i < std::size(quantities); ++i)
-            if (!values_of(i).empty()) json["quantities"][quantities[i].name] = quantity_json(i);
+        for (std::size_t i = 0; i < reported_quantities.size(); ++i)
+            if (!values_of(i).empty()) json["quantities"][reported_quantities[i].name] = quantity_json(i);
         if (config_.until_sure > 0.0) {
             json["until_sure"] = config_.until_sure;
             json["relative_half_width"] = number_or_null(reached());
@@ -271,7 +260,7 @@ Stage make_seeds_stage(const Case& c) {
             .outputs = {"seeds.csv"},
             .run = [c](const Path& folder) { return SeedsStudy(c).run(folder); },
             .expect = [c] { return expect(c); },
-            .result_version = 3};
+            .result_version = 4};
 }
 
 }  // namespace porepack::study

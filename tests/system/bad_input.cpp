@@ -73,6 +73,9 @@ TEST(BadFlags, EachHasItsMessage) {
         EXPECT_TRUE(has(output.err, message)) << call;
     };
     fault("frobnicate", "error:");
+    fault("lbm " + in + " one two", "not expected here: one two");
+    fault("run " + quoted(Path(POREPACK_SOURCE_FOLDER) / "cases" / "quickstart") + " --output x --set lbm.tolerance=7 --dry-run",
+          "where:   --set lbm.tolerance");
     fault("lbm", "input is required");
     fault("lbm " + in + " --voxel-size -1", "--voxel-size");
     fault("lbm " + in + " --voxel-size nan", "out of range: nan");

@@ -7,6 +7,7 @@
 #include "core/table.hpp"
 #include "helpers.hpp"
 #include "packing/packing.hpp"
+#include "system/cases.hpp"
 
 namespace porepack {
 namespace {
@@ -14,27 +15,7 @@ namespace {
 using test::has;
 using test::porepack;
 using test::quoted;
-
-// A small pour: 8 tetrapods.
-const std::string small_case = R"(
-[shape]
-kind = "tetrapod"
-sphericity = 0.53
-volume_m3 = 7.33e-7
-[container]
-kind = "cylinder"
-diameter_m = 0.05
-height_m = 0.15
-[packing]
-grains = 8
-[geometry]
-voxel_size_m = 1e-3
-surface_deviation_m = 2e-4
-section_m = [0.004, 0.016]
-[openfoam]
-cell_size_m = 0.0015
-meshes = 1
-)";
+using test::small_case;
 
 std::string with_liggghts(std::string text) {
     return text.replace(text.find("[packing]\n"), 10, "[packing]\nengine = \"liggghts\"\n");
@@ -211,118 +192,6 @@ TEST(Chain, TheOwnStlCaseInReducedSize) {
                  quoted(folder.path() / "out") + " " + quoted(folder.path() / "grains.stl"));
     ASSERT_EQ(loose.exit_code, 0) << loose.err;
     EXPECT_NEAR(loose.json()["permeability_m2"].get<double>() / output.json()["permeability_m2"].get<double>(), 1.0, 0.02);
-}
-
-// A case without OpenFOAM and pictures, with the keys of several packings.
-std::string case_of_packings(const std::string& packings, const std::string& lbm = {}) {
-    std::string text = small_case;
-    text.replace(text.find("cell_size_m = 0.0015\nmeshes = 1"), 31, "enabled = false");
-    return text + "[packings]\n" + packings + "\n[lbm]\nfields = \"none\"\n" + lbm + "[report]\npictures = false\n";
-}
-
-// seed -> k of seeds.csv.
-std::map<long, double> permeabilities_of_seeds(const Path& results) {
-    std::map<long, double> k;
-    for (const auto& row : core::read_table(results / "seeds" / "seeds.csv")) k[std::lround(row.at(0))] = row.at(2);
-    return k;
-}
-
-TEST(Chain, SeveralSeedsGiveTheScatterBetweenPackings) {
-    const test::Folder folder;
-    folder.write("case.toml", case_of_packings("seeds = 3"));
-    const Path results = folder.path() / "results";
-    const auto output = porepack("run --json " + quoted(folder.path()));
-    ASSERT_EQ(output.exit_code, 0) << output.err;
-    const Json seeds = read_json(results / "seeds" / "result.json");
-    EXPECT_EQ(test::schema_faults(results), "");
-    EXPECT_EQ(seeds["packings"], 3);
-    const std::map<long, double> k = permeabilities_of_seeds(results);
-    ASSERT_EQ(k.size(), 3U);
-    const double mean = (k.at(1) + k.at(2) + k.at(3)) / 3.0;
-    double squares = 0.0;
-    for (const auto& [seed, value] : k) squares += (value - mean) * (value - mean);
-    const double deviation = std::sqrt(squares / 2.0), numerical = seeds["numerical_half_width_m2"].get<double>();
-    EXPECT_NEAR(seeds["permeability_mean_m2"].get<double>() / mean, 1.0, 1e-6);
-    EXPECT_NEAR(seeds["standard_deviation_between_packings_m2"].get<double>() / deviation, 1.0, 1e-5);
-    EXPECT_NEAR(seeds["standard_error_of_mean_m2"].get<double>() / std::sqrt(squares / 6.0), 1.0, 1e-5);
-    EXPECT_GT(numerical, 0.0);
-    const Json other = read_json(results / "seed_2" / "lbm" / "result.json"), own = read_json(results / "lbm" / "result.json");
-    EXPECT_NE(other["permeability_m2"], own["permeability_m2"]);
-    EXPECT_FALSE(std::filesystem::exists(results / "lbm" / "flow.vti"));
-    // The three statements: t(0.975, 2) = 4.3026527.
-    const Json statements = read_json(results / "result.json")["uncertainty"]["permeability_m2"];
-    const auto half_width = [&](const char* which) {
-        return 0.5 * (statements[which]["interval"][1].get<double>() - statements[which]["interval"][0].get<double>());
-    };
-    EXPECT_EQ(statements["this_packing"]["value"], own["permeability_m2"]);
-    EXPECT_NEAR(half_width("mean_of_such_packings") / std::hypot(4.3026527 * deviation / std::sqrt(3.0), numerical), 1.0, 1e-5);
-    EXPECT_NEAR(half_width("next_such_packing") / std::hypot(4.3026527 * deviation * std::sqrt(4.0 / 3.0), numerical), 1.0, 1e-5);
-    const Json budget = read_json(results / "uncertainty" / "result.json")["budget_of_permeability"];
-    EXPECT_EQ(budget.back()["source"], "packing to packing");
-    EXPECT_NEAR(budget.back()["relative_standard_uncertainty"].get<double>() / (deviation / mean), 1.0, 1e-5);
-    const std::string report = read_text(results / "report.md");
-    EXPECT_TRUE(has(report, "mean of 3 packings"));
-    EXPECT_TRUE(has(report, "next such packing (n = 3)"));
-    EXPECT_TRUE(has(report, "| seeds | ")) << "its cost";
-    // Another number of packings leaves the first one as it is. The key's place in version 0.1 is still read.
-    std::string text = case_of_packings("");
-    text.replace(text.find("grains = 8"), 10, "grains = 8\nseeds = 2");
-    folder.write("case.toml", text);
-    const auto again = porepack("run " + quoted(folder.path()));
-    EXPECT_TRUE(has(again.err, "pack: already done")) << again.err;
-    EXPECT_TRUE(has(again.err, "is now `packings.seeds`")) << again.err;
-    EXPECT_EQ(permeabilities_of_seeds(results), (std::map<long, double>{{1, k.at(1)}, {2, k.at(2)}}));
-}
-
-TEST(Chain, OnePackingDoesNotTellOfTheNext) {
-    const test::Folder folder;
-    folder.write("case.toml", case_of_packings("", "walls = \"bounce_back\"\ngrids = 2\n"));
-    const auto output =
-        porepack("run --set tortuosity.diffusive=false --output " + quoted(folder.path() / "out") + " " + quoted(folder.path()));
-    ASSERT_EQ(output.exit_code, 0) << output.err;
-    EXPECT_TRUE(has(output.out, "k, mean of such packings     not known")) << output.out;
-    const Json next = read_json(folder.path() / "out" / "result.json")["uncertainty"]["permeability_m2"]["next_such_packing"];
-    EXPECT_TRUE(next["value"].is_null());
-    EXPECT_TRUE(has(next["why"].get<std::string>(), "not known from one packing"));
-}
-
-// Packings count in the order of their seeds, so that their number and the mean do not depend on what runs at once or was killed.
-TEST(Chain, UntilSureGivesTheSameOnAnyNumberOfThreads) {
-    const test::Folder folder;
-    folder.write("case.toml", case_of_packings("until_sure = 0.25\nmax_packings = 12",
-                                               "walls = \"bounce_back\"\ngrids = 2\n[tortuosity]\nshortest_path = false\n"
-                                               "diffusive = false\n"));
-    const auto run = [&](const char* options, const char* output) {
-        const Path results = folder.path() / output;
-        const auto end =
-            porepack("run --up-to seeds " + std::string(options) + " --output " + quoted(results) + " " + quoted(folder.path()));
-        EXPECT_EQ(end.exit_code, 0) << end.err;
-        return read_json(results / "seeds" / "result.json");
-    };
-    const Json one = run("--threads 1", "one");
-    EXPECT_TRUE(one["sure"]) << one;
-    EXPECT_GE(one["packings"], 5);
-    EXPECT_LE(one["relative_half_width"], 0.25);
-    EXPECT_TRUE(one["stopped_by"].is_null());
-    // Killed while several packings are under way, then run again.
-    const Path script = folder.write("kill.sh",
-                                     "\"$1\" run --up-to seeds --threads 2 --output \"$3\" \"$2\" & pid=$!\n"
-                                     "for i in $(seq 600); do [ -e \"$3/seed_3/log.porepack\" ] && break; sleep 0.05; done\n"
-                                     "kill -9 $pid; wait $pid; sleep 0.3; pgrep -f \"$3/seed_\" && echo orphan\n");
-    const std::string words = test::quoted(POREPACK_PROGRAM) + " " + quoted(folder.path()) + " " + quoted(folder.path() / "two");
-    (void)std::system(("bash " + quoted(script) + " " + words + " > " + quoted(folder.path() / "kill.log") + " 2>/dev/null").c_str());
-    EXPECT_EQ(read_text(folder.path() / "kill.log"), "") << "a packing runs on";
-    const Json two = run("--threads 2", "two");
-    EXPECT_EQ(one["packings"], two["packings"]);
-    // Sums over nodes are formed in another order by another number of threads.
-    EXPECT_NEAR(one["relative_half_width"].get<double>() / two["relative_half_width"].get<double>(), 1.0, 1e-9);
-    EXPECT_EQ(read_text(folder.path() / "one" / "seeds" / "seeds.csv"), read_text(folder.path() / "two" / "seeds" / "seeds.csv"));
-    // Fewer packings than it takes, and an interval that no number of packings can reach: the result says what ended it.
-    const Json few = run("--until-sure 0.15 --max-packings 5", "one");
-    EXPECT_FALSE(few["sure"]);
-    EXPECT_EQ(few["stopped_by"], "max_packings");
-    EXPECT_EQ(few["packings"], 5);
-    EXPECT_EQ(run("--until-sure 0.01", "one")["stopped_by"], "numerical");
 }
 
 TEST(Chain, GoesOnAfterAKillAndAfterCtrlC) {

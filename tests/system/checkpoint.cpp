@@ -55,6 +55,17 @@ TEST_F(Checkpoint, OfAnotherRunOrWithNaNIsRefused) {
     const auto other = run("--precision single");
     EXPECT_EQ(other.exit_code, 2);
     EXPECT_TRUE(has(other.err, "of another run"));
+    // A case whose keys have changed since it was interrupted starts again.
+    folder_.write("case.toml",
+                  "[shape]\nkind = \"sphere\"\ndiameter_m = 0.01\n[container]\nkind = \"cylinder\"\ndiameter_m = 0.03\nheight_m = 0.06\n"
+                  "[packing]\nengine = \"none\"\nfile = \"packing.json\"\n[geometry]\nsection_m = [0.005, 0.045]\n"
+                  "voxel_size_m = 1e-3\n[lbm]\nfields = \"none\"\n");
+    std::filesystem::create_directories(folder_.path() / "results");
+    std::filesystem::copy_file(checkpoint(), folder_.path() / "results" / "lbm.checkpoint");
+    const auto the_case = porepack("run --up-to lbm " + quoted(folder_.path()));
+    EXPECT_EQ(the_case.exit_code, 0) << the_case.err;
+    EXPECT_TRUE(has(the_case.err, "is of other settings and is removed")) << the_case.err;
+    EXPECT_FALSE(std::filesystem::exists(folder_.path() / "results" / "lbm.checkpoint"));
     std::fstream file(checkpoint(), std::ios::in | std::ios::out | std::ios::binary);
     file.seekp(-4096, std::ios::end);
     for (int i = 0; i < 8; ++i) file.put(static_cast<char>(0xFF));

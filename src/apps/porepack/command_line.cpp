@@ -1,6 +1,7 @@
 #include "apps/porepack/command_line.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -186,7 +187,10 @@ int CommandLine::run(int argc, char** argv) {
     } catch (const CLI::ParseError& fault) {
         if (fault.get_exit_code() == 0) return app.exit(fault);
         const std::string near = suggestion(app, arguments), help = fmt::format("porepack {}--help shows what is allowed", command_path());
-        throw UserError(fault.what(), {.fix = near.empty() ? help : fmt::format("{}; {}", perhaps(near), help)});
+        std::string message = fault.what();
+        if (dynamic_cast<const CLI::ExtrasError*>(&fault) != nullptr)
+            message = fmt::format("not expected here: {}", fmt::join(app.remaining(true), " "));
+        throw UserError(message, {.fix = near.empty() ? help : fmt::format("{}; {}", perhaps(near), help)});
     }
     set_thread_count(common.threads);
     try {
