@@ -86,6 +86,7 @@ public:
         json[key] = values;
     }
     void booleans(const char* key, std::vector<bool>& values, std::size_t, const char*) override { json[key] = values; }
+    void any(const char* key, Json& value, const char*, const char*) override { json[key] = value; }
     void tables(const char* key, const std::function<std::size_t(std::size_t)>& resize,
                 const std::function<void(std::size_t, ConfigVisitor&)>& describe_one, const char*) override {
         json[key] = Json::array();
@@ -127,6 +128,7 @@ public:
     void booleans(const char* key, std::vector<bool>& values, std::size_t size, const char* meaning) override {
         add(key, fmt::format("list of {}", size), "true, false", fmt::format("{}", fmt::join(values, ", ")), meaning);
     }
+    void any(const char* key, Json&, const char* type, const char* meaning) override { add(key, type, "", "none", meaning); }
     void tables(const char* key, const std::function<std::size_t(std::size_t)>&, const std::function<void(std::size_t, ConfigVisitor&)>&,
                 const char* meaning) override {
         add(key, "array of tables", "", "none", meaning);

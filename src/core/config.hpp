@@ -89,6 +89,8 @@ public:
     virtual void numbers(const char* key, std::vector<double>& values, std::pair<std::size_t, std::size_t> sizes, const Range& range,
                          const char* meaning) = 0;
     virtual void booleans(const char* key, std::vector<bool>& values, std::size_t size, const char* meaning) = 0;
+    /// A value of any type, which the owner of the struct checks; null stands for "not given".
+    virtual void any(const char* key, Json& value, const char* type, const char* meaning) = 0;
     /// An array of tables; `resize` sets the number of entries, `describe_one` lists the keys of entry i.
     virtual void tables(const char* key, const std::function<std::size_t(std::size_t)>& resize,
                         const std::function<void(std::size_t, ConfigVisitor&)>& describe_one, const char* meaning) = 0;

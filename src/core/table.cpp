@@ -46,6 +46,47 @@ void Table::write(const Path& path) const {
     write_text(path, csv());
 }
 
+namespace {
+
+std::vector<std::string> fields_of(const std::string& line) {
+    std::vector<std::string> fields(1);
+    bool quoted = false;
+    for (std::size_t i = 0; i < line.size(); ++i) {
+        const char c = line[i];
+        if (quoted && c == '"' && i + 1 < line.size() && line[i + 1] == '"')
+            fields.back() += line[++i];
+        else if (c == '"')
+            quoted = !quoted;
+        else if (c == ',' && !quoted)
+            fields.emplace_back();
+        else
+            fields.back() += c;
+    }
+    return fields;
+}
+
+}  // namespace
+
+TextTable read_text_table(const Path& path) {
+    std::istringstream lines(read_text(path));
+    TextTable table;
+    std::string line;
+    for (long number = 1; std::getline(lines, line); ++number) {
+        if (!line.empty() && line.back() == '\r') line.pop_back();
+        if (line.empty() || line.front() == '#') continue;
+        std::vector<std::string> fields = fields_of(line);
+        if (table.columns.empty()) {
+            table.columns = std::move(fields);
+            continue;
+        }
+        if (fields.size() != table.columns.size())
+            throw UserError(fmt::format("{} fields, but the header has {}", fields.size(), table.columns.size()),
+                            {.where = fmt::format("{}, line {}", path.string(), number)});
+        table.rows.push_back(std::move(fields));
+    }
+    return table;
+}
+
 std::vector<std::vector<double>> read_table(const Path& path) {
     std::istringstream lines(read_text(path));
     std::vector<std::vector<double>> rows;

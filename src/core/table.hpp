@@ -51,6 +51,14 @@ private:
     std::vector<std::vector<std::string>> rows_;
 };
 
+/// A CSV file with text in it: quoted fields may hold commas and quotes. Lines that begin with # are left out. Throws UserError for a line
+/// with another number of fields than the header.
+struct TextTable {
+    std::vector<std::string> columns;
+    std::vector<std::vector<std::string>> rows;
+};
+[[nodiscard]] TextTable read_text_table(const Path& path);
+
 /// The numbers of a file that Table has written, row by row without the header; an empty field is NaN. Throws UserError for text.
 [[nodiscard]] std::vector<std::vector<double>> read_table(const Path& path);
 

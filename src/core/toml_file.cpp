@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <deque>
+#include <sstream>
 
 #include "core/error.hpp"
 #include "core/log.hpp"
@@ -18,6 +19,26 @@ struct TomlFile::Content {
 };
 
 namespace {
+
+Json json_of(const toml::node& node) {
+    if (const auto* table = node.as_table()) {
+        Json json = Json::object();
+        for (const auto& [key, value] : *table) json[std::string(key.str())] = json_of(value);
+        return json;
+    }
+    if (const auto* array = node.as_array()) {
+        Json json = Json::array();
+        for (const auto& value : *array) json.push_back(json_of(value));
+        return json;
+    }
+    if (const auto text = node.value_exact<std::string>()) return *text;
+    if (const auto whole = node.value_exact<std::int64_t>()) return *whole;
+    if (const auto number = node.value_exact<double>()) return *number;
+    if (const auto boolean = node.value_exact<bool>()) return *boolean;
+    std::ostringstream text;
+    node.visit([&](const auto& date_or_time) { text << date_or_time; });
+    return text.str();
+}
 
 // Reads one table and records which keys were read; all other keys of the table are unknown.
 class Reader : public ConfigVisitor {
@@ -94,6 +115,9 @@ public:
             fail(key, *node, "has the wrong form", fmt::format("a list of {} values true or false", size));
         values.clear();
         for (const auto& entry : *array) values.push_back(boolean_of(entry, key));
+    }
+    void any(const char* key, Json& value, const char*, const char*) override {
+        if (const auto node = find(key)) value = json_of(*node);
     }
     void tables(const char* key, const std::function<std::size_t(std::size_t)>& resize,
                 const std::function<void(std::size_t, ConfigVisitor&)>& describe_one, const char*) override {
@@ -227,6 +251,21 @@ void TomlFile::read(std::string_view name, const Describe& describe, const Flags
 
 bool TomlFile::has(std::string_view name) const {
     return content_->table.contains(name);
+}
+
+std::string TomlFile::text_with(const std::map<std::string, Flags>& set) const {
+    toml::table all = content_->table;
+    for (const auto& [name, keys] : set) {
+        if (!all.contains(name)) all.insert(name, toml::table{});
+        toml::table& table = *all[name].as_table();
+        for (const auto& [key, value] : keys) {
+            const toml::table parsed = toml::parse("value = " + value);
+            table.insert_or_assign(key, *parsed.get("value"));
+        }
+    }
+    std::ostringstream text;
+    text << all << "\n";
+    return text.str();
 }
 
 std::map<std::string, std::string> TomlFile::keys_of(std::string_view name) const {

@@ -65,8 +65,8 @@ Json run_loose(const LooseRun& run) {
     const Path running =
         run.target / (run.resumes ? fmt::format(".{}.running", run.stage) : fmt::format(".{}.{}.running", run.stage, getpid()));
     make_folder(running);
-    std::optional<Lock> lock;
-    if (run.resumes) lock.emplace(running);
+    std::optional<FileLock> lock;
+    if (run.resumes) lock.emplace(locked(running));
     const Stopwatch watch;
     const auto clean_up = [&] {
         std::error_code ignored;

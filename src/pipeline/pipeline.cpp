@@ -177,8 +177,21 @@ bool is_done(const Pipeline& pipeline, const std::string& last) {
     });
 }
 
+Json identity_of(const Pipeline& pipeline, const std::string& last) {
+    Json stages = Json::array();
+    for (const Stage* stage : stages_up_to(pipeline, last)) {
+        Json files = Json::object();
+        for (const Path& file : stage->files) files[file.filename().string()] = sha256_of_file(file);
+        stages.push_back({{"stage", stage->name},
+                          {"result_version", stage->result_version},
+                          {"configuration", stage->configuration},
+                          {"files_sha256", files}});
+    }
+    return stages;
+}
+
 Json run_pipeline(const Pipeline& pipeline, const std::string& last) {
-    const Lock lock(pipeline.results);
+    const FileLock lock = locked(pipeline.results);
     Json result;
     const std::vector<const Stage*> stages = stages_up_to(pipeline, last);
     for (const Stage* const& stage : stages) {

@@ -30,6 +30,9 @@ struct StageStatus {
 /// True if `last` and all stages that it needs are done.
 [[nodiscard]] bool is_done(const Pipeline& pipeline, const std::string& last);
 
+/// What determines the results up to `last`: of each stage, its result version, its configuration and the digests of the user's files.
+[[nodiscard]] core::Json identity_of(const Pipeline& pipeline, const std::string& last = {});
+
 /// Runs the stages not yet done, up to and including `last` (if empty: the last of all), and only those that it needs. Returns its result.
 /// A stage that fails stops the chain; its folder stays as results/<stage>.failed. Throws UserError when another process runs here or
 /// there is no such stage, and passes on what the stages throw.

@@ -1,9 +1,5 @@
 #include "pipeline/running_folder.hpp"
 
-#include <fcntl.h>
-#include <sys/file.h>
-#include <unistd.h>
-
 #include "core/error.hpp"
 #include "core/interrupt.hpp"
 
@@ -11,15 +7,11 @@ namespace porepack::pipeline {
 using namespace core;
 namespace fs = std::filesystem;
 
-Lock::Lock(const Path& folder) {
+FileLock locked(const Path& folder) {
     require_writable(folder);
-    file_ = open((folder / ".lock").c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644);
-    if (file_ < 0 || flock(file_, LOCK_EX | LOCK_NB) != 0)
-        throw UserError("another porepack runs here", {.where = folder.string(), .fix = "wait for it, or end it"});
-}
-
-Lock::~Lock() {
-    if (file_ >= 0) close(file_);
+    auto lock = FileLock::try_take(folder / ".lock");
+    if (!lock) throw UserError("another porepack runs here", {.where = folder.string(), .fix = "wait for it, or end it"});
+    return std::move(*lock);
 }
 
 void keep_what_is_left(const Path& running, const Path& failed, bool resumes) {

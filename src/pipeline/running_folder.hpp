@@ -1,21 +1,12 @@
 // The hidden folder of a running stage, and the lock that prevents two processes in one folder. Only for the sources of this folder.
 #pragma once
 
-#include "core/files.hpp"
+#include "core/file_lock.hpp"
 
 namespace porepack::pipeline {
 
 /// One process at a time. Throws UserError when another one holds it.
-class Lock {
-public:
-    explicit Lock(const core::Path& folder);
-    ~Lock();
-    Lock(const Lock&) = delete;
-    Lock& operator=(const Lock&) = delete;
-
-private:
-    int file_ = -1;
-};
+[[nodiscard]] core::FileLock locked(const core::Path& folder);
 
 /// In a catch block: ends a stage and rethrows. A failed stage keeps its folder under the name `failed`, and the message names its
 /// files at their new location; an interrupted stage leaves no folder, unless it can resume from it.

@@ -28,9 +28,13 @@ std::string section_html(const ReportSection& section, const Path& folder) {
     html += "<div class=\"wide\"><table><tr>";
     for (const auto& head : section.header) html += "<th>" + escaped(head) + "</th>";
     html += "</tr>\n";
-    for (const auto& row : section.rows) {
+    for (std::size_t i = 0; i < section.rows.size(); ++i) {
         html += "<tr>";
-        for (const auto& cell : row) html += "<td>" + escaped(cell) + "</td>";
+        const std::string link = i < section.links.size() ? section.links[i] : "";
+        for (const auto& cell : section.rows[i])
+            html += link.empty() || &cell != &section.rows[i].front()
+                        ? "<td>" + escaped(cell) + "</td>"
+                        : fmt::format("<td><a href=\"{}\">{}</a></td>", escaped(link), escaped(cell));
         html += "</tr>\n";
     }
     html += "</table></div>\n";

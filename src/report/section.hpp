@@ -1,21 +1,11 @@
-// A section of the report, and how results are looked up. Only for the sources of this folder.
+// The sections of the report, and how results are looked up. Only for the sources of this folder.
 #pragma once
 
 #include <fmt/format.h>
 
-#include <utility>
-
-#include "report/report.hpp"
+#include "report/page.hpp"
 
 namespace porepack::report {
-
-struct ReportSection {
-    std::string title;
-    std::string intro = {};
-    std::vector<std::string> header = {};
-    std::vector<std::vector<std::string>> rows = {};
-    std::vector<std::pair<std::string, std::string>> pictures = {};  ///< file, caption
-};
 
 /// A member that may be missing, on a path like "lbm/fine/steps": null then.
 [[nodiscard]] const core::Json& result_at(const ReportInput& input, const std::string& path);
@@ -47,9 +37,7 @@ void add_descriptor_pictures(const ReportInput& input, const core::Path& folder,
 [[nodiscard]] ReportSection falling_head_section(const ReportInput& input);
 [[nodiscard]] ReportSection causes_section(const ReportInput& input);
 
-/// The pages. Pictures of the sections are in `folder`; the HTML page embeds them.
-[[nodiscard]] std::string html_page(const ReportInput& input, const std::vector<ReportSection>& sections, const core::Json& main_numbers,
-                                    const core::Path& folder);
+/// The same page as html_page().
 [[nodiscard]] std::string markdown_page(const ReportInput& input, const std::vector<ReportSection>& sections,
                                         const core::Json& main_numbers);
 

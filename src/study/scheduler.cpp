@@ -18,12 +18,15 @@ namespace porepack::study {
 using namespace core;
 namespace {
 
-std::string last_line(const Path& file) {
-    std::istringstream lines(read_text(file));
-    std::string last;
-    for (std::string line; std::getline(lines, line);)
+// The last error of a log, without its advice; else its last line.
+std::string message_of(const Path& log) {
+    std::istringstream lines(read_text(log));
+    std::string last, error;
+    for (std::string line; std::getline(lines, line);) {
         if (!line.empty()) last = line;
-    return last;
+        if (line.starts_with("error: ")) error = line.substr(7);
+    }
+    return error.empty() ? last : error;
 }
 
 class Workers {
@@ -95,8 +98,8 @@ private:
         };
         const ProgramEnd end = run_program(program);
         if (end.exit_code == 0) return {};
-        const std::string last = last_line(job.log);
-        return last.empty() ? fmt::format("exit code {}, and no message", end.exit_code) : last;
+        const std::string message = message_of(job.log);
+        return message.empty() ? fmt::format("exit code {}, and no message", end.exit_code) : message;
     }
 
     const std::string program_;

@@ -19,7 +19,7 @@ struct Job {
 
 struct JobEnd {
     std::string name;
-    std::string error = {};  ///< empty if it succeeded, else the last line of its log
+    std::string error = {};  ///< empty if it succeeded, else the error in its log
 };
 
 /// Number of jobs at once: one per thread of this program, as many as the free memory holds, at least one; one if

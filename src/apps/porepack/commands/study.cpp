@@ -1,0 +1,114 @@
+// Studies: one case with several values of some keys.
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "apps/porepack/command_line.hpp"
+#include "core/machine.hpp"
+#include "study/study_export.hpp"
+#include "study/study_figures.hpp"
+#include "study/study_run.hpp"
+
+namespace porepack::apps {
+using namespace core;
+using namespace study;
+namespace {
+
+void print_points(const Json& points, const char* last) {
+    std::size_t width = 5;
+    for (const Json& point : points) width = std::max(width, point["point"].get<std::string>().size());
+    for (const Json& point : points)
+        fmt::print("{:<{}}  {:<12} {}\n", point["point"].get<std::string>(), width, point["state"].get<std::string>(),
+                   point[last].get<std::string>());
+}
+
+void run(const Common& common, const StudyRunOptions& options) {
+    const Study the_study = read_study(common.input);
+    if (common.dry_run) {
+        const Json plan = plan_study(the_study, options);
+        if (common.json) return print_result(common, plan);
+        print_points(plan["points"], "expected");
+        fmt::print("all, {} at once: {}; free memory {}\n", plan["at_once"].get<int>(), plan["expected"].get<std::string>(),
+                   plan["memory_available"].get<std::string>());
+        return;
+    }
+    const Json result = run_study(the_study, options);
+    if (common.json) {
+        print_result(common, result);
+    } else {
+        fmt::print("{} points: {} done now, {} before, {} failed, {} run by another process, {} not begun\ntable: {}\n",
+                   result["points"].get<long>(), result["done"].size(), result["current_before"].get<long>(), result["failed"].size(),
+                   result["elsewhere"].size(), result["not_begun"].get<long>(), result["table"].get<std::string>());
+    }
+    if (const Json& failed = result["failed"]; !failed.empty())
+        throw NumericalError(fmt::format("{} of {} points failed; the first, {}: {}", failed.size(), result["points"].get<long>(),
+                                         failed[0]["point"].get<std::string>(), failed[0]["error"].get<std::string>()),
+                             {.fix = fmt::format("porepack study status {} lists them; points that fail are run again by the next call",
+                                                 the_study.folder.string())});
+}
+
+void print_status(const Common& common) {
+    const Json list = status_of(read_study(common.input));
+    if (common.json) return print_result(common, list);
+    print_points(list, "why");
+}
+
+void plot(const Common& common, const FigureConfig& figure) {
+    const Study the_study = read_study(common.input);
+    if (figure.x.empty() && figure.y.empty()) {
+        write_study_page(the_study);
+        fmt::print("written: {}\n", (the_study.folder / "study.html").lexically_normal().string());
+        return;
+    }
+    if (figure.x.empty() || figure.y.empty())
+        throw UserError("a figure needs --x and --y", {.fix = "or neither, which draws the figures of study.toml"});
+    FigureConfig named = figure;
+    if (named.name.empty()) named.name = fmt::format("{}_against_{}", figure.y, figure.x);
+    if (draw_figure(the_study, named))
+        for (const char* kind : {".svg", ".png"})
+            fmt::print("written: {}\n", (the_study.folder / "figures" / (named.name + kind)).lexically_normal().string());
+}
+
+void write_workflow(const Common& common, bool snakemake) {
+    if (!snakemake) throw UserError("no format is chosen", {.allowed = "--snakemake"});
+    fmt::print("written: {}\n", write_snakefile(read_study(common.input)).lexically_normal().string());
+}
+
+}  // namespace
+
+void add_study_commands(CommandLine& line) {
+    const Common& common = line.common;
+    auto& study = *line.app.add_subcommand("study", "many cases from one: run them, list them, draw them");
+    study.require_subcommand(1);
+    const auto add = [&](const std::string& name, const std::string& help, const std::string& example,
+                         const std::function<void()>& action) {
+        CLI::App& command = line.add_below(study, name, help, example, action);
+        command.add_option("study", line.common.input, "folder with study.toml")->type_name("path")->required();
+        return &command;
+    };
+    const auto options = std::make_shared<StudyRunOptions>();
+    CLI::App* run_command =
+        add("run", "run the points that have no current row in study.csv, several at once",
+            "porepack study run cases/paper_study_quick --points 1-3 --max-time 3600", [&common, options] { run(common, *options); });
+    run_command->add_option("--points", options->points, "only these: names, or numbers from 1 (\"2,5-7\")")->type_name("list");
+    run_command->add_option("--max-time", options->max_time_s, "seconds after which no point begins")
+        ->type_name("number [s]")
+        ->check(CLI::NonNegativeNumber);
+    add("status", "the state of each point", "porepack study status cases/paper_study_quick", [&common] { print_status(common); });
+    const auto figure = std::make_shared<FigureConfig>();
+    CLI::App* plot_command =
+        add("plot", "one figure of the columns of study.csv; without --x and --y all figures of study.toml, and study.html",
+            "porepack study plot cases/paper_study_quick --x sphericity --y permeability_m2 --by shape --logarithmic",
+            [&common, figure] { plot(common, *figure); });
+    plot_command->add_option("--x", figure->x, "column of study.csv")->type_name("column");
+    plot_command->add_option("--y", figure->y, "column of study.csv; its interval is drawn too")->type_name("column");
+    plot_command->add_option("--by", figure->by, "column that tells groups apart")->type_name("column");
+    plot_command->add_option("--name", figure->name, "of the files in figures/")->type_name("text");
+    plot_command->add_flag("--logarithmic", figure->logarithmic, "logarithmic axis of y");
+    const auto snakemake = std::make_shared<bool>(false);
+    add("export", "the study for a workflow engine", "porepack study export cases/paper_study_quick --snakemake", [&common, snakemake] {
+        write_workflow(common, *snakemake);
+    })->add_flag("--snakemake", *snakemake, "write a Snakefile (Snakemake 7)");
+}
+
+}  // namespace porepack::apps

@@ -1,0 +1,25 @@
+// A page of sections with tables and pictures.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "report/report.hpp"
+
+namespace porepack::report {
+
+struct ReportSection {
+    std::string title;
+    std::string intro = {};
+    std::vector<std::string> header = {};
+    std::vector<std::vector<std::string>> rows = {};
+    std::vector<std::pair<std::string, std::string>> pictures = {};  ///< file, caption
+    std::vector<std::string> links = {};                             ///< of the first field of each row; none if empty
+};
+
+/// HTML. Pictures of the sections are in `folder`; the page embeds them. `main_numbers`: a list of {label, text}.
+[[nodiscard]] std::string html_page(const ReportInput& input, const std::vector<ReportSection>& sections, const core::Json& main_numbers,
+                                    const core::Path& folder);
+
+}  // namespace porepack::report

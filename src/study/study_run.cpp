@@ -1,0 +1,207 @@
+#include "study/study_run.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "core/error.hpp"
+#include "core/file_lock.hpp"
+#include "core/log.hpp"
+#include "core/machine.hpp"
+#include "study/case_pipeline.hpp"
+#include "study/scheduler.hpp"
+#include "study/study_table.hpp"
+
+namespace porepack::study {
+using namespace core;
+using namespace pipeline;
+using namespace stages;
+namespace fs = std::filesystem;
+namespace {
+
+// More points than this are not all asked for their memory before a run.
+constexpr std::size_t points_asked = 24;
+
+Path error_file(const Study& study, const Point& point) {
+    return study.folder_of(point) / "error.txt";
+}
+Path lock_file(const Study& study, const Point& point) {
+    return study.folder_of(point) / ".lock";
+}
+
+// A point that cannot be run fails when it is run; it does not stop the others here.
+Expectation expectation_of(const Point& point, const std::string& last) {
+    try {
+        return expected_of(case_pipeline(point.planned), last);
+    } catch (const Error& error) {
+        const std::string message = error.what();
+        return {.text = "cannot be run: " + message.substr(0, message.find('\n'))};
+    }
+}
+
+class StudyRun {
+public:
+    StudyRun(const Study& study, const StudyRunOptions& options) : study_(study), options_(options) {}
+
+    Json run() {
+        std::vector<Point> chosen = chosen_points(study_, options_.points);
+        const std::size_t all = chosen.size();
+        std::erase_if(chosen, [&](const Point& point) { return has_current_row(study_, point); });
+        todo_ = std::move(chosen);
+        current_before_ = all - todo_.size();
+        if (!todo_.empty()) {
+            const double memory = largest_memory();
+            const int at_once = jobs_at_once(memory);
+            log_info("study: {} of {} points to run, up to {} at once, about {} each", todo_.size(), all, at_once, human_bytes(memory));
+            run_jobs(
+                at_once, [this] { return next(); }, [this](const JobEnd& end) { ended(end); });
+        }
+        return {{"points", all},
+                {"current_before", current_before_},
+                {"done", done_},
+                {"failed", failed_},
+                {"elsewhere", elsewhere_},
+                {"not_begun", todo_.size() - begun_},
+                {"table", study_.table().string()}};
+    }
+
+private:
+    [[nodiscard]] double largest_memory() const {
+        double largest = 0.0;
+        const std::size_t step = (todo_.size() + points_asked - 1) / points_asked;
+        for (std::size_t i = 0; i < todo_.size(); i += step)
+            largest = std::max(largest, expectation_of(todo_[i], study_.config.up_to).memory_bytes);
+        return largest;
+    }
+
+    std::optional<Job> next() {
+        while (begun_ < todo_.size() && (options_.max_time_s <= 0.0 || watch_.seconds() < options_.max_time_s)) {
+            const Point& point = todo_[begun_++];
+            make_folder(study_.folder_of(point));
+            std::optional<FileLock> lock = FileLock::try_take(lock_file(study_, point));
+            if (!lock) {
+                elsewhere_.push_back(point.name);
+                continue;
+            }
+            if (has_current_row(study_, point)) continue;  // another process has just ended it
+            const Case made = write_point(study_, point);
+            fs::remove(error_file(study_, point));
+            if (is_done(case_pipeline(made), study_.config.up_to)) {
+                take(point, made);
+                continue;
+            }
+            running_.emplace(point.name, Running{point, made, std::move(*lock)});
+            show();
+            make_folder(made.results());
+            return Job{.name = point.name,
+                       .arguments = {"run", fs::absolute(made.folder).string(), "--up-to", study_.config.up_to},
+                       .log = made.results() / "log.porepack"};
+        }
+        return std::nullopt;
+    }
+
+    void take(const Point& point, const Case& made) {
+        add_row(study_, row_of(point, made));
+        done_.push_back(point.name);
+    }
+
+    void ended(const JobEnd& end) {
+        const auto found = running_.find(end.name);
+        const auto& [point, made, lock] = found->second;
+        if (end.error.empty()) {
+            take(point, made);
+        } else {
+            write_text(error_file(study_, point), end.error + "\n");
+            failed_.push_back({{"point", point.name}, {"error", end.error}});
+            log_warning(fmt::format("study: {} failed: {}", point.name, end.error));
+        }
+        running_.erase(found);
+        show();
+    }
+
+    void show() {
+        const double ended = static_cast<double>(done_.size() + failed_.size()), all = static_cast<double>(todo_.size());
+        progress_.update(ended / all, fmt::format("{} of {} points done, {} running, {} failed", done_.size(), todo_.size(),
+                                                  running_.size(), failed_.size()));
+    }
+
+    struct Running {
+        Point point;
+        Case made;
+        FileLock lock;
+    };
+    const Study& study_;
+    const StudyRunOptions& options_;
+    std::vector<Point> todo_;
+    std::size_t begun_ = 0, current_before_ = 0;
+    std::map<std::string, Running> running_;
+    Json done_ = Json::array(), failed_ = Json::array(), elsewhere_ = Json::array();
+    Stopwatch watch_;
+    Progress progress_{"study"};
+};
+
+// Of one point; `message`: why it is not done.
+struct State {
+    std::string name, message;
+};
+State state_of(const Study& study, const Point& point, const std::vector<StudyRow>& rows) {
+    bool other = false;
+    for (const StudyRow& row : rows) {
+        if (row.at("point") != point.name) continue;
+        if (row.at("digest") == point.digest) return {"done", {}};
+        other = true;
+    }
+    const Path folder = study.folder_of(point);
+    if (fs::exists(lock_file(study, point)) && !FileLock::try_take(lock_file(study, point))) return {"running", {}};
+    if (fs::exists(error_file(study, point))) {
+        std::string message = read_text(error_file(study, point));
+        while (!message.empty() && message.back() == '\n') message.pop_back();
+        return {"failed", message};
+    }
+    if (other) return {"stale", "its row is of other settings or of another version"};
+    return {fs::exists(folder / "results") ? "interrupted" : "missing", {}};
+}
+
+}  // namespace
+
+Json run_study(const Study& study, const StudyRunOptions& options) {
+    return StudyRun(study, options).run();
+}
+
+Json plan_study(const Study& study, const StudyRunOptions& options) {
+    const std::vector<StudyRow> rows = read_rows(study);
+    Json plan = {{"points", Json::array()}};
+    Expectation all;
+    const double slow = slowness();
+    for (const Point& point : chosen_points(study, options.points)) {
+        const State state = state_of(study, point, rows);
+        Expectation each{.text = "nothing"};
+        if (state.name != "done") {
+            each = expectation_of(point, study.config.up_to);
+            all.memory_bytes = std::max(all.memory_bytes, each.memory_bytes);
+            all.wall_time_s += each.wall_time_s;
+            all.disk_bytes += each.disk_bytes;
+        }
+        plan["points"].push_back({{"point", point.name}, {"state", state.name}, {"expected", text_of(each, slow)}});
+    }
+    const int at_once = jobs_at_once(all.memory_bytes);
+    // A job has its share of the threads, and its stages use them but for the serial parts.
+    plan["at_once"] = at_once;
+    all.memory_bytes *= at_once;
+    plan["expected"] = text_of(all, slow);
+    plan["memory_available"] = human_bytes(available_memory_bytes());
+    return plan;
+}
+
+Json status_of(const Study& study) {
+    const std::vector<StudyRow> rows = read_rows(study);
+    Json list = Json::array();
+    for (const Point& point : study.points) {
+        const State state = state_of(study, point, rows);
+        list.push_back({{"point", point.name}, {"state", state.name}, {"why", state.message}});
+    }
+    return list;
+}
+
+}  // namespace porepack::study
