@@ -138,10 +138,10 @@ Expectation expect_pack(const Case& c) {
                                    ? fmt::format("LIGGGHTS, up to {} grains of {} spheres", plan.maximum_grains, plan.clump_spheres)
                                    : fmt::format("capsules, up to {} grains", plan.maximum_grains);
     std::string text = fmt::format("{}, time step {:.2e} s", engine, plan.time_step_s);
-    const PoreSpace bed = expected_pore_space(c);
-    if (!c.settings.geometry.section_m.empty() && bed.section.z1 > bed.bed_top_m)
-        text +=
-            fmt::format("; the section ends at {:g} m, above the expected top of the bed (about {:.2g} m)", bed.section.z1, bed.bed_top_m);
+    if (!c.settings.geometry.section_m.empty())
+        if (const PoreSpace bed = expected_pore_space(c); bed.section.z1 > bed.bed_top_m)
+            text += fmt::format("; the section ends at {:g} m, above the expected top of the bed (about {:.2g} m)", bed.section.z1,
+                                bed.bed_top_m);
     return {.text = text, .memory_bytes = plan.expected_memory_bytes, .wall_time_s = plan.expected_wall_time_s};
 }
 

@@ -296,4 +296,13 @@ Case write_point(const Study& study, const Point& point) {
     return read_case(file);
 }
 
+pipeline::Expectation expectation_of(const Study& study, const Point& point) {
+    try {
+        return pipeline::expected_of(case_pipeline(point.planned), study.config.up_to);
+    } catch (const Error& error) {
+        const std::string message = error.what();
+        return {.text = "cannot be run: " + message.substr(0, message.find('\n'))};
+    }
+}
+
 }  // namespace porepack::study

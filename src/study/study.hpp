@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/config.hpp"
+#include "pipeline/stage.hpp"
 #include "stages/case.hpp"
 
 namespace porepack::study {
@@ -70,5 +71,8 @@ struct Study {
 
 /// Writes points/<name>/case.toml if its content would change, and returns the case: it can also be run on its own.
 stages::Case write_point(const Study& study, const Point& point);
+
+/// What the stages of the point that are not done will need. A point that cannot be run fails when it is run; here, the text says why.
+[[nodiscard]] pipeline::Expectation expectation_of(const Study& study, const Point& point);
 
 }  // namespace porepack::study

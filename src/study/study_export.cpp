@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 
 #include "core/data_file.hpp"
-#include "core/machine.hpp"
-#include "study/members.hpp"
 
 namespace porepack::study {
 using namespace core;
@@ -16,7 +14,7 @@ Path write_snakefile(const Study& study) {
     for (const Point& point : study.points) {
         points += fmt::format("    \"{}\",\n", point.name);
         if (&point == &study.points.front() || &point == &study.points.back())
-            memory = std::max(memory, expected_memory_bytes(point.planned, study.config.up_to));
+            memory = std::max(memory, expectation_of(study, point).memory_bytes);
     }
     const std::string text = fmt::format(
         "# Written by `porepack study export --snakemake`. It runs in this folder: snakemake --cores 2\n"

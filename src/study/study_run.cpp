@@ -30,16 +30,6 @@ Path lock_file(const Study& study, const Point& point) {
     return study.folder_of(point) / ".lock";
 }
 
-// A point that cannot be run fails when it is run; it does not stop the others here.
-Expectation expectation_of(const Point& point, const std::string& last) {
-    try {
-        return expected_of(case_pipeline(point.planned), last);
-    } catch (const Error& error) {
-        const std::string message = error.what();
-        return {.text = "cannot be run: " + message.substr(0, message.find('\n'))};
-    }
-}
-
 class StudyRun {
 public:
     StudyRun(const Study& study, const StudyRunOptions& options) : study_(study), options_(options) {}
@@ -70,8 +60,7 @@ private:
     [[nodiscard]] double largest_memory() const {
         double largest = 0.0;
         const std::size_t step = (todo_.size() + points_asked - 1) / points_asked;
-        for (std::size_t i = 0; i < todo_.size(); i += step)
-            largest = std::max(largest, expectation_of(todo_[i], study_.config.up_to).memory_bytes);
+        for (std::size_t i = 0; i < todo_.size(); i += step) largest = std::max(largest, expectation_of(study_, todo_[i]).memory_bytes);
         return largest;
     }
 
@@ -178,7 +167,7 @@ Json plan_study(const Study& study, const StudyRunOptions& options) {
         const State state = state_of(study, point, rows);
         Expectation each{.text = "nothing"};
         if (state.name != "done") {
-            each = expectation_of(point, study.config.up_to);
+            each = expectation_of(study, point);
             all.memory_bytes = std::max(all.memory_bytes, each.memory_bytes);
             all.wall_time_s += each.wall_time_s;
             all.disk_bytes += each.disk_bytes;
