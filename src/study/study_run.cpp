@@ -158,12 +158,16 @@ Json run_study(const Study& study, const StudyRunOptions& options) {
     return StudyRun(study, options).run();
 }
 
+// Each job has its share of the threads, and the stages that use only one, such as a pour, run beside each other.
 Json plan_study(const Study& study, const StudyRunOptions& options) {
     const std::vector<StudyRow> rows = read_rows(study);
+    const std::vector<Point> points = chosen_points(study, options.points);
+    const int threads = thread_count(), share = std::max(1, threads / static_cast<int>(std::min<std::size_t>(points.size(), 1024)));
     Json plan = {{"points", Json::array()}};
     Expectation all;
     const double slow = slowness();
-    for (const Point& point : chosen_points(study, options.points)) {
+    set_thread_count(share);
+    for (const Point& point : points) {
         const State state = state_of(study, point, rows);
         Expectation each{.text = "nothing"};
         if (state.name != "done") {
@@ -174,10 +178,11 @@ Json plan_study(const Study& study, const StudyRunOptions& options) {
         }
         plan["points"].push_back({{"point", point.name}, {"state", state.name}, {"expected", text_of(each, slow)}});
     }
-    const int at_once = jobs_at_once(all.memory_bytes);
-    // A job has its share of the threads, and its stages use them but for the serial parts.
+    set_thread_count(threads);
+    const int at_once = std::min(jobs_at_once(all.memory_bytes), std::max(1, threads / share));
     plan["at_once"] = at_once;
     all.memory_bytes *= at_once;
+    all.wall_time_s /= at_once;
     plan["expected"] = text_of(all, slow);
     plan["memory_available"] = human_bytes(available_memory_bytes());
     return plan;
