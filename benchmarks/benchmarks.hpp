@@ -14,6 +14,8 @@ namespace porepack::benchmarks {
 /// The same on random packings: rows in `file`, to which the missing ones are added if asked for (about two hours for all), and a fit of
 /// the interval's constants to those of the fit. Pours work in `folder` (or ./coverage_beds).
 [[nodiscard]] core::Json coverage_random_benchmark(const core::Path& file, bool compute_missing, const core::Path& folder);
+/// Checks of the references of these rows by other walls, another grid position, OpenFOAM, and on wider beds; kept in `file` as they come.
+[[nodiscard]] core::Json coverage_checks_benchmark(const core::Path& rows, const core::Path& file, const core::Path& folder);
 /// Speed of the kernels against the memory bandwidth limit, steps of the schemes to the same tolerance, error against seconds.
 [[nodiscard]] core::Json lbm_benchmark(const core::Path& folder);
 /// Runs both flow solvers of the cases if not yet done, and compares k, cost and mean profiles of the speed.

@@ -7,10 +7,10 @@
 #include <map>
 
 #include "benchmarks/benchmarks.hpp"
+#include "benchmarks/coverage_rows.hpp"
 #include "benchmarks/random_beds.hpp"
 #include "core/error.hpp"
 #include "core/log.hpp"
-#include "core/table.hpp"
 #include "lbm/permeability.hpp"
 
 namespace porepack::benchmarks {
@@ -20,105 +20,11 @@ using namespace lbm;
 namespace {
 
 constexpr double tolerances[] = {0.05, 0.02};
-constexpr double reference_nodes = 4e6;
 
-// One run with a tolerance, and the reference of its bed.
-struct Row {
-    int bed = 0, position = 0;
-    double tolerance = 0.0, porosity = 0.0;
-    std::array<double, 3> reference_nodes{}, references_m2{};
-    double reference_other_half_width = 0.0;  ///< iteration, mass balance, rounding; relative
-    std::array<double, 3> nodes{}, values_m2{};
-    double other_half_width = 0.0;  ///< iteration, mass balance, rounding; relative
-    double seconds = 0.0;
-};
-
-const std::vector<std::string> columns = {"bed",
-                                          "position",
-                                          "tolerance",
-                                          "porosity",
-                                          "reference_nodes_1",
-                                          "reference_nodes_2",
-                                          "reference_nodes_3",
-                                          "reference_1_m2",
-                                          "reference_2_m2",
-                                          "reference_3_m2",
-                                          "reference_other_half_width",
-                                          "nodes_1",
-                                          "nodes_2",
-                                          "nodes_3",
-                                          "value_1_m2",
-                                          "value_2_m2",
-                                          "value_3_m2",
-                                          "other_half_width",
-                                          "seconds"};
-
-std::vector<Row> read_rows(const Path& file) {
-    std::vector<Row> rows;
-    if (!std::filesystem::exists(file)) return rows;
-    for (const auto& v : read_table(file))
-        rows.push_back({.bed = static_cast<int>(v.at(0)),
-                        .position = static_cast<int>(v.at(1)),
-                        .tolerance = v.at(2),
-                        .porosity = v.at(3),
-                        .reference_nodes = {v.at(4), v.at(5), v.at(6)},
-                        .references_m2 = {v.at(7), v.at(8), v.at(9)},
-                        .reference_other_half_width = v.at(10),
-                        .nodes = {v.at(11), v.at(12), v.at(13)},
-                        .values_m2 = {v.at(14), v.at(15), v.at(16)},
-                        .other_half_width = v.at(17),
-                        .seconds = v.at(18)});
-    return rows;
-}
-
-void write_rows(const Path& file, const std::vector<Row>& rows) {
-    Table table(columns);
-    for (const Row& r : rows)
-        table.add(r.bed, r.position, r.tolerance, r.porosity, r.reference_nodes[0], r.reference_nodes[1], r.reference_nodes[2],
-                  r.references_m2[0], r.references_m2[1], r.references_m2[2], r.reference_other_half_width, r.nodes[0], r.nodes[1],
-                  r.nodes[2], r.values_m2[0], r.values_m2[1], r.values_m2[2], r.other_half_width, r.seconds);
-    table.write(file);
-}
-
-// The Richardson value of order 2 of the last two grids; its half width is its change from that of the first two, and the iteration error.
-// (Not lbm::extrapolate(), which is what is judged.)
-struct Reference {
-    double value_m2 = 0.0, half_width = 0.0;  ///< half width relative
-};
-Reference reference_of(const Row& row) {
-    const auto richardson = [&](std::size_t coarse, std::size_t fine) {
-        return row.references_m2[fine] + (row.references_m2[fine] - row.references_m2[coarse]) /
-                                             (std::pow(row.reference_nodes[fine] / row.reference_nodes[coarse], 2.0) - 1.0);
-    };
-    const double value = richardson(1, 2);
-    return {value, std::abs(1.0 - richardson(0, 1) / value) + row.reference_other_half_width};
-}
-
-// Three grids, the finest with about reference_nodes nodes.
-LbmResult reference_of(const PoreSpace& space) {
-    const double pores = space.porosity(4000).value * space.container.inner_area_m2() *
-                         (space.container.periodic[2] ? space.section.length() : space.computed().length());
-    return lbm_permeability(space, std::cbrt(pores / reference_nodes), {.iteration_tolerance = 2e-4, .grids = 3, .grid_ratio = 1.35});
-}
-
-double other_half_width(const LbmResult& result) {
-    const IntervalParts parts = result.half_width.value();
-    return (parts.sum() - parts.grid_m2) / result.permeability_m2;
-}
-
-// The last three grids of a result are enough to repeat the extrapolation with other constants.
-void last_grids(const LbmResult& result, const PoreSpace& space, std::array<double, 3>& nodes, std::array<double, 3>& values_m2) {
-    for (std::size_t i = 0; i < 3; ++i) {
-        const LbmGridResult& grid = result.grids.at(result.grids.size() - 3 + i);
-        nodes[i] = space.known_grain_diameter_m() / grid.voxel_size_m;
-        values_m2[i] = grid.permeability_m2;
-    }
-}
-
-void compute(int bed, std::vector<Row>& rows, const Path& file, const Path& folder) {
+void compute(int bed, std::vector<CoverageRow>& rows, const Path& file, const Path& folder) {
     const auto missing = [&](int position, double tolerance) {
         return std::none_of(rows.begin(), rows.end(),
-                            [&](const Row& r) { return r.bed == bed && r.position == position && r.tolerance == tolerance; });
+                            [&](const CoverageRow& r) { return r.bed == bed && r.position == position && r.tolerance == tolerance; });
     };
     if (!missing(1, tolerances[1])) return;
     const RandomBed made = random_bed(bed, folder);
@@ -127,10 +33,10 @@ void compute(int bed, std::vector<Row>& rows, const Path& file, const Path& fold
         const PoreSpace space = pore_space_of(made, position);
         for (const double tolerance : tolerances) {
             if (!missing(position, tolerance)) continue;
-            if (!reference) reference = reference_of(pore_space_of(made, 0));
+            if (!reference) reference = reference_run(pore_space_of(made, 0), reference_nodes);
             const Stopwatch watch;
             const LbmResult result = lbm_permeability(space, 0.0, {.tolerance = tolerance});
-            Row row{.bed = bed, .position = position, .tolerance = tolerance, .porosity = space.porosity(20000).value};
+            CoverageRow row{.bed = bed, .position = position, .tolerance = tolerance, .porosity = space.porosity(20000).value};
             last_grids(*reference, space, row.reference_nodes, row.references_m2);
             last_grids(result, space, row.nodes, row.values_m2);
             row.reference_other_half_width = other_half_width(*reference);
@@ -150,10 +56,10 @@ struct Coverage {
     double median_error = 0.0, median_half_width = 0.0;
 };
 template <typename Choose>
-Coverage coverage_of(const std::vector<Row>& rows, const ExtrapolationConstants& constants, const Choose& choose) {
+Coverage coverage_of(const std::vector<CoverageRow>& rows, const ExtrapolationConstants& constants, const Choose& choose) {
     std::vector<double> errors, half_widths;
     Coverage coverage;
-    for (const Row& row : rows) {
+    for (const CoverageRow& row : rows) {
         if (!choose(row)) continue;
         const Extrapolation found = extrapolate(row.nodes, row.values_m2, constants);
         const double error = std::abs(found.value / reference_of(row).value_m2 - 1.0),
@@ -188,15 +94,15 @@ Json to_json(const Coverage& c) {
             {"ratio", c.median_half_width / c.median_error}};
 }
 
-bool to_fit(const Row& row) {
+bool to_fit(const CoverageRow& row) {
     return row.bed < random_beds_to_fit;
 }
-bool to_judge(const Row& row) {
+bool to_judge(const CoverageRow& row) {
     return row.bed >= random_beds_to_fit;
 }
 
 // The narrowest intervals that hold at least 96 % of the runs of the fit.
-ExtrapolationConstants fit(const std::vector<Row>& rows) {
+ExtrapolationConstants fit(const std::vector<CoverageRow>& rows) {
     ExtrapolationConstants best;
     double least = 1e300;
     for (int share = 0; share <= 10; ++share)
@@ -214,7 +120,7 @@ ExtrapolationConstants fit(const std::vector<Row>& rows) {
 }  // namespace
 
 Json coverage_random_benchmark(const Path& file, bool compute_missing, const Path& folder) {
-    std::vector<Row> rows = read_rows(file);
+    std::vector<CoverageRow> rows = read_rows(file);
     // Those to judge come between those to fit, so that an unfinished table has both.
     std::vector<int> order;
     for (int i = 0; i < random_beds_to_fit; ++i) {
@@ -233,7 +139,7 @@ Json coverage_random_benchmark(const Path& file, bool compute_missing, const Pat
         }
     const ExtrapolationConstants now, fitted = fit(rows);
     double seconds = 0.0, reference = 0.0;
-    for (const Row& row : rows) {
+    for (const CoverageRow& row : rows) {
         seconds += row.seconds;
         reference = std::max(reference, reference_of(row).half_width);
     }

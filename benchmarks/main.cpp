@@ -35,6 +35,7 @@ std::vector<Path> paths(const std::vector<std::string>& names) {
 constexpr Benchmark benchmarks[] = {
     {"coverage",
      [](const Request& r) {
+         if (r.cases.size() > 1) return coverage_checks_benchmark(r.cases[0], r.cases[1], r.folder);
          if (!r.cases.empty()) return coverage_random_benchmark(r.cases.front(), !r.quick, r.folder);
          return coverage_benchmark({9, 10}, {0.02, 0.01, 0.005});
      }},
@@ -80,7 +81,8 @@ int main_or_throw(int argc, char** argv) {
     app.add_option("cases", request.cases,
                    "for cross-check: folders with case.toml; for section: parts (arrays, lengths, plane_pressures, slices_053, "
                    "slices_087); for coverage: a CSV file "
-                   "of rows on random packings, to which the missing ones are added (--quick: none); for stopping: seeds.csv of "
+                   "of rows on random packings, to which the missing ones are added (--quick: none), and a second one for checks of their "
+                   "references; for stopping: seeds.csv of "
                    "studies, whose packings are resampled");
     app.add_option("--output", folder, "folder for <name>.json and figures");
     app.add_option("--threads", threads, "threads of parallel loops (default: OMP_NUM_THREADS, else the cores that this process may use)")

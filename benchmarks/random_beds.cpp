@@ -90,19 +90,20 @@ Packing poured(const Shape& shape, const Container& container, unsigned seed, co
 
 }  // namespace
 
-RandomBed random_bed(int index, const Path& folder) {
+RandomBed random_bed(int index, const Path& folder, double wide_diameters) {
     const int kind = index % 3, turn = index / 3;
     const auto sides = static_cast<Sides>(turn % 3);
     // Grains cannot be poured into a box that is periodic along z.
     const auto way = sides == Sides::periodic ? (index % 2 == 0 ? Way::apart : Way::overlapping) : static_cast<Way>((turn / 3 + kind) % 3);
     std::mt19937_64 random(static_cast<std::uint64_t>(1000 + index));
-    const double width = (8.0 + 0.5 * static_cast<double>(random() % 3)) * d;
-    RandomBed bed{.name = {}, .packing = {}, .section_diameters = sides == Sides::periodic ? 0.0 : 2.0};
+    const double usual = 8.0 + 0.5 * static_cast<double>(random() % 3), width = (wide_diameters > 0.0 ? wide_diameters : usual) * d;
+    RandomBed bed{.name = {}, .packing = {}, .section_diameters = sides == Sides::periodic ? 0.0 : wide_diameters > 0.0 ? 4.0 : 2.0};
     Packing& packing = bed.packing;
     packing.container = container_of(sides, width, way == Way::poured ? 26.0 * d : 11.0 * d);
     packing.shapes = {shape_of(kind)};
     if (way == Way::poured) {
-        packing = poured(packing.shapes[0], packing.container, static_cast<unsigned>(index + 1), folder / fmt::format("bed_{}", index));
+        packing = poured(packing.shapes[0], packing.container, static_cast<unsigned>(index + 1),
+                         folder / fmt::format("bed_{}{}", index, wide_diameters > 0.0 ? "_wide" : ""));
     } else {
         const auto turns = static_cast<std::size_t>(index);
         place(packing, way == Way::apart ? porosities_apart[turns % 4] : porosities_overlapping[turns % 6], way == Way::overlapping,
