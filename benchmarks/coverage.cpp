@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "benchmarks/benchmarks.hpp"
+#include "benchmarks/coverage_rows.hpp"
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "lbm/known.hpp"
@@ -23,6 +24,7 @@ double median(std::vector<double> values) {
 
 Json coverage_benchmark(const std::vector<unsigned>& seeds, const std::vector<double>& tolerances) {
     Json cases = Json::array(), summary = Json::array();
+    std::vector<LastGrids> runs;
     for (const double tolerance : tolerances) {
         std::vector<double> errors, half_widths;
         int covered = 0, reached = 0, solved = 0;
@@ -44,6 +46,15 @@ Json coverage_benchmark(const std::vector<unsigned>& seeds, const std::vector<do
                     errors.push_back(std::abs(error));
                     half_widths.push_back(half);
                     seconds += watch.seconds();
+                    if (result.grids.size() >= 3) {
+                        LastGrids run{.other_half_width = other_half_width(result)};
+                        for (std::size_t i = 0; i < 3; ++i) {
+                            const LbmGridResult& grid = result.grids[result.grids.size() - 3 + i];
+                            run.nodes[i] = known.diameter_m / grid.voxel_size_m;
+                            run.values[i] = grid.permeability_m2 / known.permeability_m2;
+                        }
+                        runs.push_back(run);
+                    }
                     Json errors_on_grids = Json::array();
                     for (const LbmGridResult& grid : result.grids)
                         errors_on_grids.push_back(
@@ -68,7 +79,7 @@ Json coverage_benchmark(const std::vector<unsigned>& seeds, const std::vector<do
                            {"median_half_width", median(half_widths)},
                            {"seconds", seconds}});
     }
-    return {{"summary", summary}, {"cases", cases}};
+    return {{"summary", summary}, {"with_other_constants", with_other_constants(runs)}, {"cases", cases}};
 }
 
 }  // namespace porepack::benchmarks

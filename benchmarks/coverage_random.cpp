@@ -138,6 +138,13 @@ Json coverage_random_benchmark(const Path& file, bool compute_missing, const Pat
             }
         }
     const ExtrapolationConstants now, fitted = fit(rows);
+    std::vector<LastGrids> judged;
+    for (const CoverageRow& row : rows)
+        if (to_judge(row)) {
+            const double truth = reference_of(row).value_m2;
+            judged.push_back(
+                {row.nodes, {row.values_m2[0] / truth, row.values_m2[1] / truth, row.values_m2[2] / truth}, row.other_half_width});
+        }
     double seconds = 0.0, reference = 0.0;
     for (const CoverageRow& row : rows) {
         seconds += row.seconds;
@@ -148,6 +155,7 @@ Json coverage_random_benchmark(const Path& file, bool compute_missing, const Pat
             {"largest_half_width_of_a_reference", reference},
             {"seconds_of_the_runs", seconds},
             {"present_constants", {{"fit", to_json(coverage_of(rows, now, to_fit))}, {"judge", to_json(coverage_of(rows, now, to_judge))}}},
+            {"judge_with_other_constants", with_other_constants(judged)},
             {"fitted_constants",
              {{"share", fitted.share},
               {"factor", fitted.factor},

@@ -1,5 +1,6 @@
 #include "benchmarks/coverage_rows.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/table.hpp"
@@ -85,6 +86,34 @@ void last_grids(const LbmResult& result, const PoreSpace& space, std::array<doub
         nodes[i] = space.known_grain_diameter_m() / grid.voxel_size_m;
         values_m2[i] = grid.permeability_m2;
     }
+}
+
+Json with_other_constants(const std::vector<LastGrids>& runs) {
+    static constexpr ExtrapolationConstants tried[] = {
+        {}, {.factor = 0.6}, {.factor = 0.4}, {.factor = 0.4, .floor = 0.2}, {.share = 0.4, .factor = 0.1, .floor = 0.15}};
+    const auto median = [](std::vector<double> values) {
+        std::sort(values.begin(), values.end());
+        return values.empty() ? 0.0 : values[values.size() / 2];
+    };
+    Json list = Json::array();
+    for (const ExtrapolationConstants& constants : tried) {
+        long held = 0;
+        std::vector<double> errors, half_widths;
+        for (const LastGrids& run : runs) {
+            const Extrapolation found = extrapolate(run.nodes, run.values, constants);
+            errors.push_back(std::abs(found.value - 1.0));
+            half_widths.push_back(found.half_width / found.value + run.other_half_width);
+            held += errors.back() <= half_widths.back() ? 1 : 0;
+        }
+        list.push_back({{"share", constants.share},
+                        {"factor", constants.factor},
+                        {"floor", constants.floor},
+                        {"runs", runs.size()},
+                        {"held", held},
+                        {"median_error", median(errors)},
+                        {"median_half_width", median(half_widths)}});
+    }
+    return list;
 }
 
 }  // namespace porepack::benchmarks

@@ -43,4 +43,12 @@ struct Reference {
 void last_grids(const lbm::LbmResult& result, const converters::PoreSpace& space, std::array<double, 3>& nodes,
                 std::array<double, 3>& values_m2);
 
+/// A run whose extrapolation can be repeated; values relative to the true k.
+struct LastGrids {
+    std::array<double, 3> nodes{}, values{};
+    double other_half_width = 0.0;
+};
+/// Number of runs whose interval holds the true k, median error and median half width, with the constants in use and with some others.
+[[nodiscard]] core::Json with_other_constants(const std::vector<LastGrids>& runs);
+
 }  // namespace porepack::benchmarks

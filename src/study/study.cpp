@@ -161,6 +161,7 @@ void cross(Study& study, const std::vector<Axis>& axes, const Path& base, const 
         if (std::any_of(study.config.left_out.begin(), study.config.left_out.end(),
                         [&](const Json& entry) { return matches(entry, point.values); }))
             continue;
+        if (point.name.starts_with('.')) point.name.insert(0, 1, '_');  // not a hidden folder, nor ".."
         if (names[point.name]++ > 0)
             throw UserError(fmt::format("two points have the name {}", point.name),
                             {.where = file, .fix = "their values differ too little, or a value is listed twice"});

@@ -175,6 +175,9 @@ TEST(BadStudies, EachHasItsMessage) {
     EXPECT_TRUE(has(run("run --points 0.6"), "perhaps `0.5`"));
     EXPECT_TRUE(has(run("plot"), "no point of the study is done"));
     EXPECT_TRUE(has(run("plot --x porosity"), "needs --x and --y"));
+    folder.write("study.toml", head + "key = \"report.title\"\nvalues = [\"..\"]\n");
+    EXPECT_TRUE(has(porepack("study status " + quoted(folder.path())).out, "_.."));
+    folder.write("study.toml", head + axis + "values = [0.5]\n");
     folder.write("study.csv", "point,porosity\na,1,2\n");
     EXPECT_TRUE(has(run("status"), "3 fields, but the header has 2"));
     folder.write("study.csv", "point,porosity\na,1\n");
