@@ -102,12 +102,12 @@ bool same_value(const Json& one, const Json& other) {
 // A point is left out if all keys of an entry have (one of) its values.
 bool matches(const Json& entry, const std::vector<std::pair<std::string, Json>>& values) {
     return std::all_of(values.begin(), values.end(), [&](const auto& pair) {
-        const auto& [key, value] = pair;
+        const std::string& key = pair.first;
         const std::size_t dot = key.find('.');
         const Json::json_pointer at("/" + key.substr(0, dot) + "/" + key.substr(dot + 1));
         if (!entry.contains(at)) return true;
         const Json allowed = entry.at(at).is_array() ? entry.at(at) : Json::array({entry.at(at)});
-        return std::any_of(allowed.begin(), allowed.end(), [&](const Json& one) { return same_value(one, value); });
+        return std::any_of(allowed.begin(), allowed.end(), [&](const Json& one) { return same_value(one, pair.second); });
     });
 }
 
@@ -117,7 +117,7 @@ void require_axes_of(const Json& entry, const std::vector<std::string>& keys, co
     for (const auto& [table, inner] : entry.items()) {
         if (!inner.is_object()) place.fail(fmt::format("`{}` is not a key", table), {.fix = form});
         for (const auto& [key, value] : inner.items())
-            if (const std::string whole = table + "." + key; std::find(keys.begin(), keys.end(), whole) == keys.end())
+            if (const std::string whole = fmt::format("{}.{}", table, key); std::find(keys.begin(), keys.end(), whole) == keys.end())
                 place.fail(fmt::format("no axis has the key `{}`", whole), {.allowed = fmt::format("{}", fmt::join(keys, ", "))});
     }
 }

@@ -23,7 +23,7 @@ Path write_snakefile(const Study& study) {
         "threads_each = int(config.get(\"threads\", 1))\n"
         "memory_mb = int(config.get(\"memory_mb\", {:.0f}))\n",
         points, std::max(500.0, 1.25 * memory / 1e6));
-    const Path file = study.folder / "Snakefile";
+    Path file = study.folder / "Snakefile";
     write_text(file, text + read_text(data_file("templates/Snakefile")));
     return file;
 }

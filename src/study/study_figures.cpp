@@ -55,7 +55,7 @@ std::vector<StudyRow> current_rows(const Study& study) {
 
 // gnuplot evaluates it, and gnuplot can run commands: only arithmetic and functions of one argument.
 std::string formula_of(const Json& curve) {
-    const std::string formula = curve.value("formula", std::string());
+    std::string formula = curve.value("formula", std::string());
     static const std::vector<std::string> known = {"exp", "log", "log10", "sqrt", "x", "e", "E"};
     std::string word;
     for (const char c : formula + " ") {
