@@ -145,14 +145,18 @@ Json coverage_random_benchmark(const Path& file, bool compute_missing, const Pat
             judged.push_back(
                 {row.nodes, {row.values_m2[0] / truth, row.values_m2[1] / truth, row.values_m2[2] / truth}, row.other_half_width});
         }
-    double seconds = 0.0, reference = 0.0;
+    double seconds = 0.0;
+    std::vector<double> references;
     for (const CoverageRow& row : rows) {
         seconds += row.seconds;
-        reference = std::max(reference, reference_of(row).half_width);
+        references.push_back(reference_of(row).half_width);
     }
+    std::sort(references.begin(), references.end());
     return {{"rows", rows.size()},
             {"beds_without_result", failed},
-            {"largest_half_width_of_a_reference", reference},
+            {"half_width_of_the_references",
+             {{"median", references.empty() ? 0.0 : references[references.size() / 2]},
+              {"largest", references.empty() ? 0.0 : references.back()}}},
             {"seconds_of_the_runs", seconds},
             {"present_constants", {{"fit", to_json(coverage_of(rows, now, to_fit))}, {"judge", to_json(coverage_of(rows, now, to_judge))}}},
             {"judge_with_other_constants", with_other_constants(judged)},

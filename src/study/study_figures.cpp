@@ -47,8 +47,7 @@ std::string label_of(const std::string& column) {
 std::vector<StudyRow> current_rows(const Study& study) {
     std::vector<StudyRow> rows = read_rows(study);
     std::erase_if(rows, [&](const StudyRow& row) {
-        return std::none_of(study.points.begin(), study.points.end(),
-                            [&](const Point& point) { return row.at("point") == point.name && row.at("digest") == point.digest; });
+        return std::none_of(study.points.begin(), study.points.end(), [&](const Point& point) { return is_current(row, point); });
     });
     return rows;
 }
@@ -79,11 +78,9 @@ struct Group {
     std::string name, lines;
 };
 
-std::vector<Group> groups_of(const Study& study, const FigureConfig& figure) {
-    const std::vector<StudyRow> rows = current_rows(study);
-    if (rows.empty()) throw UserError("no point of the study is done", {.fix = "porepack study run " + study.folder.string()});
-    const std::string x = column_named(rows, figure.x), y = column_named(rows, figure.y),
-                      by = figure.by.empty() ? "" : column_named(rows, figure.by);
+// x and y: names of columns.
+std::vector<Group> groups_of(const std::vector<StudyRow>& rows, const std::string& x, const std::string& y, const FigureConfig& figure) {
+    const std::string by = figure.by.empty() ? "" : column_named(rows, figure.by);
     std::vector<Group> groups;
     for (const StudyRow& row : rows) {
         const double at = number_in(row, x), value = number_in(row, y);
@@ -100,19 +97,18 @@ std::vector<Group> groups_of(const Study& study, const FigureConfig& figure) {
     return groups;
 }
 
-bool has_pictures(const Study& study, const FigureConfig& figure) {
-    return fs::exists(study.folder / "figures" / (figure.name + ".svg"));
-}
-
 }  // namespace
 
 bool draw_figure(const Study& study, const FigureConfig& figure) {
-    const std::vector<Group> groups = groups_of(study, figure);
+    const std::vector<StudyRow> rows = current_rows(study);
+    if (rows.empty()) throw UserError("no point of the study is done", {.fix = "porepack study run " + study.folder.string()});
+    const std::string x = column_named(rows, figure.x), y = column_named(rows, figure.y);
+    const std::vector<Group> groups = groups_of(rows, x, y, figure);
     const Path folder = study.folder / "figures";
     make_folder(folder);
     PlotValues values = {{"data", figure.name + ".dat"},
-                         {"x_label", label_of(column_named(read_rows(study), figure.x))},
-                         {"y_label", label_of(column_named(read_rows(study), figure.y))},
+                         {"x_label", label_of(x)},
+                         {"y_label", label_of(y)},
                          {"logarithmic", figure.logarithmic ? 1.0 : 0.0},
                          {"groups", static_cast<double>(groups.size())},
                          {"curves", static_cast<double>(figure.curves.size())},
@@ -146,7 +142,7 @@ void write_study_page(const Study& study) {
     page.configuration = {{"base", study.config.base}, {"up_to", study.config.up_to}, {"axes", axes}};
     ReportSection figures{.title = "Figures"}, points{.title = "Points"};
     for (const FigureConfig& figure : study.config.figures)
-        if (draw_figure(study, figure) || has_pictures(study, figure))
+        if (draw_figure(study, figure))
             figures.pictures.emplace_back(figure.name + ".svg",
                                           fmt::format("{} against {}. Bars: intervals of 95 %.", label_of(figure.y), label_of(figure.x)));
     std::map<std::string, long> states;

@@ -37,7 +37,7 @@ public:
     Json run() {
         std::vector<Point> chosen = chosen_points(study_, options_.points);
         const std::size_t all = chosen.size();
-        std::erase_if(chosen, [&](const Point& point) { return has_current_row(study_, point); });
+        std::erase_if(chosen, [rows = read_rows(study_)](const Point& point) { return has_current_row(rows, point); });
         todo_ = std::move(chosen);
         current_before_ = all - todo_.size();
         if (!todo_.empty()) {
@@ -73,7 +73,7 @@ private:
                 elsewhere_.push_back(point.name);
                 continue;
             }
-            if (has_current_row(study_, point)) continue;  // another process has just ended it
+            if (has_current_row(read_rows(study_), point)) continue;  // another process has just ended it
             const Case made = write_point(study_, point);
             fs::remove(error_file(study_, point));
             if (is_done(case_pipeline(made), study_.config.up_to)) {
@@ -135,12 +135,7 @@ struct State {
     std::string name, message;
 };
 State state_of(const Study& study, const Point& point, const std::vector<StudyRow>& rows) {
-    bool other = false;
-    for (const StudyRow& row : rows) {
-        if (row.at("point") != point.name) continue;
-        if (row.at("digest") == point.digest) return {"done", {}};
-        other = true;
-    }
+    if (has_current_row(rows, point)) return {"done", {}};
     const Path folder = study.folder_of(point);
     if (fs::exists(lock_file(study, point)) && !FileLock::try_take(lock_file(study, point))) return {"running", {}};
     if (fs::exists(error_file(study, point))) {
@@ -148,7 +143,8 @@ State state_of(const Study& study, const Point& point, const std::vector<StudyRo
         while (!message.empty() && message.back() == '\n') message.pop_back();
         return {"failed", message};
     }
-    if (other) return {"stale", "its row is of other settings or of another version"};
+    if (std::any_of(rows.begin(), rows.end(), [&](const StudyRow& row) { return row.at("point") == point.name; }))
+        return {"stale", "its row is of other settings or of another version"};
     return {fs::exists(folder / "results") ? "interrupted" : "missing", {}};
 }
 

@@ -133,10 +133,12 @@ std::vector<StudyRow> read_rows(const Study& study) {
     return rows;
 }
 
-bool has_current_row(const Study& study, const Point& point) {
-    const std::vector<StudyRow> rows = read_rows(study);
-    return std::any_of(rows.begin(), rows.end(),
-                       [&](const StudyRow& row) { return row.at("point") == point.name && row.at("digest") == point.digest; });
+bool is_current(const StudyRow& row, const Point& point) {
+    return row.at("point") == point.name && row.at("digest") == point.digest;
+}
+
+bool has_current_row(const std::vector<StudyRow>& rows, const Point& point) {
+    return std::any_of(rows.begin(), rows.end(), [&](const StudyRow& row) { return is_current(row, point); });
 }
 
 StudyRow row_of(const Point& point, const Case& made) {

@@ -14,7 +14,9 @@ using StudyRow = std::map<std::string, std::string>;
 
 /// The rows of study.csv, none if there is no such file. Throws UserError for a file that is not such a table.
 [[nodiscard]] std::vector<StudyRow> read_rows(const Study& study);
-[[nodiscard]] bool has_current_row(const Study& study, const Point& point);
+/// The row is of the point with its present settings and versions.
+[[nodiscard]] bool is_current(const StudyRow& row, const Point& point);
+[[nodiscard]] bool has_current_row(const std::vector<StudyRow>& rows, const Point& point);
 
 /// The row of a point whose stages are done; `made` is its case.
 [[nodiscard]] StudyRow row_of(const Point& point, const stages::Case& made);

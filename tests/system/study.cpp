@@ -3,6 +3,7 @@
 
 #include "core/table.hpp"
 #include "helpers.hpp"
+#include "system/cases.hpp"
 
 namespace porepack {
 namespace {
@@ -11,26 +12,8 @@ using test::has;
 using test::porepack;
 using test::quoted;
 
-const std::string base_case = R"(
-[shape]
-kind = "tetrapod"
-sphericity = 0.53
-volume_m3 = 7.33e-7
-[container]
-kind = "cylinder"
-diameter_m = 0.05
-height_m = 0.15
-[packing]
-grains = 8
-[geometry]
-voxel_size_m = 1e-3
-section_m = [0.004, 0.016]
-[lbm]
-walls = "bounce_back"
-grids = 1
-iteration_tolerance = 0.01
-fields = "none"
-)";
+const std::string base_case =
+    test::small_case + "[lbm]\nwalls = \"bounce_back\"\ngrids = 1\niteration_tolerance = 0.01\nfields = \"none\"\n";
 
 // Eight tetrapods of 0.87 lie lower than the section: that point fails.
 const std::string three_points = R"toml(
