@@ -259,6 +259,10 @@ std::string TomlFile::text_with(const std::map<std::string, Flags>& set) const {
         if (!all.contains(name)) all.insert(name, toml::table{});
         toml::table& table = *all[name].as_table();
         for (const auto& [key, value] : keys) {
+            if (value.empty()) {
+                table.erase(key);
+                continue;
+            }
             const toml::table parsed = toml::parse("value = " + value);
             table.insert_or_assign(key, *parsed.get("value"));
         }

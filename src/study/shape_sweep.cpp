@@ -6,42 +6,32 @@
 #include <cmath>
 #include <map>
 
-#include "converters/surface.hpp"
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "core/parallel.hpp"
 #include "core/table.hpp"
 #include "report/plot.hpp"
 #include "shapes/shape.hpp"
+#include "study/grain_sheet.hpp"
 
 namespace porepack::study {
 using namespace core;
 using namespace io;
 using namespace shapes;
-using namespace packing;
-using namespace converters;
 using namespace report;
 namespace {
 
 constexpr std::array kinds = {ShapeKind::tetrahedron, ShapeKind::dolos, ShapeKind::tetrapod};
 
-// Five of each kind in rows, side by side, as one surface in metres.
+// Five of each kind in rows, side by side.
 TriangleSurface sheet_of_grains(double volume_m3) {
-    Packing sheet;
-    sheet.container.kind = Container::Kind::box;
-    const double pitch = 4.4 * std::cbrt(volume_m3);
-    constexpr double shown[] = {0.99, 0.87, 0.74, 0.53, 0.43};
-    for (int row = 0; row < 3; ++row)
-        for (int column = 0; column < 5; ++column) {
-            const Dimensions size = dimensions_for(kinds[static_cast<std::size_t>(row)], shown[column], volume_m3, Cavity::open);
-            sheet.shapes.push_back(make_preset(kinds[static_cast<std::size_t>(row)], size.diameter_m, size.length_m));
-            sheet.bodies.push_back(
-                {.shape = sheet.shapes.size() - 1,
-                 .position_m = Vec3((0.5 + column) * pitch, 0.5 * pitch, (0.5 + row) * pitch),
-                 .orientation = Quaternion(Eigen::AngleAxisd(0.45, Vec3::UnitX()) * Eigen::AngleAxisd(0.5, Vec3::UnitZ()))});
+    std::vector<Shape> grains;
+    for (const ShapeKind kind : kinds)
+        for (const double sphericity : {0.99, 0.87, 0.74, 0.53, 0.43}) {
+            const Dimensions size = dimensions_for(kind, sphericity, volume_m3, Cavity::open);
+            grains.push_back(make_preset(kind, size.diameter_m, size.length_m));
         }
-    sheet.container.size_m = Vec3(5.0 * pitch, pitch, 3.0 * pitch);
-    return make_surface(sheet, {.deviation_m = 0.01 * smallest_diameter(sheet.shapes.back())}).surface;
+    return grain_sheet(grains, 5, 4.4 * std::cbrt(volume_m3));
 }
 
 }  // namespace

@@ -185,12 +185,31 @@ void describe(ConfigVisitor& v, AxisConfig& c) {
     v.choice("spacing", c.spacing, "of the range");
 }
 
+void describe(ConfigVisitor& v, ColumnConfig& c) {
+    v.text("name", c.name, "of the column, with its unit at the end");
+    v.text("formula", c.formula, "of other columns: \"permeability_m2/equal_volume_diameter_m^2\"");
+}
+
+void describe(ConfigVisitor& v, FitConfig& c) {
+    v.text("name", c.name, "of the fit");
+    v.text("x", c.x, "column of study.csv, or of [[column]]");
+    v.text("y", c.y, "column of study.csv, or of [[column]]");
+    v.text("by", c.by, "column: a fit for each of its values");
+    v.choice("form", c.form,
+             "polynomial c0 + c1 x + ...; exponential c0 exp(c1 x) and power c0 x^c1, fitted to ln y; logarithmic c0 + c1 ln x; given: "
+             "`formula`, whose residuals are computed");
+    v.integer("degree", c.degree, between(0, 6), "of the polynomial");
+    v.text("formula", c.formula, "form = given: formula of x");
+    v.boolean("relative", c.relative, "form = given: residuals of ln y instead of y");
+}
+
 void describe(ConfigVisitor& v, FigureConfig& c) {
     v.text("name", c.name, "of the files");
     v.text("x", c.x, "column of study.csv");
     v.text("y", c.y, "column of study.csv; its interval is drawn if the table has one");
     v.text("by", c.by, "column whose values are told apart by colour and symbol");
     v.boolean("logarithmic", c.logarithmic, "logarithmic axis of y");
+    v.any("fits", c.fits, "list of texts", "names of fits of the same x and y, drawn as curves");
     v.any("curves", c.curves, "list of tables", "curves drawn beside the points: { title = \"Eq. 22\", formula = \"5.3e-9*exp(7.3*x)\" }");
     v.any("marks", c.marks, "list of tables", "single values drawn beside the points: { title = \"measured\", x = 0.53, y = 0.685 }");
 }
@@ -214,6 +233,20 @@ void describe(ConfigVisitor& v, StudyConfig& c) {
         [&](std::size_t i, ConfigVisitor& entry) { entry.any("where", c.left_out[i], "table", "keys and values of points to leave out"); },
         "points that are not run");
     v.tables(
+        "column",
+        [&](std::size_t n) {
+            if (n != keep_size) c.columns.resize(n);
+            return c.columns.size();
+        },
+        [&](std::size_t i, ConfigVisitor& entry) { describe(entry, c.columns[i]); }, "columns that follow from others");
+    v.tables(
+        "fit",
+        [&](std::size_t n) {
+            if (n != keep_size) c.fits.resize(n);
+            return c.fits.size();
+        },
+        [&](std::size_t i, ConfigVisitor& entry) { describe(entry, c.fits[i]); }, "curves fitted to columns, and given ones");
+    v.tables(
         "figure",
         [&](std::size_t n) {
             if (n != keep_size) c.figures.resize(n);
@@ -226,7 +259,7 @@ Study read_study(const Path& path) {
     const Path file = fs::is_directory(path) ? path / "study.toml" : path;
     if (!fs::exists(file)) throw UserError("no such study: " + file.string(), {.fix = "a study is a folder with a file study.toml in it"});
     const TomlFile toml(file);
-    toml.require_known_tables({"base", "up_to", "axis", "leave_out", "figure"});
+    toml.require_known_tables({"base", "up_to", "axis", "leave_out", "column", "fit", "figure"});
     Study study;
     study.folder = file.parent_path().empty() ? Path(".") : file.parent_path();
     toml.read("", [&](ConfigVisitor& v) { describe(v, study.config); });

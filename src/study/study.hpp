@@ -26,9 +26,35 @@ struct AxisConfig {
 };
 void describe(core::ConfigVisitor& v, AxisConfig& c);
 
+/// A column that follows from others.
+struct ColumnConfig {
+    std::string name, formula;
+};
+void describe(core::ConfigVisitor& v, ColumnConfig& c);
+
+enum class CurveForm { polynomial, exponential, power, logarithmic, given };
+constexpr std::array<core::Choice<CurveForm>, 5> choices_of(CurveForm) {
+    return {{{CurveForm::polynomial, "polynomial"},
+             {CurveForm::exponential, "exponential"},
+             {CurveForm::power, "power"},
+             {CurveForm::logarithmic, "logarithmic"},
+             {CurveForm::given, "given"}}};
+}
+
+/// A curve through y(x), fitted or given.
+struct FitConfig {
+    std::string name, x, y, by;
+    CurveForm form = CurveForm::polynomial;
+    long degree = 1;        ///< of a polynomial
+    std::string formula;    ///< of x, form = given
+    bool relative = false;  ///< form = given: residuals of ln y
+};
+void describe(core::ConfigVisitor& v, FitConfig& c);
+
 struct FigureConfig {
     std::string name, x, y, by;
     bool logarithmic = false;
+    core::Json fits;    ///< names of fits of the same x and y
     core::Json curves;  ///< {title, formula of x} each
     core::Json marks;   ///< {title, x, y} each
 };
@@ -39,6 +65,8 @@ struct StudyConfig {
     std::string up_to = "report";
     std::vector<AxisConfig> axes;
     std::vector<core::Json> left_out;
+    std::vector<ColumnConfig> columns;
+    std::vector<FitConfig> fits;
     std::vector<FigureConfig> figures;
 };
 void describe(core::ConfigVisitor& v, StudyConfig& c);

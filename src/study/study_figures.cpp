@@ -10,6 +10,8 @@
 #include "core/error.hpp"
 #include "report/page.hpp"
 #include "report/plot.hpp"
+#include "study/formula.hpp"
+#include "study/study_fits.hpp"
 #include "study/study_run.hpp"
 #include "study/study_table.hpp"
 
@@ -18,18 +20,6 @@ using namespace core;
 using namespace report;
 namespace fs = std::filesystem;
 namespace {
-
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
-
-double number_in(const StudyRow& row, const std::string& column) {
-    const auto found = row.find(column);
-    if (found == row.end() || found->second.empty()) return not_a_number;
-    char* end = nullptr;
-    const double value = std::strtod(found->second.c_str(), &end);
-    if (*end != '\0')
-        throw UserError(fmt::format("column `{}` is not a column of numbers", column), {.allowed = "numbers: " + found->second});
-    return value;
-}
 
 std::string text_in(const StudyRow& row, const std::string& column) {
     const auto found = row.find(column);
@@ -49,29 +39,47 @@ std::vector<StudyRow> current_rows(const Study& study) {
     std::erase_if(rows, [&](const StudyRow& row) {
         return std::none_of(study.points.begin(), study.points.end(), [&](const Point& point) { return is_current(row, point); });
     });
-    return rows;
+    return with_columns(std::move(rows), study.config);
 }
 
-// gnuplot evaluates it, and gnuplot can run commands: only arithmetic and functions of one argument.
-std::string formula_of(const Json& curve) {
-    std::string formula = curve.value("formula", std::string());
-    static const std::vector<std::string> known = {"exp", "log", "log10", "sqrt", "x", "e", "E"};
-    std::string word;
-    for (const char c : formula + " ") {
-        if (std::isalpha(static_cast<unsigned char>(c)) != 0 || (!word.empty() && std::isdigit(static_cast<unsigned char>(c)) != 0)) {
-            word += c;
-            continue;
-        }
-        const bool exponent =
-            word.size() > 1 && (word[0] == 'e' || word[0] == 'E') && word.find_first_not_of("0123456789", 1) == std::string::npos;
-        if ((!word.empty() && !exponent && std::find(known.begin(), known.end(), word) == known.end()) ||
-            (std::isdigit(static_cast<unsigned char>(c)) == 0 && std::string_view("+-*/(). ").find(c) == std::string_view::npos))
-            throw UserError(fmt::format("the formula \"{}\" is not possible", formula),
-                            {.where = "study.toml, [[figure]] curves", .allowed = "x, numbers, + - * / **, exp, log, log10, sqrt"});
-        word.clear();
+constexpr int curve_points = 300;
+
+// A line of the figure, as values: gnuplot evaluates no text of a user.
+struct Curve {
+    std::string title, lines;
+};
+
+std::string sampled(const std::function<double(double)>& value, double low, double high) {
+    std::string lines;
+    for (int i = 0; i < curve_points; ++i) {
+        const double x = low + (high - low) * i / (curve_points - 1);
+        if (const double y = value(x); std::isfinite(y)) lines += fmt::format("{:.9g} {:.9g}\n", x, y);
     }
-    if (formula.empty()) throw UserError("a curve needs a formula", {.where = "study.toml, [[figure]] curves"});
-    return formula;
+    return lines;
+}
+
+// The published curves of a figure and its fits.
+std::vector<Curve> curves_of(const Study& study, const std::vector<StudyRow>& rows, const FigureConfig& figure, double low, double high) {
+    std::vector<Curve> curves;
+    for (const Json& name : figure.fits) {
+        const auto fit =
+            std::find_if(study.config.fits.begin(), study.config.fits.end(), [&](const FitConfig& one) { return one.name == name; });
+        if (fit == study.config.fits.end())
+            throw UserError(fmt::format("there is no fit {}", name.dump()), {.where = "study.toml, [[figure]] " + figure.name});
+        if (column_named(rows, fit->x) != column_named(rows, figure.x) || column_named(rows, fit->y) != column_named(rows, figure.y))
+            throw UserError(fmt::format("the fit \"{}\" is of other columns than the figure", fit->name),
+                            {.where = "study.toml, [[figure]] " + figure.name});
+        for (const FittedCurve& curve : fitted_curves(rows, *fit))
+            if (curve.value)
+                curves.push_back(
+                    {curve.group.empty() ? curve.fit : curve.fit + ", " + curve.group, sampled(curve.value, curve.x_low, curve.x_high)});
+    }
+    for (const Json& entry : figure.curves) {
+        const Formula formula(entry.value("formula", std::string()), {"x"}, "study.toml, [[figure]] " + figure.name);
+        curves.push_back({entry.value("title", std::string()), sampled([&](double x) { return formula(std::span(&x, 1)); }, low, high)});
+    }
+    std::erase_if(curves, [](const Curve& curve) { return curve.lines.empty(); });
+    return curves;
 }
 
 struct Group {
@@ -97,6 +105,43 @@ std::vector<Group> groups_of(const std::vector<StudyRow>& rows, const std::strin
     return groups;
 }
 
+std::pair<double, double> range_of(const std::vector<StudyRow>& rows, const std::string& column) {
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    for (const StudyRow& row : rows)
+        if (const double value = number_in(row, column); std::isfinite(value)) low = std::min(low, value), high = std::max(high, value);
+    return {low, high};
+}
+
+std::vector<FittedCurve> all_fits(const Study& study, const std::vector<StudyRow>& rows) {
+    std::vector<FittedCurve> all;
+    for (const FitConfig& fit : study.config.fits) {
+        const std::vector<FittedCurve> some = fitted_curves(rows, fit);
+        all.insert(all.end(), some.begin(), some.end());
+    }
+    return all;
+}
+
+ReportSection fits_section(const std::vector<FittedCurve>& curves) {
+    ReportSection section{
+        .title = "Fits",
+        .intro =
+            "Least squares. Intervals of 95 %. Residuals of exponential curves and powers are those of ln y, as fractions. "
+            "Bias: mean of curve minus points.",
+        .header = {"fit", "points", "curve", "coefficients", "bias", "residual", "R²"}};
+    for (const FittedCurve& curve : curves) {
+        std::string coefficients;
+        for (const Coefficient& c : curve.coefficients)
+            coefficients += fmt::format("{}{} {:.3g} to {:.3g}", coefficients.empty() ? "" : "; ", c.name, c.interval.low, c.interval.high);
+        const auto number = [&](const char* format, double value) {
+            return curve.value ? fmt::format(fmt::runtime(format), value) : std::string("–");
+        };
+        section.rows.push_back({curve.group.empty() ? curve.fit : curve.fit + ", " + curve.group, std::to_string(curve.points), curve.text,
+                                coefficients, number("{:.2g}", curve.bias), number("{:.2g}", curve.residual),
+                                number("{:.3f}", curve.r_squared)});
+    }
+    return section;
+}
+
 }  // namespace
 
 bool draw_figure(const Study& study, const FigureConfig& figure) {
@@ -104,6 +149,8 @@ bool draw_figure(const Study& study, const FigureConfig& figure) {
     if (rows.empty()) throw UserError("no point of the study is done", {.fix = "porepack study run " + study.folder.string()});
     const std::string x = column_named(rows, figure.x), y = column_named(rows, figure.y);
     const std::vector<Group> groups = groups_of(rows, x, y, figure);
+    const auto [low, high] = range_of(rows, x);
+    const std::vector<Curve> curves = curves_of(study, rows, figure, low, high);
     const Path folder = study.folder / "figures";
     make_folder(folder);
     PlotValues values = {{"data", figure.name + ".dat"},
@@ -111,16 +158,16 @@ bool draw_figure(const Study& study, const FigureConfig& figure) {
                          {"y_label", label_of(y)},
                          {"logarithmic", figure.logarithmic ? 1.0 : 0.0},
                          {"groups", static_cast<double>(groups.size())},
-                         {"curves", static_cast<double>(figure.curves.size())},
+                         {"curves", static_cast<double>(curves.size())},
                          {"marks", static_cast<double>(figure.marks.size())}};
     std::string data = "# x, y, low, high\n";
     for (std::size_t i = 0; i < groups.size(); ++i) {
         values.emplace_back(fmt::format("group_{}", i + 1), groups[i].name);
         data += groups[i].lines + "\n\n";
     }
-    for (std::size_t i = 0; i < figure.curves.size(); ++i) {
-        values.emplace_back(fmt::format("curve_{}", i + 1), figure.curves[i].value("title", std::string()));
-        values.emplace_back(fmt::format("formula_{}", i + 1), formula_of(figure.curves[i]));
+    for (std::size_t i = 0; i < curves.size(); ++i) {
+        values.emplace_back(fmt::format("curve_{}", i + 1), curves[i].title);
+        data += curves[i].lines + "\n\n";
     }
     for (std::size_t i = 0; i < figure.marks.size(); ++i) {
         const Json& mark = figure.marks[i];
@@ -145,6 +192,8 @@ void write_study_page(const Study& study) {
         if (draw_figure(study, figure))
             figures.pictures.emplace_back(figure.name + ".svg",
                                           fmt::format("{} against {}. Bars: intervals of 95 %.", label_of(figure.y), label_of(figure.x)));
+    const std::vector<FittedCurve> curves = all_fits(study, current_rows(study));
+    if (!curves.empty()) write_fits(curves, study.folder / "fits.csv");
     std::map<std::string, long> states;
     for (const Json& entry : status_of(study)) {
         const auto state = entry["state"].get<std::string>();
@@ -175,7 +224,7 @@ void write_study_page(const Study& study) {
     Json numbers = Json::array();
     for (const auto& [state, count] : states)
         numbers.push_back({{"label", state}, {"text", fmt::format("{} of {}", count, study.points.size())}});
-    write_text(study.folder / "study.html", html_page(page, {figures, points}, numbers, study.folder / "figures"));
+    write_text(study.folder / "study.html", html_page(page, {figures, fits_section(curves), points}, numbers, study.folder / "figures"));
 }
 
 }  // namespace porepack::study

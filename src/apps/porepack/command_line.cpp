@@ -175,7 +175,7 @@ CommandLine::CommandLine() {
         "machine.\nExample:\n  porepack run cases/quickstart");
     for (const auto& add_commands :
          {add_case_commands, add_shape_command, add_geometry_commands, add_lbm_command, add_foam_command, add_forchheimer_command,
-          add_tortuosity_command, add_falling_head_commands, add_study_commands, add_tools})
+          add_tortuosity_command, add_falling_head_commands, add_study_commands, add_design_command, add_tools})
         add_commands(*this);
 }
 

@@ -71,6 +71,7 @@ void add_forchheimer_command(CommandLine& line);
 void add_tortuosity_command(CommandLine& line);
 void add_falling_head_commands(CommandLine& line);
 void add_study_commands(CommandLine& line);
+void add_design_command(CommandLine& line);
 void add_tools(CommandLine& line);
 
 void print_result(const Common& common, const core::Json& json);

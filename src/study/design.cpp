@@ -1,0 +1,494 @@
+#include "study/design.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "core/digest.hpp"
+#include "core/error.hpp"
+#include "core/log.hpp"
+#include "core/table.hpp"
+#include "core/toml_file.hpp"
+#include "packing/pour.hpp"
+#include "permeability/sample.hpp"
+#include "stages/results.hpp"
+#include "study/case_pipeline.hpp"
+#include "study/design_page.hpp"
+
+namespace porepack::study {
+using namespace core;
+using namespace packing;
+using namespace pipeline;
+using namespace shapes;
+using namespace stages;
+namespace fs = std::filesystem;
+namespace {
+
+// A container wider than this, in d_v, is replaced by one of this width: its beds would be as large as it, and the wall matters little.
+constexpr double widest_bed = 12.0;
+// A grain whose maximum Feret diameter is above this fraction of the container's width jams in it.
+constexpr double largest_feret = 0.8;
+// Below this chance of every candidate, the goal counts as out of reach.
+constexpr double smallest_chance = 0.02;
+constexpr long most_packings = 4;
+constexpr const char* last_stage = "seeds";
+constexpr double scatter_without_data = 0.12, porosity_scatter_without_data = 0.01;
+
+double normal_distribution(double x) {
+    return 0.5 * std::erfc(-x / std::numbers::sqrt2);
+}
+
+double middle(const Interval& interval) {
+    return 0.5 * (interval.low + interval.high);
+}
+
+// The bed that is poured for a proposal: that of the base case, in units of its grain.
+class Bed {
+public:
+    explicit Bed(const DesignGoal& goal)
+        : goal_(goal), base_(goal.study / read_study(goal.study).config.base), settings_(read_case(base_).settings) {
+        size_m_ = std::cbrt(6.0 * mean_volume_m3(make_shapes(settings_.shape)) / std::numbers::pi);
+    }
+
+    [[nodiscard]] double density_kg_per_m3() const { return settings_.packing.density_kg_per_m3; }
+
+    // Diameter of the container of the finished bed as the poured one has it, for grains of this size; of a box, the scale of its sides.
+    [[nodiscard]] double shrink(double size_m) const {
+        const double wall = wall_ratio(size_m, goal_.container);
+        return wall > 0.0 && wall < 1.0 / widest_bed ? 1.0 / (widest_bed * wall) : 1.0;
+    }
+
+    // case.toml of a proposal. The bed is that of the base case, magnified with the grain, with all that keeps its motion similar: times
+    // grow as the square root of lengths, stiffness as their square.
+    [[nodiscard]] std::string case_text(const SizedCandidate& grain, bool full, long packings) const {
+        const double scale = grain.size_m / size_m_, shrunk = full ? 1.0 : shrink(grain.size_m);
+        const PackingConfig& p = settings_.packing;
+        const auto text = [](double value) { return fmt::format("{:.12g}", value); };
+        std::map<std::string, Flags> set = {{"shape", shape_flags(grain)}, {"packing", {}}, {"packings", {}}, {"geometry", {}}};
+        // Of the cross-section, in units of the grain's, over that of the base case.
+        const double area =
+            goal_.container.inner_area_m2() * shrunk * shrunk / (make_container(settings_.container).inner_area_m2() * scale * scale);
+        set["container"] = container_flags(shrunk, full ? goal_.container.height() : make_container(settings_.container).height() * scale);
+        set["packing"] = {{"seed", std::to_string(goal_.seed)},
+                          {"grains", full || p.grains == 0 ? "" : std::to_string(std::lround(static_cast<double>(p.grains) * area))},
+                          {"fill_height_m", full || p.grains > 0 ? "" : text(fill_height() * scale)},
+                          {"drop_height_m", full || p.drop_height_m == 0.0 ? "" : text(p.drop_height_m * scale)},
+                          {"batch_grains", std::to_string(std::max(1L, std::lround(static_cast<double>(p.batch_grains) * area)))},
+                          {"batch_interval_s", text(p.batch_interval_s * std::sqrt(scale))},
+                          {"horizontal_speed_m_per_s", text(p.horizontal_speed_m_per_s * std::sqrt(scale))},
+                          {"normal_stiffness_N_per_m", text(p.normal_stiffness_N_per_m * scale * scale)},
+                          {"tangential_stiffness_N_per_m", text(p.tangential_stiffness_N_per_m * scale * scale)},
+                          {"settle_time_s", text(p.settle_time_s * std::max(1.0, std::sqrt(scale)))}};
+        set["packings"]["seeds"] = std::to_string(packings);
+        const std::vector<double>& section = settings_.geometry.section_m;
+        set["geometry"]["section_m"] =
+            full || section.empty() ? "" : fmt::format("[{}, {}]", text(section[0] * scale), text(section[1] * scale));
+        if (settings_.geometry.voxel_size_m > 0.0) set["geometry"]["voxel_size_m"] = text(settings_.geometry.voxel_size_m * scale);
+        return fmt::format("# Written by `porepack design`: {}.\n\n", full ? "the answer in its whole container" : "a proposal") +
+               TomlFile(fs::is_directory(base_) ? base_ / "case.toml" : base_).text_with(set);
+    }
+
+private:
+    [[nodiscard]] double fill_height() const {
+        return settings_.packing.fill_height_m > 0.0 ? settings_.packing.fill_height_m : 0.5 * make_container(settings_.container).height();
+    }
+
+    [[nodiscard]] Flags container_flags(double shrunk, double height_m) const {
+        const Container& c = goal_.container;
+        if (c.kind == Container::Kind::cylinder)
+            return {{"kind", "\"cylinder\""},
+                    {"diameter_m", fmt::format("{:.12g}", c.diameter_m * shrunk)},
+                    {"height_m", fmt::format("{:.12g}", height_m)},
+                    {"size_m", ""},
+                    {"periodic", ""}};
+        return {{"kind", "\"box\""},
+                {"diameter_m", ""},
+                {"height_m", ""},
+                {"size_m", fmt::format("[{:.12g}, {:.12g}, {:.12g}]", c.size_m[0] * shrunk, c.size_m[1] * shrunk, height_m)},
+                {"periodic", fmt::format("[{}, {}, false]", c.periodic[0], c.periodic[1])}};
+    }
+
+    static Flags shape_flags(const SizedCandidate& grain) {
+        const ShapeConfig shape = scaled(grain.candidate.shape, grain.size_m);
+        Flags flags = {{"kind", fmt::format("\"{}\"", name_of(shape.kind))},
+                       {"sphericity", ""},
+                       {"volume_m3", ""},
+                       {"diameter_m", ""},
+                       {"length_m", ""},
+                       {"capsule", ""}};
+        if (shape.kind == ShapeKind::star) flags["arms"] = std::to_string(shape.arms);
+        if (shape.kind != ShapeKind::capsules) {
+            flags["diameter_m"] = fmt::format("{:.12g}", shape.diameter_m);
+            if (shape.kind != ShapeKind::sphere) flags["length_m"] = fmt::format("{:.12g}", shape.length_m);
+            return flags;
+        }
+        std::string list;
+        const auto point = [](const Vec3& p) { return fmt::format("[{:.12g}, {:.12g}, {:.12g}]", p[0], p[1], p[2]); };
+        for (const Capsule& capsule : shape.capsule)
+            list += fmt::format("{}{{ a_m = {}, b_m = {}, radius_m = {:.12g} }}", list.empty() ? "" : ", ", point(capsule.a),
+                                point(capsule.b), capsule.radius);
+        flags["capsule"] = "[" + list + "]";
+        return flags;
+    }
+
+    const DesignGoal& goal_;
+    Path base_;
+    Settings settings_;
+    double size_m_;  // d_v of the base case's grain
+};
+
+class Design {
+public:
+    Design(const DesignGoal& goal, Path folder)
+        : goal_(goal), folder_(std::move(folder)), bed_(goal), known_(known_beds(read_study(goal.study))) {
+        for (const ShapeKind kind : goal.kinds) {
+            const std::vector<Candidate> some = preset_candidates(kind, goal.sphericity);
+            candidates_.insert(candidates_.end(), some.begin(), some.end());
+        }
+        if (!goal.own_shape.empty()) {
+            const std::vector<Candidate> some =
+                own_candidates(goal.own_shape.filename().string(), read_capsules(goal.own_shape), goal.free);
+            candidates_.insert(candidates_.end(), some.begin(), some.end());
+        }
+        if (candidates_.empty())
+            throw UserError("there is no shape to choose from", {.where = "--shape, --sphericity", .fix = "allow more"});
+        if (forecasts().empty())
+            throw UserError("no grain meets the limits", {.where = "--convexity, --thinnest, --mass, or grains larger than the container",
+                                                          .fix = "allow more, or another volume or container"});
+    }
+
+    DesignResult run() {
+        DesignResult result;
+        for (long n = 1; n <= goal_.max_proposals; ++n) {
+            result.reachable = forecasts();
+            std::optional<SizedCandidate> next = best(result.reachable, result.proposals);
+            if (!next) break;
+            if (next->chance < smallest_chance && !result.proposals.empty() && result.proposals.back().error.empty()) {
+                result.verdict = Verdict::out_of_reach;
+                break;
+            }
+            log_info("design: proposal {} of at most {}: {}", n, goal_.max_proposals, text_of(*next));
+            result.proposals.push_back(compute(*next, n));
+            const Proposal& made = result.proposals.back();
+            if (made.error.empty()) known_.push_back(made.bed);
+            log_info("design: proposal {}: {}", n,
+                     made.error.empty() ? fmt::format("k = {:.3g} m2 +- {:.2g} %, porosity {:.3f}{}", made.permeability_m2,
+                                                      100.0 * made.permeability_half_width, made.bed.porosity, made.hit ? ": a hit" : "")
+                                        : "failed: " + made.error);
+            if (made.hit) {
+                result.verdict = Verdict::hit;
+                break;
+            }
+            write(result);
+        }
+        result.reachable = forecasts();
+        if (result.verdict == Verdict::hit && goal_.full) result.full = compute_full(result.proposals.back().grain);
+        result.text = answer(result);
+        write(result);
+        return result;
+    }
+
+    [[nodiscard]] Json plan() const {
+        const std::vector<SizedCandidate> all = forecasts();
+        const SizedCandidate first = *best(all, {});
+        Json json = {{"first_proposal", text_of(first)},
+                     {"chance", first.chance},
+                     {"beds_known", known_.size()},
+                     {"expected_half_width", expected_half_width(&PooledScatter::permeability)}};
+        Interval k = {std::numeric_limits<double>::infinity(), 0.0}, eps = {1.0, 0.0};
+        for (const SizedCandidate& one : all) {
+            const double value = std::exp(one.prediction.log_permeability.value) * one.size_m * one.size_m;
+            k = {std::min(k.low, value), std::max(k.high, value)};
+            eps = {std::min(eps.low, one.prediction.porosity.value), std::max(eps.high, one.prediction.porosity.value)};
+        }
+        json["expected_permeability_m2"] = {k.low, k.high};
+        json["expected_porosity"] = {eps.low, eps.high};
+        return json;
+    }
+
+private:
+    static ShapeConfig read_capsules(const Path& file) {
+        const TomlFile toml(file);
+        ShapeConfig config;
+        toml.read(toml.has("shape") ? "shape" : "", [&](ConfigVisitor& v) { describe(v, config); }, {{"kind", "\"capsules\""}});
+        return config;
+    }
+
+    static PooledScatter scatter_of(const std::vector<KnownBed>& beds) {
+        PooledScatter pooled = pooled_scatter(beds);
+        if (pooled.degrees_of_freedom < 2.0)
+            pooled = {.porosity = porosity_scatter_without_data, .permeability = scatter_without_data, .degrees_of_freedom = 2.0};
+        return pooled;
+    }
+    // Of the mean of some packings, 95 %, without the numerical part.
+    static double half_width(const std::vector<KnownBed>& beds, double PooledScatter::*deviation, long packings) {
+        const PooledScatter scatter = scatter_of(beds);
+        return permeability::students_t(scatter.degrees_of_freedom) * scatter.*deviation / std::sqrt(static_cast<double>(packings));
+    }
+    [[nodiscard]] double expected_half_width(double PooledScatter::*deviation) const {
+        return half_width(known_, deviation, goal_.packings);
+    }
+
+    // The mean of the bed lies in the goal's range, or as near to its only value as its own interval is wide.
+    static double chance_of(const Estimate& expected, const Interval& wanted, double half_width) {
+        const double margin = wanted.low == wanted.high ? half_width : 0.0;
+        return normal_distribution((wanted.high + margin - expected.value) / expected.standard_deviation) -
+               normal_distribution((wanted.low - margin - expected.value) / expected.standard_deviation);
+    }
+    static double distance_of(const Estimate& expected, const Interval& wanted) {
+        return std::max({0.0, wanted.low - expected.value, expected.value - wanted.high}) / expected.standard_deviation;
+    }
+
+    [[nodiscard]] SizedCandidate forecast(const Surrogate& surrogate, const Candidate& candidate, double size_m) const {
+        SizedCandidate one{.candidate = candidate, .size_m = size_m, .bed_wall = wall_ratio(size_m, goal_.container) / bed_.shrink(size_m)};
+        one.prediction = surrogate.at(candidate.form, one.bed_wall);
+        Estimate log_k = one.prediction.log_permeability;
+        log_k.value += 2.0 * std::log(size_m);
+        const Interval wanted = {std::log(goal_.permeability_m2.low), std::log(goal_.permeability_m2.high)};
+        one.chance = chance_of(log_k, wanted, expected_half_width(&PooledScatter::permeability));
+        one.distance = distance_of(log_k, wanted);
+        if (goal_.porosity) {
+            one.chance *= chance_of(one.prediction.porosity, *goal_.porosity, expected_half_width(&PooledScatter::porosity));
+            one.distance = std::hypot(one.distance, distance_of(one.prediction.porosity, *goal_.porosity));
+        }
+        return one;
+    }
+
+    [[nodiscard]] bool allowed(const SizedCandidate& one) const {
+        const GrainForm& form = one.candidate.form;
+        const double mass = bed_.density_kg_per_m3() * std::numbers::pi / 6.0 * std::pow(one.size_m, 3);
+        const double width = goal_.container.kind == Container::Kind::cylinder
+                                 ? goal_.container.diameter_m
+                                 : std::min(goal_.container.size_m[0], goal_.container.size_m[1]);
+        return form.convexity >= goal_.convexity.low && form.convexity <= goal_.convexity.high &&
+               form.thickness * one.size_m >= goal_.thinnest_m && mass >= goal_.mass_kg.low && mass <= goal_.mass_kg.high &&
+               form.feret * one.size_m <= largest_feret * width;
+    }
+
+    [[nodiscard]] std::vector<SizedCandidate> forecasts() const {
+        const Surrogate surrogate(known_);
+        std::vector<SizedCandidate> all;
+        for (const Candidate& candidate : candidates_) {
+            double size_m = std::cbrt(6.0 * goal_.volume_m3 / std::numbers::pi);
+            // With the volume free, the size gives the permeability; the wall ratio, which depends on it, changes it little.
+            if (goal_.volume_m3 == 0.0) {
+                size_m = 1e-2;
+                for (int pass = 0; pass < 20; ++pass) {
+                    const Prediction p = surrogate.at(candidate.form, wall_ratio(size_m, goal_.container) / bed_.shrink(size_m));
+                    size_m =
+                        std::sqrt(std::sqrt(goal_.permeability_m2.low * goal_.permeability_m2.high) / std::exp(p.log_permeability.value));
+                }
+            }
+            const SizedCandidate one = forecast(surrogate, candidate, size_m);
+            if (allowed(one)) all.push_back(one);
+        }
+        return all;
+    }
+
+    // Computed before; or so near to a grain that could not be computed that it would fail as well.
+    static bool is_tried(const SizedCandidate& one, const Proposal& before) {
+        const Candidate &a = one.candidate, &b = before.grain.candidate;
+        constexpr double near = 0.03;
+        return a.family == b.family &&
+               (a.parameters == b.parameters || (!before.error.empty() && std::abs(a.form.sphericity - b.form.sphericity) < near));
+    }
+
+    // The most promising grain that has not been tried; where no chance is left, the nearest.
+    static std::optional<SizedCandidate> best(const std::vector<SizedCandidate>& all, const std::vector<Proposal>& computed) {
+        std::optional<SizedCandidate> found;
+        for (const SizedCandidate& one : all) {
+            if (std::any_of(computed.begin(), computed.end(), [&](const Proposal& before) { return is_tried(one, before); })) continue;
+            const auto worse = [](const SizedCandidate& a, const SizedCandidate& b) {
+                constexpr double tiny = 1e-6;
+                return a.chance < tiny && b.chance < tiny ? a.distance > b.distance : a.chance < b.chance;
+            };
+            if (!found || worse(*found, one)) found = one;
+        }
+        return found;
+    }
+
+    [[nodiscard]] Case prepared(const SizedCandidate& grain, const std::string& name, bool full, long packings) const {
+        const Path folder = folder_ / name, file = folder / "case.toml";
+        const std::string text = bed_.case_text(grain, full, packings);
+        if (!fs::exists(file) || read_text(file) != text) {
+            make_folder(folder);
+            write_text(file, text);
+        }
+        return read_case(file);
+    }
+
+    // As many packings as the goal says; more, up to most_packings times as many, where the goal lies in an interval that is too wide.
+    [[nodiscard]] Proposal compute(const SizedCandidate& grain, long n) const {
+        Proposal proposal = compute(grain, n, goal_.packings);
+        while (proposal.error.empty() && meets_goal(proposal) && proposal.permeability_half_width > goal_.within &&
+               proposal.bed.packings < most_packings * goal_.packings) {
+            const double more = std::pow(1.05 * proposal.permeability_half_width / goal_.within, 2);
+            const long wanted = std::lround(std::ceil(more * static_cast<double>(proposal.bed.packings)));
+            proposal = compute(grain, n, std::min(wanted, most_packings * goal_.packings));
+        }
+        proposal.hit = proposal.error.empty() && meets_goal(proposal) && proposal.permeability_half_width <= goal_.within;
+        return proposal;
+    }
+
+    [[nodiscard]] Proposal compute(const SizedCandidate& grain, long n, long packings) const {
+        Proposal proposal{.grain = grain};
+        const std::string name = fmt::format("proposal_{}", n);
+        const Case made = prepared(grain, name, false, packings);
+        try {
+            (void)run_pipeline(case_pipeline(made), last_stage);
+        } catch (const MachineError&) {
+            throw;
+        } catch (const EngineError&) {
+            throw;
+        } catch (const Error& error) {
+            const std::string message = error.what();
+            proposal.error = message.substr(0, message.find('\n'));
+            return proposal;
+        }
+        const Json seeds = made.result_of("seeds"), &k = seeds["quantities"]["permeability_m2"], &eps = seeds["quantities"]["porosity"];
+        proposal.permeability_m2 = k["mean"].get<double>();
+        proposal.bed = {.name = name,
+                        .form = grain.candidate.form,
+                        .wall = grain.bed_wall,
+                        .packings = packings,
+                        .porosity = eps["mean"].get<double>(),
+                        .permeability = proposal.permeability_m2 / (grain.size_m * grain.size_m),
+                        .porosity_deviation = number_at(eps, "/standard_deviation").value_or(0.0),
+                        .permeability_deviation = number_at(k, "/standard_deviation").value_or(0.0) / proposal.permeability_m2};
+        // The scatter is that of all beds, this one included.
+        std::vector<KnownBed> all = known_;
+        all.push_back(proposal.bed);
+        const double numerical = number_at(k, "/numerical_half_width").value_or(0.0) / proposal.permeability_m2;
+        proposal.permeability_half_width = std::hypot(half_width(all, &PooledScatter::permeability, packings), numerical);
+        proposal.porosity_half_width = half_width(all, &PooledScatter::porosity, packings);
+        return proposal;
+    }
+
+    // Whatever the width of its interval.
+    [[nodiscard]] bool meets_goal(const Proposal& p) const {
+        const auto within = [](double value, const Interval& wanted, double half_width) {
+            const double margin = wanted.low == wanted.high ? half_width : 0.0;
+            return value >= wanted.low - margin && value <= wanted.high + margin;
+        };
+        return within(p.permeability_m2, goal_.permeability_m2, p.permeability_half_width * p.permeability_m2) &&
+               (!goal_.porosity || within(p.bed.porosity, *goal_.porosity, p.porosity_half_width));
+    }
+
+    [[nodiscard]] Json compute_full(const SizedCandidate& grain) const {
+        const Case made = prepared(grain, "full", true, 1);
+        const Json lbm = (log_info("design: the answer in its whole container"), run_pipeline(case_pipeline(made), "lbm"));
+        return {{"permeability_m2", lbm["permeability_m2"]},
+                {"permeability_interval_m2", lbm["permeability_interval_m2"]},
+                {"porosity", lbm["porosity"]},
+                {"over_goal", lbm["permeability_m2"].get<double>() / middle(goal_.permeability_m2)}};
+    }
+
+    [[nodiscard]] std::string answer(const DesignResult& result) const {
+        std::vector<const Proposal*> computed;
+        for (const Proposal& p : result.proposals)
+            if (p.error.empty()) computed.push_back(&p);
+        if (computed.empty()) return "No proposal could be computed: see proposals.csv.";
+        const auto far = [&](const Proposal* p) {
+            const double k =
+                std::log(std::clamp(p->permeability_m2, goal_.permeability_m2.low, goal_.permeability_m2.high) / p->permeability_m2);
+            const double eps =
+                goal_.porosity ? std::clamp(p->bed.porosity, goal_.porosity->low, goal_.porosity->high) - p->bed.porosity : 0.0;
+            return std::hypot(k / scatter_of(known_).permeability, eps / scatter_of(known_).porosity);
+        };
+        const Proposal& nearest = **std::min_element(computed.begin(), computed.end(), [&](auto* a, auto* b) { return far(a) < far(b); });
+        const std::string grain = fmt::format("{}: k = {:.3g} m² ± {:.2g} % and porosity {:.3f} ± {:.3f} (mean of {} packings, 95 %)",
+                                              text_of(nearest.grain), nearest.permeability_m2, 100.0 * nearest.permeability_half_width,
+                                              nearest.bed.porosity, nearest.porosity_half_width, nearest.bed.packings);
+        std::string text = result.verdict == Verdict::hit ? "Found. " + grain
+                           : result.verdict == Verdict::out_of_reach
+                               ? "Out of reach. Nearest: " + grain + ". " + obstacle(result.reachable)
+                               : fmt::format("Not hit in {} proposals. Nearest: ", result.proposals.size()) + grain;
+        text += ".";
+        if (nearest.permeability_half_width > goal_.within)
+            text +=
+                fmt::format(" Its interval is wider than {:g} %: it takes more packings per proposal (--packings).", 100.0 * goal_.within);
+        if (goal_.volume_m3 == 0.0)
+            text +=
+                " The volume was free: k grows as volume^(2/3) as long as the container is wide, so other shapes of other volumes have "
+                "this k, too; the porosity chooses among them.";
+        if (bed_.shrink(nearest.grain.size_m) < 1.0)
+            text +=
+                fmt::format(" The bed was poured in a container {:g} grains wide; the wall of the wider one changes k less.", widest_bed);
+        if (nearest.grain.prediction.extrapolated)
+            text +=
+                " The grain or its container lies outside the beds that the search began with; the computed values do not depend on them.";
+        return text;
+    }
+
+    // What stops the search: at the wanted permeability, the porosity; or the range of k among the allowed porosities.
+    [[nodiscard]] std::string obstacle(const std::vector<SizedCandidate>& all) const {
+        Interval k = {std::numeric_limits<double>::infinity(), 0.0}, eps = {1.0, 0.0};
+        for (const SizedCandidate& one : all) {
+            const double porosity = one.prediction.porosity.value;
+            const double value = std::exp(one.prediction.log_permeability.value) * one.size_m * one.size_m;
+            if (!goal_.porosity || (porosity >= goal_.porosity->low - 0.005 && porosity <= goal_.porosity->high + 0.005))
+                k = {std::min(k.low, value), std::max(k.high, value)};
+            if (value >= 0.9 * goal_.permeability_m2.low && value <= 1.1 * goal_.permeability_m2.high)
+                eps = {std::min(eps.low, porosity), std::max(eps.high, porosity)};
+        }
+        const auto range = [](const Interval& x, const char* format) {
+            return fmt::format(fmt::runtime(fmt::format("{} to {}", format, format)), x.low, x.high);
+        };
+        std::string text;
+        if (k.high > 0.0)
+            text += fmt::format("{}allowed grains are expected to have k from {} m²",
+                                goal_.porosity ? "With a porosity as wanted, the " : "The ", range(k, "{:.2g}"));
+        else
+            text += "No allowed grain is expected to have such a porosity";
+        if (goal_.porosity && eps.high > 0.0) text += fmt::format("; with k as wanted, porosities from {}", range(eps, "{:.2f}"));
+        return text;
+    }
+
+    [[nodiscard]] static std::string text_of(const SizedCandidate& one) { return description(one); }
+
+    void write(const DesignResult& result) const {
+        make_folder(folder_);
+        write_design(goal_, result, known_, folder_);
+    }
+
+    const DesignGoal& goal_;
+    Path folder_;
+    Bed bed_;
+    std::vector<KnownBed> known_;
+    std::vector<Candidate> candidates_;
+};
+
+void check(const DesignGoal& goal) {
+    const auto fail = [](const char* what, const char* where, const char* allowed) {
+        throw UserError(what, {.where = where, .allowed = allowed});
+    };
+    if (!(goal.permeability_m2.low > 0.0 && goal.permeability_m2.low <= goal.permeability_m2.high))
+        fail("the permeability is not a positive value or range", "--permeability", "K, or LOW,HIGH, in m2");
+    if (goal.porosity && !(goal.porosity->low > 0.0 && goal.porosity->low <= goal.porosity->high && goal.porosity->high < 1.0))
+        fail("the porosity is not a value or range between 0 and 1", "--porosity", "EPS, or LOW,HIGH");
+    if (goal.packings < 2) fail("one packing tells no scatter", "--packings", "2 or more");
+    if (!goal.free.empty() && goal.own_shape.empty())
+        fail("free parameters belong to a shape of your own", "--free", "with --shape FILE.toml");
+}
+
+}  // namespace
+
+DesignResult run_design(const DesignGoal& goal, const Path& folder) {
+    check(goal);
+    // A finished proposal is used again only for the same goal.
+    const Path file = folder / "design.json";
+    if (fs::exists(file))
+        if (const Json before = read_json(file); before.value("goal", Json()) != to_json(goal))
+            throw UserError("another design lies in this folder", {.where = file.string(), .fix = "choose another --output, or remove it"});
+    return Design(goal, folder).run();
+}
+
+Json plan_design(const DesignGoal& goal) {
+    check(goal);
+    return Design(goal, {}).plan();
+}
+
+}  // namespace porepack::study

@@ -1,0 +1,14 @@
+// Files of a design: proposals.csv, design.json, design.html with its figures.
+#pragma once
+
+#include "study/design.hpp"
+
+namespace porepack::study {
+
+/// "tetrapod, sphericity 0.612, d_v 11.2 mm, capsules 4.1 mm thick".
+[[nodiscard]] std::string description(const SizedCandidate& grain);
+
+/// `known`: the beds that the search began with and those that it has added.
+void write_design(const DesignGoal& goal, const DesignResult& result, const std::vector<KnownBed>& known, const core::Path& folder);
+
+}  // namespace porepack::study

@@ -1,0 +1,26 @@
+#include "study/grain_sheet.hpp"
+
+#include "converters/surface.hpp"
+#include "packing/packing.hpp"
+
+namespace porepack::study {
+using namespace packing;
+using namespace shapes;
+
+io::TriangleSurface grain_sheet(const std::vector<Shape>& grains, long columns, double pitch_m) {
+    Packing sheet;
+    sheet.container.kind = Container::Kind::box;
+    sheet.shapes = grains;
+    for (std::size_t i = 0; i < grains.size(); ++i) {
+        const auto place = static_cast<long>(i);
+        const auto column = static_cast<double>(place % columns), row = static_cast<double>(place / columns);
+        sheet.bodies.push_back({.shape = i,
+                                .position_m = Vec3((0.5 + column) * pitch_m, 0.5 * pitch_m, (0.5 + row) * pitch_m),
+                                .orientation = Quaternion(Eigen::AngleAxisd(0.45, Vec3::UnitX()) * Eigen::AngleAxisd(0.5, Vec3::UnitZ()))});
+    }
+    const auto rows = static_cast<double>((static_cast<long>(grains.size()) + columns - 1) / columns);
+    sheet.container.size_m = Vec3(static_cast<double>(columns) * pitch_m, pitch_m, rows * pitch_m);
+    return converters::make_surface(sheet, {.deviation_m = 0.01 * smallest_diameter(grains.back())}).surface;
+}
+
+}  // namespace porepack::study

@@ -1,0 +1,157 @@
+#include "study/surrogate.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include "core/error.hpp"
+#include "permeability/sample.hpp"
+#include "study/study_table.hpp"
+
+namespace porepack::study {
+using namespace core;
+using namespace packing;
+using namespace shapes;
+namespace {
+
+Eigen::VectorXd coordinates(const GrainForm& form, double wall) {
+    Eigen::VectorXd x(5);
+    x << form.sphericity, form.convexity, form.thickness, form.feret, wall;
+    return x;
+}
+
+Eigen::MatrixXd coordinates(const std::vector<KnownBed>& beds) {
+    Eigen::MatrixXd x(static_cast<Eigen::Index>(beds.size()), 5);
+    for (std::size_t i = 0; i < beds.size(); ++i) x.row(static_cast<Eigen::Index>(i)) = coordinates(beds[i].form, beds[i].wall);
+    return x;
+}
+
+// eps^3 / S^2, in units of d_v^2: S = (1 - eps) 6 / (sphericity d_v).
+double log_hydraulic(double porosity, double sphericity) {
+    return 3.0 * std::log(porosity) - 2.0 * std::log(6.0 * (1.0 - porosity) / sphericity);
+}
+
+Eigen::VectorXd values(const std::vector<KnownBed>& beds, double (*value)(const KnownBed&)) {
+    Eigen::VectorXd y(static_cast<Eigen::Index>(beds.size()));
+    for (std::size_t i = 0; i < beds.size(); ++i) y[static_cast<Eigen::Index>(i)] = value(beds[i]);
+    return y;
+}
+
+double porosity_of(const KnownBed& bed) {
+    return bed.porosity;
+}
+double log_kozeny_of(const KnownBed& bed) {
+    return log_hydraulic(bed.porosity, bed.form.sphericity) - std::log(bed.permeability);
+}
+
+double number_at(const StudyRow& row, const std::string& column) {
+    const auto found = row.find(column);
+    return found == row.end() || found->second.empty() ? std::nan("") : std::stod(found->second);
+}
+
+// The maximum Feret diameter needs the capsules, which the table describes by diameter and length for presets.
+double feret_of(const ShapeConfig& config, double diameter_m, double length_m) {
+    Shape shape;
+    shape.capsules =
+        config.kind == ShapeKind::capsules ? config.capsule : make_preset(config.kind, diameter_m, length_m, config.arms).capsules;
+    return maximum_feret_diameter(shape);
+}
+
+// NaN where something is missing.
+KnownBed bed_of(const StudyRow& row, const Point& point) {
+    const stages::Settings& settings = point.planned.settings;
+    const double size = number_at(row, "equal_volume_diameter_m"), k = number_at(row, "permeability_m2");
+    KnownBed bed{
+        .name = point.name,
+        .form = {.sphericity = number_at(row, "sphericity"),
+                 .convexity = number_at(row, "convexity"),
+                 .thickness = number_at(row, "capsule_diameter_m") / size,
+                 .feret = feret_of(settings.shape, number_at(row, "capsule_diameter_m"), number_at(row, "capsule_length_m")) / size},
+        .wall = wall_ratio(size, make_container(settings.container)),
+        .packings = std::lround(number_at(row, "packings")),
+        .porosity = number_at(row, "porosity"),
+        .permeability = k / (size * size)};
+    if (bed.packings > 1) {
+        const double t = permeability::students_t(static_cast<double>(bed.packings) - 1.0);
+        const double half_width = 0.5 * (number_at(row, "porosity_high") - number_at(row, "porosity_low"));
+        bed.porosity_deviation = half_width * std::sqrt(static_cast<double>(bed.packings)) / t;
+        bed.permeability_deviation = number_at(row, "permeability_standard_deviation_m2") / k;
+    }
+    return bed;
+}
+
+bool complete(const KnownBed& bed) {
+    return (coordinates(bed.form, bed.wall).array().isFinite()).all() && bed.porosity > 0.0 && bed.porosity < 1.0 &&
+           bed.permeability > 0.0 && std::isfinite(bed.porosity_deviation + bed.permeability_deviation);
+}
+
+}  // namespace
+
+double wall_ratio(double equal_volume_diameter_m, const Container& container) {
+    if (container.kind == Container::Kind::cylinder) return equal_volume_diameter_m / container.diameter_m;
+    const double x = container.size_m[0], y = container.size_m[1];
+    const double perimeter = (container.periodic[0] ? 0.0 : 2.0 * y) + (container.periodic[1] ? 0.0 : 2.0 * x);
+    return equal_volume_diameter_m * perimeter / (4.0 * x * y);
+}
+
+std::vector<KnownBed> known_beds(const Study& study) {
+    std::vector<KnownBed> beds;
+    const std::vector<StudyRow> rows = read_rows(study);
+    for (const Point& point : study.points)
+        for (const StudyRow& row : rows)  // the first of a point is the current one
+            if (row.at("point") == point.name) {
+                if (const KnownBed bed = bed_of(row, point); complete(bed)) beds.push_back(bed);
+                break;
+            }
+    if (beds.size() < 2)
+        throw UserError(
+            "there are not two beds to learn from",
+            {.where = study.table().string(),
+             .allowed = "rows with sphericity, convexity, equal_volume_diameter_m, capsule_diameter_m, porosity, permeability_m2",
+             .fix = "porepack study run " + study.folder.string()});
+    return beds;
+}
+
+PooledScatter pooled_scatter(const std::vector<KnownBed>& beds) {
+    PooledScatter pooled;
+    for (const KnownBed& bed : beds) {
+        const double freedom = static_cast<double>(bed.packings - 1);
+        pooled.porosity += freedom * bed.porosity_deviation * bed.porosity_deviation;
+        pooled.permeability += freedom * bed.permeability_deviation * bed.permeability_deviation;
+        pooled.degrees_of_freedom += freedom;
+    }
+    if (pooled.degrees_of_freedom > 0.0) {
+        pooled.porosity = std::sqrt(pooled.porosity / pooled.degrees_of_freedom);
+        pooled.permeability = std::sqrt(pooled.permeability / pooled.degrees_of_freedom);
+    }
+    return pooled;
+}
+
+Surrogate::Surrogate(const std::vector<KnownBed>& beds)
+    : beds_(beds),
+      low_(coordinates(beds).colwise().minCoeff()),
+      high_(coordinates(beds).colwise().maxCoeff()),
+      porosity_(coordinates(beds), values(beds, porosity_of)),
+      log_kozeny_(coordinates(beds), values(beds, log_kozeny_of)) {}
+
+// Small changes of the porosity change ln k by 3/eps + 2/(1 - eps) times as much. The errors of porosity and Kozeny constant are taken as
+// independent.
+Prediction Surrogate::combined(const Estimate& porosity, const Estimate& log_kozeny, double sphericity) const {
+    const double eps = std::clamp(porosity.value, 0.05, 0.98);
+    const double slope = (3.0 / eps + 2.0 / (1.0 - eps)) * porosity.standard_deviation;
+    return {.porosity = porosity,
+            .log_permeability = {log_hydraulic(eps, sphericity) - log_kozeny.value, std::hypot(slope, log_kozeny.standard_deviation)}};
+}
+
+Prediction Surrogate::at(const GrainForm& form, double wall) const {
+    const Eigen::VectorXd x = coordinates(form, wall), margin = 0.05 * (high_ - low_).array() + 1e-3;
+    Prediction prediction = combined(porosity_.at(x), log_kozeny_.at(x), form.sphericity);
+    prediction.extrapolated = ((x.array() < (low_ - margin).array()) || (x.array() > (high_ + margin).array())).any();
+    return prediction;
+}
+
+Prediction Surrogate::leave_one_out(std::size_t i) const {
+    const auto row = static_cast<Eigen::Index>(i);
+    return combined(porosity_.leave_one_out(row), log_kozeny_.leave_one_out(row), beds_[i].form.sphericity);
+}
+
+}  // namespace porepack::study
