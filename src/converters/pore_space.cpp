@@ -127,12 +127,12 @@ bool PoreSpace::certainly_blocked(double voxel_size_m, const Drive& drive) const
     // Voxels at the wall, whose centres lie outside, count too; the grid of a box ends at its walls or beyond.
     if (container.kind == Container::Kind::cylinder) thinner.container.diameter_m += std::numbers::sqrt2 * h;
     PoreSpace space = pore_space_of(std::move(thinner)).with_section(computed());
-    PhaseImage image = space.voxelise_at(h);
+    PhaseImage blocked = space.voxelise_at(h);
     if (container.kind == Container::Kind::box)
-        std::replace(image.phase.begin(), image.phase.end(), static_cast<std::uint8_t>(Phase::outside),
+        std::replace(blocked.phase.begin(), blocked.phase.end(), static_cast<std::uint8_t>(Phase::outside),
                      static_cast<std::uint8_t>(Phase::pore));
     try {
-        (void)find_percolating_cells(image, drive);
+        (void)find_percolating_cells(blocked, drive);
     } catch (const DoesNotPercolate&) {
         return true;
     }
@@ -176,6 +176,12 @@ PoreSpace pore_space_of(PhaseImage image, const Container& container, const Sect
     if (section.z0 < z0 - 0.5 * h || section.z1 > z1 + 0.5 * h || section.length() < h)
         throw UserError(fmt::format("the section from {:g} to {:g} m is not in the image", section.z0, section.z1),
                         {.where = where, .allowed = fmt::format("{:g} <= z0 < z1 <= {:g} m", z0, z1)});
+    if (z0 < -0.5 * h || z1 > container.height() + 1.01 * h)
+        throw UserError(fmt::format("the image reaches from {:g} to {:g} m, the container from 0 to {:g} m", z0, z1, container.height()),
+                        {.where = where, .fix = "give the container that the image shows (--container, metres)"});
+    if (container.periodic[2] && (section.z0 > z0 + 0.5 * h || section.z1 < z1 - 0.5 * h))
+        throw UserError("a section of an image that is periodic along z is not periodic",
+                        {.where = where, .fix = "leave out --section, or give a container that is not periodic along z"});
     PoreSpace space{.container = container, .section = section};
     space.image = std::make_shared<const PhaseImage>(std::move(image));
     space.bed_bottom_m = z0;

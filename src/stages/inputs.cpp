@@ -8,6 +8,7 @@
 #include "converters/surface.hpp"
 #include "core/error.hpp"
 #include "core/log.hpp"
+#include "imaging/phases.hpp"
 #include "io/image.hpp"
 
 namespace porepack::stages {
@@ -24,21 +25,56 @@ PoreSpace load_surface(const Path& input, const InputOptions& options) {
     return pore_space_of(read_stl(input, options.unit_m), *options.container, input.string());
 }
 
+// --container, the image's own, or the box that the image fills.
 Container container_of_image(const PhaseImage& image, const InputOptions& options, const Path& file) {
     if (options.container) return *options.container;
-    const auto note = image.notes.find("container");
-    if (note == image.notes.end())
-        throw UserError("the image does not name its container", {.where = file.string(), .fix = container_flag});
-    const Json json = Json::parse(note->second, nullptr, false);
-    if (json.is_discarded())
-        throw UserError("the image's field data `container` is not JSON: " + note->second, {.where = file.string(), .fix = container_flag});
-    return container_from_json(json, file.string());
+    if (const auto note = image.notes.find("container"); note != image.notes.end()) {
+        const Json json = Json::parse(note->second, nullptr, false);
+        if (json.is_discarded())
+            throw UserError("the image's field data `container` is not JSON: " + note->second,
+                            {.where = file.string(), .fix = container_flag});
+        return container_from_json(json, file.string());
+    }
+    Container box{.kind = Container::Kind::box};
+    for (const int axis : {0, 1, 2}) {
+        const auto a = static_cast<std::size_t>(axis);
+        box.size_m[axis] = image.grid.cells[a] * image.grid.spacing_m[a];
+    }
+    return box;
+}
+
+// An image of another producer has no place in the container: its middle is put on the container's axis, and its first layer on the floor.
+void place(PhaseImage& image, const Container& container) {
+    if (image.notes.contains("container")) return;
+    Grid& grid = image.grid;
+    const shapes::Vec3 middle = 0.5 * (container.low() + container.high());
+    for (const int axis : {0, 1}) {
+        const auto a = static_cast<std::size_t>(axis);
+        grid.origin_m[a] = middle[axis] - 0.5 * grid.cells[a] * grid.spacing_m[a];
+    }
+    grid.origin_m[2] = 0.0;
+}
+
+// What lies outside a cylinder is no pore, whatever the image shows there.
+void leave_out_outside(PhaseImage& image, const Container& container) {
+    if (container.kind != Container::Kind::cylinder) return;
+    const Grid& grid = image.grid;
+    for (int j = 0; j < grid.cells[1]; ++j)
+        for (int i = 0; i < grid.cells[0]; ++i)
+            if (!container.contains_column(grid.centre(0, i), grid.centre(1, j)))
+                for (int k = 0; k < grid.cells[2]; ++k) image.phase[grid.index(i, j, k)] = Phase::outside;
 }
 
 PoreSpace load_image(const Path& file, const InputOptions& options) {
-    PhaseImage image = read_phase_image(file);
+    const imaging::VolumeSource source = imaging::open_volume(file, options.image);
+    imaging::SegmentedImage found = imaging::segmented(source, options.image, file.string());
+    PhaseImage& image = found.image;
     const Container container = container_of_image(image, options, file);
+    place(image, container);
+    leave_out_outside(image, container);
     const Grid& grid = image.grid;
+    log_info("image: {}, {} x {} x {} voxels of {:.4g} m ({}), {}; pores: {}", source.header.format, grid.cells[0], grid.cells[1],
+             grid.cells[2], grid.spacing_m[2], source.header.size_source, source.header.orientation, found.pore_level);
     Section section{grid.origin_m[2], grid.origin_m[2] + grid.cells[2] * grid.spacing_m[2]};
     if (const auto& given = options.geometry.section_m; given.size() == 2)
         section = {given[0], given[1]};
@@ -78,7 +114,7 @@ bool is_surface(const Path& input) {
 }
 
 bool is_image(const Path& input) {
-    return input.extension() == ".vti" || std::filesystem::exists(input / "slices.json");
+    return std::filesystem::exists(input / "slices.json") || imaging::is_volume(input);
 }
 
 bool is_case(const Path& input) {
@@ -89,15 +125,18 @@ PoreSpace load_pore_space(const Path& input, const InputOptions& options) {
     if (!(options.unit_m >= 1e-12 && options.unit_m <= 1e6))
         throw UserError(fmt::format("a unit of {:g} m is not possible", options.unit_m), {.allowed = "1e-12 to 1e6 (0.001: millimetres)"});
     PoreSpace space;
+    if (!imaging::is_volume(input) && resolved_config(options.image) != resolved_config(imaging::ImageConfig()))
+        throw UserError("--image-... have no effect here: they belong to images", {.where = input.string(), .fix = "remove them"});
     if (is_packing(input))
         space = pore_space_of(read_packing(input));
     else if (is_surface(input))
         space = load_surface(input, options);
     else if (is_image(input))
-        space = std::filesystem::is_directory(input) ? load_slices(input, options) : load_image(input, options);
+        space = std::filesystem::exists(input / "slices.json") ? load_slices(input, options) : load_image(input, options);
     else
-        throw UserError("cannot tell what " + input.string() + " is",
-                        {.allowed = "packing.json, packing.json.gz, an .stl file, a .vti image, a folder of slices, or a case"});
+        throw UserError(
+            "cannot tell what " + input.string() + " is",
+            {.allowed = "packing.json, packing.json.gz, an .stl file, an image (docs/images.md), a folder of slices, or a case"});
     space.source = input.string();
     if (options.whole_bed) return space;
     if (space.image) return with_ends(space, options.section);

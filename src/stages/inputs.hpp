@@ -6,6 +6,7 @@
 #include "converters/config.hpp"
 #include "converters/pore_space.hpp"
 #include "core/config.hpp"
+#include "imaging/config.hpp"
 
 namespace porepack::stages {
 
@@ -14,16 +15,17 @@ struct InputOptions {
     double unit_m = 1.0;                               ///< length of a surface's unit in metres
     converters::GeometryConfig geometry = {};          ///< section, trim and reservoir
     converters::SectionConfig section = {};            ///< ends and buffers of a flow
+    imaging::ImageConfig image = {};                   ///< how an image is read
     bool whole_bed = false;                            ///< the section is the whole bed, independent of `geometry`
 };
 
-/// packing.json[.gz], an .stl (which needs a container), pore.vti, or a folder of slices. Throws UserError on anything else, and where the
-/// file, the container and the section do not fit together.
+/// packing.json[.gz], an .stl (which needs a container), an image of any format (docs/images.md), or a folder of slices. Throws UserError
+/// on anything else, and where the file, the container and the section do not fit together.
 [[nodiscard]] converters::PoreSpace load_pore_space(const core::Path& input, const InputOptions& options = {});
 
 [[nodiscard]] bool is_packing(const core::Path& input);
 [[nodiscard]] bool is_surface(const core::Path& input);
-/// pore.vti or a folder of slices.
+/// An image of any format, or a folder of slices.
 [[nodiscard]] bool is_image(const core::Path& input);
 /// A folder with case.toml, or a .toml file.
 [[nodiscard]] bool is_case(const core::Path& input);

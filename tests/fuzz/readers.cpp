@@ -1,6 +1,7 @@
 // Damaged files for every reader: each is refused with an error of this program, or read, and then an independent small reader finds the
 // same. POREPACK_FUZZ=100000 tests more files than the default, POREPACK_FUZZ_SEED others.
 #include <fmt/format.h>
+#include <tiffio.h>
 
 #include <cmath>
 #include <cstring>
@@ -10,6 +11,7 @@
 #include "converters/surface.hpp"
 #include "falling_head/level_curve.hpp"
 #include "helpers.hpp"
+#include "imaging/write_volume.hpp"
 #include "lbm/checkpoint.hpp"
 #include "stages/case.hpp"
 
@@ -275,6 +277,45 @@ TEST(Fuzz, Checkpoints) {
         read_checkpoint_populations(file, std::as_writable_bytes(std::span(read)), Precision::double_precision);
         for (const double population : read) EXPECT_TRUE(std::isfinite(population));
     });
+}
+
+// No format of these is compressed: what is read lies in the file.
+TEST(Fuzz, Images) {
+    const test::Folder folder;
+    std::string bytes;
+    for (int i = 0; i < 240; ++i) bytes += static_cast<char>(i);
+    const Path raw = folder.write("good.raw", bytes);
+    const imaging::VolumeSource good =
+        imaging::open_volume(raw, {.dims = {6, 5, 4}, .type = imaging::ValueType::uint16, .voxel_size_m = {1e-3}});
+    const Path tiff = folder.path() / "good.tif";
+    TIFF* file = TIFFOpen(tiff.c_str(), "w");
+    for (int z = 0; z < 4; ++z) {
+        TIFFSetField(file, TIFFTAG_IMAGEWIDTH, 6);
+        TIFFSetField(file, TIFFTAG_IMAGELENGTH, 5);
+        TIFFSetField(file, TIFFTAG_BITSPERSAMPLE, 16);
+        TIFFSetField(file, TIFFTAG_SAMPLESPERPIXEL, 1);
+        TIFFSetField(file, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK);
+        for (std::uint32_t y = 0; y < 5; ++y) TIFFWriteScanline(file, bytes.data() + (z * 5 + static_cast<int>(y)) * 12, y, 0);
+        TIFFWriteDirectory(file);
+    }
+    TIFFClose(file);
+    // fuzz() uses a folder of the same name: all good files are made before.
+    std::vector<std::pair<std::string, std::string>> files;
+    for (const char* kind : {".nrrd", ".npy", ".vti", ".mhd", ".tif"}) {
+        const Path path = folder.path() / (std::string("good") + kind);
+        if (path.extension() != ".tif") imaging::write_volume(path, good);
+        files.emplace_back(std::string("image") + kind, read_text(path));
+    }
+    for (const auto& [name, text] : files)
+        fuzz(name, text, [&](const Path& changed) {
+            if (changed.extension() == ".mhd") core::write_text(changed.parent_path() / "good.raw", bytes);
+            const imaging::VolumeSource source = imaging::open_volume(changed, {.voxel_size_m = {1e-3}});
+            const imaging::VolumeHeader& header = source.header;
+            const imaging::VolumeStatistics found = imaging::statistics_of(source);
+            const auto there = changed.extension() == ".mhd" ? bytes.size() : std::filesystem::file_size(changed);
+            ASSERT_LE(static_cast<std::uintmax_t>(header.count()) * imaging::size_of(header.type), there) << header.format;
+            EXPECT_TRUE(std::isfinite(found.mean) && found.minimum <= found.maximum);
+        });
 }
 
 }  // namespace

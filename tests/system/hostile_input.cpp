@@ -41,11 +41,11 @@ TEST(HostileImage, GridAndContainerMustFit) {
                      .notes = {{"section", "nan,nan"}}};
     const Path file = folder.path() / "pore.vti";
     write_phase_image(file, image);
-    const std::string box = " --container box:0.01,0.01,0.01 ";
+    const std::string unit = " --image-unit 1", box = unit + " --container box:0.01,0.01,0.01 ";
     expect_fault("lbm " + quoted(file) + box, "is not \"z0,z1\"");
     expect_fault("lbm " + quoted(file) + box + "--section 5,6", "not in the image");
     expect_fault("lbm " + quoted(file) + box + "--section 0.008,0.002", "not in the image");
-    expect_fault("lbm " + quoted(file) + " --container box:0.05,0.01,0.01 --section 0,0.01",
+    expect_fault("lbm " + quoted(file) + unit + " --container box:0.05,0.01,0.01 --section 0,0.01",
                  "0.01 m wide along axis 0, the container 0.05");
     for (const char* spacing : {"0 0 0", "nan 1 1", "-1 1 1"}) {
         const Path bad =
@@ -55,6 +55,43 @@ TEST(HostileImage, GridAndContainerMustFit) {
     image.notes = {{"container", "{{"}};
     write_phase_image(file, image);
     expect_fault("lbm " + quoted(file), "is not JSON");
+}
+
+// Each of these gave a wrong k without a word before.
+TEST(HostileImage, WhatWasWrongInSilence) {
+    const test::Folder folder;
+    PhaseImage image{.grid = {.cells = {10, 10, 20}, .origin_m = {0, 0, 0}, .spacing_m = {1e-3, 1e-3, 1e-3}},
+                     .phase = std::vector<std::uint8_t>(2000, Phase::pore),
+                     .notes = {}};
+    for (int k = 4; k < 16; ++k)
+        for (int j = 3; j < 7; ++j) image.phase[image.grid.index(4, j, k)] = Phase::grain;
+    const Path file = folder.path() / "pore.vti";
+    write_phase_image(file, image);
+    const std::string in = "lbm " + quoted(file);
+    expect_fault(in, "but not its unit");
+    expect_fault(in + " --image-voxel-size 2e-3", "and 0.002 x 0.002 x 0.002 m are given");
+    expect_fault(in + " --image-unit 1 --container box:0.01,0.01,0.01",
+                 "the image reaches from 0 to 0.02 m, the container from 0 to 0.01 m");
+    expect_fault(in + " --image-unit 1 --container box:0.01,0.01,0.02:periodic --section 0.002,0.015", "periodic along z");
+    expect_fault("lbm " + quoted(folder.write("p.json", "{}")) + " --image-unit 1", "--image-... have no effect here");
+    const std::string text = read_text(file);
+    for (const auto& [from, to, message] :
+         {std::tuple("Piece Extent=\"0 10 0 10 0 20\"", "Piece Extent=\"0 10 0 10 0 10\"", "do not fill WholeExtent"),
+          {"Spacing=\"0.001 0.001 0.001\"", "Spacing=\"0.001 0.001 0.002\"", "no cubes"},
+          {"Spacing=\"0.001 0.001 0.001\"", "Spacing=\"nan 0.001 0.001\"", "Spacing is not 3 numbers"},
+          {"Origin=\"0 0 0\"", "Origin=\"inf 0 0\"", "Origin is not 3 numbers"},
+          {"Direction=\"1 0 0 0 1 0 0 0 1\"", "Direction=\"1 0 0.5 0 1 0 0 0 1\"", "oblique"},
+          {"type=\"UInt8\"", "type=\"UInt16\"", "values than the image"}}) {
+        const Path bad = folder.write("bad.vti", replaced(text, from, to));
+        expect_fault("lbm " + quoted(bad) + " --image-unit 1", message);
+    }
+    // Water outside a cylinder is left out: a column of 10 x 10 voxels and the circle in it.
+    image.phase.assign(2000, Phase::pore);
+    write_phase_image(file, image);
+    const auto round = porepack("lbm --json --walls bounce_back --grids 1 --image-unit 1 --ends planes --container cylinder:0.01,0.02 " +
+                                quoted(file) + " --output " + quoted(folder.path() / "round"));
+    ASSERT_EQ(round.exit_code, 0) << round.err;
+    EXPECT_EQ(round.json()["fine"]["fluid_nodes"], 80 * 20) << "cells whose centres are in the circle";
 }
 
 TEST(HostileImage, ACutPictureIsNamed) {

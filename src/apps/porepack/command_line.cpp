@@ -175,7 +175,7 @@ CommandLine::CommandLine() {
         "machine.\nExample:\n  porepack run cases/quickstart");
     for (const auto& add_commands :
          {add_case_commands, add_shape_command, add_geometry_commands, add_lbm_command, add_foam_command, add_forchheimer_command,
-          add_tortuosity_command, add_falling_head_commands, add_study_commands, add_design_command, add_tools})
+          add_tortuosity_command, add_falling_head_commands, add_study_commands, add_design_command, add_image_commands, add_tools})
         add_commands(*this);
 }
 
@@ -280,6 +280,24 @@ void CommandLine::add_input(CLI::App& command, const char* what) {
                     "container of an STL file: a cylinder has its axis at x = y = 0, a box its corner at the origin; the floor is at z = 0")
         ->type_name("cylinder:D,H or box:X,Y,Z[:periodic] [m]");
     add_unit(command);
+    add_image_keys(command);
+}
+
+void CommandLine::add_image_keys(CLI::App& command, const std::vector<std::string>& leave_out) {
+    const auto describe_image = [](ConfigVisitor& v) {
+        static imaging::ImageConfig config;
+        describe(v, config);
+    };
+    for (const auto& row : key_rows(describe_image)) {
+        if (row.key == "file" || std::find(leave_out.begin(), leave_out.end(), row.key) != leave_out.end()) continue;
+        command
+            .add_option_function<std::string>(
+                "--image-" + flag_of(row.key).substr(2),
+                [this, key = row.key](const std::string& value) { common.image_flags[key] = value; },
+                row.meaning + "; default " + (row.standard.empty() ? "none" : row.standard))
+            ->type_name(type_text(row))
+            ->group("Images");
+    }
 }
 
 void CommandLine::add_unit(CLI::App& command) {
@@ -303,6 +321,8 @@ std::optional<Container> container_of(const Common& common) {
 Case open_case(const Common& common, const std::string& table, const Flags& flags) {
     if (!common.container.empty() || common.unit_m != 1.0)
         throw UserError("a case defines its own container and unit", {.fix = "remove --container and --unit; see case.toml"});
+    if (!common.image_flags.empty())
+        throw UserError("--image-... have no effect on a case", {.where = common.input, .fix = "keys of [image] in case.toml"});
     Case the_case = read_case(common.input, table, flags, keys_of(common.set));
     if (!common.set.empty() && common.output.empty())
         throw UserError("--set changes keys of the case, and the results in its own folder are those of case.toml as it is",
@@ -345,6 +365,7 @@ void run_on_input(const Common& common, const LooseCommand& command) {
                                                            .unit_m = common.unit_m,
                                                            .geometry = command.geometry,
                                                            .section = command.section,
+                                                           .image = config_from_flags<imaging::ImageConfig>(common.image_flags),
                                                            .whole_bed = command.whole_bed});
     if (common.dry_run)
         return print_result(common, {{"configuration", command.configuration},

@@ -26,6 +26,7 @@ struct Common {
     double unit_m = 1.0;
     std::string input;
     core::Flags flags;             ///< keys of the configuration given as flags
+    core::Flags image_flags;       ///< --image-...: keys of [image]
     std::vector<std::string> set;  ///< "table.key=value", in commands on cases
 };
 
@@ -47,6 +48,8 @@ public:
     void add_case(CLI::App& command);
     void add_input(CLI::App& command, const char* what);
     void add_unit(CLI::App& command);
+    /// --image-dims and so on: how an image is read. `leave_out`: keys.
+    void add_image_keys(CLI::App& command, const std::vector<std::string>& leave_out = {});
 
     CLI::App app{"From a grain's shape to the porosity, tortuosity and permeability of its packing.", "porepack"};
     Common common;
@@ -72,6 +75,7 @@ void add_tortuosity_command(CommandLine& line);
 void add_falling_head_commands(CommandLine& line);
 void add_study_commands(CommandLine& line);
 void add_design_command(CommandLine& line);
+void add_image_commands(CommandLine& line);
 void add_tools(CommandLine& line);
 
 void print_result(const Common& common, const core::Json& json);

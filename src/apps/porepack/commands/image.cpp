@@ -1,0 +1,107 @@
+// Commands on images: info, convert, crop, bin.
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "apps/porepack/command_line.hpp"
+#include "imaging/write_volume.hpp"
+
+namespace porepack::apps {
+using namespace core;
+using namespace imaging;
+namespace {
+
+ImageConfig config_of(const Common& common) {
+    return config_from_flags<ImageConfig>(common.image_flags);
+}
+
+Json json_of(const VolumeHeader& header) {
+    return {{"format", header.format},
+            {"voxels", header.voxels},
+            {"voxel_size_m", header.spacing_m},
+            {"voxel_size_from", header.size_source},
+            {"origin_m", header.origin_m},
+            {"size_m",
+             {header.spacing_m[0] * static_cast<double>(header.voxels[0]), header.spacing_m[1] * static_cast<double>(header.voxels[1]),
+              header.spacing_m[2] * static_cast<double>(header.voxels[2])}},
+            {"orientation", header.orientation},
+            {"type", name_of(header.type)}};
+}
+
+void info(const Common& common) {
+    const VolumeSource source = open_volume(common.input, config_of(common));
+    Json json = json_of(source.header);
+    if (!common.dry_run) {
+        const VolumeStatistics found = statistics_of(source);
+        json["minimum"] = found.minimum;
+        json["maximum"] = found.maximum;
+        json["mean"] = found.mean;
+        json["standard_deviation"] = found.deviation;
+        if (found.values && found.values->size() <= 16) {
+            json["values"] = Json::array();
+            for (const auto& [value, count] : *found.values)
+                json["values"].push_back(
+                    {{"value", value}, {"fraction", static_cast<double>(count) / static_cast<double>(source.header.count())}});
+        }
+    }
+    print_result(common, json);
+}
+
+void write(const Common& common, const std::string& target, const VolumeSource& source) {
+    if (std::filesystem::exists(target) && std::filesystem::equivalent(target, common.input))
+        throw UserError("the image would be written over itself: " + target, {.fix = "choose another name"});
+    Json json = json_of(source.header);
+    json["written"] = target;
+    if (!common.dry_run) write_volume(target, source);
+    print_result(common, json);
+}
+
+Box box_of(const std::string& text) {
+    Box box;
+    long long n[6] = {};
+    int used = 0;
+    if (std::sscanf(text.c_str(), "%lld,%lld,%lld,%lld,%lld,%lld%n", &n[0], &n[1], &n[2], &n[3], &n[4], &n[5], &used) != 6 ||
+        static_cast<std::size_t>(used) != text.size())
+        throw UserError(fmt::format("\"{}\" is no box", text), {.where = "--box", .allowed = "x0,x1,y0,y1,z0,z1 in voxels, from 0"});
+    for (std::size_t i = 0; i < 3; ++i) {
+        box.low[i] = n[2 * i];
+        box.high[i] = n[2 * i + 1];
+    }
+    return box;
+}
+
+}  // namespace
+
+void add_image_commands(CommandLine& line) {
+    Common& common = line.common;
+    auto& image = *line.app.add_subcommand("image", "scans and segmented images: look at them, convert, crop, bin");
+    image.require_subcommand(1);
+    const auto target = std::make_shared<std::string>();
+    const auto add = [&](const std::string& name, const std::string& help, const std::string& example, bool writes,
+                         const std::function<void()>& action) {
+        CLI::App& command = line.add_below(image, name, help, example, action);
+        command.add_option("input", common.input, "an image: a file, or a folder with one file per layer (docs/images.md)")
+            ->type_name("path")
+            ->required();
+        if (writes) command.add_option("target", *target, ".raw, .mhd, .nrrd, .npy or .vti")->type_name("path")->required();
+        line.add_image_keys(command, {"pore", "threshold", "pore_side"});
+        return &command;
+    };
+    add("info", "format, voxels, orientation and values", "porepack image info scan.nrrd", false, [&common] { info(common); });
+    add("convert", "the same image in another format, with x, y, z in order",
+        "porepack image convert scan.raw scan.nrrd --image-dims 400,400,600 --image-type uint16 --image-voxel-size 6.6e-5", true,
+        [&common, target] { write(common, *target, open_volume(common.input, config_of(common))); });
+    const auto box = std::make_shared<std::string>();
+    add("crop", "a part of an image", "porepack image crop scan.nrrd part.nrrd --box 0,200,0,200,50,150", true,
+        [&common, target, box] { write(common, *target, cropped(open_volume(common.input, config_of(common)), box_of(*box))); })
+        ->add_option("--box", *box, "voxels, the upper ends excluded")
+        ->type_name("x0,x1,y0,y1,z0,z1")
+        ->required();
+    const auto factor = std::make_shared<long>(2);
+    add("bin", "means of cubes of voxels", "porepack image bin scan.nrrd coarse.nrrd --factor 4", true,
+        [&common, target, factor] { write(common, *target, binned(open_volume(common.input, config_of(common)), *factor)); })
+        ->add_option("--factor", *factor, "edge length of the cubes in voxels; default 2")
+        ->type_name("number");
+}
+
+}  // namespace porepack::apps

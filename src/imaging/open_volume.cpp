@@ -1,0 +1,371 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <memory>
+
+#include "core/error.hpp"
+#include "core/log.hpp"
+#include "core/machine.hpp"
+#include "imaging/file_axes.hpp"
+
+namespace porepack::imaging {
+using namespace core;
+namespace fs = std::filesystem;
+namespace {
+
+constexpr const char* axis_names = "xyz";
+constexpr double contradiction = 1e-3;  // relative difference between two voxel sizes that are meant to be equal
+
+// File axis i is the axis `axis` of the image, against its direction if `reversed`.
+struct AxisMap {
+    std::array<std::size_t, 3> axis = {0, 1, 2};
+    std::array<bool, 3> reversed = {false, false, false};
+    [[nodiscard]] bool permutes() const { return axis != std::array<std::size_t, 3>{0, 1, 2}; }
+};
+
+AxisMap map_of_text(const std::string& text, const Path& file) {
+    AxisMap map;
+    std::array<bool, 3> found = {false, false, false};
+    std::size_t number = 0;
+    bool reversed = false, right = true;
+    for (const char c : text) {
+        if (c == '-' && !reversed) {
+            reversed = true;
+            continue;
+        }
+        const char* place = c == '\0' ? nullptr : std::strchr(axis_names, c);
+        if (place == nullptr || number == 3) {
+            right = false;
+            break;
+        }
+        const auto axis = static_cast<std::size_t>(place - axis_names);
+        right = right && !found[axis];
+        found[axis] = true;
+        map.axis[number] = axis;
+        map.reversed[number++] = reversed;
+        reversed = false;
+    }
+    if (!right || number != 3 || reversed)
+        throw UserError(fmt::format("\"{}\" does not name the file's three axes", text),
+                        {.where = "--image-axes, or axes in [image], of " + file.string(),
+                         .allowed = "x, y and z in any order, the fastest axis of the file first, each perhaps with a minus sign",
+                         .fix = "\"xyz\", or \"zyx\" for an array [x, y, z] in C order"});
+    return map;
+}
+
+// Axis permutations and mirrored axes are honoured; oblique axes are refused, because voxels would not be aligned with the container.
+AxisMap map_of_direction(const FileVolume& file, const Path& path) {
+    AxisMap map;
+    std::array<bool, 3> found = {false, false, false};
+    for (std::size_t i = 0; i < 3; ++i) {
+        const auto& column = file.direction[i];
+        std::size_t largest = 0;
+        double norm = 0.0;
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            norm += column[axis] * column[axis];
+            if (std::abs(column[axis]) > std::abs(column[largest])) largest = axis;
+        }
+        norm = std::sqrt(norm);
+        if (!(std::abs(column[largest]) > (1.0 - 1e-6) * norm) || !(norm > 0.0) || found[largest])
+            throw UserError(
+                fmt::format("axis {} of the file has the direction ({:g}, {:g}, {:g}): it is oblique", i, column[0], column[1], column[2]),
+                {.where = path.string(),
+                 .allowed = "axes along x, y and z, in any order and direction",
+                 .fix = "resample the image along its own axes, or write it without a direction"});
+        found[largest] = true;
+        map.axis[i] = largest;
+        map.reversed[i] = column[largest] < 0.0;
+    }
+    return map;
+}
+
+std::string text_of(const AxisMap& map, const FileVolume& file) {
+    std::string text = "axes of the file, fastest first: ";
+    for (std::size_t i = 0; i < 3; ++i)
+        text += fmt::format("{}{}{}", i == 0 ? "" : ", ", map.reversed[i] ? "-" : "", axis_names[map.axis[i]]);
+    return text + (file.states_direction ? " (direction in the file)" : " (declared)");
+}
+
+AxisMap map_of(const FileVolume& file, const ImageConfig& config, const Path& path) {
+    const AxisMap declared = map_of_text(config.axes, path);
+    if (!file.states_direction) return declared;
+    if (config.axes != "xyz")
+        throw UserError("the file states the directions of its axes, and --image-axes states others",
+                        {.where = path.string(), .fix = "remove --image-axes"});
+    return map_of_direction(file, path);
+}
+
+// In metres, along the file's axes.
+std::array<double, 3> spacing_m(const FileVolume& file, const AxisMap& map, const ImageConfig& config, const Path& path,
+                                std::string& source) {
+    const char* flag = "--image-voxel-size in metres";
+    std::optional<std::array<double, 3>> stated = file.spacing;
+    if (stated)
+        for (const double length : *stated)
+            if (!std::isfinite(length) || !(length > 0.0))
+                throw UserError(fmt::format("the file states a voxel size of {:g}", length),
+                                {.where = path.string(), .allowed = "positive, finite"});
+    const std::optional<double> unit = config.unit_m > 0.0 ? std::optional(config.unit_m) : file.unit_m;
+    if (config.unit_m > 0.0 && file.unit_m && std::abs(config.unit_m / *file.unit_m - 1.0) > contradiction)
+        throw UserError(fmt::format("the file's unit is {:g} m, --image-unit says {:g} m", *file.unit_m, config.unit_m),
+                        {.where = path.string(), .fix = "remove --image-unit"});
+    if (config.voxel_size_m.empty()) {
+        if (!stated || !unit)
+            throw UserError(stated ? fmt::format("the file states a voxel size of {:g} x {:g} x {:g}, but not its unit", (*stated)[0],
+                                                 (*stated)[1], (*stated)[2])
+                                   : std::string("the file does not state its voxel size"),
+                            {.where = path.string(), .fix = stated ? std::string("--image-unit 0.001 (millimetres), or ") + flag : flag});
+        source = fmt::format("file, unit of {:g} m", *unit);
+        for (double& length : *stated) length *= *unit;
+        return *stated;
+    }
+    std::array<double, 3> given{};
+    for (std::size_t i = 0; i < 3; ++i)
+        given[i] = config.voxel_size_m.size() == 3 ? config.voxel_size_m[map.axis[i]] : config.voxel_size_m[0];
+    if (config.voxel_size_m.size() == 2)
+        throw UserError("two voxel sizes are given", {.where = flag, .allowed = "one, or three along x, y, z"});
+    source = "given";
+    // A spacing of 1 in all directions is what writers put where they know none.
+    if (stated && (unit || *stated != std::array{1.0, 1.0, 1.0})) {
+        const double factor = unit.value_or(given[0] / (*stated)[0]);
+        bool agrees = true;
+        for (std::size_t i = 0; i < 3; ++i) agrees = agrees && std::abs((*stated)[i] * factor / given[i] - 1.0) <= contradiction;
+        if (!unit)  // the file's number in metres, millimetres or micrometres
+            agrees = agrees && std::any_of(std::begin({1.0, 1e-3, 1e-6, 1e-9}), std::end({1.0, 1e-3, 1e-6, 1e-9}),
+                                           [&](double one) { return std::abs(factor / one - 1.0) <= contradiction; });
+        if (!agrees)
+            throw UserError(fmt::format("the file states voxels of {:g} x {:g} x {:g}{}, and {:g} x {:g} x {:g} m are given", (*stated)[0],
+                                        (*stated)[1], (*stated)[2], unit ? fmt::format(" in units of {:g} m", *unit) : std::string(),
+                                        given[0], given[1], given[2]),
+                            {.where = path.string(), .fix = "correct --image-voxel-size, or the file"});
+        source = "given, as in the file";
+    }
+    return given;
+}
+
+// Layers of the file become layers of the image. Where the slowest axis is not z, the whole file is held in memory.
+void connect(VolumeSource& source, FileVolume file, const AxisMap& map, const Path& path) {
+    const std::array<std::int64_t, 3> n = file.voxels;  // along the file's axes
+    if (map.axis[2] == 2) {
+        const auto read = [file = std::move(file), map, n](std::int64_t first, std::span<float> values) {
+            const std::int64_t layer = n[0] * n[1], count = static_cast<std::int64_t>(values.size()) / layer;
+            const bool swapped = map.axis[0] == 1;
+            const auto take = [&](std::int64_t from, std::span<float> into) {
+                if (!swapped && !map.reversed[0] && !map.reversed[1]) return file.read(from, into);
+                std::vector<float> plain(static_cast<std::size_t>(layer));
+                file.read(from, plain);
+                for (std::int64_t j = 0; j < n[1]; ++j)
+                    for (std::int64_t i = 0; i < n[0]; ++i) {
+                        const std::int64_t a = map.reversed[0] ? n[0] - 1 - i : i, b = map.reversed[1] ? n[1] - 1 - j : j;
+                        into[static_cast<std::size_t>(swapped ? a * n[1] + b : b * n[0] + a)] =
+                            plain[static_cast<std::size_t>(j * n[0] + i)];
+                    }
+            };
+            if (!map.reversed[2] && !swapped && !map.reversed[0] && !map.reversed[1]) return file.read(first, values);
+            for (std::int64_t k = 0; k < count; ++k) {
+                const std::int64_t z = first + k;
+                take(map.reversed[2] ? n[2] - 1 - z : z,
+                     values.subspan(static_cast<std::size_t>(k * layer), static_cast<std::size_t>(layer)));
+            }
+        };
+        source.read = read;
+        return;
+    }
+    const double bytes = 4.0 * static_cast<double>(n[0]) * static_cast<double>(n[1]) * static_cast<double>(n[2]);
+    if (bytes > 0.9 * available_memory_bytes() && available_memory_bytes() > 0.0)
+        throw UserError(fmt::format("the slowest axis of the file is not z, so it must be held in memory: {}, {} are free",
+                                    human_bytes(bytes), human_bytes(available_memory_bytes())),
+                        {.where = path.string(), .fix = "write the image with z as its slowest axis"});
+    const auto all = std::make_shared<std::vector<float>>(static_cast<std::size_t>(n[0] * n[1] * n[2]));
+    file.read(0, *all);
+    source.memory_bytes = file.memory_bytes + bytes;
+    const std::array<std::int64_t, 3> stride = {1, n[0], n[0] * n[1]};
+    std::array<std::int64_t, 3> step{}, size{};
+    std::int64_t start = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const std::size_t axis = map.axis[i];
+        size[axis] = n[i];
+        step[axis] = map.reversed[i] ? -stride[i] : stride[i];
+        if (map.reversed[i]) start += (n[i] - 1) * stride[i];
+    }
+    source.read = [all, step, size, start](std::int64_t first, std::span<float> values) {
+        std::size_t at = 0;
+        for (std::int64_t z = first; at < values.size(); ++z)
+            for (std::int64_t y = 0; y < size[1]; ++y)
+                for (std::int64_t x = 0; x < size[0]; ++x)
+                    values[at++] = (*all)[static_cast<std::size_t>(start + x * step[0] + y * step[1] + z * step[2])];
+    };
+}
+
+std::string lower_extension(const Path& path) {
+    std::string text = path.extension().string();
+    std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return text;
+}
+
+std::vector<Path> files_in(const Path& folder, std::initializer_list<const char*> extensions) {
+    std::vector<Path> files;
+    if (fs::is_directory(folder))
+        for (const auto& entry : fs::directory_iterator(folder))
+            if (entry.is_regular_file() && !entry.path().filename().string().starts_with('.') &&
+                std::find(extensions.begin(), extensions.end(), lower_extension(entry.path())) != extensions.end())
+                files.push_back(entry.path());
+    // slice_2 before slice_10.
+    std::sort(files.begin(), files.end(), [](const Path& one, const Path& other) {
+        const std::string a = one.filename().string(), b = other.filename().string();
+        std::size_t i = 0, j = 0;
+        while (i < a.size() && j < b.size()) {
+            if (std::isdigit(static_cast<unsigned char>(a[i])) != 0 && std::isdigit(static_cast<unsigned char>(b[j])) != 0) {
+                const auto digits = [](const std::string& text, std::size_t& at) {
+                    std::string number;
+                    while (at < text.size() && std::isdigit(static_cast<unsigned char>(text[at])) != 0) number += text[at++];
+                    number.erase(0, std::min(number.find_first_not_of('0'), number.size()));
+                    return number;
+                };
+                const std::string m = digits(a, i), n = digits(b, j);
+                if (m != n) return m.size() != n.size() ? m.size() < n.size() : m < n;
+            } else {
+                if (a[i] != b[j]) return a[i] < b[j];
+                ++i, ++j;
+            }
+        }
+        return a.size() - i < b.size() - j;
+    });
+    return files;
+}
+
+bool is_raw(const Path& path) {
+    const std::string extension = lower_extension(path), inner = lower_extension(path.stem());
+    return extension == ".raw" || (extension == ".gz" && inner == ".raw");
+}
+
+FileVolume open_file(const Path& path, const ImageConfig& config) {
+    if (!fs::exists(path)) throw UserError("no such image: " + path.string());
+    if (fs::is_directory(path)) {
+        if (const auto files = files_in(path, {".tif", ".tiff"}); !files.empty()) return open_tiff(files);
+        if (const auto files = files_in(path, {".png"}); !files.empty()) return open_png_stack(files);
+        return open_dicom(path);
+    }
+    const std::string extension = lower_extension(path);
+    if (is_raw(path)) return open_raw(path, config);
+    if (extension == ".npy") return open_npy(path);
+    if (extension == ".tif" || extension == ".tiff") return open_tiff({path});
+    if (extension == ".vti") return open_vti(path, config.field);
+    if (extension == ".mhd" || extension == ".mha") return open_meta(path);
+    if (extension == ".nrrd" || extension == ".nhdr") return open_nrrd(path);
+    throw UserError("the format of the image is not known: " + path.string(),
+                    {.allowed = ".raw, .raw.gz, .mhd, .mha, .nrrd, .nhdr, .tif, .npy, .vti, or a folder of .tif, .png or DICOM files",
+                     .fix = "a raw file has the ending .raw"});
+}
+
+void refuse_what_has_no_effect(const Path& path, const ImageConfig& config) {
+    const auto refuse = [&](bool given, const char* flag, const char* of) {
+        if (given)
+            throw UserError(fmt::format("{} has no effect here: it belongs to {}", flag, of), {.where = path.string(), .fix = "remove it"});
+    };
+    const bool raw = is_raw(path);
+    refuse(!raw && !config.dims.empty(), "--image-dims", "raw files");
+    refuse(!raw && config.type != ValueType::uint8, "--image-type", "raw files");
+    refuse(!raw && config.byte_order != ByteOrder::little, "--image-byte-order", "raw files");
+    refuse(!raw && config.header_bytes != 0, "--image-header-bytes", "raw files");
+    refuse(lower_extension(path) != ".vti" && !config.field.empty(), "--image-field", ".vti files");
+}
+
+}  // namespace
+
+std::size_t size_of(ValueType type) {
+    switch (type) {
+        case ValueType::uint8:
+        case ValueType::int8:
+            return 1;
+        case ValueType::uint16:
+        case ValueType::int16:
+            return 2;
+        case ValueType::uint32:
+        case ValueType::int32:
+        case ValueType::float32:
+            return 4;
+        default:
+            return 8;
+    }
+}
+
+bool is_volume(const Path& path) {
+    if (fs::is_directory(path)) return !fs::exists(path / "slices.json") && !files_in(path, {".tif", ".tiff", ".png", ".dcm"}).empty();
+    static const std::array known = {".npy", ".tif", ".tiff", ".vti", ".mhd", ".mha", ".nrrd", ".nhdr"};
+    const std::string extension = lower_extension(path);
+    return is_raw(path) || std::find(known.begin(), known.end(), extension) != known.end();
+}
+
+VolumeSource open_volume(const Path& path, const ImageConfig& config) {
+    refuse_what_has_no_effect(path, config);
+    FileVolume file = open_file(path, config);
+    for (const std::int64_t n : file.voxels)
+        if (n < 1) throw UserError("the image has no voxels", {.where = path.string()});
+    const AxisMap map = map_of(file, config, path);
+    VolumeSource source;
+    VolumeHeader& header = source.header;
+    const std::array<double, 3> size = spacing_m(file, map, config, path, header.size_source);
+    const double unit = file.unit_m.value_or(config.unit_m > 0.0 ? config.unit_m : 0.0);
+    for (std::size_t i = 0; i < 3; ++i) {
+        const std::size_t axis = map.axis[i];
+        header.voxels[axis] = file.voxels[i];
+        header.spacing_m[axis] = size[i];
+    }
+    // The origin is the position of the file's first voxel, which lies at the far end of a reversed axis. Without a unit it has no meaning.
+    for (std::size_t i = 0; i < 3; ++i) {
+        const std::size_t axis = map.axis[i];
+        if (!std::isfinite(file.origin[axis])) throw UserError("the origin of the image is not finite", {.where = path.string()});
+        const double length = size[i] * static_cast<double>(file.voxels[i] - 1);
+        header.origin_m[axis] = unit * file.origin[axis] - (map.reversed[i] ? length : 0.0) - (file.origin_is_corner ? 0.0 : 0.5 * size[i]);
+        if (unit == 0.0) header.origin_m[axis] = 0.0;
+    }
+    header.type = file.type;
+    header.format = file.format;
+    header.own_phases = file.own_phases;
+    header.notes = file.notes;
+    header.orientation = text_of(map, file);
+    source.memory_bytes = file.memory_bytes;
+    connect(source, std::move(file), map, path);
+    return source;
+}
+
+VolumeStatistics statistics_of(const VolumeSource& source) {
+    const VolumeHeader& header = source.header;
+    VolumeStatistics result{.minimum = std::numeric_limits<double>::infinity(),
+                            .maximum = -std::numeric_limits<double>::infinity(),
+                            .values = std::map<double, std::int64_t>()};
+    std::vector<float> layer(static_cast<std::size_t>(header.layer()));
+    double sum = 0.0, squares = 0.0, shift = 0.0;
+    for (std::int64_t z = 0; z < header.voxels[2]; ++z) {
+        source.read(z, layer);
+        if (z == 0) shift = layer.front();
+        float last = layer.front();
+        std::int64_t run = 0;
+        const auto count = [&](float value, std::int64_t number) {
+            if (result.values && ((*result.values)[value] += number) >= 0 && result.values->size() > 256) result.values.reset();
+        };
+        for (const float value : layer) {
+            result.minimum = std::min<double>(result.minimum, value);
+            result.maximum = std::max<double>(result.maximum, value);
+            sum += value - shift;
+            squares += (value - shift) * (value - shift);
+            if (value != last) {
+                count(last, run);
+                last = value;
+                run = 0;
+            }
+            ++run;
+        }
+        count(last, run);
+    }
+    const auto n = static_cast<double>(header.count());
+    result.mean = shift + sum / n;
+    result.deviation = std::sqrt(std::max(0.0, squares / n - sum / n * sum / n));
+    return result;
+}
+
+}  // namespace porepack::imaging

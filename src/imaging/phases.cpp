@@ -1,0 +1,117 @@
+#include "imaging/phases.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/error.hpp"
+#include "core/log.hpp"
+#include "core/machine.hpp"
+
+namespace porepack::imaging {
+using namespace core;
+namespace {
+
+constexpr double cube_tolerance = 1e-3;
+
+void require_usable_grid(const VolumeHeader& header, const std::string& where) {
+    const auto [low, high] = std::minmax_element(header.spacing_m.begin(), header.spacing_m.end());
+    if (*high > *low * (1.0 + cube_tolerance))
+        throw UserError(
+            fmt::format("the voxels are no cubes: {:g} x {:g} x {:g} m", header.spacing_m[0], header.spacing_m[1], header.spacing_m[2]),
+            {.where = where, .fix = "resample the image to cubic voxels; binning makes equal factors only"});
+    constexpr std::int64_t most = std::numeric_limits<std::int32_t>::max();
+    const double count = static_cast<double>(header.count());
+    if (count > static_cast<double>(most))
+        throw UserError(fmt::format("the image has {:.4g} voxels, and the solvers hold {}", count, most),
+                        {.where = where, .fix = "porepack image crop, or porepack image bin"});
+    if (const double free = available_memory_bytes(); free > 0.0 && count > 0.9 * free)
+        throw UserError(fmt::format("the image needs {}, and {} are free", human_bytes(count), human_bytes(free)),
+                        {.where = where, .fix = "porepack image crop, or porepack image bin"});
+}
+
+std::vector<double> pore_values(const Json& pore) {
+    std::vector<double> values;
+    for (const Json& value : pore.is_array() ? pore : Json::array({pore})) {
+        if (!value.is_number()) throw UserError("`pore` is not a number or a list of numbers", {.where = "[image], --image-pore"});
+        values.push_back(value.get<double>());
+    }
+    if (values.empty()) throw UserError("`pore` is an empty list", {.where = "[image], --image-pore"});
+    return values;
+}
+
+[[noreturn]] void ask_for_level(const VolumeSource& source, const std::string& where) {
+    const VolumeStatistics found = statistics_of(source);
+    if (found.values && found.values->size() <= 8) {
+        std::vector<std::string> list;
+        for (const auto& [value, count] : *found.values)
+            list.push_back(
+                fmt::format("{:g} ({:.1f} %)", value, 100.0 * static_cast<double>(count) / static_cast<double>(source.header.count())));
+        throw UserError(fmt::format("which values are pores? The image has {}", fmt::join(list, ", ")),
+                        {.where = where, .fix = fmt::format("--image-pore {:g}, or pore in [image]", found.values->begin()->first)});
+    }
+    throw UserError(fmt::format("the image has gray values from {:g} to {:g}, and no threshold is given", found.minimum, found.maximum),
+                    {.where = where, .fix = "--image-threshold VALUE, with --image-pore-side above where the pores are brighter"});
+}
+
+}  // namespace
+
+SegmentedImage segmented(const VolumeSource& source, const ImageConfig& config, const std::string& where) {
+    const VolumeHeader& header = source.header;
+    require_usable_grid(header, where);
+    const bool by_value = !config.pore.is_null(), by_threshold = !config.threshold.is_null();
+    if (by_value && by_threshold) throw UserError("pore values and a threshold exclude each other", {.where = where});
+    if (by_threshold && !config.threshold.is_number())
+        throw UserError("`threshold` is not a number", {.where = "[image], --image-threshold"});
+    const bool own = !by_value && !by_threshold && header.own_phases;
+    if (!by_value && !by_threshold && !own) ask_for_level(source, where);
+
+    SegmentedImage result;
+    Grid& grid = result.image.grid;
+    for (std::size_t i = 0; i < 3; ++i) {
+        grid.cells[i] = static_cast<int>(header.voxels[i]);
+        grid.origin_m[i] = header.origin_m[i];
+        grid.spacing_m[i] = header.spacing_m[i];
+    }
+    result.image.notes = header.notes;
+    std::vector<std::uint8_t>& phase = result.image.phase;
+    phase.resize(grid.size());
+    const std::vector<double> pores = by_value ? pore_values(config.pore) : std::vector<double>();
+    const double threshold = by_threshold ? config.threshold.get<double>() : 0.0;
+    const bool below = config.pore_side == PoreSide::below;
+    const auto phase_of = [&](float value) {
+        if (own) {
+            if (value != 0.0F && value != 1.0F && value != 2.0F)
+                throw UserError(
+                    fmt::format("phase {:g} in the array `phase`", value),
+                    {.where = where, .allowed = "0 grain, 1 pore, 2 outside the container", .fix = "--image-pore VALUE for other images"});
+            return static_cast<std::uint8_t>(value);
+        }
+        const bool pore =
+            by_value ? std::find(pores.begin(), pores.end(), value) != pores.end() : (below ? value < threshold : value > threshold);
+        return pore ? Phase::pore : Phase::grain;
+    };
+    std::vector<float> layer(static_cast<std::size_t>(header.layer()));
+    std::size_t at = 0, pore_count = 0, inside = 0;
+    for (std::int64_t z = 0; z < header.voxels[2]; ++z) {
+        source.read(z, layer);
+        for (const float value : layer) {
+            phase[at] = phase_of(value);
+            pore_count += phase[at] == Phase::pore ? 1 : 0;
+            inside += phase[at++] != Phase::outside ? 1 : 0;
+        }
+    }
+    result.pore_level = own        ? "phase 1"
+                        : by_value ? fmt::format("value {:g}", fmt::join(pores, ", "))
+                                   : fmt::format("values {} {:g}", below ? "below" : "above", threshold);
+    if (!own && (pore_count == 0 || pore_count == inside))
+        throw UserError(
+            fmt::format("{} of the image is pore", pore_count == 0 ? "nothing" : "all"),
+            {.where = where, .allowed = fmt::format("pores: {}", result.pore_level), .fix = "porepack image info shows the values"});
+    return result;
+}
+
+}  // namespace porepack::imaging

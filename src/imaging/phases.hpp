@@ -1,0 +1,19 @@
+// From the values of an image to pores and solid.
+#pragma once
+
+#include "core/grid.hpp"
+#include "imaging/volume.hpp"
+
+namespace porepack::imaging {
+
+struct SegmentedImage {
+    core::PhaseImage image;  ///< origin and notes as in the file
+    std::string pore_level;  ///< "values below 41.5": what was taken for pores
+};
+
+/// Pores by `pore`, by `threshold`, or, in a .vti file whose array is `phase`, by PorePack's own values (0 solid, 1 pore, 2 outside). Read
+/// layer by layer: one byte per voxel is held. Throws UserError where none of them is given, where nothing or everything would be pore,
+/// for voxels that are no cubes, and for more voxels than the solvers hold.
+[[nodiscard]] SegmentedImage segmented(const VolumeSource& source, const ImageConfig& config, const std::string& where);
+
+}  // namespace porepack::imaging
