@@ -18,7 +18,8 @@ public:
     /// Column names; a quantity's name ends in its unit.
     explicit Table(std::vector<std::string> columns) : columns_(std::move(columns)) {}
 
-    /// One row, one value per column: numbers with `digits` significant digits (whole numbers in full), text quoted where necessary.
+    /// One row, one value per column: numbers with `digits` significant digits (whole numbers in full), text quoted where necessary,
+    /// with spaces for line breaks.
     /// A value that is not known (NaN, an empty optional) is an empty field. Throws std::logic_error when the number of values is wrong.
     template <typename... Values>
     void add(const Values&... values) {

@@ -10,6 +10,7 @@
 
 #include "core/error.hpp"
 #include "core/log.hpp"
+#include "core/median.hpp"
 
 namespace porepack::falling_head {
 using namespace core;
@@ -93,12 +94,6 @@ double number_in(const std::vector<std::string>& cells, const Column& column, ch
                          .allowed = "digits with one decimal sign, no unit, no thousands separator",
                          .fix = "remove lines without a level: gaps are allowed"});
     return value * column.unit;
-}
-
-double median(std::vector<double> values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
 }
 
 }  // namespace

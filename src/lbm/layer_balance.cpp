@@ -5,6 +5,8 @@
 #include <numeric>
 #include <utility>
 
+#include "core/median.hpp"
+
 namespace porepack::lbm {
 namespace {
 
@@ -16,15 +18,9 @@ double mean_of(const std::vector<double>& values) {
     return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
-double median(std::vector<double> values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-}
-
 // From the median, relative to it.
 double largest_deviation(const std::vector<double>& values) {
-    const double middle = median(values);
+    const double middle = core::median(values);
     const auto [low, high] = std::minmax_element(values.begin(), values.end());
     return std::max(*high - middle, middle - *low) / std::abs(middle);
 }
@@ -49,7 +45,7 @@ LayerBalance::LayerBalance(const Domain& domain, const Scheme& scheme, double ar
       end_(domain.layer_conductance.size()) {
     if (closed_) return;
     const std::vector<double>& conductance = domain.layer_conductance;
-    const double free = free_water * median(conductance);
+    const double free = free_water * core::median(conductance);
     while (first_ < end_ && conductance[first_] > free) ++first_;
     while (end_ > first_ && conductance[end_ - 1] > free) --end_;
 }

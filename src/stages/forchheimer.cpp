@@ -13,6 +13,7 @@
 #include "core/table.hpp"
 #include "lbm/inertia.hpp"
 #include "openfoam/foam.hpp"
+#include "openfoam/foam_cost.hpp"
 #include "report/plot.hpp"
 #include "stages/results.hpp"
 #include "stages/stages.hpp"

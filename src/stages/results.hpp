@@ -40,17 +40,6 @@ inline void add_permeability(core::Json& json, double permeability_m2, const std
 /// Of the machine of core::slowness() = 1, in double precision with interpolated walls (docs/lattice-boltzmann.md).
 inline constexpr double lattice_updates_per_second = 6e7;
 
-/// Cells of snappyHexMesh. Those that touch a surface, and two layers beside them, are refined: this measured rule holds within 15 % on
-/// twelve meshes (surface_level 1). Without grains, their surface is that of capsules of the smallest diameter.
-[[nodiscard]] double expected_foam_cells(const converters::PoreSpace& space, double cell_size_m, long surface_level, double porosity);
-/// Of one mesh, from the same meshes.
-[[nodiscard]] inline double foam_memory_bytes(double cells) {
-    return 1.2e8 + 2800.0 * cells;
-}
-[[nodiscard]] inline double foam_disk_bytes(double cells) {
-    return 270.0 * cells;
-}
-
 /// Keeps the key of version 0.1 next to the new one, until version 0.3.
 inline void keep_old_name(core::Json& json, const char* old_key, const char* key) {
     json[old_key] = json.at(key);

@@ -198,6 +198,15 @@ public:
                      {"chance", first.chance},
                      {"beds_known", known_.size()},
                      {"expected_half_width", expected_half_width(&PooledScatter::permeability)}};
+        // How well the beds predict each other.
+        const Surrogate surrogate(known_);
+        double k_squares = 0.0, eps_squares = 0.0;
+        for (std::size_t i = 0; i < known_.size(); ++i) {
+            const Prediction p = surrogate.leave_one_out(i);
+            k_squares += std::pow(p.log_permeability.value - std::log(known_[i].permeability), 2) / static_cast<double>(known_.size());
+            eps_squares += std::pow(p.porosity.value - known_[i].porosity, 2) / static_cast<double>(known_.size());
+        }
+        json["leave_one_out_error"] = {{"log_permeability", std::sqrt(k_squares)}, {"porosity", std::sqrt(eps_squares)}};
         Interval k = {std::numeric_limits<double>::infinity(), 0.0}, eps = {1.0, 0.0};
         for (const SizedCandidate& one : all) {
             const double value = std::exp(one.prediction.log_permeability.value) * one.size_m * one.size_m;
