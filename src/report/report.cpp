@@ -136,7 +136,7 @@ Json quantities(const ReportInput& input) {
     const auto plus_minus = [&](const std::string& path) -> Json {
         return result_at(input, path).is_number() ? Json{{"plus_minus", result_at(input, path)}} : Json(nullptr);
     };
-    const std::string stage = input.results.contains("pack") ? "pack" : "stl";
+    const std::string stage = input.results.contains("pack") ? "pack" : input.results.contains("image") ? "image" : "stl";
     add("porosity", "voxelise/porosity", "1", "exact capsules or triangles, vertical lines", plus_minus("voxelise/porosity_uncertainty"),
         nullptr);
     add("porosity_bed", stage + "/porosity_bed", "1", "exact capsules or triangles, vertical lines",

@@ -123,7 +123,7 @@ ReportSection packing_section(const ReportInput& input) {
     const auto add = [&](const char* name, const std::string& value, const std::string& uncertainty, const std::string& paper = "") {
         if (value != "–") section.rows.push_back({name, value, uncertainty, paper});
     };
-    const std::string stage = input.results.contains("pack") ? "pack" : "stl";
+    const std::string stage = input.results.contains("pack") ? "pack" : input.results.contains("image") ? "image" : "stl";
     add("grain", result_at(input, "shape/kind").is_string() ? result_at(input, "shape/kind").get<std::string>() : "–", "");
     add("sphericity", number_text(result_at(input, "shape/sphericity")),
         number_text(result_at(input, "shape/relative_error"), "{:.1e} (relative)"));

@@ -88,9 +88,14 @@ Case read_case(const Path& path, const std::string& flag_table, const Flags& fla
     Case the_case;
     the_case.folder = file.parent_path().empty() ? Path(".") : file.parent_path();
     for (const char* table : {"shape", "container"})
-        if (!toml.has(table))
-            throw UserError(std::string("the table [") + table + "] is missing",
-                            {.where = file.string(), .allowed = "[shape] and [container] are required, all other tables have defaults"});
+        if (!toml.has(table) && !toml.has("image"))
+            throw UserError(
+                std::string("the table [") + table + "] is missing",
+                {.where = file.string(), .allowed = "[shape] and [container] are required, or [image]; all other tables have defaults"});
+    for (const char* table : {"shape", "packing", "packings", "stl", "forchheimer"})
+        if (toml.has("image") && toml.has(table))
+            throw UserError(std::string("the table [") + table + "] has no effect on an image",
+                            {.where = file.string(), .fix = "remove it, or remove [image]"});
     require_known(the_case.settings, set);
     require_own_keys(the_case.settings, toml);
     // A flag belongs to the table of its command, or to [geometry] and [section], which the commands share.

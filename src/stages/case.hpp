@@ -7,6 +7,7 @@
 #include "core/config.hpp"
 #include "core/members.hpp"
 #include "falling_head/config.hpp"
+#include "imaging/config.hpp"
 #include "lbm/config.hpp"
 #include "openfoam/config.hpp"
 #include "packing/config.hpp"
@@ -21,6 +22,7 @@ namespace porepack::stages {
 /// All tables; a table that is absent has the defaults.
 struct Settings {
     shapes::ShapeConfig shape;
+    imaging::ImageConfig image;
     packing::ContainerConfig container;
     packing::PackingConfig packing;
     packing::PackingsConfig packings;
@@ -43,6 +45,7 @@ struct Settings {
 template <core::MembersOf<Settings> Self, typename Visit>
 void visit_members(Self& settings, const Visit& visit) {
     visit("shape", settings.shape);
+    visit("image", settings.image);
     visit("container", settings.container);
     visit("packing", settings.packing);
     visit("packings", settings.packings);
@@ -70,6 +73,8 @@ struct Case {
     [[nodiscard]] core::Path resolve(const std::string& file) const {
         return core::Path(file).is_absolute() ? core::Path(file) : folder / file;
     }
+    /// The solid is a scan or a segmented image: there are no grains and no shape.
+    [[nodiscard]] bool from_image() const { return !settings.image.file.empty(); }
     [[nodiscard]] bool from_stl() const { return settings.shape.kind == shapes::ShapeKind::stl; }
 };
 

@@ -7,8 +7,26 @@ using namespace core;
 using namespace lbm;
 using namespace pipeline;
 
+namespace {
+
+// What an image, which has no grains, can be used for.
+std::vector<Stage> image_stages(const Case& c) {
+    std::vector<Stage> stages;
+    for (const auto& make : {make_image_stage, make_voxelise_stage, make_lbm_stage, make_tortuosity_stage}) stages.push_back(make(c));
+    std::vector<std::string> computed, needs;
+    for (const Stage& stage : stages) computed.push_back(stage.name);
+    stages.push_back(make_uncertainty_stage(c, computed));
+    stages.push_back(make_falling_head_stage(c));
+    for (const Stage& stage : stages) needs.push_back(stage.name);
+    stages.push_back(make_report_stage(c, needs, needs));
+    return stages;
+}
+
+}  // namespace
+
 std::vector<Stage> case_stages(const Case& c, std::vector<Stage> studies) {
     const Settings& s = c.settings;
+    if (c.from_image()) return image_stages(c);
     if (c.from_stl() && s.shape.file.empty())
         throw UserError("kind = \"stl\" needs a file", {.where = "[shape]", .fix = "file = \"grains.stl\""});
     std::vector<Stage> stages = {make_shape_stage(c)};

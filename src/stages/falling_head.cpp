@@ -26,8 +26,13 @@ namespace {
 
 constexpr double maximum_rows = 20000.0;
 
+// An image has no shape.
+Json shape_result(const Case& c) {
+    return c.from_image() ? Json::object() : c.result_of("shape");
+}
+
 Json run_case_falling_head(const Case& c, const Path& folder) {
-    const Json lbm = c.result_of("lbm"), shape = c.result_of("shape");
+    const Json lbm = c.result_of("lbm"), shape = shape_result(c);
     const double pores = c.result_of("voxelise").at("porosity").get<double>();
     const InertialPermeability inertial = inertial_permeability(c, pores);
     Json correlations = Json::object();
@@ -53,7 +58,7 @@ InertialPermeability inertial_permeability(const Case& c, double pores) {
     if (c.settings.forchheimer.enabled)
         return {c.result_of("forchheimer").at("inertial_permeability_m").get<double>(),
                 "the flows with inertia (lattice Boltzmann), extrapolated to the test's Reynolds numbers"};
-    const Json shape = c.result_of("shape");
+    const Json shape = shape_result(c);
     if (!shape.contains("sphericity")) return {std::numeric_limits<double>::infinity(), "none: Darcy's law alone"};
     return {ergun_inertial_m(shape["sphericity"].get<double>(), shape["equal_volume_diameter_m"].get<double>(), pores), "Ergun"};
 }
@@ -124,7 +129,8 @@ FallingHeadConfig apparatus_of(const Case& c) {
 }
 
 std::vector<std::string> falling_head_needs(const Case& c) {
-    std::vector<std::string> needs = {"shape", "voxelise", "lbm"};
+    std::vector<std::string> needs = {"voxelise", "lbm"};
+    if (!c.from_image()) needs.insert(needs.begin(), "shape");
     if (c.settings.forchheimer.enabled) needs.emplace_back("forchheimer");
     if (c.settings.tortuosity.diffusive) needs.emplace_back("tortuosity");  // for the inertia coefficient
     return needs;

@@ -26,8 +26,8 @@ PoreSpace load_surface(const Path& input, const InputOptions& options) {
 }
 
 // --container, the image's own, or the box that the image fills.
-Container container_of_image(const PhaseImage& image, const InputOptions& options, const Path& file) {
-    if (options.container) return *options.container;
+Container container_of_image(const PhaseImage& image, const std::optional<Container>& given, const Path& file) {
+    if (given) return *given;
     if (const auto note = image.notes.find("container"); note != image.notes.end()) {
         const Json json = Json::parse(note->second, nullptr, false);
         if (json.is_discarded())
@@ -66,21 +66,18 @@ void leave_out_outside(PhaseImage& image, const Container& container) {
 }
 
 PoreSpace load_image(const Path& file, const InputOptions& options) {
-    const imaging::VolumeSource source = imaging::open_volume(file, options.image);
-    imaging::SegmentedImage found = imaging::segmented(source, options.image, file.string());
-    PhaseImage& image = found.image;
-    const Container container = container_of_image(image, options, file);
-    place(image, container);
-    leave_out_outside(image, container);
-    const Grid& grid = image.grid;
-    log_info("image: {}, {} x {} x {} voxels of {:.4g} m ({}), {}; pores: {}", source.header.format, grid.cells[0], grid.cells[1],
-             grid.cells[2], grid.spacing_m[2], source.header.size_source, source.header.orientation, found.pore_level);
+    ImageInput found = read_image(file, options.image, options.container);
+    const Grid& grid = found.image.grid;
+    if (!found.description["own"].get<bool>())
+        log_info("image: {}, {} x {} x {} voxels of {:.4g} m ({}), {}; pores: {}", found.description["format"].get<std::string>(),
+                 grid.cells[0], grid.cells[1], grid.cells[2], grid.spacing_m[2], found.description["voxel_size_from"].get<std::string>(),
+                 found.description["orientation"].get<std::string>(), found.description["pores"].get<std::string>());
     Section section{grid.origin_m[2], grid.origin_m[2] + grid.cells[2] * grid.spacing_m[2]};
     if (const auto& given = options.geometry.section_m; given.size() == 2)
         section = {given[0], given[1]};
-    else if (const auto note = image.notes.find("section"); note != image.notes.end())
+    else if (const auto note = found.image.notes.find("section"); note != found.image.notes.end())
         section = section_of_note(note->second, file);
-    return pore_space_of(std::move(image), container, section, file.string());
+    return pore_space_of(std::move(found.image), found.container, section, file.string());
 }
 
 PoreSpace load_slices(const Path& folder, const InputOptions& options) {
@@ -103,6 +100,26 @@ PoreSpace with_ends(const PoreSpace& space, const SectionConfig& section) {
 }
 
 }  // namespace
+
+ImageInput read_image(const Path& file, const imaging::ImageConfig& config, const std::optional<Container>& container) {
+    const imaging::VolumeSource source = imaging::open_volume(file, config);
+    imaging::SegmentedImage found = imaging::segmented(source, config, file.string());
+    ImageInput input{.image = std::move(found.image)};
+    const bool own = source.header.own_phases && input.image.notes.contains("container");
+    input.container = container_of_image(input.image, container, file);
+    place(input.image, input.container);
+    leave_out_outside(input.image, input.container);
+    input.image.notes["container"] = to_json(input.container).dump();
+    const imaging::VolumeHeader& header = source.header;
+    input.description = {{"format", header.format},
+                         {"voxels", header.voxels},
+                         {"voxel_size_m", header.spacing_m},
+                         {"voxel_size_from", header.size_source},
+                         {"orientation", header.orientation},
+                         {"pores", found.pore_level},
+                         {"own", own}};
+    return input;
+}
 
 bool is_packing(const Path& input) {
     const std::string name = input.filename().string();

@@ -23,6 +23,15 @@ struct InputOptions {
 /// on anything else, and where the file, the container and the section do not fit together.
 [[nodiscard]] converters::PoreSpace load_pore_space(const core::Path& input, const InputOptions& options = {});
 
+/// An image as load_pore_space() takes it: in the container's frame, with what lies outside left out.
+struct ImageInput {
+    core::PhaseImage image;  ///< its notes name the container
+    packing::Container container;
+    core::Json description;  ///< format, orientation, where the voxel size comes from, what was taken for pores; own: written by PorePack
+};
+[[nodiscard]] ImageInput read_image(const core::Path& file, const imaging::ImageConfig& config,
+                                    const std::optional<packing::Container>& container);
+
 [[nodiscard]] bool is_packing(const core::Path& input);
 [[nodiscard]] bool is_surface(const core::Path& input);
 /// An image of any format, or a folder of slices.

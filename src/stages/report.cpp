@@ -46,7 +46,7 @@ Json run_report(const Case& c, const std::vector<std::string>& shown, const Path
     input.fluid_text = fmt::format("{} at {:g} °C", name_of(config.fluid), config.temperature_C);
     input.versions = engine_versions();
     input.stage_folders = c.results();
-    if (config.pictures && !draw_packing(c, input, folder))
+    if (config.pictures && !c.from_image() && !draw_packing(c, input, folder))
         input.notes.push_back("No picture of the packing: rendering failed, see results/report/log.picture.");
     return write_report(input, folder);
 }

@@ -22,7 +22,7 @@ using namespace lbm;
 namespace fs = std::filesystem;
 
 std::string solid_stage(const Case& c) {
-    return c.from_stl() ? "stl" : "pack";
+    return c.from_image() ? "image" : c.from_stl() ? "stl" : "pack";
 }
 
 Json deciding_keys(const Case& c, const std::vector<std::string>& tables, std::set<std::string> geometry_keys, bool with_section) {
@@ -36,6 +36,8 @@ Json deciding_keys(const Case& c, const std::vector<std::string>& tables, std::s
 }
 
 PoreSpace case_pore_space(const Case& c, bool with_surface) {
+    if (c.from_image())
+        return load_pore_space(c.stage_folder("image") / "pore.vti", {.geometry = c.settings.geometry, .section = c.settings.section});
     const InputOptions options{
         .container = make_container(c.settings.container), .geometry = c.settings.geometry, .section = c.settings.section};
     const Path surface = c.stage_folder("stl") / "solid.stl";
@@ -47,19 +49,26 @@ PoreSpace case_pore_space(const Case& c, bool with_surface) {
 
 bool has_packing(const Case& c) {
     const Path manifest = c.stage_folder("pack") / "manifest.json";
-    return !c.from_stl() && fs::exists(manifest) && fs::exists(c.stage_folder("pack") / "packing.json") &&
+    return !c.from_stl() && !c.from_image() && fs::exists(manifest) && fs::exists(c.stage_folder("pack") / "packing.json") &&
            read_json(manifest).value("configuration", Json()) == make_pack_stage(c).configuration;
 }
 
 double expected_porosity(const Case& c) {
     if (has_packing(c)) return c.result_of("pack").value("porosity_bed", 0.6);
-    return c.from_stl() ? 0.6 : 1.0 - poured_solid_fraction(make_shapes(c.settings.shape), make_container(c.settings.container));
+    return c.from_stl() || c.from_image()
+               ? 0.6
+               : 1.0 - poured_solid_fraction(make_shapes(c.settings.shape), make_container(c.settings.container));
 }
 
 // The section before the packing exists: the height at which pouring stops, minus one grain at both ends.
 PoreSpace expected_pore_space(const Case& c) {
     const auto& settings = c.settings;
     if (has_packing(c)) return case_pore_space(c);
+    if (c.from_image())  // read again where the stage has not run: an image takes seconds
+        return load_pore_space(c.resolve(c.settings.image.file), {.container = container_of_image(c),
+                                                                  .geometry = c.settings.geometry,
+                                                                  .section = c.settings.section,
+                                                                  .image = c.settings.image});
     PoreSpace space{.container = make_container(settings.container), .section = {}};
     double top = space.container.height() / 2.0;
     if (!c.from_stl()) {

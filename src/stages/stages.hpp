@@ -72,6 +72,7 @@ constexpr std::array<core::Choice<TortuosityKind>, 4> choices_of(TortuosityKind)
 // ---- of a case
 
 [[nodiscard]] pipeline::Stage make_shape_stage(const Case& c);
+[[nodiscard]] pipeline::Stage make_image_stage(const Case& c);
 [[nodiscard]] pipeline::Stage make_pack_stage(const Case& c);
 [[nodiscard]] pipeline::Stage make_stl_stage(const Case& c);
 [[nodiscard]] pipeline::Stage make_voxelise_stage(const Case& c);
@@ -105,7 +106,9 @@ constexpr std::array<core::Choice<TortuosityKind>, 4> choices_of(TortuosityKind)
 [[nodiscard]] double expected_porosity(const Case& c);
 /// Scatter of k of sections of this length, from the gradient along z of the lbm stage; none without one.
 [[nodiscard]] std::optional<permeability::SectionScatter> section_scatter_of(const Case& c);
-/// The stage that makes the solid: "pack", or "stl" of a user's surface.
+/// [container] of a case with an image; none if the image names it, or fills a box.
+[[nodiscard]] std::optional<packing::Container> container_of_image(const Case& c);
+/// The stage that makes the solid: "pack", "stl" of a user's surface, or "image".
 [[nodiscard]] std::string solid_stage(const Case& c);
 /// Whole tables, and of [geometry] only the keys that determine a stage's result: slices do not become stale when the voxel size changes.
 [[nodiscard]] core::Json deciding_keys(const Case& c, const std::vector<std::string>& tables, std::set<std::string> geometry_keys,

@@ -93,6 +93,14 @@ Json diffusive_json(const DiffusiveEstimate& estimate, Axis direction) {
 }
 
 Json geometric_paper(const PoreSpace& space, const TortuosityConfig& config, const Path& folder) {
+    if (space.image) {  // its layers are the slices
+        const PoreSpace part = space.section_only();
+        const SliceStack stack{
+            .grid = part.image->grid, .phase = part.image->phase, .container = space.container, .section = space.section};
+        Json json = geometric_json(geometric_paper_on_slices(stack, config), "pixels", folder / "paths_geometric_paper_pixels.vtp");
+        json["pixel_m"] = stack.grid.spacing_m[0];
+        return json;
+    }
     if (!space.grains)
         throw UserError(
             "the exact dot method needs a packing",
@@ -108,8 +116,12 @@ Json run_case_tortuosity(const Case& c, const Path& folder) {
     const PoreSpace space = case_pore_space(c);
     const auto run = [&](TortuosityKind kind) { return run_tortuosity(kind, space, c.settings.geometry, config, folder); };
     Json json;
-    if (!c.from_stl()) json["geometric_paper_exact"] = run(TortuosityKind::geometric_paper);
-    json["geometric_paper_pixels"] = geometric_paper_of_slices(c.stage_folder("slices"), config, folder);
+    if (c.from_image()) {
+        json["geometric_paper_pixels"] = run(TortuosityKind::geometric_paper);
+    } else {
+        if (!c.from_stl()) json["geometric_paper_exact"] = run(TortuosityKind::geometric_paper);
+        json["geometric_paper_pixels"] = geometric_paper_of_slices(c.stage_folder("slices"), config, folder);
+    }
     if (config.shortest_path) json["shortest_path"] = run(TortuosityKind::shortest_path);
     if (config.diffusive) json["diffusive"] = run(TortuosityKind::diffusive);
     if (c.settings.lbm.fields == FieldFiles::none) {
@@ -203,7 +215,8 @@ Stage make_tortuosity_stage(const Case& c) {
                 .outputs = {"*.vtp"},
                 .run = [c](const Path& folder) { return run_case_tortuosity(c, folder); },
                 .expect = [c] { return expect_case(c); }};
-    if (!c.from_stl()) stage.needs.insert(stage.needs.begin(), "pack");
+    if (c.from_image()) stage.needs = {"image", "lbm"};
+    if (!c.from_stl() && !c.from_image()) stage.needs.insert(stage.needs.begin(), "pack");
     return stage;
 }
 

@@ -194,6 +194,47 @@ TEST(Chain, TheOwnStlCaseInReducedSize) {
     EXPECT_NEAR(loose.json()["permeability_m2"].get<double>() / output.json()["permeability_m2"].get<double>(), 1.0, 0.02);
 }
 
+// A scan as the start of a case: every stage that needs no grains runs, and k is that of the same voxels read directly.
+TEST(Chain, FromAnImage) {
+    const test::Folder folder;
+    // Four posts in water, gray 180 in 40; the file has z as its fastest axis.
+    constexpr int nx = 16, ny = 12, nz = 20;
+    std::string bytes;
+    for (int x = 0; x < nx; ++x)
+        for (int y = 0; y < ny; ++y)
+            for (int z = 0; z < nz; ++z) bytes += static_cast<char>((x / 4 % 2 == 1 && y / 3 % 2 == 1 && z > 4) ? 180 : 40);
+    folder.write("scan.raw", bytes);
+    const std::string image =
+        "[image]\nfile = \"scan.raw\"\ndims = [20, 12, 16]\naxes = \"zyx\"\nvoxel_size_m = [1e-3]\nthreshold = 100\n"
+        "[geometry]\nsection_m = [0.006, 0.016]\n[lbm]\ngrids = 1\n";
+    folder.write("case.toml", image);
+    const auto run = porepack("run " + quoted(folder.path()));
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    const Json result = read_json(folder.path() / "results" / "result.json");
+    EXPECT_EQ(result["stages"]["image"]["voxels"], Json({nx, ny, nz}));
+    EXPECT_EQ(result["stages"]["image"]["container"]["size_m"], Json({0.016, 0.012, 0.02}));
+    EXPECT_NEAR(result["stages"]["image"]["porosity_bed"].get<double>(), 1.0 - 0.25 * 0.75, 1e-9);
+    for (const char* stage : {"voxelise", "lbm", "tortuosity", "uncertainty", "falling-head", "report"})
+        EXPECT_TRUE(std::filesystem::exists(folder.path() / "results" / stage / "result.json")) << stage;
+    if (test::has_schema_validator()) {
+        EXPECT_EQ(test::schema_faults(folder.path() / "results"), "");
+    }
+    const auto direct = porepack(
+        "lbm --json --grids 1 --image-dims 20,12,16 --image-axes zyx --image-voxel-size 1e-3 --image-threshold 100 "
+        "--section 0.006,0.016 --output " +
+        quoted(folder.path() / "out") + " " + quoted(folder.path() / "scan.raw"));
+    ASSERT_EQ(direct.exit_code, 0) << direct.err;
+    EXPECT_NEAR(direct.json()["permeability_m2"].get<double>() / result["stages"]["lbm"]["permeability_m2"].get<double>(), 1.0, 1e-12);
+    // Another image: all stages are out of date. What belongs to grains is refused.
+    bytes[0] = static_cast<char>(180);
+    folder.write("scan.raw", bytes);
+    for (const Json& entry : porepack("status --json " + quoted(folder.path())).json())
+        EXPECT_EQ(entry["state"], "stale") << entry["stage"];
+    folder.write("case.toml", image + "[packing]\nseed = 2\n");
+    EXPECT_TRUE(has(porepack("run " + quoted(folder.path())).err, "the table [packing] has no effect on an image"));
+    EXPECT_TRUE(has(porepack("lbm --image-unit 1 " + quoted(folder.path())).err, "--image-... have no effect on a case"));
+}
+
 TEST(Chain, GoesOnAfterAKillAndAfterCtrlC) {
     REQUIRE_PROGRAM("liggghts");
     for (const int signal : {SIGKILL, SIGINT}) {

@@ -1,0 +1,60 @@
+// A scan or a segmented image, read and put into the container.
+#include "io/image.hpp"
+#include "core/error.hpp"
+#include "stages/results.hpp"
+#include "stages/stages.hpp"
+
+namespace porepack::stages {
+using namespace core;
+using namespace packing;
+using namespace pipeline;
+namespace fs = std::filesystem;
+
+std::optional<Container> container_of_image(const Case& c) {
+    const ContainerConfig& config = c.settings.container;
+    const bool given = config.diameter_m > 0.0 || config.height_m > 0.0 || !config.size_m.empty();
+    return given ? std::optional(make_container(config)) : std::nullopt;
+}
+
+namespace {
+
+// The digests of all files of a folder would take as long as reading them: they are the inputs all the same.
+std::vector<Path> files_of(const Path& input) {
+    if (!fs::is_directory(input)) return {input};
+    std::vector<Path> files;
+    for (const auto& entry : fs::directory_iterator(input))
+        if (entry.is_regular_file()) files.push_back(entry.path());
+    std::sort(files.begin(), files.end());
+    return files;
+}
+
+Json run_image(const Case& c, const Path& folder) {
+    const ImageInput input = read_image(c.resolve(c.settings.image.file), c.settings.image, container_of_image(c));
+    io::write_phase_image(folder / "pore.vti", input.image);
+    double pores = 0.0, inside = 0.0;
+    for (const std::uint8_t phase : input.image.phase) {
+        pores += phase == Phase::pore ? 1.0 : 0.0;
+        inside += phase != Phase::outside ? 1.0 : 0.0;
+    }
+    Json json = input.description;
+    json.erase("own");
+    json["container"] = to_json(input.container);
+    json["porosity_bed"] = pores / inside;
+    json["meaning"] =
+        "porosity of all voxels in the container; the image is put with its middle on the container's axis, its first layer on the floor";
+    return json;
+}
+
+}  // namespace
+
+Stage make_image_stage(const Case& c) {
+    const Path file = c.resolve(c.settings.image.file);
+    if (!fs::exists(file)) throw UserError("no such image: " + file.string(), {.where = "[image] file"});
+    return {.name = "image",
+            .configuration = c.settings.resolved_tables({"image", "container"}),
+            .files = files_of(file),
+            .outputs = {"pore.vti"},
+            .run = [c](const Path& folder) { return run_image(c, folder); }};
+}
+
+}  // namespace porepack::stages
