@@ -11,13 +11,15 @@ using namespace stages;
 
 Pipeline case_pipeline(const Case& c) {
     std::vector<Stage> studies;
-    if (!c.from_stl() && !c.from_image() && c.settings.packings.several() && c.settings.packing.engine != Engine::none) studies.push_back(make_seeds_stage(c));
+    if (!c.from_stl() && !c.from_image() && c.settings.packings.several() && c.settings.packing.engine != Engine::none)
+        studies.push_back(make_seeds_stage(c));
     return {.results = c.results(),
             .stages = case_stages(c, std::move(studies)),
             .versions = engine_versions,
             .left_out =
                 "stages that a case can disable: foam ([openfoam] enabled), forchheimer ([forchheimer] enabled), causes "
-                "([falling_head] causes), seeds ([packings] seeds or until_sure), pack (of an STL file); a case with an image has image, voxelise, lbm, tortuosity, uncertainty, falling-head, report"};
+                "([falling_head] causes), seeds ([packings] seeds or until_sure), pack (of an STL file); a case with an image has image, "
+                "voxelise, lbm, tortuosity, uncertainty, falling-head, report"};
 }
 
 }  // namespace porepack::study

@@ -142,8 +142,9 @@ bool has_current_row(const std::vector<StudyRow>& rows, const Point& point) {
 }
 
 StudyRow row_of(const Point& point, const Case& made) {
-    Json results = {
-        {"shape", made.from_stl() || made.from_image() ? Json::object() : measure_shape(made.settings.shape, made.settings.packing.density_kg_per_m3)}};
+    Json results = {{"shape", made.from_stl() || made.from_image()
+                                  ? Json::object()
+                                  : measure_shape(made.settings.shape, made.settings.packing.density_kg_per_m3)}};
     std::vector<std::string> versions;
     double seconds = 0.0, memory = 0.0;
     for (const Json& stage : point.identity) {
