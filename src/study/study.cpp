@@ -209,6 +209,7 @@ void describe(ConfigVisitor& v, FigureConfig& c) {
     v.text("y", c.y, "column of study.csv; its interval is drawn if the table has one");
     v.text("by", c.by, "column whose values are told apart by colour and symbol");
     v.boolean("logarithmic", c.logarithmic, "logarithmic axis of y");
+    v.boolean("logarithmic_x", c.logarithmic_x, "logarithmic axis of x");
     v.any("fits", c.fits, "list of texts", "names of fits of the same x and y, drawn as curves");
     v.any("curves", c.curves, "list of tables", "curves drawn beside the points: { title = \"Eq. 22\", formula = \"5.3e-9*exp(7.3*x)\" }");
     v.any("marks", c.marks, "list of tables", "single values drawn beside the points: { title = \"measured\", x = 0.53, y = 0.685 }");

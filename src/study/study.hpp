@@ -53,7 +53,7 @@ void describe(core::ConfigVisitor& v, FitConfig& c);
 
 struct FigureConfig {
     std::string name, x, y, by;
-    bool logarithmic = false;
+    bool logarithmic = false, logarithmic_x = false;
     core::Json fits;    ///< names of fits of the same x and y
     core::Json curves;  ///< {title, formula of x} each
     core::Json marks;   ///< {title, x, y} each

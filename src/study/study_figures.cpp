@@ -52,7 +52,8 @@ struct Curve {
 std::string sampled(const std::function<double(double)>& value, double low, double high) {
     std::string lines;
     for (int i = 0; i < curve_points; ++i) {
-        const double x = low + (high - low) * i / (curve_points - 1);
+        const double part = static_cast<double>(i) / (curve_points - 1);
+        const double x = low > 0.0 && high > 10.0 * low ? low * std::pow(high / low, part) : low + (high - low) * part;
         if (const double y = value(x); std::isfinite(y)) lines += fmt::format("{:.9g} {:.9g}\n", x, y);
     }
     return lines;
@@ -157,6 +158,7 @@ bool draw_figure(const Study& study, const FigureConfig& figure) {
                          {"x_label", label_of(x)},
                          {"y_label", label_of(y)},
                          {"logarithmic", figure.logarithmic ? 1.0 : 0.0},
+                         {"logarithmic_x", figure.logarithmic_x ? 1.0 : 0.0},
                          {"groups", static_cast<double>(groups.size())},
                          {"curves", static_cast<double>(curves.size())},
                          {"marks", static_cast<double>(figure.marks.size())}};
