@@ -20,7 +20,8 @@ void require_same_width(const Grid& grid, const Container& container, const std:
     for (const int axis : {0, 1}) {
         const auto a = static_cast<std::size_t>(axis);
         const double width = grid.cells[a] * grid.spacing_m[a];
-        if (std::abs(width - inner[axis]) > 2.01 * grid.spacing_m[a])
+        const double allowed = container.periodic[a] ? 0.01 : 2.01;  // voxels; a periodic image of another size is another medium
+        if (std::abs(width - inner[axis]) > allowed * grid.spacing_m[a])
             throw UserError(fmt::format("the image is {:g} m wide along axis {}, the container {:g} m", width, axis, inner[axis]),
                             {.where = where, .fix = "give the container that the image shows (--container, metres)"});
     }

@@ -18,6 +18,8 @@ struct FileVolume {
     std::array<std::array<double, 3>, 3> direction = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
     bool states_direction = false;
     bool own_phases = false;
+    bool sequential = false;        ///< packed: reading backwards begins at the start each time
+    std::vector<core::Path> files;  ///< that are read
     std::map<std::string, std::string> notes;
     /// Layers of the slowest axis, as in VolumeSource.
     std::function<void(std::int64_t first, std::span<float> values)> read;

@@ -1,8 +1,7 @@
-// Formats that ITK reads: NRRD, PNG, DICOM.
+// Formats that ITK reads: PNG, DICOM.
 #include <fmt/format.h>
 #include <itkGDCMImageIO.h>
 #include <itkGDCMSeriesFileNames.h>
-#include <itkNrrdImageIO.h>
 #include <itkPNGImageIO.h>
 
 #include <cmath>
@@ -57,10 +56,8 @@ auto translated(const Path& path, const Work& work) {
     const Quiet quiet;
     try {
         return work();
-    } catch (const itk::ExceptionObject& error) {
-        std::string text = error.GetDescription();
-        text = text.substr(0, text.find('\n'));
-        throw UserError("the image cannot be read: " + path.string(), {.where = text, .fix = "the file may be incomplete: write it again"});
+    } catch (const itk::ExceptionObject&) {  // its text names addresses and its own sources
+        throw UserError("the image cannot be read: " + path.string(), {.fix = "the file may be incomplete or damaged: write it again"});
     } catch (const std::bad_alloc&) {
         throw MachineError("not enough memory to read " + path.string());
     }
@@ -87,73 +84,6 @@ void take_geometry(FileVolume& volume, const itk::ImageIOBase& io) {
     }
 }
 
-// ITK's parser prints what it does not understand into a buffer of fixed size. A header is text, in lines of moderate length, up to an
-// empty line; a detached one may end without it.
-void require_sane_header(const Path& path) {
-    constexpr std::size_t longest = 400;
-    constexpr int most_lines = 500;
-    std::ifstream file(path, std::ios::binary);
-    std::string line;
-    char c = 0;
-    for (int lines = 0; lines < most_lines && file.get(c);) {
-        if (c != '\n') {
-            const auto code = static_cast<unsigned char>(c);
-            if (line.size() >= longest || (code < 32 && c != '\t' && c != '\r') || code > 126) break;
-            line += c;
-            continue;
-        }
-        if (line.empty() || line == "\r") return;
-        line.clear();
-        ++lines;
-    }
-    if (file.eof() && path.extension() == ".nhdr") return;
-    throw UserError("not a NRRD image, or a damaged one: " + path.string(),
-                    {.where = "its header is not text in lines of moderate length, or does not end"});
-}
-
-// Text of a header field; empty if it is not there.
-std::string header_field(const Path& path, const std::string& name) {
-    std::ifstream file(path, std::ios::binary);
-    std::string line;
-    for (int lines = 0; lines < 1000 && std::getline(file, line) && !line.empty() && line != "\r"; ++lines) {
-        if (!line.starts_with(name + ":")) continue;
-        const std::size_t at = line.find_first_not_of(" =:\t", name.size());
-        while (!line.empty() && (line.back() == '\r' || line.back() == ' ')) line.pop_back();
-        return at < line.size() ? line.substr(at) : std::string();
-    }
-    return {};
-}
-
-// What a reader would have to allocate and may silently leave empty: the size of uncompressed data.
-void require_size_of_data(const Path& path, const FileVolume& volume) {
-    if (header_field(path, "encoding") != "raw") return;
-    std::string data = header_field(path, "data file");
-    if (data.empty()) data = header_field(path, "datafile");
-    const std::uintmax_t bytes = size_of(volume.type) * static_cast<std::uintmax_t>(volume.voxels[0] * volume.voxels[1] * volume.voxels[2]);
-    std::uintmax_t there = 0;
-    if (data.empty()) {
-        std::ifstream file(path, std::ios::binary);
-        std::string line;
-        while (std::getline(file, line) && !line.empty() && line != "\r") continue;
-        there = std::filesystem::file_size(path) - static_cast<std::uintmax_t>(file.tellg());
-    } else if (const Path file = path.parent_path() / data; data.size() < 256 && std::filesystem::exists(file)) {
-        there = std::filesystem::file_size(file);
-    } else {
-        return;  // lists and patterns of files
-    }
-    if (there != bytes)
-        throw UserError(fmt::format("the data have {} bytes, and {} x {} x {} values of {} bytes are {}", there, volume.voxels[0],
-                                    volume.voxels[1], volume.voxels[2], size_of(volume.type), bytes),
-                        {.where = path.string(), .fix = "the file is incomplete, or its header is wrong: write it again"});
-}
-
-std::optional<double> unit_of(const Path& path) {
-    const std::string text = header_field(path, "space units");
-    for (const auto& [name, unit] : {std::pair("\"mm\"", 1e-3), {"\"um\"", 1e-6}, {"\"m\"", 1.0}, {"\"cm\"", 1e-2}, {"\"microns\"", 1e-6}})
-        if (text.find(name) != std::string::npos) return unit;
-    return std::nullopt;
-}
-
 // All of the image, in its own type.
 std::shared_ptr<const std::vector<char>> read_all(itk::ImageIOBase& io, const Path& path) {
     const auto size = static_cast<std::size_t>(io.GetImageSizeInBytes());
@@ -168,32 +98,6 @@ std::shared_ptr<const std::vector<char>> read_all(itk::ImageIOBase& io, const Pa
 
 }  // namespace
 
-FileVolume open_nrrd(const Path& path) {
-    return translated(path, [&] {
-        const auto io = itk::NrrdImageIO::New();
-        if (std::filesystem::is_regular_file(path)) require_sane_header(path);
-        if (!std::filesystem::is_regular_file(path) || !io->CanReadFile(path.c_str()))
-            throw UserError("not a NRRD image, or a damaged one: " + path.string());
-        io->SetFileName(path.string());
-        io->ReadImageInformation();
-        if (io->GetNumberOfDimensions() != 3)
-            throw UserError(fmt::format("the image has {} dimensions", io->GetNumberOfDimensions()),
-                            {.where = path.string(), .allowed = "3"});
-        FileVolume volume{.type = type_of(*io, path)};
-        volume.format = fmt::format("NRRD, {}", name_of(volume.type));
-        take_geometry(volume, *io);
-        volume.unit_m = unit_of(path);
-        require_size_of_data(path, volume);
-        const auto data = read_all(*io, path);
-        volume.memory_bytes = static_cast<double>(data->size());
-        volume.read = [data, path, type = volume.type, layer = volume.voxels[0] * volume.voxels[1]](std::int64_t first,
-                                                                                                    std::span<float> values) {
-            to_float(data->data() + static_cast<std::size_t>(first * layer) * size_of(type), type, values, path);
-        };
-        return volume;
-    });
-}
-
 FileVolume open_png_stack(const std::vector<Path>& files) {
     const auto open = [](const Path& path) {
         const auto io = itk::PNGImageIO::New();
@@ -206,7 +110,8 @@ FileVolume open_png_stack(const std::vector<Path>& files) {
         const auto first = open(files.front());
         FileVolume volume{.voxels = {static_cast<std::int64_t>(first->GetDimensions(0)), static_cast<std::int64_t>(first->GetDimensions(1)),
                                      static_cast<std::int64_t>(files.size())},
-                          .type = type_of(*first, files.front())};
+                          .type = type_of(*first, files.front()),
+                          .files = files};
         volume.format = fmt::format("PNG, {}, {} files, {} to {}", name_of(volume.type), files.size(), files.front().filename().string(),
                                     files.back().filename().string());
         volume.read = [files, open, type = volume.type, n = volume.voxels](std::int64_t z, std::span<float> values) {
@@ -266,6 +171,7 @@ FileVolume open_dicom(const Path& folder) {
             for (std::size_t i = 0; i < 3; ++i) volume.direction[2][i] = along[i] / length;
             (*volume.spacing)[2] = length / static_cast<double>(files.size() - 1);
         }
+        volume.files.assign(files.begin(), files.end());
         volume.format = fmt::format("DICOM, {}, {} files", name_of(volume.type), files.size());
         volume.read = [files, open, type = volume.type, n = volume.voxels, origin = volume.origin, direction = volume.direction[2],
                        step = (*volume.spacing)[2]](std::int64_t z, std::span<float> values) {

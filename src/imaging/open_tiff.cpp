@@ -2,6 +2,8 @@
 #include <fmt/format.h>
 #include <tiffio.h>
 
+#include <atomic>
+#include <cstdarg>
 #include <cstring>
 #include <memory>
 
@@ -23,10 +25,16 @@ using File = std::unique_ptr<TIFF, Close>;
                            .fix = "export the image again, for instance from ImageJ, as gray values"});
 }
 
+// libtiff reports a damaged directory only by its error handler: the end of the list looks the same.
+std::atomic<long> tiff_errors = 0;
+void count_error(const char* /*module*/, const char* /*format*/, va_list /*values*/) {
+    ++tiff_errors;
+}
+
 File open(const Path& path) {
     if (!std::filesystem::is_regular_file(path)) throw UserError("not a regular file: " + path.string());
     TIFFSetWarningHandler(nullptr);
-    TIFFSetErrorHandler(nullptr);
+    TIFFSetErrorHandler(count_error);
     File file(TIFFOpen(path.c_str(), "r"));
     if (!file) fail(path, "not a TIFF image, or a damaged one");
     return file;
@@ -108,6 +116,8 @@ void read_spacing(TIFF* file, FileVolume& volume) {
     };
     if (!text.starts_with("ImageJ") || !has_resolution) return;
     const std::string spacing = value_of("spacing"), unit = value_of("unit");
+    for (const char* key : {"yunit", "zunit"})
+        if (const std::string other = value_of(key); !other.empty() && other != unit) return;  // the voxel size must be given
     static const std::map<std::string, double> units = {{"mm", 1e-3},      {"cm", 1e-2},         {"m", 1.0},     {"um", 1e-6},
                                                         {"micron", 1e-6},  {"\\u00B5m", 1e-6},   {"µm", 1e-6},   {"nm", 1e-9},
                                                         {"microns", 1e-6}, {"millimeter", 1e-3}, {"meter", 1.0}, {"inch", 0.0254}};
@@ -123,20 +133,27 @@ FileVolume open_tiff(const std::vector<Path>& files) {
     const auto first = std::make_shared<File>(open(files.front()));
     const Page page = page_of(first->get(), files.front());
     FileVolume volume{.voxels = {page.width, page.height, 0}, .type = page.type};
+    volume.files = files;
     read_spacing(first->get(), volume);
     // ImageJ writes files above 4 GB as one page with all layers behind it.
     if (files.size() == 1) {
         std::int64_t pages = 0;
+        const long before = tiff_errors;
         do {
             if (page_of(first->get(), files.front()) != page)
                 fail(files.front(), fmt::format("page {} has another size or type", pages + 1));
             ++pages;
         } while (TIFFReadDirectory(first->get()) == 1);
+        if (tiff_errors != before) fail(files.front(), fmt::format("page {} is incomplete or damaged", pages + 1));
         char* description = nullptr;
         TIFFSetDirectory(first->get(), 0);
-        long images = 0;
+        long images = 0, channels = 1, frames = 1;
         if (TIFFGetField(first->get(), TIFFTAG_IMAGEDESCRIPTION, &description) == 1 && description != nullptr)
             if (const char* at = std::strstr(description, "images=")) images = std::strtol(at + 7, nullptr, 10);
+        for (const auto& [key, value] : {std::pair("channels=", &channels), {"frames=", &frames}})
+            if (const char* at = description == nullptr ? nullptr : std::strstr(description, key))
+                *value = std::strtol(at + std::strlen(key), nullptr, 10);
+        if (channels > 1 || frames > 1) fail(files.front(), fmt::format("the image has {} channels and {} frames", channels, frames));
         if (images > pages) fail(files.front(), fmt::format("the description names {} layers, and the file has {} pages", images, pages));
         volume.voxels[2] = pages;
         volume.format = fmt::format("TIFF, {}, {} pages", name_of(page.type), pages);
@@ -161,6 +178,7 @@ FileVolume open_tiff(const std::vector<Path>& files) {
         for (std::size_t done = 0; done < values.size(); done += layer, ++z) {
             const Path& path = files[static_cast<std::size_t>(z)];
             const File file = open(path);
+            if (TIFFLastDirectory(file.get()) == 0) fail(path, "the file has several pages, and the folder several files");
             if (page_of(file.get(), path) != page)
                 fail(path, "the image has another size or type than " + files.front().filename().string());
             read_page(file.get(), page, values.subspan(done, layer), path);

@@ -17,6 +17,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* axis_names = "xyz";
+constexpr std::array usual_units = {1.0, 1e-3, 1e-6, 1e-9};
 constexpr double contradiction = 1e-3;  // relative difference between two voxel sizes that are meant to be equal
 
 // File axis i is the axis `axis` of the image, against its direction if `reversed`.
@@ -134,7 +135,7 @@ std::array<double, 3> spacing_m(const FileVolume& file, const AxisMap& map, cons
         bool agrees = true;
         for (std::size_t i = 0; i < 3; ++i) agrees = agrees && std::abs((*stated)[i] * factor / given[i] - 1.0) <= contradiction;
         if (!unit)  // the file's number in metres, millimetres or micrometres
-            agrees = agrees && std::any_of(std::begin({1.0, 1e-3, 1e-6, 1e-9}), std::end({1.0, 1e-3, 1e-6, 1e-9}),
+            agrees = agrees && std::any_of(usual_units.begin(), usual_units.end(),
                                            [&](double one) { return std::abs(factor / one - 1.0) <= contradiction; });
         if (!agrees)
             throw UserError(fmt::format("the file states voxels of {:g} x {:g} x {:g}{}, and {:g} x {:g} x {:g} m are given", (*stated)[0],
@@ -149,7 +150,7 @@ std::array<double, 3> spacing_m(const FileVolume& file, const AxisMap& map, cons
 // Layers of the file become layers of the image. Where the slowest axis is not z, the whole file is held in memory.
 void connect(VolumeSource& source, FileVolume file, const AxisMap& map, const Path& path) {
     const std::array<std::int64_t, 3> n = file.voxels;  // along the file's axes
-    if (map.axis[2] == 2) {
+    if (map.axis[2] == 2 && !(map.reversed[2] && file.sequential)) {
         const auto read = [file = std::move(file), map, n](std::int64_t first, std::span<float> values) {
             const std::int64_t layer = n[0] * n[1], count = static_cast<std::int64_t>(values.size()) / layer;
             const bool swapped = map.axis[0] == 1;
@@ -176,9 +177,11 @@ void connect(VolumeSource& source, FileVolume file, const AxisMap& map, const Pa
     }
     const double bytes = 4.0 * static_cast<double>(n[0]) * static_cast<double>(n[1]) * static_cast<double>(n[2]);
     if (bytes > 0.9 * available_memory_bytes() && available_memory_bytes() > 0.0)
-        throw UserError(fmt::format("the slowest axis of the file is not z, so it must be held in memory: {}, {} are free",
-                                    human_bytes(bytes), human_bytes(available_memory_bytes())),
-                        {.where = path.string(), .fix = "write the image with z as its slowest axis"});
+        throw UserError(
+            fmt::format(
+                "the slowest axis of the file is not z (or it is packed and reversed), so it must be held in memory: {}, {} are free",
+                human_bytes(bytes), human_bytes(available_memory_bytes())),
+            {.where = path.string(), .fix = "write the image with z as its slowest axis"});
     const auto all = std::make_shared<std::vector<float>>(static_cast<std::size_t>(n[0] * n[1] * n[2]));
     file.read(0, *all);
     source.memory_bytes = file.memory_bytes + bytes;
@@ -210,9 +213,13 @@ std::vector<Path> files_in(const Path& folder, std::initializer_list<const char*
     std::vector<Path> files;
     if (fs::is_directory(folder))
         for (const auto& entry : fs::directory_iterator(folder))
-            if (entry.is_regular_file() && !entry.path().filename().string().starts_with('.') &&
-                std::find(extensions.begin(), extensions.end(), lower_extension(entry.path())) != extensions.end())
+            if (!entry.path().filename().string().starts_with('.') &&
+                std::find(extensions.begin(), extensions.end(), lower_extension(entry.path())) != extensions.end()) {
+                if (!entry.is_regular_file())
+                    throw UserError("not a regular file: " + entry.path().string(),
+                                    {.fix = "a layer of the image is missing or not mounted"});
                 files.push_back(entry.path());
+            }
     // slice_2 before slice_10.
     std::sort(files.begin(), files.end(), [](const Path& one, const Path& other) {
         const std::string a = one.filename().string(), b = other.filename().string();
@@ -237,6 +244,26 @@ std::vector<Path> files_in(const Path& folder, std::initializer_list<const char*
     return files;
 }
 
+// The numbers of the layers in the names of the files grow by equal steps, or a layer is missing. The number is the last one of a name.
+void require_even_numbers(const std::vector<Path>& files) {
+    std::optional<long> before, step;
+    for (const Path& file : files) {
+        const std::string name = file.stem().string();
+        const std::size_t end = name.find_last_of("0123456789");
+        if (end == std::string::npos) return;
+        const std::size_t begin = name.find_last_not_of("0123456789", end) + 1;  // npos + 1 is 0
+        if (end - begin > 8) return;
+        const long number = std::stol(name.substr(begin, end - begin + 1));
+        if (before && step && number - *before != *step)
+            throw UserError(
+                fmt::format("between the layers {} and {} the numbers grow by {}, before by {}: a layer is missing or twice there", *before,
+                            number, number - *before, *step),
+                {.where = file.string(), .fix = "number the files in equal steps"});
+        if (before) step = number - *before;
+        before = number;
+    }
+}
+
 bool is_raw(const Path& path) {
     const std::string extension = lower_extension(path), inner = lower_extension(path.stem());
     return extension == ".raw" || (extension == ".gz" && inner == ".raw");
@@ -245,8 +272,13 @@ bool is_raw(const Path& path) {
 FileVolume open_file(const Path& path, const ImageConfig& config) {
     if (!fs::exists(path)) throw UserError("no such image: " + path.string());
     if (fs::is_directory(path)) {
-        if (const auto files = files_in(path, {".tif", ".tiff"}); !files.empty()) return open_tiff(files);
-        if (const auto files = files_in(path, {".png"}); !files.empty()) return open_png_stack(files);
+        const auto tiff = files_in(path, {".tif", ".tiff"}), png = files_in(path, {".png"}), dicom = files_in(path, {".dcm"});
+        if ((tiff.empty() ? 0 : 1) + (png.empty() ? 0 : 1) + (dicom.empty() ? 0 : 1) > 1)
+            throw UserError("the folder contains images of several formats",
+                            {.where = path.string(), .fix = "keep the layers of one image in it"});
+        require_even_numbers(tiff.empty() ? png : tiff);
+        if (!tiff.empty()) return open_tiff(tiff);
+        if (!png.empty()) return open_png_stack(png);
         return open_dicom(path);
     }
     const std::string extension = lower_extension(path);
@@ -294,7 +326,9 @@ std::size_t size_of(ValueType type) {
 }
 
 bool is_volume(const Path& path) {
-    if (fs::is_directory(path)) return !fs::exists(path / "slices.json") && !files_in(path, {".tif", ".tiff", ".png", ".dcm"}).empty();
+    if (fs::is_directory(path))
+        return !fs::exists(path / "slices.json") && !fs::exists(path / "case.toml") &&
+               !files_in(path, {".tif", ".tiff", ".png", ".dcm"}).empty();
     static const std::array known = {".npy", ".tif", ".tiff", ".vti", ".mhd", ".mha", ".nrrd", ".nhdr"};
     const std::string extension = lower_extension(path);
     return is_raw(path) || std::find(known.begin(), known.end(), extension) != known.end();
@@ -305,6 +339,13 @@ VolumeSource open_volume(const Path& path, const ImageConfig& config) {
     FileVolume file = open_file(path, config);
     for (const std::int64_t n : file.voxels)
         if (n < 1) throw UserError("the image has no voxels", {.where = path.string()});
+    double count = 1.0;
+    for (const std::int64_t n : file.voxels) count *= static_cast<double>(n);
+    if (count > 1e15) throw UserError(fmt::format("so many voxels ({:.2g}) are no image", count), {.where = path.string()});
+    const double layer_bytes = 4.0 * static_cast<double>(file.voxels[0]) * static_cast<double>(file.voxels[1]);
+    if (const double free = available_memory_bytes(); free > 0.0 && layer_bytes > 0.5 * free)
+        throw UserError(fmt::format("one layer of the image needs {}, and {} are free", human_bytes(layer_bytes), human_bytes(free)),
+                        {.where = path.string()});
     const AxisMap map = map_of(file, config, path);
     VolumeSource source;
     VolumeHeader& header = source.header;
@@ -326,6 +367,7 @@ VolumeSource open_volume(const Path& path, const ImageConfig& config) {
     header.type = file.type;
     header.format = file.format;
     header.own_phases = file.own_phases;
+    header.files = file.files;
     header.notes = file.notes;
     header.orientation = text_of(map, file);
     source.memory_bytes = file.memory_bytes;

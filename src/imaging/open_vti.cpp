@@ -21,7 +21,9 @@ FileVolume open_vti(const Path& path, const std::string& field) {
                       .notes = vti.notes};
     volume.format =
         fmt::format("VTK image, {}, `{}` at {}, {}", name_of(volume.type), vti.field, vti.at_points ? "points" : "cells", vti.storage);
-    volume.own_phases = vti.field == "phase";
+    volume.own_phases = vti.field == "phase" && vti.notes.contains("container");
+    volume.files = {path};
+    if (!vti.has_spacing) volume.spacing.reset();
     if (vti.notes.contains("container")) volume.unit_m = 1.0;
     for (std::size_t i = 0; i < 3; ++i)
         for (std::size_t axis = 0; axis < 3; ++axis)

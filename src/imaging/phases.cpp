@@ -33,11 +33,11 @@ void require_usable_grid(const VolumeHeader& header, const std::string& where) {
                         {.where = where, .fix = "porepack image crop, or porepack image bin"});
 }
 
-std::vector<double> pore_values(const Json& pore) {
-    std::vector<double> values;
+std::vector<float> pore_values(const Json& pore) {
+    std::vector<float> values;  // as those of the image
     for (const Json& value : pore.is_array() ? pore : Json::array({pore})) {
         if (!value.is_number()) throw UserError("`pore` is not a number or a list of numbers", {.where = "[image], --image-pore"});
-        values.push_back(value.get<double>());
+        values.push_back(static_cast<float>(value.get<double>()));
     }
     if (values.empty()) throw UserError("`pore` is an empty list", {.where = "[image], --image-pore"});
     return values;
@@ -79,8 +79,9 @@ SegmentedImage segmented(const VolumeSource& source, const ImageConfig& config, 
     result.image.notes = header.notes;
     std::vector<std::uint8_t>& phase = result.image.phase;
     phase.resize(grid.size());
-    const std::vector<double> pores = by_value ? pore_values(config.pore) : std::vector<double>();
-    const double threshold = by_threshold ? config.threshold.get<double>() : 0.0;
+    const std::vector<float> pores = by_value ? pore_values(config.pore) : std::vector<float>();
+    std::vector<std::size_t> occurs(pores.size(), 0);
+    const float threshold = by_threshold ? static_cast<float>(config.threshold.get<double>()) : 0.0F;  // values are in single precision
     const bool below = config.pore_side == PoreSide::below;
     const auto phase_of = [&](float value) {
         if (own) {
@@ -90,8 +91,12 @@ SegmentedImage segmented(const VolumeSource& source, const ImageConfig& config, 
                     {.where = where, .allowed = "0 grain, 1 pore, 2 outside the container", .fix = "--image-pore VALUE for other images"});
             return static_cast<std::uint8_t>(value);
         }
-        const bool pore =
-            by_value ? std::find(pores.begin(), pores.end(), value) != pores.end() : (below ? value < threshold : value > threshold);
+        bool pore = below ? value < threshold : value > threshold;
+        if (by_value) {
+            const auto found = std::find(pores.begin(), pores.end(), value);
+            pore = found != pores.end();
+            if (pore) ++occurs[static_cast<std::size_t>(found - pores.begin())];
+        }
         return pore ? Phase::pore : Phase::grain;
     };
     std::vector<float> layer(static_cast<std::size_t>(header.layer()));
@@ -107,6 +112,10 @@ SegmentedImage segmented(const VolumeSource& source, const ImageConfig& config, 
     result.pore_level = own        ? "phase 1"
                         : by_value ? fmt::format("value {:g}", fmt::join(pores, ", "))
                                    : fmt::format("values {} {:g}", below ? "below" : "above", threshold);
+    for (std::size_t i = 0; i < occurs.size(); ++i)
+        if (occurs[i] == 0)
+            throw UserError(fmt::format("the image has no voxel of the pore value {:g}", pores[i]),
+                            {.where = where, .fix = "porepack image info shows the values"});
     if (!own && (pore_count == 0 || pore_count == inside))
         throw UserError(
             fmt::format("{} of the image is pore", pore_count == 0 ? "nothing" : "all"),

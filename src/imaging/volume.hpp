@@ -24,7 +24,8 @@ struct VolumeHeader {
     std::string format;                        ///< "NRRD"
     std::string orientation;                   ///< how the file's axes became x, y, z
     std::string size_source;                   ///< where the voxel size comes from
-    bool own_phases = false;                   ///< a .vti file whose array is called `phase`
+    std::vector<core::Path> files;             ///< that are read
+    bool own_phases = false;                   ///< a .vti file that PorePack wrote: `phase`, with a container
     std::map<std::string, std::string> notes;  ///< field data of a .vti
 
     [[nodiscard]] std::int64_t layer() const { return voxels[0] * voxels[1]; }

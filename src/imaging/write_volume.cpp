@@ -193,6 +193,17 @@ void write_volume(const Path& path, const VolumeSource& source) {
     if (kind == ".vti") head = vti_header(source.header);
     if (head.empty() && kind != ".raw" && kind != ".mhd")
         throw UserError("images are not written as " + path.string(), {.allowed = ".raw, .mhd, .nrrd, .npy, .vti"});
+    if (fs::is_directory(path)) throw UserError("a folder has this name: " + path.string(), {.fix = "choose another name"});
+    if (kind == ".mhd" && (data.filename().string().starts_with("LIST") || data.filename().string().find('%') != std::string::npos))
+        throw UserError("MetaImage gives such a name a meaning: " + data.filename().string(), {.fix = "choose a name without % and LIST"});
+    for (const Path& written : {path, data}) {
+        if (!fs::exists(written)) continue;
+        for (const Path& read : source.header.files)
+            if (fs::exists(read) && fs::equivalent(written, read))
+                throw UserError("the image would be written over itself: " + written.string(), {.fix = "choose another name"});
+        if (written == data && kind == ".mhd" && !fs::exists(path))
+            throw UserError("the values of the image would be written over another file: " + data.string(), {.fix = "choose another name"});
+    }
     write_whole(data, [&](const Path& name) {
         std::ofstream file(name, std::ios::binary);
         file << head;

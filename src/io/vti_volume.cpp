@@ -236,6 +236,9 @@ VtiVolume open_vti_volume(const Path& path, const std::string& field) {
     std::array<std::int64_t, 3> low{};
     take_extent(image, "WholeExtent", volume.at_points, low, volume.values, path);
     volume.spacing = numbers_of<double, 3>(image, "Spacing", path, "1 1 1");
+    if (static_cast<double>(volume.values[0]) * static_cast<double>(volume.values[1]) * static_cast<double>(volume.values[2]) > 1e15)
+        refuse(path, "WholeExtent has more than 1e15 values");
+    volume.has_spacing = image->GetAttribute("Spacing") != nullptr;
     const auto origin = numbers_of<double, 3>(image, "Origin", path, "0 0 0");
     const auto rows = numbers_of<double, 9>(image, "Direction", path, "1 0 0 0 1 0 0 0 1");
     for (std::size_t i = 0; i < 3; ++i) {

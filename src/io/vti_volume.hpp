@@ -15,6 +15,7 @@ struct VtiVolume {
     std::array<std::int64_t, 3> values = {0, 0, 0};  ///< along the axes of the file, the fastest first
     bool at_points = false;
     std::array<double, 3> spacing = {0, 0, 0};
+    bool has_spacing = true;                                                               ///< false: the file states none
     std::array<double, 3> origin = {0, 0, 0};                                              ///< centre of the first value
     std::array<std::array<double, 3>, 3> direction = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};  ///< of axis i
     std::string field, type;                                                               ///< "UInt8", as in the file

@@ -1,6 +1,7 @@
 // A scan or a segmented image, read and put into the container.
 #include "io/image.hpp"
 #include "core/error.hpp"
+#include "imaging/volume.hpp"
 #include "stages/results.hpp"
 #include "stages/stages.hpp"
 
@@ -17,16 +18,6 @@ std::optional<Container> container_of_image(const Case& c) {
 }
 
 namespace {
-
-// The digests of all files of a folder would take as long as reading them: they are the inputs all the same.
-std::vector<Path> files_of(const Path& input) {
-    if (!fs::is_directory(input)) return {input};
-    std::vector<Path> files;
-    for (const auto& entry : fs::directory_iterator(input))
-        if (entry.is_regular_file()) files.push_back(entry.path());
-    std::sort(files.begin(), files.end());
-    return files;
-}
 
 Json run_image(const Case& c, const Path& folder) {
     const ImageInput input = read_image(c.resolve(c.settings.image.file), c.settings.image, container_of_image(c));
@@ -52,7 +43,7 @@ Stage make_image_stage(const Case& c) {
     if (!fs::exists(file)) throw UserError("no such image: " + file.string(), {.where = "[image] file"});
     return {.name = "image",
             .configuration = c.settings.resolved_tables({"image", "container"}),
-            .files = files_of(file),
+            .files = imaging::open_volume(file, c.settings.image).header.files,
             .outputs = {"pore.vti"},
             .run = [c](const Path& folder) { return run_image(c, folder); }};
 }

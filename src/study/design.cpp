@@ -372,7 +372,8 @@ private:
         all.push_back(proposal.bed);
         const double numerical = number_at(k, "/numerical_half_width").value_or(0.0) / proposal.permeability_m2;
         proposal.permeability_half_width = std::hypot(half_width(all, &PooledScatter::permeability, packings), numerical);
-        proposal.porosity_half_width = half_width(all, &PooledScatter::porosity, packings);
+        proposal.porosity_half_width =
+            std::hypot(half_width(all, &PooledScatter::porosity, packings), number_at(eps, "/numerical_half_width").value_or(0.0));
         return proposal;
     }
 

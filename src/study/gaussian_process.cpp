@@ -20,8 +20,8 @@ GaussianProcess::GaussianProcess(const Eigen::MatrixXd& x, const Eigen::VectorXd
     centre_ = x.colwise().mean();
     x_ = x.rowwise() - centre_.transpose();
     scale_ = (x_.colwise().squaredNorm() / n).cwiseSqrt();
-    for (double& scale : scale_)
-        if (!(scale > 1e-12)) scale = 1.0;  // a coordinate that is the same in all data
+    for (Eigen::Index j = 0; j < scale_.size(); ++j)  // a coordinate that is the same in all data, but for rounding
+        if (!(scale_[j] > 1e-6 * (1.0 + std::abs(centre_[j])))) scale_[j] = 1.0;
     x_ = x_ * scale_.cwiseInverse().asDiagonal();
 
     const double deviation = std::sqrt((y.array() - y.mean()).square().sum() / n);

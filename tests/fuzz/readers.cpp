@@ -284,7 +284,7 @@ TEST(Fuzz, Images) {
     const test::Folder folder;
     std::string bytes;
     for (int i = 0; i < 240; ++i) bytes += static_cast<char>(i);
-    const Path raw = folder.write("good.raw", bytes);
+    const Path raw = folder.write("source.raw", bytes);
     const imaging::VolumeSource good =
         imaging::open_volume(raw, {.dims = {6, 5, 4}, .type = imaging::ValueType::uint16, .voxel_size_m = {1e-3}});
     const Path tiff = folder.path() / "good.tif";

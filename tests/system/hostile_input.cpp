@@ -41,7 +41,9 @@ TEST(HostileImage, GridAndContainerMustFit) {
                      .notes = {{"section", "nan,nan"}}};
     const Path file = folder.path() / "pore.vti";
     write_phase_image(file, image);
-    const std::string unit = " --image-unit 1", box = unit + " --container box:0.01,0.01,0.01 ";
+    image.phase[555] = Phase::grain;
+    write_phase_image(file, image);
+    const std::string unit = " --image-unit 1 --image-pore 1", box = unit + " --container box:0.01,0.01,0.01 ";
     expect_fault("lbm " + quoted(file) + box, "is not \"z0,z1\"");
     expect_fault("lbm " + quoted(file) + box + "--section 5,6", "not in the image");
     expect_fault("lbm " + quoted(file) + box + "--section 0.008,0.002", "not in the image");
@@ -67,7 +69,8 @@ TEST(HostileImage, WhatWasWrongInSilence) {
         for (int j = 3; j < 7; ++j) image.phase[image.grid.index(4, j, k)] = Phase::grain;
     const Path file = folder.path() / "pore.vti";
     write_phase_image(file, image);
-    const std::string in = "lbm " + quoted(file);
+    const std::string in = "lbm --image-pore 1 " + quoted(file);
+    expect_fault("lbm --image-unit 1 " + quoted(file), "which values are pores?");
     expect_fault(in, "but not its unit");
     expect_fault(in + " --image-voxel-size 2e-3", "and 0.002 x 0.002 x 0.002 m are given");
     expect_fault(in + " --image-unit 1 --container box:0.01,0.01,0.01",
@@ -83,15 +86,17 @@ TEST(HostileImage, WhatWasWrongInSilence) {
           {"Direction=\"1 0 0 0 1 0 0 0 1\"", "Direction=\"1 0 0.5 0 1 0 0 0 1\"", "oblique"},
           {"type=\"UInt8\"", "type=\"UInt16\"", "values than the image"}}) {
         const Path bad = folder.write("bad.vti", replaced(text, from, to));
-        expect_fault("lbm " + quoted(bad) + " --image-unit 1", message);
+        expect_fault("lbm --image-pore 1 " + quoted(bad) + " --image-unit 1", message);
     }
     // Water outside a cylinder is left out: a column of 10 x 10 voxels and the circle in it.
     image.phase.assign(2000, Phase::pore);
+    image.phase[image.grid.index(5, 5, 10)] = Phase::grain;
     write_phase_image(file, image);
-    const auto round = porepack("lbm --json --walls bounce_back --grids 1 --image-unit 1 --ends planes --container cylinder:0.01,0.02 " +
-                                quoted(file) + " --output " + quoted(folder.path() / "round"));
+    const auto round =
+        porepack("lbm --json --walls bounce_back --grids 1 --image-unit 1 --image-pore 1 --ends planes --container cylinder:0.01,0.02 " +
+                 quoted(file) + " --output " + quoted(folder.path() / "round"));
     ASSERT_EQ(round.exit_code, 0) << round.err;
-    EXPECT_EQ(round.json()["fine"]["fluid_nodes"], 80 * 20) << "cells whose centres are in the circle";
+    EXPECT_EQ(round.json()["fine"]["fluid_nodes"], 80 * 20 - 1) << "cells whose centres are in the circle";
 }
 
 TEST(HostileImage, ACutPictureIsNamed) {

@@ -501,5 +501,85 @@ TEST(Images, CropBinAndPhases) {
     EXPECT_TRUE(test::has(test::message_of<UserError>([&] { (void)segmented(open_volume(file, gray), gray, "l"); }), "no cubes"));
 }
 
+// What a hostile reader found: each was taken in silence once.
+TEST(Images, NothingIsTakenInSilence) {
+    const test::Folder folder;
+    const Path file = folder.path() / "l.raw";
+    write_values(file, values_of<std::uint8_t>());
+    const auto fault = [](const auto& work, const char* message) {
+        EXPECT_TRUE(test::has(test::message_of<UserError>(work), message)) << message;
+    };
+    // Data beside a header are input, too.
+    const VolumeSource source = open_volume(file, raw(ValueType::uint8));
+    fault([&] { write_volume(folder.path() / "l.mhd", source); }, "over itself");
+    folder.write("other.raw", "precious");
+    fault([&] { write_volume(folder.path() / "other.mhd", source); }, "over another file");
+    write_volume(folder.path() / "o.mhd", source);
+    const VolumeSource with_header = open_volume(folder.path() / "o.mhd", {.unit_m = 1e-3});
+    fault([&] { write_volume(folder.path() / "o.raw", with_header); }, "over itself");
+    // TIFF: a page that is cut off, channels, several pages in a file of a folder.
+    const auto values = values_of<std::uint16_t>();
+    const std::size_t layer = static_cast<std::size_t>(n[0] * n[1]);
+    const auto write_tiff = [&](const Path& path, std::size_t pages, const char* description) {
+        TIFF* out = TIFFOpen(path.c_str(), "w");
+        for (std::size_t z = 0; z < pages; ++z) tiff_page(out, values.data() + z * layer, z == 0 ? description : nullptr);
+        TIFFClose(out);
+    };
+    write_tiff(folder.path() / "cut.tif", 4, nullptr);
+    std::filesystem::resize_file(folder.path() / "cut.tif", std::filesystem::file_size(folder.path() / "cut.tif") * 2 / 3);
+    fault([&] { (void)open_volume(folder.path() / "cut.tif", sized); }, "incomplete or damaged");
+    write_tiff(folder.path() / "two.tif", 4, "ImageJ=1.53\nimages=4\nchannels=2\nslices=2\nunit=mm\nspacing=0.02\n");
+    fault([&] { (void)open_volume(folder.path() / "two.tif", {}); }, "2 channels");
+    write_tiff(folder.path() / "zu.tif", 4, "ImageJ=1.53\nimages=4\nslices=4\nunit=mm\nzunit=um\nspacing=20\n");
+    fault([&] { (void)open_volume(folder.path() / "zu.tif", {}); }, "does not state its voxel size");
+    std::filesystem::create_directories(folder.path() / "stack");
+    for (const int z : {1, 2, 4}) write_tiff(folder.path() / "stack" / fmt::format("s_{}.tif", z), 1, nullptr);
+    fault([&] { (void)open_volume(folder.path() / "stack", sized); }, "a layer is missing");
+    write_tiff(folder.path() / "stack" / "s_3.tif", 2, nullptr);
+    const VolumeSource pages = open_volume(folder.path() / "stack", sized);
+    std::vector<float> all(static_cast<std::size_t>(pages.header.count()));
+    fault([&] { pages.read(0, all); }, "several pages");
+    folder.write("stack/a.png", "x");
+    fault([&] { (void)open_volume(folder.path() / "stack", sized); }, "several formats");
+    // NRRD: units that differ, no spacing, data that are packed and too long, text as data.
+    const std::string head = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 6 5 4\n";
+    const auto bytes = values_of<std::uint8_t>();
+    const std::string body(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    const auto nrrd = [&](const std::string& more, const std::string& data) { return folder.write("t.nrrd", head + more + "\n" + data); };
+    expect_body(nrrd("encoding: RAW\n", body), sized, "NRRD, uint8");
+    fault([&] { (void)open_volume(nrrd("encoding: raw\n", body), {.unit_m = 1e-3}); }, "does not state its voxel size");
+    fault([&] { (void)open_volume(nrrd("encoding: RAW\n", body + "four"), sized); }, "the data have 124 bytes");
+    fault([&] { (void)open_volume(nrrd("encoding: ascii\n", "1 2 3"), sized); }, "encoding: ascii");
+    fault([&] { (void)open_volume(nrrd("encoding: raw\nspacings: 1 1 1\nunits: \"um\" \"um\" \"mm\"\n", body), {}); }, "the same unit");
+    // Packed: a second part that does not belong to it; two members that do.
+    const auto gz = [&](const std::vector<std::size_t>& lengths) {
+        const Path packed = folder.path() / "l.raw.gz";
+        std::filesystem::remove(packed);
+        std::size_t at = 0;
+        for (const std::size_t length : lengths) {
+            gzFile out = gzopen(packed.c_str(), "ab");
+            gzwrite(out, bytes.data() + at % bytes.size(), static_cast<unsigned>(length));
+            gzclose(out);
+            at += length;
+        }
+        return packed;
+    };
+    expect_body(gz({50, 70}), raw(ValueType::uint8), "raw");
+    fault([&] { (void)statistics_of(open_volume(gz({120, 60}), raw(ValueType::uint8))); }, "bytes follow the last voxel");
+    ImageConfig turned = raw(ValueType::uint8);
+    turned.axes = "xy-z";
+    EXPECT_GT(open_volume(gz({120}), turned).memory_bytes, 0.0) << "read once, not once per layer";
+    // Values that single precision rounds.
+    std::vector<double> tenths(120, 0.1);
+    for (std::size_t i = 0; i < 30; ++i) tenths[i] = 2.0;
+    write_values(file, tenths);
+    ImageConfig rounded = raw(ValueType::float64);
+    rounded.pore = 0.1;
+    const SegmentedImage found = segmented(open_volume(file, rounded), rounded, "l");
+    EXPECT_EQ(std::count(found.image.phase.begin(), found.image.phase.end(), core::Phase::pore), 90);
+    rounded.pore = {0.1, 3};
+    fault([&] { (void)segmented(open_volume(file, rounded), rounded, "l"); }, "no voxel of the pore value 3");
+}
+
 }  // namespace
 }  // namespace porepack

@@ -48,10 +48,8 @@ void info(const Common& common) {
 }
 
 void write(const Common& common, const std::string& target, const VolumeSource& source) {
-    if (std::filesystem::exists(target) && std::filesystem::equivalent(target, common.input))
-        throw UserError("the image would be written over itself: " + target, {.fix = "choose another name"});
     Json json = json_of(source.header);
-    json["written"] = target;
+    json[common.dry_run ? "would_write" : "written"] = target;
     if (!common.dry_run) write_volume(target, source);
     print_result(common, json);
 }
