@@ -24,7 +24,6 @@ constexpr double contradiction = 1e-3;  // relative difference between two voxel
 struct AxisMap {
     std::array<std::size_t, 3> axis = {0, 1, 2};
     std::array<bool, 3> reversed = {false, false, false};
-    [[nodiscard]] bool permutes() const { return axis != std::array<std::size_t, 3>{0, 1, 2}; }
 };
 
 AxisMap map_of_text(const std::string& text, const Path& file) {
@@ -147,59 +146,67 @@ std::array<double, 3> spacing_m(const FileVolume& file, const AxisMap& map, cons
     return given;
 }
 
-// Layers of the file become layers of the image. Where the slowest axis is not z, the whole file is held in memory.
+// Where the values of an image lie among those of a file with n voxels along its own axes, the fastest first.
+struct Places {
+    std::array<std::int64_t, 3> size{}, step{};  // along x, y, z
+    std::int64_t start = 0;
+};
+
+Places places_of(const std::array<std::int64_t, 3>& n, const AxisMap& map) {
+    const std::array<std::int64_t, 3> stride = {1, n[0], n[0] * n[1]};
+    Places places;
+    for (std::size_t i = 0; i < 3; ++i) {
+        places.size[map.axis[i]] = n[i];
+        places.step[map.axis[i]] = map.reversed[i] ? -stride[i] : stride[i];
+        if (map.reversed[i]) places.start += (n[i] - 1) * stride[i];
+    }
+    return places;
+}
+
+// The layers of z from `first` on.
+void copy_layers(const std::vector<float>& from, const Places& p, std::int64_t first, std::span<float> into) {
+    std::size_t at = 0;
+    for (std::int64_t z = first; at < into.size(); ++z)
+        for (std::int64_t y = 0; y < p.size[1]; ++y)
+            for (std::int64_t x = 0; x < p.size[0]; ++x)
+                into[at++] = from[static_cast<std::size_t>(p.start + x * p.step[0] + y * p.step[1] + z * p.step[2])];
+}
+
+// Layers of the file become layers of the image. Where the slowest axis is not z, or a packed file would be read backwards, the first
+// read takes the whole file into memory.
 void connect(VolumeSource& source, FileVolume file, const AxisMap& map, const Path& path) {
     const std::array<std::int64_t, 3> n = file.voxels;  // along the file's axes
-    if (map.axis[2] == 2 && !(map.reversed[2] && file.sequential)) {
-        const auto read = [file = std::move(file), map, n](std::int64_t first, std::span<float> values) {
-            const std::int64_t layer = n[0] * n[1], count = static_cast<std::int64_t>(values.size()) / layer;
-            const bool swapped = map.axis[0] == 1;
-            const auto take = [&](std::int64_t from, std::span<float> into) {
-                if (!swapped && !map.reversed[0] && !map.reversed[1]) return file.read(from, into);
-                std::vector<float> plain(static_cast<std::size_t>(layer));
-                file.read(from, plain);
-                for (std::int64_t j = 0; j < n[1]; ++j)
-                    for (std::int64_t i = 0; i < n[0]; ++i) {
-                        const std::int64_t a = map.reversed[0] ? n[0] - 1 - i : i, b = map.reversed[1] ? n[1] - 1 - j : j;
-                        into[static_cast<std::size_t>(swapped ? a * n[1] + b : b * n[0] + a)] =
-                            plain[static_cast<std::size_t>(j * n[0] + i)];
-                    }
-            };
-            if (!map.reversed[2] && !swapped && !map.reversed[0] && !map.reversed[1]) return file.read(first, values);
-            for (std::int64_t k = 0; k < count; ++k) {
-                const std::int64_t z = first + k;
-                take(map.reversed[2] ? n[2] - 1 - z : z,
-                     values.subspan(static_cast<std::size_t>(k * layer), static_cast<std::size_t>(layer)));
+    const bool by_layer = map.axis[2] == 2 && !(map.reversed[2] && file.sequential);
+    if (by_layer && map.axis[0] == 0 && map.reversed == std::array{false, false, false}) {
+        source.read = std::move(file.read);
+        return;
+    }
+    if (by_layer) {
+        source.read = [file = std::move(file), map, places = places_of({n[0], n[1], 1}, map), n](std::int64_t first,
+                                                                                                 std::span<float> values) {
+            std::vector<float> layer(static_cast<std::size_t>(n[0] * n[1]));
+            for (std::size_t done = 0; done < values.size(); done += layer.size(), ++first) {
+                file.read(map.reversed[2] ? n[2] - 1 - first : first, layer);
+                copy_layers(layer, places, 0, values.subspan(done, layer.size()));
             }
         };
-        source.read = read;
         return;
     }
     const double bytes = 4.0 * static_cast<double>(n[0]) * static_cast<double>(n[1]) * static_cast<double>(n[2]);
-    if (bytes > 0.9 * available_memory_bytes() && available_memory_bytes() > 0.0)
+    if (const double free = available_memory_bytes(); free > 0.0 && bytes > 0.9 * free)
         throw UserError(
-            fmt::format(
-                "the slowest axis of the file is not z (or it is packed and reversed), so it must be held in memory: {}, {} are free",
-                human_bytes(bytes), human_bytes(available_memory_bytes())),
+            fmt::format("the image must be held in memory ({}, free: {}), because the slowest axis of the file is not z, or the file is "
+                        "packed and its z axis reversed",
+                        human_bytes(bytes), human_bytes(free)),
             {.where = path.string(), .fix = "write the image with z as its slowest axis"});
-    const auto all = std::make_shared<std::vector<float>>(static_cast<std::size_t>(n[0] * n[1] * n[2]));
-    file.read(0, *all);
     source.memory_bytes = file.memory_bytes + bytes;
-    const std::array<std::int64_t, 3> stride = {1, n[0], n[0] * n[1]};
-    std::array<std::int64_t, 3> step{}, size{};
-    std::int64_t start = 0;
-    for (std::size_t i = 0; i < 3; ++i) {
-        const std::size_t axis = map.axis[i];
-        size[axis] = n[i];
-        step[axis] = map.reversed[i] ? -stride[i] : stride[i];
-        if (map.reversed[i]) start += (n[i] - 1) * stride[i];
-    }
-    source.read = [all, step, size, start](std::int64_t first, std::span<float> values) {
-        std::size_t at = 0;
-        for (std::int64_t z = first; at < values.size(); ++z)
-            for (std::int64_t y = 0; y < size[1]; ++y)
-                for (std::int64_t x = 0; x < size[0]; ++x)
-                    values[at++] = (*all)[static_cast<std::size_t>(start + x * step[0] + y * step[1] + z * step[2])];
+    const auto all = std::make_shared<std::vector<float>>();
+    source.read = [all, file = std::move(file), places = places_of(n, map)](std::int64_t first, std::span<float> values) {
+        if (all->empty()) {
+            all->resize(static_cast<std::size_t>(file.voxels[0] * file.voxels[1] * file.voxels[2]));
+            file.read(0, *all);
+        }
+        copy_layers(*all, places, first, values);
     };
 }
 

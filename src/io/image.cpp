@@ -174,12 +174,6 @@ void write_phase_image(const Path& path, const PhaseImage& image) {
     write_image(path, data);
 }
 
-PhaseImage read_phase_image(const Path& path) {
-    const auto reader = open_image(path);
-    return {
-        .grid = grid_of(reader->GetOutput(), path), .phase = phases_of(reader->GetOutput(), path), .notes = notes_of(reader->GetOutput())};
-}
-
 void write_flow_image(const Path& path, const FlowImage& image) {
     const auto data = make_image(image.grid, image.notes);
     data->GetCellData()->SetVectors(wrap<vtkFloatArray>("velocity", image.velocity_m_per_s, 3));

@@ -9,11 +9,9 @@
 namespace porepack::io {
 
 void write_phase_image(const core::Path& path, const core::PhaseImage& image);
-/// Throws UserError when the file is not an image, has no cell data `phase` of uint8, or other values than 0, 1, 2.
-[[nodiscard]] core::PhaseImage read_phase_image(const core::Path& path);
 
 void write_flow_image(const core::Path& path, const core::FlowImage& image);
-/// Throws UserError as above; for NaN in the velocity with the index of the cell.
+/// Throws UserError when the file is not an image or has no such cell data; for NaN in the velocity with the index of the cell.
 [[nodiscard]] core::FlowImage read_flow_image(const core::Path& path);
 
 /// 8-bit gray PNG; row 0 of `pixels` is the bottom row (y up).

@@ -8,6 +8,7 @@
 #include "converters/surface.hpp"
 #include "converters/voxels.hpp"
 #include "helpers.hpp"
+#include "imaging/phases.hpp"
 #include "io/image.hpp"
 
 namespace porepack {
@@ -77,7 +78,7 @@ TEST(Axes, TheLStandsRightInEveryFile) {
 
     const VoxelPlan plan = plan_voxels(packing.container, whole, 1e-3, {}, 0.006);
     write_phase_image(folder.path() / "pore.vti", voxelise(grains, packing.container, whole, plan));
-    const PhaseImage image = read_phase_image(folder.path() / "pore.vti");
+    const PhaseImage image = imaging::segmented(imaging::open_volume(folder.path() / "pore.vti"), {}, "pore.vti").image;
     extent_of(image.grid, image.phase).expect_l(1.1e-3);
 
     write_slices(folder.path() / "slices", grains, packing.container, whole, 1e-3, 1e-3);
