@@ -7,10 +7,8 @@
 #include <limits>
 #include <numbers>
 
-#include "core/digest.hpp"
 #include "core/error.hpp"
 #include "core/log.hpp"
-#include "core/table.hpp"
 #include "core/toml_file.hpp"
 #include "packing/pour.hpp"
 #include "permeability/sample.hpp"
@@ -48,8 +46,8 @@ double middle(const Interval& interval) {
 // The bed that is poured for a proposal: that of the base case, in units of its grain.
 class Bed {
 public:
-    explicit Bed(const DesignGoal& goal)
-        : goal_(goal), base_(goal.study / read_study(goal.study).config.base), settings_(read_case(base_).settings) {
+    Bed(const DesignGoal& goal, const Study& study)
+        : goal_(goal), base_(study.folder / study.config.base), settings_(read_case(base_).settings) {
         size_m_ = std::cbrt(6.0 * mean_volume_m3(make_shapes(settings_.shape)) / std::numbers::pi);
     }
 
@@ -142,8 +140,8 @@ private:
 
 class Design {
 public:
-    Design(const DesignGoal& goal, Path folder)
-        : goal_(goal), folder_(std::move(folder)), bed_(goal), known_(known_beds(read_study(goal.study))) {
+    Design(const DesignGoal& goal, const Study& study, Path folder)
+        : goal_(goal), folder_(std::move(folder)), bed_(goal, study), known_(known_beds(study)) {
         for (const ShapeKind kind : goal.kinds) {
             const std::vector<Candidate> some = preset_candidates(kind, goal.sphericity);
             candidates_.insert(candidates_.end(), some.begin(), some.end());
@@ -209,7 +207,7 @@ public:
         json["leave_one_out_error"] = {{"log_permeability", std::sqrt(k_squares)}, {"porosity", std::sqrt(eps_squares)}};
         Interval k = {std::numeric_limits<double>::infinity(), 0.0}, eps = {1.0, 0.0};
         for (const SizedCandidate& one : all) {
-            const double value = std::exp(one.prediction.log_permeability.value) * one.size_m * one.size_m;
+            const double value = expected_permeability_m2(one);
             k = {std::min(k.low, value), std::max(k.high, value)};
             eps = {std::min(eps.low, one.prediction.porosity.value), std::max(eps.high, one.prediction.porosity.value)};
         }
@@ -438,7 +436,7 @@ private:
         Interval k = {std::numeric_limits<double>::infinity(), 0.0}, eps = {1.0, 0.0};
         for (const SizedCandidate& one : all) {
             const double porosity = one.prediction.porosity.value;
-            const double value = std::exp(one.prediction.log_permeability.value) * one.size_m * one.size_m;
+            const double value = expected_permeability_m2(one);
             if (!goal_.porosity || (porosity >= goal_.porosity->low - 0.005 && porosity <= goal_.porosity->high + 0.005))
                 k = {std::min(k.low, value), std::max(k.high, value)};
             if (value >= 0.9 * goal_.permeability_m2.low && value <= 1.1 * goal_.permeability_m2.high)
@@ -493,12 +491,12 @@ DesignResult run_design(const DesignGoal& goal, const Path& folder) {
     if (fs::exists(file))
         if (const Json before = read_json(file); before.value("goal", Json()) != to_json(goal))
             throw UserError("another design lies in this folder", {.where = file.string(), .fix = "choose another --output, or remove it"});
-    return Design(goal, folder).run();
+    return Design(goal, read_study(goal.study), folder).run();
 }
 
 Json plan_design(const DesignGoal& goal) {
     check(goal);
-    return Design(goal, {}).plan();
+    return Design(goal, read_study(goal.study), {}).plan();
 }
 
 }  // namespace porepack::study

@@ -25,10 +25,6 @@ double volume_m3(const SizedCandidate& grain) {
     return std::numbers::pi / 6.0 * std::pow(grain.size_m, 3);
 }
 
-double expected_k_m2(const SizedCandidate& grain) {
-    return std::exp(grain.prediction.log_permeability.value) * grain.size_m * grain.size_m;
-}
-
 std::string text_of(const Interval& wanted, const char* format) {
     const auto one = [&](double value) { return fmt::format(fmt::runtime(format), value); };
     return wanted.low == wanted.high ? one(wanted.low) : one(wanted.low) + " to " + one(wanted.high);
@@ -61,7 +57,7 @@ void write_proposals(const DesignResult& result, const Path& folder) {
         const Proposal& p = result.proposals[i];
         const SizedCandidate& g = p.grain;
         table.add(i + 1, g.candidate.family, g.candidate.form.sphericity, g.candidate.form.convexity, g.size_m, volume_m3(g),
-                  g.candidate.form.thickness * g.size_m, expected_k_m2(g), g.prediction.log_permeability.standard_deviation,
+                  g.candidate.form.thickness * g.size_m, expected_permeability_m2(g), g.prediction.log_permeability.standard_deviation,
                   g.prediction.porosity.value, g.prediction.porosity.standard_deviation, g.prediction.extrapolated ? "yes" : "no",
                   known(p, static_cast<double>(p.bed.packings)), known(p, p.permeability_m2),
                   known(p, p.permeability_m2 * (1.0 - p.permeability_half_width)),
@@ -77,7 +73,7 @@ bool draw_reach(const DesignGoal& goal, const DesignResult& result, const Path& 
     std::map<std::string, std::string> families;
     for (const SizedCandidate& one : result.reachable)
         families[one.candidate.family] +=
-            fmt::format("{:.6g} {:.6g} {:d}\n", one.prediction.porosity.value, expected_k_m2(one), one.prediction.extrapolated);
+            fmt::format("{:.6g} {:.6g} {:d}\n", one.prediction.porosity.value, expected_permeability_m2(one), one.prediction.extrapolated);
     PlotValues values = {{"families", static_cast<double>(families.size())},
                          {"k_low", goal.permeability_m2.low},
                          {"k_high", goal.permeability_m2.high},
@@ -123,7 +119,7 @@ ReportSection proposals_section(const DesignResult& result) {
         const Prediction& expected = p.grain.prediction;
         section.rows.push_back(
             {std::to_string(i + 1), description(p.grain),
-             fmt::format("{:.3g} ± {:.0f} %", expected_k_m2(p.grain), 100.0 * expected.log_permeability.standard_deviation),
+             fmt::format("{:.3g} ± {:.0f} %", expected_permeability_m2(p.grain), 100.0 * expected.log_permeability.standard_deviation),
              p.error.empty() ? fmt::format("{:.3g} ± {:.0f} %", p.permeability_m2, 100.0 * p.permeability_half_width)
                              : "failed: " + p.error,
              fmt::format("{:.3f} ± {:.3f}", expected.porosity.value, expected.porosity.standard_deviation),
@@ -153,6 +149,10 @@ Json to_json(const DesignGoal& goal) {
     if (!goal.own_shape.empty()) json["shapes"].push_back(goal.own_shape.string());
     for (const FreeParameter& free : goal.free) json["free"].push_back({{"name", free.name}, {"range", {free.low, free.high}}});
     return json;
+}
+
+double expected_permeability_m2(const SizedCandidate& grain) {
+    return std::exp(grain.prediction.log_permeability.value) * grain.size_m * grain.size_m;
 }
 
 std::string description(const SizedCandidate& grain) {

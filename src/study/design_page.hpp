@@ -8,6 +8,8 @@ namespace porepack::study {
 /// "tetrapod, sphericity 0.612, d_v 11.2 mm, capsules 4.1 mm thick".
 [[nodiscard]] std::string description(const SizedCandidate& grain);
 
+[[nodiscard]] double expected_permeability_m2(const SizedCandidate& grain);
+
 /// `known`: the beds that the search began with and those that it has added.
 void write_design(const DesignGoal& goal, const DesignResult& result, const std::vector<KnownBed>& known, const core::Path& folder);
 
