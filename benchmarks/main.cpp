@@ -107,6 +107,7 @@ int main_or_throw(int argc, char** argv) {
 }  // namespace porepack::benchmarks
 
 int main(int argc, char** argv) {
+    porepack::core::wait_passively(argv);
     porepack::core::install_signal_handlers();
     try {
         return porepack::benchmarks::main_or_throw(argc, argv);

@@ -1,15 +1,21 @@
-// Included by the main file of a program: idle threads of OpenMP sleep instead of turning in a loop.
+// Called first in main(): idle threads of OpenMP sleep soon instead of turning in a loop.
 #pragma once
+
+#include <unistd.h>
 
 #include <cstdlib>
 
 namespace porepack::core {
 
-// OpenMP reads its settings before main() and before any constructor, so this runs earlier still. Waiting threads that turn in a loop
-// take the processor from other programs, and on a shared machine make two threads slower than one. What the user has set stays.
-inline void wait_passively(int, char**, char**) {
-    setenv("OMP_WAIT_POLICY", "passive", 0);
+/// Waiting threads that turn in a loop take the processor from other programs, and on a shared machine make two threads slower than
+/// one. OpenMP reads its settings while the program is loaded, before main() and before the C library lets a program change its
+/// environment: so the settings are made, and the program is started again in place of itself. Threads wait about 10 microseconds,
+/// which the end of a short loop needs, then sleep. What the user has set stays. Where the program cannot be started again it goes on.
+inline void wait_passively(char** arguments) {
+    if (std::getenv("OMP_WAIT_POLICY") != nullptr || std::getenv("GOMP_SPINCOUNT") != nullptr) return;
+    setenv("OMP_WAIT_POLICY", "passive", 1);
+    setenv("GOMP_SPINCOUNT", "3000", 1);
+    (void)execv("/proc/self/exe", arguments);
 }
-__attribute__((section(".preinit_array"), used)) static void (*const before_openmp)(int, char**, char**) = wait_passively;
 
 }  // namespace porepack::core

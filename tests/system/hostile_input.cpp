@@ -255,6 +255,14 @@ TEST(HostileOutput, InputsAndForeignFoldersStay) {
     EXPECT_TRUE(std::filesystem::exists(folder.path() / "foam/thesis.txt"));
 }
 
+// Waiting threads sleep: the settings must be there before OpenMP reads them, which is before main().
+TEST(SharedProcessor, WaitingThreadsSleepUnlessTheUserSaysOtherwise) {
+    const auto shown = porepack("--version", "env -u OMP_WAIT_POLICY -u GOMP_SPINCOUNT OMP_DISPLAY_ENV=verbose");
+    EXPECT_TRUE(has(shown.err, "GOMP_SPINCOUNT = '3000'")) << shown.err;
+    const auto users = porepack("--version", "env -u GOMP_SPINCOUNT OMP_WAIT_POLICY=active OMP_DISPLAY_ENV=verbose");
+    EXPECT_TRUE(has(users.err, "OMP_WAIT_POLICY = 'ACTIVE'")) << users.err;
+}
+
 // kill -9 of the parent ends all child processes of a program, including grandchildren.
 TEST(Guardian, NoOrphanOutlivesUs) {
     const test::Folder folder;

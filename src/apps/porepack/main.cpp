@@ -25,6 +25,7 @@ int report(const std::string& message, porepack::core::ExitCode code) {
 int main(int argc, char** argv) {
     using porepack::core::ExitCode;
     using porepack::core::with_advice;
+    porepack::core::wait_passively(argv);
     porepack::core::install_signal_handlers();
     try {
         return porepack::apps::CommandLine().run(argc, argv);
