@@ -16,6 +16,10 @@ namespace porepack::benchmarks {
 [[nodiscard]] core::Json coverage_random_benchmark(const core::Path& file, bool compute_missing, const core::Path& folder);
 /// Checks of the references of these rows by other walls, another grid position, OpenFOAM, and on wider beds; kept in `file` as they come.
 [[nodiscard]] core::Json coverage_checks_benchmark(const core::Path& rows, const core::Path& file, const core::Path& folder);
+/// Gray walls on simulated scans of arrays of known answer: error, interval, coverage; half-way walls beside them.
+[[nodiscard]] core::Json gray_benchmark(bool quick);
+/// Segmentation of simulated scans of two settled beds, written into `folder` (or ./segment_scans).
+[[nodiscard]] core::Json segment_benchmark(bool quick, const core::Path& folder);
 /// Speed of the kernels against the memory bandwidth limit, steps of the schemes to the same tolerance, error against seconds.
 [[nodiscard]] core::Json lbm_benchmark(const core::Path& folder);
 /// Runs both flow solvers of the cases if not yet done, and compares k, cost and mean profiles of the speed.

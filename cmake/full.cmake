@@ -5,7 +5,8 @@ find_package(ZLIB REQUIRED)
 find_package(CGAL REQUIRED)
 find_package(muparser REQUIRED)
 find_package(TIFF REQUIRED)
-find_package(ITK 5 REQUIRED COMPONENTS ITKCommon ITKIOImageBase ITKIOPNG ITKIOGDCM)
+find_package(ITK 5 REQUIRED COMPONENTS ITKCommon ITKIOImageBase ITKIOPNG ITKIOGDCM ITKImageIntensity ITKBinaryMathematicalMorphology
+  ITKConnectedComponents ITKDistanceMap ITKMathematicalMorphology ITKWatersheds ITKLabelMap)
 find_package(VTK 9.1 REQUIRED COMPONENTS CommonCore CommonDataModel IOCore IOXMLParser IOXML IOImage FiltersSources FiltersCore RenderingCore RenderingOpenGL2)
 
 target_link_libraries(porepack_packing PRIVATE ZLIB::ZLIB)

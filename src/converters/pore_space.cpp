@@ -15,12 +15,13 @@ using namespace packing;
 namespace {
 
 // The image covers the container's cross-section, within two voxels.
-void require_same_width(const Grid& grid, const Container& container, const std::string& where) {
+void require_same_width(const Grid& grid, const Container& container, const std::string& where, bool shows_wall) {
     const Vec3 inner = container.high() - container.low();
     for (const int axis : {0, 1}) {
         const auto a = static_cast<std::size_t>(axis);
         const double width = grid.cells[a] * grid.spacing_m[a];
         const double allowed = container.periodic[a] ? 0.01 : 2.01;  // voxels; a periodic image of another size is another medium
+        if (shows_wall && container.kind == Container::Kind::cylinder && width > inner[axis]) continue;
         if (std::abs(width - inner[axis]) > allowed * grid.spacing_m[a])
             throw UserError(fmt::format("the image is {:g} m wide along axis {}, the container {:g} m", width, axis, inner[axis]),
                             {.where = where, .fix = "give the container that the image shows (--container, metres)"});
@@ -53,6 +54,7 @@ double PoreSpace::known_grain_diameter_m() const {
 double PoreSpace::voxel_size_m(double asked_m) const {
     if (asked_m > 0.0) return asked_m;
     if (image) return image->grid.spacing_m[0];
+    if (image_voxel_size_m > 0.0) return image_voxel_size_m;
     if (grains) return grain_size_m / 10.0;
     throw UserError("the voxel size is missing: an STL file does not contain the grain diameter",
                     {.fix = "--voxel-size (metres), or voxel_size_m in [geometry]"});
@@ -81,7 +83,7 @@ std::optional<FlowWalls> PoreSpace::walls() const {
 
 bool PoreSpace::computes_whole_bed() const {
     const double rounding = 1e-9 * container.height();
-    return ends == Ends::in_situ && !image && !container.periodic[2] && std::abs(computed().z0 - bed_bottom_m) < rounding &&
+    return ends == Ends::in_situ && !image && image_voxel_size_m == 0.0 && !container.periodic[2] && std::abs(computed().z0 - bed_bottom_m) < rounding &&
            std::abs(computed().z1 - bed_top_m) < rounding;
 }
 
@@ -105,7 +107,8 @@ PoreSpace PoreSpace::with_ends(Ends wanted, double buffer_m) const {
     if (wanted != Ends::in_situ || container.periodic[2]) return part;
     const double longest = buffer_m > 0.0 ? buffer_m : default_buffer_m();
     part.buffers_m = {std::clamp(section.z0 - bed_bottom_m, 0.0, longest), std::clamp(bed_top_m - section.z1, 0.0, longest)};
-    if (image && std::min(part.buffers_m[0], part.buffers_m[1]) < image->grid.spacing_m[2]) return with_ends(Ends::planes);
+    const double voxel = image ? image->grid.spacing_m[2] : image_voxel_size_m;
+    if (std::min(part.buffers_m[0], part.buffers_m[1]) < voxel) return with_ends(Ends::planes);  // 0: no image
     return part;
 }
 
@@ -172,8 +175,17 @@ PoreSpace pore_space_of(Packing packing) {
 }
 
 PoreSpace pore_space_of(PhaseImage image, const Container& container, const Section& section, const std::string& where) {
-    require_same_width(image.grid, container, where);
-    const double h = image.grid.spacing_m[2], z0 = image.grid.origin_m[2], z1 = z0 + image.grid.cells[2] * h;
+    require_fit(image.grid, container, section, where, image.notes.contains("shows_wall"));
+    PoreSpace space{.container = container, .section = section};
+    space.bed_bottom_m = image.grid.origin_m[2];
+    space.bed_top_m = image.grid.origin_m[2] + image.grid.cells[2] * image.grid.spacing_m[2];
+    space.image = std::make_shared<const PhaseImage>(std::move(image));
+    return space;
+}
+
+void require_fit(const Grid& grid, const Container& container, const Section& section, const std::string& where, bool shows_wall) {
+    require_same_width(grid, container, where, shows_wall);
+    const double h = grid.spacing_m[2], z0 = grid.origin_m[2], z1 = z0 + grid.cells[2] * h;
     if (section.z0 < z0 - 0.5 * h || section.z1 > z1 + 0.5 * h || section.length() < h)
         throw UserError(fmt::format("the section from {:g} to {:g} m is not in the image", section.z0, section.z1),
                         {.where = where, .allowed = fmt::format("{:g} <= z0 < z1 <= {:g} m", z0, z1)});
@@ -183,11 +195,6 @@ PoreSpace pore_space_of(PhaseImage image, const Container& container, const Sect
     if (container.periodic[2] && (section.z0 > z0 + 0.5 * h || section.z1 < z1 - 0.5 * h))
         throw UserError("a section of an image that is periodic along z is not periodic",
                         {.where = where, .fix = "leave out --section, or give a container that is not periodic along z"});
-    PoreSpace space{.container = container, .section = section};
-    space.image = std::make_shared<const PhaseImage>(std::move(image));
-    space.bed_bottom_m = z0;
-    space.bed_top_m = z1;
-    return space;
 }
 
 PoreSpace pore_space_of(std::shared_ptr<const Solid> solid, const Container& container, const Section& section, double grain_size_m) {

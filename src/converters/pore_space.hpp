@@ -13,6 +13,8 @@
 
 namespace porepack::converters {
 
+class GraySolid;
+
 /// A container, the section of it that is evaluated, and the solid in it. It gives voxels of any size and, where the
 /// solid is known exactly, the exact wall positions. Copies share the solid, which is never changed.
 struct PoreSpace {
@@ -24,10 +26,12 @@ struct PoreSpace {
     std::shared_ptr<const packing::Grains> grains = nullptr;       ///< the same solid, if it consists of capsules
     std::shared_ptr<const packing::Packing> packing = nullptr;     ///< packing of these grains
     std::shared_ptr<const io::TriangleSurface> surface = nullptr;  ///< the grains' closed surface, if there is one
+    std::shared_ptr<const GraySolid> gray = nullptr;               ///< the same solid, if it is a level set of a gray image
     std::shared_ptr<const core::PhaseImage> image = nullptr;       ///< its voxels are the only available resolution
 
     /// Diameter of the thinnest capsule; of a surface 4 volume / area, the diameter of a long capsule; infinite where unknown.
     double grain_size_m = std::numeric_limits<double>::infinity();
+    double image_voxel_size_m = 0.0;        ///< of a gray image
     double maximum_feret_diameter_m = 0.0;  ///< of a grain
     double equivalent_diameter_m = 0.0;     ///< of the sphere with the mean volume of a grain; 0 where unknown
     double bed_bottom_m = 0.0;              ///< lowest point of the solid, not below the floor; of an image its first plane
@@ -80,6 +84,10 @@ struct PoreSpace {
 /// An image in its container. Throws UserError when image, container and section do not agree in size; `where` names the image.
 [[nodiscard]] PoreSpace pore_space_of(core::PhaseImage image, const packing::Container& container, const packing::Section& section,
                                       const std::string& where);
+/// Throws UserError where an image on this grid, the container and the section do not agree in size; `where` names the image.
+/// With `shows_wall` it may be wider than a cylinder.
+void require_fit(const core::Grid& grid, const packing::Container& container, const packing::Section& section, const std::string& where,
+                 bool shows_wall = false);
 /// Any other exact solid.
 [[nodiscard]] PoreSpace pore_space_of(std::shared_ptr<const packing::Solid> solid, const packing::Container& container,
                                       const packing::Section& section, double grain_size_m);

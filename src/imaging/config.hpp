@@ -26,6 +26,12 @@ constexpr std::array<core::Choice<PoreSide>, 2> choices_of(PoreSide) {
     return {{{PoreSide::below, "below"}, {PoreSide::above, "above"}}};
 }
 
+/// Where the walls lie between the voxels of a scan.
+enum class ImageWalls { automatic, gray, half_way };
+constexpr std::array<core::Choice<ImageWalls>, 3> choices_of(ImageWalls) {
+    return {{{ImageWalls::automatic, "auto"}, {ImageWalls::gray, "gray"}, {ImageWalls::half_way, "half_way"}}};
+}
+
 struct ImageConfig {
     std::string file = {};
     std::vector<double> dims = {};
@@ -39,6 +45,10 @@ struct ImageConfig {
     core::Json pore = {};
     core::Json threshold = {};
     PoreSide pore_side = PoreSide::below;
+    ImageWalls walls = ImageWalls::automatic;
+    double smoothing_voxels = -1.0;
+    std::vector<double> gray_levels = {};
+    bool find_container = false;
 };
 
 inline void describe(core::ConfigVisitor& v, ImageConfig& c) {
@@ -56,8 +66,20 @@ inline void describe(core::ConfigVisitor& v, ImageConfig& c) {
              "length of the unit of the file's voxel size (0.001: millimetres); auto: as the file states");
     v.text("field", c.field, "array of a .vti file; auto: the only one, or `phase`");
     v.any("pore", c.pore, "number, or list of numbers", "values of the pores in a segmented image; all others are solid");
-    v.any("threshold", c.threshold, "number", "gray value between pores and solid");
+    v.any("threshold", c.threshold, "number, or \"volume\", \"half_level\", \"otsu\"",
+          "gray value between pores and solid; volume: the level that keeps the gray volume; half_level: half-way between the two peaks "
+          "of the histogram; otsu: Otsu's threshold");
     v.choice("pore_side", c.pore_side, "side of the threshold on which the pores are");
+    v.choice("walls", c.walls,
+             "gray: walls where the interpolated gray values reach the threshold; half_way: half-way between voxels of different phase; "
+             "auto: gray with a threshold, half_way with pore values");
+    v.number("smoothing_voxels", c.smoothing_voxels, {.low = -1.0, .high = 5.0},
+             "standard deviation of the Gaussian that smooths the gray values first; -1: as much as the measured noise needs");
+    v.numbers("gray_levels", c.gray_levels, {2, 2}, core::between(-1e9, 1e9),
+              "gray values of pores and solid, for instance of air and of a solid block in the same scan; auto: found in the image, which "
+              "needs pores and grains that are wider than six standard deviations of the blur");
+    v.boolean("find_container", c.find_container,
+              "the image shows a tube along z that attenuates like the grains: its inner circle is found and becomes the container");
 }
 
 }  // namespace porepack::imaging

@@ -17,7 +17,7 @@ struct FileVolume {
     /// Column i: direction of the file's axis i in x, y, z. Identity where the file states none.
     std::array<std::array<double, 3>, 3> direction = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
     bool states_direction = false;
-    bool own_phases = false;
+    bool own_phases = false, own_fractions = false;
     bool sequential = false;        ///< packed: reading backwards begins at the start each time
     std::vector<core::Path> files;  ///< that are read
     std::map<std::string, std::string> notes;

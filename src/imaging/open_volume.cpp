@@ -374,6 +374,7 @@ VolumeSource open_volume(const Path& path, const ImageConfig& config) {
     header.type = file.type;
     header.format = file.format;
     header.own_phases = file.own_phases;
+    header.own_fractions = file.own_fractions;
     header.files = file.files;
     header.notes = file.notes;
     header.orientation = text_of(map, file);

@@ -22,6 +22,7 @@ FileVolume open_vti(const Path& path, const std::string& field) {
     volume.format =
         fmt::format("VTK image, {}, `{}` at {}, {}", name_of(volume.type), vti.field, vti.at_points ? "points" : "cells", vti.storage);
     volume.own_phases = vti.field == "phase" && vti.notes.contains("container");
+    volume.own_fractions = vti.field == "solid_fraction" && vti.notes.contains("container") && vti.notes.contains("gray");
     volume.files = {path};
     if (!vti.has_spacing) volume.spacing.reset();
     if (vti.notes.contains("container")) volume.unit_m = 1.0;

@@ -17,22 +17,6 @@ namespace {
 
 constexpr double cube_tolerance = 1e-3;
 
-void require_usable_grid(const VolumeHeader& header, const std::string& where) {
-    const auto [low, high] = std::minmax_element(header.spacing_m.begin(), header.spacing_m.end());
-    if (*high > *low * (1.0 + cube_tolerance))
-        throw UserError(
-            fmt::format("the voxels are no cubes: {:g} x {:g} x {:g} m", header.spacing_m[0], header.spacing_m[1], header.spacing_m[2]),
-            {.where = where, .fix = "resample the image to cubic voxels; binning makes equal factors only"});
-    constexpr std::int64_t most = std::numeric_limits<std::int32_t>::max();
-    const double count = static_cast<double>(header.count());
-    if (count > static_cast<double>(most))
-        throw UserError(fmt::format("the image has {:.4g} voxels, and the solvers hold {}", count, most),
-                        {.where = where, .fix = "porepack image crop, or porepack image bin"});
-    if (const double free = available_memory_bytes(); free > 0.0 && count > 0.9 * free)
-        throw UserError(fmt::format("the image needs {}, and {} are free", human_bytes(count), human_bytes(free)),
-                        {.where = where, .fix = "porepack image crop, or porepack image bin"});
-}
-
 std::vector<float> pore_values(const Json& pore) {
     std::vector<float> values;  // as those of the image
     for (const Json& value : pore.is_array() ? pore : Json::array({pore})) {
@@ -59,9 +43,31 @@ std::vector<float> pore_values(const Json& pore) {
 
 }  // namespace
 
+Grid usable_grid(const VolumeHeader& header, const std::string& where, double bytes_per_voxel) {
+    const auto [low, high] = std::minmax_element(header.spacing_m.begin(), header.spacing_m.end());
+    if (*high > *low * (1.0 + cube_tolerance))
+        throw UserError(
+            fmt::format("the voxels are no cubes: {:g} x {:g} x {:g} m", header.spacing_m[0], header.spacing_m[1], header.spacing_m[2]),
+            {.where = where, .fix = "resample the image to cubic voxels; binning makes equal factors only"});
+    constexpr std::int64_t most = std::numeric_limits<std::int32_t>::max();
+    const double count = static_cast<double>(header.count()), bytes = bytes_per_voxel * count;
+    if (count > static_cast<double>(most))
+        throw UserError(fmt::format("the image has {:.4g} voxels, and the solvers hold {}", count, most),
+                        {.where = where, .fix = "porepack image crop, or porepack image bin"});
+    if (const double free = available_memory_bytes(); free > 0.0 && bytes > 0.9 * free)
+        throw UserError(fmt::format("the image needs {}, and {} are free", human_bytes(bytes), human_bytes(free)),
+                        {.where = where, .fix = "porepack image crop, or porepack image bin"});
+    Grid grid;
+    for (std::size_t i = 0; i < 3; ++i) {
+        grid.cells[i] = static_cast<int>(header.voxels[i]);
+        grid.origin_m[i] = header.origin_m[i];
+        grid.spacing_m[i] = header.spacing_m[i];
+    }
+    return grid;
+}
+
 SegmentedImage segmented(const VolumeSource& source, const ImageConfig& config, const std::string& where) {
     const VolumeHeader& header = source.header;
-    require_usable_grid(header, where);
     const bool by_value = !config.pore.is_null(), by_threshold = !config.threshold.is_null();
     if (by_value && by_threshold) throw UserError("pore values and a threshold exclude each other", {.where = where});
     if (by_threshold && !config.threshold.is_number())
@@ -70,15 +76,10 @@ SegmentedImage segmented(const VolumeSource& source, const ImageConfig& config, 
     if (!by_value && !by_threshold && !own) ask_for_level(source, where);
 
     SegmentedImage result;
-    Grid& grid = result.image.grid;
-    for (std::size_t i = 0; i < 3; ++i) {
-        grid.cells[i] = static_cast<int>(header.voxels[i]);
-        grid.origin_m[i] = header.origin_m[i];
-        grid.spacing_m[i] = header.spacing_m[i];
-    }
+    result.image.grid = usable_grid(header, where, 1.0);
     result.image.notes = header.notes;
     std::vector<std::uint8_t>& phase = result.image.phase;
-    phase.resize(grid.size());
+    phase.resize(result.image.grid.size());
     const std::vector<float> pores = by_value ? pore_values(config.pore) : std::vector<float>();
     std::vector<std::size_t> occurs(pores.size(), 0);
     const float threshold = by_threshold ? static_cast<float>(config.threshold.get<double>()) : 0.0F;  // values are in single precision

@@ -16,4 +16,8 @@ struct SegmentedImage {
 /// for voxels that are no cubes, and for more voxels than the solvers hold.
 [[nodiscard]] SegmentedImage segmented(const VolumeSource& source, const ImageConfig& config, const std::string& where);
 
+/// The grid of an image that is held in memory. Throws UserError for voxels that are no cubes, and for more voxels than the solvers or the
+/// memory hold.
+[[nodiscard]] core::Grid usable_grid(const VolumeHeader& header, const std::string& where, double bytes_per_voxel);
+
 }  // namespace porepack::imaging

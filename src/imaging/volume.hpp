@@ -26,6 +26,7 @@ struct VolumeHeader {
     std::string size_source;                   ///< where the voxel size comes from
     std::vector<core::Path> files;             ///< that are read
     bool own_phases = false;                   ///< a .vti file that PorePack wrote: `phase`, with a container
+    bool own_fractions = false;                ///< the same with `solid_fraction`
     std::map<std::string, std::string> notes;  ///< field data of a .vti
 
     [[nodiscard]] std::int64_t layer() const { return voxels[0] * voxels[1]; }

@@ -136,7 +136,7 @@ VolumeSource cropped(VolumeSource source, const Box& box) {
         header.origin_m[i] += static_cast<double>(box.low[i]) * header.spacing_m[i];
     }
     header.notes.clear();  // the container and the section of the whole image
-    header.own_phases = false;
+    header.own_phases = header.own_fractions = false;
     const std::int64_t wide = source.header.voxels[0], layer = source.header.layer();
     VolumeSource part{.header = header, .memory_bytes = source.memory_bytes};
     part.read = [source = std::move(source), box, n = header.voxels, wide, layer](std::int64_t first, std::span<float> values) {
@@ -162,7 +162,7 @@ VolumeSource binned(VolumeSource source, std::int64_t factor) {
     }
     header.type = ValueType::float32;
     header.notes.clear();
-    header.own_phases = false;
+    header.own_phases = header.own_fractions = false;
     VolumeSource part{.header = header, .memory_bytes = source.memory_bytes};
     part.read = [source = std::move(source), whole, n = header.voxels, factor](std::int64_t first, std::span<float> values) {
         std::vector<float> layer(static_cast<std::size_t>(whole.layer()));

@@ -12,6 +12,7 @@
 #include <vtkPointData.h>
 #include <vtkStringArray.h>
 #include <vtkUnsignedCharArray.h>
+#include <vtkUnsignedIntArray.h>
 #include <vtkXMLImageDataReader.h>
 #include <vtkXMLImageDataWriter.h>
 #include <zlib.h>
@@ -171,6 +172,20 @@ void write_phase_image(const Path& path, const PhaseImage& image) {
     const auto data = make_image(image.grid, image.notes);
     const auto phase = wrap<vtkUnsignedCharArray>("phase", image.phase, 1);
     data->GetCellData()->SetScalars(phase);
+    write_image(path, data);
+}
+
+void write_gray_image(const Path& path, const GrayImage& image) {
+    std::vector<float> values(image.packed.size());
+    for (std::size_t cell = 0; cell < values.size(); ++cell) values[cell] = static_cast<float>(image.at(cell));
+    const auto data = make_image(image.grid, image.notes);
+    data->GetCellData()->SetScalars(wrap<vtkFloatArray>("solid_fraction", values, 1));
+    write_image(path, data);
+}
+
+void write_label_image(const Path& path, const Grid& grid, const std::vector<std::uint32_t>& label) {
+    const auto data = make_image(grid, {});
+    data->GetCellData()->SetScalars(wrap<vtkUnsignedIntArray>("label", label, 1));
     write_image(path, data);
 }
 

@@ -4,11 +4,17 @@
 #include <span>
 
 #include "core/files.hpp"
-#include "core/grid.hpp"
+#include "core/gray_image.hpp"
 
 namespace porepack::io {
 
 void write_phase_image(const core::Path& path, const core::PhaseImage& image);
+
+/// Cell data `solid_fraction`, single precision.
+void write_gray_image(const core::Path& path, const core::GrayImage& image);
+
+/// Cell data `label`, 32 bits; 0 is no grain.
+void write_label_image(const core::Path& path, const core::Grid& grid, const std::vector<std::uint32_t>& label);
 
 void write_flow_image(const core::Path& path, const core::FlowImage& image);
 /// Throws UserError when the file is not an image or has no such cell data; for NaN in the velocity with the index of the cell.

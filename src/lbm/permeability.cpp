@@ -242,7 +242,8 @@ std::optional<double> LbmResult::bed_permeability_m2() const {
 
 std::optional<Interval> LbmResult::interval_m2() const {
     if (!half_width) return std::nullopt;
-    return Interval{std::max(0.0, permeability_m2 - half_width->sum()), permeability_m2 + half_width->sum()};
+    // Blur closes gaps and fills contacts, and at the same volume the pores in between become wider: k is too large, never too small.
+    return Interval{std::max(0.0, permeability_m2 - half_width->sum()), permeability_m2 + half_width->sum() - half_width->blur_m2};
 }
 
 Scheme scheme_of(const LbmConfig& config, bool exact_walls, const Drive& drive) {

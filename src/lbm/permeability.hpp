@@ -58,7 +58,9 @@ struct IntervalParts {
     double iteration_m2 = 0.0;     ///< estimated change with more steps
     double mass_balance_m2 = 0.0;  ///< half the difference between k by the end planes' flow rate and by volume average
     double precision_m2 = 0.0;     ///< rounding
-    [[nodiscard]] double sum() const { return grid_m2 + iteration_m2 + mass_balance_m2 + precision_m2; }
+    double threshold_m2 = 0.0;     ///< of a gray image: uncertainty of its gray levels
+    double blur_m2 = 0.0;          ///< of a gray image: by how much k may be too large; it widens the interval downwards only
+    [[nodiscard]] double sum() const { return grid_m2 + iteration_m2 + mass_balance_m2 + precision_m2 + threshold_m2 + blur_m2; }
 };
 template <core::MembersOf<IntervalParts> Self, typename Visit>
 void visit_members(Self& parts, const Visit& visit) {
@@ -66,6 +68,8 @@ void visit_members(Self& parts, const Visit& visit) {
     visit("iteration", parts.iteration_m2);
     visit("mass_balance", parts.mass_balance_m2);
     visit("precision", parts.precision_m2);
+    visit("threshold", parts.threshold_m2);
+    visit("blur", parts.blur_m2);
 }
 
 /// A part of the section along z.

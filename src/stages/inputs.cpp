@@ -8,8 +8,10 @@
 #include "converters/surface.hpp"
 #include "core/error.hpp"
 #include "core/log.hpp"
+#include "imaging/find_tube.hpp"
 #include "imaging/phases.hpp"
 #include "io/image.hpp"
+#include "stages/gray.hpp"
 
 namespace porepack::stages {
 using namespace core;
@@ -26,7 +28,7 @@ PoreSpace load_surface(const Path& input, const InputOptions& options) {
 }
 
 // --container, the image's own, or the box that the image fills.
-Container container_of_image(const PhaseImage& image, const std::optional<Container>& given, const Path& file) {
+Container container_of_image(const imaging::VolumeHeader& image, const std::optional<Container>& given, const Path& file) {
     if (given) return *given;
     if (const auto note = image.notes.find("container"); note != image.notes.end()) {
         const Json json = Json::parse(note->second, nullptr, false);
@@ -38,7 +40,7 @@ Container container_of_image(const PhaseImage& image, const std::optional<Contai
     Container box{.kind = Container::Kind::box};
     for (const int axis : {0, 1, 2}) {
         const auto a = static_cast<std::size_t>(axis);
-        box.size_m[axis] = image.grid.cells[a] * image.grid.spacing_m[a];
+        box.size_m[axis] = static_cast<double>(image.voxels[a]) * image.spacing_m[a];
     }
     return box;
 }
@@ -67,16 +69,24 @@ void leave_out_outside(PhaseImage& image, const Container& container) {
 
 PoreSpace load_image(const Path& file, const InputOptions& options) {
     ImageInput found = read_image(file, options.image, options.container);
-    const Grid& grid = found.image.grid;
+    const Grid& grid = found.gray ? found.gray->image()->grid : found.image.grid;
     if (!found.description["own"].get<bool>())
         log_info("image: {}, {} x {} x {} voxels of {:.4g} m ({}), {}; pores: {}", found.description["format"].get<std::string>(),
                  grid.cells[0], grid.cells[1], grid.cells[2], grid.spacing_m[2], found.description["voxel_size_from"].get<std::string>(),
                  found.description["orientation"].get<std::string>(), found.description["pores"].get<std::string>());
+    if (found.description.contains("gray")) {
+        const auto gray = from_json_members<GrayNotes>(found.description["gray"]);
+        log_info("gray values: pores {:.5g}, solid {:.5g}, noise {:.2g} %, smoothed by {:.2g} voxels, then blur {:.2g} voxels{}",
+                 gray.pore_level, gray.solid_level, 100.0 * gray.noise, gray.smoothing_voxels, gray.blur_voxels,
+                 gray.tube_removed ? "; the container's wall is visible and was subtracted" : "");
+    }
+    const auto& notes = found.gray ? found.gray->image()->notes : found.image.notes;
     Section section{grid.origin_m[2], grid.origin_m[2] + grid.cells[2] * grid.spacing_m[2]};
     if (const auto& given = options.geometry.section_m; given.size() == 2)
         section = {given[0], given[1]};
-    else if (const auto note = found.image.notes.find("section"); note != found.image.notes.end())
+    else if (const auto note = notes.find("section"); note != notes.end())
         section = section_of_note(note->second, file);
+    if (found.gray) return pore_space_of(found.gray, found.container, section, file.string());
     return pore_space_of(std::move(found.image), found.container, section, file.string());
 }
 
@@ -101,23 +111,52 @@ PoreSpace with_ends(const PoreSpace& space, const SectionConfig& section) {
 
 }  // namespace
 
+bool has_gray_walls(const imaging::ImageConfig& config) {
+    if (config.walls == imaging::ImageWalls::gray && config.threshold.is_null())
+        throw UserError("gray walls need a threshold", {.where = "[image], --image-walls", .fix = "--image-threshold volume"});
+    return config.walls != imaging::ImageWalls::half_way && !config.threshold.is_null();
+}
+
 ImageInput read_image(const Path& file, const imaging::ImageConfig& config, const std::optional<Container>& container) {
     const imaging::VolumeSource source = imaging::open_volume(file, config);
-    imaging::SegmentedImage found = imaging::segmented(source, config, file.string());
-    ImageInput input{.image = std::move(found.image)};
-    const bool own = source.header.own_phases && input.image.notes.contains("container");
-    input.container = container_of_image(input.image, container, file);
+    const imaging::VolumeHeader& header = source.header;
+    ImageInput input;
+    std::optional<std::array<double, 2>> axis;
+    if (config.find_container) {
+        if (container) throw UserError("a given container and --image-find-container exclude each other", {.where = file.string()});
+        const imaging::Tube tube = imaging::find_tube(source, config.pore_side, file.string());
+        axis = {tube.x_voxels, tube.y_voxels};
+        input.container.diameter_m = 2.0 * tube.radius_voxels * header.spacing_m[0];
+        input.container.height_m = static_cast<double>(header.voxels[2]) * header.spacing_m[2];
+        log_info("container: a tube of {:.5g} m, its axis at voxel {:.2f}, {:.2f} (edges {:.2g} voxels off)", input.container.diameter_m,
+                 tube.x_voxels, tube.y_voxels, tube.residual_voxels);
+    } else {
+        input.container = container_of_image(header, container, file);
+    }
+    const bool own_fractions = header.own_fractions && config.threshold.is_null() && config.pore.is_null();
+    input.description = {
+        {"format", header.format},           {"voxels", header.voxels},
+        {"voxel_size_m", header.spacing_m},  {"voxel_size_from", header.size_source},
+        {"orientation", header.orientation}, {"own", own_fractions || (header.own_phases && header.notes.contains("container"))}};
+    if (own_fractions || has_gray_walls(config)) {
+        const GrayInput gray = own_fractions ? read_own_gray(source, input.container, file.string())
+                                             : read_gray(source, config, input.container, file.string(), axis);
+        input.gray = gray.solid;
+        input.description["pores"] =
+            fmt::format("values {} {:.6g}", config.pore_side == imaging::PoreSide::below ? "below" : "above", gray.notes.threshold);
+        input.description["gray"] = json_of(gray.notes);
+        return input;
+    }
+    if (config.find_container)
+        throw UserError("a container is found with gray walls only", {.where = file.string(), .fix = "--image-threshold volume"});
+    imaging::ImageConfig levels = config;
+    if (config.threshold.is_string()) levels.threshold = threshold_value(source, config, input.container, file.string());
+    imaging::SegmentedImage found = imaging::segmented(source, levels, file.string());
+    input.image = std::move(found.image);
     place(input.image, input.container);
     leave_out_outside(input.image, input.container);
     input.image.notes["container"] = to_json(input.container).dump();
-    const imaging::VolumeHeader& header = source.header;
-    input.description = {{"format", header.format},
-                         {"voxels", header.voxels},
-                         {"voxel_size_m", header.spacing_m},
-                         {"voxel_size_from", header.size_source},
-                         {"orientation", header.orientation},
-                         {"pores", found.pore_level},
-                         {"own", own}};
+    input.description["pores"] = found.pore_level;
     return input;
 }
 
@@ -156,7 +195,7 @@ PoreSpace load_pore_space(const Path& input, const InputOptions& options) {
             {.allowed = "packing.json, packing.json.gz, an .stl file, an image (docs/images.md), a folder of slices, or a case"});
     space.source = input.string();
     if (options.whole_bed) return space;
-    if (space.image) return with_ends(space, options.section);
+    if (space.image || space.gray) return with_ends(space, options.section);
     const GeometryConfig& geometry = options.geometry;
     space.section = choose_section(space.container, {.section_m = geometry.section_m, .trim_m = geometry.trim_m},
                                    {space.bed_bottom_m, space.bed_top_m}, space.maximum_feret_diameter_m);

@@ -25,12 +25,17 @@ struct InputOptions {
 
 /// An image as load_pore_space() takes it: in the container's frame, with what lies outside left out.
 struct ImageInput {
-    core::PhaseImage image;  ///< its notes name the container
-    packing::Container container;
-    core::Json description;  ///< format, orientation, where the voxel size comes from, what was taken for pores; own: written by PorePack
+    core::PhaseImage image;                                  ///< its notes name the container; empty with gray walls
+    std::shared_ptr<const converters::GraySolid> gray = {};  ///< with gray walls
+    packing::Container container = {};
+    core::Json description =
+        {};  ///< format, orientation, where the voxel size comes from, what was taken for pores; own: written by PorePack
 };
 [[nodiscard]] ImageInput read_image(const core::Path& file, const imaging::ImageConfig& config,
                                     const std::optional<packing::Container>& container);
+
+/// Walls at the gray values' threshold. Throws UserError where they are asked for without one.
+[[nodiscard]] bool has_gray_walls(const imaging::ImageConfig& config);
 
 [[nodiscard]] bool is_packing(const core::Path& input);
 [[nodiscard]] bool is_surface(const core::Path& input);

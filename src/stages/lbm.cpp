@@ -12,6 +12,7 @@
 #include "lbm/checkpoint.hpp"
 #include "lbm/permeability.hpp"
 #include "lbm/sequence.hpp"
+#include "stages/gray.hpp"
 #include "stages/results.hpp"
 #include "stages/stages.hpp"
 
@@ -40,8 +41,9 @@ void write_gradients(const Path& file, const LbmResult& result) {
     table.write(file);
 }
 
-const char* interval_meaning(const LbmResult& result, const Scheme& scheme) {
+const char* interval_meaning(const LbmResult& result, const PoreSpace& space, const Scheme& scheme) {
     if (!result.half_width) return "too few grids: no uncertainty";
+    if (space.gray) return "three grids, gray levels and blur; judged on spheres (docs/images.md)";
     return scheme.walls == Walls::interpolated ? "three grids: covers the exact value in at least 95 % of the known cases"
                                                : "two grids, first order, at least the 4 % by which bounce-back scatters";
 }
@@ -61,7 +63,9 @@ Json lbm_json(const LbmResult& result, const PoreSpace& space, const LbmConfig& 
     add_permeability(json, result.permeability_m2, result.interval_m2());
     json["half_width_parts_m2"] = json_of(result.half_width);
     if (result.half_width) keep_old_name(json["half_width_parts_m2"], "ends", "mass_balance");
-    json["interval_meaning"] = interval_meaning(result, scheme);
+    if (result.half_width && !space.gray)
+        for (const char* part : {"threshold", "blur"}) json["half_width_parts_m2"].erase(part);
+    json["interval_meaning"] = interval_meaning(result, space, scheme);
     if (config.tolerance > 0.0) {
         json["tolerance"] = config.tolerance;
         json["tolerance_reached"] = result.stopped_by.empty();
@@ -152,6 +156,7 @@ Json run_lbm(const PoreSpace& space, const GeometryConfig& geometry, const LbmCo
         result = std::move(all.runs[index_of(config.direction)]);
     } else {
         result = lbm_permeability(space, voxel, config, run);
+        add_gray_parts(result, space, config);
     }
     Json json = lbm_json(result, space, config);
     if (config.tensor) json["permeability_tensor_m2"] = tensor;

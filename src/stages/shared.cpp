@@ -37,7 +37,7 @@ Json deciding_keys(const Case& c, const std::vector<std::string>& tables, std::s
 
 PoreSpace case_pore_space(const Case& c, bool with_surface) {
     if (c.from_image())
-        return load_pore_space(c.stage_folder("image") / "pore.vti", {.geometry = c.settings.geometry, .section = c.settings.section});
+        return load_pore_space(c.stage_folder("image") / image_file(c), {.geometry = c.settings.geometry, .section = c.settings.section});
     const InputOptions options{
         .container = make_container(c.settings.container), .geometry = c.settings.geometry, .section = c.settings.section};
     const Path surface = c.stage_folder("stl") / "solid.stl";

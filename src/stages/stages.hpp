@@ -108,6 +108,8 @@ constexpr std::array<core::Choice<TortuosityKind>, 4> choices_of(TortuosityKind)
 [[nodiscard]] std::optional<permeability::SectionScatter> section_scatter_of(const Case& c);
 /// [container] of a case with an image; none if the image names it, or fills a box.
 [[nodiscard]] std::optional<packing::Container> container_of_image(const Case& c);
+/// Name of the file that stage `image` writes: gray.vti with gray walls, else pore.vti.
+[[nodiscard]] std::string image_file(const Case& c);
 /// The stage that makes the solid: "pack", "stl" of a user's surface, or "image".
 [[nodiscard]] std::string solid_stage(const Case& c);
 /// Whole tables, and of [geometry] only the keys that determine a stage's result: slices do not become stale when the voxel size changes.

@@ -93,10 +93,10 @@ Json diffusive_json(const DiffusiveEstimate& estimate, Axis direction) {
 }
 
 Json geometric_paper(const PoreSpace& space, const TortuosityConfig& config, const Path& folder) {
-    if (space.image) {  // its layers are the slices
-        const PoreSpace part = space.section_only();
+    if (space.image || space.gray) {  // its layers are the slices
+        PhaseImage layers = space.section_only().voxelise_at(space.voxel_size_m(0.0));
         const SliceStack stack{
-            .grid = part.image->grid, .phase = part.image->phase, .container = space.container, .section = space.section};
+            .grid = layers.grid, .phase = std::move(layers.phase), .container = space.container, .section = space.section};
         Json json = geometric_json(geometric_paper_on_slices(stack, config), "pixels", folder / "paths_geometric_paper_pixels.vtp");
         json["pixel_m"] = stack.grid.spacing_m[0];
         return json;

@@ -70,6 +70,8 @@ std::vector<BudgetRow> rows_of_permeability(const Case& c, const Json& results) 
     add_part("iteration", "iteration", Evidence::measured, "energy of the unsteady flow, twice the estimate");
     add_part("mass balance", "mass_balance", Evidence::measured, "flow rate through the planes against the mean over the layers");
     add_part("rounding", "precision", Evidence::bounded, "number format of the populations");
+    add_part("gray levels", "threshold", Evidence::measured, "k with the solid fraction moved by two standard errors of the gray levels");
+    add_part("blur", "blur", Evidence::judged, "k with twice the variance of the blur; blur makes k too large");
     if (const auto foam = number_at(results, "/foam/permeability_m2")) {
         const auto own = half_width_at(lbm, "/permeability_interval_m2"), other = half_width_at(results, "/foam/permeability_interval_m2");
         rows.push_back({solver_row, between_methods(k, own.value_or(0.0) / coverage_factor, *foam, other.value_or(0.0) / coverage_factor),

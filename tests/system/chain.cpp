@@ -205,7 +205,7 @@ TEST(Chain, FromAnImage) {
             for (int z = 0; z < nz; ++z) bytes += static_cast<char>((x / 4 % 2 == 1 && y / 3 % 2 == 1 && z > 4) ? 180 : 40);
     folder.write("scan.raw", bytes);
     const std::string image =
-        "[image]\nfile = \"scan.raw\"\ndims = [20, 12, 16]\naxes = \"zyx\"\nvoxel_size_m = [1e-3]\nthreshold = 100\n"
+        "[image]\nfile = \"scan.raw\"\ndims = [20, 12, 16]\naxes = \"zyx\"\nvoxel_size_m = [1e-3]\nthreshold = 100\nwalls = \"half_way\"\n"
         "[geometry]\nsection_m = [0.006, 0.016]\n[lbm]\ngrids = 1\n";
     folder.write("case.toml", image);
     const auto run = porepack("run " + quoted(folder.path()));
@@ -220,11 +220,33 @@ TEST(Chain, FromAnImage) {
         EXPECT_EQ(test::schema_faults(folder.path() / "results"), "");
     }
     const auto direct = porepack(
-        "lbm --json --grids 1 --image-dims 20,12,16 --image-axes zyx --image-voxel-size 1e-3 --image-threshold 100 "
+        "lbm --json --grids 1 --image-dims 20,12,16 --image-axes zyx --image-voxel-size 1e-3 --image-threshold 100 --image-walls half_way "
         "--section 0.006,0.016 --output " +
         quoted(folder.path() / "out") + " " + quoted(folder.path() / "scan.raw"));
     ASSERT_EQ(direct.exit_code, 0) << direct.err;
     EXPECT_NEAR(direct.json()["permeability_m2"].get<double>() / result["stages"]["lbm"]["permeability_m2"].get<double>(), 1.0, 1e-12);
+    // Walls from the gray values: the volume is kept although the threshold of 100 is not half-way, and there is an interval.
+    std::string gray = image;
+    gray.replace(gray.find("threshold = 100\nwalls = \"half_way\""), 34, "threshold = \"volume\"\nwalls = \"gray\"");
+    gray.replace(gray.find("grids = 1"), 9, "grids = 3");
+    const Path other = folder.path() / "gray";
+    std::filesystem::create_directory(other);
+    std::filesystem::copy(folder.path() / "scan.raw", other / "scan.raw");
+    write_text(other / "case.toml", gray);
+    EXPECT_TRUE(has(porepack("lbm --image-dims 20,12,16 --image-voxel-size 1e-3 --image-threshold volume --output " +
+                             quoted(folder.path() / "out") + " " + quoted(folder.path() / "scan.raw"))
+                        .err,
+                    "the image has two values, 40 and 180: it is segmented"));
+    const auto with_gray = porepack("run " + quoted(other));
+    ASSERT_EQ(with_gray.exit_code, 0) << with_gray.err;
+    const Json stages = read_json(other / "results" / "result.json")["stages"];
+    EXPECT_NEAR(stages["image"]["porosity_bed"].get<double>(), 1.0 - 0.25 * 0.75, 0.01) << "posts of 4 x 3 voxels";
+    EXPECT_EQ(stages["lbm"]["permeability_interval_m2"].size(), 2U);
+    EXPECT_GT(stages["lbm"]["half_width_parts_m2"]["blur"].get<double>(), 0.0);
+    EXPECT_TRUE(std::filesystem::exists(other / "results" / "image" / "gray.vti"));
+    if (test::has_schema_validator()) {
+        EXPECT_EQ(test::schema_faults(other / "results"), "");
+    }
     // Another image: all stages are out of date. What belongs to grains is refused.
     bytes[0] = static_cast<char>(180);
     folder.write("scan.raw", bytes);

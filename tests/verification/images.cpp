@@ -17,11 +17,17 @@
 #include <zlib.h>
 
 #include <fstream>
+#include <numbers>
+#include <random>
 
+#include "converters/simulated_scan.hpp"
 #include "helpers.hpp"
+#include "imaging/find_tube.hpp"
 #include "imaging/phases.hpp"
 #include "imaging/write_volume.hpp"
 #include "io/image.hpp"
+#include "lbm/known.hpp"
+#include "stages/gray.hpp"
 
 namespace porepack {
 namespace {
@@ -578,6 +584,122 @@ TEST(Images, NothingIsTakenInSilence) {
     EXPECT_EQ(std::count(found.image.phase.begin(), found.image.phase.end(), core::Phase::pore), 90);
     rounded.pore = {0.1, 3};
     fault([&] { (void)segmented(open_volume(file, rounded), rounded, "l"); }, "no voxel of the pore value 3");
+}
+
+// Walls from gray values.
+
+VolumeSource source_of(const core::GrayImage& image, double low, double high) {
+    VolumeSource source;
+    for (std::size_t a = 0; a < 3; ++a) {
+        source.header.voxels[a] = image.grid.cells[a];
+        source.header.spacing_m[a] = image.grid.spacing_m[a];
+    }
+    source.header.type = ValueType::float32;
+    const auto layer = static_cast<std::size_t>(source.header.layer());
+    source.read = [&image, layer, low, high](std::int64_t first, std::span<float> values) {
+        for (std::size_t i = 0; i < values.size(); ++i)
+            values[i] = static_cast<float>(low + (high - low) * image.at(static_cast<std::size_t>(first) * layer + i));
+    };
+    return source;
+}
+
+double gray_permeability(const lbm::KnownFlow& flow, double voxels, double blur, double noise,
+                         std::optional<core::Interval>* interval = nullptr) {
+    const core::GrayImage scan = converters::simulated_scan(*flow.solid, flow.container, flow.diameter_m / voxels, {blur, noise, 3});
+    const stages::GrayInput input =
+        stages::read_gray(source_of(scan, 0.0, 1.0), {.threshold = "volume", .gray_levels = {0.0, 1.0}}, flow.container, flow.name);
+    const converters::PoreSpace space = pore_space_of(input.solid, flow.container, {0.0, flow.container.height()}, flow.name);
+    EXPECT_NEAR(space.porosity().value, flow.pore_space().porosity().value, 0.002) << flow.name;
+    lbm::LbmResult result = lbm_permeability(space, space.voxel_size_m(0.0), {.fields = lbm::FieldFiles::none});
+    if (interval != nullptr) {
+        add_gray_parts(result, space, {.fields = lbm::FieldFiles::none});
+        *interval = result.interval_m2();
+    }
+    return result.permeability_m2 / flow.permeability_m2 - 1.0;
+}
+
+TEST(GrayWalls, ErrorsFallWithTheVoxels) {
+    const shapes::Vec3 shift(0.13, 0.29, 0.41);
+    const auto loose = lbm::sphere_array(0.343, 15.39949, lbm::simple_cubic(), shift);
+    const auto touching = lbm::sphere_array(std::numbers::pi / 6.0, 42.1005, lbm::simple_cubic(), shift);
+    std::vector<double> far, near;
+    for (const double voxels : {10.0, 20.0, 40.0}) {
+        far.push_back(std::abs(gray_permeability(loose, voxels, 0.5, 0.0)));
+        near.push_back(std::abs(gray_permeability(touching, voxels, 0.5, 0.0)));
+    }
+    EXPECT_LT(far[0], 0.03);
+    EXPECT_LT(far[2], 0.003);
+    // Contacts: blur of a fixed number of voxels fills them, order 1 or more.
+    EXPECT_LT(near[1], 0.5 * near[0]) << near[0];
+    EXPECT_LT(near[2], 0.5 * near[1]) << near[1];
+    EXPECT_LT(near[2], 0.012);
+}
+
+TEST(GrayWalls, TheIntervalHoldsNoiseBlurAndContacts) {
+    for (const auto& [solid, drag, centres] : {std::tuple(0.343, 15.39949, lbm::simple_cubic()),
+                                               {std::numbers::pi / 6.0, 42.1005, lbm::simple_cubic()},
+                                               {0.6, 88.8734, lbm::body_centred()}}) {
+        const auto flow = lbm::sphere_array(solid, drag, centres, {0.4, 0.1, 0.7});
+        std::optional<core::Interval> interval;
+        const double error = gray_permeability(flow, 20.0, 1.0, 0.03, &interval);
+        ASSERT_TRUE(interval.has_value());
+        EXPECT_LE(interval->low, flow.permeability_m2) << flow.name << error;
+        EXPECT_GE(interval->high, flow.permeability_m2) << flow.name << error;
+        EXPECT_LT(interval->high - interval->low, 0.4 * flow.permeability_m2) << "an interval that says nothing";
+    }
+}
+
+TEST(GrayWalls, LevelsAreFoundAndTheTubeIsSubtracted) {
+    const packing::Container tube = packing::parse_container("cylinder:0.04,0.04");
+    packing::Packing packing{.container = tube, .shapes = {shapes::make_preset(shapes::ShapeKind::sphere, 0.008, 0.0)}, .bodies = {}};
+    const double a = 0.0082;
+    for (int k = 0; k < 4; ++k)
+        for (int j = -2; j <= 2; ++j)
+            for (int i = -2; i <= 2; ++i)
+                if (std::hypot(i, j) * a < 0.0158)
+                    packing.bodies.push_back({.shape = 0, .position_m = shapes::Vec3(i * a, j * a, 0.006 + k * a)});
+    const packing::Grains solid(packing);
+    const double exact = packing::porosity(solid, tube, {0.0, 0.04}).value;
+    for (const double noise : {0.0, 0.05}) {
+        const core::GrayImage image =
+            converters::simulated_scan(solid, tube, 4e-4, {.blur_voxels = 0.8, .noise = noise, .seed = 7, .tube = true});
+        const stages::GrayInput input = stages::read_gray(source_of(image, 40.0, 180.0), {.threshold = "volume"}, tube, "scan");
+        EXPECT_NEAR(input.notes.pore_level, 40.0, 0.3);
+        EXPECT_NEAR(input.notes.solid_level, 180.0, 0.6);
+        EXPECT_NEAR(input.notes.noise, noise, 0.2 * noise + 0.002);
+        EXPECT_NEAR(std::hypot(0.8, input.notes.smoothing_voxels), input.notes.blur_voxels, 0.12);
+        EXPECT_TRUE(input.notes.tube_removed);
+        EXPECT_NEAR(packing::porosity(*input.solid, tube, {0.0, 0.04}).value, exact, 0.002) << noise;
+        const Tube found = find_tube(source_of(image, 40.0, 180.0), PoreSide::below, "scan");
+        EXPECT_NEAR(found.radius_voxels, 50.0, 0.15);
+        EXPECT_NEAR(found.x_voxels, 56.0, 0.1);
+        EXPECT_NEAR(found.y_voxels, 56.0, 0.1);
+    }
+}
+
+TEST(GrayWalls, WhatCannotBeRightIsRefused) {
+    core::GrayImage image;
+    image.grid = {.cells = {20, 20, 20}, .origin_m = {0, 0, 0}, .spacing_m = {1e-3, 1e-3, 1e-3}};
+    image.packed.assign(8000, core::GrayImage::pack(0.0));
+    const packing::Container box{.kind = packing::Container::Kind::box, .size_m = {0.02, 0.02, 0.02}};
+    const auto message = [&](const ImageConfig& config) -> std::string {
+        try {
+            (void)stages::read_gray(source_of(image, 10.0, 90.0), config, box, "scan");
+        } catch (const UserError& error) {
+            return error.what();
+        }
+        return "accepted";
+    };
+    EXPECT_TRUE(test::has(message({.threshold = "volume"}), "all values of the image are 10"));
+    std::mt19937 random(1);
+    std::normal_distribution<double> noise(0.3, 0.05);  // one phase
+    for (std::size_t i = 0; i < image.packed.size(); ++i) image.packed[i] = core::GrayImage::pack(noise(random));
+    EXPECT_TRUE(test::has(message({.threshold = "volume"}), "not two peaks"));
+    for (std::size_t i = 0; i < 4000; ++i) image.packed[i] = core::GrayImage::pack(1.0);
+    EXPECT_TRUE(test::has(message({.threshold = "middle"}), "neither a number nor one of its words"));
+    EXPECT_TRUE(test::has(message({.threshold = 500.0}), "not between the gray levels"));
+    EXPECT_TRUE(test::has(message({.threshold = "volume", .gray_levels = {90.0, 10.0}}), "do not fit pore_side"));
+    EXPECT_EQ(message({.threshold = 50.0}), "accepted");
 }
 
 }  // namespace

@@ -229,7 +229,10 @@ CLI::App& CommandLine::add_below(CLI::App& parent, const std::string& name, cons
 }
 
 void CommandLine::add_keys(CLI::App& command, const std::string& table, const std::vector<std::string>& leave_out) {
-    const Describe describe = settings_.describe_table(table);
+    add_keys(command, settings_.describe_table(table), leave_out);
+}
+
+void CommandLine::add_keys(CLI::App& command, const Describe& describe, const std::vector<std::string>& leave_out) {
     const auto left_out = [&](const std::string& key) { return std::find(leave_out.begin(), leave_out.end(), key) != leave_out.end(); };
     for (const auto& row : key_rows(describe)) {
         if (left_out(row.key) || row.type == "array of tables") continue;
@@ -290,12 +293,9 @@ void CommandLine::add_image_keys(CLI::App& command, const std::vector<std::strin
     };
     for (const auto& row : key_rows(describe_image)) {
         if (row.key == "file" || std::find(leave_out.begin(), leave_out.end(), row.key) != leave_out.end()) continue;
-        command
-            .add_option_function<std::string>(
-                "--image-" + flag_of(row.key).substr(2),
-                [this, key = row.key](const std::string& value) { common.image_flags[key] = value; },
-                row.meaning + "; default " + (row.standard.empty() ? "none" : row.standard))
-            ->type_name(type_text(row))
+        add_key(command, row, "--image-" + flag_of(row.key).substr(2),
+                [this, key = row.key](const std::string& value) { common.image_flags[key] = value; })
+            ->description(row.meaning + "; default " + (row.standard.empty() ? "none" : row.standard))
             ->group("Images");
     }
 }

@@ -43,6 +43,7 @@ public:
     /// Every key of a table is a flag: voxel_size_m is --voxel-size, in metres. The rules of the file check the value. A key's name in an
     /// earlier version is a hidden flag that warns.
     void add_keys(CLI::App& command, const std::string& table, const std::vector<std::string>& leave_out = {});
+    void add_keys(CLI::App& command, const core::Describe& describe, const std::vector<std::string>& leave_out = {});
     /// Another name for the flag of `key`, which the command has.
     void add_alias(CLI::App& command, const std::string& flag, const std::string& key);
     void add_case(CLI::App& command);

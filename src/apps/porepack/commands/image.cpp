@@ -5,10 +5,12 @@
 
 #include "apps/porepack/command_line.hpp"
 #include "imaging/write_volume.hpp"
+#include "stages/segment.hpp"
 
 namespace porepack::apps {
 using namespace core;
 using namespace imaging;
+using namespace stages;
 namespace {
 
 ImageConfig config_of(const Common& common) {
@@ -68,6 +70,17 @@ Box box_of(const std::string& text) {
     return box;
 }
 
+void segment(const Common& common) {
+    const auto config = config_from_flags<SegmentConfig>(common.flags);
+    const ImageConfig image = config_of(common);
+    run_on_files(common,
+                 {.stage = "segment",
+                  .target = common.output.empty() ? Path("segmented") : Path(common.output),
+                  .configuration = {{"segment", resolved_config(config)}, {"image", resolved_config(image)}},
+                  .inputs = open_volume(common.input, image).header.files,
+                  .work = [&](const Path& folder) { return segment_image(common.input, image, container_of(common), config, folder); }});
+}
+
 }  // namespace
 
 void add_image_commands(CommandLine& line) {
@@ -82,13 +95,26 @@ void add_image_commands(CommandLine& line) {
             ->type_name("path")
             ->required();
         if (writes) command.add_option("target", *target, ".raw, .mhd, .nrrd, .npy or .vti")->type_name("path")->required();
-        line.add_image_keys(command, {"pore", "threshold", "pore_side"});
+        line.add_image_keys(command, {"pore", "threshold", "pore_side", "walls", "smoothing_voxels", "gray_levels", "find_container"});
         return &command;
     };
     add("info", "format, voxels, orientation and values", "porepack image info scan.nrrd", false, [&common] { info(common); });
     add("convert", "the same image in another format, with x, y, z in order",
         "porepack image convert scan.raw scan.nrrd --image-dims 400,400,600 --image-type uint16 --image-voxel-size 6.6e-5", true,
         [&common, target] { write(common, *target, open_volume(common.input, config_of(common))); });
+    CLI::App& segmenter =
+        line.add_below(image, "segment", "grains of a scan: threshold, cavities filled, watershed, incomplete grains removed",
+                       "porepack image segment scan.nrrd --container cylinder:0.1,0.3 --output segmented", [&common] { segment(common); });
+    segmenter.add_option("input", common.input, "an image: a file, or a folder with one file per layer (docs/images.md)")
+        ->type_name("path")
+        ->required();
+    segmenter.add_option("--container", common.container, "container that the image shows; default: the box of the image")
+        ->type_name("cylinder:D,H or box:X,Y,Z[:periodic] [m]");
+    line.add_keys(segmenter, [](ConfigVisitor& v) {
+        static SegmentConfig config;
+        describe(v, config);
+    });
+    line.add_image_keys(segmenter, {"pore", "walls"});
     const auto box = std::make_shared<std::string>();
     add("crop", "a part of an image", "porepack image crop scan.nrrd part.nrrd --box 0,200,0,200,50,150", true,
         [&common, target, box] { write(common, *target, cropped(open_volume(common.input, config_of(common)), box_of(*box))); })

@@ -1,0 +1,18 @@
+// The inner circle of a tube along z.
+#pragma once
+
+#include "imaging/gray.hpp"
+
+namespace porepack::imaging {
+
+struct Tube {
+    double x_voxels = 0.0, y_voxels = 0.0;  ///< of the axis, from the corner of the image
+    double radius_voxels = 0.0;
+    double residual_voxels = 0.0;  ///< root mean square of the edge's distances from the circle
+};
+
+/// From the mean of all layers, where a tube is a bright ring: the edge is where rays from outside leave it, at half its brightness; then
+/// least squares, twice without edges that are off. Two passes over the image. Throws UserError where there is no such ring.
+[[nodiscard]] Tube find_tube(const VolumeSource& source, PoreSide pores, const std::string& where);
+
+}  // namespace porepack::imaging

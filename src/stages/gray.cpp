@@ -1,0 +1,257 @@
+#include "stages/gray.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/error.hpp"
+#include "core/log.hpp"
+#include "core/median.hpp"
+#include "core/members.hpp"
+
+namespace porepack::stages {
+using namespace core;
+using namespace converters;
+using namespace imaging;
+using namespace packing;
+namespace {
+
+constexpr double margin_voxels = 3.0;
+
+using Axis = std::optional<std::array<double, 2>>;  // in voxels from the corner of the image; empty: its middle
+
+// Columns of the image that lie inside a cylinder.
+ColumnMask mask_of(const VolumeHeader& header, const Container& container, const Axis& axis) {
+    if (container.kind != Container::Kind::cylinder) return {};
+    ColumnMask mask(static_cast<std::size_t>(header.layer()));
+    const double radius = 0.5 * container.diameter_m - margin_voxels * header.spacing_m[0];
+    std::size_t at = 0;
+    for (std::int64_t j = 0; j < header.voxels[1]; ++j)
+        for (std::int64_t i = 0; i < header.voxels[0]; ++i) {
+            const double x =
+                (static_cast<double>(i) + 0.5 - (axis ? (*axis)[0] : 0.5 * static_cast<double>(header.voxels[0]))) * header.spacing_m[0];
+            const double y =
+                (static_cast<double>(j) + 0.5 - (axis ? (*axis)[1] : 0.5 * static_cast<double>(header.voxels[1]))) * header.spacing_m[1];
+            mask[at++] = std::hypot(x, y) < radius ? 1 : 0;
+        }
+    return mask;
+}
+
+double blurred_step(double x) {
+    return 0.5 * std::erfc(-x / std::numbers::sqrt2);
+}
+
+// A tube that attenuates like the grains would join them and count as solid. Blur is linear, so the blurred tube can be subtracted.
+bool remove_tube(GrayImage& image, const Container& container, double blur_voxels) {
+    if (container.kind != Container::Kind::cylinder) return false;
+    const Grid& grid = image.grid;
+    const double h = grid.spacing_m[0], radius = 0.5 * container.diameter_m / h;
+    const double width = std::sqrt(blur_voxels * blur_voxels + 1.0 / 12.0);
+    std::vector<double> wall;
+    const auto distance = [&](int i, int j) { return std::hypot(grid.centre(0, i), grid.centre(1, j)) / h; };
+    for (int j = 0; j < grid.cells[1]; ++j)
+        for (int i = 0; i < grid.cells[0]; ++i)
+            if (const double r = distance(i, j); r > radius + 2.5 * width && r < radius + 2.5 * width + 2.0)
+                for (int k = 0; k < grid.cells[2]; k += 1 + grid.cells[2] / 64) wall.push_back(image.at(grid.index(i, j, k)));
+    const double tube = wall.empty() ? 0.0 : median(wall);
+    const bool visible = tube > 0.2;
+    for (int j = 0; j < grid.cells[1]; ++j)
+        for (int i = 0; i < grid.cells[0]; ++i) {
+            const double r = distance(i, j), part = blurred_step((r - radius) / width);
+            if (part < 1e-6 || (!visible && r < radius + 3.0 * width)) continue;
+            for (int k = 0; k < grid.cells[2]; ++k) {
+                const std::size_t cell = grid.index(i, j, k);
+                image.packed[cell] = GrayImage::pack(r > radius + 3.0 * width ? 0.0 : image.at(cell) - tube * part);
+            }
+        }
+    return visible;
+}
+
+bool is_word(const Json& threshold, const char* word) {
+    return threshold.is_string() && threshold.get<std::string>() == word;
+}
+
+void require_threshold(const Json& threshold) {
+    if (threshold.is_number() || is_word(threshold, "volume") || is_word(threshold, "half_level") || is_word(threshold, "otsu")) return;
+    throw UserError("`threshold` is neither a number nor one of its words",
+                    {.where = "[image], --image-threshold", .allowed = "a gray value, or volume, half_level, otsu"});
+}
+
+// Container frame: the middle of the image on the axis, its first layer on the floor.
+void place(Grid& grid, const Container& container, const Axis& on_axis) {
+    const shapes::Vec3 middle = 0.5 * (container.low() + container.high());
+    for (const int axis : {0, 1}) {
+        const auto a = static_cast<std::size_t>(axis);
+        grid.origin_m[a] = middle[axis] - (on_axis ? (*on_axis)[a] : 0.5 * grid.cells[a]) * grid.spacing_m[a];
+    }
+    grid.origin_m[2] = 0.0;
+}
+
+// Noise over contrast from second differences along z, whose median no edge reaches: of white noise they have the deviation sqrt(6).
+double noise_of(const GrayImage& image) {
+    const Grid& grid = image.grid;
+    std::vector<double> differences;
+    const std::size_t step = 1 + grid.size() / 2000000, layer = grid.index(0, 0, 1);
+    for (std::size_t cell = layer; cell + layer < grid.size(); cell += step)
+        differences.push_back(std::abs(image.at(cell - layer) - 2.0 * image.at(cell) + image.at(cell + layer)));
+    constexpr double of_median = 0.6745;
+    return differences.empty() ? 0.0 : median(std::move(differences)) / (of_median * std::sqrt(6.0));
+}
+
+// Gray levels from voxels that the blur does not reach: the peaks of a histogram are shifted by partial volumes.
+struct Levels {
+    double pores = 0.0, solid = 1.0, pore_error = 0.0, solid_error = 0.0;
+};
+Levels refine_levels(GrayImage& image, const Container& container, double blur_voxels) {
+    const auto shared = std::make_shared<GrayImage>(std::move(image));
+    const int depth = std::clamp(static_cast<int>(std::ceil(3.0 * std::hypot(blur_voxels, 0.3))), 1, 12);
+    const Plateaus found = plateaus(GraySolid(shared, container), container, depth);
+    image = std::move(*shared);
+    Levels levels;
+    if (found.pores) {
+        levels.pores = found.pores->value;
+        levels.pore_error = found.pores->error;
+    }
+    if (found.solid) {
+        levels.solid = found.solid->value;
+        levels.solid_error = found.solid->error;
+    }
+    rescale(image, levels.pores, levels.solid);
+    return levels;
+}
+
+}  // namespace
+
+GrayInput read_gray(const VolumeSource& source, const ImageConfig& config, const Container& container, const std::string& where,
+                    const Axis& axis) {
+    require_threshold(config.threshold);
+    const bool given = config.gray_levels.size() == 2;
+    GrayLevels levels;
+    if (given) {
+        levels.pore = config.gray_levels[0];
+        levels.solid = config.gray_levels[1];
+        levels.otsu = levels.half_level();
+        if (levels.pore == levels.solid || (levels.pore > levels.solid) != (config.pore_side == PoreSide::above))
+            throw UserError(fmt::format("the gray levels {:g} of pores and {:g} of solid do not fit pore_side", levels.pore, levels.solid),
+                            {.where = "[image], --image-gray-levels",
+                             .fix = "pores first, then solid; --image-pore-side above where pores are brighter"});
+        if (is_word(config.threshold, "otsu"))
+            throw UserError("gray levels have no effect on Otsu's threshold", {.where = "[image], --image-gray-levels"});
+    } else {
+        levels = fit_gray_levels(source, config.pore_side, mask_of(source.header, container, axis), where);
+    }
+    if (levels.only_two_values && config.walls == ImageWalls::automatic)
+        throw UserError(
+            fmt::format("the image has two values, {:g} and {:g}: it is segmented, and has no gray values", levels.pore, levels.solid),
+            {.where = where, .fix = fmt::format("--image-pore {:g} (half-way walls), or --image-walls gray", levels.pore)});
+    for (const std::int64_t voxels : source.header.voxels)
+        if (voxels < 4)
+            throw UserError(
+                fmt::format("the image has {} x {} x {} voxels", source.header.voxels[0], source.header.voxels[1], source.header.voxels[2]),
+                {.where = where, .allowed = "4 or more along each axis for walls from gray values"});
+    GrayNotes notes{.pore_level = levels.pore, .solid_level = levels.solid};
+    auto image = std::make_shared<GrayImage>(solid_fractions(source, levels, where));
+    notes.noise = given ? noise_of(*image) : levels.noise();
+    place(image->grid, container, axis);
+    notes.smoothing_voxels = config.smoothing_voxels >= 0.0 ? config.smoothing_voxels : needed_smoothing(notes.noise);
+    smooth(*image, notes.smoothing_voxels, container.periodic);
+    notes.blur_voxels = measure_gray(GraySolid(image, container), container).blur;
+    constexpr double error_of_given = 0.002;
+    const Levels fine =
+        given ? Levels{.pore_error = error_of_given, .solid_error = error_of_given} : refine_levels(*image, container, notes.blur_voxels);
+    notes.levels_given = given;
+    const double contrast = levels.solid - levels.pore;
+    notes.pore_level = levels.pore + fine.pores * contrast;
+    notes.solid_level = levels.pore + fine.solid * contrast;
+    const auto fraction_of = [&](double value) { return (value - notes.pore_level) / (notes.solid_level - notes.pore_level); };
+    notes.tube_removed = remove_tube(*image, container, notes.blur_voxels);
+    notes.keeps_volume = is_word(config.threshold, "volume");
+    if (config.threshold.is_number())
+        notes.level = fraction_of(config.threshold.get<double>());
+    else if (is_word(config.threshold, "otsu"))
+        notes.level = fraction_of(levels.otsu);
+    else if (notes.keeps_volume)
+        notes.level = volume_keeping_level(GraySolid(image, container), container);
+    if (!(notes.level > 0.02 && notes.level < 0.98))
+        throw UserError(fmt::format("the threshold is not between the gray levels of pores ({:g}) and solid ({:g})", notes.pore_level,
+                                    notes.solid_level),
+                        {.where = where, .fix = "--image-threshold volume, or --image-pore-side above where the pores are brighter"});
+    image->level = notes.level;
+    notes.threshold = notes.pore_level + notes.level * (notes.solid_level - notes.pore_level);
+    const auto solid = std::make_shared<const GraySolid>(image, container);
+    const GrayMeasures found = measure_gray(*solid, container);
+    notes.slope = found.slope;
+    notes.fraction_error = std::hypot((1.0 - found.gray_fraction) * fine.pore_error, found.gray_fraction * fine.solid_error);
+    image->notes["container"] = to_json(container).dump();
+    if (notes.tube_removed) image->notes["shows_wall"] = "true";
+    image->notes["gray"] = json_of(notes).dump();
+    return {solid, notes};
+}
+
+GrayInput read_own_gray(const VolumeSource& source, const Container& container, const std::string& where) {
+    GrayInput input;
+    const Json json = Json::parse(source.header.notes.at("gray"), nullptr, false);
+    if (json.is_discarded() || !json.is_object())
+        throw UserError("the image's field data `gray` is not JSON", {.where = where, .fix = "make the image again from the scan"});
+    input.notes = from_json_members<GrayNotes>(json);
+    auto image = std::make_shared<GrayImage>(solid_fractions(source, {.pore = 0.0, .solid = 1.0}, where));
+    image->level = input.notes.level;
+    input.solid = std::make_shared<const GraySolid>(image, container);
+    return input;
+}
+
+double threshold_value(const VolumeSource& source, const ImageConfig& config, const Container& container, const std::string& where) {
+    require_threshold(config.threshold);
+    if (config.threshold.is_number()) return config.threshold.get<double>();
+    if (is_word(config.threshold, "volume"))
+        throw UserError("the threshold `volume` needs gray walls", {.where = where, .fix = "half_level or otsu, or --image-walls gray"});
+    const GrayLevels levels = fit_gray_levels(source, config.pore_side, mask_of(source.header, container, {}), where);
+    return is_word(config.threshold, "otsu") ? levels.otsu : levels.half_level();
+}
+
+void add_gray_parts(lbm::LbmResult& result, const PoreSpace& space, const lbm::LbmConfig& config) {
+    if (!space.gray || !result.half_width || result.grids.size() < 2) return;
+    const GraySolid& solid = *space.gray;
+    const auto notes = from_json_members<GrayNotes>(Json::parse(solid.image()->notes.at("gray")));
+    const lbm::LbmGridResult& middle = result.grids[result.grids.size() - 2];
+    lbm::LbmConfig one = config;
+    one.grids = 1;
+    one.tolerance = 0.0;
+    one.fields = lbm::FieldFiles::none;
+    one.relaxation_time = config.collision == lbm::Collision::trt ? middle.relaxation_time : config.relaxation_time;
+    const auto change = [&](std::shared_ptr<const GraySolid> other) {
+        PoreSpace varied = space;
+        varied.solid = other;
+        varied.gray = std::move(other);
+        try {
+            const double k = lbm_permeability(varied, middle.voxel_size_m, one).permeability_m2;
+            return std::abs(k / middle.permeability_m2 - 1.0) * result.permeability_m2;
+        } catch (const DoesNotPercolate&) {  // all of k is uncertain
+            return result.permeability_m2;
+        }
+    };
+    log_info("gray levels and blur: two more runs on voxels of {:.4g} m", middle.voxel_size_m);
+    if (notes.fraction_error > 0.0 && notes.slope < 0.0) {
+        const double level = std::clamp(solid.level() - 2.0 * notes.fraction_error / notes.slope, 0.05, 0.95);
+        result.half_width->threshold_m2 = change(std::make_shared<const GraySolid>(solid.with_level(level)));
+    }
+    if (notes.blur_voxels > 0.0) {
+        auto image = std::make_shared<GrayImage>(*solid.image());
+        smooth(*image, notes.blur_voxels, space.container.periodic);
+        if (!notes.levels_given) (void)refine_levels(*image, space.container, std::numbers::sqrt2 * notes.blur_voxels);
+        const GraySolid blurred(image, space.container);
+        const double level = notes.keeps_volume ? volume_keeping_level(blurred, space.container) : solid.level();
+        // Errors grow at least in proportion to sigma: that at sigma is at most 1 / (sqrt(2) - 1) times the change to sqrt(2) sigma.
+        // Contacts that the blur has closed change no more, and their share is judged: on spheres in contact it is about this part of sigma
+        // / d.
+        constexpr double closed_contacts = 0.85;
+        const double blur = notes.blur_voxels * space.image_voxel_size_m / space.grain_size_m;
+        result.half_width->blur_m2 =
+            std::max(change(std::make_shared<const GraySolid>(blurred.with_level(level))) / (std::numbers::sqrt2 - 1.0),
+                     closed_contacts * blur * result.permeability_m2);
+    }
+}
+
+}  // namespace porepack::stages

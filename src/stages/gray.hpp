@@ -1,0 +1,62 @@
+// A scan with gray values as a solid: levels, noise, blur, and what they do to k.
+#pragma once
+
+#include "converters/gray_solid.hpp"
+#include "core/members.hpp"
+#include "imaging/gray.hpp"
+#include "lbm/permeability.hpp"
+
+namespace porepack::stages {
+
+/// What was done to the gray values, and what they tell; kept with the image as its note `gray`.
+struct GrayNotes {
+    double pore_level = 0.0, solid_level = 1.0;  ///< gray values
+    double noise = 0.0;                          ///< standard deviation over contrast, before smoothing
+    double smoothing_voxels = 0.0;
+    double blur_voxels = 0.0;     ///< of the smoothed image; standard deviation of its point spread function
+    double threshold = 0.0;       ///< gray value
+    double level = 0.5;           ///< the threshold as a solid fraction
+    double fraction_error = 0.0;  ///< standard error of the solid fraction, from the gray levels' errors
+    double slope = 0.0;           ///< change of the solid fraction with the level
+    bool levels_given = false;    ///< by the user, with a judged standard error of 0.002 of the contrast each
+    bool keeps_volume = true;     ///< the level keeps the gray volume
+    bool tube_removed = false;    ///< the wall of the container was visible and was subtracted
+};
+template <core::MembersOf<GrayNotes> Self, typename Visit>
+void visit_members(Self& notes, const Visit& visit) {
+    visit("pore_level", notes.pore_level);
+    visit("solid_level", notes.solid_level);
+    visit("noise", notes.noise);
+    visit("smoothing_voxels", notes.smoothing_voxels);
+    visit("blur_voxels", notes.blur_voxels);
+    visit("threshold", notes.threshold);
+    visit("level", notes.level);
+    visit("solid_fraction_error", notes.fraction_error);
+    visit("solid_fraction_per_level", notes.slope);
+    visit("levels_given", notes.levels_given);
+    visit("keeps_volume", notes.keeps_volume);
+    visit("tube_removed", notes.tube_removed);
+}
+
+/// Gray values to a level set in the container's frame. The container's wall is subtracted where it is visible; noise is smoothed.
+struct GrayInput {
+    std::shared_ptr<const converters::GraySolid> solid;
+    GrayNotes notes;
+};
+/// `axis_voxels`: place of the container's axis in the image.
+[[nodiscard]] GrayInput read_gray(const imaging::VolumeSource& source, const imaging::ImageConfig& config,
+                                  const packing::Container& container, const std::string& where,
+                                  const std::optional<std::array<double, 2>>& axis_voxels = {});
+/// A solid_fraction image that PorePack wrote. Throws UserError for notes that are damaged.
+[[nodiscard]] GrayInput read_own_gray(const imaging::VolumeSource& source, const packing::Container& container, const std::string& where);
+
+/// The gray value that `threshold` of the configuration means: a number, or one of its words, on half-way walls. Throws UserError.
+[[nodiscard]] double threshold_value(const imaging::VolumeSource& source, const imaging::ImageConfig& config,
+                                     const packing::Container& container, const std::string& where);
+
+/// Adds to the interval what gray levels and blur do to k: two more runs on the second finest grid, one with the solid fraction moved by
+/// two standard errors, one with twice the variance
+/// of the blur, its gray levels and its threshold found anew. Constants: fitted to spheres (`porepack_benchmark gray`).
+void add_gray_parts(lbm::LbmResult& result, const converters::PoreSpace& space, const lbm::LbmConfig& config);
+
+}  // namespace porepack::stages

@@ -1,0 +1,310 @@
+#include "stages/segment.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/error.hpp"
+#include "core/log.hpp"
+#include "core/table.hpp"
+#include "imaging/separate.hpp"
+#include "io/image.hpp"
+#include "io/iso_surface.hpp"
+#include "report/plot.hpp"
+#include "stages/gray.hpp"
+#include "stages/inputs.hpp"
+#include "stages/results.hpp"
+
+namespace porepack::stages {
+using namespace core;
+using namespace converters;
+using namespace imaging;
+using namespace packing;
+namespace {
+
+enum class Kind { whole, cut, merged, split, speck };
+constexpr std::array<const char*, 5> names_of_kinds = {"whole", "cut", "merged", "split", "speck"};
+
+struct Grain {
+    double voxels = 0.0;
+    shapes::Vec3 sum = shapes::Vec3::Zero();                     ///< of the voxels' centres
+    int lowest = std::numeric_limits<int>::max(), highest = -1;  ///< layers
+    Kind kind = Kind::whole;
+};
+
+std::vector<Grain> grains_of(const Grid& grid, const Separated& found) {
+    std::vector<Grain> grains(found.count + 1);  // 0: pores
+    for (int k = 0; k < grid.cells[2]; ++k)
+        for (int j = 0; j < grid.cells[1]; ++j)
+            for (int i = 0; i < grid.cells[0]; ++i) {
+                Grain& grain = grains[found.label[grid.index(i, j, k)]];
+                grain.voxels += 1.0;
+                grain.sum += shapes::Vec3(grid.centre(0, i), grid.centre(1, j), grid.centre(2, k));
+                grain.lowest = std::min(grain.lowest, k);
+                grain.highest = std::max(grain.highest, k);
+            }
+    return grains;
+}
+
+// Half of the volume of the grains that the ends do not cut lies in smaller ones: specks and merged grains hardly count.
+double median_by_volume(const std::vector<Grain>& grains) {
+    std::vector<double> volumes;
+    for (std::size_t g = 1; g < grains.size(); ++g)
+        if (grains[g].voxels > 0.0 && grains[g].kind == Kind::whole) volumes.push_back(grains[g].voxels);
+    std::sort(volumes.begin(), volumes.end());
+    double all = 0.0, below = 0.0;
+    for (const double volume : volumes) all += volume;
+    for (const double volume : volumes)
+        if ((below += volume) >= 0.5 * all) return volume;
+    return 0.0;
+}
+
+void classify(std::vector<Grain>& grains, int layers, const SegmentConfig& config) {
+    for (Grain& grain : grains)
+        if (grain.lowest == 0 || grain.highest == layers - 1) grain.kind = Kind::cut;
+    const double median = median_by_volume(grains);
+    for (Grain& grain : grains) {
+        if (grain.voxels < config.smallest_grain * median) grain.kind = Kind::speck;
+        if (grain.kind != Kind::whole) continue;
+        if (grain.voxels > 1.5 * median)
+            grain.kind = Kind::merged;
+        else if (grain.voxels < 0.6 * median)
+            grain.kind = Kind::split;
+    }
+}
+
+// Gives the voxels within `steps` of a grain to the nearest one: the blurred edge that belongs to it.
+std::vector<std::uint32_t> with_edges(const Grid& grid, std::vector<std::uint32_t> label, int steps) {
+    std::vector<std::size_t> front, next;
+    for (std::size_t cell = 0; cell < label.size(); ++cell)
+        if (label[cell] != 0) front.push_back(cell);
+    const std::size_t row = static_cast<std::size_t>(grid.cells[0]), layer = grid.index(0, 0, 1);
+    for (int step = 0; step < steps; ++step) {
+        next.clear();
+        for (const std::size_t cell : front) {
+            const std::size_t i = cell % row, j = cell / row % static_cast<std::size_t>(grid.cells[1]), k = cell / layer;
+            const auto give = [&](bool exists, std::size_t other) {
+                if (!exists || label[other] != 0) return;
+                label[other] = label[cell];
+                next.push_back(other);
+            };
+            give(i > 0, cell - 1);
+            give(i + 1 < row, cell + 1);
+            give(j > 0, cell - row);
+            give(j + 1 < static_cast<std::size_t>(grid.cells[1]), cell + row);
+            give(k > 0, cell - layer);
+            give(k + 1 < static_cast<std::size_t>(grid.cells[2]), cell + layer);
+        }
+        front.swap(next);
+    }
+    return label;
+}
+
+// Pictures of the vertical slice through the middle, z up; pixels of a voxel's size, enlarged for small images.
+class Picture {
+public:
+    explicit Picture(const Grid& grid) : grid_(grid), zoom_(std::max(1, 600 / std::max(grid.cells[0], 1))) {
+        pixels_.assign(static_cast<std::size_t>(width() * height() * 3), 0);
+    }
+    [[nodiscard]] int row() const { return grid_.cells[1] / 2; }
+    // `paint`: colour of voxel (i, k) of the slice; `edge`: its phase, for the outlines between different ones.
+    template <typename Paint, typename Edge>
+    void write(const Path& file, const Paint& paint, const Edge& edge, const std::array<std::uint8_t, 3>& line) {
+        for (int y = 0; y < height(); ++y)
+            for (int x = 0; x < width(); ++x) {
+                const int i = x / zoom_, k = y / zoom_;
+                std::array<std::uint8_t, 3> colour = paint(i, k);
+                const bool at_right = x % zoom_ == zoom_ - 1 && i + 1 < grid_.cells[0] && edge(i, k) != edge(i + 1, k);
+                const bool at_top = y % zoom_ == zoom_ - 1 && k + 1 < grid_.cells[2] && edge(i, k) != edge(i, k + 1);
+                if (at_right || at_top) colour = line;
+                std::copy(colour.begin(), colour.end(), pixels_.begin() + 3 * (static_cast<std::ptrdiff_t>(y) * width() + x));
+            }
+        io::write_colour_png(file, width(), height(), pixels_);
+    }
+
+private:
+    [[nodiscard]] int width() const { return grid_.cells[0] * zoom_; }
+    [[nodiscard]] int height() const { return grid_.cells[2] * zoom_; }
+    const Grid& grid_;
+    int zoom_;
+    std::vector<std::uint8_t> pixels_;
+};
+
+std::array<std::uint8_t, 3> gray_colour(double fraction) {
+    const auto value = static_cast<std::uint8_t>(std::lround(255.0 * std::clamp(0.1 + 0.75 * fraction, 0.0, 1.0)));
+    return {value, value, value};
+}
+
+// Light colours that differ between neighbours in number.
+std::array<std::uint8_t, 3> label_colour(std::uint32_t label) {
+    if (label == 0) return {20, 20, 20};
+    std::array<std::uint8_t, 3> colour{};
+    for (std::size_t c = 0; c < 3; ++c) colour[c] = static_cast<std::uint8_t>(110 + (label * (c == 0 ? 97U : c == 1 ? 57U : 151U)) % 130);
+    return colour;
+}
+
+constexpr std::array<std::uint8_t, 3> orange = {230, 159, 0}, black = {0, 0, 0};
+
+void write_raw_picture(const Path& file, const VolumeSource& source, const GrayNotes& notes, Picture& picture) {
+    const VolumeHeader& header = source.header;
+    std::vector<float> layer(static_cast<std::size_t>(header.layer()));
+    std::vector<double> slice;
+    for (std::int64_t z = 0; z < header.voxels[2]; ++z) {
+        source.read(z, layer);
+        for (std::int64_t x = 0; x < header.voxels[0]; ++x)
+            slice.push_back((layer[static_cast<std::size_t>(picture.row() * header.voxels[0] + x)] - notes.pore_level) /
+                            (notes.solid_level - notes.pore_level));
+    }
+    picture.write(
+        file, [&](int i, int k) { return gray_colour(slice[static_cast<std::size_t>(k * header.voxels[0] + i)]); },
+        [](int, int) { return 0; }, orange);
+}
+
+void write_grains(const Path& file, const std::vector<Grain>& grains, double voxel_m) {
+    Table table({"grain", "volume_m3", "x_m", "y_m", "z_m", "z0_m", "z1_m", "kind"});
+    for (std::size_t g = 1; g < grains.size(); ++g) {
+        const Grain& grain = grains[g];
+        if (grain.voxels == 0.0) continue;
+        const shapes::Vec3 centre = grain.sum / grain.voxels;
+        table.add(static_cast<long>(g), grain.voxels * std::pow(voxel_m, 3.0), centre.x(), centre.y(), centre.z(), grain.lowest * voxel_m,
+                  (grain.highest + 1) * voxel_m, names_of_kinds[static_cast<std::size_t>(grain.kind)]);
+    }
+    table.write(file);
+}
+
+// Between the planes that no removed grain reaches.
+std::optional<Section> complete_section(const std::vector<Grain>& grains, const Grid& grid) {
+    int low = 0, high = grid.cells[2];
+    for (const Grain& grain : grains) {
+        if (grain.kind != Kind::cut || grain.voxels == 0.0) continue;
+        if (grain.lowest == 0) low = std::max(low, grain.highest + 1);
+        if (grain.highest == grid.cells[2] - 1) high = std::min(high, grain.lowest);
+    }
+    if (high - low < 2) return std::nullopt;
+    return Section{low * grid.spacing_m[2], high * grid.spacing_m[2]};
+}
+
+}  // namespace
+
+Json segment_image(const Path& file, ImageConfig image, const std::optional<Container>& given, const SegmentConfig& config,
+                   const Path& folder) {
+    if (image.threshold.is_null()) image.threshold = "volume";
+    image.walls = ImageWalls::gray;
+    const ImageInput input = read_image(file, image, given);
+    const auto notes = from_json_members<GrayNotes>(input.description.at("gray"));
+    GrayImage gray = *input.gray->image();
+    const Grid& grid = gray.grid;
+    const std::uint16_t level = GrayImage::pack(gray.level);
+    Picture picture(grid);
+    write_raw_picture(folder / "step_1_scan.png", open_volume(file, image), notes, picture);
+
+    std::vector<std::uint8_t> solid(gray.packed.size());
+    for (int j = 0; j < grid.cells[1]; ++j)
+        for (int i = 0; i < grid.cells[0]; ++i)
+            if (input.container.contains_column(grid.centre(0, i), grid.centre(1, j)))
+                for (int k = 0; k < grid.cells[2]; ++k) {
+                    const std::size_t cell = grid.index(i, j, k);
+                    solid[cell] = gray.packed[cell] > level ? 1 : 0;
+                }
+    const auto at = [&](int i, int k) { return grid.index(i, picture.row(), k); };
+    picture.write(
+        folder / "step_2_threshold.png", [&](int i, int k) { return gray_colour(gray.at(at(i, k))); },
+        [&](int i, int k) { return solid[at(i, k)]; }, orange);
+
+    std::int64_t filled = 0;
+    if (!config.keep_cavities) {
+        const std::vector<std::uint8_t> before = solid;
+        filled = fill_cavities(grid, solid);
+        for (std::size_t cell = 0; cell < solid.size(); ++cell)
+            if (solid[cell] != before[cell]) gray.packed[cell] = GrayImage::pack(1.0);
+        picture.write(
+            folder / "step_3_filled.png", [&](int i, int k) { return gray_colour(gray.at(at(i, k))); },
+            [&](int i, int k) { return solid[at(i, k)]; }, orange);
+    }
+    const GrayMeasures measures = measure_gray(*input.gray, input.container);
+    const double half_thickness = 2.0 * measures.solid_fraction / measures.area_per_volume_m;
+    log_info("watershed: half the grains' thickness is {:.3g} m, {:.1f} voxels", half_thickness, half_thickness / grid.spacing_m[0]);
+    const Separated found = separate_grains(grid, solid, config.separation * half_thickness);
+    std::vector<Grain> grains = grains_of(grid, found);
+    grains[0] = {};
+    classify(grains, grid.cells[2], config);
+    const auto removed = [&](std::uint32_t label) {
+        const Kind kind = grains[label].kind;
+        return label != 0 && (kind == Kind::speck || (kind == Kind::cut && !config.keep_cut_grains));
+    };
+    std::array<long, 5> numbers{};
+    for (std::size_t g = 1; g < grains.size(); ++g)
+        if (grains[g].voxels > 0.0) ++numbers[static_cast<std::size_t>(grains[g].kind)];
+    picture.write(
+        folder / "step_4_grains.png", [&](int i, int k) { return label_colour(found.label[at(i, k)]); },
+        [&](int i, int k) { return found.label[at(i, k)]; }, black);
+
+    const int edge = 1 + static_cast<int>(std::ceil(3.0 * notes.blur_voxels));
+    const std::vector<std::uint32_t> owner = with_edges(grid, found.label, edge);
+    PhaseImage phases{.grid = grid, .phase = std::vector<std::uint8_t>(solid.size(), Phase::outside), .notes = {}};
+    for (int j = 0; j < grid.cells[1]; ++j)
+        for (int i = 0; i < grid.cells[0]; ++i)
+            for (int k = 0; k < grid.cells[2]; ++k) {
+                const std::size_t cell = grid.index(i, j, k);
+                if (removed(owner[cell])) gray.packed[cell] = GrayImage::pack(0.0);
+                if (!input.container.contains_column(grid.centre(0, i), grid.centre(1, j))) continue;
+                phases.phase[cell] = found.label[cell] != 0 && !removed(found.label[cell]) ? Phase::grain : Phase::pore;
+            }
+    picture.write(
+        folder / "step_5_kept.png",
+        [&](int i, int k) {
+            const std::uint32_t label = found.label[at(i, k)];
+            return removed(label) ? std::array<std::uint8_t, 3>{90, 60, 60} : label_colour(label);
+        },
+        [&](int i, int k) { return found.label[at(i, k)]; }, black);
+
+    const long kept = numbers[0] + numbers[2] + numbers[3] + (config.keep_cut_grains ? numbers[1] : 0);
+    if (kept == 0)
+        throw UserError(fmt::format("no grain is left: {} are cut by the ends of the image, {} are specks", numbers[1], numbers[4]),
+                        {.where = file.string(), .fix = "--keep-cut-grains, a longer scan, or another threshold (porepack image info)"});
+    const auto section =
+        config.keep_cut_grains ? std::optional(Section{0.0, grid.cells[2] * grid.spacing_m[2]}) : complete_section(grains, grid);
+    if (section) {
+        const std::string note = fmt::format("{:.10g},{:.10g}", section->z0, section->z1);
+        gray.notes["section"] = phases.notes["section"] = note;
+    } else {
+        log_warning("the grains that the ends of the image cut reach each other: no part of the bed is complete");
+    }
+    if (notes.tube_removed) phases.notes["shows_wall"] = "true";
+    gray.notes["container"] = phases.notes["container"] = to_json(input.container).dump();
+    io::write_gray_image(folder / "gray.vti", gray);
+    io::write_phase_image(folder / "pore.vti", phases);
+    io::write_label_image(folder / "labels.vti", grid, found.label);
+    write_grains(folder / "grains.csv", grains, grid.spacing_m[0]);
+    io::write_stl(folder / "solid.stl", io::iso_surface(gray));
+    const double median = median_by_volume(grains) * std::pow(grid.spacing_m[0], 3.0);
+    {
+        std::string data;
+        for (std::size_t g = 1; g < grains.size(); ++g)
+            if (grains[g].kind != Kind::cut && grains[g].voxels > 0.0)
+                data += fmt::format("{:.6g}\n", grains[g].voxels * std::pow(grid.spacing_m[0], 3.0) / median);
+        write_text(folder / "volumes.dat", data);
+    }
+    report::draw_plot(folder / "volumes.svg", "volumes");
+
+    Json json = input.description;
+    json.erase("own");
+    json["container"] = to_json(input.container);
+    json["porosity"] = section
+                           ? Json(porosity(GraySolid(std::make_shared<GrayImage>(gray), input.container), input.container, *section).value)
+                           : Json(nullptr);
+    json["section_m"] = section ? section_json(*section) : Json(nullptr);
+    json["cavity_voxels"] = filled;
+    json["half_thickness_m"] = half_thickness;
+    json["median_grain_volume_m3"] = median;
+    json["grains"] = {{"kept", kept}};
+    for (std::size_t kind = 0; kind < names_of_kinds.size(); ++kind) json["grains"][names_of_kinds[kind]] = numbers[kind];
+    json["meaning"] =
+        "whole: 0.6 to 1.5 median volumes; merged: more; split: less; cut: by the first or last layer; the median is that by volume of the "
+        "grains that are not cut; section: where no removed grain reaches";
+    return json;
+}
+
+}  // namespace porepack::stages

@@ -1,0 +1,34 @@
+// A scan segmented into grains: threshold, cavities filled, grains separated, incomplete grains removed.
+#pragma once
+
+#include <optional>
+
+#include "core/config.hpp"
+#include "imaging/config.hpp"
+#include "packing/packing.hpp"
+
+namespace porepack::stages {
+
+struct SegmentConfig {
+    double separation = 0.25;
+    bool keep_cut_grains = false;
+    bool keep_cavities = false;
+    double smallest_grain = 0.05;
+};
+inline void describe(core::ConfigVisitor& v, SegmentConfig& c) {
+    v.number(
+        "separation", c.separation, core::between(0.02, 1.0),
+        "by how much a maximum of the distance to the surface must stand out to be a grain of its own, over half the grains' thickness; "
+        "0.1 to 0.25 for long arms, 0.25 to 0.5 for round grains");
+    v.boolean("keep_cut_grains", c.keep_cut_grains, "keep the grains that the first and the last layer of the image cut");
+    v.boolean("keep_cavities", c.keep_cavities, "cavities in the grains stay pores");
+    v.number("smallest_grain", c.smallest_grain, core::between(0.0, 1.0), "smaller pieces are removed; volume over the median volume");
+}
+
+/// Writes gray.vti (cleaned solid fractions), pore.vti, labels.vti, grains.csv, solid.stl and a picture of each step into `folder`. Without
+/// a threshold, `volume`. Throws UserError as read_gray(), and where no grain is left.
+[[nodiscard]] core::Json segment_image(const core::Path& file, imaging::ImageConfig image,
+                                       const std::optional<packing::Container>& container, const SegmentConfig& config,
+                                       const core::Path& folder);
+
+}  // namespace porepack::stages

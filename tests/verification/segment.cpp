@@ -1,0 +1,154 @@
+// Segmentation of simulated scans whose grains are known.
+#include "stages/segment.hpp"
+#include "converters/simulated_scan.hpp"
+#include "converters/surface.hpp"
+#include "helpers.hpp"
+#include "imaging/separate.hpp"
+#include "imaging/write_volume.hpp"
+#include "io/stl.hpp"
+#include "stages/inputs.hpp"
+
+namespace porepack {
+namespace {
+
+using core::GrayImage;
+using core::Json;
+using core::Path;
+using core::UserError;
+using shapes::Vec3;
+
+imaging::VolumeSource source_of(const GrayImage& image) {
+    imaging::VolumeSource source;
+    for (std::size_t a = 0; a < 3; ++a) {
+        source.header.voxels[a] = image.grid.cells[a];
+        source.header.spacing_m[a] = image.grid.spacing_m[a];
+    }
+    source.header.type = imaging::ValueType::uint8;
+    source.read = [&image, layer = static_cast<std::size_t>(source.header.layer())](std::int64_t first, std::span<float> values) {
+        for (std::size_t i = 0; i < values.size(); ++i)
+            values[i] = static_cast<float>(std::lround(60.0 + 120.0 * image.at(static_cast<std::size_t>(first) * layer + i)));
+    };
+    return source;
+}
+
+// Spheres of 8 mm in contact, 20 voxels each, in a tube of 32 mm: four layers of five, the lowest and the highest cut by the ends.
+packing::Packing stacked_spheres() {
+    packing::Packing packing{.container = packing::parse_container("cylinder:0.032,0.024"),
+                             .shapes = {shapes::make_preset(shapes::ShapeKind::sphere, 0.008, 0.0)},
+                             .bodies = {}};
+    for (int k = 0; k < 4; ++k)
+        for (const auto& [x, y] : {std::pair(0.0, 0.0), {0.008, 0.0}, {-0.008, 0.0}, {0.0, 0.008}, {0.0, -0.008}})
+            packing.bodies.push_back({.shape = 0, .position_m = Vec3(x, y, 0.008 * k)});
+    return packing;
+}
+
+Path write_scan(const test::Folder& folder, const packing::Packing& packing, const std::function<void(GrayImage&)>& change = {}) {
+    GrayImage image = converters::simulated_scan(packing::Grains(packing), packing.container, 4e-4,
+                                                 {.blur_voxels = 0.7, .noise = 0.03, .seed = 2, .tube = true});
+    if (change) change(image);
+    imaging::write_volume(folder.path() / "scan.nrrd", source_of(image));
+    return folder.path() / "scan.nrrd";
+}
+
+TEST(Segment, GrainsTubeCavitiesAndCutGrains) {
+    const test::Folder folder;
+    const packing::Packing packing = stacked_spheres();
+    // A cavity in one grain, and dust in the water.
+    const Path scan = write_scan(folder, packing, [](GrayImage& image) {
+        const core::Grid& grid = image.grid;
+        const auto ball = [&](const Vec3& centre, double radius, double value) {
+            for (int k = 0; k < grid.cells[2]; ++k)
+                for (int j = 0; j < grid.cells[1]; ++j)
+                    for (int i = 0; i < grid.cells[0]; ++i)
+                        if ((Vec3(grid.centre(0, i), grid.centre(1, j), grid.centre(2, k)) - centre).norm() < radius)
+                            image.packed[grid.index(i, j, k)] = GrayImage::pack(value);
+        };
+        ball(Vec3(0.0, 0.0, 0.008), 0.0014, 0.0);
+        ball(Vec3(0.008, 0.008, 0.012), 0.0009, 1.0);
+    });
+    const Path target = folder.path() / "out";
+    std::filesystem::create_directory(target);
+    const Json found = stages::segment_image(scan, {.find_container = true}, std::nullopt, {}, target);
+    EXPECT_NEAR(found["container"]["diameter_m"].get<double>(), 0.032, 2e-4);
+    EXPECT_EQ(found["grains"]["whole"], 10) << found.dump(1);
+    EXPECT_EQ(found["grains"]["cut"], 10);
+    EXPECT_EQ(found["grains"]["speck"], 1);
+    EXPECT_EQ(found["grains"]["merged"], 0);
+    EXPECT_EQ(found["grains"]["split"], 0);
+    EXPECT_GT(found["cavity_voxels"].get<double>(), 50);
+    const double volume = 4.0 / 3.0 * std::numbers::pi * std::pow(0.004, 3.0);
+    EXPECT_NEAR(found["median_grain_volume_m3"].get<double>() / volume, 1.0, 0.02);
+    // No grain reaches from the removed ones into the section, so its porosity is that of the bed; four slices would be left out.
+    ASSERT_FALSE(found["section_m"].is_null());
+    const packing::Section section{found["section_m"][0].get<double>(), found["section_m"][1].get<double>()};
+    EXPECT_NEAR(section.z0, 0.0044, 9e-4);
+    EXPECT_NEAR(section.z1, 0.0196, 9e-4);
+    EXPECT_NEAR(found["porosity"].get<double>(), packing::porosity(packing::Grains(packing), packing.container, section).value, 0.004);
+    // Every later stage takes the files.
+    const converters::PoreSpace gray = stages::load_pore_space(target / "gray.vti");
+    ASSERT_TRUE(gray.gray);
+    EXPECT_NEAR(gray.section.z0, section.z0, 1e-9);
+    EXPECT_NEAR(gray.porosity().value, found["porosity"].get<double>(), 1e-3);
+    const converters::PoreSpace voxels = stages::load_pore_space(target / "pore.vti");
+    ASSERT_TRUE(voxels.image);
+    EXPECT_NEAR(voxels.porosity().value, gray.porosity().value, 0.01);
+    const auto surface = io::read_stl(target / "solid.stl");
+    double of_surface = 0.0;
+    for (const auto& triangle : surface.triangles) {
+        const auto point = [&](std::size_t corner) {
+            const auto& p = surface.points[static_cast<std::size_t>(triangle[corner])];
+            return Vec3(p[0], p[1], p[2]);
+        };
+        of_surface += point(0).dot(point(1).cross(point(2))) / 6.0;
+    }
+    EXPECT_NEAR(of_surface / (10.0 * volume), 1.0, 0.02) << "closed, and the normals point outwards";
+    for (const char* file : {"labels.vti", "grains.csv", "step_1_scan.png", "step_2_threshold.png", "step_3_filled.png",
+                             "step_4_grains.png", "step_5_kept.png"})
+        EXPECT_TRUE(std::filesystem::exists(target / file)) << file;
+}
+
+TEST(Segment, MergedAndSplitGrainsAreFlagged) {
+    // Two spheres that overlap deeply stay one grain of twice the volume beside five of one.
+    packing::Packing packing{.container = packing::parse_container("cylinder:0.032,0.032"),
+                             .shapes = {shapes::make_preset(shapes::ShapeKind::sphere, 0.008, 0.0)},
+                             .bodies = {}};
+    for (const auto& at : {Vec3(0.009, 0.0, 0.01), Vec3(-0.009, 0.0, 0.01), Vec3(0.0, 0.009, 0.01), Vec3(0.0, -0.009, 0.01),
+                           Vec3(0.009, 0.0, 0.022), Vec3(0.0, 0.0, 0.019), Vec3(0.0, 0.0, 0.025)})
+        packing.bodies.push_back({.shape = 0, .position_m = at});
+    const test::Folder folder;
+    const Path scan = write_scan(folder, packing);
+    const auto counted = [&](double separation) {
+        const Path target = folder.path() / std::to_string(separation);
+        std::filesystem::create_directory(target);
+        return stages::segment_image(scan, {}, packing.container, {.separation = separation}, target)["grains"];
+    };
+    const Json merged = counted(0.6), apart = counted(0.2);
+    EXPECT_EQ(merged["merged"], 1) << merged.dump();
+    EXPECT_EQ(merged["whole"], 5);
+    EXPECT_EQ(apart["merged"], 0) << apart.dump();
+    EXPECT_EQ(apart["whole"], 7);
+}
+
+TEST(Segment, EmptyScansAndScansWithoutATubeAreNamed) {
+    const test::Folder folder;
+    packing::Packing packing = stacked_spheres();
+    packing.bodies.resize(5);
+    const Path scan = write_scan(folder, packing);
+    const auto message = [&](const imaging::ImageConfig& image, const std::optional<packing::Container>& container) -> std::string {
+        try {
+            (void)stages::segment_image(scan, image, container, {}, folder.path());
+        } catch (const UserError& error) {
+            return error.what();
+        }
+        return "accepted";
+    };
+    EXPECT_TRUE(test::has(message({}, packing.container), "no grain is left: 5 are cut"));
+    EXPECT_TRUE(test::has(message({.find_container = true}, packing.container), "exclude each other"));
+    GrayImage open = converters::simulated_scan(packing::Grains(packing), packing.container, 4e-4, {.blur_voxels = 0.7});
+    imaging::write_volume(folder.path() / "open.nrrd", source_of(open));
+    EXPECT_THROW((void)stages::segment_image(folder.path() / "open.nrrd", {.find_container = true}, std::nullopt, {}, folder.path()),
+                 UserError);
+}
+
+}  // namespace
+}  // namespace porepack
