@@ -60,6 +60,11 @@ constexpr std::array<core::Choice<TortuosityKind>, 4> choices_of(TortuosityKind)
 /// Hydraulic tortuosity of flow.vti, or of an OpenFOAM case that has run.
 [[nodiscard]] core::Json hydraulic_tortuosity_of(const core::Path& flow, const std::vector<double>& section_m);
 
+/// The pore space of the section described: chords, pore sizes, critical diameter, correlation; CSV files and pores.svg.
+[[nodiscard]] core::Json run_pores(const converters::PoreSpace& space, const converters::GeometryConfig& geometry,
+                                   const core::Path& folder);
+[[nodiscard]] Expectation expect_pores(const converters::PoreSpace& space, const converters::GeometryConfig& geometry);
+
 /// A simulated test: times by Eq. 18 and by the full equation, and falling_head.csv in `folder` if there is one.
 [[nodiscard]] core::Json simulate_falling_head(double permeability_m2, double inertial_permeability_m,
                                                const falling_head::FallingHeadConfig& config, const core::Path* folder);

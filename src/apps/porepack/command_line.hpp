@@ -77,6 +77,7 @@ void add_falling_head_commands(CommandLine& line);
 void add_study_commands(CommandLine& line);
 void add_design_command(CommandLine& line);
 void add_image_commands(CommandLine& line);
+void add_pores_command(CommandLine& line);
 void add_tools(CommandLine& line);
 
 void print_result(const Common& common, const core::Json& json);

@@ -1,0 +1,56 @@
+// The pore space described: chords, pore sizes, critical diameter, two-point correlation.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "core/grid.hpp"
+#include "packing/grains.hpp"
+
+namespace porepack::pores {
+
+/// Lengths of straight lines in the pores between two walls. Chords that a plane of the section cuts are left out.
+struct Chords {
+    std::vector<double> lengths_m;  ///< ascending
+    double mean_m = 0.0;
+    double deviation_m = 0.0;  ///< equal to the mean where lengths are exponentially distributed, as between overlapping spheres
+};
+/// On all rows of voxels along an axis.
+[[nodiscard]] Chords chords_of_voxels(const core::PhaseImage& image, int axis, bool periodic);
+/// On about `lines` vertical lines, exact. A container that is periodic along z is taken as a whole, and nothing is cut.
+[[nodiscard]] Chords vertical_chords(const packing::Solid& solid, const packing::Container& container, const packing::Section& section,
+                                     long lines = 40000);
+
+/// Distance from the centre of each pore voxel to the nearest wall, which lies half a voxel before the centre of the nearest other voxel; 0
+/// in other voxels. By parabolas along the axes (Felzenszwalb & Huttenlocher 2012). Beyond open sides there are no walls.
+[[nodiscard]] std::vector<float> wall_distance_m(const core::PhaseImage& image, const std::array<bool, 3>& periodic);
+
+/// The same from exact grains and the container's exact walls.
+[[nodiscard]] std::vector<float> wall_distance_m(const core::PhaseImage& image, const packing::Grains& grains,
+                                                 const packing::Container& container);
+
+/// Diameter of the largest sphere in the pores that contains the voxel's centre (Hildebrand & Ruegsegger 1997); 0 outside the pores.
+[[nodiscard]] std::vector<float> pore_diameter_m(const core::PhaseImage& image, const std::vector<float>& distance_m,
+                                                 const std::array<bool, 3>& periodic);
+
+/// Diameter of the largest sphere that passes from the first to the last layer along `axis`, over faces of voxels; nothing where no path
+/// leads through. With distances from voxels it is up to two voxels too small.
+[[nodiscard]] std::optional<double> critical_diameter_m(const core::PhaseImage& image, const std::vector<float>& distance_m, int axis);
+
+/// Permeability of Katz & Thompson (1986): d_c^2 / 226 times the relative diffusivity.
+[[nodiscard]] double katz_thompson_m2(double critical_diameter_m, double relative_diffusivity);
+
+/// Probability that both ends of a segment of length r lie in pores, of those with both ends in the container.
+struct Correlation {
+    std::vector<double> distance_m;                  ///< whole voxels, from 0
+    std::array<std::vector<double>, 3> probability;  ///< along x, y, z
+    [[nodiscard]] double porosity() const { return (probability[0][0] + probability[1][0] + probability[2][0]) / 3.0; }
+    /// Surface per volume from the slope at 0 by the first two distances; mean of the axes, for surfaces of any direction.
+    [[nodiscard]] double surface_per_volume_m() const;
+    /// Integral of the normalised covariance over all space, as if it were isotropic, up to its first zero (Lantuejoul 1991).
+    [[nodiscard]] double integral_range_m3() const;
+};
+[[nodiscard]] Correlation correlate(const core::PhaseImage& image, const std::array<bool, 3>& periodic, double farthest_m);
+
+}  // namespace porepack::pores

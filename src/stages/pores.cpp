@@ -1,0 +1,162 @@
+// The pore space described: chords, pore sizes, critical diameter, correlation.
+#include "pores/pores.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "core/error.hpp"
+#include "core/log.hpp"
+#include "core/machine.hpp"
+#include "core/table.hpp"
+#include "report/plot.hpp"
+#include "stages/results.hpp"
+#include "stages/stages.hpp"
+#include "tortuosity/tortuosity.hpp"
+
+namespace porepack::stages {
+using namespace core;
+using namespace converters;
+using namespace packing;
+using namespace pores;
+namespace {
+
+constexpr const char* axes = "xyz";
+// Phase, distance, diameter and tree of a voxel, and the order of the voxels.
+constexpr double bytes_per_voxel = 1.0 + 4.0 + 4.0 + 4.0 + 4.0 + 1.0;
+
+Json json_of_chords(const Chords& chords, const char* source) {
+    return {{"chords", chords.lengths_m.size()}, {"mean_m", chords.mean_m}, {"standard_deviation_m", chords.deviation_m}, {"from", source}};
+}
+
+// Share of the chords that are longer, at 200 lengths.
+void write_chords(const Path& file, const std::array<Chords, 3>& chords) {
+    double longest = 0.0;
+    for (const Chords& along : chords)
+        if (!along.lengths_m.empty()) longest = std::max(longest, along.lengths_m.back());
+    Table table({"length_m", "longer_x", "longer_y", "longer_z"});
+    constexpr int rows = 200;
+    for (int i = 0; i < rows; ++i) {
+        const double length = longest * i / rows;
+        std::array<std::optional<double>, 3> longer;
+        for (std::size_t a = 0; a < 3; ++a) {
+            const auto& all = chords[a].lengths_m;
+            if (all.empty()) continue;
+            longer[a] = static_cast<double>(all.end() - std::upper_bound(all.begin(), all.end(), length)) / static_cast<double>(all.size());
+        }
+        table.add(length, longer[0], longer[1], longer[2]);
+    }
+    table.write(file);
+}
+
+struct Sizes {
+    std::vector<double> diameter_m;  ///< of every pore voxel, ascending
+    [[nodiscard]] double quantile(double part) const {
+        return diameter_m[std::min(diameter_m.size() - 1, static_cast<std::size_t>(part * static_cast<double>(diameter_m.size())))];
+    }
+};
+
+void write_sizes(const Path& file, const Sizes& sizes) {
+    Table table({"diameter_m", "pore_volume_in_wider_pores"});
+    const double total = static_cast<double>(sizes.diameter_m.size());
+    constexpr int rows = 200;
+    for (int i = 0; i <= rows; ++i) {
+        const double diameter = sizes.diameter_m.back() * i / rows;
+        const auto wider = sizes.diameter_m.end() - std::lower_bound(sizes.diameter_m.begin(), sizes.diameter_m.end(), diameter);
+        table.add(diameter, static_cast<double>(wider) / total);
+    }
+    table.write(file);
+}
+
+void write_correlation(const Path& file, const Correlation& found) {
+    Table table({"distance_m", "probability_x", "probability_y", "probability_z"});
+    for (std::size_t r = 0; r < found.distance_m.size(); ++r)
+        table.add(found.distance_m[r], found.probability[0][r], found.probability[1][r], found.probability[2][r]);
+    table.write(file);
+}
+
+}  // namespace
+
+Expectation expect_pores(const PoreSpace& space, const GeometryConfig& geometry) {
+    const VoxelPlan plan = space.section_only().plan_at(space.voxel_size_m(geometry.voxel_size_m));
+    const auto cells = static_cast<double>(plan.grid.size());
+    return {.text = fmt::format("{} x {} x {} voxels of {:.4g} m", plan.grid.cells[0], plan.grid.cells[1], plan.grid.cells[2],
+                                plan.voxel_size_m),
+            .memory_bytes = std::max(bytes_per_voxel * cells, tortuosity::diffusive_memory_bytes(cells)),
+            .wall_time_s = 2e-5 * cells};
+}
+
+Json run_pores(const PoreSpace& space, const GeometryConfig& geometry, const Path& folder) {
+    require_memory(expect_pores(space, geometry).memory_bytes, "the voxels of the pores", "use a larger voxel size or a shorter section");
+    const PoreSpace part = space.section_only();
+    const PhaseImage image = part.voxelise_at(space.voxel_size_m(geometry.voxel_size_m));
+    const std::array<bool, 3> periodic = space.periodic_sides();
+    const double h = image.grid.spacing_m[0];
+    if (std::count(image.phase.begin(), image.phase.end(), static_cast<std::uint8_t>(Phase::pore)) == 0)
+        throw UserError("the section has no pores at this voxel size", {.where = space.source, .fix = "use smaller voxels"});
+
+    log_info("pores: chords and correlation");
+    std::array<Chords, 3> chords;
+    Json json_of_axes = Json::object();
+    for (std::size_t a = 0; a < 3; ++a) {
+        const bool exact = a == 2 && space.solid;
+        chords[a] = exact ? vertical_chords(*space.solid, space.container, space.section)
+                          : chords_of_voxels(image, static_cast<int>(a), periodic[a]);
+        json_of_axes[std::string(1, axes[a])] = json_of_chords(chords[a], exact ? "exact" : "voxels");
+    }
+    write_chords(folder / "chords.csv", chords);
+    const shapes::Vec3 inner = space.container.high() - space.container.low();
+    const double farthest = std::isfinite(space.grain_size_m) ? 6.0 * space.grain_size_m : 0.25 * inner.x();
+    const Correlation correlation = correlate(image, periodic, farthest);
+    write_correlation(folder / "correlation.csv", correlation);
+
+    log_info("pores: sizes");
+    const std::vector<float> distance =
+        space.grains ? wall_distance_m(image, *space.grains, space.container) : wall_distance_m(image, periodic);
+    const std::vector<float> diameter = pore_diameter_m(image, distance, periodic);
+    Sizes sizes;
+    for (std::size_t cell = 0; cell < diameter.size(); ++cell)
+        if (image.phase[cell] == Phase::pore && diameter[cell] > 0.0F) sizes.diameter_m.push_back(static_cast<double>(diameter[cell]));
+    std::sort(sizes.diameter_m.begin(), sizes.diameter_m.end());
+    write_sizes(folder / "pore_sizes.csv", sizes);
+    Json critical = Json::object();
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto d = critical_diameter_m(image, distance, axis);
+        critical[std::string(1, axes[axis])] = d ? Json(*d) : Json(nullptr);
+    }
+
+    log_info("pores: diffusion along z, for Katz & Thompson's permeability");
+    Json katz = nullptr, diffusivity = nullptr;
+    if (!critical["z"].is_null()) {
+        const double relative = tortuosity::diffusive_tortuosity(image, 2, periodic).relative_diffusivity;
+        diffusivity = relative;
+        katz = katz_thompson_m2(critical["z"].get<double>(), relative);
+    }
+    report::draw_plot(folder / "pores.svg", "pores", {{"porosity", correlation.porosity()}}, {.width = 1100, .height = 380});
+
+    const double eps = correlation.porosity(), range = correlation.integral_range_m3();
+    const double volume = space.container.inner_area_m2() * space.section.length();
+    return {{"voxel_size_m", h},
+            {"section_m", section_json(space.section)},
+            {"porosity_of_voxels", eps},
+            {"chords", json_of_axes},
+            {"pore_diameter_median_m", sizes.quantile(0.5)},
+            {"pore_diameter_10_percent_m", sizes.quantile(0.1)},
+            {"pore_diameter_90_percent_m", sizes.quantile(0.9)},
+            {"critical_diameter_m", critical},
+            {"critical_diameter_uncertainty_m", (space.grains ? 1.5 : 2.0) * h},
+            {"relative_diffusivity", diffusivity},
+            {"permeability_katz_thompson_m2", katz},
+            {"surface_per_volume_per_m", correlation.surface_per_volume_m()},
+            {"integral_range_m3", range},
+            {"porosity_scatter_of_such_sections", std::sqrt(eps * (1.0 - eps) * range / volume)},
+            {"meaning",
+             "chords: between two walls, without those that the section cuts; pore diameters: by volume, of the largest sphere in the "
+             "pores that covers a point; critical diameter: "
+             "of the largest sphere that passes through; Katz & Thompson: an estimate within a factor of two or so; scatter: standard "
+             "deviation of the porosity of other sections as large as this one, from the integral range"}};
+}
+
+}  // namespace porepack::stages

@@ -1,0 +1,141 @@
+// The pore space described, against exact answers.
+#include <random>
+
+#include "converters/pore_space.hpp"
+#include "helpers.hpp"
+#include "lbm/known.hpp"
+#include "pores/pores.hpp"
+#include "stages/stages.hpp"
+
+namespace porepack {
+namespace {
+
+using core::Phase;
+using core::PhaseImage;
+using namespace pores;
+
+constexpr std::array<bool, 3> all_periodic = {true, true, true};
+
+// Spheres of radius 1 at random places of a periodic box: lengths of chords are exponential with mean 1/(pi n), the correlation is known.
+packing::Packing overlapping_spheres(double side, int count) {
+    packing::Packing packing{.container = {.kind = packing::Container::Kind::box, .size_m = {side, side, side}, .periodic = all_periodic},
+                             .shapes = {shapes::make_preset(shapes::ShapeKind::sphere, 2.0, 0.0)},
+                             .bodies = {}};
+    std::mt19937 random(11);
+    std::uniform_real_distribution<double> place(0.0, side);
+    for (int i = 0; i < count; ++i)
+        packing.bodies.push_back({.shape = 0, .position_m = shapes::Vec3(place(random), place(random), place(random))});
+    return packing;
+}
+
+TEST(Pores, OverlappingSpheres) {
+    const double side = 24.0, number = 1500.0 / std::pow(side, 3.0), pi = std::numbers::pi;
+    const auto space = converters::pore_space_of(overlapping_spheres(side, 1500));
+    const double eps = std::exp(-4.0 / 3.0 * pi * number), chord = 1.0 / (pi * number);
+    const Chords exact = vertical_chords(*space.solid, space.container, space.section);
+    EXPECT_NEAR(exact.mean_m / chord, 1.0, 0.04);
+    EXPECT_NEAR(exact.deviation_m / exact.mean_m, 1.0, 0.05) << "exponential";
+    const PhaseImage image = space.voxelise_at(0.15);
+    for (int axis = 0; axis < 3; ++axis) {
+        const Chords voxels = chords_of_voxels(image, axis, true);
+        EXPECT_NEAR(voxels.mean_m / chord, 1.0, 0.08) << "a chord shorter than a voxel may be missed";
+    }
+    const Correlation found = correlate(image, all_periodic, 3.0);
+    EXPECT_NEAR(found.porosity(), eps, 0.02);
+    for (std::size_t r = 0; r < found.distance_m.size(); ++r) {
+        const double distance = found.distance_m[r], half = 0.5 * distance;
+        const double joined = distance < 2.0 ? 4.0 / 3.0 * pi * (1.0 + 1.5 * half - 0.5 * half * half * half) : 8.0 / 3.0 * pi;
+        const double mean = (found.probability[0][r] + found.probability[1][r] + found.probability[2][r]) / 3.0;
+        EXPECT_NEAR(mean, std::exp(-number * joined), 0.02) << distance;
+    }
+    EXPECT_NEAR(found.surface_per_volume_m() / (4.0 * pi * number * eps), 1.0, 0.04);
+}
+
+TEST(Pores, SlitsHaveTheirWidth) {
+    for (const int width : {5, 10, 20}) {
+        PhaseImage image{
+            .grid = {.cells = {width + 4, 12, 12}, .origin_m = {0, 0, 0}, .spacing_m = {0.1, 0.1, 0.1}}, .phase = {}, .notes = {}};
+        for (int k = 0; k < 12; ++k)
+            for (int j = 0; j < 12; ++j)
+                for (int i = 0; i < width + 4; ++i) image.phase.push_back(i >= 2 && i < width + 2 ? Phase::pore : Phase::grain);
+        const std::array<bool, 3> periodic = {false, true, true};
+        const auto distance = wall_distance_m(image, periodic);
+        const auto diameter = pore_diameter_m(image, distance, periodic);
+        const double middle = 0.1 * (width % 2 == 1 ? width : width - 1);  // spheres around centres of voxels
+        for (std::size_t cell = 0; cell < diameter.size(); ++cell)
+            if (image.phase[cell] == Phase::pore) {
+                ASSERT_NEAR(diameter[cell], middle, 1e-5) << width;
+            }
+        EXPECT_NEAR(critical_diameter_m(image, distance, 2).value(), middle, 1e-5);
+        EXPECT_FALSE(critical_diameter_m(image, distance, 0).has_value());
+        const Chords chords = chords_of_voxels(image, 0, false);
+        EXPECT_NEAR(chords.mean_m, 0.1 * width, 1e-12);
+        EXPECT_EQ(chords.lengths_m.size(), 144U);
+        EXPECT_TRUE(chords_of_voxels(image, 2, true).lengths_m.empty()) << "nothing ends a row along the slit";
+    }
+}
+
+// Four spheres in contact leave a throat of sqrt(2) - 1 diameters.
+TEST(Pores, TheThroatBetweenSpheresInContact) {
+    const auto flow = lbm::sphere_array(std::numbers::pi / 6.0, 42.1005, lbm::simple_cubic());
+    std::vector<double> errors;
+    for (const double voxels : {20.0, 40.0, 80.0}) {
+        const PhaseImage image = flow.pore_space().voxelise_at(1.0 / voxels);
+        const double throat = std::numbers::sqrt2 - 1.0;
+        const double found = critical_diameter_m(image, wall_distance_m(image, all_periodic), 2).value();
+        EXPECT_GT(found, throat - 2.2 / voxels);
+        EXPECT_LT(found, throat + 0.1 / voxels);
+        const auto exact = wall_distance_m(image, packing::Grains(flow.packing), flow.container);
+        errors.push_back(std::abs(critical_diameter_m(image, exact, 2).value() - throat));
+        EXPECT_LT(errors.back(), 1.5 / voxels) << "the throat's middle lies between four voxels";
+    }
+    EXPECT_LT(errors[2], 0.6 * errors[0]);
+}
+
+TEST(Pores, DistancesAreExact) {
+    PhaseImage image{.grid = {.cells = {9, 8, 7}, .origin_m = {0, 0, 0}, .spacing_m = {1, 1, 1}},
+                     .phase = std::vector<std::uint8_t>(504, Phase::pore),
+                     .notes = {}};
+    std::mt19937 random(5);
+    for (int i = 0; i < 12; ++i) image.phase[random() % 504] = Phase::grain;
+    for (const bool periodic : {false, true}) {
+        const auto distance = wall_distance_m(image, {periodic, periodic, periodic});
+        for (int k = 0; k < 7; ++k)
+            for (int j = 0; j < 8; ++j)
+                for (int i = 0; i < 9; ++i) {
+                    double nearest = 1e9;
+                    const auto apart = [&](int a, int b, int n) {
+                        const int d = std::abs(a - b);
+                        return static_cast<double>(periodic ? std::min(d, n - d) : d);
+                    };
+                    for (int c = 0; c < 7; ++c)
+                        for (int b = 0; b < 8; ++b)
+                            for (int a = 0; a < 9; ++a)
+                                if (image.phase[image.grid.index(a, b, c)] != Phase::pore)
+                                    nearest = std::min(nearest, std::hypot(apart(i, a, 9), apart(j, b, 8), apart(k, c, 7)));
+                    const double expected = nearest == 0.0 ? 0.0 : nearest - 0.5;
+                    ASSERT_NEAR(distance[image.grid.index(i, j, k)], expected, 1e-5);
+                }
+    }
+}
+
+TEST(Pores, TheCommandWritesNumbersTablesAndAFigure) {
+    const test::Folder folder;
+    auto packing = overlapping_spheres(12.0, 150);
+    packing.overlap_allowed = true;
+    write_packing(folder.path() / "packing.json", packing);
+    const auto run = test::porepack("pores --json --voxel-size 0.3 --output " + test::quoted(folder.path() / "out") + " " +
+                                    test::quoted(folder.path() / "packing.json"));
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    const core::Json json = run.json();
+    EXPECT_GT(json["critical_diameter_m"]["z"].get<double>(), 0.3);
+    EXPECT_LT(json["pore_diameter_10_percent_m"].get<double>(), json["pore_diameter_90_percent_m"].get<double>());
+    EXPECT_GT(json["permeability_katz_thompson_m2"].get<double>(), 0.0);
+    for (const char* file : {"chords.csv", "pore_sizes.csv", "correlation.csv"})
+        EXPECT_TRUE(std::filesystem::exists(folder.path() / "out" / file)) << file;
+    const auto refused = test::porepack("pores " + test::quoted(folder.write("case.toml", "").parent_path()));
+    EXPECT_TRUE(test::has(refused.err, "not of a case")) << refused.err;
+}
+
+}  // namespace
+}  // namespace porepack
