@@ -25,23 +25,10 @@ struct Row {
     bool held = false;
 };
 
-imaging::VolumeSource source_of(const GrayImage& image) {
-    imaging::VolumeSource source;
-    for (std::size_t a = 0; a < 3; ++a) {
-        source.header.voxels[a] = image.grid.cells[a];
-        source.header.spacing_m[a] = image.grid.spacing_m[a];
-    }
-    source.header.type = imaging::ValueType::float32;
-    source.read = [&image, layer = static_cast<std::size_t>(source.header.layer())](std::int64_t first, std::span<float> values) {
-        for (std::size_t i = 0; i < values.size(); ++i)
-            values[i] = static_cast<float>(image.at(static_cast<std::size_t>(first) * layer + i));
-    };
-    return source;
-}
-
 Row measure(const KnownFlow& flow, double voxels, double blur, double noise, unsigned seed) {
     const GrayImage scan = simulated_scan(*flow.solid, flow.container, flow.diameter_m / voxels, {blur, noise, seed});
-    const GrayInput input = read_gray(source_of(scan), {.threshold = "volume", .gray_levels = {0.0, 1.0}}, flow.container, flow.name);
+    const GrayInput input =
+        read_gray(imaging::scan_of(scan, 0.0, 1.0), {.threshold = "volume", .gray_levels = {0.0, 1.0}}, flow.container, flow.name);
     const PoreSpace space = pore_space_of(input.solid, flow.container, {0.0, flow.container.height()}, flow.name);
     const LbmConfig config{.direction = flow.direction, .fields = FieldFiles::none};
     LbmResult result = lbm_permeability(space, space.voxel_size_m(0.0), config);

@@ -8,6 +8,7 @@
 #include "core/data_file.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
+#include "imaging/gray.hpp"
 #include "imaging/write_volume.hpp"
 #include "stages/inputs.hpp"
 #include "stages/segment.hpp"
@@ -25,20 +26,6 @@ struct Scene {
     Section part;
     double separation;
 };
-
-imaging::VolumeSource source_of(const GrayImage& image) {
-    imaging::VolumeSource source;
-    for (std::size_t a = 0; a < 3; ++a) {
-        source.header.voxels[a] = image.grid.cells[a];
-        source.header.spacing_m[a] = image.grid.spacing_m[a];
-    }
-    source.header.type = imaging::ValueType::float32;
-    source.read = [&image, layer = static_cast<std::size_t>(source.header.layer())](std::int64_t first, std::span<float> values) {
-        for (std::size_t i = 0; i < values.size(); ++i)
-            values[i] = static_cast<float>(60.0 + 120.0 * image.at(static_cast<std::size_t>(first) * layer + i));
-    };
-    return source;
-}
 
 struct Scores {
     int whole = 0, above_95 = 0, above_80 = 0;
@@ -103,7 +90,7 @@ Json segment_benchmark(bool quick, const Path& given) {
         {
             const GrayImage image = simulated_scan(grains, packing.container, scene.voxel_m,
                                                    {.blur_voxels = 0.7, .noise = 0.05, .seed = 4, .tube = true, .part = scene.part});
-            write_volume(scan, source_of(image));
+            write_volume(scan, imaging::scan_of(image, 60.0, 180.0));
         }
         make_folder(target);
         Stopwatch watch;

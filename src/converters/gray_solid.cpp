@@ -155,22 +155,19 @@ std::unique_ptr<SolidProbe> GraySolid::probe() const {
 namespace {
 
 // Columns of voxels inside the container, at most about `most` of them, evenly spread.
-struct Columns {
-    std::vector<std::array<int, 2>> place;
-};
+using Columns = std::vector<std::array<int, 2>>;
 Columns columns_in(const Grid& grid, const Container& container, double margin_voxels, std::size_t most) {
     const bool round = container.kind == Container::Kind::cylinder;
     const double radius = 0.5 * container.diameter_m - margin_voxels * grid.spacing_m[0];
     Columns all;
     for (int j = 0; j < grid.cells[1]; ++j)
         for (int i = 0; i < grid.cells[0]; ++i)
-            if (!round || std::hypot(grid.centre(0, i), grid.centre(1, j)) < radius) all.place.push_back({i, j});
-    if (all.place.empty()) throw UserError("the image is too small: no voxel lies away from the container's wall");
-    if (all.place.size() <= most) return all;
+            if (!round || std::hypot(grid.centre(0, i), grid.centre(1, j)) < radius) all.push_back({i, j});
+    if (all.empty()) throw UserError("the image is too small: no voxel lies away from the container's wall");
+    if (all.size() <= most) return all;
     Columns some;
-    const double step = static_cast<double>(all.place.size()) / static_cast<double>(most);
-    for (double at = 0.5 * step; at < static_cast<double>(all.place.size()); at += step)
-        some.place.push_back(all.place[static_cast<std::size_t>(at)]);
+    const double step = static_cast<double>(all.size()) / static_cast<double>(most);
+    for (double at = 0.5 * step; at < static_cast<double>(all.size()); at += step) some.push_back(all[static_cast<std::size_t>(at)]);
     return some;
 }
 
@@ -180,12 +177,12 @@ constexpr std::size_t most_columns = 20000;
 double solid_fraction(const GraySolid& solid, const Columns& columns) {
     const Grid& grid = solid.image()->grid;
     const double h = grid.spacing_m[0];
-    std::vector<double> lengths(columns.place.size());
+    std::vector<double> lengths(columns.size());
     parallel_for(lengths.size(), [&](std::size_t c) {
         thread_local std::vector<Interval> parts;
         for (const double dx : {-0.25, 0.25})
             for (const double dy : {-0.25, 0.25}) {
-                solid.column(grid.centre(0, columns.place[c][0]) + dx * h, grid.centre(1, columns.place[c][1]) + dy * h, parts);
+                solid.column(grid.centre(0, columns[c][0]) + dx * h, grid.centre(1, columns[c][1]) + dy * h, parts);
                 for (const Interval& part : parts) lengths[c] += 0.25 * (part.high - part.low);
             }
     });
@@ -196,9 +193,9 @@ double solid_fraction(const GraySolid& solid, const Columns& columns) {
 
 double gray_fraction(const GrayImage& image, const Columns& columns) {
     double sum = 0.0;
-    for (const auto& [i, j] : columns.place)
+    for (const auto& [i, j] : columns)
         for (int k = 0; k < image.grid.cells[2]; ++k) sum += image.at(image.grid.index(i, j, k));
-    return sum / (static_cast<double>(columns.place.size()) * image.grid.cells[2]);
+    return sum / (static_cast<double>(columns.size()) * image.grid.cells[2]);
 }
 
 // A wall that a Gaussian blurs has there the slope 1 / (sigma sqrt(2 pi)). The voxels add the variance 1/12, differences of neighbours at a
@@ -208,7 +205,7 @@ double blur_of(const GraySolid& solid, const Columns& columns) {
     const Grid& grid = image.grid;
     const double level = solid.level();
     std::vector<double> slopes;
-    for (const auto& [i, j] : columns.place) {
+    for (const auto& [i, j] : columns) {
         if (i == 0 || j == 0 || i + 1 == grid.cells[0] || j + 1 == grid.cells[1]) continue;
         for (int k = 1; k + 2 < grid.cells[2]; ++k) {
             const std::size_t cell = grid.index(i, j, k);
@@ -232,7 +229,7 @@ double blur_of(const GraySolid& solid, const Columns& columns) {
 double area_per_volume(const GrayImage& image, double level, const Columns& columns) {
     const Grid& grid = image.grid;
     double crossings = 0.0, pairs = 0.0;
-    for (const auto& [i, j] : columns.place)
+    for (const auto& [i, j] : columns)
         for (int k = 0; k + 1 < grid.cells[2]; ++k) {
             if (i + 1 == grid.cells[0] || j + 1 == grid.cells[1]) continue;
             const bool here = image.at(grid.index(i, j, k)) > level;
@@ -267,7 +264,7 @@ Plateaus plateaus(const GraySolid& solid, const Container& container, int depth_
     const GrayImage& image = *solid.image();
     const Grid& grid = image.grid;
     std::vector<std::uint8_t> counted(static_cast<std::size_t>(grid.cells[0]) * static_cast<std::size_t>(grid.cells[1]), 0);
-    for (const auto& [i, j] : columns_in(grid, container, margin_voxels, counted.size()).place) counted[grid.index(i, j, 0)] = 1;
+    for (const auto& [i, j] : columns_in(grid, container, margin_voxels, counted.size())) counted[grid.index(i, j, 0)] = 1;
     // depth[cell]: number of steps from the nearest voxel of the other phase, alternately over faces and over corners too.
     std::vector<std::uint8_t> depth(grid.size(), static_cast<std::uint8_t>(depth_voxels + 1));
     const std::uint16_t level = GrayImage::pack(solid.level());

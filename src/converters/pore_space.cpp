@@ -83,8 +83,8 @@ std::optional<FlowWalls> PoreSpace::walls() const {
 
 bool PoreSpace::computes_whole_bed() const {
     const double rounding = 1e-9 * container.height();
-    return ends == Ends::in_situ && !image && image_voxel_size_m == 0.0 && !container.periodic[2] && std::abs(computed().z0 - bed_bottom_m) < rounding &&
-           std::abs(computed().z1 - bed_top_m) < rounding;
+    return ends == Ends::in_situ && !image && image_voxel_size_m == 0.0 && !container.periodic[2] &&
+           std::abs(computed().z0 - bed_bottom_m) < rounding && std::abs(computed().z1 - bed_top_m) < rounding;
 }
 
 PoreSpace PoreSpace::section_only() const {
@@ -144,7 +144,11 @@ bool PoreSpace::certainly_blocked(double voxel_size_m, const Drive& drive) const
 }
 
 Porosity PoreSpace::porosity(long lines) const {
-    if (solid) return packing::porosity(*solid, container, section, lines);
+    if (solid) {
+        Porosity found = packing::porosity(*solid, container, section, lines);
+        found.uncertainty = std::hypot(found.uncertainty, image_porosity_error);
+        return found;
+    }
     const PoreSpace part = section_only();
     double pores = 0.0, inside = 0.0;
     for (const std::uint8_t phase : part.image->phase) {
@@ -186,7 +190,10 @@ PoreSpace pore_space_of(PhaseImage image, const Container& container, const Sect
 void require_fit(const Grid& grid, const Container& container, const Section& section, const std::string& where, bool shows_wall) {
     require_same_width(grid, container, where, shows_wall);
     const double h = grid.spacing_m[2], z0 = grid.origin_m[2], z1 = z0 + grid.cells[2] * h;
-    if (section.z0 < z0 - 0.5 * h || section.z1 > z1 + 0.5 * h || section.length() < h)
+    if (section.length() >= 0.0 && section.length() < h)
+        throw UserError(fmt::format("the section from {:g} to {:g} m is thinner than a voxel", section.z0, section.z1),
+                        {.where = where, .allowed = fmt::format("{:g} m or more", h)});
+    if (section.z0 < z0 - 0.5 * h || section.z1 > z1 + 0.5 * h || section.length() < 0.0)
         throw UserError(fmt::format("the section from {:g} to {:g} m is not in the image", section.z0, section.z1),
                         {.where = where, .allowed = fmt::format("{:g} <= z0 < z1 <= {:g} m", z0, z1)});
     if (z0 < -0.5 * h || z1 > container.height() + 1.01 * h)

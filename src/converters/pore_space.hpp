@@ -32,6 +32,7 @@ struct PoreSpace {
     /// Diameter of the thinnest capsule; of a surface 4 volume / area, the diameter of a long capsule; infinite where unknown.
     double grain_size_m = std::numeric_limits<double>::infinity();
     double image_voxel_size_m = 0.0;        ///< of a gray image
+    double image_porosity_error = 0.0;      ///< of a gray image: standard error by its gray levels and the container's wall
     double maximum_feret_diameter_m = 0.0;  ///< of a grain
     double equivalent_diameter_m = 0.0;     ///< of the sphere with the mean volume of a grain; 0 where unknown
     double bed_bottom_m = 0.0;              ///< lowest point of the solid, not below the floor; of an image its first plane

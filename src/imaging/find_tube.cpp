@@ -50,16 +50,18 @@ std::optional<Edge> edge_on_ray(const Projection& projection, double cx, double 
     const auto value = [&](double r) { return projection.at(cx + r * dx, cy + r * dy); };
     double r = reach;
     while (r > 0.2 * reach && value(r) < 0.75) r -= step;
-    double in_tube = 0.0;
+    double in_tube = 0.0, outer = r;  // from its densest place inwards
     while (r > 0.2 * reach && value(r) >= 0.75) {
-        in_tube = std::max(in_tube, value(r));
+        if (value(r) >= in_tube) {
+            in_tube = value(r);
+            outer = r;
+        }
         r -= step;
     }
     if (r <= 0.2 * reach) return std::nullopt;
     double behind = value(r);
     for (double s = r; s > r - 4.0; s -= step) behind = std::min(behind, value(s));
     const double half = 0.5 * (in_tube + behind);
-    double outer = r + 4.0;
     while (outer > r - 4.0 && value(outer - step) > half) outer -= step;
     const double high = value(outer), low = value(outer - step);
     const double at = outer - step * (high > low ? (high - half) / (high - low) : 0.5);

@@ -198,6 +198,24 @@ GrayImage solid_fractions(const VolumeSource& source, const GrayLevels& levels, 
     return image;
 }
 
+VolumeSource scan_of(const GrayImage& image, double pores, double solid, ValueType type) {
+    VolumeSource source;
+    for (std::size_t a = 0; a < 3; ++a) {
+        source.header.voxels[a] = image.grid.cells[a];
+        source.header.spacing_m[a] = image.grid.spacing_m[a];
+    }
+    source.header.type = type;
+    const bool whole = type != ValueType::float32 && type != ValueType::float64;
+    source.read = [&image, pores, solid, whole, layer = static_cast<std::size_t>(source.header.layer())](std::int64_t first,
+                                                                                                         std::span<float> values) {
+        for (std::size_t i = 0; i < values.size(); ++i) {
+            const double value = pores + (solid - pores) * image.at(static_cast<std::size_t>(first) * layer + i);
+            values[i] = static_cast<float>(whole ? std::round(value) : value);
+        }
+    };
+    return source;
+}
+
 double needed_smoothing(double noise) {
     constexpr double allowed = 0.03;
     if (noise <= 1.2 * allowed) return 0.0;

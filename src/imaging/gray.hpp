@@ -31,6 +31,9 @@ using ColumnMask = std::vector<std::uint8_t>;
 /// One pass: 2 bytes per voxel. Throws UserError as segmented().
 [[nodiscard]] core::GrayImage solid_fractions(const VolumeSource& source, const GrayLevels& levels, const std::string& where);
 
+/// The image as a scan whose pores and solid have these gray values. The image must outlive it.
+[[nodiscard]] VolumeSource scan_of(const core::GrayImage& image, double pores, double solid, ValueType type = ValueType::float32);
+
 /// Standard deviation in voxels of the Gaussian that brings white noise down to 3 % of the contrast; 0 where it is smaller.
 [[nodiscard]] double needed_smoothing(double noise);
 

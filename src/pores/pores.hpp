@@ -45,6 +45,7 @@ struct Chords {
 struct Correlation {
     std::vector<double> distance_m;                  ///< whole voxels, from 0
     std::array<std::vector<double>, 3> probability;  ///< along x, y, z
+    std::array<std::vector<double>, 3> differing;    ///< probability that one end lies in a pore and the other one does not
     [[nodiscard]] double porosity() const { return (probability[0][0] + probability[1][0] + probability[2][0]) / 3.0; }
     /// Surface per volume from the slope at 0 by the first two distances; mean of the axes, for surfaces of any direction.
     [[nodiscard]] double surface_per_volume_m() const;

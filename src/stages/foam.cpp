@@ -55,12 +55,16 @@ const char* interval_meaning(const FoamConfig& config, const std::optional<FoamE
 }  // namespace
 
 Expectation expect_foam(const PoreSpace& space, const FoamConfig& config) {
-    if (space.image) throw UserError("OpenFOAM needs a surface, and the input is an image", {.where = space.source, .fix = "porepack lbm"});
+    if (space.image || space.gray)
+        throw UserError("OpenFOAM needs a surface, and the input is an image",
+                        {.where = space.source, .fix = "porepack lbm, or porepack image segment, which writes solid.stl"});
     return expect(space, cell_size_m(space, config), space.porosity(4000).value, config);
 }
 
 Json run_foam(const PoreSpace& space, const GeometryConfig& geometry, const FoamConfig& config, const Path& folder) {
-    if (space.image) throw UserError("OpenFOAM needs a surface, and the input is an image", {.where = space.source, .fix = "porepack lbm"});
+    if (space.image || space.gray)
+        throw UserError("OpenFOAM needs a surface, and the input is an image",
+                        {.where = space.source, .fix = "porepack lbm, or porepack image segment, which writes solid.stl"});
     const double cell = cell_size_m(space, config);
     if (space.ends == Ends::paper)
         throw UserError("OpenFOAM has no ends of the paper",

@@ -55,8 +55,10 @@ bool remove_tube(GrayImage& image, const Container& container, double blur_voxel
         for (int i = 0; i < grid.cells[0]; ++i)
             if (const double r = distance(i, j); r > radius + 2.5 * width && r < radius + 2.5 * width + 2.0)
                 for (int k = 0; k < grid.cells[2]; k += 1 + grid.cells[2] / 64) wall.push_back(image.at(grid.index(i, j, k)));
+    // A wall is closed: nearly all of the ring around the container is as dense.
     const double tube = wall.empty() ? 0.0 : median(wall);
-    const bool visible = tube > 0.2;
+    const auto thin = std::count_if(wall.begin(), wall.end(), [&](double value) { return value < 0.5 * tube; });
+    const bool visible = tube > 0.2 && static_cast<double>(thin) < 0.05 * static_cast<double>(wall.size());
     for (int j = 0; j < grid.cells[1]; ++j)
         for (int i = 0; i < grid.cells[0]; ++i) {
             const double r = distance(i, j), part = blurred_step((r - radius) / width);
@@ -103,6 +105,7 @@ double noise_of(const GrayImage& image) {
 // Gray levels from voxels that the blur does not reach: the peaks of a histogram are shifted by partial volumes.
 struct Levels {
     double pores = 0.0, solid = 1.0, pore_error = 0.0, solid_error = 0.0;
+    bool pores_are_deep = false, solid_is_deep = false;  ///< some of their voxels are as far from walls as blur reaches
 };
 Levels refine_levels(GrayImage& image, const Container& container, double blur_voxels) {
     const auto shared = std::make_shared<GrayImage>(std::move(image));
@@ -113,10 +116,12 @@ Levels refine_levels(GrayImage& image, const Container& container, double blur_v
     if (found.pores) {
         levels.pores = found.pores->value;
         levels.pore_error = found.pores->error;
+        levels.pores_are_deep = found.pores->depth_voxels == depth;
     }
     if (found.solid) {
         levels.solid = found.solid->value;
         levels.solid_error = found.solid->error;
+        levels.solid_is_deep = found.solid->depth_voxels == depth;
     }
     rescale(image, levels.pores, levels.solid);
     return levels;
@@ -178,6 +183,11 @@ GrayInput read_gray(const VolumeSource& source, const ImageConfig& config, const
         throw UserError(fmt::format("the threshold is not between the gray levels of pores ({:g}) and solid ({:g})", notes.pore_level,
                                     notes.solid_level),
                         {.where = where, .fix = "--image-threshold volume, or --image-pore-side above where the pores are brighter"});
+    if (notes.noise > 0.2)
+        log_warning(fmt::format("{}: the noise is {:.0f} % of the difference between pores and solid", where, 100.0 * notes.noise));
+    if (!given && !(fine.pores_are_deep && fine.solid_is_deep))
+        log_warning(fmt::format("{}: blur reaches all voxels of the {}, so their gray level is uncertain: give it (--image-gray-levels)",
+                                where, fine.pores_are_deep ? "solid" : "pores"));
     image->level = notes.level;
     notes.threshold = notes.pore_level + notes.level * (notes.solid_level - notes.pore_level);
     const auto solid = std::make_shared<const GraySolid>(image, container);
@@ -195,7 +205,22 @@ GrayInput read_own_gray(const VolumeSource& source, const Container& container, 
     const Json json = Json::parse(source.header.notes.at("gray"), nullptr, false);
     if (json.is_discarded() || !json.is_object())
         throw UserError("the image's field data `gray` is not JSON", {.where = where, .fix = "make the image again from the scan"});
-    input.notes = from_json_members<GrayNotes>(json);
+    try {
+        input.notes = from_json_members<GrayNotes>(json);
+    } catch (const Json::exception&) {
+        throw UserError("the image's field data `gray` has not the expected content",
+                        {.where = where, .fix = "make the image again from the scan"});
+    }
+    const GrayNotes& notes = input.notes;
+    const double level = (notes.threshold - notes.pore_level) / (notes.solid_level - notes.pore_level);
+    const auto within = [](double value, double low, double high) { return value >= low && value <= high; };
+    if (!(std::abs(level - notes.level) < 1e-3 && within(notes.level, 0.02, 0.98) && within(notes.blur_voxels, 0.0, 20.0) &&
+          within(notes.noise, 0.0, 1.0) && within(notes.fraction_error, 0.0, 0.2)))
+        throw UserError(
+            "the image's field data `gray` contradicts itself, or has values that are not possible",
+            {.where = where,
+             .allowed = "level 0.02 to 0.98, which is (threshold - pore_level) / (solid_level - pore_level); blur up to 20 voxels",
+             .fix = "make the image again from the scan"});
     auto image = std::make_shared<GrayImage>(solid_fractions(source, {.pore = 0.0, .solid = 1.0}, where));
     image->level = input.notes.level;
     input.solid = std::make_shared<const GraySolid>(image, container);

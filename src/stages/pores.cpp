@@ -134,7 +134,9 @@ Json run_pores(const PoreSpace& space, const GeometryConfig& geometry, const Pat
         diffusivity = relative;
         katz = katz_thompson_m2(critical["z"].get<double>(), relative);
     }
-    report::draw_plot(folder / "pores.svg", "pores", {{"porosity", correlation.porosity()}}, {.width = 1100, .height = 380});
+    const bool worth_drawing = correlation.distance_m.size() > 2 && !chords[2].lengths_m.empty();
+    if (worth_drawing)
+        report::draw_plot(folder / "pores.svg", "pores", {{"porosity", correlation.porosity()}}, {.width = 1100, .height = 380});
 
     const double eps = correlation.porosity(), range = correlation.integral_range_m3();
     const double volume = space.container.inner_area_m2() * space.section.length();

@@ -192,10 +192,13 @@ Json segment_image(const Path& file, ImageConfig image, const std::optional<Cont
                    const Path& folder) {
     if (image.threshold.is_null()) image.threshold = "volume";
     image.walls = ImageWalls::gray;
+    if (open_volume(file, image).header.own_phases)
+        throw UserError("the image is segmented already", {.where = file.string(), .fix = "give the scan"});
     const ImageInput input = read_image(file, image, given);
     const auto notes = from_json_members<GrayNotes>(input.description.at("gray"));
     GrayImage gray = *input.gray->image();
     const Grid& grid = gray.grid;
+    require_fit(grid, input.container, {0.0, grid.cells[2] * grid.spacing_m[2]}, file.string(), gray.notes.contains("shows_wall"));
     const std::uint16_t level = GrayImage::pack(gray.level);
     Picture picture(grid);
     write_raw_picture(folder / "step_1_scan.png", open_volume(file, image), notes, picture);
@@ -287,7 +290,7 @@ Json segment_image(const Path& file, ImageConfig image, const std::optional<Cont
                 data += fmt::format("{:.6g}\n", grains[g].voxels * std::pow(grid.spacing_m[0], 3.0) / median);
         write_text(folder / "volumes.dat", data);
     }
-    report::draw_plot(folder / "volumes.svg", "volumes");
+    if (median > 0.0) report::draw_plot(folder / "volumes.svg", "volumes");
 
     Json json = input.description;
     json.erase("own");

@@ -69,6 +69,9 @@ SurfaceOptions surface_options(const GeometryConfig& geometry) {
 }
 
 Json write_surfaces(const PoreSpace& space, const GeometryConfig& geometry, const StlConfig& extras, const Path& folder) {
+    if (space.image || space.gray)
+        throw UserError("a surface is made of a packing or an STL file, not of an image",
+                        {.where = space.source, .fix = "porepack image segment writes solid.stl"});
     Json json;
     const Path file = folder / "solid.stl";
     if (space.packing) {

@@ -4,8 +4,11 @@
 
 #include <cstring>
 
+#include "converters/simulated_scan.hpp"
 #include "converters/surface.hpp"
 #include "helpers.hpp"
+#include "imaging/gray.hpp"
+#include "imaging/write_volume.hpp"
 #include "io/image.hpp"
 #include "packing/packing.hpp"
 
@@ -97,6 +100,34 @@ TEST(HostileImage, WhatWasWrongInSilence) {
                  quoted(file) + " --output " + quoted(folder.path() / "round"));
     ASSERT_EQ(round.exit_code, 0) << round.err;
     EXPECT_EQ(round.json()["fine"]["fluid_nodes"], 80 * 20 - 1) << "cells whose centres are in the circle";
+}
+
+// Walls from gray values: each of these crashed, or gave a number without a word.
+TEST(HostileImage, GrayImagesAndTheirFlags) {
+    const test::Folder folder;
+    const Packing packing = three_spheres("box:0.03,0.03,0.036");
+    const core::GrayImage scan = converters::simulated_scan(Grains(packing), packing.container, 1e-3, {.blur_voxels = 0.6, .noise = 0.02});
+    imaging::write_volume(folder.path() / "scan.nrrd", imaging::scan_of(scan, 30.0, 180.0));
+    const std::string file = quoted(folder.path() / "scan.nrrd"), threshold = " --image-threshold volume";
+    const std::string out = " --output " + quoted(folder.path() / "out");
+    for (const char* command : {"foam --dry-run ", "foam ", "stl "}) {
+        const auto output = porepack(command + file + threshold + out);
+        EXPECT_EQ(output.exit_code, 2) << command << output.err;
+        EXPECT_TRUE(has(output.err, "not of an image") || has(output.err, "the input is an image")) << command;
+    }
+    expect_fault("voxelise " + file + " --image-pore 30 --image-threshold 100" + out, "`threshold` has no effect");
+    expect_fault("voxelise " + file + " --image-threshold 100 --image-walls half_way --image-smoothing-voxels 1" + out,
+                 "`smoothing_voxels` has no effect: the walls lie half-way between voxels");
+    expect_fault("image segment " + file + " --container cylinder:0.05,0.036" + out, "the image is 0.03 m wide");
+    expect_fault("voxelise " + file + " --image-find-container" + threshold + out, "the image shows no tube");
+    const auto segmented = porepack("image segment --keep-cut-grains " + file + " --output " + quoted(folder.path() / "seg"));
+    ASSERT_EQ(segmented.exit_code, 0) << segmented.err;
+    const std::string gray = quoted(folder.path() / "seg" / "gray.vti");
+    expect_fault("voxelise " + gray + " --container cylinder:0.03,0.036" + out, "the image states another container");
+    expect_fault("voxelise " + gray + " --image-walls half_way" + out, "`walls` has no effect");
+    expect_fault("image segment " + quoted(folder.path() / "seg" / "pore.vti") + out, "segmented already");
+    const auto slices = porepack("tortuosity geometric_paper " + gray + out);
+    EXPECT_EQ(slices.exit_code, 0) << slices.err;
 }
 
 TEST(HostileImage, ACutPictureIsNamed) {

@@ -588,26 +588,11 @@ TEST(Images, NothingIsTakenInSilence) {
 
 // Walls from gray values.
 
-VolumeSource source_of(const core::GrayImage& image, double low, double high) {
-    VolumeSource source;
-    for (std::size_t a = 0; a < 3; ++a) {
-        source.header.voxels[a] = image.grid.cells[a];
-        source.header.spacing_m[a] = image.grid.spacing_m[a];
-    }
-    source.header.type = ValueType::float32;
-    const auto layer = static_cast<std::size_t>(source.header.layer());
-    source.read = [&image, layer, low, high](std::int64_t first, std::span<float> values) {
-        for (std::size_t i = 0; i < values.size(); ++i)
-            values[i] = static_cast<float>(low + (high - low) * image.at(static_cast<std::size_t>(first) * layer + i));
-    };
-    return source;
-}
-
 double gray_permeability(const lbm::KnownFlow& flow, double voxels, double blur, double noise,
                          std::optional<core::Interval>* interval = nullptr) {
     const core::GrayImage scan = converters::simulated_scan(*flow.solid, flow.container, flow.diameter_m / voxels, {blur, noise, 3});
     const stages::GrayInput input =
-        stages::read_gray(source_of(scan, 0.0, 1.0), {.threshold = "volume", .gray_levels = {0.0, 1.0}}, flow.container, flow.name);
+        stages::read_gray(scan_of(scan, 0.0, 1.0), {.threshold = "volume", .gray_levels = {0.0, 1.0}}, flow.container, flow.name);
     const converters::PoreSpace space = pore_space_of(input.solid, flow.container, {0.0, flow.container.height()}, flow.name);
     EXPECT_NEAR(space.porosity().value, flow.pore_space().porosity().value, 0.002) << flow.name;
     lbm::LbmResult result = lbm_permeability(space, space.voxel_size_m(0.0), {.fields = lbm::FieldFiles::none});
@@ -663,14 +648,14 @@ TEST(GrayWalls, LevelsAreFoundAndTheTubeIsSubtracted) {
     for (const double noise : {0.0, 0.05}) {
         const core::GrayImage image =
             converters::simulated_scan(solid, tube, 4e-4, {.blur_voxels = 0.8, .noise = noise, .seed = 7, .tube = true});
-        const stages::GrayInput input = stages::read_gray(source_of(image, 40.0, 180.0), {.threshold = "volume"}, tube, "scan");
+        const stages::GrayInput input = stages::read_gray(scan_of(image, 40.0, 180.0), {.threshold = "volume"}, tube, "scan");
         EXPECT_NEAR(input.notes.pore_level, 40.0, 0.3);
         EXPECT_NEAR(input.notes.solid_level, 180.0, 0.6);
         EXPECT_NEAR(input.notes.noise, noise, 0.2 * noise + 0.002);
         EXPECT_NEAR(std::hypot(0.8, input.notes.smoothing_voxels), input.notes.blur_voxels, 0.12);
         EXPECT_TRUE(input.notes.tube_removed);
         EXPECT_NEAR(packing::porosity(*input.solid, tube, {0.0, 0.04}).value, exact, 0.002) << noise;
-        const Tube found = find_tube(source_of(image, 40.0, 180.0), PoreSide::below, "scan");
+        const Tube found = find_tube(scan_of(image, 40.0, 180.0), PoreSide::below, "scan");
         EXPECT_NEAR(found.radius_voxels, 50.0, 0.15);
         EXPECT_NEAR(found.x_voxels, 56.0, 0.1);
         EXPECT_NEAR(found.y_voxels, 56.0, 0.1);
@@ -684,7 +669,7 @@ TEST(GrayWalls, WhatCannotBeRightIsRefused) {
     const packing::Container box{.kind = packing::Container::Kind::box, .size_m = {0.02, 0.02, 0.02}};
     const auto message = [&](const ImageConfig& config) -> std::string {
         try {
-            (void)stages::read_gray(source_of(image, 10.0, 90.0), config, box, "scan");
+            (void)stages::read_gray(scan_of(image, 10.0, 90.0), config, box, "scan");
         } catch (const UserError& error) {
             return error.what();
         }
@@ -700,6 +685,24 @@ TEST(GrayWalls, WhatCannotBeRightIsRefused) {
     EXPECT_TRUE(test::has(message({.threshold = 500.0}), "not between the gray levels"));
     EXPECT_TRUE(test::has(message({.threshold = "volume", .gray_levels = {90.0, 10.0}}), "do not fit pore_side"));
     EXPECT_EQ(message({.threshold = 50.0}), "accepted");
+    // Notes of an image that PorePack wrote: edited ones contradict each other.
+    const auto read_own = [&](const core::Json& changed) -> std::string {
+        core::Json notes = core::json_of(stages::read_gray(scan_of(image, 10.0, 90.0), {.threshold = 50.0}, box, "scan").notes);
+        notes.update(changed);
+        VolumeSource source = scan_of(image, 0.0, 1.0);
+        source.header.notes["gray"] = notes.dump();
+        try {
+            (void)stages::read_own_gray(source, box, "gray.vti");
+        } catch (const UserError& error) {
+            return error.what();
+        }
+        return "accepted";
+    };
+    EXPECT_EQ(read_own(core::Json::object()), "accepted");
+    for (const core::Json& changed :
+         {core::Json{{"level", 0.9}}, core::Json{{"blur_voxels", 1e9}}, core::Json{{"solid_fraction_error", -5}}})
+        EXPECT_TRUE(test::has(read_own(changed), "contradicts itself")) << changed.dump();
+    EXPECT_TRUE(test::has(read_own({{"level", "x"}}), "not the expected content"));
 }
 
 }  // namespace

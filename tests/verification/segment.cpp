@@ -3,6 +3,7 @@
 #include "converters/simulated_scan.hpp"
 #include "converters/surface.hpp"
 #include "helpers.hpp"
+#include "imaging/gray.hpp"
 #include "imaging/separate.hpp"
 #include "imaging/write_volume.hpp"
 #include "io/stl.hpp"
@@ -16,20 +17,6 @@ using core::Json;
 using core::Path;
 using core::UserError;
 using shapes::Vec3;
-
-imaging::VolumeSource source_of(const GrayImage& image) {
-    imaging::VolumeSource source;
-    for (std::size_t a = 0; a < 3; ++a) {
-        source.header.voxels[a] = image.grid.cells[a];
-        source.header.spacing_m[a] = image.grid.spacing_m[a];
-    }
-    source.header.type = imaging::ValueType::uint8;
-    source.read = [&image, layer = static_cast<std::size_t>(source.header.layer())](std::int64_t first, std::span<float> values) {
-        for (std::size_t i = 0; i < values.size(); ++i)
-            values[i] = static_cast<float>(std::lround(60.0 + 120.0 * image.at(static_cast<std::size_t>(first) * layer + i)));
-    };
-    return source;
-}
 
 // Spheres of 8 mm in contact, 20 voxels each, in a tube of 32 mm: four layers of five, the lowest and the highest cut by the ends.
 packing::Packing stacked_spheres() {
@@ -46,7 +33,7 @@ Path write_scan(const test::Folder& folder, const packing::Packing& packing, con
     GrayImage image = converters::simulated_scan(packing::Grains(packing), packing.container, 4e-4,
                                                  {.blur_voxels = 0.7, .noise = 0.03, .seed = 2, .tube = true});
     if (change) change(image);
-    imaging::write_volume(folder.path() / "scan.nrrd", source_of(image));
+    imaging::write_volume(folder.path() / "scan.nrrd", imaging::scan_of(image, 60.0, 180.0, imaging::ValueType::uint8));
     return folder.path() / "scan.nrrd";
 }
 
@@ -145,7 +132,7 @@ TEST(Segment, EmptyScansAndScansWithoutATubeAreNamed) {
     EXPECT_TRUE(test::has(message({}, packing.container), "no grain is left: 5 are cut"));
     EXPECT_TRUE(test::has(message({.find_container = true}, packing.container), "exclude each other"));
     GrayImage open = converters::simulated_scan(packing::Grains(packing), packing.container, 4e-4, {.blur_voxels = 0.7});
-    imaging::write_volume(folder.path() / "open.nrrd", source_of(open));
+    imaging::write_volume(folder.path() / "open.nrrd", imaging::scan_of(open, 60.0, 180.0, imaging::ValueType::uint8));
     EXPECT_THROW((void)stages::segment_image(folder.path() / "open.nrrd", {.find_container = true}, std::nullopt, {}, folder.path()),
                  UserError);
 }

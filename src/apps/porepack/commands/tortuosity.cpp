@@ -19,7 +19,7 @@ void run_kind(const Common& common, TortuosityKind kind) {
     }
     const auto geometry = config_of<GeometryConfig>(common.flags);
     const auto config = config_of<TortuosityConfig>(common.flags);
-    const bool of_slices = kind == TortuosityKind::geometric_paper && is_image(common.input);
+    const bool of_slices = kind == TortuosityKind::geometric_paper && std::filesystem::exists(Path(common.input) / "slices.json");
     if (kind == TortuosityKind::hydraulic || of_slices)
         return run_on_files(common, {.stage = "tortuosity." + name,
                                      .target = target_folder(common),
