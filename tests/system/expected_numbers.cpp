@@ -34,7 +34,8 @@ TEST(ExpectedNumbersLong, ComeOut) {
         const auto run = test::porepack("run --json " + quoted(source) + " --output " + quoted(folder.path() / "results"));
         ASSERT_EQ(run.exit_code, 0) << run.err;
         const Json result = run.json();
-        for (const Json& number : read_json(source / "expected.json").at("numbers")) {
+        const Json expected = read_json(source / "expected.json");
+        for (const Json& number : expected.at("numbers")) {
             const double stated = std::stod(number.at("text").get<std::string>());
             const double found =
                 number.value("scale", 1.0) * result.at(Json::json_pointer(number.at("at").get<std::string>())).get<double>();
