@@ -81,16 +81,6 @@ void require_threshold(const Json& threshold) {
                     {.where = "[image], --image-threshold", .allowed = "a gray value, or volume, half_level, otsu"});
 }
 
-// Container frame: the middle of the image on the axis, its first layer on the floor.
-void place(Grid& grid, const Container& container, const Axis& on_axis) {
-    const shapes::Vec3 middle = 0.5 * (container.low() + container.high());
-    for (const int axis : {0, 1}) {
-        const auto a = static_cast<std::size_t>(axis);
-        grid.origin_m[a] = middle[axis] - (on_axis ? (*on_axis)[a] : 0.5 * grid.cells[a]) * grid.spacing_m[a];
-    }
-    grid.origin_m[2] = 0.0;
-}
-
 // Noise over contrast from second differences along z, whose median no edge reaches: of white noise they have the deviation sqrt(6).
 double noise_of(const GrayImage& image) {
     const Grid& grid = image.grid;
@@ -128,6 +118,15 @@ Levels refine_levels(GrayImage& image, const Container& container, double blur_v
 }
 
 }  // namespace
+
+void place(Grid& grid, const Container& container, const Axis& on_axis) {
+    const shapes::Vec3 middle = 0.5 * (container.low() + container.high());
+    for (const int axis : {0, 1}) {
+        const auto a = static_cast<std::size_t>(axis);
+        grid.origin_m[a] = middle[axis] - (on_axis ? (*on_axis)[a] : 0.5 * grid.cells[a]) * grid.spacing_m[a];
+    }
+    grid.origin_m[2] = 0.0;
+}
 
 GrayInput read_gray(const VolumeSource& source, const ImageConfig& config, const Container& container, const std::string& where,
                     const Axis& axis) {

@@ -38,6 +38,9 @@ void visit_members(Self& notes, const Visit& visit) {
     visit("tube_removed", notes.tube_removed);
 }
 
+/// Puts the middle of an image, or the place `axis_voxels` in it, on the container's axis, and its first layer on the floor.
+void place(core::Grid& grid, const packing::Container& container, const std::optional<std::array<double, 2>>& axis_voxels = {});
+
 /// Gray values to a level set in the container's frame. The container's wall is subtracted where it is visible; noise is smoothed.
 struct GrayInput {
     std::shared_ptr<const converters::GraySolid> solid;

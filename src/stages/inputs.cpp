@@ -50,18 +50,6 @@ Container container_of_image(const imaging::VolumeHeader& image, const std::opti
     return box;
 }
 
-// An image of another producer has no place in the container: its middle is put on the container's axis, and its first layer on the floor.
-void place(PhaseImage& image, const Container& container) {
-    if (image.notes.contains("container")) return;
-    Grid& grid = image.grid;
-    const shapes::Vec3 middle = 0.5 * (container.low() + container.high());
-    for (const int axis : {0, 1}) {
-        const auto a = static_cast<std::size_t>(axis);
-        grid.origin_m[a] = middle[axis] - 0.5 * grid.cells[a] * grid.spacing_m[a];
-    }
-    grid.origin_m[2] = 0.0;
-}
-
 // What lies outside a cylinder is no pore, whatever the image shows there.
 void leave_out_outside(PhaseImage& image, const Container& container) {
     if (container.kind != Container::Kind::cylinder) return;
@@ -200,7 +188,7 @@ ImageInput read_image(const Path& file, const imaging::ImageConfig& config, cons
     if (config.threshold.is_string()) levels.threshold = threshold_value(source, config, input.container, file.string());
     imaging::SegmentedImage found = imaging::segmented(source, levels, file.string());
     input.image = std::move(found.image);
-    place(input.image, input.container);
+    if (!input.image.notes.contains("container")) place(input.image.grid, input.container);  // else it is in its place
     leave_out_outside(input.image, input.container);
     input.image.notes["container"] = to_json(input.container).dump();
     input.description["pores"] = found.pore_level;
