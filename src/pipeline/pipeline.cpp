@@ -57,16 +57,28 @@ Manifest expected_manifest(const Pipeline& pipeline, const Stage& stage) {
             .processes = stage.processes};
 }
 
+Path failed_folder(const Pipeline& pipeline, const std::string& stage) {
+    return pipeline.results / (stage + ".failed");
+}
+
+// An optional stage that failed: the stages that need it run without its result.
+bool is_done_without(const Pipeline& pipeline, const std::string& need) {
+    return std::any_of(pipeline.stages.begin(), pipeline.stages.end(), [&](const Stage& stage) {
+        return stage.name == need && stage.optional && fs::exists(failed_folder(pipeline, need)) &&
+               !fs::exists(stage_folder(pipeline, need));
+    });
+}
+
 StageState state_in(const Pipeline& pipeline, const Stage& stage, std::string& why) {
     const Path folder = stage_folder(pipeline, stage.name);
     for (const auto& need : stage.needs)
-        if (!fs::exists(stage_folder(pipeline, need) / "manifest.json")) {
+        if (!fs::exists(stage_folder(pipeline, need) / "manifest.json") && !is_done_without(pipeline, need)) {
             why = "needs " + need;
             return fs::exists(folder) ? StageState::stale : StageState::missing;
         }
     const StageState state = state_of(folder, expected_manifest(pipeline, stage), &why);
     if (state == StageState::done) return state;
-    if (fs::exists(pipeline.results / (stage.name + ".failed"))) return StageState::failed;
+    if (fs::exists(failed_folder(pipeline, stage.name))) return StageState::failed;
     if (fs::exists(pipeline.results / ("." + stage.name + ".running"))) return StageState::running;
     return state;
 }
@@ -96,7 +108,7 @@ void publish(const Pipeline& pipeline, const Stage& stage) {
 // A stage that fails keeps its folder as .failed.
 Json run_stage(const Pipeline& pipeline, const Stage& stage, const std::string& number) {
     const Path running = pipeline.results / ("." + stage.name + ".running"), final = stage_folder(pipeline, stage.name),
-               failed = pipeline.results / (stage.name + ".failed");
+               failed = failed_folder(pipeline, stage.name);
     if (!stage.resumes) fs::remove_all(running);
     fs::remove_all(failed);
     make_folder(running);
@@ -159,7 +171,7 @@ std::vector<StageStatus> status_of(const Pipeline& pipeline) {
             status.wall_time_s = read_json(stage_folder(pipeline, stage.name) / "manifest.json").value("wall_time_s", 0.0);
             for (const auto& need : stage.needs)
                 for (const auto& other : list)
-                    if (other.name == need && other.state != StageState::done) {
+                    if (other.name == need && other.state != StageState::done && !is_done_without(pipeline, need)) {
                         status.state = StageState::stale;
                         status.why = fmt::format("{} is {}", other.name, name_of(other.state));
                     }
@@ -193,6 +205,7 @@ Json identity_of(const Pipeline& pipeline, const std::string& last) {
 Json run_pipeline(const Pipeline& pipeline, const std::string& last) {
     const FileLock lock = locked(pipeline.results);
     Json result;
+    std::exception_ptr failure;
     const std::vector<const Stage*> stages = stages_up_to(pipeline, last);
     for (const Stage* const& stage : stages) {
         check_interrupt();
@@ -203,10 +216,19 @@ Json run_pipeline(const Pipeline& pipeline, const std::string& last) {
             result = read_json(stage_folder(pipeline, stage->name) / "result.json");
         } else {
             if (state == StageState::stale) log_info("{}: done before, but {}", stage->name, why);
-            result = run_stage(pipeline, *stage, fmt::format("{} of {}", &stage - stages.data() + 1, stages.size()));
+            try {
+                result = run_stage(pipeline, *stage, fmt::format("{} of {}", &stage - stages.data() + 1, stages.size()));
+            } catch (const Error&) {
+                if (!stage->optional || interrupted()) throw;
+                fs::remove_all(stage_folder(pipeline, stage->name));
+                log_warning(fmt::format("{} failed; the other stages run without its result", stage->name));
+                failure = std::current_exception();
+                continue;
+            }
         }
         publish(pipeline, *stage);
     }
+    if (failure) std::rethrow_exception(failure);
     return result;
 }
 

@@ -34,8 +34,9 @@ struct StageStatus {
 [[nodiscard]] core::Json identity_of(const Pipeline& pipeline, const std::string& last = {});
 
 /// Runs the stages not yet done, up to and including `last` (if empty: the last of all), and only those that it needs. Returns its result.
-/// A stage that fails stops the chain; its folder stays as results/<stage>.failed. Throws UserError when another process runs here or
-/// there is no such stage, and passes on what the stages throw.
+/// A stage that fails stops the chain; its folder stays as results/<stage>.failed. After an optional stage that fails, the others run; its
+/// error is thrown at the end, and an earlier result of it, which was out of date, is removed. Throws UserError when another process runs
+/// here or there is no such stage, and passes on what the stages throw.
 core::Json run_pipeline(const Pipeline& pipeline, const std::string& last = {});
 
 /// What the stages that would run need together: the largest memory, the sums of times and disk space.

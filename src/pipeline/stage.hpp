@@ -27,6 +27,7 @@ struct Stage {
     std::vector<std::string> outputs = {};  ///< files whose change makes it stale, "*.png" for all such; result.json is always included
     std::function<core::Json(const core::Path& folder)> run;                              ///< writes into `folder`, returns result.json
     std::function<Expectation()> expect = [] { return Expectation{.text = "seconds"}; };  ///< for a dry run
+    bool optional = false;    ///< if it fails, the stages that need it run without its result
     bool resumes = false;     ///< run() resumes from the files of an interrupted run in its folder; else they are removed
     long result_version = 1;  ///< raised when the stage's numbers can change: older results are stale then
     long seed = 0;            ///< for the manifest

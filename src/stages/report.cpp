@@ -36,7 +36,12 @@ bool draw_packing(const Case& c, const ReportInput& input, const Path& folder) {
 Json run_report(const Case& c, const std::vector<std::string>& shown, const Path& folder) {
     ReportInput input{.title = title_of(c), .configuration = c.settings.resolved_tables()};
     for (const std::string& stage : shown) {
-        if (!fs::exists(c.stage_folder(stage) / "result.json")) continue;
+        if (!fs::exists(c.stage_folder(stage) / "result.json")) {
+            const std::string failed = stage + ".failed";
+            if (fs::exists(c.results() / failed))
+                input.notes.push_back(fmt::format("The stage {} failed; its results are missing here. See results/{}.", stage, failed));
+            continue;
+        }
         input.stages.push_back(stage);
         input.results[stage] = c.result_of(stage);
         input.manifests[stage] = read_json(c.stage_folder(stage) / "manifest.json");

@@ -149,7 +149,8 @@ std::optional<double> half_width_of_this_packing(const Json& lbm, const std::vec
 
 Json run_uncertainty(const Case& c, const std::vector<std::string>& needs) {
     Json results = Json::object();
-    for (const std::string& stage : needs) results[stage] = c.result_of(stage);
+    for (const std::string& stage : needs)
+        if (fs::exists(c.stage_folder(stage))) results[stage] = c.result_of(stage);  // an optional stage may have failed
     const Json& lbm = results.at("lbm");
     const std::vector<BudgetRow> rows = rows_of_permeability(c, results);
     // The quadrature's uncertainty is half the difference of two sets of lines, a standard uncertainty. The scatter of the tortuosities

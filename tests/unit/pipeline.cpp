@@ -80,6 +80,44 @@ TEST(Pipeline, AFailedStageKeepsItsFolderAndStopsTheChain) {
     EXPECT_EQ(chain.runs_of_number, 1);
 }
 
+TEST(Pipeline, AfterAnOptionalStageThatFailsTheOthersRun) {
+    const test::Folder folder;
+    Chain chain{.results = folder.path() / "results"};
+    bool fail = false;
+    int runs_of_report = 0;
+    const auto pipeline = [&] {
+        Pipeline p = chain.pipeline();
+        Stage& square = p.stages.back();
+        square.optional = true;
+        square.configuration = {{"fail", chain.fail}};
+        p.stages.push_back({.name = "report", .needs = {"number", "square"}, .run = [&](const Path&) -> Json {
+                                ++runs_of_report;
+                                if (fail) throw NumericalError("no report");
+                                return {{"with_square", std::filesystem::exists(chain.results / "square")}};
+                            }});
+        return p;
+    };
+    EXPECT_EQ(run_pipeline(pipeline()).at("with_square"), true);
+    // Its earlier result, which was out of date, is gone; the error comes at the end, and the stages after it are done.
+    chain.fail = true;
+    for (int run = 0; run < 2; ++run) {
+        EXPECT_TRUE(has(message_of<NumericalError>([&] { run_pipeline(pipeline()); }), "the square is not found"));
+        EXPECT_FALSE(std::filesystem::exists(chain.results / "square"));
+        EXPECT_EQ(status_of(pipeline())[1].state, StageState::failed);
+        EXPECT_EQ(status_of(pipeline())[2].state, StageState::done);
+        EXPECT_EQ(read_json(chain.results / "report" / "result.json").at("with_square"), false);
+        EXPECT_EQ(runs_of_report, 2);
+        EXPECT_FALSE(is_done(pipeline(), "report"));
+    }
+    chain.fail = false;
+    EXPECT_EQ(run_pipeline(pipeline()).at("with_square"), true);
+    EXPECT_EQ(runs_of_report, 3);
+    // A stage that is not optional still stops the chain.
+    fail = true;
+    chain.value = 5.0;
+    EXPECT_TRUE(has(message_of<NumericalError>([&] { run_pipeline(pipeline()); }), "no report"));
+}
+
 TEST(Context, AHostGetsLogAndProgressAndEndsTheWork) {
     std::vector<std::string> lines;
     bool stop = false;

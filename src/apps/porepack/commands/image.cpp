@@ -1,9 +1,11 @@
-// Commands on images: info, convert, crop, bin.
+// Commands on images: info, convert, crop, bin, segment, simulate.
 #include <fmt/format.h>
 
 #include <memory>
 
 #include "apps/porepack/command_line.hpp"
+#include "converters/scanner.hpp"
+#include "core/log.hpp"
 #include "imaging/write_volume.hpp"
 #include "stages/segment.hpp"
 
@@ -56,6 +58,44 @@ void write(const Common& common, const std::string& target, const VolumeSource& 
     print_result(common, json);
 }
 
+// "z0,z1"
+packing::Section part_of(const std::string& text, const packing::Container& container) {
+    packing::Section part{0.0, container.height()};
+    if (text.empty()) return part;
+    int used = 0;
+    if (std::sscanf(text.c_str(), "%lf,%lf%n", &part.z0, &part.z1, &used) != 2 || static_cast<std::size_t>(used) != text.size() ||
+        !(part.z1 > part.z0))
+        throw UserError(fmt::format("\"{}\" is no range of heights", text), {.where = "--part", .allowed = "z0,z1 in metres"});
+    return part;
+}
+
+void simulate(const Common& common, const std::string& target, const std::string& text) {
+    const auto config = config_from_flags<converters::ScannerConfig>(common.flags);
+    const packing::Packing packing = packing::read_packing(common.input);
+    const packing::Section part = part_of(text, packing.container);
+    if (common.dry_run) {
+        print_result(common, {{"would_write", target},
+                              {"configuration", resolved_config(config)},
+                              {"memory", human_bytes(converters::scan_memory_bytes(packing.container, part, config))}});
+        return;
+    }
+    const converters::SimulatedScan scan = converters::scan_packing(packing, part, config);
+    VolumeSource source;
+    for (std::size_t a = 0; a < 3; ++a) {
+        source.header.voxels[a] = scan.grid.cells[a];
+        source.header.spacing_m[a] = scan.grid.spacing_m[a];
+        source.header.origin_m[a] = scan.grid.origin_m[a];
+    }
+    source.header.type = ValueType::float32;
+    source.header.format = "simulated scan";
+    source.header.orientation = "z along the axis of the container";
+    source.read = [&scan, layer = scan.grid.index(0, 0, 1)](std::int64_t first, std::span<float> values) {
+        std::copy_n(scan.values.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(first) * layer), values.size(),
+                    values.begin());
+    };
+    write(common, target, source);
+}
+
 Box box_of(const std::string& text) {
     Box box;
     long long n[6] = {};
@@ -85,7 +125,7 @@ void segment(const Common& common) {
 
 void add_image_commands(CommandLine& line) {
     Common& common = line.common;
-    auto& image = *line.app.add_subcommand("image", "scans and segmented images: look at them, convert, crop, bin");
+    auto& image = *line.app.add_subcommand("image", "scans and segmented images: look at them, convert, crop, bin, segment, simulate");
     image.require_subcommand(1);
     const auto target = std::make_shared<std::string>();
     const auto add = [&](const std::string& name, const std::string& help, const std::string& example, bool writes,
@@ -115,6 +155,17 @@ void add_image_commands(CommandLine& line) {
         describe(v, config);
     });
     line.add_image_keys(segmenter, {"pore", "walls"});
+    const auto part = std::make_shared<std::string>();
+    CLI::App& simulator = line.add_below(image, "simulate", "an X-ray scan of a packing: projections with noise, rings and blur, and the image from them",
+                                         "porepack image simulate packing.json scan.nrrd --voxel-size 3e-4 --part 0.02,0.08",
+                                         [&common, target, part] { simulate(common, *target, *part); });
+    simulator.add_option("input", common.input, "packing.json, in a cylinder or in a box with walls")->type_name("path")->required();
+    simulator.add_option("target", *target, ".raw, .mhd, .nrrd, .npy or .vti")->type_name("path")->required();
+    simulator.add_option("--part", *part, "range of heights; default: the whole container")->type_name("z0,z1 [m]");
+    line.add_keys(simulator, [](ConfigVisitor& v) {
+        static converters::ScannerConfig config;
+        describe(v, config);
+    });
     const auto box = std::make_shared<std::string>();
     add("crop", "a part of an image", "porepack image crop scan.nrrd part.nrrd --box 0,200,0,200,50,150", true,
         [&common, target, box] { write(common, *target, cropped(open_volume(common.input, config_of(common)), box_of(*box))); })
