@@ -18,6 +18,8 @@ namespace porepack::benchmarks {
 [[nodiscard]] core::Json coverage_checks_benchmark(const core::Path& rows, const core::Path& file, const core::Path& folder);
 /// Gray walls on simulated scans of arrays of known answer: error, interval, coverage; half-way walls beside them.
 [[nodiscard]] core::Json gray_benchmark(bool quick);
+/// Poses fitted to simulated X-ray scans of settled beds, written into `folder` (or ./fit_scans).
+[[nodiscard]] core::Json fit_benchmark(bool quick, const core::Path& folder);
 /// Segmentation of simulated scans of two settled beds, written into `folder` (or ./segment_scans).
 [[nodiscard]] core::Json segment_benchmark(bool quick, const core::Path& folder);
 /// Speed of the kernels against the memory bandwidth limit, steps of the schemes to the same tolerance, error against seconds.

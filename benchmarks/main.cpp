@@ -45,6 +45,7 @@ constexpr Benchmark benchmarks[] = {
     {"iteration", [](const Request& r) { return iteration_benchmark(r.quick, r.folder); }},
     {"lbm", [](const Request& r) { return lbm_benchmark(r.folder); }},
     {"packing", [](const Request& r) { return packing_benchmark(r.quick, r.folder); }},
+    {"fit", [](const Request& r) { return fit_benchmark(r.quick, r.folder); }},
     {"segment", [](const Request& r) { return segment_benchmark(r.quick, r.folder); }},
     {"section", [](const Request& r) { return section_benchmark(r.cases, r.quick, r.folder); }},
     {"section-scatter", [](const Request& r) { return section_scatter_benchmark(r.folder); }},
@@ -76,10 +77,10 @@ int main_or_throw(int argc, char** argv) {
     std::string folder;
     int threads = 0;
     bool json = false;
-    app.add_option(
-           "name", request.name,
-           "coverage, cross-check, foam, gray, iteration, lbm, packing, section, section-scatter, segment, shapes, speed-error, stopping, "
-           "tortuosity")
+    app.add_option("name", request.name,
+                   "coverage, cross-check, fit, foam, gray, iteration, lbm, packing, section, section-scatter, segment, shapes, "
+                   "speed-error, stopping, "
+                   "tortuosity")
         ->required();
     app.add_option("cases", request.cases,
                    "for cross-check: folders with case.toml; for section: parts (arrays, lengths, plane_pressures, slices_053, "
@@ -90,8 +91,9 @@ int main_or_throw(int argc, char** argv) {
     app.add_option("--output", folder, "folder for <name>.json and figures");
     app.add_option("--threads", threads, "threads of parallel loops (default: OMP_NUM_THREADS, else the cores that this process may use)")
         ->check(CLI::Range(1, 1024));
-    app.add_flag("--quick", request.quick,
-                 "for coverage, gray, iteration, packing, section, segment, speed-error and tortuosity: minutes instead of half an hour");
+    app.add_flag(
+        "--quick", request.quick,
+        "for coverage, fit, gray, iteration, packing, section, segment, speed-error and tortuosity: minutes instead of half an hour");
     app.add_flag("--json", json, "accepted for compatibility: the result is always JSON");
     app.footer("Example:\n  porepack_benchmark lbm --output lbm_speed");
     try {

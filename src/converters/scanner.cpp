@@ -298,7 +298,11 @@ private:
             }
             const auto scale = static_cast<float>(std::numbers::pi / (static_cast<double>(views_) * h));
             for (int j = j0; j < j1; ++j)
-                for (int i = 0; i < grid_.cells[0]; ++i) to[static_cast<std::ptrdiff_t>(j) * grid_.cells[0] + i] *= scale;
+                for (int i = 0; i < grid_.cells[0]; ++i) {
+                    const double away = std::hypot(grid_.centre(0, i) - middle.x(), grid_.centre(1, j) - middle.y()) / h;
+                    // The detector sees a circle; nothing is known outside.
+                    to[static_cast<std::ptrdiff_t>(j) * grid_.cells[0] + i] *= away < 0.5 * pixels_ - 1.0 ? scale : 0.0F;
+                }
         });
     }
 
@@ -319,8 +323,8 @@ private:
 
 double scan_memory_bytes(const Container& container, const Section& part, const ScannerConfig& config) {
     const double rays = static_cast<double>(pixels_of(container, config)) * rows_of_block;
-    return 4.0 * (static_cast<double>(grid_of(container, part, config).size()) +
-                  rays * static_cast<double>(views_of(container, config)) + 60.0 * rays * rays_of_pixel * rays_of_pixel);
+    return 4.0 * (static_cast<double>(grid_of(container, part, config).size()) + rays * static_cast<double>(views_of(container, config)) +
+                  60.0 * rays * rays_of_pixel * rays_of_pixel);
 }
 
 SimulatedScan scan_packing(const Packing& packing, const Section& part, const ScannerConfig& config) {

@@ -22,13 +22,13 @@ struct ScannerConfig {
 };
 inline void describe(core::ConfigVisitor& v, ScannerConfig& c) {
     v.number("voxel_size_m", c.voxel_size_m, core::length_range(), "edge length of the voxels and of the detector's pixels");
-    v.integer("views", c.views, {.low = 0, .high = 20000, .zero_is_auto = true},
-              "number of projections over 180 degrees; auto: 1.6 for each pixel of a detector row, by which views do not limit the resolution");
+    v.integer(
+        "views", c.views, {.low = 0, .high = 20000, .zero_is_auto = true},
+        "number of projections over 180 degrees; auto: 1.6 for each pixel of a detector row, by which views do not limit the resolution");
     v.number("counts", c.counts, {.low = 0.0, .high = 1e9},
              "photons per pixel and view without an object, which set the noise; 0: no noise");
     v.number("blur_voxels", c.blur_voxels, core::between(0.0, 5.0), "standard deviation of the detector's point spread function");
-    v.number("gain_error", c.gain_error, core::between(0.0, 0.1),
-             "standard deviation of the pixels' gains, which make rings; relative");
+    v.number("gain_error", c.gain_error, core::between(0.0, 0.1), "standard deviation of the pixels' gains, which make rings; relative");
     v.number("tube_wall_m", c.tube_wall_m, core::between(0.0, 1.0), "thickness of a cylinder's wall; 0: no tube");
     v.number("tube_attenuation", c.tube_attenuation, core::between(0.0, 100.0), "attenuation of the tube over that of the grains");
     v.number("thickness_attenuation", c.thickness_attenuation, core::between(0.01, 20.0),

@@ -26,15 +26,18 @@ struct Projection {
     }
 };
 
-Projection project(const VolumeSource& source, const GrayLevels& levels) {
+Projection project(const VolumeSource& source, const GrayLevels& levels, const std::vector<std::uint8_t>& explained) {
     const VolumeHeader& header = source.header;
     Projection projection{.width = static_cast<int>(header.voxels[0]), .height = static_cast<int>(header.voxels[1])};
     projection.mean.assign(static_cast<std::size_t>(header.layer()), 0.0);
     std::vector<float> layer(projection.mean.size());
     for (std::int64_t z = 0; z < header.voxels[2]; ++z) {
         source.read(z, layer);
-        for (std::size_t i = 0; i < layer.size(); ++i)
-            projection.mean[i] += levels.fraction(layer[i]) / static_cast<double>(header.voxels[2]);
+        const std::size_t first = static_cast<std::size_t>(z) * layer.size();
+        for (std::size_t i = 0; i < layer.size(); ++i) {
+            const double grains = explained.empty() ? 0.0 : explained[first + i] / 255.0;
+            projection.mean[i] += (levels.fraction(layer[i]) - grains) / static_cast<double>(header.voxels[2]);
+        }
     }
     return projection;
 }
@@ -43,24 +46,37 @@ struct Edge {
     double x, y;
 };
 
-// Along a ray from outside: the tube is where the mean is above 0.75; its inner edge is half-way to the smallest value behind it.
-std::optional<Edge> edge_on_ray(const Projection& projection, double cx, double cy, double angle, double reach) {
+// Along a ray from outside: the tube is where the mean is above 0.75; its inner edge is half-way to the smallest value
+// behind it, or to 0 where the tube is empty.
+std::optional<Edge> edge_on_ray(const Projection& projection, double cx, double cy, double angle, double reach, bool empty) {
     constexpr double step = 0.25;
     const double dx = std::cos(angle), dy = std::sin(angle);
     const auto value = [&](double r) { return projection.at(cx + r * dx, cy + r * dy); };
     double r = reach;
     while (r > 0.2 * reach && value(r) < 0.75) r -= step;
-    double in_tube = 0.0, outer = r;  // from its densest place inwards
+    const double outside = r;
+    double densest = 0.0, outer = r;
     while (r > 0.2 * reach && value(r) >= 0.75) {
-        if (value(r) >= in_tube) {
-            in_tube = value(r);
+        if (value(r) >= densest) {
+            densest = value(r);
             outer = r;
         }
         r -= step;
     }
     if (r <= 0.2 * reach) return std::nullopt;
-    double behind = value(r);
-    for (double s = r; s > r - 4.0; s -= step) behind = std::min(behind, value(s));
+    // The tube next to its inner edge: farther outside, hardened rays make it brighter. The densest place where it is thin.
+    double in_tube = densest;
+    if (const double from = r + 2.0, to = std::min(r + 5.0, outside - 2.0); to > from) {
+        double sum = 0.0, count = 0.0;
+        for (double s = from; s <= to; s += step) {
+            sum += value(s);
+            count += 1.0;
+        }
+        in_tube = sum / count;
+        outer = from;
+    }
+    double behind = empty ? 0.0 : value(r);
+    for (double s = r; s > r - 4.0 && !empty; s -= step) behind = std::min(behind, value(s));
     const double half = 0.5 * (in_tube + behind);
     while (outer > r - 4.0 && value(outer - step) > half) outer -= step;
     const double high = value(outer), low = value(outer - step);
@@ -88,15 +104,15 @@ Tube circle_of(const std::vector<Edge>& edges) {
 
 }  // namespace
 
-Tube find_tube(const VolumeSource& source, PoreSide pores, const std::string& where) {
-    const Projection projection = project(source, fit_gray_levels(source, pores, {}, where));
+Tube find_tube(const VolumeSource& source, PoreSide pores, const std::string& where, const std::vector<std::uint8_t>& explained) {
+    const Projection projection = project(source, fit_gray_levels(source, pores, {}, where), explained);
     const double cx = 0.5 * projection.width, cy = 0.5 * projection.height;
     constexpr int rays = 360;
     std::vector<Edge> edges;
     for (int ray = 0; ray < rays; ++ray) {
         const double angle = 2.0 * std::numbers::pi * ray / rays;
         const double reach = std::min(cx / std::max(1e-9, std::abs(std::cos(angle))), cy / std::max(1e-9, std::abs(std::sin(angle))));
-        if (const auto edge = edge_on_ray(projection, cx, cy, angle, reach)) edges.push_back(*edge);
+        if (const auto edge = edge_on_ray(projection, cx, cy, angle, reach, !explained.empty())) edges.push_back(*edge);
     }
     const auto none = [&] {
         return UserError("the image shows no tube: the mean of its layers has no bright ring",

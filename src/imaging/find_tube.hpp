@@ -13,6 +13,8 @@ struct Tube {
 
 /// From the mean of all layers, where a tube is a bright ring: the edge is where rays from outside leave it, at half its brightness; then
 /// least squares, twice without edges that are off. Two passes over the image. Throws UserError where there is no such ring.
-[[nodiscard]] Tube find_tube(const VolumeSource& source, PoreSide pores, const std::string& where);
+/// `explained`: the share of each voxel that grains fill (0 to 255), where that is known; they do not shift the edge then.
+[[nodiscard]] Tube find_tube(const VolumeSource& source, PoreSide pores, const std::string& where,
+                             const std::vector<std::uint8_t>& explained = {});
 
 }  // namespace porepack::imaging

@@ -184,6 +184,22 @@ VolumeSource binned(VolumeSource source, std::int64_t factor) {
     return part;
 }
 
+VolumeSource source_of(const Grid& grid, const std::vector<float>& values) {
+    VolumeSource source;
+    for (std::size_t a = 0; a < 3; ++a) {
+        source.header.voxels[a] = grid.cells[a];
+        source.header.spacing_m[a] = grid.spacing_m[a];
+        source.header.origin_m[a] = grid.origin_m[a];
+    }
+    source.header.type = ValueType::float32;
+    source.header.format = "computed";
+    source.header.orientation = "z along the axis of the container";
+    source.read = [&values, layer = grid.index(0, 0, 1)](std::int64_t first, std::span<float> to) {
+        std::copy_n(values.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(first) * layer), to.size(), to.begin());
+    };
+    return source;
+}
+
 void write_volume(const Path& path, const VolumeSource& source) {
     const std::string kind = path.extension().string();
     const Path data = kind == ".mhd" ? Path(path).replace_extension(".raw") : path;

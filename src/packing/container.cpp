@@ -107,10 +107,13 @@ Container parse_container(const std::string& text) {
 }
 
 Json to_json(const Container& container) {
-    if (container.kind == Container::Kind::cylinder)
-        return {{"kind", "cylinder"}, {"diameter_m", container.diameter_m}, {"height_m", container.height_m}};
-    return {
-        {"kind", "box"}, {"size_m", {container.size_m.x(), container.size_m.y(), container.size_m.z()}}, {"periodic", container.periodic}};
+    Json json = container.kind == Container::Kind::cylinder
+                    ? Json{{"kind", "cylinder"}, {"diameter_m", container.diameter_m}, {"height_m", container.height_m}}
+                    : Json{{"kind", "box"},
+                           {"size_m", {container.size_m.x(), container.size_m.y(), container.size_m.z()}},
+                           {"periodic", container.periodic}};
+    if (container.cut_ends) json["ends"] = "cut";
+    return json;
 }
 
 Container container_from_json(const Json& json, const std::string& where) {
@@ -132,11 +135,11 @@ Container container_from_json(const Json& json, const std::string& where) {
     Container container;
     const std::string kind = member("kind").is_string() ? member("kind").get<std::string>() : "";
     if (kind == "cylinder") {
-        only({"kind", "diameter_m", "height_m"});
+        only({"kind", "diameter_m", "height_m", "ends"});
         container.diameter_m = positive_number(member("diameter_m"), "diameter_m");
         container.height_m = positive_number(member("height_m"), "height_m");
     } else if (kind == "box") {
-        only({"kind", "size_m", "periodic"});
+        only({"kind", "size_m", "periodic", "ends"});
         container.kind = Container::Kind::box;
         const Json& size = member("size_m");
         if (!size.is_array() || size.size() != 3) throw UserError("`size_m` must be a list of 3 numbers", {.where = where});
@@ -152,6 +155,11 @@ Container container_from_json(const Json& json, const std::string& where) {
         }
     } else {
         throw UserError("unknown kind of container: " + kind, {.where = where, .allowed = "cylinder, box"});
+    }
+    if (json.contains("ends")) {
+        if (json["ends"] != "cut") throw UserError("`ends` must be \"cut\", or be left out", {.where = where});
+        if (container.periodic[2]) throw UserError("a container that is periodic along z has no cut ends", {.where = where});
+        container.cut_ends = true;
     }
     return container;
 }

@@ -255,7 +255,7 @@ Overlaps find_overlaps(const Packing& packing) {
         for (const auto& capsule : all[i].capsules)
             for (const Vec3& end : {capsule.a, capsule.b}) {
                 double outside = capsule.radius - packing.container.wall_distance(end);
-                if (!packing.container.periodic[2]) outside = std::max(outside, capsule.radius - end.z());
+                if (!packing.container.periodic[2] && !packing.container.cut_ends) outside = std::max(outside, capsule.radius - end.z());
                 if (all[i].image != 0 || outside <= overlaps.largest_with_wall_m) continue;
                 overlaps.largest_with_wall_m = outside;
                 overlaps.grain_at_wall = all[i].body;

@@ -20,6 +20,7 @@ struct Container {
     double height_m = 0.0;
     shapes::Vec3 size_m = shapes::Vec3::Zero();
     std::array<bool, 3> periodic = {false, false, false};
+    bool cut_ends = false;  ///< the bed goes on below the floor and above the top, as in a scan of a part: grains may reach through both
 
     [[nodiscard]] double inner_area_m2() const;
     [[nodiscard]] double height() const { return kind == Kind::cylinder ? height_m : size_m.z(); }

@@ -16,6 +16,7 @@
 #include "stages/gray.hpp"
 #include "stages/inputs.hpp"
 #include "stages/results.hpp"
+#include "stages/slice_picture.hpp"
 
 namespace porepack::stages {
 using namespace core;
@@ -102,41 +103,6 @@ std::vector<std::uint32_t> with_edges(const Grid& grid, std::vector<std::uint32_
     return label;
 }
 
-// Pictures of the vertical slice through the middle, z up; pixels of a voxel's size, enlarged for small images.
-class Picture {
-public:
-    explicit Picture(const Grid& grid) : grid_(grid), zoom_(std::max(1, 600 / std::max(grid.cells[0], 1))) {
-        pixels_.assign(static_cast<std::size_t>(width() * height() * 3), 0);
-    }
-    [[nodiscard]] int row() const { return grid_.cells[1] / 2; }
-    // `paint`: colour of voxel (i, k) of the slice; `edge`: its phase, for the outlines between different ones.
-    template <typename Paint, typename Edge>
-    void write(const Path& file, const Paint& paint, const Edge& edge, const std::array<std::uint8_t, 3>& line) {
-        for (int y = 0; y < height(); ++y)
-            for (int x = 0; x < width(); ++x) {
-                const int i = x / zoom_, k = y / zoom_;
-                std::array<std::uint8_t, 3> colour = paint(i, k);
-                const bool at_right = x % zoom_ == zoom_ - 1 && i + 1 < grid_.cells[0] && edge(i, k) != edge(i + 1, k);
-                const bool at_top = y % zoom_ == zoom_ - 1 && k + 1 < grid_.cells[2] && edge(i, k) != edge(i, k + 1);
-                if (at_right || at_top) colour = line;
-                std::copy(colour.begin(), colour.end(), pixels_.begin() + 3 * (static_cast<std::ptrdiff_t>(y) * width() + x));
-            }
-        io::write_colour_png(file, width(), height(), pixels_);
-    }
-
-private:
-    [[nodiscard]] int width() const { return grid_.cells[0] * zoom_; }
-    [[nodiscard]] int height() const { return grid_.cells[2] * zoom_; }
-    const Grid& grid_;
-    int zoom_;
-    std::vector<std::uint8_t> pixels_;
-};
-
-std::array<std::uint8_t, 3> gray_colour(double fraction) {
-    const auto value = static_cast<std::uint8_t>(std::lround(255.0 * std::clamp(0.1 + 0.75 * fraction, 0.0, 1.0)));
-    return {value, value, value};
-}
-
 // Light colours that differ between neighbours in number.
 std::array<std::uint8_t, 3> label_colour(std::uint32_t label) {
     if (label == 0) return {20, 20, 20};
@@ -147,7 +113,7 @@ std::array<std::uint8_t, 3> label_colour(std::uint32_t label) {
 
 constexpr std::array<std::uint8_t, 3> orange = {230, 159, 0}, black = {0, 0, 0};
 
-void write_raw_picture(const Path& file, const VolumeSource& source, const GrayNotes& notes, Picture& picture) {
+void write_raw_picture(const Path& file, const VolumeSource& source, const GrayNotes& notes, SlicePicture& picture) {
     const VolumeHeader& header = source.header;
     std::vector<float> layer(static_cast<std::size_t>(header.layer()));
     std::vector<double> slice;
@@ -200,7 +166,7 @@ Json segment_image(const Path& file, ImageConfig image, const std::optional<Cont
     const Grid& grid = gray.grid;
     require_fit(grid, input.container, {0.0, grid.cells[2] * grid.spacing_m[2]}, file.string(), gray.notes.contains("shows_wall"));
     const std::uint16_t level = GrayImage::pack(gray.level);
-    Picture picture(grid);
+    SlicePicture picture(grid);
     write_raw_picture(folder / "step_1_scan.png", open_volume(file, image), notes, picture);
 
     std::vector<std::uint8_t> solid(gray.packed.size());

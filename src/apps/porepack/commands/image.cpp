@@ -7,6 +7,8 @@
 #include "converters/scanner.hpp"
 #include "core/log.hpp"
 #include "imaging/write_volume.hpp"
+#include "shapes/config.hpp"
+#include "stages/fit.hpp"
 #include "stages/segment.hpp"
 
 namespace porepack::apps {
@@ -58,6 +60,37 @@ void write(const Common& common, const std::string& target, const VolumeSource& 
     print_result(common, json);
 }
 
+// The shapes of a packing, of a case, of a TOML file with capsules, or one by its name and keys.
+std::vector<shapes::Shape> shapes_of(const std::string& text, const Flags& flags) {
+    std::vector<shapes::Shape> found;
+    shapes::ShapeConfig config;
+    if (is_packing(text)) {
+        if (!flags.empty()) throw UserError("keys of the shape have no effect on a packing's shapes", {.where = "--shape " + text});
+        return packing::read_packing(text).shapes;
+    }
+    Flags all = flags;
+    const bool file = is_case(text) || text.ends_with(".toml");
+    const TomlFile toml = file ? TomlFile(std::filesystem::is_directory(text) ? Path(text) / "case.toml" : Path(text)) : TomlFile();
+    if (!file) all["kind"] = "\"" + text + "\"";
+    if (file && !toml.has("shape")) all["kind"] = "\"capsules\"";
+    toml.read(
+        toml.has("shape") ? "shape" : "", [&](ConfigVisitor& v) { describe(v, config); }, all);
+    for (const shapes::ShapeShare& share : make_shapes(config)) found.push_back(share.shape);
+    return found;
+}
+
+void fit(const Common& common, const std::string& shape, const Flags& shape_flags) {
+    const auto config = config_from_flags<FitConfig>(common.flags);
+    const ImageConfig image = config_of(common);
+    const std::vector<shapes::Shape> shapes = shapes_of(shape, shape_flags);
+    run_on_files(
+        common, {.stage = "fit",
+                 .target = common.output.empty() ? Path("fitted") : Path(common.output),
+                 .configuration = {{"fit", resolved_config(config)}, {"image", resolved_config(image)}, {"shape", shape}},
+                 .inputs = open_volume(common.input, image).header.files,
+                 .work = [&](const Path& folder) { return fit_image(common.input, image, container_of(common), shapes, config, folder); }});
+}
+
 // "z0,z1"
 packing::Section part_of(const std::string& text, const packing::Container& container) {
     packing::Section part{0.0, container.height()};
@@ -80,20 +113,7 @@ void simulate(const Common& common, const std::string& target, const std::string
         return;
     }
     const converters::SimulatedScan scan = converters::scan_packing(packing, part, config);
-    VolumeSource source;
-    for (std::size_t a = 0; a < 3; ++a) {
-        source.header.voxels[a] = scan.grid.cells[a];
-        source.header.spacing_m[a] = scan.grid.spacing_m[a];
-        source.header.origin_m[a] = scan.grid.origin_m[a];
-    }
-    source.header.type = ValueType::float32;
-    source.header.format = "simulated scan";
-    source.header.orientation = "z along the axis of the container";
-    source.read = [&scan, layer = scan.grid.index(0, 0, 1)](std::int64_t first, std::span<float> values) {
-        std::copy_n(scan.values.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(first) * layer), values.size(),
-                    values.begin());
-    };
-    write(common, target, source);
+    write(common, target, source_of(scan.grid, scan.values));
 }
 
 Box box_of(const std::string& text) {
@@ -155,10 +175,38 @@ void add_image_commands(CommandLine& line) {
         describe(v, config);
     });
     line.add_image_keys(segmenter, {"pore", "walls"});
+    const auto shape = std::make_shared<std::string>();
+    CLI::App& fitter = line.add_below(
+        image, "fit", "grains of a known shape in a scan: a packing of exact poses",
+        "porepack image fit scan.nrrd --shape tetrapod --sphericity 0.53 --volume 7.33e-7 --image-find-container", [&common, shape] {
+            Flags own, of_shape;
+            for (const auto& [key, value] : common.flags) (key == "fitted_sizes" ? own : of_shape)[key] = value;
+            Common rest = common;
+            rest.flags = own;
+            fit(rest, *shape, of_shape);
+        });
+    fitter.add_option("input", common.input, "a scan: a file, or a folder with one file per layer (docs/images.md)")
+        ->type_name("path")
+        ->required();
+    fitter
+        .add_option("--shape", *shape,
+                    "tetrapod, dolos, tetrahedron, star, sphere or rod with the keys below; or packing.json, a case, or a TOML file, whose "
+                    "shapes are taken")
+        ->type_name("name or path")
+        ->required();
+    fitter.add_option("--container", common.container, "container that the image shows; default: the box of the image")
+        ->type_name("cylinder:D,H or box:X,Y,Z [m]");
+    line.add_keys(fitter, [](ConfigVisitor& v) {
+        static FitConfig config;
+        describe(v, config);
+    });
+    line.add_keys(fitter, "shape", {"kind", "file", "unit_m"});
+    line.add_image_keys(fitter, {"pore", "walls"});
     const auto part = std::make_shared<std::string>();
-    CLI::App& simulator = line.add_below(image, "simulate", "an X-ray scan of a packing: projections with noise, rings and blur, and the image from them",
-                                         "porepack image simulate packing.json scan.nrrd --voxel-size 3e-4 --part 0.02,0.08",
-                                         [&common, target, part] { simulate(common, *target, *part); });
+    CLI::App& simulator =
+        line.add_below(image, "simulate", "an X-ray scan of a packing: projections with noise, rings and blur, and the image from them",
+                       "porepack image simulate packing.json scan.nrrd --voxel-size 3e-4 --part 0.02,0.08",
+                       [&common, target, part] { simulate(common, *target, *part); });
     simulator.add_option("input", common.input, "packing.json, in a cylinder or in a box with walls")->type_name("path")->required();
     simulator.add_option("target", *target, ".raw, .mhd, .nrrd, .npy or .vti")->type_name("path")->required();
     simulator.add_option("--part", *part, "range of heights; default: the whole container")->type_name("z0,z1 [m]");

@@ -1,0 +1,412 @@
+#include "poses/detect.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "core/log.hpp"
+#include "core/parallel.hpp"
+#include "pores/pores.hpp"
+
+namespace porepack::poses {
+using namespace core;
+using namespace shapes;
+namespace {
+
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+constexpr double expected_depth = 0.7;  ///< of an axis, in radii: voxels and rotations are finite
+
+// What a candidate must reach.
+struct Demands {
+    double score, inside, surface;
+    bool only_cut;  ///< grains that reach beyond the ends, by any of their ends as anchor
+};
+
+struct Candidate {
+    double score;
+    Vec3 anchor;
+    Pose pose;
+};
+
+// The rotated points of the axes in voxels from the anchor, and the depth that each should have.
+struct Pattern {
+    struct Point {
+        int i, j, k;
+        float depth_m;
+    };
+    std::vector<std::vector<Point>> of_rotation;
+};
+
+Pattern pattern_of(const ShapePoints& shape, const Vec3& anchor, const std::vector<Quaternion>& rotations, double h) {
+    Pattern pattern;
+    for (const Quaternion& q : rotations) {
+        auto& points = pattern.of_rotation.emplace_back();
+        for (const auto& [point, radius] : shape.axis) {
+            const Vec3 at = q * (point - anchor) / h;
+            points.push_back({static_cast<int>(std::lround(at.x())), static_cast<int>(std::lround(at.y())),
+                              static_cast<int>(std::lround(at.z())), static_cast<float>(expected_depth * radius)});
+        }
+    }
+    return pattern;
+}
+
+class Search {
+public:
+    Search(DistanceMap& map, const std::vector<ShapePoints>& shapes) : map_(map), shapes_(shapes), h_(map.grid.spacing_m[0]) {}
+
+    void pass(std::size_t shape, const Demands& demands) {
+        const ShapePoints& points = shapes_[shape];
+        const std::size_t before = found_.size();
+        const Stopwatch watch;
+        std::vector<Vec3> anchors = {points.anchor};
+        if (demands.only_cut) anchors = points.different_ends;
+        std::vector<Candidate> candidates;
+        for (const Vec3& anchor : anchors) {
+            const double depth = demands.only_cut ? points.thinnest_radius_m : points.anchor_depth_m;
+            add_candidates(points, anchor, depth, demands, candidates);
+        }
+        std::stable_sort(candidates.begin(), candidates.end(), [](const auto& one, const auto& other) { return one.score > other.score; });
+        const double search_s = watch.seconds();
+        take(shape, candidates, demands);
+        log_info("grains: {} found ({} candidates with a score of {:.2f} or more{}; {} and {})", found_.size() - before, candidates.size(),
+                 demands.score, demands.only_cut ? ", cut by the ends" : "", human_time(search_s), human_time(watch.seconds() - search_s));
+    }
+    std::vector<Found> found() { return std::move(found_); }
+
+private:
+    [[nodiscard]] double top() const { return map_.grid.origin_m[2] + map_.grid.cells[2] * h_; }
+    [[nodiscard]] double bottom() const { return map_.grid.origin_m[2]; }
+
+    void add_candidates(const ShapePoints& shape, const Vec3& anchor, double depth, const Demands& demands,
+                        std::vector<Candidate>& candidates) const {
+        const std::vector<Quaternion> rotations = rotations_of(shape, anchor, (demands.only_cut ? 1.2 : 0.7) * shape.thinnest_radius_m);
+        const Pattern pattern = pattern_of(shape, anchor, rotations, h_);
+        const Grid& grid = map_.grid;
+        const int step = std::max(1, static_cast<int>(std::floor((demands.only_cut ? 0.5 : 0.25) * shape.thinnest_radius_m / h_)));
+        const auto needed = static_cast<float>(-0.75 * depth + 0.5 * h_);
+        const int near_end = static_cast<int>(std::ceil(shape.reach_m / h_));
+        std::vector<std::vector<Candidate>> of_layer(static_cast<std::size_t>(grid.cells[2]));
+        parallel_for(of_layer.size(), [&](std::size_t layer) {
+            const int k = static_cast<int>(layer);
+            if (k % step != 0 || (demands.only_cut && k > near_end && k < grid.cells[2] - 1 - near_end)) return;
+            for (int j = 0; j < grid.cells[1]; j += step)
+                for (int i = 0; i < grid.cells[0]; i += step) {
+                    if (map_.distance_m[grid.index(i, j, k)] > needed) continue;
+                    double best = demands.score;
+                    std::size_t rotation = rotations.size();
+                    for (std::size_t r = 0; r < rotations.size(); ++r)
+                        if (const double value = score(pattern.of_rotation[r], i, j, k, best, demands.only_cut); value > best) {
+                            best = value;
+                            rotation = r;
+                        }
+                    if (rotation == rotations.size()) continue;
+                    const Vec3 place(grid.centre(0, i), grid.centre(1, j), grid.centre(2, k));
+                    of_layer[layer].push_back({best, place, {place - rotations[rotation] * anchor, rotations[rotation]}});
+                }
+        });
+        for (auto& layer : of_layer) std::move(layer.begin(), layer.end(), std::back_inserter(candidates));
+    }
+
+    // Mean of depth over expected depth along the axes, cut at 1; ends as soon as it cannot exceed `best`. Points beyond the first and the
+    // last layer do not count, up to half of them.
+    [[nodiscard]] double score(const std::vector<Pattern::Point>& points, int i, int j, int k, double best, bool may_be_cut,
+                               bool may_be_whole = false) const {
+        const Grid& grid = map_.grid;
+        const auto count = static_cast<double>(points.size());
+        double loss = 0.0, beyond = 0.0;
+        const double allowed = (1.0 - best) * count;
+        for (const auto& point : points) {
+            const int x = i + point.i, y = j + point.j, z = k + point.k;
+            if (z < 0 || z >= grid.cells[2]) {
+                if (!may_be_cut || (beyond += 1.0) > 0.6 * count) return 0.0;
+                continue;
+            }
+            const bool outside = x < 0 || x >= grid.cells[0] || y < 0 || y >= grid.cells[1];
+            const float depth = outside ? -1.0F : -map_.distance_m[grid.index(x, y, z)];
+            loss += depth <= 0.0F ? 2.0 : std::max(0.0, 1.0 - static_cast<double>(depth / point.depth_m));
+            if (loss > allowed) return 0.0;
+        }
+        if (may_be_cut && !may_be_whole && beyond == 0.0) return 0.0;
+        return 1.0 - loss / (count - beyond);
+    }
+
+    [[nodiscard]] bool is_taken(const Vec3& anchor, double radius) const {
+        return std::any_of(found_.begin(), found_.end(), [&](const Found& found) {
+            const ShapePoints& shape = shapes_[found.shape];
+            if ((anchor - found.pose.position_m).norm() > shape.reach_m) return false;
+            return signed_distance(placed(shape.capsules, found.pose), anchor) < -0.3 * radius;
+        });
+    }
+
+    // Axes that lie deep in another grain.
+    [[nodiscard]] bool clashes(std::size_t shape, const std::vector<Capsule>& capsules, const Pose& pose) const {
+        const auto deep = [](const ShapePoints& points, const Pose& at, const std::vector<Capsule>& other) {
+            return std::any_of(points.axis.begin(), points.axis.end(), [&](const auto& point) {
+                return signed_distance(other, at.position_m + at.orientation * point.point) < -0.35 * point.radius_m;
+            });
+        };
+        return std::any_of(found_.begin(), found_.end(), [&](const Found& found) {
+            const ShapePoints& other = shapes_[found.shape];
+            if ((pose.position_m - found.pose.position_m).norm() > shapes_[shape].reach_m + other.reach_m) return false;
+            return deep(shapes_[shape], pose, placed(other.capsules, found.pose)) || deep(other, found.pose, capsules);
+        });
+    }
+
+    [[nodiscard]] Found judged(std::size_t shape, const Pose& pose) const {
+        const ShapePoints& points = shapes_[shape];
+        Found found{.shape = shape, .pose = pose};
+        long shown = 0, solid = 0, surface = 0, on = 0;
+        const double near = std::max(0.35 * points.thinnest_radius_m, 1.2 * h_);
+        for (const Vec3& point : points.surface) {
+            const Vec3 at = pose.position_m + pose.orientation * point;
+            if (at.z() < bottom() || at.z() > top()) {
+                found.cut = true;
+                continue;
+            }
+            ++surface;
+            const double distance = map_.at(at);
+            if (std::abs(distance) < near) ++on;
+            ++shown;
+            if (distance < 0.3 * points.thinnest_radius_m) ++solid;
+        }
+        for (const auto& point : points.axis) {
+            const Vec3 at = pose.position_m + pose.orientation * point.point;
+            if (at.z() < bottom() || at.z() > top()) continue;
+            shown += 4;
+            if (map_.at(at) < -0.5 * point.radius_m) solid += 4;
+        }
+        if (shown > 0) found.solid_inside = static_cast<double>(solid) / static_cast<double>(shown);
+        if (surface > 0) found.on_surface = static_cast<double>(on) / static_cast<double>(surface);
+        if (found.cut && 4 * surface < static_cast<long>(points.surface.size())) found.on_surface = 0.0;  // hardly anything of it is shown
+        return found;
+    }
+
+    // Other rotations about the same place that score nearly as well: a grain with arms of similar lengths may have been taken the wrong
+    // way round.
+    [[nodiscard]] Pose best_rotation(const ShapePoints& shape, const std::vector<Quaternion>& rotations, const Pattern& pattern,
+                                     const Pose& pose, double cost) const {
+        const Vec3 place = pose.position_m + pose.orientation * shape.anchor;
+        std::array<int, 3> cell{};
+        for (std::size_t a = 0; a < 3; ++a)
+            cell[a] = static_cast<int>(std::floor((place[static_cast<Eigen::Index>(a)] - map_.grid.origin_m[a]) / h_));
+        std::vector<std::pair<double, std::size_t>> scores;
+        for (std::size_t r = 0; r < rotations.size(); ++r)
+            if (const double value = score(pattern.of_rotation[r], cell[0], cell[1], cell[2], 0.6, true, true); value > 0.0)
+                scores.emplace_back(value, r);
+        std::sort(scores.begin(), scores.end(), std::greater<>());
+        Pose best = pose;
+        std::vector<Quaternion> tried = {pose.orientation};
+        constexpr std::size_t most = 8;
+        const double alike = std::cos(0.25);  // half of an angle of rotation
+        for (const auto& [value, r] : scores) {
+            if (std::any_of(tried.begin(), tried.end(), [&](const Quaternion& known) { return std::abs(known.dot(rotations[r])) > alike; }))
+                continue;
+            tried.push_back(rotations[r]);
+            Pose other{place - rotations[r] * shape.anchor, rotations[r]};
+            if (const double other_cost = fit_to_surface(map_, shape, other); other_cost < cost) {
+                cost = other_cost;
+                best = other;
+            }
+            if (tried.size() > most) break;
+        }
+        return best;
+    }
+
+    // The best candidates in batches, whose anchors are apart; each batch in parallel, then one by one.
+    void take(std::size_t shape, const std::vector<Candidate>& candidates, const Demands& demands) {
+        const ShapePoints& points = shapes_[shape];
+        const std::vector<Quaternion> middle = rotations_of(points, points.anchor, 0.7 * points.thinnest_radius_m);
+        const Pattern patterns = pattern_of(points, points.anchor, middle, h_);
+        constexpr std::size_t batch_size = 64;
+        std::vector<std::uint8_t> done(candidates.size(), 0);
+        std::vector<std::vector<Capsule>> tried;
+        while (true) {
+            std::vector<std::size_t> batch;
+            for (std::size_t c = 0; c < candidates.size() && batch.size() < batch_size; ++c) {
+                if (done[c] != 0) continue;
+                const Candidate& candidate = candidates[c];
+                if (std::any_of(batch.begin(), batch.end(), [&](std::size_t other) {
+                        return (candidates[other].anchor - candidate.anchor).norm() < points.thinnest_radius_m;
+                    }))
+                    continue;
+                done[c] = 1;
+                if (is_taken(candidate.anchor, points.thinnest_radius_m)) continue;
+                const std::vector<Capsule> capsules = placed(points.capsules, candidate.pose);
+                if (std::any_of(tried.begin(), tried.end(), [&](const auto& other) {
+                        return (other[0].a - capsules[0].a).norm() < 4.0 * points.reach_m &&
+                               largest_difference_m(other, capsules) < 0.8 * points.thinnest_radius_m;
+                    }))
+                    continue;
+                tried.push_back(capsules);
+                batch.push_back(c);
+            }
+            if (batch.empty()) break;
+            std::vector<Found> fitted(batch.size());
+            parallel_for(batch.size(), [&](std::size_t b) {
+                Pose pose = candidates[batch[b]].pose;
+                const double cost = fit_to_surface(map_, points, pose);
+                fitted[b] = judged(shape, pose);
+                if (fitted[b].solid_inside < 0.8 * demands.inside || fitted[b].on_surface < 0.8 * demands.surface) return;
+                fitted[b] = judged(shape, best_rotation(points, middle, patterns, pose, cost));
+            });
+            std::stable_sort(fitted.begin(), fitted.end(), [](const Found& one, const Found& other) {
+                return one.on_surface + one.solid_inside > other.on_surface + other.solid_inside;
+            });
+            for (const Found& one : fitted) {
+                if (one.solid_inside < demands.inside || one.on_surface < demands.surface) continue;
+                const std::vector<Capsule> capsules = placed(points.capsules, one.pose);
+                if (!clashes(shape, capsules, one.pose)) found_.push_back(one);
+            }
+        }
+        for (const Found& one : found_)
+            if (one.shape == shape) mask(placed(points.capsules, one.pose), points.thinnest_radius_m);
+    }
+
+    void mask(const std::vector<Capsule>& capsules, double radius) {
+        Bounds bounds;
+        for (const Capsule& capsule : capsules) bounds.add(capsule);
+        const Grid& grid = map_.grid;
+        std::array<int, 3> low{}, high{};
+        for (std::size_t a = 0; a < 3; ++a) {
+            const auto axis = static_cast<Eigen::Index>(a);
+            low[a] = std::max(0, static_cast<int>(std::floor((bounds.low[axis] - grid.origin_m[a]) / h_)));
+            high[a] = std::min(grid.cells[a], static_cast<int>(std::ceil((bounds.high[axis] - grid.origin_m[a]) / h_)));
+        }
+        for (int k = low[2]; k < high[2]; ++k)
+            for (int j = low[1]; j < high[1]; ++j)
+                for (int i = low[0]; i < high[0]; ++i) {
+                    float& distance = map_.distance_m[grid.index(i, j, k)];
+                    if (distance < 0.0F &&
+                        signed_distance(capsules, Vec3(grid.centre(0, i), grid.centre(1, j), grid.centre(2, k))) < 0.25 * h_)
+                        distance = static_cast<float>(0.3 * radius);
+                }
+    }
+
+    DistanceMap& map_;
+    const std::vector<ShapePoints>& shapes_;
+    const double h_;
+    std::vector<Found> found_;
+};
+
+}  // namespace
+
+bool DistanceMap::contains(const Vec3& point) const {
+    for (std::size_t a = 0; a < 3; ++a) {
+        const double x = (point[static_cast<Eigen::Index>(a)] - grid.origin_m[a]) / grid.spacing_m[a];
+        if (x < 0.0 || x > grid.cells[a]) return false;
+    }
+    return true;
+}
+
+double DistanceMap::at(const Vec3& point) const {
+    std::array<int, 3> low{}, high{};
+    std::array<double, 3> part{};
+    for (std::size_t a = 0; a < 3; ++a) {
+        const double x =
+            std::clamp((point[static_cast<Eigen::Index>(a)] - grid.origin_m[a]) / grid.spacing_m[a] - 0.5, 0.0, grid.cells[a] - 1.0);
+        low[a] = static_cast<int>(x);
+        high[a] = std::min(low[a] + 1, grid.cells[a] - 1);
+        part[a] = x - low[a];
+    }
+    const auto value = [&](int i, int j, int k) { return static_cast<double>(distance_m[grid.index(i, j, k)]); };
+    const auto along_x = [&](int j, int k) { return value(low[0], j, k) + part[0] * (value(high[0], j, k) - value(low[0], j, k)); };
+    const auto in_plane = [&](int k) { return along_x(low[1], k) + part[1] * (along_x(high[1], k) - along_x(low[1], k)); };
+    return in_plane(low[2]) + part[2] * (in_plane(high[2]) - in_plane(low[2]));
+}
+
+DistanceMap distance_map(const GrayImage& image) {
+    DistanceMap map{.grid = image.grid, .distance_m = {}};
+    PhaseImage phases{.grid = image.grid, .phase = std::vector<std::uint8_t>(image.packed.size()), .notes = {}};
+    const std::uint16_t level = GrayImage::pack(image.level);
+    constexpr std::array<bool, 3> open = {false, false, false};
+    for (const bool solid : {false, true}) {
+        for (std::size_t cell = 0; cell < phases.phase.size(); ++cell)
+            phases.phase[cell] = (image.packed[cell] > level) == solid ? Phase::pore : Phase::grain;
+        const std::vector<float> distance = pores::wall_distance_m(phases, open);
+        if (!solid) {
+            map.distance_m = distance;
+            continue;
+        }
+        for (std::size_t cell = 0; cell < distance.size(); ++cell)
+            if (distance[cell] > 0.0F) map.distance_m[cell] = -distance[cell];
+    }
+    return map;
+}
+
+double fit_to_surface(const DistanceMap& map, const ShapePoints& shape, Pose& pose) {
+    const double h = map.grid.spacing_m[0], r = shape.thinnest_radius_m, clamped = 1.5 * r, huber = 0.3 * r;
+    const double bottom = map.grid.origin_m[2], top = bottom + map.grid.cells[2] * h;
+    const auto sums = [&](const Pose& at, Matrix6* H, Vector6* g) {
+        double cost = 0.0;
+        long count = 0;
+        for (const Vec3& point : shape.surface) {
+            const Vec3 offset = at.orientation * point, x = at.position_m + offset;
+            if (x.z() < bottom || x.z() > top) continue;
+            const double distance = std::clamp(map.at(x), -clamped, clamped), size = std::abs(distance);
+            const double weight = size > huber ? huber / size : 1.0;
+            cost += size > huber ? huber * (2.0 * size - huber) : size * size;
+            ++count;
+            if (H == nullptr || size >= clamped) continue;
+            Vec3 slope;
+            for (int a = 0; a < 3; ++a) {
+                Vec3 step = Vec3::Zero();
+                step[a] = 0.7 * h;
+                slope[a] = (map.at(x + step) - map.at(x - step)) / (1.4 * h);
+            }
+            Vector6 J;
+            J << slope, offset.cross(slope);
+            *H += weight * J * J.transpose();
+            *g += weight * distance * J;
+        }
+        return count > 0 ? cost / static_cast<double>(count) : 1e300;
+    };
+    double damping = 1e-2, cost = sums(pose, nullptr, nullptr);
+    for (int iteration = 0; iteration < 40; ++iteration) {
+        Matrix6 H = Matrix6::Zero();
+        Vector6 g = Vector6::Zero();
+        (void)sums(pose, &H, &g);
+        bool better = false;
+        for (int trial = 0; trial < 6 && !better; ++trial) {
+            Matrix6 A = H;
+            const double floor = 1e-9 * H.diagonal().maxCoeff() + 1e-300;
+            for (int d = 0; d < 6; ++d) A(d, d) += damping * H(d, d) + floor * (d < 3 ? 1.0 : r * r);
+            Vector6 step = -A.ldlt().solve(g);
+            const double largest = std::max(step.head<3>().norm() / (0.5 * r), step.tail<3>().norm() * shape.reach_m / r);
+            if (largest > 1.0) step /= largest;
+            Pose next = pose;
+            next.position_m += step.head<3>();
+            const double turn = step.tail<3>().norm();
+            if (turn > 0.0) next.orientation = (Quaternion(Eigen::AngleAxisd(turn, step.tail<3>() / turn)) * pose.orientation).normalized();
+            if (const double trial_cost = sums(next, nullptr, nullptr); trial_cost < cost) {
+                better = largest > 0.0;
+                const bool small = cost - trial_cost < 1e-4 * cost;
+                cost = trial_cost;
+                pose = next;
+                damping = std::max(1e-4, 0.3 * damping);
+                if (small) return cost;
+            } else {
+                damping *= 8.0;
+            }
+        }
+        if (!better) return cost;
+    }
+    return cost;
+}
+
+std::vector<Found> detect(DistanceMap& map, const std::vector<ShapePoints>& shapes) {
+    std::vector<std::size_t> order(shapes.size());
+    for (std::size_t s = 0; s < order.size(); ++s) order[s] = s;
+    std::sort(order.begin(), order.end(),
+              [&](std::size_t one, std::size_t other) { return shapes[one].volume_m3 > shapes[other].volume_m3; });
+    Search search(map, shapes);
+    // All passes of a larger shape before a smaller one, which might lie in an arm of a larger grain that is not found yet.
+    for (const std::size_t shape : order)
+        for (const Demands& demands : {Demands{0.92, 0.95, 0.75, false}, Demands{0.84, 0.92, 0.7, false}, Demands{0.75, 0.9, 0.65, false}})
+            search.pass(shape, demands);
+    for (const std::size_t shape : order) search.pass(shape, {0.8, 0.93, 0.7, true});
+    return search.found();
+}
+
+}  // namespace porepack::poses

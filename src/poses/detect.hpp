@@ -1,0 +1,36 @@
+// Grains of known shape found in a distance map, one after another; what is found is masked.
+#pragma once
+
+#include "core/gray_image.hpp"
+#include "poses/shape_points.hpp"
+
+namespace porepack::poses {
+
+/// Distance to the surface of the solid at the voxels' centres: negative in the solid. From voxels above the image's level.
+struct DistanceMap {
+    core::Grid grid;
+    std::vector<float> distance_m;
+    /// Interpolated; beyond the outermost centres the values stay.
+    [[nodiscard]] double at(const shapes::Vec3& point) const;
+    [[nodiscard]] bool contains(const shapes::Vec3& point) const;
+};
+[[nodiscard]] DistanceMap distance_map(const core::GrayImage& image);
+
+struct Found {
+    std::size_t shape = 0;
+    Pose pose;
+    double solid_inside = 0.0;  ///< share of the grain's inside, as far as the image shows it, that is solid
+    double on_surface = 0.0;    ///< share of its surface that lies on the surface of the solid
+    bool cut = false;           ///< reaches beyond the first or the last layer
+};
+
+/// Deep voxels of the solid are tried as anchors of the grain in all rotations, scored along the axes (docs/images.md). The best are
+/// moved onto the surface by least squares, from several rotations, and kept if they fit and overlap no other grain. Three passes with
+/// falling demands, then one for grains that the ends of the image cut. Larger shapes first. Changes the map: grains that were found become
+/// pores.
+[[nodiscard]] std::vector<Found> detect(DistanceMap& map, const std::vector<ShapePoints>& shapes);
+
+/// Moves a grain so that its surface lies on that of the solid. Returns the mean of the squared distances; far points count less.
+double fit_to_surface(const DistanceMap& map, const ShapePoints& shape, Pose& pose);
+
+}  // namespace porepack::poses

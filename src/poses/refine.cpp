@@ -1,0 +1,425 @@
+#include "poses/refine.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <unordered_map>
+
+#include "core/log.hpp"
+#include "core/parallel.hpp"
+
+namespace porepack::poses {
+using namespace core;
+using namespace shapes;
+namespace {
+
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+constexpr double band_deviations = 3.0;
+constexpr double gross = 0.25;  ///< larger residuals count less: something else is there
+
+double normal_below(double x) {
+    return 0.5 * std::erfc(-x / std::numbers::sqrt2);
+}
+
+struct Surface {
+    double distance = 1e300;
+    Vec3 normal = Vec3::UnitZ(), axis_point = Vec3::Zero();
+    double curvature = 0.0;  ///< mean
+};
+
+Surface surface_of(const Capsule& capsule, const Vec3& x) {
+    const Vec3 axis = capsule.b - capsule.a;
+    const double length2 = axis.squaredNorm(), along = length2 > 0.0 ? (x - capsule.a).dot(axis) / length2 : 0.0;
+    Surface found;
+    found.axis_point = capsule.a + std::clamp(along, 0.0, 1.0) * axis;
+    const Vec3 away = x - found.axis_point;
+    const double distance = away.norm();
+    if (distance > 1e-12) found.normal = away / distance;
+    found.distance = distance - capsule.radius;
+    found.curvature = (length2 > 0.0 && along > 0.0 && along < 1.0 ? 0.5 : 1.0) / capsule.radius;
+    return found;
+}
+
+// One voxel near a grain's surface.
+struct Voxel {
+    std::array<int, 3> cell;
+    Vec3 centre;
+    double value;
+    Surface surface;
+    double others;  ///< solid fraction of other grains
+};
+
+class Fit {
+public:
+    Fit(const GrayImage& image, const packing::Container& container, const std::vector<ShapePoints>& shapes, Refined& found)
+        : image_(image), container_(container), shapes_(shapes), found_(found), h_(image.grid.spacing_m[0]) {}
+
+    [[nodiscard]] std::vector<Capsule> capsules_of(const FittedGrain& grain, const Pose& pose) const {
+        const Common::OfShape& sizes = found_.common.shapes[grain.shape];
+        return placed(resized(shapes_[grain.shape].capsules, sizes.radius_change_m.value, sizes.length_factor.value), pose);
+    }
+    [[nodiscard]] std::vector<Capsule> capsules_of(const FittedGrain& grain) const { return capsules_of(grain, grain.pose); }
+
+    // Other grains that come near.
+    [[nodiscard]] std::vector<std::vector<Capsule>> neighbours_of(std::size_t g) const {
+        const FittedGrain& grain = found_.grains[g];
+        const std::vector<Capsule> own = capsules_of(grain);
+        std::vector<std::vector<Capsule>> near;
+        for (std::size_t other = 0; other < found_.grains.size(); ++other) {
+            const FittedGrain& candidate = found_.grains[other];
+            if (other == g || (candidate.pose.position_m - grain.pose.position_m).norm() >
+                                  1.1 * (shapes_[grain.shape].reach_m + shapes_[candidate.shape].reach_m) + 2.0 * band())
+                continue;
+            const std::vector<Capsule> capsules = capsules_of(candidate);
+            const bool close = std::any_of(own.begin(), own.end(), [&](const Capsule& one) {
+                return std::any_of(capsules.begin(), capsules.end(), [&](const Capsule& two) { return gap(one, two) < 2.0 * band(); });
+            });
+            if (close) near.push_back(capsules);
+        }
+        return near;
+    }
+
+    // visit(Voxel) for the voxels within the band around the grain's surface, every `stride`th along each axis.
+    template <typename Visit>
+    void for_voxels(const std::vector<Capsule>& own, const std::vector<std::vector<Capsule>>& others, int stride,
+                    const Visit& visit) const {
+        const Grid& grid = image_.grid;
+        const double reach = band();
+        for (std::size_t c = 0; c < own.size(); ++c) {
+            std::array<int, 3> low{}, high{};
+            for (std::size_t a = 0; a < 3; ++a) {
+                const auto axis = static_cast<Eigen::Index>(a);
+                const double r = own[c].radius + reach, from = std::min(own[c].a[axis], own[c].b[axis]) - r,
+                             to = std::max(own[c].a[axis], own[c].b[axis]) + r;
+                low[a] = std::max(0, static_cast<int>(std::ceil((from - grid.origin_m[a]) / h_ - 0.5)));
+                high[a] = std::min(grid.cells[a] - 1, static_cast<int>(std::floor((to - grid.origin_m[a]) / h_ - 0.5)));
+                low[a] += (stride - low[a] % stride) % stride;
+            }
+            std::vector<const std::vector<Capsule>*> near;
+            for (const auto& other : others)
+                if (std::any_of(other.begin(), other.end(), [&](const Capsule& one) { return gap(one, own[c]) < 2.0 * reach; }))
+                    near.push_back(&other);
+            for (int k = low[2]; k <= high[2]; k += stride)
+                for (int j = low[1]; j <= high[1]; j += stride)
+                    for (int i = low[0]; i <= high[0]; i += stride) {
+                        const Vec3 x(grid.centre(0, i), grid.centre(1, j), grid.centre(2, k));
+                        const Surface surface = surface_of(own[c], x);
+                        if (std::abs(surface.distance) > reach) continue;
+                        bool nearest = true;  // of the grain's capsules
+                        for (std::size_t o = 0; o < own.size() && nearest; ++o)
+                            if (o != c) nearest = signed_distance(own[o], x) >= surface.distance + (o < c ? 1e-12 : 0.0);
+                        if (!nearest || !container_.contains_column(x.x(), x.y())) continue;
+                        double sum = 0.0;
+                        for (const auto* other : near) {
+                            Surface closest;
+                            for (const Capsule& capsule : *other)
+                                if (const Surface one = surface_of(capsule, x); one.distance < closest.distance) closest = one;
+                            sum += fraction(closest);
+                        }
+                        visit(Voxel{{i, j, k}, x, image_.at(grid.index(i, j, k)), surface, sum});
+                    }
+        }
+    }
+
+    [[nodiscard]] double band() const { return band_deviations * found_.common.blur_m.value; }
+    [[nodiscard]] double argument(const Surface& surface) const {
+        const double blur = found_.common.blur_m.value;
+        return -surface.distance / blur - blur * surface.curvature;
+    }
+    [[nodiscard]] double fraction(const Surface& surface) const {
+        return surface.distance > 2.0 * band() ? 0.0 : normal_below(argument(surface));
+    }
+    // d fraction / d argument
+    [[nodiscard]] double density(const Surface& surface) const {
+        const double z = argument(surface);
+        return std::exp(-0.5 * z * z) / std::sqrt(2.0 * std::numbers::pi);
+    }
+    [[nodiscard]] int stride_for(const FittedGrain& grain) const {
+        return std::max(1, static_cast<int>(shapes_[grain.shape].thinnest_radius_m / (8.0 * h_)));
+    }
+
+    // Normal equations of one grain's pose; returns the mean square.
+    double pose_sums(const FittedGrain& grain, const Pose& pose, const std::vector<std::vector<Capsule>>& others, Matrix6* H, Vector6* g,
+                     std::unordered_map<std::uint64_t, Vector6>* blocks = nullptr) const {
+        const double contrast = found_.common.solid.value - found_.common.pores.value, blur = found_.common.blur_m.value;
+        double cost = 0.0;
+        long count = 0;
+        for_voxels(capsules_of(grain, pose), others, stride_for(grain), [&](const Voxel& voxel) {
+            const double own = fraction(voxel.surface), sum = own + voxel.others;
+            const double residual = found_.common.pores.value + contrast * std::min(1.0, sum) - voxel.value, size = std::abs(residual);
+            cost += size > gross ? gross * (2.0 * size - gross) : size * size;
+            ++count;
+            if (H == nullptr || sum > 1.0) return;
+            const double weight = size > gross ? gross / size : 1.0;
+            // The surface moves outward by n . (translation + rotation x lever).
+            const double slope = contrast * density(voxel.surface) / blur;
+            Vector6 J;
+            J << slope * voxel.surface.normal, slope * (voxel.centre - pose.position_m).cross(voxel.surface.normal);
+            *H += weight * J * J.transpose();
+            *g += weight * residual * J;
+            if (blocks != nullptr) {
+                const int block = std::max(4, static_cast<int>(2.0 * shapes_[grain.shape].thinnest_radius_m / h_));
+                const auto key = static_cast<std::uint64_t>(voxel.cell[0] / block) << 42U |
+                                 static_cast<std::uint64_t>(voxel.cell[1] / block) << 21U |
+                                 static_cast<std::uint64_t>(voxel.cell[2] / block);
+                blocks->try_emplace(key, Vector6::Zero()).first->second += weight * residual * J;
+            }
+        });
+        return count > 0 ? cost / static_cast<double>(count) : 1e300;
+    }
+
+    void fit_pose(std::size_t g, Pose& pose) const {
+        const FittedGrain& grain = found_.grains[g];
+        const auto others = neighbours_of(g);
+        const double r = shapes_[grain.shape].thinnest_radius_m;
+        double damping = 1e-3, cost = pose_sums(grain, pose, others, nullptr, nullptr);
+        for (int iteration = 0; iteration < 10; ++iteration) {
+            Matrix6 H = Matrix6::Zero();
+            Vector6 gradient = Vector6::Zero();
+            (void)pose_sums(grain, pose, others, &H, &gradient);
+            bool better = false;
+            double largest = 0.0;
+            for (int trial = 0; trial < 5 && !better; ++trial) {
+                Matrix6 A = H;
+                const double floor = 1e-9 * H.diagonal().head<3>().maxCoeff() + 1e-300;
+                for (int d = 0; d < 6; ++d) A(d, d) += damping * H(d, d) + floor * (d < 3 ? 1.0 : r * r);
+                const Vector6 step = -A.ldlt().solve(gradient);
+                largest = std::max(step.head<3>().norm(), step.tail<3>().norm() * shapes_[grain.shape].reach_m);
+                if (!(largest < 2.0 * r)) {
+                    damping = 10.0 * damping + 1e-3;
+                    continue;
+                }
+                const Pose next = moved_by(pose, step);
+                if (const double trial_cost = pose_sums(grain, next, others, nullptr, nullptr); trial_cost < cost) {
+                    better = true;
+                    cost = trial_cost;
+                    pose = next;
+                    damping = std::max(1e-6, 0.2 * damping);
+                } else {
+                    damping = 10.0 * damping + 1e-3;
+                }
+            }
+            if (!better || largest < 1e-4 * h_) return;
+        }
+    }
+
+    static Pose moved_by(const Pose& pose, const Vector6& step) {
+        Pose next = pose;
+        next.position_m += step.head<3>();
+        if (const double turn = step.tail<3>().norm(); turn > 0.0)
+            next.orientation = (Quaternion(Eigen::AngleAxisd(turn, step.tail<3>() / turn)) * pose.orientation).normalized();
+        return next;
+    }
+
+    // Colours of a graph are not needed: poses of one sweep use the neighbours of the sweep before.
+    void sweep() {
+        std::vector<Pose> poses(found_.grains.size());
+        parallel_for(poses.size(), [&](std::size_t g) {
+            poses[g] = found_.grains[g].pose;
+            fit_pose(g, poses[g]);
+        });
+        for (std::size_t g = 0; g < poses.size(); ++g) found_.grains[g].pose = poses[g];
+    }
+
+    // Gray levels, blur, radii and lengths, from voxels that other grains do not reach.
+    void fit_common() {
+        const std::size_t unknowns = 3 + 2 * shapes_.size();
+        const auto n = static_cast<Eigen::Index>(unknowns);
+        constexpr std::size_t most = 120;
+        const std::size_t every = 1 + found_.grains.size() / most;
+        std::vector<std::size_t> chosen;
+        for (std::size_t g = 0; g < found_.grains.size(); g += every)
+            if (!found_.grains[g].cut) chosen.push_back(g);
+        if (chosen.empty())
+            for (std::size_t g = 0; g < found_.grains.size(); ++g) chosen.push_back(g);
+        Eigen::MatrixXd H(n, n), scatter(n, n);
+        for (int iteration = 0; iteration < 8; ++iteration) {
+            std::vector<Eigen::MatrixXd> parts(chosen.size(), Eigen::MatrixXd::Zero(n, n));
+            std::vector<Eigen::VectorXd> gradients(chosen.size(), Eigen::VectorXd::Zero(n));
+            parallel_for(chosen.size(), [&](std::size_t at) { common_sums(chosen[at], parts[at], gradients[at]); });
+            H.setZero();
+            scatter.setZero();
+            Eigen::VectorXd gradient = Eigen::VectorXd::Zero(n);
+            for (std::size_t at = 0; at < chosen.size(); ++at) {
+                H += parts[at];
+                gradient += gradients[at];
+                scatter += gradients[at] * gradients[at].transpose();
+            }
+            for (Eigen::Index d = 0; d < n; ++d)
+                if (H(d, d) <= 0.0) H(d, d) = 1.0;  // a shape without grains
+            Eigen::VectorXd step = -H.ldlt().solve(gradient);
+            Common& common = found_.common;
+            step[2] = std::clamp(step[2], -0.3 * common.blur_m.value, 0.3 * common.blur_m.value);
+            common.pores.value += step[0];
+            common.solid.value += step[1];
+            common.blur_m.value += step[2];
+            double largest = std::max({std::abs(step[0]), std::abs(step[1]), std::abs(step[2]) / h_});
+            for (std::size_t s = 0; s < shapes_.size(); ++s) {
+                const auto d = static_cast<Eigen::Index>(3 + 2 * s);
+                const double r = shapes_[s].thinnest_radius_m;
+                common.shapes[s].radius_change_m.value += std::clamp(step[d], -0.1 * r, 0.1 * r);
+                common.shapes[s].length_factor.value += std::clamp(step[d + 1], -0.05, 0.05);
+                largest = std::max({largest, std::abs(step[d]) / h_, std::abs(step[d + 1])});
+            }
+            if (largest < 1e-5) break;
+        }
+        const Eigen::MatrixXd inverse = H.completeOrthogonalDecomposition().pseudoInverse();
+        const Eigen::MatrixXd covariance = inverse * scatter * inverse;
+        const auto error = [&](std::size_t d) {
+            return std::sqrt(std::max(0.0, covariance(static_cast<Eigen::Index>(d), static_cast<Eigen::Index>(d))));
+        };
+        found_.common.pores.uncertainty = error(0);
+        found_.common.solid.uncertainty = error(1);
+        found_.common.blur_m.uncertainty = error(2);
+        for (std::size_t s = 0; s < shapes_.size(); ++s) {
+            found_.common.shapes[s].radius_change_m.uncertainty = error(3 + 2 * s);
+            found_.common.shapes[s].length_factor.uncertainty = error(4 + 2 * s);
+        }
+    }
+
+    // Of one grain, with its pose eliminated (Schur complement): lengths and radii move poses, too.
+    void common_sums(std::size_t g, Eigen::MatrixXd& H, Eigen::VectorXd& gradient) const {
+        const FittedGrain& grain = found_.grains[g];
+        const double contrast = found_.common.solid.value - found_.common.pores.value, blur = found_.common.blur_m.value;
+        const Eigen::Index n = H.rows();
+        const auto first = static_cast<Eigen::Index>(3 + 2 * grain.shape);
+        const double factor = found_.common.shapes[grain.shape].length_factor.value, reach = shapes_[grain.shape].reach_m;
+        Eigen::MatrixXd all = Eigen::MatrixXd::Zero(n + 6, n + 6);
+        Eigen::VectorXd sums = Eigen::VectorXd::Zero(n + 6), J(n + 6);
+        for_voxels(capsules_of(grain), neighbours_of(g), stride_for(grain), [&](const Voxel& voxel) {
+            if (voxel.others > 0.01) return;
+            const double own = fraction(voxel.surface), slope = contrast * density(voxel.surface);
+            const double residual = found_.common.pores.value + contrast * own - voxel.value;
+            if (std::abs(residual) > gross) return;
+            const Vec3 lever = (voxel.surface.axis_point - grain.pose.position_m) / factor;
+            J.setZero();
+            J[0] = 1.0 - own;
+            J[1] = own;
+            J[2] = slope * (voxel.surface.distance / (blur * blur) - voxel.surface.curvature);
+            J[first] = slope / blur;
+            J[first + 1] = slope / blur * voxel.surface.normal.dot(lever);
+            J.segment<3>(n) = slope / blur * voxel.surface.normal;
+            J.segment<3>(n + 3) = slope / blur / reach * (voxel.centre - grain.pose.position_m).cross(voxel.surface.normal);
+            all += J * J.transpose();
+            sums += residual * J;
+        });
+        Eigen::SelfAdjointEigenSolver<Matrix6> solver(Matrix6(all.bottomRightCorner<6, 6>()));
+        Vector6 inverse = Vector6::Zero();
+        for (int d = 0; d < 6; ++d)
+            if (solver.eigenvalues()[d] > 1e-6 * solver.eigenvalues()[5]) inverse[d] = 1.0 / solver.eigenvalues()[d];
+        const Eigen::MatrixXd gain =
+            all.topRightCorner(n, 6) * solver.eigenvectors() * inverse.asDiagonal() * solver.eigenvectors().transpose();
+        H = all.topLeftCorner(n, n) - gain * all.bottomLeftCorner(6, n);
+        gradient = sums.head(n) - gain * sums.tail(6);
+    }
+
+    // The last step: residual and uncertainty of each grain.
+    void judge() {
+        std::vector<double> squares(found_.grains.size());
+        parallel_for(found_.grains.size(), [&](std::size_t g) {
+            FittedGrain& grain = found_.grains[g];
+            Matrix6 H = Matrix6::Zero();
+            Vector6 gradient = Vector6::Zero();
+            std::unordered_map<std::uint64_t, Vector6> blocks;
+            squares[g] = pose_sums(grain, grain.pose, neighbours_of(g), &H, &gradient, &blocks);
+            grain.residual = std::sqrt(squares[g]);
+            Matrix6 scatter = Matrix6::Zero();
+            for (const auto& [key, sum] : blocks) scatter += sum * sum.transpose();
+            // Rotations about an axis of symmetry change nothing and count as known.
+            Matrix6 scaled = H;
+            const double r = shapes_[grain.shape].reach_m;
+            Vector6 unit;
+            unit << 1.0, 1.0, 1.0, 1.0 / r, 1.0 / r, 1.0 / r;
+            scaled = unit.asDiagonal() * H * unit.asDiagonal();
+            const Eigen::SelfAdjointEigenSolver<Matrix6> solver(scaled);
+            Vector6 inverse = Vector6::Zero();
+            for (int d = 0; d < 6; ++d)
+                if (solver.eigenvalues()[d] > 1e-6 * solver.eigenvalues()[5]) inverse[d] = 1.0 / solver.eigenvalues()[d];
+            const Matrix6 pseudo =
+                unit.asDiagonal() * (solver.eigenvectors() * inverse.asDiagonal() * solver.eigenvectors().transpose()) * unit.asDiagonal();
+            const Matrix6 covariance = pseudo * scatter * pseudo;
+            grain.position_error_m = std::sqrt(std::max(0.0, covariance.topLeftCorner<3, 3>().trace()));
+            for (const Vec3& end : shapes_[grain.shape].ends) {
+                const Vec3 lever = grain.pose.orientation * end;
+                Eigen::Matrix<double, 3, 6> J;
+                J << Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Zero();
+                for (int a = 0; a < 3; ++a) J.block<3, 1>(0, 3 + a) = Vec3::Unit(a).cross(lever);
+                grain.end_error_m = std::max(grain.end_error_m, std::sqrt(std::max(0.0, (J * covariance * J.transpose()).trace())));
+            }
+        });
+        double sum = 0.0;
+        for (const double square : squares) sum += square / static_cast<double>(squares.size());
+        found_.residual = std::sqrt(sum);
+    }
+
+private:
+    const GrayImage& image_;
+    const packing::Container& container_;
+    const std::vector<ShapePoints>& shapes_;
+    Refined& found_;
+    const double h_;
+};
+
+}  // namespace
+
+std::vector<Capsule> resized(const std::vector<Capsule>& capsules, double radius_change_m, double length_factor) {
+    std::vector<Capsule> all;
+    for (const Capsule& capsule : capsules)
+        all.push_back({length_factor * capsule.a, length_factor * capsule.b, capsule.radius + radius_change_m});
+    return all;
+}
+
+Refined refine(const GrayImage& image, const packing::Container& container, const std::vector<ShapePoints>& shapes,
+               std::vector<FittedGrain> grains, double blur_m) {
+    Refined found{.grains = std::move(grains), .common = {}, .residual = 0.0};
+    found.common.shapes.resize(shapes.size());
+    found.common.blur_m.value = std::max(blur_m, 0.3 * image.grid.spacing_m[0]);
+    if (found.grains.empty()) return found;
+    Fit fit(image, container, shapes, found);
+    constexpr int sweeps = 3;
+    Progress progress("poses");
+    for (int sweep = 0; sweep < sweeps; ++sweep) {
+        fit.sweep();
+        fit.fit_common();
+        progress.update((sweep + 1.0) / (sweeps + 1.0));
+    }
+    fit.sweep();
+    fit.judge();
+    return found;
+}
+
+std::vector<std::uint8_t> rendered(const Grid& grid, const std::vector<ShapePoints>& shapes, const Refined& found) {
+    std::vector<std::uint8_t> fractions(grid.size(), 0);
+    const double blur = found.common.blur_m.value, reach = 4.0 * blur;
+    for (const FittedGrain& grain : found.grains) {
+        const Common::OfShape& sizes = found.common.shapes[grain.shape];
+        const auto capsules =
+            placed(resized(shapes[grain.shape].capsules, sizes.radius_change_m.value, sizes.length_factor.value), grain.pose);
+        Bounds bounds;
+        for (const Capsule& capsule : capsules) bounds.add(capsule);
+        std::array<int, 3> low{}, high{};
+        for (std::size_t a = 0; a < 3; ++a) {
+            const auto axis = static_cast<Eigen::Index>(a);
+            low[a] = std::max(0, static_cast<int>(std::floor((bounds.low[axis] - reach - grid.origin_m[a]) / grid.spacing_m[a])));
+            high[a] =
+                std::min(grid.cells[a], static_cast<int>(std::ceil((bounds.high[axis] + reach - grid.origin_m[a]) / grid.spacing_m[a])));
+        }
+        if (low[2] >= high[2]) continue;
+        parallel_for(static_cast<std::size_t>(high[2] - low[2]), [&](std::size_t layer) {
+            const int k = low[2] + static_cast<int>(layer);
+            for (int j = low[1]; j < high[1]; ++j)
+                for (int i = low[0]; i < high[0]; ++i) {
+                    const double s = signed_distance(capsules, Vec3(grid.centre(0, i), grid.centre(1, j), grid.centre(2, k)));
+                    if (s > reach) continue;
+                    std::uint8_t& fraction = fractions[grid.index(i, j, k)];
+                    fraction = static_cast<std::uint8_t>(std::min(255L, fraction + std::lround(255.0 * normal_below(-s / blur))));
+                }
+        });
+    }
+    return fractions;
+}
+
+}  // namespace porepack::poses

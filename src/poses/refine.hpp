@@ -1,0 +1,55 @@
+// Poses by least squares on the gray values themselves.
+#pragma once
+
+#include "core/gray_image.hpp"
+#include "packing/packing.hpp"
+#include "poses/shape_points.hpp"
+
+namespace porepack::poses {
+
+/// A value with its standard uncertainty.
+struct Estimate {
+    double value = 0.0, uncertainty = 0.0;
+};
+
+/// What is the same for all grains of an image. A grain's gray value at signed distance s from its surface, whose mean curvature there is
+/// H: pores + (solid - pores) Phi(-s / blur - blur H), by which a surface that blur has moved inward is where it was.
+struct Common {
+    Estimate pores{0.0}, solid{1.0};  ///< solid fractions
+    Estimate blur_m;                  ///< standard deviation of the point spread function with the voxel
+    struct OfShape {
+        Estimate radius_change_m;     ///< added to all radii
+        Estimate length_factor{1.0};  ///< of the axes
+    };
+    std::vector<OfShape> shapes;
+};
+
+struct FittedGrain {
+    std::size_t shape = 0;
+    Pose pose;
+    bool cut = false;               ///< reaches beyond the first or the last layer
+    double residual = 0.0;          ///< root mean square within three deviations of the blur from its surface
+    double position_error_m = 0.0;  ///< standard uncertainty, root of the sum over x, y, z
+    double end_error_m = 0.0;       ///< of the capsule's end that is known least, by position and rotation
+};
+
+/// Three sweeps over the grains, each with its neighbours, and after each the common parameters. Grains that touch add up to at most 1.
+/// Uncertainties from the scatter of sums over blocks as large as the thinnest diameter ("sandwich"), so that noise that is alike in
+/// neighbouring voxels does not make them too small.
+/// Voxels outside the container do not count.
+struct Refined {
+    std::vector<FittedGrain> grains;
+    Common common;
+    double residual = 0.0;  ///< root mean square, all grains
+};
+[[nodiscard]] Refined refine(const core::GrayImage& image, const packing::Container& container, const std::vector<ShapePoints>& shapes,
+                             std::vector<FittedGrain> grains, double blur_m);
+
+/// The shape with fitted radii and lengths.
+[[nodiscard]] std::vector<shapes::Capsule> resized(const std::vector<shapes::Capsule>& capsules, double radius_change_m,
+                                                   double length_factor);
+
+/// Solid fractions of the fitted grains, as the image would show them: 0 to 255.
+[[nodiscard]] std::vector<std::uint8_t> rendered(const core::Grid& grid, const std::vector<ShapePoints>& shapes, const Refined& found);
+
+}  // namespace porepack::poses
