@@ -82,6 +82,19 @@ public:
         return near;
     }
 
+    // Of the grain's capsules, this one is nearest. Not in creases, where another one is as near: blur fills them.
+    [[nodiscard]] bool is_nearest(const std::vector<Capsule>& own, std::size_t c, const Vec3& x, const Surface& surface) const {
+        for (std::size_t o = 0; o < own.size(); ++o) {
+            if (o == c) continue;
+            const Surface other = surface_of(own[o], x);
+            const double farther = other.distance - surface.distance;
+            if (farther < (o < c ? 1e-12 : 0.0)) return false;
+            if (farther < 1.5 * found_.common.blur_m.value && (other.axis_point - surface.axis_point).norm() > 0.5 * own[c].radius)
+                return false;
+        }
+        return true;
+    }
+
     // visit(Voxel) for the voxels within the band around the grain's surface, every `stride`th along each axis.
     template <typename Visit>
     void for_voxels(const std::vector<Capsule>& own, const std::vector<std::vector<Capsule>>& others, int stride,
@@ -108,10 +121,7 @@ public:
                         const Vec3 x(grid.centre(0, i), grid.centre(1, j), grid.centre(2, k));
                         const Surface surface = surface_of(own[c], x);
                         if (std::abs(surface.distance) > reach) continue;
-                        bool nearest = true;  // of the grain's capsules
-                        for (std::size_t o = 0; o < own.size() && nearest; ++o)
-                            if (o != c) nearest = signed_distance(own[o], x) >= surface.distance + (o < c ? 1e-12 : 0.0);
-                        if (!nearest || !container_.contains_column(x.x(), x.y())) continue;
+                        if (!is_nearest(own, c, x, surface) || !container_.contains_column(x.x(), x.y())) continue;
                         double sum = 0.0;
                         for (const auto* other : near) {
                             Surface closest;

@@ -252,6 +252,12 @@ Json fit_image(const Path& file, ImageConfig image, const std::optional<Containe
     watch = {};
     Refined found = refine(gray, input.container, points, std::move(grains), notes.blur_voxels * h);
     const double seconds_of_poses = watch.seconds();
+    const std::size_t refined = found.grains.size();
+    std::vector<double> residuals;
+    for (const FittedGrain& grain : found.grains) residuals.push_back(grain.residual);
+    const double usual = median(residuals);
+    // What fits far worse than the others is none of these grains.
+    std::erase_if(found.grains, [&](const FittedGrain& grain) { return grain.residual > std::max(0.1, 2.5 * usual); });
     const std::vector<std::uint8_t> model = rendered(gray.grid, points, found);
     Container container = input.container;
     if (image.find_container) {  // again, without the grains: they shift the edge
@@ -269,10 +275,9 @@ Json fit_image(const Path& file, ImageConfig image, const std::optional<Containe
     write_grains(folder / "grains.csv", shapes, found);
     write_picture(folder / "fit.png", gray, model);
 
-    std::vector<double> residuals, positions, ends;
+    std::vector<double> positions, ends;
     long cut = 0;
     for (const FittedGrain& grain : found.grains) {
-        residuals.push_back(grain.residual);
         cut += grain.cut ? 1 : 0;
         if (grain.cut) continue;
         positions.push_back(grain.position_error_m);
@@ -281,7 +286,7 @@ Json fit_image(const Path& file, ImageConfig image, const std::optional<Containe
     Json json = input.description;
     json.erase("own");
     json["container"] = to_json(packing.container);
-    json["grains"] = {{"found", found.grains.size()}, {"cut", cut}};
+    json["grains"] = {{"found", found.grains.size()}, {"cut", cut}, {"dropped", refined - found.grains.size()}};
     json["sizes"] = Json::object();
     for (std::size_t s = 0; s < shapes.size(); ++s)
         json["sizes"][shapes[s].id] = {{"radius_change_m", json_of(found.common.shapes[s].radius_change_m)},
@@ -290,7 +295,7 @@ Json fit_image(const Path& file, ImageConfig image, const std::optional<Containe
     json["pores"] = json_of(found.common.pores);
     json["solid"] = json_of(found.common.solid);
     json["residual"] = found.residual;
-    json["residual_median"] = median(residuals);
+    json["residual_median"] = usual;
     json["noise"] = notes.noise;
     json["position_uncertainty_m"] = positions.empty() ? Json(nullptr) : Json(median(positions));
     json["end_uncertainty_m"] = ends.empty() ? Json(nullptr) : Json(median(ends));
