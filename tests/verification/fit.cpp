@@ -177,6 +177,41 @@ TEST(Poses, WrongSizesAndMirrorImagesAreNamed) {
     EXPECT_TRUE(has(message_of<UserError>([&] { fit(make_preset(ShapeKind::rod, 0.001, 0.005), "xyz"); }), "voxels thick"));
 }
 
+// What is not one of the grains is named, and noise and blur do not hide grains.
+TEST(Poses, HardCases) {
+    const test::Folder folder;
+    const Path file = folder.path() / "scan.nrrd";
+    const auto fit = [&](const Packing& packing, const converters::ScanSettings& settings, const imaging::ImageConfig& image = {}) {
+        const GrayImage scan = converters::simulated_scan(Grains(packing), packing.container, d / 8.0, settings);
+        write_volume(file, imaging::scan_of(scan, 40.0, 200.0));
+        return stages::fit_image(file, image, packing.container, {bent()}, {}, folder.path());
+    };
+    const Packing exact = random_bed({bent()}, 14, 0.04, 11);
+    for (const auto& settings : {converters::ScanSettings{.blur_voxels = 0.8, .noise = 0.1}, {.blur_voxels = 1.5, .noise = 0.03}}) {
+        // Blur of 1.5 voxels leaves no peak of the solid in the histogram of grains of 8 voxels.
+        const Json found = fit(exact, settings, {.gray_levels = {40.0, 200.0}});
+        EXPECT_TRUE(found.at("doubts").empty()) << found.at("doubts").dump();
+        const Packing fitted = read_packing(folder.path() / "packing.json");
+        EXPECT_EQ(fitted.bodies.size(), 14U);
+        EXPECT_EQ(errors_of(exact, fitted).found, 14U);
+        EXPECT_LT(errors_of(exact, fitted).end, 0.3 * d / 8.0);
+    }
+    // A broken grain and a foreign body.
+    const Shape leg{.id = "leg", .capsules = {{{0, 0, 0}, {0.009, 0, 0}, d / 2}}};
+    for (const Shape& other : {leg, make_preset(ShapeKind::sphere, 0.009, 0.0)}) {
+        Packing mixed = random_bed({bent(), other}, 12, 0.04, 12);
+        const Json found = fit(mixed, {.blur_voxels = 0.8, .noise = 0.03});
+        EXPECT_EQ(found.at("grains").at("found").get<int>(), 6) << other.id;
+        EXPECT_EQ(errors_of(mixed, read_packing(folder.path() / "packing.json")).found, 6U) << other.id;
+        EXPECT_TRUE(has(found.at("doubts").dump(), "of another shape, or a broken one")) << found.at("doubts").dump();
+    }
+    // An empty tube.
+    Packing empty = exact;
+    empty.bodies.clear();
+    empty.container = parse_container("cylinder:0.03,0.02");
+    EXPECT_THROW((void)fit(empty, {.blur_voxels = 0.8, .noise = 0.03, .tube = true}, {.find_container = true}), UserError);
+}
+
 // By commands, in a tube; the scan shows a part of the bed.
 TEST(Poses, FromAPackingToAScanAndBack) {
     Packing exact = random_bed({bent()}, 10, 0.028, 7);
