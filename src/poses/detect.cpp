@@ -13,9 +13,6 @@ using namespace core;
 using namespace shapes;
 namespace {
 
-using Vector6 = Eigen::Matrix<double, 6, 1>;
-using Matrix6 = Eigen::Matrix<double, 6, 6>;
-
 constexpr double expected_depth = 0.7;  ///< of an axis, in radii: voxels and rotations are finite
 
 // What a candidate must reach.
@@ -292,14 +289,6 @@ private:
 
 }  // namespace
 
-bool DistanceMap::contains(const Vec3& point) const {
-    for (std::size_t a = 0; a < 3; ++a) {
-        const double x = (point[static_cast<Eigen::Index>(a)] - grid.origin_m[a]) / grid.spacing_m[a];
-        if (x < 0.0 || x > grid.cells[a]) return false;
-    }
-    return true;
-}
-
 double DistanceMap::at(const Vec3& point) const {
     std::array<int, 3> low{}, high{};
     std::array<double, 3> part{};
@@ -338,7 +327,7 @@ DistanceMap distance_map(const GrayImage& image) {
 double fit_to_surface(const DistanceMap& map, const ShapePoints& shape, Pose& pose) {
     const double h = map.grid.spacing_m[0], r = shape.thinnest_radius_m, clamped = 1.5 * r, huber = 0.3 * r;
     const double bottom = map.grid.origin_m[2], top = bottom + map.grid.cells[2] * h;
-    const auto sums = [&](const Pose& at, Matrix6* H, Vector6* g) {
+    const auto sums = [&](const Pose& at, StepMatrix* H, Step* g) {
         double cost = 0.0;
         long count = 0;
         for (const Vec3& point : shape.surface) {
@@ -355,7 +344,7 @@ double fit_to_surface(const DistanceMap& map, const ShapePoints& shape, Pose& po
                 step[a] = 0.7 * h;
                 slope[a] = (map.at(x + step) - map.at(x - step)) / (1.4 * h);
             }
-            Vector6 J;
+            Step J;
             J << slope, offset.cross(slope);
             *H += weight * J * J.transpose();
             *g += weight * distance * J;
@@ -364,21 +353,18 @@ double fit_to_surface(const DistanceMap& map, const ShapePoints& shape, Pose& po
     };
     double damping = 1e-2, cost = sums(pose, nullptr, nullptr);
     for (int iteration = 0; iteration < 40; ++iteration) {
-        Matrix6 H = Matrix6::Zero();
-        Vector6 g = Vector6::Zero();
+        StepMatrix H = StepMatrix::Zero();
+        Step g = Step::Zero();
         (void)sums(pose, &H, &g);
         bool better = false;
         for (int trial = 0; trial < 6 && !better; ++trial) {
-            Matrix6 A = H;
+            StepMatrix A = H;
             const double floor = 1e-9 * H.diagonal().maxCoeff() + 1e-300;
             for (int d = 0; d < 6; ++d) A(d, d) += damping * H(d, d) + floor * (d < 3 ? 1.0 : r * r);
-            Vector6 step = -A.ldlt().solve(g);
+            Step step = -A.ldlt().solve(g);
             const double largest = std::max(step.head<3>().norm() / (0.5 * r), step.tail<3>().norm() * shape.reach_m / r);
             if (largest > 1.0) step /= largest;
-            Pose next = pose;
-            next.position_m += step.head<3>();
-            const double turn = step.tail<3>().norm();
-            if (turn > 0.0) next.orientation = (Quaternion(Eigen::AngleAxisd(turn, step.tail<3>() / turn)) * pose.orientation).normalized();
+            const Pose next = moved_by(pose, step);
             if (const double trial_cost = sums(next, nullptr, nullptr); trial_cost < cost) {
                 better = largest > 0.0;
                 const bool small = cost - trial_cost < 1e-4 * cost;

@@ -12,7 +12,6 @@ struct DistanceMap {
     std::vector<float> distance_m;
     /// Interpolated; beyond the outermost centres the values stay.
     [[nodiscard]] double at(const shapes::Vec3& point) const;
-    [[nodiscard]] bool contains(const shapes::Vec3& point) const;
 };
 [[nodiscard]] DistanceMap distance_map(const core::GrayImage& image);
 

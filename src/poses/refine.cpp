@@ -14,9 +14,6 @@ using namespace core;
 using namespace shapes;
 namespace {
 
-using Vector6 = Eigen::Matrix<double, 6, 1>;
-using Matrix6 = Eigen::Matrix<double, 6, 6>;
-
 constexpr double band_deviations = 3.0;
 constexpr double gross = 0.25;  ///< larger residuals count less: something else is there
 
@@ -152,8 +149,8 @@ public:
     }
 
     // Normal equations of one grain's pose; returns the mean square.
-    double pose_sums(const FittedGrain& grain, const Pose& pose, const std::vector<std::vector<Capsule>>& others, Matrix6* H, Vector6* g,
-                     std::unordered_map<std::uint64_t, Vector6>* blocks = nullptr) const {
+    double pose_sums(const FittedGrain& grain, const Pose& pose, const std::vector<std::vector<Capsule>>& others, StepMatrix* H, Step* g,
+                     std::unordered_map<std::uint64_t, Step>* blocks = nullptr) const {
         const double contrast = found_.common.solid.value - found_.common.pores.value, blur = found_.common.blur_m.value;
         double cost = 0.0;
         long count = 0;
@@ -166,7 +163,7 @@ public:
             const double weight = size > gross ? gross / size : 1.0;
             // The surface moves outward by n . (translation + rotation x lever).
             const double slope = contrast * density(voxel.surface) / blur;
-            Vector6 J;
+            Step J;
             J << slope * voxel.surface.normal, slope * (voxel.centre - pose.position_m).cross(voxel.surface.normal);
             *H += weight * J * J.transpose();
             *g += weight * residual * J;
@@ -175,7 +172,7 @@ public:
                 const auto key = static_cast<std::uint64_t>(voxel.cell[0] / block) << 42U |
                                  static_cast<std::uint64_t>(voxel.cell[1] / block) << 21U |
                                  static_cast<std::uint64_t>(voxel.cell[2] / block);
-                blocks->try_emplace(key, Vector6::Zero()).first->second += weight * residual * J;
+                blocks->try_emplace(key, Step::Zero()).first->second += weight * residual * J;
             }
         });
         return count > 0 ? cost / static_cast<double>(count) : 1e300;
@@ -187,16 +184,16 @@ public:
         const double r = shapes_[grain.shape].thinnest_radius_m;
         double damping = 1e-3, cost = pose_sums(grain, pose, others, nullptr, nullptr);
         for (int iteration = 0; iteration < 10; ++iteration) {
-            Matrix6 H = Matrix6::Zero();
-            Vector6 gradient = Vector6::Zero();
+            StepMatrix H = StepMatrix::Zero();
+            Step gradient = Step::Zero();
             (void)pose_sums(grain, pose, others, &H, &gradient);
             bool better = false;
             double largest = 0.0;
             for (int trial = 0; trial < 5 && !better; ++trial) {
-                Matrix6 A = H;
+                StepMatrix A = H;
                 const double floor = 1e-9 * H.diagonal().head<3>().maxCoeff() + 1e-300;
                 for (int d = 0; d < 6; ++d) A(d, d) += damping * H(d, d) + floor * (d < 3 ? 1.0 : r * r);
-                const Vector6 step = -A.ldlt().solve(gradient);
+                const Step step = -A.ldlt().solve(gradient);
                 largest = std::max(step.head<3>().norm(), step.tail<3>().norm() * shapes_[grain.shape].reach_m);
                 if (!(largest < 2.0 * r)) {
                     damping = 10.0 * damping + 1e-3;
@@ -216,15 +213,7 @@ public:
         }
     }
 
-    static Pose moved_by(const Pose& pose, const Vector6& step) {
-        Pose next = pose;
-        next.position_m += step.head<3>();
-        if (const double turn = step.tail<3>().norm(); turn > 0.0)
-            next.orientation = (Quaternion(Eigen::AngleAxisd(turn, step.tail<3>() / turn)) * pose.orientation).normalized();
-        return next;
-    }
-
-    // Colours of a graph are not needed: poses of one sweep use the neighbours of the sweep before.
+    // All grains at once: each sees its neighbours where the sweep before has left them.
     void sweep() {
         std::vector<Pose> poses(found_.grains.size());
         parallel_for(poses.size(), [&](std::size_t g) {
@@ -316,8 +305,8 @@ public:
             all += J * J.transpose();
             sums += residual * J;
         });
-        Eigen::SelfAdjointEigenSolver<Matrix6> solver(Matrix6(all.bottomRightCorner<6, 6>()));
-        Vector6 inverse = Vector6::Zero();
+        Eigen::SelfAdjointEigenSolver<StepMatrix> solver(StepMatrix(all.bottomRightCorner<6, 6>()));
+        Step inverse = Step::Zero();
         for (int d = 0; d < 6; ++d)
             if (solver.eigenvalues()[d] > 1e-6 * solver.eigenvalues()[5]) inverse[d] = 1.0 / solver.eigenvalues()[d];
         const Eigen::MatrixXd gain =
@@ -331,26 +320,26 @@ public:
         std::vector<double> squares(found_.grains.size());
         parallel_for(found_.grains.size(), [&](std::size_t g) {
             FittedGrain& grain = found_.grains[g];
-            Matrix6 H = Matrix6::Zero();
-            Vector6 gradient = Vector6::Zero();
-            std::unordered_map<std::uint64_t, Vector6> blocks;
+            StepMatrix H = StepMatrix::Zero();
+            Step gradient = Step::Zero();
+            std::unordered_map<std::uint64_t, Step> blocks;
             squares[g] = pose_sums(grain, grain.pose, neighbours_of(g), &H, &gradient, &blocks);
             grain.residual = std::sqrt(squares[g]);
-            Matrix6 scatter = Matrix6::Zero();
+            StepMatrix scatter = StepMatrix::Zero();
             for (const auto& [key, sum] : blocks) scatter += sum * sum.transpose();
             // Rotations about an axis of symmetry change nothing and count as known.
-            Matrix6 scaled = H;
+            StepMatrix scaled = H;
             const double r = shapes_[grain.shape].reach_m;
-            Vector6 unit;
+            Step unit;
             unit << 1.0, 1.0, 1.0, 1.0 / r, 1.0 / r, 1.0 / r;
             scaled = unit.asDiagonal() * H * unit.asDiagonal();
-            const Eigen::SelfAdjointEigenSolver<Matrix6> solver(scaled);
-            Vector6 inverse = Vector6::Zero();
+            const Eigen::SelfAdjointEigenSolver<StepMatrix> solver(scaled);
+            Step inverse = Step::Zero();
             for (int d = 0; d < 6; ++d)
                 if (solver.eigenvalues()[d] > 1e-6 * solver.eigenvalues()[5]) inverse[d] = 1.0 / solver.eigenvalues()[d];
-            const Matrix6 pseudo =
+            const StepMatrix pseudo =
                 unit.asDiagonal() * (solver.eigenvectors() * inverse.asDiagonal() * solver.eigenvectors().transpose()) * unit.asDiagonal();
-            const Matrix6 covariance = pseudo * scatter * pseudo;
+            const StepMatrix covariance = pseudo * scatter * pseudo;
             grain.position_error_m = std::sqrt(std::max(0.0, covariance.topLeftCorner<3, 3>().trace()));
             for (const Vec3& end : shapes_[grain.shape].ends) {
                 const Vec3 lever = grain.pose.orientation * end;

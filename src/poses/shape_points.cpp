@@ -68,6 +68,14 @@ void add_points(const Capsule& capsule, double step, std::vector<Vec3>& points) 
 
 }  // namespace
 
+Pose moved_by(const Pose& pose, const Step& step) {
+    Pose next = pose;
+    next.position_m += step.head<3>();
+    if (const double turn = step.tail<3>().norm(); turn > 0.0)
+        next.orientation = (Quaternion(Eigen::AngleAxisd(turn, step.tail<3>() / turn)) * pose.orientation).normalized();
+    return next;
+}
+
 std::vector<Capsule> placed(const std::vector<Capsule>& capsules, const Pose& pose) {
     std::vector<Capsule> all;
     all.reserve(capsules.size());

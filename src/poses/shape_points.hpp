@@ -12,6 +12,11 @@ struct Pose {
     shapes::Quaternion orientation = shapes::Quaternion::Identity();
 };
 
+/// Steps of least squares: translation, then rotation vector about the position.
+using Step = Eigen::Matrix<double, 6, 1>;
+using StepMatrix = Eigen::Matrix<double, 6, 6>;
+[[nodiscard]] Pose moved_by(const Pose& pose, const Step& step);
+
 /// The shape's capsules in the world.
 [[nodiscard]] std::vector<shapes::Capsule> placed(const std::vector<shapes::Capsule>& capsules, const Pose& pose);
 
