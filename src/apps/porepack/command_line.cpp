@@ -135,7 +135,9 @@ void print_summary(const std::string& stage, const Json& result) {
          {"sample_length_m", "inertia_coefficient", "/packings/0/least_squares/permeability_m2",
           "/packings/0/least_squares/permeability_interval_m2", "/packings/0/least_squares/inertial_permeability_m", "verdict",
           "verdict_inertial"}},
-        {"foam", {"permeability_m2", "permeability_interval_m2", "section_m", "converged", "cells"}}};
+        {"foam", {"permeability_m2", "permeability_interval_m2", "section_m", "converged", "cells"}},
+        {"segment", {"grains", "container", "section_m", "porosity", "median_grain_volume_m3"}},
+        {"fit", {"grains", "container", "section_m", "porosity", "end_uncertainty_m", "residual", "unexplained_solid", "doubts"}}};
     const auto found = main_keys.find(stage);
     if (found == main_keys.end() || (result.contains("packings") && result["packings"].size() > 1)) return print_lines(result);
     for (const std::string key : found->second) {
@@ -148,7 +150,7 @@ void print_summary(const std::string& stage, const Json& result) {
                                                   : entry.is_null()       ? std::string("none")
                                                   : entry.is_string()     ? entry.get<std::string>()
                                                                           : entry.dump());
-        fmt::print("{}: {}\n", at.back(), text);
+        fmt::print("{}: {}\n", at.back(), text.empty() ? "none" : text);
     }
 }
 
