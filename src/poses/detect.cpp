@@ -33,12 +33,13 @@ struct Pattern {
         int i, j, k;
         float depth_m;
     };
+    std::vector<Quaternion> rotations;
     std::vector<std::vector<Point>> of_rotation;
 };
 
-Pattern pattern_of(const ShapePoints& shape, const Vec3& anchor, const std::vector<Quaternion>& rotations, double h) {
-    Pattern pattern;
-    for (const Quaternion& q : rotations) {
+Pattern pattern_of(const ShapePoints& shape, const Vec3& anchor, double step_m, double h) {
+    Pattern pattern{.rotations = rotations_of(shape, anchor, step_m), .of_rotation = {}};
+    for (const Quaternion& q : pattern.rotations) {
         auto& points = pattern.of_rotation.emplace_back();
         for (const auto& [point, radius] : shape.axis) {
             const Vec3 at = q * (point - anchor) / h;
@@ -51,19 +52,20 @@ Pattern pattern_of(const ShapePoints& shape, const Vec3& anchor, const std::vect
 
 class Search {
 public:
-    Search(DistanceMap& map, const std::vector<ShapePoints>& shapes) : map_(map), shapes_(shapes), h_(map.grid.spacing_m[0]) {}
+    Search(DistanceMap& map, const std::vector<ShapePoints>& shapes) : map_(map), shapes_(shapes), h_(map.grid.spacing_m[0]) {
+        for (const ShapePoints& shape : shapes) of_middle_.push_back(pattern_of(shape, shape.anchor, 0.7 * shape.thinnest_radius_m, h_));
+    }
 
     void pass(std::size_t shape, const Demands& demands) {
         const ShapePoints& points = shapes_[shape];
         const std::size_t before = found_.size();
         const Stopwatch watch;
-        std::vector<Vec3> anchors = {points.anchor};
-        if (demands.only_cut) anchors = points.different_ends;
         std::vector<Candidate> candidates;
-        for (const Vec3& anchor : anchors) {
-            const double depth = demands.only_cut ? points.thinnest_radius_m : points.anchor_depth_m;
-            add_candidates(points, anchor, depth, demands, candidates);
-        }
+        if (!demands.only_cut) add_candidates(points, points.anchor, points.anchor_depth_m, of_middle_[shape], demands, candidates);
+        for (const Vec3& end : points.different_ends)
+            if (demands.only_cut)
+                add_candidates(points, end, points.thinnest_radius_m, pattern_of(points, end, 1.2 * points.thinnest_radius_m, h_), demands,
+                               candidates);
         std::stable_sort(candidates.begin(), candidates.end(), [](const auto& one, const auto& other) { return one.score > other.score; });
         const double search_s = watch.seconds();
         take(shape, candidates, demands);
@@ -76,10 +78,9 @@ private:
     [[nodiscard]] double top() const { return map_.grid.origin_m[2] + map_.grid.cells[2] * h_; }
     [[nodiscard]] double bottom() const { return map_.grid.origin_m[2]; }
 
-    void add_candidates(const ShapePoints& shape, const Vec3& anchor, double depth, const Demands& demands,
+    void add_candidates(const ShapePoints& shape, const Vec3& anchor, double depth, const Pattern& pattern, const Demands& demands,
                         std::vector<Candidate>& candidates) const {
-        const std::vector<Quaternion> rotations = rotations_of(shape, anchor, (demands.only_cut ? 1.2 : 0.7) * shape.thinnest_radius_m);
-        const Pattern pattern = pattern_of(shape, anchor, rotations, h_);
+        const std::vector<Quaternion>& rotations = pattern.rotations;
         const Grid& grid = map_.grid;
         const int step = std::max(1, static_cast<int>(std::floor((demands.only_cut ? 0.5 : 0.25) * shape.thinnest_radius_m / h_)));
         const auto needed = static_cast<float>(-0.75 * depth + 0.5 * h_);
@@ -182,8 +183,8 @@ private:
 
     // Other rotations about the same place that score nearly as well: a grain with arms of similar lengths may have been taken the wrong
     // way round.
-    [[nodiscard]] Pose best_rotation(const ShapePoints& shape, const std::vector<Quaternion>& rotations, const Pattern& pattern,
-                                     const Pose& pose, double cost) const {
+    [[nodiscard]] Pose best_rotation(const ShapePoints& shape, const Pattern& pattern, const Pose& pose, double cost) const {
+        const std::vector<Quaternion>& rotations = pattern.rotations;
         const Vec3 place = pose.position_m + pose.orientation * shape.anchor;
         std::array<int, 3> cell{};
         for (std::size_t a = 0; a < 3; ++a)
@@ -214,8 +215,6 @@ private:
     // The best candidates in batches, whose anchors are apart; each batch in parallel, then one by one.
     void take(std::size_t shape, const std::vector<Candidate>& candidates, const Demands& demands) {
         const ShapePoints& points = shapes_[shape];
-        const std::vector<Quaternion> middle = rotations_of(points, points.anchor, 0.7 * points.thinnest_radius_m);
-        const Pattern patterns = pattern_of(points, points.anchor, middle, h_);
         constexpr std::size_t batch_size = 64;
         std::vector<std::uint8_t> done(candidates.size(), 0);
         std::vector<std::vector<Capsule>> tried;
@@ -246,7 +245,7 @@ private:
                 const double cost = fit_to_surface(map_, points, pose);
                 fitted[b] = judged(shape, pose);
                 if (fitted[b].solid_inside < 0.8 * demands.inside || fitted[b].on_surface < 0.8 * demands.surface) return;
-                fitted[b] = judged(shape, best_rotation(points, middle, patterns, pose, cost));
+                fitted[b] = judged(shape, best_rotation(points, of_middle_[shape], pose, cost));
             });
             std::stable_sort(fitted.begin(), fitted.end(), [](const Found& one, const Found& other) {
                 return one.on_surface + one.solid_inside > other.on_surface + other.solid_inside;
@@ -284,6 +283,7 @@ private:
     DistanceMap& map_;
     const std::vector<ShapePoints>& shapes_;
     const double h_;
+    std::vector<Pattern> of_middle_;  ///< of each shape, about its anchor
     std::vector<Found> found_;
 };
 

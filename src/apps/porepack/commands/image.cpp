@@ -79,8 +79,10 @@ std::vector<shapes::Shape> shapes_of(const std::string& text, const Flags& flags
     return found;
 }
 
-void fit(const Common& common, const std::string& shape, const Flags& shape_flags) {
-    const auto config = config_from_flags<FitConfig>(common.flags);
+void fit(const Common& common, const std::string& shape) {
+    const auto config = apps::config_of<FitConfig>(common.flags);
+    Flags shape_flags = common.flags;
+    shape_flags.erase("fitted_sizes");
     const ImageConfig image = config_of(common);
     const std::vector<shapes::Shape> shapes = shapes_of(shape, shape_flags);
     run_on_files(
@@ -176,15 +178,10 @@ void add_image_commands(CommandLine& line) {
     });
     line.add_image_keys(segmenter, {"pore", "walls"});
     const auto shape = std::make_shared<std::string>();
-    CLI::App& fitter = line.add_below(
-        image, "fit", "grains of a known shape in a scan: a packing of exact poses",
-        "porepack image fit scan.nrrd --shape tetrapod --sphericity 0.53 --volume 7.33e-7 --image-find-container", [&common, shape] {
-            Flags own, of_shape;
-            for (const auto& [key, value] : common.flags) (key == "fitted_sizes" ? own : of_shape)[key] = value;
-            Common rest = common;
-            rest.flags = own;
-            fit(rest, *shape, of_shape);
-        });
+    CLI::App& fitter =
+        line.add_below(image, "fit", "grains of a known shape in a scan: a packing of exact poses",
+                       "porepack image fit scan.nrrd --shape tetrapod --sphericity 0.53 --volume 7.33e-7 --image-find-container",
+                       [&common, shape] { fit(common, *shape); });
     fitter.add_option("input", common.input, "a scan: a file, or a folder with one file per layer (docs/images.md)")
         ->type_name("path")
         ->required();
