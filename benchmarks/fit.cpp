@@ -127,7 +127,7 @@ Json fit_benchmark(bool quick, const Path& given) {
         const Path target = folder / scan.stem();
         make_folder(target);
         watch = {};
-        const Json found = fit_image(scan, {.find_container = true}, std::nullopt, scene.packing.shapes, {}, target);
+        const Json found = fit_image(scan, {.find_container = true}, std::nullopt, scene.packing.shapes, target);
         const double seconds = watch.seconds();
         const Packing fitted = read_packing(target / "packing.json");
         const Errors errors = errors_of(scene, fitted, stated_errors(target / "grains.csv"));

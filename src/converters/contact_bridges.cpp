@@ -106,9 +106,9 @@ Mesh bridge_mesh(const GrainContact& contact, double contact_gap, double deviati
     return mesh;
 }
 
-void keep_apart(Mesh& mesh, const Capsule& own, const GrainContact& contact, double deviation) {
+void keep_apart(Mesh& mesh, const Capsule& own, const GrainContact& contact, double deviation, int variant) {
     // Beyond this distance from the contact the exact surfaces are farther apart than the deviation of any facet.
-    const double reach = 2.0 * std::sqrt(8.0 * own.radius * deviation);
+    const double reach = 2.0 * std::sqrt(8.0 * own.radius * deviation) * (1.0 + 0.5 * variant);
     const Vec3 to_contact = contact.first_capsule.radius * contact.normal;
     const Capsule zone{contact.from + to_contact, contact.to + to_contact, 0.0};
     for (const auto v : mesh.vertices()) {

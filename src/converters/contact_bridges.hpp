@@ -25,8 +25,9 @@ struct GrainContact {
 [[nodiscard]] Mesh bridge_mesh(const GrainContact& contact, double contact_gap, double deviation, int variant);
 
 /// Near a grain that is not in contact, a grain's corners are moved onto its exact surface: the facets between them then lie
-/// inside, so that separate grains stay separate.
-void keep_apart(Mesh& mesh, const shapes::Capsule& own, const GrainContact& contact, double deviation);
+/// inside, so that separate grains stay separate. After a fault (`variant` > 0) corners farther away are moved too: where only one end of
+/// long thin facets moves, they can cross each other.
+void keep_apart(Mesh& mesh, const shapes::Capsule& own, const GrainContact& contact, double deviation, int variant);
 
 /// Initial number of thinnings per image: of overlapping capsules on one line (a rod through a periodic face and its image)
 /// one is thinner, otherwise their facets would coincide and CGAL would crash.

@@ -100,7 +100,8 @@ std::vector<Mesh> image_meshes(const Packing& packing, const std::vector<Grains:
     for (const auto& image : images) {
         const auto key = std::pair(packing.bodies[image.body].shape, thinned[static_cast<std::size_t>(&image - images.data())]);
         if (!unit.contains(key))
-            unit.emplace(key, grain_mesh(packing.shapes[key.first], 0.9 * deviation, key.second * contact_gap, key.second));
+            unit.emplace(key, grain_mesh(packing.shapes[key.first], 0.9 * deviation * std::pow(0.9, key.second), key.second * contact_gap,
+                                         key.second));
     }
     std::vector<std::vector<const GrainContact*>> of_image(images.size());
     for (const auto& contact : contacts) {
@@ -113,7 +114,8 @@ std::vector<Mesh> image_meshes(const Packing& packing, const std::vector<Grains:
         meshes[i] = moved_mesh(unit.at({body.shape, thinned[i]}), body.position_m + images[i].shift, body.orientation);
         for (const GrainContact* contact : of_image[i])
             if (contact->gap >= contact_gap)
-                keep_apart(meshes[i], contact->first == i ? contact->first_capsule : contact->second_capsule, *contact, deviation);
+                keep_apart(meshes[i], contact->first == i ? contact->first_capsule : contact->second_capsule, *contact, deviation,
+                           thinned[i]);
         for (const GrainContact* contact : of_image[i])
             if (contact->gap < contact_gap && contact->gap > -4.0 * deviation) {
                 Mesh box = bridge_mesh(*contact, contact_gap, deviation, thinned[contact->first] + thinned[contact->second]);
@@ -182,7 +184,7 @@ SurfaceResult make_surface(const Packing& packing, const SurfaceOptions& options
     for (const auto& contact : contacts) result.bridges += contact.gap < result.contact_gap_m ? 1 : 0;
 
     // Single precision moves corners by up to 1e-7 of their coordinates, which can make facets with small gaps cross. The grains at such a
-    // place are thinned by the contact gap and get different corners, and the union is made again.
+    // place are thinned by the contact gap and get other facets, turned and finer ones, and the union is made again.
     std::vector<int> thinned = thin_coaxial(images.size(), contacts);
     constexpr int maximum_rounds = 8;
     for (int round = 0; round < maximum_rounds; ++round) {

@@ -196,7 +196,7 @@ void require_fit(const Grid& grid, const Container& container, const Section& se
     if (section.z0 < z0 - 0.5 * h || section.z1 > z1 + 0.5 * h || section.length() < 0.0)
         throw UserError(fmt::format("the section from {:g} to {:g} m is not in the image", section.z0, section.z1),
                         {.where = where, .allowed = fmt::format("{:g} <= z0 < z1 <= {:g} m", z0, z1)});
-    if (z0 < -0.5 * h || z1 > container.height() + 1.01 * h)
+    if (z0 < -1.01 * h || z1 > container.height() + 1.01 * h)
         throw UserError(fmt::format("the image reaches from {:g} to {:g} m, the container from 0 to {:g} m", z0, z1, container.height()),
                         {.where = where, .fix = "give the container that the image shows (--container, metres)"});
     if (container.periodic[2] && (section.z0 > z0 + 0.5 * h || section.z1 < z1 - 0.5 * h))

@@ -49,6 +49,8 @@ struct ImageConfig {
     double smoothing_voxels = -1.0;
     std::vector<double> gray_levels = {};
     bool find_container = false;
+    bool fit = false;
+    bool fitted_sizes = false;
 };
 
 inline void describe(core::ConfigVisitor& v, ImageConfig& c) {
@@ -80,6 +82,9 @@ inline void describe(core::ConfigVisitor& v, ImageConfig& c) {
               "needs pores and grains that are wider than six standard deviations of the blur");
     v.boolean("find_container", c.find_container,
               "the image shows a tube along z that attenuates like the grains: its inner circle is found and becomes the container");
+    v.boolean("fit", c.fit, "case: grains of [shape] are found in the scan, and their exact poses are the packing of all later stages");
+    v.boolean("fitted_sizes", c.fitted_sizes,
+              "fit: the packing has the fitted radii and lengths instead of the given ones; both are reported");
 }
 
 }  // namespace porepack::imaging

@@ -28,25 +28,10 @@ double grains_per_batch(double extent, const Container& container) {
     return 1.5 * container.inner_area_m2() / (extent * extent);
 }
 
-// Sets contact time and time step; `lightest_kg` is the mass of the lightest grain.
-void choose_time_step(PourPlan& plan, const PackingConfig& config, double lightest_kg) {
-    plan.contact_time_s = contact_time(lightest_kg, config);
-    // A dashpot must not reverse a velocity within a step when several contacts act on one end of a grain.
-    const double lightest = lightest_kg / 2.0;
-    const double rate = std::max(config.normal_damping * std::sqrt(2.0 * config.normal_stiffness_N_per_m / lightest),
-                                 config.tangential_damping * std::sqrt(2.0 * config.tangential_stiffness_N_per_m / lightest));
-    const double automatic = std::min(plan.contact_time_s / 45.0, rate > 0.0 ? 0.06 / rate : 1e300);
-    plan.time_step_s = config.time_step_s > 0.0 ? config.time_step_s : automatic;
-    if (plan.time_step_s > plan.contact_time_s / 30.0)
-        throw UserError(fmt::format("the time step {:.3g} s is too long: a contact lasts {:.3g} s", plan.time_step_s, plan.contact_time_s),
-                        {.allowed = fmt::format("up to {:.3g} s (1/30 of the contact; longer steps never come to rest or lose grains)",
-                                                plan.contact_time_s / 30.0)});
-}
-
 // `expected_grains` are those of a bed that is filled to its height.
 void add_expected_cost(PourPlan& plan, const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config,
                        double expected_grains) {
-    // From measurements, on average half of the grains present: LIGGGHTS 0.4 us per sphere and step, capsules 0.25 us per capsule and step.
+    // From measurements, on average half of the grains present: LIGGGHTS 0.4 us per sphere and step, capsules 0.35 us per capsule and step.
     const double grains = config.grains > 0 ? static_cast<double>(config.grains) : expected_grains;
     const double batch =
         std::min(static_cast<double>(config.batch_grains), std::max(1.0, grains_per_batch(maximum_feret_diameter(shapes), container)));
@@ -62,12 +47,35 @@ void add_expected_cost(PourPlan& plan, const std::vector<ShapeShare>& shapes, co
     } else {
         double arms = 0.0;
         for (const auto& [shape, share] : shapes) arms += share * static_cast<double>(shape.capsules.size());
-        plan.expected_wall_time_s = 0.25e-6 * 0.6 * grains * arms * steps / std::min(4.0, static_cast<double>(thread_count()));
+        plan.expected_wall_time_s = 0.35e-6 * 0.6 * grains * arms * steps / std::min(4.0, static_cast<double>(thread_count()));
         plan.expected_memory_bytes = 20e6 + grains * (2000.0 + 4000.0 * arms);
     }
 }
 
 }  // namespace
+
+ContactTimes contact_times(double lightest_kg, double heaviest_kg, double diameter_m, const PackingConfig& config) {
+    const double static_overlap = heaviest_kg * config.gravity_m_per_s2 / (config.normal_stiffness_N_per_m / 2.0) / diameter_m;
+    if (static_overlap > 0.01)
+        throw UserError(
+            fmt::format("the contacts are too soft: one grain's weight causes an overlap of {:.2g} of its diameter", static_overlap),
+            {.allowed = "1 % of the diameter",
+             .fix = fmt::format("set normal_stiffness_N_per_m to {:.2g} or more, tangential_stiffness_N_per_m to half of it",
+                                config.normal_stiffness_N_per_m * static_overlap / 0.001)});
+    ContactTimes times{.contact_time_s = contact_time(lightest_kg, config)};
+    // A dashpot must not reverse a velocity within a step when several contacts act on one end of a grain.
+    const double mass = lightest_kg / 2.0;
+    const double rate = std::max(config.normal_damping * std::sqrt(2.0 * config.normal_stiffness_N_per_m / mass),
+                                 config.tangential_damping * std::sqrt(2.0 * config.tangential_stiffness_N_per_m / mass));
+    const double automatic = std::min(times.contact_time_s / 45.0, rate > 0.0 ? 0.06 / rate : 1e300);
+    times.time_step_s = config.time_step_s > 0.0 ? config.time_step_s : automatic;
+    if (times.time_step_s > times.contact_time_s / 30.0)
+        throw UserError(
+            fmt::format("the time step {:.3g} s is too long: a contact lasts {:.3g} s", times.time_step_s, times.contact_time_s),
+            {.allowed = fmt::format("up to {:.3g} s (1/30 of the contact; longer steps never come to rest or lose grains)",
+                                    times.contact_time_s / 30.0)});
+    return times;
+}
 
 PourPlan plan_pour(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config) {
     if (container.periodic[2])
@@ -94,15 +102,10 @@ PourPlan plan_pour(const std::vector<ShapeShare>& shapes, const Container& conta
         mean_spheres += share * spheres;
     }
     plan.grain_mass_kg = config.density_kg_per_m3 * mean_volume;
-    const double static_overlap =
-        config.density_kg_per_m3 * largest_volume * config.gravity_m_per_s2 / (config.normal_stiffness_N_per_m / 2.0) / d;
-    if (static_overlap > 0.01)
-        throw UserError(
-            fmt::format("the contacts are too soft: one grain's weight causes an overlap of {:.2g} of its diameter", static_overlap),
-            {.allowed = "1 % of the diameter",
-             .fix = fmt::format("set normal_stiffness_N_per_m to {:.2g} or more, tangential_stiffness_N_per_m to half of it",
-                                config.normal_stiffness_N_per_m * static_overlap / 0.001)});
-    choose_time_step(plan, config, config.density_kg_per_m3 * smallest_volume);
+    const ContactTimes times =
+        contact_times(config.density_kg_per_m3 * smallest_volume, config.density_kg_per_m3 * largest_volume, d, config);
+    plan.contact_time_s = times.contact_time_s;
+    plan.time_step_s = times.time_step_s;
     plan.fill_height_m = config.fill_height_m > 0.0 ? config.fill_height_m : container.height() / 2.0;
     plan.drop_height_m = config.drop_height_m > 0.0 ? config.drop_height_m : container.height() - extent;
     if (config.grains == 0 && plan.fill_height_m > plan.drop_height_m - extent)

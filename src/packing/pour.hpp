@@ -18,10 +18,18 @@ namespace porepack::packing {
 /// Height of the bed of so many grains, by this solid fraction; its loose top adds 0.6 maximum Feret diameters.
 [[nodiscard]] double poured_height_m(const std::vector<shapes::ShapeShare>& shapes, const Container& container, long grains);
 
+struct ContactTimes {
+    double contact_time_s = 0.0;  ///< pi / sqrt((s_n/2)/m_ij (1 - eta_n^2)), m_ij = m/2 (consistent with Eq. 9), of the lightest grain
+    double time_step_s = 0.0;
+};
+/// `diameter_m`: of the thinnest capsule. Throws UserError when the stiffness is too low for the heaviest grain, or the given step is too
+/// long for the lightest.
+[[nodiscard]] ContactTimes contact_times(double lightest_kg, double heaviest_kg, double diameter_m, const PackingConfig& config);
+
 struct PourPlan {
     double time_step_s = 0.0;
-    double contact_time_s = 0.0;  ///< pi / sqrt((s_n/2)/m_ij (1 - eta_n^2)), m_ij = m/2 (consistent with Eq. 9)
-    double grain_mass_kg = 0.0;   ///< on average
+    double contact_time_s = 0.0;
+    double grain_mass_kg = 0.0;  ///< on average
     double fill_height_m = 0.0;
     double drop_height_m = 0.0;
     long maximum_grains = 0;  ///< grains prepared; pouring may stop before

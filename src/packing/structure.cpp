@@ -63,7 +63,8 @@ void find_contacts(const Container& container, const std::vector<Grain>& grains,
                    Structure& found) {
     double largest = 0.0;
     for (const Grain& grain : grains) largest = std::max(largest, grain.radius);
-    std::vector<long> neighbours(grains.size(), 0);
+    std::vector<long>& neighbours = found.neighbours;
+    neighbours.assign(grains.size(), 0);
     Eigen::Matrix3d normals = Eigen::Matrix3d::Zero();
     for_pairs(container, centres, 2.0 * largest + contact_gap_m, [&](std::size_t i, std::size_t j, const Vec3& step) {
         const Vec3 shift = step - (centres[j] - centres[i]);

@@ -19,6 +19,7 @@ struct Structure {
     Eigen::Matrix3d orientation = Eigen::Matrix3d::Zero();
     /// The same of the normals of all contacts between grains; zero without contacts.
     Eigen::Matrix3d contact_orientation = Eigen::Matrix3d::Zero();
+    std::vector<long> neighbours;              ///< of each grain: others that it touches
     std::vector<long> grains_with_neighbours;  ///< [n]: number of grains that touch n others
     double mean_neighbours = 0.0;              ///< coordination number
     long contact_points = 0;                   ///< two concave grains can touch at several

@@ -77,6 +77,24 @@ void require_own_keys(Settings& settings, const TomlFile& toml) {
         }
 }
 
+// An image has no grains unless they are found in it; then the other stages are those of a packing, and nothing is poured.
+void require_tables_of_image(const Case& c, const TomlFile& toml, const std::string& file) {
+    if (!toml.has("image")) return;
+    const bool fit = c.settings.image.fit;
+    for (const char* table : {"shape", "packing", "packings", "stl", "forchheimer"})
+        if (toml.has(table) && (!fit || std::string(table).starts_with("packing")))
+            throw UserError(std::string("the table [") + table + "] has no effect on an image",
+                            {.where = file,
+                             .fix = std::string("remove it, or ") +
+                                    (table == std::string("shape") ? "write fit = true in [image]" : "remove [image]")});
+    if (c.settings.image.fitted_sizes && !fit)
+        throw UserError("`fitted_sizes` has no effect without fit = true", {.where = file + ", [image]"});
+    if (fit && c.settings.image.file.empty())
+        throw UserError("fit = true needs a scan", {.where = file + ", [image]", .fix = "file = \"scan.nrrd\""});
+    if (fit && (!toml.has("shape") || c.from_stl()))
+        throw UserError("fit = true needs the shape of the grains", {.where = file, .allowed = "[shape] with spherocylinders"});
+}
+
 }  // namespace
 
 Case read_case(const Path& path, const std::string& flag_table, const Flags& flags, const std::map<std::string, Flags>& set) {
@@ -92,10 +110,6 @@ Case read_case(const Path& path, const std::string& flag_table, const Flags& fla
             throw UserError(
                 std::string("the table [") + table + "] is missing",
                 {.where = file.string(), .allowed = "[shape] and [container] are required, or [image]; all other tables have defaults"});
-    for (const char* table : {"shape", "packing", "packings", "stl", "forchheimer"})
-        if (toml.has("image") && toml.has(table))
-            throw UserError(std::string("the table [") + table + "] has no effect on an image",
-                            {.where = file.string(), .fix = "remove it, or remove [image]"});
     require_known(the_case.settings, set);
     require_own_keys(the_case.settings, toml);
     // A flag belongs to the table of its command, or to [geometry] and [section], which the commands share.
@@ -105,6 +119,7 @@ Case read_case(const Path& path, const std::string& flag_table, const Flags& fla
         toml.read(table, the_case.settings.describe_table(table), has_flags ? flags : Flags{},
                   found == set.end() ? Flags{} : found->second);
     }
+    require_tables_of_image(the_case, toml, file.string());
     if (const PackingConfig& packing = the_case.settings.packing; packing.engine != Engine::none && !packing.file.empty())
         throw UserError(fmt::format("`file` has no effect with engine = \"{}\"", name_of(packing.engine)),
                         {.where = file.string() + ", [packing]", .fix = "remove it, or write engine = \"none\""});

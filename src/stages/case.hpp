@@ -74,7 +74,9 @@ struct Case {
         return core::Path(file).is_absolute() ? core::Path(file) : folder / file;
     }
     /// The solid is a scan or a segmented image: there are no grains and no shape.
-    [[nodiscard]] bool from_image() const { return !settings.image.file.empty(); }
+    [[nodiscard]] bool from_image() const { return !settings.image.file.empty() && !settings.image.fit; }
+    /// The packing is found in a scan.
+    [[nodiscard]] bool from_fit() const { return !settings.image.file.empty() && settings.image.fit; }
     [[nodiscard]] bool from_stl() const { return settings.shape.kind == shapes::ShapeKind::stl; }
 };
 

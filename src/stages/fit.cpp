@@ -47,10 +47,10 @@ GrayImage binned(const GrayImage& image, int factor) {
     return coarse;
 }
 
-Packing packing_of(const Container& container, const std::vector<shapes::Shape>& shapes, const Refined& found, const FitConfig& config) {
+Packing packing_of(const Container& container, const std::vector<shapes::Shape>& shapes, const Refined& found, bool fitted_sizes) {
     Packing packing{.container = container, .shapes = shapes, .bodies = {}};
     packing.container.cut_ends = true;
-    for (std::size_t s = 0; s < shapes.size() && config.fitted_sizes; ++s) {
+    for (std::size_t s = 0; s < shapes.size() && fitted_sizes; ++s) {
         const Common::OfShape& sizes = found.common.shapes[s];
         packing.shapes[s].capsules = resized(shapes[s].capsules, sizes.radius_change_m.value, sizes.length_factor.value);
         packing.shapes[s].cavity_points.clear();
@@ -208,7 +208,7 @@ std::vector<std::string> doubts_of(const Refined& found, const Unexplained& rest
 }  // namespace
 
 Json fit_image(const Path& file, ImageConfig image, const std::optional<Container>& given, const std::vector<shapes::Shape>& shapes,
-               const FitConfig& config, const Path& folder) {
+               const Path& folder) {
     if (image.threshold.is_null()) image.threshold = "volume";
     image.walls = ImageWalls::gray;
     const ImageInput input = read_image(file, image, given);
@@ -269,7 +269,7 @@ Json fit_image(const Path& file, ImageConfig image, const std::optional<Containe
     }
     const Unexplained rest = unexplained_of(gray, input.container, model, 0.01 * smallest / (h * h * h));
 
-    const Packing packing = packing_of(container, shapes, found, config);
+    const Packing packing = packing_of(container, shapes, found, image.fitted_sizes);
     const Overlaps overlaps = find_overlaps(packing);
     write_packing(folder / "packing.json", packing);
     write_grains(folder / "grains.csv", shapes, found);

@@ -9,16 +9,9 @@
 
 namespace porepack::stages {
 
-struct FitConfig {
-    bool fitted_sizes = false;
-};
-inline void describe(core::ConfigVisitor& v, FitConfig& c) {
-    v.boolean("fitted_sizes", c.fitted_sizes, "the packing has the fitted radii and lengths instead of the given ones; both are reported");
-}
-
 /// Finds the grains and writes packing.json, grains.csv and fit.png into `folder`. Without a threshold, `volume`. The shapes' poses are in
 /// the container's frame, with the image's first layer on the floor. Throws UserError as read_gray(), and where no grain is found.
 [[nodiscard]] core::Json fit_image(const core::Path& file, imaging::ImageConfig image, const std::optional<packing::Container>& container,
-                                   const std::vector<shapes::Shape>& shapes, const FitConfig& config, const core::Path& folder);
+                                   const std::vector<shapes::Shape>& shapes, const core::Path& folder);
 
 }  // namespace porepack::stages

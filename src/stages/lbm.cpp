@@ -107,7 +107,7 @@ Expectation expect(const PoreSpace& space, double voxel_size_m, double pores, co
                                ? space.plan_at(voxel_size_m)
                                : plan_voxels(space.container, space.section, voxel_size_m, {space.buffers_m, space.reservoir_m}, across);
     const double cells = static_cast<double>(plan.grid.size());
-    const double steps_of_tuned = 65.0 * std::log(1.0 / iteration_tolerance(config));
+    const double steps_of_tuned = 85.0 * std::log(1.0 / iteration_tolerance(config));
     const double pore_length = pores * space.computed().length() + 2.0 * space.reservoir_m;
     const double fluid = space.container.inner_area_m2() * pore_length / std::pow(plan.voxel_size_m, 3);
     const double flow_vti = config.fields == FieldFiles::none ? 0.0 : 4e7 + 20.0 * fluid + 34.0 * cells;

@@ -8,8 +8,10 @@
 #include "core/digest.hpp"
 #include "core/error.hpp"
 #include "core/log.hpp"
+#include "imaging/volume.hpp"
 #include "packing/dem/capsule_pour.hpp"
 #include "packing/liggghts/liggghts.hpp"
+#include "stages/fit.hpp"
 #include "stages/results.hpp"
 #include "stages/stages.hpp"
 
@@ -20,6 +22,7 @@ using namespace packing;
 using namespace packing::dem;
 using namespace packing::liggghts;
 using namespace converters;
+using namespace imaging;
 using namespace pipeline;
 namespace {
 
@@ -107,6 +110,18 @@ void allow_clump_overlaps(Packing& packing, const PackingConfig& config) {
                                 config.surface_tolerance));
 }
 
+// Grains found in the scan.
+Json run_fit(const Case& c, const Path& folder) {
+    std::vector<Shape> shapes;
+    for (const ShapeShare& share : make_shapes(c.settings.shape)) shapes.push_back(share.shape);
+    Json json = {{"engine", "fit"}};
+    json["fit"] = fit_image(c.resolve(c.settings.image.file), c.settings.image, container_of_image(c), shapes, folder);
+    const Packing packing = read_packing(folder / "packing.json");
+    add_grains(json, packing);
+    add_bed_porosity(json, pore_space_of(packing));
+    return json;
+}
+
 Json run_pack(const Case& c, const Path& folder) {
     const PackingConfig& config = c.settings.packing;
     const Container container = make_container(c.settings.container);
@@ -130,8 +145,15 @@ Json run_pack(const Case& c, const Path& folder) {
     return json;
 }
 
+// From measurements (docs/images.md).
+Expectation expect_fit(double voxels) {
+    return {.text = fmt::format("grains in {:.2g} voxels", voxels), .memory_bytes = 15.0 * voxels, .wall_time_s = 6e-6 * voxels};
+}
+
 Expectation expect_pack(const Case& c) {
     const PackingConfig& config = c.settings.packing;
+    if (c.from_fit())
+        return expect_fit(static_cast<double>(open_volume(c.resolve(c.settings.image.file), c.settings.image).header.count()));
     if (config.engine == Engine::none) return {.text = "seconds"};
     const PourPlan plan = plan_pour(make_shapes(c.settings.shape), make_container(c.settings.container), config);
     const std::string engine = config.engine == Engine::liggghts
@@ -155,6 +177,13 @@ void add_bed_porosity(Json& json, const PoreSpace& bed) {
 }
 
 Stage make_pack_stage(const Case& c) {
+    if (c.from_fit())
+        return {.name = "pack",
+                .configuration = c.settings.resolved_tables({"shape", "image", "container"}),
+                .files = open_volume(c.resolve(c.settings.image.file), c.settings.image).header.files,
+                .outputs = {"packing.json"},
+                .run = [c](const Path& folder) { return run_fit(c, folder); },
+                .expect = [c] { return expect_pack(c); }};
     const PackingConfig& config = c.settings.packing;
     Stage stage{.name = "pack",
                 .configuration = c.settings.resolved_tables({"shape", "container", "packing"}),

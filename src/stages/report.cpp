@@ -23,7 +23,7 @@ std::string title_of(const Case& c) {
 
 // False when rendering failed.
 bool draw_packing(const Case& c, const ReportInput& input, const Path& folder) {
-    const Container container = make_container(c.settings.container);
+    const Container container = case_container(c);
     const Json& made = input.results.at(solid_stage(c));
     // The empty part above the bed is not shown.
     const double shown = std::min(container.height(), 1.15 * made.value("bed_height_m", container.height()));

@@ -38,7 +38,7 @@ inline void add_permeability(core::Json& json, double permeability_m2, const std
 }
 
 /// Of the machine of core::slowness() = 1, in double precision with interpolated walls (docs/lattice-boltzmann.md).
-inline constexpr double lattice_updates_per_second = 6e7;
+inline constexpr double lattice_updates_per_second = 5e7;
 
 /// Keeps the key of version 0.1 next to the new one, until version 0.3.
 inline void keep_old_name(core::Json& json, const char* old_key, const char* key) {

@@ -8,6 +8,7 @@
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "core/process.hpp"
+#include "imaging/volume.hpp"
 #include "packing/pour.hpp"
 #include "stages/results.hpp"
 #include "stages/stages.hpp"
@@ -38,13 +39,25 @@ Json deciding_keys(const Case& c, const std::vector<std::string>& tables, std::s
 PoreSpace case_pore_space(const Case& c, bool with_surface) {
     if (c.from_image())
         return load_pore_space(c.stage_folder("image") / image_file(c), {.geometry = c.settings.geometry, .section = c.settings.section});
-    const InputOptions options{
-        .container = make_container(c.settings.container), .geometry = c.settings.geometry, .section = c.settings.section};
+    const InputOptions options{.container = case_container(c), .geometry = c.settings.geometry, .section = c.settings.section};
     const Path surface = c.stage_folder("stl") / "solid.stl";
     if (c.from_stl()) return load_pore_space(surface, options);
     PoreSpace space = load_pore_space(c.stage_folder("pack") / "packing.json", options);
     if (with_surface) space.surface = std::make_shared<const TriangleSurface>(read_stl(surface));
     return space;
+}
+
+Container case_container(const Case& c) {
+    if (!c.from_fit()) return make_container(c.settings.container);
+    if (const Path made = c.stage_folder("pack") / "packing.json"; fs::exists(made)) return read_packing(made).container;
+    if (const auto given = container_of_image(c)) return *given;
+    const imaging::VolumeHeader scan = imaging::open_volume(c.resolve(c.settings.image.file), c.settings.image).header;
+    Container box{.kind = Container::Kind::box};
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto a = static_cast<std::size_t>(axis);
+        box.size_m[axis] = static_cast<double>(scan.voxels[a]) * scan.spacing_m[a];
+    }
+    return box;
 }
 
 bool has_packing(const Case& c) {
@@ -55,9 +68,7 @@ bool has_packing(const Case& c) {
 
 double expected_porosity(const Case& c) {
     if (has_packing(c)) return c.result_of("pack").value("porosity_bed", 0.6);
-    return c.from_stl() || c.from_image()
-               ? 0.6
-               : 1.0 - poured_solid_fraction(make_shapes(c.settings.shape), make_container(c.settings.container));
+    return c.from_stl() || c.from_image() ? 0.6 : 1.0 - poured_solid_fraction(make_shapes(c.settings.shape), case_container(c));
 }
 
 // The section before the packing exists: the height at which pouring stops, minus one grain at both ends.
@@ -69,8 +80,8 @@ PoreSpace expected_pore_space(const Case& c) {
                                                                   .geometry = c.settings.geometry,
                                                                   .section = c.settings.section,
                                                                   .image = c.settings.image});
-    PoreSpace space{.container = make_container(settings.container), .section = {}};
-    double top = space.container.height() / 2.0;
+    PoreSpace space{.container = case_container(c), .section = {}};
+    double top = c.from_fit() ? space.container.height() : space.container.height() / 2.0;
     if (!c.from_stl()) {
         const std::vector<ShapeShare> shapes = make_shapes(settings.shape);
         for (const auto& [shape, share] : shapes) {

@@ -111,6 +111,8 @@ constexpr std::array<core::Choice<TortuosityKind>, 4> choices_of(TortuosityKind)
 [[nodiscard]] double expected_porosity(const Case& c);
 /// Scatter of k of sections of this length, from the gradient along z of the lbm stage; none without one.
 [[nodiscard]] std::optional<permeability::SectionScatter> section_scatter_of(const Case& c);
+/// That of [container]; of a packing found in a scan its own, and before the fit the box of the scan.
+[[nodiscard]] packing::Container case_container(const Case& c);
 /// [container] of a case with an image; none if the image names it, or fills a box.
 [[nodiscard]] std::optional<packing::Container> container_of_image(const Case& c);
 /// Name of the file that stage `image` writes: gray.vti with gray walls, else pore.vti.

@@ -122,7 +122,7 @@ Stage make_stl_stage(const Case& c) {
                 .outputs = {"solid.stl"}};
     if (c.from_stl()) stage.files = {user_file};
     stage.run = [c, user_file, with_planes](const Path& folder) {
-        const InputOptions options{.container = make_container(c.settings.container),
+        const InputOptions options{.container = case_container(c),
                                    .unit_m = c.from_stl() ? c.settings.shape.unit_m : 1.0,
                                    .geometry = c.settings.geometry,
                                    .whole_bed = !with_planes};

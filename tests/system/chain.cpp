@@ -21,6 +21,46 @@ std::string with_liggghts(std::string text) {
     return text.replace(text.find("[packing]\n"), 10, "[packing]\nengine = \"liggghts\"\n");
 }
 
+// cases/ct with 24 grains in a narrower tube: a scan with the paper's threshold, with walls from gray values, and with fitted poses.
+TEST(Chain, ThreeWaysFromAScan) {
+    const test::Folder folder;
+    const Path cases = Path(POREPACK_SOURCE_FOLDER) / "cases" / "ct";
+    const std::string small = " --set container.diameter_m=0.042 --set packing.grains=24 --set geometry.section_m=[0.012,0.03]";
+    const auto run = [&](const std::string& way, const std::string& more, const char* last) {
+        const auto made =
+            porepack("run --json " + quoted(cases / way) + more + " --up-to " + last + " --output " + quoted(folder.path() / way));
+        EXPECT_EQ(made.exit_code, 0) << way << made.err;
+        return made.exit_code == 0 ? made.json() : Json();
+    };
+    const Json truth = run("truth", small, "voxelise");
+    const std::string scan = quoted(folder.path() / "scan.nrrd");
+    ASSERT_EQ(
+        porepack("image simulate " + quoted(folder.path() / "truth/pack/packing.json") + " " + scan + " --voxel-size 5e-4 --part 0,0.05")
+            .exit_code,
+        0);
+    const Path segmented = folder.path() / "segmented";
+    ASSERT_EQ(
+        porepack("image segment " + scan + " --image-find-container --image-threshold 12 --keep-cut-grains --output " + quoted(segmented))
+            .exit_code,
+        0);
+    const std::string part = " --set geometry.section_m=[0.012,0.03] --set image.file=",
+                      of_scan = part + (folder.path() / "scan.nrrd").string();
+    const Json threshold = run("threshold", part + (segmented / "pore.vti").string(), "voxelise"), gray = run("gray", of_scan, "voxelise"),
+               fit = run("fit", of_scan, "voxelise");
+    const auto porosity = [](const Json& result) { return result.at("porosity").get<double>(); };
+    EXPECT_NEAR(porosity(fit), porosity(truth), 0.001);
+    EXPECT_NEAR(porosity(gray), porosity(truth), 0.015);
+    EXPECT_LT(porosity(threshold), porosity(truth) - 0.02);
+    const Json pack = read_json(folder.path() / "fit/pack/result.json");
+    EXPECT_EQ(pack.at("engine"), "fit");
+    EXPECT_TRUE(pack.at("fit").at("doubts").empty()) << pack.at("fit").at("doubts");
+    EXPECT_GT(pack.at("grains").get<int>(), 10);
+
+    const auto refused =
+        porepack("run --dry-run " + quoted(cases / "fit") + " --set packing.grains=3 --output " + quoted(folder.path() / "no"));
+    EXPECT_EQ(refused.exit_code, 2) << refused.out;
+}
+
 TEST(Chain, PoursReadsBackAndRerunsToTheSameBytes) {
     REQUIRE_PROGRAM("liggghts");
     const test::Folder folder;

@@ -198,6 +198,18 @@ TEST(Section, DefaultsTrimAndTheEmptyOneIsNamed) {
                     "0 <= z0 < z1"));
 }
 
+// A section whose buffer ends at the floor: whole voxels may begin half a voxel below it, and rounding must not matter.
+TEST(Voxels, MayBeginHalfAVoxelBelowTheFloor) {
+    const Container container = parse_container("box:0.03,0.03,0.1");
+    core::Grid grid{.cells = {30, 30, 60}, .spacing_m = {1e-3, 1e-3, 1e-3}, .origin_m = {0.0, 0.0, 0.0}};
+    const auto check = [&](double bottom_m) {
+        grid.origin_m[2] = bottom_m;
+        converters::require_fit(grid, container, {0.02, 0.04}, "here", false);
+    };
+    EXPECT_NO_THROW(check(std::nextafter(-0.5e-3, -1.0)));
+    EXPECT_TRUE(has(message_of<core::UserError>([&] { check(-2e-3); }), "the image reaches from -0.002 to 0.058 m"));
+}
+
 TEST(Voxels, RefusesWhatCannotBe) {
     const Container box = parse_container("box:1,1,1:periodic");
     EXPECT_TRUE(has(message_of<UserError>([&] {

@@ -157,7 +157,7 @@ TEST(Poses, WrongSizesAndMirrorImagesAreNamed) {
     const Path scan = folder.path() / "scan.nrrd";
     write_volume(scan, imaging::scan_of(image, 40.0, 200.0));
     const auto fit = [&](const Shape& shape, const std::string& axes) {
-        return stages::fit_image(scan, {.axes = axes}, exact.container, {shape}, {.fitted_sizes = true}, folder.path());
+        return stages::fit_image(scan, {.axes = axes, .fitted_sizes = true}, exact.container, {shape}, folder.path());
     };
     Shape wrong = chiral();
     for (Capsule& capsule : wrong.capsules) {

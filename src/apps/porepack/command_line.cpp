@@ -294,7 +294,7 @@ void CommandLine::add_image_keys(CLI::App& command, const std::vector<std::strin
         describe(v, config);
     };
     for (const auto& row : key_rows(describe_image)) {
-        if (row.key == "file" || std::find(leave_out.begin(), leave_out.end(), row.key) != leave_out.end()) continue;
+        if (row.key == "file" || row.key == "fit" || std::find(leave_out.begin(), leave_out.end(), row.key) != leave_out.end()) continue;
         add_key(command, row, "--image-" + flag_of(row.key).substr(2),
                 [this, key = row.key](const std::string& value) { common.image_flags[key] = value; })
             ->description(row.meaning + "; default " + (row.standard.empty() ? "none" : row.standard))

@@ -134,7 +134,8 @@ void CapsuleDem::State::grain_forces(std::size_t i, std::vector<Load>& loads, st
         const BodyState& other = bodies_[pair.other];
         const Vec3 lever = contact.at - body.x, other_lever = contact.at - other.x - contact.shift;
         const Vec3 velocity = body.v_contact + body.omega.cross(lever) - other.v_contact - other.omega.cross(other_lever);
-        const double other_mass = kinds_[other.kind].body.mass_kg, mass = own_mass * other_mass / (own_mass + other_mass);
+        const double other_mass = kinds_[other.kind].body.mass_kg;
+        const double mass = other.held != 0 ? own_mass : body.held != 0 ? other_mass : own_mass * other_mass / (own_mass + other_mass);
         const Vec3 force = contact_force({.normal = contact.normal,
                                           .overlap = contact.overlap,
                                           .velocity = velocity,

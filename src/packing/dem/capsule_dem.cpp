@@ -73,7 +73,7 @@ void CapsuleDem::State::make_cells(double widest) {
 }
 
 void CapsuleDem::State::make_walls() {
-    if (!container_.periodic[2]) planes_.push_back({Vec3::UnitZ(), 0.0});
+    if (!container_.periodic[2] && !container_.cut_ends) planes_.push_back({Vec3::UnitZ(), 0.0});
     if (container_.kind == Container::Kind::cylinder) {
         cylinder_radius_ = container_.diameter_m / 2.0;
     } else {
@@ -170,6 +170,12 @@ CapsuleDem& CapsuleDem::operator=(CapsuleDem&&) noexcept = default;
 void CapsuleDem::add(std::size_t shape, const Vec3& position_m, const Quaternion& orientation, const Vec3& velocity,
                      const Vec3& angular_velocity) {
     state_->add(shape, position_m, orientation, velocity, angular_velocity);
+}
+void CapsuleDem::hold(std::size_t body) {
+    state_->hold(body);
+}
+void CapsuleDem::stop() {
+    state_->stop();
 }
 void CapsuleDem::step(long steps) {
     state_->step(steps);

@@ -57,12 +57,12 @@ struct DemEnergy {
     [[nodiscard]] double total() const { return kinetic_J + rotational_J + potential_J + elastic_J; }
 };
 
-/// Quantities that define rest.
+/// Quantities that define rest, of the grains that are not held.
 struct DemRest {
     double kinetic_energy_per_grain_J = 0.0;  ///< of translation, and of rotation unless all grains are spheres
     double largest_force_over_weight = 0.0;   ///< net force (contacts and gravity) on a grain / its weight
     double mean_force_over_weight = 0.0;
-    double coordination_number = 0.0;                      ///< grains in contact per grain, walls not counted
+    double coordination_number = 0.0;                      ///< grains in contact per grain, held ones too, walls not counted
     double largest_overlap_m = 0.0, mean_overlap_m = 0.0;  ///< between grains
     double top_m = 0.0;                                    ///< highest point of the grains slower than 0.05 m/s; 0 if there is none
 };
@@ -84,6 +84,10 @@ public:
     /// Adds a grain: pose of the shape's frame, velocity of its centre of mass, angular velocity.
     void add(std::size_t shape, const shapes::Vec3& position_m, const shapes::Quaternion& orientation,
              const shapes::Vec3& velocity = shapes::Vec3::Zero(), const shapes::Vec3& angular_velocity = shapes::Vec3::Zero());
+    /// The grain stays where it is, whatever presses on it.
+    void hold(std::size_t body);
+    /// Takes all velocities away.
+    void stop();
     void step(long steps = 1);
     void wake_all();
     /// Without sleep all grains are awake.

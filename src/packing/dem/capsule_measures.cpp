@@ -58,7 +58,10 @@ DemRest CapsuleDem::State::rest() const {
     DemRest rest;
     const bool spheres = std::all_of(kinds_.begin(), kinds_.end(), [](const Kind& kind) { return kind.nodes.size() == 1; });
     const double g = options_.gravity_m_per_s2.norm();
+    std::size_t free = 0;
     for (const BodyState& body : bodies_) {
+        if (body.held != 0) continue;
+        ++free;
         const Kind& kind = kinds_[body.kind];
         // A sphere may spin in place without end and move no other grain.
         const double rotation = spheres ? 0.0 : 0.5 * body.momentum.dot(omega_of(body, body.q, body.momentum));
@@ -74,16 +77,18 @@ DemRest CapsuleDem::State::rest() const {
     }
     std::set<std::pair<std::size_t, std::size_t>> touching;
     long contacts = 0;
+    std::size_t neighbours = 0;
     for_contacts([&](std::size_t i, const VerletPair& pair, const Contact& contact) {
-        touching.insert({i, pair.other});
+        if (touching.insert({i, pair.other}).second)
+            neighbours += static_cast<std::size_t>(bodies_[i].held == 0) + static_cast<std::size_t>(bodies_[pair.other].held == 0);
         ++contacts;
         rest.mean_overlap_m += contact.overlap;
         rest.largest_overlap_m = std::max(rest.largest_overlap_m, contact.overlap);
     });
-    const auto n = static_cast<double>(std::max<std::size_t>(1, bodies_.size()));
+    const auto n = static_cast<double>(std::max<std::size_t>(1, free));
     rest.kinetic_energy_per_grain_J /= n;
     rest.mean_force_over_weight /= n;
-    rest.coordination_number = 2.0 * static_cast<double>(touching.size()) / n;
+    rest.coordination_number = static_cast<double>(neighbours) / n;
     rest.mean_overlap_m /= static_cast<double>(std::max(1L, contacts));
     return rest;
 }

@@ -126,6 +126,15 @@ void CapsuleDem::State::set_sleep(bool sleep) {
     if (!sleep) wake_all();
 }
 
+void CapsuleDem::State::hold(std::size_t body) {
+    bodies_[body].held = 1;
+    bodies_[body].v = bodies_[body].v_contact = bodies_[body].momentum = bodies_[body].omega = Vec3::Zero();
+}
+
+void CapsuleDem::State::stop() {
+    for (BodyState& body : bodies_) body.v = body.v_contact = body.momentum = body.omega = Vec3::Zero();
+}
+
 void CapsuleDem::State::step(long steps) {
     const std::size_t n = bodies_.size();
     for (long s = 0; s < steps; ++s) {
@@ -133,19 +142,19 @@ void CapsuleDem::State::step(long steps) {
             search();
             forces(0.0);
             for (std::size_t i = 0; i < n; ++i)
-                if (bodies_[i].asleep == 0) gather(bodies_[i], i);
+                if (bodies_[i].moves()) gather(bodies_[i], i);
             primed_ = true;
         }
         ++steps_;
         time_ += options_.time_step_s;
 #pragma omp parallel for schedule(static, block) if (parallel_)
         for (std::size_t i = 0; i < n; ++i)
-            if (bodies_[i].asleep == 0) advance(bodies_[i]);
+            if (bodies_[i].moves()) advance(bodies_[i]);
         search();
         forces(options_.time_step_s);
 #pragma omp parallel for schedule(static, block) if (parallel_)
         for (std::size_t i = 0; i < n; ++i)
-            if (bodies_[i].asleep == 0) {
+            if (bodies_[i].moves()) {
                 gather(bodies_[i], i);
                 finish(bodies_[i]);
             }

@@ -54,6 +54,8 @@ public:
         std::uint32_t kind = 0, first_arm = 0, first_wall = 0;
         std::int32_t quiet = 0;              ///< steps at rest
         std::uint8_t asleep = 0, fresh = 3;  ///< fresh: number of steps without a history
+        std::uint8_t held = 0;
+        [[nodiscard]] bool moves() const { return asleep == 0 && held == 0; }
         std::int64_t slept_at = -1, woke_at = -3;
         Derivative before, before_that;
     };
@@ -95,6 +97,8 @@ public:
 
     void add(std::size_t shape, const shapes::Vec3& position_m, const shapes::Quaternion& orientation, const shapes::Vec3& velocity,
              const shapes::Vec3& angular_velocity);
+    void hold(std::size_t body);
+    void stop();
     void step(long steps);
     void wake_all();
     void set_sleep(bool sleep);

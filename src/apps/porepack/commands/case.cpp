@@ -6,6 +6,7 @@
 #include "apps/porepack/command_line.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
+#include "stages/relax.hpp"
 #include "study/case_pipeline.hpp"
 #include "study/compare.hpp"
 
@@ -43,6 +44,22 @@ void print_status(const Common& common) {
     if (common.json) fmt::print("{}\n", json.dump(2));
 }
 
+// Pours a case, or relaxes the grains of a given packing.
+void pack(const Common& common, const std::string& from) {
+    if (from.empty() && common.input.empty())
+        throw UserError("neither a case nor a packing is given", {.where = "pack", .allowed = "pack CASE, or pack --from packing.json"});
+    if (from.empty()) return run_in_case(common, "pack", "packing");
+    if (!common.input.empty() || !common.set.empty())
+        throw UserError("--from takes shape and container from the packing, not from a case",
+                        {.where = common.input, .fix = "give one of them"});
+    const auto config = config_from_flags<packing::PackingConfig>(common.flags);
+    run_on_files(common, {.stage = "relax",
+                          .target = common.output.empty() ? Path("relaxed") : Path(common.output),
+                          .configuration = {{"packing", resolved_config(config)}},
+                          .inputs = {from},
+                          .work = [&](const Path& folder) { return relax_packing(from, config, folder); }});
+}
+
 void compare(const Common& common, const std::vector<std::string>& folders) {
     const Comparison comparison = compare_results({folders.begin(), folders.end()});
     if (!common.output.empty() && !common.dry_run) write_comparison(comparison, common.output);
@@ -62,10 +79,16 @@ void add_case_commands(CommandLine& line) {
     run.add_option("--up-to", *last, "run only this stage and those that it needs")->type_name("stage");
     line.add_case(line.add("status", "show which stages of a case are done, stale, failed or missing", "porepack status cases/quickstart",
                            [&] { print_status(common); }));
-    auto& pack = line.add("pack", "pour the grains of a case (exact capsules, or LIGGGHTS)", "porepack pack cases/quickstart --seed 7",
-                          [&] { run_in_case(common, "pack", "packing"); });
-    line.add_case(pack);
-    line.add_keys(pack, "packing");
+    const auto from = std::make_shared<std::string>();
+    auto& pour = line.add("pack", "pour the grains of a case (exact capsules, or LIGGGHTS), or relax given ones",
+                          "porepack pack cases/quickstart --seed 7", [&, from] { pack(common, *from); });
+    line.add_case(pour);
+    pour.get_option("case")->required(false);
+    line.add_keys(pour, "packing");
+    pour.add_option(
+            "--from", *from,
+            "no case: the grains of this packing.json, as found in a scan, move until they no longer overlap and rest on each other")
+        ->type_name("path");
     const auto folders = std::make_shared<std::vector<std::string>>();
     line.add("compare", "the main quantities of several results side by side; with --output, compare.csv and compare.svg",
              "porepack compare cases/quickstart cases/own_stl --output comparison", [&, folders] { compare(common, *folders); })

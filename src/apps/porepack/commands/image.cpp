@@ -80,17 +80,14 @@ std::vector<shapes::Shape> shapes_of(const std::string& text, const Flags& flags
 }
 
 void fit(const Common& common, const std::string& shape) {
-    const auto config = apps::config_of<FitConfig>(common.flags);
-    Flags shape_flags = common.flags;
-    shape_flags.erase("fitted_sizes");
     const ImageConfig image = config_of(common);
-    const std::vector<shapes::Shape> shapes = shapes_of(shape, shape_flags);
-    run_on_files(
-        common, {.stage = "fit",
-                 .target = common.output.empty() ? Path("fitted") : Path(common.output),
-                 .configuration = {{"fit", resolved_config(config)}, {"image", resolved_config(image)}, {"shape", shape}},
-                 .inputs = open_volume(common.input, image).header.files,
-                 .work = [&](const Path& folder) { return fit_image(common.input, image, container_of(common), shapes, config, folder); }});
+    const std::vector<shapes::Shape> shapes = shapes_of(shape, common.flags);
+    run_on_files(common,
+                 {.stage = "fit",
+                  .target = common.output.empty() ? Path("fitted") : Path(common.output),
+                  .configuration = {{"image", resolved_config(image)}, {"shape", shape}},
+                  .inputs = open_volume(common.input, image).header.files,
+                  .work = [&](const Path& folder) { return fit_image(common.input, image, container_of(common), shapes, folder); }});
 }
 
 // "z0,z1"
@@ -157,7 +154,8 @@ void add_image_commands(CommandLine& line) {
             ->type_name("path")
             ->required();
         if (writes) command.add_option("target", *target, ".raw, .mhd, .nrrd, .npy or .vti")->type_name("path")->required();
-        line.add_image_keys(command, {"pore", "threshold", "pore_side", "walls", "smoothing_voxels", "gray_levels", "find_container"});
+        line.add_image_keys(
+            command, {"pore", "threshold", "pore_side", "walls", "smoothing_voxels", "gray_levels", "find_container", "fitted_sizes"});
         return &command;
     };
     add("info", "format, voxels, orientation and values", "porepack image info scan.nrrd", false, [&common] { info(common); });
@@ -176,7 +174,7 @@ void add_image_commands(CommandLine& line) {
         static SegmentConfig config;
         describe(v, config);
     });
-    line.add_image_keys(segmenter, {"pore", "walls"});
+    line.add_image_keys(segmenter, {"pore", "walls", "fitted_sizes"});
     const auto shape = std::make_shared<std::string>();
     CLI::App& fitter =
         line.add_below(image, "fit", "grains of a known shape in a scan: a packing of exact poses",
@@ -193,10 +191,6 @@ void add_image_commands(CommandLine& line) {
         ->required();
     fitter.add_option("--container", common.container, "container that the image shows; default: the box of the image")
         ->type_name("cylinder:D,H or box:X,Y,Z [m]");
-    line.add_keys(fitter, [](ConfigVisitor& v) {
-        static FitConfig config;
-        describe(v, config);
-    });
     line.add_keys(fitter, "shape", {"kind", "file", "unit_m"});
     line.add_image_keys(fitter, {"pore", "walls"});
     const auto part = std::make_shared<std::string>();

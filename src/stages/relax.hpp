@@ -1,0 +1,12 @@
+// A given packing brought to rest: overlaps vanish, contacts appear.
+#pragma once
+
+#include "core/files.hpp"
+#include "packing/config.hpp"
+
+namespace porepack::stages {
+
+/// Writes packing.json and movements.csv into `folder`. Throws UserError for keys of a pour, which have no effect here, and as relax().
+[[nodiscard]] core::Json relax_packing(const core::Path& file, const packing::PackingConfig& config, const core::Path& folder);
+
+}  // namespace porepack::stages
