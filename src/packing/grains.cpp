@@ -270,6 +270,19 @@ LatticeSum sum_on_lattice(const Solid& solid, const Container& container, const 
 
 }  // namespace
 
+Packing cut_out(const Packing& packing, const Section& part) {
+    Packing cut{.container = packing.container, .shapes = packing.shapes, .bodies = {}, .overlap_allowed = packing.overlap_allowed};
+    cut.container.cut_ends = true;
+    (cut.container.kind == Container::Kind::cylinder ? cut.container.height_m : cut.container.size_m.z()) = part.length();
+    for (Body body : packing.bodies) {
+        body.position_m.z() -= part.z0;
+        Bounds bounds;
+        for (const Capsule& capsule : world_capsules(packing, body)) bounds.add(capsule);
+        if (bounds.high.z() > 0.0 && bounds.low.z() < part.length()) cut.bodies.push_back(body);
+    }
+    return cut;
+}
+
 Section whole_bed(const Container& container, const Section& bed) {
     return container.periodic[2] ? Section{0.0, container.height()} : Section{bed.z0, std::min(bed.z1, container.height())};
 }

@@ -82,6 +82,9 @@ struct Section {
     [[nodiscard]] double length() const { return z1 - z0; }
 };
 
+/// The part of a packing between two planes, with cut ends and its floor at z = 0; grains that reach into it are kept whole.
+[[nodiscard]] Packing cut_out(const Packing& packing, const Section& part);
+
 struct SectionChoice {
     std::vector<double> section_m;  ///< z0, z1; empty: chosen from the bed
     double trim_m = 0.0;            ///< 0: the smaller of 30 mm and one grain's maximum Feret diameter

@@ -78,11 +78,11 @@ void require_own_keys(Settings& settings, const TomlFile& toml) {
 }
 
 // An image has no grains unless they are found in it; then the other stages are those of a packing, and nothing is poured.
-void require_tables_of_image(const Case& c, const TomlFile& toml, const std::string& file) {
+void require_tables_of_image(const Case& c, const TomlFile& toml, const std::map<std::string, Flags>& set, const std::string& file) {
     if (!toml.has("image")) return;
     const bool fit = c.settings.image.fit;
     for (const char* table : {"shape", "packing", "packings", "stl", "forchheimer"})
-        if (toml.has(table) && (!fit || std::string(table).starts_with("packing")))
+        if ((toml.has(table) || set.contains(table)) && (!fit || std::string(table).starts_with("packing")))
             throw UserError(std::string("the table [") + table + "] has no effect on an image",
                             {.where = file,
                              .fix = std::string("remove it, or ") +
@@ -119,7 +119,7 @@ Case read_case(const Path& path, const std::string& flag_table, const Flags& fla
         toml.read(table, the_case.settings.describe_table(table), has_flags ? flags : Flags{},
                   found == set.end() ? Flags{} : found->second);
     }
-    require_tables_of_image(the_case, toml, file.string());
+    require_tables_of_image(the_case, toml, set, file.string());
     if (const PackingConfig& packing = the_case.settings.packing; packing.engine != Engine::none && !packing.file.empty())
         throw UserError(fmt::format("`file` has no effect with engine = \"{}\"", name_of(packing.engine)),
                         {.where = file.string() + ", [packing]", .fix = "remove it, or write engine = \"none\""});

@@ -77,8 +77,9 @@ Json write_surfaces(const PoreSpace& space, const GeometryConfig& geometry, cons
     if (space.packing) {
         const SurfaceResult result = make_surface(*space.packing, surface_options(geometry));
         write_stl(file, result.surface);
-        const Porosity exact = porosity(*space.grains, space.container, {0.0, space.container.height()});
-        const double solid = (1.0 - exact.value) * space.container.inner_area_m2() * space.container.height();
+        const shapes::Bounds bounds = space.grains->bounds();  // grains may reach through the ends of a scan
+        const Section all{std::min(0.0, bounds.low.z()), std::max(space.container.height(), bounds.high.z())};
+        const double solid = (1.0 - porosity(*space.grains, space.container, all).value) * space.container.inner_area_m2() * all.length();
         json["largest_deviation_m"] = result.deviation_m;
         json["contact_gap_m"] = result.contact_gap_m;
         json["joined_grains"] = result.joined_grains;

@@ -116,10 +116,12 @@ void write_comparison(const Comparison& comparison, const Path& folder) {
         const double first = row.values.front().value;
         if (!std::isfinite(row.values.front().low) || !(first > 0.0)) continue;
         for (std::size_t c = 0; c < row.values.size(); ++c)
-            if (const auto& [value, low, high] = row.values[c]; std::isfinite(low))
-                points += fmt::format("{} {} {:.9g} {:.9g} {:.9g}\n", c,
+            if (const auto& [value, low, high] = row.values[c]; std::isfinite(value)) {
+                const bool known = std::isfinite(low);
+                points += fmt::format("{} {} {:.9g} {:.9g} {:.9g} {}\n", c,
                                       place + 0.6 * (static_cast<double>(c) + 0.5) / static_cast<double>(row.values.size()) - 0.3,
-                                      value / first, low / first, high / first);
+                                      value / first, (known ? low : value) / first, (known ? high : value) / first, known ? 1 : 0);
+            }
         std::string label = row.quantity;
         std::replace(label.begin(), label.end(), '_', ' ');
         names += fmt::format("{}\"{}\" {}", names.empty() ? "" : ", ", label, place);

@@ -43,10 +43,10 @@ TEST(Chain, ThreeWaysFromAScan) {
         porepack("image segment " + scan + " --image-find-container --image-threshold 12 --keep-cut-grains --output " + quoted(segmented))
             .exit_code,
         0);
-    const std::string part = " --set geometry.section_m=[0.012,0.03] --set image.file=",
-                      of_scan = part + (folder.path() / "scan.nrrd").string();
-    const Json threshold = run("threshold", part + (segmented / "pore.vti").string(), "voxelise"), gray = run("gray", of_scan, "voxelise"),
-               fit = run("fit", of_scan, "voxelise");
+    const std::string part = " --set geometry.section_m=[0.012,0.03] --set ";
+    const std::string of_scan = part + quoted("image.file=" + (folder.path() / "scan.nrrd").string());
+    const Json threshold = run("threshold", part + quoted("image.file=" + (segmented / "pore.vti").string()), "voxelise"),
+               gray = run("gray", of_scan, "voxelise"), fit = run("fit", of_scan, "voxelise");
     const auto porosity = [](const Json& result) { return result.at("porosity").get<double>(); };
     EXPECT_NEAR(porosity(fit), porosity(truth), 0.001);
     EXPECT_NEAR(porosity(gray), porosity(truth), 0.015);

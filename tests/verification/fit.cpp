@@ -133,7 +133,7 @@ TEST(Poses, AMixtureInAnXRayScanIsFound) {
     Container box;
     box.kind = Container::Kind::box;
     box.size_m = Vec3(width, width, scan.grid.cells[2] * h);
-    const Json found = stages::fit_image(folder.path() / "scan.nrrd", {}, box, exact.shapes, {}, folder.path());
+    const Json found = stages::fit_image(folder.path() / "scan.nrrd", {}, box, exact.shapes, folder.path());
     Packing fitted = read_packing(folder.path() / "packing.json");
     for (Body& body : fitted.bodies) body.position_m -= Vec3(0.5 * (width - 0.045), 0.5 * (width - 0.045), 0.0);
     EXPECT_EQ(fitted.bodies.size(), 20U);
@@ -184,7 +184,7 @@ TEST(Poses, HardCases) {
     const auto fit = [&](const Packing& packing, const converters::ScanSettings& settings, const imaging::ImageConfig& image = {}) {
         const GrayImage scan = converters::simulated_scan(Grains(packing), packing.container, d / 8.0, settings);
         write_volume(file, imaging::scan_of(scan, 40.0, 200.0));
-        return stages::fit_image(file, image, packing.container, {bent()}, {}, folder.path());
+        return stages::fit_image(file, image, packing.container, {bent()}, folder.path());
     };
     const Packing exact = random_bed({bent()}, 14, 0.04, 11);
     for (const auto& settings : {converters::ScanSettings{.blur_voxels = 0.8, .noise = 0.1}, {.blur_voxels = 1.5, .noise = 0.03}}) {

@@ -7,6 +7,7 @@
 
 #include "helpers.hpp"
 #include "packing/dem/capsule_pour.hpp"
+#include "packing/grains.hpp"
 #include "packing/structure.hpp"
 #include "stages/relax.hpp"
 
@@ -64,19 +65,7 @@ TEST(Relax, BringsBackContactsThatErrorsOfAFitTookAway) {
 
 // A part cut out of the bed: what reaches through the floor carries the others and stays where it is.
 TEST(Relax, HoldsWhatReachesThroughACutFloor) {
-    Packing part{.container = poured().container, .shapes = poured().shapes, .bodies = {}};
-    part.container.cut_ends = true;
-    const double z0 = 0.014;
-    part.container.height_m = 0.03;
-    for (Body body : poured().bodies) {
-        body.position_m.z() -= z0;
-        double low = 1.0, high = -1.0;
-        for (const Capsule& capsule : world_capsules(part, body)) {
-            low = std::min({low, capsule.a.z() - capsule.radius, capsule.b.z() - capsule.radius});
-            high = std::max({high, capsule.a.z() + capsule.radius, capsule.b.z() + capsule.radius});
-        }
-        if (high > 0.0 && low < part.container.height_m) part.bodies.push_back(body);
-    }
+    const Packing part = cut_out(poured(), {0.014, 0.044});
     const Relaxed found = relax(displaced(part, 5e-6), {});
     const auto held = std::count(found.held.begin(), found.held.end(), true);
     EXPECT_GT(held, 2);
@@ -94,9 +83,10 @@ TEST(Relax, RefusesWhatItCannotDo) {
     EXPECT_TRUE(has(message_of<core::UserError>([&] { (void)relax(two, {}); }), "grains 0 and 1 overlap by 0.63"));
     const Path file = folder.path() / "packing.json";
     write_packing(file, displaced(poured(), 0.0));
-    EXPECT_TRUE(has(message_of<core::UserError>([&] { (void)stages::relax_packing(file, {.seed = 7}, folder.path()); }), "`seed` has no effect"));
     EXPECT_TRUE(
-        has(message_of<core::UserError>([&] { (void)stages::relax_packing(file, {.engine = Engine::liggghts}, folder.path()); }), "DEM of exact capsules"));
+        has(message_of<core::UserError>([&] { (void)stages::relax_packing(file, {.seed = 7}, folder.path()); }), "`seed` has no effect"));
+    EXPECT_TRUE(has(message_of<core::UserError>([&] { (void)stages::relax_packing(file, {.engine = Engine::liggghts}, folder.path()); }),
+                    "DEM of exact capsules"));
 }
 
 }  // namespace

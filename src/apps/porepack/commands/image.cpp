@@ -9,6 +9,7 @@
 #include "imaging/write_volume.hpp"
 #include "shapes/config.hpp"
 #include "stages/fit.hpp"
+#include "stages/scan_plan.hpp"
 #include "stages/segment.hpp"
 
 namespace porepack::apps {
@@ -115,6 +116,25 @@ void simulate(const Common& common, const std::string& target, const std::string
     write(common, target, source_of(scan.grid, scan.values));
 }
 
+void plan(const Common& common, const std::string& text) {
+    const auto config = apps::config_of<ScanPlanConfig>(common.flags);
+    Flags of_scanner = common.flags;
+    for (const char* varied : {"views", "counts"}) of_scanner.erase(varied);
+    const auto scanner = apps::config_of<converters::ScannerConfig>(of_scanner);
+    const packing::Packing packing = packing::read_packing(common.input);
+    const packing::Section part = part_of(text, packing.container);
+    const Json configuration = {{"scanner", resolved_config(scanner)}, {"plan", resolved_config(config)}, {"part", text}};
+    if (common.dry_run)
+        return print_result(common, {{"configuration", configuration},
+                                     {"scans", number_of_scans(config)},
+                                     {"expected", "each scan is simulated, fitted and solved: some minutes each"}});
+    run_on_files(common, {.stage = "plan",
+                          .target = common.output.empty() ? Path("scan_plan") : Path(common.output),
+                          .configuration = configuration,
+                          .inputs = {common.input},
+                          .work = [&](const Path& folder) { return plan_scan(packing, part, scanner, config, folder); }});
+}
+
 Box box_of(const std::string& text) {
     Box box;
     long long n[6] = {};
@@ -205,6 +225,21 @@ void add_image_commands(CommandLine& line) {
         static converters::ScannerConfig config;
         describe(v, config);
     });
+    CLI::App& planner = line.add_below(image, "plan", "scans at several settings simulated and fitted: which is good enough for k?",
+                                       "porepack image plan packing.json --part 0.02,0.08 --voxel-sizes 3e-4,5e-4 --counts 20000,2000",
+                                       [&common, part] { plan(common, *part); });
+    planner.add_option("input", common.input, "packing.json, in a cylinder or in a box with walls")->type_name("path")->required();
+    planner.add_option("--part", *part, "range of heights; default: the whole container")->type_name("z0,z1 [m]");
+    line.add_keys(planner, [](ConfigVisitor& v) {
+        static ScanPlanConfig config;
+        describe(v, config);
+    });
+    line.add_keys(planner,
+                  [](ConfigVisitor& v) {
+                      static converters::ScannerConfig config;
+                      describe(v, config);
+                  },
+                  {"voxel_size_m", "views", "counts"});
     const auto box = std::make_shared<std::string>();
     add("crop", "a part of an image", "porepack image crop scan.nrrd part.nrrd --box 0,200,0,200,50,150", true,
         [&common, target, box] { write(common, *target, cropped(open_volume(common.input, config_of(common)), box_of(*box))); })

@@ -1,0 +1,187 @@
+#include "stages/scan_plan.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "core/log.hpp"
+#include "core/table.hpp"
+#include "imaging/write_volume.hpp"
+#include "poses/shape_points.hpp"
+#include "stages/fit.hpp"
+#include "stages/stages.hpp"
+
+namespace porepack::stages {
+using namespace core;
+using namespace packing;
+using namespace converters;
+namespace {
+
+struct Trial {
+    ScannerConfig scanner;
+    long found = 0, wrong = 0;
+    std::optional<double> porosity, permeability_m2;  // none where no grain was found
+    std::size_t doubts = 0;
+    double fit_s = 0.0;
+};
+
+std::vector<std::vector<shapes::Capsule>> capsules_of(const Packing& packing) {
+    std::vector<std::vector<shapes::Capsule>> all;
+    for (const Body& body : packing.bodies) all.push_back(world_capsules(packing, body));
+    return all;
+}
+
+std::vector<bool> whole_grains(const Packing& packing) {
+    std::vector<bool> whole;
+    for (const auto& capsules : capsules_of(packing)) {
+        shapes::Bounds bounds;
+        for (const auto& capsule : capsules) bounds.add(capsule);
+        whole.push_back(bounds.low.z() >= 0.0 && bounds.high.z() <= packing.container.height());
+    }
+    return whole;
+}
+
+// Whole grains of the truth whose capsules' ends all lie within half a radius of a fitted grain's, and fitted grains that are near none.
+void compare_poses(const Packing& truth, const Packing& fitted, Trial& trial) {
+    const auto exact = capsules_of(truth), found = capsules_of(fitted);
+    const std::vector<bool> whole = whole_grains(truth);
+    std::vector<bool> used(found.size(), false);
+    for (std::size_t i = 0; i < exact.size(); ++i)
+        for (std::size_t f = 0; f < found.size(); ++f)
+            if (found[f].size() == exact[i].size() && !used[f] &&
+                poses::largest_difference_m(exact[i], found[f]) < 0.5 * exact[i][0].radius) {
+                used[f] = true;
+                trial.found += whole[i] ? 1 : 0;
+                break;
+            }
+    trial.wrong = std::count(used.begin(), used.end(), false);
+}
+
+struct Flow {
+    double porosity, permeability_m2;
+};
+
+Flow flow_of(const Path& file, const Section& section, double voxel_size_m, const Path& folder) {
+    const GeometryConfig geometry{.voxel_size_m = voxel_size_m, .section_m = {section.z0, section.z1}};
+    const PoreSpace space = load_pore_space(file, {.geometry = geometry, .section = {.ends = Ends::planes}});
+    lbm::LbmConfig config;
+    config.grids = 1;
+    config.fields = lbm::FieldFiles::none;
+    const Json result = run_lbm(space, geometry, config, folder);
+    return {.porosity = space.porosity().value, .permeability_m2 = result.at("permeability_m2")};
+}
+
+// Voxel sizes in diameters d of the thinnest capsule.
+ScanPlanConfig with_standard_values(ScanPlanConfig config, double d) {
+    if (config.voxel_sizes_m.empty()) config.voxel_sizes_m = {d / 12.0, d / 8.0, d / 6.0};
+    if (config.views.empty()) config.views = {0.0};
+    if (config.counts.empty()) config.counts = {20000.0, 2000.0};
+    return config;
+}
+
+Json row_of(const Trial& trial, const Flow& truth, double d, double within) {
+    const auto error = [](const std::optional<double>& value, double exact, bool relative) {
+        return value ? Json(relative ? *value / exact - 1.0 : *value - exact) : Json(nullptr);
+    };
+    const Json k_error = error(trial.permeability_m2, truth.permeability_m2, true);
+    return {{"voxel_size_m", trial.scanner.voxel_size_m},
+            {"voxels_per_diameter", d / trial.scanner.voxel_size_m},
+            {"views", trial.scanner.views},
+            {"counts", trial.scanner.counts},
+            {"whole_grains_found", trial.found},
+            {"false_grains", trial.wrong},
+            {"porosity_error", error(trial.porosity, truth.porosity, false)},
+            {"permeability_error", k_error},
+            {"doubts", trial.doubts},
+            {"good", k_error.is_number() && std::abs(k_error.get<double>()) <= within},
+            {"fit_s", trial.fit_s}};
+}
+
+void write_table(const Path& file, const Json& rows) {
+    Table table({"voxel_size_m", "voxels_per_diameter", "views", "counts", "whole_grains_found", "false_grains", "porosity_error",
+                 "permeability_error", "doubts", "good", "fit_s"});
+    for (const Json& row : rows) {
+        const auto number = [&](const char* key) {
+            return row.at(key).is_number() ? std::optional(row.at(key).get<double>()) : std::nullopt;
+        };
+        table.add(number("voxel_size_m"), number("voxels_per_diameter"), number("views"), number("counts"), number("whole_grains_found"),
+                  number("false_grains"), number("porosity_error"), number("permeability_error"), number("doubts"),
+                  row.at("good").get<bool>() ? 1.0 : 0.0, number("fit_s"));
+    }
+    table.write(file);
+}
+
+}  // namespace
+
+std::size_t number_of_scans(const ScanPlanConfig& config) {
+    const ScanPlanConfig all = with_standard_values(config, 1.0);
+    return all.voxel_sizes_m.size() * all.views.size() * all.counts.size();
+}
+
+Json plan_scan(const Packing& packing, const Section& part, const ScannerConfig& scanner, const ScanPlanConfig& given, const Path& folder) {
+    double feret = 0.0;
+    for (const shapes::Shape& shape : packing.shapes) feret = std::max(feret, maximum_feret_diameter(shape));
+    const Section inner{feret, part.length() - feret};
+    if (inner.length() < 0.5 * feret)
+        throw UserError(fmt::format("the part is {:g} m high: grains cut by its ends leave no section to compare", part.length()),
+                        {.where = "--part", .allowed = fmt::format("{:g} m or more", 2.5 * feret)});
+    const Packing truth = cut_out(packing, part);
+    const double d = finest_diameter(packing);
+    const ScanPlanConfig config = with_standard_values(given, d);
+    const Path scan = folder / "scan.nrrd", exact = folder / "truth.json", work = folder / "fit";
+    make_folder(work);
+    write_packing(exact, truth);
+    const Flow flow = flow_of(exact, inner, d / 10.0, work);
+    Json rows = Json::array();
+    for (const double voxel_size : config.voxel_sizes_m)
+        for (const double views : config.views)
+            for (const double counts : config.counts) {
+                Trial trial{.scanner = scanner};
+                trial.scanner.voxel_size_m = voxel_size;
+                trial.scanner.views = std::lround(views);
+                trial.scanner.counts = counts;
+                const SimulatedScan image = scan_packing(packing, part, trial.scanner);
+                imaging::write_volume(scan, imaging::source_of(image.grid, image.values));
+                const Stopwatch watch;
+                try {
+                    const bool tube = packing.container.kind == Container::Kind::cylinder && scanner.tube_wall_m > 0.0;
+                    const Json found = fit_image(scan, {.find_container = tube}, tube ? std::nullopt : std::optional(truth.container),
+                                                 packing.shapes, work);
+                    trial.fit_s = watch.seconds();
+                    trial.doubts = found.at("doubts").size();
+                    compare_poses(truth, read_packing(work / "packing.json"), trial);
+                    const Flow fitted = flow_of(work / "packing.json", inner, d / 10.0, work);
+                    trial.porosity = fitted.porosity;
+                    trial.permeability_m2 = fitted.permeability_m2;
+                } catch (const UserError& refused) {  // no gray levels, no tube, no grain: a row without numbers
+                    log_warning(fmt::format("voxels of {:g} m, {:g} counts: {}", voxel_size, counts, refused.what()));
+                    trial.fit_s = watch.seconds();
+                    trial.doubts = 1;
+                }
+                rows.push_back(row_of(trial, flow, d, config.within));
+                log_info("{}", rows.back().dump());
+            }
+    write_table(folder / "plan.csv", rows);
+    std::filesystem::remove_all(work);
+    std::filesystem::remove(scan);
+    std::filesystem::remove(exact);
+    const auto whole = whole_grains(truth);
+    Json json = {{"section_m", {part.z0 + inner.z0, part.z0 + inner.z1}},
+                 {"whole_grains", std::count(whole.begin(), whole.end(), true)},
+                 {"porosity_exact", flow.porosity},
+                 {"permeability_exact_m2", flow.permeability_m2},
+                 {"within", config.within},
+                 {"rows", rows}};
+    const auto coarsest = std::max_element(rows.begin(), rows.end(), [](const Json& one, const Json& other) {
+        return (one["good"] ? one["voxel_size_m"].get<double>() : 0.0) < (other["good"] ? other["voxel_size_m"].get<double>() : 0.0);
+    });
+    json["coarsest_good_voxel_size_m"] = coarsest != rows.end() && (*coarsest)["good"] ? (*coarsest)["voxel_size_m"] : Json(nullptr);
+    json["meaning"] =
+        "errors of porosity and k of the fitted packing in a section that no end of the scan cuts; exact: of the true packing on the same "
+        "voxels; good: the error of k is within the wanted one; one noise per row, so rows near the limit can change with --seed";
+    return json;
+}
+
+}  // namespace porepack::stages
