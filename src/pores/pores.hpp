@@ -1,4 +1,4 @@
-// The pore space described: chords, pore sizes, critical diameter, two-point correlation.
+// The pore space described: chords, pore sizes, throats, critical diameter, two-point correlation.
 #pragma once
 
 #include <array>
@@ -37,6 +37,25 @@ struct Chords {
 /// Diameter of the largest sphere that passes from the first to the last layer along `axis`, over faces of voxels; nothing where no path
 /// leads through. With distances from voxels it is up to two voxels too small.
 [[nodiscard]] std::optional<double> critical_diameter_m(const core::PhaseImage& image, const std::vector<float>& distance_m, int axis);
+
+/// Pores and the throats between them: basins of the distance to the walls (watershed). Two basins are one pore where the place between
+/// them is at least 0.9 as wide as the narrower one.
+struct PoreNetwork {
+    struct Pore {
+        double diameter_m;  ///< of the largest sphere in it
+        std::array<double, 3> centre_m;
+        double volume_m3 = 0.0;
+        bool cut = false;  ///< reaches an end of the section: parts of it and of its throats can be missing
+    };
+    struct Throat {
+        std::size_t first, second;  ///< places in `pores`
+        double diameter_m;          ///< of the largest sphere that passes; where there are several ways, of the widest
+    };
+    std::vector<Pore> pores;
+    std::vector<Throat> throats;
+};
+[[nodiscard]] PoreNetwork pore_network(const core::PhaseImage& image, const std::vector<float>& distance_m,
+                                       const std::array<bool, 3>& periodic);
 
 /// Permeability of Katz & Thompson (1986): d_c^2 / 226 times the relative diffusivity.
 [[nodiscard]] double katz_thompson_m2(double critical_diameter_m, double relative_diffusivity);

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 #include "core/parallel.hpp"
 #include "pores/pores.hpp"
@@ -47,14 +46,6 @@ private:
     std::vector<int> place_;
     std::vector<double> from_, result_;
 };
-
-std::size_t root_of(std::vector<std::uint32_t>& parent, std::size_t node) {
-    while (parent[node] != node) {
-        parent[node] = parent[parent[node]];
-        node = parent[node];
-    }
-    return node;
-}
 
 }  // namespace
 
@@ -162,37 +153,6 @@ std::vector<float> pore_diameter_m(const PhaseImage& image, const std::vector<fl
             }
     }
     return diameter;
-}
-
-std::optional<double> critical_diameter_m(const PhaseImage& image, const std::vector<float>& distance_m, int axis) {
-    const Grid& grid = image.grid;
-    const auto a = static_cast<std::size_t>(axis);
-    const std::size_t row = static_cast<std::size_t>(grid.cells[0]), layer = grid.index(0, 0, 1), cells = grid.size();
-    const std::size_t first_end = cells, last_end = cells + 1;  // nodes that stand for the two ends
-    std::vector<std::uint32_t> parent(cells + 2), order;
-    std::iota(parent.begin(), parent.end(), 0U);
-    for (std::size_t cell = 0; cell < cells; ++cell)
-        if (image.phase[cell] == Phase::pore) order.push_back(static_cast<std::uint32_t>(cell));
-    std::stable_sort(order.begin(), order.end(), [&](std::uint32_t p, std::uint32_t q) { return distance_m[p] > distance_m[q]; });
-    std::vector<bool> open(cells, false);
-    const auto join = [&](std::size_t p, std::size_t q) { parent[root_of(parent, p)] = static_cast<std::uint32_t>(root_of(parent, q)); };
-    for (const std::uint32_t cell : order) {
-        open[cell] = true;
-        const std::array<std::size_t, 3> place = {cell % row, cell % layer / row, cell / layer};
-        const std::array<std::size_t, 3> step = {1, row, layer};
-        for (std::size_t b = 0; b < 3; ++b) {
-            if (place[b] > 0 && open[cell - step[b]]) join(cell, cell - step[b]);
-            if (place[b] + 1 < static_cast<std::size_t>(grid.cells[b]) && open[cell + step[b]]) join(cell, cell + step[b]);
-        }
-        if (place[a] == 0) join(cell, first_end);
-        if (place[a] + 1 == static_cast<std::size_t>(grid.cells[a])) join(cell, last_end);
-        if (root_of(parent, first_end) == root_of(parent, last_end)) return 2.0 * static_cast<double>(distance_m[cell]);
-    }
-    return std::nullopt;
-}
-
-double katz_thompson_m2(double critical_diameter_m, double relative_diffusivity) {
-    return critical_diameter_m * critical_diameter_m / 226.0 * relative_diffusivity;
 }
 
 }  // namespace porepack::pores

@@ -1,4 +1,4 @@
-// The pore space described: chords, pore sizes, critical diameter, correlation.
+// The pore space described: chords, pore sizes, throats, critical diameter, correlation.
 #include "pores/pores.hpp"
 
 #include <fmt/format.h>
@@ -24,8 +24,8 @@ using namespace pores;
 namespace {
 
 constexpr const char* axes = "xyz";
-// Phase, distance, diameter and tree of a voxel, and the order of the voxels.
-constexpr double bytes_per_voxel = 1.0 + 4.0 + 4.0 + 4.0 + 4.0 + 1.0;
+// Phase, distance, diameter, pore and tree of a voxel, and the order of the voxels.
+constexpr double bytes_per_voxel = 1.0 + 4.0 + 4.0 + 4.0 + 4.0 + 4.0;
 
 Json json_of_chords(const Chords& chords, const char* source) {
     return {{"chords", chords.lengths_m.size()}, {"mean_m", chords.mean_m}, {"standard_deviation_m", chords.deviation_m}, {"from", source}};
@@ -68,6 +68,51 @@ void write_sizes(const Path& file, const Sizes& sizes) {
         table.add(diameter, static_cast<double>(wider) / total);
     }
     table.write(file);
+}
+
+struct Quantiles {
+    std::optional<double> low, median, high;  ///< at 10, 50 and 90 percent; none of no values
+};
+
+Quantiles quantiles_of(std::vector<double> values) {
+    if (values.empty()) return {};
+    std::sort(values.begin(), values.end());
+    const auto at = [&](double part) { return values[static_cast<std::size_t>(part * static_cast<double>(values.size() - 1))]; };
+    return {at(0.1), at(0.5), at(0.9)};
+}
+
+Json write_network(const PoreNetwork& network, const Path& folder) {
+    std::vector<long> neighbours(network.pores.size(), 0);
+    std::vector<double> widths, bodies;
+    Table throats({"pore_1", "pore_2", "diameter_m"}), pores({"x_m", "y_m", "z_m", "diameter_m", "volume_m3", "throats", "cut"});
+    for (const auto& throat : network.throats) {
+        throats.add(static_cast<double>(throat.first), static_cast<double>(throat.second), throat.diameter_m);
+        widths.push_back(throat.diameter_m);
+        ++neighbours[throat.first];
+        ++neighbours[throat.second];
+    }
+    double sum = 0.0, whole = 0.0;
+    for (std::size_t i = 0; i < network.pores.size(); ++i) {
+        const auto& pore = network.pores[i];
+        const auto& at = pore.centre_m;
+        pores.add(at[0], at[1], at[2], pore.diameter_m, pore.volume_m3, static_cast<double>(neighbours[i]), pore.cut ? 1.0 : 0.0);
+        if (pore.cut) continue;
+        bodies.push_back(pore.diameter_m);
+        sum += static_cast<double>(neighbours[i]);
+        whole += 1.0;
+    }
+    throats.write(folder / "throats.csv");
+    pores.write(folder / "pores.csv");
+    const Quantiles width = quantiles_of(widths), body = quantiles_of(bodies);
+    const auto number = [](const std::optional<double>& value) { return value ? Json(*value) : Json(nullptr); };
+    return {{"pores", network.pores.size()},
+            {"whole_pores", bodies.size()},
+            {"throats", network.throats.size()},
+            {"throats_per_whole_pore", whole > 0.0 ? Json(sum / whole) : Json(nullptr)},
+            {"throat_diameter_10_percent_m", number(width.low)},
+            {"throat_diameter_median_m", number(width.median)},
+            {"throat_diameter_90_percent_m", number(width.high)},
+            {"body_diameter_median_m", number(body.median)}};
 }
 
 void write_correlation(const Path& file, const Correlation& found) {
@@ -121,6 +166,7 @@ Json run_pores(const PoreSpace& space, const GeometryConfig& geometry, const Pat
         if (image.phase[cell] == Phase::pore && diameter[cell] > 0.0F) sizes.diameter_m.push_back(static_cast<double>(diameter[cell]));
     std::sort(sizes.diameter_m.begin(), sizes.diameter_m.end());
     write_sizes(folder / "pore_sizes.csv", sizes);
+    const Json network = write_network(pore_network(image, distance, periodic), folder);
     Json critical = Json::object();
     for (int axis = 0; axis < 3; ++axis) {
         const auto d = critical_diameter_m(image, distance, axis);
@@ -147,6 +193,7 @@ Json run_pores(const PoreSpace& space, const GeometryConfig& geometry, const Pat
             {"pore_diameter_median_m", sizes.quantile(0.5)},
             {"pore_diameter_10_percent_m", sizes.quantile(0.1)},
             {"pore_diameter_90_percent_m", sizes.quantile(0.9)},
+            {"network", network},
             {"critical_diameter_m", critical},
             {"critical_diameter_uncertainty_m", (space.grains ? 1.5 : 2.0) * h},
             {"relative_diffusivity", diffusivity},
@@ -156,7 +203,8 @@ Json run_pores(const PoreSpace& space, const GeometryConfig& geometry, const Pat
             {"porosity_scatter_of_such_sections", std::sqrt(eps * (1.0 - eps) * range / volume)},
             {"meaning",
              "chords: between two walls, without those that the section cuts; pore diameters: by volume, of the largest sphere in the "
-             "pores that covers a point; critical diameter: "
+             "pores that covers a point; network: basins of the distance to the walls and the widest way between two of them; critical "
+             "diameter: "
              "of the largest sphere that passes through; Katz & Thompson: an estimate within a factor of two or so; scatter: standard "
              "deviation of the porosity of other sections as large as this one, from the integral range"}};
 }

@@ -20,7 +20,7 @@ using namespace pipeline;
 namespace fs = std::filesystem;
 namespace {
 
-constexpr const char *solver_row = "solver", *overlap_row = "overlap of grains at contacts";
+constexpr const char *solver_row = "solver", *overlap_row = "overlap of grains at contacts", *sizes_row = "sizes of fitted grains";
 
 std::optional<Interval> about(double value, double half_width) {
     return Interval{value - half_width, value + half_width};
@@ -82,6 +82,9 @@ std::vector<BudgetRow> rows_of_permeability(const Case& c, const Json& results) 
         if (const auto share = overlap_of_solid(c, results["pack"]))
             rows.push_back({overlap_row, permeability_change(lbm.at("porosity").get<double>(), *share) / coverage_factor, Part::numerical,
                             Evidence::bounded, fmt::format("{:.1e} of the solid lies in two grains", *share)});
+    if (const auto change = number_at(results, "/pack/fit/solid_change"))
+        rows.push_back({sizes_row, permeability_change(lbm.at("porosity").get<double>(), std::abs(*change)) / coverage_factor,
+                        Part::numerical, Evidence::judged, fmt::format("fitted sizes change the solid by {:+.2f} %", 100.0 * *change)});
     if (const auto section = section_scatter_of(c))
         rows.push_back({"section length", section->relative, Part::hint, Evidence::measured,
                         fmt::format("{:.2g} % ({:.2g} to {:.2g} %, from a section of {:.1f} grain diameters)", 100.0 * section->relative,
@@ -100,7 +103,7 @@ Json statement(double value, const std::optional<Interval>& interval, long packi
 double other_half_width(const std::vector<BudgetRow>& rows) {
     double squares = 0.0;
     for (const BudgetRow& row : rows)
-        if (row.source == solver_row || row.source == overlap_row)
+        if (row.source == solver_row || row.source == overlap_row || row.source == sizes_row)
             squares += std::pow(coverage_factor * row.relative_standard_uncertainty, 2.0);
     return std::sqrt(squares);
 }

@@ -92,6 +92,30 @@ TEST(Pores, TheThroatBetweenSpheresInContact) {
     EXPECT_LT(errors[2], 0.6 * errors[0]);
 }
 
+// A simple cubic array of spheres in contact: one pore per cell, sqrt(3) - 1 diameters wide, and six throats of sqrt(2) - 1 diameters.
+TEST(Pores, NetworkOfACubicArrayOfSpheres) {
+    packing::Packing array{.container = {.kind = packing::Container::Kind::box, .size_m = {3.0, 3.0, 3.0}, .periodic = all_periodic},
+                           .shapes = {shapes::make_preset(shapes::ShapeKind::sphere, 1.0, 0.0)},
+                           .bodies = {}};
+    for (int cell = 0; cell < 27; ++cell)
+        array.bodies.push_back({.shape = 0, .position_m = shapes::Vec3(cell % 3 + 0.5, cell / 3 % 3 + 0.5, cell / 9 + 0.5)});
+    for (const int n : {12, 24}) {
+        const auto space = converters::pore_space_of(array);
+        const PhaseImage image = space.voxelise_at(1.0 / n);
+        const PoreNetwork network = pore_network(image, wall_distance_m(image, *space.grains, space.container), all_periodic);
+        ASSERT_EQ(network.pores.size(), 27U) << n;
+        EXPECT_EQ(network.throats.size(), 81U) << n;
+        double volume = 0.0;
+        for (const auto& pore : network.pores) {
+            EXPECT_NEAR(pore.diameter_m, std::sqrt(3.0) - 1.0, 2.0 / n);
+            EXPECT_FALSE(pore.cut);
+            volume += pore.volume_m3;
+        }
+        for (const auto& throat : network.throats) EXPECT_NEAR(throat.diameter_m, std::sqrt(2.0) - 1.0, 1.5 / n);
+        EXPECT_NEAR(volume / 27.0, 1.0 - std::numbers::pi / 6.0, 0.03);
+    }
+}
+
 TEST(Pores, DistancesAreExact) {
     PhaseImage image{.grid = {.cells = {9, 8, 7}, .origin_m = {0, 0, 0}, .spacing_m = {1, 1, 1}},
                      .phase = std::vector<std::uint8_t>(504, Phase::pore),
@@ -131,7 +155,9 @@ TEST(Pores, TheCommandWritesNumbersTablesAndAFigure) {
     EXPECT_GT(json["critical_diameter_m"]["z"].get<double>(), 0.3);
     EXPECT_LT(json["pore_diameter_10_percent_m"].get<double>(), json["pore_diameter_90_percent_m"].get<double>());
     EXPECT_GT(json["permeability_katz_thompson_m2"].get<double>(), 0.0);
-    for (const char* file : {"chords.csv", "pore_sizes.csv", "correlation.csv"})
+    EXPECT_GT(json["network"]["throats_per_whole_pore"].get<double>(), 2.0);
+    EXPECT_LT(json["network"]["throat_diameter_median_m"].get<double>(), json["network"]["body_diameter_median_m"].get<double>());
+    for (const char* file : {"chords.csv", "pore_sizes.csv", "correlation.csv", "pores.csv", "throats.csv"})
         EXPECT_TRUE(std::filesystem::exists(folder.path() / "out" / file)) << file;
     const auto refused = test::porepack("pores " + test::quoted(folder.write("case.toml", "").parent_path()));
     EXPECT_TRUE(test::has(refused.err, "not of a case")) << refused.err;
