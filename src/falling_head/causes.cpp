@@ -1,140 +1,284 @@
-// The causes, one row each: differences from the ideal test, in the order of the report.
+// The causes: what is uncertain in a falling-head test, with ranges and their sources. The ranges were written down before all causes
+// were drawn together for the first time.
 #include "falling_head/causes.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "falling_head/falling_head.hpp"
-#include "falling_head/scenario.hpp"
 
 namespace porepack::falling_head {
 namespace {
 
-using Rows = std::vector<ScenarioRow>;
+constexpr double surface_tension = 0.0728, water_density = 998.2, capillary_length_m = 2.73e-3;  // N/m, kg/m3, of water at 20 C
 
-// The water in the sample has the inertia of a column of m sample lengths; m is at least 1/porosity (straight pores).
-void add_inertia(Rows& rows, const SampleTruth& truth, const FallingHeadConfig& full) {
-    const double smallest_m = 1.0 / truth.porosity;
-    for (const double m : {std::max(smallest_m, inertia_coefficient(full)), smallest_m})
-        rows.push_back({"inertia of the water",
-                        fmt::format("it starts at rest and has to be slowed down; m = {:.2f}{}", m,
-                                    m == smallest_m ? ", 1/porosity: the minimum" : ""),
-                        [m](Scenario& s) {
-                            s.apparatus.column_inertia = true;
-                            s.apparatus.inertia_coefficient = m;
-                        }});
+using Causes = std::vector<UncertainCause>;
+
+void multiply(Resistance& resistance, double viscous, double inertial) {
+    resistance.inverse_permeability_per_m2 *= viscous;
+    resistance.inverse_inertial_permeability_per_m *= inertial;
 }
 
-void add_meshes(Rows& rows, const FallingHeadConfig& full) {
-    if (!(full.screen_opening_m > 0.0)) return;
-    const auto screens = [&full](long below, long above, double wire_m, double free_share) {
-        return [=, opening_m = full.screen_opening_m](Scenario& s) {
-            s.apparatus.screen_opening_m = opening_m;
-            s.apparatus.screen_wire_m = wire_m;
-            s.apparatus.screens_below = below;
-            s.apparatus.screens_above = above;
-            s.apparatus.screen_free_fraction = free_share;
+double middle_speed(const SampleTruth& truth, const FallingHeadConfig& config) {
+    return FallingHead(truth.permeability_m2, truth.inertial_permeability_m, config)
+        .speed_at(0.5 * (config.window_m[0] + config.window_m[1]));
+}
+
+void add_physics_of_the_sample(Causes& causes, const SampleTruth& truth, const FallingHeadConfig& config) {
+    const double reference = truth.largest_reynolds * config.kinematic_viscosity_m2_per_s / truth.grain_diameter_m;
+    causes.push_back(
+        {.name = "falling inertial coefficient",
+         .what = fmt::format("1/k_in falls like Re^-n above Re = {:.0f}, the largest that was computed", truth.largest_reynolds),
+         .low = 0.0,
+         .high = 0.2,
+         .source = "n: Ergun 1952 0; Carman 1937 and KTA 3102.3 0.1; Tallmadge 1970 1/6; Hicks 1970 0.2",
+         .apply =
+             [reference](Scenario& s, double n) {
+                 s.apparatus.inertial_exponent = n;
+                 s.apparatus.inertial_reference_speed_m_per_s = reference;
+             },
+         .least = 0.0,
+         .most = 0.8});
+    causes.push_back({.name = "turbulent viscous term",
+                      .what = "part of the change of both coefficients from Forchheimer's regime to turbulence: 1/k x 1.24, 1/k_in x 0.84",
+                      .low = 0.0,
+                      .high = 1.0,
+                      .source = "Fand, Kim, Lam & Phan 1987 (spheres)",
+                      .apply = [](Scenario& s, double part) { multiply(s.resistance, 1.0 + 0.24 * part, 1.0 - 0.16 * part); },
+                      .least = -1.0});
+    const double straight = 1.0 / truth.porosity, usual = std::max(straight, inertia_coefficient(config));
+    causes.push_back({.name = "inertia of the water",
+                      .what = "inertia coefficient m of the sample",
+                      .low = straight,
+                      .high = std::max(usual, truth.quasi_steady_inertia.value_or(usual)),
+                      .source = truth.quasi_steady_inertia ? "1/porosity; <u^2>/(porosity <u_z>^2) of the computed flow"
+                                                           : "1/porosity; tortuosity factor / porosity",
+                      .apply =
+                          [](Scenario& s, double m) {
+                              s.apparatus.column_inertia = true;
+                              s.apparatus.inertia_coefficient = m;
+                          },
+                      .absent = std::nullopt,
+                      .least = 1.0});
+    causes.push_back({.name = "structure at the ends",
+                      .what = "share of the change of 1/k and 1/k_in by the packing's porosity profile",
+                      .low = 0.5,
+                      .high = 1.5,
+                      .source = "porosity profile; Carman-Kozeny and Ergun for each layer",
+                      .judged = true,
+                      .apply =
+                          [=](Scenario& s, double share) {
+                              multiply(s.resistance, 1.0 + share * (truth.ends_viscous - 1.0), 1.0 + share * (truth.ends_inertial - 1.0));
+                          },
+                      .absent = std::nullopt,
+                      .least = 0.0});
+    causes.push_back({.name = "grains aligned at the wire screen",
+                      .what = "share of a lowest layer, one grain high, that is 0.1 less porous",
+                      .low = 0.0,
+                      .high = 1.0,
+                      .source = "the paper saw alignment, without a figure",
+                      .judged = true,
+                      .apply =
+                          [=](Scenario& s, double share) {
+                              multiply(s.resistance, 1.0 + share * (truth.aligned_viscous - 1.0),
+                                       1.0 + share * (truth.aligned_inertial - 1.0));
+                          },
+                      .least = 0.0});
+    causes.push_back({.name = "trapped gas",
+                      .what = "part of the pore volume; k and k_in x (1 - s)^3",
+                      .low = 0.0,
+                      .high = 0.03,
+                      .source = "exponent: Corey 1954; amount",
+                      .judged = true,
+                      .apply =
+                          [](Scenario& s, double gas) {
+                              const double open = std::pow(1.0 - gas, -3.0);
+                              multiply(s.resistance, open, open);
+                          },
+                      .least = 0.0,
+                      .most = 0.5});
+}
+
+void add_apparatus(Causes& causes, const SampleTruth& truth, const FallingHeadConfig& config) {
+    if (config.screen_opening_m > 0.0) {
+        const double wire = config.screen_wire_m > 0.0 ? config.screen_wire_m : 0.2 * config.screen_opening_m;
+        const auto screens = [config](Scenario& s) {
+            s.apparatus.screen_opening_m = config.screen_opening_m;
+            s.apparatus.screens_below = config.screens_below;
+            s.apparatus.screens_above = config.screens_above;
+            if (s.apparatus.screen_wire_m == 0.0)
+                s.apparatus.screen_wire_m = config.screen_wire_m > 0.0 ? config.screen_wire_m : 0.2 * config.screen_opening_m;
         };
-    };
-    for (const double wire_m : {0.5 * full.screen_wire_m, full.screen_wire_m}) {
-        const std::string size = fmt::format("wires of {:g} mm", 1e3 * wire_m);
-        rows.push_back({"wire screen below", size, screens(1, 0, wire_m, 1.0)});
-        if (full.screens_below > 1)
-            rows.push_back({"second wire screen below", size + ", both together", screens(full.screens_below, 0, wire_m, 1.0)});
-        if (full.screens_above > 0) rows.push_back({"wire screen on top", size, screens(0, full.screens_above, wire_m, 1.0)});
+        causes.push_back({.name = "wire screens",
+                          .what = fmt::format("diameter of their wires; {} below, {} on top", config.screens_below, config.screens_above),
+                          .unit = "m",
+                          .low = 0.5 * wire,
+                          .high = wire,
+                          .source = "loss: Idelchik, diagram 8-6; wires",
+                          .judged = true,
+                          .apply =
+                              [screens](Scenario& s, double wires) {
+                                  s.apparatus.screen_wire_m = wires;
+                                  screens(s);
+                              },
+                          .absent = std::nullopt,
+                          .least = 0.05 * wire});
+        causes.push_back({.name = "screen below partly covered",
+                          .what = "part of its openings that grains cover",
+                          .low = 0.0,
+                          .high = 0.5,
+                          .source = "grains reach into the openings; part",
+                          .judged = true,
+                          .apply =
+                              [screens](Scenario& s, double covered) {
+                                  screens(s);
+                                  s.apparatus.screen_free_fraction = 1.0 - covered;
+                              },
+                          .least = 0.0,
+                          .most = 0.9});
     }
-    rows.push_back(
-        {"wire screen below, half covered", "grains cover half of the openings", screens(full.screens_below, 0, full.screen_wire_m, 0.5)});
+    if (config.loss_coefficient > 0.0)
+        causes.push_back({.name = "inlet and outlet",
+                          .what = "loss coefficient",
+                          .low = 0.5 * config.loss_coefficient,
+                          .high = 1.5 * config.loss_coefficient,
+                          .source = "half of the given value, up and down",
+                          .judged = true,
+                          .apply = [](Scenario& s, double loss) { s.apparatus.loss_coefficient = loss; },
+                          .absent = std::nullopt,
+                          .least = 0.0});
+    const double speed = middle_speed(truth, config), nu = config.kinematic_viscosity_m2_per_s, D = truth.tube_diameter_m;
+    const double friction = 0.316 * std::pow(speed * D / nu, -0.25) / D;
+    causes.push_back({.name = "friction on the tube's wall",
+                      .what = "friction factor over diameter",
+                      .unit = "1/m",
+                      .low = 0.0,
+                      .high = 1.5 * friction,
+                      .source = "Blasius 1913; 1.5 times for a flow that still develops",
+                      .judged = true,
+                      .apply = [](Scenario& s, double value) { s.apparatus.column_friction_per_m = value; },
+                      .least = 0.0});
+    const double film = 0.94 * capillary_length_m * std::pow(water_density * nu * speed / surface_tension, 2.0 / 3.0);
+    causes.push_back({.name = "water left on the tube's wall",
+                      .what = "part of the tube's area",
+                      .low = 0.0,
+                      .high = 4.0 * film / D,
+                      .source = "Landau & Levich 1942, at the middle of the window",
+                      .apply = [](Scenario& s, double part) { multiply(s.resistance, 1.0 - part, (1.0 - part) * (1.0 - part)); },
+                      .least = 0.0,
+                      .most = 0.5});
+    const double radius = config.screen_opening_m > 0.0 ? 0.5 * config.screen_opening_m : 4e-3;
+    causes.push_back({.name = "pressure in the jets below",
+                      .what = "as a height of water that the head lacks",
+                      .unit = "m",
+                      .low = 0.0,
+                      .high = surface_tension / (radius * water_density * config.gravity_m_per_s2),
+                      .source = fmt::format("Laplace 1806, jets of {:g} mm radius", 1e3 * radius),
+                      .apply = [](Scenario& s, double height) { s.apparatus.level_offset_m -= height; },
+                      .least = 0.0});
+    const double latest = std::max(config.window_m[0], config.window_m[1]) + 0.02;
+    if (config.start_level_m > latest)
+        causes.push_back({.name = "opening of the outlet",
+                          .what = "level at which the outlet is open",
+                          .unit = "m",
+                          .low = std::max(latest, config.start_level_m - 0.2),
+                          .high = config.start_level_m,
+                          .source = "opened within some tenths of a second",
+                          .judged = true,
+                          .apply =
+                              [](Scenario& s, double level) {
+                                  s.apparatus.column_inertia = true;
+                                  s.apparatus.start_level_m = level;
+                              },
+                          .absent = config.start_level_m,
+                          .least = latest});
 }
 
-// The reference of the levels matters: if they are read from the sample's top, the head is wrong as well; on the tube only the length.
-void add_heights(Rows& rows) {
-    for (const bool from_top : {true, false})
-        for (const double longer_m : {-5e-3, 5e-3})
-            rows.push_back(
-                {"sample height",
-                 fmt::format("true height {:+g} mm, level read {}", 1e3 * longer_m, from_top ? "from its top" : "on a fixed scale"),
-                 [=](Scenario& s) {
-                     s.apparatus.sample_length_m += longer_m;
-                     if (!from_top) s.apparatus.level_offset_m -= longer_m;
-                 }});
-}
-
-// Each cause separately, as a change of the bare apparatus.
-Rows single_causes(const ScenarioStudy& study, const SampleTruth& truth, const FallingHeadConfig& config) {
-    const FallingHeadConfig& full = study.full();
-    const auto sample = [&](double viscous, double inertial) {
-        return [resistance = study.sample(viscous, inertial)](Scenario& s) { s.resistance = resistance; };
-    };
-    Rows rows = {{"evaluation itself", "Eq. 18 obeyed exactly: what the quadratic does"}};
-    add_inertia(rows, truth, full);
-    add_meshes(rows, full);
-    if (full.loss_coefficient > 0.0)
-        rows.push_back({"inlet and outlet", fmt::format("they take {:g} v^2/2", full.loss_coefficient),
-                        [loss = full.loss_coefficient](Scenario& s) { s.apparatus.loss_coefficient = loss; }});
-    rows.push_back({"structure at the ends", "by the packing's porosity profile", sample(truth.ends_viscous, truth.ends_inertial)});
-    rows.push_back({"grains aligned at the wire screen", "lowest layer, one grain high, 0.1 less porous",
-                    sample(truth.aligned_viscous, truth.aligned_inertial)});
-    for (const double offset_m : {-2e-3, 2e-3})
-        rows.push_back({"level offset", fmt::format("true water level {:+g} mm", 1e3 * offset_m),
-                        [=](Scenario& s) { s.apparatus.level_offset_m = offset_m; }});
-    add_heights(rows);
-    rows.push_back({.name = "noise of the frames", .what = "1 mm, one standard deviation, each frame", .noise_m = 1e-3});
-    for (const auto& window_m : {std::vector<double>{0.1, 0.7}, std::vector<double>{0.7, 1.3}})
-        rows.push_back({.name = "window",
-                        .what = fmt::format("{:g} to {:g} m instead of {:g} to {:g} m", window_m[0], window_m[1], config.window_m[0],
-                                            config.window_m[1]),
-                        .window_m = window_m});
-    rows.push_back({"turbulent coefficients", "1/k x 1.24, 1/k_in x 0.84 (Fand et al. 1987)", sample(1.24, 0.84)});
-    return rows;
-}
-
-// Several causes at once, as changes of the test with all effects of the apparatus.
-Rows joint_causes(const ScenarioStudy& study, const SampleTruth& truth) {
-    // The aligned layer is one of the end effects: both are added.
-    const Resistance worst = study.sample(1.24 * (truth.ends_viscous + truth.aligned_viscous - 1.0),
-                                          0.84 * (truth.ends_inertial + truth.aligned_inertial - 1.0));
-    const auto maximum = [worst](Scenario& s) {
-        s.apparatus.level_offset_m = -2e-3;
-        s.apparatus.screen_free_fraction = 0.5;
-        s.resistance = worst;
-    };
-    Rows rows = {{"together", "inertia of the water, all wire screens, structure at the ends"}};
-    for (const double offset_m : {-2e-3, 2e-3})
-        rows.push_back({"together, with an offset", fmt::format("the same, true water level {:+g} mm", 1e3 * offset_m),
-                        [=](Scenario& s) { s.apparatus.level_offset_m = offset_m; }});
-    rows.push_back({"together, maximum", "the same, level -2 mm, screens half covered, aligned, turbulent", maximum});
-    rows.push_back({"together, maximum, height too", "and sample -5 mm, level read from its top", [maximum](Scenario& s) {
-                        maximum(s);
-                        s.apparatus.sample_length_m -= 5e-3;
-                    }});
-    rows.push_back({.name = "together, with noise", .what = "1 mm, one standard deviation, each frame", .noise_m = 1e-3});
-    return rows;
-}
-
-// The test with the water's inertia, all screens and losses, and the structure at the sample's ends.
-Scenario with_all(const ScenarioStudy& study, const SampleTruth& truth) {
-    const FallingHeadConfig& full = study.full();
-    Scenario all = study.base();
-    all.apparatus.column_inertia = true;
-    all.apparatus.screen_opening_m = full.screen_opening_m;
-    all.apparatus.screen_wire_m = full.screen_wire_m;
-    all.apparatus.screen_free_fraction = full.screen_free_fraction;
-    all.apparatus.loss_coefficient = full.loss_coefficient;
-    all.resistance = study.sample(truth.ends_viscous, truth.ends_inertial);
-    return all;
-}
-
-// Darcy's law alone at the middle of the window: the viscous fraction of the head.
-double viscous_share_of_head(const SampleTruth& truth, const FallingHeadConfig& config, const FallingHeadConfig& apparatus) {
-    const FallingHead darcy_free(truth.permeability_m2, truth.inertial_permeability_m, apparatus);
-    const double middle = 0.5 * (config.window_m[0] + config.window_m[1]), L = config.sample_length_m;
-    const double v = darcy_free.speed_at(middle), head = config.gravity_m_per_s2 * (middle + L) / L;
-    return config.kinematic_viscosity_m2_per_s * v / truth.permeability_m2 / head;
+void add_readings(Causes& causes, const FallingHeadConfig& config) {
+    const auto offset = [](Scenario& s, double metres) { s.apparatus.level_offset_m += metres; };
+    const auto scale = [](Scenario& s, double part) { s.apparatus.scale_error += part; };
+    causes.push_back({.name = "zero of the level",
+                      .what = "true level minus measured level",
+                      .unit = "m",
+                      .low = -2e-3,
+                      .high = 2e-3,
+                      .source = "reading of a ruler against the edge of a bed of grains",
+                      .judged = true,
+                      .apply = offset});
+    causes.push_back({.name = "edge of the meniscus",
+                      .what = "the upper edge is read, above the flat level",
+                      .unit = "m",
+                      .low = 0.0,
+                      .high = capillary_length_m * std::sqrt(2.0 * (1.0 - std::sin(50.0 / 180.0 * 3.14159265358979))),
+                      .source = "Batchelor 1967; receding contact angle of 50 degrees on acrylic",
+                      .judged = true,
+                      .apply = [offset](Scenario& s, double height) { offset(s, -height); },
+                      .least = 0.0});
+    causes.push_back({.name = "scale",
+                      .what = "true distances are longer, about the middle of the window",
+                      .low = -0.003,
+                      .high = 0.003,
+                      .source = "printed scale, distortion of the lens",
+                      .judged = true,
+                      .apply = scale});
+    causes.push_back({.name = "parallax",
+                      .what = "distance from the scale to the meniscus over that of the camera, at the height of the middle",
+                      .low = -0.025 / 3.0,
+                      .high = 0.025 / 3.0,
+                      .source = "25 mm deep, seen from 3 m",
+                      .judged = true,
+                      .apply = scale});
+    causes.push_back({.name = "sample length",
+                      .what = "true minus assumed length; the level is read on a fixed scale",
+                      .unit = "m",
+                      .low = -5e-3,
+                      .high = 5e-3,
+                      .source = "half a grain",
+                      .judged = true,
+                      .apply =
+                          [](Scenario& s, double longer) {
+                              s.apparatus.sample_length_m += longer;
+                              s.apparatus.level_offset_m -= longer;
+                          },
+                      .least = -0.5 * config.sample_length_m});
+    causes.push_back({.name = "temperature",
+                      .what = "true temperature; evaluated with the viscosity at 20 C",
+                      .unit = "C",
+                      .low = 15.0,
+                      .high = 25.0,
+                      .source = "viscosity: Kestin, Sokolov & Wakeham 1978; \"room temperature\"",
+                      .judged = true,
+                      .apply = [](Scenario& s, double t) { s.apparatus.kinematic_viscosity_m2_per_s *= water_viscosity_ratio(t); },
+                      .absent = 20.0,
+                      .least = 0.0,
+                      .most = 40.0});
+    causes.push_back({.name = "noise of the frames",
+                      .what = "standard deviation of each level",
+                      .unit = "m",
+                      .low = 0.0,
+                      .high = 1e-3,
+                      .source = "one pixel of a camera that sees 2 m",
+                      .judged = true,
+                      .apply = [](Scenario& s, double noise) { s.apparatus.noise_m = noise; },
+                      .least = 0.0});
 }
 
 }  // namespace
+
+double water_viscosity_ratio(double celsius) {
+    const double below = 20.0 - celsius;
+    return std::pow(10.0, below / (celsius + 96.0) * (1.2364 - 1.37e-3 * below + 5.7e-6 * below * below));
+}
+
+std::vector<UncertainCause> uncertain_causes(const SampleTruth& truth, const FallingHeadConfig& config) {
+    Causes causes;
+    add_physics_of_the_sample(causes, truth, config);
+    add_apparatus(causes, truth, config);
+    add_readings(causes, config);
+    return causes;
+}
 
 ProfileFactors profile_factors(const std::vector<double>& layers, double central) {
     ProfileFactors factors{0.0, 0.0};
@@ -147,23 +291,6 @@ ProfileFactors profile_factors(const std::vector<double>& layers, double central
     factors.viscous *= cube(central) / ((1.0 - central) * (1.0 - central)) / count;
     factors.inertial *= cube(central) / (1.0 - central) / count;
     return factors;
-}
-
-CauseStudy study_causes(const SampleTruth& truth, const FallingHeadConfig& config, double factor) {
-    const ScenarioStudy study(truth, config);
-    const Scenario base = study.base(), all = with_all(study, truth);
-    CauseStudy result;
-    for (const ScenarioRow& row : single_causes(study, truth, config)) result.causes.push_back(study.evaluate(row, base));
-    result.viscous_share = viscous_share_of_head(truth, config, base.apparatus);
-    const double found = 1.0 / result.viscous_share;
-    result.causes.push_back(
-        {.name = "Darcy's law alone", .what = "no inertial term in the evaluation", .factor = found, .low = found, .high = found});
-    for (const ScenarioRow& row : joint_causes(study, truth)) result.together.push_back(study.evaluate(row, all));
-    if (factor > 0.0) {
-        result.explaining_offset_m = study.explaining_offset(base, factor);
-        result.explaining_offset_with_all_m = study.explaining_offset(all, factor);
-    }
-    return result;
 }
 
 }  // namespace porepack::falling_head

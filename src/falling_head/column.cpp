@@ -43,6 +43,9 @@ Column::Column(const FallingHeadConfig& config)
     if (config_.screen_opening_m > 0.0 && config_.screen_wire_m == 0.0) config_.screen_wire_m = 0.2 * config_.screen_opening_m;
     if (config_.screen_opening_m == 0.0 && config_.screen_wire_m > 0.0)
         throw UserError("a wire screen has wires but no openings", {.where = "screen_opening_m", .fix = "give screen_opening_m (metres)"});
+    if (config_.inertial_exponent > 0.0 && config_.inertial_reference_speed_m_per_s == 0.0)
+        throw UserError("inertial_exponent has no effect without a speed from which k_in falls",
+                        {.where = "inertial_exponent", .fix = "give inertial_reference_speed_m_per_s"});
     if (config_.screen_wire_m > 10.0 * config_.screen_opening_m)
         throw UserError(fmt::format("wires of {:g} m and openings of {:g} m leave almost nothing open", config_.screen_wire_m,
                                     config_.screen_opening_m),
@@ -63,21 +66,44 @@ double Column::screen_losses(double speed) const {
     return loss;
 }
 
+double Column::water_level(double measured_m) const {
+    return measured_m + offset_ + config_.scale_error * (measured_m - 0.5 * (config_.window_m[0] + config_.window_m[1]));
+}
+
+double Column::measured_level(double water_level_m) const {
+    const double middle = 0.5 * (config_.window_m[0] + config_.window_m[1]);
+    return (water_level_m - offset_ + config_.scale_error * middle) / (1.0 + config_.scale_error);
+}
+
+double Column::inertial_factor(double speed) const {
+    const double reference = config_.inertial_reference_speed_m_per_s;
+    if (config_.inertial_exponent == 0.0 || !(reference > 0.0) || speed <= reference) return 1.0;
+    return std::pow(speed / reference, -config_.inertial_exponent);
+}
+
+double Column::quadratic_losses(const Resistance& resistance, double speed, double water_level_m) const {
+    return config_.sample_length_m * resistance.inverse_inertial_permeability_per_m * inertial_factor(speed) +
+           0.5 * (screen_losses(speed) + config_.column_friction_per_m * water_level_m);
+}
+
 // m2/s2; odd function of the speed.
-double Column::losses(const Resistance& resistance, double speed) const {
-    return config_.sample_length_m * (config_.kinematic_viscosity_m2_per_s * resistance.inverse_permeability_per_m2 * speed +
-                                      resistance.inverse_inertial_permeability_per_m * speed * std::abs(speed)) +
-           0.5 * screen_losses(std::abs(speed)) * speed * std::abs(speed);
+double Column::losses(const Resistance& resistance, double speed, double water_level_m) const {
+    const double viscous = config_.sample_length_m * config_.kinematic_viscosity_m2_per_s * resistance.inverse_permeability_per_m2;
+    return viscous * speed + quadratic_losses(resistance, std::abs(speed), water_level_m) * speed * std::abs(speed);
 }
 
 double Column::steady_speed(const Resistance& resistance, double level_m) const {
-    const double head = config_.gravity_m_per_s2 * (level_m + offset_ + config_.sample_length_m);
+    return speed_at(resistance, water_level(level_m));
+}
+
+double Column::speed_at(const Resistance& resistance, double water_level_m) const {
+    const double head = config_.gravity_m_per_s2 * (water_level_m + config_.sample_length_m);
     if (!(head > 0.0)) return 0.0;
-    // The loss coefficients of the wire screens depend little on the speed: a quadratic equation for each estimate of them.
+    // The coefficients of v^2 depend little on the speed: a quadratic equation for each estimate of them.
     const double linear = config_.sample_length_m * config_.kinematic_viscosity_m2_per_s * resistance.inverse_permeability_per_m2;
     double speed = 0.1;
     for (int i = 0; i < 50; ++i) {
-        const double square = config_.sample_length_m * resistance.inverse_inertial_permeability_per_m + 0.5 * screen_losses(speed);
+        const double square = quadratic_losses(resistance, speed, water_level_m);
         const double next = 2.0 * head / (linear + std::sqrt(std::max(0.0, linear * linear + 4.0 * square * head)));
         if (std::abs(next - speed) <= 1e-15 * next) return next;
         speed = next;
@@ -88,30 +114,31 @@ double Column::steady_speed(const Resistance& resistance, double level_m) const 
 std::vector<double> Column::levels(const Resistance& resistance, double start_s, double level_m, double speed_m_per_s,
                                    std::span<const double> times_s) const {
     namespace ode = boost::numeric::odeint;
-    using State = std::array<double, 2>;  // water level, speed
+    using State = std::array<double, 2>;  // water level (not the measured one), speed
     constexpr double tolerance = 1e-11;
     if (times_s.empty()) return {};
     // If the speed adapts to the level within a small part of the test, inertia is neglected: the equation would be stiff.
     const double damping = config_.kinematic_viscosity_m2_per_s * resistance.inverse_permeability_per_m2 +
                            2.0 * steady_speed(resistance, level_m) * resistance.inverse_inertial_permeability_per_m;
-    const double settling = config_.sample_length_m * damping / (level_m + offset_ + inertia_length_) * (times_s.back() - start_s);
+    const double start_level = water_level(level_m);
+    const double settling = config_.sample_length_m * damping / (start_level + inertia_length_) * (times_s.back() - start_s);
     const bool inertia = config_.column_inertia && !(settling > most_settling_times);
     const auto rate = [&](const State& x, State& d, double) {
         // A water level that has reached the sample is not computed further.
-        if (x[0] + offset_ <= 0.0) {
+        if (x[0] <= 0.0) {
             d = {0.0, 0.0};
             return;
         }
         if (!inertia) {
-            d = {-steady_speed(resistance, x[0]), 0.0};
+            d = {-speed_at(resistance, x[0]), 0.0};
             return;
         }
-        const double head = config_.gravity_m_per_s2 * (x[0] + offset_ + config_.sample_length_m);
-        d = {-x[1], (head - losses(resistance, x[1])) / (x[0] + offset_ + inertia_length_)};
+        const double head = config_.gravity_m_per_s2 * (x[0] + config_.sample_length_m);
+        d = {-x[1], (head - losses(resistance, x[1], x[0])) / (x[0] + inertia_length_)};
     };
     std::vector<double> levels;
     levels.reserve(times_s.size());
-    State x = {level_m, inertia ? speed_m_per_s : 0.0};
+    State x = {start_level, inertia ? speed_m_per_s : 0.0};
     auto stepper = ode::make_dense_output(tolerance, tolerance, ode::runge_kutta_dopri5<State>());
     stepper.initialize(x, start_s, 1e-4);
     long steps = 0;
@@ -128,7 +155,7 @@ std::vector<double> Column::levels(const Resistance& resistance, double start_s,
             continue;
         }
         stepper.calc_state(time, x);
-        levels.push_back(x[0]);
+        levels.push_back(measured_level(x[0]));
     }
     return levels;
 }

@@ -1,6 +1,7 @@
 // The falling-head apparatus as one equation: sample, wire screens, the water's inertia, an offset of the scale.
-//   (h + m L) dv/dt = g (h + L) - L (nu v / k + v^2 / k_in) - K(v) v^2 / 2,  v = -dh/dt,  h = measured level + offset
-// The water level h is measured from the sample's upper face; at its lower face the water leaves freely.
+//   (h + m L) dv/dt = g (h + L) - L (nu v / k + f(v) v^2 / k_in) - (K(v) + K' h) v^2 / 2,  v = -dh/dt
+// h = measured level + offset + scale error x (measured level - middle of the window); f = (v / reference speed)^-n above it, else 1; K':
+// friction on the tube's wall. The water level h is measured from the sample's upper face; at its lower face the water leaves freely.
 // With K = 0 and without the left side this is Eq. 18 of the paper.
 #pragma once
 
@@ -37,10 +38,10 @@ public:
     /// Speed at which the losses equal the head at this measured water level. 0 if the head is not positive.
     [[nodiscard]] double steady_speed(const Resistance& resistance, double level_m) const;
 
-    /// Measured levels (without noise) at increasing `times_s`, with level `level_m` and speed `speed_m_per_s` at `start_s` (not after
-    /// the first time). Without the water's inertia the speed follows the level and `speed_m_per_s` is not used. Below the top of the
-    /// sample the equation does not hold: the water stops there. Relative error 1e-10; if the water's speed settles within 1/20000 of
-    /// the time (small k), its inertia is neglected, which changes levels by a fraction of the same size.
+    /// Measured levels (without noise) at increasing `times_s`, with level `level_m` and the water's speed `speed_m_per_s` at `start_s`
+    /// (not after the first time). Without the water's inertia the speed follows the level and `speed_m_per_s` is not used. Below the top
+    /// of the sample the equation does not hold: the water stops there. Relative error 1e-10; if the water's speed settles within 1/20000
+    /// of the time (small k), its inertia is neglected, which changes levels by a fraction of the same size.
     [[nodiscard]] std::vector<double> levels(const Resistance& resistance, double start_s, double level_m, double speed_m_per_s,
                                              std::span<const double> times_s) const;
 
@@ -54,8 +55,14 @@ public:
     [[nodiscard]] const FallingHeadConfig& config() const { return config_; }
 
 private:
+    [[nodiscard]] double water_level(double measured_m) const;
+    [[nodiscard]] double measured_level(double water_level_m) const;
     [[nodiscard]] double screen_losses(double speed) const;
-    [[nodiscard]] double losses(const Resistance& resistance, double speed) const;
+    [[nodiscard]] double inertial_factor(double speed) const;
+    /// Of the terms with the square of the speed: their loss over v^2.
+    [[nodiscard]] double quadratic_losses(const Resistance& resistance, double speed, double water_level_m) const;
+    [[nodiscard]] double losses(const Resistance& resistance, double speed, double water_level_m) const;
+    [[nodiscard]] double speed_at(const Resistance& resistance, double water_level_m) const;
 
     FallingHeadConfig config_;
     double offset_, inertia_length_;

@@ -21,7 +21,11 @@ struct FallingHeadConfig {
     long screens_above = 1;
     double screen_free_fraction = 1.0;
     double loss_coefficient = 0.0;
+    double column_friction_per_m = 0.0;
+    double inertial_exponent = 0.0;
+    double inertial_reference_speed_m_per_s = 0.0;
     double level_offset_m = 0.0;
+    double scale_error = 0.0;
     double level_offset_uncertainty_m = 0.0;
     double noise_m = 0.0;
     double frames_per_s = 50.0;
@@ -58,7 +62,15 @@ inline void describe(core::ConfigVisitor& v, FallingHeadConfig& c) {
              "fraction of the openings below the sample that grains leave free");
     v.number("loss_coefficient", c.loss_coefficient, core::between(0.0, 1e6),
              "loss coefficient K of inlet and outlet together; the loss is K v^2/2 (v: speed of the water level)");
+    v.number("column_friction_per_m", c.column_friction_per_m, core::between(0.0, 100.0),
+             "friction of the water on the tube's wall: the friction factor over the tube's diameter; the loss is this times h v^2/2");
+    v.number("inertial_exponent", c.inertial_exponent, core::between(0.0, 0.9),
+             "n: above inertial_reference_speed_m_per_s, the inertial coefficient 1/k_in falls like the speed to the power of -n");
+    v.number("inertial_reference_speed_m_per_s", c.inertial_reference_speed_m_per_s, core::between(0.0, 100.0),
+             "speed at which k_in was found; with inertial_exponent");
     v.number("level_offset_m", c.level_offset_m, core::between(-1.0, 1.0), "true water level minus measured water level");
+    v.number("scale_error", c.scale_error, core::between(-0.2, 0.2),
+             "true distances between water levels are longer than the measured ones by this part, about the middle of the window");
     v.number("level_offset_uncertainty_m", c.level_offset_uncertainty_m, core::between(0.0, 1.0),
              "standard deviation of the offset; it is included in the intervals of an analysis");
     v.number("noise_m", c.noise_m, core::between(0.0, 1.0), "standard deviation of the measured water level of a simulated curve");

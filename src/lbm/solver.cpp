@@ -15,23 +15,26 @@ using namespace core;
 using namespace converters;
 namespace {
 
-// Hydraulic tortuosity of the section, and the sum of all velocities.
+// Hydraulic tortuosity and kinetic energy of the section, and the sum of all velocities.
 void measure_velocities(const Flow& flow, const Domain& domain, const FlowSection& section, StokesRun& run) {
     struct Sums {
         const Domain& domain;
         const FlowSection& section;
-        double speed = 0.0, along = 0.0;
+        double speed = 0.0, along = 0.0, squares = 0.0, nodes = 0.0;
         std::array<double, 3> velocity{};
         void visit(std::size_t node, const Moments& here) {
             const auto& u = here.velocity;
             for (std::size_t a = 0; a < 3; ++a) velocity[a] += u[a];
             const auto layer = static_cast<int>(domain.layer_of(node));
             if (layer < section.first_layer || layer > section.last_layer) return;
-            speed += std::sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
+            const double square = u[0] * u[0] + u[1] * u[1] + u[2] * u[2];
+            speed += std::sqrt(square);
+            squares += square;
+            nodes += 1.0;
             along += u[static_cast<std::size_t>(domain.drive.axis)];
         }
     };
-    double speed = 0.0, along = 0.0;
+    double speed = 0.0, along = 0.0, squares = 0.0, nodes = 0.0;
     run.velocity_sum_lu = {0, 0, 0};
     for_all_moments(
         flow, domain.nodes(),
@@ -41,9 +44,12 @@ void measure_velocities(const Flow& flow, const Domain& domain, const FlowSectio
         [&](const Sums& sums) {
             speed += sums.speed;
             along += sums.along;
+            squares += sums.squares;
+            nodes += sums.nodes;
             for (std::size_t a = 0; a < 3; ++a) run.velocity_sum_lu[a] += sums.velocity[a];
         });
     run.hydraulic_tortuosity = speed / along;
+    run.kinetic_energy_factor = squares * nodes / (along * along);
 }
 
 // k and everything else that a check computes, from the layers now and `apart` steps before.

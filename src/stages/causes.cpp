@@ -27,32 +27,66 @@ using namespace report;
 using namespace pipeline;
 namespace {
 
-Json cause_json(const Cause& cause) {
-    return {{"cause", cause.name},
-            {"what", cause.what},
-            {"factor", json_of(cause.factor)},
-            {"range", cause.factor ? Json({cause.low, cause.high}) : Json(nullptr)},
-            {"note", cause.note}};
+Json cause_json(const CauseFactors& found) {
+    return {{"cause", found.cause.name},
+            {"what", found.cause.what},
+            {"range", {found.cause.low, found.cause.high}},
+            {"unit", found.cause.unit},
+            {"factors", {json_of(found.at_low), json_of(found.at_high)}},
+            {"source", found.cause.source},
+            {"evidence", found.cause.judged ? "judged" : "published or computed"}};
 }
 
-void write_causes(const Path& file, const std::vector<Cause>& causes) {
-    Table table({"cause", "what", "factor", "low", "high", "note"});
+Json joint_json(const JointFactors& joint) {
+    return {{"range_factor", joint.range_factor},
+            {"draws", joint.draws},
+            {"without_k", joint.without_k},
+            {"median", json_of(joint.median)},
+            {"interval", {json_of(joint.low), json_of(joint.high)}},
+            {"reaches", json_of(joint.reaches)}};
+}
+
+void write_causes(const Path& folder, const CauseStudy& study) {
+    Table table({"cause", "what", "low", "high", "unit", "factor_low", "factor_high", "evidence", "source"});
     table.digits = 4;
-    for (const Cause& cause : causes) {
-        const auto known = [&](double value) { return cause.factor ? std::optional(value) : std::nullopt; };
-        table.add(cause.name, cause.what, cause.factor, known(cause.low), known(cause.high), cause.note);
-    }
-    table.write(file);
+    for (const CauseFactors& found : study.causes)
+        table.add(found.cause.name, found.cause.what, found.cause.low, found.cause.high, found.cause.unit, found.at_low, found.at_high,
+                  found.cause.judged ? "judged" : "published or computed", found.cause.source);
+    table.write(folder / "causes.csv");
+    Table joint({"range_factor", "factor"});
+    for (const JointFactors& one : study.joint)
+        for (const double factor : one.factors) joint.add(one.range_factor, factor);
+    joint.write(folder / "joint.csv");
 }
 
-void draw_causes(const Path& folder, const std::vector<Cause>& causes, double wanted) {
-    Table rows({"# row", "factor", "low", "high", "label"});
-    for (auto cause = causes.rbegin(); cause != causes.rend(); ++cause)
-        if (cause->factor) rows.add(rows.rows(), *cause->factor, cause->low, cause->high, cause->name + ": " + cause->what);
+// Bars from the factor at one end of the range to that at the other, the longest on top; an end without k reaches the left edge.
+void draw_tornado(const Path& folder, const CauseStudy& study, double wanted) {
+    std::vector<const CauseFactors*> order;
+    for (const CauseFactors& found : study.causes) order.push_back(&found);
+    const auto span = [](const CauseFactors* found) {
+        const auto of = [](const std::optional<double>& factor) { return std::log(std::max(1e-3, factor.value_or(1e-3))); };
+        return std::abs(of(found->at_high) - of(found->at_low));
+    };
+    std::stable_sort(order.begin(), order.end(), [&](const auto* one, const auto* other) { return span(one) < span(other); });
+    Table rows({"# row", "at_low", "at_high", "label"});
+    for (const CauseFactors* found : order)
+        rows.add(rows.rows(), found->at_low.value_or(0.01), found->at_high.value_or(0.01),
+                 fmt::format("{} ({:.2g} to {:.2g}{}{})", found->cause.name, found->cause.low, found->cause.high,
+                             found->cause.unit.empty() ? "" : " ", found->cause.unit));
     rows.write(folder / "causes.dat");
-    const auto count = static_cast<double>(rows.rows());
-    draw_plot(folder / "causes.svg", "causes", {{"rows", count}, {"wanted", wanted}},
-              {.width = 1200, .height = 90 + 22 * static_cast<int>(rows.rows()), .font = 11});
+    draw_plot(folder / "causes.svg", "causes",
+              {{"rows", static_cast<double>(order.size())}, {"wanted", wanted}, {"base", study.evaluation_alone}},
+              {.width = 1000, .height = 110 + 22 * static_cast<int>(order.size()), .font = 11});
+}
+
+// Shares of the draws whose factor is larger, for the three widths of the ranges.
+void draw_joint(const Path& folder, const CauseStudy& study, double wanted) {
+    Table rows({"# factor", "share", "range_factor"});
+    for (const JointFactors& one : study.joint)
+        for (std::size_t i = 0; i < one.factors.size(); i += 5)
+            rows.add(one.factors[i], static_cast<double>(one.factors.size() - i) / static_cast<double>(one.draws), one.range_factor);
+    rows.write(folder / "joint.dat");
+    draw_plot(folder / "joint.svg", "joint", {{"wanted", wanted}}, {.width = 700, .height = 400});
 }
 
 // Change of the water level from Eq. 18 by each effect.
@@ -99,27 +133,21 @@ std::vector<double> porosity_layers(const PoreSpace& space, double sample_length
     return layers;
 }
 
-// The last two causes would change the computed k: the paper's scheme, and a computation without the wall.
-std::vector<Cause> causes_of_the_computation(const PoreSpace& space, double porosity, double grain_m) {
+// What would change the computed k, not the measured one: the paper's scheme, and a computation without the wall.
+Json effects_on_the_computation(const PoreSpace& space, double porosity, double grain_m) {
     log_info("causes: the paper's lattice Boltzmann scheme, and the wall");
-    const double scheme = paper_scheme_ratio(space.grain_size_m, 1.0 - porosity);
     const double middle = 0.5 * (space.section.z0 + space.section.z1), half = std::min(1.5 * grain_m, 0.5 * space.section.length());
-    const double core = core_over_tube_permeability(space.with_section({middle - half, middle + half}), grain_m);
-    return {
-        {.name = "the paper's LBM scheme",
-         .what = fmt::format("its k / k by PorePack: spheres as wide as the capsules, {:.0f} voxels", space.grain_size_m / paper_voxel_m),
-         .factor = scheme,
-         .low = scheme,
-         .high = scheme},
-        {.name = "the wall",
-         .what = "k of the core / k of the tube, for a computation without the wall",
-         .factor = core,
-         .low = core,
-         .high = core}};
+    return {{"paper_scheme_over_porepack", paper_scheme_ratio(space.grain_size_m, 1.0 - porosity)},
+            {"core_over_tube", core_over_tube_permeability(space.with_section({middle - half, middle + half}), grain_m)}};
 }
 
-Json run_causes(const PoreSpace& space, double permeability_m2, double inertial_permeability_m, const FallingHeadConfig& config,
-                const Path& folder) {
+// k, k_in and what else is known of the flow.
+struct Flows {
+    double permeability_m2, inertial_permeability_m, largest_reynolds;
+    std::optional<double> quasi_steady_inertia;
+};
+
+Json run_causes(const PoreSpace& space, const Flows& flows, const FallingHeadConfig& config, const Path& folder) {
     if (space.container.kind != Container::Kind::cylinder || !space.packing)
         throw UserError("the causes are those of a packing in a tube", {.where = "[falling_head] causes", .fix = "causes = false"});
     if (space.bed_top_m < config.sample_length_m)
@@ -131,36 +159,55 @@ Json run_causes(const PoreSpace& space, double permeability_m2, double inertial_
     const ProfileFactors dense = profile_factors({std::max(0.1, central - 0.1)}, central);
     const double share = std::min(1.0, grain / config.sample_length_m);
     log_info("causes: simulated tests, evaluated as in the paper");
-    CauseStudy study = study_causes({.permeability_m2 = permeability_m2,
-                                     .inertial_permeability_m = inertial_permeability_m,
-                                     .porosity = central,
-                                     .ends_viscous = ends.viscous,
-                                     .ends_inertial = ends.inertial,
-                                     .aligned_viscous = 1.0 + share * (dense.viscous - 1.0),
-                                     .aligned_inertial = 1.0 + share * (dense.inertial - 1.0)},
-                                    config, config.computed_over_measured);
-    for (const Cause& cause : causes_of_the_computation(space, central, grain)) study.causes.push_back(cause);
-    Json json = {{"permeability_m2", permeability_m2},
-                 {"inertial_permeability_m", inertial_permeability_m},
+    const CauseStudy study = study_causes({.permeability_m2 = flows.permeability_m2,
+                                           .inertial_permeability_m = flows.inertial_permeability_m,
+                                           .porosity = central,
+                                           .ends_viscous = ends.viscous,
+                                           .ends_inertial = ends.inertial,
+                                           .aligned_viscous = 1.0 + share * (dense.viscous - 1.0),
+                                           .aligned_inertial = 1.0 + share * (dense.inertial - 1.0),
+                                           .tube_diameter_m = space.container.diameter_m,
+                                           .grain_diameter_m = grain,
+                                           .largest_reynolds = flows.largest_reynolds,
+                                           .quasi_steady_inertia = flows.quasi_steady_inertia},
+                                          config, config.computed_over_measured);
+    const double nu = config.kinematic_viscosity_m2_per_s;
+    const auto reynolds = [&](double length) {
+        return Json({study.speed_top_m_per_s * length / nu, study.speed_bottom_m_per_s * length / nu});
+    };
+    Json json = {{"permeability_m2", flows.permeability_m2},
+                 {"inertial_permeability_m", flows.inertial_permeability_m},
                  {"porosity_central", central},
                  {"inertia_coefficient", inertia_coefficient(config)},
                  {"porosity_layers", layers},
                  {"viscous_share_of_head", study.viscous_share},
+                 {"reynolds", {{"by_grain_diameter", reynolds(grain)}, {"by_tube_diameter", reynolds(space.container.diameter_m)}}},
+                 {"evaluation_alone", study.evaluation_alone},
+                 {"darcy_alone", study.darcy_alone},
                  {"to_explain", config.computed_over_measured > 0.0 ? Json(config.computed_over_measured) : Json(nullptr)},
-                 {"factor_is", "k true / k by the paper's evaluation; for the last two causes their effect on k computed"},
+                 {"factor_is", "k true / k by the paper's evaluation"},
                  {"causes", Json::array()},
-                 {"together", Json::array()}};
+                 {"joint", Json::array()},
+                 {"computation", effects_on_the_computation(space, central, grain)}};
     keep_old_name(json, "sample_inertia", "inertia_coefficient");
-    for (const Cause& cause : study.causes) json["causes"].push_back(cause_json(cause));
-    for (const Cause& cause : study.together) json["together"].push_back(cause_json(cause));
-    json["level_offset_that_explains_alone_m"] = json_of(study.explaining_offset_m);
-    json["level_offset_that_explains_with_all_m"] = json_of(study.explaining_offset_with_all_m);
-    std::vector<Cause> all = study.causes;
-    all.insert(all.end(), study.together.begin(), study.together.end());
-    write_causes(folder / "causes.csv", all);
-    draw_causes(folder, all, config.computed_over_measured);
-    draw_effects(folder, {1.0 / permeability_m2, 1.0 / inertial_permeability_m}, config);
+    for (const CauseFactors& found : study.causes) json["causes"].push_back(cause_json(found));
+    for (const JointFactors& joint : study.joint) json["joint"].push_back(joint_json(joint));
+    write_causes(folder, study);
+    draw_tornado(folder, study, config.computed_over_measured);
+    draw_joint(folder, study, config.computed_over_measured);
+    draw_effects(folder, {1.0 / flows.permeability_m2, 1.0 / flows.inertial_permeability_m}, config);
     return json;
+}
+
+Flows flows_of(const Case& c, double inertial_permeability_m) {
+    const Json lbm = c.result_of("lbm");
+    Flows flows{.permeability_m2 = lbm.at("permeability_m2"),
+                .inertial_permeability_m = inertial_permeability_m,
+                .largest_reynolds = 1.0,
+                .quasi_steady_inertia = number_at(lbm, "/inertia_coefficient_quasi_steady")};
+    if (c.settings.forchheimer.enabled)
+        flows.largest_reynolds = c.result_of("forchheimer").at("lbm").at("grids").back().at("flows").back().at("reynolds");
+    return flows;
 }
 
 }  // namespace
@@ -169,16 +216,15 @@ Stage make_causes_stage(const Case& c) {
     return {.name = "causes",
             .needs = falling_head_needs(c),
             .configuration = deciding_keys(c, {"container", "falling_head"}, {}, true),
-            .outputs = {"causes.csv"},
+            .outputs = {"causes.csv", "joint.csv"},
             .run =
                 [c](const Path& folder) {
                     const InertialPermeability inertial = inertial_permeability(c, c.result_of("voxelise").at("porosity").get<double>());
-                    Json json = run_causes(case_pore_space(c).section_only(), c.result_of("lbm").at("permeability_m2").get<double>(),
-                                           inertial.value_m, apparatus_of(c), folder);
+                    Json json = run_causes(case_pore_space(c).section_only(), flows_of(c, inertial.value_m), apparatus_of(c), folder);
                     json["inertial_permeability_from"] = inertial.from;
                     return json;
                 },
-            .expect = [] { return Expectation{.text = "about 900 simulated tests and three coarse flows", .wall_time_s = 60.0}; }};
+            .expect = [] { return Expectation{.text = "about 6500 simulated tests and three coarse flows", .wall_time_s = 60.0}; }};
 }
 
 }  // namespace porepack::stages

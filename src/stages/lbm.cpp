@@ -88,6 +88,7 @@ Json lbm_json(const LbmResult& result, const PoreSpace& space, const LbmConfig& 
     json["iteration_tolerance"] = iteration_tolerance(config);
     json["flow_imbalance"] = fine.run.flow_imbalance;
     json["hydraulic_tortuosity"] = fine.run.hydraulic_tortuosity;
+    json["inertia_coefficient_quasi_steady"] = fine.run.kinetic_energy_factor / space.porosity().value;
     json["magic_parameter"] = scheme.magic;
     keep_old_name(json, "magic_number", "magic_parameter");
     json["steps"] = fine.run.steps;

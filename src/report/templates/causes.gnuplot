@@ -1,16 +1,19 @@
-# Effect of each cause on k by the paper's evaluation: causes.dat (row, factor, low, high, label). Given: rows, wanted (0: nothing).
+# Tornado: k true / k by the evaluation of the paper at both ends of each range: causes.dat (row, at_low, at_high, label). Given: rows,
+# wanted (0: nothing), base (without any cause).
 set grid x
 set logscale x 2
+set xrange [0.25:8]
 set xlabel 'k true / k by the evaluation of the paper'
 set yrange [-0.7:rows - 0.3]
-set lmargin 88
+set lmargin 56
 set ytics noenhanced
-set key bottom right
-set style fill solid 0.5
-set arrow from 1, graph 0 to 1, graph 1 nohead lc 'black'
+set key outside top center horizontal
+set style fill solid 0.7 noborder
 if (wanted > 0) {
-    set arrow from wanted, graph 0 to wanted, graph 1 nohead lw 2 lc rgb '#c04020'
-    set label sprintf(' to explain: %g', wanted) at wanted, graph 0.02 left textcolor rgb '#c04020'
+    set arrow from wanted, graph 0 to wanted, graph 1 nohead lw 2 lc rgb '#000000' dt 2
+    set label sprintf(' to explain: %g', wanted) at wanted, graph 0.03 left
 }
 set datafile separator ','
-plot 'causes.dat' using 2:1:3:4:yticlabels(5) with xerrorbars pt 7 lc rgb '#205080' notitle
+clip(x) = x < 0.25 ? 0.25 : (x > 8 ? 8 : x)
+plot 'causes.dat' using (base):1:(base < clip($2) ? base : clip($2)):(base < clip($2) ? clip($2) : base):($1-0.35):($1+0.35) with boxxyerror lc rgb '#0072b2' title 'at the low end', \
+     '' using (base):1:(base < clip($3) ? base : clip($3)):(base < clip($3) ? clip($3) : base):($1-0.2):($1+0.2):yticlabels(4) with boxxyerror lc rgb '#e69f00' title 'at the high end'

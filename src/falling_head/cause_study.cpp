@@ -1,0 +1,128 @@
+// Simulated falling-head tests, evaluated as in the paper: each cause alone, and all together.
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "core/error.hpp"
+#include "core/parallel.hpp"
+#include "falling_head/causes.hpp"
+#include "falling_head/falling_head.hpp"
+#include "falling_head/paper_evaluation.hpp"
+
+namespace porepack::falling_head {
+using namespace core;
+namespace {
+
+// The apparatus of Eq. 18: nothing but the sample.
+FallingHeadConfig bare(FallingHeadConfig config) {
+    config.column_inertia = false;
+    config.screen_opening_m = config.screen_wire_m = config.loss_coefficient = config.column_friction_per_m = 0.0;
+    config.level_offset_m = config.scale_error = config.noise_m = config.inertial_exponent = 0.0;
+    config.screen_free_fraction = 1.0;
+    return config;
+}
+
+class Evaluator {
+public:
+    Evaluator(const SampleTruth& truth, const FallingHeadConfig& config) : k_(truth.permeability_m2), assumed_(bare(config)) {
+        base_ = {assumed_, {1.0 / truth.permeability_m2, 1.0 / truth.inertial_permeability_m}};
+    }
+    [[nodiscard]] const Scenario& base() const { return base_; }
+    // k true / k by the paper's evaluation. None as well where the curve is no test: the water does not reach the end of the window.
+    [[nodiscard]] std::optional<double> factor(const Scenario& scenario) const {
+        try {
+            const LevelCurve curve = take_window(simulate_curve(scenario.resistance, scenario.apparatus), assumed_);
+            const PaperEvaluation paper = evaluate_as_paper(curve, assumed_);
+            return paper.sound ? std::optional(k_ / paper.permeability_m2) : std::nullopt;
+        } catch (const UserError&) {
+            return std::nullopt;
+        } catch (const NumericalError&) {
+            return std::nullopt;
+        }
+    }
+
+private:
+    double k_;
+    FallingHeadConfig assumed_;
+    Scenario base_;
+};
+
+double at_quantile(const std::vector<double>& ascending, double share) {
+    return ascending[static_cast<std::size_t>(share * static_cast<double>(ascending.size() - 1))];
+}
+
+CauseFactors alone(const UncertainCause& cause, const Evaluator& evaluator) {
+    const auto at = [&](double value) {
+        Scenario scenario = evaluator.base();
+        cause.apply(scenario, value);
+        return scenario;
+    };
+    const Scenario noisy = at(cause.high);
+    if (noisy.apparatus.noise_m == 0.0)
+        return {.cause = cause, .at_low = evaluator.factor(at(cause.low)), .at_high = evaluator.factor(noisy)};
+    constexpr std::size_t curves = 400;
+    std::vector<double> factors;
+    for (std::size_t i = 0; i < curves; ++i) {
+        Scenario scenario = noisy;
+        scenario.apparatus.seed = static_cast<long>(i) + 1;
+        if (const auto factor = evaluator.factor(scenario)) factors.push_back(*factor);
+    }
+    if (factors.size() < curves / 2) return {.cause = cause, .at_low = std::nullopt, .at_high = std::nullopt};
+    std::sort(factors.begin(), factors.end());
+    return {.cause = cause, .at_low = at_quantile(factors, 0.16), .at_high = at_quantile(factors, 0.84)};
+}
+
+JointFactors together(const std::vector<UncertainCause>& causes, const Evaluator& evaluator, double range_factor, double wanted,
+                      long draws) {
+    std::vector<std::optional<double>> found(static_cast<std::size_t>(draws));
+    parallel_for(found.size(), [&](std::size_t draw) {
+        std::mt19937_64 random(draw + 1);
+        Scenario scenario = evaluator.base();
+        scenario.apparatus.seed = static_cast<long>(draw) + 1;
+        for (const UncertainCause& cause : causes) {
+            const double centre = cause.absent ? std::clamp(*cause.absent, cause.low, cause.high) : 0.5 * (cause.low + cause.high);
+            std::uniform_real_distribution<double> value(centre + range_factor * (cause.low - centre),
+                                                         centre + range_factor * (cause.high - centre));
+            cause.apply(scenario, std::clamp(value(random), cause.least, cause.most));
+        }
+        found[draw] = evaluator.factor(scenario);
+    });
+    JointFactors result{.range_factor = range_factor, .draws = draws, .low = {}, .median = {}, .high = {}, .reaches = {}};
+    for (const auto& factor : found)
+        if (factor) result.factors.push_back(*factor);
+    std::sort(result.factors.begin(), result.factors.end());
+    const double total = static_cast<double>(draws);
+    result.without_k = 1.0 - static_cast<double>(result.factors.size()) / total;
+    if (wanted > 0.0)
+        result.reaches =
+            static_cast<double>(result.factors.end() - std::lower_bound(result.factors.begin(), result.factors.end(), wanted)) / total;
+    if (result.factors.size() >= 40) {
+        result.low = at_quantile(result.factors, 0.025);
+        result.median = at_quantile(result.factors, 0.5);
+        result.high = at_quantile(result.factors, 0.975);
+    }
+    return result;
+}
+
+}  // namespace
+
+CauseStudy study_causes(const SampleTruth& truth, const FallingHeadConfig& config, double factor, long draws) {
+    const Evaluator evaluator(truth, config);
+    const std::vector<UncertainCause> causes = uncertain_causes(truth, config);
+    CauseStudy result;
+    result.evaluation_alone = evaluator.factor(evaluator.base()).value_or(1.0);
+    for (const UncertainCause& cause : causes) result.causes.push_back(alone(cause, evaluator));
+    for (const double range_factor : {0.5, 1.0, 2.0}) result.joint.push_back(together(causes, evaluator, range_factor, factor, draws));
+
+    const FallingHead ideal(truth.permeability_m2, truth.inertial_permeability_m, evaluator.base().apparatus);
+    const double bottom = std::min(config.window_m[0], config.window_m[1]), top = std::max(config.window_m[0], config.window_m[1]);
+    const double middle = 0.5 * (bottom + top), L = config.sample_length_m;
+    result.speed_top_m_per_s = ideal.speed_at(top);
+    result.speed_bottom_m_per_s = ideal.speed_at(bottom);
+    result.viscous_share =
+        config.kinematic_viscosity_m2_per_s * ideal.speed_at(middle) / truth.permeability_m2 / (config.gravity_m_per_s2 * (middle + L) / L);
+    result.darcy_alone = 1.0 / result.viscous_share;
+    return result;
+}
+
+}  // namespace porepack::falling_head
