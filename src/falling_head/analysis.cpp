@@ -22,6 +22,11 @@ void require_different(const std::vector<LevelCurve>& curves) {
 
 // A fit whose residuals exceed the noise of the levels is not reliable, whatever its interval.
 bool misses(const FallingHeadFit& fit, const std::string& name, std::vector<std::string>& warnings) {
+    if (fit.widening > 1.5)
+        warnings.push_back(fmt::format(
+            "{}: residuals of neighbouring frames are correlated ({:.2f}), so the intervals are {:.2g} times as wide; either the "
+            "frames' noise is, or the equation lacks something: see analysis.svg",
+            name, fit.residual_correlation, fit.widening));
     if (fit.residual_m <= 3.0 * std::max(fit.noise_m, 1e-6)) return false;
     warnings.push_back(fmt::format("{}: the equation misses the levels by {:.2g} mm, their noise is {:.2g} mm: see analysis.svg", name,
                                    1e3 * fit.residual_m, 1e3 * fit.noise_m));

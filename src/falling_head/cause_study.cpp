@@ -72,8 +72,8 @@ CauseFactors alone(const UncertainCause& cause, const Evaluator& evaluator) {
     return {.cause = cause, .at_low = at_quantile(factors, 0.16), .at_high = at_quantile(factors, 0.84)};
 }
 
-JointFactors together(const std::vector<UncertainCause>& causes, const Evaluator& evaluator, double range_factor, double wanted,
-                      long draws) {
+JointFactors together(const std::string& what, const std::vector<UncertainCause>& causes, const Evaluator& evaluator, double range_factor,
+                      double wanted, long draws) {
     std::vector<std::optional<double>> found(static_cast<std::size_t>(draws));
     parallel_for(found.size(), [&](std::size_t draw) {
         std::mt19937_64 random(draw + 1);
@@ -87,7 +87,7 @@ JointFactors together(const std::vector<UncertainCause>& causes, const Evaluator
         }
         found[draw] = evaluator.factor(scenario);
     });
-    JointFactors result{.range_factor = range_factor, .draws = draws, .low = {}, .median = {}, .high = {}, .reaches = {}};
+    JointFactors result{.what = what, .range_factor = range_factor, .draws = draws, .low = {}, .median = {}, .high = {}, .reaches = {}};
     for (const auto& factor : found)
         if (factor) result.factors.push_back(*factor);
     std::sort(result.factors.begin(), result.factors.end());
@@ -112,7 +112,13 @@ CauseStudy study_causes(const SampleTruth& truth, const FallingHeadConfig& confi
     CauseStudy result;
     result.evaluation_alone = evaluator.factor(evaluator.base()).value_or(1.0);
     for (const UncertainCause& cause : causes) result.causes.push_back(alone(cause, evaluator));
-    for (const double range_factor : {0.5, 1.0, 2.0}) result.joint.push_back(together(causes, evaluator, range_factor, factor, draws));
+    const auto draw = [&](const char* what, const std::vector<UncertainCause>& drawn, double range_factor) {
+        result.joint.push_back(together(what, drawn, evaluator, range_factor, factor, draws));
+    };
+    draw("all causes", causes, 1.0);
+    draw("all causes, ranges halved", causes, 0.5);
+    draw("all causes, ranges doubled", causes, 2.0);
+    draw("all but the first: 1/k_in is constant", {causes.begin() + 1, causes.end()}, 1.0);
 
     const FallingHead ideal(truth.permeability_m2, truth.inertial_permeability_m, evaluator.base().apparatus);
     const double bottom = std::min(config.window_m[0], config.window_m[1]), top = std::max(config.window_m[0], config.window_m[1]);

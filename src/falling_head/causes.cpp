@@ -181,7 +181,7 @@ void add_apparatus(Causes& causes, const SampleTruth& truth, const FallingHeadCo
     const double latest = std::max(config.window_m[0], config.window_m[1]) + 0.02;
     if (config.start_level_m > latest)
         causes.push_back({.name = "opening of the outlet",
-                          .what = "level at which the outlet is open",
+                          .what = "level at which the outlet is open; with the inertia of the water",
                           .unit = "m",
                           .low = std::max(latest, config.start_level_m - 0.2),
                           .high = config.start_level_m,

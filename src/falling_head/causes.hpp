@@ -53,6 +53,7 @@ struct CauseFactors {
 
 /// All causes at once, each at random in its range.
 struct JointFactors {
+    std::string what;
     double range_factor = 1.0;  ///< of the ranges, about the value without the cause or else their middle
     long draws = 0;
     double without_k = 0.0;                   ///< share of draws in which the evaluation gives no k

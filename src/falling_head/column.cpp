@@ -43,7 +43,7 @@ Column::Column(const FallingHeadConfig& config)
     if (config_.screen_opening_m > 0.0 && config_.screen_wire_m == 0.0) config_.screen_wire_m = 0.2 * config_.screen_opening_m;
     if (config_.screen_opening_m == 0.0 && config_.screen_wire_m > 0.0)
         throw UserError("a wire screen has wires but no openings", {.where = "screen_opening_m", .fix = "give screen_opening_m (metres)"});
-    if (config_.inertial_exponent > 0.0 && config_.inertial_reference_speed_m_per_s == 0.0)
+    if ((config_.inertial_exponent > 0.0 || config_.inertial_exponent_uncertainty > 0.0) && config_.inertial_reference_speed_m_per_s == 0.0)
         throw UserError("inertial_exponent has no effect without a speed from which k_in falls",
                         {.where = "inertial_exponent", .fix = "give inertial_reference_speed_m_per_s"});
     if (config_.screen_wire_m > 10.0 * config_.screen_opening_m)

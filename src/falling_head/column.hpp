@@ -50,8 +50,6 @@ public:
     [[nodiscard]] double time_at(const Resistance& resistance, double start_level_m, double level_m, double guess_s) const;
 
     [[nodiscard]] bool has_inertia() const { return config_.column_inertia; }
-    [[nodiscard]] double offset_m() const { return offset_; }
-    void set_offset(double offset_m) { offset_ = offset_m; }
     [[nodiscard]] const FallingHeadConfig& config() const { return config_; }
 
 private:

@@ -27,6 +27,10 @@ struct FallingHeadConfig {
     double level_offset_m = 0.0;
     double scale_error = 0.0;
     double level_offset_uncertainty_m = 0.0;
+    double scale_uncertainty = 0.0;
+    double viscosity_uncertainty = 0.0;
+    double inertia_coefficient_uncertainty = 0.0;
+    double inertial_exponent_uncertainty = 0.0;
     double noise_m = 0.0;
     double frames_per_s = 50.0;
     long seed = 1;
@@ -73,6 +77,13 @@ inline void describe(core::ConfigVisitor& v, FallingHeadConfig& c) {
              "true distances between water levels are longer than the measured ones by this part, about the middle of the window");
     v.number("level_offset_uncertainty_m", c.level_offset_uncertainty_m, core::between(0.0, 1.0),
              "standard deviation of the offset; it is included in the intervals of an analysis");
+    v.number("scale_uncertainty", c.scale_uncertainty, core::between(0.0, 0.1), "standard deviation of scale_error; likewise");
+    v.number("viscosity_uncertainty", c.viscosity_uncertainty, core::between(0.0, 0.5),
+             "standard deviation of the viscosity, relative (2.4 % per degree of water at 20 C); likewise");
+    v.number("inertia_coefficient_uncertainty", c.inertia_coefficient_uncertainty, core::between(0.0, 10.0),
+             "standard deviation of inertia_coefficient; likewise");
+    v.number("inertial_exponent_uncertainty", c.inertial_exponent_uncertainty, core::between(0.0, 0.5),
+             "standard deviation of inertial_exponent; likewise; needs inertial_reference_speed_m_per_s");
     v.number("noise_m", c.noise_m, core::between(0.0, 1.0), "standard deviation of the measured water level of a simulated curve");
     v.number("frames_per_s", c.frames_per_s, core::between(1e-3, 1e6), "frames per second of a simulated curve");
     v.integer("seed", c.seed, {.low = 0, .high = 1e9}, "seed of the noise of a simulated curve");

@@ -6,6 +6,7 @@
 #include <unsupported/Eigen/NonLinearOptimization>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -17,8 +18,20 @@ namespace porepack::falling_head {
 using namespace core;
 namespace {
 
-// Parameters: 1/k, 1/k_in, offset, then first level and first speed of each curve. All scaled to order one or to metres.
-constexpr Eigen::Index viscous = 0, inertial = 1, offset = 2, first_curve = 3;
+// Parameters: 1/k, 1/k_in, deviations of what is uncertain, then first level and first speed of each curve. All scaled to order one or to
+// metres.
+constexpr Eigen::Index viscous = 0, inertial = 1, offset = 2, scale = 3, viscosity = 4, coefficient = 5, exponent = 6, first_curve = 7;
+
+// Standard deviations of the uncertain parameters; 0: known.
+std::array<double, first_curve> uncertainties(const FallingHeadConfig& c) {
+    return {0.0,
+            0.0,
+            c.level_offset_uncertainty_m,
+            c.scale_uncertainty,
+            c.viscosity_uncertainty,
+            c.column_inertia ? c.inertia_coefficient_uncertainty : 0.0,
+            c.inertial_exponent_uncertainty};
+}
 
 constexpr std::size_t most_points = 5000;  // of a curve in the fit
 
@@ -41,7 +54,8 @@ LevelCurve averaged(const LevelCurve& curve) {
 class Problem {
 public:
     Problem(std::span<const LevelCurve> curves, const FallingHeadConfig& config)
-        : curves_(curves), column_(config), given_offset_(config.level_offset_m) {
+        : curves_(curves), given_(config), uncertainty_(uncertainties(config)) {
+        const Column check(config);  // before anything else: messages about the configuration
         double head = 0.0, speed = 0.0, noise = 0.0;
         for (const LevelCurve& curve : curves) {
             const double drop = curve.level_m.front() - curve.level_m.back();
@@ -52,14 +66,14 @@ public:
             first_row_.push_back(rows_);
             rows_ += static_cast<Eigen::Index>(curve.time_s.size());
         }
-        noise_ = noise;
+        noise_ = weight_ = noise;
         points_ = rows_;
         viscous_unit_ = head / (config.sample_length_m * config.kinematic_viscosity_m2_per_s * speed);
         inertial_unit_ = head / (config.sample_length_m * speed * speed);
         at_.resize(first_curve + 2 * static_cast<Eigen::Index>(curves.size()));
         at_[viscous] = 0.2;
         at_[inertial] = 0.8;
-        at_[offset] = 0.0;
+        for (Eigen::Index p = offset; p < first_curve; ++p) at_[p] = 0.0;
         for (std::size_t c = 0; c < curves.size(); ++c) {
             const LevelCurve& curve = curves[c];
             const std::size_t near = std::min<std::size_t>(curve.time_s.size() - 1, std::max<std::size_t>(2, curve.time_s.size() / 10));
@@ -68,15 +82,15 @@ public:
                 std::max(0.1 * speed, (curve.level_m.front() - curve.level_m[near]) / (curve.time_s[near] - curve.time_s.front()));
         }
         free_ = {viscous, inertial};
-        if (config.level_offset_uncertainty_m > 0.0) {
-            offset_uncertainty_ = config.level_offset_uncertainty_m;
-            prior_ = noise_ / offset_uncertainty_;
-            ++rows_;
-            free_.push_back(offset);
-        }
+        for (Eigen::Index p = offset; p < first_curve; ++p)
+            if (uncertainty_[static_cast<std::size_t>(p)] > 0.0) {
+                ++rows_;
+                free_.push_back(p);
+                uncertain_.push_back(p);
+            }
         for (std::size_t c = 0; c < curves.size(); ++c) {
             free_.push_back(level_of(c));
-            if (column_.has_inertia()) free_.push_back(level_of(c) + 1);
+            if (config.column_inertia) free_.push_back(level_of(c) + 1);
         }
         if (points_ <= static_cast<Eigen::Index>(free_.size()))
             throw NumericalError(fmt::format("{} points are too few for {} unknowns", points_, free_.size()),
@@ -93,7 +107,7 @@ public:
     int operator()(const Eigen::VectorXd& x, Eigen::VectorXd& residuals) {
         set(x);
         for (std::size_t c = 0; c < curves_.size(); ++c) fill(c, residuals);
-        if (prior_ > 0.0) residuals[rows_ - 1] = prior_ * at_[offset];
+        for (std::size_t u = 0; u < uncertain_.size(); ++u) residuals[prior_row(u)] = prior(uncertain_[u]) * at_[uncertain_[u]];
         return 0;
     }
     int df(const Eigen::VectorXd& x, Eigen::MatrixXd& jacobian) {
@@ -114,7 +128,8 @@ public:
                 const Eigen::Index first = first_row_[c], count = static_cast<Eigen::Index>(curves_[c].time_s.size());
                 jacobian.col(static_cast<Eigen::Index>(j)).segment(first, count) = (up - down).segment(first, count) / (2.0 * step);
             }
-            if (p == offset) jacobian(rows_ - 1, static_cast<Eigen::Index>(j)) = prior_;
+            for (std::size_t u = 0; u < uncertain_.size(); ++u)
+                if (uncertain_[u] == p) jacobian(prior_row(u), static_cast<Eigen::Index>(j)) = prior(p);
         }
         return 0;
     }
@@ -131,11 +146,24 @@ public:
         return residuals.squaredNorm();
     }
 
-    // Weights the offset's uncertainty against residuals of this standard deviation. False if the offset has no uncertainty.
-    bool weigh_offset(double residual_m) {
-        if (prior_ == 0.0 || residual_m <= noise_) return false;
-        prior_ = residual_m / offset_uncertainty_;
+    // Weighs the uncertain parameters against residuals of this standard deviation. False if there are none, or nothing changes.
+    bool weigh(double residual_m) {
+        if (uncertain_.empty() || residual_m <= noise_) return false;
+        weight_ = residual_m;
         return true;
+    }
+
+    // Of the residuals of neighbouring frames, all curves together.
+    [[nodiscard]] double residual_correlation() {
+        Eigen::VectorXd residuals(rows_);
+        double products = 0.0, squares = 0.0;
+        for (std::size_t c = 0; c < curves_.size(); ++c) {
+            fill(c, residuals);
+            const Eigen::Index first = first_row_[c], count = static_cast<Eigen::Index>(curves_[c].time_s.size());
+            products += residuals.segment(first, count - 1).dot(residuals.segment(first + 1, count - 1));
+            squares += residuals.segment(first, count).squaredNorm();
+        }
+        return squares > 0.0 ? products / squares : 0.0;
     }
 
     [[nodiscard]] Eigen::MatrixXd covariance() {
@@ -176,18 +204,30 @@ public:
 
     // Of curve c at times that are not before its first.
     [[nodiscard]] std::vector<double> levels(std::size_t c, std::span<const double> times_s) {
-        column_.set_offset(given_offset_ + at_[offset]);
-        return column_.levels(resistance(), curves_[c].time_s.front(), at_[level_of(c)], at_[level_of(c) + 1], times_s);
+        return Column(apparatus()).levels(resistance(), curves_[c].time_s.front(), at_[level_of(c)], at_[level_of(c) + 1], times_s);
     }
     [[nodiscard]] Resistance resistance() const { return {viscous_unit_ * at_[viscous], inertial_unit_ * at_[inertial]}; }
     [[nodiscard]] double unit(Eigen::Index p) const { return p == viscous ? viscous_unit_ : inertial_unit_; }
     [[nodiscard]] double at(Eigen::Index p) const { return at_[p]; }
-    [[nodiscard]] double fitted_offset() const { return given_offset_ + at_[offset]; }
+    // The apparatus with the fitted values of what is uncertain.
+    [[nodiscard]] FallingHeadConfig apparatus() const {
+        FallingHeadConfig fitted = given_;
+        fitted.level_offset_m += at_[offset];
+        fitted.scale_error += std::clamp(at_[scale], -0.5, 0.5);
+        fitted.kinematic_viscosity_m2_per_s *= std::exp(at_[viscosity]);
+        fitted.inertia_coefficient = std::max(0.1, inertia_coefficient(given_) + at_[coefficient]);
+        fitted.inertial_exponent = std::clamp(given_.inertial_exponent + at_[exponent], -1.0, 0.95);
+        return fitted;
+    }
     [[nodiscard]] double noise() const { return noise_; }
     [[nodiscard]] Eigen::Index points() const { return points_; }
     [[nodiscard]] Eigen::Index freedom() const { return rows_ - static_cast<Eigen::Index>(free_.size()); }
 
 private:
+    [[nodiscard]] double prior(Eigen::Index p) const { return weight_ / uncertainty_[static_cast<std::size_t>(p)]; }
+    [[nodiscard]] Eigen::Index prior_row(std::size_t u) const {
+        return rows_ - static_cast<Eigen::Index>(uncertain_.size()) + static_cast<Eigen::Index>(u);
+    }
     static Eigen::Index level_of(std::size_t curve) { return first_curve + 2 * static_cast<Eigen::Index>(curve); }
     void set(const Eigen::VectorXd& x) {
         for (std::size_t j = 0; j < free_.size(); ++j) at_[free_[j]] = x[static_cast<Eigen::Index>(j)];
@@ -211,10 +251,11 @@ private:
     }
 
     std::span<const LevelCurve> curves_;
-    Column column_;
-    double given_offset_, offset_uncertainty_ = 0.0, noise_ = 0.0, prior_ = 0.0, viscous_unit_ = 1.0, inertial_unit_ = 1.0;
+    FallingHeadConfig given_;
+    std::array<double, first_curve> uncertainty_;
+    double noise_ = 0.0, weight_ = 0.0, viscous_unit_ = 1.0, inertial_unit_ = 1.0;
     Eigen::VectorXd at_;
-    std::vector<Eigen::Index> free_, first_row_;
+    std::vector<Eigen::Index> free_, uncertain_, first_row_;
     Eigen::Index rows_ = 0, points_ = 0;
 };
 
@@ -226,16 +267,27 @@ FallingHeadFit fit_falling_head(std::span<const LevelCurve> curves, const Fallin
     Problem problem(fitted_curves, config);
     double least = problem.solve();
     const auto variance_of = [&] { return std::max(1e-16, least / static_cast<double>(problem.freedom())); };
-    if (problem.weigh_offset(std::sqrt(variance_of()))) least = problem.solve();
+    if (problem.weigh(std::sqrt(variance_of()))) least = problem.solve();
+    // Correlated residuals tell less: n frames count as n (1 - r)/(1 + r). Chance alone gives |r| < 2/sqrt(n).
+    const double found = problem.residual_correlation(), chance = 2.0 / std::sqrt(static_cast<double>(problem.points()));
+    const double r = found > chance ? std::min(found, 0.95) : 0.0, fewer = (1.0 + r) / (1.0 - r);
+    if (fewer > 1.0 && problem.weigh(std::sqrt(variance_of() * fewer))) least = problem.solve();
     const double variance = variance_of();
     if (!std::isfinite(least) || std::sqrt(variance) > 1.0)
         throw NumericalError("no falling-head equation is close to the data",
                              {.where = curves.front().name, .fix = "check the curve: units, jumps, a rising water level?"});
-    const Eigen::MatrixXd covariance = problem.covariance() * variance;
+    const Eigen::MatrixXd covariance = problem.covariance() * variance * fewer;
     const double t = boost::math::quantile(boost::math::students_t(static_cast<double>(problem.freedom())), 0.975);
-    const double rise = t * t * variance;
+    const double rise = t * t * variance * fewer;
+    const FallingHeadConfig apparatus = problem.apparatus();
     FallingHeadFit fit{.correlation = covariance(0, 1) / std::sqrt(covariance(0, 0) * covariance(1, 1)),
-                       .level_offset_m = problem.fitted_offset(),
+                       .level_offset_m = apparatus.level_offset_m,
+                       .scale_error = apparatus.scale_error,
+                       .kinematic_viscosity_m2_per_s = apparatus.kinematic_viscosity_m2_per_s,
+                       .inertia_coefficient = apparatus.inertia_coefficient,
+                       .inertial_exponent = apparatus.inertial_exponent,
+                       .residual_correlation = found,
+                       .widening = std::sqrt(fewer),
                        .residual_m = std::sqrt(variance),
                        .noise_m = problem.noise(),
                        .points = static_cast<long>(problem.points()),

@@ -24,10 +24,13 @@ struct FallingHeadFit {
     FittedValue inverse_permeability_per_m2 = {};          ///< 1/k; may be negative
     FittedValue inverse_inertial_permeability_per_m = {};  ///< 1/k_in
     double correlation = 0.0;                              ///< of both
-    double level_offset_m = 0.0;                           ///< fitted within its uncertainty
-    double residual_m = 0.0;                               ///< standard deviation of the levels about the fit
-    double noise_m = 0.0;                                  ///< of the levels themselves, from second differences
-    double viscous_share = 0.0;                            ///< fraction of the head over the window due to 1/k
+    /// Fitted within their uncertainties; equal to the given values where these are 0.
+    double level_offset_m = 0.0, scale_error = 0.0, kinematic_viscosity_m2_per_s = 0.0, inertia_coefficient = 0.0, inertial_exponent = 0.0;
+    double residual_correlation = 0.0;  ///< between neighbouring frames
+    double widening = 1.0;              ///< of the intervals, because of it
+    double residual_m = 0.0;            ///< standard deviation of the levels about the fit
+    double noise_m = 0.0;               ///< of the levels themselves, from second differences
+    double viscous_share = 0.0;         ///< fraction of the head over the window due to 1/k
     long points = 0;
     std::vector<std::vector<double>> levels_m;  ///< of the fit, curve by curve
 
@@ -40,8 +43,9 @@ struct FallingHeadFit {
 };
 
 /// All curves share the resistances; each has its first level and, with the water's inertia, its first speed fitted too. The curves are
-/// windows of at least five points (take_window). With config.level_offset_uncertainty_m the offset is fitted as well, constrained by that
-/// uncertainty. The noise is assumed independent from frame to frame. Throws NumericalError when no fit is found.
+/// windows of at least five points (take_window). Level offset, scale, viscosity, inertia coefficient and inertial exponent are fitted as
+/// well where the config gives them an uncertainty (a normal prior). Where the residuals of neighbouring frames have a correlation r, n
+/// frames count as n (1 - r)/(1 + r): the intervals are wider. Throws NumericalError when no fit is found.
 [[nodiscard]] FallingHeadFit fit_falling_head(std::span<const LevelCurve> curves, const FallingHeadConfig& config);
 
 }  // namespace porepack::falling_head

@@ -9,7 +9,6 @@
 #include <sstream>
 
 #include "core/error.hpp"
-#include "core/log.hpp"
 #include "core/median.hpp"
 
 namespace porepack::falling_head {
@@ -173,8 +172,6 @@ LevelCurve take_window(const LevelCurve& curve, const FallingHeadConfig& config)
     part.level_m = range(curve.level_m);
     const std::size_t n = part.time_s.size();
     if (n < 5) outside(fmt::format("{} points lie in the window {:g} to {:g} m: too few for two resistances and a start", n, low, high));
-    if (n < curve.time_s.size())
-        log_info("{}: {} of {} frames lie in the window {:g} to {:g} m", curve.name, n, curve.time_s.size(), low, high);
     const auto [floor, ceiling] = std::minmax_element(part.level_m.begin(), part.level_m.end());
     const double noise = noise_of(part);
     // Mean levels of the first and the last fifth.

@@ -70,8 +70,7 @@ ReportSection causes_section(const ReportInput& input) {
     for (const Json& one : joint) {
         std::string text = fmt::format("{} ({} to {})", factor(one["median"]), factor(one["interval"][0]), factor(one["interval"][1]));
         if (one["reaches"].is_number()) text += fmt::format("; {:.1f} % reach it", 100.0 * one["reaches"].get<double>());
-        section.rows.push_back({fmt::format("all causes at random, {} draws", one["draws"].get<long>()),
-                                fmt::format("ranges x {:g}", one["range_factor"].get<double>()), text,
+        section.rows.push_back({one["what"].get<std::string>() + ", at random", fmt::format("{} draws", one["draws"].get<long>()), text,
                                 fmt::format("no k in {:.0f} %", 100.0 * one["without_k"].get<double>())});
     }
     section.intro = fmt::format(

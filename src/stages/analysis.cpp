@@ -41,7 +41,14 @@ Json fit_json(const FallingHeadFit& fit, bool doubtful) {
             {"inverse_inertial_permeability_interval_per_m", {number_or_null(b.interval.low), number_or_null(b.interval.high)}},
             {"correlation", fit.correlation},
             {"viscous_share_of_head", fit.viscous_share},
-            {"level_offset_m", fit.level_offset_m},
+            {"fitted_within_uncertainty",
+             {{"level_offset_m", fit.level_offset_m},
+              {"scale_error", fit.scale_error},
+              {"kinematic_viscosity_m2_per_s", fit.kinematic_viscosity_m2_per_s},
+              {"inertia_coefficient", fit.inertia_coefficient},
+              {"inertial_exponent", fit.inertial_exponent}}},
+            {"residual_correlation", fit.residual_correlation},
+            {"intervals_widened", fit.widening},
             {"residual_m", fit.residual_m},
             {"noise_m", fit.noise_m},
             {"points", fit.points},
@@ -75,7 +82,13 @@ Table levels_table(const FallingHeadAnalysis& analysis) {
 
 Json analyse_falling_head(const std::vector<Path>& files, const FallingHeadConfig& config, const Path& folder) {
     std::vector<LevelCurve> curves;
-    for (const Path& file : files) curves.push_back(take_window(read_level_curve(file), config));
+    for (const Path& file : files) {
+        const LevelCurve curve = read_level_curve(file);
+        curves.push_back(take_window(curve, config));
+        if (const std::size_t inside = curves.back().time_s.size(); inside < curve.time_s.size())
+            log_info("{}: {} of {} frames lie in the window {:g} to {:g} m", curve.name, inside, curve.time_s.size(), config.window_m[0],
+                     config.window_m[1]);
+    }
     const FallingHeadAnalysis analysis = analyse_curves(curves, config);
     for (const std::string& warning : analysis.warnings) log_warning(warning);
     Json json = {
@@ -84,8 +97,8 @@ Json analyse_falling_head(const std::vector<Path>& files, const FallingHeadConfi
         {"column_inertia", config.column_inertia},
         {"inertia_coefficient", config.column_inertia ? Json(inertia_coefficient(config)) : Json(nullptr)},
         {"intervals_hold",
-         "noise, and the offset of the water level within level_offset_uncertainty_m; sample_length_m, inertia_coefficient and the "
-         "screens are taken as given"},
+         "noise (with its correlation between frames), and what has an uncertainty: level offset, scale, viscosity, inertia coefficient, "
+         "inertial exponent; sample_length_m and the screens are taken as given"},
         {"warnings", analysis.warnings},
         {"curves", Json::array()}};
     keep_old_name(json, "sample_inertia", "inertia_coefficient");

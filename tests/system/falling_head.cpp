@@ -117,9 +117,14 @@ TEST(FallingHeadTool, ACaseTellsItsCauses) {
     EXPECT_GT(causes.at("darcy_alone").get<double>(), 1.0);
     // If the true level is higher than the reading, the water flows faster than the assumed head can drive it.
     EXPECT_GT(factors.at("zero of the level")[0].get<double>(), 1.0);
-    EXPECT_LT(factors.at("zero of the level")[1].get<double>(), 1.0);
-    EXPECT_EQ(causes.at("joint").size(), 3U);
-    EXPECT_GT(causes.at("joint")[1].at("interval")[1].get<double>(), causes.at("joint")[0].at("interval")[1].get<double>());
+    const Json& above = factors.at("zero of the level")[1];
+    EXPECT_TRUE(above.is_null() || above.get<double>() < 1.0) << above;
+    EXPECT_EQ(causes.at("joint").size(), 4U);
+    for (const Json& joint : causes.at("joint")) {
+        EXPECT_GT(joint.at("draws").get<int>(), 1000);
+        EXPECT_GE(joint.at("without_k").get<double>(), 0.0);
+        EXPECT_LE(joint.at("reaches").get<double>() + joint.at("without_k").get<double>(), 1.0 + 1e-9);
+    }
     EXPECT_FALSE(std::filesystem::exists(folder.path() / "results" / "stl"));  // no stage needs a surface
     EXPECT_LT(causes.at("computation").at("paper_scheme_over_porepack").get<double>(), 1.0);
     const std::string report = read_text(folder.path() / "results" / "report.md");

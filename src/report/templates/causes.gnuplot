@@ -11,7 +11,7 @@ set key outside top center horizontal
 set style fill solid 0.7 noborder
 if (wanted > 0) {
     set arrow from wanted, graph 0 to wanted, graph 1 nohead lw 2 lc rgb '#000000' dt 2
-    set label sprintf(' to explain: %g', wanted) at wanted, graph 0.03 left
+    set label sprintf(' to explain: %g', wanted) at wanted, graph 0.03 left offset 1,0
 }
 set datafile separator ','
 clip(x) = x < 0.25 ? 0.25 : (x > 8 ? 8 : x)

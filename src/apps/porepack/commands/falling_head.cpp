@@ -58,7 +58,9 @@ void add_falling_head_commands(CommandLine& line) {
     simulation.add_option("--permeability", options->permeability_m2, "k")->type_name("number [m2]")->required();
     simulation.add_option("--inertial-permeability", options->inertial_permeability_m, "k_in; default infinite (Darcy's law alone)")
         ->type_name("number [m]");
-    line.add_keys(simulation, "falling_head", {"causes", "computed_over_measured", "level_offset_uncertainty_m"});
+    line.add_keys(simulation, "falling_head",
+                  {"causes", "computed_over_measured", "level_offset_uncertainty_m", "scale_uncertainty", "viscosity_uncertainty",
+                   "inertia_coefficient_uncertainty", "inertial_exponent_uncertainty"});
 
     const auto files = std::make_shared<std::vector<std::string>>();
     auto& analysis =
