@@ -1,10 +1,14 @@
 // What the causes of a wrong k are made of, against exact solutions and published figures.
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <random>
 
 #include "falling_head/causes.hpp"
 #include "falling_head/column.hpp"
 #include "falling_head/falling_head.hpp"
+#include "falling_head/fit.hpp"
+#include "falling_head/plan.hpp"
 #include "helpers.hpp"
 
 namespace porepack {
@@ -103,6 +107,52 @@ TEST(Causes, FactorsAreThoseOfTheEquation) {
     }
     const CauseStudy again = study_causes(truth, {.screen_opening_m = 8e-3}, 2.8, 60);
     EXPECT_EQ(study.joint[0].factors, again.joint[0].factors) << "on any number of threads";
+}
+
+// Segur & Oberstar 1951, at 20 C: 1.005, 3.72, 10.8, 60.1 mPa s at 0, 40, 60, 80 % of glycerol.
+TEST(TestPlan, ViscosityOfGlycerol) {
+    for (const auto& [fraction, viscosity] :
+         {std::pair(0.0, 1.005e-3), std::pair(0.4, 3.72e-3), std::pair(0.6, 10.8e-3), std::pair(0.8, 60.1e-3)}) {
+        const GlycerolSolution found = glycerol_solution(fraction, 20.0);
+        EXPECT_NEAR(found.kinematic_viscosity_m2_per_s * found.density_kg_per_m3 / viscosity, 1.0, 0.05) << fraction;
+    }
+    EXPECT_NEAR(glycerol_solution(0.5, 20.0).density_kg_per_m3, 1126.0, 10.0);
+}
+
+// In water a falling head cannot tell k; in glycerol it can, and tests that follow the plan are as sure as it says.
+TEST(TestPlan, ItsTestsTellWhatItPromises) {
+    FallingHeadConfig apparatus{.level_offset_uncertainty_m = 1e-3, .scale_uncertainty = 0.002, .noise_m = 1e-3};
+    const Resistance sample{1.0 / 6.26e-7, 1.0 / k_in};
+    const std::vector<PlannedTest> tests =
+        plan_tests(sample, apparatus, {.glycerol_fractions = {0.0, 0.75}, .sample_lengths_m = {0.12, 0.24}, .window_tops_m = {1.3}});
+    ASSERT_EQ(tests.size(), 4U);
+    EXPECT_GT(tests[0].half_width.value_or(10.0), 0.3);
+    const PlannedTest& planned = tests[2];
+    ASSERT_TRUE(planned.half_width.has_value());
+    EXPECT_LT(*planned.half_width, 0.1);
+    EXPECT_GT(planned.viscous_share, 0.2);
+
+    const FallingHeadConfig assumed = apparatus_of(planned, sample, apparatus);
+    std::mt19937 random(3);
+    std::normal_distribution<double> normal;
+    std::vector<double> widths;
+    int held = 0;
+    for (long trial = 0; trial < 20; ++trial) {
+        FallingHeadConfig truth = assumed;
+        truth.level_offset_m += 1e-3 * normal(random);
+        truth.scale_error += 0.002 * normal(random);
+        std::vector<LevelCurve> curves;
+        for (long run = 0; run < 3; ++run) {
+            truth.seed = 100 + 3 * trial + run;
+            curves.push_back(take_window(simulate_curve(sample, truth), assumed));
+        }
+        const FittedValue found = fit_falling_head(curves, assumed).inverse_permeability_per_m2;
+        widths.push_back(0.5 * (found.interval.high - found.interval.low) / found.value);
+        held += found.interval.low <= sample.inverse_permeability_per_m2 && sample.inverse_permeability_per_m2 <= found.interval.high;
+    }
+    std::sort(widths.begin(), widths.end());
+    EXPECT_NEAR(widths[10] / *planned.half_width, 1.0, 0.3);
+    EXPECT_GE(held, 17);
 }
 
 }  // namespace

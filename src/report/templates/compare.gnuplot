@@ -4,5 +4,5 @@ eval 'set xtics (' . labels . ') rotate by -25'
 set bmargin 10
 set ylabel 'relative to the first result'
 set key outside top center maxrows 4 noenhanced
-plot for [i=1:int(count)] 'compare.dat' using ($1==i-1&&$6?$2:NaN):3:4:5 with yerrorbars lw 2 pt 7 lc i title value(sprintf("title_%d", i)), \
-     for [i=1:int(count)] '' using ($1==i-1&&!$6?$2:NaN):3 with points lw 2 pt 6 lc i notitle
+plot for [i=1:int(count)] 'compare.dat' using ($1==i-1 && $6>0.5 ? $2 : NaN):3:4:5 with yerrorbars lw 2 pt 7 lc i title value(sprintf("title_%d", i)), \
+     for [i=1:int(count)] '' using ($1==i-1 && $6<0.5 ? $2 : NaN):3 with points lw 2 pt 6 lc i notitle

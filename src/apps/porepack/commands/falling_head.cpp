@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "apps/porepack/command_line.hpp"
+#include "stages/falling_head_plan.hpp"
 
 namespace porepack::apps {
 using namespace core;
@@ -27,6 +28,26 @@ void simulate(const Common& common, const SimulateOptions& options) {
                  {.stage = "falling-head", .target = common.output, .configuration = configuration, .work = [&](const Path& folder) {
                       return simulate_falling_head(options.permeability_m2, options.inertial_permeability_m, config, &folder);
                   }});
+}
+
+void plan(const Common& common, const SimulateOptions& options) {
+    const auto config = apps::config_of<TestPlanConfig>(common.flags);
+    Flags of_apparatus = common.flags;
+    for (const KeyRow& row : key_rows([](ConfigVisitor& v) {
+             TestPlanConfig plan;
+             describe(v, plan);
+         }))
+        of_apparatus.erase(row.key);
+    const auto apparatus = apps::config_of<FallingHeadConfig>(of_apparatus);
+    Json configuration = {{"plan", resolved_config(config)}, {"apparatus", resolved_config(apparatus)}};
+    configuration["permeability_m2"] = options.permeability_m2;
+    configuration["inertial_permeability_m"] = fmt::format("{:g}", options.inertial_permeability_m);
+    run_on_files(common, {.stage = "falling-head-plan",
+                          .target = common.output.empty() ? Path("falling_head_plan") : Path(common.output),
+                          .configuration = configuration,
+                          .work = [&](const Path& folder) {
+                              return plan_falling_head(options.permeability_m2, options.inertial_permeability_m, apparatus, config, folder);
+                          }});
 }
 
 void analyse(const Common& common, const std::vector<std::string>& files) {
@@ -75,6 +96,19 @@ void add_falling_head_commands(CommandLine& line) {
         ->type_name("path");
     line.add_keys(analysis, "falling_head",
                   {"start_level_m", "levels_m", "noise_m", "frames_per_s", "seed", "causes", "computed_over_measured"});
+
+    const auto sample = std::make_shared<SimulateOptions>();
+    auto& planner = line.add_below(head, "plan", "which test tells k: fluids, sample lengths and windows simulated and analysed",
+                                   "porepack falling-head plan --permeability 6.3e-7 --inertial-permeability 4.4e-3 --noise 1e-3 "
+                                   "--level-offset-uncertainty 1e-3 --scale-uncertainty 0.002",
+                                   [&common, sample] { plan(common, *sample); });
+    planner.add_option("--permeability", sample->permeability_m2, "about the k of the sample")->type_name("number [m2]")->required();
+    planner.add_option("--inertial-permeability", sample->inertial_permeability_m, "about its k_in")->type_name("number [m]")->required();
+    line.add_keys(planner, [](ConfigVisitor& v) {
+        static TestPlanConfig config;
+        describe(v, config);
+    });
+    line.add_keys(planner, "falling_head", {"levels_m", "seed", "causes", "computed_over_measured"});
 
     line.add_case(line.add_below(head, "case", "the falling-head stage of a case", "porepack falling-head case cases/quickstart",
                                  [&common] { run_in_case(common, "falling-head", "falling_head"); }));
