@@ -23,7 +23,9 @@ std::string with_half_width(const Json& statement, const char* format, const std
     const Json& interval = statement["interval"];
     const std::string number = with_powers_of_ten(fmt::format(fmt::runtime(format), value) + (unit.empty() ? "" : " " + unit));
     if (!interval.is_array()) return number + ", no uncertainty known";
-    return fmt::format("{} ± {:.2g} %", number, 50.0 * (interval[1].get<double>() - interval[0].get<double>()) / value);
+    const double percent = 50.0 * (interval[1].get<double>() - interval[0].get<double>()) / value;
+    // A porosity from exact grains has only rounding: its digits would say nothing.
+    return percent < 1e-4 ? number + " ± less than 0.0001 %" : fmt::format("{} ± {:.2g} %", number, percent);
 }
 
 }  // namespace
