@@ -28,6 +28,7 @@ struct Scene {
     Packing packing;
     Section part;
     ScannerConfig scanner;
+    double memory_bytes = 0.0;  ///< of the fit; 0: no limit
 };
 
 struct Errors {
@@ -116,6 +117,9 @@ Json fit_benchmark(bool quick, const Path& given) {
     std::vector<Scene> scenes = {settled("tetrapod_053", 8.0, {0.08, quick ? 0.12 : 0.16})};
     scenes.push_back(settled("tetrapod_053", 12.0, {0.08, quick ? 0.12 : 0.16}));
     scenes.push_back(settled("tetrahedron_074", 12.0, {0.08, quick ? 0.11 : 0.14}));
+    scenes.push_back(settled("tetrapod_053", 16.0, {0.08, 0.12}));
+    scenes.push_back(scenes.back());
+    scenes.back().memory_bytes = 1e8;  // the same scan, slab by slab
     for (const Scene& scene : scenes) {
         const Path scan = folder / fmt::format("{}_{:.3g}.nrrd", scene.name, scene.scanner.voxel_size_m);
         Stopwatch watch;
@@ -127,7 +131,9 @@ Json fit_benchmark(bool quick, const Path& given) {
         const Path target = folder / scan.stem();
         make_folder(target);
         watch = {};
-        const Json found = fit_image(scan, {.find_container = true}, std::nullopt, scene.packing.shapes, target);
+        reset_peak_memory();
+        const Json found =
+            fit_image(scan, {.find_container = true, .fit_memory_bytes = scene.memory_bytes}, std::nullopt, scene.packing.shapes, target);
         const double seconds = watch.seconds();
         const Packing fitted = read_packing(target / "packing.json");
         const Errors errors = errors_of(scene, fitted, stated_errors(target / "grains.csv"));
@@ -136,6 +142,8 @@ Json fit_benchmark(bool quick, const Path& given) {
         const Json row = {
             {"packing", scene.name},
             {"voxels_per_diameter", finest_diameter(scene.packing) / scene.scanner.voxel_size_m},
+            {"memory_bytes", scene.memory_bytes},
+            {"peak_memory_bytes", peak_memory_bytes()},
             {"whole_grains", errors.whole},
             {"found", errors.found},
             {"wrong", errors.wrong},

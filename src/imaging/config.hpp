@@ -51,6 +51,7 @@ struct ImageConfig {
     bool find_container = false;
     bool fit = false;
     bool fitted_sizes = false;
+    double fit_memory_bytes = 0.0;
 };
 
 inline void describe(core::ConfigVisitor& v, ImageConfig& c) {
@@ -85,6 +86,9 @@ inline void describe(core::ConfigVisitor& v, ImageConfig& c) {
     v.boolean("fit", c.fit, "case: grains of [shape] are found in the scan, and their exact poses are the packing of all later stages");
     v.boolean("fitted_sizes", c.fitted_sizes,
               "fit: the packing has the fitted radii and lengths instead of the given ones; both are reported");
+    v.number("fit_memory_bytes", c.fit_memory_bytes, core::positive_or_auto(),
+             "fit: memory that it may take; grains of a larger scan are searched on binned voxels and fitted slab by slab; auto: most of "
+             "what is free");
 }
 
 }  // namespace porepack::imaging

@@ -51,8 +51,9 @@ struct Voxel {
 
 class Fit {
 public:
-    Fit(const GrayImage& image, const packing::Container& container, const std::vector<ShapePoints>& shapes, Refined& found)
-        : image_(image), container_(container), shapes_(shapes), found_(found), h_(image.grid.spacing_m[0]) {}
+    Fit(const GrayImage& image, const packing::Container& container, const std::vector<ShapePoints>& shapes, Refined& found,
+        std::size_t moving)
+        : image_(image), container_(container), shapes_(shapes), found_(found), moving_(moving), h_(image.grid.spacing_m[0]) {}
 
     [[nodiscard]] std::vector<Capsule> capsules_of(const FittedGrain& grain, const Pose& pose) const {
         const Common::OfShape& sizes = found_.common.shapes[grain.shape];
@@ -215,7 +216,7 @@ public:
 
     // All grains at once: each sees its neighbours where the sweep before has left them.
     void sweep() {
-        std::vector<Pose> poses(found_.grains.size());
+        std::vector<Pose> poses(moving_);
         parallel_for(poses.size(), [&](std::size_t g) {
             poses[g] = found_.grains[g].pose;
             fit_pose(g, poses[g]);
@@ -228,12 +229,12 @@ public:
         const std::size_t unknowns = 3 + 2 * shapes_.size();
         const auto n = static_cast<Eigen::Index>(unknowns);
         constexpr std::size_t most = 120;
-        const std::size_t every = 1 + found_.grains.size() / most;
+        const std::size_t every = 1 + moving_ / most;
         std::vector<std::size_t> chosen;
-        for (std::size_t g = 0; g < found_.grains.size(); g += every)
+        for (std::size_t g = 0; g < moving_; g += every)
             if (!found_.grains[g].cut) chosen.push_back(g);
         if (chosen.empty())
-            for (std::size_t g = 0; g < found_.grains.size(); ++g) chosen.push_back(g);
+            for (std::size_t g = 0; g < moving_; ++g) chosen.push_back(g);
         Eigen::MatrixXd H(n, n), scatter(n, n);
         for (int iteration = 0; iteration < 8; ++iteration) {
             std::vector<Eigen::MatrixXd> parts(chosen.size(), Eigen::MatrixXd::Zero(n, n));
@@ -317,8 +318,8 @@ public:
 
     // The last step: residual and uncertainty of each grain.
     void judge() {
-        std::vector<double> squares(found_.grains.size());
-        parallel_for(found_.grains.size(), [&](std::size_t g) {
+        std::vector<double> squares(moving_);
+        parallel_for(moving_, [&](std::size_t g) {
             FittedGrain& grain = found_.grains[g];
             StepMatrix H = StepMatrix::Zero();
             Step gradient = Step::Zero();
@@ -341,6 +342,7 @@ public:
                 unit.asDiagonal() * (solver.eigenvectors() * inverse.asDiagonal() * solver.eigenvectors().transpose()) * unit.asDiagonal();
             const StepMatrix covariance = pseudo * scatter * pseudo;
             grain.position_error_m = std::sqrt(std::max(0.0, covariance.topLeftCorner<3, 3>().trace()));
+            grain.end_error_m = 0.0;
             for (const Vec3& end : shapes_[grain.shape].ends) {
                 const Vec3 lever = grain.pose.orientation * end;
                 Eigen::Matrix<double, 3, 6> J;
@@ -359,6 +361,7 @@ private:
     const packing::Container& container_;
     const std::vector<ShapePoints>& shapes_;
     Refined& found_;
+    const std::size_t moving_;
     const double h_;
 };
 
@@ -372,12 +375,13 @@ std::vector<Capsule> resized(const std::vector<Capsule>& capsules, double radius
 }
 
 Refined refine(const GrayImage& image, const packing::Container& container, const std::vector<ShapePoints>& shapes,
-               std::vector<FittedGrain> grains, double blur_m) {
-    Refined found{.grains = std::move(grains), .common = {}, .residual = 0.0};
+               std::vector<FittedGrain> grains, Common start, std::size_t moving) {
+    Refined found{.grains = std::move(grains), .common = std::move(start), .residual = 0.0};
     found.common.shapes.resize(shapes.size());
-    found.common.blur_m.value = std::max(blur_m, 0.3 * image.grid.spacing_m[0]);
-    if (found.grains.empty()) return found;
-    Fit fit(image, container, shapes, found);
+    found.common.blur_m.value = std::max(found.common.blur_m.value, 0.3 * image.grid.spacing_m[0]);
+    moving = std::min(moving, found.grains.size());
+    if (moving == 0) return found;
+    Fit fit(image, container, shapes, found, moving);
     constexpr int sweeps = 3;
     Progress progress("poses");
     for (int sweep = 0; sweep < sweeps; ++sweep) {
@@ -390,9 +394,9 @@ Refined refine(const GrayImage& image, const packing::Container& container, cons
     return found;
 }
 
-std::vector<std::uint8_t> rendered(const Grid& grid, const std::vector<ShapePoints>& shapes, const Refined& found) {
+std::vector<std::uint8_t> rendered(const Grid& grid, const std::vector<ShapePoints>& shapes, const Refined& found, double blur_m) {
     std::vector<std::uint8_t> fractions(grid.size(), 0);
-    const double blur = found.common.blur_m.value, reach = 4.0 * blur;
+    const double reach = 4.0 * blur_m;
     for (const FittedGrain& grain : found.grains) {
         const Common::OfShape& sizes = found.common.shapes[grain.shape];
         const auto capsules =
@@ -414,7 +418,7 @@ std::vector<std::uint8_t> rendered(const Grid& grid, const std::vector<ShapePoin
                     const double s = signed_distance(capsules, Vec3(grid.centre(0, i), grid.centre(1, j), grid.centre(2, k)));
                     if (s > reach) continue;
                     std::uint8_t& fraction = fractions[grid.index(i, j, k)];
-                    fraction = static_cast<std::uint8_t>(std::min(255L, fraction + std::lround(255.0 * normal_below(-s / blur))));
+                    fraction = static_cast<std::uint8_t>(std::min(255L, fraction + std::lround(255.0 * normal_below(-s / blur_m))));
                 }
         });
     }

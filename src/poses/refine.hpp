@@ -1,6 +1,8 @@
 // Poses by least squares on the gray values themselves.
 #pragma once
 
+#include <limits>
+
 #include "core/gray_image.hpp"
 #include "packing/packing.hpp"
 #include "poses/shape_points.hpp"
@@ -42,14 +44,16 @@ struct Refined {
     Common common;
     double residual = 0.0;  ///< root mean square, all grains
 };
+/// Only the first `moving` grains move; the others are neighbours of theirs. `start`: its blur must be known, the shapes may be missing.
 [[nodiscard]] Refined refine(const core::GrayImage& image, const packing::Container& container, const std::vector<ShapePoints>& shapes,
-                             std::vector<FittedGrain> grains, double blur_m);
+                             std::vector<FittedGrain> grains, Common start, std::size_t moving = std::numeric_limits<std::size_t>::max());
 
 /// The shape with fitted radii and lengths.
 [[nodiscard]] std::vector<shapes::Capsule> resized(const std::vector<shapes::Capsule>& capsules, double radius_change_m,
                                                    double length_factor);
 
-/// Solid fractions of the fitted grains, as the image would show them: 0 to 255.
-[[nodiscard]] std::vector<std::uint8_t> rendered(const core::Grid& grid, const std::vector<ShapePoints>& shapes, const Refined& found);
+/// Solid fractions of the fitted grains, as an image of this blur would show them: 0 to 255.
+[[nodiscard]] std::vector<std::uint8_t> rendered(const core::Grid& grid, const std::vector<ShapePoints>& shapes, const Refined& found,
+                                                 double blur_m);
 
 }  // namespace porepack::poses

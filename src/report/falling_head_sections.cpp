@@ -8,6 +8,32 @@ namespace porepack::report {
 using namespace core;
 namespace fs = std::filesystem;
 
+namespace {
+
+// "n = 0.14 (0.05 to 0.2)"
+std::string parameter_text(const char* name, const Json& parameter) {
+    return fmt::format("{} = {} ({} to {})", name, number_text(parameter["value"], "{:.3g}"),
+                       number_text(parameter["interval"][0], "{:.3g}"), number_text(parameter["interval"][1], "{:.3g}"));
+}
+
+// What the flows show of weak and strong inertia.
+void add_laws(ReportSection& section, const std::string& solver, const Json& laws) {
+    const auto add = [&](const char* key, const std::string& name, const char* exponent) {
+        const Json& law = laws[key];
+        if (!law.is_object()) return;
+        section.rows.push_back(
+            {solver,
+             fmt::format("{}, Re {} to {}", name, number_text(law["reynolds_from"], "{:.3g}"), number_text(law["reynolds_to"], "{:.3g}")),
+             law["exponent"].is_object() ? parameter_text(exponent, law["exponent"]) : parameter_text("b", law["coefficient"]),
+             "misfit over error " + number_text(law["misfit"], "{:.2g}")});
+    };
+    add("weak_inertia", "k/k apparent - 1 = a Re²", "exponent if fitted");
+    add("forchheimer", "k/k apparent - 1 = c + b Re", "");
+    add("power_law", "k/k apparent - 1 = c + b Re^(1-n)", "n");
+}
+
+}  // namespace
+
 ReportSection inertia_section(const ReportInput& input) {
     ReportSection section{.title = "Flow with inertia"};
     section.header = {"solver", "Re = U d/nu", "k apparent (m²)", "k apparent / k"};
@@ -24,6 +50,7 @@ ReportSection inertia_section(const ReportInput& input) {
              fmt::format("{} to {} m", number_text(interval[0]), number_text(interval[1])),
              "onset (5 %) at Re " + number_text(part["onset_reynolds"], "{:.2g}") +
                  (part["stopped_by"].is_string() ? "; then " + part["stopped_by"].get<std::string>().substr(0, 60) : "")});
+        if (part.contains("laws")) add_laws(section, solver, part["laws"]);
     }
     if (section.rows.empty()) return section;
     section.rows.push_back(

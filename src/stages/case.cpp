@@ -87,6 +87,8 @@ void require_tables_of_image(const Case& c, const TomlFile& toml, const std::map
                             {.where = file,
                              .fix = std::string("remove it, or ") +
                                     (table == std::string("shape") ? "write fit = true in [image]" : "remove [image]")});
+    if (c.settings.image.fit_memory_bytes != 0.0 && !fit)
+        throw UserError("`fit_memory_bytes` has no effect without fit = true", {.where = file + ", [image]"});
     if (c.settings.image.fitted_sizes && !fit)
         throw UserError("`fitted_sizes` has no effect without fit = true", {.where = file + ", [image]"});
     if (fit && c.settings.image.file.empty())

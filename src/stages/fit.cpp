@@ -14,6 +14,7 @@
 #include "packing/grains.hpp"
 #include "poses/detect.hpp"
 #include "poses/refine.hpp"
+#include "stages/fit_scan.hpp"
 #include "stages/gray.hpp"
 #include "stages/inputs.hpp"
 #include "stages/results.hpp"
@@ -27,8 +28,7 @@ using namespace packing;
 using namespace poses;
 namespace {
 
-constexpr double wanted_voxels = 8.0;  ///< per diameter, for the search
-
+constexpr double wanted_voxels = 6.0;  ///< per diameter, for the search
 GrayImage binned(const GrayImage& image, int factor) {
     GrayImage coarse{.grid = image.grid, .packed = {}, .level = image.level, .notes = {}};
     for (std::size_t a = 0; a < 3; ++a) {
@@ -232,10 +232,6 @@ Json fit_image(const Path& file, ImageConfig image, const std::optional<Containe
                const Path& folder) {
     if (image.threshold.is_null()) image.threshold = "volume";
     image.walls = ImageWalls::gray;
-    const ImageInput input = read_image(file, image, given);
-    const auto notes = from_json_members<GrayNotes>(input.description.at("gray"));
-    const GrayImage& gray = *input.gray->image();
-    const double h = gray.grid.spacing_m[0];
     std::vector<ShapePoints> points;
     double thinnest = 1e300, smallest = 1e300;
     for (const shapes::Shape& shape : shapes) {
@@ -243,12 +239,13 @@ Json fit_image(const Path& file, ImageConfig image, const std::optional<Containe
         thinnest = std::min(thinnest, found.thinnest_radius_m);
         smallest = std::min(smallest, found.volume_m3);
     }
-    if (2.0 * thinnest < 4.0 * h)
-        throw UserError(fmt::format("the thinnest part of the grains is {:.1f} voxels thick", 2.0 * thinnest / h),
-                        {.where = file.string(), .allowed = "4 voxels or more", .fix = "check the voxel size and the shape's lengths"});
-    const int factor = std::max(1, static_cast<int>(2.0 * thinnest / h / wanted_voxels));
+    const Scan scan = open_scan(file, image, 2.0 * thinnest);
+    const ImageInput input = read_image(scan.reduced(), image, given, file);
+    const auto notes = from_json_members<GrayNotes>(input.description.at("gray"));
+    const GrayImage& gray = *input.gray->image();
+    const double h = gray.grid.spacing_m[0];
     const auto search = [&](const std::vector<ShapePoints>& of) {
-        DistanceMap map = distance_map(factor > 1 ? binned(gray, factor) : gray);
+        DistanceMap map = distance_map(scan.search_bin > 1 ? binned(gray, scan.search_bin) : gray);
         std::vector<FittedGrain> grains;
         for (const Found& one : detect(map, of)) grains.push_back({.shape = one.shape, .pose = one.pose, .cut = one.cut});
         return grains;
@@ -271,7 +268,9 @@ Json fit_image(const Path& file, ImageConfig image, const std::optional<Containe
             "no grain of this shape was found",
             {.where = file.string(), .fix = "check shape, voxel size and threshold (porepack image segment shows what is solid)"});
     watch = {};
-    Refined found = refine(gray, input.container, points, std::move(grains), notes.blur_voxels * h);
+    Refined found = refine(gray, input.container, points, std::move(grains), Common{.blur_m = {notes.blur_voxels * h}});
+    const double blur_of_picture_m = found.common.blur_m.value;
+    if (scan.bin > 1) found = refine_at_full_size(scan, gray, notes, input.container, points, std::move(found), file.string());
     const double seconds_of_poses = watch.seconds();
     const std::size_t refined = found.grains.size();
     std::vector<double> residuals;
@@ -279,10 +278,10 @@ Json fit_image(const Path& file, ImageConfig image, const std::optional<Containe
     const double usual = median(residuals);
     // What fits far worse than the others is none of these grains.
     std::erase_if(found.grains, [&](const FittedGrain& grain) { return grain.residual > std::max(0.1, 2.5 * usual); });
-    const std::vector<std::uint8_t> model = rendered(gray.grid, points, found);
+    const std::vector<std::uint8_t> model = rendered(gray.grid, points, found, blur_of_picture_m);
     Container container = input.container;
     if (image.find_container) {  // again, without the grains: they shift the edge
-        const Tube tube = find_tube(open_volume(file, image), image.pore_side, file.string(), model);
+        const Tube tube = find_tube(scan.reduced(), image.pore_side, file.string(), model);
         container.diameter_m = 2.0 * tube.radius_voxels * h;
         const shapes::Vec3 axis(gray.grid.origin_m[0] + tube.x_voxels * h, gray.grid.origin_m[1] + tube.y_voxels * h, 0.0);
         for (FittedGrain& grain : found.grains) grain.pose.position_m -= axis;

@@ -14,6 +14,7 @@
 #include "lbm/inertia.hpp"
 #include "openfoam/foam.hpp"
 #include "openfoam/foam_cost.hpp"
+#include "permeability/inertial_laws.hpp"
 #include "report/plot.hpp"
 #include "stages/results.hpp"
 #include "stages/stages.hpp"
@@ -149,6 +150,8 @@ Json lattice_part(const std::vector<InertialSeries>& grids, const ForchheimerFit
         grids.size() > 1 ? Json(std::abs(grids[grids.size() - 2].creeping_permeability_m2 / fit.permeability_m2 - 1.0)) : Json(nullptr);
     part["stopped_by"] = json_of(grids.back().stopped_by);
     part.update(json_of(fit));
+    part["laws"] = json_of(
+        fit_inertial_laws(curve_of(grids.back()), grids.size() > 1 ? std::optional(curve_of(grids[grids.size() - 2])) : std::nullopt));
     part["inertial_permeability_grid_error"] = json_of(error);
     part["interval_meaning"] =
         error ? "slopes of the straight part, of its last two flows, and through creeping flow, with the errors of iteration and grid"
@@ -189,7 +192,10 @@ Json foam_part(const PoreSpace& space, const GeometryConfig& geometry, const For
                                  {"momentum_share", flow.momentum_share},
                                  {"iterations", flow.iterations}});
     }
-    if (flows.size() > 3) part.update(json_of(fit_forchheimer(flows[0].permeability_m2, length_m, std::span(flows).subspan(1))));
+    if (flows.size() > 3) {
+        part.update(json_of(fit_forchheimer(flows[0].permeability_m2, length_m, std::span(flows).subspan(1))));
+        part["laws"] = json_of(fit_inertial_laws({flows[0].permeability_m2, {flows.begin() + 1, flows.end()}}));
+    }
     return part;
 }
 

@@ -43,34 +43,6 @@ double blurred_step(double x) {
     return 0.5 * std::erfc(-x / std::numbers::sqrt2);
 }
 
-// A tube that attenuates like the grains would join them and count as solid. Blur is linear, so the blurred tube can be subtracted.
-bool remove_tube(GrayImage& image, const Container& container, double blur_voxels) {
-    if (container.kind != Container::Kind::cylinder) return false;
-    const Grid& grid = image.grid;
-    const double h = grid.spacing_m[0], radius = 0.5 * container.diameter_m / h;
-    const double width = std::sqrt(blur_voxels * blur_voxels + 1.0 / 12.0);
-    std::vector<double> wall;
-    const auto distance = [&](int i, int j) { return std::hypot(grid.centre(0, i), grid.centre(1, j)) / h; };
-    for (int j = 0; j < grid.cells[1]; ++j)
-        for (int i = 0; i < grid.cells[0]; ++i)
-            if (const double r = distance(i, j); r > radius + 2.5 * width && r < radius + 2.5 * width + 2.0)
-                for (int k = 0; k < grid.cells[2]; k += 1 + grid.cells[2] / 64) wall.push_back(image.at(grid.index(i, j, k)));
-    // A wall is closed: nearly all of the ring around the container is as dense.
-    const double tube = wall.empty() ? 0.0 : median(wall);
-    const auto thin = std::count_if(wall.begin(), wall.end(), [&](double value) { return value < 0.5 * tube; });
-    const bool visible = tube > 0.2 && static_cast<double>(thin) < 0.05 * static_cast<double>(wall.size());
-    for (int j = 0; j < grid.cells[1]; ++j)
-        for (int i = 0; i < grid.cells[0]; ++i) {
-            const double r = distance(i, j), part = blurred_step((r - radius) / width);
-            if (part < 1e-6 || (!visible && r < radius + 3.0 * width)) continue;
-            for (int k = 0; k < grid.cells[2]; ++k) {
-                const std::size_t cell = grid.index(i, j, k);
-                image.packed[cell] = GrayImage::pack(r > radius + 3.0 * width ? 0.0 : image.at(cell) - tube * part);
-            }
-        }
-    return visible;
-}
-
 bool is_word(const Json& threshold, const char* word) {
     return threshold.is_string() && threshold.get<std::string>() == word;
 }
@@ -118,6 +90,34 @@ Levels refine_levels(GrayImage& image, const Container& container, double blur_v
 }
 
 }  // namespace
+
+// A tube that attenuates like the grains would join them and count as solid. Blur is linear, so the blurred tube can be subtracted.
+bool remove_tube(GrayImage& image, const Container& container, double blur_voxels) {
+    if (container.kind != Container::Kind::cylinder) return false;
+    const Grid& grid = image.grid;
+    const double h = grid.spacing_m[0], radius = 0.5 * container.diameter_m / h;
+    const double width = std::sqrt(blur_voxels * blur_voxels + 1.0 / 12.0);
+    std::vector<double> wall;
+    const auto distance = [&](int i, int j) { return std::hypot(grid.centre(0, i), grid.centre(1, j)) / h; };
+    for (int j = 0; j < grid.cells[1]; ++j)
+        for (int i = 0; i < grid.cells[0]; ++i)
+            if (const double r = distance(i, j); r > radius + 2.5 * width && r < radius + 2.5 * width + 2.0)
+                for (int k = 0; k < grid.cells[2]; k += 1 + grid.cells[2] / 64) wall.push_back(image.at(grid.index(i, j, k)));
+    // A wall is closed: nearly all of the ring around the container is as dense.
+    const double tube = wall.empty() ? 0.0 : median(wall);
+    const auto thin = std::count_if(wall.begin(), wall.end(), [&](double value) { return value < 0.5 * tube; });
+    const bool visible = tube > 0.2 && static_cast<double>(thin) < 0.05 * static_cast<double>(wall.size());
+    for (int j = 0; j < grid.cells[1]; ++j)
+        for (int i = 0; i < grid.cells[0]; ++i) {
+            const double r = distance(i, j), part = blurred_step((r - radius) / width);
+            if (part < 1e-6 || (!visible && r < radius + 3.0 * width)) continue;
+            for (int k = 0; k < grid.cells[2]; ++k) {
+                const std::size_t cell = grid.index(i, j, k);
+                image.packed[cell] = GrayImage::pack(r > radius + 3.0 * width ? 0.0 : image.at(cell) - tube * part);
+            }
+        }
+    return visible;
+}
 
 void place(Grid& grid, const Container& container, const Axis& on_axis) {
     const shapes::Vec3 middle = 0.5 * (container.low() + container.high());

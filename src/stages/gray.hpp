@@ -50,6 +50,9 @@ struct GrayInput {
 [[nodiscard]] GrayInput read_gray(const imaging::VolumeSource& source, const imaging::ImageConfig& config,
                                   const packing::Container& container, const std::string& where,
                                   const std::optional<std::array<double, 2>>& axis_voxels = {});
+/// Subtracts the wall of a cylinder where it is visible, and makes pores of what lies beyond it; true where it was visible.
+bool remove_tube(core::GrayImage& image, const packing::Container& container, double blur_voxels);
+
 /// A solid_fraction image that PorePack wrote. Throws UserError for notes that are damaged.
 [[nodiscard]] GrayInput read_own_gray(const imaging::VolumeSource& source, const packing::Container& container, const std::string& where);
 

@@ -149,7 +149,11 @@ void require_effect(const imaging::ImageConfig& config, bool own_fractions, cons
 }
 
 ImageInput read_image(const Path& file, const imaging::ImageConfig& config, const std::optional<Container>& container) {
-    const imaging::VolumeSource source = imaging::open_volume(file, config);
+    return read_image(imaging::open_volume(file, config), config, container, file);
+}
+
+ImageInput read_image(const imaging::VolumeSource& source, const imaging::ImageConfig& config, const std::optional<Container>& container,
+                      const Path& file) {
     const imaging::VolumeHeader& header = source.header;
     ImageInput input;
     std::optional<std::array<double, 2>> axis;

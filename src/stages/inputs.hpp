@@ -6,7 +6,7 @@
 #include "converters/config.hpp"
 #include "converters/pore_space.hpp"
 #include "core/config.hpp"
-#include "imaging/config.hpp"
+#include "imaging/volume.hpp"
 
 namespace porepack::stages {
 
@@ -33,6 +33,9 @@ struct ImageInput {
 };
 [[nodiscard]] ImageInput read_image(const core::Path& file, const imaging::ImageConfig& config,
                                     const std::optional<packing::Container>& container);
+/// The same of an image that is open; `file` names it in messages.
+[[nodiscard]] ImageInput read_image(const imaging::VolumeSource& source, const imaging::ImageConfig& config,
+                                    const std::optional<packing::Container>& container, const core::Path& file);
 
 /// Walls at the gray values' threshold. Throws UserError where they are asked for without one.
 [[nodiscard]] bool has_gray_walls(const imaging::ImageConfig& config);

@@ -177,6 +177,30 @@ TEST(Poses, WrongSizesAndMirrorImagesAreNamed) {
     EXPECT_TRUE(has(message_of<UserError>([&] { fit(make_preset(ShapeKind::rod, 0.001, 0.005), "xyz"); }), "voxels thick"));
 }
 
+// A scan that may not be held in memory: searched on binned voxels, fitted slab by slab, and no worse for that.
+TEST(Poses, LargeScansAreFittedSlabBySlab) {
+    const Packing exact = random_bed({chiral()}, 14, 0.04, 5);
+    const double h = d / 16.0;
+    const GrayImage image = converters::simulated_scan(Grains(exact), exact.container, h, {.blur_voxels = 0.8, .noise = 0.03, .seed = 2});
+    const test::Folder folder;
+    const Path scan = folder.path() / "scan.nrrd";
+    write_volume(scan, imaging::scan_of(image, 40.0, 200.0));
+    const auto fit = [&](double memory_bytes) {
+        const Json found = stages::fit_image(scan, {.fit_memory_bytes = memory_bytes}, exact.container, exact.shapes, folder.path());
+        EXPECT_TRUE(found.at("doubts").empty()) << found.at("doubts").dump();
+        EXPECT_NEAR(found.at("blur_m").at("value").get<double>(), std::hypot(0.8, std::sqrt(1.0 / 12.0)) * h, 0.02 * h);
+        EXPECT_NEAR(found.at("sizes").at("chiral").at("length_factor").at("value").get<double>(), 1.0, 0.0005);
+        const Errors errors = errors_of(exact, read_packing(folder.path() / "packing.json"));
+        EXPECT_EQ(errors.found, 14U);
+        return errors;
+    };
+    const Errors at_once = fit(1e9), by_slabs = fit(1.2e7);
+    EXPECT_LT(at_once.end, 0.05 * h);
+    EXPECT_LT(by_slabs.end, 1.1 * at_once.end + 0.002 * h);
+    EXPECT_LT(by_slabs.centre, 1.1 * at_once.centre + 0.002 * h);
+    EXPECT_TRUE(has(message_of<MachineError>([&] { fit(1e5); }), "on the fewest voxels by which grains are found"));
+}
+
 // What is not one of the grains is named, and noise and blur do not hide grains.
 TEST(Poses, HardCases) {
     const test::Folder folder;

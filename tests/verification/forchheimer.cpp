@@ -1,11 +1,13 @@
 // Flows with inertia: known results, and the fit of the Forchheimer line.
 #include <array>
 #include <cmath>
+#include <random>
 
 #include "arrays.hpp"
 #include "helpers.hpp"
 #include "lbm/inertia.hpp"
 #include "permeability/forchheimer.hpp"
+#include "permeability/inertial_laws.hpp"
 
 namespace porepack {
 namespace {
@@ -48,6 +50,66 @@ TEST(Forchheimer, TheErrorsOfTheFitAreRelative) {
         right += row;
     }
     EXPECT_NEAR(fit_forchheimer(k, d, flows).inertial_permeability_m * normal.ldlt().solve(right)[1], 1.0, 1e-9);
+}
+
+// Flows that follow known laws with errors: each law is found in its range, and its intervals hold the truth as often as they say.
+TEST(InertialLaws, AreToldApartAndTheirIntervalsHold) {
+    const double k = 1e-6, error = 5e-4;
+    const std::vector<double> reynolds = {0.5, 1.0, 2.0, 4.0, 10.0, 15.0, 22.0, 33.0, 50.0, 80.0};
+    const auto weak = [](double re) { return 0.002 * re * re; };
+    std::mt19937 random(7);
+    std::normal_distribution<double> normal;
+    for (const double n : {0.0, 0.15, 0.3}) {
+        int exponent_held = 0, coefficient_held = 0, power_law = 0, weak_held = 0;
+        constexpr int trials = 200;
+        for (int trial = 0; trial < trials; ++trial) {
+            InertialCurve curve{.permeability_m2 = k, .flows = {}};
+            for (const double re : reynolds) {
+                const double excess = re < 5.0 ? weak(re) : -0.02 + 0.016 * std::pow(re, 1.0 - n);
+                curve.flows.push_back({re, k / (1.0 + excess) * (1.0 + error * normal(random)), error});
+            }
+            const InertialLaws laws = fit_inertial_laws(curve);
+            ASSERT_TRUE(laws.weak && laws.forchheimer && laws.power);
+            const auto holds = [](const LawParameter& parameter, double truth) {
+                return parameter.interval.low <= truth && truth <= parameter.interval.high;
+            };
+            exponent_held += holds(*laws.power->exponent, n) ? 1 : 0;
+            coefficient_held += holds(laws.forchheimer->coefficient, 0.016) ? 1 : 0;
+            weak_held += holds(laws.weak->coefficient, 0.002) && holds(*laws.weak->exponent, 2.0) ? 1 : 0;
+            power_law += laws.strong_law == "power law" ? 1 : 0;
+        }
+        EXPECT_GE(exponent_held, 183) << n;  // 190 expected; 183 is 2.3 deviations lower
+        EXPECT_GE(weak_held, 173) << n;      // two intervals
+        if (n == 0.0) {
+            EXPECT_GE(coefficient_held, 183);
+            EXPECT_LE(power_law, 17);
+        } else {
+            EXPECT_GE(power_law, 190) << n;
+        }
+    }
+}
+
+TEST(InertialLaws, TooFewFlowsAndTheGrid) {
+    const double k = 1e-6;
+    const auto curve_of = [&](std::initializer_list<double> reynolds, double slope) {
+        InertialCurve curve{.permeability_m2 = k, .flows = {}};
+        for (const double re : reynolds) curve.flows.push_back({re, k / (1.0 + slope * re), 1e-3});
+        return curve;
+    };
+    const InertialLaws none = fit_inertial_laws(curve_of({0.1, 0.2, 0.4}, 0.01));
+    EXPECT_TRUE(none.weak);
+    EXPECT_FALSE(none.forchheimer || none.power);
+    EXPECT_EQ(none.strong_law, "none");
+    const InertialLaws two = fit_inertial_laws(curve_of({10.0, 20.0}, 0.01));
+    EXPECT_FALSE(two.weak || two.power);
+    EXPECT_EQ(two.strong_law, "Forchheimer");
+    // What the next coarser grid changes is added.
+    const auto fine = curve_of({10.0, 20.0, 40.0, 80.0}, 0.01), coarse = curve_of({10.0, 20.0, 40.0}, 0.011);
+    const LawParameter alone = fit_inertial_laws(fine).forchheimer->coefficient,
+                       both = fit_inertial_laws(fine, coarse).forchheimer->coefficient;
+    EXPECT_NEAR(alone.value, 0.01, 1e-12);
+    EXPECT_NEAR(both.interval.high - alone.interval.high, 0.001, 1e-9);
+    EXPECT_NEAR(alone.interval.low - both.interval.low, 0.001, 1e-9);
 }
 
 TEST(Forchheimer, WeakInertiaAndTooFewFlows) {

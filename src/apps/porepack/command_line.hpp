@@ -50,7 +50,7 @@ public:
     void add_input(CLI::App& command, const char* what);
     void add_unit(CLI::App& command);
     /// --image-dims and so on: how an image is read. `leave_out`: keys.
-    void add_image_keys(CLI::App& command, const std::vector<std::string>& leave_out = {"fitted_sizes"});
+    void add_image_keys(CLI::App& command, const std::vector<std::string>& leave_out = {"fitted_sizes", "fit_memory_bytes"});
 
     CLI::App app{"From a grain's shape to the porosity, tortuosity and permeability of its packing.", "porepack"};
     Common common;

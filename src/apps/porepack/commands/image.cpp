@@ -174,8 +174,8 @@ void add_image_commands(CommandLine& line) {
             ->type_name("path")
             ->required();
         if (writes) command.add_option("target", *target, ".raw, .mhd, .nrrd, .npy or .vti")->type_name("path")->required();
-        line.add_image_keys(
-            command, {"pore", "threshold", "pore_side", "walls", "smoothing_voxels", "gray_levels", "find_container", "fitted_sizes"});
+        line.add_image_keys(command, {"pore", "threshold", "pore_side", "walls", "smoothing_voxels", "gray_levels", "find_container",
+                                      "fitted_sizes", "fit_memory_bytes"});
         return &command;
     };
     add("info", "format, voxels, orientation and values", "porepack image info scan.nrrd", false, [&common] { info(common); });
@@ -194,7 +194,7 @@ void add_image_commands(CommandLine& line) {
         static SegmentConfig config;
         describe(v, config);
     });
-    line.add_image_keys(segmenter, {"pore", "walls", "fitted_sizes"});
+    line.add_image_keys(segmenter, {"pore", "walls", "fitted_sizes", "fit_memory_bytes"});
     const auto shape = std::make_shared<std::string>();
     CLI::App& fitter =
         line.add_below(image, "fit", "grains of a known shape in a scan: a packing of exact poses",
