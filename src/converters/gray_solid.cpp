@@ -376,6 +376,25 @@ PoreSpace pore_space_of(std::shared_ptr<const GraySolid> solid, const Container&
     return space;
 }
 
+GrayImage averaged(const GrayImage& image, int factor) {
+    GrayImage coarse{.grid = image.grid, .packed = {}, .level = image.level, .notes = {}};
+    for (std::size_t a = 0; a < 3; ++a) {
+        coarse.grid.cells[a] = image.grid.cells[a] / factor;
+        coarse.grid.spacing_m[a] = image.grid.spacing_m[a] * factor;
+    }
+    coarse.packed.resize(coarse.grid.size());
+    for (int k = 0; k < coarse.grid.cells[2]; ++k)
+        for (int j = 0; j < coarse.grid.cells[1]; ++j)
+            for (int i = 0; i < coarse.grid.cells[0]; ++i) {
+                double sum = 0.0;
+                for (int c = 0; c < factor; ++c)
+                    for (int b = 0; b < factor; ++b)
+                        for (int a = 0; a < factor; ++a) sum += image.at(image.grid.index(factor * i + a, factor * j + b, factor * k + c));
+                coarse.packed[coarse.grid.index(i, j, k)] = GrayImage::pack(sum / (factor * factor * factor));
+            }
+    return coarse;
+}
+
 void smooth(GrayImage& image, double sigma_voxels, const std::array<bool, 3>& periodic) {
     if (sigma_voxels <= 0.0) return;
     const int reach = static_cast<int>(std::ceil(4.0 * sigma_voxels));

@@ -72,6 +72,9 @@ void rescale(core::GrayImage& image, double pores, double solid);
 [[nodiscard]] PoreSpace pore_space_of(std::shared_ptr<const GraySolid> solid, const packing::Container& container,
                                       const packing::Section& section, const std::string& where);
 
+/// Means of factor x factor x factor voxels; what is left over at the far sides is dropped. In the same place.
+[[nodiscard]] core::GrayImage averaged(const core::GrayImage& image, int factor);
+
 /// Smooths the values by a Gaussian of this standard deviation. At the sides as GraySolid.
 void smooth(core::GrayImage& image, double sigma_voxels, const std::array<bool, 3>& periodic);
 

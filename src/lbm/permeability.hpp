@@ -89,10 +89,11 @@ struct LayerGradient {
 };
 
 struct LbmResult {
-    double permeability_m2 = 0.0;             ///< extrapolated if there are three grids, else the finest one's
-    std::vector<LbmGridResult> grids;         ///< coarse to fine
-    std::optional<IntervalParts> half_width;  ///< of the interval; needs three grids (bounce-back: two)
-    std::string stopped_by;                   ///< why a tolerance was not reached; empty if it was
+    double permeability_m2 = 0.0;                      ///< extrapolated if there are three grids, else the finest one's
+    std::vector<LbmGridResult> grids;                  ///< coarse to fine
+    std::optional<IntervalParts> half_width;           ///< of the interval; needs three grids (bounce-back: two)
+    std::optional<double> averaged_image_change = {};  ///< of a gray image: change of k, relative, with means of 2 x 2 x 2 of its voxels
+    std::string stopped_by;                            ///< why a tolerance was not reached; empty if it was
     std::vector<SubsectionResult> subsections;
     std::vector<LayerGradient> gradients;  ///< of the section's layers, for a flow along z
     core::FlowImage flow;                  ///< empty unless requested

@@ -20,7 +20,7 @@ constexpr std::array<core::Choice<Evidence>, 3> choices_of(Evidence) {
 ///   - numerical: the error of the computation in one packing. It is in all three statements and does not shrink with the number of
 ///     packings, because the same method makes it in each;
 ///   - scatter: between packings. It is not in the statement about this packing; in that about the mean it shrinks as 1/sqrt(n);
-///   - hint: not in any statement. Shown where the scatter is not known.
+///   - hint: not in any statement. What the layers tell of the scatter where it is not known; what half the resolution of an image does.
 enum class Part { numerical, scatter, hint };
 constexpr std::array<core::Choice<Part>, 3> choices_of(Part) {
     return {{{Part::numerical, "numerical"}, {Part::scatter, "scatter"}, {Part::hint, "hint"}}};

@@ -29,25 +29,6 @@ using namespace poses;
 namespace {
 
 constexpr double wanted_voxels = 6.0;  ///< per diameter, for the search
-GrayImage binned(const GrayImage& image, int factor) {
-    GrayImage coarse{.grid = image.grid, .packed = {}, .level = image.level, .notes = {}};
-    for (std::size_t a = 0; a < 3; ++a) {
-        coarse.grid.cells[a] = image.grid.cells[a] / factor;
-        coarse.grid.spacing_m[a] = image.grid.spacing_m[a] * factor;
-    }
-    coarse.packed.resize(coarse.grid.size());
-    for (int k = 0; k < coarse.grid.cells[2]; ++k)
-        for (int j = 0; j < coarse.grid.cells[1]; ++j)
-            for (int i = 0; i < coarse.grid.cells[0]; ++i) {
-                double sum = 0.0;
-                for (int c = 0; c < factor; ++c)
-                    for (int b = 0; b < factor; ++b)
-                        for (int a = 0; a < factor; ++a) sum += image.at(image.grid.index(factor * i + a, factor * j + b, factor * k + c));
-                coarse.packed[coarse.grid.index(i, j, k)] = GrayImage::pack(sum / (factor * factor * factor));
-            }
-    return coarse;
-}
-
 double volume_of_parts_m3(const std::vector<shapes::Capsule>& capsules) {
     double volume = 0.0;
     for (const shapes::Capsule& c : capsules)
@@ -245,7 +226,7 @@ Json fit_image(const Path& file, ImageConfig image, const std::optional<Containe
     const GrayImage& gray = *input.gray->image();
     const double h = gray.grid.spacing_m[0];
     const auto search = [&](const std::vector<ShapePoints>& of) {
-        DistanceMap map = distance_map(scan.search_bin > 1 ? binned(gray, scan.search_bin) : gray);
+        DistanceMap map = distance_map(scan.search_bin > 1 ? averaged(gray, scan.search_bin) : gray);
         std::vector<FittedGrain> grains;
         for (const Found& one : detect(map, of)) grains.push_back({.shape = one.shape, .pose = one.pose, .cut = one.cut});
         return grains;

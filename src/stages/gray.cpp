@@ -245,18 +245,27 @@ void add_gray_parts(lbm::LbmResult& result, const PoreSpace& space, const lbm::L
     one.tolerance = 0.0;
     one.fields = lbm::FieldFiles::none;
     one.relaxation_time = config.collision == lbm::Collision::trt ? middle.relaxation_time : config.relaxation_time;
-    const auto change = [&](std::shared_ptr<const GraySolid> other) {
+    // k of another solid over that of this one, on the same grid; 0 where it does not percolate.
+    const auto ratio = [&](std::shared_ptr<const GraySolid> other) {
         PoreSpace varied = space;
         varied.solid = other;
         varied.gray = std::move(other);
         try {
-            const double k = lbm_permeability(varied, middle.voxel_size_m, one).permeability_m2;
-            return std::abs(k / middle.permeability_m2 - 1.0) * result.permeability_m2;
+            return lbm_permeability(varied, middle.voxel_size_m, one).permeability_m2 / middle.permeability_m2;
         } catch (const DoesNotPercolate&) {  // all of k is uncertain
-            return result.permeability_m2;
+            return 0.0;
         }
     };
-    log_info("gray levels and blur: two more runs on voxels of {:.4g} m", middle.voxel_size_m);
+    const auto change = [&](std::shared_ptr<const GraySolid> other) {
+        return std::abs(ratio(std::move(other)) - 1.0) * result.permeability_m2;
+    };
+    log_info("gray levels, blur and resolution: three more runs on voxels of {:.4g} m", middle.voxel_size_m);
+    const auto& cells = solid.image()->grid.cells;
+    if (std::all_of(cells.begin(), cells.end(), [](int n) { return n >= 8 && n % 2 == 0; })) {
+        const GraySolid coarse(std::make_shared<GrayImage>(averaged(*solid.image(), 2)), space.container);
+        const double level = notes.keeps_volume ? volume_keeping_level(coarse, space.container) : solid.level();
+        result.averaged_image_change = ratio(std::make_shared<const GraySolid>(coarse.with_level(level))) - 1.0;
+    }
     if (notes.fraction_error > 0.0 && notes.slope < 0.0) {
         const double level = std::clamp(solid.level() - 2.0 * notes.fraction_error / notes.slope, 0.05, 0.95);
         result.half_width->threshold_m2 = change(std::make_shared<const GraySolid>(solid.with_level(level)));

@@ -61,8 +61,8 @@ bool remove_tube(core::GrayImage& image, const packing::Container& container, do
                                      const packing::Container& container, const std::string& where);
 
 /// Adds to the interval what gray levels and blur do to k: two more runs on the second finest grid, one with the solid fraction moved by
-/// two standard errors, one with twice the variance
-/// of the blur, its gray levels and its threshold found anew. Constants: fitted to spheres (`porepack_benchmark gray`).
+/// two standard errors, one with twice the variance of the blur, its gray levels and its threshold found anew. Constants: fitted to spheres
+/// (`porepack_benchmark gray`). A third run is on the means of 2 x 2 x 2 voxels, where their numbers are even: not in the interval.
 void add_gray_parts(lbm::LbmResult& result, const converters::PoreSpace& space, const lbm::LbmConfig& config);
 
 }  // namespace porepack::stages

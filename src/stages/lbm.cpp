@@ -65,6 +65,7 @@ Json lbm_json(const LbmResult& result, const PoreSpace& space, const LbmConfig& 
     if (result.half_width) keep_old_name(json["half_width_parts_m2"], "ends", "mass_balance");
     if (result.half_width && !space.gray)
         for (const char* part : {"threshold", "blur"}) json["half_width_parts_m2"].erase(part);
+    if (result.averaged_image_change) json["averaged_image_change"] = *result.averaged_image_change;
     json["interval_meaning"] = interval_meaning(result, space, scheme);
     if (config.tolerance > 0.0) {
         json["tolerance"] = config.tolerance;

@@ -20,7 +20,8 @@ using namespace pipeline;
 namespace fs = std::filesystem;
 namespace {
 
-constexpr const char *solver_row = "solver", *overlap_row = "overlap of grains at contacts", *sizes_row = "sizes of fitted grains";
+constexpr const char *solver_row = "solver", *overlap_row = "overlap of grains at contacts", *sizes_row = "sizes of fitted grains",
+                     *section_row = "section length";
 
 std::optional<Interval> about(double value, double half_width) {
     return Interval{value - half_width, value + half_width};
@@ -72,6 +73,9 @@ std::vector<BudgetRow> rows_of_permeability(const Case& c, const Json& results) 
     add_part("rounding", "precision", Evidence::bounded, "number format of the populations");
     add_part("gray levels", "threshold", Evidence::measured, "k with the solid fraction moved by two standard errors of the gray levels");
     add_part("blur", "blur", Evidence::judged, "k with twice the variance of the blur; blur makes k too large");
+    if (const auto change = number_at(lbm, "/averaged_image_change"))
+        rows.push_back({"resolution of the image", std::abs(*change), Part::hint, Evidence::measured,
+                        fmt::format("k of the image averaged over 2 x 2 x 2 voxels is {:+.2g} % off", 100.0 * *change)});
     if (const auto foam = number_at(results, "/foam/permeability_m2")) {
         const auto own = half_width_at(lbm, "/permeability_interval_m2"), other = half_width_at(results, "/foam/permeability_interval_m2");
         rows.push_back({solver_row, between_methods(k, own.value_or(0.0) / coverage_factor, *foam, other.value_or(0.0) / coverage_factor),
@@ -86,7 +90,7 @@ std::vector<BudgetRow> rows_of_permeability(const Case& c, const Json& results) 
         rows.push_back({sizes_row, permeability_change(lbm.at("porosity").get<double>(), std::abs(*change)) / coverage_factor,
                         Part::numerical, Evidence::judged, fmt::format("fitted sizes change the solid by {:+.2f} %", 100.0 * *change)});
     if (const auto section = section_scatter_of(c))
-        rows.push_back({"section length", section->relative, Part::hint, Evidence::measured,
+        rows.push_back({section_row, section->relative, Part::hint, Evidence::measured,
                         fmt::format("{:.2g} % ({:.2g} to {:.2g} %, from a section of {:.1f} grain diameters)", 100.0 * section->relative,
                                     100.0 * section->interval.low, 100.0 * section->interval.high, section->diameters)});
     if (const auto mean = number_at(results, "/seeds/permeability_mean_m2"))
@@ -125,7 +129,7 @@ void add_packings(Json& statements, const Json& results, const std::string& quan
     }
     std::string why = "not known from one packing";
     for (const BudgetRow& row : rows)
-        if (const double scatter = row.relative_standard_uncertainty; row.part == Part::hint) {
+        if (const double scatter = row.relative_standard_uncertainty; row.source == section_row) {
             why += fmt::format("; the layers of this one suggest a scatter of {}", row.origin);
             if (const auto needed = packings_for(scatter, 0.05); scatter > 0.0 && needed)
                 why += fmt::format("; with {:.2g} %, about {} packings would give the mean within 5 %", 100.0 * scatter, *needed);

@@ -634,6 +634,34 @@ TEST(GrayWalls, TheIntervalHoldsNoiseBlurAndContacts) {
     }
 }
 
+// k of an image of half the resolution, computed as a change: that of an image which was made with such voxels.
+TEST(GrayWalls, TheAveragedImageIsThatOfLargerVoxels) {
+    const auto flow = lbm::sphere_array(0.343, 15.39949, lbm::simple_cubic(), {0.13, 0.29, 0.41});
+    const auto input_of = [&](double voxels, double blur) {
+        const core::GrayImage scan = converters::simulated_scan(*flow.solid, flow.container, flow.diameter_m / voxels, {blur, 0.0, 3});
+        return stages::read_gray(scan_of(scan, 0.0, 1.0), {.threshold = "volume", .gray_levels = {0.0, 1.0}}, flow.container, flow.name);
+    };
+    const stages::GrayInput fine = input_of(16.0, 0.8), coarse = input_of(8.0, 0.4);
+    const core::GrayImage means = converters::averaged(*fine.solid->image(), 2);
+    const auto& cells = coarse.solid->image()->grid.cells;
+    ASSERT_EQ(means.grid.cells, cells);
+    double difference = 0.0;
+    for (std::size_t cell = 0; cell < means.grid.size(); ++cell) difference += std::abs(means.at(cell) - coarse.solid->image()->at(cell));
+    EXPECT_LT(difference / static_cast<double>(means.grid.size()), 0.02);
+    const auto k_of = [&](const stages::GrayInput& input, bool parts, double voxel_m) {
+        const converters::PoreSpace space = pore_space_of(input.solid, flow.container, {0.0, flow.container.height()}, flow.name);
+        lbm::LbmResult result = lbm_permeability(space, voxel_m, {.fields = lbm::FieldFiles::none});
+        if (parts) add_gray_parts(result, space, {.fields = lbm::FieldFiles::none});
+        return result;
+    };
+    const double voxel_m = flow.diameter_m / 16.0;
+    const lbm::LbmResult of_fine = k_of(fine, true, voxel_m), of_coarse = k_of(coarse, false, voxel_m);
+    ASSERT_TRUE(of_fine.averaged_image_change);
+    const auto middle = [](const lbm::LbmResult& result) { return result.grids[1].permeability_m2; };
+    EXPECT_NEAR(*of_fine.averaged_image_change, middle(of_coarse) / middle(of_fine) - 1.0, 0.003);
+    EXPECT_GT(std::abs(*of_fine.averaged_image_change), 0.001);
+}
+
 TEST(GrayWalls, LevelsAreFoundAndTheTubeIsSubtracted) {
     const packing::Container tube = packing::parse_container("cylinder:0.04,0.04");
     packing::Packing packing{.container = tube, .shapes = {shapes::make_preset(shapes::ShapeKind::sphere, 0.008, 0.0)}, .bodies = {}};
