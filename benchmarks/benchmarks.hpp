@@ -34,6 +34,9 @@ namespace porepack::benchmarks {
 /// Both packing engines: porosity of several packings, seconds against the clumps' surface tolerance; writes packing_engines.svg into
 /// `folder`.
 [[nodiscard]] core::Json packing_benchmark(bool quick, const core::Path& folder);
+/// Flows that are not steady: stability of the collisions, and the friction of arrays of spheres; writes stability.csv and friction.csv
+/// into `folder` (or ./inertia_study).
+[[nodiscard]] core::Json inertia_benchmark(bool quick, const core::Path& folder);
 /// k of a section in its bed: pressure on a plane, length of the buffers, k against the length of the section; writes section_length.svg
 /// into `folder` (or ./section_study).
 [[nodiscard]] core::Json iteration_benchmark(bool quick, const core::Path& folder);

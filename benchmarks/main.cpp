@@ -42,6 +42,7 @@ constexpr Benchmark benchmarks[] = {
     {"cross-check", [](const Request& r) { return cross_check_benchmark(paths(r.cases), r.folder); }},
     {"foam", [](const Request& r) { return foam_benchmark(r.folder); }},
     {"gray", [](const Request& r) { return gray_benchmark(r.quick); }},
+    {"inertia", [](const Request& r) { return inertia_benchmark(r.quick, r.folder); }},
     {"iteration", [](const Request& r) { return iteration_benchmark(r.quick, r.folder); }},
     {"lbm", [](const Request& r) { return lbm_benchmark(r.folder); }},
     {"packing", [](const Request& r) { return packing_benchmark(r.quick, r.folder); }},

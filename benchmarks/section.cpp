@@ -112,7 +112,7 @@ struct Window {
         const auto inside = [&](std::size_t layer) { return layer >= first && layer <= last; };
         double dissipation = 0.0;
         for (std::size_t node = 0; node < domain.nodes(); ++node) {
-            const auto at = place_in_grid(domain.grid, static_cast<std::size_t>(domain.cell[node]));
+            const auto at = place_in_grid(domain.grid, domain.cells.cell(node));
             for (std::size_t axis = 0; axis < 3; ++axis) {
                 auto next = at;
                 next[axis] = axis < 2 ? (at[axis] + 1) % domain.grid.cells[axis] : at[axis] + 1;
@@ -125,7 +125,7 @@ struct Window {
         }
         for (const WallLink& wall : walls) {
             const auto& c = d3q19::c[wall.q];
-            if (std::abs(c[0]) + std::abs(c[1]) + std::abs(c[2]) == 1 && inside(domain.layer_of(wall.node)))
+            if (std::abs(c[0]) + std::abs(c[1]) + std::abs(c[2]) == 1 && inside(domain.layer_of_cell(domain.cells.cell(wall.node))))
                 dissipation += squared(wall.node, -1) / std::max(0.1, wall.fraction());
         }
         const double q = flow(first, last);

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <limits>
 #include <numeric>
+#include <vector>
 
 #include "core/error.hpp"
 
@@ -95,6 +97,9 @@ public:
                 }
         }
         first_.push_back(static_cast<std::uint32_t>(runs_.size()));
+        if (runs_.size() > std::numeric_limits<std::uint32_t>::max())
+            throw UserError(fmt::format("the pores have {} pieces of rows along x, too many for this program", runs_.size()),
+                            {.allowed = "4.2e9", .fix = "use a larger voxel size, or a part of the image"});
     }
 
     [[nodiscard]] Percolation percolation() {
@@ -108,7 +113,7 @@ public:
                 if (k + 1 < nz || drive_.periodic[2])
                     join_rows(pieces, row_of(j, k), row_of(j, (k + 1) % nz), drive_.axis == 2 && k + 1 == nz ? 1 : 0);
             }
-        Percolation result;
+        Percolation result{.cells = CellSet(image_.grid)};
         for (std::size_t row = 0; row + 1 < first_.size(); ++row)
             for (std::uint32_t r = first_[row]; r < first_[row + 1]; ++r) {
                 const std::uint8_t flags = pieces.flags(r);
@@ -116,9 +121,9 @@ public:
                     drive_.by_pressure() ? (flags & Pieces::inlet) != 0 && (flags & Pieces::outlet) != 0 : (flags & Pieces::winds) != 0;
                 const Run& run = runs_[r];
                 if (!keep) result.isolated_cells += run.last - run.first + 1;
-                for (std::int32_t i = run.first; keep && i <= run.last; ++i)
-                    result.cells.push_back(static_cast<std::int32_t>(row * nx()) + i);
+                if (keep) result.cells.insert_run(row * nx(), run.first, run.last);
             }
+        result.cells.finish();
         return result;
     }
 

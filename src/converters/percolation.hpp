@@ -1,8 +1,7 @@
 // Pore cells that the flow can reach.
 #pragma once
 
-#include <vector>
-
+#include "converters/cell_set.hpp"
 #include "core/error.hpp"
 #include "core/grid.hpp"
 #include "packing/packing.hpp"
@@ -28,7 +27,7 @@ struct DoesNotPercolate : core::NumericalError {
 };
 
 struct Percolation {
-    std::vector<std::int32_t> cells;  ///< reachable by the flow, ascending
+    CellSet cells;                    ///< reachable by the flow
     std::int64_t isolated_cells = 0;  ///< pore cells that the flow cannot reach
 };
 /// Keeps the pieces of pore space (connected through cell faces) that join the inlet to the outlet, or that wind round a

@@ -52,8 +52,15 @@ double PoreSpace::known_grain_diameter_m() const {
 }
 
 double PoreSpace::voxel_size_m(double asked_m) const {
+    if (image) {
+        const double own = image->grid.spacing_m[0];
+        if (asked_m > 0.0 && std::abs(asked_m / own - 1.0) > 1e-6)
+            throw UserError(
+                fmt::format("a segmented image is its own grid of {:g} m: a voxel size of {:g} m has no effect", own, asked_m),
+                {.where = source, .fix = "remove --voxel-size (voxel_size_m in [geometry]); porepack image bin makes larger voxels"});
+        return own;
+    }
     if (asked_m > 0.0) return asked_m;
-    if (image) return image->grid.spacing_m[0];
     if (image_voxel_size_m > 0.0) return image_voxel_size_m;
     if (grains) return grain_size_m / 10.0;
     throw UserError("the voxel size is missing: an STL file does not contain the grain diameter",

@@ -21,16 +21,7 @@ double lbm_memory_bytes(double cells, double fluid, double bytes_a_number) {
     return 4e7 + fluid * (node + 9.0) + cells;
 }
 
-std::int64_t Domain::node_at(const std::array<int, 3>& place) const {
-    const auto wanted = static_cast<std::int32_t>(grid.index(place[0], place[1], place[2]));
-    const auto row = static_cast<std::size_t>(wanted) / static_cast<std::size_t>(grid.cells[0]);
-    const auto begin = cell.begin() + row_node[row], end = cell.begin() + row_node[row + 1];
-    const auto found = std::lower_bound(begin, end, wanted);
-    return found != end && *found == wanted ? found - cell.begin() : -1;
-}
-
-std::size_t Domain::layer_of(std::size_t node) const {
-    const auto here = static_cast<std::size_t>(cell[node]);
+std::size_t Domain::layer_of_cell(std::size_t here) const {
     const auto nx = static_cast<std::size_t>(grid.cells[0]), ny = static_cast<std::size_t>(grid.cells[1]);
     return drive.axis == 0 ? here % nx : drive.axis == 1 ? here / nx % ny : here / (nx * ny);
 }
@@ -41,14 +32,6 @@ double Domain::narrow_share() const {
 }
 
 namespace {
-
-std::vector<std::uint32_t> first_nodes(const Grid& grid, const std::vector<std::int32_t>& cells) {
-    const auto nx = static_cast<std::size_t>(grid.cells[0]);
-    std::vector<std::uint32_t> first(grid.size() / nx + 1, 0);
-    for (const std::int32_t cell : cells) ++first[static_cast<std::size_t>(cell) / nx + 1];
-    for (std::size_t row = 1; row < first.size(); ++row) first[row] += first[row - 1];
-    return first;
-}
 
 // Node next to the mirror image along c_q at an open end, or -1: a wall or the side of the container.
 std::int64_t beyond_open_end(const Domain& domain, const std::array<int, 3>& here, int q) {
@@ -82,10 +65,12 @@ Links links_of(const Domain& domain, const FlowWalls* walls, double inlet_radius
     if (walls != nullptr) finder.emplace(*walls, domain.grid, domain.drive);
     const double h = domain.grid.spacing_m[0];
     Neighbours neighbours(domain);
+    std::vector<std::size_t> cells(end - begin);
+    domain.cells.list(begin, cells);
     for (std::size_t node = begin; node < end; ++node) {
-        const auto& near = neighbours.of(node);
+        const auto& near = neighbours.of(cells[node - begin]);
         if (std::none_of(near.begin(), near.end(), [](std::int64_t other) { return other < 0; })) continue;
-        const auto here = place_in_grid(domain.grid, static_cast<std::size_t>(domain.cell[node]));
+        const auto here = place_in_grid(domain.grid, cells[node - begin]);
         bool moved = false;
         std::uint32_t wall_mask = 0;
         const std::size_t first = links.walls.size();
@@ -130,8 +115,14 @@ Links links_of(const Domain& domain, const FlowWalls* walls, double inlet_radius
 std::vector<double> layer_conductance(const Domain& domain) {
     const auto layers = static_cast<std::size_t>(domain.grid.cells[static_cast<std::size_t>(domain.drive.axis)]);
     std::vector<double> nodes(layers, 0.0), links(layers, 1.0), conductance(layers);
-    for (std::size_t node = 0; node < domain.nodes(); ++node) nodes[domain.layer_of(node)] += 1.0;
-    for (const WallLink& link : domain.walls) links[domain.layer_of(link.node)] += 1.0;
+    std::size_t node = 0;
+    auto link = domain.walls.begin();
+    domain.cells.for_each([&](std::size_t cell) {
+        const std::size_t layer = domain.layer_of_cell(cell);
+        nodes[layer] += 1.0;
+        for (; link != domain.walls.end() && link->node == node; ++link) links[layer] += 1.0;
+        ++node;
+    });
     for (std::size_t layer = 0; layer < layers; ++layer) conductance[layer] = std::pow(nodes[layer], 3.0) / (links[layer] * links[layer]);
     return conductance;
 }
@@ -139,15 +130,12 @@ std::vector<double> layer_conductance(const Domain& domain) {
 }  // namespace
 
 Domain build_domain(const PhaseImage& image, const Drive& drive, const FlowWalls* walls, double inlet_radius_cells) {
-    Domain domain{
-        .grid = image.grid, .drive = drive, .cell = {}, .row_node = {}, .walls = {}, .boundary_links = {}, .layer_conductance = {}};
+    Domain domain{.grid = image.grid, .drive = drive, .cells = {}, .walls = {}, .boundary_links = {}, .layer_conductance = {}};
     {
         Percolation percolation = find_percolating_cells(image, drive);
         domain.isolated_cells = percolation.isolated_cells;
-        domain.cell = std::move(percolation.cells);
-        domain.cell.shrink_to_fit();
+        domain.cells = std::move(percolation.cells);
     }
-    domain.row_node = first_nodes(image.grid, domain.cell);
     const std::size_t n = domain.nodes();
     if (static_cast<double>(n) * 19.0 > 4.2e9)
         throw UserError(fmt::format("{} fluid nodes are too many for this solver", n),

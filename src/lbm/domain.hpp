@@ -33,18 +33,19 @@ inline constexpr double inlet_velocity_lu = 1e-3;
 struct Domain {
     core::Grid grid;
     converters::Drive drive;
-    std::vector<std::int32_t> cell;            ///< of each node, ascending
-    std::vector<std::uint32_t> row_node;       ///< first node of each row of cells along x, and the end of the last
+    converters::CellSet cells;                 ///< of the nodes, which have their numbers
     std::vector<WallLink> walls;               ///< by node
     std::vector<BoundaryLink> boundary_links;  ///< by node
     std::vector<double> layer_conductance;     ///< of each layer normal to the flow: nodes^3 / wall links^2 (Kozeny), for estimates
     std::int64_t isolated_cells = 0;           ///< pore cells that no flow reaches
 
-    [[nodiscard]] std::size_t nodes() const { return cell.size(); }
-    /// Layer of a node, normal to the flow.
-    [[nodiscard]] std::size_t layer_of(std::size_t node) const;
+    [[nodiscard]] std::size_t nodes() const { return static_cast<std::size_t>(cells.size()); }
+    /// Layer of a cell, normal to the flow.
+    [[nodiscard]] std::size_t layer_of_cell(std::size_t cell) const;
     /// Node in cell (i, j, k), or -1 when flow does not reach it.
-    [[nodiscard]] std::int64_t node_at(const std::array<int, 3>& place) const;
+    [[nodiscard]] std::int64_t node_at(const std::array<int, 3>& place) const {
+        return cells.find(grid.index(place[0], place[1], place[2]));
+    }
     /// Fraction of the wall links that lie in a gap of one node.
     [[nodiscard]] double narrow_share() const;
 };

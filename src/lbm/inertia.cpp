@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "core/error.hpp"
 #include "core/log.hpp"
+#include "lbm/mean_flow.hpp"
 #include "lbm/sequence.hpp"
 
 namespace porepack::lbm {
@@ -14,7 +16,7 @@ using namespace core;
 using namespace converters;
 namespace {
 
-constexpr double fastest_allowed_lu = 0.1, slowest_viscosity_lu = 0.002, creeping_viscosity_lu = 0.7 / 3.0;
+constexpr double fastest_allowed_lu = 0.1, slowest_viscosity_lu = 0.002, slowest_in_time_lu = 0.0008, creeping_viscosity_lu = 0.7 / 3.0;
 
 // Constant pressure on the end planes: the incoming population is minus the outgoing one (which keeps p + u^2 constant) plus 6 w u^2 with
 // the velocity normal to the plane, from two steps before.
@@ -90,15 +92,11 @@ public:
     // Starts from the moments of the previous flow, velocities times `faster` and densities times `denser`; stores its own moments.
     // Momentum relaxes within a time of k/nu.
     StokesRun solve(double viscosity, double force, bool inertia, double faster, double denser, double settling_steps) {
-        Scheme scheme{.tau = 0.5 + 3.0 * viscosity, .walls = Walls::interpolated, .inertia = inertia};
+        Scheme scheme{.tau = 0.5 + 3.0 * viscosity, .walls = Walls::interpolated, .model = inertia ? Model::navier_stokes : Model::stokes};
         scheme.force[2] = force;
         std::unique_ptr<Flow> flow = make_flow(Kernel::cpu_double, domain_, scheme);
         if (inertia && !domain_.boundary_links.empty()) flow = std::make_unique<PressureEnds>(std::move(flow), domain_);
-        for (Moments& node : moments_) {
-            node.density *= denser;
-            for (double& u : node.velocity) u *= faster;
-        }
-        for_chunks([&](std::size_t first, std::size_t count) { flow->set_moments(first, std::span(moments_).subspan(first, count)); });
+        begin(*flow, faster, denser);
         const StokesRun run = run_to_steady(*flow, domain_, scheme, section_,
                                             {.tolerance = inertia ? criterion_.tolerance : 0.1 * criterion_.tolerance,
                                              .max_steps = criterion_.max_steps,
@@ -115,8 +113,27 @@ public:
             resistance_ = run.gradient_lu + (inertia ? gained : 0.0);
             kinetic_share_ = inertia ? gained / resistance_ : 0.0;
         }
-        for_chunks([&](std::size_t first, std::size_t count) { flow->moments(first, std::span(moments_).subspan(first, count)); });
+        keep(*flow);
         return run;
+    }
+
+    // The mean in time, in a cell that is periodic along the flow: there the mean drag balances the force.
+    MeanFlow average(double viscosity, double force, double wanted_speed, double faster, double denser) {
+        const InertialCriterion::InTime& criterion = *criterion_.in_time;
+        Scheme scheme{.tau = 0.5 + 3.0 * viscosity, .walls = Walls::interpolated, .model = criterion.model};
+        scheme.force[2] = force;
+        const std::unique_ptr<Flow> flow = make_flow(Kernel::cpu_single, domain_, scheme);  // rounding is far below the statistical error
+        disturb(wanted_speed / faster);
+        begin(*flow, faster, denser);
+        const double layers = image_.grid.cells[2], porosity = static_cast<double>(domain_.nodes()) / (section_.area_cells * layers);
+        const MeanFlow mean = average_in_time(*flow, domain_, section_.area_cells,
+                                              {.tolerance = criterion.tolerance,
+                                               .turnover_steps = layers * porosity / wanted_speed,
+                                               .most_turnovers = criterion.most_turnovers});
+        gradient_ = resistance_ = force;
+        kinetic_share_ = 0.0;
+        keep(*flow);
+        return mean;
     }
 
     // Pressure gradient of the section's resistance, and the mean over the whole image that balances the drag.
@@ -133,6 +150,31 @@ public:
     }
 
 private:
+    // Waves across the cell, so that a symmetric flow can leave its symmetry.
+    void disturb(double speed) {
+        constexpr double share = 0.05;
+        const Grid& grid = image_.grid;
+        std::size_t node = 0;
+        domain_.cells.for_each([&](std::size_t cell) {
+            const auto at = place_in_grid(grid, cell);
+            auto& u = moments_[node++].velocity;
+            for (std::size_t a = 0; a < 3; ++a) {
+                const std::size_t along = (a + 1) % 3;
+                u[a] +=
+                    share * speed * std::sin(2.0 * std::numbers::pi * (at[along] + 0.3) / grid.cells[along] + 1.0 + static_cast<double>(a));
+            }
+        });
+    }
+    void begin(Flow& flow, double faster, double denser) {
+        for (Moments& node : moments_) {
+            node.density *= denser;
+            for (double& u : node.velocity) u *= faster;
+        }
+        for_chunks([&](std::size_t first, std::size_t count) { flow.set_moments(first, std::span(moments_).subspan(first, count)); });
+    }
+    void keep(const Flow& flow) {
+        for_chunks([&](std::size_t first, std::size_t count) { flow.moments(first, std::span(moments_).subspan(first, count)); });
+    }
     template <typename Work>
     void for_chunks(const Work& work) {
         for (std::size_t first = 0; first < moments_.size(); first += Flow::chunk)
@@ -149,64 +191,98 @@ private:
     double gradient_ = 0.0, resistance_ = 0.0, kinetic_share_ = 0.0;
 };
 
+// 1/k grows about linearly: what the flow at this Reynolds number should have, in lattice units.
+double expected_resistance(const InertialSeries& known, double wanted) {
+    const double h2 = known.voxel_size_m * known.voxel_size_m;
+    const auto& flows = known.flows;
+    if (flows.empty()) return h2 / known.creeping_permeability_m2;
+    const InertialFlow& last = flows.back();
+    const double before_re = flows.size() > 1 ? flows[flows.size() - 2].reynolds : 0.0,
+                 before = h2 / (flows.size() > 1 ? flows[flows.size() - 2].permeability_m2 : known.creeping_permeability_m2);
+    return h2 / last.permeability_m2 + (h2 / last.permeability_m2 - before) * (wanted - last.reynolds) / (last.reynolds - before_re);
+}
+
+// A flow, in lattice units.
+struct State {
+    double viscosity, speed, force, permeability;
+};
+
+// The flow that should have the wanted Reynolds number; `state` becomes its own.
+InertialFlow next_flow(Series& series, const InertialSeries& known, const InertialCriterion& criterion, double length_lu, double wanted,
+                       double viscosity, State& state) {
+    const double h2 = known.voxel_size_m * known.voxel_size_m, speed = wanted * viscosity / length_lu,
+                 force = viscosity * speed * expected_resistance(known, wanted) * series.gradient() / series.resistance();
+    const double faster = speed / state.speed, denser = force / state.force;
+    InertialFlow flow{.relaxation_time = 0.5 + 3.0 * viscosity};
+    if (criterion.in_time) {
+        const MeanFlow mean = series.average(viscosity, force, speed, faster, denser);
+        state.speed = mean.superficial_velocity_lu;
+        flow.converged = mean.converged;
+        flow.fastest_lu = mean.fastest_lu;
+        flow.in_time = {mean.steady,        mean.half_width, mean.fluctuation,          mean.kinetic_energy_factor,
+                        mean.lateral_share, mean.turnovers,  mean.correlation_turnovers};
+        flow.steps = mean.steps;
+        flow.seconds = mean.seconds;
+        if (!flow.converged)
+            throw NumericalError(
+                fmt::format("the mean velocity is known to {:.2g} % only after {:.0f} turnovers", 100.0 * mean.half_width, mean.turnovers));
+    } else {
+        const StokesRun run = series.solve(viscosity, force, true, faster, denser, state.permeability / viscosity);
+        state.speed = run.superficial_velocity_lu;
+        flow.iteration_error = run.iteration_error;
+        flow.converged = run.converged;
+        flow.fastest_lu = series.fastest();
+        flow.steps = run.steps;
+        flow.seconds = run.seconds;
+        if (!flow.converged)
+            throw NumericalError(fmt::format("no steady flow within {} steps (iteration error {:.1e}, tolerance {:.1e})", run.steps,
+                                             run.iteration_error, criterion.tolerance));
+    }
+    state.viscosity = viscosity;
+    state.force = force;
+    state.permeability = viscosity * state.speed / series.resistance();
+    flow.reynolds = state.speed * length_lu / viscosity;
+    flow.permeability_m2 = state.permeability * h2;
+    flow.momentum_share = 1.0 - series.gradient() / force;
+    flow.kinetic_energy_share = series.kinetic_share();
+    return flow;
+}
+
 }  // namespace
 
 InertialSeries lbm_inertial_flows(const PoreSpace& space, double voxel_size_m, std::span<const double> reynolds, double length_m,
                                   const InertialCriterion& criterion) {
+    if (criterion.in_time && !space.container.periodic[2])
+        throw UserError("means in time need a box that is periodic along z: end planes would disturb a flow that is not steady",
+                        {.fix = "leave mean_in_time out, or use a periodic packing"});
     Series series(space, voxel_size_m, criterion);
     const double h = series.voxel_size(), length_lu = length_m / h;
-    double viscosity = creeping_viscosity_lu, force = 1e-6;
-    const StokesRun creeping = series.solve(viscosity, force, false, 0.0, 0.0, 0.0);
+    State state{.viscosity = creeping_viscosity_lu, .speed = 0.0, .force = 1e-6, .permeability = 0.0};
+    const StokesRun creeping = series.solve(state.viscosity, state.force, false, 0.0, 0.0, 0.0);
     if (!creeping.converged)
         throw NumericalError(fmt::format("creeping flow is not steady after {} steps; no permeability is given", creeping.steps),
                              {.fix = "raise max_steps"});
-    double speed = creeping.superficial_velocity_lu, k_lu = viscosity * speed / series.resistance();
-    const double creeping_lu = k_lu;
+    state.speed = creeping.superficial_velocity_lu;
+    state.permeability = state.viscosity * state.speed / series.resistance();
     InertialSeries result{.voxel_size_m = h,
                           .nodes = series.nodes(),
-                          .creeping_permeability_m2 = k_lu * h * h,
-                          .peak_over_mean = series.fastest() / speed,
+                          .creeping_permeability_m2 = state.permeability * h * h,
+                          .peak_over_mean = series.fastest() / state.speed,
                           .flows = {},
                           .stopped_by = {}};
     for (const double wanted : reynolds) {
-        // 1/k grows about linearly: the force that should give this Reynolds number.
-        double resistance = 1.0 / k_lu;
-        if (const auto& flows = result.flows; !flows.empty()) {
-            const double before_re = flows.size() > 1 ? flows[flows.size() - 2].reynolds : 0.0,
-                         before = h * h / (flows.size() > 1 ? flows[flows.size() - 2].permeability_m2 : result.creeping_permeability_m2);
-            resistance += (resistance - before) * (wanted - flows.back().reynolds) / (flows.back().reynolds - before_re);
-        }
-        const double next_viscosity = std::min(creeping_viscosity_lu, fastest_allowed_lu / result.peak_over_mean * length_lu / wanted);
-        if (next_viscosity < slowest_viscosity_lu) {
+        const double viscosity = std::min(creeping_viscosity_lu, fastest_allowed_lu / result.peak_over_mean * length_lu / wanted);
+        if (viscosity < (criterion.in_time ? slowest_in_time_lu : slowest_viscosity_lu)) {
             result.stopped_by = fmt::format("Re {:g} needs smaller voxels than {:.4g} m", wanted, h);
             break;
         }
-        const double next_speed = wanted * next_viscosity / length_lu,
-                     next_force = next_viscosity * next_speed * resistance * series.gradient() / series.resistance();
         try {
-            const StokesRun run =
-                series.solve(next_viscosity, next_force, true, next_speed / speed, next_force / force, k_lu / next_viscosity);
-            if (!run.converged) {
-                result.stopped_by = fmt::format("no steady flow at Re {:g} within {} steps (iteration error {:.1e}, tolerance {:.1e})",
-                                                wanted, run.steps, run.iteration_error, criterion.tolerance);
-                break;
-            }
-            viscosity = next_viscosity;
-            speed = run.superficial_velocity_lu;
-            force = next_force;
-            k_lu = viscosity * speed / series.resistance();
-            result.flows.push_back({.reynolds = speed * length_lu / viscosity,
-                                    .permeability_m2 = k_lu * h * h,
-                                    .momentum_share = 1.0 - series.gradient() / force,
-                                    .kinetic_energy_share = series.kinetic_share(),
-                                    .iteration_error = run.iteration_error,
-                                    .converged = run.converged,
-                                    .relaxation_time = 0.5 + 3.0 * viscosity,
-                                    .fastest_lu = series.fastest(),
-                                    .steps = run.steps,
-                                    .seconds = run.seconds});
-            log_info("lattice Boltzmann: Re {:.4g}: k = {:.5g} m2, {:.4f} of creeping flow, {} steps", result.flows.back().reynolds,
-                     k_lu * h * h, k_lu / creeping_lu, run.steps);
+            result.flows.push_back(next_flow(series, result, criterion, length_lu, wanted, viscosity, state));
+            const InertialFlow& flow = result.flows.back();
+            log_info("lattice Boltzmann: Re {:.4g}: k = {:.5g} m2, {:.4f} of creeping flow, {} steps{}", flow.reynolds,
+                     flow.permeability_m2, flow.permeability_m2 / result.creeping_permeability_m2, flow.steps,
+                     flow.in_time && !flow.in_time->steady ? fmt::format(", velocity varies by {:.2g} %", 100.0 * flow.in_time->fluctuation)
+                                                           : "");
         } catch (const NumericalError& fault) {
             result.stopped_by = fmt::format("Re {:g}: {}", wanted, fault.what());
             break;

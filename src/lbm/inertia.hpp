@@ -1,4 +1,4 @@
-// Steady flows with inertia: the apparent permeability against the Reynolds number, by the full equilibrium.
+// Flows with inertia: the apparent permeability against the Reynolds number, by the full equilibrium.
 #pragma once
 
 #include <span>
@@ -9,7 +9,7 @@
 
 namespace porepack::lbm {
 
-/// A steady flow at Re = U length / nu, U being the superficial velocity.
+/// A flow at Re = U length / nu, U being the superficial velocity: steady, or the mean in time.
 struct InertialFlow {
     double reynolds = 0.0;
     /// Apparent permeability. In situ: nu U / (gradient of the flux-weighted total pressure p + u^2/2 between the planes). Else
@@ -21,9 +21,32 @@ struct InertialFlow {
     bool converged = false;
     double relaxation_time = 0.0;
     double fastest_lu = 0.0;  ///< maximum velocity on a node; compressibility errors grow with its square
+    /// Of a mean in time, else nothing.
+    struct InTime {
+        bool steady = false;                 ///< the flow does not change any more
+        double half_width = 0.0;             ///< relative, of the 95 % interval of the mean velocity: statistical
+        double fluctuation = 0.0;            ///< standard deviation of the mean velocity in time, over its mean
+        double kinetic_energy_factor = 0.0;  ///< <u^2> / <u_z>^2 over the fluid
+        double lateral_share = 0.0;          ///< velocity across the flow over that along it
+        double turnovers = 0.0;              ///< time, in passages of the mean velocity in the pores through the cell
+        double correlation_turnovers = 0.0;
+    };
+    std::optional<InTime> in_time = {};
     long steps = 0;
     double seconds = 0.0;
+    /// Of the permeability, relative, independent of the other flows: iteration error, or the standard error of the mean in time.
+    [[nodiscard]] double error() const { return in_time ? in_time->half_width / 1.96 : iteration_error; }
 };
+template <core::MembersOf<InertialFlow::InTime> Self, typename Visit>
+void visit_members(Self& mean, const Visit& visit) {
+    visit("steady", mean.steady);
+    visit("statistical_half_width", mean.half_width);
+    visit("velocity_fluctuation", mean.fluctuation);
+    visit("kinetic_energy_factor", mean.kinetic_energy_factor);
+    visit("lateral_velocity_share", mean.lateral_share);
+    visit("turnovers", mean.turnovers);
+    visit("correlation_turnovers", mean.correlation_turnovers);
+}
 template <core::MembersOf<InertialFlow> Self, typename Visit>
 void visit_members(Self& flow, const Visit& visit) {
     visit("reynolds", flow.reynolds);
@@ -34,6 +57,7 @@ void visit_members(Self& flow, const Visit& visit) {
     visit("converged", flow.converged);
     visit("relaxation_time", flow.relaxation_time);
     visit("fastest_lattice_velocity", flow.fastest_lu);
+    visit("mean_in_time", flow.in_time);
     visit("steps", flow.steps);
     visit("wall_time_s", flow.seconds);
 }
@@ -60,6 +84,13 @@ struct InertialCriterion {
     double tolerance = 1e-3;  ///< of the estimated relative iteration error of the apparent permeability; lower it to see
                               ///< differences of less than a per cent between flows
     long max_steps = 100000;  ///< per flow; a flow that is not steady then ends the series
+    /// Means in time instead of steady flows, in a cell that is periodic along the flow.
+    struct InTime {
+        double tolerance = 0.02;      ///< relative half width of the 95 % interval of the mean velocity
+        double most_turnovers = 400;  ///< a flow whose mean is not known then ends the series
+        Model model = Model::recursive;
+    };
+    std::optional<InTime> in_time = {};
 };
 
 /// Flows along z at increasing Reynolds numbers, each started from the previous one; the first that does not meet the criterion,

@@ -41,7 +41,7 @@ LayerBalance::LayerBalance(const Domain& domain, const Scheme& scheme, double ar
       force_(scheme.force[static_cast<std::size_t>(domain.drive.axis)]),
       area_cells_(area_cells),
       closed_(!domain.drive.by_pressure()),
-      balance_(balance && force_ != 0.0 && !scheme.inertia),
+      balance_(balance && force_ != 0.0 && !scheme.inertia()),
       end_(domain.layer_conductance.size()) {
     if (closed_) return;
     const std::vector<double>& conductance = domain.layer_conductance;
@@ -146,8 +146,10 @@ void LayerBalance::add(Flow& flow, const std::vector<double>& added) const {
 #pragma omp parallel for schedule(static)
     for (std::size_t first = 0; first < domain_.nodes(); first += Flow::chunk) {
         std::array<double, Flow::chunk> of_nodes;
+        std::array<std::size_t, Flow::chunk> cells;
         const std::size_t count = std::min(Flow::chunk, domain_.nodes() - first);
-        for (std::size_t i = 0; i < count; ++i) of_nodes[i] = added[domain_.layer_of(first + i)];
+        domain_.cells.list(first, std::span(cells).first(count));
+        for (std::size_t i = 0; i < count; ++i) of_nodes[i] = added[domain_.layer_of_cell(cells[i])];
         flow.add_density(first, std::span(of_nodes).first(count));
     }
 }

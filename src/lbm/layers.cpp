@@ -13,8 +13,8 @@ Layers measure_layers(const Flow& flow, const Domain& domain) {
     struct Sums {
         const Domain& domain;
         Layers layers;
-        void visit(std::size_t node, const Moments& here) {
-            const std::size_t layer = domain.layer_of(node);
+        void visit(std::size_t cell, const Moments& here) {
+            const std::size_t layer = domain.layer_of_cell(cell);
             const auto& u = here.velocity;
             const double along = u[static_cast<std::size_t>(domain.drive.axis)];
             layers.nodes[layer] += 1.0;
@@ -29,7 +29,7 @@ Layers measure_layers(const Flow& flow, const Domain& domain) {
     };
     Layers all = empty;
     for_all_moments(
-        flow, domain.nodes(),
+        flow, domain,
         [&] {
             return Sums{domain, empty};
         },

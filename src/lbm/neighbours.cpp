@@ -1,9 +1,14 @@
 #include "lbm/neighbours.hpp"
 
-#include <algorithm>
+#include <bit>
 
 namespace porepack::lbm {
 using namespace converters;
+namespace {
+
+constexpr auto none = static_cast<std::size_t>(-2);  // no word, nor the one before a word
+
+}  // namespace
 
 Neighbours::Neighbours(const Domain& domain) : domain_(domain) {
     for (int at = 0; at < 9; ++at)
@@ -15,7 +20,7 @@ Neighbours::Neighbours(const Domain& domain) : domain_(domain) {
         }
 }
 
-void Neighbours::enter_row(std::size_t row, int x) {
+void Neighbours::enter_row(std::size_t row) {
     row_ = row;
     const auto ny = static_cast<std::size_t>(domain_.grid.cells[1]);
     const int y = static_cast<int>(row % ny), z = static_cast<int>(row / ny);
@@ -24,39 +29,40 @@ void Neighbours::enter_row(std::size_t row, int x) {
         std::array<int, 3> place = {0, y, z};
         near.exists = step_in_grid(domain_.grid, domain_.drive, place, {0, at % 3 - 1, at / 3 - 1});
         if (!near.exists) continue;
-        near.first_cell = static_cast<std::int32_t>(domain_.grid.index(0, place[1], place[2]));
-        const std::size_t there = static_cast<std::size_t>(near.first_cell) / static_cast<std::size_t>(domain_.grid.cells[0]);
-        near.end = domain_.row_node[there + 1];
-        const auto begin = domain_.cell.begin() + domain_.row_node[there];
-        near.next = std::lower_bound(begin, domain_.cell.begin() + near.end, near.first_cell + x - 1) - domain_.cell.begin();
+        near.first_cell = domain_.grid.index(0, place[1], place[2]);
+        near.word = none;
     }
 }
 
-const std::array<std::int64_t, d3q19::directions>& Neighbours::of(std::size_t node) {
+// Nodes before `cell`. A row is passed in ascending order, so that mostly the same word is asked again, or the next one.
+std::int64_t Neighbours::rank(Row& row, std::size_t cell) const {
+    const std::size_t word = cell / 64;
+    if (word != row.word) {
+        row.before = word == row.word + 1 ? row.before + std::popcount(domain_.cells.word(row.word)) : domain_.cells.rank(64 * word);
+        row.word = word;
+    }
+    return row.before + std::popcount(domain_.cells.word(word) & ((std::uint64_t{1} << (cell % 64)) - 1));
+}
+
+const std::array<std::int64_t, d3q19::directions>& Neighbours::of(std::size_t cell) {
     const int nx = domain_.grid.cells[0];
-    const std::int32_t cell = domain_.cell[node];
-    const auto row = static_cast<std::size_t>(cell / nx);
-    const int x = cell % nx;
-    if (row != row_ || (rows_[4].next < rows_[4].end && domain_.cell[static_cast<std::size_t>(rows_[4].next)] > cell)) enter_row(row, x);
-    const auto cell_of = [&](std::int64_t at) { return domain_.cell[static_cast<std::size_t>(at)]; };
+    const std::size_t row = cell / static_cast<std::size_t>(nx);
+    const int x = static_cast<int>(cell - row * static_cast<std::size_t>(nx));
+    if (row != row_) enter_row(row);
     for (Row& near : rows_) {
-        const std::int32_t middle = near.first_cell + x;
-        while (near.exists && near.next < near.end && cell_of(near.next) < middle - 1) ++near.next;
-        std::int64_t at = near.next;
+        std::int64_t node = -1;  // in the first cell of the three that exists
         for (int dx = -1; dx <= 1; ++dx) {
-            const int q = near.q[static_cast<std::size_t>(dx + 1)];
-            const bool inside = x + dx >= 0 && x + dx < nx;
-            while (near.exists && inside && at < near.end && cell_of(at) < middle + dx) ++at;
-            if (q < 0) continue;
-            std::int64_t& found = found_[static_cast<std::size_t>(q)];
-            found = -1;
-            if (!near.exists) continue;
-            if (inside) {
-                if (at < near.end && cell_of(at) == middle + dx) found = at;
-            } else if (domain_.drive.periodic[0]) {
-                const auto there = static_cast<std::size_t>(near.first_cell) + static_cast<std::size_t>((x + dx + nx) % nx);
-                found = domain_.node_at(place_in_grid(domain_.grid, there));
+            const bool inside = near.exists && x + dx >= 0 && x + dx < nx;
+            const std::size_t there = near.first_cell + static_cast<std::size_t>(inside ? x + dx : 0);
+            const bool fluid = inside && domain_.cells.contains(there);
+            if (inside && node < 0) node = rank(near, there);
+            if (const int q = near.q[static_cast<std::size_t>(dx + 1)]; q >= 0) {
+                std::int64_t& found = found_[static_cast<std::size_t>(q)];
+                found = fluid ? node : -1;
+                if (near.exists && !inside && domain_.drive.periodic[0])
+                    found = domain_.cells.find(near.first_cell + static_cast<std::size_t>((x + dx + nx) % nx));
             }
+            if (fluid) ++node;
         }
     }
     return found_;

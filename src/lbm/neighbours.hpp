@@ -8,23 +8,26 @@
 
 namespace porepack::lbm {
 
-/// Looks neighbours up along rows of cells: fast when the nodes are requested in ascending order. For one thread.
+/// Looks neighbours up along rows of cells: fast when the cells are requested in ascending order. For one thread.
 class Neighbours {
 public:
     explicit Neighbours(const Domain& domain);
 
-    /// By direction q: the node at the end of the link, through periodic faces too, or -1 if there is none.
-    [[nodiscard]] const std::array<std::int64_t, d3q19::directions>& of(std::size_t node);
+    /// By direction q: the node at the end of the link from the node in `cell`, through periodic faces too, or -1 if there is none.
+    [[nodiscard]] const std::array<std::int64_t, d3q19::directions>& of(std::size_t cell);
 
 private:
-    void enter_row(std::size_t row, int x);
+    void enter_row(std::size_t row);
 
     struct Row {
-        std::int64_t next = 0, end = 0;  // of its nodes
-        std::int32_t first_cell = 0;
+        std::size_t first_cell = 0;
+        std::size_t word = 0;     // of the cells that was counted last
+        std::int64_t before = 0;  // nodes before it
         bool exists = false;
         std::array<int, 3> q{};  // to x - 1, x, x + 1; -1 where the lattice has none
     };
+    [[nodiscard]] std::int64_t rank(Row& row, std::size_t cell) const;
+
     const Domain& domain_;
     std::size_t row_ = static_cast<std::size_t>(-1);
     std::array<Row, 9> rows_;

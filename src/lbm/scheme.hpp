@@ -16,6 +16,21 @@ constexpr std::array<core::Choice<Walls>, 2> choices_of(Walls) {
     return {{{Walls::interpolated, "interpolated"}, {Walls::bounce_back, "bounce_back"}}};
 }
 
+/// The equilibrium, and what a collision keeps of the rest.
+enum class Model {
+    stokes,         ///< linear equilibrium, two relaxation times: creeping flow
+    navier_stokes,  ///< full equilibrium, two relaxation times: flow with inertia, as long as the grid resolves its gradients well
+    regularised,    ///< full equilibrium; of the rest, only the shear stress is kept (after Latt & Chopard 2006)
+    recursive       ///< the same with moments of third order, which follow from velocity and stress (Malaspinas 2015): the most stable
+};
+
+/// What the weights of interpolated walls follow from, besides the distance; see WallWeights.
+struct WallRule {
+    double shift;  ///< 2 / (tau - 1/2), or 0: without the term that is exact for a parabola
+    double magic;
+    double bound, limit;  ///< `share` is at most bound / (3/4 x^2), and `limit`
+};
+
 struct Scheme {
     /// Relaxation time of the symmetric part: viscosity (tau - 1/2)/3. It changes the number of steps, and with two relaxation times not
     /// the steady state; Sequence searches the fastest value.
@@ -23,13 +38,17 @@ struct Scheme {
     /// Magic parameter Lambda = (tau - 1/2)(tau_minus - 1/2). It moves the walls of bounce-back a little and has nearly no effect on
     /// interpolated walls (docs/theory.md).
     double magic = 1.0 / 12.0;
-    Walls walls = Walls::interpolated;        ///< bounce-back where the walls are not known exactly (an image)
-    bool inertia = false;                     ///< full equilibrium, else linear (Stokes)
+    Walls walls = Walls::interpolated;  ///< bounce-back where the walls are not known exactly (an image)
+    Model model = Model::stokes;
     std::array<double, 3> force = {0, 0, 0};  ///< on each node, lattice units
 
+    [[nodiscard]] bool inertia() const { return model != Model::stokes; }
+    [[nodiscard]] bool two_relaxation_times() const { return model == Model::stokes || model == Model::navier_stokes; }
     [[nodiscard]] double viscosity_lu() const { return (tau - 0.5) / 3.0; }
     [[nodiscard]] double rate_plus() const { return 1.0 / tau; }
-    [[nodiscard]] double rate_minus() const { return 1.0 / (0.5 + magic / (tau - 0.5)); }
+    /// Of the antisymmetric part. Where only the stress is kept, it is 1.
+    [[nodiscard]] double rate_minus() const { return two_relaxation_times() ? 1.0 / (0.5 + magic / (tau - 0.5)) : 1.0; }
+    [[nodiscard]] WallRule wall_rule() const;
     /// 3 w c.F, force term of a population.
     [[nodiscard]] double force_term(int q) const {
         const auto& c = d3q19::c[static_cast<std::size_t>(q)];
@@ -54,13 +73,13 @@ template <typename Real>
 struct WallWeights {
     Real share, shift, b;
 
-    WallWeights(Real x, Real plus, Real magic) {
+    WallWeights(Real x, const WallRule& rule) {
         const Real second = Real(0.75) * x * x;
         const Real inverse = Real(1) / (Real(1) + Real(2) * x);
         b = (Real(1) - Real(2) * x) * inverse;
-        shift = Real(2) * inverse * (magic - second) / plus;
-        const Real bound = Real(0.6) * (Real(0.5) * plus + magic);
-        share = bound < second ? bound / second : Real(1);
+        shift = static_cast<Real>(rule.shift) * inverse * (static_cast<Real>(rule.magic) - second);
+        const auto bound = static_cast<Real>(rule.bound), limit = static_cast<Real>(rule.limit);
+        share = bound < limit * second ? bound / second : limit;
     }
 };
 

@@ -32,15 +32,14 @@ FlowImage flow_image(const PhaseImage& image, const FlowField& field, const LbmG
     const double pressure = gradient * result.voxel_size_m / result.run.gradient_lu;
     const double slope = domain.drive.by_pressure() ? force : 0.0;
     const auto axis = static_cast<std::size_t>(domain.drive.axis);
-#pragma omp parallel for schedule(static)
-    for (std::size_t node = 0; node < domain.nodes(); ++node) {
-        const auto cell = static_cast<std::size_t>(domain.cell[node]);
-        const auto& moments = field.moments[node];
+    std::size_t node = 0;
+    domain.cells.for_each([&](std::size_t cell) {
+        const auto& moments = field.moments[node++];
         for (std::size_t a = 0; a < 3; ++a)
             picture.velocity_m_per_s[3 * cell + a] = static_cast<float>(speed * static_cast<double>(moments[a + 1]));
         const double to_outlet = domain.grid.cells[axis] - place_in_grid(domain.grid, cell)[axis] - 0.5;
         picture.pressure_Pa[cell] = static_cast<float>(pressure * (static_cast<double>(moments[0]) / 3.0 + slope * to_outlet));
-    }
+    });
     picture.notes["state"] =
         fmt::format("water (1e-3 Pa s) at a superficial velocity of {:g} m/s along {}", superficial_velocity, "xyz"[domain.drive.axis]);
     picture.notes["direction"] = std::string(1, "xyz"[domain.drive.axis]);
@@ -90,7 +89,7 @@ std::string identity_of(const PoreSpace& space, LbmConfig config, const Domain& 
         return std::hash<std::string_view>{}({reinterpret_cast<const char*>(list.data()), list.size() * sizeof(list[0])});
     };
     return fmt::format("{} {} {} {} {:016x} {:016x}", resolved_config(config).dump(), name_of(space.ends), space.section.z0,
-                       space.section.z1, hash(domain.cell), hash(distances));
+                       space.section.z1, hash(domain.cells.words()), hash(distances));
 }
 
 Scheme with_tau(Scheme scheme, double tau) {

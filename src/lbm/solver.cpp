@@ -22,10 +22,10 @@ void measure_velocities(const Flow& flow, const Domain& domain, const FlowSectio
         const FlowSection& section;
         double speed = 0.0, along = 0.0, squares = 0.0, nodes = 0.0;
         std::array<double, 3> velocity{};
-        void visit(std::size_t node, const Moments& here) {
+        void visit(std::size_t cell, const Moments& here) {
             const auto& u = here.velocity;
             for (std::size_t a = 0; a < 3; ++a) velocity[a] += u[a];
-            const auto layer = static_cast<int>(domain.layer_of(node));
+            const auto layer = static_cast<int>(domain.layer_of_cell(cell));
             if (layer < section.first_layer || layer > section.last_layer) return;
             const double square = u[0] * u[0] + u[1] * u[1] + u[2] * u[2];
             speed += std::sqrt(square);
@@ -37,7 +37,7 @@ void measure_velocities(const Flow& flow, const Domain& domain, const FlowSectio
     double speed = 0.0, along = 0.0, squares = 0.0, nodes = 0.0;
     run.velocity_sum_lu = {0, 0, 0};
     for_all_moments(
-        flow, domain.nodes(),
+        flow, domain,
         [&] {
             return Sums{domain, section};
         },
@@ -71,7 +71,7 @@ void check(StokesRun& run, const Layers& before, long apart, const Domain& domai
     run.superficial_velocity_lu = mean / section.area_cells;
     run.flow_imbalance = (high - low) / std::abs(mean);
     const Unsteadiness rest =
-        scheme.inertia ? Unsteadiness{} : unsteadiness(drive, section, before, run.layers, apart, force, run.gradient_lu);
+        scheme.inertia() ? Unsteadiness{} : unsteadiness(drive, section, before, run.layers, apart, force, run.gradient_lu);
     run.history.push_back({.step = run.steps,
                            .permeability_lu = run.permeability_lu,
                            .permeability_volume_lu = run.permeability_volume_lu,

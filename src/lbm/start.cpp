@@ -78,9 +78,11 @@ void start_from(Flow& flow, const Domain& domain, const Scheme& scheme, const Fl
 #pragma omp parallel for schedule(static)
     for (std::size_t first = 0; first < domain.nodes(); first += Flow::chunk) {
         std::array<Moments, Flow::chunk> moments;
+        std::array<std::size_t, Flow::chunk> cells;
         const std::size_t count = std::min(Flow::chunk, domain.nodes() - first);
+        domain.cells.list(first, std::span(cells).first(count));
         for (std::size_t i = 0; i < count; ++i) {
-            const auto at = place_in_grid(domain.grid, static_cast<std::size_t>(domain.cell[first + i]));
+            const auto at = place_in_grid(domain.grid, cells[i]);
             moments[i] = interpolate(coarse, {domain.grid.centre(0, at[0]), domain.grid.centre(1, at[1]), domain.grid.centre(2, at[2])});
             moments[i].density *= denser;
             for (double& u : moments[i].velocity) u *= faster;

@@ -120,7 +120,7 @@ Vec3 find_pore_point(const PhaseImage& image, const Container& container) {
     const Drive drive{.axis = 2, .periodic = container.periodic};
     std::vector<std::uint8_t> reached(image.grid.size(), 0);
     const Percolation percolation = find_percolating_cells(image, drive);
-    for (const std::int32_t cell : percolation.cells) reached[static_cast<std::size_t>(cell)] = 1;
+    percolation.cells.for_each([&](std::size_t cell) { reached[cell] = 1; });
     // Distance in cells from all cells that flow does not reach, layer by layer.
     std::vector<std::size_t> front, next;
     std::vector<std::uint8_t> seen(image.grid.size(), 0);
@@ -132,7 +132,7 @@ Vec3 find_pore_point(const PhaseImage& image, const Container& container) {
         seen[cell] = 1;
         front.push_back(cell);
     }
-    auto deepest = static_cast<std::size_t>(percolation.cells.back());  // for images with edge cells only
+    std::size_t deepest = percolation.cells.cell(static_cast<std::size_t>(percolation.cells.size() - 1));  // for images with edge cells only
     while (!front.empty()) {
         next.clear();
         for (const std::size_t cell : front)

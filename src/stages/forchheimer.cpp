@@ -83,8 +83,9 @@ std::vector<InertialSeries> lattice_series(const PoreSpace& space, const Forchhe
                 continue;
             }
         const double voxel = finest_voxel(space, config) * std::pow(config.grid_ratio, static_cast<double>(config.grids - grid));
-        all.push_back(
-            lbm_inertial_flows(pores, voxel, config.reynolds, length_m, {.tolerance = config.tolerance, .max_steps = config.max_steps}));
+        InertialCriterion criterion{.tolerance = config.tolerance, .max_steps = config.max_steps};
+        if (config.mean_in_time) criterion.in_time = {.tolerance = config.statistical_tolerance, .most_turnovers = config.max_turnovers};
+        all.push_back(lbm_inertial_flows(pores, voxel, config.reynolds, length_m, criterion));
         write_json(file_of(grid), {{"settings", settings}, {"series", json_of(all.back())}});
     }
     for (long grid = 1; grid <= config.grids; ++grid) std::filesystem::remove(file_of(grid));
@@ -93,7 +94,7 @@ std::vector<InertialSeries> lattice_series(const PoreSpace& space, const Forchhe
 
 InertialCurve curve_of(const InertialSeries& series) {
     InertialCurve curve{.permeability_m2 = series.creeping_permeability_m2, .flows = {}};
-    for (const InertialFlow& flow : series.flows) curve.flows.push_back({flow.reynolds, flow.permeability_m2, flow.iteration_error});
+    for (const InertialFlow& flow : series.flows) curve.flows.push_back({flow.reynolds, flow.permeability_m2, flow.error()});
     return curve;
 }
 
@@ -112,7 +113,8 @@ Table curves_table(const Json& json) {
     for (const Json& grid : grids)
         for (const Json& flow : grid["flows"])
             table.add(&grid == &grids.back() ? "lattice" : "coarser", value(flow, "reynolds"), value(flow, "permeability_m2"),
-                      value(flow, "permeability_m2") / value(grid, "creeping_permeability_m2"), value(flow, "iteration_error"));
+                      value(flow, "permeability_m2") / value(grid, "creeping_permeability_m2"),
+                      from_json_members<InertialFlow>(flow).error());
     if (!json.contains("openfoam")) return table;
     const Json& flows = json["openfoam"]["flows"];
     for (std::size_t i = 1; i < flows.size(); ++i)
@@ -137,14 +139,17 @@ void draw_curves(const Path& folder, const Json& json, const ForchheimerFit& fit
 ForchheimerFit fit_lattice(const std::vector<InertialSeries>& grids, double length_m) {
     const InertialSeries& fine = grids.back();
     if (fine.flows.size() < 3)
-        throw NumericalError(fmt::format("{} steady flows with inertia are too few for the inertial permeability; {}", fine.flows.size(),
+        throw NumericalError(fmt::format("{} flows with inertia are too few for the inertial permeability; {}", fine.flows.size(),
                                          fine.stopped_by.value_or("")),
                              {.allowed = "three or more", .fix = "start at a smaller Reynolds number, or use smaller voxels"});
     return fit_forchheimer(fine.creeping_permeability_m2, length_m, curve_of(fine).flows, grid_error(grids, length_m).value_or(0.0));
 }
 
 Json lattice_part(const std::vector<InertialSeries>& grids, const ForchheimerFit& fit, double length_m) {
-    Json part = {{"method", "D3Q19 two relaxation times, full equilibrium, interpolated walls"}, {"grids", json_of(grids)}};
+    const bool in_time = grids.back().flows.front().in_time.has_value();
+    Json part = {{"method", in_time ? "D3Q19, recursive regularised collision, interpolated walls, means in time"
+                                    : "D3Q19 two relaxation times, full equilibrium, interpolated walls"},
+                 {"grids", json_of(grids)}};
     const std::optional<double> error = grid_error(grids, length_m);
     part["creeping_permeability_grid_error"] =
         grids.size() > 1 ? Json(std::abs(grids[grids.size() - 2].creeping_permeability_m2 / fit.permeability_m2 - 1.0)) : Json(nullptr);
@@ -154,8 +159,8 @@ Json lattice_part(const std::vector<InertialSeries>& grids, const ForchheimerFit
         fit_inertial_laws(curve_of(grids.back()), grids.size() > 1 ? std::optional(curve_of(grids[grids.size() - 2])) : std::nullopt));
     part["inertial_permeability_grid_error"] = json_of(error);
     part["interval_meaning"] =
-        error ? "slopes of the straight part, of its last two flows, and through creeping flow, with the errors of iteration and grid"
-              : "the slopes alone: one grid, so without grid error";
+        fmt::format("slopes of the straight part, of its last two flows, and through creeping flow, with the errors of {}{}",
+                    in_time ? "the means in time" : "iteration", error ? " and of the grid" : "; one grid, so without grid error");
     return part;
 }
 
@@ -205,6 +210,15 @@ Json run_forchheimer(const PoreSpace& given, const GeometryConfig& geometry, con
     for (std::size_t i = 1; i < config.reynolds.size(); ++i)
         if (!(config.reynolds[i] > config.reynolds[i - 1]))
             throw UserError("the Reynolds numbers do not rise", {.where = "reynolds", .fix = "sort them, each once"});
+    const auto& periodic = given.container.periodic;
+    if (config.openfoam && (periodic[0] || periodic[1] || periodic[2]))
+        throw UserError("OpenFOAM computes flows with inertia in containers without periodic faces only",
+                        {.where = "openfoam in [forchheimer]", .fix = "--openfoam false"});
+    const ForchheimerConfig standard;
+    if (!config.mean_in_time &&
+        (config.statistical_tolerance != standard.statistical_tolerance || config.max_turnovers != standard.max_turnovers))
+        throw UserError("statistical_tolerance and max_turnovers have no effect without mean_in_time",
+                        {.where = "[forchheimer]", .fix = "--mean-in-time true, or remove them"});
     const PoreSpace space = without_reservoir(given);
     if (!space.has_exact_walls())
         throw UserError("flows with inertia need a packing or an STL file, not an image", {.where = space.source});
@@ -233,10 +247,9 @@ Json run_forchheimer(const PoreSpace& given, const GeometryConfig& geometry, con
     json["inertial_permeability_m"] = fit.inertial_permeability_m;
     json["inertial_permeability_interval_m"] = json_of(fit.inertial_interval_m);
     json["interval_meaning"] = json["lbm"]["interval_meaning"];
-    json["beyond_largest_reynolds"] = fmt::format(
-        "extrapolated: there is no steady flow to compute; the interval is {:.0f} % wider on both sides (turbulent coefficients "
-        "differ: Fand et al. 1987)",
-        100.0 * turbulent_change);
+    json["beyond_largest_reynolds"] =
+        fmt::format("extrapolated: {}; the interval is {:.0f} % wider on both sides (turbulent coefficients differ: Fand et al. 1987)",
+                    config.mean_in_time ? "no flow was computed there" : "there is no steady flow to compute", 100.0 * turbulent_change);
     json["expected_memory_bytes"] = expected.memory_bytes;
     json["peak_memory_bytes"] = peak_memory_bytes();
     draw_curves(folder, json, fit);
@@ -254,7 +267,9 @@ Expectation expect_forchheimer(const PoreSpace& space, const ForchheimerConfig& 
     Expectation expected{.text = fmt::format("{} flows on {} grids, the finest {} x {} x {} voxels of {:.4g} m", config.reynolds.size(),
                                              config.grids, plan.grid.cells[0], plan.grid.cells[1], plan.grid.cells[2], plan.voxel_size_m),
                          .memory_bytes = lbm_memory_bytes(cells, fluid, 8.0) + 32.0 * fluid};
-    expected.wall_time_s = flows * 1000.0 * fluid / lattice_updates_per_second;
+    // Means in time: at least 20 turnovers; a node is passed in about 25 steps.
+    const double steps = config.mean_in_time ? 20.0 * 25.0 * plan.grid.cells[2] : 1000.0;
+    expected.wall_time_s = flows * steps * fluid / lattice_updates_per_second;
     if (config.openfoam) {
         // Measured: 300 iterations per flow, 5 us per cell and iteration.
         const double foam_cells = expected_foam_cells(pores, finest_cell(space, config), config.surface_level, space.porosity(4000).value);

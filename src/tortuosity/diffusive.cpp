@@ -21,13 +21,10 @@ ConductanceGrid finest_grid(const PhaseImage& image, const Percolation& percolat
                             const std::array<bool, 3>& periodic) {
     ConductanceGrid grid{.n = image.grid.cells, .periodic = periodic, .axis = axis};
     grid.allocate();
-    std::vector<std::uint8_t> flowing(grid.size(), 0);
-    for (const std::int32_t cell : percolation.cells) flowing[static_cast<std::size_t>(cell)] = 1;
     const auto stride = grid.strides();
     const auto& h = image.grid.spacing_m;
     const double scale = std::cbrt(h[0] * h[1] * h[2]);
-    for (const std::int32_t cell : percolation.cells) {
-        const auto i = static_cast<std::size_t>(cell);
+    percolation.cells.for_each([&](std::size_t i) {
         const std::array<int, 3> at = grid.place(i);
         for (std::size_t a = 0; a < 3; ++a) {
             const auto g = static_cast<float>(h[0] * h[1] * h[2] / (h[a] * h[a] * scale));
@@ -38,9 +35,9 @@ ConductanceGrid finest_grid(const PhaseImage& image, const Percolation& percolat
             }
             if ((last && !periodic[a]) || grid.n[a] == 1) continue;
             const std::size_t next = last ? i - stride[a] * static_cast<std::size_t>(grid.n[a] - 1) : i + stride[a];
-            if (flowing[next] != 0) grid.face[a][i] = g;
+            if (percolation.cells.contains(next)) grid.face[a][i] = g;
         }
-    }
+    });
     return grid;
 }
 

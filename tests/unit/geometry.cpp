@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstring>
 #include <numbers>
+#include <random>
 
 #include "converters/percolation.hpp"
 #include "converters/surface.hpp"
@@ -274,6 +275,45 @@ TEST(Stl, FaultsAreNamed) {
         has(message_of<UserError>([&] { require_plausible_size(check_surface(millimetres), packing.container, "x.stl"); }), "millimetres"));
 }
 
+TEST(CellSet, NumbersItsCells) {
+    const Grid grid{.cells = {37, 11, 9}};
+    CellSet set(grid);
+    std::vector<std::size_t> expected;
+    std::mt19937 random(5);
+    for (int k = 0; k < 9; ++k)
+        for (int j = 0; j < 11; ++j) {
+            const std::size_t row = grid.index(0, j, k);
+            for (int first = static_cast<int>(random() % 9); first < 37; first += 3 + static_cast<int>(random() % 12)) {
+                const int last = std::min<int>(36, first + static_cast<int>(random() % 30));
+                set.insert_run(row, first, last);
+                for (int i = first; i <= last; ++i) expected.push_back(row + static_cast<std::size_t>(i));
+                first = last + 1;
+            }
+        }
+    set.insert_run(grid.index(0, 10, 8), 0, 36);  // words may be filled to their last bit
+    for (int i = 0; i < 37; ++i) expected.push_back(grid.index(i, 10, 8));
+    std::sort(expected.begin(), expected.end());
+    expected.erase(std::unique(expected.begin(), expected.end()), expected.end());
+    set.finish();
+    ASSERT_EQ(set.size(), static_cast<std::int64_t>(expected.size()));
+    std::vector<std::size_t> listed;
+    set.for_each([&](std::size_t cell) { listed.push_back(cell); });
+    EXPECT_EQ(listed, expected);
+    for (std::size_t member = 0; member < expected.size(); ++member) {
+        ASSERT_EQ(set.cell(member), expected[member]);
+        ASSERT_EQ(set.find(expected[member]), static_cast<std::int64_t>(member));
+    }
+    for (std::size_t first = 0; first < expected.size(); first += 128) {
+        std::vector<std::size_t> part(std::min<std::size_t>(128, expected.size() - first));
+        set.list(first, part);
+        ASSERT_TRUE(std::equal(part.begin(), part.end(), expected.begin() + static_cast<std::ptrdiff_t>(first)));
+    }
+    std::size_t missing = 0;
+    for (std::size_t cell = 0; cell < grid.size(); ++cell)
+        if (set.find(cell) < 0) ++missing;
+    EXPECT_EQ(missing, grid.size() - expected.size());
+}
+
 TEST(Percolation, FindsBlockedAndIsolatedPores) {
     PhaseImage image{.grid = {.cells = {5, 5, 6}}, .phase = std::vector<std::uint8_t>(150, Phase::grain), .notes = {}};
     const Drive drive{.axis = 2, .periodic = {false, false, false}};
@@ -281,7 +321,7 @@ TEST(Percolation, FindsBlockedAndIsolatedPores) {
     image.phase[image.grid.index(3, 3, 3)] = Phase::pore;
     const Percolation open = find_percolating_cells(image, drive);
     EXPECT_EQ(open.isolated_cells, 1);
-    EXPECT_EQ(open.cells.size(), 6U);
+    EXPECT_EQ(open.cells.size(), 6);
     image.phase[image.grid.index(1, 1, 2)] = Phase::grain;
     EXPECT_TRUE(has(message_of<NumericalError>([&] { (void)find_percolating_cells(image, drive); }), "does not percolate"));
     // In a periodic box: a channel that returns to itself without passing round the box carries no flow.
@@ -302,7 +342,7 @@ TEST(Percolation, AChannelThatTurnsBackThroughAFaceDoesNotWind) {
     const Drive periodic{.axis = 2, .periodic = {true, true, true}};
     EXPECT_THROW((void)find_percolating_cells(image, periodic), DoesNotPercolate);
     for (const int k : {2, 3}) open(3, 1, k);
-    EXPECT_EQ(find_percolating_cells(image, periodic).cells.size(), 12U);
+    EXPECT_EQ(find_percolating_cells(image, periodic).cells.size(), 12);
     // The same along x and y, and between end planes.
     for (const int axis : {0, 1, 2}) {
         PhaseImage bar{.grid = {.cells = {4, 4, 4}}, .phase = std::vector<std::uint8_t>(64, Phase::grain), .notes = {}};
@@ -314,7 +354,7 @@ TEST(Percolation, AChannelThatTurnsBackThroughAFaceDoesNotWind) {
         for (const int along : {0, 1, 2}) {
             const Drive drive{.axis = along, .periodic = {true, true, true}};
             if (along == axis)
-                EXPECT_EQ(find_percolating_cells(bar, drive).cells.size(), 4U);
+                EXPECT_EQ(find_percolating_cells(bar, drive).cells.size(), 4);
             else
                 EXPECT_THROW((void)find_percolating_cells(bar, drive), DoesNotPercolate);
         }

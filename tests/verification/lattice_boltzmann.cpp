@@ -21,7 +21,7 @@ TEST(WallDistance, IsThatOfTheExactGeometry) {
     ASSERT_GT(scene.domain.walls.size(), 10000U);
     int not_exact = 0;
     for (const WallLink& link : scene.domain.walls) {
-        const auto here = place_in_grid(scene.domain.grid, static_cast<std::size_t>(scene.domain.cell[link.node]));
+        const auto here = place_in_grid(scene.domain.grid, scene.domain.cells.cell(link.node));
         const auto& c = d3q19::c[link.q];
         const Vec3 way(c[0], c[1], c[2]);
         Vec3 at = (Vec3(here[0] + 0.5, here[1] + 0.5, here[2] + 0.5) + link.fraction() * way) / n;
@@ -82,7 +82,7 @@ TEST(WallDistance, OfASurfaceIsThatOfItsTriangles) {
 double largest_difference(const Scene& scene, const Scheme& scheme, Kernel one, Kernel other, int pairs) {
     const auto a = make_flow(one, scene.domain, scheme), b = make_flow(other, scene.domain, scheme);
     std::vector<double> added(scene.domain.nodes());
-    for (std::size_t i = 0; i < added.size(); ++i) added[i] = 1e-3 * static_cast<double>(scene.domain.layer_of(i) % 7);
+    for (std::size_t i = 0; i < added.size(); ++i) added[i] = 1e-3 * static_cast<double>(scene.domain.layer_of_cell(scene.domain.cells.cell(i)) % 7);
     for (int i = 0; i < pairs; ++i) {
         a->advance_two_steps();
         b->advance_two_steps();
@@ -148,8 +148,8 @@ TEST(Kernels, EveryInstructionSetAgreesWithTheReference) {
             continue;
         }
         EXPECT_STREQ(lbm::cpu::chosen_instruction_set().name, set.name);
-        for (const bool inertia : {false, true}) {
-            const Scheme scheme{.tau = 0.8, .inertia = inertia, .force = {1e-4, 2e-4, 1e-3}};
+        for (const Model model : {Model::stokes, Model::navier_stokes, Model::regularised, Model::recursive}) {
+            const Scheme scheme{.tau = 0.8, .model = model, .force = {1e-4, 2e-4, 1e-3}};
             EXPECT_LT(largest_difference(bed, scheme, Kernel::reference, Kernel::cpu_double, 20), 1e-12) << set.name;
             EXPECT_LT(largest_difference(bed, scheme, Kernel::reference, Kernel::cpu_single, 20), 2e-5) << set.name;
         }
@@ -179,8 +179,10 @@ TEST(Kernels, FastAndReferenceAgreeToRounding) {
                 EXPECT_LT(largest_difference(*scene, scheme, Kernel::reference, Kernel::cpu_double, 20), 1e-12);
                 EXPECT_LT(largest_difference(*scene, scheme, Kernel::cpu_double, Kernel::cpu_single, 20), 2e-5);
             }
-        const Scheme inertia{.tau = 0.8, .inertia = true, .force = {0, 0, 1e-4}};
-        EXPECT_LT(largest_difference(*scene, inertia, Kernel::reference, Kernel::cpu_double, 20), 1e-12);
+        for (const Model model : {Model::navier_stokes, Model::regularised, Model::recursive}) {
+            const Scheme inertia{.tau = 0.8, .model = model, .force = {0, 0, 1e-4}};
+            EXPECT_LT(largest_difference(*scene, inertia, Kernel::reference, Kernel::cpu_double, 20), 1e-12);
+        }
     }
 }
 

@@ -74,7 +74,7 @@ TEST(HardCase, InertiaIsSteadyOrSaysThatItIsNot) {
     const FlowSection section{.area_cells = 16.0 * 4.0, .first_layer = 0, .last_layer = 15};
     double last = 1.0;
     for (const double reynolds : {1e-3, 1.0, 10.0, 100.0, 1e6}) {
-        Scheme scheme{.tau = reynolds > 20.0 ? 0.52 : 0.6, .inertia = true};
+        Scheme scheme{.tau = reynolds > 20.0 ? 0.52 : 0.6, .model = Model::navier_stokes};
         const double nu = scheme.viscosity_lu(), diameter = known.diameter_m * 16.0;
         scheme.force[0] = reynolds * nu * nu / diameter / (known.permeability_m2 * 16.0 * 16.0);
         const auto flow = make_flow(Kernel::cpu_double, domain, scheme);

@@ -24,8 +24,10 @@ public:
     // Slots of the populations that arrive at the chunk's nodes; returns the number of nodes.
     std::size_t trace(std::size_t first, Slots& slots) {
         const std::size_t end = std::min(domain_.nodes(), first + chunk_nodes);
+        std::array<std::size_t, chunk_nodes> cells;
+        domain_.cells.list(first, std::span(cells).first(end - first));
         for (std::size_t node = first; node < end; ++node) {
-            const auto& near = neighbours_.of(node);
+            const auto& near = neighbours_.of(cells[node - first]);
             for (std::size_t q = 1; q < d3q19::directions; ++q) {
                 const auto out = static_cast<std::size_t>(opposite(static_cast<int>(q)));
                 slots[q][node - first] =

@@ -74,7 +74,7 @@ inline void write(Real* store, const Real* from, const Addresses::Vector& at) {
 // The collision of a chunk; equations in scheme.hpp and docs/theory.md. Rows of populations are replaced by those after collision.
 // Legend: s and d sum and difference of a pair of opposite populations, rho density, j momentum, u velocity.
 // `swap` leaves each population in its opposite's row. `fetch` is called once per vector: it brings the next chunk nearer.
-template <bool inertia, bool swap, typename Real, typename Fetch>
+template <Model model, bool swap, typename Real, typename Fetch>
 inline void collide(Real* const rows, const KernelData<Real>& data, const Fetch& fetch) {
     constexpr Real w0 = static_cast<Real>(d3q19::w_rest), w1 = static_cast<Real>(d3q19::w_axis), w2 = static_cast<Real>(d3q19::w_diagonal);
     const Real half = Real(0.5), even = half * (Real(1) - data.rate_plus), odd = half * (Real(1) - data.rate_minus);
@@ -98,29 +98,59 @@ inline void collide(Real* const rows, const KernelData<Real>& data, const Fetch&
                        d8 = difference(PAIR(8));
             Real rho = f0 + ((s0 + s1) + (s2 + s3)) + ((s4 + s5) + (s6 + s7)) + s8;
             const Real jx = d0 + ((d3 + d4) + (d5 + d6)), jy = d1 + ((d3 - d4) + (d7 + d8)), jz = d2 + ((d5 - d6) + (d7 - d8));
-            Real ux = 0, uy = 0, uz = 0;
-            if constexpr (inertia) {
-                ux = jx + half * fx;
-                uy = jy + half * fy;
-                uz = jz + half * fz;
-                rho -= Real(1.5) * (ux * ux + uy * uy + uz * uz);
+            const Real ux = jx + half * fx, uy = jy + half * fy, uz = jz + half * fz;
+            if constexpr (model == Model::stokes || model == Model::navier_stokes) {
+                constexpr bool inertia = model == Model::navier_stokes;
+                if constexpr (inertia) rho -= Real(1.5) * (ux * ux + uy * uy + uz * uz);
+                f[i] = f0 - plus * (f0 - w0 * rho);
+                const auto relax = [&](std::size_t k, Real w, Real s, Real d, Real cj, Real cu) {
+                    const Real e = even * s + plus * w * (inertia ? rho + Real(4.5) * cu * cu : rho);
+                    const Real o = odd * d + minus3 * w * cj + term[k];
+                    f[(2 * k + (swap ? 2 : 1)) * chunk + i] = e + o;
+                    f[(2 * k + (swap ? 1 : 2)) * chunk + i] = e - o;
+                };
+                relax(0, w1, s0, d0, jx, ux);
+                relax(1, w1, s1, d1, jy, uy);
+                relax(2, w1, s2, d2, jz, uz);
+                relax(3, w2, s3, d3, jx + jy, ux + uy);
+                relax(4, w2, s4, d4, jx - jy, ux - uy);
+                relax(5, w2, s5, d5, jx + jz, ux + uz);
+                relax(6, w2, s6, d6, jx - jz, ux - uz);
+                relax(7, w2, s7, d7, jy + jz, uy + uz);
+                relax(8, w2, s8, d8, jy - jz, uy - uz);
+            } else {
+                // p: shear stress; t: moments of third order after collision, t_xxy etc.; see the reference kernel.
+                const Real third = rho * Real(1.0 / 3.0), kept = Real(1) - plus, stay = Real(4.5) * kept;
+                Real pxx = s0 + ((s3 + s4) + (s5 + s6)) - third - ux * ux, pyy = s1 + ((s3 + s4) + (s7 + s8)) - third - uy * uy,
+                     pzz = s2 + ((s5 + s6) + (s7 + s8)) - third - uz * uz;
+                const Real pxy = s3 - s4 - ux * uy, pxz = s5 - s6 - ux * uz, pyz = s7 - s8 - uy * uz;
+                const Real trace = Real(1.0 / 3.0) * (pxx + pyy + pzz);
+                pxx -= trace;
+                pyy -= trace;
+                pzz -= trace;
+                const Real common = rho - Real(1.5) * (ux * ux + uy * uy + uz * uz);
+                f[i] = w0 * common;
+                const auto moment = [&](Real ua, Real ub, Real pab, Real paa) {
+                    return model == Model::recursive ? ua * ua * ub + kept * (Real(2) * ua * pab + ub * paa) : Real(0);
+                };
+                const Real txxy = moment(ux, uy, pxy, pxx), txxz = moment(ux, uz, pxz, pxx), tyyx = moment(uy, ux, pxy, pyy),
+                           tyyz = moment(uy, uz, pyz, pyy), tzzx = moment(uz, ux, pxz, pzz), tzzy = moment(uz, uy, pyz, pzz);
+                const auto set = [&](std::size_t k, Real w, Real cj, Real cu, Real cpc, Real t) {
+                    const Real e = w * (common + Real(4.5) * cu * cu + stay * cpc);
+                    const Real o = w * (Real(3) * cj + Real(9) * t) + term[k];
+                    f[(2 * k + (swap ? 2 : 1)) * chunk + i] = e + o;
+                    f[(2 * k + (swap ? 1 : 2)) * chunk + i] = e - o;
+                };
+                set(0, w1, jx, ux, pxx, -(tyyx + tzzx));
+                set(1, w1, jy, uy, pyy, -(txxy + tzzy));
+                set(2, w1, jz, uz, pzz, -(txxz + tyyz));
+                set(3, w2, jx + jy, ux + uy, pxx + pyy + Real(2) * pxy, txxy + tyyx);
+                set(4, w2, jx - jy, ux - uy, pxx + pyy - Real(2) * pxy, tyyx - txxy);
+                set(5, w2, jx + jz, ux + uz, pxx + pzz + Real(2) * pxz, txxz + tzzx);
+                set(6, w2, jx - jz, ux - uz, pxx + pzz - Real(2) * pxz, tzzx - txxz);
+                set(7, w2, jy + jz, uy + uz, pyy + pzz + Real(2) * pyz, tyyz + tzzy);
+                set(8, w2, jy - jz, uy - uz, pyy + pzz - Real(2) * pyz, tzzy - tyyz);
             }
-            f[i] = f0 - plus * (f0 - w0 * rho);
-            const auto relax = [&](std::size_t k, Real w, Real s, Real d, Real cj, Real cu) {
-                const Real e = even * s + plus * w * (inertia ? rho + Real(4.5) * cu * cu : rho);
-                const Real o = odd * d + minus3 * w * cj + term[k];
-                f[(2 * k + (swap ? 2 : 1)) * chunk + i] = e + o;
-                f[(2 * k + (swap ? 1 : 2)) * chunk + i] = e - o;
-            };
-            relax(0, w1, s0, d0, jx, ux);
-            relax(1, w1, s1, d1, jy, uy);
-            relax(2, w1, s2, d2, jz, uz);
-            relax(3, w2, s3, d3, jx + jy, ux + uy);
-            relax(4, w2, s4, d4, jx - jy, ux - uy);
-            relax(5, w2, s5, d5, jx + jz, ux + uz);
-            relax(6, w2, s6, d6, jx - jz, ux - uz);
-            relax(7, w2, s7, d7, jy + jz, uy + uz);
-            relax(8, w2, s8, d8, jy - jz, uy - uz);
         }
     }
 #undef PAIR
@@ -130,13 +160,12 @@ inline void collide(Real* const rows, const KernelData<Real>& data, const Fetch&
 template <typename Real>
 struct Weights {
     Real share, shift, b;
-    inline Weights(Real x, Real plus, Real magic) {
+    inline Weights(Real x, const KernelData<Real>& data) {
         const Real second = Real(0.75) * x * x;
         const Real inverse = Real(1) / (Real(1) + Real(2) * x);
         b = (Real(1) - Real(2) * x) * inverse;
-        shift = Real(2) * inverse * (magic - second) / plus;
-        const Real bound = Real(0.6) * (Real(0.5) * plus + magic);
-        share = bound < second ? bound / second : Real(1);
+        shift = data.wall_shift * inverse * (data.wall_magic - second);
+        share = data.wall_bound < data.wall_limit * second ? data.wall_bound / second : data.wall_limit;
     }
 };
 

@@ -97,6 +97,7 @@ public:
 
 private:
     void fill_data(const Domain& domain, const Scheme& scheme) {
+        const WallRule rule = scheme.wall_rule();
         data_ = {.store = store_.data(),
                  .nodes = domain.nodes(),
                  .chunks = chunks_,
@@ -114,11 +115,13 @@ private:
                  .part_count = schedule_.parts.size(),
                  .odd_order = schedule_.odd_order.data(),
                  .interpolated = scheme.walls == Walls::interpolated,
-                 .inertia = scheme.inertia,
+                 .model = scheme.model,
                  .rate_plus = static_cast<Real>(scheme.rate_plus()),
                  .rate_minus = static_cast<Real>(scheme.rate_minus()),
-                 .lambda_plus = static_cast<Real>(scheme.tau - 0.5),
-                 .magic = static_cast<Real>(scheme.magic)};
+                 .wall_shift = static_cast<Real>(rule.shift),
+                 .wall_magic = static_cast<Real>(rule.magic),
+                 .wall_bound = static_cast<Real>(rule.bound),
+                 .wall_limit = static_cast<Real>(rule.limit)};
         for (std::size_t a = 0; a < 3; ++a) {
             data_.force[a] = static_cast<Real>(scheme.force[a]);
             data_.force_lu[a] = scheme.force[a];

@@ -23,7 +23,7 @@ struct Sweep {
     static constexpr std::size_t vectors_per_chunk = (directions - 1) * chunk / simd_lanes<Real>;
     [[nodiscard]] inline const Addresses::Vector* vectors_of(std::size_t c) const { return data.vectors + c * vectors_per_chunk; }
     [[nodiscard]] inline Weights<Real> weights(std::uint16_t distance) const {
-        return {static_cast<Real>(distance) * Real(1.0 / 65535.0), data.lambda_plus, data.magic};
+        return {static_cast<Real>(distance) * Real(1.0 / 65535.0), data};
     }
 
     inline void gather_far(std::size_t c, Buffer<Real>& buffer) const {
@@ -112,19 +112,19 @@ struct Sweep {
     }
 
     // The chunk itself is the buffer.
-    template <bool inertia>
+    template <Model model>
     void even_step(std::size_t c) const {
         Real* const rows = chunk_rows(c);
         const Real* const next = chunk_rows(c + 1);
         AtWalls<Real> at;
         arrive(c, rows, at);
-        collide<inertia, true>(rows, data, [&](std::size_t block) {
+        collide<model, true>(rows, data, [&](std::size_t block) {
             for (std::size_t q = 0; q < directions; ++q) __builtin_prefetch(next + q * chunk + block);
         });
         meet_walls<true>(c, rows, at);
     }
 
-    template <bool inertia>
+    template <Model model>
     void odd_step(std::size_t c, std::size_t next) const {
         Buffer<Real> buffer;
         AtWalls<Real> at;
@@ -133,7 +133,7 @@ struct Sweep {
         const Addresses::Vector* vector = vectors_of(next);
         const Real* const store = data.store;
         const Real* const rest = chunk_rows(next);
-        collide<inertia, false>(buffer.f, data, [&](std::size_t block) {
+        collide<model, false>(buffer.f, data, [&](std::size_t block) {
             __builtin_prefetch(rest + block);
             for (const Addresses::Vector* const end = vector + directions - 1; vector != end; ++vector) {
                 __builtin_prefetch(store + vector->first);
@@ -146,16 +146,16 @@ struct Sweep {
 
     // Both steps in one sweep: the odd step of a chunk follows when the even steps of all chunks that it accesses are done, while they
     // are still in a cache. Memory is then read and written once per two steps.
-    template <bool inertia>
+    template <Model model>
     void two_steps() const {
 #pragma omp parallel
         for (std::size_t p = 0; p < data.part_count; ++p) {
             const Schedule::Part& part = data.parts[p];
 #pragma omp for schedule(static) nowait
-            for (std::size_t c = part.even; c < part.even_end; ++c) even_step<inertia>(c);
+            for (std::size_t c = part.even; c < part.even_end; ++c) even_step<model>(c);
 #pragma omp for schedule(static)
             for (std::size_t i = part.odd; i < part.odd_end; ++i)
-                odd_step<inertia>(data.odd_order[i], data.odd_order[smaller(i + 1, data.chunks - 1)]);
+                odd_step<model>(data.odd_order[i], data.odd_order[smaller(i + 1, data.chunks - 1)]);
         }
     }
 
@@ -226,10 +226,20 @@ struct Sweep {
         arrive(c, before.f, at);
         std::memcpy(after.f, before.f, sizeof(before.f));
         const auto nothing = [](std::size_t) {};
-        if (data.inertia)
-            collide<true, false>(after.f, data, nothing);
-        else
-            collide<false, false>(after.f, data, nothing);
+        switch (data.model) {
+            case Model::stokes:
+                collide<Model::stokes, false>(after.f, data, nothing);
+                break;
+            case Model::navier_stokes:
+                collide<Model::navier_stokes, false>(after.f, data, nothing);
+                break;
+            case Model::regularised:
+                collide<Model::regularised, false>(after.f, data, nothing);
+                break;
+            case Model::recursive:
+                collide<Model::recursive, false>(after.f, data, nothing);
+                break;
+        }
         const auto give = [&](int q, std::size_t i) {
             const double given = static_cast<double>(after.f[static_cast<std::size_t>(q) * chunk + i]) +
                                  static_cast<double>(before.f[static_cast<std::size_t>(opposite(q)) * chunk + i]);
@@ -247,7 +257,16 @@ struct Sweep {
 template <typename Real>
 void two_steps(const KernelData<Real>& data) {
     const Sweep<Real> sweep{data};
-    data.inertia ? sweep.template two_steps<true>() : sweep.template two_steps<false>();
+    switch (data.model) {
+        case Model::stokes:
+            return sweep.template two_steps<Model::stokes>();
+        case Model::navier_stokes:
+            return sweep.template two_steps<Model::navier_stokes>();
+        case Model::regularised:
+            return sweep.template two_steps<Model::regularised>();
+        case Model::recursive:
+            return sweep.template two_steps<Model::recursive>();
+    }
 }
 
 template <typename Real>

@@ -41,9 +41,10 @@ struct KernelData {
     const Schedule::Part* parts;
     std::size_t part_count;
     const std::uint32_t* odd_order;
-    bool interpolated, inertia;
+    bool interpolated;
+    Model model;
     Real rate_plus, rate_minus;
-    Real lambda_plus, magic;  ///< tau - 1/2, and the magic parameter Lambda
+    Real wall_shift, wall_magic, wall_bound, wall_limit;  ///< WallRule
     Real force[3];
     Real force_term[19];  ///< 3 w c.F, force term of a population
     double force_lu[3];

@@ -27,23 +27,68 @@ double sum(const Populations& f) {
 
 // Two relaxation times: the symmetric part of each pair towards w rho (with inertia + w (9 (c.u)^2 - 3 u^2)/2), the
 // antisymmetric one towards 3 w c.j; then the force.
-Populations collide(const Populations& f, const Scheme& scheme) {
+Populations collide_two_times(const Populations& f, const Scheme& scheme) {
     const double rho = sum(f);
     const auto j = momentum(f);
     std::array<double, 3> u{};
     for (std::size_t a = 0; a < 3; ++a) u[a] = j[a] + 0.5 * scheme.force[a];
-    const double u2 = scheme.inertia ? u[0] * u[0] + u[1] * u[1] + u[2] * u[2] : 0.0;
+    const double u2 = scheme.inertia() ? u[0] * u[0] + u[1] * u[1] + u[2] * u[2] : 0.0;
     Populations after{};
     for (int q = 0; q < directions; ++q) {
         const auto here = static_cast<std::size_t>(q), there = static_cast<std::size_t>(opposite(q));
         const double w = d3q19::w(q);
         const double cj = c[here][0] * j[0] + c[here][1] * j[1] + c[here][2] * j[2];
-        const double cu = scheme.inertia ? c[here][0] * u[0] + c[here][1] * u[1] + c[here][2] * u[2] : 0.0;
+        const double cu = scheme.inertia() ? c[here][0] * u[0] + c[here][1] * u[1] + c[here][2] * u[2] : 0.0;
         const double even = 0.5 * (f[here] + f[there]) - w * (rho + 4.5 * cu * cu - 1.5 * u2);
         const double odd = 0.5 * (f[here] - f[there]) - 3.0 * w * cj;
         after[here] = f[here] - scheme.rate_plus() * even - scheme.rate_minus() * odd + scheme.force_term(q);
     }
     return after;
+}
+
+// Full equilibrium; of the rest the shear stress alone is kept. P is the stress, and b_xxy etc. are moments of third order of what remains
+// after collision: u_x^2 u_y of the equilibrium, and (1 - 1/tau) (2 u_x P_xy + u_y P_xx) of the rest. Docs/theory.md, "Flows that are not
+// steady".
+Populations collide_regularised(const Populations& f, const Scheme& scheme) {
+    const double rho = sum(f);
+    const auto j = momentum(f);
+    std::array<double, 3> u{};
+    for (std::size_t a = 0; a < 3; ++a) u[a] = j[a] + 0.5 * scheme.force[a];
+    std::array<std::array<double, 3>, 3> stress{};
+    for (std::size_t a = 0; a < 3; ++a)
+        for (std::size_t b = 0; b < 3; ++b) {
+            for (std::size_t q = 0; q < directions; ++q) stress[a][b] += c[q][a] * c[q][b] * f[q];
+            stress[a][b] -= (a == b ? rho / 3.0 : 0.0) + u[a] * u[b];
+        }
+    // The trace is set to zero: the bulk viscosity becomes 1/9, which damps sound.
+    const double trace = stress[0][0] + stress[1][1] + stress[2][2];
+    for (std::size_t a = 0; a < 3; ++a) stress[a][a] -= trace / 3.0;
+    const double kept = 1.0 - scheme.rate_plus(), u2 = u[0] * u[0] + u[1] * u[1] + u[2] * u[2];
+    const auto third = [&](std::size_t a, std::size_t b) {  // of the moment a a b
+        return scheme.model == Model::recursive ? u[a] * u[a] * u[b] + kept * (2.0 * u[a] * stress[a][b] + u[b] * stress[a][a]) : 0.0;
+    };
+    Populations after{};
+    for (int q = 0; q < directions; ++q) {
+        const auto& e = c[static_cast<std::size_t>(q)];
+        double ej = 0.0, eu = 0.0, along = 0.0, odd = 0.0;
+        int length = 0;
+        for (std::size_t a = 0; a < 3; ++a) {
+            ej += e[a] * j[a];
+            eu += e[a] * u[a];
+            length += e[a] * e[a];
+            for (std::size_t b = 0; b < 3; ++b) along += e[a] * e[b] * stress[a][b];
+        }
+        for (std::size_t b = 0; b < 3; ++b)
+            for (std::size_t a = 0; a < 3; ++a)
+                if (a != b && e[b] != 0) odd += length == 1 ? -9.0 * e[b] * third(a, b) : 9.0 * e[b] * std::abs(e[a]) * third(a, b);
+        after[static_cast<std::size_t>(q)] =
+            d3q19::w(q) * (rho + 3.0 * ej + 4.5 * eu * eu - 1.5 * u2 + 4.5 * kept * along + odd) + scheme.force_term(q);
+    }
+    return after;
+}
+
+Populations collide(const Populations& f, const Scheme& scheme) {
+    return scheme.two_relaxation_times() ? collide_two_times(f, scheme) : collide_regularised(f, scheme);
 }
 
 class ReferenceFlow : public Flow {
@@ -108,7 +153,7 @@ public:
 
 private:
     static std::size_t out(const WallLink& link) { return static_cast<std::size_t>(opposite(link.q)); }
-    [[nodiscard]] WallWeights<double> weights(const WallLink& link) const { return {link.fraction(), scheme_.tau - 0.5, scheme_.magic}; }
+    [[nodiscard]] WallWeights<double> weights(const WallLink& link) const { return {link.fraction(), scheme_.wall_rule()}; }
 
     [[nodiscard]] double arrival_weight(const WallLink& link) const {
         const auto w = weights(link);
@@ -129,8 +174,9 @@ private:
     }
 
     void arrive() {
-        for (std::size_t x = 0; x < domain_.nodes(); ++x) {
-            const auto here = place_in_grid(domain_.grid, static_cast<std::size_t>(domain_.cell[x]));
+        std::size_t x = 0;
+        domain_.cells.for_each([&](std::size_t cell) {
+            const auto here = place_in_grid(domain_.grid, cell);
             for (int q = 0; q < directions; ++q) {
                 auto from = here;
                 if (!step_in_grid(domain_.grid, domain_.drive, from, c[static_cast<std::size_t>(opposite(q))])) continue;
@@ -138,7 +184,8 @@ private:
                 if (other >= 0)
                     before_[x][static_cast<std::size_t>(q)] = after_[static_cast<std::size_t>(other)][static_cast<std::size_t>(q)];
             }
-        }
+            ++x;
+        });
         for (std::size_t l = 0; l < domain_.boundary_links.size(); ++l) {
             const BoundaryLink& link = domain_.boundary_links[l];
             before_[link.node][link.q] = link.sign * after_[link.source][link.source_q] + boundary_added_[l];

@@ -1,0 +1,184 @@
+#include "lbm/mean_flow.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/math/distributions/students_t.hpp>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "core/interrupt.hpp"
+#include "core/log.hpp"
+#include "lbm/layers.hpp"
+#include "lbm/solver.hpp"
+
+namespace porepack::lbm {
+using namespace core;
+namespace {
+
+constexpr double samples_per_turnover = 20.0, turnovers_of_start = 10.0, fastest_possible_lu = 0.577;  // the speed of sound
+
+struct Moment {
+    double mean = 0.0, variance = 0.0;
+};
+Moment moment_of(std::span<const double> samples) {
+    Moment moment;
+    const auto n = static_cast<double>(samples.size());
+    moment.mean = std::accumulate(samples.begin(), samples.end(), 0.0) / n;
+    for (const double x : samples) moment.variance += (x - moment.mean) * (x - moment.mean) / std::max(1.0, n - 1.0);
+    return moment;
+}
+
+// Number of samples from whose end on the mean has the smallest standard error, in steps of a hundredth.
+std::size_t beginning_of(std::span<const double> samples) {
+    std::size_t best = 0;
+    double least = std::numeric_limits<double>::max();
+    const std::size_t step = std::max<std::size_t>(1, samples.size() / 100);
+    for (std::size_t left_out = 0; 2 * left_out <= samples.size(); left_out += step) {
+        const auto rest = samples.subspan(left_out);
+        const double error = moment_of(rest).variance / static_cast<double>(rest.size());
+        if (error < least) {
+            least = error;
+            best = left_out;
+        }
+    }
+    return best;
+}
+
+double correlation_of(std::span<const double> samples, const Moment& moment) {
+    double sum = 1.0;
+    const std::size_t n = samples.size();
+    for (std::size_t lag = 1; 2 * lag < n && static_cast<double>(lag) < 5.0 * std::max(1.0, sum); ++lag) {
+        double product = 0.0;
+        for (std::size_t i = 0; i + lag < n; ++i) product += (samples[i] - moment.mean) * (samples[i + lag] - moment.mean);
+        sum += 2.0 * product / (static_cast<double>(n) * moment.variance);
+    }
+    return std::max(1.0, sum);
+}
+
+// What a sample takes from the flow.
+struct Sample {
+    double along = 0.0, lateral[2] = {0.0, 0.0}, squares = 0.0, density = 0.0, fastest = 0.0;
+};
+Sample sample_of(const Flow& flow, const Domain& domain) {
+    const auto axis = static_cast<std::size_t>(domain.drive.axis);
+    struct Sums {
+        std::size_t axis;
+        Sample sample;
+        void visit(std::size_t, const Moments& here) {
+            const auto& u = here.velocity;
+            const double square = u[0] * u[0] + u[1] * u[1] + u[2] * u[2];
+            sample.along += u[axis];
+            sample.lateral[0] += u[(axis + 1) % 3];
+            sample.lateral[1] += u[(axis + 2) % 3];
+            sample.squares += square;
+            sample.density += here.density;
+            sample.fastest = square > sample.fastest || std::isnan(square) ? square : sample.fastest;
+        }
+    };
+    Sample all;
+    for_all_moments(
+        flow, domain,
+        [&] {
+            return Sums{axis, {}};
+        },
+        [&](const Sums& sums) {
+            const Sample& part = sums.sample;
+            all.along += part.along;
+            for (std::size_t a = 0; a < 2; ++a) all.lateral[a] += part.lateral[a];
+            all.squares += part.squares;
+            all.density += part.density;
+            all.fastest = part.fastest > all.fastest || std::isnan(part.fastest) ? part.fastest : all.fastest;
+        });
+    all.fastest = std::sqrt(all.fastest);
+    return all;
+}
+
+void add_everywhere(Flow& flow, const Domain& domain, double density) {
+    std::array<double, Flow::chunk> added;
+    added.fill(density);
+#pragma omp parallel for schedule(static)
+    for (std::size_t first = 0; first < domain.nodes(); first += Flow::chunk)
+        flow.add_density(first, std::span(added).first(std::min(Flow::chunk, domain.nodes() - first)));
+}
+
+bool is_steady(std::span<const double> samples, double change) {
+    const auto window = static_cast<std::size_t>(5.0 * samples_per_turnover);
+    if (samples.size() < window) return false;
+    const auto last = samples.last(window);
+    const auto [low, high] = std::minmax_element(last.begin(), last.end());
+    return *high - *low < change * std::abs(last.back());
+}
+
+}  // namespace
+
+SeriesMean mean_of_series(std::span<const double> samples) {
+    SeriesMean result{.half_width = std::numeric_limits<double>::infinity()};
+    if (samples.empty()) return result;
+    result.discarded = beginning_of(samples);
+    const auto rest = samples.subspan(result.discarded);
+    const Moment moment = moment_of(rest);
+    result.mean = moment.mean;
+    result.deviation = std::sqrt(moment.variance);
+    result.correlation = moment.variance > 0.0 ? correlation_of(rest, moment) : 1.0;
+    result.independent = static_cast<double>(rest.size()) / result.correlation;
+    if (result.independent >= 3.0) {
+        const boost::math::students_t distribution(result.independent - 1.0);
+        result.half_width = boost::math::quantile(distribution, 0.975) * result.deviation / std::sqrt(result.independent);
+    }
+    return result;
+}
+
+MeanFlow average_in_time(Flow& flow, const Domain& domain, double area_cells, const MeanFlowCriterion& criterion) {
+    const long apart = std::max(2L, 2 * std::lround(0.5 * criterion.turnover_steps / samples_per_turnover));
+    const double per_turnover = criterion.turnover_steps / static_cast<double>(apart),
+                 layers = domain.grid.cells[static_cast<std::size_t>(domain.drive.axis)];
+    const auto nodes = static_cast<double>(domain.nodes());
+    const Stopwatch watch;
+    Progress line("lattice Boltzmann, mean in time");
+    MeanFlow mean;
+    std::vector<double> energy, lateral;
+    SeriesMean series;
+    for (double next_look = criterion.least_turnovers; !mean.converged && mean.turnovers < criterion.most_turnovers;) {
+        for (long step = 0; step < apart && !interrupted(); step += 2) flow.advance_two_steps();
+        check_interrupt();
+        mean.steps += apart;
+        const Sample sample = sample_of(flow, domain);
+        if (!(sample.fastest < fastest_possible_lu))  // NaN too
+            throw FlowDiverged(fmt::format("the flow diverged within {} steps", mean.steps),
+                               {.fix = "use smaller voxels, or a more stable collision"});
+        add_everywhere(flow, domain, -sample.density / nodes);
+        mean.fastest_lu = std::max(mean.fastest_lu, sample.fastest);
+        mean.velocity_lu.push_back(sample.along / (area_cells * layers));
+        energy.push_back(sample.squares * nodes / (sample.along * sample.along));
+        lateral.push_back(std::hypot(sample.lateral[0], sample.lateral[1]) / sample.along);
+        mean.turnovers = static_cast<double>(mean.velocity_lu.size()) / per_turnover;
+        mean.steady = mean.turnovers > turnovers_of_start && is_steady(mean.velocity_lu, criterion.steady_change);
+        if (mean.steady || mean.turnovers >= std::min(next_look, criterion.most_turnovers)) {
+            series = mean_of_series(mean.velocity_lu);
+            mean.converged = mean.steady || (series.independent >= 10.0 && series.half_width < criterion.tolerance * std::abs(series.mean));
+            next_look = 1.1 * mean.turnovers;
+        }
+        const double missing = std::isfinite(series.half_width) && series.mean > 0.0
+                                   ? std::min(criterion.most_turnovers,
+                                              mean.turnovers * std::pow(series.half_width / (criterion.tolerance * series.mean), 2.0))
+                                   : criterion.most_turnovers;
+        line.update(std::min(0.99, mean.turnovers / std::max({missing, criterion.least_turnovers, mean.turnovers})),
+                    fmt::format("turnover {:.1f}, velocity {:.4g}", mean.turnovers, mean.velocity_lu.back()));
+    }
+    const auto from = static_cast<std::ptrdiff_t>(mean.steady ? mean.velocity_lu.size() - 1 : series.discarded);
+    const auto mean_from = [&](const std::vector<double>& values) {
+        return std::accumulate(values.begin() + from, values.end(), 0.0) / static_cast<double>(values.end() - values.begin() - from);
+    };
+    mean.superficial_velocity_lu = mean_from(mean.velocity_lu);
+    mean.kinetic_energy_factor = mean_from(energy);
+    mean.lateral_share = mean_from(lateral);
+    mean.half_width = mean.steady ? 0.0 : series.half_width / series.mean;
+    mean.fluctuation = mean.steady ? 0.0 : series.deviation / series.mean;
+    mean.correlation_turnovers = series.correlation / per_turnover;
+    mean.seconds = watch.seconds();
+    return mean;
+}
+
+}  // namespace porepack::lbm
