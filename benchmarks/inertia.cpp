@@ -44,7 +44,7 @@ constexpr Collision collisions[] = {{"one relaxation time", Model::navier_stokes
                                     {"regularised", Model::regularised, 0.0},
                                     {"recursive regularised", Model::recursive, 0.0}};
 
-// Twenty turnovers from creeping flow, at about this Reynolds number by the diameter and the superficial velocity.
+// Forty turnovers from creeping flow, at about this Reynolds number by the diameter and the superficial velocity.
 void try_collisions(const Array& array, double nodes_per_diameter, const std::vector<double>& reynolds, Table& table) {
     const PoreSpace space = array.flow.pore_space();
     const PhaseImage image = space.voxelise_at(array.flow.diameter_m / nodes_per_diameter);
@@ -66,7 +66,7 @@ void try_collisions(const Array& array, double nodes_per_diameter, const std::ve
             MeanFlow mean;
             try {
                 mean = average_in_time(*flow, domain, area,
-                                       {.tolerance = 0.05, .turnover_steps = layers * porosity / speed, .most_turnovers = 30.0});
+                                       {.tolerance = 0.05, .turnover_steps = d * porosity / speed, .most_turnovers = 50.0});
             } catch (const FlowDiverged&) {
                 end = "diverged";
             }
@@ -94,7 +94,7 @@ Json inertia_benchmark(bool quick, const Path& output) {
             const std::vector<double> reynolds = {5, 10, 20, 35, 50, 75, 100, 150, 200, 300, 400, 500};
             const InertialSeries series =
                 lbm_inertial_flows(array.flow.pore_space(), array.flow.diameter_m / nodes, reynolds, array.flow.diameter_m,
-                                   {.in_time = InertialCriterion::InTime{.tolerance = 0.01, .most_turnovers = quick ? 60.0 : 400.0}});
+                                   {.in_time = InertialCriterion::InTime{.tolerance = 0.01, .most_turnovers = quick ? 100.0 : 800.0}});
             for (const InertialFlow& flow : series.flows)
                 friction.add(array.name, nodes, flow.reynolds, flow.permeability_m2, series.creeping_permeability_m2,
                              flow.in_time->half_width, flow.in_time->steady ? 1 : 0, flow.in_time->fluctuation, flow.in_time->turnovers,

@@ -118,7 +118,7 @@ public:
     }
 
     // The mean in time, in a cell that is periodic along the flow: there the mean drag balances the force.
-    MeanFlow average(double viscosity, double force, double wanted_speed, double faster, double denser) {
+    MeanFlow average(double viscosity, double force, double wanted_speed, double length_lu, double faster, double denser) {
         const InertialCriterion::InTime& criterion = *criterion_.in_time;
         Scheme scheme{.tau = 0.5 + 3.0 * viscosity, .walls = Walls::interpolated, .model = criterion.model};
         scheme.force[2] = force;
@@ -128,7 +128,7 @@ public:
         const double layers = image_.grid.cells[2], porosity = static_cast<double>(domain_.nodes()) / (section_.area_cells * layers);
         const MeanFlow mean = average_in_time(*flow, domain_, section_.area_cells,
                                               {.tolerance = criterion.tolerance,
-                                               .turnover_steps = layers * porosity / wanted_speed,
+                                               .turnover_steps = length_lu * porosity / wanted_speed,
                                                .most_turnovers = criterion.most_turnovers});
         gradient_ = resistance_ = force;
         kinetic_share_ = 0.0;
@@ -215,7 +215,7 @@ InertialFlow next_flow(Series& series, const InertialSeries& known, const Inerti
     const double faster = speed / state.speed, denser = force / state.force;
     InertialFlow flow{.relaxation_time = 0.5 + 3.0 * viscosity};
     if (criterion.in_time) {
-        const MeanFlow mean = series.average(viscosity, force, speed, faster, denser);
+        const MeanFlow mean = series.average(viscosity, force, speed, length_lu, faster, denser);
         state.speed = mean.superficial_velocity_lu;
         flow.converged = mean.converged;
         flow.fastest_lu = mean.fastest_lu;

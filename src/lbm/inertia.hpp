@@ -28,7 +28,7 @@ struct InertialFlow {
         double fluctuation = 0.0;            ///< standard deviation of the mean velocity in time, over its mean
         double kinetic_energy_factor = 0.0;  ///< <u^2> / <u_z>^2 over the fluid
         double lateral_share = 0.0;          ///< velocity across the flow over that along it
-        double turnovers = 0.0;              ///< time, in passages of the mean velocity in the pores through the cell
+        double turnovers = 0.0;              ///< time, in passages of the mean velocity in the pores by one grain diameter
         double correlation_turnovers = 0.0;
     };
     std::optional<InTime> in_time = {};
@@ -87,7 +87,7 @@ struct InertialCriterion {
     /// Means in time instead of steady flows, in a cell that is periodic along the flow.
     struct InTime {
         double tolerance = 0.02;      ///< relative half width of the 95 % interval of the mean velocity
-        double most_turnovers = 400;  ///< a flow whose mean is not known then ends the series
+        double most_turnovers = 800;  ///< a flow whose mean is not known then ends the series
         Model model = Model::recursive;
     };
     std::optional<InTime> in_time = {};

@@ -17,7 +17,7 @@ namespace porepack::lbm {
 using namespace core;
 namespace {
 
-constexpr double samples_per_turnover = 20.0, turnovers_of_start = 10.0, fastest_possible_lu = 0.577;  // the speed of sound
+constexpr double samples_per_turnover = 10.0, turnovers_of_start = 20.0, fastest_possible_lu = 0.577;  // the speed of sound
 
 struct Moment {
     double mean = 0.0, variance = 0.0;
@@ -104,7 +104,7 @@ void add_everywhere(Flow& flow, const Domain& domain, double density) {
 }
 
 bool is_steady(std::span<const double> samples, double change) {
-    const auto window = static_cast<std::size_t>(5.0 * samples_per_turnover);
+    const auto window = static_cast<std::size_t>(10.0 * samples_per_turnover);
     if (samples.size() < window) return false;
     const auto last = samples.last(window);
     const auto [low, high] = std::minmax_element(last.begin(), last.end());

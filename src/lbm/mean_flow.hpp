@@ -23,10 +23,10 @@ struct SeriesMean {
 
 struct MeanFlowCriterion {
     double tolerance = 0.01;       ///< of the relative half width of the mean velocity; a smaller one takes longer with its inverse square
-    double turnover_steps = 1000;  ///< steps in which the mean velocity in the pores passes one period of the cell
-    double least_turnovers = 20;   ///< that are always computed: slow fluctuations must have a chance to show
-    double most_turnovers = 400;   ///< then the run ends without having met the tolerance
-    double steady_change = 1e-4;   ///< a flow whose velocity varies by less than this (relative) over five turnovers is steady
+    double turnover_steps = 1000;  ///< steps in which the mean velocity in the pores passes one grain diameter
+    double least_turnovers = 40;   ///< that are always computed: slow fluctuations must have a chance to show
+    double most_turnovers = 800;   ///< then the run ends without having met the tolerance
+    double steady_change = 1e-4;   ///< a flow whose velocity varies by less than this (relative) over ten turnovers is steady
 };
 
 struct MeanFlow {
@@ -42,7 +42,7 @@ struct MeanFlow {
     double turnovers = 0.0;
     long steps = 0;
     double seconds = 0.0;
-    std::vector<double> velocity_lu;  ///< superficial velocity, a sample every 1/20 of a turnover
+    std::vector<double> velocity_lu;  ///< superficial velocity, a sample every 1/10 of a turnover
 };
 
 /// Steps until the mean of the superficial velocity along the flow is known to the tolerance, in a cell that is periodic along the flow.

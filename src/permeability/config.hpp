@@ -16,7 +16,7 @@ struct ForchheimerConfig {
     long max_steps = 100000;
     bool mean_in_time = false;
     double statistical_tolerance = 0.02;
-    double max_turnovers = 400.0;
+    double max_turnovers = 800.0;
     bool openfoam = true;
     double cell_size_m = 0.0;
     long surface_level = 1;
@@ -48,9 +48,9 @@ inline void describe(core::ConfigVisitor& v, ForchheimerConfig& c) {
     v.number("statistical_tolerance", c.statistical_tolerance, {.low = 1e-4, .high = 0.5},
              "with mean_in_time: relative half width of the 95 % interval of the mean velocity at which a flow ends");
     v.number(
-        "max_turnovers", c.max_turnovers, {.low = 20.0, .high = 1e6},
+        "max_turnovers", c.max_turnovers, {.low = 40.0, .high = 1e6},
         "with mean_in_time: a flow whose mean is not known to the tolerance after this time ends the series; a turnover is the time in "
-        "which the mean velocity in the pores passes the height of the box");
+        "which the mean velocity in the pores passes one grain diameter");
     v.boolean("openfoam", c.openfoam, "compute the same flows by OpenFOAM as well");
     v.number("cell_size_m", c.cell_size_m, core::length_range_or_auto(),
              "size of OpenFOAM's background cells; auto: the smallest capsule diameter / 4");

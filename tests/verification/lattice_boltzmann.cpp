@@ -82,7 +82,8 @@ TEST(WallDistance, OfASurfaceIsThatOfItsTriangles) {
 double largest_difference(const Scene& scene, const Scheme& scheme, Kernel one, Kernel other, int pairs) {
     const auto a = make_flow(one, scene.domain, scheme), b = make_flow(other, scene.domain, scheme);
     std::vector<double> added(scene.domain.nodes());
-    for (std::size_t i = 0; i < added.size(); ++i) added[i] = 1e-3 * static_cast<double>(scene.domain.layer_of_cell(scene.domain.cells.cell(i)) % 7);
+    for (std::size_t i = 0; i < added.size(); ++i)
+        added[i] = 1e-3 * static_cast<double>(scene.domain.layer_of_cell(scene.domain.cells.cell(i)) % 7);
     for (int i = 0; i < pairs; ++i) {
         a->advance_two_steps();
         b->advance_two_steps();

@@ -166,5 +166,28 @@ TEST(HardCase, ABlockedPackingIsFoundBeforeAnyStep) {
     EXPECT_THROW((void)bed.solve(1.0 / 24, {.tolerance = 0.05}), DoesNotPercolate);
 }
 
+// A duct at the far corner of a grid of more than 2^31 cells: the flow is that of the same duct in a small grid, to the last bit.
+TEST(HardCase, CellsBeyond32Bits) {
+    const auto moments_of = [](int nx, int ny) {
+        PhaseImage image{.grid = {.cells = {nx, ny, 1400}}, .phase = {}, .notes = {}};
+        image.phase.assign(image.grid.size(), Phase::grain);
+        for (int k = 0; k < 1400; ++k)
+            for (int j = ny - 6; j < ny - 2; ++j)
+                for (int i = nx - 7; i < nx - 3; ++i) image.phase[image.grid.index(i, j, k)] = Phase::pore;
+        const Domain domain = build_domain(image, {.axis = 2, .periodic = {false, false, true}}, nullptr);
+        EXPECT_EQ(domain.nodes(), 16U * 1400U);
+        EXPECT_EQ(domain.cells.cell(domain.nodes() - 1), image.grid.index(nx - 4, ny - 3, 1399));
+        const auto flow = make_flow(Kernel::cpu_double, domain, {.walls = Walls::bounce_back, .force = {0.0, 0.0, 1e-5}});
+        for (int step = 0; step < 20; ++step) flow->advance_two_steps();
+        std::vector<Moments> moments(domain.nodes());
+        flow->moments(0, moments);
+        return moments;
+    };
+    const std::vector<Moments> small = moments_of(10, 10), large = moments_of(1270, 1270);  // 2.26e9 cells
+    ASSERT_EQ(small.size(), large.size());
+    for (std::size_t node = 0; node < small.size(); ++node) ASSERT_EQ(small[node].velocity, large[node].velocity) << node;
+    EXPECT_GT(large[large.size() / 2].velocity[2], 1e-6);
+}
+
 }  // namespace
 }  // namespace porepack
