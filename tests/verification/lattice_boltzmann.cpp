@@ -4,6 +4,7 @@
 #include "arrays.hpp"
 #include "converters/surface.hpp"
 #include "helpers.hpp"
+#include "lbm/kernels/cpu/addresses.hpp"
 #include "lbm/kernels/cpu/kernel.hpp"
 #include "lbm/lattice.hpp"
 #include "lbm/sequence.hpp"
@@ -136,6 +137,42 @@ TEST(Convergence, BalancedLayersSaveStepsInALongBed) {
     EXPECT_LT(2 * balanced.steps, plain.steps);
     EXPECT_NEAR(balanced.permeability_lu / exact.permeability_lu, 1.0, 2e-3);
     EXPECT_NEAR(solved(false, 1e-5).permeability_lu / exact.permeability_lu, 1.0, 1e-4) << "the steady state is the same";
+}
+
+// Populations beyond 2^32, and neighbours at the other end of such a grid: every lane is read from its slot, by a group or by itself.
+TEST(Kernels, AddressesReachBeyond32Bits) {
+    using namespace lbm::cpu;
+    std::mt19937_64 random(3);
+    for (const std::uint64_t start :
+         {std::uint64_t{5000}, std::uint64_t{1} << 31U, (std::uint64_t{1} << 32U) - 50, std::uint64_t{7} << 33U}) {
+        std::vector<std::uint64_t> slots(chunk_nodes - 5);
+        for (std::size_t i = 0; i < slots.size(); ++i) {
+            slots[i] = start + i + 1000 * (i / 20);
+            if (i % 40 == 39) slots[i] = random() >> 20U | 4096U;  // through a periodic face, up to 2^44 away
+        }
+        const std::size_t q = 7;
+        std::array<Addresses::Group, groups_per_chunk> groups;
+        std::vector<Addresses::Single> singles;
+        const std::uint64_t base = make_groups(slots, q, groups.data(), singles);
+        std::vector<std::uint64_t> found(slots.size(), 0);
+        for (std::size_t i = 0; i < slots.size(); ++i) {
+            const Addresses::Group& group = groups[i / group_lanes];
+            const std::size_t lane = i % group_lanes;
+            if ((group.first_lanes >> lane & 1U) != 0) found[i] = base + group.first + lane;
+            if ((group.second_lanes >> lane & 1U) != 0) {
+                EXPECT_EQ(found[i], 0U);
+                found[i] = base + group.second + lane;
+            }
+        }
+        for (const Addresses::Single single : singles) {
+            const std::size_t place = single & ((1U << Addresses::place_bits) - 1);
+            ASSERT_EQ(place / chunk_nodes, q);
+            EXPECT_EQ(found[place % chunk_nodes], 0U);
+            found[place % chunk_nodes] = single >> Addresses::place_bits;
+        }
+        EXPECT_EQ(found, slots) << start;
+        EXPECT_LT(singles.size(), 30U);
+    }
 }
 
 // Every instruction set of this processor; each is selected one after the other.

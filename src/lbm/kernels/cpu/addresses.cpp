@@ -20,7 +20,7 @@ class Tracer {
 public:
     explicit Tracer(const Domain& domain) : domain_(domain), neighbours_(domain) {}
 
-    using Slots = std::array<std::array<std::uint32_t, chunk_nodes>, d3q19::directions>;
+    using Slots = std::array<std::array<std::uint64_t, chunk_nodes>, d3q19::directions>;
     // Slots of the populations that arrive at the chunk's nodes; returns the number of nodes.
     std::size_t trace(std::size_t first, Slots& slots) {
         const std::size_t end = std::min(domain_.nodes(), first + chunk_nodes);
@@ -30,15 +30,13 @@ public:
             const auto& near = neighbours_.of(cells[node - first]);
             for (std::size_t q = 1; q < d3q19::directions; ++q) {
                 const auto out = static_cast<std::size_t>(opposite(static_cast<int>(q)));
-                slots[q][node - first] =
-                    static_cast<std::uint32_t>(near[out] >= 0 ? slot_of(out, static_cast<std::size_t>(near[out])) : slot_of(q, node));
+                slots[q][node - first] = near[out] >= 0 ? slot_of(out, static_cast<std::size_t>(near[out])) : slot_of(q, node);
             }
         }
         const auto by_node = [](const BoundaryLink& link, std::size_t node) { return link.node < node; };
         for (auto link = std::lower_bound(domain_.boundary_links.begin(), domain_.boundary_links.end(), first, by_node);
              link != domain_.boundary_links.end() && link->node < end; ++link)
-            slots[link->q][link->node - first] =
-                static_cast<std::uint32_t>(slot_of(static_cast<std::size_t>(opposite(link->source_q)), link->source));
+            slots[link->q][link->node - first] = slot_of(static_cast<std::size_t>(opposite(link->source_q)), link->source);
         return end - first;
     }
 
@@ -47,36 +45,54 @@ private:
     Neighbours neighbours_;
 };
 
-// The two locations of most SIMD lanes; the other lanes are added to `singles`. All lanes hold slots.
-Addresses::Vector gather_vector(std::span<const std::uint32_t> slots, std::size_t place, std::vector<Addresses::Single>& singles) {
-    std::array<std::uint32_t, 64> base{};
-    std::array<std::uint16_t, 64> lanes{};
-    std::size_t bases = 0;
+// The two locations of most lanes; the other lanes are added to `singles`. All lanes of the group hold slots near its base.
+Addresses::Group make_group(std::span<const std::uint64_t> slots, std::uint64_t base, std::size_t place,
+                            std::vector<Addresses::Single>& singles) {
+    std::array<std::uint32_t, group_lanes> location{}, lanes{};
+    std::size_t locations = 0;
     for (std::size_t i = 0; i < slots.size(); ++i) {
-        const auto here = static_cast<std::uint32_t>(slots[i] - i);  // no slot of a direction is below one chunk
-        std::size_t b = 0;
-        while (b < bases && base[b] != here) ++b;
-        if (b == bases) base[bases++] = here;
-        lanes[b] = static_cast<std::uint16_t>(lanes[b] | 1U << i);
+        const std::uint64_t offset = slots[i] - i - base;  // wraps where the slot is below the base
+        if (offset >> 32U != 0) {
+            singles.push_back(slots[i] << Addresses::place_bits | (place + i));
+            continue;
+        }
+        const auto here = static_cast<std::uint32_t>(offset);
+        std::size_t l = 0;
+        while (l < locations && location[l] != here) ++l;
+        if (l == locations) location[locations++] = here;
+        lanes[l] |= 1U << i;
     }
-    for (std::size_t b = 0; b < std::min<std::size_t>(bases, 2); ++b)
-        for (std::size_t other = b + 1; other < bases; ++other)
-            if (std::popcount(lanes[other]) > std::popcount(lanes[b])) {
-                std::swap(base[b], base[other]);
-                std::swap(lanes[b], lanes[other]);
+    for (std::size_t l = 0; l < std::min<std::size_t>(locations, 2); ++l)
+        for (std::size_t other = l + 1; other < locations; ++other)
+            if (std::popcount(lanes[other]) > std::popcount(lanes[l])) {
+                std::swap(location[l], location[other]);
+                std::swap(lanes[l], lanes[other]);
             }
-    for (std::size_t b = 2; b < bases; ++b)
+    for (std::size_t l = 2; l < locations; ++l)
         for (std::size_t i = 0; i < slots.size(); ++i)
-            if ((lanes[b] >> i & 1U) != 0) singles.push_back({slots[i], static_cast<std::uint16_t>(place + i)});
-    return {base[0], bases > 1 ? base[1] : base[0], lanes[0], lanes[1]};
+            if ((lanes[l] >> i & 1U) != 0) singles.push_back(slots[i] << Addresses::place_bits | (place + i));
+    return {location[0], locations > 1 ? location[1] : location[0], lanes[0], lanes[1]};
 }
 
 }  // namespace
 
-Addresses find_addresses(const Domain& domain, std::size_t lanes) {
-    const std::size_t chunks = (domain.nodes() + chunk_nodes - 1) / chunk_nodes, a_chunk = (d3q19::directions - 1) * chunk_nodes / lanes;
-    Addresses addresses{.slots = slot_of(0, chunks * chunk_nodes), .vectors = {}, .singles = {}, .first_single = {0}};
-    addresses.vectors.resize(chunks * a_chunk);
+std::uint64_t make_groups(std::span<const std::uint64_t> slots, std::size_t q, Addresses::Group* groups,
+                          std::vector<Addresses::Single>& singles) {
+    constexpr std::uint64_t reach = std::uint64_t{1} << 31U;
+    const std::uint64_t base = slots[0] > reach ? slots[0] - reach : 0;
+    for (std::size_t i = 0; i < chunk_nodes; i += group_lanes, ++groups)
+        *groups = i < slots.size()
+                      ? make_group(slots.subspan(i, std::min(group_lanes, slots.size() - i)), base, q * chunk_nodes + i, singles)
+                      : Addresses::Group{};
+    return base;
+}
+
+Addresses find_addresses(const Domain& domain) {
+    const std::size_t chunks = (domain.nodes() + chunk_nodes - 1) / chunk_nodes;
+    constexpr std::size_t pairs = d3q19::directions - 1;
+    Addresses addresses{.slots = slot_of(0, chunks * chunk_nodes), .bases = {}, .groups = {}, .singles = {}, .first_single = {0}};
+    addresses.bases.resize(chunks * pairs);
+    addresses.groups.resize(chunks * pairs * groups_per_chunk);
     constexpr std::size_t share = 256;
     struct Part {
         std::vector<Addresses::Single> singles;
@@ -88,19 +104,20 @@ Addresses find_addresses(const Domain& domain, std::size_t lanes) {
         Tracer::Slots slots;
         for (std::size_t c = p * share; c < std::min(chunks, (p + 1) * share); ++c) {
             const std::size_t size = tracer.trace(c * chunk_nodes, slots);
-            Addresses::Vector* vector = addresses.vectors.data() + c * a_chunk;
             for (std::size_t q = 1; q < d3q19::directions; ++q) {
-                for (std::size_t i = 0; i < chunk_nodes; i += lanes, ++vector) {
-                    const std::size_t count = i < size ? std::min(lanes, size - i) : 0;
-                    *vector = count == 0 ? Addresses::Vector{}
-                                         : gather_vector(std::span(slots[q]).subspan(i, count), q * chunk_nodes + i, parts[p].singles);
-                }
+                const std::size_t row = c * pairs + q - 1;
+                addresses.bases[row] =
+                    make_groups(std::span(slots[q]).first(size), q, addresses.groups.data() + row * groups_per_chunk, parts[p].singles);
             }
             parts[p].end.push_back(parts[p].singles.size());
         }
     });
+    std::size_t singles = 0;
+    for (const Part& part : parts) singles += part.singles.size();
+    addresses.singles.reserve(singles);
+    addresses.first_single.reserve(chunks + 1);
     for (Part& part : parts) {
-        for (const std::size_t end : part.end) addresses.first_single.push_back(static_cast<std::uint32_t>(addresses.singles.size() + end));
+        for (const std::size_t end : part.end) addresses.first_single.push_back(addresses.singles.size() + end);
         addresses.singles.insert(addresses.singles.end(), part.singles.begin(), part.singles.end());
         part = {};
     }

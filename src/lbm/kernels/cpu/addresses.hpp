@@ -2,41 +2,48 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "lbm/domain.hpp"
 
 namespace porepack::lbm::cpu {
 
-/// Population q that arrives at a node is, before an even step, in the node's own slot q; before an odd step in the slot
-/// given here: its neighbour's slot opposite(q), or its own slot q at a wall. A step writes the population leaving along
-/// opposite(q) to the slot from which it read q, so only one node uses each slot. Nodes are stored in chunks, and a chunk
-/// holds its 19 populations one after the other: an even step reads memory sequentially.
-/// For an odd step the slots of one q are read one vector at a time: neighbours in a row of cells are adjacent, so that a
-/// vector mostly comes from one or two locations in memory. SIMD lanes from a third location are read one by one.
-struct Addresses {
-    struct Vector {
-        std::uint32_t first, second;              ///< lane i is in slot first + i ...
-        std::uint16_t first_lanes, second_lanes;  ///< ... if bit i is set here
-    };
-    struct Single {
-        std::uint32_t slot;
-        std::uint16_t place;  ///< chunk_nodes q + node in the chunk
-    };
-    std::size_t slots = 0;
-    std::vector<Vector> vectors;  ///< by chunk, q = 1, 2, ... 18, and SIMD lanes
-    std::vector<Single> singles;  ///< by chunk
-    std::vector<std::uint32_t> first_single;
-    [[nodiscard]] double bytes() const {
-        return static_cast<double>(vectors.size() * sizeof(Vector) + singles.size() * sizeof(Single) + first_single.size() * 4);
-    }
-};
-
-inline constexpr std::size_t chunk_nodes = 128;
+inline constexpr std::size_t chunk_nodes = 128, group_lanes = 32, groups_per_chunk = chunk_nodes / group_lanes;
 [[nodiscard]] constexpr std::size_t slot_of(std::size_t q, std::size_t node) {
     return (node / chunk_nodes * 19 + q) * chunk_nodes + node % chunk_nodes;
 }
 
-[[nodiscard]] Addresses find_addresses(const Domain& domain, std::size_t lanes);
+/// Population q that arrives at a node is, before an even step, in the node's own slot q; before an odd step in the slot
+/// given here: its neighbour's slot opposite(q), or its own slot q at a wall. A step writes the population leaving along
+/// opposite(q) to the slot from which it read q, so only one node uses each slot. Nodes are stored in chunks, and a chunk
+/// holds its 19 populations one after the other: an even step reads memory sequentially.
+/// For an odd step the slots of one q are read in groups of 32 nodes: neighbours in a row of cells are adjacent, so that a
+/// group mostly comes from one or two locations in memory. Lanes from a third location are read one by one, and so are those that are
+/// 2^31 slots away from the first one of their chunk and q (through a periodic face of a large grid).
+struct Addresses {
+    struct Group {
+        std::uint32_t first, second;              ///< lane i is in slot base + first + i ...
+        std::uint32_t first_lanes, second_lanes;  ///< ... if bit i is set here
+    };
+    /// 12 bits: chunk_nodes q + node in the chunk; above: the slot.
+    using Single = std::uint64_t;
+    static constexpr int place_bits = 12;
+    std::size_t slots = 0;
+    std::vector<std::uint64_t> bases;  ///< by chunk, q = 1, 2, ... 18
+    std::vector<Group> groups;         ///< by chunk, q = 1, 2, ... 18, and groups of lanes
+    std::vector<Single> singles;       ///< by chunk
+    std::vector<std::uint64_t> first_single;
+    [[nodiscard]] double bytes() const {
+        return static_cast<double>(groups.size() * sizeof(Group) + (bases.size() + singles.size() + first_single.size()) * 8);
+    }
+};
+
+/// The groups of one chunk and q whose populations come from `slots` (of as many nodes as the chunk has), and their base. Lanes that no
+/// group holds are added to `singles`.
+[[nodiscard]] std::uint64_t make_groups(std::span<const std::uint64_t> slots, std::size_t q, Addresses::Group* groups,
+                                        std::vector<Addresses::Single>& singles);
+
+[[nodiscard]] Addresses find_addresses(const Domain& domain);
 
 }  // namespace porepack::lbm::cpu

@@ -47,7 +47,7 @@ public:
     CpuFlow(const Domain& domain, const Scheme& scheme)
         : kernel_(kernel_of<Real>(chosen_instruction_set())),
           chunks_((domain.nodes() + chunk_nodes - 1) / chunk_nodes),
-          addresses_(find_addresses(domain, simd_lanes<Real>)),
+          addresses_(find_addresses(domain)),
           schedule_(addresses_, chunks_),
           walls_(domain),
           store_(addresses_.slots + d3q19::directions * chunk_nodes) {
@@ -101,7 +101,8 @@ private:
         data_ = {.store = store_.data(),
                  .nodes = domain.nodes(),
                  .chunks = chunks_,
-                 .vectors = addresses_.vectors.data(),
+                 .bases = addresses_.bases.data(),
+                 .groups = addresses_.groups.data(),
                  .singles = addresses_.singles.data(),
                  .first_single = addresses_.first_single.data(),
                  .first_wall = walls_.first.data(),

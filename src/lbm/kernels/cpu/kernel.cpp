@@ -20,29 +20,39 @@ struct Sweep {
     const KernelData<Real>& data;
 
     [[nodiscard]] inline Real* chunk_rows(std::size_t c) const { return data.store + slot_of(0, c * chunk); }
-    static constexpr std::size_t vectors_per_chunk = (directions - 1) * chunk / simd_lanes<Real>;
-    [[nodiscard]] inline const Addresses::Vector* vectors_of(std::size_t c) const { return data.vectors + c * vectors_per_chunk; }
+    static constexpr std::size_t rows = directions - 1, groups = rows * groups_per_chunk;  // of a chunk, without the population at rest
+    static constexpr std::uint64_t place_mask = (std::uint64_t{1} << Addresses::place_bits) - 1;
+    [[nodiscard]] inline const Addresses::Group* groups_of(std::size_t c) const { return data.groups + c * groups; }
+    // Memory of the groups of a chunk and q.
+    [[nodiscard]] inline Real* base_of(std::size_t c, int q) const {
+        return data.store + data.bases[c * rows + static_cast<std::size_t>(q - 1)];
+    }
     [[nodiscard]] inline Weights<Real> weights(std::uint16_t distance) const {
         return {static_cast<Real>(distance) * Real(1.0 / 65535.0), data};
     }
 
     inline void gather_far(std::size_t c, Buffer<Real>& buffer) const {
         std::memcpy(buffer.f, chunk_rows(c), chunk * sizeof(Real));
-        const Addresses::Vector* at = vectors_of(c);
-        for (std::size_t i = chunk; i < directions * chunk; i += simd_lanes<Real>, ++at) read(buffer.f + i, data.store, *at);
-        for (std::uint32_t s = data.first_single[c]; s < data.first_single[c + 1]; ++s)
-            buffer.f[data.singles[s].place] = data.store[data.singles[s].slot];
+        const Addresses::Group* at = groups_of(c);
+        for (int q = 1; q < directions; ++q) {
+            const Real* const base = base_of(c, q);
+            Real* const row = buffer.f + static_cast<std::size_t>(q) * chunk;
+            for (std::size_t i = 0; i < chunk; i += group_lanes, ++at) read(row + i, base, *at);
+        }
+        for (std::uint64_t s = data.first_single[c]; s < data.first_single[c + 1]; ++s)
+            buffer.f[data.singles[s] & place_mask] = data.store[data.singles[s] >> Addresses::place_bits];
     }
 
     inline void scatter_far(std::size_t c, const Buffer<Real>& buffer) const {
         std::memcpy(chunk_rows(c), buffer.f, chunk * sizeof(Real));
-        const Addresses::Vector* at = vectors_of(c);
+        const Addresses::Group* at = groups_of(c);
         for (int q = 1; q < directions; ++q) {
+            Real* const base = base_of(c, q);
             const Real* const row = buffer.f + static_cast<std::size_t>(opposite(q)) * chunk;
-            for (std::size_t i = 0; i < chunk; i += simd_lanes<Real>, ++at) write(data.store, row + i, *at);
+            for (std::size_t i = 0; i < chunk; i += group_lanes, ++at) write(base, row + i, *at);
         }
-        for (std::uint32_t s = data.first_single[c]; s < data.first_single[c + 1]; ++s)
-            data.store[data.singles[s].slot] = buffer.f[opposite_row(data.singles[s].place)];
+        for (std::uint64_t s = data.first_single[c]; s < data.first_single[c + 1]; ++s)
+            data.store[data.singles[s] >> Addresses::place_bits] = buffer.f[opposite_row(static_cast<int>(data.singles[s] & place_mask))];
     }
 
     // Arriving populations, in `rows`, with the part of the wall's return that depends on the populations arriving now.
@@ -130,14 +140,17 @@ struct Sweep {
         AtWalls<Real> at;
         gather_far(c, buffer);
         arrive(c, buffer.f, at);
-        const Addresses::Vector* vector = vectors_of(next);
-        const Real* const store = data.store;
+        const Addresses::Group* const group = groups_of(next);
         const Real* const rest = chunk_rows(next);
         collide<model, false>(buffer.f, data, [&](std::size_t block) {
             __builtin_prefetch(rest + block);
-            for (const Addresses::Vector* const end = vector + directions - 1; vector != end; ++vector) {
-                __builtin_prefetch(store + vector->first);
-                __builtin_prefetch(store + vector->second);
+            const std::size_t end = (block + simd_lanes<Real>)*groups / chunk;
+            for (std::size_t g = block * groups / chunk; g != end; ++g) {
+                const Real* const base = base_of(next, static_cast<int>(g / groups_per_chunk) + 1);
+                for (std::size_t i = 0; i < group_lanes; i += simd_lanes<Real>) {
+                    __builtin_prefetch(base + group[g].first + i);
+                    __builtin_prefetch(base + group[g].second + i);
+                }
             }
         });
         meet_walls<false>(c, buffer.f, at);

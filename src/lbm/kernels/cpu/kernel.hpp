@@ -29,9 +29,10 @@ template <typename Real>
 struct KernelData {
     Real* store;  ///< populations, chunk by chunk, q after q
     std::size_t nodes, chunks;
-    const Addresses::Vector* vectors;
+    const std::uint64_t* bases;  ///< by chunk and q
+    const Addresses::Group* groups;
     const Addresses::Single* singles;
-    const std::uint32_t* first_single;  ///< by chunk
+    const std::uint64_t* first_single;  ///< by chunk
     const std::uint64_t* first_wall;    ///< by chunk
     const std::uint16_t *wall_row, *wall_distance;
     const std::uint64_t* first_gap;  ///< by chunk
