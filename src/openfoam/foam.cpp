@@ -132,7 +132,8 @@ Vec3 find_pore_point(const PhaseImage& image, const Container& container) {
         seen[cell] = 1;
         front.push_back(cell);
     }
-    std::size_t deepest = percolation.cells.cell(static_cast<std::size_t>(percolation.cells.size() - 1));  // for images with edge cells only
+    std::size_t deepest =
+        percolation.cells.cell(static_cast<std::size_t>(percolation.cells.size() - 1));  // for images with edge cells only
     while (!front.empty()) {
         next.clear();
         for (const std::size_t cell : front)
@@ -186,12 +187,18 @@ FoamResult foam_permeability(const FoamScene& scene, const FoamConfig& config, d
     result.meshes.push_back(fine);
     result.permeability_m2 = fine.permeability_m2;
     if (config.meshes > 1) {
-        std::vector<double> cells, values;
+        std::vector<double> cells, values, volumes;
         for (const FoamMeshResult& mesh : result.meshes) {
             cells.push_back(static_cast<double>(mesh.cells));
             values.push_back(mesh.permeability_m2);
+            volumes.push_back(mesh.mesh_volume_ratio);
         }
-        result.extrapolation = extrapolate_meshes(cells, values);
+        result.extrapolation = without_lost_pores(extrapolate_meshes(cells, values), values, volumes);
+        if (result.extrapolation->lost_pores)
+            log_warning(
+                fmt::format("OpenFOAM: the coarser mesh lacks {:.0f} % of the pores, and k grows with refinement: it is not "
+                            "extrapolated; use smaller cells (now {:.3g} m)",
+                            100.0 * (1.0 - volumes[volumes.size() - 2]), cell_size_m));
         result.permeability_m2 = result.extrapolation->value;
     }
     return result;
@@ -226,6 +233,18 @@ FoamExtrapolation extrapolate_meshes(std::span<const double> cells, std::span<co
     found.interval.low = std::min(found.interval.low, 0.995 * found.value);
     found.interval.high = std::max(found.interval.high, 1.005 * found.value);
     return found;
+}
+
+FoamExtrapolation without_lost_pores(FoamExtrapolation found, std::span<const double> values, std::span<const double> volume_ratios) {
+    constexpr double least_volume = 0.97;
+    const std::size_t n = values.size();
+    if (volume_ratios[n - 2] >= least_volume || values[n - 1] <= values[n - 2]) return found;
+    const auto [low, high] = std::minmax_element(values.begin(), values.end());
+    return {.value = values[n - 1],
+            .interval = {std::min({*low, found.value, found.interval.low}), std::max({*high, found.value, found.interval.high})},
+            .observed_order = std::nullopt,
+            .grid_convergence_index = std::nullopt,
+            .lost_pores = true};
 }
 
 }  // namespace porepack::openfoam

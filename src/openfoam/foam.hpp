@@ -73,11 +73,18 @@ struct FoamExtrapolation {
     std::optional<double> observed_order;  ///< of three meshes, if k changes monotonically
     std::optional<double>
         grid_convergence_index;  ///< of three meshes: relative half width about the finest one (Roache; Celik et al. 2008)
+    bool lost_pores = false;     ///< not extrapolated: see without_lost_pores()
 };
 /// `cells` and `values` of two or three meshes, coarse to fine. Two: order 1.5, the interval covers orders 1 and 2. Three: the observed
 /// order if it is between 1.5 and 2.5, and the interval covers half an order more and less; else order 2, covering 1 to 3; at least 0.5 %.
 /// If k does not change monotonically: the finest value with three times the maximum change.
 [[nodiscard]] FoamExtrapolation extrapolate_meshes(std::span<const double> cells, std::span<const double> values);
+
+/// A mesh gives too large a k. If k grows with refinement instead, and a coarser mesh lacks more than 3 % of the pores (`volume_ratios`:
+/// meshed / exact), then it grows because throats open: no order describes that. k is then that of the finest mesh, and the interval holds
+/// all meshes and what extrapolation would have given.
+[[nodiscard]] FoamExtrapolation without_lost_pores(FoamExtrapolation found, std::span<const double> values,
+                                                   std::span<const double> volume_ratios);
 
 struct FoamResult {
     std::vector<FoamMeshResult> meshes;  ///< coarse to fine

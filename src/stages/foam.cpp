@@ -46,6 +46,8 @@ Expectation expect(const PoreSpace& space, double cell_size_m, double pores, con
 
 const char* interval_meaning(const FoamConfig& config, const std::optional<FoamExtrapolation>& extrapolation) {
     if (config.meshes == 1 || !extrapolation) return "one mesh: no uncertainty";
+    if (extrapolation->lost_pores)
+        return "not extrapolated: the coarser mesh lacks pores; k of the finest mesh, the interval holds all meshes and the extrapolated k";
     if (config.meshes == 2) return "extrapolated from two meshes with order 1.5; the interval covers orders 1 to 2";
     if (!extrapolation->observed_order) return "three meshes without an order: the finest one, and three times the maximum change";
     return "extrapolated from three meshes with the observed order, the interval covers half an order more and less; or, if that order is "
@@ -117,7 +119,7 @@ Stage make_foam_stage(const Case& c) {
             },
         .optional = true,  // a cross-check
         .resumes = true,
-        .result_version = 2};
+        .result_version = 3};
     if (!c.from_stl()) stage.needs.insert(stage.needs.begin(), "pack");
     return stage;
 }

@@ -89,6 +89,23 @@ TEST(FoamExtrapolation, FindsOrderAndLimit) {
     EXPECT_GT(none.interval.high, 1.2);
 }
 
+// Coarse meshes close throats of dense beds: k then grows with refinement, and extrapolation would go too far.
+TEST(FoamExtrapolation, IsNotDoneWhereMeshesLosePores) {
+    const std::vector<double> cells = {27084, 90230}, values = {6.8e-8, 1.21e-7};
+    const FoamExtrapolation plain = extrapolate_meshes(cells, values);
+    EXPECT_GT(plain.value, 1.8e-7);
+    const FoamExtrapolation found = without_lost_pores(plain, values, std::vector<double>{0.82, 0.92});
+    EXPECT_TRUE(found.lost_pores);
+    EXPECT_EQ(found.value, 1.21e-7);
+    EXPECT_EQ(found.interval.low, 6.8e-8);
+    EXPECT_EQ(found.interval.high, plain.interval.high);
+    // Complete meshes, or k that falls as usual: unchanged.
+    EXPECT_EQ(without_lost_pores(plain, values, std::vector<double>{0.98, 0.99}).value, plain.value);
+    const std::vector<double> falls = {1.3e-7, 1.25e-7};
+    EXPECT_EQ(without_lost_pores(extrapolate_meshes(cells, falls), falls, std::vector<double>{0.9, 0.95}).value,
+              extrapolate_meshes(cells, falls).value);
+}
+
 TEST(FoamSpheres, SimpleCubicWithinItsInterval) {
     REQUIRE_PROGRAM("simpleFoam");
     const test::Folder folder;
