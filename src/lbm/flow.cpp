@@ -5,9 +5,13 @@
 
 namespace porepack::lbm {
 
+std::shared_ptr<const FlowPlan> plan_flow(Kernel kernel, const Domain& domain) {
+    if (kernel == Kernel::reference) return reference::plan_flow(domain);
+    return cpu::plan_flow(domain, kernel == Kernel::cpu_single);
+}
+
 std::unique_ptr<Flow> make_flow(Kernel kernel, const Domain& domain, const Scheme& scheme) {
-    if (kernel == Kernel::reference) return reference::make_flow(domain, scheme);
-    return cpu::make_flow(domain, scheme, kernel == Kernel::cpu_single);
+    return plan_flow(kernel, domain)->start(scheme);
 }
 
 }  // namespace porepack::lbm

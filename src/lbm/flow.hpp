@@ -44,7 +44,16 @@ public:
 /// Kernels: readable reference code, or the fast kernel of this processor in double or single precision.
 enum class Kernel { reference, cpu_double, cpu_single };
 
-/// At rest. The domain must outlive the flow.
+/// What flows on a domain need besides their populations: made once per grid, for all relaxation times.
+class FlowPlan {
+public:
+    virtual ~FlowPlan() = default;
+    /// A flow at rest. It keeps the plan.
+    [[nodiscard]] virtual std::unique_ptr<Flow> start(const Scheme& scheme) const = 0;
+};
+/// The plan needs the domain no more: its wall links, which are large, may be freed before a flow is started.
+[[nodiscard]] std::shared_ptr<const FlowPlan> plan_flow(Kernel kernel, const Domain& domain);
+/// One flow at rest.
 [[nodiscard]] std::unique_ptr<Flow> make_flow(Kernel kernel, const Domain& domain, const Scheme& scheme);
 
 }  // namespace porepack::lbm

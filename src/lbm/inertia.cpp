@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 
 #include "core/error.hpp"
@@ -94,7 +95,7 @@ public:
     StokesRun solve(double viscosity, double force, bool inertia, double faster, double denser, double settling_steps) {
         Scheme scheme{.tau = 0.5 + 3.0 * viscosity, .walls = Walls::interpolated, .model = inertia ? Model::navier_stokes : Model::stokes};
         scheme.force[2] = force;
-        std::unique_ptr<Flow> flow = make_flow(Kernel::cpu_double, domain_, scheme);
+        std::unique_ptr<Flow> flow = start(Kernel::cpu_double, scheme);
         if (inertia && !domain_.boundary_links.empty()) flow = std::make_unique<PressureEnds>(std::move(flow), domain_);
         begin(*flow, faster, denser);
         const StokesRun run = run_to_steady(*flow, domain_, scheme, section_,
@@ -122,7 +123,7 @@ public:
         const InertialCriterion::InTime& criterion = *criterion_.in_time;
         Scheme scheme{.tau = 0.5 + 3.0 * viscosity, .walls = Walls::interpolated, .model = criterion.model};
         scheme.force[2] = force;
-        const std::unique_ptr<Flow> flow = make_flow(Kernel::cpu_single, domain_, scheme);  // rounding is far below the statistical error
+        const std::unique_ptr<Flow> flow = start(Kernel::cpu_single, scheme);  // rounding is far below the statistical error
         disturb(wanted_speed / faster);
         begin(*flow, faster, denser);
         const double layers = image_.grid.cells[2], porosity = static_cast<double>(domain_.nodes()) / (section_.area_cells * layers);
@@ -150,6 +151,11 @@ public:
     }
 
 private:
+    std::unique_ptr<Flow> start(Kernel kernel, const Scheme& scheme) {
+        std::shared_ptr<const FlowPlan>& plan = plans_[kernel];
+        if (!plan) plan = plan_flow(kernel, domain_);
+        return plan->start(scheme);
+    }
     // Waves across the cell, so that a symmetric flow can leave its symmetry.
     void disturb(double speed) {
         constexpr double share = 0.05;
@@ -187,11 +193,12 @@ private:
     Drive drive_;
     Domain domain_;
     FlowSection section_;
+    std::map<Kernel, std::shared_ptr<const FlowPlan>> plans_;
     std::vector<Moments> moments_;
     double gradient_ = 0.0, resistance_ = 0.0, kinetic_share_ = 0.0;
 };
 
-// 1/k grows about linearly: what the flow at this Reynolds number should have, in lattice units.
+// 1/k grows about linearly, and at most in proportion to Re: what the flow at this Reynolds number should have, in lattice units.
 double expected_resistance(const InertialSeries& known, double wanted) {
     const double h2 = known.voxel_size_m * known.voxel_size_m;
     const auto& flows = known.flows;
@@ -199,7 +206,8 @@ double expected_resistance(const InertialSeries& known, double wanted) {
     const InertialFlow& last = flows.back();
     const double before_re = flows.size() > 1 ? flows[flows.size() - 2].reynolds : 0.0,
                  before = h2 / (flows.size() > 1 ? flows[flows.size() - 2].permeability_m2 : known.creeping_permeability_m2);
-    return h2 / last.permeability_m2 + (h2 / last.permeability_m2 - before) * (wanted - last.reynolds) / (last.reynolds - before_re);
+    const double now = h2 / last.permeability_m2, slope = (now - before) / (last.reynolds - before_re);
+    return std::clamp(now + slope * (wanted - last.reynolds), now, std::max(now, now * wanted / last.reynolds));
 }
 
 // A flow, in lattice units.
@@ -277,8 +285,13 @@ InertialSeries lbm_inertial_flows(const PoreSpace& space, double voxel_size_m, s
             break;
         }
         try {
-            result.flows.push_back(next_flow(series, result, criterion, length_lu, wanted, viscosity, state));
-            const InertialFlow& flow = result.flows.back();
+            const InertialFlow flow = next_flow(series, result, criterion, length_lu, wanted, viscosity, state);
+            if (!result.flows.empty() && flow.reynolds <= result.flows.back().reynolds) {
+                log_warning(fmt::format("the flow that should have Re {:g} has {:.4g}, no more than the one before: it is left out", wanted,
+                                        flow.reynolds));
+                continue;
+            }
+            result.flows.push_back(flow);
             log_info("lattice Boltzmann: Re {:.4g}: k = {:.5g} m2, {:.4f} of creeping flow, {} steps{}", flow.reynolds,
                      flow.permeability_m2, flow.permeability_m2 / result.creeping_permeability_m2, flow.steps,
                      flow.in_time && !flow.in_time->steady ? fmt::format(", velocity varies by {:.2g} %", 100.0 * flow.in_time->fluctuation)

@@ -166,7 +166,9 @@ void Sequence::discard_grids() {
 }
 
 FlowImage Sequence::flow() const {
-    return flow_image(image_, *field_, result_.fine(), force_, config_.superficial_velocity_m_per_s);
+    // The voxels were freed when the nodes were known.
+    return flow_image(space_.voxelise_at(result_.fine().voxel_size_m), *field_, result_.fine(), force_,
+                      config_.superficial_velocity_m_per_s);
 }
 
 Scheme Sequence::scheme_for(double voxel_size_m, const Drive& drive) const {
@@ -218,25 +220,31 @@ bool Sequence::solve_once(double voxel_size_m, bool coarsest_of_many, double max
     const double radius = space_.ends == Ends::paper ? 0.5 * space_.container.diameter_m / image.grid.spacing_m[2] : 0.0;
     Domain domain = build_domain(image, drive, walls ? &*walls : nullptr, radius);
     const FlowSection section = flow_section(image, space_.container, space_.section, drive);
-    LbmGridResult grid{.voxel_size_m = image.grid.spacing_m[2],
-                       .cells = image.grid.cells,
+    image = {};
+    LbmGridResult grid{.voxel_size_m = domain.grid.spacing_m[2],
+                       .cells = domain.grid.cells,
                        .nodes = domain.nodes(),
                        .isolated_cells = domain.isolated_cells,
                        .wall_links = domain.walls.size(),
                        .narrow_share = domain.narrow_share(),
                        .by_pressure = drive.by_pressure()};
-    log_info("lattice Boltzmann: {} x {} x {} voxels of {:.4g} m, {} fluid nodes ({} isolated)", image.grid.cells[0], image.grid.cells[1],
-             image.grid.cells[2], grid.voxel_size_m, grid.nodes, grid.isolated_cells);
-    Solved solved = make(domain, scheme);
-    grid.set_up_seconds = set_up.seconds();
-    if (!checkpoint_.empty()) identity_ = identity_of(space_, config_, domain);
-    if (!solve_flow(solved, domain, section, coarsest_of_many, max_seconds)) return false;
-    keep(std::move(grid), std::move(solved), std::move(domain), std::move(image), section);
+    log_info("lattice Boltzmann: {} x {} x {} voxels of {:.4g} m, {} fluid nodes ({} isolated)", grid.cells[0], grid.cells[1],
+             grid.cells[2], grid.voxel_size_m, grid.nodes, grid.isolated_cells);
+    Solved solved{.scheme = scheme, .flow = nullptr};
+    {
+        const std::shared_ptr<const FlowPlan> of_domain = plan(domain);
+        grid.set_up_seconds = set_up.seconds();
+        if (!checkpoint_.empty()) identity_ = identity_of(space_, config_, domain);
+        domain.walls = {};  // before populations need the memory
+        if (!solve_flow(solved, *of_domain, domain, section, coarsest_of_many, max_seconds)) return false;
+    }
+    keep(std::move(grid), std::move(solved), std::move(domain), section);
     return true;
 }
 
 // Runs to the steady state, from the best available initial state. False when the time limit was reached.
-bool Sequence::solve_flow(Solved& solved, Domain& domain, const FlowSection& section, bool search, double max_seconds) {
+bool Sequence::solve_flow(Solved& solved, const FlowPlan& plan, const Domain& domain, const FlowSection& section, bool search,
+                          double max_seconds) {
     const ConvergenceCriterion criterion{.tolerance = iteration_tolerance(config_),
                                          .max_steps = config_.max_steps,
                                          .max_seconds = max_seconds,
@@ -245,12 +253,12 @@ bool Sequence::solve_flow(Solved& solved, Domain& domain, const FlowSection& sec
     const bool small =
         static_cast<double>(domain.nodes()) <= nodes_of_search || domain.drive.axis != 2 || !domain.drive.by_pressure() || space_.image;
     if (!saved_ && tuned() && search && small) {
-        solved = fastest(domain, solved.scheme, section, criterion);
+        solved = fastest(plan, domain, solved.scheme, section, criterion);
     } else {
-        if (!saved_ && tuned() && search) solved = make(domain, with_tau(solved.scheme, relaxation_time_of_piece(domain, criterion)));
+        if (!saved_ && tuned() && search) solved.scheme = with_tau(solved.scheme, relaxation_time_of_piece(domain, criterion));
+        solved.flow = plan.start(solved.scheme);
         if (field_) start_from(*solved.flow, domain, solved.scheme, *field_);
         if (max_seconds == no_limit) field_.reset();  // else it is the result if the time limit is reached
-        domain.walls = {};
         tau_ = solved.scheme.tau;
         grid_watch_ = {};  // without the search
         solved.run = run(solved, domain, section, criterion, saved_ ? saved_run(*solved.flow) : StokesRun{});
@@ -266,7 +274,7 @@ bool Sequence::solve_flow(Solved& solved, Domain& domain, const FlowSection& sec
 }
 
 // The results of the grid, and the flow field from which the next grid starts.
-void Sequence::keep(LbmGridResult grid, Solved solved, Domain&& domain, PhaseImage&& image, const FlowSection& section) {
+void Sequence::keep(LbmGridResult grid, Solved solved, Domain&& domain, const FlowSection& section) {
     grid.run = std::move(solved.run);
     grid.relaxation_time = solved.scheme.tau;
     grid.bytes_per_node = solved.flow->bytes() / static_cast<double>(domain.nodes());
@@ -281,13 +289,11 @@ void Sequence::keep(LbmGridResult grid, Solved solved, Domain&& domain, PhaseIma
     result_.gradients = layer_gradients(grid, domain, solved.scheme, section, space_.section);
     force_ = solved.scheme.force[static_cast<std::size_t>(domain.drive.axis)];
     field_ = take_field(*solved.flow, std::move(domain), solved.scheme);
-    image_ = std::move(image);
     result_.grids.push_back(std::move(grid));
 }
 
-Sequence::Solved Sequence::make(const Domain& domain, const Scheme& scheme) const {
-    return {.scheme = scheme,
-            .flow = make_flow(config_.precision == Precision::single_precision ? Kernel::cpu_single : Kernel::cpu_double, domain, scheme)};
+std::shared_ptr<const FlowPlan> Sequence::plan(const Domain& domain) const {
+    return plan_flow(config_.precision == Precision::single_precision ? Kernel::cpu_single : Kernel::cpu_double, domain);
 }
 
 void Sequence::require_paper_ends(const Drive& drive, const Grid& grid) const {
@@ -333,7 +339,7 @@ double Sequence::relaxation_time_of_piece(const Domain& domain, ConvergenceCrite
     try {
         const Domain small = build_domain(image, drive, walls ? &*walls : nullptr);
         criterion.max_seconds = 0.2 * criterion.max_seconds;
-        const Solved best = fastest(small, scheme, flow_section(image, piece.container, piece.section, drive), criterion);
+        const Solved best = fastest(*plan(small), small, scheme, flow_section(image, piece.container, piece.section, drive), criterion);
         log_info("lattice Boltzmann: relaxation time {:.3g}, found on {} nodes from the middle of the bed", best.scheme.tau, small.nodes());
         return best.scheme.tau;
     } catch (const DoesNotPercolate&) {
@@ -342,13 +348,14 @@ double Sequence::relaxation_time_of_piece(const Domain& domain, ConvergenceCrite
 }
 
 // Tries viscosities by factors of two for the minimum number of steps.
-Sequence::Solved Sequence::fastest(const Domain& domain, const Scheme& scheme, const FlowSection& section,
+Sequence::Solved Sequence::fastest(const FlowPlan& plan, const Domain& domain, const Scheme& scheme, const FlowSection& section,
                                    ConvergenceCriterion criterion) const {
     criterion.progress = [tell = criterion.progress](auto steps, auto, auto detail) {
         tell(steps, std::nullopt, "relaxation time: " + std::string(detail));
     };
     const auto attempt = [&](double viscosity) {
-        Solved solved = make(domain, with_tau(scheme, 0.5 + 3.0 * viscosity));
+        Solved solved{.scheme = with_tau(scheme, 0.5 + 3.0 * viscosity), .flow = nullptr};
+        solved.flow = plan.start(solved.scheme);
         try {
             solved.run = run_to_steady(*solved.flow, domain, solved.scheme, section, criterion);
         } catch (const FlowDiverged&) {

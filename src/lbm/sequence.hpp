@@ -49,12 +49,13 @@ private:
     [[nodiscard]] bool tuned() const { return config_.relaxation_time == 0.0 && config_.collision == Collision::trt; }
     [[nodiscard]] double viscosity_ratio(double voxel_size_m) const;
     [[nodiscard]] Scheme scheme_for(double voxel_size_m, const converters::Drive& drive) const;
-    [[nodiscard]] Solved make(const Domain& domain, const Scheme& scheme) const;
-    [[nodiscard]] Solved fastest(const Domain& domain, const Scheme& scheme, const FlowSection& section,
+    [[nodiscard]] std::shared_ptr<const FlowPlan> plan(const Domain& domain) const;
+    [[nodiscard]] Solved fastest(const FlowPlan& plan, const Domain& domain, const Scheme& scheme, const FlowSection& section,
                                  ConvergenceCriterion criterion) const;
     [[nodiscard]] double relaxation_time_of_piece(const Domain& domain, ConvergenceCriterion criterion) const;
-    [[nodiscard]] bool solve_flow(Solved& solved, Domain& domain, const FlowSection& section, bool search, double max_seconds);
-    void keep(LbmGridResult grid, Solved solved, Domain&& domain, core::PhaseImage&& image, const FlowSection& section);
+    [[nodiscard]] bool solve_flow(Solved& solved, const FlowPlan& plan, const Domain& domain, const FlowSection& section, bool search,
+                                  double max_seconds);
+    void keep(LbmGridResult grid, Solved solved, Domain&& domain, const FlowSection& section);
     [[nodiscard]] StokesRun saved_run(Flow& flow) const;
     StokesRun run(Solved& solved, const Domain& domain, const FlowSection& section, ConvergenceCriterion criterion, StokesRun before);
     void require_paper_ends(const converters::Drive& drive, const core::Grid& grid) const;
@@ -65,7 +66,6 @@ private:
     std::optional<SavedRun> saved_;  ///< contents of the checkpoint, until the run has resumed from it
     std::string identity_;           ///< of the grid and all settings
     long attempts_ = 0;
-    core::PhaseImage image_;
     std::optional<FlowField> field_;
     double force_ = 0.0;
     double tau_ = 0.0;          ///< of the flow that runs

@@ -41,30 +41,51 @@ const KernelFunctions<Real>& kernel_of(const InstructionSet& set) {
         return *set.double_precision;
 }
 
+// Addresses, walls and boundary links of a domain.
+template <typename Real>
+class CpuPlan : public FlowPlan, public std::enable_shared_from_this<CpuPlan<Real>> {
+public:
+    explicit CpuPlan(const Domain& domain)
+        : kernel(kernel_of<Real>(chosen_instruction_set())),
+          nodes(domain.nodes()),
+          chunks((nodes + chunk_nodes - 1) / chunk_nodes),
+          addresses(find_addresses(domain)),
+          schedule(addresses, chunks),
+          walls(domain) {
+        std::size_t link = 0;
+        for (std::size_t c = 0; c <= chunks; ++c) {
+            first_boundary.push_back(static_cast<std::uint32_t>(boundary.size()));
+            for (; link < domain.boundary_links.size() && domain.boundary_links[link].node < (c + 1) * chunk_nodes; ++link) {
+                const BoundaryLink& here = domain.boundary_links[link];
+                boundary.push_back({static_cast<std::uint16_t>(here.q * chunk_nodes + here.node - c * chunk_nodes),
+                                    static_cast<Real>(here.sign), static_cast<Real>(here.added)});
+            }
+        }
+    }
+    [[nodiscard]] std::unique_ptr<Flow> start(const Scheme& scheme) const override;
+
+    const KernelFunctions<Real>& kernel;
+    const std::size_t nodes, chunks;
+    const Addresses addresses;
+    const Schedule schedule;
+    const ChunkedWalls walls;
+    std::vector<BoundaryPlace<Real>> boundary;
+    std::vector<std::uint32_t> first_boundary;
+};
+
 template <typename Real>
 class CpuFlow : public Flow {
 public:
-    CpuFlow(const Domain& domain, const Scheme& scheme)
-        : kernel_(kernel_of<Real>(chosen_instruction_set())),
-          chunks_((domain.nodes() + chunk_nodes - 1) / chunk_nodes),
-          addresses_(find_addresses(domain)),
-          schedule_(addresses_, chunks_),
-          walls_(domain),
-          store_(addresses_.slots + d3q19::directions * chunk_nodes) {
-        std::size_t link = 0;
-        for (std::size_t c = 0; c <= chunks_; ++c) {
-            first_boundary_.push_back(static_cast<std::uint32_t>(boundary_.size()));
-            for (; link < domain.boundary_links.size() && domain.boundary_links[link].node < (c + 1) * chunk_nodes; ++link) {
-                const BoundaryLink& here = domain.boundary_links[link];
-                boundary_.push_back({static_cast<std::uint16_t>(here.q * chunk_nodes + here.node - c * chunk_nodes),
-                                     static_cast<Real>(here.sign), static_cast<Real>(here.added)});
-            }
-        }
+    CpuFlow(std::shared_ptr<const CpuPlan<Real>> plan, const Scheme& scheme)
+        : plan_(std::move(plan)),
+          kernel_(plan_->kernel),
+          boundary_(plan_->boundary),
+          store_(plan_->addresses.slots + d3q19::directions * chunk_nodes) {
 #pragma omp parallel for schedule(static)
-        for (std::size_t c = 0; c < chunks_; ++c)
+        for (std::size_t c = 0; c < plan_->chunks; ++c)
             std::memset(store_.data() + slot_of(0, c * chunk_nodes), 0, d3q19::directions * chunk_nodes * sizeof(Real));
-        std::memset(store_.data() + addresses_.slots, 0, vector_bytes);
-        fill_data(domain, scheme);
+        std::memset(store_.data() + plan_->addresses.slots, 0, vector_bytes);
+        fill_data(scheme);
     }
 
     void advance_two_steps() override {
@@ -91,30 +112,30 @@ public:
         return force;
     }
     [[nodiscard]] double bytes() const override {
-        return static_cast<double>(store_.size() * sizeof(Real)) + addresses_.bytes() + walls_.bytes() +
+        return static_cast<double>(store_.size() * sizeof(Real)) + plan_->addresses.bytes() + plan_->walls.bytes() +
                static_cast<double>(sizeof(BoundaryPlace<Real>) * boundary_.size());
     }
 
 private:
-    void fill_data(const Domain& domain, const Scheme& scheme) {
+    void fill_data(const Scheme& scheme) {
         const WallRule rule = scheme.wall_rule();
         data_ = {.store = store_.data(),
-                 .nodes = domain.nodes(),
-                 .chunks = chunks_,
-                 .bases = addresses_.bases.data(),
-                 .groups = addresses_.groups.data(),
-                 .singles = addresses_.singles.data(),
-                 .first_single = addresses_.first_single.data(),
-                 .first_wall = walls_.first.data(),
-                 .wall_row = walls_.row.data(),
-                 .wall_distance = walls_.distance.data(),
-                 .first_gap = walls_.first_gap.data(),
-                 .gaps = walls_.gaps.data(),
-                 .first_boundary = first_boundary_.data(),
+                 .nodes = plan_->nodes,
+                 .chunks = plan_->chunks,
+                 .bases = plan_->addresses.bases.data(),
+                 .groups = plan_->addresses.groups.data(),
+                 .singles = plan_->addresses.singles.data(),
+                 .first_single = plan_->addresses.first_single.data(),
+                 .first_wall = plan_->walls.first.data(),
+                 .wall_row = plan_->walls.row.data(),
+                 .wall_distance = plan_->walls.distance.data(),
+                 .first_gap = plan_->walls.first_gap.data(),
+                 .gaps = plan_->walls.gaps.data(),
+                 .first_boundary = plan_->first_boundary.data(),
                  .boundary = boundary_.data(),
-                 .parts = schedule_.parts.data(),
-                 .part_count = schedule_.parts.size(),
-                 .odd_order = schedule_.odd_order.data(),
+                 .parts = plan_->schedule.parts.data(),
+                 .part_count = plan_->schedule.parts.size(),
+                 .odd_order = plan_->schedule.odd_order.data(),
                  .interpolated = scheme.walls == Walls::interpolated,
                  .model = scheme.model,
                  .rate_plus = static_cast<Real>(scheme.rate_plus()),
@@ -130,22 +151,23 @@ private:
         for (int q = 0; q < d3q19::directions; ++q) data_.force_term[q] = static_cast<Real>(scheme.force_term(q));
     }
 
+    std::shared_ptr<const CpuPlan<Real>> plan_;
     const KernelFunctions<Real>& kernel_;
-    std::size_t chunks_;
-    Addresses addresses_;
-    Schedule schedule_;
-    ChunkedWalls walls_;
-    std::vector<BoundaryPlace<Real>> boundary_;
-    std::vector<std::uint32_t> first_boundary_;
+    std::vector<BoundaryPlace<Real>> boundary_;  // of this flow: their values may change
     Populations<Real> store_;
     KernelData<Real> data_{};
 };
 
+template <typename Real>
+std::unique_ptr<Flow> CpuPlan<Real>::start(const Scheme& scheme) const {
+    return std::make_unique<CpuFlow<Real>>(this->shared_from_this(), scheme);
+}
+
 }  // namespace
 
-std::unique_ptr<Flow> make_flow(const Domain& domain, const Scheme& scheme, bool single_precision) {
-    if (single_precision) return std::make_unique<CpuFlow<float>>(domain, scheme);
-    return std::make_unique<CpuFlow<double>>(domain, scheme);
+std::shared_ptr<const FlowPlan> plan_flow(const Domain& domain, bool single_precision) {
+    if (single_precision) return std::make_shared<const CpuPlan<float>>(domain);
+    return std::make_shared<const CpuPlan<double>>(domain);
 }
 
 }  // namespace porepack::lbm::cpu

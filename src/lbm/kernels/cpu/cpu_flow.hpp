@@ -1,11 +1,11 @@
-// A flow computed by the fast kernel.
+// Flows computed by the fast kernel.
 #pragma once
 
 #include "lbm/kernels/cpu/kernel.hpp"
 
 namespace porepack::lbm::cpu {
 
-/// At rest. The domain must outlive the flow.
-[[nodiscard]] std::unique_ptr<Flow> make_flow(const Domain& domain, const Scheme& scheme, bool single_precision);
+/// UserError for an instruction set that this processor does not have (chosen_instruction_set).
+[[nodiscard]] std::shared_ptr<const FlowPlan> plan_flow(const Domain& domain, bool single_precision);
 
 }  // namespace porepack::lbm::cpu

@@ -93,12 +93,14 @@ Populations collide(const Populations& f, const Scheme& scheme) {
 
 class ReferenceFlow : public Flow {
 public:
-    ReferenceFlow(const Domain& domain, const Scheme& scheme)
-        : domain_(domain),
+    ReferenceFlow(std::shared_ptr<const Domain> of, const Scheme& scheme)
+        : kept_(std::move(of)),
+          domain_(*kept_),
           scheme_(scheme),
-          before_(domain.nodes(), Populations{}),
-          after_(domain.nodes(), Populations{}),
-          stored_(domain.walls.size(), 0.0) {
+          before_(domain_.nodes(), Populations{}),
+          after_(domain_.nodes(), Populations{}),
+          stored_(domain_.walls.size(), 0.0) {
+        const Domain& domain = domain_;
         for (std::size_t l = 0; l < domain.walls.size(); ++l)
             for (std::size_t m = l; m < domain.walls.size() && domain.walls[m].node == domain.walls[l].node; ++m)
                 if (domain.walls[m].q == opposite(domain.walls[l].q)) gaps_.push_back({l, m});
@@ -202,6 +204,7 @@ private:
         }
     }
 
+    std::shared_ptr<const Domain> kept_;
     const Domain& domain_;
     Scheme scheme_;
     std::vector<Populations> before_, after_;  // collision
@@ -215,8 +218,16 @@ private:
 
 }  // namespace
 
-std::unique_ptr<Flow> make_flow(const Domain& domain, const Scheme& scheme) {
-    return std::make_unique<ReferenceFlow>(domain, scheme);
+std::shared_ptr<const FlowPlan> plan_flow(const Domain& domain) {
+    struct Plan : FlowPlan {
+        std::shared_ptr<const Domain> domain;
+        [[nodiscard]] std::unique_ptr<Flow> start(const Scheme& scheme) const override {
+            return std::make_unique<ReferenceFlow>(domain, scheme);
+        }
+    };
+    auto plan = std::make_shared<Plan>();
+    plan->domain = std::make_shared<const Domain>(domain);
+    return plan;
 }
 
 }  // namespace porepack::lbm::reference

@@ -5,7 +5,7 @@
 
 namespace porepack::lbm::reference {
 
-/// At rest. The domain must outlive the flow.
-[[nodiscard]] std::unique_ptr<Flow> make_flow(const Domain& domain, const Scheme& scheme);
+/// The plan is a copy of the domain.
+[[nodiscard]] std::shared_ptr<const FlowPlan> plan_flow(const Domain& domain);
 
 }  // namespace porepack::lbm::reference
