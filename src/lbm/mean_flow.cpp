@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -55,6 +54,14 @@ double correlation_of(std::span<const double> samples, const Moment& moment) {
         sum += 2.0 * product / (static_cast<double>(n) * moment.variance);
     }
     return std::max(1.0, sum);
+}
+
+// Two-sided 95 % quantile of Student's t: Abramowitz & Stegun 26.7.5; 3 % too small for 2 degrees of freedom, 0.1 % for 9.
+double students_t(double freedom) {
+    constexpr double z = 1.959964, z3 = z * z * z, z5 = z3 * z * z, z7 = z5 * z * z;
+    return z + ((z3 + z) / 4.0 +
+                ((5.0 * z5 + 16.0 * z3 + 3.0 * z) / 96.0 + (3.0 * z7 + 19.0 * z5 + 17.0 * z3 - 15.0 * z) / 384.0 / freedom) / freedom) /
+                   freedom;
 }
 
 // What a sample takes from the flow.
@@ -124,8 +131,7 @@ SeriesMean mean_of_series(std::span<const double> samples) {
     result.correlation = moment.variance > 0.0 ? correlation_of(rest, moment) : 1.0;
     result.independent = static_cast<double>(rest.size()) / result.correlation;
     if (result.independent >= 3.0) {
-        const boost::math::students_t distribution(result.independent - 1.0);
-        result.half_width = boost::math::quantile(distribution, 0.975) * result.deviation / std::sqrt(result.independent);
+        result.half_width = students_t(result.independent - 1.0) * result.deviation / std::sqrt(result.independent);
     }
     return result;
 }
