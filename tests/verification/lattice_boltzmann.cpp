@@ -153,7 +153,8 @@ TEST(Kernels, AddressesReachBeyond32Bits) {
         const std::size_t q = 7;
         std::array<Addresses::Group, groups_per_chunk> groups;
         std::vector<Addresses::Single> singles;
-        const std::uint64_t base = make_groups(slots, q, groups.data(), singles);
+        const std::uint64_t base = base_of(start / (19 * chunk_nodes));
+        make_groups(slots, base, q, groups.data(), singles);
         std::vector<std::uint64_t> found(slots.size(), 0);
         for (std::size_t i = 0; i < slots.size(); ++i) {
             const Addresses::Group& group = groups[i / group_lanes];

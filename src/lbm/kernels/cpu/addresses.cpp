@@ -48,7 +48,8 @@ private:
 // The two locations of most lanes; the other lanes are added to `singles`. All lanes of the group hold slots near its base.
 Addresses::Group make_group(std::span<const std::uint64_t> slots, std::uint64_t base, std::size_t place,
                             std::vector<Addresses::Single>& singles) {
-    std::array<std::uint32_t, group_lanes> location{}, lanes{};
+    std::array<std::uint32_t, group_lanes> location{};
+    std::array<std::uint16_t, group_lanes> lanes{};
     std::size_t locations = 0;
     for (std::size_t i = 0; i < slots.size(); ++i) {
         const std::uint64_t offset = slots[i] - i - base;  // wraps where the slot is below the base
@@ -60,7 +61,7 @@ Addresses::Group make_group(std::span<const std::uint64_t> slots, std::uint64_t 
         std::size_t l = 0;
         while (l < locations && location[l] != here) ++l;
         if (l == locations) location[locations++] = here;
-        lanes[l] |= 1U << i;
+        lanes[l] = static_cast<std::uint16_t>(lanes[l] | 1U << i);
     }
     for (std::size_t l = 0; l < std::min<std::size_t>(locations, 2); ++l)
         for (std::size_t other = l + 1; other < locations; ++other)
@@ -76,22 +77,18 @@ Addresses::Group make_group(std::span<const std::uint64_t> slots, std::uint64_t 
 
 }  // namespace
 
-std::uint64_t make_groups(std::span<const std::uint64_t> slots, std::size_t q, Addresses::Group* groups,
-                          std::vector<Addresses::Single>& singles) {
-    constexpr std::uint64_t reach = std::uint64_t{1} << 31U;
-    const std::uint64_t base = slots[0] > reach ? slots[0] - reach : 0;
+void make_groups(std::span<const std::uint64_t> slots, std::uint64_t base, std::size_t q, Addresses::Group* groups,
+                 std::vector<Addresses::Single>& singles) {
     for (std::size_t i = 0; i < chunk_nodes; i += group_lanes, ++groups)
         *groups = i < slots.size()
                       ? make_group(slots.subspan(i, std::min(group_lanes, slots.size() - i)), base, q * chunk_nodes + i, singles)
                       : Addresses::Group{};
-    return base;
 }
 
 Addresses find_addresses(const Domain& domain) {
     const std::size_t chunks = (domain.nodes() + chunk_nodes - 1) / chunk_nodes;
     constexpr std::size_t pairs = d3q19::directions - 1;
-    Addresses addresses{.slots = slot_of(0, chunks * chunk_nodes), .bases = {}, .groups = {}, .singles = {}, .first_single = {0}};
-    addresses.bases.resize(chunks * pairs);
+    Addresses addresses{.slots = slot_of(0, chunks * chunk_nodes), .groups = {}, .singles = {}, .first_single = {0}};
     addresses.groups.resize(chunks * pairs * groups_per_chunk);
     constexpr std::size_t share = 256;
     struct Part {
@@ -104,11 +101,9 @@ Addresses find_addresses(const Domain& domain) {
         Tracer::Slots slots;
         for (std::size_t c = p * share; c < std::min(chunks, (p + 1) * share); ++c) {
             const std::size_t size = tracer.trace(c * chunk_nodes, slots);
-            for (std::size_t q = 1; q < d3q19::directions; ++q) {
-                const std::size_t row = c * pairs + q - 1;
-                addresses.bases[row] =
-                    make_groups(std::span(slots[q]).first(size), q, addresses.groups.data() + row * groups_per_chunk, parts[p].singles);
-            }
+            for (std::size_t q = 1; q < d3q19::directions; ++q)
+                make_groups(std::span(slots[q]).first(size), base_of(c), q,
+                            addresses.groups.data() + (c * pairs + q - 1) * groups_per_chunk, parts[p].singles);
             parts[p].end.push_back(parts[p].singles.size());
         }
     });

@@ -9,40 +9,46 @@
 
 namespace porepack::lbm::cpu {
 
-inline constexpr std::size_t chunk_nodes = 128, group_lanes = 32, groups_per_chunk = chunk_nodes / group_lanes;
+inline constexpr std::size_t chunk_nodes = 128, group_lanes = 16, groups_per_chunk = chunk_nodes / group_lanes;
 [[nodiscard]] constexpr std::size_t slot_of(std::size_t q, std::size_t node) {
     return (node / chunk_nodes * 19 + q) * chunk_nodes + node % chunk_nodes;
+}
+
+/// From where the slots of a chunk's groups are counted: 2^31 slots below its own, or 0.
+[[nodiscard]] constexpr std::size_t base_of(std::size_t chunk) {
+    constexpr std::size_t reach = std::size_t{1} << 31U;
+    const std::size_t own = slot_of(0, chunk * chunk_nodes);
+    return own > reach ? own - reach : 0;
 }
 
 /// Population q that arrives at a node is, before an even step, in the node's own slot q; before an odd step in the slot
 /// given here: its neighbour's slot opposite(q), or its own slot q at a wall. A step writes the population leaving along
 /// opposite(q) to the slot from which it read q, so only one node uses each slot. Nodes are stored in chunks, and a chunk
 /// holds its 19 populations one after the other: an even step reads memory sequentially.
-/// For an odd step the slots of one q are read in groups of 32 nodes: neighbours in a row of cells are adjacent, so that a
+/// For an odd step the slots of one q are read in groups of 16 nodes: neighbours in a row of cells are adjacent, so that a
 /// group mostly comes from one or two locations in memory. Lanes from a third location are read one by one, and so are those that are
-/// 2^31 slots away from the first one of their chunk and q (through a periodic face of a large grid).
+/// 2^31 slots away from their chunk (through a periodic face of a large grid).
 struct Addresses {
     struct Group {
-        std::uint32_t first, second;              ///< lane i is in slot base + first + i ...
-        std::uint32_t first_lanes, second_lanes;  ///< ... if bit i is set here
+        std::uint32_t first, second;              ///< lane i is in slot base_of(chunk) + first + i ...
+        std::uint16_t first_lanes, second_lanes;  ///< ... if bit i is set here
     };
     /// 12 bits: chunk_nodes q + node in the chunk; above: the slot.
     using Single = std::uint64_t;
     static constexpr int place_bits = 12;
     std::size_t slots = 0;
-    std::vector<std::uint64_t> bases;  ///< by chunk, q = 1, 2, ... 18
-    std::vector<Group> groups;         ///< by chunk, q = 1, 2, ... 18, and groups of lanes
-    std::vector<Single> singles;       ///< by chunk
+    std::vector<Group> groups;    ///< by chunk, q = 1, 2, ... 18, and groups of lanes
+    std::vector<Single> singles;  ///< by chunk
     std::vector<std::uint64_t> first_single;
     [[nodiscard]] double bytes() const {
-        return static_cast<double>(groups.size() * sizeof(Group) + (bases.size() + singles.size() + first_single.size()) * 8);
+        return static_cast<double>(groups.size() * sizeof(Group) + (singles.size() + first_single.size()) * 8);
     }
 };
 
-/// The groups of one chunk and q whose populations come from `slots` (of as many nodes as the chunk has), and their base. Lanes that no
-/// group holds are added to `singles`.
-[[nodiscard]] std::uint64_t make_groups(std::span<const std::uint64_t> slots, std::size_t q, Addresses::Group* groups,
-                                        std::vector<Addresses::Single>& singles);
+/// The groups of one chunk and q whose populations come from `slots` (of as many nodes as the chunk has). Lanes that no group holds are
+/// added to `singles`.
+void make_groups(std::span<const std::uint64_t> slots, std::uint64_t base, std::size_t q, Addresses::Group* groups,
+                 std::vector<Addresses::Single>& singles);
 
 [[nodiscard]] Addresses find_addresses(const Domain& domain);
 

@@ -122,7 +122,6 @@ private:
         data_ = {.store = store_.data(),
                  .nodes = plan_->nodes,
                  .chunks = plan_->chunks,
-                 .bases = plan_->addresses.bases.data(),
                  .groups = plan_->addresses.groups.data(),
                  .singles = plan_->addresses.singles.data(),
                  .first_single = plan_->addresses.first_single.data(),

@@ -20,12 +20,14 @@ struct Sweep {
     const KernelData<Real>& data;
 
     [[nodiscard]] inline Real* chunk_rows(std::size_t c) const { return data.store + slot_of(0, c * chunk); }
-    static constexpr std::size_t rows = directions - 1, groups = rows * groups_per_chunk;  // of a chunk, without the population at rest
+    static constexpr std::size_t groups = (directions - 1) * groups_per_chunk;  // of a chunk
     static constexpr std::uint64_t place_mask = (std::uint64_t{1} << Addresses::place_bits) - 1;
     [[nodiscard]] inline const Addresses::Group* groups_of(std::size_t c) const { return data.groups + c * groups; }
-    // Memory of the groups of a chunk and q.
-    [[nodiscard]] inline Real* base_of(std::size_t c, int q) const {
-        return data.store + data.bases[c * rows + static_cast<std::size_t>(q - 1)];
+    // Where the slots of a chunk's groups are counted from.
+    [[nodiscard]] inline Real* base_of_chunk(std::size_t c) const {
+        constexpr std::size_t reach = std::size_t{1} << 31U;
+        const std::size_t own = slot_of(0, c * chunk);
+        return data.store + (own > reach ? own - reach : 0);
     }
     [[nodiscard]] inline Weights<Real> weights(std::uint16_t distance) const {
         return {static_cast<Real>(distance) * Real(1.0 / 65535.0), data};
@@ -34,11 +36,8 @@ struct Sweep {
     inline void gather_far(std::size_t c, Buffer<Real>& buffer) const {
         std::memcpy(buffer.f, chunk_rows(c), chunk * sizeof(Real));
         const Addresses::Group* at = groups_of(c);
-        for (int q = 1; q < directions; ++q) {
-            const Real* const base = base_of(c, q);
-            Real* const row = buffer.f + static_cast<std::size_t>(q) * chunk;
-            for (std::size_t i = 0; i < chunk; i += group_lanes, ++at) read(row + i, base, *at);
-        }
+        const Real* const base = base_of_chunk(c);
+        for (std::size_t i = chunk; i < directions * chunk; i += group_lanes, ++at) read(buffer.f + i, base, *at);
         for (std::uint64_t s = data.first_single[c]; s < data.first_single[c + 1]; ++s)
             buffer.f[data.singles[s] & place_mask] = data.store[data.singles[s] >> Addresses::place_bits];
     }
@@ -46,8 +45,8 @@ struct Sweep {
     inline void scatter_far(std::size_t c, const Buffer<Real>& buffer) const {
         std::memcpy(chunk_rows(c), buffer.f, chunk * sizeof(Real));
         const Addresses::Group* at = groups_of(c);
+        Real* const base = base_of_chunk(c);
         for (int q = 1; q < directions; ++q) {
-            Real* const base = base_of(c, q);
             const Real* const row = buffer.f + static_cast<std::size_t>(opposite(q)) * chunk;
             for (std::size_t i = 0; i < chunk; i += group_lanes, ++at) write(base, row + i, *at);
         }
@@ -141,17 +140,15 @@ struct Sweep {
         gather_far(c, buffer);
         arrive(c, buffer.f, at);
         const Addresses::Group* const group = groups_of(next);
-        const Real* const rest = chunk_rows(next);
+        const Real *const rest = chunk_rows(next), *const base = base_of_chunk(next);
         collide<model, false>(buffer.f, data, [&](std::size_t block) {
             __builtin_prefetch(rest + block);
             const std::size_t end = (block + simd_lanes<Real>)*groups / chunk;
-            for (std::size_t g = block * groups / chunk; g != end; ++g) {
-                const Real* const base = base_of(next, static_cast<int>(g / groups_per_chunk) + 1);
+            for (std::size_t g = block * groups / chunk; g != end; ++g)
                 for (std::size_t i = 0; i < group_lanes; i += simd_lanes<Real>) {
                     __builtin_prefetch(base + group[g].first + i);
                     __builtin_prefetch(base + group[g].second + i);
                 }
-            }
         });
         meet_walls<false>(c, buffer.f, at);
         scatter_far(c, buffer);

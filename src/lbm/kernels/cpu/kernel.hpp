@@ -29,7 +29,6 @@ template <typename Real>
 struct KernelData {
     Real* store;  ///< populations, chunk by chunk, q after q
     std::size_t nodes, chunks;
-    const std::uint64_t* bases;  ///< by chunk and q
     const Addresses::Group* groups;
     const Addresses::Single* singles;
     const std::uint64_t* first_single;  ///< by chunk

@@ -14,18 +14,17 @@ constexpr std::size_t chunks_per_part = 128;
 // Part of the last chunk that the odd step of a chunk accesses.
 std::vector<std::uint32_t> last_parts(const Addresses& addresses, std::size_t chunks) {
     std::vector<std::uint32_t> last(chunks);
-    constexpr std::size_t rows = d3q19::directions - 1;
+    constexpr std::size_t groups = (d3q19::directions - 1) * groups_per_chunk;
 #pragma omp parallel for schedule(static)
     for (std::size_t c = 0; c < chunks; ++c) {
         std::size_t far = slot_of(0, c * chunk_nodes);
-        const auto reach = [&](std::uint64_t first, std::uint32_t lanes) {
-            if (lanes != 0) far = std::max<std::size_t>(far, first + static_cast<std::size_t>(std::bit_width(lanes)) - 1);
+        const auto reach = [&](std::uint32_t first, std::uint16_t lanes) {
+            if (lanes != 0) far = std::max<std::size_t>(far, base_of(c) + first + static_cast<std::size_t>(std::bit_width(lanes)) - 1);
         };
-        for (std::size_t row = c * rows; row < (c + 1) * rows; ++row)
-            for (std::size_t g = row * groups_per_chunk; g < (row + 1) * groups_per_chunk; ++g) {
-                reach(addresses.bases[row] + addresses.groups[g].first, addresses.groups[g].first_lanes);
-                reach(addresses.bases[row] + addresses.groups[g].second, addresses.groups[g].second_lanes);
-            }
+        for (std::size_t g = c * groups; g < (c + 1) * groups; ++g) {
+            reach(addresses.groups[g].first, addresses.groups[g].first_lanes);
+            reach(addresses.groups[g].second, addresses.groups[g].second_lanes);
+        }
         for (std::uint64_t s = addresses.first_single[c]; s < addresses.first_single[c + 1]; ++s)
             far = std::max<std::size_t>(far, addresses.singles[s] >> Addresses::place_bits);
         last[c] = static_cast<std::uint32_t>(far / (d3q19::directions * chunk_nodes * chunks_per_part));
