@@ -151,14 +151,15 @@ TEST(Kernels, AddressesReachBeyond32Bits) {
             if (i % 40 == 39) slots[i] = random() >> 20U | 4096U;  // through a periodic face, up to 2^44 away
         }
         const std::size_t q = 7;
-        std::array<Addresses::Group, groups_per_chunk> groups;
+        constexpr std::size_t lanes = 16;
+        std::array<Addresses::Group, chunk_nodes / lanes> groups;
         std::vector<Addresses::Single> singles;
         const std::uint64_t base = base_of(start / (19 * chunk_nodes));
-        make_groups(slots, base, q, groups.data(), singles);
+        make_groups(slots, base, q, lanes, groups.data(), singles);
         std::vector<std::uint64_t> found(slots.size(), 0);
         for (std::size_t i = 0; i < slots.size(); ++i) {
-            const Addresses::Group& group = groups[i / group_lanes];
-            const std::size_t lane = i % group_lanes;
+            const Addresses::Group& group = groups[i / lanes];
+            const std::size_t lane = i % lanes;
             if ((group.first_lanes >> lane & 1U) != 0) found[i] = base + group.first + lane;
             if ((group.second_lanes >> lane & 1U) != 0) {
                 EXPECT_EQ(found[i], 0U);

@@ -48,8 +48,8 @@ private:
 // The two locations of most lanes; the other lanes are added to `singles`. All lanes of the group hold slots near its base.
 Addresses::Group make_group(std::span<const std::uint64_t> slots, std::uint64_t base, std::size_t place,
                             std::vector<Addresses::Single>& singles) {
-    std::array<std::uint32_t, group_lanes> location{};
-    std::array<std::uint16_t, group_lanes> lanes{};
+    std::array<std::uint32_t, most_lanes> location{};
+    std::array<std::uint16_t, most_lanes> lanes{};
     std::size_t locations = 0;
     for (std::size_t i = 0; i < slots.size(); ++i) {
         const std::uint64_t offset = slots[i] - i - base;  // wraps where the slot is below the base
@@ -77,17 +77,17 @@ Addresses::Group make_group(std::span<const std::uint64_t> slots, std::uint64_t 
 
 }  // namespace
 
-void make_groups(std::span<const std::uint64_t> slots, std::uint64_t base, std::size_t q, Addresses::Group* groups,
+void make_groups(std::span<const std::uint64_t> slots, std::uint64_t base, std::size_t q, std::size_t lanes, Addresses::Group* groups,
                  std::vector<Addresses::Single>& singles) {
-    for (std::size_t i = 0; i < chunk_nodes; i += group_lanes, ++groups)
-        *groups = i < slots.size()
-                      ? make_group(slots.subspan(i, std::min(group_lanes, slots.size() - i)), base, q * chunk_nodes + i, singles)
-                      : Addresses::Group{};
+    for (std::size_t i = 0; i < chunk_nodes; i += lanes, ++groups)
+        *groups = i < slots.size() ? make_group(slots.subspan(i, std::min(lanes, slots.size() - i)), base, q * chunk_nodes + i, singles)
+                                   : Addresses::Group{};
 }
 
-Addresses find_addresses(const Domain& domain) {
+Addresses find_addresses(const Domain& domain, std::size_t lanes) {
     const std::size_t chunks = (domain.nodes() + chunk_nodes - 1) / chunk_nodes;
     constexpr std::size_t pairs = d3q19::directions - 1;
+    const std::size_t groups_per_chunk = chunk_nodes / lanes;
     Addresses addresses{.slots = slot_of(0, chunks * chunk_nodes), .groups = {}, .singles = {}, .first_single = {0}};
     addresses.groups.resize(chunks * pairs * groups_per_chunk);
     constexpr std::size_t share = 256;
@@ -102,7 +102,7 @@ Addresses find_addresses(const Domain& domain) {
         for (std::size_t c = p * share; c < std::min(chunks, (p + 1) * share); ++c) {
             const std::size_t size = tracer.trace(c * chunk_nodes, slots);
             for (std::size_t q = 1; q < d3q19::directions; ++q)
-                make_groups(std::span(slots[q]).first(size), base_of(c), q,
+                make_groups(std::span(slots[q]).first(size), base_of(c), q, lanes,
                             addresses.groups.data() + (c * pairs + q - 1) * groups_per_chunk, parts[p].singles);
             parts[p].end.push_back(parts[p].singles.size());
         }

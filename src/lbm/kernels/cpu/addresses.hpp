@@ -9,7 +9,7 @@
 
 namespace porepack::lbm::cpu {
 
-inline constexpr std::size_t chunk_nodes = 128, group_lanes = 16, groups_per_chunk = chunk_nodes / group_lanes;
+inline constexpr std::size_t chunk_nodes = 128, most_lanes = 16;
 [[nodiscard]] constexpr std::size_t slot_of(std::size_t q, std::size_t node) {
     return (node / chunk_nodes * 19 + q) * chunk_nodes + node % chunk_nodes;
 }
@@ -25,7 +25,7 @@ inline constexpr std::size_t chunk_nodes = 128, group_lanes = 16, groups_per_chu
 /// given here: its neighbour's slot opposite(q), or its own slot q at a wall. A step writes the population leaving along
 /// opposite(q) to the slot from which it read q, so only one node uses each slot. Nodes are stored in chunks, and a chunk
 /// holds its 19 populations one after the other: an even step reads memory sequentially.
-/// For an odd step the slots of one q are read in groups of 16 nodes: neighbours in a row of cells are adjacent, so that a
+/// For an odd step the slots of one q are read in groups of one SIMD vector: neighbours in a row of cells are adjacent, so that a
 /// group mostly comes from one or two locations in memory. Lanes from a third location are read one by one, and so are those that are
 /// 2^31 slots away from their chunk (through a periodic face of a large grid).
 struct Addresses {
@@ -45,11 +45,11 @@ struct Addresses {
     }
 };
 
-/// The groups of one chunk and q whose populations come from `slots` (of as many nodes as the chunk has). Lanes that no group holds are
-/// added to `singles`.
-void make_groups(std::span<const std::uint64_t> slots, std::uint64_t base, std::size_t q, Addresses::Group* groups,
+/// The groups of `lanes` nodes (at most most_lanes) of one chunk and q whose populations come from `slots` (of as many nodes as the chunk
+/// has). Lanes that no group holds are added to `singles`.
+void make_groups(std::span<const std::uint64_t> slots, std::uint64_t base, std::size_t q, std::size_t lanes, Addresses::Group* groups,
                  std::vector<Addresses::Single>& singles);
 
-[[nodiscard]] Addresses find_addresses(const Domain& domain);
+[[nodiscard]] Addresses find_addresses(const Domain& domain, std::size_t lanes);
 
 }  // namespace porepack::lbm::cpu

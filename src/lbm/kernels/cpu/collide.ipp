@@ -37,41 +37,34 @@ struct alignas(vector_bytes) Buffer {
     Real f[directions * chunk];
 };
 
-// Reads a group of lanes from its places near `base`; lanes that come from a third one hold anything.
+// Reads a group from its places; lanes that come from a third one hold anything.
 template <typename Real>
 inline void read(Real* to, const Real* base, const Addresses::Group& at) {
 #if defined(__AVX512F__)
-    for (std::size_t i = 0; i < group_lanes; i += simd_lanes<Real>) {
-        const std::uint32_t lanes = at.second_lanes >> i;
-        if constexpr (sizeof(Real) == 8)
-            _mm512_store_pd(to + i,
-                            _mm512_mask_loadu_pd(_mm512_loadu_pd(base + at.first + i), static_cast<__mmask8>(lanes), base + at.second + i));
-        else
-            _mm512_store_ps(
-                to + i, _mm512_mask_loadu_ps(_mm512_loadu_ps(base + at.first + i), static_cast<__mmask16>(lanes), base + at.second + i));
-    }
+    if constexpr (sizeof(Real) == 8)
+        _mm512_store_pd(to,
+                        _mm512_mask_loadu_pd(_mm512_loadu_pd(base + at.first), static_cast<__mmask8>(at.second_lanes), base + at.second));
+    else
+        _mm512_store_ps(to, _mm512_mask_loadu_ps(_mm512_loadu_ps(base + at.first), at.second_lanes, base + at.second));
 #else
-    for (std::size_t i = 0; i < group_lanes; ++i) to[i] = base[((at.second_lanes >> i & 1U) != 0 ? at.second : at.first) + i];
+    for (std::size_t i = 0; i < simd_lanes<Real>; ++i) to[i] = base[((at.second_lanes >> i & 1U) != 0 ? at.second : at.first) + i];
 #endif
 }
 
 template <typename Real>
 inline void write(Real* base, const Real* from, const Addresses::Group& at) {
 #if defined(__AVX512F__)
-    for (std::size_t i = 0; i < group_lanes; i += simd_lanes<Real>) {
-        const std::uint32_t first = at.first_lanes >> i, second = at.second_lanes >> i;
-        if constexpr (sizeof(Real) == 8) {
-            const __m512d vector = _mm512_load_pd(from + i);
-            _mm512_mask_storeu_pd(base + at.first + i, static_cast<__mmask8>(first), vector);
-            _mm512_mask_storeu_pd(base + at.second + i, static_cast<__mmask8>(second), vector);
-        } else {
-            const __m512 vector = _mm512_load_ps(from + i);
-            _mm512_mask_storeu_ps(base + at.first + i, static_cast<__mmask16>(first), vector);
-            _mm512_mask_storeu_ps(base + at.second + i, static_cast<__mmask16>(second), vector);
-        }
+    if constexpr (sizeof(Real) == 8) {
+        const __m512d vector = _mm512_load_pd(from);
+        _mm512_mask_storeu_pd(base + at.first, static_cast<__mmask8>(at.first_lanes), vector);
+        _mm512_mask_storeu_pd(base + at.second, static_cast<__mmask8>(at.second_lanes), vector);
+    } else {
+        const __m512 vector = _mm512_load_ps(from);
+        _mm512_mask_storeu_ps(base + at.first, at.first_lanes, vector);
+        _mm512_mask_storeu_ps(base + at.second, at.second_lanes, vector);
     }
 #else
-    for (std::size_t i = 0; i < group_lanes; ++i) {
+    for (std::size_t i = 0; i < simd_lanes<Real>; ++i) {
         if ((at.first_lanes >> i & 1U) != 0) base[at.first + i] = from[i];
         if ((at.second_lanes >> i & 1U) != 0) base[at.second + i] = from[i];
     }

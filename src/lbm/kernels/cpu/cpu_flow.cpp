@@ -49,7 +49,7 @@ public:
         : kernel(kernel_of<Real>(chosen_instruction_set())),
           nodes(domain.nodes()),
           chunks((nodes + chunk_nodes - 1) / chunk_nodes),
-          addresses(find_addresses(domain)),
+          addresses(find_addresses(domain, simd_lanes<Real>)),
           schedule(addresses, chunks),
           walls(domain) {
         std::size_t link = 0;

@@ -20,7 +20,7 @@ struct Sweep {
     const KernelData<Real>& data;
 
     [[nodiscard]] inline Real* chunk_rows(std::size_t c) const { return data.store + slot_of(0, c * chunk); }
-    static constexpr std::size_t groups = (directions - 1) * groups_per_chunk;  // of a chunk
+    static constexpr std::size_t groups = (directions - 1) * chunk / simd_lanes<Real>;  // of a chunk
     static constexpr std::uint64_t place_mask = (std::uint64_t{1} << Addresses::place_bits) - 1;
     [[nodiscard]] inline const Addresses::Group* groups_of(std::size_t c) const { return data.groups + c * groups; }
     // Where the slots of a chunk's groups are counted from.
@@ -37,7 +37,7 @@ struct Sweep {
         std::memcpy(buffer.f, chunk_rows(c), chunk * sizeof(Real));
         const Addresses::Group* at = groups_of(c);
         const Real* const base = base_of_chunk(c);
-        for (std::size_t i = chunk; i < directions * chunk; i += group_lanes, ++at) read(buffer.f + i, base, *at);
+        for (std::size_t i = chunk; i < directions * chunk; i += simd_lanes<Real>, ++at) read(buffer.f + i, base, *at);
         for (std::uint64_t s = data.first_single[c]; s < data.first_single[c + 1]; ++s)
             buffer.f[data.singles[s] & place_mask] = data.store[data.singles[s] >> Addresses::place_bits];
     }
@@ -48,7 +48,7 @@ struct Sweep {
         Real* const base = base_of_chunk(c);
         for (int q = 1; q < directions; ++q) {
             const Real* const row = buffer.f + static_cast<std::size_t>(opposite(q)) * chunk;
-            for (std::size_t i = 0; i < chunk; i += group_lanes, ++at) write(base, row + i, *at);
+            for (std::size_t i = 0; i < chunk; i += simd_lanes<Real>, ++at) write(base, row + i, *at);
         }
         for (std::uint64_t s = data.first_single[c]; s < data.first_single[c + 1]; ++s)
             data.store[data.singles[s] >> Addresses::place_bits] = buffer.f[opposite_row(static_cast<int>(data.singles[s] & place_mask))];
@@ -139,16 +139,14 @@ struct Sweep {
         AtWalls<Real> at;
         gather_far(c, buffer);
         arrive(c, buffer.f, at);
-        const Addresses::Group* const group = groups_of(next);
+        const Addresses::Group* group = groups_of(next);
         const Real *const rest = chunk_rows(next), *const base = base_of_chunk(next);
         collide<model, false>(buffer.f, data, [&](std::size_t block) {
             __builtin_prefetch(rest + block);
-            const std::size_t end = (block + simd_lanes<Real>)*groups / chunk;
-            for (std::size_t g = block * groups / chunk; g != end; ++g)
-                for (std::size_t i = 0; i < group_lanes; i += simd_lanes<Real>) {
-                    __builtin_prefetch(base + group[g].first + i);
-                    __builtin_prefetch(base + group[g].second + i);
-                }
+            for (const Addresses::Group* const end = group + directions - 1; group != end; ++group) {
+                __builtin_prefetch(base + group->first);
+                __builtin_prefetch(base + group->second);
+            }
         });
         meet_walls<false>(c, buffer.f, at);
         scatter_far(c, buffer);

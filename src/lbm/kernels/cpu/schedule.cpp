@@ -14,7 +14,7 @@ constexpr std::size_t chunks_per_part = 128;
 // Part of the last chunk that the odd step of a chunk accesses.
 std::vector<std::uint32_t> last_parts(const Addresses& addresses, std::size_t chunks) {
     std::vector<std::uint32_t> last(chunks);
-    constexpr std::size_t groups = (d3q19::directions - 1) * groups_per_chunk;
+    const std::size_t groups = addresses.groups.size() / std::max<std::size_t>(1, chunks);
 #pragma omp parallel for schedule(static)
     for (std::size_t c = 0; c < chunks; ++c) {
         std::size_t far = slot_of(0, c * chunk_nodes);
