@@ -61,6 +61,10 @@ public:
 
     // case.toml of a proposal. The bed is that of the base case, magnified with the grain, with all that keeps its motion similar: times
     // grow as the square root of lengths, stiffness as their square.
+    // The whole container keeps the drop height of the low beds, as far as it is high enough: grains that fall less pack looser.
+    [[nodiscard]] bool too_high(double drop_height_m, const SizedCandidate& grain, bool full) const {
+        return full && drop_height_m > goal_.container.height() - grain.candidate.form.feret * grain.size_m;
+    }
     [[nodiscard]] std::string case_text(const SizedCandidate& grain, bool full, long packings) const {
         const double scale = grain.size_m / size_m_, shrunk = full ? 1.0 : shrink(grain.size_m);
         const PackingConfig& p = settings_.packing;
@@ -73,7 +77,8 @@ public:
         set["packing"] = {{"seed", std::to_string(goal_.seed)},
                           {"grains", full || p.grains == 0 ? "" : std::to_string(std::lround(static_cast<double>(p.grains) * area))},
                           {"fill_height_m", full || p.grains > 0 ? "" : text(fill_height() * scale)},
-                          {"drop_height_m", full || p.drop_height_m == 0.0 ? "" : text(p.drop_height_m * scale)},
+                          {"drop_height_m",
+                           p.drop_height_m == 0.0 || too_high(p.drop_height_m * scale, grain, full) ? "" : text(p.drop_height_m * scale)},
                           {"batch_grains", std::to_string(std::max(1L, std::lround(static_cast<double>(p.batch_grains) * area)))},
                           {"batch_interval_s", text(p.batch_interval_s * std::sqrt(scale))},
                           {"horizontal_speed_m_per_s", text(p.horizontal_speed_m_per_s * std::sqrt(scale))},
