@@ -1,6 +1,9 @@
 #include "lbm/sequence.hpp"
 
 #include <fmt/format.h>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 
 #include <cmath>
 
@@ -90,6 +93,13 @@ std::string identity_of(const PoreSpace& space, LbmConfig config, const Domain& 
     };
     return fmt::format("{} {} {} {} {:016x} {:016x}", resolved_config(config).dump(), name_of(space.ends), space.section.z0,
                        space.section.z1, hash(domain.cells.words()), hash(distances));
+}
+
+// The many small lists of the set-up stay with the C library otherwise.
+void return_freed_memory() {
+#ifdef __GLIBC__
+    malloc_trim(0);
+#endif
 }
 
 Scheme with_tau(Scheme scheme, double tau) {
@@ -236,6 +246,7 @@ bool Sequence::solve_once(double voxel_size_m, bool coarsest_of_many, double max
         grid.set_up_seconds = set_up.seconds();
         if (!checkpoint_.empty()) identity_ = identity_of(space_, config_, domain);
         domain.walls = {};  // before populations need the memory
+        return_freed_memory();
         if (!solve_flow(solved, *of_domain, domain, section, coarsest_of_many, max_seconds)) return false;
     }
     keep(std::move(grid), std::move(solved), std::move(domain), section);
