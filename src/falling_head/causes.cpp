@@ -33,7 +33,8 @@ void add_physics_of_the_sample(Causes& causes, const SampleTruth& truth, const F
          .what = fmt::format("1/k_in falls like Re^-n above Re = {:.0f}, the largest that was computed", truth.largest_reynolds),
          .low = 0.0,
          .high = 0.2,
-         .source = "n: Ergun 1952 0; Carman 1937 and KTA 3102.3 0.1; Tallmadge 1970 1/6; Hicks 1970 0.2 (of the total loss: an upper bound)",
+         .source =
+             "n: Ergun 1952 0; Carman 1937 and KTA 3102.3 0.1; Tallmadge 1970 1/6; Hicks 1970 0.2 (of the total loss: an upper bound)",
          .apply =
              [reference](Scenario& s, double n) {
                  s.apparatus.inertial_exponent = n;

@@ -98,10 +98,10 @@ public:
         std::unique_ptr<Flow> flow = start(Kernel::cpu_double, scheme);
         if (inertia && !domain_.boundary_links.empty()) flow = std::make_unique<PressureEnds>(std::move(flow), domain_);
         begin(*flow, faster, denser);
-        const StokesRun run = run_to_steady(*flow, domain_, scheme, section_,
-                                            {.tolerance = inertia ? criterion_.tolerance : 0.1 * criterion_.tolerance,
-                                             .max_steps = criterion_.max_steps,
-                                             .steps_per_check = std::max(40L, 2 * std::lround(0.25 * settling_steps))});
+        StokesRun run = run_to_steady(*flow, domain_, scheme, section_,
+                                      {.tolerance = inertia ? criterion_.tolerance : 0.1 * criterion_.tolerance,
+                                       .max_steps = criterion_.max_steps,
+                                       .steps_per_check = std::max(40L, 2 * std::lround(0.25 * settling_steps))});
         // Drag of walls and grains per volume: of the deviation from the mean gradient, and the buoyancy of that gradient.
         // All of it belongs to the section, because free water has almost no resistance.
         const double layers = image_.grid.cells[2], volume = section_.area_cells * layers;
@@ -127,10 +127,10 @@ public:
         disturb(wanted_speed / faster);
         begin(*flow, faster, denser);
         const double layers = image_.grid.cells[2], porosity = static_cast<double>(domain_.nodes()) / (section_.area_cells * layers);
-        const MeanFlow mean = average_in_time(*flow, domain_, section_.area_cells,
-                                              {.tolerance = criterion.tolerance,
-                                               .turnover_steps = length_lu * porosity / wanted_speed,
-                                               .most_turnovers = criterion.most_turnovers});
+        MeanFlow mean = average_in_time(*flow, domain_, section_.area_cells,
+                                        {.tolerance = criterion.tolerance,
+                                         .turnover_steps = length_lu * porosity / wanted_speed,
+                                         .most_turnovers = criterion.most_turnovers});
         gradient_ = resistance_ = force;
         kinetic_share_ = 0.0;
         keep(*flow);

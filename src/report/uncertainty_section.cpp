@@ -64,7 +64,8 @@ ReportSection budget_section(const ReportInput& input) {
     if (!rows.is_array()) return section;
     section.intro =
         "Standard uncertainties (one standard deviation) of k of one packing. Numerical contributions are in all three statements above. "
-        "The scatter between packings is in the last two. A hint is in none: it suggests the scatter where only one packing is known, or shows what half the resolution of an image does to k.";
+        "The scatter between packings is in the last two. A hint is in none: it suggests the scatter where only one packing is known, or "
+        "shows what half the resolution of an image does to k.";
     section.header = {"contribution", "u(k)/k", "part", "evidence", "from"};
     const auto percent = [](double relative) { return relative < 1e-5 ? "< 0.001 %" : fmt::format("{:.2g} %", 100.0 * relative); };
     for (const Json& row : rows)
