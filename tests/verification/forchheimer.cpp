@@ -242,6 +242,7 @@ TEST(Inertia, MeansInTimeOfSteadyFlowsAreTheSteadyFlows) {
         std::printf("  %.0f cells: k at Re 20 differs by %.4f\n", cells, difference[at]);
         ++at;
     }
+    // Second order; observed 2.2 and 2.1, the coarse grids have 10 and 16 nodes per diameter. The last bound is a quarter above 0.047.
     for (std::size_t i = 1; i < 3; ++i) EXPECT_NEAR(std::log(difference[i - 1] / difference[i]) / std::log(1.5), 2.0, 0.5) << i;
     EXPECT_LT(difference[2], 0.06);
 }
@@ -268,7 +269,7 @@ TEST(Inertia, FlowsThatAreNotSteadyHaveAMean) {
                 last.permeability_m2 / series.creeping_permeability_m2, last.in_time->half_width, last.in_time->fluctuation,
                 last.in_time->turnovers, last.seconds);
     EXPECT_FALSE(last.in_time->steady);
-    EXPECT_GT(last.in_time->fluctuation, 1e-3);
+    EXPECT_GT(last.in_time->fluctuation, 1e-3);  // ten times the change at which a flow counts as steady
     EXPECT_LT(last.in_time->half_width, 0.05);
     for (std::size_t i = 1; i < 3; ++i) EXPECT_LT(series.flows[i].permeability_m2, series.flows[i - 1].permeability_m2);
 }

@@ -173,7 +173,7 @@ TEST(Kernels, AddressesReachBeyond32Bits) {
             found[place % chunk_nodes] = single >> Addresses::place_bits;
         }
         EXPECT_EQ(found, slots) << start;
-        EXPECT_LT(singles.size(), 30U);
+        EXPECT_LT(singles.size(), 30U);  // most lanes are in groups: 3 far ones, and few from a third place
     }
 }
 
