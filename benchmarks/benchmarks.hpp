@@ -22,8 +22,8 @@ namespace porepack::benchmarks {
 [[nodiscard]] core::Json fit_benchmark(bool quick, const core::Path& folder);
 /// Segmentation of simulated scans of two settled beds, written into `folder` (or ./segment_scans).
 [[nodiscard]] core::Json segment_benchmark(bool quick, const core::Path& folder);
-/// Speed of the kernels against the memory bandwidth limit, steps of the schemes to the same tolerance, error against seconds.
-[[nodiscard]] core::Json lbm_benchmark(const core::Path& folder);
+/// Speed of the kernels against their limits, steps of the schemes to the same tolerance, error against seconds. Quick: speed alone.
+[[nodiscard]] core::Json lbm_benchmark(bool quick, const core::Path& folder);
 /// Runs both flow solvers of the cases if not yet done, and compares k, cost and mean profiles of the speed.
 [[nodiscard]] core::Json cross_check_benchmark(const std::vector<core::Path>& cases, const core::Path& folder);
 /// OpenFOAM on flows of known answer; its cases are in `folder` (or ./foam_verification).

@@ -44,7 +44,7 @@ constexpr Benchmark benchmarks[] = {
     {"gray", [](const Request& r) { return gray_benchmark(r.quick); }},
     {"inertia", [](const Request& r) { return inertia_benchmark(r.quick, r.folder); }},
     {"iteration", [](const Request& r) { return iteration_benchmark(r.quick, r.folder); }},
-    {"lbm", [](const Request& r) { return lbm_benchmark(r.folder); }},
+    {"lbm", [](const Request& r) { return lbm_benchmark(r.quick, r.folder); }},
     {"packing", [](const Request& r) { return packing_benchmark(r.quick, r.folder); }},
     {"fit", [](const Request& r) { return fit_benchmark(r.quick, r.folder); }},
     {"segment", [](const Request& r) { return segment_benchmark(r.quick, r.folder); }},
@@ -94,7 +94,7 @@ int main_or_throw(int argc, char** argv) {
         ->check(CLI::Range(1, 1024));
     app.add_flag(
         "--quick", request.quick,
-        "for coverage, fit, gray, iteration, packing, section, segment, speed-error and tortuosity: minutes instead of half an hour");
+        "for coverage, fit, gray, iteration, lbm, packing, section, segment, speed-error and tortuosity: minutes instead of half an hour");
     app.add_flag("--json", json, "accepted for compatibility: the result is always JSON");
     app.footer("Example:\n  porepack_benchmark lbm --output lbm_speed");
     try {

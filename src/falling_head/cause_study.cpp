@@ -72,20 +72,27 @@ CauseFactors alone(const UncertainCause& cause, const Evaluator& evaluator) {
     return {.cause = cause, .at_low = at_quantile(factors, 0.16), .at_high = at_quantile(factors, 0.84)};
 }
 
+// All causes at random. The common ones take their numbers from `shared`, the others from `own`.
+Scenario draw_scenario(const std::vector<UncertainCause>& causes, const Scenario& base, double range_factor, std::mt19937_64& shared,
+                       std::mt19937_64& own) {
+    Scenario scenario = base;
+    for (const UncertainCause& cause : causes) {
+        const double centre = cause.absent ? std::clamp(*cause.absent, cause.low, cause.high) : 0.5 * (cause.low + cause.high);
+        std::uniform_real_distribution<double> value(centre + range_factor * (cause.low - centre),
+                                                     centre + range_factor * (cause.high - centre));
+        cause.apply(scenario, std::clamp(value(cause.common ? shared : own), cause.least, cause.most));
+    }
+    return scenario;
+}
+
 JointFactors together(const std::string& what, const std::vector<UncertainCause>& causes, const Evaluator& evaluator, double range_factor,
                       double wanted, long draws) {
     std::vector<std::optional<double>> found(static_cast<std::size_t>(draws));
     parallel_for(found.size(), [&](std::size_t draw) {
         std::mt19937_64 random(draw + 1);
-        Scenario scenario = evaluator.base();
-        scenario.apparatus.seed = static_cast<long>(draw) + 1;
-        for (const UncertainCause& cause : causes) {
-            const double centre = cause.absent ? std::clamp(*cause.absent, cause.low, cause.high) : 0.5 * (cause.low + cause.high);
-            std::uniform_real_distribution<double> value(centre + range_factor * (cause.low - centre),
-                                                         centre + range_factor * (cause.high - centre));
-            cause.apply(scenario, std::clamp(value(random), cause.least, cause.most));
-        }
-        found[draw] = evaluator.factor(scenario);
+        Scenario base = evaluator.base();
+        base.apparatus.seed = static_cast<long>(draw) + 1;
+        found[draw] = evaluator.factor(draw_scenario(causes, base, range_factor, random, random));
     });
     JointFactors result{.what = what, .range_factor = range_factor, .draws = draws, .low = {}, .median = {}, .high = {}, .reaches = {}};
     for (const auto& factor : found)
@@ -129,6 +136,28 @@ CauseStudy study_causes(const SampleTruth& truth, const FallingHeadConfig& confi
         config.kinematic_viscosity_m2_per_s * ideal.speed_at(middle) / truth.permeability_m2 / (config.gravity_m_per_s2 * (middle + L) / L);
     result.darcy_alone = 1.0 / result.viscous_share;
     return result;
+}
+
+std::vector<PairedFactors> study_common_causes(const std::array<TestedSample, 2>& samples, long draws) {
+    std::vector<PairedFactors> all;
+    for (const double range_factor : {1.0, 0.5, 2.0}) {
+        PairedFactors paired{.range_factor = range_factor, .draws = std::vector<PairedDraw>(static_cast<std::size_t>(draws))};
+        for (std::size_t i = 0; i < samples.size(); ++i) {
+            const TestedSample& sample = samples[i];
+            const Evaluator evaluator(sample.truth, sample.apparatus);
+            const std::vector<UncertainCause> causes = uncertain_causes(sample.truth, sample.apparatus);
+            parallel_for(paired.draws.size(), [&](std::size_t draw) {
+                std::mt19937_64 shared(draw + 1), own((i + 1) * 1000003 + draw);
+                Scenario base = evaluator.base();
+                base.apparatus.seed = static_cast<long>(2 * draw + i) + 1;
+                const Scenario scenario = draw_scenario(causes, base, range_factor, shared, own);
+                paired.draws[draw].exponent = scenario.apparatus.inertial_exponent;
+                paired.draws[draw].factors[i] = evaluator.factor(scenario);
+            });
+        }
+        all.push_back(std::move(paired));
+    }
+    return all;
 }
 
 }  // namespace porepack::falling_head

@@ -41,14 +41,16 @@ void add_physics_of_the_sample(Causes& causes, const SampleTruth& truth, const F
                  s.apparatus.inertial_reference_speed_m_per_s = reference;
              },
          .least = 0.0,
-         .most = 0.8});
+         .most = 0.8,
+         .common = true});
     causes.push_back({.name = "turbulent viscous term",
                       .what = "part of the change of both coefficients from Forchheimer's regime to turbulence: 1/k x 1.24, 1/k_in x 0.84",
                       .low = 0.0,
                       .high = 1.0,
                       .source = "Fand, Kim, Lam & Phan 1987 (spheres)",
                       .apply = [](Scenario& s, double part) { multiply(s.resistance, 1.0 + 0.24 * part, 1.0 - 0.16 * part); },
-                      .least = -1.0});
+                      .least = -1.0,
+                      .common = true});
     const double straight = 1.0 / truth.porosity, usual = std::max(straight, inertia_coefficient(config));
     causes.push_back({.name = "inertia of the water",
                       .what = "inertia coefficient m of the sample",
@@ -125,7 +127,8 @@ void add_apparatus(Causes& causes, const SampleTruth& truth, const FallingHeadCo
                                   screens(s);
                               },
                           .absent = std::nullopt,
-                          .least = 0.05 * wire});
+                          .least = 0.05 * wire,
+                          .common = true});
         causes.push_back({.name = "screen below partly covered",
                           .what = "part of its openings that grains cover",
                           .low = 0.0,
@@ -149,7 +152,8 @@ void add_apparatus(Causes& causes, const SampleTruth& truth, const FallingHeadCo
                           .judged = true,
                           .apply = [](Scenario& s, double loss) { s.apparatus.loss_coefficient = loss; },
                           .absent = std::nullopt,
-                          .least = 0.0});
+                          .least = 0.0,
+                          .common = true});
     const double speed = middle_speed(truth, config), nu = config.kinematic_viscosity_m2_per_s, D = truth.tube_diameter_m;
     const double friction = 0.316 * std::pow(speed * D / nu, -0.25) / D;
     causes.push_back({.name = "friction on the tube's wall",
@@ -160,16 +164,19 @@ void add_apparatus(Causes& causes, const SampleTruth& truth, const FallingHeadCo
                       .source = "Blasius 1913; 1.5 times for a flow that still develops",
                       .judged = true,
                       .apply = [](Scenario& s, double value) { s.apparatus.column_friction_per_m = value; },
-                      .least = 0.0});
+                      .least = 0.0,
+                      .common = true});
     const double film = 0.94 * capillary_length_m * std::pow(water_density * nu * speed / surface_tension, 2.0 / 3.0);
     causes.push_back({.name = "water left on the tube's wall",
                       .what = "part of the tube's area",
                       .low = 0.0,
                       .high = 4.0 * film / D,
-                      .source = "Landau & Levich 1942, at the middle of the window",
+                      .source = "Landau & Levich 1942, at the middle of the window, beyond their small capillary numbers",
+                      .judged = true,
                       .apply = [](Scenario& s, double part) { multiply(s.resistance, 1.0 - part, (1.0 - part) * (1.0 - part)); },
                       .least = 0.0,
-                      .most = 0.5});
+                      .most = 0.5,
+                      .common = true});
     const double radius = config.screen_opening_m > 0.0 ? 0.5 * config.screen_opening_m : 4e-3;
     causes.push_back({.name = "pressure in the jets below",
                       .what = "as a height of water that the head lacks",
@@ -178,7 +185,8 @@ void add_apparatus(Causes& causes, const SampleTruth& truth, const FallingHeadCo
                       .high = surface_tension / (radius * water_density * config.gravity_m_per_s2),
                       .source = fmt::format("Laplace 1806, jets of {:g} mm radius", 1e3 * radius),
                       .apply = [](Scenario& s, double height) { s.apparatus.level_offset_m -= height; },
-                      .least = 0.0});
+                      .least = 0.0,
+                      .common = true});
     const double latest = std::max(config.window_m[0], config.window_m[1]) + 0.02;
     if (config.start_level_m > latest)
         causes.push_back({.name = "opening of the outlet",
@@ -216,21 +224,24 @@ void add_readings(Causes& causes, const FallingHeadConfig& config) {
                       .source = "Batchelor 1967; receding contact angle of 50 degrees on acrylic",
                       .judged = true,
                       .apply = [offset](Scenario& s, double height) { offset(s, -height); },
-                      .least = 0.0});
+                      .least = 0.0,
+                      .common = true});
     causes.push_back({.name = "scale",
                       .what = "true distances are longer, about the middle of the window",
                       .low = -0.003,
                       .high = 0.003,
                       .source = "printed scale, distortion of the lens",
                       .judged = true,
-                      .apply = scale});
+                      .apply = scale,
+                      .common = true});
     causes.push_back({.name = "parallax",
                       .what = "distance from the scale to the meniscus over that of the camera, at the height of the middle",
                       .low = -0.025 / 3.0,
                       .high = 0.025 / 3.0,
                       .source = "25 mm deep, seen from 3 m",
                       .judged = true,
-                      .apply = scale});
+                      .apply = scale,
+                      .common = true});
     causes.push_back({.name = "sample length",
                       .what = "true minus assumed length; the level is read on a fixed scale",
                       .unit = "m",
@@ -254,7 +265,8 @@ void add_readings(Causes& causes, const FallingHeadConfig& config) {
                       .apply = [](Scenario& s, double t) { s.apparatus.kinematic_viscosity_m2_per_s *= water_viscosity_ratio(t); },
                       .absent = 20.0,
                       .least = 0.0,
-                      .most = 40.0});
+                      .most = 40.0,
+                      .common = true});
     causes.push_back({.name = "noise of the frames",
                       .what = "standard deviation of each level",
                       .unit = "m",

@@ -2,11 +2,13 @@
 // correction for it. Each cause is an uncertain number with a range; alone at both ends, and all together at random.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "core/members.hpp"
 #include "falling_head/column.hpp"
 #include "falling_head/level_curve.hpp"
 
@@ -23,6 +25,20 @@ struct SampleTruth {
     double largest_reynolds = 30.0;                ///< U d/nu of the largest flow from which k_in was computed
     std::optional<double> quasi_steady_inertia{};  ///< <u^2>/(porosity <u_z>^2) of the flow: the largest inertia coefficient
 };
+template <core::MembersOf<SampleTruth> Self, typename Visit>
+void visit_members(Self& truth, const Visit& visit) {
+    visit("permeability_m2", truth.permeability_m2);
+    visit("inertial_permeability_m", truth.inertial_permeability_m);
+    visit("porosity", truth.porosity);
+    visit("ends_viscous", truth.ends_viscous);
+    visit("ends_inertial", truth.ends_inertial);
+    visit("aligned_viscous", truth.aligned_viscous);
+    visit("aligned_inertial", truth.aligned_inertial);
+    visit("tube_diameter_m", truth.tube_diameter_m);
+    visit("grain_diameter_m", truth.grain_diameter_m);
+    visit("largest_reynolds", truth.largest_reynolds);
+    visit("quasi_steady_inertia", truth.quasi_steady_inertia);
+}
 
 /// The simulated test.
 struct Scenario {
@@ -40,6 +56,7 @@ struct UncertainCause {
     std::function<void(Scenario&, double)> apply;
     std::optional<double> absent = 0.0;   ///< value without the cause; none: it is always there
     double least = -1e300, most = 1e300;  ///< beyond them values make no sense, also in wider ranges
+    bool common = false;                  ///< the same in tests of different grains in one apparatus
 };
 
 /// The causes of one sample in one apparatus, in the order of the report. `config` describes the apparatus as it was built.
@@ -73,6 +90,26 @@ struct CauseStudy {
 
 /// `factor` is the factor to be explained (k computed / k measured); 0: none. `draws` for each of three widths of the ranges.
 [[nodiscard]] CauseStudy study_causes(const SampleTruth& truth, const FallingHeadConfig& config, double factor, long draws = 2000);
+
+/// A sample, its apparatus, and the factor to be explained.
+struct TestedSample {
+    SampleTruth truth;
+    FallingHeadConfig apparatus;
+    double factor = 1.0;
+};
+
+/// Two samples tested in one apparatus: in each draw the causes that are common are at the same place in their ranges for both, the others
+/// are drawn for each.
+struct PairedDraw {
+    double exponent = 0.0;                         ///< of the falling inertial coefficient
+    std::array<std::optional<double>, 2> factors;  ///< none where the evaluation gives no k
+};
+struct PairedFactors {
+    double range_factor = 1.0;
+    std::vector<PairedDraw> draws;
+};
+/// One entry for each of the widths of the ranges: 1, 1/2 and 2.
+[[nodiscard]] std::vector<PairedFactors> study_common_causes(const std::array<TestedSample, 2>& samples, long draws = 2000);
 
 /// Water level against time from the opening of the outlet until the end of the window, with the config's noise.
 [[nodiscard]] LevelCurve simulate_curve(const Resistance& resistance, const FallingHeadConfig& config);

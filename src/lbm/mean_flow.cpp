@@ -118,6 +118,66 @@ bool is_steady(std::span<const double> samples, double change) {
     return *high - *low < change * std::abs(last.back());
 }
 
+// The samples of a flow, and when they are enough.
+class Record {
+public:
+    Record(const MeanFlowCriterion& criterion, double per_turnover)
+        : criterion_(criterion), per_turnover_(per_turnover), next_look_(criterion.least_turnovers) {}
+
+    void add(const Sample& sample, double velocity, double nodes) {
+        fastest_ = std::max(fastest_, sample.fastest);
+        velocity_.push_back(velocity);
+        energy_.push_back(sample.squares * nodes / (sample.along * sample.along));
+        lateral_.push_back(std::hypot(sample.lateral[0], sample.lateral[1]) / sample.along);
+        steady_ = turnovers() > turnovers_of_start && is_steady(velocity_, criterion_.steady_change);
+        if (steady_ || turnovers() >= std::min(next_look_, criterion_.most_turnovers)) {
+            series_ = mean_of_series(velocity_);
+            next_look_ = 1.1 * turnovers();
+        }
+    }
+    [[nodiscard]] bool ended() const { return converged() || turnovers() >= criterion_.most_turnovers; }
+    [[nodiscard]] long samples() const { return static_cast<long>(velocity_.size()); }
+    [[nodiscard]] double last() const { return velocity_.back(); }
+    [[nodiscard]] double turnovers() const { return static_cast<double>(velocity_.size()) / per_turnover_; }
+    // Estimate from the half width so far, which falls with the square root of time.
+    [[nodiscard]] double turnovers_needed() const {
+        double needed = criterion_.most_turnovers;
+        if (std::isfinite(series_.half_width) && series_.mean > 0.0)
+            needed = std::min(needed, turnovers() * std::pow(series_.half_width / (criterion_.tolerance * series_.mean), 2.0));
+        return std::max({needed, criterion_.least_turnovers, turnovers()});
+    }
+    [[nodiscard]] MeanFlow mean() const {
+        const std::size_t from = steady_ ? velocity_.size() - 1 : series_.discarded;
+        const auto mean_from = [&](const std::vector<double>& values) {
+            return std::accumulate(values.begin() + static_cast<std::ptrdiff_t>(from), values.end(), 0.0) /
+                   static_cast<double>(values.size() - from);
+        };
+        return {.superficial_velocity_lu = mean_from(velocity_),
+                .half_width = steady_ ? criterion_.steady_change : series_.half_width / series_.mean,
+                .fluctuation = steady_ ? 0.0 : series_.deviation / series_.mean,
+                .kinetic_energy_factor = mean_from(energy_),
+                .lateral_share = mean_from(lateral_),
+                .correlation_turnovers = series_.correlation / per_turnover_,
+                .fastest_lu = fastest_,
+                .steady = steady_,
+                .converged = converged(),
+                .turnovers = turnovers(),
+                .velocity_lu = velocity_};
+    }
+
+private:
+    [[nodiscard]] bool converged() const {
+        return steady_ || (series_.independent >= 10.0 && series_.half_width < criterion_.tolerance * std::abs(series_.mean));
+    }
+
+    MeanFlowCriterion criterion_;
+    double per_turnover_, next_look_;
+    std::vector<double> velocity_, energy_, lateral_;
+    SeriesMean series_{.half_width = std::numeric_limits<double>::infinity()};
+    double fastest_ = 0.0;
+    bool steady_ = false;
+};
+
 }  // namespace
 
 SeriesMean mean_of_series(std::span<const double> samples) {
@@ -138,51 +198,25 @@ SeriesMean mean_of_series(std::span<const double> samples) {
 
 MeanFlow average_in_time(Flow& flow, const Domain& domain, double area_cells, const MeanFlowCriterion& criterion) {
     const long apart = std::max(2L, 2 * std::lround(0.5 * criterion.turnover_steps / samples_per_turnover));
-    const double per_turnover = criterion.turnover_steps / static_cast<double>(apart),
-                 layers = domain.grid.cells[static_cast<std::size_t>(domain.drive.axis)];
+    const double layers = domain.grid.cells[static_cast<std::size_t>(domain.drive.axis)];
     const auto nodes = static_cast<double>(domain.nodes());
     const Stopwatch watch;
     Progress line("lattice Boltzmann, mean in time");
-    MeanFlow mean;
-    std::vector<double> energy, lateral;
-    SeriesMean series;
-    for (double next_look = criterion.least_turnovers; !mean.converged && mean.turnovers < criterion.most_turnovers;) {
+    Record record(criterion, criterion.turnover_steps / static_cast<double>(apart));
+    while (!record.ended()) {
         for (long step = 0; step < apart && !interrupted(); step += 2) flow.advance_two_steps();
         check_interrupt();
-        mean.steps += apart;
         const Sample sample = sample_of(flow, domain);
         if (!(sample.fastest < fastest_possible_lu))  // NaN too
-            throw FlowDiverged(fmt::format("the flow diverged within {} steps", mean.steps),
+            throw FlowDiverged(fmt::format("the flow diverged within {} steps", apart * (record.samples() + 1)),
                                {.fix = "use smaller voxels, or a more stable collision"});
         add_everywhere(flow, domain, -sample.density / nodes);
-        mean.fastest_lu = std::max(mean.fastest_lu, sample.fastest);
-        mean.velocity_lu.push_back(sample.along / (area_cells * layers));
-        energy.push_back(sample.squares * nodes / (sample.along * sample.along));
-        lateral.push_back(std::hypot(sample.lateral[0], sample.lateral[1]) / sample.along);
-        mean.turnovers = static_cast<double>(mean.velocity_lu.size()) / per_turnover;
-        mean.steady = mean.turnovers > turnovers_of_start && is_steady(mean.velocity_lu, criterion.steady_change);
-        if (mean.steady || mean.turnovers >= std::min(next_look, criterion.most_turnovers)) {
-            series = mean_of_series(mean.velocity_lu);
-            mean.converged = mean.steady || (series.independent >= 10.0 && series.half_width < criterion.tolerance * std::abs(series.mean));
-            next_look = 1.1 * mean.turnovers;
-        }
-        const double missing = std::isfinite(series.half_width) && series.mean > 0.0
-                                   ? std::min(criterion.most_turnovers,
-                                              mean.turnovers * std::pow(series.half_width / (criterion.tolerance * series.mean), 2.0))
-                                   : criterion.most_turnovers;
-        line.update(std::min(0.99, mean.turnovers / std::max({missing, criterion.least_turnovers, mean.turnovers})),
-                    fmt::format("turnover {:.1f}, velocity {:.4g}", mean.turnovers, mean.velocity_lu.back()));
+        record.add(sample, sample.along / (area_cells * layers), nodes);
+        line.update(std::min(0.99, record.turnovers() / record.turnovers_needed()),
+                    fmt::format("turnover {:.1f}, velocity {:.4g}", record.turnovers(), record.last()));
     }
-    const auto from = static_cast<std::ptrdiff_t>(mean.steady ? mean.velocity_lu.size() - 1 : series.discarded);
-    const auto mean_from = [&](const std::vector<double>& values) {
-        return std::accumulate(values.begin() + from, values.end(), 0.0) / static_cast<double>(values.end() - values.begin() - from);
-    };
-    mean.superficial_velocity_lu = mean_from(mean.velocity_lu);
-    mean.kinetic_energy_factor = mean_from(energy);
-    mean.lateral_share = mean_from(lateral);
-    mean.half_width = mean.steady ? 0.0 : series.half_width / series.mean;
-    mean.fluctuation = mean.steady ? 0.0 : series.deviation / series.mean;
-    mean.correlation_turnovers = series.correlation / per_turnover;
+    MeanFlow mean = record.mean();
+    mean.steps = apart * record.samples();
     mean.seconds = watch.seconds();
     return mean;
 }

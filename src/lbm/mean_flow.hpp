@@ -31,13 +31,13 @@ struct MeanFlowCriterion {
 
 struct MeanFlow {
     double superficial_velocity_lu = 0.0;  ///< mean in time
-    double half_width = 0.0;               ///< relative, of its 95 % interval; statistical errors only
+    double half_width = 0.0;               ///< relative, of its 95 % interval: statistical error, or steady_change of a steady flow
     double fluctuation = 0.0;              ///< standard deviation of the superficial velocity in time over its mean
     double kinetic_energy_factor = 0.0;    ///< <u^2> / <u_z>^2 over the fluid, mean in time
     double lateral_share = 0.0;            ///< mean velocity across the flow / along it: below its statistical error in a symmetric cell
     double correlation_turnovers = 0.0;    ///< integrated correlation time of the velocity
     double fastest_lu = 0.0;               ///< largest velocity on a node in all samples
-    bool steady = false;                   ///< the velocity does not change any more; then there is no statistical error
+    bool steady = false;                   ///< the velocity does not change any more
     bool converged = false;                ///< steady, or the tolerance is met
     double turnovers = 0.0;
     long steps = 0;

@@ -164,18 +164,18 @@ Json run_causes(const PoreSpace& space, const Flows& flows, const FallingHeadCon
     const ProfileFactors dense = profile_factors({std::max(0.1, central - 0.1)}, central);
     const double share = std::min(1.0, grain / config.sample_length_m);
     log_info("causes: simulated tests, evaluated as in the paper");
-    const CauseStudy study = study_causes({.permeability_m2 = flows.permeability_m2,
-                                           .inertial_permeability_m = flows.inertial_permeability_m,
-                                           .porosity = central,
-                                           .ends_viscous = ends.viscous,
-                                           .ends_inertial = ends.inertial,
-                                           .aligned_viscous = 1.0 + share * (dense.viscous - 1.0),
-                                           .aligned_inertial = 1.0 + share * (dense.inertial - 1.0),
-                                           .tube_diameter_m = space.container.diameter_m,
-                                           .grain_diameter_m = grain,
-                                           .largest_reynolds = flows.largest_reynolds,
-                                           .quasi_steady_inertia = flows.quasi_steady_inertia},
-                                          config, config.computed_over_measured);
+    const SampleTruth sample{.permeability_m2 = flows.permeability_m2,
+                             .inertial_permeability_m = flows.inertial_permeability_m,
+                             .porosity = central,
+                             .ends_viscous = ends.viscous,
+                             .ends_inertial = ends.inertial,
+                             .aligned_viscous = 1.0 + share * (dense.viscous - 1.0),
+                             .aligned_inertial = 1.0 + share * (dense.inertial - 1.0),
+                             .tube_diameter_m = space.container.diameter_m,
+                             .grain_diameter_m = grain,
+                             .largest_reynolds = flows.largest_reynolds,
+                             .quasi_steady_inertia = flows.quasi_steady_inertia};
+    const CauseStudy study = study_causes(sample, config, config.computed_over_measured);
     const double nu = config.kinematic_viscosity_m2_per_s;
     const auto reynolds = [&](double length) {
         return Json({study.speed_top_m_per_s * length / nu, study.speed_bottom_m_per_s * length / nu});
@@ -191,6 +191,8 @@ Json run_causes(const PoreSpace& space, const Flows& flows, const FallingHeadCon
                  {"darcy_alone", study.darcy_alone},
                  {"to_explain", config.computed_over_measured > 0.0 ? Json(config.computed_over_measured) : Json(nullptr)},
                  {"factor_is", "k true / k by the paper's evaluation"},
+                 {"sample", json_of(sample)},
+                 {"apparatus", resolved_config(config)},
                  {"causes", Json::array()},
                  {"joint", Json::array()},
                  {"computation", effects_on_the_computation(space, central, grain)}};

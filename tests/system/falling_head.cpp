@@ -125,6 +125,25 @@ TEST(FallingHeadTool, ACaseTellsItsCauses) {
         EXPECT_GE(joint.at("without_k").get<double>(), 0.0);
         EXPECT_LE(joint.at("reaches").get<double>() + joint.at("without_k").get<double>(), 1.0 + 1e-9);
     }
+    // A sample like the paper's, twice: both factors, alone and together. (Few draws of the small bed have a k.)
+    Json tetrapods = causes;
+    tetrapods["sample"]["permeability_m2"] = 6.26e-7;
+    tetrapods["sample"]["inertial_permeability_m"] = 4.4e-3;
+    tetrapods["apparatus"]["sample_length_m"] = 0.12;
+    write_json(folder.path() / "tetrapods.json", tetrapods);
+    const auto both = porepack("falling-head common-causes " + quoted(folder.path() / "tetrapods.json") + " " +
+                               quoted(folder.path() / "tetrapods.json") + " --factors 2.8,2.8 --output " + quoted(folder.path() / "both"));
+    ASSERT_EQ(both.exit_code, 0) << both.err;
+    const Json pairs = read_json(folder.path() / "both" / "common-causes.result.json").at("pairs");
+    ASSERT_EQ(pairs.size(), 3U);
+    EXPECT_GT(pairs[0].at("correlation").get<double>(), 0.3);
+    EXPECT_LT(pairs[0].at("reach_both").get<double>(), pairs[0].at("reach")[0].get<double>());
+    EXPECT_GT(pairs[0].at("reach_both").get<double>(), pairs[0].at("reach")[0].get<double>() * pairs[0].at("reach")[1].get<double>());
+    EXPECT_TRUE(std::filesystem::exists(folder.path() / "both" / "common_causes.csv"));
+    folder.write("no_causes.json", "{}");
+    const auto wrong = porepack("falling-head common-causes " + quoted(folder.path()) + " " + quoted(folder.path() / "no_causes.json"));
+    EXPECT_EQ(wrong.exit_code, 2);
+    EXPECT_TRUE(has(wrong.err, "no result of the causes")) << wrong.err;
     EXPECT_FALSE(std::filesystem::exists(folder.path() / "results" / "stl"));  // no stage needs a surface
     EXPECT_LT(causes.at("computation").at("paper_scheme_over_porepack").get<double>(), 1.0);
     const std::string report = read_text(folder.path() / "results" / "report.md");

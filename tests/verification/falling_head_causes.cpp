@@ -109,6 +109,33 @@ TEST(Causes, FactorsAreThoseOfTheEquation) {
     EXPECT_EQ(study.joint[0].factors, again.joint[0].factors) << "on any number of threads";
 }
 
+// The same sample twice: what both tests have in common makes their factors go together; what each has for itself keeps them apart.
+TEST(Causes, CommonOnesActOnBothTests) {
+    const TestedSample sample{.truth = tetrapods(), .apparatus = {.screen_opening_m = 8e-3}, .factor = 2.8};
+    const std::vector<PairedFactors> found = study_common_causes({sample, sample}, 300);
+    ASSERT_EQ(found.size(), 3U);
+    const auto mean_log_ratio = [](const PairedFactors& paired, std::size_t shift) {
+        double sum = 0.0, count = 0.0;
+        for (std::size_t i = 0; i < paired.draws.size(); ++i) {
+            const auto &one = paired.draws[i].factors[0], &two = paired.draws[(i + shift) % paired.draws.size()].factors[1];
+            if (!one || !two) continue;
+            sum += std::abs(std::log(*one / *two));
+            count += 1.0;
+        }
+        EXPECT_GT(count, 200.0);
+        return sum / count;
+    };
+    // Narrow ranges, where nearly all draws have a k: in the same draw the factors are nearer to each other than in different ones.
+    EXPECT_LT(mean_log_ratio(found[1], 0), 0.8 * mean_log_ratio(found[1], 1));
+    EXPECT_GT(mean_log_ratio(found[1], 0), 0.0);
+    const CauseStudy alone = study_causes(sample.truth, sample.apparatus, 2.8, 300);
+    std::vector<double> factors;
+    for (const PairedDraw& draw : found[0].draws)
+        if (draw.factors[1]) factors.push_back(*draw.factors[1]);
+    std::sort(factors.begin(), factors.end());
+    EXPECT_NEAR(factors[factors.size() / 2] / alone.joint[0].median.value(), 1.0, 0.15) << "each sample's factors are those of it alone";
+}
+
 // Segur & Oberstar 1951, at 20 C: 1.005, 3.72, 10.8, 60.1 mPa s at 0, 40, 60, 80 % of glycerol.
 TEST(TestPlan, ViscosityOfGlycerol) {
     for (const auto& [fraction, viscosity] :

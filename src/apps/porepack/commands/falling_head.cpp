@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "apps/porepack/command_line.hpp"
+#include "stages/common_causes.hpp"
 #include "stages/falling_head_plan.hpp"
 
 namespace porepack::apps {
@@ -59,6 +60,20 @@ void analyse(const Common& common, const std::vector<std::string>& files) {
                           .configuration = resolved_config(config),
                           .inputs = curves,
                           .work = [&](const Path& folder) { return analyse_falling_head(curves, config, folder); }});
+}
+
+struct TwoSamples {
+    std::vector<std::string> samples;
+    std::vector<double> factors;
+};
+
+void compare(const Common& common, const TwoSamples& options) {
+    const std::vector<Path> samples(options.samples.begin(), options.samples.end());
+    run_on_files(common, {.stage = "common-causes",
+                          .target = common.output.empty() ? Path("common_causes") : Path(common.output),
+                          .configuration = {{"factors", options.factors}},
+                          .inputs = results_of_causes(samples),
+                          .work = [&](const Path& folder) { return compare_causes(samples, options.factors, folder); }});
 }
 
 }  // namespace
@@ -118,6 +133,19 @@ void add_falling_head_commands(CommandLine& line) {
     causes.add_option("case", line.common.input, "folder with case.toml, with causes = true in [falling_head]")
         ->type_name("path")
         ->required();
+
+    const auto two = std::make_shared<TwoSamples>();
+    auto& both = line.add_below(head, "common-causes", "how often the causes that two tests have in common give both factors at once",
+                                "porepack falling-head common-causes cases/falling_head/tetrapod_053 cases/falling_head/tetrapod_087",
+                                [&common, two] { compare(common, *two); });
+    both.add_option("samples", two->samples, "two cases whose causes have been computed, or their results/causes/result.json")
+        ->type_name("path")
+        ->expected(2)
+        ->required();
+    both.add_option("--factors", two->factors, "factors to be explained; default: computed_over_measured of the cases")
+        ->type_name("2 numbers, with commas")
+        ->delimiter(',')
+        ->expected(2);
 }
 
 }  // namespace porepack::apps
