@@ -158,7 +158,8 @@ Json compare_causes(const std::vector<Path>& samples, const std::vector<double>&
         for (std::size_t i = 0; i < paired.draws.size(); ++i)
             table.add(paired.range_factor, i, paired.draws[i].exponent, paired.draws[i].factors[0], paired.draws[i].factors[1]);
     table.write(folder / "common_causes.csv");
-    report::draw_plot(folder / "common_causes.svg", "common_causes", {{"wanted_1", wanted[0]}, {"wanted_2", wanted[1]}, {"near", near}, {"largest", largest_exponent(found.front())}},
+    report::draw_plot(folder / "common_causes.svg", "common_causes",
+                      {{"wanted_1", wanted[0]}, {"wanted_2", wanted[1]}, {"near", near}, {"largest", largest_exponent(found.front())}},
                       {.width = 620, .height = 520});
     Json json = {
         {"samples", {files[0].string(), files[1].string()}},

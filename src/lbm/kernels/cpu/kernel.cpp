@@ -120,6 +120,13 @@ struct Sweep {
         }
     }
 
+    // Fetches the part of a chunk that belongs to a block of nodes if its memory is read in order, into the first or second cache.
+    template <int first_or_second>
+    static inline void fetch(const Real* chunk_memory, std::size_t block) {
+        for (std::size_t q = 0; q < directions; ++q)
+            __builtin_prefetch(chunk_memory + block * directions + q * simd_lanes<Real>, 0, 4 - first_or_second);
+    }
+
     // The chunk itself is the buffer.
     template <Model model>
     void even_step(std::size_t c) const {
@@ -127,21 +134,21 @@ struct Sweep {
         const Real* const next = chunk_rows(c + 1);
         AtWalls<Real> at;
         arrive(c, rows, at);
-        collide<model, true>(rows, data, [&](std::size_t block) {
-            for (std::size_t q = 0; q < directions; ++q) __builtin_prefetch(next + q * chunk + block);
-        });
+        collide<model, true>(rows, data, [&](std::size_t block) { fetch<1>(next, block); });
         meet_walls<true>(c, rows, at);
     }
 
+    // `next` is the chunk of the next odd step, `later` one of the even steps after them: memory is read while this step computes.
     template <Model model>
-    void odd_step(std::size_t c, std::size_t next) const {
+    void odd_step(std::size_t c, std::size_t next, std::size_t later) const {
         Buffer<Real> buffer;
         AtWalls<Real> at;
         gather_far(c, buffer);
         arrive(c, buffer.f, at);
         const Addresses::Group* group = groups_of(next);
-        const Real *const rest = chunk_rows(next), *const base = base_of_chunk(next);
+        const Real *const rest = chunk_rows(next), *const base = base_of_chunk(next), *const next_even = chunk_rows(later);
         collide<model, false>(buffer.f, data, [&](std::size_t block) {
+            fetch<2>(next_even, block);
             __builtin_prefetch(rest + block);
             for (const Addresses::Group* const end = group + directions - 1; group != end; ++group) {
                 __builtin_prefetch(base + group->first);
@@ -163,7 +170,8 @@ struct Sweep {
             for (std::size_t c = part.even; c < part.even_end; ++c) even_step<model>(c);
 #pragma omp for schedule(static)
             for (std::size_t i = part.odd; i < part.odd_end; ++i)
-                odd_step<model>(data.odd_order[i], data.odd_order[smaller(i + 1, data.chunks - 1)]);
+                odd_step<model>(data.odd_order[i], data.odd_order[smaller(i + 1, data.chunks - 1)],
+                                smaller(part.even_end + (i - part.odd), data.chunks - 1));
         }
     }
 
