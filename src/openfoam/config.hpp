@@ -39,7 +39,9 @@ inline void describe(core::ConfigVisitor& v, FoamConfig& c) {
     v.integer("max_iterations", c.max_iterations, core::between(2, 1000000),
               "a run that has not converged after this number of iterations is an error");
     v.integer("processes", c.processes, core::between(1, 256),
-              "number of solver processes on the finest mesh; the coarser meshes are solved at the same time as the finest one");
+              "processes (mpirun) that mesh and solve the finest mesh, each number with a slightly different mesh; the coarser meshes are "
+              "computed "
+              "at the same time, on one process");
 }
 
 }  // namespace porepack::openfoam

@@ -61,7 +61,8 @@ inline void describe(core::ConfigVisitor& v, ForchheimerConfig& c) {
     v.number("residual", c.residual, {.low = 1e-12, .high = 1e-2}, "OpenFOAM's residual of U and p at which a flow is steady");
     v.integer("max_iterations", c.max_iterations, core::between(2, 1000000),
               "a flow that is not steady after this number of iterations gets no result");
-    v.integer("processes", c.processes, core::between(1, 256), "processes of OpenFOAM's solver (mpirun)");
+    v.integer("processes", c.processes, core::between(1, 256),
+              "processes of OpenFOAM (mpirun), for the mesh and the flows; another number gives a slightly different mesh");
 }
 
 }  // namespace porepack::permeability
