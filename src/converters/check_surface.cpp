@@ -8,11 +8,14 @@
 #include <CGAL/boost/graph/copy_face_graph.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
+#include <set>
 
 #include "converters/cgal_mesh.hpp"
 #include "converters/surface.hpp"
 #include "core/error.hpp"
+#include "core/parallel.hpp"
 
 namespace porepack::converters {
 using namespace core;
@@ -72,6 +75,55 @@ std::string misplaced_shell(const Mesh& mesh, const ShellMap& shell, long shells
     return "the orientations of the shells contradict each other";
 }
 
+// Pairs of faces that cross each other. Slabs of the surface are searched in parallel: a face belongs to all slabs that it reaches.
+std::set<std::pair<Mesh::Face_index, Mesh::Face_index>> crossings_of(const Mesh& mesh) {
+    std::vector<std::pair<double, double>> reach;  // of the faces, in z
+    std::vector<double> middles;
+    for (const auto face : mesh.faces()) {
+        const auto box = pmp::face_bbox(face, mesh);
+        reach.emplace_back(box.zmin(), box.zmax());
+        middles.push_back(0.5 * (box.zmin() + box.zmax()));
+    }
+    constexpr std::size_t faces_of_a_slab = 100'000;
+    std::sort(middles.begin(), middles.end());
+    std::vector<double> limits = {-1e300};
+    for (std::size_t i = faces_of_a_slab; i + faces_of_a_slab / 2 < middles.size(); i += faces_of_a_slab) limits.push_back(middles[i]);
+    limits.push_back(1e300);
+    std::set<std::pair<Mesh::Face_index, Mesh::Face_index>> all;
+    parallel_for(limits.size() - 1, [&](std::size_t slab) {
+        std::vector<Mesh::Face_index> inside;
+        std::size_t i = 0;
+        for (const auto face : mesh.faces()) {
+            if (reach[i].second >= limits[slab] && reach[i].first <= limits[slab + 1]) inside.push_back(face);
+            ++i;
+        }
+        std::vector<std::pair<Mesh::Face_index, Mesh::Face_index>> found;
+        pmp::self_intersections(inside, mesh, std::back_inserter(found));
+#pragma omp critical
+        for (const auto& [first, second] : found) all.insert(std::minmax(first, second));
+    });
+    return all;
+}
+
+void add_places(SurfaceCheck& check, const Mesh& mesh, const std::set<std::pair<Mesh::Face_index, Mesh::Face_index>>& crossings) {
+    for (const auto& [first, second] : crossings) {
+        const Point& p = mesh.point(mesh.source(mesh.halfedge(first)));
+        check.fault_places.emplace_back(p.x(), p.y(), p.z());
+    }
+}
+
+// A surface with faulty edges: the rest of it may cross itself too, and all faults are wanted at once.
+void add_crossings_elsewhere(SurfaceCheck& check, const TriangleSurface& surface) {
+    std::set<std::array<double, 3>> faulty;
+    for (const Vec3& place : check.fault_places) faulty.insert({place.x(), place.y(), place.z()});
+    TriangleSurface rest{.points = surface.points, .triangles = {}};
+    for (const auto& triangle : surface.triangles)
+        if (std::none_of(triangle.begin(), triangle.end(),
+                         [&](int corner) { return faulty.contains(surface.points[static_cast<std::size_t>(corner)]); }))
+            rest.triangles.push_back(triangle);
+    if (const auto mesh = mesh_of(rest)) add_places(check, *mesh, crossings_of(*mesh));
+}
+
 }  // namespace
 
 SurfaceCheck check_surface(const TriangleSurface& surface) {
@@ -87,6 +139,7 @@ SurfaceCheck check_surface(const TriangleSurface& surface) {
     auto whole = mesh_of(surface);
     if (!whole) {
         check.fault = "the surface is not manifold: more than two triangles share an edge, or shells meet in a point";
+        add_crossings_elsewhere(check, surface);
         return check;
     }
     Mesh& mesh = *whole;
@@ -100,18 +153,14 @@ SurfaceCheck check_surface(const TriangleSurface& surface) {
     for (const auto& box : boxes)
         check.largest_shell_diagonal_m = std::max(check.largest_shell_diagonal_m, Vec3(box.x_span(), box.y_span(), box.z_span()).norm());
 
-    std::vector<std::pair<Mesh::Face_index, Mesh::Face_index>> crossings;
-    pmp::self_intersections(mesh, std::back_inserter(crossings));
+    const auto crossings = crossings_of(mesh);
     check.self_intersecting = !crossings.empty();
-    for (const auto& [first, second] : crossings) {
-        const Point& p = mesh.point(mesh.source(mesh.halfedge(first)));
-        check.fault_places.emplace_back(p.x(), p.y(), p.z());
-    }
+    add_places(check, mesh, crossings);
     check.outward = check.volume_m3 > 0.0 && (check.self_intersecting || pmp::is_outward_oriented(mesh));
     if (check.volume_m3 <= 0.0) {
         check.fault = fmt::format("the surface is inside out: its volume is {:g} m3", check.volume_m3);
     } else if (check.self_intersecting) {
-        const auto box = pmp::face_bbox(crossings.front().first, mesh);
+        const auto box = pmp::face_bbox(crossings.begin()->first, mesh);
         check.fault = fmt::format("the surface crosses itself: {} pairs of triangles, the first {}", crossings.size(),
                                   place_text({box.xmin(), box.ymin(), box.zmin()}));
     } else if (!pmp::does_bound_a_volume(mesh)) {

@@ -1,10 +1,13 @@
 // Union and repair: the grains' meshes become one closed surface without faults in single precision, the precision of the STL file.
+#include <CGAL/Polygon_mesh_processing/repair_degeneracies.h>
+#include <CGAL/Polygon_mesh_processing/repair_self_intersections.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <map>
+#include <numbers>
 #include <set>
 
 #include "converters/contact_bridges.hpp"
@@ -20,6 +23,7 @@ using namespace core;
 using namespace io;
 using namespace shapes;
 using namespace packing;
+namespace pmp = CGAL::Polygon_mesh_processing;
 namespace {
 
 constexpr double largest_change = 0.1;  // deviation and contact gap, of the smallest capsule diameter
@@ -52,13 +56,15 @@ Mesh unite_cluster(std::vector<Mesh> meshes, const std::function<void(double cos
     return std::move(meshes.front());
 }
 
-// Coordinates rounded as in the STL file; equal points become one. Points and triangles are sorted, because CGAL's order depends on the
-// number of threads.
-TriangleSurface round_to_single(const TriangleSurface& surface) {
+// Coordinates rounded to Real; equal points become one. Points and triangles are sorted, because CGAL's order depends on the number of
+// threads.
+template <typename Real>
+TriangleSurface in_order(const TriangleSurface& surface) {
     const auto rounded = [](const std::array<double, 3>& p) {
-        return std::array<float, 3>{static_cast<float>(p[0]) + 0.0F, static_cast<float>(p[1]) + 0.0F, static_cast<float>(p[2]) + 0.0F};
+        constexpr Real zero = 0;  // no minus zero
+        return std::array<Real, 3>{static_cast<Real>(p[0]) + zero, static_cast<Real>(p[1]) + zero, static_cast<Real>(p[2]) + zero};
     };
-    std::map<std::array<float, 3>, int> number;
+    std::map<std::array<Real, 3>, int> number;
     for (const auto& p : surface.points) number.try_emplace(rounded(p), 0);
     TriangleSurface result;
     for (auto& [point, index] : number) {
@@ -73,6 +79,11 @@ TriangleSurface round_to_single(const TriangleSurface& surface) {
     }
     std::sort(result.triangles.begin(), result.triangles.end());
     return result;
+}
+
+// Coordinates as in the STL file.
+TriangleSurface round_to_single(const TriangleSurface& surface) {
+    return in_order<float>(surface);
 }
 
 double largest_deviation(const TriangleSurface& surface, const Grains& grains, double cap) {
@@ -127,9 +138,24 @@ std::vector<Mesh> image_meshes(const Packing& packing, const std::vector<Grains:
     return meshes;
 }
 
+// Where two bodies meet, corners of one lie next to edges of the other. Edges shorter than `smallest` are collapsed, and triangles less
+// high than it are flipped away: rounded, they would cross each other.
+Mesh without_slivers(const Mesh& united, double smallest) {
+    constexpr double flat = 160.0 / 180.0 * std::numbers::pi;  // largest angle of a triangle that may stay
+    constexpr double long_to_short = 4.0;                      // edges of a triangle that may stay
+    TriangleSurface surface;
+    append(surface, united);
+    auto mesh = mesh_of(in_order<double>(surface));  // what is collapsed first decides what is left
+    if (!mesh) return united;
+    pmp::experimental::remove_almost_degenerate_faces(*mesh, std::cos(flat), long_to_short, smallest,
+                                                      CGAL::parameters::flip_triangle_height_threshold(smallest));
+    mesh->collect_garbage();
+    return std::move(*mesh);
+}
+
 // The union of the meshes of each cluster, and all clusters in one mesh.
 TriangleSurface unite_clusters(std::vector<std::vector<std::size_t>>& clusters, const std::vector<Grains::Image>& images,
-                               std::vector<Mesh> meshes, const std::function<void(double cost)>& done) {
+                               std::vector<Mesh> meshes, double smallest, const std::function<void(double cost)>& done) {
     TriangleSurface surface;
     for (auto& cluster : clusters) {
         std::sort(cluster.begin(), cluster.end(),
@@ -137,7 +163,7 @@ TriangleSurface unite_clusters(std::vector<std::vector<std::size_t>>& clusters, 
         std::vector<Mesh> members;
         members.reserve(cluster.size());
         for (const std::size_t g : cluster) members.push_back(std::move(meshes[g]));
-        append(surface, unite_cluster(std::move(members), done));
+        append(surface, without_slivers(unite_cluster(std::move(members), done), smallest));
     }
     return surface;
 }
@@ -149,6 +175,42 @@ std::set<std::size_t> grains_at(const std::vector<Vec3>& places, const std::vect
         for (const auto& image : images)
             if (signed_distance(image.capsules, place) < reach) bodies.insert(image.body);
     return bodies;
+}
+
+// Replaces the triangles around the places where the surface crosses itself (CGAL's local repair); keeps the surface if that leaves as
+// many faults.
+void repair_crossings(TriangleSurface& surface, SurfaceCheck& check, double reach) {
+    auto mesh = mesh_of(surface);
+    std::set<std::array<long, 3>> cells;  // of size `reach`, around the places
+    const auto cell_of = [&](double x, double y, double z) {
+        return std::array{std::lround(x / reach), std::lround(y / reach), std::lround(z / reach)};
+    };
+    for (const Vec3& place : check.fault_places)
+        for (int offset = 0; offset < 27; ++offset) {
+            auto cell = cell_of(place.x(), place.y(), place.z());
+            cell[0] += offset % 3 - 1;
+            cell[1] += offset / 3 % 3 - 1;
+            cell[2] += offset / 9 - 1;
+            cells.insert(cell);
+        }
+    std::vector<Mesh::Face_index> near;
+    for (const auto face : mesh->faces())
+        for (const auto corner : vertices_around_face(mesh->halfedge(face), *mesh))
+            if (const Point& p = mesh->point(corner); cells.contains(cell_of(p.x(), p.y(), p.z()))) {
+                near.push_back(face);
+                break;
+            }
+    pmp::experimental::remove_self_intersections(near, *mesh, CGAL::parameters::preserve_genus(false));
+    mesh->collect_garbage();
+    TriangleSurface repaired;
+    append(repaired, *mesh);
+    repaired = round_to_single(repaired);
+    SurfaceCheck again = check_surface(repaired);
+    log_info("surface: local repair leaves {} of {} faults after rounding to single precision", again.fault_places.size(),
+             check.fault_places.size());
+    if (again.fault_places.size() >= check.fault_places.size()) return;
+    surface = std::move(repaired);
+    check = std::move(again);
 }
 
 void require_volume(const TriangleSurface& surface, const Grains& grains, const Container& container, double largest_error) {
@@ -193,8 +255,9 @@ SurfaceResult make_surface(const Packing& packing, const SurfaceOptions& options
         for (const auto& cluster : clusters) all += cost_of_cluster(cluster.size());
         const auto done = [&](double cost) { progress.update((so_far += cost) / all); };
         auto meshes = image_meshes(packing, images, contacts, thinned, deviation, result.contact_gap_m, done);
-        result.surface = round_to_single(unite_clusters(clusters, images, std::move(meshes), done));
-        const SurfaceCheck check = check_surface(result.surface);
+        result.surface = round_to_single(unite_clusters(clusters, images, std::move(meshes), result.contact_gap_m, done));
+        SurfaceCheck check = check_surface(result.surface);
+        if (check.self_intersecting) repair_crossings(result.surface, check, 2.0 * deviation);
         result.shells = check.shells;
         if (check.fault.empty()) break;
         const auto& crossings = check.fault_places;

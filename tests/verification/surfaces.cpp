@@ -163,35 +163,39 @@ TEST(Surface, TheOrderOfTrianglesDoesNotDependOnThreads) {
     }
 }
 
-// Two settled pairs with so flat a contact that their facets, in single precision, cross each other beside the contact.
+// Two settled pairs whose facets have faults in single precision: the first is thinned (its surface is not manifold), the second crosses
+// itself and is repaired in place.
 TEST(Surface, FlatContactsOfSettledGrainsAreMended) {
     const std::array<std::array<Body, 2>, 2> pairs = {
         {{{{.shape = 0,
-            .position_m = {0.029049839225689388, 0.01556161134870889, 0.18893093803132763},
-            .orientation = Quaternion(-0.9380737527178271, -0.3433500281803605, 0.01361558102659308, 0.044079570820812645)},
+            .position_m = {-0.0012833683083520928, 0.028443185234581378, 0.17787221960869223},
+            .orientation = Quaternion(0.49295060609444796, 0.52399747655153, -0.30234993237371854, -0.6253086141357348)},
            {.shape = 0,
-            .position_m = {0.028901948570052308, 0.020210265339433195, 0.19321000026179608},
-            .orientation = Quaternion(-0.1150556140473434, -0.8648644691207814, -0.429402844979987, 0.23320560124429077)}}},
+            .position_m = {-0.002849833911983717, 0.030349123886793703, 0.1925377439292981},
+            .orientation = Quaternion(0.49414235791790195, 0.7391304041339142, -0.3327472820624713, -0.3143068915506165)}}},
          {{{.shape = 0,
-            .position_m = {0.006674064790072848, -0.035582996728694034, 0.2020747305415825},
-            .orientation = Quaternion(0.33405064316423866, -0.3444170988487548, 0.7541157585256684, 0.44843779118783195)},
+            .position_m = {-0.008750598913624768, -0.012520906529671307, 0.2760863163954991},
+            .orientation = Quaternion(-0.49480812392244716, 0.5802474078703832, 0.5756084251254072, 0.2952165427016207)},
            {.shape = 0,
-            .position_m = {0.012123092920724393, -0.03359957209613999, 0.20689611062116176},
-            .orientation = Quaternion(0.3526961504671823, -0.7285708607211296, 0.464338458440558, -0.35941580706300225)}}}}};
+            .position_m = {-0.009264022993878572, -0.022317553150472506, 0.2713243333007311},
+            .orientation = Quaternion(-0.014183314761671088, -0.08819872429886592, 0.6469080291045896, 0.7573175162997616)}}}}};
     Shape tetrapod = make_preset(ShapeKind::tetrapod, 2.0, 3.0);
     constexpr double arm = 0.007975156236547463;
     tetrapod.capsules.clear();
     for (const Vec3& tip : {Vec3(1, 1, 1), Vec3(1, -1, -1), Vec3(-1, 1, -1), Vec3(-1, -1, 1)})
         tetrapod.capsules.push_back({Vec3::Zero(), arm * tip, 0.00201466333});
+    std::vector<long> thinned;
     for (const auto& pair : pairs) {
         const Packing packing{.container = parse_container("cylinder:0.1,0.7"), .shapes = {tetrapod}, .bodies = {pair.begin(), pair.end()}};
         const SurfaceResult result = make_surface(packing, {});
         const SurfaceCheck check = check_surface(result.surface);
         EXPECT_TRUE(check.fault.empty()) << check.fault;
         EXPECT_EQ(check.shells, 1);
-        EXPECT_EQ(result.shrunk_grains, 2) << "no longer a hard case: choose another pair";
         EXPECT_NEAR(check.volume_m3 / (2.0 * measure(tetrapod, 1e-6).volume_m3), 1.0, 0.005);
+        EXPECT_LT(result.deviation_m, 0.01 * 2.0 * tetrapod.capsules.front().radius);  // 0.5 % of facets, and the bridge
+        thinned.push_back(result.shrunk_grains);
     }
+    EXPECT_EQ(thinned, (std::vector<long>{2, 0})) << "no longer hard cases: choose other pairs";
 }
 
 }  // namespace
