@@ -6,10 +6,9 @@
 #include <random>
 
 #include "core/log.hpp"
-#include "core/machine.hpp"
+#include "core/median.hpp"
 #include "lbm/domain.hpp"
 #include "lbm/flow.hpp"
-#include "permeability/sample.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;
@@ -21,14 +20,13 @@ namespace {
 
 template <typename Run>
 double median_seconds(const Run& run) {
-    std::array<double, 5> seconds{};
+    std::vector<double> seconds(5);
     for (double& one : seconds) {
         const Stopwatch watch;
         run();
         one = watch.seconds();
     }
-    std::sort(seconds.begin(), seconds.end());
-    return seconds[seconds.size() / 2];
+    return median(std::move(seconds));
 }
 
 // Bytes per second of a[i] *= s: populations are read and written in place like this.

@@ -146,7 +146,7 @@ Mesh without_slivers(const Mesh& united, double smallest) {
     TriangleSurface surface;
     append(surface, united);
     auto mesh = mesh_of(in_order<double>(surface));  // what is collapsed first decides what is left
-    if (!mesh) return united;
+    if (!mesh) return united;                        // not manifold: the check of the surface says where
     pmp::experimental::remove_almost_degenerate_faces(*mesh, std::cos(flat), long_to_short, smallest,
                                                       CGAL::parameters::flip_triangle_height_threshold(smallest));
     mesh->collect_garbage();
@@ -208,7 +208,9 @@ void repair_crossings(TriangleSurface& surface, SurfaceCheck& check, double reac
     SurfaceCheck again = check_surface(repaired);
     log_info("surface: local repair leaves {} of {} faults after rounding to single precision", again.fault_places.size(),
              check.fault_places.size());
-    if (again.fault_places.size() >= check.fault_places.size()) return;
+    // A fault without a place could not be mended by thinning the grains there.
+    const bool fewer = !again.fault_places.empty() && again.fault_places.size() < check.fault_places.size();
+    if (!again.fault.empty() && !fewer) return;
     surface = std::move(repaired);
     check = std::move(again);
 }
@@ -245,8 +247,9 @@ SurfaceResult make_surface(const Packing& packing, const SurfaceOptions& options
         if (cluster.size() > 1) result.joined_grains += static_cast<long>(cluster.size());
     for (const auto& contact : contacts) result.bridges += contact.gap < result.contact_gap_m ? 1 : 0;
 
-    // Single precision moves corners by up to 1e-7 of their coordinates, which can make facets with small gaps cross. The grains at such a
-    // place are thinned by the contact gap and get other facets, turned and finer ones, and the union is made again.
+    // Single precision moves corners by up to 1e-7 of their coordinates, which can make facets with small gaps cross. Crossings are
+    // repaired in place where that is possible. Else the grains at such a place are thinned by the contact gap and get other facets, turned
+    // and finer ones, and the union is made again.
     std::vector<int> thinned = thin_coaxial(images.size(), contacts);
     constexpr int maximum_rounds = 8;
     for (int round = 0; round < maximum_rounds; ++round) {

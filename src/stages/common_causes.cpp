@@ -10,6 +10,7 @@
 
 #include "core/error.hpp"
 #include "core/log.hpp"
+#include "core/median.hpp"
 #include "core/table.hpp"
 #include "core/toml_file.hpp"
 #include "falling_head/causes.hpp"
@@ -69,8 +70,7 @@ std::optional<double> median_of(const std::vector<PairedDraw>& draws, std::size_
     for (const PairedDraw& draw : draws)
         if (draw.factors[sample]) found.push_back(*draw.factors[sample]);
     if (found.size() < 10) return std::nullopt;
-    std::nth_element(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(found.size() / 2), found.end());
-    return found[found.size() / 2];
+    return median(std::move(found));
 }
 
 // Of the logarithms of both factors, over the draws with both.

@@ -125,6 +125,7 @@ TEST(Causes, CommonOnesActOnBothTests) {
         EXPECT_GT(count, 200.0);
         return sum / count;
     };
+    // Fewer than all causes are common, so the ratio is neither 0 nor that of independent draws; 300 draws know it to some 5 %.
     // Narrow ranges, where nearly all draws have a k: in the same draw the factors are nearer to each other than in different ones.
     EXPECT_LT(mean_log_ratio(found[1], 0), 0.8 * mean_log_ratio(found[1], 1));
     EXPECT_GT(mean_log_ratio(found[1], 0), 0.0);
@@ -133,7 +134,8 @@ TEST(Causes, CommonOnesActOnBothTests) {
     for (const PairedDraw& draw : found[0].draws)
         if (draw.factors[1]) factors.push_back(*draw.factors[1]);
     std::sort(factors.begin(), factors.end());
-    EXPECT_NEAR(factors[factors.size() / 2] / alone.joint[0].median.value(), 1.0, 0.15) << "each sample's factors are those of it alone";
+    EXPECT_NEAR(factors[factors.size() / 2] / alone.joint[0].median.value(), 1.0, 0.15)
+        << "each sample's factors are those of it alone; two medians of 300 draws differ by 5 %";
 }
 
 // Segur & Oberstar 1951, at 20 C: 1.005, 3.72, 10.8, 60.1 mPa s at 0, 40, 60, 80 % of glycerol.
