@@ -24,6 +24,9 @@ namespace porepack::benchmarks {
 [[nodiscard]] core::Json segment_benchmark(bool quick, const core::Path& folder);
 /// Speed of the kernels against their limits, steps of the schemes to the same tolerance, error against seconds. Quick: speed alone.
 [[nodiscard]] core::Json lbm_benchmark(bool quick, const core::Path& folder);
+/// Memory of runs on two grids, flow.vti included, as predicted and as used; time of their set-up. With a number of fluid nodes, one run
+/// of this size at porosity 0.7 in single precision, without flow.vti.
+[[nodiscard]] core::Json memory_benchmark(bool quick, const std::vector<std::string>& nodes, const core::Path& folder);
 /// Runs both flow solvers of the cases if not yet done, and compares k, cost and mean profiles of the speed.
 [[nodiscard]] core::Json cross_check_benchmark(const std::vector<core::Path>& cases, const core::Path& folder);
 /// OpenFOAM on flows of known answer; its cases are in `folder` (or ./foam_verification).

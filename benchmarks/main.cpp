@@ -45,6 +45,7 @@ constexpr Benchmark benchmarks[] = {
     {"inertia", [](const Request& r) { return inertia_benchmark(r.quick, r.folder); }},
     {"iteration", [](const Request& r) { return iteration_benchmark(r.quick, r.folder); }},
     {"lbm", [](const Request& r) { return lbm_benchmark(r.quick, r.folder); }},
+    {"memory", [](const Request& r) { return memory_benchmark(r.quick, r.cases, r.folder); }},
     {"packing", [](const Request& r) { return packing_benchmark(r.quick, r.folder); }},
     {"fit", [](const Request& r) { return fit_benchmark(r.quick, r.folder); }},
     {"segment", [](const Request& r) { return segment_benchmark(r.quick, r.folder); }},
@@ -79,7 +80,7 @@ int main_or_throw(int argc, char** argv) {
     int threads = 0;
     bool json = false;
     app.add_option("name", request.name,
-                   "coverage, cross-check, fit, foam, gray, iteration, lbm, packing, section, section-scatter, segment, shapes, "
+                   "coverage, cross-check, fit, foam, gray, iteration, lbm, memory, packing, section, section-scatter, segment, shapes, "
                    "speed-error, stopping, "
                    "tortuosity")
         ->required();
@@ -88,13 +89,13 @@ int main_or_throw(int argc, char** argv) {
                    "slices_087); for coverage: a CSV file "
                    "of rows on random packings, to which the missing ones are added (--quick: none), and a second one for checks of their "
                    "references; for stopping: seeds.csv of "
-                   "studies, whose packings are resampled");
+                   "studies, whose packings are resampled; for memory: a number of fluid nodes (one run, porosity 0.7, single precision)");
     app.add_option("--output", folder, "folder for <name>.json and figures");
     app.add_option("--threads", threads, "threads of parallel loops (default: OMP_NUM_THREADS, else the cores that this process may use)")
         ->check(CLI::Range(1, 1024));
-    app.add_flag(
-        "--quick", request.quick,
-        "for coverage, fit, gray, iteration, lbm, packing, section, segment, speed-error and tortuosity: minutes instead of half an hour");
+    app.add_flag("--quick", request.quick,
+                 "for coverage, fit, gray, iteration, lbm, memory, packing, section, segment, speed-error and tortuosity: minutes instead "
+                 "of half an hour");
     app.add_flag("--json", json, "accepted for compatibility: the result is always JSON");
     app.footer("Example:\n  porepack_benchmark lbm --output lbm_speed");
     try {
@@ -114,6 +115,7 @@ int main_or_throw(int argc, char** argv) {
 
 int main(int argc, char** argv) {
     porepack::core::wait_passively(argv);
+    porepack::core::return_large_blocks();
     porepack::core::install_signal_handlers();
     try {
         return porepack::benchmarks::main_or_throw(argc, argv);

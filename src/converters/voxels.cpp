@@ -60,9 +60,9 @@ VoxelPlan plan_voxels(const Container& container, const Section& section, double
     const auto layers_of = [&](double length) { return std::ceil(length / h - 1e-9); };
     const double below = layers_of(beyond.buffers_m[0] + beyond.reservoir_m), above = layers_of(beyond.buffers_m[1] + beyond.reservoir_m);
     const double ahead = (layers + below + above) * std::ceil(size.x() / h) * std::ceil(size.y() / h);
-    if (!(ahead < 2e9))
+    if (!(ahead < 1e11))
         throw UserError(fmt::format("the grid would have {:.3g} cells", ahead),
-                        {.allowed = "2e9 cells", .fix = "choose a larger voxel size (metres), a shorter section or a shorter reservoir"});
+                        {.allowed = "1e11 cells", .fix = "choose a larger voxel size (metres), a shorter section or a shorter reservoir"});
     plan.grid.spacing_m = {h, h, h};
     plan.grid.cells[2] = static_cast<int>(layers + below + above);
     plan.grid.origin_m[2] = section.z0 - below * h;

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -47,6 +48,14 @@ struct FlowImage {
     std::vector<float> pressure_Pa;
     std::vector<std::uint8_t> phase;
     std::map<std::string, std::string> notes;
+};
+
+/// A flow image that is made while it is written, some layers of cells at a time.
+struct LayeredFlow {
+    Grid grid;
+    std::map<std::string, std::string> notes;
+    std::function<FlowImage(int first, int end)> layers;  ///< [first, end) along z; empty: no flow was kept
+    [[nodiscard]] FlowImage whole() const { return layers(0, grid.cells[2]); }
 };
 
 }  // namespace porepack::core

@@ -54,6 +54,12 @@ double available_memory_bytes() {
     return available;
 }
 
+void return_large_blocks() {
+#ifdef __GLIBC__
+    mallopt(M_MMAP_THRESHOLD, 1 << 20);
+#endif
+}
+
 double peak_memory_bytes() {
     std::ifstream in("/proc/self/status");
     for (std::string line; std::getline(in, line);)

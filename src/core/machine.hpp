@@ -10,6 +10,10 @@ namespace porepack::core {
 [[nodiscard]] std::string processor_name();
 /// Memory that a new allocation can get without swapping, in bytes (the smaller of the machine's and the control group's).
 [[nodiscard]] double available_memory_bytes();
+/// For programs, at their start: a large block of memory goes back to the system as soon as it is freed. (The C library keeps those of up
+/// to 32 MB otherwise, and they count as used.)
+void return_large_blocks();
+
 /// Largest resident memory of this process since the start or the last reset, in bytes.
 [[nodiscard]] double peak_memory_bytes();
 /// Also gives freed memory back to the system, so that it does not count for the next stage.

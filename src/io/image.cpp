@@ -4,12 +4,17 @@
 #include <vtkCellData.h>
 #include <vtkFieldData.h>
 #include <vtkFloatArray.h>
+#include <vtkImageAlgorithm.h>
 #include <vtkImageData.h>
+#include <vtkInformation.h>
+#include <vtkInformationVector.h>
 #include <vtkNew.h>
 #include <vtkObject.h>
+#include <vtkObjectFactory.h>
 #include <vtkPNGReader.h>
 #include <vtkPNGWriter.h>
 #include <vtkPointData.h>
+#include <vtkStreamingDemandDrivenPipeline.h>
 #include <vtkStringArray.h>
 #include <vtkUnsignedCharArray.h>
 #include <vtkUnsignedIntArray.h>
@@ -32,17 +37,21 @@ const bool vtk_is_silent = [] {
     return true;
 }();
 
-vtkNew<vtkImageData> make_image(const Grid& grid, const std::map<std::string, std::string>& notes) {
-    vtkNew<vtkImageData> image;
-    image->SetDimensions(grid.cells[0] + 1, grid.cells[1] + 1, grid.cells[2] + 1);
-    image->SetOrigin(grid.origin_m.data());
-    image->SetSpacing(grid.spacing_m.data());
+void add_notes(vtkImageData* image, const std::map<std::string, std::string>& notes) {
     for (const auto& [name, value] : notes) {
         vtkNew<vtkStringArray> array;
         array->SetName(name.c_str());
         array->InsertNextValue(value);
         image->GetFieldData()->AddArray(array);
     }
+}
+
+vtkNew<vtkImageData> make_image(const Grid& grid, const std::map<std::string, std::string>& notes) {
+    vtkNew<vtkImageData> image;
+    image->SetDimensions(grid.cells[0] + 1, grid.cells[1] + 1, grid.cells[2] + 1);
+    image->SetOrigin(grid.origin_m.data());
+    image->SetSpacing(grid.spacing_m.data());
+    add_notes(image, notes);
     return image;
 }
 
@@ -56,11 +65,13 @@ vtkNew<Array> wrap(const char* name, const std::vector<Value>& values, int compo
     return array;
 }
 
-void write_image(const Path& path, vtkImageData* image) {
+// `set_input` connects the writer.
+template <typename SetInput>
+void write_with(const Path& path, const SetInput& set_input) {
     write_whole(path, [&](const Path& name) {
         vtkNew<vtkXMLImageDataWriter> writer;
         writer->SetFileName(name.c_str());
-        writer->SetInputData(image);
+        set_input(writer.Get());
         writer->SetDataModeToAppended();
         writer->EncodeAppendedDataOff();
         writer->SetCompressorTypeToZLib();
@@ -69,6 +80,57 @@ void write_image(const Path& path, vtkImageData* image) {
             throw MachineError("cannot write " + path.string(), {.fix = "free some disk space or choose another folder with --output"});
     });
 }
+
+void write_image(const Path& path, vtkImageData* image) {
+    write_with(path, [&](vtkXMLImageDataWriter* writer) { writer->SetInputData(image); });
+}
+
+// Cell data of a flow; the arrays refer to the caller's memory.
+void add_flow(vtkImageData* data, const FlowImage& image) {
+    data->GetCellData()->SetVectors(wrap<vtkFloatArray>("velocity", image.velocity_m_per_s, 3));
+    data->GetCellData()->AddArray(wrap<vtkFloatArray>("pressure", image.pressure_Pa, 1));
+    data->GetCellData()->AddArray(wrap<vtkUnsignedCharArray>("phase", image.phase, 1));
+}
+
+// VTK asks for one piece after the other, each some layers of cells.
+class FlowPieces : public vtkImageAlgorithm {
+public:
+    static FlowPieces* New();
+    vtkTypeMacro(FlowPieces, vtkImageAlgorithm);
+    const LayeredFlow* flow = nullptr;
+
+protected:
+    FlowPieces() { SetNumberOfInputPorts(0); }
+    int RequestInformation(vtkInformation*, vtkInformationVector**, vtkInformationVector* outputs) override {
+        vtkInformation* const out = outputs->GetInformationObject(0);
+        const auto& cells = flow->grid.cells;
+        const std::array<int, 6> extent = {0, cells[0], 0, cells[1], 0, cells[2]};
+        out->Set(vtkStreamingDemandDrivenPipeline::WHOLE_EXTENT(), extent.data(), 6);
+        out->Set(vtkDataObject::SPACING(), flow->grid.spacing_m.data(), 3);
+        out->Set(vtkDataObject::ORIGIN(), flow->grid.origin_m.data(), 3);
+        out->Set(vtkAlgorithm::CAN_HANDLE_PIECE_REQUEST(), 1);
+        return 1;
+    }
+    int RequestData(vtkInformation*, vtkInformationVector**, vtkInformationVector* outputs) override {
+        vtkInformation* const out = outputs->GetInformationObject(0);
+        const auto& cells = flow->grid.cells;
+        const long piece = out->Get(vtkStreamingDemandDrivenPipeline::UPDATE_PIECE_NUMBER()),
+                   pieces = out->Get(vtkStreamingDemandDrivenPipeline::UPDATE_NUMBER_OF_PIECES());
+        const auto first = static_cast<int>(cells[2] * piece / pieces), end = static_cast<int>(cells[2] * (piece + 1) / pieces);
+        layers_ = flow->layers(first, end);
+        vtkImageData* const data = vtkImageData::GetData(outputs);
+        data->SetExtent(0, cells[0], 0, cells[1], first, end);
+        data->SetOrigin(flow->grid.origin_m.data());
+        data->SetSpacing(flow->grid.spacing_m.data());
+        add_notes(data, flow->notes);
+        add_flow(data, layers_);
+        return 1;
+    }
+
+private:
+    FlowImage layers_;
+};
+vtkStandardNewMacro(FlowPieces);
 
 vtkNew<vtkXMLImageDataReader> open_image(const Path& path) {
     const std::string text = read_text(path);
@@ -189,11 +251,19 @@ void write_label_image(const Path& path, const Grid& grid, const std::vector<std
     write_image(path, data);
 }
 
+void write_flow_image(const Path& path, const LayeredFlow& flow, std::size_t cells_per_piece) {
+    const std::size_t wanted = (flow.grid.size() + cells_per_piece - 1) / cells_per_piece;
+    vtkNew<FlowPieces> pieces;
+    pieces->flow = &flow;
+    write_with(path, [&](vtkXMLImageDataWriter* writer) {
+        writer->SetInputConnection(pieces->GetOutputPort());
+        writer->SetNumberOfPieces(static_cast<int>(std::min(wanted, static_cast<std::size_t>(flow.grid.cells[2]))));
+    });
+}
+
 void write_flow_image(const Path& path, const FlowImage& image) {
     const auto data = make_image(image.grid, image.notes);
-    data->GetCellData()->SetVectors(wrap<vtkFloatArray>("velocity", image.velocity_m_per_s, 3));
-    data->GetCellData()->AddArray(wrap<vtkFloatArray>("pressure", image.pressure_Pa, 1));
-    data->GetCellData()->AddArray(wrap<vtkUnsignedCharArray>("phase", image.phase, 1));
+    add_flow(data, image);
     write_image(path, data);
 }
 

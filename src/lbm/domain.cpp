@@ -15,15 +15,31 @@ using namespace core;
 using namespace shapes;
 using namespace converters;
 
-double lbm_memory_bytes(double cells, double fluid, double bytes_a_number) {
-    // Populations; 12 bytes per 64 bytes of a direction; wall links; cells of the nodes; density and velocity at the end.
-    const double node = 19.0 * bytes_a_number + 18.0 * 12.0 * bytes_a_number / 64.0 + 14.0 + 4.0 + 16.0;
-    return 4e7 + fluid * (node + 9.0) + cells;
+double expected_links_per_node(double porosity, double voxels) {
+    return std::min(18.0, 23.0 * (1.0 - porosity) / (porosity * std::max(1.0, voxels)));
+}
+
+double lbm_memory_bytes(const RunSize& size) {
+    constexpr double set_of_cells = 0.14;
+    // Addresses of 16 nodes and one direction: 12 bytes. Of the nodes of a third place, each with 8 bytes, there are 0.2 per wall link
+    // (0.14 to 0.2 on spheres and tetrapods of 8 to 40 nodes).
+    const double addresses = 18.0 * 12.0 / 16.0 + 8.0 * 0.2 * size.links_per_node, walls = 4.1 * size.links_per_node;
+    const double running =
+        size.nodes * (19.0 * size.bytes_a_number + addresses + walls) + set_of_cells * size.cells + size.coarser_nodes * 16.0;
+    // Voxels and their runs, and the links twice; of a dense image.
+    const double set_up = 2.0 * size.cells + size.nodes * 2.0 * 8.0 * size.links_per_node;
+    return program_bytes + std::max(running, set_up);
 }
 
 std::size_t Domain::layer_of_cell(std::size_t here) const {
     const auto nx = static_cast<std::size_t>(grid.cells[0]), ny = static_cast<std::size_t>(grid.cells[1]);
     return drive.axis == 0 ? here % nx : drive.axis == 1 ? here / nx % ny : here / (nx * ny);
+}
+
+// (`links = {}` would keep the memory.)
+void Domain::forget_links() {
+    walls = std::vector<WallLink>();
+    boundary_links = std::vector<BoundaryLink>();
 }
 
 double Domain::narrow_share() const {
@@ -147,6 +163,9 @@ Domain build_domain(const PhaseImage& image, const Drive& drive, const FlowWalls
     std::vector<Links> parts((n + share - 1) / share);
     parallel_for(parts.size(),
                  [&](std::size_t p) { parts[p] = links_of(domain, walls, inlet_radius_cells, p * share, std::min(n, (p + 1) * share)); });
+    std::size_t links = 0;
+    for (const Links& part : parts) links += part.walls.size();
+    domain.walls.reserve(links);
     for (Links& part : parts) {
         domain.walls.insert(domain.walls.end(), part.walls.begin(), part.walls.end());
         domain.boundary_links.insert(domain.boundary_links.end(), part.open.begin(), part.open.end());

@@ -48,10 +48,24 @@ struct Domain {
     }
     /// Fraction of the wall links that lie in a gap of one node.
     [[nodiscard]] double narrow_share() const;
+    /// Frees the links, which a plan of the flow needs no more.
+    void forget_links();
 };
 
-/// Bytes that a run needs for a grid of `cells`, of which `fluid` are nodes, including set-up.
-[[nodiscard]] double lbm_memory_bytes(double cells, double fluid, double bytes_a_number);
+/// Size of a run on a grid, for lbm_memory_bytes().
+struct RunSize {
+    double cells = 0.0, nodes = 0.0;
+    double links_per_node = 1.0;  ///< wall links
+    double bytes_a_number = 8.0;
+    double coarser_nodes = 0.0;  ///< of a coarser grid whose flow is kept during the run
+};
+/// Wall links per node of grains that are `voxels` wide (long capsules): 23 (1 - porosity) / (porosity voxels). A surface of area A crosses
+/// 5.74 A links, the mean over all its directions, and the area of long cylinders is 4 volume / diameter.
+[[nodiscard]] double expected_links_per_node(double porosity, double voxels);
+/// What the program needs besides: code, libraries, grains.
+inline constexpr double program_bytes = 6e7;
+/// Bytes that a run needs, including set-up and the program.
+[[nodiscard]] double lbm_memory_bytes(const RunSize& size);
 
 /// Keeps the cells that flow can reach (find_percolating_cells). With `walls` the distances are exact, without (an image) walls
 /// are half-way. On end planes the pressure is constant and the flow normal: the incoming population is minus the mirror

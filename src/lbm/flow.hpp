@@ -33,6 +33,8 @@ public:
     virtual void add_density(std::size_t first, std::span<const double> added) = 0;
     /// Replaces Domain::boundary_links' `added`, link by link.
     virtual void set_boundary_links(std::span<const double> added) = 0;
+    /// The populations of the nodes [first, end) are needed no more, and no step follows: their memory may be given back.
+    virtual void forget(std::size_t /*first*/, std::size_t /*end*/) {}
     /// Everything that a later step depends on, in its memory layout.
     [[nodiscard]] virtual std::span<std::byte> state() = 0;
     [[nodiscard]] virtual double bytes() const = 0;

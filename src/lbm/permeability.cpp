@@ -146,9 +146,15 @@ private:
         }
     }
 
-    [[nodiscard]] double bytes_at(double size, double fluid_share) const {
-        const double cells = static_cast<double>(space_.plan_at(size).grid.size());
-        return lbm_memory_bytes(cells, fluid_share * cells, bytes_of(config_.precision));
+    // After a grid like `last`; its flow is kept if a time limit may end the next run.
+    [[nodiscard]] double bytes_at(double size, const LbmGridResult& last) const {
+        const double cells = static_cast<double>(space_.plan_at(size).grid.size()), nodes = static_cast<double>(last.nodes),
+                     share = nodes / (static_cast<double>(last.cells[0]) * last.cells[1] * last.cells[2]);
+        return lbm_memory_bytes({.cells = cells,
+                                 .nodes = share * cells,
+                                 .links_per_node = static_cast<double>(last.wall_links) / nodes * size / last.voxel_size_m,
+                                 .bytes_a_number = bytes_of(config_.precision),
+                                 .coarser_nodes = config_.max_time_s > 0.0 ? nodes : 0.0});
     }
 
     // Solves on the next grid, unless the three coarsest are done and memory or time do not suffice.
@@ -159,8 +165,7 @@ private:
             if (config_.max_time_s > 0.0) time_left = config_.max_time_s - watch_.seconds();
             const LbmGridResult& last = result.grids.back();
             const double finer = last.voxel_size_m / size;
-            const double bytes =
-                bytes_at(size, static_cast<double>(last.nodes) / (static_cast<double>(last.cells[0]) * last.cells[1] * last.cells[2]));
+            const double bytes = bytes_at(size, last);
             const double seconds = last.run.seconds * std::pow(finer, 5.0) + last.set_up_seconds * std::pow(finer, 3.0);
             if (bytes > available_memory_bytes())
                 result.stopped_by = fmt::format("memory: the next grid needs {}", human_bytes(bytes));
@@ -178,7 +183,10 @@ private:
             throw DoesNotPercolate("the pore space is closed: grains block every path, whatever the voxel size",
                                    {.fix = "check the section, and that grains do not overlap"});
         const double next = finer(size);
-        if (bytes_at(next, 0.5) > available_memory_bytes()) throw blocked;
+        const double cells = static_cast<double>(space_.plan_at(next).grid.size());
+        if (lbm_memory_bytes({.cells = cells, .nodes = 0.5 * cells, .bytes_a_number = bytes_of(config_.precision)}) >
+            available_memory_bytes())
+            throw blocked;
         log_info("lattice Boltzmann: no path leads through voxels of {:.3g} m; finer voxels are tried", size);
         sequence_.discard_grids();
         return next;
@@ -277,7 +285,7 @@ LbmResult lbm_permeability(const PoreSpace& space, double voxel_size_m, const Lb
     else
         solve_grids(sequence, space, voxel_size_m, config);
     sequence.remove_checkpoint();
-    if (run.with_flow && config.fields != FieldFiles::none) sequence.result().flow = sequence.flow();
+    if (run.with_flow && config.fields != FieldFiles::none) sequence.result().flow = sequence.take_flow();
     return std::move(sequence.result());
 }
 

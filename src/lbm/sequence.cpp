@@ -22,31 +22,40 @@ constexpr double nodes_of_search = 2e5;  // the best viscosity is searched on at
 
 // Scales to water at the requested superficial velocity: Stokes flow is linear. The pressure is zero at the
 // outlet; in a periodic cell it is the pressure without the driving gradient.
-FlowImage flow_image(const PhaseImage& image, const FlowField& field, const LbmGridResult& result, double force,
-                     double superficial_velocity) {
-    FlowImage picture{.grid = image.grid,
-                      .velocity_m_per_s = std::vector<float>(3 * image.grid.size(), 0.0F),
-                      .pressure_Pa = std::vector<float>(image.grid.size(), 0.0F),
-                      .phase = image.phase,
-                      .notes = image.notes};
-    const Domain& domain = field.domain;
+LayeredFlow layered_flow(PhaseImage&& whole, FlowField&& field, const LbmGridResult& result, double force, double superficial_velocity) {
     const double speed = superficial_velocity / result.run.superficial_velocity_lu;
     const double gradient = water_viscosity_Pa_s * superficial_velocity / result.permeability_m2;
     const double pressure = gradient * result.voxel_size_m / result.run.gradient_lu;
-    const double slope = domain.drive.by_pressure() ? force : 0.0;
-    const auto axis = static_cast<std::size_t>(domain.drive.axis);
-    std::size_t node = 0;
-    domain.cells.for_each([&](std::size_t cell) {
-        const auto& moments = field.moments[node++];
-        for (std::size_t a = 0; a < 3; ++a)
-            picture.velocity_m_per_s[3 * cell + a] = static_cast<float>(speed * static_cast<double>(moments[a + 1]));
-        const double to_outlet = domain.grid.cells[axis] - place_in_grid(domain.grid, cell)[axis] - 0.5;
-        picture.pressure_Pa[cell] = static_cast<float>(pressure * (static_cast<double>(moments[0]) / 3.0 + slope * to_outlet));
-    });
-    picture.notes["state"] =
-        fmt::format("water (1e-3 Pa s) at a superficial velocity of {:g} m/s along {}", superficial_velocity, "xyz"[domain.drive.axis]);
-    picture.notes["direction"] = std::string(1, "xyz"[domain.drive.axis]);
-    return picture;
+    const auto axis = static_cast<std::size_t>(field.domain.drive.axis);
+    const double slope = field.domain.drive.by_pressure() ? force : 0.0;
+    LayeredFlow flow{.grid = whole.grid, .notes = std::move(whole.notes), .layers = {}};
+    flow.notes["state"] =
+        fmt::format("water (1e-3 Pa s) at a superficial velocity of {:g} m/s along {}", superficial_velocity, "xyz"[axis]);
+    flow.notes["direction"] = std::string(1, "xyz"[axis]);
+    const auto phase = std::make_shared<const std::vector<std::uint8_t>>(std::move(whole.phase));
+    const auto of_nodes = std::make_shared<const FlowField>(std::move(field));
+    flow.layers = [=, grid = flow.grid](int first, int end) {
+        const std::size_t begin = grid.index(0, 0, first), cells = grid.index(0, 0, end) - begin;
+        const auto from = phase->begin() + static_cast<std::ptrdiff_t>(begin);
+        FlowImage picture{.grid = grid,
+                          .velocity_m_per_s = std::vector<float>(3 * cells, 0.0F),
+                          .pressure_Pa = std::vector<float>(cells, 0.0F),
+                          .phase = {from, from + static_cast<std::ptrdiff_t>(cells)},
+                          .notes = {}};
+        picture.grid.origin_m[2] += first * grid.spacing_m[2];
+        picture.grid.cells[2] = end - first;
+        auto node = static_cast<std::size_t>(of_nodes->domain.cells.rank(begin));
+        for (std::size_t cell = 0; cell < cells; ++cell) {
+            if (!of_nodes->domain.cells.contains(begin + cell)) continue;
+            const auto& moments = of_nodes->moments[node++];
+            for (std::size_t a = 0; a < 3; ++a)
+                picture.velocity_m_per_s[3 * cell + a] = static_cast<float>(speed * static_cast<double>(moments[a + 1]));
+            const double to_outlet = grid.cells[axis] - place_in_grid(grid, begin + cell)[axis] - 0.5;
+            picture.pressure_Pa[cell] = static_cast<float>(pressure * (static_cast<double>(moments[0]) / 3.0 + slope * to_outlet));
+        }
+        return picture;
+    };
+    return flow;
 }
 
 std::vector<SubsectionResult> subsections(const LbmGridResult& grid, const Domain& domain, const Scheme& scheme, const FlowSection& section,
@@ -175,10 +184,10 @@ void Sequence::discard_grids() {
     field_.reset();
 }
 
-FlowImage Sequence::flow() const {
+LayeredFlow Sequence::take_flow() {
     // The voxels were freed when the nodes were known.
-    return flow_image(space_.voxelise_at(result_.fine().voxel_size_m), *field_, result_.fine(), force_,
-                      config_.superficial_velocity_m_per_s);
+    return layered_flow(space_.voxelise_at(result_.fine().voxel_size_m), std::move(*field_), result_.fine(), force_,
+                        config_.superficial_velocity_m_per_s);
 }
 
 Scheme Sequence::scheme_for(double voxel_size_m, const Drive& drive) const {
@@ -245,7 +254,7 @@ bool Sequence::solve_once(double voxel_size_m, bool coarsest_of_many, double max
         const std::shared_ptr<const FlowPlan> of_domain = plan(domain);
         grid.set_up_seconds = set_up.seconds();
         if (!checkpoint_.empty()) identity_ = identity_of(space_, config_, domain);
-        domain.walls = {};  // before populations need the memory
+        domain.forget_links();  // before populations need the memory
         return_freed_memory();
         if (!solve_flow(solved, *of_domain, domain, section, coarsest_of_many, max_seconds)) return false;
     }
@@ -268,8 +277,12 @@ bool Sequence::solve_flow(Solved& solved, const FlowPlan& plan, const Domain& do
     } else {
         if (!saved_ && tuned() && search) solved.scheme = with_tau(solved.scheme, relaxation_time_of_piece(domain, criterion));
         solved.flow = plan.start(solved.scheme);
-        if (field_) start_from(*solved.flow, domain, solved.scheme, *field_);
-        if (max_seconds == no_limit) field_.reset();  // else it is the result if the time limit is reached
+        if (field_ && max_seconds == no_limit) {
+            start_from(*solved.flow, domain, solved.scheme, std::move(*field_));
+            field_.reset();
+        } else if (field_) {  // it is the result if the time limit is reached
+            start_from(*solved.flow, domain, solved.scheme, *field_);
+        }
         tau_ = solved.scheme.tau;
         grid_watch_ = {};  // without the search
         solved.run = run(solved, domain, section, criterion, saved_ ? saved_run(*solved.flow) : StokesRun{});

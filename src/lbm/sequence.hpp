@@ -31,8 +31,8 @@ public:
     void remove_checkpoint() const;
     /// Forgets all grids: their pores were open by chance.
     void discard_grids();
-    /// Of the last grid, in SI units.
-    [[nodiscard]] core::FlowImage flow() const;
+    /// Of the last grid, in SI units; the sequence keeps it no longer.
+    [[nodiscard]] core::LayeredFlow take_flow();
 
     /// False when the time limit was reached before the flow was steady; the grid is then omitted. On the coarsest grid the best
     /// viscosity is determined.

@@ -48,47 +48,80 @@ Moments interpolate(const FlowField& coarse, const std::array<double, 3>& place)
     return mean;
 }
 
-}  // namespace
+constexpr std::size_t block_nodes = std::size_t{1} << 17U;  // what is kept twice
 
-FlowField take_field(const Flow& flow, Domain&& domain, const Scheme& scheme) {
-    FlowField field{.domain = std::move(domain), .viscosity_lu = scheme.viscosity_lu(), .moments = {}};
-    field.domain.walls = {};
-    field.domain.boundary_links = {};
-    field.moments.resize(field.domain.nodes());
-#pragma omp parallel for schedule(static)
-    for (std::size_t first = 0; first < field.domain.nodes(); first += Flow::chunk) {
-        std::array<Moments, Flow::chunk> moments;
-        const std::size_t count = std::min(Flow::chunk, field.domain.nodes() - first);
-        flow.moments(first, std::span(moments).first(count));
-        for (std::size_t i = 0; i < count; ++i) {
-            const auto& [density, u] = moments[i];
-            field.moments[first + i] = {static_cast<float>(density), static_cast<float>(u[0]), static_cast<float>(u[1]),
-                                        static_cast<float>(u[2])};
-        }
-    }
-    return field;
-}
-
-void start_from(Flow& flow, const Domain& domain, const Scheme& scheme, const FlowField& coarse) {
+// Nodes [first, end) of the flow.
+void start_block(Flow& flow, const Domain& domain, const Scheme& scheme, const FlowField& coarse, std::size_t first, std::size_t end) {
     const double ratio = coarse.domain.grid.spacing_m[0] / domain.grid.spacing_m[0], thicker = scheme.viscosity_lu() / coarse.viscosity_lu;
     const auto axis = static_cast<std::size_t>(domain.drive.axis);
     // A prescribed flow rate is the same in lattice units; the pressure then falls by nu u / k.
     const bool forced = scheme.force[axis] != 0.0;
     const double faster = forced ? ratio * ratio / thicker : 1.0, denser = forced ? ratio : thicker / ratio;
 #pragma omp parallel for schedule(static)
-    for (std::size_t first = 0; first < domain.nodes(); first += Flow::chunk) {
+    for (std::size_t begin = first; begin < end; begin += Flow::chunk) {
         std::array<Moments, Flow::chunk> moments;
         std::array<std::size_t, Flow::chunk> cells;
-        const std::size_t count = std::min(Flow::chunk, domain.nodes() - first);
-        domain.cells.list(first, std::span(cells).first(count));
+        const std::size_t count = std::min(Flow::chunk, end - begin);
+        domain.cells.list(begin, std::span(cells).first(count));
         for (std::size_t i = 0; i < count; ++i) {
             const auto at = place_in_grid(domain.grid, cells[i]);
             moments[i] = interpolate(coarse, {domain.grid.centre(0, at[0]), domain.grid.centre(1, at[1]), domain.grid.centre(2, at[2])});
             moments[i].density *= denser;
             for (double& u : moments[i].velocity) u *= faster;
         }
-        flow.set_moments(first, std::span(moments).first(count));
+        flow.set_moments(begin, std::span(moments).first(count));
     }
+}
+
+// Visits blocks of nodes in ascending order.
+template <typename Visit>
+void for_blocks(std::size_t nodes, const Visit& visit) {
+    for (std::size_t first = 0; first < nodes; first += block_nodes) visit(first, std::min(nodes, first + block_nodes));
+}
+
+}  // namespace
+
+FlowField take_field(Flow& flow, Domain&& domain, const Scheme& scheme) {
+    FlowField field{.domain = std::move(domain), .viscosity_lu = scheme.viscosity_lu(), .moments = {}};
+    field.domain.forget_links();
+    field.moments = core::Pages<std::array<float, 4>>(field.domain.nodes());
+    for_blocks(field.domain.nodes(), [&](std::size_t begin, std::size_t end) {
+#pragma omp parallel for schedule(static)
+        for (std::size_t first = begin; first < end; first += Flow::chunk) {
+            std::array<Moments, Flow::chunk> moments;
+            const std::size_t count = std::min(Flow::chunk, end - first);
+            flow.moments(first, std::span(moments).first(count));
+            for (std::size_t i = 0; i < count; ++i) {
+                const auto& [density, u] = moments[i];
+                field.moments[first + i] = {static_cast<float>(density), static_cast<float>(u[0]), static_cast<float>(u[1]),
+                                            static_cast<float>(u[2])};
+            }
+        }
+        flow.forget(begin, end);
+    });
+    return field;
+}
+
+void start_from(Flow& flow, const Domain& domain, const Scheme& scheme, const FlowField& coarse) {
+    start_block(flow, domain, scheme, coarse, 0, domain.nodes());
+}
+
+void start_from(Flow& flow, const Domain& domain, const Scheme& scheme, FlowField&& given) {
+    FlowField coarse = std::move(given);
+    const Grid &fine = domain.grid, &grid = coarse.domain.grid;
+    const auto first_node = [&](int layer) {
+        return static_cast<std::size_t>(coarse.domain.cells.rank(grid.index(0, 0, std::clamp(layer, 0, grid.cells[2] - 1))));
+    };
+    std::size_t forgotten = first_node(1);  // the last layer of a periodic box needs the first one again
+    for_blocks(domain.nodes(), [&](std::size_t first, std::size_t end) {
+        start_block(flow, domain, scheme, coarse, first, end);
+        if (end == domain.nodes()) return;
+        const double z = fine.centre(2, place_in_grid(fine, domain.cells.cell(end))[2]);
+        const std::size_t needed = first_node(static_cast<int>(std::floor((z - grid.origin_m[2]) / grid.spacing_m[2] - 0.5)));
+        if (needed <= forgotten) return;
+        coarse.moments.release(forgotten, needed);
+        forgotten = needed;
+    });
 }
 
 }  // namespace porepack::lbm

@@ -1,6 +1,7 @@
 // The moments of a flow, kept without its populations: initial state of a flow on a finer grid, and flow.vti.
 #pragma once
 
+#include "core/pages.hpp"
 #include "lbm/flow.hpp"
 
 namespace porepack::lbm {
@@ -9,13 +10,15 @@ namespace porepack::lbm {
 struct FlowField {
     Domain domain;  ///< without links
     double viscosity_lu = 0.0;
-    std::vector<std::array<float, 4>> moments;
+    core::Pages<std::array<float, 4>> moments;
 };
-/// Moves the nodes of `domain` into the field.
-[[nodiscard]] FlowField take_field(const Flow& flow, Domain&& domain, const Scheme& scheme);
+/// Moves the nodes of `domain` into the field. The flow forgets its populations on the way, so that no more memory is needed.
+[[nodiscard]] FlowField take_field(Flow& flow, Domain&& domain, const Scheme& scheme);
 
 /// Sets `flow` to local equilibrium with the coarse field's velocity and density, trilinear between cell centres and scaled to this grid
 /// and viscosity: u ~ F h^-2 / nu and rho ~ F / h for a force that is the same in lattice units.
 void start_from(Flow& flow, const Domain& domain, const Scheme& scheme, const FlowField& coarse);
+/// The same; moments of the field are given back as the populations come into being, so that the memory of both is not needed at once.
+void start_from(Flow& flow, const Domain& domain, const Scheme& scheme, FlowField&& coarse);
 
 }  // namespace porepack::lbm

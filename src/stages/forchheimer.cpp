@@ -266,7 +266,7 @@ Expectation expect_forchheimer(const PoreSpace& space, const ForchheimerConfig& 
     const double fluid = pore_volume / std::pow(plan.voxel_size_m, 3), flows = static_cast<double>(config.reynolds.size());
     Expectation expected{.text = fmt::format("{} flows on {} grids, the finest {} x {} x {} voxels of {:.4g} m", config.reynolds.size(),
                                              config.grids, plan.grid.cells[0], plan.grid.cells[1], plan.grid.cells[2], plan.voxel_size_m),
-                         .memory_bytes = lbm_memory_bytes(cells, fluid, 8.0) + 32.0 * fluid};
+                         .memory_bytes = lbm_memory_bytes({.cells = cells, .nodes = fluid}) + cells + 32.0 * fluid};
     // Means in time: at least 40 turnovers; a node is passed in about 40 steps.
     const double steps = config.mean_in_time ? 40.0 * 40.0 * grain_size(space).length_m / plan.voxel_size_m : 1000.0;
     expected.wall_time_s = flows * steps * fluid / lattice_updates_per_second;

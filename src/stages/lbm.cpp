@@ -112,8 +112,10 @@ Expectation expect(const PoreSpace& space, double voxel_size_m, double pores, co
     const double steps_of_tuned = 85.0 * std::log(1.0 / iteration_tolerance(config));
     const double pore_length = pores * space.computed().length() + 2.0 * space.reservoir_m;
     const double fluid = space.container.inner_area_m2() * pore_length / std::pow(plan.voxel_size_m, 3);
-    const double flow_vti = config.fields == FieldFiles::none ? 0.0 : 4e7 + 20.0 * fluid + 34.0 * cells;
-    Expectation expected{.memory_bytes = std::max(flow_vti, lbm_memory_bytes(cells, fluid, bytes_of(config.precision)))};
+    Expectation expected{.memory_bytes = lbm_memory_bytes({.cells = cells,
+                                                           .nodes = fluid,
+                                                           .links_per_node = expected_links_per_node(pores, across / plan.voxel_size_m),
+                                                           .bytes_a_number = bytes_of(config.precision)})};
     // With a relaxation time that follows the voxel size, a grid needs as many steps as the others; otherwise the steps grow with the
     // square of the pores' width in voxels. The search on the coarsest of several grids takes about five runs on it.
     const bool tuned = config.relaxation_time == 0.0 && config.collision == Collision::trt;

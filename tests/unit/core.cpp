@@ -1,6 +1,7 @@
 #include <cmath>
 
 #include "core/digest.hpp"
+#include "core/pages.hpp"
 #include "core/table.hpp"
 #include "core/toml_file.hpp"
 #include "helpers.hpp"
@@ -34,6 +35,27 @@ Sample read(const std::string& toml, const Flags& flags = {}) {
     file.read(
         "sample", [&](ConfigVisitor& v) { describe(v, sample); }, flags);
     return sample;
+}
+
+TEST(Pages, AreZeroUntilWrittenAndAgainWhenReleased) {
+    for (const std::size_t size : {std::size_t{10}, std::size_t{3000000}}) {
+        core::Pages<double> pages(size);
+        ASSERT_EQ(pages.size(), size);
+        for (std::size_t i = 0; i < size; ++i) {
+            ASSERT_EQ(pages[i], 0.0);
+            pages[i] = 1.0;
+        }
+        pages.release(size / 3, 2 * size / 3);
+        double kept = 0.0;
+        for (std::size_t i = 0; i < size; ++i) {
+            if (i < size / 3 || i >= 2 * size / 3) ASSERT_EQ(pages[i], 1.0) << "outside of what was released";
+            kept += pages[i];
+        }
+        EXPECT_LE(kept, 2.0 * static_cast<double>(size) / 3.0 + 2.0 * 512.0 + 1.0) << "whole pages are given back";
+        core::Pages<double> other = std::move(pages);
+        EXPECT_EQ(other[0], 1.0);
+        EXPECT_EQ(pages.data(), nullptr);  // NOLINT(bugprone-use-after-move)
+    }
 }
 
 TEST(Config, ReadsValuesAndKeepsDefaults) {

@@ -139,7 +139,7 @@ TEST(Convergence, BalancedLayersSaveStepsInALongBed) {
     EXPECT_NEAR(solved(false, 1e-5).permeability_lu / exact.permeability_lu, 1.0, 1e-4) << "the steady state is the same";
 }
 
-// Populations beyond 2^32, and neighbours at the other end of such a grid: every lane is read from its slot, by a group or by itself.
+// Populations beyond 2^32, and neighbours at the other end of such a grid: every node is read from its slot, by a group or by itself.
 TEST(Kernels, AddressesReachBeyond32Bits) {
     using namespace lbm::cpu;
     std::mt19937_64 random(3);
@@ -150,21 +150,18 @@ TEST(Kernels, AddressesReachBeyond32Bits) {
             slots[i] = start + i + 1000 * (i / 20);
             if (i % 40 == 39) slots[i] = random() >> 20U | 4096U;  // through a periodic face, up to 2^44 away
         }
-        const std::size_t q = 7;
-        constexpr std::size_t lanes = 16;
-        std::array<Addresses::Group, chunk_nodes / lanes> groups;
+        const std::size_t q = 7, chunk = start / (19 * chunk_nodes);
+        for (std::size_t i = 64; i < 70; ++i) slots[i] = slot_of(q, chunk * chunk_nodes + i);  // walls
+        std::array<Addresses::Group, chunk_nodes / group_nodes> groups;
         std::vector<Addresses::Single> singles;
-        const std::uint64_t base = base_of(start / (19 * chunk_nodes));
-        make_groups(slots, base, q, lanes, groups.data(), singles);
+        make_groups(slots, chunk, q, groups.data(), singles);
         std::vector<std::uint64_t> found(slots.size(), 0);
         for (std::size_t i = 0; i < slots.size(); ++i) {
-            const Addresses::Group& group = groups[i / lanes];
-            const std::size_t lane = i % lanes;
-            if ((group.first_lanes >> lane & 1U) != 0) found[i] = base + group.first + lane;
-            if ((group.second_lanes >> lane & 1U) != 0) {
-                EXPECT_EQ(found[i], 0U);
-                found[i] = base + group.second + lane;
-            }
+            const Addresses::Group& group = groups[i / group_nodes];
+            const std::size_t node = i % group_nodes;
+            const bool first = (group.first_nodes >> node & 1U) != 0, second = (group.second_nodes >> node & 1U) != 0;
+            if (!first && !second) found[i] = slot_of(q, chunk * chunk_nodes + i);
+            if (first != second) found[i] = base_of(chunk) + (first ? group.first : group.second) + node;
         }
         for (const Addresses::Single single : singles) {
             const std::size_t place = single & ((1U << Addresses::place_bits) - 1);
@@ -173,7 +170,7 @@ TEST(Kernels, AddressesReachBeyond32Bits) {
             found[place % chunk_nodes] = single >> Addresses::place_bits;
         }
         EXPECT_EQ(found, slots) << start;
-        EXPECT_LT(singles.size(), 30U);  // most lanes are in groups: 3 far ones, and few from a third place
+        EXPECT_LT(singles.size(), 30U);  // most nodes are in groups: 3 far ones, and few from a third place
     }
 }
 

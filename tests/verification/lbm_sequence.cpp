@@ -2,7 +2,11 @@
 #include <cmath>
 
 #include "arrays.hpp"
+#include "core/machine.hpp"
 #include "helpers.hpp"
+#include "lbm/start.hpp"
+#include "stages/results.hpp"
+#include "stages/stages.hpp"
 
 namespace porepack {
 namespace {
@@ -11,6 +15,57 @@ using namespace test;
 
 LbmResult solve_to(const KnownFlow& known, const LbmConfig& config) {
     return lbm_permeability(known.pore_space(), 0.1, config);
+}
+
+TEST(Memory, IsUsedAsPredicted) {
+    const PoreSpace space = sphere_array(0.6, 88.8734, body_centred()).pore_space();
+    const test::Folder folder;
+    for (const Precision precision : {Precision::double_precision, Precision::single_precision}) {
+        const LbmConfig config{.precision = precision, .relaxation_time = 1.2, .iteration_tolerance = 0.05, .grids = 2};
+        const GeometryConfig geometry{.voxel_size_m = 1.0 / 171};
+        reset_peak_memory();
+        const double before = peak_memory_bytes();
+        const Json result = stages::run_lbm(space, geometry, config, folder.path(), {});
+        const double used = result["peak_memory_bytes"].get<double>() - before, nodes = result["fine"]["fluid_nodes"],
+                     predicted = stages::expect_lbm(space, geometry, config).memory_bytes - program_bytes;
+        std::printf("  %s: %.1f bytes per node of %.3g nodes, predicted %.1f\n", std::string(name_of(precision)).c_str(), used / nodes,
+                    nodes, predicted / nodes);
+        EXPECT_NEAR(used / predicted, 1.0, 0.05);
+        EXPECT_LT(used / nodes, precision == Precision::double_precision ? 180.0 : 98.0);
+    }
+}
+
+TEST(Memory, AFieldThatIsGivenBackStartsTheSameFlow) {
+    const Scene coarse(random_bed("cylinder:1,1", 10, 0.08), {0.1, 0.9}, 1.0 / 40),
+        fine(random_bed("cylinder:1,1", 10, 0.08), {0.1, 0.9}, 1.0 / 80);
+    const Scene periodic(random_bed("box:1,1,1:periodic", 14, 0.08), {0, 1}, 1.0 / 40),
+        wrapped(random_bed("box:1,1,1:periodic", 14, 0.08), {0, 1}, 1.0 / 80);
+    const Scheme scheme{.force = {1e-4, 2e-4, 1e-3}};
+    for (const auto& [from, to] : {std::pair{&coarse, &fine}, {&periodic, &wrapped}}) {
+        ASSERT_GT(to->domain.nodes(), std::size_t{2} << 17U) << "several blocks";
+        const auto moments_of = [&](bool given_back) {
+            const auto flow = make_flow(Kernel::cpu_double, from->domain, scheme);
+            for (int pair = 0; pair < 20; ++pair) flow->advance_two_steps();
+            Domain domain = from->domain;
+            FlowField field = take_field(*flow, std::move(domain), scheme);
+            const auto started = make_flow(Kernel::cpu_double, to->domain, scheme);
+            if (given_back)
+                start_from(*started, to->domain, scheme, std::move(field));
+            else
+                start_from(*started, to->domain, scheme, field);
+            std::vector<Moments> moments(to->domain.nodes());
+            started->moments(0, moments);
+            return moments;
+        };
+        const std::vector<Moments> kept = moments_of(false), given = moments_of(true);
+        double flow = 0.0;
+        for (std::size_t node = 0; node < kept.size(); ++node) {
+            ASSERT_EQ(kept[node].density, given[node].density);
+            ASSERT_EQ(kept[node].velocity, given[node].velocity);
+            flow += kept[node].velocity[2];
+        }
+        EXPECT_GT(flow, 0.0);
+    }
 }
 
 TEST(Tolerance, IsReachedAndCoversTheAnswer) {

@@ -10,6 +10,7 @@
 #include "apps/porepack/command_line.hpp"
 #include "core/error.hpp"
 #include "core/interrupt.hpp"
+#include "core/machine.hpp"
 #include "core/passive_waiting.hpp"
 
 namespace {
@@ -26,6 +27,7 @@ int main(int argc, char** argv) {
     using porepack::core::ExitCode;
     using porepack::core::with_advice;
     porepack::core::wait_passively(argv);
+    porepack::core::return_large_blocks();
     porepack::core::install_signal_handlers();
     try {
         return porepack::apps::CommandLine().run(argc, argv);

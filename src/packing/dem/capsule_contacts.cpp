@@ -199,7 +199,7 @@ void CapsuleDem::State::forces(double displacement_time) {
     displacement_time_ = displacement_time;
     const std::size_t n = bodies_.size();
     std::array<std::size_t, load_slots> looked_at{};
-#pragma omp parallel for schedule(dynamic, 1) if (parallel_)
+#pragma omp parallel for schedule(dynamic, 1) if (threads_.parallel())
     for (std::size_t slot = 0; slot < load_slots; ++slot) {
         auto& loads = loads_[slot];
         std::vector<Contact> contacts;
@@ -212,9 +212,6 @@ void CapsuleDem::State::forces(double displacement_time) {
     }
     looked_at_ = 0;
     for (const std::size_t count : looked_at) looked_at_ += count;
-    // Steps of less than about a millisecond use one thread: if another program uses a core, threads that synchronize three times per
-    // step wait a hundred times longer than they compute.
-    parallel_ = looked_at_ + 3 * (n - sleepers_) > 20000;
 }
 
 }  // namespace porepack::packing::dem

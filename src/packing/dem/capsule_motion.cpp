@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/log.hpp"
 #include "packing/dem/capsule_state.hpp"
 
 namespace porepack::packing::dem {
@@ -145,20 +146,22 @@ void CapsuleDem::State::step(long steps) {
                 if (bodies_[i].moves()) gather(bodies_[i], i);
             primed_ = true;
         }
+        const core::Stopwatch watch;
         ++steps_;
         time_ += options_.time_step_s;
-#pragma omp parallel for schedule(static, block) if (parallel_)
+#pragma omp parallel for schedule(static, block) if (threads_.parallel())
         for (std::size_t i = 0; i < n; ++i)
             if (bodies_[i].moves()) advance(bodies_[i]);
         search();
         forces(options_.time_step_s);
-#pragma omp parallel for schedule(static, block) if (parallel_)
+#pragma omp parallel for schedule(static, block) if (threads_.parallel())
         for (std::size_t i = 0; i < n; ++i)
             if (bodies_[i].moves()) {
                 gather(bodies_[i], i);
                 finish(bodies_[i]);
             }
         if (options_.sleep) fall_asleep_or_wake();
+        threads_.add(watch.seconds());
     }
 }
 

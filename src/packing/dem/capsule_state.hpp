@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "packing/dem/capsule_dem.hpp"
+#include "packing/dem/thread_choice.hpp"
 #include "shapes/segments.hpp"
 
 namespace porepack::packing::dem {
@@ -178,7 +179,7 @@ private:
     double time_ = 0.0, displacement_time_ = 0.0;
     long steps_ = 0;
     std::size_t looked_at_ = 0, sleepers_ = 0;
-    bool parallel_ = false;
+    ThreadChoice threads_;
     bool primed_ = false;  // forces of the current state are known
 };
 

@@ -45,49 +45,57 @@ private:
     Neighbours neighbours_;
 };
 
-// The two locations of most lanes; the other lanes are added to `singles`. All lanes of the group hold slots near its base.
-Addresses::Group make_group(std::span<const std::uint64_t> slots, std::uint64_t base, std::size_t place,
+// The two locations of most nodes besides their own slots, `own` for the first node; the others are added to `singles`.
+Addresses::Group make_group(std::span<const std::uint64_t> slots, std::uint64_t base, std::uint64_t own, std::size_t place,
                             std::vector<Addresses::Single>& singles) {
-    std::array<std::uint32_t, most_lanes> location{};
-    std::array<std::uint16_t, most_lanes> lanes{};
+    std::array<std::uint32_t, group_nodes> location{};
+    std::array<std::uint16_t, group_nodes> nodes{};
     std::size_t locations = 0;
+    std::uint16_t single = 0;
+    const auto add = [](std::uint16_t& set, std::size_t i) { set = static_cast<std::uint16_t>(set | 1U << i); };
     for (std::size_t i = 0; i < slots.size(); ++i) {
+        if (slots[i] == own + i) continue;
         const std::uint64_t offset = slots[i] - i - base;  // wraps where the slot is below the base
         if (offset >> 32U != 0) {
-            singles.push_back(slots[i] << Addresses::place_bits | (place + i));
+            add(single, i);
             continue;
         }
         const auto here = static_cast<std::uint32_t>(offset);
         std::size_t l = 0;
         while (l < locations && location[l] != here) ++l;
         if (l == locations) location[locations++] = here;
-        lanes[l] = static_cast<std::uint16_t>(lanes[l] | 1U << i);
+        add(nodes[l], i);
     }
     for (std::size_t l = 0; l < std::min<std::size_t>(locations, 2); ++l)
         for (std::size_t other = l + 1; other < locations; ++other)
-            if (std::popcount(lanes[other]) > std::popcount(lanes[l])) {
+            if (std::popcount(nodes[other]) > std::popcount(nodes[l])) {
                 std::swap(location[l], location[other]);
-                std::swap(lanes[l], lanes[other]);
+                std::swap(nodes[l], nodes[other]);
             }
-    for (std::size_t l = 2; l < locations; ++l)
-        for (std::size_t i = 0; i < slots.size(); ++i)
-            if ((lanes[l] >> i & 1U) != 0) singles.push_back(slots[i] << Addresses::place_bits | (place + i));
-    return {location[0], locations > 1 ? location[1] : location[0], lanes[0], lanes[1]};
+    for (std::size_t l = 2; l < locations; ++l) single = static_cast<std::uint16_t>(single | nodes[l]);
+    for (std::size_t i = 0; i < slots.size(); ++i)
+        if ((single >> i & 1U) != 0) singles.push_back(slots[i] << Addresses::place_bits | (place + i));
+    // The kernel may read places of which it needs nothing.
+    const auto anywhere = static_cast<std::uint32_t>(own - base);
+    const std::uint32_t first = locations > 0 ? location[0] : anywhere;
+    return {first, locations > 1 ? location[1] : first, static_cast<std::uint16_t>(nodes[0] | single),
+            static_cast<std::uint16_t>(nodes[1] | single)};
 }
 
 }  // namespace
 
-void make_groups(std::span<const std::uint64_t> slots, std::uint64_t base, std::size_t q, std::size_t lanes, Addresses::Group* groups,
+void make_groups(std::span<const std::uint64_t> slots, std::size_t chunk, std::size_t q, Addresses::Group* groups,
                  std::vector<Addresses::Single>& singles) {
-    for (std::size_t i = 0; i < chunk_nodes; i += lanes, ++groups)
-        *groups = i < slots.size() ? make_group(slots.subspan(i, std::min(lanes, slots.size() - i)), base, q * chunk_nodes + i, singles)
-                                   : Addresses::Group{};
+    const std::uint64_t base = base_of(chunk), own = slot_of(q, chunk * chunk_nodes);
+    for (std::size_t i = 0; i < chunk_nodes; i += group_nodes, ++groups)
+        *groups = make_group(i < slots.size() ? slots.subspan(i, std::min(group_nodes, slots.size() - i)) : slots.first(0), base, own + i,
+                             q * chunk_nodes + i, singles);
 }
 
-Addresses find_addresses(const Domain& domain, std::size_t lanes) {
+Addresses find_addresses(const Domain& domain) {
     const std::size_t chunks = (domain.nodes() + chunk_nodes - 1) / chunk_nodes;
     constexpr std::size_t pairs = d3q19::directions - 1;
-    const std::size_t groups_per_chunk = chunk_nodes / lanes;
+    constexpr std::size_t groups_per_chunk = chunk_nodes / group_nodes;
     Addresses addresses{.slots = slot_of(0, chunks * chunk_nodes), .groups = {}, .singles = {}, .first_single = {0}};
     addresses.groups.resize(chunks * pairs * groups_per_chunk);
     constexpr std::size_t share = 256;
@@ -102,8 +110,8 @@ Addresses find_addresses(const Domain& domain, std::size_t lanes) {
         for (std::size_t c = p * share; c < std::min(chunks, (p + 1) * share); ++c) {
             const std::size_t size = tracer.trace(c * chunk_nodes, slots);
             for (std::size_t q = 1; q < d3q19::directions; ++q)
-                make_groups(std::span(slots[q]).first(size), base_of(c), q, lanes,
-                            addresses.groups.data() + (c * pairs + q - 1) * groups_per_chunk, parts[p].singles);
+                make_groups(std::span(slots[q]).first(size), c, q, addresses.groups.data() + (c * pairs + q - 1) * groups_per_chunk,
+                            parts[p].singles);
             parts[p].end.push_back(parts[p].singles.size());
         }
     });

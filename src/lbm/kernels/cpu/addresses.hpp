@@ -9,7 +9,7 @@
 
 namespace porepack::lbm::cpu {
 
-inline constexpr std::size_t chunk_nodes = 128, most_lanes = 16;
+inline constexpr std::size_t chunk_nodes = 128, group_nodes = 16;
 [[nodiscard]] constexpr std::size_t slot_of(std::size_t q, std::size_t node) {
     return (node / chunk_nodes * 19 + q) * chunk_nodes + node % chunk_nodes;
 }
@@ -25,19 +25,21 @@ inline constexpr std::size_t chunk_nodes = 128, most_lanes = 16;
 /// given here: its neighbour's slot opposite(q), or its own slot q at a wall. A step writes the population leaving along
 /// opposite(q) to the slot from which it read q, so only one node uses each slot. Nodes are stored in chunks, and a chunk
 /// holds its 19 populations one after the other: an even step reads memory sequentially.
-/// For an odd step the slots of one q are read in groups of one SIMD vector: neighbours in a row of cells are adjacent, so that a
-/// group mostly comes from one or two locations in memory. Lanes from a third location are read one by one, and so are those that are
-/// 2^31 slots away from their chunk (through a periodic face of a large grid).
+/// For an odd step the slots of one q are read in groups of 16 nodes: neighbours in a row of cells are adjacent, so that besides its own
+/// slots a group mostly comes from one or two locations in memory. Nodes of a third location are read one by one, and so are those that
+/// are 2^31 slots away from their chunk (through a periodic face of a large grid).
 struct Addresses {
+    /// Node i of a group is in slot base_of(chunk) + first + i if bit i is set in `first_nodes` alone, the same with `second`; in its own
+    /// slot (a wall) if it is set in neither; and single if it is set in both.
     struct Group {
-        std::uint32_t first, second;              ///< lane i is in slot base_of(chunk) + first + i ...
-        std::uint16_t first_lanes, second_lanes;  ///< ... if bit i is set here
+        std::uint32_t first, second;
+        std::uint16_t first_nodes, second_nodes;
     };
     /// 12 bits: chunk_nodes q + node in the chunk; above: the slot.
     using Single = std::uint64_t;
     static constexpr int place_bits = 12;
     std::size_t slots = 0;
-    std::vector<Group> groups;    ///< by chunk, q = 1, 2, ... 18, and groups of lanes
+    std::vector<Group> groups;    ///< by chunk, q = 1, 2, ... 18, and nodes of the chunk
     std::vector<Single> singles;  ///< by chunk
     std::vector<std::uint64_t> first_single;
     [[nodiscard]] double bytes() const {
@@ -45,11 +47,11 @@ struct Addresses {
     }
 };
 
-/// The groups of `lanes` nodes (at most most_lanes) of one chunk and q whose populations come from `slots` (of as many nodes as the chunk
-/// has). Lanes that no group holds are added to `singles`.
-void make_groups(std::span<const std::uint64_t> slots, std::uint64_t base, std::size_t q, std::size_t lanes, Addresses::Group* groups,
+/// The groups of one chunk and q whose populations come from `slots` (of as many nodes as the chunk has). Nodes that no group holds are
+/// added to `singles`.
+void make_groups(std::span<const std::uint64_t> slots, std::size_t chunk, std::size_t q, Addresses::Group* groups,
                  std::vector<Addresses::Single>& singles);
 
-[[nodiscard]] Addresses find_addresses(const Domain& domain, std::size_t lanes);
+[[nodiscard]] Addresses find_addresses(const Domain& domain);
 
 }  // namespace porepack::lbm::cpu

@@ -37,36 +37,61 @@ struct alignas(vector_bytes) Buffer {
     Real f[directions * chunk];
 };
 
-// Reads a group from its places; lanes that come from a third one hold anything.
+// One vector of the nodes of a group: where they are, and which.
 template <typename Real>
-inline void read(Real* to, const Real* base, const Addresses::Group& at) {
+struct Vector {
+    std::size_t first, second;
+    std::uint16_t from_first, from_second, from_own;  // see Addresses::Group
+
+    inline Vector(const Addresses::Group& group, std::size_t part)
+        : first(group.first + part * simd_lanes<Real>), second(group.second + part * simd_lanes<Real>) {
+        const unsigned one = static_cast<unsigned>(group.first_nodes) >> (part * simd_lanes<Real>),
+                       other = static_cast<unsigned>(group.second_nodes) >> (part * simd_lanes<Real>);
+        from_first = static_cast<std::uint16_t>(one & ~other);
+        from_second = static_cast<std::uint16_t>(other & ~one);
+        from_own = static_cast<std::uint16_t>(~(one | other));
+    }
+};
+
+// Reads a vector from its places; singles hold anything.
+template <typename Real>
+inline void read(Real* to, const Real* base, const Real* own, const Vector<Real>& at) {
 #if defined(__AVX512F__)
-    if constexpr (sizeof(Real) == 8)
-        _mm512_store_pd(to,
-                        _mm512_mask_loadu_pd(_mm512_loadu_pd(base + at.first), static_cast<__mmask8>(at.second_lanes), base + at.second));
-    else
-        _mm512_store_ps(to, _mm512_mask_loadu_ps(_mm512_loadu_ps(base + at.first), at.second_lanes, base + at.second));
+    if constexpr (sizeof(Real) == 8) {
+        const __m512d vector =
+            _mm512_mask_loadu_pd(_mm512_loadu_pd(base + at.first), static_cast<__mmask8>(at.from_second), base + at.second);
+        _mm512_store_pd(to, _mm512_mask_loadu_pd(vector, static_cast<__mmask8>(at.from_own), own));
+    } else {
+        const __m512 vector = _mm512_mask_loadu_ps(_mm512_loadu_ps(base + at.first), at.from_second, base + at.second);
+        _mm512_store_ps(to, _mm512_mask_loadu_ps(vector, at.from_own, own));
+    }
 #else
-    for (std::size_t i = 0; i < simd_lanes<Real>; ++i) to[i] = base[((at.second_lanes >> i & 1U) != 0 ? at.second : at.first) + i];
+    for (std::size_t i = 0; i < simd_lanes<Real>; ++i) {
+        const Real* const place = (at.from_own >> i & 1U) != 0 ? own : base + ((at.from_second >> i & 1U) != 0 ? at.second : at.first);
+        to[i] = place[i];
+    }
 #endif
 }
 
 template <typename Real>
-inline void write(Real* base, const Real* from, const Addresses::Group& at) {
+inline void write(Real* base, Real* own, const Real* from, const Vector<Real>& at) {
 #if defined(__AVX512F__)
     if constexpr (sizeof(Real) == 8) {
         const __m512d vector = _mm512_load_pd(from);
-        _mm512_mask_storeu_pd(base + at.first, static_cast<__mmask8>(at.first_lanes), vector);
-        _mm512_mask_storeu_pd(base + at.second, static_cast<__mmask8>(at.second_lanes), vector);
+        _mm512_mask_storeu_pd(base + at.first, static_cast<__mmask8>(at.from_first), vector);
+        _mm512_mask_storeu_pd(base + at.second, static_cast<__mmask8>(at.from_second), vector);
+        _mm512_mask_storeu_pd(own, static_cast<__mmask8>(at.from_own), vector);
     } else {
         const __m512 vector = _mm512_load_ps(from);
-        _mm512_mask_storeu_ps(base + at.first, at.first_lanes, vector);
-        _mm512_mask_storeu_ps(base + at.second, at.second_lanes, vector);
+        _mm512_mask_storeu_ps(base + at.first, at.from_first, vector);
+        _mm512_mask_storeu_ps(base + at.second, at.from_second, vector);
+        _mm512_mask_storeu_ps(own, at.from_own, vector);
     }
 #else
     for (std::size_t i = 0; i < simd_lanes<Real>; ++i) {
-        if ((at.first_lanes >> i & 1U) != 0) base[at.first + i] = from[i];
-        if ((at.second_lanes >> i & 1U) != 0) base[at.second + i] = from[i];
+        if ((at.from_first >> i & 1U) != 0) base[at.first + i] = from[i];
+        if ((at.from_second >> i & 1U) != 0) base[at.second + i] = from[i];
+        if ((at.from_own >> i & 1U) != 0) own[i] = from[i];
     }
 #endif
 }

@@ -1,37 +1,14 @@
 #include "lbm/kernels/cpu/cpu_flow.hpp"
 
-#include <sys/mman.h>
-
 #include <algorithm>
-#include <cstring>
-#include <new>
+
+#include "core/pages.hpp"
 
 namespace porepack::lbm::cpu {
 namespace {
 
 // The kernel reads moments as four consecutive numbers.
 static_assert(sizeof(Moments) == 4 * sizeof(double) && offsetof(Moments, density) == 0);
-
-/// Memory that each thread initialises first (NUMA placement), in large pages where available.
-template <typename Real>
-class Populations {
-public:
-    explicit Populations(std::size_t count) : count_(count) {
-        constexpr std::size_t page = std::size_t{1} << 21;
-        bytes_ = (count * sizeof(Real) + page - 1) / page * page;
-        data_ = static_cast<Real*>(::operator new (bytes_, std::align_val_t{page}));
-        madvise(data_, bytes_, MADV_HUGEPAGE);
-    }
-    Populations(const Populations&) = delete;
-    Populations& operator=(const Populations&) = delete;
-    ~Populations() { ::operator delete (data_, std::align_val_t{std::size_t{1} << 21}); }
-    [[nodiscard]] Real* data() { return data_; }
-    [[nodiscard]] std::size_t size() const { return count_; }
-
-private:
-    std::size_t count_, bytes_;
-    Real* data_;
-};
 
 template <typename Real>
 const KernelFunctions<Real>& kernel_of(const InstructionSet& set) {
@@ -49,7 +26,7 @@ public:
         : kernel(kernel_of<Real>(chosen_instruction_set())),
           nodes(domain.nodes()),
           chunks((nodes + chunk_nodes - 1) / chunk_nodes),
-          addresses(find_addresses(domain, simd_lanes<Real>)),
+          addresses(find_addresses(domain)),
           schedule(addresses, chunks),
           walls(domain) {
         std::size_t link = 0;
@@ -81,10 +58,6 @@ public:
           kernel_(plan_->kernel),
           boundary_(plan_->boundary),
           store_(plan_->addresses.slots + d3q19::directions * chunk_nodes) {
-#pragma omp parallel for schedule(static)
-        for (std::size_t c = 0; c < plan_->chunks; ++c)
-            std::memset(store_.data() + slot_of(0, c * chunk_nodes), 0, d3q19::directions * chunk_nodes * sizeof(Real));
-        std::memset(store_.data() + plan_->addresses.slots, 0, vector_bytes);
         fill_data(scheme);
     }
 
@@ -102,6 +75,10 @@ public:
     }
     void set_boundary_links(std::span<const double> added) override {
         for (std::size_t l = 0; l < boundary_.size(); ++l) boundary_[l].added = static_cast<Real>(added[l]);
+    }
+    void forget(std::size_t first, std::size_t end) override {
+        const bool last = end == plan_->nodes;
+        store_.release(slot_of(0, first), last ? store_.size() : slot_of(0, end / chunk_nodes * chunk_nodes));
     }
     [[nodiscard]] std::span<std::byte> state() override {
         return std::as_writable_bytes(std::span(store_.data(), store_.size()));
@@ -153,7 +130,7 @@ private:
     std::shared_ptr<const CpuPlan<Real>> plan_;
     const KernelFunctions<Real>& kernel_;
     std::vector<BoundaryPlace<Real>> boundary_;  // of this flow: their values may change
-    Populations<Real> store_;
+    core::Pages<Real> store_;  // each thread touches its chunks first, in the first step (NUMA placement)
     KernelData<Real> data_{};
 };
 

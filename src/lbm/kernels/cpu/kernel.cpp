@@ -20,7 +20,8 @@ struct Sweep {
     const KernelData<Real>& data;
 
     [[nodiscard]] inline Real* chunk_rows(std::size_t c) const { return data.store + slot_of(0, c * chunk); }
-    static constexpr std::size_t groups = (directions - 1) * chunk / simd_lanes<Real>;  // of a chunk
+    static constexpr std::size_t groups = (directions - 1) * chunk / group_nodes;  // of a chunk
+    static constexpr std::size_t vectors = group_nodes / simd_lanes<Real>;         // of a group
     static constexpr std::uint64_t place_mask = (std::uint64_t{1} << Addresses::place_bits) - 1;
     [[nodiscard]] inline const Addresses::Group* groups_of(std::size_t c) const { return data.groups + c * groups; }
     // Where the slots of a chunk's groups are counted from.
@@ -37,7 +38,10 @@ struct Sweep {
         std::memcpy(buffer.f, chunk_rows(c), chunk * sizeof(Real));
         const Addresses::Group* at = groups_of(c);
         const Real* const base = base_of_chunk(c);
-        for (std::size_t i = chunk; i < directions * chunk; i += simd_lanes<Real>, ++at) read(buffer.f + i, base, *at);
+        const Real* const own = chunk_rows(c);
+        for (std::size_t i = chunk; i < directions * chunk; ++at)
+            for (std::size_t part = 0; part < vectors; ++part, i += simd_lanes<Real>)
+                read(buffer.f + i, base, own + i, Vector<Real>(*at, part));
         for (std::uint64_t s = data.first_single[c]; s < data.first_single[c + 1]; ++s)
             buffer.f[data.singles[s] & place_mask] = data.store[data.singles[s] >> Addresses::place_bits];
     }
@@ -48,7 +52,10 @@ struct Sweep {
         Real* const base = base_of_chunk(c);
         for (int q = 1; q < directions; ++q) {
             const Real* const row = buffer.f + static_cast<std::size_t>(opposite(q)) * chunk;
-            for (std::size_t i = 0; i < chunk; i += simd_lanes<Real>, ++at) write(base, row + i, *at);
+            Real* const own = chunk_rows(c) + static_cast<std::size_t>(q) * chunk;
+            for (std::size_t i = 0; i < chunk; ++at)
+                for (std::size_t part = 0; part < vectors; ++part, i += simd_lanes<Real>)
+                    write(base, own + i, row + i, Vector<Real>(*at, part));
         }
         for (std::uint64_t s = data.first_single[c]; s < data.first_single[c + 1]; ++s)
             data.store[data.singles[s] >> Addresses::place_bits] = buffer.f[opposite_row(static_cast<int>(data.singles[s] & place_mask))];
@@ -150,10 +157,12 @@ struct Sweep {
         collide<model, false>(buffer.f, data, [&](std::size_t block) {
             fetch<2>(next_even, block);
             __builtin_prefetch(rest + block);
-            for (const Addresses::Group* const end = group + directions - 1; group != end; ++group) {
-                __builtin_prefetch(base + group->first);
-                __builtin_prefetch(base + group->second);
-            }
+            const Addresses::Group* const end = group + (directions - 1) / vectors;
+            for (; group != end; ++group)
+                for (std::size_t part = 0; part < vectors; ++part) {
+                    __builtin_prefetch(base + group->first + part * simd_lanes<Real>);
+                    __builtin_prefetch(base + group->second + part * simd_lanes<Real>);
+                }
         });
         meet_walls<false>(c, buffer.f, at);
         scatter_far(c, buffer);

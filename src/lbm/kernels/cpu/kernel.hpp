@@ -12,7 +12,7 @@
 
 namespace porepack::lbm::cpu {
 
-/// Bytes of a SIMD vector for the grouping of addresses, independent of the processor.
+/// Bytes of the longest SIMD vector.
 inline constexpr std::size_t vector_bytes = 64;
 template <typename Real>
 inline constexpr std::size_t simd_lanes = vector_bytes / sizeof(Real);

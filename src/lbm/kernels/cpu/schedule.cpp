@@ -18,12 +18,14 @@ std::vector<std::uint32_t> last_parts(const Addresses& addresses, std::size_t ch
 #pragma omp parallel for schedule(static)
     for (std::size_t c = 0; c < chunks; ++c) {
         std::size_t far = slot_of(0, c * chunk_nodes);
-        const auto reach = [&](std::uint32_t first, std::uint16_t lanes) {
-            if (lanes != 0) far = std::max<std::size_t>(far, base_of(c) + first + static_cast<std::size_t>(std::bit_width(lanes)) - 1);
+        const auto reach = [&](std::uint32_t first, std::uint16_t nodes, std::uint16_t others) {
+            const auto alone = static_cast<std::uint16_t>(nodes & ~others);
+            if (alone != 0) far = std::max<std::size_t>(far, base_of(c) + first + static_cast<std::size_t>(std::bit_width(alone)) - 1);
         };
         for (std::size_t g = c * groups; g < (c + 1) * groups; ++g) {
-            reach(addresses.groups[g].first, addresses.groups[g].first_lanes);
-            reach(addresses.groups[g].second, addresses.groups[g].second_lanes);
+            const Addresses::Group& group = addresses.groups[g];
+            reach(group.first, group.first_nodes, group.second_nodes);
+            reach(group.second, group.second_nodes, group.first_nodes);
         }
         for (std::uint64_t s = addresses.first_single[c]; s < addresses.first_single[c + 1]; ++s)
             far = std::max<std::size_t>(far, addresses.singles[s] >> Addresses::place_bits);

@@ -1,0 +1,70 @@
+// Memory of lattice Boltzmann runs: predicted and used.
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "benchmarks/lbm_speed.hpp"
+#include "converters/pore_space.hpp"
+#include "core/machine.hpp"
+#include "lbm/permeability.hpp"
+#include "stages/results.hpp"
+#include "stages/stages.hpp"
+
+namespace porepack::benchmarks {
+using namespace core;
+using namespace converters;
+using namespace lbm;
+namespace {
+
+// Overlapping spheres of 40 nodes diameter in a cylinder as high as it is wide, as `porepack lbm` runs it; not until it is exact.
+Json run_of(double porosity, double nodes, const LbmConfig& config, const Path& folder) {
+    const double cells = std::cbrt(nodes / porosity * 4.0 / 3.14159265);
+    const PoreSpace space = pore_space_of(overlapping_spheres("cylinder:1,1", porosity, 20.0 / cells)).with_section({0.0, 1.0});
+    std::filesystem::create_directories(folder);
+    reset_peak_memory();
+    const double before = peak_memory_bytes();
+    const Json result = stages::run_lbm(space, {.voxel_size_m = 1.0 / cells}, config, folder, {});
+    const Json& fine = result["fine"];
+    const double fluid = fine["fluid_nodes"], peak = result["peak_memory_bytes"], expected = result["expected_memory_bytes"],
+                 all = fine["cells"][0].get<double>() * fine["cells"][1].get<double>() * fine["cells"][2].get<double>(),
+                 flow = fine["bytes_per_node"];
+    return {{"porosity", porosity},
+            {"precision", name_of(config.precision)},
+            {"flow_vti", config.fields == FieldFiles::vti},
+            {"fluid_nodes", fluid},
+            {"cells", all},
+            {"wall_links_per_node", fine["wall_links"].get<double>() / fluid},
+            {"populations_addresses_and_walls_bytes_per_node", flow},
+            {"before_bytes", before},
+            {"peak_memory_bytes", peak},
+            {"expected_memory_bytes", expected},
+            {"expected_over_peak", expected / peak},
+            {"peak_bytes_per_node", (peak - before) / fluid},
+            {"rest_bytes_per_solid_cell", (peak - before - flow * fluid) / (all - fluid)},
+            {"set_up_seconds_per_1e7_nodes", fine["set_up_seconds"].get<double>() * 1e7 / fluid},
+            {"steps", fine["steps"]},
+            {"seconds_per_step", fine["seconds"].get<double>() / fine["steps"].get<double>()},
+            {"iteration_error", fine["iteration_error"]}};
+}
+
+}  // namespace
+
+Json memory_benchmark(bool quick, const std::vector<std::string>& nodes, const Path& folder) {
+    const Path runs = (folder.empty() ? Path("memory_study") : folder) / "runs";
+    LbmConfig config{.iteration_tolerance = 0.01, .grids = 2};
+    Json rows = Json::array();
+    if (!nodes.empty()) {
+        config.precision = Precision::single_precision;
+        config.fields = FieldFiles::none;
+        rows.push_back(run_of(0.7, std::stod(nodes.front()), config, runs));
+    } else {
+        for (const double porosity : {0.1, 0.4, 0.7})
+            for (const auto& [precision, name] : choices_of(Precision{})) {
+                config.precision = precision;
+                rows.push_back(run_of(porosity, quick ? 2e6 : 1e7, config, runs));
+            }
+    }
+    return {{"memory", rows}};
+}
+
+}  // namespace porepack::benchmarks
