@@ -86,8 +86,8 @@ Links links_of(const Domain& domain, const FlowWalls* walls, double inlet_radius
     std::vector<std::size_t> cells(end - begin);
     domain.cells.list(begin, cells);
     for (std::size_t node = begin; node < end; ++node) {
+        if (neighbours.inside(cells[node - begin])) continue;
         const auto& near = neighbours.of(cells[node - begin]);
-        if (std::none_of(near.begin(), near.end(), [](std::int64_t other) { return other < 0; })) continue;
         const auto here = place_in_grid(domain.grid, cells[node - begin]);
         bool moved = false;
         std::uint32_t wall_mask = 0;

@@ -147,9 +147,10 @@ void LayerBalance::add(Flow& flow, const std::vector<double>& added) const {
     for (std::size_t first = 0; first < domain_.nodes(); first += Flow::chunk) {
         std::array<double, Flow::chunk> of_nodes;
         std::array<std::size_t, Flow::chunk> cells;
+        LayerFinder layer_of(domain_);
         const std::size_t count = std::min(Flow::chunk, domain_.nodes() - first);
         domain_.cells.list(first, std::span(cells).first(count));
-        for (std::size_t i = 0; i < count; ++i) of_nodes[i] = added[domain_.layer_of_cell(cells[i])];
+        for (std::size_t i = 0; i < count; ++i) of_nodes[i] = added[layer_of.of(cells[i])];
         flow.add_density(first, std::span(of_nodes).first(count));
     }
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 namespace porepack::lbm {
 using namespace converters;
@@ -10,30 +11,46 @@ Layers measure_layers(const Flow& flow, const Domain& domain) {
     const auto count = static_cast<std::size_t>(domain.grid.cells[static_cast<std::size_t>(domain.drive.axis)]);
     const std::vector<double> none(count, 0.0);
     const Layers empty{none, none, none, none, none, none, none};
+    // A layer's sums are kept at hand until the next layer begins.
     struct Sums {
-        const Domain& domain;
+        LayerFinder layer_of;
+        std::size_t axis;
         Layers layers;
+        std::size_t layer = 0;
+        double nodes = 0.0, flow = 0.0, power = 0.0, kinetic = 0.0, kinetic_flux = 0.0, elastic = 0.0, density = 0.0;
         void visit(std::size_t cell, const Moments& here) {
-            const std::size_t layer = domain.layer_of_cell(cell);
+            if (const std::size_t now = layer_of.of(cell); now != layer) {
+                put_down();
+                layer = now;
+            }
             const auto& u = here.velocity;
-            const double along = u[static_cast<std::size_t>(domain.drive.axis)];
-            layers.nodes[layer] += 1.0;
-            layers.flow[layer] += along;
-            layers.power[layer] += along * here.density;
-            const double kinetic = 0.5 * (u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
-            layers.kinetic[layer] += kinetic;
-            layers.kinetic_flux[layer] += along * kinetic;
-            layers.elastic[layer] += here.density * here.density / 6.0;
-            layers.density[layer] += here.density;
+            const double along = u[axis], energy = 0.5 * (u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
+            nodes += 1.0;
+            flow += along;
+            power += along * here.density;
+            kinetic += energy;
+            kinetic_flux += along * energy;
+            elastic += here.density * here.density / 6.0;
+            density += here.density;
+        }
+        void put_down() {
+            layers.nodes[layer] += std::exchange(nodes, 0.0);
+            layers.flow[layer] += std::exchange(flow, 0.0);
+            layers.power[layer] += std::exchange(power, 0.0);
+            layers.kinetic[layer] += std::exchange(kinetic, 0.0);
+            layers.kinetic_flux[layer] += std::exchange(kinetic_flux, 0.0);
+            layers.elastic[layer] += std::exchange(elastic, 0.0);
+            layers.density[layer] += std::exchange(density, 0.0);
         }
     };
     Layers all = empty;
     for_all_moments(
         flow, domain,
         [&] {
-            return Sums{domain, empty};
+            return Sums{LayerFinder(domain), static_cast<std::size_t>(domain.drive.axis), empty};
         },
-        [&](const Sums& sums) {
+        [&](Sums& sums) {
+            sums.put_down();
             for (const auto quantity : {&Layers::nodes, &Layers::flow, &Layers::power, &Layers::kinetic, &Layers::kinetic_flux,
                                         &Layers::elastic, &Layers::density})
                 for (std::size_t l = 0; l < count; ++l) (all.*quantity)[l] += (sums.layers.*quantity)[l];

@@ -7,6 +7,24 @@
 
 namespace porepack::lbm {
 
+/// The layer of a cell, normal to the flow; fast for cells in ascending order. For one thread.
+class LayerFinder {
+public:
+    explicit LayerFinder(const Domain& domain) : domain_(domain), along_z_(domain.drive.axis == 2) {}
+    [[nodiscard]] std::size_t of(std::size_t cell) {
+        if (along_z_ && cell - first_cell_ < cells_) return layer_;
+        layer_ = domain_.layer_of_cell(cell);
+        cells_ = static_cast<std::size_t>(domain_.grid.cells[0]) * static_cast<std::size_t>(domain_.grid.cells[1]);
+        first_cell_ = layer_ * cells_;
+        return layer_;
+    }
+
+private:
+    const Domain& domain_;
+    bool along_z_;
+    std::size_t layer_ = 0, first_cell_ = 0, cells_ = 0;
+};
+
 /// For each layer of cells normal to the flow axis: its number of nodes, sums over them, and their mean density deviation. Lattice units.
 struct Layers {
     std::vector<double> nodes;

@@ -6,7 +6,7 @@ namespace porepack::lbm {
 using namespace converters;
 namespace {
 
-constexpr auto none = static_cast<std::size_t>(-2);  // no word, nor the one before a word
+constexpr auto none = static_cast<std::size_t>(-2);  // no cell, nor the one before a cell
 
 }  // namespace
 
@@ -30,18 +30,40 @@ void Neighbours::enter_row(std::size_t row) {
         near.exists = step_in_grid(domain_.grid, domain_.drive, place, {0, at % 3 - 1, at / 3 - 1});
         if (!near.exists) continue;
         near.first_cell = domain_.grid.index(0, place[1], place[2]);
-        near.word = none;
+        near.cell = none;
     }
 }
 
-// Nodes before `cell`. A row is passed in ascending order, so that mostly the same word is asked again, or the next one.
+// Nodes before `cell`. A row is passed in ascending order: mostly the next cell is asked for, or one a few cells further.
 std::int64_t Neighbours::rank(Row& row, std::size_t cell) const {
-    const std::size_t word = cell / 64;
-    if (word != row.word) {
-        row.before = word == row.word + 1 ? row.before + std::popcount(domain_.cells.word(row.word)) : domain_.cells.rank(64 * word);
-        row.word = word;
+    const CellSet& cells = domain_.cells;
+    if (cell == row.cell + 1) {
+        row.before += cells.contains(row.cell) ? 1 : 0;
+    } else if (cell > row.cell && cell / 64 == row.cell / 64) {
+        const std::uint64_t between = ((std::uint64_t{1} << (cell - row.cell)) - 1) << (row.cell % 64);
+        row.before += std::popcount(cells.word(cell / 64) & between);
+    } else if (cell != row.cell) {
+        row.before = cells.rank(cell);
     }
-    return row.before + std::popcount(domain_.cells.word(word) & ((std::uint64_t{1} << (cell % 64)) - 1));
+    row.cell = cell;
+    return row.before;
+}
+
+bool Neighbours::inside(std::size_t cell) {
+    const auto nx = static_cast<std::size_t>(domain_.grid.cells[0]);
+    const std::size_t row = cell / nx, x = cell - row * nx;
+    if (row != row_) enter_row(row);
+    if (x == 0 || x + 1 == nx) return false;
+    for (std::size_t at = 0; at < rows_.size(); ++at) {
+        if (!rows_[at].exists) return false;
+        const bool diagonal = at % 2 == 0 && at != 4;  // the lattice has one link to such a row
+        const std::size_t first = rows_[at].first_cell + x - 1, shift = first % 64;
+        std::uint64_t three = domain_.cells.word(first / 64) >> shift;
+        if (shift > 61) three |= domain_.cells.word(first / 64 + 1) << (64 - shift);
+        const std::uint64_t needed = diagonal ? 2 : 7;
+        if ((three & needed) != needed) return false;
+    }
+    return true;
 }
 
 const std::array<std::int64_t, d3q19::directions>& Neighbours::of(std::size_t cell) {

@@ -15,13 +15,15 @@ public:
 
     /// By direction q: the node at the end of the link from the node in `cell`, through periodic faces too, or -1 if there is none.
     [[nodiscard]] const std::array<std::int64_t, d3q19::directions>& of(std::size_t cell);
+    /// All links of the node in `cell` end at nodes. Faster than of(); may be false for nodes at the faces of the grid.
+    [[nodiscard]] bool inside(std::size_t cell);
 
 private:
     void enter_row(std::size_t row);
 
     struct Row {
         std::size_t first_cell = 0;
-        std::size_t word = 0;     // of the cells that was counted last
+        std::size_t cell = 0;     // that was asked for last
         std::int64_t before = 0;  // nodes before it
         bool exists = false;
         std::array<int, 3> q{};  // to x - 1, x, x + 1; -1 where the lattice has none

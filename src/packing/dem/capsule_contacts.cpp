@@ -67,11 +67,18 @@ void CapsuleDem::State::share_stiffness(const std::vector<VerletPair>& pairs, st
     }
 }
 
+// Most grains of a bed that is being poured. Their lists, which are long, need not be read.
+bool CapsuleDem::State::rests_among_sleepers(std::size_t i) const {
+    return sleeps_[i] != 0 &&
+           std::all_of(neighbours_[i].begin(), neighbours_[i].end(), [&](std::uint32_t other) { return sleeps_[other] != 0; });
+}
+
 // The contacts of a body's Verlet list; pairs that have separated are removed from it.
 void CapsuleDem::State::check_pairs(std::size_t i, std::vector<Contact>& contacts, std::size_t& looked_at) {
     const BodyState& body = bodies_[i];
     auto& list = verlet_lists_[i];
     contacts.clear();
+    const std::size_t before = list.size();
     for (std::size_t n = 0; n < list.size();) {
         VerletPair& pair = list[n];
         const BodyState& other = bodies_[pair.other];
@@ -94,6 +101,7 @@ void CapsuleDem::State::check_pairs(std::size_t i, std::vector<Contact>& contact
         }
         ++n;
     }
+    if (list.size() < before) list_neighbours(i);
     if (contacts.size() > 1) share_stiffness(list, contacts, 0.25 * kinds_[body.kind].diameter);
 }
 
@@ -126,6 +134,7 @@ void CapsuleDem::State::watch_sleeper(std::size_t i, VerletPair& pair, const Vec
 }
 
 void CapsuleDem::State::grain_forces(std::size_t i, std::vector<Load>& loads, std::size_t& looked_at, std::vector<Contact>& contacts) {
+    if (rests_among_sleepers(i)) return;
     check_pairs(i, contacts, looked_at);
     const BodyState& body = bodies_[i];
     const double own_mass = kinds_[body.kind].body.mass_kg;
@@ -207,7 +216,7 @@ void CapsuleDem::State::forces(double displacement_time) {
         for (std::size_t first = slot * block; first < n; first += load_slots * block)
             for (std::size_t i = first; i < std::min(n, first + block); ++i) {
                 grain_forces(i, loads, looked_at[slot], contacts);
-                if (bodies_[i].asleep == 0) wall_forces(i, loads);
+                if (sleeps_[i] == 0) wall_forces(i, loads);
             }
     }
     looked_at_ = 0;

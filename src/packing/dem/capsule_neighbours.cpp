@@ -28,7 +28,14 @@ long CapsuleDem::State::cell_of(const Vec3& place) const {
 // New neighbours of the bodies that have moved far enough.
 void CapsuleDem::State::search() {
     for (std::size_t i = 0; i < bodies_.size(); ++i)
-        if (bodies_[i].travelled - bodies_[i].searched_at > 0.5 * skin_) search_one(i);
+        if (sleeps_[i] == 0 && bodies_[i].travelled - bodies_[i].searched_at > 0.5 * skin_) search_one(i);
+}
+
+void CapsuleDem::State::list_neighbours(std::size_t i) {
+    auto& others = neighbours_[i];
+    others.clear();
+    for (const VerletPair& pair : verlet_lists_[i])
+        if (std::find(others.begin(), others.end(), pair.other) == others.end()) others.push_back(pair.other);
 }
 
 void CapsuleDem::State::move_to_cell(std::size_t i, long cell) {
@@ -69,6 +76,7 @@ void CapsuleDem::State::add_pairs(std::size_t i, std::size_t other) {
     if ((neighbour.x + shift - body.x).squaredNorm() > reach * reach) return;
     const std::size_t owner = std::min<std::size_t>(i, other), second = std::max<std::size_t>(i, other);
     auto& list = verlet_lists_[owner];
+    const std::size_t before = list.size();
     for (std::size_t p = 0; p < kind.arms.size(); ++p)
         for (std::size_t q = 0; q < other_kind.arms.size(); ++q) {
             const WorldArm &one = arms_[body.first_arm + p], &two = arms_[neighbour.first_arm + q];
@@ -90,6 +98,7 @@ void CapsuleDem::State::add_pairs(std::size_t i, std::size_t other) {
                             .tangential_displacement = Vec3::Zero(),
                             .base_force = Vec3::Zero()});
         }
+    if (list.size() > before) list_neighbours(owner);
 }
 
 }  // namespace porepack::packing::dem

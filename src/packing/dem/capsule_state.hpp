@@ -140,10 +140,12 @@ private:
     void search_one(std::size_t body);
     void move_to_cell(std::size_t body, long cell);
     void add_pairs(std::size_t body, std::size_t other);
+    void list_neighbours(std::size_t body);
 
     // capsule_contacts.cpp
     void forces(double displacement_time);
     void find_contacts(std::size_t body, std::vector<Contact>& contacts) const;
+    [[nodiscard]] bool rests_among_sleepers(std::size_t body) const;
     void check_pairs(std::size_t body, std::vector<Contact>& contacts, std::size_t& looked_at);
     [[nodiscard]] bool contact_of(std::size_t body, std::size_t pair, Contact& contact, double& gap) const;
     static void share_stiffness(const std::vector<VerletPair>& pairs, std::vector<Contact>& contacts, double reach);
@@ -165,9 +167,11 @@ private:
     std::vector<Kind> kinds_;
     std::vector<BodyState> bodies_;
     std::vector<WorldArm> arms_;
-    std::vector<std::vector<VerletPair>> verlet_lists_;  // by the body of lower number
-    std::vector<WallContact> walls_;                     // by body, node and wall
-    std::vector<std::vector<Load>> loads_;               // by load slot
+    std::vector<std::vector<VerletPair>> verlet_lists_;   // by the body of lower number
+    std::vector<std::vector<std::uint32_t>> neighbours_;  // the other bodies of each list, once
+    std::vector<std::uint8_t> sleeps_;                    // as BodyState::asleep, side by side: read for all bodies in every step
+    std::vector<WallContact> walls_;                      // by body, node and wall
+    std::vector<std::vector<Load>> loads_;                // by load slot
     std::vector<std::vector<std::uint32_t>> cells_;
     std::vector<long> cell_of_body_;
     std::array<long, 3> cell_count_{};

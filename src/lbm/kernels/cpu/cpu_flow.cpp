@@ -61,9 +61,7 @@ public:
         fill_data(scheme);
     }
 
-    void advance_two_steps() override {
-        kernel_.two_steps(data_);
-    }
+    void advance_two_steps() override { kernel_.two_steps(data_); }
     void moments(std::size_t first, std::span<Moments> moments) const override {
         kernel_.moments(data_, first, moments.data(), moments.size());
     }
@@ -80,9 +78,7 @@ public:
         const bool last = end == plan_->nodes;
         store_.release(slot_of(0, first), last ? store_.size() : slot_of(0, end / chunk_nodes * chunk_nodes));
     }
-    [[nodiscard]] std::span<std::byte> state() override {
-        return std::as_writable_bytes(std::span(store_.data(), store_.size()));
-    }
+    [[nodiscard]] std::span<std::byte> state() override { return std::as_writable_bytes(std::span(store_.data(), store_.size())); }
     [[nodiscard]] std::array<double, 3> drag() const override {
         std::array<double, 3> force = {0.0, 0.0, 0.0};
         kernel_.drag(data_, force.data());
@@ -130,7 +126,7 @@ private:
     std::shared_ptr<const CpuPlan<Real>> plan_;
     const KernelFunctions<Real>& kernel_;
     std::vector<BoundaryPlace<Real>> boundary_;  // of this flow: their values may change
-    core::Pages<Real> store_;  // each thread touches its chunks first, in the first step (NUMA placement)
+    core::Pages<Real> store_;                    // each thread touches its chunks first, in the first step (NUMA placement)
     KernelData<Real> data_{};
 };
 

@@ -92,14 +92,34 @@ struct Sweep {
         }
     }
 
-    // Undoes the part of arrive() that changes `rows`, in the opposite order.
-    inline void before_arrival(std::size_t c, Real* rows) const {
-        if (data.interpolated)
-            for (std::uint64_t l = data.first_wall[c]; l < data.first_wall[c + 1]; ++l) {
-                const Weights<Real> w = weights(data.wall_distance[l]);
-                const int in = data.wall_row[l];
-                rows[opposite_row(in)] -= w.share * w.b * rows[in];
+    // visit(in, part) for the wall links of a chunk: the population returning from the wall gets this part of the one in row `in`.
+    template <typename Visit>
+    inline void for_returns(std::size_t c, const Visit& visit) const {
+        if (!data.interpolated) return;
+        const std::size_t begin = data.first_wall[c], links = data.first_wall[c + 1] - begin;
+        alignas(vector_bytes) Real part[simd_lanes<Real>];
+        for (std::size_t block = 0; block < links; block += simd_lanes<Real>) {
+#pragma omp simd
+            for (std::size_t k = 0; k < simd_lanes<Real>; ++k) {
+                const Weights<Real> w = weights(data.wall_distance[begin + block + k]);
+                part[k] = w.share * w.b;
             }
+            for (std::size_t k = 0; k < smaller(simd_lanes<Real>, links - block); ++k) visit(data.wall_row[begin + block + k], part[k]);
+        }
+    }
+
+    // The part of arrive() that changes `rows`.
+    inline void arrive_alone(std::size_t c, Real* rows) const {
+        for (std::uint32_t l = data.first_boundary[c]; l < data.first_boundary[c + 1]; ++l) {
+            const BoundaryPlace<Real>& place = data.boundary[l];
+            rows[place.row] = place.sign * rows[place.row] + place.added;
+        }
+        for_returns(c, [&](int in, Real part) { rows[opposite_row(in)] += part * rows[in]; });
+    }
+
+    // Undoes it, in the opposite order.
+    inline void before_arrival(std::size_t c, Real* rows) const {
+        for_returns(c, [&](int in, Real part) { rows[opposite_row(in)] -= part * rows[in]; });
         for (std::uint32_t l = data.first_boundary[c]; l < data.first_boundary[c + 1]; ++l) {
             const BoundaryPlace<Real>& place = data.boundary[l];
             rows[place.row] = place.sign * (rows[place.row] - place.added);
@@ -186,22 +206,26 @@ struct Sweep {
 
     void moments(std::size_t first, Moments* moments, std::size_t count) const {
         Buffer<Real> buffer;
-        AtWalls<Real> at;
         for (std::size_t done = 0; done < count; done += chunk) {
             const std::size_t c = (first + done) / chunk;
             std::memcpy(buffer.f, chunk_rows(c), directions * chunk * sizeof(Real));
-            arrive(c, buffer.f, at);
-            alignas(vector_bytes) double sums[4][chunk] = {};
-            for (int q = 0; q < directions; ++q) {
-                const int* const e = lattice.c[q];
-                const Real* const row = buffer.f + static_cast<std::size_t>(q) * chunk;
-                for (std::size_t i = 0; i < chunk; ++i) {
-                    const double f = row[i];
-                    sums[0][i] += e[0] * f;
-                    sums[1][i] += e[1] * f;
-                    sums[2][i] += e[2] * f;
-                    sums[3][i] += f;
+            arrive_alone(c, buffer.f);
+            alignas(vector_bytes) double sums[4][chunk];
+#pragma omp simd
+            for (std::size_t i = 0; i < chunk; ++i) {
+                double sum = 0.0, x = 0.0, y = 0.0, z = 0.0;
+#pragma GCC unroll 19
+                for (int q = 0; q < directions; ++q) {
+                    const double f = buffer.f[static_cast<std::size_t>(q) * chunk + i];
+                    sum += f;
+                    if (lattice.c[q][0] != 0) x += lattice.c[q][0] * f;
+                    if (lattice.c[q][1] != 0) y += lattice.c[q][1] * f;
+                    if (lattice.c[q][2] != 0) z += lattice.c[q][2] * f;
                 }
+                sums[0][i] = x;
+                sums[1][i] = y;
+                sums[2][i] = z;
+                sums[3][i] = sum;
             }
             for (std::size_t i = 0; i < smaller(chunk, count - done); ++i) {
                 double* const out = reinterpret_cast<double*>(moments + done + i);  // density, then velocity
@@ -229,17 +253,27 @@ struct Sweep {
         }
     }
 
+    // What is stored depends linearly on the arriving populations: each gets w times the density, as before_arrival() would pass it on.
     void add_density(std::size_t first, const double* added, std::size_t count) const {
-        AtWalls<Real> at;
         for (std::size_t done = 0; done < count; done += chunk) {
             const std::size_t c = (first + done) / chunk;
             Real* const rows = chunk_rows(c);
-            arrive(c, rows, at);
+            alignas(vector_bytes) Real density[chunk] = {};
+            for (std::size_t i = 0; i < smaller(chunk, count - done); ++i) density[i] = static_cast<Real>(added[done + i]);
+            const auto share_of = [&](int row) {
+                return static_cast<Real>(lattice.w[row / static_cast<int>(chunk)]) * density[row % static_cast<int>(chunk)];
+            };
+            // An inflow that changes sign on its way takes the density away.
+            for (std::uint32_t l = data.first_boundary[c]; l < data.first_boundary[c + 1]; ++l) {
+                const BoundaryPlace<Real>& place = data.boundary[l];
+                rows[place.row] += (place.sign - Real(1)) * share_of(place.row);
+            }
             for (int q = 0; q < directions; ++q) {
                 Real* const row = rows + static_cast<std::size_t>(q) * chunk;
-                for (std::size_t i = 0; i < smaller(chunk, count - done); ++i) row[i] += static_cast<Real>(lattice.w[q] * added[done + i]);
+                const auto w = static_cast<Real>(lattice.w[q]);
+                for (std::size_t i = 0; i < chunk; ++i) row[i] += w * density[i];
             }
-            before_arrival(c, rows);
+            for_returns(c, [&](int in, Real part) { rows[opposite_row(in)] -= part * share_of(in); });
         }
     }
 
