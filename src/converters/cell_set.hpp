@@ -49,7 +49,6 @@ public:
     /// 64 cells from 64 word on, cell 64 word in the lowest bit.
     [[nodiscard]] std::uint64_t word(std::size_t word) const { return words_[word]; }
     [[nodiscard]] std::span<const std::uint64_t> words() const { return words_; }
-    [[nodiscard]] double bytes() const { return 8.0 * static_cast<double>(words_.size() + first_of_block_.size()); }
 
 private:
     static constexpr std::size_t words_per_block = 8;

@@ -121,7 +121,7 @@ public:
     // The mean in time, in a cell that is periodic along the flow: there the mean drag balances the force.
     MeanFlow average(double viscosity, double force, double wanted_speed, double length_lu, double faster, double denser) {
         const InertialCriterion::InTime& criterion = *criterion_.in_time;
-        Scheme scheme{.tau = 0.5 + 3.0 * viscosity, .walls = Walls::interpolated, .model = criterion.model};
+        Scheme scheme{.tau = 0.5 + 3.0 * viscosity, .walls = Walls::interpolated, .model = Model::recursive};
         scheme.force[2] = force;
         const std::unique_ptr<Flow> flow = start(Kernel::cpu_single, scheme);  // rounding is far below the statistical error
         disturb(wanted_speed / faster);

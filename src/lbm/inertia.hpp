@@ -88,7 +88,6 @@ struct InertialCriterion {
     struct InTime {
         double tolerance = 0.02;      ///< relative half width of the 95 % interval of the mean velocity
         double most_turnovers = 800;  ///< a flow whose mean is not known then ends the series
-        Model model = Model::recursive;
     };
     std::optional<InTime> in_time = {};
 };

@@ -61,12 +61,16 @@ struct Sweep {
             data.store[data.singles[s] >> Addresses::place_bits] = buffer.f[opposite_row(static_cast<int>(data.singles[s] & place_mask))];
     }
 
-    // Arriving populations, in `rows`, with the part of the wall's return that depends on the populations arriving now.
-    inline void arrive(std::size_t c, Real* rows, AtWalls<Real>& at) const {
+    inline void arrive_through_ends(std::size_t c, Real* rows) const {
         for (std::uint32_t l = data.first_boundary[c]; l < data.first_boundary[c + 1]; ++l) {
             const BoundaryPlace<Real>& place = data.boundary[l];
             rows[place.row] = place.sign * rows[place.row] + place.added;
         }
+    }
+
+    // Arriving populations, in `rows`, with the part of the wall's return that depends on the populations arriving now.
+    inline void arrive(std::size_t c, Real* rows, AtWalls<Real>& at) const {
+        arrive_through_ends(c, rows);
         if (!data.interpolated) return;
         const std::size_t count = data.first_wall[c + 1] - data.first_wall[c];
         const std::uint16_t *const row = data.wall_row + data.first_wall[c], *const distance = data.wall_distance + data.first_wall[c];
@@ -108,16 +112,7 @@ struct Sweep {
         }
     }
 
-    // The part of arrive() that changes `rows`.
-    inline void arrive_alone(std::size_t c, Real* rows) const {
-        for (std::uint32_t l = data.first_boundary[c]; l < data.first_boundary[c + 1]; ++l) {
-            const BoundaryPlace<Real>& place = data.boundary[l];
-            rows[place.row] = place.sign * rows[place.row] + place.added;
-        }
-        for_returns(c, [&](int in, Real part) { rows[opposite_row(in)] += part * rows[in]; });
-    }
-
-    // Undoes it, in the opposite order.
+    // Undoes the part of arrive() that changes `rows`, in the opposite order.
     inline void before_arrival(std::size_t c, Real* rows) const {
         for_returns(c, [&](int in, Real part) { rows[opposite_row(in)] -= part * rows[in]; });
         for (std::uint32_t l = data.first_boundary[c]; l < data.first_boundary[c + 1]; ++l) {
@@ -204,19 +199,25 @@ struct Sweep {
         }
     }
 
+    // Of what is stored, and then of what the walls return besides.
     void moments(std::size_t first, Moments* moments, std::size_t count) const {
         Buffer<Real> buffer;
         for (std::size_t done = 0; done < count; done += chunk) {
             const std::size_t c = (first + done) / chunk;
-            std::memcpy(buffer.f, chunk_rows(c), directions * chunk * sizeof(Real));
-            arrive_alone(c, buffer.f);
-            alignas(vector_bytes) double sums[4][chunk];
+            const Real* rows = chunk_rows(c);
+            for (std::size_t block = 0; block < chunk; block += simd_lanes<Real>) fetch<2>(chunk_rows(c + 1), block);
+            if (data.first_boundary[c] != data.first_boundary[c + 1]) {
+                std::memcpy(buffer.f, rows, directions * chunk * sizeof(Real));
+                arrive_through_ends(c, buffer.f);
+                rows = buffer.f;
+            }
+            alignas(vector_bytes) double sums[4][chunk];  // momentum, density
 #pragma omp simd
             for (std::size_t i = 0; i < chunk; ++i) {
                 double sum = 0.0, x = 0.0, y = 0.0, z = 0.0;
 #pragma GCC unroll 19
                 for (int q = 0; q < directions; ++q) {
-                    const double f = buffer.f[static_cast<std::size_t>(q) * chunk + i];
+                    const double f = rows[static_cast<std::size_t>(q) * chunk + i];
                     sum += f;
                     if (lattice.c[q][0] != 0) x += lattice.c[q][0] * f;
                     if (lattice.c[q][1] != 0) y += lattice.c[q][1] * f;
@@ -227,10 +228,17 @@ struct Sweep {
                 sums[2][i] = z;
                 sums[3][i] = sum;
             }
+            for_returns(c, [&](int in, Real part) {
+                const double returned = part * rows[in];
+                const int* const e = lattice.c[opposite(in / static_cast<int>(chunk))];
+                const int i = in % static_cast<int>(chunk);
+                for (std::size_t axis = 0; axis < 3; ++axis) sums[axis][i] += e[axis] * returned;
+                sums[3][i] += returned;
+            });
             for (std::size_t i = 0; i < smaller(chunk, count - done); ++i) {
                 double* const out = reinterpret_cast<double*>(moments + done + i);  // density, then velocity
                 out[0] = sums[3][i];
-                for (std::size_t a = 0; a < 3; ++a) out[1 + a] = sums[a][i] + 0.5 * data.force_lu[a];
+                for (std::size_t axis = 0; axis < 3; ++axis) out[1 + axis] = sums[axis][i] + 0.5 * data.force_lu[axis];
             }
         }
     }
