@@ -2,9 +2,12 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <cstdlib>
+#include <numbers>
 
 #include "benchmarks/lbm_speed.hpp"
 #include "converters/pore_space.hpp"
+#include "core/error.hpp"
 #include "core/machine.hpp"
 #include "lbm/permeability.hpp"
 #include "stages/results.hpp"
@@ -18,7 +21,7 @@ namespace {
 
 // Overlapping spheres of 40 nodes diameter in a cylinder as high as it is wide, as `porepack lbm` runs it; not until it is exact.
 Json run_of(double porosity, double nodes, const LbmConfig& config, const Path& folder) {
-    const double cells = std::cbrt(nodes / porosity * 4.0 / 3.14159265);
+    const double cells = std::cbrt(nodes / porosity * 4.0 / std::numbers::pi);
     const PoreSpace space = pore_space_of(overlapping_spheres("cylinder:1,1", porosity, 20.0 / cells)).with_section({0.0, 1.0});
     std::filesystem::create_directories(folder);
     reset_peak_memory();
@@ -47,6 +50,13 @@ Json run_of(double porosity, double nodes, const LbmConfig& config, const Path& 
             {"iteration_error", fine["iteration_error"]}};
 }
 
+double number_of_nodes(const std::string& text) {
+    char* end = nullptr;
+    const double nodes = std::strtod(text.c_str(), &end);
+    if (*end != '\0' || !(nodes >= 1e5 && nodes <= 4e9)) throw UserError("not a number of fluid nodes: " + text, {.allowed = "1e5 to 4e9"});
+    return nodes;
+}
+
 }  // namespace
 
 Json memory_benchmark(bool quick, const std::vector<std::string>& nodes, const Path& folder) {
@@ -56,7 +66,8 @@ Json memory_benchmark(bool quick, const std::vector<std::string>& nodes, const P
     if (!nodes.empty()) {
         config.precision = Precision::single_precision;
         config.fields = FieldFiles::none;
-        rows.push_back(run_of(0.7, std::stod(nodes.front()), config, runs));
+        config.iteration_tolerance = 0.01;
+        rows.push_back(run_of(0.7, number_of_nodes(nodes.front()), config, runs));
     } else {
         for (const double porosity : {0.2, 0.4, 0.7})
             for (const auto& [precision, name] : choices_of(Precision{})) {

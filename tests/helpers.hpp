@@ -16,6 +16,7 @@
 
 #include "core/error.hpp"
 #include "core/files.hpp"
+#include "core/grid.hpp"
 #include "core/process.hpp"
 
 // Tests see all of the library.
@@ -56,6 +57,20 @@ using namespace study;
 }  // namespace porepack
 
 namespace porepack::test {
+
+/// A flow image as the writer of flow.vti takes it. It must outlive the result.
+inline LayeredFlow as_layers(const FlowImage& flow) {
+    return {.grid = flow.grid, .notes = flow.notes, .layers = [&flow](int first, int end) {
+                FlowImage part{.grid = flow.grid, .velocity_m_per_s = {}, .pressure_Pa = {}, .phase = {}, .notes = {}};
+                part.grid.cells[2] = end - first;
+                part.grid.origin_m[2] = flow.grid.origin_m[2] + first * flow.grid.spacing_m[2];
+                const std::size_t begin = flow.grid.index(0, 0, first), last = flow.grid.index(0, 0, end);
+                part.velocity_m_per_s.assign(flow.velocity_m_per_s.data() + 3 * begin, flow.velocity_m_per_s.data() + 3 * last);
+                part.pressure_Pa.assign(flow.pressure_Pa.data() + begin, flow.pressure_Pa.data() + last);
+                part.phase.assign(flow.phase.data() + begin, flow.phase.data() + last);
+                return part;
+            }};
+}
 
 /// A folder of its own for each test, with a space and an apostrophe in its name; removed at the end.
 class Folder {

@@ -208,7 +208,7 @@ void repair_crossings(TriangleSurface& surface, SurfaceCheck& check, double reac
     SurfaceCheck again = check_surface(repaired);
     log_info("surface: local repair leaves {} of {} faults after rounding to single precision", again.fault_places.size(),
              check.fault_places.size());
-    // A fault without a place could not be mended by thinning the grains there.
+    // A fault without a place could not be fixed by thinning the grains there.
     const bool fewer = !again.fault_places.empty() && again.fault_places.size() < check.fault_places.size();
     if (!again.fault.empty() && !fewer) return;
     surface = std::move(repaired);

@@ -85,13 +85,6 @@ void write_image(const Path& path, vtkImageData* image) {
     write_with(path, [&](vtkXMLImageDataWriter* writer) { writer->SetInputData(image); });
 }
 
-// Cell data of a flow; the arrays refer to the caller's memory.
-void add_flow(vtkImageData* data, const FlowImage& image) {
-    data->GetCellData()->SetVectors(wrap<vtkFloatArray>("velocity", image.velocity_m_per_s, 3));
-    data->GetCellData()->AddArray(wrap<vtkFloatArray>("pressure", image.pressure_Pa, 1));
-    data->GetCellData()->AddArray(wrap<vtkUnsignedCharArray>("phase", image.phase, 1));
-}
-
 // VTK asks for one piece after the other, each some layers of cells.
 class FlowPieces : public vtkImageAlgorithm {
 public:
@@ -123,12 +116,14 @@ protected:
         data->SetOrigin(flow->grid.origin_m.data());
         data->SetSpacing(flow->grid.spacing_m.data());
         add_notes(data, flow->notes);
-        add_flow(data, layers_);
+        data->GetCellData()->SetVectors(wrap<vtkFloatArray>("velocity", layers_.velocity_m_per_s, 3));
+        data->GetCellData()->AddArray(wrap<vtkFloatArray>("pressure", layers_.pressure_Pa, 1));
+        data->GetCellData()->AddArray(wrap<vtkUnsignedCharArray>("phase", layers_.phase, 1));
         return 1;
     }
 
 private:
-    FlowImage layers_;
+    FlowImage layers_;  // the arrays of VTK refer to its memory
 };
 vtkStandardNewMacro(FlowPieces);
 
@@ -259,12 +254,6 @@ void write_flow_image(const Path& path, const LayeredFlow& flow, std::size_t cel
         writer->SetInputConnection(pieces->GetOutputPort());
         writer->SetNumberOfPieces(static_cast<int>(std::min(wanted, static_cast<std::size_t>(flow.grid.cells[2]))));
     });
-}
-
-void write_flow_image(const Path& path, const FlowImage& image) {
-    const auto data = make_image(image.grid, image.notes);
-    add_flow(data, image);
-    write_image(path, data);
 }
 
 FlowImage read_flow_image(const Path& path) {

@@ -18,7 +18,6 @@ void write_label_image(const core::Path& path, const core::Grid& grid, const std
 
 /// In pieces of some layers of cells: neither the fields nor the file need to be in memory as a whole.
 void write_flow_image(const core::Path& path, const core::LayeredFlow& flow, std::size_t cells_per_piece = 1000000);
-void write_flow_image(const core::Path& path, const core::FlowImage& image);
 /// Throws UserError when the file is not an image or has no such cell data; for NaN in the velocity with the index of the cell.
 [[nodiscard]] core::FlowImage read_flow_image(const core::Path& path);
 

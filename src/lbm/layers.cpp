@@ -11,7 +11,7 @@ Layers measure_layers(const Flow& flow, const Domain& domain) {
     const auto count = static_cast<std::size_t>(domain.grid.cells[static_cast<std::size_t>(domain.drive.axis)]);
     const std::vector<double> none(count, 0.0);
     const Layers empty{none, none, none, none, none, none, none};
-    // A layer's sums are kept at hand until the next layer begins.
+    // Sums of one layer; they are added to `layers` when the next one begins.
     struct Sums {
         LayerFinder layer_of;
         std::size_t axis;
@@ -20,7 +20,7 @@ Layers measure_layers(const Flow& flow, const Domain& domain) {
         double nodes = 0.0, flow = 0.0, power = 0.0, kinetic = 0.0, kinetic_flux = 0.0, elastic = 0.0, density = 0.0;
         void visit(std::size_t cell, const Moments& here) {
             if (const std::size_t now = layer_of.of(cell); now != layer) {
-                put_down();
+                add_to_layer();
                 layer = now;
             }
             const auto& u = here.velocity;
@@ -33,7 +33,7 @@ Layers measure_layers(const Flow& flow, const Domain& domain) {
             elastic += here.density * here.density / 6.0;
             density += here.density;
         }
-        void put_down() {
+        void add_to_layer() {
             layers.nodes[layer] += std::exchange(nodes, 0.0);
             layers.flow[layer] += std::exchange(flow, 0.0);
             layers.power[layer] += std::exchange(power, 0.0);
@@ -50,7 +50,7 @@ Layers measure_layers(const Flow& flow, const Domain& domain) {
             return Sums{LayerFinder(domain), static_cast<std::size_t>(domain.drive.axis), empty};
         },
         [&](Sums& sums) {
-            sums.put_down();
+            sums.add_to_layer();
             for (const auto quantity : {&Layers::nodes, &Layers::flow, &Layers::power, &Layers::kinetic, &Layers::kinetic_flux,
                                         &Layers::elastic, &Layers::density})
                 for (std::size_t l = 0; l < count; ++l) (all.*quantity)[l] += (sums.layers.*quantity)[l];

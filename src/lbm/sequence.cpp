@@ -10,6 +10,7 @@
 #include "core/error.hpp"
 #include "core/interrupt.hpp"
 #include "core/log.hpp"
+#include "lbm/layered_flow.hpp"
 
 namespace porepack::lbm {
 using namespace core;
@@ -17,46 +18,7 @@ using namespace packing;
 using namespace converters;
 namespace {
 
-constexpr double water_viscosity_Pa_s = 1e-3;
 constexpr double nodes_of_search = 2e5;  // the best viscosity is searched on at most about this number of nodes
-
-// Scales to water at the requested superficial velocity: Stokes flow is linear. The pressure is zero at the
-// outlet; in a periodic cell it is the pressure without the driving gradient.
-LayeredFlow layered_flow(PhaseImage&& whole, FlowField&& field, const LbmGridResult& result, double force, double superficial_velocity) {
-    const double speed = superficial_velocity / result.run.superficial_velocity_lu;
-    const double gradient = water_viscosity_Pa_s * superficial_velocity / result.permeability_m2;
-    const double pressure = gradient * result.voxel_size_m / result.run.gradient_lu;
-    const auto axis = static_cast<std::size_t>(field.domain.drive.axis);
-    const double slope = field.domain.drive.by_pressure() ? force : 0.0;
-    LayeredFlow flow{.grid = whole.grid, .notes = std::move(whole.notes), .layers = {}};
-    flow.notes["state"] =
-        fmt::format("water (1e-3 Pa s) at a superficial velocity of {:g} m/s along {}", superficial_velocity, "xyz"[axis]);
-    flow.notes["direction"] = std::string(1, "xyz"[axis]);
-    const auto phase = std::make_shared<const std::vector<std::uint8_t>>(std::move(whole.phase));
-    const auto of_nodes = std::make_shared<const FlowField>(std::move(field));
-    flow.layers = [=, grid = flow.grid](int first, int end) {
-        const std::size_t begin = grid.index(0, 0, first), cells = grid.index(0, 0, end) - begin;
-        const auto from = phase->begin() + static_cast<std::ptrdiff_t>(begin);
-        FlowImage picture{.grid = grid,
-                          .velocity_m_per_s = std::vector<float>(3 * cells, 0.0F),
-                          .pressure_Pa = std::vector<float>(cells, 0.0F),
-                          .phase = {from, from + static_cast<std::ptrdiff_t>(cells)},
-                          .notes = {}};
-        picture.grid.origin_m[2] += first * grid.spacing_m[2];
-        picture.grid.cells[2] = end - first;
-        auto node = static_cast<std::size_t>(of_nodes->domain.cells.rank(begin));
-        for (std::size_t cell = 0; cell < cells; ++cell) {
-            if (!of_nodes->domain.cells.contains(begin + cell)) continue;
-            const auto& moments = of_nodes->moments[node++];
-            for (std::size_t a = 0; a < 3; ++a)
-                picture.velocity_m_per_s[3 * cell + a] = static_cast<float>(speed * static_cast<double>(moments[a + 1]));
-            const double to_outlet = grid.cells[axis] - place_in_grid(grid, begin + cell)[axis] - 0.5;
-            picture.pressure_Pa[cell] = static_cast<float>(pressure * (static_cast<double>(moments[0]) / 3.0 + slope * to_outlet));
-        }
-        return picture;
-    };
-    return flow;
-}
 
 std::vector<SubsectionResult> subsections(const LbmGridResult& grid, const Domain& domain, const Scheme& scheme, const FlowSection& section,
                                           const Section& planes, long parts) {

@@ -8,7 +8,9 @@
 #include <random>
 #include <sstream>
 
+#include "core/machine.hpp"
 #include "helpers.hpp"
+#include "packing/dem/thread_choice.hpp"
 #include "shapes/segments.hpp"
 #include "shapes/shape.hpp"
 
@@ -293,6 +295,34 @@ TEST(CapsuleDem, NoPairIsMissed) {
             ASSERT_LT((narrow.centre_of_mass(b) - wide.centre_of_mass(b)).norm(), i < 8 ? 1e-10 : 1e-4) << i << " " << b;
     }
     EXPECT_LT(narrow.looked_at(), wide.looked_at());
+}
+
+// Seconds of a step, with one thread and with all.
+TEST(CapsuleDem, UsesThreadsWhereTheyAreFaster) {
+    const auto parallel_share = [](double one, double all, int steps) {
+        ThreadChoice choice;
+        int parallel = 0;
+        for (int step = 0; step < steps; ++step) {
+            parallel += choice.parallel() ? 1 : 0;
+            choice.add(choice.parallel() ? all : one);
+        }
+        return static_cast<double>(parallel) / steps;
+    };
+    set_thread_count(2);
+    EXPECT_GT(parallel_share(1e-3, 0.6e-3, 10000), 0.95);
+    EXPECT_LT(parallel_share(1e-3, 1.1e-3, 100000), 0.01) << "a trial only";
+    EXPECT_LT(parallel_share(1e-3, 0.1, 100000), 1e-4) << "a trial ends when its time is over";
+    EXPECT_EQ(parallel_share(5e-5, 1e-5, 10000), 0.0) << "such short steps are not worth it";
+    set_thread_count(1);
+    EXPECT_EQ(parallel_share(1e-3, 0.6e-3, 10000), 0.0);
+    set_thread_count(2);
+    ThreadChoice choice;  // another program begins to use a core
+    for (int step = 0; step < 1000; ++step) choice.add(choice.parallel() ? 0.6e-3 : 1e-3);
+    ASSERT_TRUE(choice.parallel());
+    int slow = 0;
+    for (; choice.parallel(); ++slow) choice.add(1e-2);
+    EXPECT_LE(slow, 20);
+    set_thread_count(usable_cores());
 }
 
 TEST(CapsuleDem, TenThousandSpheresOnAnyThreads) {

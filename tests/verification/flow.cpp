@@ -138,7 +138,7 @@ TEST(HydraulicTortuosity, NeedsAFlow) {
     EXPECT_EQ(hydraulic_tortuosity(flow, {0.0, 2.0}, 0), 1.0);
     flow.velocity_m_per_s[7] = std::nanf("");
     const test::Folder folder;
-    write_flow_image(folder.path() / "flow.vti", flow);
+    write_flow_image(folder.path() / "flow.vti", as_layers(flow));
     EXPECT_THROW((void)read_flow_image(folder.path() / "flow.vti"), UserError);
 }
 

@@ -30,8 +30,9 @@ TEST(Memory, IsUsedAsPredicted) {
                      predicted = stages::expect_lbm(space, geometry, config).memory_bytes - program_bytes;
         std::printf("  %s: %.1f bytes per node of %.3g nodes, predicted %.1f\n", std::string(name_of(precision)).c_str(), used / nodes,
                     nodes, predicted / nodes);
-        EXPECT_NEAR(used / predicted, 1.0, 0.05);
-        EXPECT_LT(used / nodes, precision == Precision::double_precision ? 180.0 : 98.0);
+        EXPECT_NEAR(used / predicted, 1.0, 0.05);  // a run is refused by the prediction: so good it should be
+        // Addresses of 27 instead of 13.5 bytes, or wall links (8 bytes each) that are not freed, would exceed this.
+        EXPECT_LT(used / nodes, precision == Precision::double_precision ? 175.0 : 96.0);
     }
 }
 

@@ -69,8 +69,8 @@ void CapsuleDem::State::share_stiffness(const std::vector<VerletPair>& pairs, st
 
 // Most grains of a bed that is being poured. Their lists, which are long, need not be read.
 bool CapsuleDem::State::rests_among_sleepers(std::size_t i) const {
-    return sleeps_[i] != 0 &&
-           std::all_of(neighbours_[i].begin(), neighbours_[i].end(), [&](std::uint32_t other) { return sleeps_[other] != 0; });
+    return bodies_[i].asleep != 0 &&
+           std::all_of(neighbours_[i].begin(), neighbours_[i].end(), [&](std::uint32_t other) { return bodies_[other].asleep != 0; });
 }
 
 // The contacts of a body's Verlet list; pairs that have separated are removed from it.
@@ -216,7 +216,7 @@ void CapsuleDem::State::forces(double displacement_time) {
         for (std::size_t first = slot * block; first < n; first += load_slots * block)
             for (std::size_t i = first; i < std::min(n, first + block); ++i) {
                 grain_forces(i, loads, looked_at[slot], contacts);
-                if (sleeps_[i] == 0) wall_forces(i, loads);
+                if (bodies_[i].asleep == 0) wall_forces(i, loads);
             }
     }
     looked_at_ = 0;

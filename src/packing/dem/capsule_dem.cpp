@@ -103,7 +103,6 @@ void CapsuleDem::State::add(std::size_t shape, const Vec3& position_m, const Qua
     bodies_.push_back(body);
     verlet_lists_.emplace_back();
     neighbours_.emplace_back();
-    sleeps_.push_back(0);
     cell_of_body_.push_back(-1);
     place_arms(body);
     primed_ = false;

@@ -94,7 +94,7 @@ void CapsuleDem::State::fall_asleep_or_wake() {
         for (const std::uint32_t i : list) {
             BodyState& body = bodies_[i];
             if (body.asleep == 0) continue;
-            body.asleep = sleeps_[i] = 0;
+            body.asleep = 0;
             body.woke_at = steps_;
             body.quiet = 0;
             body.fresh = 2;
@@ -105,14 +105,13 @@ void CapsuleDem::State::fall_asleep_or_wake() {
         list.clear();
     }
     sleepers_ = 0;
-    for (std::size_t i = 0; i < bodies_.size(); ++i) {
-        if (sleeps_[i] == 0 && bodies_[i].quiet >= quiet_steps) {
-            BodyState& body = bodies_[i];
-            body.asleep = sleeps_[i] = 1;
+    for (BodyState& body : bodies_) {
+        if (body.asleep == 0 && body.quiet >= quiet_steps) {
+            body.asleep = 1;
             body.slept_at = steps_;
             body.v = body.v_contact = body.momentum = body.omega = Vec3::Zero();
         }
-        sleepers_ += sleeps_[i];
+        sleepers_ += body.asleep;
     }
 }
 
@@ -152,12 +151,12 @@ void CapsuleDem::State::step(long steps) {
         time_ += options_.time_step_s;
 #pragma omp parallel for schedule(static, block) if (threads_.parallel())
         for (std::size_t i = 0; i < n; ++i)
-            if (sleeps_[i] == 0 && bodies_[i].moves()) advance(bodies_[i]);
+            if (bodies_[i].moves()) advance(bodies_[i]);
         search();
         forces(options_.time_step_s);
 #pragma omp parallel for schedule(static, block) if (threads_.parallel())
         for (std::size_t i = 0; i < n; ++i)
-            if (sleeps_[i] == 0 && bodies_[i].moves()) {
+            if (bodies_[i].moves()) {
                 gather(bodies_[i], i);
                 finish(bodies_[i]);
             }

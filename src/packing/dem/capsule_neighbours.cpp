@@ -28,7 +28,7 @@ long CapsuleDem::State::cell_of(const Vec3& place) const {
 // New neighbours of the bodies that have moved far enough.
 void CapsuleDem::State::search() {
     for (std::size_t i = 0; i < bodies_.size(); ++i)
-        if (sleeps_[i] == 0 && bodies_[i].travelled - bodies_[i].searched_at > 0.5 * skin_) search_one(i);
+        if (bodies_[i].travelled - bodies_[i].searched_at > 0.5 * skin_) search_one(i);
 }
 
 void CapsuleDem::State::list_neighbours(std::size_t i) {

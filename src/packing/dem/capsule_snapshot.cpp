@@ -94,11 +94,7 @@ void CapsuleDem::State::load(std::istream& in, const std::string& where) {
     get(in, mark);
     if (!in || mark != state_mark) refuse();
     neighbours_.assign(count, {});
-    sleeps_.clear();
-    for (std::size_t i = 0; i < count; ++i) {
-        list_neighbours(i);
-        sleeps_.push_back(bodies_[i].asleep);
-    }
+    for (std::size_t i = 0; i < count; ++i) list_neighbours(i);
     arms_.assign(arms, {});
     for (const BodyState& body : bodies_) place_arms(body);
 }

@@ -169,7 +169,6 @@ private:
     std::vector<WorldArm> arms_;
     std::vector<std::vector<VerletPair>> verlet_lists_;   // by the body of lower number
     std::vector<std::vector<std::uint32_t>> neighbours_;  // the other bodies of each list, once
-    std::vector<std::uint8_t> sleeps_;                    // as BodyState::asleep, side by side: read for all bodies in every step
     std::vector<WallContact> walls_;                      // by body, node and wall
     std::vector<std::vector<Load>> loads_;                // by load slot
     std::vector<std::vector<std::uint32_t>> cells_;

@@ -41,7 +41,7 @@ void ThreadChoice::add(double seconds) {
             return;
         case Phase::all_threads:
             // Where another program uses a core, one step may take as long as a hundred.
-            if (steps_ >= trial || seconds_ > one_thread_ * static_cast<double>(trial)) decide();
+            if (steps_ >= trial || std::max(seconds, seconds_) > one_thread_ * static_cast<double>(trial)) decide();
             return;
         case Phase::decided:
             if (steps_ >= until_trial_) return begin(Phase::one_thread);
