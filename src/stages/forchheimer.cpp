@@ -260,13 +260,14 @@ Expectation expect_forchheimer(const PoreSpace& space, const ForchheimerConfig& 
     PoreSpace pores = without_reservoir(space);
     pores.reservoir_m = water_depth(space);
     const VoxelPlan plan = pores.plan_at(finest_voxel(space, config));
-    const double cells = static_cast<double>(plan.grid.size()),
-                 pore_volume =
-                     space.container.inner_area_m2() * (space.porosity(4000).value * pores.computed().length() + 2.0 * pores.reservoir_m);
+    const double cells = static_cast<double>(plan.grid.size()), porosity = space.porosity(4000).value,
+                 pore_volume = space.container.inner_area_m2() * (porosity * pores.computed().length() + 2.0 * pores.reservoir_m),
+                 links = expected_links_per_node(porosity, space.grain_size_m / plan.voxel_size_m);
     const double fluid = pore_volume / std::pow(plan.voxel_size_m, 3), flows = static_cast<double>(config.reynolds.size());
     Expectation expected{.text = fmt::format("{} flows on {} grids, the finest {} x {} x {} voxels of {:.4g} m", config.reynolds.size(),
                                              config.grids, plan.grid.cells[0], plan.grid.cells[1], plan.grid.cells[2], plan.voxel_size_m),
-                         .memory_bytes = lbm_memory_bytes({.cells = cells, .nodes = fluid}) + cells + 32.0 * fluid};
+                         .memory_bytes = lbm_memory_bytes({.cells = cells, .nodes = fluid, .links_per_node = links}) + cells +
+                                         (32.0 + 8.0 * links) * fluid};  // voxels, moments and wall links are kept
     // Means in time: at least 40 turnovers; a node is passed in about 40 steps.
     const double steps = config.mean_in_time ? 40.0 * 40.0 * grain_size(space).length_m / plan.voxel_size_m : 1000.0;
     expected.wall_time_s = flows * steps * fluid / lattice_updates_per_second;
