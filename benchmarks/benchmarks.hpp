@@ -27,6 +27,8 @@ namespace porepack::benchmarks {
 /// Memory of runs on two grids, flow.vti included, as predicted and as used; time of their set-up. With a number of fluid nodes, one run
 /// of this size at porosity 0.7 in single precision, without flow.vti.
 [[nodiscard]] core::Json memory_benchmark(bool quick, const std::vector<std::string>& nodes, const core::Path& folder);
+/// Steps of lattice Boltzmann with and without corrections from a coarser grid, on the settled beds or on `packings`.
+[[nodiscard]] core::Json multigrid_benchmark(const std::vector<std::string>& packings, bool quick);
 /// Runs both flow solvers of the cases if not yet done, and compares k, cost and mean profiles of the speed.
 [[nodiscard]] core::Json cross_check_benchmark(const std::vector<core::Path>& cases, const core::Path& folder);
 /// OpenFOAM on flows of known answer; its cases are in `folder` (or ./foam_verification).

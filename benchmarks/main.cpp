@@ -46,6 +46,7 @@ constexpr Benchmark benchmarks[] = {
     {"iteration", [](const Request& r) { return iteration_benchmark(r.quick, r.folder); }},
     {"lbm", [](const Request& r) { return lbm_benchmark(r.quick, r.folder); }},
     {"memory", [](const Request& r) { return memory_benchmark(r.quick, r.cases, r.folder); }},
+    {"multigrid", [](const Request& r) { return multigrid_benchmark(r.cases, r.quick); }},
     {"packing", [](const Request& r) { return packing_benchmark(r.quick, r.folder); }},
     {"fit", [](const Request& r) { return fit_benchmark(r.quick, r.folder); }},
     {"segment", [](const Request& r) { return segment_benchmark(r.quick, r.folder); }},

@@ -9,7 +9,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <map>
 #include <set>
 
 #include "converters/cgal_mesh.hpp"
@@ -31,20 +30,25 @@ std::string place_text(const std::array<double, 3>& p) {
 
 // Every edge of a closed surface has exactly two triangles that run along it in opposite directions.
 std::string edge_fault(const TriangleSurface& surface, SurfaceCheck& check) {
-    std::map<std::pair<int, int>, int> balance, count;
+    std::vector<std::pair<std::pair<int, int>, int>> sides;  // of each edge, with its direction
+    sides.reserve(3 * surface.triangles.size());
     for (const auto& triangle : surface.triangles)
         for (std::size_t c = 0; c < 3; ++c) {
             const int from = triangle[c], to = triangle[(c + 1) % 3];
-            balance[std::minmax(from, to)] += from < to ? 1 : -1;
-            ++count[std::minmax(from, to)];
+            sides.emplace_back(std::minmax(from, to), from < to ? 1 : -1);
         }
+    std::sort(sides.begin(), sides.end());
     long open_edges = 0, twisted = 0;
     std::pair<int, int> first_open{}, first_twisted{};
-    for (const auto& [edge, sum] : balance) {
+    for (std::size_t i = 0, end = 0; i < sides.size(); i = end) {
+        const auto edge = sides[i].first;
+        int sum = 0;
+        for (; end < sides.size() && sides[end].first == edge; ++end) sum += sides[end].second;
+        const std::size_t count = end - i;
         const auto& p = surface.points[static_cast<std::size_t>(edge.first)];
-        if (count[edge] != 2 || sum != 0) check.fault_places.emplace_back(p[0], p[1], p[2]);
-        if (count[edge] % 2 == 1 && open_edges++ == 0) first_open = edge;
-        if (count[edge] % 2 == 0 && sum != 0 && twisted++ == 0) first_twisted = edge;
+        if (count != 2 || sum != 0) check.fault_places.emplace_back(p[0], p[1], p[2]);
+        if (count % 2 == 1 && open_edges++ == 0) first_open = edge;
+        if (count % 2 == 0 && sum != 0 && twisted++ == 0) first_twisted = edge;
     }
     check.closed = open_edges == 0;
     const auto at = [&](const std::pair<int, int>& edge) { return place_text(surface.points[static_cast<std::size_t>(edge.first)]); };

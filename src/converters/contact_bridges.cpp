@@ -4,12 +4,13 @@
 // exact surface, so that the facets lie inside it.
 #include "converters/contact_bridges.hpp"
 
+#include <CGAL/Polygon_mesh_processing/measure.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
 #include <numeric>
-#include <tuple>
 
 #include "converters/grain_mesh.hpp"
 #include "shapes/segments.hpp"
@@ -18,20 +19,36 @@ namespace porepack::converters {
 using namespace core;
 using namespace shapes;
 using namespace packing;
+namespace pmp = CGAL::Polygon_mesh_processing;
 namespace {
 
-// The segment of `p`'s axis that lies beside `q`'s, for parallel axes; else the nearest point twice.
-std::pair<Vec3, Vec3> nearest_stretch(const Capsule& p, const Capsule& q) {
-    const Vec3 along = p.b - p.a;
-    const double length = along.norm();
-    if (length > 0.0 && along.cross(q.b - q.a).norm() < 1e-3 * length * (q.b - q.a).norm()) {
-        const Vec3 unit = along / length;
-        const double at_a = (q.a - p.a).dot(unit), at_b = (q.b - p.a).dot(unit);
-        const double low = std::clamp(std::min(at_a, at_b), 0.0, length), high = std::clamp(std::max(at_a, at_b), 0.0, length);
-        return {p.a + low * unit, p.a + high * unit};
-    }
-    const Vec3 nearest = closest_points({p.a, along}, {q.a, q.b - q.a}).on_first;
-    return {nearest, nearest};
+// The part of the first axis where the gap is larger than at the contact by `wider` at most. The gap is convex along the axis, so that
+// bisection finds both ends.
+std::pair<Vec3, Vec3> stretch_of(const GrainContact& contact, double wider) {
+    const Capsule& p = contact.first_capsule;
+    const double largest = contact.gap + p.radius + contact.second_capsule.radius + wider;
+    const auto distance = [&](const Vec3& x) { return (closest_on_axis(contact.second_capsule, x) - x).norm(); };
+    const auto end_towards = [&](Vec3 outside) {
+        if (distance(outside) <= largest) return outside;
+        Vec3 inside = contact.nearest;
+        for (int halving = 0; halving < 30; ++halving) {
+            const Vec3 middle = 0.5 * (inside + outside);
+            (distance(middle) <= largest ? inside : outside) = middle;
+        }
+        return inside;
+    };
+    return {end_towards(p.a), end_towards(p.b)};
+}
+
+// Zero for a sphere.
+Vec3 direction_of(const Capsule& capsule) {
+    const Vec3 along = capsule.b - capsule.a;
+    return along.norm() > 0.0 ? Vec3(along.normalized()) : Vec3(Vec3::Zero());
+}
+
+Vec3 direction_from(const Vec3& x, const Capsule& to) {
+    const Vec3 across = closest_on_axis(to, x) - x;
+    return across.norm() > 0.0 ? Vec3(across.normalized()) : Vec3(Vec3::UnitZ());
 }
 
 bool on_one_line(const Capsule& p, const Capsule& q) {
@@ -53,22 +70,19 @@ std::vector<GrainContact> find_contacts(const std::vector<Grains::Image>& images
                 for (const auto& q : images[j].capsules) {
                     const double between = gap(p, q);
                     if (between >= reach) continue;
-                    GrainContact contact{.first = i,
-                                         .second = j,
-                                         .first_capsule = p,
-                                         .second_capsule = q,
-                                         .from = {},
-                                         .to = {},
-                                         .normal = {},
-                                         .gap = between};
-                    std::tie(contact.from, contact.to) = nearest_stretch(p, q);
-                    const Vec3 across = closest_on_axis(q, contact.from) - contact.from;
-                    contact.normal = across.norm() > 0.0 ? Vec3(across.normalized()) : Vec3(Vec3::UnitZ());
+                    const Vec3 nearest = closest_points({p.a, p.b - p.a}, {q.a, q.b - q.a}).on_first;
+                    const GrainContact contact{.first = i,
+                                               .second = j,
+                                               .first_capsule = p,
+                                               .second_capsule = q,
+                                               .nearest = nearest,
+                                               .normal = direction_from(nearest, q),
+                                               .gap = between};
                     // Arms share their end spheres: the same contact is found several times.
                     const auto same = [&](const GrainContact& other) {
                         const double slack = 1e-6 * p.radius;
-                        return other.first == i && other.second == j && (other.from - contact.from).norm() < slack &&
-                               (other.to - contact.to).norm() < slack && (other.normal - contact.normal).norm() < 1e-6;
+                        return other.first == i && other.second == j && (other.nearest - contact.nearest).norm() < slack &&
+                               (other.normal - contact.normal).norm() < 1e-6;
                     };
                     const auto recent = contacts.end() - static_cast<std::ptrdiff_t>(std::min<std::size_t>(contacts.size(), 64));
                     if (std::none_of(recent, contacts.end(), same)) contacts.push_back(contact);
@@ -77,26 +91,40 @@ std::vector<GrainContact> find_contacts(const std::vector<Grains::Image>& images
     return contacts;
 }
 
-Mesh bridge_mesh(const GrainContact& contact, double contact_gap, double deviation, int variant) {
+Bridge bridge_of(const GrainContact& contact, double contact_gap, double deviation, int variant) {
     const double r = std::min(contact.first_capsule.radius, contact.second_capsule.radius);
-    const double lens = std::max(contact_gap, -contact.gap) + std::min(variant, 2) * deviation;
-    const double half_width = std::min(0.4 * r, (1.0 + 0.1 * variant) * std::sqrt(r * lens));
+    const double lens = std::max(0.0, -contact.gap) + 2.0 * contact_gap + 0.25 * std::min(variant, 8) * deviation;
+    // The gap grows with the square of the distance. For two cylinders with the angle theta between them, the part where it grows by `lens`
+    // at most is an ellipse: its half width is sqrt(2 r lens), and along the first axis it reaches as far as the gap on this axis grows by
+    // (1 + cos^2 theta) lens. For spheres and parallel cylinders it is narrower.
+    const Vec3 axis = direction_of(contact.first_capsule);
+    const double cosine = axis.dot(direction_of(contact.second_capsule));
+    const double half_width = std::min(0.4 * r, std::sqrt((axis.isZero() ? 1.0 : 2.0) * r * lens));
     const double depth = std::min(0.8 * r, 3.0 * deviation + half_width);
-    const Vec3 along = contact.to - contact.from;
+    const auto [from, to] = stretch_of(contact, (1.0 + cosine * cosine) * lens);
+    const Vec3 on_axis = 0.5 * (from + to), normal = direction_from(on_axis, contact.second_capsule);
+    const Vec3 along = to - from - (to - from).dot(normal) * normal;
+    const bool reaches_end = from == contact.first_capsule.a || to == contact.first_capsule.b;  // and goes around it
+    const double half_length = std::max(half_width, 0.5 * along.norm() + (reaches_end ? std::sqrt(0.5) * half_width : 0.0));
     // Rotated slightly: no face lies in a plane of the grains' meshes.
-    const Vec3 across = along.norm() > 0.0 ? Vec3(along.normalized()) : contact.normal.unitOrthogonal();
-    const Eigen::AngleAxisd turn(0.0137 + 0.083 * variant, contact.normal);
-    const Vec3 t = turn * across, w = contact.normal.cross(t);
-    const double half_length = 0.5 * along.norm() + half_width;
-    const Vec3 middle = 0.5 * (contact.from + contact.to);
+    const Vec3 across = along.norm() > 1e-6 * r ? Vec3(along.normalized()) : normal.unitOrthogonal();
+    const Vec3 t = Eigen::AngleAxisd((0.0137 + 0.083 * variant) * half_width / half_length, normal) * across;
     const double bottom = contact.first_capsule.radius - depth;
-    const double top = contact.first_capsule.radius + contact.gap + depth;
+    const double top = (closest_on_axis(contact.second_capsule, on_axis) - on_axis).norm() - contact.second_capsule.radius + depth;
+    Bridge bridge;
+    bridge.axes << t, normal.cross(t), normal;
+    bridge.half_size = Vec3(half_length, half_width, 0.5 * (top - bottom));
+    bridge.middle = on_axis + 0.5 * (top + bottom) * normal;
+    return bridge;
+}
+
+Mesh bridge_mesh(const Bridge& bridge) {
     Mesh mesh;
     std::array<Mesh::Vertex_index, 8> corner;
-    for (std::size_t c = 0; c < 8; ++c)
-        corner[c] =
-            mesh.add_vertex(to_point(middle + ((c & 1U) != 0 ? half_length : -half_length) * t +
-                                     ((c & 2U) != 0 ? half_width : -half_width) * w + ((c & 4U) != 0 ? top : bottom) * contact.normal));
+    for (std::size_t c = 0; c < 8; ++c) {
+        const Vec3 side((c & 1U) != 0 ? 1.0 : -1.0, (c & 2U) != 0 ? 1.0 : -1.0, (c & 4U) != 0 ? 1.0 : -1.0);
+        corner[c] = mesh.add_vertex(to_point(bridge.middle + bridge.axes * side.cwiseProduct(bridge.half_size)));
+    }
     constexpr std::array<std::array<std::size_t, 4>, 6> quads = {
         {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}}};
     for (const auto& q : quads) {
@@ -106,19 +134,73 @@ Mesh bridge_mesh(const GrainContact& contact, double contact_gap, double deviati
     return mesh;
 }
 
-void keep_apart(Mesh& mesh, const Capsule& own, const GrainContact& contact, double deviation, int variant) {
-    // Beyond this distance from the contact the exact surfaces are farther apart than the deviation of any facet.
-    const double reach = 2.0 * std::sqrt(8.0 * own.radius * deviation) * (1.0 + 0.5 * variant);
+namespace {
+
+Vec3 place_of(const Mesh& mesh, Mesh::Vertex_index v) {
+    return {mesh.point(v).x(), mesh.point(v).y(), mesh.point(v).z()};
+}
+
+// Corners of all facets near the contact: long facets have corners farther away.
+std::vector<Mesh::Vertex_index> corners_at(const Mesh& mesh, const Capsule& own, const GrainContact& contact, double deviation,
+                                           int variant) {
+    std::vector<Mesh::Vertex_index> corners;
+    // Corners of both grains lie outside by half the deviation at most: where the exact surfaces are farther apart, facets cannot meet.
+    const double grows = 1.2 * deviation - contact.gap;
+    if (grows <= 0.0) return corners;
+    const double reach = std::sqrt(2.0 * own.radius * grows) * (1.0 + 0.5 * variant);
+    const auto [from, to] = stretch_of(contact, grows);
     const Vec3 to_contact = contact.first_capsule.radius * contact.normal;
-    const Capsule zone{contact.from + to_contact, contact.to + to_contact, 0.0};
-    for (const auto v : mesh.vertices()) {
-        const Vec3 x(mesh.point(v).x(), mesh.point(v).y(), mesh.point(v).z());
-        if (signed_distance(zone, x) > reach) continue;
-        const Vec3 foot = closest_on_axis(own, x);
-        const double distance = (x - foot).norm();
-        if (distance > own.radius && distance < own.radius + 2.0 * deviation)
-            mesh.point(v) = to_point(foot + own.radius / distance * (x - foot));
+    const Capsule zone{from + to_contact, to + to_contact, 0.0};
+    for (const auto face : mesh.faces()) {
+        const auto h = mesh.halfedge(face);
+        const std::array<Mesh::Vertex_index, 3> of_face = {mesh.source(h), mesh.target(h), mesh.target(mesh.next(h))};
+        const Vec3 x = place_of(mesh, of_face[0]), y = place_of(mesh, of_face[1]), z = place_of(mesh, of_face[2]);
+        if (signed_distance(zone, x) > reach + std::max((y - x).norm(), (z - x).norm())) continue;
+        const auto near = [&](const Vec3& p, const Vec3& q) {
+            return closest_points({p, q - p}, {zone.a, zone.b - zone.a}).distance < reach;
+        };
+        if (near(x, y) || near(y, z) || near(z, x)) corners.insert(corners.end(), of_face.begin(), of_face.end());
     }
+    return corners;
+}
+
+// Moves the other corners outward until the mesh has this volume again.
+void keep_volume(Mesh& mesh, const std::vector<Capsule>& grain, const std::vector<bool>& moved, double volume, double deviation) {
+    double free_area = 0.0;
+    for (const auto face : mesh.faces())
+        for (const auto v : vertices_around_face(mesh.halfedge(face), mesh))
+            if (!moved[v.idx()]) free_area += pmp::face_area(face, mesh) / 3.0;
+    if (free_area <= 0.0) return;
+    const double outward = std::clamp((volume - pmp::volume(mesh)) / free_area, 0.0, 0.2 * deviation);
+    for (const auto v : mesh.vertices()) {
+        if (moved[v.idx()]) continue;
+        const Vec3 x = place_of(mesh, v);
+        const auto own = std::min_element(
+            grain.begin(), grain.end(), [&](const Capsule& p, const Capsule& q) { return signed_distance(p, x) < signed_distance(q, x); });
+        mesh.point(v) = to_point(x + outward * (x - closest_on_axis(*own, x)).normalized());
+    }
+}
+
+}  // namespace
+
+void keep_apart(Mesh& mesh, const std::vector<Capsule>& grain, const std::vector<const GrainContact*>& contacts, std::size_t image,
+                double deviation, int variant) {
+    const double volume = pmp::volume(mesh);
+    std::vector<bool> moved(mesh.num_vertices(), false);
+    for (const GrainContact* contact : contacts) {
+        const Capsule& own = contact->first == image ? contact->first_capsule : contact->second_capsule;
+        for (const auto v : corners_at(mesh, own, *contact, deviation, variant)) {
+            const Vec3 x = place_of(mesh, v), foot = closest_on_axis(own, x);
+            const double distance = (x - foot).norm();
+            // In a crease between two capsules, facets are small and could be folded; it is tried only after a fault.
+            const auto in_reach = std::count_if(grain.begin(), grain.end(),
+                                                [&](const Capsule& capsule) { return signed_distance(capsule, x) < 2.0 * deviation; });
+            moved[v.idx()] = true;
+            if ((in_reach == 1 || variant > 0) && distance > own.radius && distance < own.radius + 2.0 * deviation)
+                mesh.point(v) = to_point(foot + own.radius / distance * (x - foot));
+        }
+    }
+    keep_volume(mesh, grain, moved, volume, deviation);
 }
 
 std::vector<int> thin_coaxial(std::size_t images, const std::vector<GrainContact>& contacts) {
@@ -129,15 +211,14 @@ std::vector<int> thin_coaxial(std::size_t images, const std::vector<GrainContact
     return thinned;
 }
 
-std::vector<std::vector<std::size_t>> clusters_of(std::size_t images, const std::vector<GrainContact>& contacts, double contact_gap) {
+std::vector<std::vector<std::size_t>> clusters_of(std::size_t images, const std::vector<std::pair<std::size_t, std::size_t>>& joined) {
     std::vector<std::size_t> parent(images);
     std::iota(parent.begin(), parent.end(), std::size_t{0});
     const auto root = [&](std::size_t i) {
         while (parent[i] != i) i = parent[i] = parent[parent[i]];
         return i;
     };
-    for (const auto& contact : contacts)
-        if (contact.gap < contact_gap) parent[root(contact.first)] = root(contact.second);
+    for (const auto& [first, second] : joined) parent[root(first)] = root(second);
     std::map<std::size_t, std::vector<std::size_t>> groups;
     for (std::size_t i = 0; i < images; ++i) groups[root(i)].push_back(i);
     std::vector<std::vector<std::size_t>> clusters;

@@ -1,5 +1,4 @@
 // Union and repair: the grains' meshes become one closed surface without faults in single precision, the precision of the STL file.
-#include <CGAL/Polygon_mesh_processing/repair_degeneracies.h>
 #include <CGAL/Polygon_mesh_processing/repair_self_intersections.h>
 #include <fmt/format.h>
 
@@ -7,10 +6,9 @@
 #include <cmath>
 #include <functional>
 #include <map>
-#include <numbers>
 #include <set>
 
-#include "converters/contact_bridges.hpp"
+#include "converters/contact_joints.hpp"
 #include "converters/grain_mesh.hpp"
 #include "converters/surface.hpp"
 #include "core/error.hpp"
@@ -28,11 +26,12 @@ namespace {
 
 constexpr double largest_change = 0.1;  // deviation and contact gap, of the smallest capsule diameter
 
-// The cost of a step, for the time left: that of uniting two meshes grows with the images in them, and the last unions have one thread.
+// The cost of a step, for the time left, in meshes of one image: that of uniting two meshes grows with the images in them, and the last
+// unions have one thread.
 double threads_of(std::size_t tasks) {
     return std::min(static_cast<double>(tasks), static_cast<double>(thread_count()));
 }
-double cost_of_cluster(std::size_t meshes) {
+double cost_of_group(std::size_t meshes) {
     double cost = static_cast<double>(meshes) / threads_of(meshes);
     for (double images = 2.0; meshes > 1; meshes = (meshes + 1) / 2, images *= 2.0)
         cost += static_cast<double>(meshes / 2) * images / threads_of(meshes / 2);
@@ -40,7 +39,7 @@ double cost_of_cluster(std::size_t meshes) {
 }
 
 // Unions pairwise as a tree, neighbours in z first.
-Mesh unite_cluster(std::vector<Mesh> meshes, const std::function<void(double cost)>& done) {
+Mesh unite_group(std::vector<Mesh> meshes, const std::function<void(double cost)>& done) {
     double images = 2.0;
     for (; meshes.size() > 1; images *= 2.0) {
         const std::size_t pairs = meshes.size() / 2;
@@ -56,116 +55,137 @@ Mesh unite_cluster(std::vector<Mesh> meshes, const std::function<void(double cos
     return std::move(meshes.front());
 }
 
-// Coordinates rounded to Real; equal points become one. Points and triangles are sorted, because CGAL's order depends on the number of
-// threads.
-template <typename Real>
-TriangleSurface in_order(const TriangleSurface& surface) {
-    const auto rounded = [](const std::array<double, 3>& p) {
-        constexpr Real zero = 0;  // no minus zero
-        return std::array<Real, 3>{static_cast<Real>(p[0]) + zero, static_cast<Real>(p[1]) + zero, static_cast<Real>(p[2]) + zero};
-    };
-    std::map<std::array<Real, 3>, int> number;
-    for (const auto& p : surface.points) number.try_emplace(rounded(p), 0);
-    TriangleSurface result;
-    for (auto& [point, index] : number) {
-        index = static_cast<int>(result.points.size());
-        result.points.push_back({point[0], point[1], point[2]});
-    }
-    for (const auto& t : surface.triangles) {
-        std::array<int, 3> corners{};
-        for (std::size_t c = 0; c < 3; ++c) corners[c] = number.at(rounded(surface.points[static_cast<std::size_t>(t[c])]));
-        std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
-        if (corners[0] != corners[1] && corners[1] != corners[2] && corners[2] != corners[0]) result.triangles.push_back(corners);
-    }
-    std::sort(result.triangles.begin(), result.triangles.end());
-    return result;
-}
-
-// Coordinates as in the STL file.
-TriangleSurface round_to_single(const TriangleSurface& surface) {
-    return in_order<float>(surface);
-}
-
-double largest_deviation(const TriangleSurface& surface, const Grains& grains, double cap) {
-    double worst = 0.0;
-#pragma omp parallel for schedule(dynamic, 256) reduction(max : worst)
-    for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-        Vec3 corner[3];
-        for (std::size_t c = 0; c < 3; ++c) {
-            const auto& p = surface.points[static_cast<std::size_t>(surface.triangles[t][c])];
-            corner[c] = Vec3(p[0], p[1], p[2]);
+// Of corners and middles of facets and edges from the exact surface of all images; at most `cap`.
+double largest_deviation(const TriangleSurface& surface, const std::vector<Grains::Image>& images, double deviation, double cap) {
+    std::vector<Capsule> capsules;
+    std::vector<Bounds> boxes;
+    for (const auto& image : images)
+        for (const Capsule& capsule : image.capsules) {
+            capsules.push_back(capsule);
+            boxes.push_back(bounds_of({capsule}));
         }
-        const Vec3 middle = (corner[0] + corner[1] + corner[2]) / 3.0;
-        for (const Vec3& at : {corner[0], middle, Vec3((corner[0] + corner[1]) / 2.0), Vec3((corner[1] + corner[2]) / 2.0)})
-            worst = std::max(worst, std::abs(grains.distance(at, cap)));
+    const SpatialBins bins(boxes);
+    double worst = 0.0;
+#pragma omp parallel reduction(max : worst)
+    {
+        std::vector<int> found;
+        std::vector<Capsule> near;
+#pragma omp for schedule(dynamic, 256)
+        for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+            Vec3 corner[3];
+            for (std::size_t c = 0; c < 3; ++c) {
+                const auto& p = surface.points[static_cast<std::size_t>(surface.triangles[t][c])];
+                corner[c] = Vec3(p[0], p[1], p[2]);
+            }
+            const Vec3 middle = (corner[0] + corner[1] + corner[2]) / 3.0;
+            double reach = 0.0;
+            for (const Vec3& at : corner) reach = std::max(reach, (at - middle).norm());
+            found.clear();
+            near.clear();
+            bins.near(middle, reach + 4.0 * deviation, found);
+            for (const int c : found) near.push_back(capsules[static_cast<std::size_t>(c)]);
+            for (const Vec3& at : {corner[0], middle, Vec3((corner[0] + corner[1]) / 2.0), Vec3((corner[1] + corner[2]) / 2.0)})
+                worst = std::max(worst, near.empty() ? cap : std::min(cap, std::abs(signed_distance(near, at))));
+        }
     }
     return worst;
 }
 
-// The mesh of each image: its grain's mesh, moved, separated from grains not in contact, united with a bridge to every later grain in
-// contact.
-std::vector<Mesh> image_meshes(const Packing& packing, const std::vector<Grains::Image>& images, const std::vector<GrainContact>& contacts,
-                               const std::vector<int>& thinned, double deviation, double contact_gap,
-                               const std::function<void(double cost)>& done) {
+// How the grains become one surface. Grains in point contact are joined there (contact_joints.hpp); grains that overlap by more than the
+// deviation of their facets, and those whose joint did not succeed, are one group, which CGAL unites as a whole.
+struct Plan {
+    const Packing& packing;
+    const std::vector<Grains::Image>& images;
+    const std::vector<GrainContact>& contacts;
+    double deviation_m, contact_gap_m;
+    std::vector<bool> united;  ///< by contact: needs the union of both grains
+    std::vector<int> thinned;  ///< by image: number of times by contact_gap_m
+
+    [[nodiscard]] bool in_contact(const GrainContact& contact) const { return contact.gap < contact_gap_m; }
+    [[nodiscard]] bool grazing(const GrainContact& contact) const { return contact.gap > -4.0 * deviation_m; }
+};
+
+// The mesh of each image: its grain's mesh, moved, its corners near others on the exact surface; in a group, united with a bridge to every
+// later grain of the group in contact.
+std::vector<Mesh> image_meshes(const Plan& plan, const std::vector<std::size_t>& group_of, const std::function<void(double cost)>& done) {
     std::map<std::pair<std::size_t, int>, Mesh> unit;  // by shape and thinning
-    for (const auto& image : images) {
-        const auto key = std::pair(packing.bodies[image.body].shape, thinned[static_cast<std::size_t>(&image - images.data())]);
+    for (std::size_t i = 0; i < plan.images.size(); ++i) {
+        const auto key = std::pair(plan.packing.bodies[plan.images[i].body].shape, plan.thinned[i]);
         if (!unit.contains(key))
-            unit.emplace(key, grain_mesh(packing.shapes[key.first], 0.9 * deviation * std::pow(0.9, key.second), key.second * contact_gap,
-                                         key.second));
+            unit.emplace(key, without_slivers(grain_mesh(plan.packing.shapes[key.first], 0.9 * plan.deviation_m * std::pow(0.9, key.second),
+                                                         key.second * plan.contact_gap_m, key.second),
+                                              plan.contact_gap_m));
     }
-    std::vector<std::vector<const GrainContact*>> of_image(images.size());
-    for (const auto& contact : contacts) {
+    std::vector<std::vector<const GrainContact*>> of_image(plan.images.size());
+    for (const auto& contact : plan.contacts) {
+        if (!plan.grazing(contact)) continue;
         of_image[contact.first].push_back(&contact);
-        if (contact.gap >= contact_gap) of_image[contact.second].push_back(&contact);
+        of_image[contact.second].push_back(&contact);
     }
-    std::vector<Mesh> meshes(images.size());
-    parallel_for(images.size(), [&](std::size_t i) {
-        const Body& body = packing.bodies[images[i].body];
-        meshes[i] = moved_mesh(unit.at({body.shape, thinned[i]}), body.position_m + images[i].shift, body.orientation);
+    std::vector<Mesh> meshes(plan.images.size());
+    parallel_for(plan.images.size(), [&](std::size_t i) {
+        const auto& image = plan.images[i];
+        const Body& body = plan.packing.bodies[image.body];
+        meshes[i] = moved_mesh(unit.at({body.shape, plan.thinned[i]}), body.position_m + image.shift, body.orientation);
+        keep_apart(meshes[i], image.capsules, of_image[i], i, plan.deviation_m, plan.thinned[i]);
         for (const GrainContact* contact : of_image[i])
-            if (contact->gap >= contact_gap)
-                keep_apart(meshes[i], contact->first == i ? contact->first_capsule : contact->second_capsule, *contact, deviation,
-                           thinned[i]);
-        for (const GrainContact* contact : of_image[i])
-            if (contact->gap < contact_gap && contact->gap > -4.0 * deviation) {
-                Mesh box = bridge_mesh(*contact, contact_gap, deviation, thinned[contact->first] + thinned[contact->second]);
+            if (contact->first == i && plan.in_contact(*contact) && group_of[i] == group_of[contact->second]) {
+                Mesh box = bridge_mesh(bridge_of(*contact, plan.contact_gap_m, plan.deviation_m,
+                                                 plan.thinned[contact->first] + plan.thinned[contact->second]));
                 unite_into(meshes[i], box);
             }
 #pragma omp critical
-        done(1.0 / threads_of(images.size()));
+        done(1.0 / threads_of(plan.images.size()));
     });
     return meshes;
 }
 
-// Where two bodies meet, corners of one lie next to edges of the other. Edges shorter than `smallest` are collapsed, and triangles less
-// high than it are flipped away: rounded, they would cross each other.
-Mesh without_slivers(const Mesh& united, double smallest) {
-    constexpr double flat = 160.0 / 180.0 * std::numbers::pi;  // largest angle of a triangle that may stay
-    constexpr double long_to_short = 4.0;                      // edges of a triangle that may stay
-    TriangleSurface surface;
-    append(surface, united);
-    auto mesh = mesh_of(in_order<double>(surface));  // what is collapsed first decides what is left
-    if (!mesh) return united;                        // not manifold: the check of the surface says where
-    pmp::experimental::remove_almost_degenerate_faces(*mesh, std::cos(flat), long_to_short, smallest,
-                                                      CGAL::parameters::flip_triangle_height_threshold(smallest));
-    mesh->collect_garbage();
-    return std::move(*mesh);
-}
+// Joins and unites all grains. A contact whose joint does not succeed is marked as `united`, and all is done again.
+TriangleSurface unite_grains(Plan& plan, const std::string& task) {
+    while (true) {
+        std::vector<std::pair<std::size_t, std::size_t>> united;
+        for (std::size_t c = 0; c < plan.contacts.size(); ++c)
+            if (plan.united[c]) united.emplace_back(plan.contacts[c].first, plan.contacts[c].second);
+        auto groups = clusters_of(plan.images.size(), united);
+        std::vector<std::size_t> group_of(plan.images.size());
+        for (std::size_t g = 0; g < groups.size(); ++g)
+            for (const std::size_t i : groups[g]) group_of[i] = g;
+        std::vector<Joint> joints;
+        std::vector<std::size_t> contact_of;
+        for (std::size_t c = 0; c < plan.contacts.size(); ++c) {
+            const GrainContact& contact = plan.contacts[c];
+            if (!plan.in_contact(contact) || group_of[contact.first] == group_of[contact.second]) continue;
+            joints.push_back({&contact, group_of[contact.first], group_of[contact.second]});
+            contact_of.push_back(c);
+        }
+        Progress progress(task);
+        double all = static_cast<double>(plan.images.size() + joints.size()) / thread_count(), so_far = 0.0;
+        for (const auto& group : groups) all += cost_of_group(group.size());
+        const auto done = [&](double cost) { progress.update(std::min(1.0, (so_far += cost) / all)); };
 
-// The union of the meshes of each cluster, and all clusters in one mesh.
-TriangleSurface unite_clusters(std::vector<std::vector<std::size_t>>& clusters, const std::vector<Grains::Image>& images,
-                               std::vector<Mesh> meshes, double smallest, const std::function<void(double cost)>& done) {
-    TriangleSurface surface;
-    for (auto& cluster : clusters) {
-        std::sort(cluster.begin(), cluster.end(),
-                  [&](std::size_t p, std::size_t q) { return images[p].bounds.low.z() < images[q].bounds.low.z(); });
-        std::vector<Mesh> members;
-        members.reserve(cluster.size());
-        for (const std::size_t g : cluster) members.push_back(std::move(meshes[g]));
-        append(surface, without_slivers(unite_cluster(std::move(members), done), smallest));
+        auto meshes = image_meshes(plan, group_of, done);
+        std::vector<Facets> bodies;
+        for (auto& group : groups) {
+            std::sort(group.begin(), group.end(),
+                      [&](std::size_t p, std::size_t q) { return plan.images[p].bounds.low.z() < plan.images[q].bounds.low.z(); });
+            std::vector<Mesh> members;
+            members.reserve(group.size());
+            for (const std::size_t i : group) members.push_back(std::move(meshes[i]));
+            const bool single = members.size() == 1;
+            const Mesh body = unite_group(std::move(members), done);
+            bodies.push_back(facets_of(single ? body : without_slivers(body, plan.contact_gap_m)));
+        }
+        const auto failed = join_bodies(bodies, joints, plan.contact_gap_m, plan.deviation_m,
+                                        [&](std::size_t n) { done(static_cast<double>(n) / thread_count()); });
+        if (failed.empty()) {
+            Facets surface;
+            for (const Facets& body : bodies) surface.insert(surface.end(), body.begin(), body.end());
+            return surface_of(surface);
+        }
+        log_info("surface: {} of {} contacts cannot be joined on their own; the grains there are united as a whole", failed.size(),
+                 joints.size());
+        for (const std::size_t j : failed) plan.united[contact_of[j]] = true;
     }
-    return surface;
 }
 
 // Grains whose surface is near one of the places.
@@ -202,9 +222,7 @@ void repair_crossings(TriangleSurface& surface, SurfaceCheck& check, double reac
             }
     pmp::experimental::remove_self_intersections(near, *mesh, CGAL::parameters::preserve_genus(false));
     mesh->collect_garbage();
-    TriangleSurface repaired;
-    append(repaired, *mesh);
-    repaired = round_to_single(repaired);
+    TriangleSurface repaired = surface_of(facets_of(*mesh));
     SurfaceCheck again = check_surface(repaired);
     log_info("surface: local repair leaves {} of {} faults after rounding to single precision", again.fault_places.size(),
              check.fault_places.size());
@@ -215,11 +233,11 @@ void repair_crossings(TriangleSurface& surface, SurfaceCheck& check, double reac
     check = std::move(again);
 }
 
-void require_volume(const TriangleSurface& surface, const Grains& grains, const Container& container, double largest_error) {
+void require_volume(double volume_m3, const Grains& grains, const Container& container, double largest_error) {
     if (container.any_periodic()) return;
     const Section all{std::min(0.0, grains.bounds().low.z()), std::max(container.height(), grains.bounds().high.z())};
     const double exact = (1.0 - porosity(grains, container, all).value) * container.inner_area_m2() * all.length();
-    const double error = measure_surface(surface).volume_m3 / exact - 1.0;
+    const double error = volume_m3 / exact - 1.0;
     if (std::abs(error) > largest_error)
         throw UserError(
             fmt::format("the volume of the surface differs from that of the grains by {:.2g} %", 100.0 * error),
@@ -242,26 +260,30 @@ SurfaceResult make_surface(const Packing& packing, const SurfaceOptions& options
     const Grains grains(packing);
     const auto& images = grains.images();
     const auto contacts = find_contacts(images, std::max(4.0 * deviation, result.contact_gap_m));
-    auto clusters = clusters_of(images.size(), contacts, result.contact_gap_m);
-    for (const auto& cluster : clusters)
+    Plan plan{.packing = packing,
+              .images = images,
+              .contacts = contacts,
+              .deviation_m = deviation,
+              .contact_gap_m = result.contact_gap_m,
+              .united = {},
+              .thinned = thin_coaxial(images.size(), contacts)};
+    std::vector<std::pair<std::size_t, std::size_t>> joined;
+    for (const auto& contact : contacts) {
+        plan.united.push_back(plan.in_contact(contact) && !plan.grazing(contact));
+        if (plan.in_contact(contact)) joined.emplace_back(contact.first, contact.second);
+    }
+    result.bridges = static_cast<long>(joined.size());
+    for (const auto& cluster : clusters_of(images.size(), joined))
         if (cluster.size() > 1) result.joined_grains += static_cast<long>(cluster.size());
-    for (const auto& contact : contacts) result.bridges += contact.gap < result.contact_gap_m ? 1 : 0;
 
     // Single precision moves corners by up to 1e-7 of their coordinates, which can make facets with small gaps cross. Crossings are
     // repaired in place where that is possible. Else the grains at such a place are thinned by the contact gap and get other facets, turned
     // and finer ones, and the union is made again.
-    std::vector<int> thinned = thin_coaxial(images.size(), contacts);
     constexpr int maximum_rounds = 8;
     for (int round = 0; round < maximum_rounds; ++round) {
-        Progress progress(round == 0 ? "surface (CGAL)" : fmt::format("surface (CGAL), repair {}", round));
-        double all = 0.0, so_far = 0.0;
-        for (const auto& cluster : clusters) all += cost_of_cluster(cluster.size());
-        const auto done = [&](double cost) { progress.update((so_far += cost) / all); };
-        auto meshes = image_meshes(packing, images, contacts, thinned, deviation, result.contact_gap_m, done);
-        result.surface = round_to_single(unite_clusters(clusters, images, std::move(meshes), result.contact_gap_m, done));
-        SurfaceCheck check = check_surface(result.surface);
+        result.surface = unite_grains(plan, round == 0 ? "surface (CGAL)" : fmt::format("surface (CGAL), repair {}", round));
+        SurfaceCheck& check = result.check = check_surface(result.surface);
         if (check.self_intersecting) repair_crossings(result.surface, check, 2.0 * deviation);
-        result.shells = check.shells;
         if (check.fault.empty()) break;
         const auto& crossings = check.fault_places;
         if (round + 1 == maximum_rounds || crossings.empty())
@@ -269,16 +291,16 @@ SurfaceResult make_surface(const Packing& packing, const SurfaceOptions& options
                                              crossings.size(), round, check.fault),
                                  {.fix = "raise contact_gap_m, or change surface_deviation_m slightly"});
         const std::set<std::size_t> faulty = grains_at(crossings, images, 2.0 * deviation);
-        for (std::size_t i = 0; i < images.size(); ++i) thinned[i] += faulty.contains(images[i].body) ? 1 : 0;
+        for (std::size_t i = 0; i < images.size(); ++i) plan.thinned[i] += faulty.contains(images[i].body) ? 1 : 0;
         log_info("surface: {} faults after rounding to single precision; {} grains are thinned by {:.2g} m", crossings.size(),
                  faulty.size(), result.contact_gap_m);
     }
     std::set<std::size_t> shrunk;
     for (std::size_t i = 0; i < images.size(); ++i)
-        if (thinned[i] > 0) shrunk.insert(images[i].body);
+        if (plan.thinned[i] > 0) shrunk.insert(images[i].body);
     result.shrunk_grains = static_cast<long>(shrunk.size());
-    require_volume(result.surface, grains, packing.container, options.largest_volume_error);
-    result.deviation_m = largest_deviation(result.surface, grains, d);
+    require_volume(result.check.volume_m3, grains, packing.container, options.largest_volume_error);
+    result.deviation_m = largest_deviation(result.surface, images, deviation, d);
     return result;
 }
 

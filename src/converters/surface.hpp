@@ -40,11 +40,11 @@ struct SurfaceOptions {
 
 struct SurfaceResult {
     io::TriangleSurface surface;
+    SurfaceCheck check;        ///< of this surface, whose coordinates are those of an STL file
     double deviation_m = 0.0;  ///< measured: maximum distance of a corner or a facet's middle from the exact capsules
     double contact_gap_m = 0.0;
     long joined_grains = 0;  ///< grains that became one body with others
     long bridges = 0;        ///< contacts nearer than contact_gap_m, joined by a small box that contains the lens of their overlap
-    long shells = 0;         ///< separate surfaces
     long shrunk_grains = 0;  ///< grains thinned by contact_gap_m because the surface crossed itself in single precision
 };
 

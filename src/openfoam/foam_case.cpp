@@ -204,8 +204,8 @@ ProgramEnd run_foam_case(const Path& folder, const char* label, const std::funct
     result.wall_time_s = end.wall_time_s;
     result.peak_memory_bytes = end.peak_memory_bytes;
     if (!fs::exists(folder / "log.surfaceCheck.done"))
-        throw UserError("OpenFOAM cannot use the surface: " + tail(folder / "log.Allrun", 1),
-                        {.where = (folder / "log.surfaceCheck").string()});
+        reject_foam("it cannot use the surface: " + tail(folder / "log.Allrun", 1), folder / "log.surfaceCheck",
+                    "change surface_deviation_m slightly, or repair the surface of the STL file");
     if (!fs::exists(folder / "log.checkMesh"))
         reject_foam(fmt::format("meshing failed (exit code {})", end.exit_code), folder / "log.Allrun");
     return end;

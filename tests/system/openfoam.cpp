@@ -145,7 +145,7 @@ TEST(OpenFoam, BadSurfacesAreSeen) {
     const test::Folder folder;
     const FoamConfig config{.meshes = 1};
     const auto message = [&](const char* name, const FoamScene& scene) {
-        return test::message_of<UserError>([&] { (void)foam_permeability(scene, config, cell, cases, folder.path() / name); });
+        return test::message_of<EngineError>([&] { (void)foam_permeability(scene, config, cell, cases, folder.path() / name); });
     };
     FoamScene open = pillar();
     open.surface.triangles.resize(open.surface.triangles.size() - 40);
