@@ -1,16 +1,13 @@
-// A union of two grains in contact changes only a few facets, those that the
-// bridge crosses. The facets around the bridge are cut out of both bodies as
-// open patches, intersected with the bridge, and what lies inside is removed:
+// A union of two grains in contact changes only a few facets, those that the bridge crosses. The facets around the bridge are cut out of
+// both bodies as open patches and intersected with the bridge:
 //
-//      second    ----+    +----       the bridge's ends lie inside the grains
-//      and are removed, its sides stay
+//      second    ----+    +----       the bridge's ends lie inside the grains and are removed; its sides stay
 //                    |    |
 //      first     ----+    +----       the facets inside the bridge are removed
 //
-// The result is taken when it is a closed surface in single precision: its open
-// edges are those of the two patches, and no triangle crosses another one, nor
-// a facet of a third body nearby. So a contact costs what its few facets cost,
-// and a fault is found and fixed where it is.
+// The result is taken when it is a closed surface in single precision: its open edges are those of the two patches, and no new triangle
+// crosses another one or a facet of a third body nearby. So a contact costs what its few facets cost, and a fault is found and fixed where
+// it is.
 #include "converters/contact_joints.hpp"
 
 #include <CGAL/Polygon_mesh_processing/connected_components.h>
@@ -53,8 +50,7 @@ bool meet(const Bounds& p, const Bounds& q) {
     return (p.low.array() <= q.high.array()).all() && (q.low.array() <= p.high.array()).all();
 }
 
-// Edges with a facet on one side only; nothing when two facets have the same
-// directed edge.
+// Edges with a facet on one side only; nothing when two facets have the same directed edge.
 std::optional<std::vector<Edge>> open_edges(const Facets& facets) {
     std::vector<Edge> edges;
     for (const Facet& facet : facets)
@@ -67,9 +63,8 @@ std::optional<std::vector<Edge>> open_edges(const Facets& facets) {
     return open;
 }
 
-// Facets of a body around a place. Where they would meet in a single corner
-// only, the facets around this corner are added, so that a patch is a manifold
-// with boundary.
+// Facets of a body around a place. Where they would meet in a single corner only, the facets around this corner are added, so that a patch
+// is a manifold with boundary.
 struct Patch {
     Facets facets;
     std::vector<std::size_t> numbers;  // in the body
@@ -126,8 +121,7 @@ void append_outside(Facets& facets, const Mesh& patch, const Bridge& bridge) {
     }
 }
 
-// The parts of the bridge between the curves along which it was cut, without
-// its two ends.
+// The parts of the bridge between the curves along which it was cut, without its two ends.
 void append_sides(Facets& facets, Mesh& box, const Mesh::Property_map<Mesh::Edge_index, bool>& cut) {
     auto part = box.add_property_map<Mesh::Face_index, std::size_t>("f:part").first;
     pmp::connected_components(box, part, CGAL::parameters::edge_is_constrained_map(cut));
@@ -139,8 +133,7 @@ void append_sides(Facets& facets, Mesh& box, const Mesh::Property_map<Mesh::Edge
             if (const auto facet = facet_of(box, face)) facets.push_back(*facet);
 }
 
-// A crossing that was not there before: others nearby may wait for their own
-// joint.
+// A crossing that was not there before: others nearby may wait for their own joint.
 bool new_crossing(const Facets& facets, Facets before) {
     const auto mesh = mesh_of_facets(facets);
     if (!mesh) return true;
@@ -240,8 +233,7 @@ std::vector<std::size_t> join_bodies(std::vector<Facets>& bodies, const std::vec
         return false;
     };
 
-    // Joints without a common body are made at the same time, always in the same
-    // order. Returns those that did not succeed.
+    // Joints without a common body are made at the same time, always in the same order. Returns those that did not succeed.
     const auto join_all = [&](std::vector<std::size_t> left) {
         std::vector<std::size_t> failed;
         while (!left.empty()) {
@@ -264,9 +256,8 @@ std::vector<std::size_t> join_bodies(std::vector<Facets>& bodies, const std::vec
         return failed;
     };
 
-    // The deepest overlaps first, so that their bridges contain the others. A
-    // joint does not succeed while another contact nearby is open, so that those
-    // are tried again.
+    // The deepest overlaps first, so that their bridges contain the others. A joint does not succeed while another contact nearby is open,
+    // so that those are tried again.
     std::vector<std::size_t> left(joints.size());
     std::iota(left.begin(), left.end(), std::size_t{0});
     std::stable_sort(left.begin(), left.end(),
