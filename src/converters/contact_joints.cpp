@@ -22,6 +22,7 @@
 
 #include "converters/grain_mesh.hpp"
 #include "core/parallel.hpp"
+#include "shapes/bins.hpp"
 
 namespace porepack::converters {
 using namespace core;
@@ -148,8 +149,7 @@ bool new_crossing(const Facets& facets, Facets before) {
 }
 
 struct Joined {
-    Facets first,
-        second;  // what replaces the patches; the bridge belongs to the first
+    Facets first, second;  // what replaces the patches; the bridge belongs to the first
 };
 
 std::optional<Joined> joined(const Facets& first, const Facets& second, const Facets& others, const Bridge& bridge) {
@@ -199,10 +199,15 @@ std::vector<std::size_t> join_bodies(std::vector<Facets>& bodies, const std::vec
         return Bounds{bridge.middle - half, bridge.middle + half};
     };
     std::vector<std::vector<std::size_t>> others(joints.size());  // bodies that a bridge might reach
+    const SpatialBins bins(reach);
     parallel_for(joints.size(), [&](std::size_t j) {
         const Bounds place = place_of(joints[j], variants - 1);
-        for (std::size_t b = 0; b < bodies.size(); ++b)
-            if (b != joints[j].first && b != joints[j].second && meet(reach[b], place)) others[j].push_back(b);
+        std::vector<int> found;
+        bins.near(0.5 * (place.low + place.high), 0.5 * (place.high - place.low).maxCoeff(), found);
+        for (const int b : found)
+            if (static_cast<std::size_t>(b) != joints[j].first && static_cast<std::size_t>(b) != joints[j].second)
+                others[j].push_back(static_cast<std::size_t>(b));
+        std::sort(others[j].begin(), others[j].end());
     });
 
     std::map<std::pair<std::size_t, std::size_t>, std::vector<Bridge>> bridges;  // of two bodies

@@ -31,8 +31,8 @@ constexpr double largest_change = 0.1;  // deviation and contact gap, of the sma
 double threads_of(std::size_t tasks) {
     return std::min(static_cast<double>(tasks), static_cast<double>(thread_count()));
 }
-double cost_of_group(std::size_t meshes) {
-    double cost = static_cast<double>(meshes) / threads_of(meshes);
+double cost_of_union(std::size_t meshes) {
+    double cost = 0.0;
     for (double images = 2.0; meshes > 1; meshes = (meshes + 1) / 2, images *= 2.0)
         cost += static_cast<double>(meshes / 2) * images / threads_of(meshes / 2);
     return cost;
@@ -160,7 +160,7 @@ TriangleSurface unite_grains(Plan& plan, const std::string& task) {
         }
         Progress progress(task);
         double all = static_cast<double>(plan.images.size() + joints.size()) / thread_count(), so_far = 0.0;
-        for (const auto& group : groups) all += cost_of_group(group.size());
+        for (const auto& group : groups) all += cost_of_union(group.size());
         const auto done = [&](double cost) { progress.update(std::min(1.0, (so_far += cost) / all)); };
 
         auto meshes = image_meshes(plan, group_of, done);
