@@ -81,7 +81,8 @@ int main_or_throw(int argc, char** argv) {
     int threads = 0;
     bool json = false;
     app.add_option("name", request.name,
-                   "coverage, cross-check, fit, foam, gray, inertia, iteration, lbm, memory, multigrid, packing, section, section-scatter, segment, shapes, "
+                   "coverage, cross-check, fit, foam, gray, inertia, iteration, lbm, memory, multigrid, packing, section, section-scatter, "
+                   "segment, shapes, "
                    "speed-error, stopping, "
                    "tortuosity")
         ->required();
@@ -90,12 +91,14 @@ int main_or_throw(int argc, char** argv) {
                    "slices_087); for coverage: a CSV file "
                    "of rows on random packings, to which the missing ones are added (--quick: none), and a second one for checks of their "
                    "references; for stopping: seeds.csv of "
-                   "studies, whose packings are resampled; for memory: a number of fluid nodes (one run, porosity 0.7, single precision); for multigrid: packing.json files");
+                   "studies, whose packings are resampled; for memory: a number of fluid nodes (one run, porosity 0.7, single precision); "
+                   "for multigrid: packing.json files");
     app.add_option("--output", folder, "folder for <name>.json and figures");
     app.add_option("--threads", threads, "threads of parallel loops (default: OMP_NUM_THREADS, else the cores that this process may use)")
         ->check(CLI::Range(1, 1024));
     app.add_flag("--quick", request.quick,
-                 "for coverage, fit, gray, iteration, lbm, memory, multigrid, packing, section, segment, speed-error and tortuosity: minutes instead "
+                 "for coverage, fit, gray, iteration, lbm, memory, multigrid, packing, section, segment, speed-error and tortuosity: "
+                 "minutes instead "
                  "of half an hour");
     app.add_flag("--json", json, "accepted for compatibility: the result is always JSON");
     app.footer("Example:\n  porepack_benchmark lbm --output lbm_speed");
