@@ -136,10 +136,6 @@ Mesh bridge_mesh(const Bridge& bridge) {
 
 namespace {
 
-Vec3 place_of(const Mesh& mesh, Mesh::Vertex_index v) {
-    return {mesh.point(v).x(), mesh.point(v).y(), mesh.point(v).z()};
-}
-
 // Corners of all facets near the contact: long facets have corners farther away.
 std::vector<Mesh::Vertex_index> corners_at(const Mesh& mesh, const Capsule& own, const GrainContact& contact, double deviation,
                                            int variant) {
@@ -154,7 +150,7 @@ std::vector<Mesh::Vertex_index> corners_at(const Mesh& mesh, const Capsule& own,
     for (const auto face : mesh.faces()) {
         const auto h = mesh.halfedge(face);
         const std::array<Mesh::Vertex_index, 3> of_face = {mesh.source(h), mesh.target(h), mesh.target(mesh.next(h))};
-        const Vec3 x = place_of(mesh, of_face[0]), y = place_of(mesh, of_face[1]), z = place_of(mesh, of_face[2]);
+        const Vec3 x = to_vector(mesh.point(of_face[0])), y = to_vector(mesh.point(of_face[1])), z = to_vector(mesh.point(of_face[2]));
         if (signed_distance(zone, x) > reach + std::max((y - x).norm(), (z - x).norm())) continue;
         const auto near = [&](const Vec3& p, const Vec3& q) {
             return closest_points({p, q - p}, {zone.a, zone.b - zone.a}).distance < reach;
@@ -174,7 +170,7 @@ void keep_volume(Mesh& mesh, const std::vector<Capsule>& grain, const std::vecto
     const double outward = std::clamp((volume - pmp::volume(mesh)) / free_area, 0.0, 0.2 * deviation);
     for (const auto v : mesh.vertices()) {
         if (moved[v.idx()]) continue;
-        const Vec3 x = place_of(mesh, v);
+        const Vec3 x = to_vector(mesh.point(v));
         const auto own = std::min_element(
             grain.begin(), grain.end(), [&](const Capsule& p, const Capsule& q) { return signed_distance(p, x) < signed_distance(q, x); });
         mesh.point(v) = to_point(x + outward * (x - closest_on_axis(*own, x)).normalized());
@@ -190,7 +186,7 @@ void keep_apart(Mesh& mesh, const std::vector<Capsule>& grain, const std::vector
     for (const GrainContact* contact : contacts) {
         const Capsule& own = contact->first == image ? contact->first_capsule : contact->second_capsule;
         for (const auto v : corners_at(mesh, own, *contact, deviation, variant)) {
-            const Vec3 x = place_of(mesh, v), foot = closest_on_axis(own, x);
+            const Vec3 x = to_vector(mesh.point(v)), foot = closest_on_axis(own, x);
             const double distance = (x - foot).norm();
             // In a crease between two capsules, facets are small and could be folded; it is tried only after a fault.
             const auto in_reach = std::count_if(grain.begin(), grain.end(),

@@ -97,26 +97,10 @@ Patch patch_of(const Facets& body, const Bounds& place) {
     }
 }
 
-std::optional<Mesh> mesh_of_facets(const Facets& facets) {
-    TriangleSurface surface;
-    std::map<Corner, int> number;
-    for (const Facet& facet : facets) {
-        std::array<int, 3> triangle{};
-        for (std::size_t c = 0; c < 3; ++c) {
-            const auto [place, fresh] = number.try_emplace(facet[c], static_cast<int>(surface.points.size()));
-            if (fresh) surface.points.push_back({facet[c][0], facet[c][1], facet[c][2]});
-            triangle[c] = place->second;
-        }
-        surface.triangles.push_back(triangle);
-    }
-    return mesh_of(surface);
-}
-
 void append_outside(Facets& facets, const Mesh& patch, const Bridge& bridge) {
     for (const auto face : patch.faces()) {
         Vec3 middle = Vec3::Zero();
-        for (const auto v : vertices_around_face(patch.halfedge(face), patch))
-            middle += Vec3(patch.point(v).x(), patch.point(v).y(), patch.point(v).z()) / 3.0;
+        for (const auto v : vertices_around_face(patch.halfedge(face), patch)) middle += to_vector(patch.point(v)) / 3.0;
         if (bridge.contains(middle)) continue;
         if (const auto facet = facet_of(patch, face)) facets.push_back(*facet);
     }
@@ -136,7 +120,7 @@ void append_sides(Facets& facets, Mesh& box, const Mesh::Property_map<Mesh::Edge
 
 // A crossing that was not there before: others nearby may wait for their own joint.
 bool new_crossing(const Facets& facets, Facets before) {
-    const auto mesh = mesh_of_facets(facets);
+    const auto mesh = mesh_of(surface_of(facets));
     if (!mesh) return true;
     std::sort(before.begin(), before.end());
     const auto old = [&](Mesh::Face_index face) {
@@ -153,7 +137,7 @@ struct Joined {
 };
 
 std::optional<Joined> joined(const Facets& first, const Facets& second, const Facets& others, const Bridge& bridge) {
-    auto p = mesh_of_facets(first), q = mesh_of_facets(second);
+    auto p = mesh_of(surface_of(first)), q = mesh_of(surface_of(second));
     if (!p || !q) return std::nullopt;
     Mesh box = bridge_mesh(bridge);
     auto cut = box.add_property_map<Mesh::Edge_index, bool>("e:cut", false).first;

@@ -71,7 +71,7 @@ double mesh_deviation(const Mesh& mesh, const Capsule& capsule) {
     for (const auto face : mesh.faces()) {
         Vec3 middle = Vec3::Zero();
         for (const auto v : vertices_around_face(mesh.halfedge(face), mesh)) {
-            const Vec3 corner(mesh.point(v).x(), mesh.point(v).y(), mesh.point(v).z());
+            const Vec3 corner = to_vector(mesh.point(v));
             worst = std::max(worst, std::abs(signed_distance(capsule, corner)));
             middle += corner / 3.0;
         }
@@ -150,10 +150,7 @@ Mesh grain_mesh(const Shape& shape, double deviation, double thinner, int varian
 
 Mesh moved_mesh(const Mesh& mesh, const Vec3& position, const Quaternion& orientation) {
     Mesh copy = mesh;
-    for (const auto v : copy.vertices()) {
-        const Point& p = copy.point(v);
-        copy.point(v) = to_point(position + orientation * Vec3(p.x(), p.y(), p.z()));
-    }
+    for (const auto v : copy.vertices()) copy.point(v) = to_point(position + orientation * to_vector(copy.point(v)));
     return copy;
 }
 

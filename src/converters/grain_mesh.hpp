@@ -9,6 +9,9 @@ namespace porepack::converters {
 [[nodiscard]] inline Point to_point(const shapes::Vec3& v) {
     return {v.x(), v.y(), v.z()};
 }
+[[nodiscard]] inline shapes::Vec3 to_vector(const Point& p) {
+    return {p.x(), p.y(), p.z()};
+}
 
 /// A shape's capsules as one closed mesh in the shape's frame, within `deviation_m` of the exact surface and of the exact volume per
 /// capsule. `thinner_m` is taken off the radii. `variant` counts the attempts: each has different corners. Enclosed voids are left out

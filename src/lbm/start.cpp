@@ -8,38 +8,15 @@ using namespace core;
 using namespace converters;
 namespace {
 
-// Trilinear. Beyond an open end the nearest cell is used; where there is no fluid the velocity is zero, and the density that of the
-// others.
+// Where there is no fluid the velocity is zero, and the density that of the other nodes.
 Moments interpolate(const FlowField& coarse, const std::array<double, 3>& place) {
-    const Grid& grid = coarse.domain.grid;
-    const Drive& drive = coarse.domain.drive;
-    std::array<int, 3> base{};
-    std::array<double, 3> part{};
-    for (std::size_t a = 0; a < 3; ++a) {
-        const double at = (place[a] - grid.origin_m[a]) / grid.spacing_m[a] - 0.5;
-        base[a] = static_cast<int>(std::floor(at));
-        part[a] = at - base[a];
-    }
+    const NodesAround around = nodes_around(coarse.domain, place);
     Moments mean{.density = 0.0, .velocity = {0, 0, 0}};
     double fluid = 0.0;
-    for (int corner = 0; corner < 8; ++corner) {
-        double weight = 1.0;
-        std::array<int, 3> at{};
-        bool inside = true;
-        for (std::size_t a = 0; a < 3; ++a) {
-            const int far = corner >> a & 1, n = grid.cells[a];
-            weight *= far != 0 ? part[a] : 1.0 - part[a];
-            at[a] = base[a] + far;
-            if (drive.periodic[a])
-                at[a] = (at[a] + n) % n;
-            else if (static_cast<int>(a) == drive.axis)
-                at[a] = std::clamp(at[a], 0, n - 1);
-            else
-                inside = inside && at[a] >= 0 && at[a] < n;
-        }
-        const std::int64_t node = inside ? coarse.domain.node_at(at) : -1;
-        if (node < 0) continue;
-        const auto& moments = coarse.moments[static_cast<std::size_t>(node)];
+    for (std::size_t corner = 0; corner < 8; ++corner) {
+        if (around.node[corner] < 0) continue;
+        const double weight = around.weight[corner];
+        const auto& moments = coarse.moments[static_cast<std::size_t>(around.node[corner])];
         fluid += weight;
         mean.density += weight * static_cast<double>(moments[0]);
         for (std::size_t a = 0; a < 3; ++a) mean.velocity[a] += weight * static_cast<double>(moments[a + 1]);
@@ -80,6 +57,36 @@ void for_blocks(std::size_t nodes, const Visit& visit) {
 }
 
 }  // namespace
+
+NodesAround nodes_around(const Domain& domain, const std::array<double, 3>& place) {
+    const Grid& grid = domain.grid;
+    std::array<int, 3> base{};
+    std::array<double, 3> part{};
+    for (std::size_t a = 0; a < 3; ++a) {
+        const double at = (place[a] - grid.origin_m[a]) / grid.spacing_m[a] - 0.5;
+        base[a] = static_cast<int>(std::floor(at));
+        part[a] = at - base[a];
+    }
+    NodesAround around{};
+    for (std::size_t corner = 0; corner < 8; ++corner) {
+        around.weight[corner] = 1.0;
+        std::array<int, 3> at{};
+        bool inside = true;
+        for (std::size_t a = 0; a < 3; ++a) {
+            const int far = static_cast<int>(corner >> a & 1U), n = grid.cells[a];
+            around.weight[corner] *= far != 0 ? part[a] : 1.0 - part[a];
+            at[a] = base[a] + far;
+            if (domain.drive.periodic[a])
+                at[a] = (at[a] + n) % n;
+            else if (static_cast<int>(a) == domain.drive.axis)
+                at[a] = std::clamp(at[a], 0, n - 1);
+            else
+                inside = inside && at[a] >= 0 && at[a] < n;
+        }
+        around.node[corner] = inside ? domain.node_at(at) : -1;
+    }
+    return around;
+}
 
 FlowField take_field(Flow& flow, Domain&& domain, const Scheme& scheme) {
     FlowField field{.domain = std::move(domain), .viscosity_lu = scheme.viscosity_lu(), .moments = {}};

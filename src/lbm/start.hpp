@@ -15,6 +15,14 @@ struct FlowField {
 /// Moves the nodes of `domain` into the field. The flow forgets its populations on the way, so that no more memory is needed.
 [[nodiscard]] FlowField take_field(Flow& flow, Domain&& domain, const Scheme& scheme);
 
+/// The eight cells around a place in metres, with their trilinear weights; -1 where there is no node. Beyond an open end the nearest cell
+/// is used.
+struct NodesAround {
+    std::array<std::int64_t, 8> node;
+    std::array<double, 8> weight;
+};
+[[nodiscard]] NodesAround nodes_around(const Domain& domain, const std::array<double, 3>& place);
+
 /// Sets `flow` to local equilibrium with the coarse field's velocity and density, trilinear between cell centres and scaled to this grid
 /// and viscosity: u ~ F h^-2 / nu and rho ~ F / h for a force that is the same in lattice units.
 void start_from(Flow& flow, const Domain& domain, const Scheme& scheme, const FlowField& coarse);

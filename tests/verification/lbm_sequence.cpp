@@ -30,7 +30,7 @@ TEST(Memory, IsUsedAsPredicted) {
                      predicted = stages::expect_lbm(space, geometry, config).memory_bytes - program_bytes;
         std::printf("  %s: %.1f bytes per node of %.3g nodes, predicted %.1f\n", std::string(name_of(precision)).c_str(), used / nodes,
                     nodes, predicted / nodes);
-        EXPECT_NEAR(used / predicted, 1.0, 0.05);  // a run is refused by the prediction: so good it should be
+        EXPECT_NEAR(used / predicted, 1.0, 0.05);  // runs are refused on the basis of this prediction
         // Addresses of 27 instead of 13.5 bytes, or wall links (8 bytes each) that are not freed, would exceed this.
         EXPECT_LT(used / nodes, precision == Precision::double_precision ? 175.0 : 96.0);
     }

@@ -218,7 +218,7 @@ TEST(Surface, ASettledBedIsOneSurface) {
     packing.bodies.resize(150);
     const SurfaceResult result = make_surface(packing, {});
     EXPECT_EQ(check_surface(result.surface).fault, "");
-    EXPECT_GT(result.bridges, 300);
+    EXPECT_GT(result.bridges, 300);  // a settled grain has at least four contacts, each shared by two
     EXPECT_EQ(result.shrunk_grains, 0);
     // A grain of this shape has 0.1 % of volume too much at 0.5 % of facets, where the facets of two arms overlap.
     EXPECT_NEAR(result.check.volume_m3 / (150.0 * measure(packing.shapes.front(), 1e-6).volume_m3), 1.0, 0.0015);
