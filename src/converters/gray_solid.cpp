@@ -83,6 +83,35 @@ void GraySolid::column(double x, double y, std::vector<Interval>& parts) const {
     std::erase_if(parts, [](const Interval& part) { return part.high <= part.low; });
 }
 
+// Interpolated values do not exceed those of the voxels around: the layers in which one of these is above the level, and those beside them.
+void GraySolid::near_column(double x, double y, double length, std::vector<Interval>& parts) const {
+    parts.clear();
+    const Grid& grid = image_->grid;
+    const double reach = 0.5 * length, h = grid.spacing_m[2];
+    const auto cells = [&](int axis, double from) {
+        const auto a = static_cast<std::size_t>(axis);
+        const int n = grid.cells[a];
+        const auto at = [&](double value) { return static_cast<int>(std::floor((value - grid.origin_m[a]) / grid.spacing_m[a] - 0.5)); };
+        std::vector<int> found;
+        for (int i = at(from - reach); i <= at(from + reach) + 1; ++i)
+            found.push_back(periodic_[a] ? ((i % n) + n) % n : std::clamp(i, 0, n - 1));
+        return found;
+    };
+    const std::vector<int> xs = cells(0, x), ys = cells(1, y);
+    const int n = grid.cells[2];
+    for (int k = 0; k < n; ++k) {
+        const bool above = std::any_of(ys.begin(), ys.end(), [&](int j) {
+            return std::any_of(xs.begin(), xs.end(), [&](int i) { return image_->at(grid.index(i, j, k)) > level_; });
+        });
+        if (!above) continue;
+        const double z = grid.centre(2, k), margin = h + reach;
+        parts.push_back({k == 0 ? -1e300 : z - margin, k + 1 == n ? 1e300 : z + margin});
+        if (periodic_[2] && k == 0) parts.push_back({z + n * h - margin, 1e300});
+        if (periodic_[2] && k + 1 == n) parts.push_back({-1e300, z - n * h + margin});
+    }
+    unite(parts);
+}
+
 class GraySolid::Probe : public SolidProbe {
 public:
     explicit Probe(const GraySolid& solid) : solid_(solid) {}

@@ -14,6 +14,7 @@ public:
     /// Solid above image.level.
     GraySolid(std::shared_ptr<const core::GrayImage> image, const packing::Container& container);
     void column(double x, double y, std::vector<core::Interval>& parts) const override;
+    void near_column(double x, double y, double length, std::vector<core::Interval>& parts) const override;
     [[nodiscard]] shapes::Bounds bounds() const override;
     [[nodiscard]] std::unique_ptr<packing::SolidProbe> probe() const override;
 

@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <limits>
 #include <numeric>
 #include <vector>
 
+#include "converters/link_cuts.hpp"
 #include "core/error.hpp"
 
 namespace porepack::converters {
@@ -83,7 +85,7 @@ private:
 // The pore space, row by row, and its pieces.
 class RunImage {
 public:
-    RunImage(const PhaseImage& image, const Drive& drive) : image_(image), drive_(drive) {
+    RunImage(const PhaseImage& image, const Drive& drive, const LinkCuts& cuts) : image_(image), drive_(drive), cuts_(cuts) {
         const std::size_t rows = image.grid.size() / nx();
         first_.reserve(rows + 1);
         for (std::size_t row = 0; row < rows; ++row) {
@@ -92,7 +94,7 @@ public:
             for (std::size_t i = 0; i < nx(); ++i)
                 if (phase[i] == Phase::pore) {
                     const std::size_t begin = i;
-                    while (i + 1 < nx() && phase[i + 1] == Phase::pore) ++i;
+                    while (i + 1 < nx() && phase[i + 1] == Phase::pore && !cuts_.closed(row * nx() + i, {1, 0, 0})) ++i;
                     runs_.push_back({static_cast<std::int32_t>(begin), static_cast<std::int32_t>(i)});
                 }
         }
@@ -109,9 +111,9 @@ public:
             for (int j = 0; j < ny; ++j) {
                 join_within(pieces, row_of(j, k));
                 if (j + 1 < ny || drive_.periodic[1])
-                    join_rows(pieces, row_of(j, k), row_of((j + 1) % ny, k), drive_.axis == 1 && j + 1 == ny ? 1 : 0);
+                    join_rows(pieces, row_of(j, k), row_of((j + 1) % ny, k), {0, 1, 0}, drive_.axis == 1 && j + 1 == ny ? 1 : 0);
                 if (k + 1 < nz || drive_.periodic[2])
-                    join_rows(pieces, row_of(j, k), row_of(j, (k + 1) % nz), drive_.axis == 2 && k + 1 == nz ? 1 : 0);
+                    join_rows(pieces, row_of(j, k), row_of(j, (k + 1) % nz), {0, 0, 1}, drive_.axis == 2 && k + 1 == nz ? 1 : 0);
             }
         Percolation result{.cells = CellSet(image_.grid)};
         for (std::size_t row = 0; row + 1 < first_.size(); ++row)
@@ -135,28 +137,47 @@ private:
     void join_within(Pieces& pieces, std::size_t row) const {
         const std::uint32_t begin = first_[row], end = first_[row + 1];
         if (begin == end) return;
-        const auto ny = static_cast<std::size_t>(image_.grid.cells[1]);
         const auto last_x = image_.grid.cells[0] - 1;
-        const auto place = static_cast<int>(drive_.axis == 1 ? row % ny : row / ny);
-        const int last_place = image_.grid.cells[static_cast<std::size_t>(drive_.axis)] - 1;
-        for (std::uint32_t r = begin; r < end; ++r) {
-            if (drive_.axis == 0 ? runs_[r].first == 0 : place == 0) pieces.mark(r, Pieces::inlet);
-            if (drive_.axis == 0 ? runs_[r].last == last_x : place == last_place) pieces.mark(r, Pieces::outlet);
-        }
-        if (drive_.periodic[0] && runs_[begin].first == 0 && runs_[end - 1].last == last_x)
+        if (drive_.by_pressure())
+            for (std::uint32_t r = begin; r < end; ++r) {
+                if (reaches_end(row, runs_[r], -1)) pieces.mark(r, Pieces::inlet);
+                if (reaches_end(row, runs_[r], 1)) pieces.mark(r, Pieces::outlet);
+            }
+        if (drive_.periodic[0] && runs_[begin].first == 0 && runs_[end - 1].last == last_x &&
+            !cuts_.closed(row * nx() + static_cast<std::size_t>(last_x), {1, 0, 0}))
             pieces.join(end - 1, begin, drive_.axis == 0 ? 1 : 0);
     }
 
-    void join_rows(Pieces& pieces, std::size_t row, std::size_t other, int turns) const {
+    // A cell of the run lies at the first (side -1) or last (1) plane of the drive's axis, and no solid lies between its centre and the
+    // plane.
+    [[nodiscard]] bool reaches_end(std::size_t row, const Run& run, int side) const {
+        const auto ny = static_cast<std::size_t>(image_.grid.cells[1]);
+        const auto axis = static_cast<std::size_t>(drive_.axis);
+        const int end = side < 0 ? 0 : image_.grid.cells[axis] - 1;
+        std::array<int, 3> step{};
+        step[axis] = side;
+        if (axis == 0) return (side < 0 ? run.first : run.last) == end && !cuts_.closed(row * nx() + static_cast<std::size_t>(end), step);
+        if (static_cast<int>(axis == 1 ? row % ny : row / ny) != end) return false;
+        for (std::int32_t i = run.first; i <= run.last; ++i)
+            if (!cuts_.closed(row * nx() + static_cast<std::size_t>(i), step)) return true;
+        return false;
+    }
+
+    // Two runs are joined by any link between them that is open. `step` leads from `row` to the other.
+    void join_rows(Pieces& pieces, std::size_t row, std::size_t other, const std::array<int, 3>& step, int turns) const {
         std::uint32_t a = first_[row], b = first_[other];
         while (a < first_[row + 1] && b < first_[other + 1]) {
-            if (runs_[a].first <= runs_[b].last && runs_[b].first <= runs_[a].last) pieces.join(a, b, turns);
+            const std::int32_t last = std::min(runs_[a].last, runs_[b].last);
+            std::int32_t i = std::max(runs_[a].first, runs_[b].first);
+            while (i <= last && cuts_.closed(row * nx() + static_cast<std::size_t>(i), step)) ++i;
+            if (i <= last) pieces.join(a, b, turns);
             runs_[a].last < runs_[b].last ? ++a : ++b;
         }
     }
 
     const PhaseImage& image_;
     Drive drive_;
+    const LinkCuts& cuts_;
     std::vector<Run> runs_;
     std::vector<std::uint32_t> first_;  // first run of each row, and the end of the last
 };
@@ -172,12 +193,16 @@ Drive choose_drive(const Container& container, Axis direction) {
     return drive;
 }
 
-Percolation find_percolating_cells(const PhaseImage& image, const Drive& drive) {
-    Percolation result = RunImage(image, drive).percolation();
+Percolation find_percolating_cells(const PhaseImage& image, const Drive& drive, const LinkCuts& cuts) {
+    Percolation result = RunImage(image, drive, cuts).percolation();
     if (result.cells.empty())
         throw DoesNotPercolate(fmt::format("the pore space does not percolate: no path leads along {} from end to end", "xyz"[drive.axis]),
                                {.fix = "check the section and the voxel size (throats narrower than a voxel are closed)"});
     return result;
+}
+
+Percolation find_percolating_cells(const PhaseImage& image, const Drive& drive) {
+    return find_percolating_cells(image, drive, {});
 }
 
 }  // namespace porepack::converters

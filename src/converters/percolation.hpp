@@ -22,6 +22,8 @@ struct Drive {
 [[nodiscard]] bool step_in_grid(const core::Grid& grid, const Drive& drive, std::array<int, 3>& at, const std::array<int, 3>& step);
 [[nodiscard]] std::array<int, 3> place_in_grid(const core::Grid& grid, std::size_t cell);
 
+class LinkCuts;  // link_cuts.hpp
+
 struct DoesNotPercolate : core::NumericalError {
     using core::NumericalError::NumericalError;
 };
@@ -30,8 +32,10 @@ struct Percolation {
     CellSet cells;                    ///< reachable by the flow
     std::int64_t isolated_cells = 0;  ///< pore cells that the flow cannot reach
 };
-/// Keeps the pieces of pore space (connected through cell faces) that join the inlet to the outlet, or that wind round a
-/// periodic box in the direction of flow. Throws DoesNotPercolate when there is none.
+/// Keeps the pieces of pore space (connected through cell faces, except closed links) that join the inlet to the outlet, or that wind round
+/// a periodic box in the direction of flow. Throws DoesNotPercolate when there is none.
+[[nodiscard]] Percolation find_percolating_cells(const core::PhaseImage& image, const Drive& drive, const LinkCuts& cuts);
+/// Without closed links.
 [[nodiscard]] Percolation find_percolating_cells(const core::PhaseImage& image, const Drive& drive);
 
 }  // namespace porepack::converters

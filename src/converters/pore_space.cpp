@@ -88,6 +88,11 @@ std::optional<FlowWalls> PoreSpace::walls() const {
     return FlowWalls{*solid, container, kept_solid()};
 }
 
+LinkCuts PoreSpace::link_cuts(const PhaseImage& image, const Drive& drive) const {
+    const std::optional<FlowWalls> exact = walls();
+    return exact ? find_cuts(image, *exact, drive) : find_cuts(image, drive);
+}
+
 bool PoreSpace::computes_whole_bed() const {
     const double rounding = 1e-9 * container.height();
     return ends == Ends::in_situ && !image && image_voxel_size_m == 0.0 && !container.periodic[2] &&

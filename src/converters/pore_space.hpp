@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "converters/config.hpp"
+#include "converters/link_cuts.hpp"
 #include "converters/percolation.hpp"
 #include "converters/voxels.hpp"
 #include "converters/walls.hpp"
@@ -56,6 +57,8 @@ struct PoreSpace {
     [[nodiscard]] packing::Section kept_solid() const;
     /// The exact wall positions; empty for an image. The pore space must outlive them.
     [[nodiscard]] std::optional<FlowWalls> walls() const;
+    /// The links between pore cells of voxelise_at() that the solid closes.
+    [[nodiscard]] LinkCuts link_cuts(const core::PhaseImage& image, const Drive& drive) const;
 
     /// The section and its buffers: the part in which the flow is computed.
     [[nodiscard]] packing::Section computed() const { return {section.z0 - buffers_m[0], section.z1 + buffers_m[1]}; }

@@ -83,6 +83,7 @@ public:
     ~SurfaceSolid() override;
     /// Uses the winding number along the line: overlapping shells are joined.
     void column(double x, double y, std::vector<core::Interval>& parts) const override;
+    void near_column(double x, double y, double length, std::vector<core::Interval>& parts) const override;
     [[nodiscard]] shapes::Bounds bounds() const override;
     [[nodiscard]] std::unique_ptr<packing::SolidProbe> probe() const override;
 

@@ -169,6 +169,45 @@ void SurfaceSolid::column(double x, double y, std::vector<Interval>& parts) cons
     unite(parts);
 }
 
+// The points above and below a triangle's box, as far as they are near its plane.
+void SurfaceSolid::near_column(double x, double y, double length, std::vector<Interval>& parts) const {
+    parts.clear();
+    const Bins& bins = *bins_;
+    const Container& container = bins.container;
+    const double reach = 0.5 * length * (1.0 + 1e-9);
+    const auto around = [&](int axis) { return container.periodic[static_cast<std::size_t>(axis)] ? 1 : 0; };
+    const auto add = [&](const Bins::Triangle& t, double px, double py, double lift) {
+        const Vec3 low = t.a.cwiseMin(t.b).cwiseMin(t.c), high = t.a.cwiseMax(t.b).cwiseMax(t.c);
+        if (px < low.x() - reach || px > high.x() + reach || py < low.y() - reach || py > high.y() + reach) return;
+        Interval part{low.z() - reach, high.z() + reach};
+        const Vec3 normal = (t.b - t.a).cross(t.c - t.a).normalized();  // 0 for a triangle without area: then the box counts
+        const double at_zero = normal.dot(Vec3(px, py, 0.0) - t.a), slope = normal.z();
+        if (std::abs(slope) > 1e-9) {
+            const double one = (-reach - at_zero) / slope, other = (reach - at_zero) / slope;
+            part = {std::max(part.low, std::min(one, other)), std::min(part.high, std::max(one, other))};
+        } else if (std::abs(at_zero) > reach * (1.0 + 1e-6) + 1e-9 * (high - low).norm()) {
+            return;
+        }
+        if (part.low <= part.high) parts.push_back({part.low + lift, part.high + lift});
+    };
+    for (int i = -around(0); i <= around(0); ++i)
+        for (int j = -around(1); j <= around(1); ++j) {
+            const double px = x + i * container.size_m.x(), py = y + j * container.size_m.y();
+            if (px < bins.bounds.low.x() - reach || px > bins.bounds.high.x() + reach || py < bins.bounds.low.y() - reach ||
+                py > bins.bounds.high.y() + reach)
+                continue;
+            for (int row = bins.clamp_cell(py - reach, bins.bounds.low.y(), bins.rows);
+                 row <= bins.clamp_cell(py + reach, bins.bounds.low.y(), bins.rows); ++row)
+                for (int column = bins.clamp_cell(px - reach, bins.bounds.low.x(), bins.columns);
+                     column <= bins.clamp_cell(px + reach, bins.bounds.low.x(), bins.columns); ++column)
+                    for (const int t : bins.cells[static_cast<std::size_t>(row) * static_cast<std::size_t>(bins.columns) +
+                                                  static_cast<std::size_t>(column)])
+                        for (int k = -around(2); k <= around(2); ++k)
+                            add(bins.triangles[static_cast<std::size_t>(t)], px, py, k * container.size_m.z());
+        }
+    unite(parts);
+}
+
 namespace {
 
 // The bounding box has been checked; a cylinder is rounder. Poured grains press into the wall a little.

@@ -44,6 +44,11 @@ std::optional<double> WallFinder::straight(const Vec3& from, const Vec3& step) c
     return first;
 }
 
+bool WallFinder::closes_first_half(const Vec3& step) const {
+    constexpr double half = 0.5 * (1.0 + 1e-9);
+    return straight(centre_, half * step).has_value();
+}
+
 std::optional<double> WallFinder::fraction(const Vec3& step) const {
     const double end = centre_[drive_.axis] + step[drive_.axis];
     if (!drive_.by_pressure() || (end > end_low_ && end < end_high_)) return straight(centre_, step);

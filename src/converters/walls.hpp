@@ -25,6 +25,8 @@ public:
     void move_to(const shapes::Vec3& centre);
     /// Fraction of the segment to centre + step at which it meets a wall; nothing when it meets none. `step` leads to a neighbour.
     [[nodiscard]] std::optional<double> fraction(const shapes::Vec3& step) const;
+    /// The first half of the segment to centre + step, the middle included, meets a wall.
+    [[nodiscard]] bool closes_first_half(const shapes::Vec3& step) const;
 
 private:
     [[nodiscard]] std::optional<double> straight(const shapes::Vec3& from, const shapes::Vec3& step) const;

@@ -40,6 +40,7 @@ std::size_t Domain::layer_of_cell(std::size_t here) const {
 void Domain::forget_links() {
     walls = std::vector<WallLink>();
     boundary_links = std::vector<BoundaryLink>();
+    cuts = LinkCuts();
 }
 
 double Domain::narrow_share() const {
@@ -90,11 +91,13 @@ Links links_of(const Domain& domain, const FlowWalls* walls, double inlet_radius
         const auto& near = neighbours.of(cells[node - begin]);
         const auto here = place_in_grid(domain.grid, cells[node - begin]);
         bool moved = false;
+        const std::uint32_t closed = domain.cuts.links(cells[node - begin]);
         std::uint32_t wall_mask = 0;
         const std::size_t first = links.walls.size();
         for (int q = 1; q < d3q19::directions; ++q) {
             if (near[static_cast<std::size_t>(q)] >= 0) continue;
-            if (const std::int64_t aside = beyond_open_end(domain, here, q); aside >= 0) {
+            const bool open = (closed & LinkCuts::bit(d3q19::c[static_cast<std::size_t>(q)])) == 0;
+            if (const std::int64_t aside = open ? beyond_open_end(domain, here, q) : -1; aside >= 0) {
                 // The incoming population is the mirror image of the one that left `aside`, or that of the inlet.
                 const int in = d3q19::opposite(q);
                 const auto self = static_cast<std::uint32_t>(node);
@@ -148,9 +151,10 @@ std::vector<double> layer_conductance(const Domain& domain) {
 }  // namespace
 
 Domain build_domain(const PhaseImage& image, const Drive& drive, const FlowWalls* walls, double inlet_radius_cells) {
-    Domain domain{.grid = image.grid, .drive = drive, .cells = {}, .walls = {}, .boundary_links = {}, .layer_conductance = {}};
+    Domain domain{.grid = image.grid, .drive = drive, .cells = {}, .cuts = {}, .walls = {}, .boundary_links = {}, .layer_conductance = {}};
+    domain.cuts = walls != nullptr ? find_cuts(image, *walls, drive) : find_cuts(image, drive);
     {
-        Percolation percolation = find_percolating_cells(image, drive);
+        Percolation percolation = find_percolating_cells(image, drive, domain.cuts);
         domain.isolated_cells = percolation.isolated_cells;
         domain.cells = std::move(percolation.cells);
     }

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "converters/percolation.hpp"
+#include "converters/link_cuts.hpp"
 #include "converters/walls.hpp"
 
 namespace porepack::lbm {
@@ -34,6 +34,7 @@ struct Domain {
     core::Grid grid;
     converters::Drive drive;
     converters::CellSet cells;                 ///< of the nodes, which have their numbers
+    converters::LinkCuts cuts;                 ///< links between nodes that end at walls all the same
     std::vector<WallLink> walls;               ///< by node
     std::vector<BoundaryLink> boundary_links;  ///< by node
     std::vector<double> layer_conductance;     ///< of each layer normal to the flow: nodes^3 / wall links^2 (Kozeny), for estimates
@@ -67,9 +68,10 @@ inline constexpr double program_bytes = 6e7;
 /// Bytes that a run needs, including set-up and the program.
 [[nodiscard]] double lbm_memory_bytes(const RunSize& size);
 
-/// Keeps the cells that flow can reach (find_percolating_cells). With `walls` the distances are exact, without (an image) walls
-/// are half-way. On end planes the pressure is constant and the flow normal: the incoming population is minus the mirror
-/// image of the outgoing one. With `inlet_radius_cells` a Poiseuille profile of that radius enters through the first plane.
+/// Keeps the cells that flow can reach (find_percolating_cells). With `walls` the distances are exact, and solid between two nodes closes
+/// their link; without (an image) walls are half-way, and two solid cells that share an edge close the links across it. On end planes the
+/// pressure is constant and the flow normal: the incoming population is minus the mirror image of the outgoing one. With
+/// `inlet_radius_cells` a Poiseuille profile of that radius enters through the first plane.
 [[nodiscard]] Domain build_domain(const core::PhaseImage& image, const converters::Drive& drive, const converters::FlowWalls* walls,
                                   double inlet_radius_cells = 0.0);
 

@@ -53,7 +53,7 @@ bool Neighbours::inside(std::size_t cell) {
     const auto nx = static_cast<std::size_t>(domain_.grid.cells[0]);
     const std::size_t row = cell / nx, x = cell - row * nx;
     if (row != row_) enter_row(row);
-    if (x == 0 || x + 1 == nx) return false;
+    if (x == 0 || x + 1 == nx || domain_.cuts.at(cell)) return false;
     for (std::size_t at = 0; at < rows_.size(); ++at) {
         if (!rows_[at].exists) return false;
         const bool diagonal = at % 2 == 0 && at != 4;  // the lattice has one link to such a row
@@ -87,6 +87,9 @@ const std::array<std::int64_t, d3q19::directions>& Neighbours::of(std::size_t ce
             if (fluid) ++node;
         }
     }
+    if (const std::uint32_t closed = domain_.cuts.links(cell); closed != 0)
+        for (std::size_t q = 1; q < d3q19::directions; ++q)
+            if ((closed & LinkCuts::bit(d3q19::c[q])) != 0) found_[q] = -1;
     return found_;
 }
 

@@ -40,6 +40,11 @@ Grains::Grains(const Packing& packing) : container_(packing.container), shapes_(
     capsule_bins_ = SpatialBins(boxes);
 }
 
+void Solid::near_column(double, double, double length, std::vector<Interval>& parts) const {
+    const Bounds box = bounds();
+    parts = {{box.low.z() - length, box.high.z() + length}};
+}
+
 bool Solid::contains(const Vec3& point) const {
     thread_local std::vector<Interval> parts;
     column(point.x(), point.y(), parts);
@@ -192,6 +197,30 @@ void Grains::column(double x, double y, std::vector<Interval>& parts) const {
         }
         parts.insert(parts.end(), own.begin(), own.end());
     }
+    unite(parts);
+}
+
+// A segment that passes through a capsule passes through one of the spheres that it consists of. The nearer end of a chord of `length` is
+// at most half the length away from the foot of the centre's perpendicular, so that its distance to the sphere is at most this margin.
+void Grains::near_column(double x, double y, double length, std::vector<Interval>& parts) const {
+    parts.clear();
+    const double reach = 0.5 * length;
+    const auto bin = [&](double value, double low, int count) {
+        return std::clamp(static_cast<int>(std::floor((value - low) / bin_size_)), 0, count - 1);
+    };
+    const Vec3 origin(x, y, 0.0);
+    for (int j = bin(y - reach, bounds_.low.y(), rows_); j <= bin(y + reach, bounds_.low.y(), rows_); ++j)
+        for (int i = bin(x - reach, bounds_.low.x(), columns_); i <= bin(x + reach, bounds_.low.x(), columns_); ++i)
+            for (const int g : bins_[static_cast<std::size_t>(j) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(i)]) {
+                const Image& image = images_[static_cast<std::size_t>(g)];
+                if (x < image.bounds.low.x() - reach || x > image.bounds.high.x() + reach || y < image.bounds.low.y() - reach ||
+                    y > image.bounds.high.y() + reach)
+                    continue;
+                for (Capsule capsule : image.capsules) {
+                    capsule.radius = std::hypot(capsule.radius, reach) * (1.0 + 1e-9);
+                    if (const auto part = line_interval(capsule, origin, Vec3::UnitZ())) parts.push_back(*part);
+                }
+            }
     unite(parts);
 }
 

@@ -24,6 +24,9 @@ public:
     virtual ~Solid() = default;
     /// The parts of the vertical line at (x, y) inside the solid: sorted, disjoint; `parts` is overwritten.
     virtual void column(double x, double y, std::vector<core::Interval>& parts) const = 0;
+    /// Parts of the vertical line at (x, y) with every point outside the solid from which a segment of this `length` can pass through the
+    /// solid within its first half and end outside. They may hold other points too; `parts` is overwritten. Default: the whole line.
+    virtual void near_column(double x, double y, double length, std::vector<core::Interval>& parts) const;
     /// Lowest and highest point.
     [[nodiscard]] virtual shapes::Bounds bounds() const = 0;
     [[nodiscard]] virtual std::unique_ptr<SolidProbe> probe() const = 0;
@@ -38,6 +41,7 @@ class Grains : public Solid {
 public:
     explicit Grains(const Packing& packing);
     void column(double x, double y, std::vector<core::Interval>& parts) const override;
+    void near_column(double x, double y, double length, std::vector<core::Interval>& parts) const override;
     [[nodiscard]] shapes::Bounds bounds() const override { return bounds_; }
     [[nodiscard]] std::unique_ptr<SolidProbe> probe() const override;
 

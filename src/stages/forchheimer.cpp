@@ -293,7 +293,8 @@ Stage make_forchheimer_stage(const Case& c) {
             if (!has_packing(c) && !c.from_stl()) return {.text = "as soon as there is a packing"};
             return expect_forchheimer(case_pore_space(c), c.settings.forchheimer);
         },
-        .resumes = true};
+        .resumes = true,
+        .result_version = 2};
 }
 
 }  // namespace porepack::stages

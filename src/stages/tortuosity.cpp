@@ -214,7 +214,8 @@ Stage make_tortuosity_stage(const Case& c) {
                 .configuration = deciding_keys(c, {"container", "tortuosity"}, {"voxel_size_m"}, true),
                 .outputs = {"*.vtp"},
                 .run = [c](const Path& folder) { return run_case_tortuosity(c, folder); },
-                .expect = [c] { return expect_case(c); }};
+                .expect = [c] { return expect_case(c); },
+                .result_version = 2};
     if (c.from_image()) stage.needs = {"image", "lbm"};
     if (!c.from_stl() && !c.from_image()) stage.needs.insert(stage.needs.begin(), "pack");
     return stage;

@@ -17,7 +17,7 @@ namespace {
 
 // Conductances in units of D0 h, where h is the cube root of a voxel's volume: face area / distance of the centres / h. A plane of given
 // concentration is half a voxel away from the centres. Only percolating pores (`percolation`) conduct.
-ConductanceGrid finest_grid(const PhaseImage& image, const Percolation& percolation, std::size_t axis,
+ConductanceGrid finest_grid(const PhaseImage& image, const Percolation& percolation, const LinkCuts& cuts, std::size_t axis,
                             const std::array<bool, 3>& periodic) {
     ConductanceGrid grid{.n = image.grid.cells, .periodic = periodic, .axis = axis};
     grid.allocate();
@@ -29,13 +29,16 @@ ConductanceGrid finest_grid(const PhaseImage& image, const Percolation& percolat
         for (std::size_t a = 0; a < 3; ++a) {
             const auto g = static_cast<float>(h[0] * h[1] * h[2] / (h[a] * h[a] * scale));
             const bool last = at[a] + 1 == grid.n[a];
+            std::array<int, 3> up{}, down{};
+            up[a] = 1;
+            down[a] = -1;
             if (a == axis && !periodic[a]) {
-                if (at[a] == 0) grid.plane[0][grid.plane_index(at)] = 2.0F * g;
-                if (last) grid.plane[1][grid.plane_index(at)] = 2.0F * g;
+                if (at[a] == 0 && !cuts.closed(i, down)) grid.plane[0][grid.plane_index(at)] = 2.0F * g;
+                if (last && !cuts.closed(i, up)) grid.plane[1][grid.plane_index(at)] = 2.0F * g;
             }
             if ((last && !periodic[a]) || grid.n[a] == 1) continue;
             const std::size_t next = last ? i - stride[a] * static_cast<std::size_t>(grid.n[a] - 1) : i + stride[a];
-            if (percolation.cells.contains(next)) grid.face[a][i] = g;
+            if (percolation.cells.contains(next) && !cuts.closed(i, up)) grid.face[a][i] = g;
         }
     });
     return grid;
@@ -96,8 +99,8 @@ double diffusive_memory_bytes(double cells) {
     return 60.0 * cells;
 }
 
-DiffusiveResult diffusive_tortuosity(const PhaseImage& image, int along, std::array<bool, 3> periodic, double tolerance,
-                                     long maximum_iterations) {
+DiffusiveResult diffusive_tortuosity(const PhaseImage& image, int along, std::array<bool, 3> periodic, const DiffusiveOptions& options,
+                                     const LinkCuts& cuts) {
     const auto axis = static_cast<std::size_t>(along);
     DiffusiveResult result;
     double inside = 0.0, pores = 0.0;
@@ -107,23 +110,23 @@ DiffusiveResult diffusive_tortuosity(const PhaseImage& image, int along, std::ar
     }
     std::vector<ConductanceGrid> grids;
     {
-        const Percolation percolation = find_percolating_cells(image, {.axis = along, .periodic = periodic});
+        const Percolation percolation = find_percolating_cells(image, {.axis = along, .periodic = periodic}, cuts);
         result.porosity = pores / inside;
         result.porosity_flowing = static_cast<double>(percolation.cells.size()) / inside;
-        grids = make_grids(finest_grid(image, percolation, axis, periodic));
+        grids = make_grids(finest_grid(image, percolation, cuts, axis, periodic));
     }
     const ConcentrationDrop drop(grids.front());
     std::vector<double> x = drop.first_guess();
-    const ConjugateGradientResult solution =
-        solve_by_conjugate_gradients(grids, drop.right_hand_side(), x,
-                                     {.tolerance = tolerance, .maximum_iterations = maximum_iterations, .label = "tortuosity (diffusive)"});
+    const ConjugateGradientResult solution = solve_by_conjugate_gradients(
+        grids, drop.right_hand_side(), x,
+        {.tolerance = options.tolerance, .maximum_iterations = options.maximum_iterations, .label = "tortuosity (diffusive)"});
     result.iterations = solution.iterations;
     result.residual = solution.residual;
     result.converged = solution.converged;
     if (!solution.converged)
         throw NumericalError(
             fmt::format("diffusion has not converged: residual {:.2e} after {} iterations", solution.residual, solution.iterations),
-            {.allowed = fmt::format("{:.1e}", tolerance)});
+            {.allowed = fmt::format("{:.1e}", options.tolerance)});
     const double in = drop.flux(x, 0), out = periodic[axis] ? in : drop.flux(x, 1);
     result.flux_imbalance = std::abs(in - out) / in;
     // Without grains: g_axis for each cell of a layer, over the layers between the planes, or for one unit per layer.

@@ -33,8 +33,9 @@ DiffusiveEstimate diffusive_tortuosity(const PoreSpace& space, double voxel_size
         require_memory(diffusive_memory_bytes(static_cast<double>(plan.grid.size())), "diffusion on the voxels",
                        "use a larger voxel size or a shorter section");
         try {
-            DiffusiveResult result = diffusive_tortuosity(section.voxelise_at(size), static_cast<int>(axis), section.periodic_sides(),
-                                                          options.tolerance, options.maximum_iterations);
+            const PhaseImage image = section.voxelise_at(size);
+            const Drive drive{.axis = static_cast<int>(axis), .periodic = section.periodic_sides()};
+            DiffusiveResult result = diffusive_tortuosity(image, drive.axis, drive.periodic, options, section.link_cuts(image, drive));
             estimate.grids.push_back({plan.voxel_size_m, result.value});
             if (finest) estimate.finest = std::move(result);
         } catch (const DoesNotPercolate&) {

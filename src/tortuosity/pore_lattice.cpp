@@ -37,12 +37,45 @@ bool VoxelSight::is_pore(Corner cell) const {
     return image_.phase[image_.grid.index(cell[0], cell[1], cell[2])] == Phase::pore;
 }
 
+bool VoxelSight::joined(const Corner& cell, std::size_t axis, int direction) const {
+    Corner other = cell;
+    other[axis] += direction;
+    if (!is_pore(cell) || !is_pore(other)) return false;
+    if (cuts_.empty()) return true;
+    Corner place = cell, step{};
+    step[axis] = direction;
+    for (std::size_t a = 0; a < 3; ++a)
+        if (lattice_.periodic[a]) place[a] = (place[a] % lattice_.cells[a] + lattice_.cells[a]) % lattice_.cells[a];
+    return !cuts_.closed(image_.grid.index(place[0], place[1], place[2]), step);
+}
+
+bool VoxelSight::all_joined(const Corner& low, const Corner& size) const {
+    const int count = size[0] * size[1] * size[2];
+    const auto place = [&](int i) {
+        return Corner{low[0] + i % size[0], low[1] + i / size[0] % size[1], low[2] + i / (size[0] * size[1])};
+    };
+    const std::array<int, 3> stride = {1, size[0], size[0] * size[1]};
+    unsigned pores = 0;
+    for (int i = 0; i < count; ++i)
+        if (is_pore(place(i))) pores |= 1U << static_cast<unsigned>(i);
+    unsigned reached = pores & (~pores + 1);  // its lowest cell
+    for (int round = 0; round < count; ++round)
+        for (int i = 0; i < count; ++i)
+            for (std::size_t a = 0; a < 3; ++a) {
+                const Corner at = place(i);
+                if (at[a] + 1 == low[a] + size[a] || !joined(at, a, 1)) continue;
+                const unsigned both = 1U << static_cast<unsigned>(i) | 1U << static_cast<unsigned>(i + stride[a]);
+                if ((reached & both) != 0) reached |= both;
+            }
+    return pores != 0 && reached == pores;
+}
+
 bool VoxelSight::open(const Corner& at) const {
     static const std::array<bool, 256> joined = joined_corners();
     unsigned mask = 0;
     for (int cell = 0; cell < 8; ++cell)
         if (is_pore({at[0] - 1 + (cell & 1), at[1] - 1 + (cell >> 1 & 1), at[2] - 1 + (cell >> 2 & 1)})) mask |= 1U << cell;
-    return joined[mask];
+    return joined[mask] && (cuts_.empty() || all_joined({at[0] - 1, at[1] - 1, at[2] - 1}, {2, 2, 2}));
 }
 
 bool VoxelSight::visible(const Corner& from, const Corner& step) const {
@@ -77,6 +110,13 @@ bool VoxelSight::along_edge(const Corner& from, const Corner& step, std::size_t 
         at[c] += dc;
         return is_pore(at);
     };
+    if (!cuts_.empty()) {
+        Corner low = cell, size = {2, 2, 2};
+        --low[b];
+        --low[c];
+        size[axis] = 1;
+        return all_joined(low, size);
+    }
     const bool p = pore_at(-1, -1), q = pore_at(0, -1), r = pore_at(-1, 0), s = pore_at(0, 0);
     return (p && s) || (q && r) ? (p && q) || (q && s) || (s && r) || (r && p) : p || q || r || s;
 }
@@ -95,18 +135,22 @@ bool VoxelSight::along_face(const Corner& from, const Corner& step, std::size_t 
     unsigned open_sides = sides();
     if (open_sides == 0) return false;
     const int na = std::abs(step[a]), nb = std::abs(step[b]);
+    // The sides on which the next cell can be entered.
+    const auto enter = [&](std::size_t along) {
+        const int direction = sign(step[along]);
+        Corner below = cell;
+        --below[normal];
+        const unsigned next = (joined(cell, along, direction) ? 1U : 0U) | (joined(below, along, direction) ? 2U : 0U);
+        cell[along] += direction;
+        return next;
+    };
     for (int ca = 1, cb = 1; ca < na || cb < nb;) {
         // The crossings are at ca/na and cb/nb of the path, never together: na and nb have no common divisor.
-        if (static_cast<long>(ca) * nb < static_cast<long>(cb) * na) {
-            cell[a] += sign(step[a]);
-            ++ca;
-        } else {
-            cell[b] += sign(step[b]);
-            ++cb;
-        }
-        const unsigned next = sides();
+        const bool first = static_cast<long>(ca) * nb < static_cast<long>(cb) * na;
+        ++(first ? ca : cb);
+        const unsigned next = enter(first ? a : b);
         if ((open_sides & next) == 0) return false;
-        open_sides = next;
+        open_sides = sides();
     }
     return true;
 }
@@ -125,18 +169,24 @@ bool VoxelSight::through_cells(const Corner& from, const Corner& step) const {
         const long next = std::min(at[0], std::min(at[1], at[2]));
         if (next >= n[0] * n[1] * n[2]) return true;
         int together = 0;
-        bool beside = false;  // through an edge: one of the cells beside it must be pore
+        bool beside = false;  // through an edge: one of the cells beside it must be pore, and joined with both
         Corner there = cell;
         for (std::size_t a = 0; a < 3; ++a) {
             if (at[a] != next) continue;
             ++together;
             there[a] += sign(step[a]);
-            Corner one = cell;
-            one[a] += sign(step[a]);
-            beside = beside || is_pore(one);
+            beside = beside || joined(cell, a, sign(step[a]));
             ++crossed[a];
         }
-        if (!is_pore(there) || (together > 1 && !beside)) return false;
+        if (!is_pore(there) || !beside) return false;
+        if (together > 1 && !cuts_.empty()) {
+            Corner low{}, size{};
+            for (std::size_t a = 0; a < 3; ++a) {
+                low[a] = std::min(cell[a], there[a]);
+                size[a] = 1 + std::abs(there[a] - cell[a]);
+            }
+            if (!all_joined(low, size)) return false;
+        }
         cell = there;
     }
 }

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 
+#include "converters/link_cuts.hpp"
 #include "converters/voxels.hpp"
 
 namespace porepack::tortuosity {
@@ -44,10 +45,11 @@ struct Lattice {
 };
 
 // The voxels are treated as cubes. Pores connect through faces only; a path may follow the faces and edges of a grain, but not pass where
-// two pores meet only in an edge or a corner.
+// two pores meet only in an edge or a corner, nor through the faces between pores that `cuts` closes.
 class VoxelSight {
 public:
-    VoxelSight(const core::PhaseImage& image, const Lattice& lattice) : image_(image), lattice_(lattice) {}
+    VoxelSight(const core::PhaseImage& image, const Lattice& lattice, const converters::LinkCuts& cuts)
+        : image_(image), lattice_(lattice), cuts_(cuts) {}
     // The corner is in pore space, whose cells here are all connected through faces.
     [[nodiscard]] bool open(const Corner& at) const;
     // The straight path from one corner to another, both open, is in pore space. `step` leads to the other.
@@ -55,11 +57,16 @@ public:
 
 private:
     [[nodiscard]] bool is_pore(Corner cell) const;
+    // Both cells are pore, and the face between them is open; `direction` is -1 or 1.
+    [[nodiscard]] bool joined(const Corner& cell, std::size_t axis, int direction) const;
+    // The pores among the cells [low, low + size) are joined through the faces between them.
+    [[nodiscard]] bool all_joined(const Corner& low, const Corner& size) const;
     [[nodiscard]] bool along_edge(const Corner& from, const Corner& step, std::size_t axis) const;
     [[nodiscard]] bool along_face(const Corner& from, const Corner& step, std::size_t normal) const;
     [[nodiscard]] bool through_cells(const Corner& from, const Corner& step) const;
     const core::PhaseImage& image_;
     const Lattice& lattice_;
+    const converters::LinkCuts& cuts_;
 };
 
 }  // namespace porepack::tortuosity

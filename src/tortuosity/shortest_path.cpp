@@ -288,6 +288,11 @@ Lattice lattice_of(const PhaseImage& image, int axis, std::array<bool, 3> period
     return lattice;
 }
 
+ShortestPathResult along_corners(const PhaseImage& image, const Lattice& lattice, int axis, const LinkCuts& cuts) {
+    return summarise(lattice, VoxelSight(image, lattice, cuts), static_cast<std::size_t>(axis), 1000000,
+                     [&](const std::vector<Vec3>& path) { return excess(path, axis); });
+}
+
 }  // namespace
 
 double shortest_path_memory_bytes(double cells) {
@@ -296,8 +301,7 @@ double shortest_path_memory_bytes(double cells) {
 
 ShortestPathResult shortest_path(const PhaseImage& image, int axis, std::array<bool, 3> periodic) {
     const Lattice lattice = lattice_of(image, axis, periodic);
-    return summarise(lattice, VoxelSight(image, lattice), static_cast<std::size_t>(axis), 1000000,
-                     [&](const std::vector<Vec3>& path) { return excess(path, axis); });
+    return along_corners(image, lattice, axis, {});
 }
 
 ShortestPathResult shortest_path(const PoreSpace& space, double voxel_size_m, Axis direction, long maximum_starts) {
@@ -306,9 +310,10 @@ ShortestPathResult shortest_path(const PoreSpace& space, double voxel_size_m, Ax
     require_memory(shortest_path_memory_bytes(static_cast<double>(section.plan_at(voxel_size_m).grid.size())),
                    "the search for the shortest paths", "use a larger voxel size or a shorter section");
     const PhaseImage image = section.voxelise_at(voxel_size_m);
-    if (!section.grains) return shortest_path(image, axis, section.periodic_sides());
     const Lattice lattice = lattice_of(image, axis, section.periodic_sides());
-    return summarise(lattice, VoxelSight(image, lattice), static_cast<std::size_t>(axis), static_cast<std::size_t>(maximum_starts),
+    const LinkCuts cuts = section.image ? LinkCuts() : section.link_cuts(image, {.axis = axis, .periodic = section.periodic_sides()});
+    if (!section.grains) return along_corners(image, lattice, axis, cuts);
+    return summarise(lattice, VoxelSight(image, lattice, cuts), static_cast<std::size_t>(axis), static_cast<std::size_t>(maximum_starts),
                      [&](std::vector<Vec3>& path) { return pull_taut(path, axis, *section.grains, 0.5 * section.grain_size_m); });
 }
 

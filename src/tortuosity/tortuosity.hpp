@@ -59,10 +59,14 @@ struct DiffusiveResult {
     bool converged = false;             ///< the residual is below the tolerance
     std::vector<double> concentration;  ///< of each voxel: 1 at the first plane, 0 at the last; on a periodic axis minus its mean slope
 };
+struct DiffusiveOptions {
+    double tolerance = 1e-6;        ///< of the residual over the right-hand side, see ConjugateGradientOptions
+    long maximum_iterations = 500;  ///< of the conjugate gradients; then the solver has failed
+};
 /// Finite volumes on the pore voxels, conjugate gradients with a multigrid preconditioner. Throws DoesNotPercolate when the pores do not
-/// percolate, NumericalError when `tolerance` (residual over right-hand side) is not reached in `maximum_iterations`.
+/// percolate, NumericalError when the tolerance is not reached in `maximum_iterations`. Nothing passes the links of `cuts`.
 [[nodiscard]] DiffusiveResult diffusive_tortuosity(const core::PhaseImage& image, int axis, std::array<bool, 3> periodic,
-                                                   double tolerance = 1e-6, long maximum_iterations = 500);
+                                                   const DiffusiveOptions& options = {}, const converters::LinkCuts& cuts = {});
 [[nodiscard]] double diffusive_memory_bytes(double cells);
 /// Grids of several voxel sizes, finest first: staircase walls make the value too large by a part proportional to the voxel size. The
 /// limit is that of a straight line through the two finest; the half width is the change with a third grid, and at least a quarter of the
@@ -72,10 +76,6 @@ struct DiffusiveLimit {
 };
 [[nodiscard]] DiffusiveLimit diffusive_limit(const std::array<double, 3>& voxel_sizes_m, const std::array<double, 3>& values);
 
-struct DiffusiveOptions {
-    double tolerance = 1e-6;        ///< of the residual over the right-hand side, see ConjugateGradientOptions
-    long maximum_iterations = 500;  ///< of the conjugate gradients; then the solver has failed
-};
 struct DiffusiveGrid {
     double voxel_size_m, value;
 };

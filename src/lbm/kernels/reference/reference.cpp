@@ -181,6 +181,7 @@ private:
             const auto here = place_in_grid(domain_.grid, cell);
             for (int q = 0; q < directions; ++q) {
                 auto from = here;
+                if (domain_.cuts.closed(cell, c[static_cast<std::size_t>(opposite(q))])) continue;
                 if (!step_in_grid(domain_.grid, domain_.drive, from, c[static_cast<std::size_t>(opposite(q))])) continue;
                 const auto other = domain_.node_at(from);
                 if (other >= 0)
