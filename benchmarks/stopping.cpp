@@ -31,8 +31,8 @@ Outcome run_sequence(const std::function<double()>& draw, double mean, double wa
     } while (values.size() < least_packings || relative_half_width(sample, 0.0) > wanted);
     const auto holds = [&](const std::optional<Interval>& interval) { return interval->low <= mean && mean <= interval->high; };
     const double another = draw();
-    const auto next = interval_of_next(sample, 0.0, StudyEnd::when_sure);
-    return {holds(interval_of_mean(sample, 0.0, StudyEnd::when_sure)), holds(interval_of_mean(sample, 0.0)),
+    const auto next = interval_of_next(sample, {}, StudyEnd::when_sure);
+    return {holds(interval_of_mean(sample, {}, StudyEnd::when_sure)), holds(interval_of_mean(sample, {})),
             next->low <= another && another <= next->high, values.size()};
 }
 

@@ -5,6 +5,7 @@
 
 #include "core/error.hpp"
 #include "core/parallel.hpp"
+#include "core/sides.hpp"
 #include "falling_head/causes.hpp"
 #include "falling_head/falling_head.hpp"
 #include "falling_head/fit.hpp"
@@ -26,7 +27,7 @@ void measure(PlannedTest& test, const Resistance& sample, const FallingHeadConfi
     const FallingHeadFit fit = fit_falling_head(curves, apparatus);
     test.viscous_share = fit.viscous_share;
     const auto half_width = [](const FittedValue& fitted) {
-        const double half = 0.5 * (fitted.interval.high - fitted.interval.low) / fitted.value;
+        const double half = half_widths(fitted.value, fitted.interval).wider() / fitted.value;
         return std::isfinite(half) && fitted.interval.low > 0.0 ? std::optional(half) : std::nullopt;
     };
     test.half_width = half_width(fit.inverse_permeability_per_m2);

@@ -39,7 +39,7 @@ struct PlannedTest {
     double duration_s = 0.0;           ///< from the opening of the outlet to the end of the window
     double fastest_m_per_s = 0.0;      ///< at the top of the window
     double viscous_share = 0.0;        ///< of the head, over the window
-    std::optional<double> half_width;  ///< of the 95 % interval of 1/k, relative; none: it has an open end or no fit was found
+    std::optional<double> half_width;  ///< wider side of the 95 % interval of 1/k, relative; none: it has an open end or no fit was found
     std::optional<double> half_width_inertial;
 };
 

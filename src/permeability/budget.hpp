@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/members.hpp"
+#include "core/sides.hpp"
 #include "permeability/sample.hpp"
 
 namespace porepack::permeability {
@@ -27,8 +28,8 @@ constexpr std::array<core::Choice<Part>, 3> choices_of(Part) {
 }
 
 struct BudgetRow {
-    std::string source;                          ///< "grid", "packing to packing", ...
-    double relative_standard_uncertainty = 0.0;  ///< of one packing
+    std::string source;                         ///< "grid", "packing to packing", ...
+    core::Sides relative_standard_uncertainty;  ///< of one packing; on one side 0 where the error has a known sign
     Part part = Part::numerical;
     Evidence evidence = Evidence::measured;
     std::string origin;  ///< what it was found from
@@ -36,7 +37,8 @@ struct BudgetRow {
 template <core::MembersOf<BudgetRow> Self, typename Visit>
 void visit_members(Self& row, const Visit& visit) {
     visit("source", row.source);
-    visit("relative_standard_uncertainty", row.relative_standard_uncertainty);
+    visit("relative_standard_uncertainty", row.relative_standard_uncertainty.wider());
+    visit("sides", row.relative_standard_uncertainty);
     visit("part", row.part);
     visit("evidence", row.evidence);
     visit("origin", row.origin);
@@ -45,9 +47,11 @@ void visit_members(Self& row, const Visit& visit) {
 /// Half widths of intervals of 95 % over standard uncertainties.
 inline constexpr double coverage_factor = 1.96;
 
-/// Standard uncertainty that two methods with their own standard uncertainties leave unexplained, relative to the first value: the
-/// variance between them beyond their own (DerSimonian & Laird 1986, two studies). 0 if they agree within their uncertainties.
-[[nodiscard]] double between_methods(double value, double uncertainty, double other_value, double other_uncertainty);
+/// Standard uncertainty that two methods with their own intervals of 95 % (none: exact) leave unexplained, relative to the first value:
+/// the variance between them beyond their own (DerSimonian & Laird 1986, two studies). Of each interval, the side that faces the other
+/// value counts: the other side cannot explain the difference. 0 if they agree within their uncertainties.
+[[nodiscard]] double between_methods(double value, const std::optional<core::Interval>& interval, double other_value,
+                                     const std::optional<core::Interval>& other_interval);
 
 /// Relative change of k from a relative change `change` of the solid volume, by the Kozeny-Carman function of the porosity,
 /// eps^3 / (1 - eps)^2, at constant area per volume of the solid.

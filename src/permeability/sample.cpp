@@ -11,10 +11,6 @@ namespace {
 
 constexpr double upper_quantile = 0.975;  // of an interval of 95 %
 
-Interval about(double value, double half_width) {
-    return {value - half_width, value + half_width};
-}
-
 double after_looks(double deviation, double packings) {
     return students_t(packings - 1.0) * deviation / std::sqrt(packings) * (1.0 + 2.0 / packings);
 }
@@ -35,19 +31,20 @@ double students_t(double degrees_of_freedom) {
     return boost::math::quantile(boost::math::students_t(degrees_of_freedom), upper_quantile);
 }
 
-std::optional<Interval> interval_of_mean(const Sample& sample, double numerical_half_width, StudyEnd end) {
+std::optional<Interval> interval_of_mean(const Sample& sample, const Sides& numerical, StudyEnd end) {
     if (sample.packings < 2) return std::nullopt;
     const auto n = static_cast<double>(sample.packings);
     const double scatter =
         end == StudyEnd::when_sure ? half_width_after_looks(sample) : students_t(n - 1.0) * sample.deviation / std::sqrt(n);
-    return about(sample.mean, std::hypot(scatter, numerical_half_width));
+    return about(sample.mean, in_quadrature({scatter, scatter}, numerical));
 }
 
-std::optional<Interval> interval_of_next(const Sample& sample, double numerical_half_width, StudyEnd end) {
+std::optional<Interval> interval_of_next(const Sample& sample, const Sides& numerical, StudyEnd end) {
     if (sample.packings < 2) return std::nullopt;
     const auto n = static_cast<double>(sample.packings);
     const double early = end == StudyEnd::when_sure ? 1.0 + 1.0 / n : 1.0;
-    return about(sample.mean, std::hypot(early * students_t(n - 1.0) * sample.deviation * std::sqrt(1.0 + 1.0 / n), numerical_half_width));
+    const double scatter = early * students_t(n - 1.0) * sample.deviation * std::sqrt(1.0 + 1.0 / n);
+    return about(sample.mean, in_quadrature({scatter, scatter}, numerical));
 }
 
 Interval interval_of_deviation(double deviation, double degrees_of_freedom) {

@@ -4,7 +4,7 @@
 #include <optional>
 #include <span>
 
-#include "core/interval.hpp"
+#include "core/sides.hpp"
 
 namespace porepack::permeability {
 
@@ -23,14 +23,14 @@ struct Sample {
 /// What ended a study: a number of packings that was fixed before, or an interval that had become narrow enough.
 enum class StudyEnd { at_number, when_sure };
 
-/// 95 % confidence interval of the mean of such packings, t s / sqrt(n) (when_sure: see half_width_after_looks()). `numerical_half_width`
-/// is that of one packing's value. It is the same for all of them, does not shrink with n, and is added in quadrature. None for fewer
-/// than two packings.
-[[nodiscard]] std::optional<core::Interval> interval_of_mean(const Sample& sample, double numerical_half_width,
+/// 95 % confidence interval of the mean of such packings, t s / sqrt(n) (when_sure: see half_width_after_looks()). `numerical` are the half
+/// widths of one packing's value. They are the same for all of them, do not shrink with n, and are added in quadrature, each on its side.
+/// None for fewer than two packings.
+[[nodiscard]] std::optional<core::Interval> interval_of_mean(const Sample& sample, const core::Sides& numerical,
                                                              StudyEnd end = StudyEnd::at_number);
 /// 95 % prediction interval of one more such packing, t s sqrt(1 + 1/n); when_sure: times 1 + 1/n, because s is small by chance where a
 /// study ends early.
-[[nodiscard]] std::optional<core::Interval> interval_of_next(const Sample& sample, double numerical_half_width,
+[[nodiscard]] std::optional<core::Interval> interval_of_next(const Sample& sample, const core::Sides& numerical,
                                                              StudyEnd end = StudyEnd::at_number);
 /// 95 % confidence interval of the standard deviation of normal values, from chi squared.
 [[nodiscard]] core::Interval interval_of_deviation(double deviation, double degrees_of_freedom);
@@ -40,7 +40,7 @@ enum class StudyEnd { at_number, when_sure };
 /// is therefore t s / sqrt(n) (1 + 2/n): it covers the mean in at least 94 % (`porepack_benchmark stopping`).
 inline constexpr std::size_t least_packings = 5;
 [[nodiscard]] double half_width_after_looks(const Sample& sample);  ///< infinite for one packing
-/// Relative half width of the mean after repeated looks, the numerical part included.
+/// Relative half width of the mean after repeated looks, the numerical part (its wider side) included.
 [[nodiscard]] double relative_half_width(const Sample& sample, double numerical_half_width);
 
 /// Number of packings after which this rule is expected to end, for a relative scatter and relative half widths of mean and numerics;

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/sides.hpp"
 #include "report/report.hpp"
 
 namespace porepack::report {
@@ -17,6 +18,9 @@ struct ReportSection {
     std::vector<std::pair<std::string, std::string>> pictures = {};  ///< file, caption
     std::vector<std::string> links = {};                             ///< of the first field of each row; none if empty
 };
+
+/// Of an interval about a value, in per cent of it: "± 1.2 %", or "(− 6.8 %, + 1.8 %)" where the sides differ in the digits shown.
+[[nodiscard]] std::string percent_text(double value, const core::Interval& interval);
 
 /// HTML. Pictures of the sections are in `folder`; the page embeds them. `main_numbers`: a list of {label, text}.
 [[nodiscard]] std::string html_page(const ReportInput& input, const std::vector<ReportSection>& sections, const core::Json& main_numbers,

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "core/members.hpp"
 #include "core/table.hpp"
 #include "report/plot.hpp"
 #include "report/section.hpp"
@@ -133,19 +134,27 @@ Json quantities(const ReportInput& input) {
     const auto interval = [&](const std::string& path) -> Json {
         return result_at(input, path).is_array() ? Json{{"interval", result_at(input, path)}} : Json(nullptr);
     };
-    const auto plus_minus = [&](const std::string& path) -> Json {
-        return result_at(input, path).is_number() ? Json{{"plus_minus", result_at(input, path)}} : Json(nullptr);
+    // The interval of 95 %, and the standard uncertainty by its new name and by that of version 0.1, until 0.3.
+    const auto standard = [&](const std::string& path, const Json& interval_of_95) -> Json {
+        const Json& u = result_at(input, path);
+        return u.is_number() ? Json{{"interval", interval_of_95}, {"standard_uncertainty", u}, {"plus_minus", u}} : Json(nullptr);
+    };
+    const auto computed = [&](const std::string& value, const std::string& uncertainty) {
+        return standard(uncertainty, json_of(two_standard_uncertainties(result_at(input, value), result_at(input, uncertainty))));
+    };
+    const auto path_mean = [&](const std::string& kind) {
+        return standard("tortuosity/" + kind + "/standard_error", json_of(interval_of_path_mean(input, kind)));
     };
     const std::string stage = input.results.contains("pack") ? "pack" : input.results.contains("image") ? "image" : "stl";
-    add("porosity", "voxelise/porosity", "1", "exact capsules or triangles, vertical lines", plus_minus("voxelise/porosity_uncertainty"),
-        nullptr);
+    add("porosity", "voxelise/porosity", "1", "exact capsules or triangles, vertical lines",
+        computed("voxelise/porosity", "voxelise/porosity_uncertainty"), nullptr);
     add("porosity_bed", stage + "/porosity_bed", "1", "exact capsules or triangles, vertical lines",
-        plus_minus(stage + "/porosity_bed_uncertainty"), nullptr);
+        computed(stage + "/porosity_bed", stage + "/porosity_bed_uncertainty"), nullptr);
     add("permeability_lbm", "lbm/permeability_m2", "m2", "lattice Boltzmann", interval("lbm/permeability_interval_m2"),
         result_at(input, "lbm/converged"));
     add("permeability_lbm_darcy", "lbm/permeability_darcy", "darcy", "lattice Boltzmann", nullptr, result_at(input, "lbm/converged"));
     add("permeability_lbm_mean_of_seeds", "seeds/permeability_mean_m2", "m2", "lattice Boltzmann, several packings",
-        plus_minus("seeds/standard_error_of_mean_m2"), nullptr);
+        standard("seeds/standard_error_of_mean_m2", interval_of_mean_permeability(input)), nullptr);
     add("permeability_foam", "foam/permeability_m2", "m2", "OpenFOAM, extrapolated when there are two meshes",
         interval("foam/permeability_interval_m2"), result_at(input, "foam/converged"));
     add("permeability_foam_darcy", "foam/permeability_darcy", "darcy", "OpenFOAM", nullptr, result_at(input, "foam/converged"));
@@ -153,11 +162,11 @@ Json quantities(const ReportInput& input) {
     add("permeability_carman_kozeny_180", "falling-head/correlations/carman_kozeny_180_m2", "m2", "Eq. 2 with 180", nullptr, nullptr);
     add("permeability_paper_fit", "falling-head/correlations/paper_fit_m2", "m2", "Eq. 22, corrected", nullptr, nullptr);
     add("tortuosity_geometric_paper_exact", "tortuosity/geometric_paper_exact/tortuosity_geometric_paper", "1", "the paper's dots, exact",
-        plus_minus("tortuosity/geometric_paper_exact/standard_error"), nullptr);
+        path_mean("geometric_paper_exact"), nullptr);
     add("tortuosity_geometric_paper_pixels", "tortuosity/geometric_paper_pixels/tortuosity_geometric_paper", "1",
-        "the paper's dots, on slices", plus_minus("tortuosity/geometric_paper_pixels/standard_error"), nullptr);
+        "the paper's dots, on slices", path_mean("geometric_paper_pixels"), nullptr);
     add("tortuosity_shortest_path", "tortuosity/shortest_path/tortuosity_shortest_path", "1", "shortest paths, mean over starting points",
-        plus_minus("tortuosity/shortest_path/standard_error"), nullptr);
+        path_mean("shortest_path"), nullptr);
     // The second is the name of version 0.1, until 0.3.
     for (const char* name : {"tortuosity_factor", "tortuosity_diffusive"})
         add(name, "tortuosity/diffusive/tortuosity_factor", "1", "eps D0/D_eff by diffusion, three grids",

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <optional>
+
 #include "report/page.hpp"
 
 namespace porepack::report {
@@ -19,6 +21,12 @@ namespace porepack::report {
 
 /// "low to high", or "none".
 [[nodiscard]] std::string interval_text(const core::Json& interval);
+/// Of 95 %, of the mean of k over packings: the statement's, else that of the seeds alone; null without them.
+[[nodiscard]] const core::Json& interval_of_mean_permeability(const ReportInput& input);
+/// Of 95 %, about a value with a standard uncertainty of the computation.
+[[nodiscard]] std::optional<core::Interval> two_standard_uncertainties(const core::Json& value, const core::Json& standard_uncertainty);
+/// Of 95 %, by Student's t, of the mean over paths or starting points: "geometric_paper_exact", "geometric_paper_pixels", "shortest_path".
+[[nodiscard]] std::optional<core::Interval> interval_of_path_mean(const ReportInput& input, const std::string& kind);
 /// Relative difference in per cent, or a dash.
 [[nodiscard]] std::string difference(const core::Json& value, const core::Json& reference);
 

@@ -7,6 +7,7 @@
 #include <regex>
 
 #include "core/log.hpp"
+#include "permeability/sample.hpp"
 
 namespace porepack::report {
 using namespace core;
@@ -58,6 +59,17 @@ std::string interval_text(const Json& interval) {
     return fmt::format("{} to {}", number_text(interval[0]), number_text(interval[1]));
 }
 
+std::string percent_text(double value, const Interval& interval) {
+    const Sides percent = 100.0 / std::abs(value) * half_widths(value, interval);
+    // A porosity from exact grains has only rounding: its digits would say nothing.
+    if (percent.wider() < 1e-4) return "± less than 0.0001 %";
+    constexpr double rounding = 1e-6;  // of a symmetric interval, far below the digits shown
+    if (std::abs(percent.below - percent.above) <= rounding * percent.wider())
+        return fmt::format("± {:.2g} %", 0.5 * (percent.below + percent.above));
+    const std::string below = fmt::format("{:.2g}", percent.below), above = fmt::format("{:.2g}", percent.above);
+    return below == above ? fmt::format("± {} %", below) : fmt::format("(− {} %, + {} %)", below, above);
+}
+
 std::string difference(const Json& value, const Json& reference) {
     if (!value.is_number() || !reference.is_number()) return "–";
     return fmt::format("{:+.1f} %", 100.0 * (value.get<double>() / reference.get<double>() - 1.0));
@@ -71,6 +83,27 @@ std::string percent(const Json& value) {
 
 }  // namespace
 
+const Json& interval_of_mean_permeability(const ReportInput& input) {
+    const Json& stated = result_at(input, "uncertainty/statements/permeability_m2/mean_of_such_packings/interval");
+    return stated.is_array() ? stated : result_at(input, "seeds/quantities/permeability_m2/interval_of_mean");
+}
+
+std::optional<Interval> two_standard_uncertainties(const Json& value, const Json& standard_uncertainty) {
+    if (!value.is_number() || !standard_uncertainty.is_number()) return std::nullopt;
+    const double half = 2.0 * standard_uncertainty.get<double>();
+    return about(value.get<double>(), {half, half});
+}
+
+std::optional<Interval> interval_of_path_mean(const ReportInput& input, const std::string& kind) {
+    const Json &error = result_at(input, "tortuosity/" + kind + "/standard_error"),
+               &paths = result_at(input, "tortuosity/" + kind + "/paths"), &starts = result_at(input, "tortuosity/" + kind + "/starts");
+    const Json &value = result_at(input, "tortuosity/" + kind + "/tortuosity_" + (kind == "shortest_path" ? kind : "geometric_paper")),
+               &number = paths.is_number() ? paths : starts;
+    if (!value.is_number() || !error.is_number() || !number.is_number() || number.get<double>() < 2.0) return std::nullopt;
+    const double half = permeability::students_t(number.get<double>() - 1.0) * error.get<double>();
+    return about(value.get<double>(), {half, half});
+}
+
 ReportSection permeability_section(const ReportInput& input) {
     const Json& lbm = result_at(input, "lbm/permeability_m2");
     ReportSection section{
@@ -78,7 +111,9 @@ ReportSection permeability_section(const ReportInput& input) {
         .intro =
             "k = mu U L / dP, with U the flow rate over the inner area of the container and dP between the planes of the section. "
             "K = k rho g / mu is the hydraulic conductivity."};
-    section.intro += " The intervals are numerical: they hold the errors of grids and iteration in this one packing.";
+    section.intro +=
+        " The intervals are numerical: they hold the errors of grids and iteration in this one packing. That of a mean of packings (95 %) "
+        "holds their scatter, too.";
     const Json &planes = result_at(input, "lbm/section_m"), &feret = result_at(input, "shape/maximum_feret_diameter_m");
     if (planes.is_array() && feret.is_number() && planes[1].get<double>() - planes[0].get<double>() < feret.get<double>())
         section.intro =
@@ -103,10 +138,8 @@ ReportSection permeability_section(const ReportInput& input) {
                 grid->at("permeability_m2"), "none");
     if (const Json& mean = result_at(input, "seeds/permeability_mean_m2"); mean.is_number())
         add(fmt::format("lattice Boltzmann, mean of {} packings", result_at(input, "seeds/packings").get<long>()), mean,
-            fmt::format("standard deviation between packings {}, standard error of the mean {}, numerical half width {}",
-                        number_text(result_at(input, "seeds/standard_deviation_between_packings_m2"), "{:.3g}"),
-                        number_text(result_at(input, "seeds/standard_error_of_mean_m2"), "{:.3g}"),
-                        number_text(result_at(input, "seeds/numerical_half_width_m2"), "{:.3g}")));
+            fmt::format("{}, of the mean (standard deviation between packings {})", interval_text(interval_of_mean_permeability(input)),
+                        number_text(result_at(input, "seeds/standard_deviation_between_packings_m2"), "{:.3g}")));
     add("OpenFOAM", result_at(input, "foam/permeability_m2"), interval_text(result_at(input, "foam/permeability_interval_m2")));
     if (const Json& meshes = result_at(input, "foam/meshes"); meshes.size() > 1)
         for (auto mesh = meshes.rbegin(); mesh != meshes.rend(); ++mesh)
@@ -119,9 +152,13 @@ ReportSection permeability_section(const ReportInput& input) {
 
 ReportSection packing_section(const ReportInput& input) {
     ReportSection section{.title = "Packing"};
-    section.header = {"quantity", "value", "uncertainty", "the paper"};
+    section.header = {"quantity", "value", "95 %", "the paper"};
     const auto add = [&](const char* name, const std::string& value, const std::string& uncertainty, const std::string& paper = "") {
         if (value != "–") section.rows.push_back({name, value, uncertainty, paper});
+    };
+    const auto two = [&](const std::string& path, const char* from) {
+        const Json& u = result_at(input, path);
+        return u.is_number() ? with_powers_of_ten(fmt::format("± {:.1e} ({})", 2.0 * u.get<double>(), from)) : std::string("–");
     };
     const std::string stage = input.results.contains("pack") ? "pack" : input.results.contains("image") ? "image" : "stl";
     add("grain", result_at(input, "shape/kind").is_string() ? result_at(input, "shape/kind").get<std::string>() : "–", "");
@@ -135,10 +172,9 @@ ReportSection packing_section(const ReportInput& input) {
     add("grains", number_text(result_at(input, stage + "/grains"), "{:.0f}"), "");
     add("bed height", number_text(result_at(input, stage + "/bed_height_m")) + " m", "");
     add("porosity of the section", number_text(result_at(input, "voxelise/porosity"), "{:.4f}"),
-        number_text(result_at(input, "voxelise/porosity_uncertainty"), "± {:.1e} (quadrature; one packing, so no scatter)"),
-        paper_number(input, "porosity"));
+        two("voxelise/porosity_uncertainty", "the computation; one packing, so no scatter"), paper_number(input, "porosity"));
     add("porosity of the whole bed", number_text(result_at(input, stage + "/porosity_bed"), "{:.4f}"),
-        number_text(result_at(input, stage + "/porosity_bed_uncertainty"), "± {:.1e} (quadrature)"));
+        two(stage + "/porosity_bed_uncertainty", "quadrature"));
     add("maximum overlap of grains / d", number_text(result_at(input, stage + "/largest_overlap_relative_to_diameter")), "");
     add("contacts", number_text(result_at(input, stage + "/contacts"), "{:.0f}"), "");
     add("coordination number (contacts with other grains, per grain)",
@@ -155,19 +191,21 @@ ReportSection tortuosity_section(const ReportInput& input) {
         .intro =
             "Four different numbers: the path of the paper through dots (exact, and on slice images, where it grows with the pixel size), "
             "the shortest path through the pores, the mean path of the flow, and the tortuosity factor eps D0/D_eff of diffusion."};
-    section.header = {"kind", "value", "uncertainty", "the paper"};
+    section.header = {"kind", "value", "interval (95 %)", "the paper"};
     const auto add = [&](const std::string& name, const Json& value, const std::string& uncertainty, const std::string& paper) {
         if (value.is_number()) section.rows.push_back({name, number_text(value, "{:.4f}"), uncertainty, paper});
     };
+    const auto path_mean = [&](const std::string& kind, const char* over) {
+        const auto interval = interval_of_path_mean(input, kind);
+        return interval ? fmt::format("{:.4f} to {:.4f} (mean over {})", interval->low, interval->high, over) : std::string("none");
+    };
     add("geometric_paper, exact", result_at(input, "tortuosity/geometric_paper_exact/tortuosity_geometric_paper"),
-        number_text(result_at(input, "tortuosity/geometric_paper_exact/standard_error"), "± {:.1e} (standard error over paths)"),
-        paper_number(input, "tortuosity"));
+        path_mean("geometric_paper_exact", "paths"), paper_number(input, "tortuosity"));
     add("geometric_paper, pixels of " + number_text(result_at(input, "tortuosity/geometric_paper_pixels/pixel_m")) + " m",
-        result_at(input, "tortuosity/geometric_paper_pixels/tortuosity_geometric_paper"),
-        number_text(result_at(input, "tortuosity/geometric_paper_pixels/standard_error"), "± {:.1e} (standard error over paths)"),
+        result_at(input, "tortuosity/geometric_paper_pixels/tortuosity_geometric_paper"), path_mean("geometric_paper_pixels", "paths"),
         paper_number(input, "tortuosity"));
     add("shortest_path, mean over starting points", result_at(input, "tortuosity/shortest_path/tortuosity_shortest_path"),
-        number_text(result_at(input, "tortuosity/shortest_path/standard_error"), "± {:.1e} (standard error over starting points)"), "");
+        path_mean("shortest_path", "starting points"), "");
     add("hydraulic", result_at(input, "tortuosity/hydraulic/tortuosity_hydraulic"), "none", "");
     const Json interval = result_at(input, "tortuosity/diffusive/interval");
     add("tortuosity factor (diffusive)", result_at(input, "tortuosity/diffusive/tortuosity_factor"),

@@ -16,23 +16,21 @@ const Json& statement_at(const ReportInput& input, const std::string& quantity, 
 }
 
 // "1.24e-06 m² ± 1.2 %": the percentage says more than two limits.
-std::string with_half_width(const Json& statement, const char* format, const std::string& unit = {}) {
+std::string with_interval(const Json& statement, const char* format, const std::string& unit = {}) {
     if (!statement.is_object()) return "–";
     if (!statement["value"].is_number()) return "not known";
     const double value = statement["value"].get<double>();
     const Json& interval = statement["interval"];
     const std::string number = with_powers_of_ten(fmt::format(fmt::runtime(format), value) + (unit.empty() ? "" : " " + unit));
     if (!interval.is_array()) return number + ", no uncertainty known";
-    const double percent = 50.0 * (interval[1].get<double>() - interval[0].get<double>()) / value;
-    // A porosity from exact grains has only rounding: its digits would say nothing.
-    return percent < 1e-4 ? number + " ± less than 0.0001 %" : fmt::format("{} ± {:.2g} %", number, percent);
+    return number + " " + percent_text(value, {interval[0].get<double>(), interval[1].get<double>()});
 }
 
 }  // namespace
 
 std::string sure_text(const ReportInput& input, const std::string& quantity, const char* which) {
     for (const Quantity& row : reported_quantities)
-        if (quantity == row.name) return with_half_width(statement_at(input, quantity, which), row.format, row.unit);
+        if (quantity == row.name) return with_interval(statement_at(input, quantity, which), row.format, row.unit);
     return "–";
 }
 
@@ -51,27 +49,39 @@ ReportSection uncertainty_section(const ReportInput& input) {
     for (const Quantity& row : reported_quantities) {
         const Json& here = statement_at(input, row.name, "this_packing");
         if (!here.is_object()) continue;
-        section.rows.push_back({row.label, with_half_width(here, row.format),
-                                with_half_width(statement_at(input, row.name, "mean_of_such_packings"), row.format),
-                                with_half_width(statement_at(input, row.name, "next_such_packing"), row.format)});
+        section.rows.push_back({row.label, with_interval(here, row.format),
+                                with_interval(statement_at(input, row.name, "mean_of_such_packings"), row.format),
+                                with_interval(statement_at(input, row.name, "next_such_packing"), row.format)});
     }
     return section;
 }
+
+namespace {
+
+std::string standard_uncertainty_text(const Json& sides) {
+    const auto percent = [](double u) {
+        return u == 0.0 ? std::string("0") : u < 1e-5 ? std::string("< 0.001 %") : fmt::format("{:.2g} %", 100.0 * u);
+    };
+    const double below = sides["below"].get<double>(), above = sides["above"].get<double>();
+    if (below == above) return below == 0.0 ? "< 0.001 %" : percent(below);
+    return fmt::format("{} below, {} above", percent(below), percent(above));
+}
+
+}  // namespace
 
 ReportSection budget_section(const ReportInput& input) {
     ReportSection section{.title = "Uncertainty budget of k"};
     const Json& rows = result_at(input, "uncertainty/budget_of_permeability");
     if (!rows.is_array()) return section;
     section.intro =
-        "Standard uncertainties (one standard deviation) of k of one packing. Numerical contributions are in all three statements above. "
+        "Standard uncertainties u (one standard deviation, not the 95 % of the statements) of k of one packing, below and above k where "
+        "they differ. Numerical contributions are in all three statements above. "
         "The scatter between packings is in the last two. A hint is in none: it suggests the scatter where only one packing is known, or "
         "shows what half the resolution of an image does to k.";
     section.header = {"contribution", "u(k)/k", "part", "evidence", "from"};
-    const auto percent = [](double relative) { return relative < 1e-5 ? "< 0.001 %" : fmt::format("{:.2g} %", 100.0 * relative); };
     for (const Json& row : rows)
-        section.rows.push_back({row["source"].get<std::string>(), percent(row["relative_standard_uncertainty"].get<double>()),
-                                row["part"].get<std::string>(), row["evidence"].get<std::string>(),
-                                with_powers_of_ten(row["origin"].get<std::string>())});
+        section.rows.push_back({row["source"].get<std::string>(), standard_uncertainty_text(row["sides"]), row["part"].get<std::string>(),
+                                row["evidence"].get<std::string>(), with_powers_of_ten(row["origin"].get<std::string>())});
     return section;
 }
 

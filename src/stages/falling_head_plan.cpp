@@ -40,20 +40,20 @@ Json plan_falling_head(double permeability_m2, double inertial_permeability_m, c
         if (best.is_null() || *test.half_width < best["half_width_k"].get<double>()) best = rows.back();
     }
     table.write(folder / "plan.csv");
-    return {
-        {"within", config.within},
-        {"cheapest", cheapest},
-        {"most_certain", best},
-        {"verdict", cheapest.is_null()
-                        ? std::string("none of these tests tells k so well")
-                        : fmt::format("cheapest: {:.0f} % of glycerol, a sample of {:g} m, levels from {:g} to {:g} m: k to {:.2g} %",
-                                      100.0 * cheapest["glycerol_fraction"].get<double>(), cheapest["sample_length_m"].get<double>(),
-                                      cheapest["window_m"][1].get<double>(), cheapest["window_m"][0].get<double>(),
-                                      100.0 * cheapest["half_width_k"].get<double>())},
-        {"tests", rows},
-        {"meaning",
-         "half_width: of the 95 % interval of 1/k and 1/k_in, relative, of simulated tests with this noise and these uncertainties; null: "
-         "the interval has an open end. Cheaper is: less glycerol, then a shorter sample, then a lower column"}};
+    return {{"within", config.within},
+            {"cheapest", cheapest},
+            {"most_certain", best},
+            {"verdict", cheapest.is_null()
+                            ? std::string("none of these tests tells k so well")
+                            : fmt::format("cheapest: {:.0f} % of glycerol, a sample of {:g} m, levels from {:g} to {:g} m: k to {:.2g} %",
+                                          100.0 * cheapest["glycerol_fraction"].get<double>(), cheapest["sample_length_m"].get<double>(),
+                                          cheapest["window_m"][1].get<double>(), cheapest["window_m"][0].get<double>(),
+                                          100.0 * cheapest["half_width_k"].get<double>())},
+            {"tests", rows},
+            {"meaning",
+             "half_width: the wider side of the 95 % interval of 1/k and 1/k_in, relative, of simulated tests with this noise and these "
+             "uncertainties; null: "
+             "the interval has an open end. Cheaper is: less glycerol, then a shorter sample, then a lower column"}};
 }
 
 }  // namespace porepack::stages

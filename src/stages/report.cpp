@@ -64,6 +64,7 @@ Stage make_report_stage(const Case& c, const std::vector<std::string>& needs, co
             .configuration = c.settings.resolved_tables({"report"}),
             .outputs = {"report.html", "report.md"},
             .run = [c, shown](const Path& folder) { return run_report(c, shown, folder); },
+            .result_version = 2,
             .published = {{"report.html", "report.html"}, {"report.md", "report.md"}, {"result.json", "merged.json"}}};
 }
 

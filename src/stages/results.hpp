@@ -27,14 +27,14 @@ inline void add_permeability(core::Json& json, double permeability_m2, const std
     return std::isfinite(value) ? core::Json(value) : core::Json(nullptr);
 }
 
-/// A number of a result, or half the width of an interval, by its path ("/lbm/permeability_m2"); none where it is missing or null.
+/// A number of a result, or an interval, by its path ("/lbm/permeability_m2"); none where it, or one of its bounds, is missing or null.
 [[nodiscard]] inline std::optional<double> number_at(const core::Json& json, const std::string& path) {
     const core::Json::json_pointer at(path);
     return json.contains(at) && json.at(at).is_number() ? std::optional(json.at(at).get<double>()) : std::nullopt;
 }
-[[nodiscard]] inline std::optional<double> half_width_at(const core::Json& json, const std::string& path) {
+[[nodiscard]] inline std::optional<core::Interval> interval_at(const core::Json& json, const std::string& path) {
     const auto low = number_at(json, path + "/0"), high = number_at(json, path + "/1");
-    return low && high ? std::optional(0.5 * (*high - *low)) : std::nullopt;
+    return low && high ? std::optional(core::Interval{*low, *high}) : std::nullopt;
 }
 
 /// Of the machine of core::slowness() = 1, in double precision with interpolated walls (docs/lattice-boltzmann.md).

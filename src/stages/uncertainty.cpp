@@ -23,8 +23,8 @@ namespace {
 constexpr const char *solver_row = "solver", *overlap_row = "overlap of grains at contacts", *sizes_row = "sizes of fitted grains",
                      *section_row = "section length";
 
-std::optional<Interval> about(double value, double half_width) {
-    return Interval{value - half_width, value + half_width};
+Sides both(double width) {
+    return {width, width};
 }
 
 // Grains that touch overlap in the computation, so their union is smaller than the sum of their volumes. Two spheres of radius R that
@@ -63,39 +63,41 @@ std::vector<BudgetRow> rows_of_permeability(const Case& c, const Json& results) 
     const Json& lbm = results.at("lbm");
     const double k = lbm.at("permeability_m2").get<double>();
     std::vector<BudgetRow> rows;
-    const auto add_part = [&](const char* source, const char* key, Evidence evidence, const char* origin) {
-        if (const auto half = number_at(lbm, std::string("/half_width_parts_m2/") + key); half && *half > 0.0)
-            rows.push_back({source, *half / (coverage_factor * k), Part::numerical, evidence, origin});
+    const auto add_part = [&](const char* source, const char* key, Evidence evidence, const char* origin, bool above = true) {
+        const auto half = number_at(lbm, std::string("/half_width_parts_m2/") + key);
+        if (!half || !(*half > 0.0)) return;
+        const double u = *half / (coverage_factor * k);
+        rows.push_back({source, {u, above ? u : 0.0}, Part::numerical, evidence, origin});
     };
     add_part("grid", "grid", Evidence::measured, "change of k between the grids");
     add_part("iteration", "iteration", Evidence::measured, "energy of the unsteady flow, twice the estimate");
     add_part("mass balance", "mass_balance", Evidence::measured, "flow rate through the planes against the mean over the layers");
     add_part("rounding", "precision", Evidence::bounded, "number format of the populations");
     add_part("gray levels", "threshold", Evidence::measured, "k with the solid fraction moved by two standard errors of the gray levels");
-    add_part("blur", "blur", Evidence::judged, "k with twice the variance of the blur; blur makes k too large");
+    add_part("blur", "blur", Evidence::judged, "k with twice the variance of the blur; blur makes k too large", false);
     if (const auto change = number_at(lbm, "/averaged_image_change"))
-        rows.push_back({"resolution of the image", std::abs(*change), Part::hint, Evidence::measured,
+        rows.push_back({"resolution of the image", both(std::abs(*change)), Part::hint, Evidence::measured,
                         fmt::format("k of the image averaged over 2 x 2 x 2 voxels is {:+.2g} % off", 100.0 * *change)});
-    if (const auto foam = number_at(results, "/foam/permeability_m2")) {
-        const auto own = half_width_at(lbm, "/permeability_interval_m2"), other = half_width_at(results, "/foam/permeability_interval_m2");
-        rows.push_back({solver_row, between_methods(k, own.value_or(0.0) / coverage_factor, *foam, other.value_or(0.0) / coverage_factor),
+    if (const auto foam = number_at(results, "/foam/permeability_m2"))
+        rows.push_back({solver_row,
+                        both(between_methods(k, interval_at(lbm, "/permeability_interval_m2"), *foam,
+                                             interval_at(results, "/foam/permeability_interval_m2"))),
                         Part::numerical, Evidence::judged,
                         fmt::format("OpenFOAM is {:+.1f} % off; what both intervals leave unexplained", 100.0 * (*foam / k - 1.0))});
-    }
     if (results.contains("pack"))
         if (const auto share = overlap_of_solid(c, results["pack"]))
-            rows.push_back({overlap_row, permeability_change(lbm.at("porosity").get<double>(), *share) / coverage_factor, Part::numerical,
-                            Evidence::bounded, fmt::format("{:.1e} of the solid lies in two grains", *share)});
+            rows.push_back({overlap_row, both(permeability_change(lbm.at("porosity").get<double>(), *share) / coverage_factor),
+                            Part::numerical, Evidence::bounded, fmt::format("{:.1e} of the solid lies in two grains", *share)});
     if (const auto change = number_at(results, "/pack/fit/solid_change"))
-        rows.push_back({sizes_row, permeability_change(lbm.at("porosity").get<double>(), std::abs(*change)) / coverage_factor,
+        rows.push_back({sizes_row, both(permeability_change(lbm.at("porosity").get<double>(), std::abs(*change)) / coverage_factor),
                         Part::numerical, Evidence::judged, fmt::format("fitted sizes change the solid by {:+.2f} %", 100.0 * *change)});
     if (const auto section = section_scatter_of(c))
-        rows.push_back({section_row, section->relative, Part::hint, Evidence::measured,
+        rows.push_back({section_row, both(section->relative), Part::hint, Evidence::measured,
                         fmt::format("{:.2g} % ({:.2g} to {:.2g} %, from a section of {:.1f} grain diameters)", 100.0 * section->relative,
                                     100.0 * section->interval.low, 100.0 * section->interval.high, section->diameters)});
     if (const auto mean = number_at(results, "/seeds/permeability_mean_m2"))
-        rows.push_back({"packing to packing", *number_at(results, "/seeds/standard_deviation_between_packings_m2") / *mean, Part::scatter,
-                        Evidence::measured, fmt::format("{} packings", results["seeds"].at("packings").get<long>())});
+        rows.push_back({"packing to packing", both(*number_at(results, "/seeds/standard_deviation_between_packings_m2") / *mean),
+                        Part::scatter, Evidence::measured, fmt::format("{} packings", results["seeds"].at("packings").get<long>())});
     return rows;
 }
 
@@ -103,13 +105,13 @@ Json statement(double value, const std::optional<Interval>& interval, long packi
     return {{"value", value}, {"interval", json_of(interval)}, {"packings", packings}};
 }
 
-// Half width of 95 % by the contributions that the solver's own interval does not hold, relative.
-double other_half_width(const std::vector<BudgetRow>& rows) {
-    double squares = 0.0;
+// Half widths of 95 % by the contributions that the solver's own interval does not hold, relative.
+Sides other_half_widths(const std::vector<BudgetRow>& rows) {
+    Sides sum;
     for (const BudgetRow& row : rows)
         if (row.source == solver_row || row.source == overlap_row || row.source == sizes_row)
-            squares += std::pow(coverage_factor * row.relative_standard_uncertainty, 2.0);
-    return std::sqrt(squares);
+            sum = in_quadrature(sum, coverage_factor * row.relative_standard_uncertainty);
+    return sum;
 }
 
 // The next packings, from those of the study, whose intervals hold the solver's own; without a study, what the layers of this packing
@@ -118,18 +120,19 @@ void add_packings(Json& statements, const Json& results, const std::string& quan
     const Json::json_pointer at("/seeds/quantities/" + quantity);
     if (results.contains(at)) {
         const Json& seeds = results.at(at);
-        const double mean = seeds.at("mean").get<double>(), other = other_half_width(rows) * mean;
+        const double mean = seeds.at("mean").get<double>();
+        const Sides other = mean * other_half_widths(rows);
         for (const auto& [name, key] :
              {std::pair("mean_of_such_packings", "/interval_of_mean"), std::pair("next_such_packing", "/interval_of_next")}) {
-            const auto half = half_width_at(seeds, key);
+            const auto known = interval_at(seeds, key);
             statements[name] =
-                statement(mean, half ? about(mean, std::hypot(*half, other)) : std::nullopt, seeds.at("packings").get<long>());
+                statement(mean, known ? std::optional(widened(*known, mean, other)) : std::nullopt, seeds.at("packings").get<long>());
         }
         return;
     }
     std::string why = "not known from one packing";
     for (const BudgetRow& row : rows)
-        if (const double scatter = row.relative_standard_uncertainty; row.source == section_row) {
+        if (const double scatter = row.relative_standard_uncertainty.wider(); row.source == section_row) {
             why += fmt::format("; the layers of this one suggest a scatter of {}", row.origin);
             if (const auto needed = packings_for(scatter, 0.05); scatter > 0.0 && needed)
                 why += fmt::format("; with {:.2g} %, about {} packings would give the mean within 5 %", 100.0 * scatter, *needed);
@@ -138,20 +141,20 @@ void add_packings(Json& statements, const Json& results, const std::string& quan
         statements[name] = {{"value", nullptr}, {"interval", nullptr}, {"packings", 1}, {"why", why}};
 }
 
-Json statements_of(const Json& results, const std::string& quantity, double value, std::optional<double> half_width,
+Json statements_of(const Json& results, const std::string& quantity, double value, const std::optional<Interval>& here,
                    const std::vector<BudgetRow>& rows = {}) {
     Json statements;
-    statements["this_packing"] = statement(value, half_width ? about(value, *half_width) : std::nullopt, 1);
+    statements["this_packing"] = statement(value, here, 1);
     add_packings(statements, results, quantity, rows);
     return statements;
 }
 
-// The solver's own interval holds grid, iteration, mass balance and rounding, and was calibrated as their sum; the rest is added in
-// quadrature.
-std::optional<double> half_width_of_this_packing(const Json& lbm, const std::vector<BudgetRow>& rows) {
-    const auto own = half_width_at(lbm, "/permeability_interval_m2");
-    if (!own) return std::nullopt;
-    return std::hypot(*own, other_half_width(rows) * lbm.at("permeability_m2").get<double>());
+// The solver's own interval holds grid, iteration, mass balance, rounding, and gray levels and blur of an image, and was calibrated as
+// their sum; the rest is added in quadrature, each side by itself.
+std::optional<Interval> interval_of_this_packing(const Json& lbm, const std::vector<BudgetRow>& rows) {
+    const double k = lbm.at("permeability_m2").get<double>();
+    const auto own = interval_at(lbm, "/permeability_interval_m2");
+    return own ? std::optional(widened(*own, k, k * other_half_widths(rows))) : std::nullopt;
 }
 
 Json run_uncertainty(const Case& c, const std::vector<std::string>& needs) {
@@ -160,20 +163,20 @@ Json run_uncertainty(const Case& c, const std::vector<std::string>& needs) {
         if (fs::exists(c.stage_folder(stage))) results[stage] = c.result_of(stage);  // an optional stage may have failed
     const Json& lbm = results.at("lbm");
     const std::vector<BudgetRow> rows = rows_of_permeability(c, results);
-    // The quadrature's uncertainty is half the difference of two sets of lines, a standard uncertainty. The scatter of the tortuosities
-    // between paths and starting points is not an error of the computation.
-    const auto lines = number_at(results, "/voxelise/porosity_uncertainty");
+    // A standard uncertainty, of the lines of the quadrature and of the gray levels of an image. The scatter of the tortuosities between
+    // paths and starting points is not an error of the computation.
+    const auto u = number_at(results, "/voxelise/porosity_uncertainty");
     Json statements = Json::object();
     for (const Quantity& quantity : reported_quantities) {
         const auto value = number_at(results, quantity.value);
         if (!value) continue;
         const std::string name = quantity.name;
         if (name == "permeability_m2")
-            statements[name] = statements_of(results, name, *value, half_width_of_this_packing(lbm, rows), rows);
+            statements[name] = statements_of(results, name, *value, interval_of_this_packing(lbm, rows), rows);
         else if (name == "porosity")
-            statements[name] = statements_of(results, name, *value, lines ? std::optional(2.0 * *lines) : std::nullopt);
+            statements[name] = statements_of(results, name, *value, u ? std::optional(about(*value, both(2.0 * *u))) : std::nullopt);
         else
-            statements[name] = statements_of(results, name, *value, half_width_at(results, quantity.interval));
+            statements[name] = statements_of(results, name, *value, interval_at(results, quantity.interval));
     }
     return {
         {"budget_of_permeability", json_of(rows)},
@@ -190,10 +193,11 @@ Stage make_uncertainty_stage(const Case& c, const std::vector<std::string>& stag
     for (const std::string& stage : stages)
         for (const char* used : {"pack", "voxelise", "lbm", "foam", "seeds", "tortuosity"})
             if (stage == used) needs.push_back(stage);
-    return {
-        .name = "uncertainty", .needs = needs, .configuration = deciding_keys(c, {"container"}, {}, true), .run = [c, needs](const Path&) {
-            return run_uncertainty(c, needs);
-        }};
+    return {.name = "uncertainty",
+            .needs = needs,
+            .configuration = deciding_keys(c, {"container"}, {}, true),
+            .run = [c, needs](const Path&) { return run_uncertainty(c, needs); },
+            .result_version = 2};
 }
 
 }  // namespace porepack::stages

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "core/sides.hpp"
 #include "core/table.hpp"
 #include "io/image.hpp"
 #include "stages/results.hpp"
@@ -44,6 +45,7 @@ Json write_voxels(const PoreSpace& space, const GeometryConfig& geometry, const 
     const PoreSpace section = pore_space_of(image, space.container, space.section, space.source).section_only();
     for (const auto phase : section.image->phase) count[phase] += 1.0;
     const Porosity exact = space.porosity();
+    const double two = 2.0 * exact.uncertainty;  // standard uncertainties; not known (NaN) without exact walls
     return {{"voxel_size_m", plan.voxel_size_m},
             {"cells", plan.grid.cells},
             {"section_m", section_json(space.section)},
@@ -53,6 +55,7 @@ Json write_voxels(const PoreSpace& space, const GeometryConfig& geometry, const 
             {"porosity_of_voxels", count[Phase::pore] / (count[Phase::pore] + count[Phase::grain])},
             {"porosity", exact.value},
             {"porosity_uncertainty", exact.uncertainty},
+            {"porosity_interval", two >= 0.0 ? json_of(about(exact.value, {two, two})) : Json(nullptr)},
             {"expected_memory_bytes", plan.memory_bytes}};
 }
 
@@ -71,7 +74,7 @@ Stage make_voxelise_stage(const Case& c) {
             .configuration = deciding_keys(c, {"container", "section"}, {"voxel_size_m", "reservoir_m"}, true),
             .outputs = {"pore.vti", "porosity.csv"},
             .run = [c](const Path& folder) { return write_voxels(case_pore_space(c), c.settings.geometry, folder); },
-            .result_version = 2};
+            .result_version = 3};
 }
 
 Stage make_slices_stage(const Case& c) {

@@ -34,13 +34,10 @@ Json result_in(const Path& folder) {
 ComparedValue value_in(const Json& quantity) {
     ComparedValue read{quantity.at("value").get<double>(), unknown, unknown};
     const Json& uncertainty = quantity.at("uncertainty");
-    if (!uncertainty.is_object()) return read;
-    if (uncertainty.contains("plus_minus") && uncertainty["plus_minus"].is_number()) {
-        read.low = read.value - uncertainty["plus_minus"].get<double>();
-        read.high = read.value + uncertainty["plus_minus"].get<double>();
-    } else if (uncertainty.contains("interval") && uncertainty["interval"].is_array()) {
-        read.low = uncertainty["interval"][0].get<double>();
-        read.high = uncertainty["interval"][1].get<double>();
+    // A standard uncertainty alone, as older reports have it, is no interval of 95 %.
+    if (const auto interval = uncertainty.is_object() ? stages::interval_at(uncertainty, "/interval") : std::nullopt) {
+        read.low = interval->low;
+        read.high = interval->high;
     }
     return read;
 }
@@ -101,7 +98,9 @@ std::string text_of(const Comparison& comparison) {
         for (std::size_t c = 0; c < line.size(); ++c)
             text += c + 1 < line.size() ? fmt::format("{:<{}}  ", line[c], widths[c]) : line[c] + "\n";
     }
-    text += "In brackets: the numerical interval of one packing; for the mean of seeds its standard error, for paths that of their mean.\n";
+    text +=
+        "In brackets: intervals of 95 %. Of one packing: numerical. Of the mean of seeds: their scatter, too. Of paths: of the mean over "
+        "them.\n";
     return text;
 }
 

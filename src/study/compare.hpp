@@ -8,7 +8,7 @@
 
 namespace porepack::study {
 
-/// A quantity in one result; `low` and `high` are NaN without an uncertainty.
+/// A quantity in one result, with its interval of 95 %; `low` and `high` are NaN where that is not known.
 struct ComparedValue {
     double value, low, high;
 };

@@ -12,6 +12,7 @@
 #include "core/toml_file.hpp"
 #include "packing/pour.hpp"
 #include "permeability/sample.hpp"
+#include "report/page.hpp"
 #include "stages/results.hpp"
 #include "study/case_pipeline.hpp"
 #include "study/design_page.hpp"
@@ -20,6 +21,7 @@ namespace porepack::study {
 using namespace core;
 using namespace packing;
 using namespace pipeline;
+using namespace report;
 using namespace shapes;
 using namespace stages;
 namespace fs = std::filesystem;
@@ -178,8 +180,9 @@ public:
             const Proposal& made = result.proposals.back();
             if (made.error.empty()) known_.push_back(made.bed);
             log_info("design: proposal {}: {}", n,
-                     made.error.empty() ? fmt::format("k = {:.3g} m2 +- {:.2g} %, porosity {:.3f}{}", made.permeability_m2,
-                                                      100.0 * made.permeability_half_width, made.bed.porosity, made.hit ? ": a hit" : "")
+                     made.error.empty() ? fmt::format("k = {:.3g} m2 {}, porosity {:.3f}{}", made.permeability_m2,
+                                                      percent_text(made.permeability_m2, made.permeability_interval_m2), made.bed.porosity,
+                                                      made.hit ? ": a hit" : "")
                                         : "failed: " + made.error);
             if (made.hit) {
                 result.verdict = Verdict::hit;
@@ -335,13 +338,13 @@ private:
     // As many packings as the goal says; more, up to most_packings times as many, where the goal lies in an interval that is too wide.
     [[nodiscard]] Proposal compute(const SizedCandidate& grain, long n) const {
         Proposal proposal = compute(grain, n, goal_.packings);
-        while (proposal.error.empty() && meets_goal(proposal) && proposal.permeability_half_width > goal_.within &&
+        while (proposal.error.empty() && meets_goal(proposal) && proposal.permeability_half_width() > goal_.within &&
                proposal.bed.packings < most_packings * goal_.packings) {
-            const double more = std::pow(1.05 * proposal.permeability_half_width / goal_.within, 2);
+            const double more = std::pow(1.05 * proposal.permeability_half_width() / goal_.within, 2);
             const long wanted = std::lround(std::ceil(more * static_cast<double>(proposal.bed.packings)));
             proposal = compute(grain, n, std::min(wanted, most_packings * goal_.packings));
         }
-        proposal.hit = proposal.error.empty() && meets_goal(proposal) && proposal.permeability_half_width <= goal_.within;
+        proposal.hit = proposal.error.empty() && meets_goal(proposal) && proposal.permeability_half_width() <= goal_.within;
         return proposal;
     }
 
@@ -373,21 +376,24 @@ private:
         // The scatter is that of all beds, this one included.
         std::vector<KnownBed> all = known_;
         all.push_back(proposal.bed);
-        const double numerical = number_at(k, "/numerical_half_width").value_or(0.0) / proposal.permeability_m2;
-        proposal.permeability_half_width = std::hypot(half_width(all, &PooledScatter::permeability, packings), numerical);
-        proposal.porosity_half_width =
-            std::hypot(half_width(all, &PooledScatter::porosity, packings), number_at(eps, "/numerical_half_width").value_or(0.0));
+        const auto with_scatter = [&](const Json& quantity, double half_width) {
+            const double mean = quantity["mean"].get<double>();
+            return widened(interval_at(quantity, "/numerical_interval").value_or(Interval{mean, mean}), mean, {half_width, half_width});
+        };
+        proposal.permeability_interval_m2 =
+            with_scatter(k, proposal.permeability_m2 * half_width(all, &PooledScatter::permeability, packings));
+        proposal.porosity_interval = with_scatter(eps, half_width(all, &PooledScatter::porosity, packings));
         return proposal;
     }
 
     // Whatever the width of its interval.
     [[nodiscard]] bool meets_goal(const Proposal& p) const {
-        const auto within = [](double value, const Interval& wanted, double half_width) {
-            const double margin = wanted.low == wanted.high ? half_width : 0.0;
-            return value >= wanted.low - margin && value <= wanted.high + margin;
+        const auto within = [](double value, const Interval& known, const Interval& wanted) {
+            if (wanted.low == wanted.high) return known.low <= wanted.low && wanted.high <= known.high;
+            return wanted.low <= value && value <= wanted.high;
         };
-        return within(p.permeability_m2, goal_.permeability_m2, p.permeability_half_width * p.permeability_m2) &&
-               (!goal_.porosity || within(p.bed.porosity, *goal_.porosity, p.porosity_half_width));
+        return within(p.permeability_m2, p.permeability_interval_m2, goal_.permeability_m2) &&
+               (!goal_.porosity || within(p.bed.porosity, p.porosity_interval, *goal_.porosity));
     }
 
     [[nodiscard]] Json compute_full(const SizedCandidate& grain) const {
@@ -412,15 +418,16 @@ private:
             return std::hypot(k / scatter_of(known_).permeability, eps / scatter_of(known_).porosity);
         };
         const Proposal& nearest = **std::min_element(computed.begin(), computed.end(), [&](auto* a, auto* b) { return far(a) < far(b); });
-        const std::string grain = fmt::format("{}: k = {:.3g} m² ± {:.2g} % and porosity {:.3f} ± {:.3f} (mean of {} packings, 95 %)",
-                                              text_of(nearest.grain), nearest.permeability_m2, 100.0 * nearest.permeability_half_width,
-                                              nearest.bed.porosity, nearest.porosity_half_width, nearest.bed.packings);
+        const std::string grain =
+            fmt::format("{}: k = {:.3g} m² {} and porosity {:.3f} ({:.3f} to {:.3f}) (mean of {} packings, 95 %)", text_of(nearest.grain),
+                        nearest.permeability_m2, percent_text(nearest.permeability_m2, nearest.permeability_interval_m2),
+                        nearest.bed.porosity, nearest.porosity_interval.low, nearest.porosity_interval.high, nearest.bed.packings);
         std::string text = result.verdict == Verdict::hit ? "Found. " + grain
                            : result.verdict == Verdict::out_of_reach
                                ? "Out of reach. Nearest: " + grain + ". " + obstacle(result.reachable)
                                : fmt::format("Not hit in {} proposals. Nearest: ", result.proposals.size()) + grain;
         text += ".";
-        if (nearest.permeability_half_width > goal_.within)
+        if (nearest.permeability_half_width() > goal_.within)
             text +=
                 fmt::format(" Its interval is wider than {:g} %: it takes more packings per proposal (--packings).", 100.0 * goal_.within);
         if (goal_.volume_m3 == 0.0)

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/interval.hpp"
+#include "core/sides.hpp"
 #include "study/candidates.hpp"
 
 namespace porepack::study {
@@ -48,8 +48,12 @@ struct Proposal {
     std::string error = {};  ///< why it could not be computed; the other members are then 0
     KnownBed bed = {};
     double permeability_m2 = 0.0;
-    double permeability_half_width = 0.0;  ///< relative, 95 %, of the mean of such packings; scatter pooled over all beds known
-    double porosity_half_width = 0.0;
+    /// Of 95 %, of the means of such packings; scatter pooled over all beds known.
+    core::Interval permeability_interval_m2 = {}, porosity_interval = {};
+    /// The wider side of the interval of k, relative.
+    [[nodiscard]] double permeability_half_width() const {
+        return core::half_widths(permeability_m2, permeability_interval_m2).wider() / permeability_m2;
+    }
     bool hit = false;
 };
 

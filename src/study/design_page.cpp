@@ -59,11 +59,9 @@ void write_proposals(const DesignResult& result, const Path& folder) {
         table.add(i + 1, g.candidate.family, g.candidate.form.sphericity, g.candidate.form.convexity, g.size_m, volume_m3(g),
                   g.candidate.form.thickness * g.size_m, expected_permeability_m2(g), g.prediction.log_permeability.standard_deviation,
                   g.prediction.porosity.value, g.prediction.porosity.standard_deviation, g.prediction.extrapolated ? "yes" : "no",
-                  known(p, static_cast<double>(p.bed.packings)), known(p, p.permeability_m2),
-                  known(p, p.permeability_m2 * (1.0 - p.permeability_half_width)),
-                  known(p, p.permeability_m2 * (1.0 + p.permeability_half_width)), known(p, p.bed.porosity),
-                  known(p, p.bed.porosity - p.porosity_half_width), known(p, p.bed.porosity + p.porosity_half_width), p.hit ? "yes" : "no",
-                  p.error);
+                  known(p, static_cast<double>(p.bed.packings)), known(p, p.permeability_m2), known(p, p.permeability_interval_m2.low),
+                  known(p, p.permeability_interval_m2.high), known(p, p.bed.porosity), known(p, p.porosity_interval.low),
+                  known(p, p.porosity_interval.high), p.hit ? "yes" : "no", p.error);
     }
     table.write(folder / "proposals.csv");
 }
@@ -80,7 +78,7 @@ bool draw_reach(const DesignGoal& goal, const DesignResult& result, const Path& 
                          {"porosity_low", goal.porosity ? goal.porosity->low : 0.0},
                          {"porosity_high", goal.porosity ? goal.porosity->high : 1.0}};
     std::string data =
-        "# expected porosity, k (m2), 1 if extrapolated, by family; then the proposals: porosity, its half width, k, low, high, number\n";
+        "# expected porosity, k (m2), 1 if extrapolated, by family; then the proposals: porosity, low, high, k, low, high, number\n";
     std::size_t number = 0;
     for (const auto& [family, lines] : families) {
         values.emplace_back(fmt::format("family_{}", ++number), family);
@@ -88,9 +86,9 @@ bool draw_reach(const DesignGoal& goal, const DesignResult& result, const Path& 
     }
     for (std::size_t i = 0; i < result.proposals.size(); ++i)
         if (const Proposal& p = result.proposals[i]; p.error.empty())
-            data += fmt::format("{:.6g} {:.6g} {:.6g} {:.6g} {:.6g} {}\n", p.bed.porosity, p.porosity_half_width, p.permeability_m2,
-                                p.permeability_m2 * (1.0 - p.permeability_half_width),
-                                p.permeability_m2 * (1.0 + p.permeability_half_width), i + 1);
+            data += fmt::format("{:.6g} {:.6g} {:.6g} {:.6g} {:.6g} {:.6g} {}\n", p.bed.porosity, p.porosity_interval.low,
+                                p.porosity_interval.high, p.permeability_m2, p.permeability_interval_m2.low,
+                                p.permeability_interval_m2.high, i + 1);
     write_text(folder / "reach.dat", data);
     return draw_plot(folder / "reach.svg", "reach", values, {.width = 620, .height = 400});
 }
@@ -111,19 +109,22 @@ ReportSection proposals_section(const DesignResult& result) {
     ReportSection section{
         .title = "Proposals",
         .intro =
-            "Expected: by the surrogate, before the bed was poured, ± standard deviation. Computed: mean of the packings, ± "
-            "half width of the interval of 95 %, whose scatter is that between packings of all known beds.",
-        .header = {"", "grain", "expected k (m²)", "computed k (m²)", "expected porosity", "computed porosity", ""}};
+            "Expected: by the surrogate, before the bed was poured, ± one standard deviation. Computed: mean of the packings, with "
+            "its interval of 95 %, whose scatter is that between packings of all known beds.",
+        .header = {"", "grain", "expected k (m²), ± standard deviation", "computed k (m²), 95 %", "expected porosity, ± standard deviation",
+                   "computed porosity, 95 %", ""}};
     for (std::size_t i = 0; i < result.proposals.size(); ++i) {
         const Proposal& p = result.proposals[i];
         const Prediction& expected = p.grain.prediction;
         section.rows.push_back(
             {std::to_string(i + 1), description(p.grain),
              fmt::format("{:.3g} ± {:.0f} %", expected_permeability_m2(p.grain), 100.0 * expected.log_permeability.standard_deviation),
-             p.error.empty() ? fmt::format("{:.3g} ± {:.0f} %", p.permeability_m2, 100.0 * p.permeability_half_width)
+             p.error.empty() ? fmt::format("{:.3g} {}", p.permeability_m2, percent_text(p.permeability_m2, p.permeability_interval_m2))
                              : "failed: " + p.error,
              fmt::format("{:.3f} ± {:.3f}", expected.porosity.value, expected.porosity.standard_deviation),
-             p.error.empty() ? fmt::format("{:.3f} ± {:.3f}", p.bed.porosity, p.porosity_half_width) : "–", p.hit ? "hit" : ""});
+             p.error.empty() ? fmt::format("{:.3f} ({:.3f} to {:.3f})", p.bed.porosity, p.porosity_interval.low, p.porosity_interval.high)
+                             : "–",
+             p.hit ? "hit" : ""});
         section.links.push_back(fmt::format("proposal_{}/case.toml", i + 1));
     }
     return section;

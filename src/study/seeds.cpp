@@ -37,20 +37,19 @@ constexpr std::array<double, 2> usual_scatter = {0.10, 0.15};
 
 struct Member {
     long seed;
-    std::array<std::optional<double>, reported_quantities.size()> values, numerical_half_widths;
+    std::array<std::optional<double>, reported_quantities.size()> values;
+    std::array<std::optional<Interval>, reported_quantities.size()> intervals;  // numerical
     double section_scatter;  // predicted from the slices of this packing, relative; NaN where there is no gradient along z
 };
 
 Member member_of(const Case& one) {
     const Json results = {{"lbm", one.result_of("lbm")}, {"tortuosity", one.result_of("tortuosity")}};
-    Member member{.seed = one.settings.packing.seed,
-                  .values = {},
-                  .numerical_half_widths = {},
-                  .section_scatter = std::numeric_limits<double>::quiet_NaN()};
+    Member member{
+        .seed = one.settings.packing.seed, .values = {}, .intervals = {}, .section_scatter = std::numeric_limits<double>::quiet_NaN()};
     if (const auto scatter = section_scatter_of(one)) member.section_scatter = scatter->relative;
     for (std::size_t i = 0; i < reported_quantities.size(); ++i) {
         member.values[i] = number_at(results, reported_quantities[i].value);
-        member.numerical_half_widths[i] = half_width_at(results, reported_quantities[i].interval);
+        if (member.values[i]) member.intervals[i] = interval_at(results, reported_quantities[i].interval);
     }
     return member;
 }
@@ -122,14 +121,20 @@ private:
         return values;
     }
     [[nodiscard]] Sample sample(std::size_t quantity) const { return sample_of(values_of(quantity)); }
-    // Of one packing: the mean of those that are known.
-    [[nodiscard]] std::optional<double> mean_half_width(std::size_t quantity) const {
-        double sum = 0.0, count = 0.0;
+    // Of one packing, numerical: the mean of those that are known, on each side.
+    [[nodiscard]] std::optional<Sides> mean_half_widths(std::size_t quantity) const {
+        Sides sum;
+        double count = 0.0;
         for (const Member& one : members_)
-            if (const auto& known = one.numerical_half_widths[quantity]) sum += *known, count += 1.0;
-        return count > 0.0 ? std::optional(sum / count) : std::nullopt;
+            if (const auto& known = one.intervals[quantity]) {
+                const Sides half = half_widths(*one.values[quantity], *known);
+                sum = {sum.below + half.below, sum.above + half.above};
+                count += 1.0;
+            }
+        return count > 0.0 ? std::optional((1.0 / count) * sum) : std::nullopt;
     }
-    [[nodiscard]] double numerical_half_width_m2() const { return mean_half_width(permeability).value_or(0.0); }
+    // The wider side decides when the mean is sure.
+    [[nodiscard]] double numerical_half_width_m2() const { return mean_half_widths(permeability).value_or(Sides{}).wider(); }
     // Packings cannot help: the numerical part alone is too wide.
     [[nodiscard]] bool too_coarse() const {
         return members_.size() >= least_packings && numerical_half_width_m2() >= config_.until_sure * sample(permeability).mean;
@@ -166,11 +171,13 @@ private:
     void write_table(const Path& file) const {
         std::vector<std::string> columns = {"seed"};
         for (const Quantity& quantity : reported_quantities) columns.emplace_back(quantity.name);
-        columns.insert(columns.end(), {"permeability_half_width_m2", "section_scatter"});
+        columns.insert(columns.end(), {"permeability_low_m2", "permeability_high_m2", "section_scatter"});
         Table table(columns);
         for (const Member& one : members_) {
             const auto& v = one.values;
-            table.add(one.seed, v[0], v[1], v[2], v[3], v[4], v[5], one.numerical_half_widths[permeability], one.section_scatter);
+            const auto& k = one.intervals[permeability];
+            table.add(one.seed, v[0], v[1], v[2], v[3], v[4], v[5], k ? std::optional(k->low) : std::nullopt,
+                      k ? std::optional(k->high) : std::nullopt, one.section_scatter);
         }
         table.write(file);
     }
@@ -178,15 +185,16 @@ private:
     [[nodiscard]] Json quantity_json(std::size_t quantity) const {
         const Sample s = sample(quantity);
         const StudyEnd end = config_.until_sure > 0.0 ? StudyEnd::when_sure : StudyEnd::at_number;
-        const std::optional<double> numerical = mean_half_width(quantity);
+        const std::optional<Sides> numerical = mean_half_widths(quantity);
         return {{"packings", s.packings},
                 {"mean", s.mean},
                 {"standard_deviation", s.packings > 1 ? Json(s.deviation) : Json(nullptr)},
                 {"standard_deviation_interval",
                  s.packings > 1 ? json_of(interval_of_deviation(s.deviation, static_cast<double>(s.packings) - 1.0)) : Json(nullptr)},
-                {"numerical_half_width", json_of(numerical)},
-                {"interval_of_mean", json_of(interval_of_mean(s, numerical.value_or(0.0), end))},
-                {"interval_of_next", json_of(interval_of_next(s, numerical.value_or(0.0), end))}};
+                {"numerical_half_width", numerical ? Json(numerical->wider()) : Json(nullptr)},
+                {"numerical_interval", numerical ? json_of(about(s.mean, *numerical)) : Json(nullptr)},
+                {"interval_of_mean", json_of(interval_of_mean(s, numerical.value_or(Sides{}), end))},
+                {"interval_of_next", json_of(interval_of_next(s, numerical.value_or(Sides{}), end))}};
     }
 
     [[nodiscard]] Json result() const {
@@ -200,10 +208,10 @@ private:
             {"permeability_mean_m2", k.mean},
             {"standard_deviation_between_packings_m2", k.deviation},
             {"standard_error_of_mean_m2", k.deviation / std::sqrt(n)},
-            {"numerical_half_width_m2", json_of(mean_half_width(permeability))},
+            {"numerical_half_width_m2", mean_half_widths(permeability) ? Json(numerical_half_width_m2()) : Json(nullptr)},
             {"meaning",
-             "intervals of 95 %: Student's t for the scatter between packings, and the numerical half width of one packing, added in "
-             "quadrature where it is known"}};
+             "intervals of 95 %: Student's t for the scatter between packings, and the numerical half widths of one packing, added in "
+             "quadrature on each side where they are known"}};
         for (std::size_t i = 0; i < reported_quantities.size(); ++i)
             if (!values_of(i).empty()) json["quantities"][reported_quantities[i].name] = quantity_json(i);
         if (config_.until_sure > 0.0) {
@@ -260,7 +268,7 @@ Stage make_seeds_stage(const Case& c) {
             .outputs = {"seeds.csv"},
             .run = [c](const Path& folder) { return SeedsStudy(c).run(folder); },
             .expect = [c] { return expect(c); },
-            .result_version = 4};
+            .result_version = 5};
 }
 
 }  // namespace porepack::study

@@ -20,16 +20,16 @@ TEST(Sample, IntervalsOfFivePackings) {
     const double s = std::sqrt(2.5);
     EXPECT_NEAR(sample.mean, 3.0, 1e-15);
     EXPECT_NEAR(sample.deviation, s, 1e-14);
-    EXPECT_NEAR(interval_of_mean(sample, 0.0)->high, 3.0 + 2.7764451 * s / std::sqrt(5.0), 1e-7);
-    EXPECT_NEAR(interval_of_next(sample, 0.0)->low, 3.0 - 2.7764451 * s * std::sqrt(1.2), 1e-7);
-    EXPECT_NEAR(interval_of_next(sample, 0.0, StudyEnd::when_sure)->low, 3.0 - 1.2 * 2.7764451 * s * std::sqrt(1.2), 1e-7);
+    EXPECT_NEAR(interval_of_mean(sample, {})->high, 3.0 + 2.7764451 * s / std::sqrt(5.0), 1e-7);
+    EXPECT_NEAR(interval_of_next(sample, {})->low, 3.0 - 2.7764451 * s * std::sqrt(1.2), 1e-7);
+    EXPECT_NEAR(interval_of_next(sample, {}, StudyEnd::when_sure)->low, 3.0 - 1.2 * 2.7764451 * s * std::sqrt(1.2), 1e-7);
     EXPECT_TRUE(std::isinf(half_width_after_looks(sample_of(std::vector{1.0}))));
     // The numerical part is added in quadrature and does not shrink.
-    EXPECT_NEAR(interval_of_mean(sample, 2.0)->high - 3.0, std::hypot(2.7764451 * s / std::sqrt(5.0), 2.0), 1e-7);
-    EXPECT_NEAR(interval_of_mean(sample, 0.0, StudyEnd::when_sure)->high - 3.0, 1.4 * 2.7764451 * s / std::sqrt(5.0), 1e-7);
+    EXPECT_NEAR(interval_of_mean(sample, {2.0, 2.0})->high - 3.0, std::hypot(2.7764451 * s / std::sqrt(5.0), 2.0), 1e-7);
+    EXPECT_NEAR(interval_of_mean(sample, {}, StudyEnd::when_sure)->high - 3.0, 1.4 * 2.7764451 * s / std::sqrt(5.0), 1e-7);
     EXPECT_NEAR(interval_of_deviation(s, 4.0).low, s * std::sqrt(4.0 / 11.143287), 1e-6);
     EXPECT_NEAR(interval_of_deviation(s, 4.0).high, s * std::sqrt(4.0 / 0.4844186), 1e-6);
-    EXPECT_FALSE(interval_of_mean(sample_of(std::vector{1.0}), 0.1)) << "one packing tells nothing of the next";
+    EXPECT_FALSE(interval_of_mean(sample_of(std::vector{1.0}), {0.1, 0.1})) << "one packing tells nothing of the next";
 }
 
 TEST(Sample, NumberOfPackingsForAWidth) {
@@ -56,8 +56,8 @@ TEST(Sample, TheRuleOfUntilSureCoversTheMean) {
                 sample = sample_of(values);
             } while (values.size() < least_packings || relative_half_width(sample, 0.0) > 0.1);
             const auto held = [](const std::optional<core::Interval>& interval) { return interval->low <= 1.0 && 1.0 <= interval->high; };
-            covered += held(interval_of_mean(sample, 0.0, StudyEnd::when_sure)) ? 1 : 0;
-            plain += held(interval_of_mean(sample, 0.0)) ? 1 : 0;
+            covered += held(interval_of_mean(sample, {}, StudyEnd::when_sure)) ? 1 : 0;
+            plain += held(interval_of_mean(sample, {})) ? 1 : 0;
             packings += static_cast<int>(values.size());
         }
         EXPECT_GE(covered, 0.94 * sequences) << scatter;
@@ -67,9 +67,10 @@ TEST(Sample, TheRuleOfUntilSureCoversTheMean) {
 }
 
 TEST(Budget, MethodsThatAgreeLeaveNothing) {
-    EXPECT_EQ(between_methods(1.0, 0.02, 1.02, 0.02), 0.0);
+    const auto about = [](double value, double u) { return core::Interval{value - 1.96 * u, value + 1.96 * u}; };
+    EXPECT_EQ(between_methods(1.0, about(1.0, 0.02), 1.02, about(1.02, 0.02)), 0.0);
     // Variance of 1 and 1.1 with own standard uncertainties 0.01: (0.01 - 0.0002) / 2.
-    EXPECT_NEAR(between_methods(1.0, 0.01, 1.1, 0.01), std::sqrt(0.0049), 1e-12);
+    EXPECT_NEAR(between_methods(1.0, about(1.0, 0.01), 1.1, about(1.1, 0.01)), std::sqrt(0.0049), 1e-12);
 }
 
 TEST(Budget, PermeabilityFollowsTheSolidVolume) {

@@ -4,6 +4,7 @@
 #include <limits>
 #include <random>
 
+#include "core/sides.hpp"
 #include "falling_head/causes.hpp"
 #include "falling_head/column.hpp"
 #include "falling_head/falling_head.hpp"
@@ -176,7 +177,7 @@ TEST(TestPlan, ItsTestsTellWhatItPromises) {
             curves.push_back(take_window(simulate_curve(sample, truth), assumed));
         }
         const FittedValue found = fit_falling_head(curves, assumed).inverse_permeability_per_m2;
-        widths.push_back(0.5 * (found.interval.high - found.interval.low) / found.value);
+        widths.push_back(half_widths(found.value, found.interval).wider() / found.value);
         held += found.interval.low <= sample.inverse_permeability_per_m2 && sample.inverse_permeability_per_m2 <= found.interval.high;
     }
     std::sort(widths.begin(), widths.end());

@@ -127,7 +127,7 @@ void print_summary(const std::string& stage, const Json& result) {
         {"shape", {"volume_m3", "sphericity", "equal_volume_diameter_m", "convexity"}},
         {"pack", {"grains", "porosity_bed", "bed_height_m", "coordination_number", "at_rest"}},
         {"stl", {"triangles", "volume_m3", "volume_error", "closed", "self_intersecting"}},
-        {"voxelise", {"cells", "voxel_size_m", "section_m", "porosity", "porosity_uncertainty"}},
+        {"voxelise", {"cells", "voxel_size_m", "section_m", "porosity", "porosity_interval"}},
         {"slices", {"slices", "spacing_m", "pixel_m", "section_m"}},
         {"lbm",
          {"permeability_m2", "permeability_interval_m2", "interval_meaning", "section_m", "porosity", "/fine/voxel_size_m", "converged"}},

@@ -22,5 +22,5 @@ name(i) = value(sprintf('family_%d', i))
 last = int(families)
 plot for [i=1:last] 'reach.dat' index i-1 using 1:($3==0?$2:NaN) with lines lw 2.5 lc rgb colour[1+(i-1)%7] title name(i), \
      for [i=1:last] 'reach.dat' index i-1 using 1:($3==1?$2:NaN) with lines lw 1.5 dt 3 lc rgb colour[1+(i-1)%7] notitle, \
-     'reach.dat' index last using 1:3:($1-$2):($1+$2):4:5 with xyerrorbars lw 1.5 pt 7 ps 0.7 lc rgb 0x000000 title 'computed', \
-     'reach.dat' index last using 1:3:6 with labels offset 1.2,0.8 notitle
+     'reach.dat' index last using 1:4:2:3:5:6 with xyerrorbars lw 1.5 pt 7 ps 0.7 lc rgb 0x000000 title 'computed', \
+     'reach.dat' index last using 1:4:7 with labels offset 1.2,0.8 notitle
