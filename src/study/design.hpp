@@ -48,7 +48,7 @@ struct Proposal {
     std::string error = {};  ///< why it could not be computed; the other members are then 0
     KnownBed bed = {};
     double permeability_m2 = 0.0;
-    double permeability_half_width = 0.0;  ///< relative, 95 %, of the mean of such packings; scatter pooled over all beds known
+    double permeability_half_width = 0.0;  ///< relative, 95 %, of the mean of such packings, from its scatter and that of all beds known
     double porosity_half_width = 0.0;
     bool hit = false;
 };
