@@ -201,9 +201,11 @@ private:
             {"standard_deviation_between_packings_m2", k.deviation},
             {"standard_error_of_mean_m2", k.deviation / std::sqrt(n)},
             {"numerical_half_width_m2", json_of(mean_half_width(permeability))},
+            {"unseen_share", unseen_share(members_.size())},
             {"meaning",
              "intervals of 95 %: Student's t for the scatter between packings, and the numerical half width of one packing, added in "
-             "quadrature where it is known"}};
+             "quadrature where it is known. They presume that these packings show the scatter: packings of another kind, up to "
+             "unseen_share of all, may all be absent with a probability of 5 %"}};
         for (std::size_t i = 0; i < reported_quantities.size(); ++i)
             if (!values_of(i).empty()) json["quantities"][reported_quantities[i].name] = quantity_json(i);
         if (config_.until_sure > 0.0) {
