@@ -58,5 +58,7 @@ namespace porepack::benchmarks {
 [[nodiscard]] core::Json section_scatter_benchmark(const core::Path& folder);
 /// The rule of --until-sure on 10,000 simulated sequences of packings, and on those of `seeds_csv` (permeability_m2 in the third column).
 [[nodiscard]] core::Json stopping_benchmark(const std::vector<std::string>& seeds_csv);
+/// The intervals of `porepack design` on simulated beds of unequal scatter, and of the beds of studies' tables.
+[[nodiscard]] core::Json design_scatter_benchmark(const std::vector<std::string>& study_csv);
 
 }  // namespace porepack::benchmarks

@@ -40,6 +40,7 @@ constexpr Benchmark benchmarks[] = {
          return coverage_benchmark({9, 10}, {0.02, 0.01, 0.005});
      }},
     {"cross-check", [](const Request& r) { return cross_check_benchmark(paths(r.cases), r.folder); }},
+    {"design-scatter", [](const Request& r) { return design_scatter_benchmark(r.cases); }},
     {"foam", [](const Request& r) { return foam_benchmark(r.folder); }},
     {"gray", [](const Request& r) { return gray_benchmark(r.quick); }},
     {"inertia", [](const Request& r) { return inertia_benchmark(r.quick, r.folder); }},
@@ -81,7 +82,8 @@ int main_or_throw(int argc, char** argv) {
     int threads = 0;
     bool json = false;
     app.add_option("name", request.name,
-                   "coverage, cross-check, fit, foam, gray, inertia, iteration, lbm, memory, multigrid, packing, section, section-scatter, "
+                   "coverage, cross-check, design-scatter, fit, foam, gray, inertia, iteration, lbm, memory, multigrid, packing, section, "
+                   "section-scatter, "
                    "segment, shapes, "
                    "speed-error, stopping, "
                    "tortuosity")
@@ -90,7 +92,7 @@ int main_or_throw(int argc, char** argv) {
                    "for cross-check: folders with case.toml; for section: parts (arrays, lengths, plane_pressures, slices_053, "
                    "slices_087); for coverage: a CSV file "
                    "of rows on random packings, to which the missing ones are added (--quick: none), and a second one for checks of their "
-                   "references; for stopping: seeds.csv of "
+                   "references; for design-scatter: study.csv of studies; for stopping: seeds.csv of "
                    "studies, whose packings are resampled; for memory: a number of fluid nodes (one run, porosity 0.7, single precision); "
                    "for multigrid: packing.json files");
     app.add_option("--output", folder, "folder for <name>.json and figures");

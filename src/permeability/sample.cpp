@@ -62,6 +62,10 @@ double relative_half_width(const Sample& sample, double numerical_half_width) {
     return std::hypot(half_width_after_looks(sample), numerical_half_width) / sample.mean;
 }
 
+double unseen_share(std::size_t packings) {
+    return 1.0 - std::pow(0.05, 1.0 / static_cast<double>(packings));
+}
+
 std::optional<std::size_t> packings_for(double relative_deviation, double relative_half_width, double numerical_half_width) {
     if (numerical_half_width >= relative_half_width) return std::nullopt;
     const double wanted = std::sqrt(relative_half_width * relative_half_width - numerical_half_width * numerical_half_width);

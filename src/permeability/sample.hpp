@@ -37,11 +37,16 @@ enum class StudyEnd { at_number, when_sure };
 
 /// The rule by which a study ends that looks at its interval after every packing. A plain t interval of a study that ends as soon as the
 /// interval is narrow covers the mean in only 92 to 95 %, because it ends early where the scatter seems small by chance. The half width
-/// is therefore t s / sqrt(n) (1 + 2/n): it covers the mean in at least 94 % (`porepack_benchmark stopping`).
+/// is therefore t s / sqrt(n) (1 + 2/n): it covers the mean in at least 94 % of normal and log-normal packings, and in less where a few
+/// packings differ much from all others (`porepack_benchmark stopping`).
 inline constexpr std::size_t least_packings = 5;
 [[nodiscard]] double half_width_after_looks(const Sample& sample);  ///< infinite for one packing
 /// Relative half width of the mean after repeated looks, the numerical part (its wider side) included.
 [[nodiscard]] double relative_half_width(const Sample& sample, double numerical_half_width);
+
+/// Largest share of all such packings that n of them miss altogether with a probability of 5 %: 1 - 0.05^(1/n). Where packings of such a
+/// share differ much from the others, no interval from n packings knows of it.
+[[nodiscard]] double unseen_share(std::size_t packings);
 
 /// Number of packings after which this rule is expected to end, for a relative scatter and relative half widths of mean and numerics;
 /// none if the numerical part alone is larger.

@@ -44,6 +44,11 @@ ReportSection uncertainty_section(const ReportInput& input) {
     if (k_mean.is_object() && k_mean.contains("why"))
         section.intro +=
             " The last two are " + k_mean["why"].get<std::string>() + ". [packings] seeds = 5 or `porepack run --until-sure 0.05` tells.";
+    if (const Json& unseen = result_at(input, "seeds/unseen_share"); unseen.is_number())
+        section.intro += fmt::format(
+            " The last two presume that the {} packings show the scatter: with a probability of 5 %, packings of another kind that make up "
+            "{:.2g} % of all are absent.",
+            seeds.get<long>(), 100.0 * unseen.get<double>());
     const std::string n = seeds.is_number() ? fmt::format(" (n = {})", seeds.get<long>()) : "";
     section.header = {"quantity", "this packing (n = 1)", "mean of such packings" + n, "next such packing" + n};
     for (const Quantity& row : reported_quantities) {

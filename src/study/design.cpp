@@ -11,7 +11,6 @@
 #include "core/log.hpp"
 #include "core/toml_file.hpp"
 #include "packing/pour.hpp"
-#include "permeability/sample.hpp"
 #include "report/page.hpp"
 #include "stages/results.hpp"
 #include "study/case_pipeline.hpp"
@@ -203,7 +202,7 @@ public:
         Json json = {{"first_proposal", text_of(first)},
                      {"chance", first.chance},
                      {"beds_known", known_.size()},
-                     {"expected_half_width", expected_half_width(&PooledScatter::permeability)}};
+                     {"expected_half_width", expected_half_widths().permeability}};
         // How well the beds predict each other.
         const Surrogate surrogate(known_);
         double k_squares = 0.0, eps_squares = 0.0;
@@ -232,19 +231,14 @@ private:
         return config;
     }
 
-    static PooledScatter scatter_of(const std::vector<KnownBed>& beds) {
-        PooledScatter pooled = pooled_scatter(beds);
-        if (pooled.degrees_of_freedom < 2.0)
-            pooled = {.porosity = porosity_scatter_without_data, .permeability = scatter_without_data, .degrees_of_freedom = 2.0};
-        return pooled;
-    }
-    // Of the mean of some packings, 95 %, without the numerical part.
-    static double half_width(const std::vector<KnownBed>& beds, double PooledScatter::*deviation, long packings) {
-        const PooledScatter scatter = scatter_of(beds);
-        return permeability::students_t(scatter.degrees_of_freedom) * scatter.*deviation / std::sqrt(static_cast<double>(packings));
-    }
-    [[nodiscard]] double expected_half_width(double PooledScatter::*deviation) const {
-        return half_width(known_, deviation, goal_.packings);
+    // Of the mean of the packings of a proposal that is not poured yet, 95 %, without the numerical part.
+    struct HalfWidths {
+        double permeability, porosity;
+    };
+    [[nodiscard]] HalfWidths expected_half_widths() const {
+        const ScatterOfBeds k = permeability_scatter(known_), porosity = porosity_scatter(known_);
+        return {k.half_width({k.typical().value_or(scatter_without_data), goal_.packings}),
+                porosity.half_width({porosity.typical().value_or(porosity_scatter_without_data), goal_.packings})};
     }
 
     // The mean of the bed lies in the goal's range, or as near to its only value as its own interval is wide.
@@ -257,16 +251,17 @@ private:
         return std::max({0.0, wanted.low - expected.value, expected.value - wanted.high}) / expected.standard_deviation;
     }
 
-    [[nodiscard]] SizedCandidate forecast(const Surrogate& surrogate, const Candidate& candidate, double size_m) const {
+    [[nodiscard]] SizedCandidate forecast(const Surrogate& surrogate, const HalfWidths& expected, const Candidate& candidate,
+                                          double size_m) const {
         SizedCandidate one{.candidate = candidate, .size_m = size_m, .bed_wall = wall_ratio(size_m, goal_.container) / bed_.shrink(size_m)};
         one.prediction = surrogate.at(candidate.form, one.bed_wall);
         Estimate log_k = one.prediction.log_permeability;
         log_k.value += 2.0 * std::log(size_m);
         const Interval wanted = {std::log(goal_.permeability_m2.low), std::log(goal_.permeability_m2.high)};
-        one.chance = chance_of(log_k, wanted, expected_half_width(&PooledScatter::permeability));
+        one.chance = chance_of(log_k, wanted, expected.permeability);
         one.distance = distance_of(log_k, wanted);
         if (goal_.porosity) {
-            one.chance *= chance_of(one.prediction.porosity, *goal_.porosity, expected_half_width(&PooledScatter::porosity));
+            one.chance *= chance_of(one.prediction.porosity, *goal_.porosity, expected.porosity);
             one.distance = std::hypot(one.distance, distance_of(one.prediction.porosity, *goal_.porosity));
         }
         return one;
@@ -285,6 +280,7 @@ private:
 
     [[nodiscard]] std::vector<SizedCandidate> forecasts() const {
         const Surrogate surrogate(known_);
+        const HalfWidths expected = expected_half_widths();
         std::vector<SizedCandidate> all;
         for (const Candidate& candidate : candidates_) {
             double size_m = std::cbrt(6.0 * goal_.volume_m3 / std::numbers::pi);
@@ -297,7 +293,7 @@ private:
                         std::sqrt(std::sqrt(goal_.permeability_m2.low * goal_.permeability_m2.high) / std::exp(p.log_permeability.value));
                 }
             }
-            const SizedCandidate one = forecast(surrogate, candidate, size_m);
+            const SizedCandidate one = forecast(surrogate, expected, candidate, size_m);
             if (allowed(one)) all.push_back(one);
         }
         return all;
@@ -373,16 +369,17 @@ private:
                         .permeability = proposal.permeability_m2 / (grain.size_m * grain.size_m),
                         .porosity_deviation = number_at(eps, "/standard_deviation").value_or(0.0),
                         .permeability_deviation = number_at(k, "/standard_deviation").value_or(0.0) / proposal.permeability_m2};
-        // The scatter is that of all beds, this one included.
+        // The scatter of all beds helps that of this one.
         std::vector<KnownBed> all = known_;
         all.push_back(proposal.bed);
+        const ScatterOfBeds k_scatter = permeability_scatter(all), eps_scatter = porosity_scatter(all);
         const auto with_scatter = [&](const Json& quantity, double half_width) {
             const double mean = quantity["mean"].get<double>();
             return widened(interval_at(quantity, "/numerical_interval").value_or(Interval{mean, mean}), mean, {half_width, half_width});
         };
         proposal.permeability_interval_m2 =
-            with_scatter(k, proposal.permeability_m2 * half_width(all, &PooledScatter::permeability, packings));
-        proposal.porosity_interval = with_scatter(eps, half_width(all, &PooledScatter::porosity, packings));
+            with_scatter(k, proposal.permeability_m2 * k_scatter.half_width({proposal.bed.permeability_deviation, packings}));
+        proposal.porosity_interval = with_scatter(eps, eps_scatter.half_width({proposal.bed.porosity_deviation, packings}));
         return proposal;
     }
 
@@ -410,12 +407,14 @@ private:
         for (const Proposal& p : result.proposals)
             if (p.error.empty()) computed.push_back(&p);
         if (computed.empty()) return "No proposal could be computed: see proposals.csv.";
+        const double k_scatter = permeability_scatter(known_).typical().value_or(scatter_without_data);
+        const double eps_scatter = porosity_scatter(known_).typical().value_or(porosity_scatter_without_data);
         const auto far = [&](const Proposal* p) {
             const double k =
                 std::log(std::clamp(p->permeability_m2, goal_.permeability_m2.low, goal_.permeability_m2.high) / p->permeability_m2);
             const double eps =
                 goal_.porosity ? std::clamp(p->bed.porosity, goal_.porosity->low, goal_.porosity->high) - p->bed.porosity : 0.0;
-            return std::hypot(k / scatter_of(known_).permeability, eps / scatter_of(known_).porosity);
+            return std::hypot(k / k_scatter, eps / eps_scatter);
         };
         const Proposal& nearest = **std::min_element(computed.begin(), computed.end(), [&](auto* a, auto* b) { return far(a) < far(b); });
         const std::string grain =

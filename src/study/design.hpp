@@ -48,7 +48,7 @@ struct Proposal {
     std::string error = {};  ///< why it could not be computed; the other members are then 0
     KnownBed bed = {};
     double permeability_m2 = 0.0;
-    /// Of 95 %, of the means of such packings; scatter pooled over all beds known.
+    /// Of 95 %, of the means of such packings, from their scatter and that of all beds known.
     core::Interval permeability_interval_m2 = {}, porosity_interval = {};
     /// The wider side of the interval of k, relative.
     [[nodiscard]] double permeability_half_width() const {

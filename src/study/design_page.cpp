@@ -110,7 +110,7 @@ ReportSection proposals_section(const DesignResult& result) {
         .title = "Proposals",
         .intro =
             "Expected: by the surrogate, before the bed was poured, ± one standard deviation. Computed: mean of the packings, with "
-            "its interval of 95 %, whose scatter is that between packings of all known beds.",
+            "its interval of 95 %, from the scatter between its packings and that of all known beds.",
         .header = {"", "grain", "expected k (m²), ± standard deviation", "computed k (m²), 95 %", "expected porosity, ± standard deviation",
                    "computed porosity, 95 %", ""}};
     for (std::size_t i = 0; i < result.proposals.size(); ++i) {
@@ -164,7 +164,7 @@ std::string description(const SizedCandidate& grain) {
 
 void write_design(const DesignGoal& goal, const DesignResult& result, const std::vector<KnownBed>& known, const Path& folder) {
     write_proposals(result, folder);
-    const PooledScatter scatter = pooled_scatter(known);
+    const ScatterOfBeds k = permeability_scatter(known), porosity = porosity_scatter(known);
     Json proposals = Json::array();
     for (const Proposal& p : result.proposals)
         proposals.push_back({{"grain", description(p.grain)},
@@ -178,9 +178,10 @@ void write_design(const DesignGoal& goal, const DesignResult& result, const std:
                                         {"full", result.full},
                                         {"beds_known", known.size()},
                                         {"scatter_between_packings",
-                                         {{"permeability_relative", scatter.permeability},
-                                          {"porosity", scatter.porosity},
-                                          {"degrees_of_freedom", scatter.degrees_of_freedom}}},
+                                         {{"permeability_relative", json_of(k.typical())},
+                                          {"porosity", json_of(porosity.typical())},
+                                          {"permeability_common_weight", json_of(k.common_weight())},
+                                          {"porosity_common_weight", json_of(porosity.common_weight())}}},
                                         {"program_version", program_version()},
                                         {"git_hash", git_hash()}});
 

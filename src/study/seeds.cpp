@@ -209,9 +209,11 @@ private:
             {"standard_deviation_between_packings_m2", k.deviation},
             {"standard_error_of_mean_m2", k.deviation / std::sqrt(n)},
             {"numerical_half_width_m2", mean_half_widths(permeability) ? Json(numerical_half_width_m2()) : Json(nullptr)},
+            {"unseen_share", unseen_share(members_.size())},
             {"meaning",
              "intervals of 95 %: Student's t for the scatter between packings, and the numerical half widths of one packing, added in "
-             "quadrature on each side where they are known"}};
+             "quadrature on each side where they are known. They presume that these packings show the scatter: packings of another "
+             "kind, up to unseen_share of all, may all be absent with a probability of 5 %"}};
         for (std::size_t i = 0; i < reported_quantities.size(); ++i)
             if (!values_of(i).empty()) json["quantities"][reported_quantities[i].name] = quantity_json(i);
         if (config_.until_sure > 0.0) {

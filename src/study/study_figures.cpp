@@ -147,7 +147,10 @@ ReportSection fits_section(const std::vector<FittedCurve>& curves) {
 
 bool draw_figure(const Study& study, const FigureConfig& figure) {
     const std::vector<StudyRow> rows = current_rows(study);
-    if (rows.empty()) throw UserError("no point of the study is done", {.fix = "porepack study run " + study.folder.string()});
+    if (const std::size_t old = read_rows(study).size(); rows.empty())
+        throw UserError(old == 0 ? "no point of the study is done"
+                                 : fmt::format("none of the {} rows of study.csv is of these settings and of this version", old),
+                        {.fix = "porepack study run " + study.folder.string()});
     const std::string x = column_named(rows, figure.x), y = column_named(rows, figure.y);
     const std::vector<Group> groups = groups_of(rows, x, y, figure);
     const auto [low, high] = range_of(rows, x);

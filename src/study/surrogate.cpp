@@ -84,6 +84,12 @@ bool complete(const KnownBed& bed) {
            bed.permeability > 0.0 && std::isfinite(bed.porosity_deviation + bed.permeability_deviation);
 }
 
+std::vector<BedScatter> scatters(const std::vector<KnownBed>& beds, double KnownBed::*deviation) {
+    std::vector<BedScatter> list;
+    for (const KnownBed& bed : beds) list.push_back({bed.*deviation, bed.packings});
+    return list;
+}
+
 }  // namespace
 
 double wall_ratio(double equal_volume_diameter_m, const Container& container) {
@@ -111,19 +117,12 @@ std::vector<KnownBed> known_beds(const Study& study) {
     return beds;
 }
 
-PooledScatter pooled_scatter(const std::vector<KnownBed>& beds) {
-    PooledScatter pooled;
-    for (const KnownBed& bed : beds) {
-        const double freedom = static_cast<double>(bed.packings - 1);
-        pooled.porosity += freedom * bed.porosity_deviation * bed.porosity_deviation;
-        pooled.permeability += freedom * bed.permeability_deviation * bed.permeability_deviation;
-        pooled.degrees_of_freedom += freedom;
-    }
-    if (pooled.degrees_of_freedom > 0.0) {
-        pooled.porosity = std::sqrt(pooled.porosity / pooled.degrees_of_freedom);
-        pooled.permeability = std::sqrt(pooled.permeability / pooled.degrees_of_freedom);
-    }
-    return pooled;
+ScatterOfBeds permeability_scatter(const std::vector<KnownBed>& beds) {
+    return ScatterOfBeds(scatters(beds, &KnownBed::permeability_deviation));
+}
+
+ScatterOfBeds porosity_scatter(const std::vector<KnownBed>& beds) {
+    return ScatterOfBeds(scatters(beds, &KnownBed::porosity_deviation));
 }
 
 Surrogate::Surrogate(const std::vector<KnownBed>& beds)

@@ -7,6 +7,7 @@
 #include "packing/packing.hpp"
 #include "shapes/shape.hpp"
 #include "study/gaussian_process.hpp"
+#include "study/scatter.hpp"
 #include "study/study.hpp"
 
 namespace porepack::study {
@@ -37,13 +38,9 @@ struct KnownBed {
 /// Those of the study's table, of any version. Throws UserError when none has all columns that are needed.
 [[nodiscard]] std::vector<KnownBed> known_beds(const Study& study);
 
-/// Standard deviation between packings, root mean square over all beds with several.
-struct PooledScatter {
-    double porosity = 0.0;
-    double permeability = 0.0;  ///< relative
-    double degrees_of_freedom = 0.0;
-};
-[[nodiscard]] PooledScatter pooled_scatter(const std::vector<KnownBed>& beds);
+/// Scatter of k (relative) and of the porosity between packings.
+[[nodiscard]] ScatterOfBeds permeability_scatter(const std::vector<KnownBed>& beds);
+[[nodiscard]] ScatterOfBeds porosity_scatter(const std::vector<KnownBed>& beds);
 
 /// Of the mean of some packings of a bed. The standard deviations contain the scatter of such means.
 struct Prediction {

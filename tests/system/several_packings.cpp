@@ -47,6 +47,7 @@ TEST(SeveralPackings, SeveralSeedsGiveTheScatterBetweenPackings) {
     EXPECT_NEAR(seeds["standard_deviation_between_packings_m2"].get<double>() / deviation, 1.0, 1e-5);
     EXPECT_NEAR(seeds["standard_error_of_mean_m2"].get<double>() / std::sqrt(squares / 6.0), 1.0, 1e-5);
     EXPECT_GT(numerical, 0.0);
+    EXPECT_NEAR(seeds["unseen_share"].get<double>(), 1.0 - std::cbrt(0.05), 1e-12);
     const Json other = read_json(results / "seed_2" / "lbm" / "result.json"), own = read_json(results / "lbm" / "result.json");
     EXPECT_NE(other["permeability_m2"], own["permeability_m2"]);
     EXPECT_FALSE(std::filesystem::exists(results / "lbm" / "flow.vti"));
@@ -64,6 +65,7 @@ TEST(SeveralPackings, SeveralSeedsGiveTheScatterBetweenPackings) {
     const std::string report = read_text(results / "report.md");
     EXPECT_TRUE(has(report, "mean of 3 packings"));
     EXPECT_TRUE(has(report, "next such packing (n = 3)"));
+    EXPECT_TRUE(has(report, "packings of another kind that make up 63 % of all are absent"));
     EXPECT_TRUE(has(report, "| seeds | ")) << "its cost";
     // Another number of packings leaves the first one as it is. The key's place in version 0.1 is still read.
     std::string text = case_of_packings("");

@@ -123,13 +123,6 @@ TEST(Surrogate, FindsTheKozenyConstant) {
     EXPECT_GT(surrogate.at(form_at(1.3), 0.11).porosity.standard_deviation, surrogate.at(form_at(0.5), 0.11).porosity.standard_deviation);
 }
 
-TEST(Surrogate, PoolsTheScatterByDegreesOfFreedom) {
-    const std::vector<KnownBed> beds = {{.packings = 3, .permeability_deviation = 0.1}, {.packings = 5, .permeability_deviation = 0.2}, {}};
-    const PooledScatter pooled = pooled_scatter(beds);
-    EXPECT_NEAR(pooled.degrees_of_freedom, 6.0, 1e-12);
-    EXPECT_NEAR(pooled.permeability, std::sqrt((2.0 * 0.01 + 4.0 * 0.04) / 6.0), 1e-12);
-}
-
 TEST(Surrogate, WallRatios) {
     Container box{.kind = Container::Kind::box, .size_m = Vec3(0.1, 0.2, 0.5)};
     EXPECT_NEAR(wall_ratio(0.01, {.diameter_m = 0.1, .height_m = 1.0}), 0.1, 1e-15);

@@ -68,7 +68,7 @@ TEST(GrayWalls, TheAveragedImageIsThatOfLargerVoxels) {
         const core::GrayImage scan = converters::simulated_scan(*flow.solid, flow.container, flow.diameter_m / voxels, {blur, 0.0, 3});
         return stages::read_gray(scan_of(scan, 0.0, 1.0), {.threshold = "volume", .gray_levels = {0.0, 1.0}}, flow.container, flow.name);
     };
-    const stages::GrayInput fine = input_of(16.0, 0.8), coarse = input_of(8.0, 0.4);
+    const stages::GrayInput fine = input_of(16.0, 1.4), coarse = input_of(8.0, 0.7);
     const core::GrayImage means = converters::averaged(*fine.solid->image(), 2);
     const auto& cells = coarse.solid->image()->grid.cells;
     ASSERT_EQ(means.grid.cells, cells);

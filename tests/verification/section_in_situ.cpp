@@ -73,13 +73,14 @@ TEST(InSitu, APeriodOfAnArrayCutAnywhereHasItsPermeability) {
 }
 
 // Water above and below a dense bed flows freely, and the pressure along the bed starts near its steady state: without both, the flow
-// rates of the layers of this bed still differ by a factor of two after 240 steps.
+// rates of the layers of this bed still differ by a factor of two after 240 steps. With both, its error is below 2 % from 600 steps on, and a
+// run ends at the second check that says so.
 TEST(InSitu, ADenseBedWithFreeEndsIsSteadySoon) {
     const PoreSpace bed = pore_space_of(read_packing(data_file("cases") / "paper_packing" / "settled" / "tetrapod_087.json.gz"));
     const PoreSpace whole = bed.with_section({0.03, 0.33}).with_ends(Ends::in_situ, 0.05);
     ASSERT_TRUE(whole.computes_whole_bed());
     const LbmConfig config{
-        .precision = Precision::single_precision, .relaxation_time = 1.5, .iteration_tolerance = 0.02, .max_steps = 600, .grids = 1};
+        .precision = Precision::single_precision, .relaxation_time = 1.5, .iteration_tolerance = 0.02, .max_steps = 720, .grids = 1};
     EXPECT_NO_THROW((void)lbm_permeability(whole, 1.8e-3, config));
 }
 
