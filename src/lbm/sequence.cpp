@@ -333,35 +333,40 @@ double Sequence::relaxation_time_of_piece(const Domain& domain, ConvergenceCrite
     }
 }
 
-// Tries viscosities by factors of two for the minimum number of steps.
+// Tries viscosities by factors of two for the minimum number of steps. While none is stable, smaller ones are tried.
 Sequence::Solved Sequence::fastest(const FlowPlan& plan, const Domain& domain, const Scheme& scheme, const FlowSection& section,
                                    ConvergenceCriterion criterion) const {
     criterion.progress = [tell = criterion.progress](auto steps, auto, auto detail) {
         tell(steps, std::nullopt, "relaxation time: " + std::string(detail));
     };
+    std::optional<FlowDiverged> fault;  // of the last attempt that diverged
     const auto attempt = [&](double viscosity) {
         Solved solved{.scheme = with_tau(scheme, 0.5 + 3.0 * viscosity), .flow = nullptr};
         solved.flow = plan.start(solved.scheme);
         try {
             solved.run = run_to_steady(*solved.flow, domain, solved.scheme, section, criterion);
-        } catch (const FlowDiverged&) {
-            solved.run.converged = false;
+        } catch (const FlowDiverged& diverged) {
+            fault = diverged;
+            solved.run = {};
         }
         return solved;
     };
+    const auto diverged = [](const Solved& solved) { return solved.run.history.empty(); };
     Solved best = attempt(scheme.viscosity_lu());
     for (const double factor : {2.0, 0.5}) {
         const double begin = best.scheme.viscosity_lu();
+        if (factor > 1.0 && diverged(best)) continue;
         while (true) {
             const double viscosity = factor * best.scheme.viscosity_lu();
             if (0.5 + 3.0 * viscosity > largest_tau_ || viscosity < 0.02) break;
             criterion.max_steps = std::min(criterion.max_steps, best.run.converged ? best.run.steps : criterion.max_steps);
             Solved other = attempt(viscosity);
-            if (!other.run.converged || (best.run.converged && other.run.steps >= best.run.steps)) break;
+            if (!diverged(best) && (!other.run.converged || (best.run.converged && other.run.steps >= best.run.steps))) break;
             best = std::move(other);
         }
         if (best.scheme.viscosity_lu() != begin) break;
     }
+    if (diverged(best) && fault) throw *fault;
     return best;
 }
 
