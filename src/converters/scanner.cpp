@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <map>
 #include <numbers>
 #include <random>
 #include <unsupported/Eigen/FFT>
@@ -71,23 +72,39 @@ struct Detector {
     [[nodiscard]] double z(int row) const { return z0 + (row + 0.5) * step; }
 };
 
+// A grain that encloses a filled cavity, in the scanner's frame.
+struct HollowGrain {
+    std::vector<Capsule> capsules;
+    const shapes::Shape* shape;
+    shapes::Quaternion to_shape;
+    Vec3 origin;  ///< of the shape's frame
+};
+
 // Length of each ray in the grains.
 class Chords {
 public:
     explicit Chords(const Detector& detector) : detector_(detector), parts_(static_cast<std::size_t>(detector.columns * detector.rows)) {}
 
-    void project(const std::vector<Capsule>& capsules, const View& view, std::vector<double>& lengths) {
+    void project(const std::vector<Capsule>& capsules, const std::vector<HollowGrain>& hollow, const View& view,
+                 std::vector<double>& lengths) {
         for (auto& parts : parts_) parts.clear();
-        for (const Capsule& capsule : capsules) {
-            const double ua = capsule.a.dot(view.across), ub = capsule.b.dot(view.across);
-            const auto [i0, i1] = range(std::min(ua, ub) - capsule.radius + 0.5 * detector_.columns * detector_.step,
-                                        std::max(ua, ub) + capsule.radius + 0.5 * detector_.columns * detector_.step, detector_.columns);
-            const auto [j0, j1] = range(std::min(capsule.a.z(), capsule.b.z()) - capsule.radius - detector_.z0,
-                                        std::max(capsule.a.z(), capsule.b.z()) + capsule.radius - detector_.z0, detector_.rows);
-            for (int j = j0; j < j1; ++j)
-                for (int i = i0; i < i1; ++i)
-                    if (const auto part = line_interval(capsule, detector_.u(i) * view.across + Vec3(0.0, 0.0, detector_.z(j)), view.along))
-                        parts_[static_cast<std::size_t>(j * detector_.columns + i)].push_back(*part);
+        for (const Capsule& capsule : capsules)
+            for_rays_near(capsule, view, [&](std::size_t ray, const Vec3& origin) {
+                if (const auto part = line_interval(capsule, origin, view.along)) parts_[ray].push_back(*part);
+            });
+        std::map<std::size_t, std::vector<Interval>> own;  // by ray
+        for (const HollowGrain& grain : hollow) {
+            own.clear();
+            for (const Capsule& capsule : grain.capsules)
+                for_rays_near(capsule, view, [&](std::size_t ray, const Vec3& origin) {
+                    if (const auto part = line_interval(capsule, origin, view.along)) own[ray].push_back(*part);
+                });
+            for (auto& [ray, parts] : own) {
+                unite(parts);
+                join_over_cavities(*grain.shape, grain.to_shape * (origin_of(ray, view) - grain.origin), grain.to_shape * view.along,
+                                   parts);
+                parts_[ray].insert(parts_[ray].end(), parts.begin(), parts.end());
+            }
         }
         lengths.assign(parts_.size(), 0.0);
         for (std::size_t ray = 0; ray < parts_.size(); ++ray) {
@@ -98,6 +115,23 @@ public:
     }
 
 private:
+    [[nodiscard]] Vec3 origin_of(std::size_t ray, const View& view) const {
+        const auto columns = static_cast<std::size_t>(detector_.columns);
+        return detector_.u(static_cast<int>(ray % columns)) * view.across + Vec3(0.0, 0.0, detector_.z(static_cast<int>(ray / columns)));
+    }
+    template <typename Use>
+    void for_rays_near(const Capsule& capsule, const View& view, const Use& use) const {
+        const double ua = capsule.a.dot(view.across), ub = capsule.b.dot(view.across);
+        const auto [i0, i1] = range(std::min(ua, ub) - capsule.radius + 0.5 * detector_.columns * detector_.step,
+                                    std::max(ua, ub) + capsule.radius + 0.5 * detector_.columns * detector_.step, detector_.columns);
+        const auto [j0, j1] = range(std::min(capsule.a.z(), capsule.b.z()) - capsule.radius - detector_.z0,
+                                    std::max(capsule.a.z(), capsule.b.z()) + capsule.radius - detector_.z0, detector_.rows);
+        for (int j = j0; j < j1; ++j)
+            for (int i = i0; i < i1; ++i) {
+                const auto ray = static_cast<std::size_t>(j * detector_.columns + i);
+                use(ray, origin_of(ray, view));
+            }
+    }
     [[nodiscard]] std::pair<int, int> range(double low, double high, int count) const {
         return {std::max(0, static_cast<int>(std::floor(low / detector_.step))),
                 std::min(count, static_cast<int>(std::ceil(high / detector_.step)) + 1)};
@@ -170,9 +204,19 @@ public:
         const Eigen::Matrix3d tilt(Eigen::AngleAxisd(config.tilt_deg * std::numbers::pi / 180.0, Vec3::UnitX()));
         axis_ = tilt * Vec3::UnitZ();
         const Vec3 back(0.0, 0.0, middle.z());
-        for (const Body& body : packing.bodies)
+        for (const Body& body : packing.bodies) {
+            std::vector<Capsule> own;
             for (const Capsule& capsule : world_capsules(packing, body))
-                capsules_.push_back({tilt * (capsule.a - middle) + back, tilt * (capsule.b - middle) + back, capsule.radius});
+                own.push_back({tilt * (capsule.a - middle) + back, tilt * (capsule.b - middle) + back, capsule.radius});
+            const shapes::Shape& shape = packing.shapes[body.shape];
+            if (has_filled_cavity(shape))
+                hollow_.push_back({.capsules = std::move(own),
+                                   .shape = &shape,
+                                   .to_shape = (shapes::Quaternion(tilt) * body.orientation).conjugate(),
+                                   .origin = tilt * (body.position_m - middle) + back});
+            else
+                capsules_.insert(capsules_.end(), own.begin(), own.end());
+        }
         middle_z_ = middle.z();
     }
 
@@ -195,11 +239,15 @@ private:
         const double h = config_.voxel_size_m;
         const int all = rows + 2 * halo_;
         const Detector detector{pixels_ * rays_of_pixel, all * rays_of_pixel, h / rays_of_pixel, grid_.origin_m[2] + (first - halo_) * h};
+        const auto is_near = [&](const Capsule& capsule) {
+            return std::min(capsule.a.z(), capsule.b.z()) - capsule.radius < detector.z(detector.rows) &&
+                   std::max(capsule.a.z(), capsule.b.z()) + capsule.radius > detector.z0;
+        };
         std::vector<Capsule> near;
-        for (const Capsule& capsule : capsules_)
-            if (std::min(capsule.a.z(), capsule.b.z()) - capsule.radius < detector.z(detector.rows) &&
-                std::max(capsule.a.z(), capsule.b.z()) + capsule.radius > detector.z0)
-                near.push_back(capsule);
+        std::copy_if(capsules_.begin(), capsules_.end(), std::back_inserter(near), is_near);
+        std::vector<HollowGrain> hollow;
+        std::copy_if(hollow_.begin(), hollow_.end(), std::back_inserter(hollow),
+                     [&](const HollowGrain& grain) { return std::any_of(grain.capsules.begin(), grain.capsules.end(), is_near); });
         std::vector<float> gains(static_cast<std::size_t>(rows * pixels_), 1.0F);
         for (int row = 0; row < rows; ++row) {
             std::mt19937_64 random(static_cast<std::uint64_t>(config_.seed) * 1000003U + static_cast<std::uint64_t>(first + row));
@@ -216,7 +264,7 @@ private:
             for (long v = static_cast<long>(part); v < views_; v += static_cast<long>(parts)) {
                 check_interrupt();
                 const View view(v, views_);
-                chords.project(near, view, lengths);
+                chords.project(near, hollow, view, lengths);
                 std::vector<float> beam = intensities(detector, view, lengths, all);
                 blur_rows(beam, pixels_, all, config_.blur_voxels);
                 for (int row = 0; row < rows; ++row)
@@ -315,7 +363,8 @@ private:
     const std::vector<float> filter_;
     double attenuation_ = 0.0, middle_z_ = 0.0;
     Vec3 axis_;
-    std::vector<Capsule> capsules_;
+    std::vector<Capsule> capsules_;  ///< of all other grains
+    std::vector<HollowGrain> hollow_;
     std::vector<float> filtered_;
 };
 

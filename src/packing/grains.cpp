@@ -182,19 +182,7 @@ void Grains::column(double x, double y, std::vector<Interval>& parts) const {
     for (const int g : near(x, y)) {
         const Image& image = images_[static_cast<std::size_t>(g)];
         if (x < image.bounds.low.x() || x > image.bounds.high.x() || y < image.bounds.low.y() || y > image.bounds.high.y()) continue;
-        own.clear();
-        for (const auto& capsule : image.capsules)
-            if (const auto part = line_interval(capsule, origin, Vec3::UnitZ())) own.push_back(*part);
-        const Shape& shape = shapes_[shape_of_body_[image.body]];
-        if (!shape.cavity_points.empty() && shape.cavity == Cavity::filled && own.size() > 1) {
-            // A gap between two parts of one grain lies either entirely inside or entirely outside an enclosed void.
-            unite(own);
-            for (std::size_t i = 1; i < own.size(); ++i) {
-                const Vec3 middle(x, y, 0.5 * (own[i - 1].high + own[i].low));
-                if (in_cavity(shape, orientation_[image.body].conjugate() * (middle - image.shift - position_[image.body])))
-                    own[i].low = own[i - 1].high;
-            }
-        }
+        line_parts(image, origin, Vec3::UnitZ(), own);
         parts.insert(parts.end(), own.begin(), own.end());
     }
     unite(parts);
@@ -224,6 +212,17 @@ void Grains::near_column(double x, double y, double length, std::vector<Interval
     unite(parts);
 }
 
+void Grains::line_parts(const Image& image, const Vec3& origin, const Vec3& direction, std::vector<Interval>& parts) const {
+    parts.clear();
+    for (const auto& capsule : image.capsules)
+        if (const auto part = line_interval(capsule, origin, direction)) parts.push_back(*part);
+    const Shape& shape = shape_of(image);
+    if (!has_filled_cavity(shape)) return;
+    unite(parts);
+    const Quaternion to_shape = orientation_[image.body].conjugate();
+    join_over_cavities(shape, to_shape * (origin - image.shift - position_[image.body]), to_shape * direction, parts);
+}
+
 double Grains::distance(const Vec3& point, double cap) const {
     double least = cap;
     const int reach = 1 + static_cast<int>(cap / bin_size_);
@@ -232,7 +231,11 @@ double Grains::distance(const Vec3& point, double cap) const {
             for (const int g : near(point.x() + di * bin_size_, point.y() + dj * bin_size_)) {
                 const Image& image = images_[static_cast<std::size_t>(g)];
                 if (((image.bounds.low - point).array() > least).any() || ((point - image.bounds.high).array() > least).any()) continue;
-                least = std::min(least, signed_distance(image.capsules, point));
+                double own = signed_distance(image.capsules, point);
+                if (own > 0.0 && has_filled_cavity(shape_of(image)) &&
+                    in_cavity(shape_of(image), orientation_[image.body].conjugate() * (point - image.shift - position_[image.body])))
+                    own = -own;  // the way out leads through the wall of the cavity
+                least = std::min(least, own);
             }
     return least;
 }

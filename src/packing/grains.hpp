@@ -53,7 +53,13 @@ public:
         int image;           ///< 0 for the body itself
     };
     [[nodiscard]] const std::vector<Image>& images() const { return images_; }
-    /// Distance to the nearest grain (capped at `cap`), negative inside; looks only at grains near the point.
+    [[nodiscard]] const shapes::Shape& shape_of(const Image& image) const { return shapes_[shape_of_body_[image.body]]; }
+    /// The parts of the line origin + t direction (unit vector) inside one grain, its filled cavities included; `parts` is overwritten.
+    /// Sorted and disjoint only where the grain has such cavities.
+    void line_parts(const Image& image, const shapes::Vec3& origin, const shapes::Vec3& direction,
+                    std::vector<core::Interval>& parts) const;
+    /// Distance to the nearest grain (capped at `cap`), negative inside, also in a filled cavity; looks only at grains near the point.
+    /// Inside, a lower bound of the depth.
     [[nodiscard]] double distance(const shapes::Vec3& point, double cap) const;
     /// Appends the capsules within `reach` of the point along every axis, in the periodic image nearest to the point.
     void capsules_near(const shapes::Vec3& point, double reach, std::vector<shapes::Capsule>& found) const;

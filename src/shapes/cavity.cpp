@@ -99,4 +99,16 @@ bool in_cavity(const Shape& shape, Vec3 point) {
     return false;
 }
 
+void join_over_cavities(const Shape& shape, const Vec3& origin, const Vec3& direction, std::vector<core::Interval>& parts) {
+    std::size_t last = 0;
+    for (std::size_t i = 1; i < parts.size(); ++i) {
+        // A gap between two parts of one grain lies either entirely inside or entirely outside an enclosed void.
+        if (in_cavity(shape, origin + 0.5 * (parts[last].high + parts[i].low) * direction))
+            parts[last].high = parts[i].high;
+        else
+            parts[++last] = parts[i];
+    }
+    if (!parts.empty()) parts.resize(last + 1);
+}
+
 }  // namespace porepack::shapes

@@ -63,6 +63,13 @@ void validate(const Shape& shape);
 void find_cavities(Shape& shape);
 /// True when `point`, known to lie outside all capsules, lies in an enclosed void.
 [[nodiscard]] bool in_cavity(const Shape& shape, Vec3 point);
+/// True when enclosed voids were found that count as solid.
+[[nodiscard]] inline bool has_filled_cavity(const Shape& shape) {
+    return shape.cavity == Cavity::filled && !shape.cavity_points.empty();
+}
+/// Joins the parts of a line inside the capsules (sorted, disjoint) over enclosed voids between them. The line is origin + t direction, in
+/// the shape's frame.
+void join_over_cavities(const Shape& shape, const Vec3& origin, const Vec3& direction, std::vector<core::Interval>& parts);
 
 struct ShapeMeasures {
     double volume_m3 = 0.0;

@@ -120,17 +120,43 @@ GeometricPaperResult average(const std::vector<Vec2>& dots, int slices, double z
     return result;
 }
 
+// The solid near a point: capsules, and as a whole the grains that enclose a filled cavity. Such a cavity is solid: no dot moves into it.
+struct NearSolid {
+    const Grains& grains;
+    std::vector<const Capsule*> capsules = {};
+    std::vector<const Grains::Image*> hollow = {};
+
+    // The parts of a ray inside the solid: not joined, those before the origin left out; `parts` is overwritten.
+    void ray_parts(const Vec3& origin, const Vec3& direction, std::vector<Interval>& parts) const {
+        thread_local std::vector<Interval> own;
+        parts.clear();
+        for (const Capsule* capsule : capsules)
+            if (const auto part = line_interval(*capsule, origin, direction))
+                if (part->high > 0.0) parts.push_back(*part);
+        for (const Grains::Image* image : hollow) {
+            grains.line_parts(*image, origin, direction, own);
+            for (const Interval& part : own)
+                if (part.high > 0.0) parts.push_back(part);
+        }
+    }
+    [[nodiscard]] bool contains(const Vec3& point) const {
+        if (std::any_of(capsules.begin(), capsules.end(), [&](const Capsule* c) { return signed_distance(*c, point) < 0.0; })) return true;
+        thread_local std::vector<Interval> own;
+        return std::any_of(hollow.begin(), hollow.end(), [&](const Grains::Image* image) {
+            grains.line_parts(*image, point, Vec3::UnitX(), own);
+            return std::any_of(own.begin(), own.end(), [](const Interval& part) { return part.low < 0.0 && part.high > 0.0; });
+        });
+    }
+};
+
 // Distance along a ray in the slice's plane to the first point outside all grains.
 class RayExit {
 public:
-    RayExit(const std::vector<const Capsule*>& capsules, const Container& container, const Vec3& origin)
-        : capsules_(capsules), container_(container), origin_(origin) {}
+    RayExit(const NearSolid& solid, const Container& container, const Vec3& origin)
+        : solid_(solid), container_(container), origin_(origin) {}
     double operator()(double angle) const {
         const Vec3 direction(std::cos(angle), std::sin(angle), 0.0);
-        parts_.clear();
-        for (const Capsule* capsule : capsules_)
-            if (const auto part = line_interval(*capsule, origin_, direction))
-                if (part->high > 0.0) parts_.push_back(*part);
+        solid_.ray_parts(origin_, direction, parts_);
         std::sort(parts_.begin(), parts_.end(), [](const Interval& p, const Interval& q) { return p.low < q.low; });
         double at = 0.0;
         for (const auto& part : parts_) {
@@ -143,23 +169,24 @@ public:
     }
 
 private:
-    const std::vector<const Capsule*>& capsules_;
+    const NearSolid& solid_;
     const Container& container_;
     Vec3 origin_;
     mutable std::vector<Interval> parts_;
 };
 
-// Minimum exit distance over all directions: 48 directions, then golden-section search around the best three.
+// Minimum exit distance over all directions: 96 directions, then golden-section search around the local minima among them.
 std::optional<Vec2> closest_exit(const RayExit& exit, const Vec2& from) {
-    constexpr int directions = 48;
+    constexpr int directions = 96;
     const double step = 2.0 * std::numbers::pi / directions;
-    std::array<std::pair<double, int>, directions> coarse;
-    for (int i = 0; i < directions; ++i) coarse[static_cast<std::size_t>(i)] = {exit(i * step), i};
-    std::partial_sort(coarse.begin(), coarse.begin() + 3, coarse.end());
-    if (coarse[0].first == 0.0) return from;
+    std::array<double, directions> coarse;
+    for (int i = 0; i < directions; ++i) coarse[static_cast<std::size_t>(i)] = exit(i * step);
+    if (coarse[0] == 0.0) return from;
+    const auto at = [&](int i) { return coarse[static_cast<std::size_t>((i + directions) % directions)]; };
     double best = 1e300, best_angle = 0.0;
-    for (int b = 0; b < 3; ++b) {
-        double low = (coarse[static_cast<std::size_t>(b)].second - 1) * step, high = low + 2.0 * step;
+    for (int i = 0; i < directions; ++i) {
+        if (at(i) > std::min(at(i - 1), at(i + 1)) || at(i) >= 1e300) continue;
+        double low = (i - 1) * step, high = low + 2.0 * step;
         constexpr double golden = 0.6180339887498949;
         double p = high - golden * (high - low), q = low + golden * (high - low);
         double fp = exit(p), fq = exit(q);
@@ -178,9 +205,7 @@ std::optional<Vec2> closest_exit(const RayExit& exit, const Vec2& from) {
                 fq = exit(q);
             }
         }
-        for (const auto& [value, angle] :
-             {std::pair(std::min(fp, fq), fp < fq ? p : q),
-              std::pair(coarse[static_cast<std::size_t>(b)].first, coarse[static_cast<std::size_t>(b)].second * step)})
+        for (const auto& [value, angle] : {std::pair(std::min(fp, fq), fp < fq ? p : q), std::pair(at(i), i * step)})
             if (value < best) {
                 best = value;
                 best_angle = angle;
@@ -191,17 +216,15 @@ std::optional<Vec2> closest_exit(const RayExit& exit, const Vec2& from) {
 }
 
 // As on an image: the point itself if the centre of its pixel is void, else the closest void centre.
-std::optional<Vec2> closest_pixel(const std::vector<const Capsule*>& capsules, const Container& container, const Vec3& at, double pixel) {
+std::optional<Vec2> closest_pixel(const NearSolid& solid, const Container& container, const Vec3& at, double pixel) {
     const auto is_void = [&](const Vec2& centre) {
-        if (!container.contains_column(centre.x(), centre.y())) return false;
-        const Vec3 point(centre.x(), centre.y(), at.z());
-        return std::none_of(capsules.begin(), capsules.end(), [&](const Capsule* c) { return signed_distance(*c, point) < 0.0; });
+        return container.contains_column(centre.x(), centre.y()) && !solid.contains(Vec3(centre.x(), centre.y(), at.z()));
     };
     const Vec2 from = at.head<2>();
     const Vec2 own = pixel * ((from / pixel).array().floor() + 0.5).matrix();
     if (is_void(own)) return from;
     // No void point is nearer than the exact closest point: start there. A ring at distance n has no point closer than (n - 1/2) pixels.
-    const auto exact = closest_exit(RayExit(capsules, container, at), from);
+    const auto exact = closest_exit(RayExit(solid, container, at), from);
     if (!exact) return std::nullopt;
     double best = 1e300;
     Vec2 point = from;
@@ -220,6 +243,24 @@ std::optional<Vec2> closest_pixel(const std::vector<const Capsule*>& capsules, c
     return point;
 }
 
+// What each slice cuts.
+std::vector<NearSolid> solid_of_slices(const Grains& grains, const Section& section, int slices, double spacing) {
+    std::vector<NearSolid> cut(static_cast<std::size_t>(slices), NearSolid{.grains = grains});
+    const auto add = [&](const Bounds& bounds, const auto& to_slice) {
+        const int from = std::max(0, static_cast<int>(std::ceil((bounds.low.z() - section.z0) / spacing)));
+        const int to = std::min(slices - 1, static_cast<int>(std::floor((bounds.high.z() - section.z0) / spacing)));
+        for (int s = from; s <= to; ++s) to_slice(cut[static_cast<std::size_t>(s)]);
+    };
+    for (const auto& image : grains.images()) {
+        if (has_filled_cavity(grains.shape_of(image))) {
+            add(image.bounds, [&](NearSolid& slice) { slice.hollow.push_back(&image); });
+            continue;
+        }
+        for (const auto& capsule : image.capsules) add(bounds_of({capsule}), [&](NearSolid& slice) { slice.capsules.push_back(&capsule); });
+    }
+    return cut;
+}
+
 }  // namespace
 
 GeometricPaperResult geometric_paper_exact(const Grains& grains, const Container& container, const Section& section,
@@ -229,16 +270,7 @@ GeometricPaperResult geometric_paper_exact(const Grains& grains, const Container
         throw UserError(fmt::format("a slice spacing of {:g} m makes too many slices", config.slice_spacing_m),
                         {.allowed = "at most 1e6 slices", .fix = "the spacing is in metres"});
     const int slices = 1 + static_cast<int>(std::floor(section.length() / config.slice_spacing_m + 1e-9));
-    // The grains cut by each slice.
-    std::vector<std::vector<const Capsule*>> cut(static_cast<std::size_t>(slices));
-    for (const auto& image : grains.images())
-        for (const auto& capsule : image.capsules) {
-            const double low = std::min(capsule.a.z(), capsule.b.z()) - capsule.radius,
-                         high = std::max(capsule.a.z(), capsule.b.z()) + capsule.radius;
-            const int from = std::max(0, static_cast<int>(std::ceil((low - section.z0) / config.slice_spacing_m)));
-            const int to = std::min(slices - 1, static_cast<int>(std::floor((high - section.z0) / config.slice_spacing_m)));
-            for (int s = from; s <= to; ++s) cut[static_cast<std::size_t>(s)].push_back(&capsule);
-        }
+    const std::vector<NearSolid> cut = solid_of_slices(grains, section, slices, config.slice_spacing_m);
     const double reach = (container.high() - container.low()).norm();
     double nearest_reach = reach;
     for (const auto& image : grains.images())
@@ -247,22 +279,23 @@ GeometricPaperResult geometric_paper_exact(const Grains& grains, const Container
     const ClosestVoid closest = [&](const Vec2& from, int slice) -> std::optional<Vec2> {
         const Vec3 at(from.x(), from.y(), section.z0 + slice * config.slice_spacing_m);
         thread_local std::vector<std::pair<double, const Capsule*>> all;
-        thread_local std::vector<const Capsule*> near;
+        const NearSolid& of_slice = cut[static_cast<std::size_t>(slice)];
+        NearSolid near{.grains = grains};
         all.clear();
-        double nearest = 1e300;
-        for (const Capsule* capsule : cut[static_cast<std::size_t>(slice)]) {
-            all.emplace_back(signed_distance(*capsule, at), capsule);
-            nearest = std::min(nearest, all.back().first);
-        }
+        for (const Capsule* capsule : of_slice.capsules) all.emplace_back(signed_distance(*capsule, at), capsule);
         // Points farther than the closest void point have no effect.
         for (double around = nearest_reach; around < 2.0 * reach; around *= 2.0) {
-            near.clear();
+            near.capsules.clear();
+            near.hollow.clear();
             for (const auto& [distance, capsule] : all)
-                if (distance < around) near.push_back(capsule);
+                if (distance < around) near.capsules.push_back(capsule);
+            for (const Grains::Image* image : of_slice.hollow)
+                if (((image->bounds.low - at).array() < around).all() && ((at - image->bounds.high).array() < around).all())
+                    near.hollow.push_back(image);
             std::optional<Vec2> found = from;
             if (config.dot_pixel_m > 0.0)
                 found = closest_pixel(near, container, at, config.dot_pixel_m);
-            else if (nearest < 0.0)
+            else if (near.contains(at))
                 found = closest_exit(RayExit(near, container, at), from);
             if (found && (*found - from).norm() + 2.0 * config.dot_pixel_m < around) return found;
         }
