@@ -85,7 +85,7 @@ public:
         finder_.move_to({grid.centre(0, at[0]), grid.centre(1, at[1]), grid.centre(2, at[2])});
         for (const Step& step : steps_) {
             const auto link = link_between_pores(image_, drive_, at, step);
-            if (!link || !finder_.closes_first_half(grid.spacing_m[0] * Vec3(step[0], step[1], step[2]))) continue;
+            if (!link || !finder_.closes_first_half(spacing_.cwiseProduct(Vec3(step[0], step[1], step[2])))) continue;
             cuts.push_back({cell, LinkCuts::bit(step)});
             cuts.push_back({link->other, LinkCuts::bit(link->back)});
         }
@@ -95,6 +95,7 @@ private:
     const PhaseImage& image_;
     Drive drive_;
     WallFinder finder_;
+    const Vec3 spacing_{image_.grid.spacing_m.data()};
     std::vector<Step> steps_;
 };
 
@@ -102,14 +103,14 @@ private:
 
 LinkCuts find_cuts(const PhaseImage& image, const FlowWalls& walls, const Drive& drive) {
     const Grid& grid = image.grid;
-    const double h = grid.spacing_m[0];
+    const double h = grid.spacing_m[2], longest = std::numbers::sqrt2 * std::ranges::max(grid.spacing_m);
     std::vector<std::vector<Cut>> parts(static_cast<std::size_t>(grid.cells[1]));
     parallel_for(parts.size(), [&](std::size_t row) {
         const int j = static_cast<int>(row);
         CutFinder finder(image, walls, drive);
         std::vector<Interval> near;
         for (int i = 0; i < grid.cells[0]; ++i) {
-            walls.solid.near_column(grid.centre(0, i), grid.centre(1, j), std::numbers::sqrt2 * h, near);
+            walls.solid.near_column(grid.centre(0, i), grid.centre(1, j), longest, near);
             for (const Interval& part : near) {
                 const double first = grid.centre(2, 0), last = grid.cells[2] - 1.0;
                 const auto from = static_cast<int>(std::clamp(std::ceil((part.low - first) / h), 0.0, last + 1.0));

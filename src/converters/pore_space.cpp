@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "core/error.hpp"
+#include "core/log.hpp"
 
 namespace porepack::converters {
 using namespace core;
@@ -68,7 +69,7 @@ double PoreSpace::voxel_size_m(double asked_m) const {
 }
 
 VoxelPlan PoreSpace::plan_at(double voxel_size_m) const {
-    if (!image) return plan_voxels(container, section, voxel_size_m, {buffers_m, reservoir_m}, grain_size_m);
+    if (!image) return plan_voxels(container, section, voxel_size_m, {buffers_m, reservoir_m}, grain_size_m, round_sides);
     const Grid grid = cropped_grid(image->grid, computed());
     return {.grid = grid, .voxel_size_m = grid.spacing_m[2], .memory_bytes = static_cast<double>(grid.size())};
 }
@@ -76,6 +77,34 @@ VoxelPlan PoreSpace::plan_at(double voxel_size_m) const {
 PhaseImage PoreSpace::voxelise_at(double voxel_size_m) const {
     if (image) return cropped(*image, computed());
     return voxelise(*solid, container, section, plan_at(voxel_size_m), kept_solid());
+}
+
+PoreSpace PoreSpace::stretched(const Stretch& stretch) const {
+    PoreSpace space = *this;
+    const double up = stretch[2];
+    space.container.size_m = container.size_m.cwiseProduct(Vec3(stretch.data()));
+    space.section = {up * section.z0, up * section.z1};
+    space.bed_bottom_m *= up;
+    space.bed_top_m *= up;
+    space.grains = nullptr;
+    space.packing = nullptr;
+    space.surface = nullptr;
+    space.gray = nullptr;
+    space.solid = std::make_shared<const StretchedSolid>(solid, stretch);
+    return space;
+}
+
+CubicVoxels cubic_voxels(const PoreSpace& space, double voxel_size_m) {
+    CubicVoxels voxels{.image = space.voxelise_at(voxel_size_m), .space = space};
+    if (space.image) return voxels;
+    voxels.stretch = stretch_to_cubes(voxels.image.grid);
+    if (!voxels.stretch) return voxels;
+    const auto& [x, y, z] = *voxels.stretch;
+    log_info("the box is stretched by {:+.2f} % along x, {:+.2f} % along y and {:+.2f} % along z: whole numbers of cubic voxels",
+             100.0 * (x - 1.0), 100.0 * (y - 1.0), 100.0 * (z - 1.0));
+    stretch_grid(voxels.image.grid, *voxels.stretch);
+    voxels.space = space.stretched(*voxels.stretch);
+    return voxels;
 }
 
 // Without reservoirs the grid ends where the flow ends, and nothing is cut: beyond the grid lies its mirror image.
@@ -133,7 +162,8 @@ double PoreSpace::default_buffer_m() const {
 // A voxel whose centre is in a thinner grain lies completely in the grain: if the other voxels do not connect, nothing does.
 bool PoreSpace::certainly_blocked(double voxel_size_m, const Drive& drive) const {
     if (!packing) return false;
-    const double h = plan_at(voxel_size_m).voxel_size_m;
+    const VoxelPlan plan = plan_at(voxel_size_m);
+    const double h = std::ranges::max(plan.grid.spacing_m);
     Packing thinner = *packing;
     for (Shape& shape : thinner.shapes) {
         std::erase_if(shape.capsules, [&](const Capsule& capsule) { return capsule.radius <= 0.5 * std::numbers::sqrt3 * h; });
@@ -143,7 +173,7 @@ bool PoreSpace::certainly_blocked(double voxel_size_m, const Drive& drive) const
     // Voxels at the wall, whose centres lie outside, count too; the grid of a box ends at its walls or beyond.
     if (container.kind == Container::Kind::cylinder) thinner.container.diameter_m += std::numbers::sqrt2 * h;
     PoreSpace space = pore_space_of(std::move(thinner)).with_section(computed());
-    PhaseImage blocked = space.voxelise_at(h);
+    PhaseImage blocked = space.voxelise_at(plan.voxel_size_m);
     if (container.kind == Container::Kind::box)
         std::replace(blocked.phase.begin(), blocked.phase.end(), static_cast<std::uint8_t>(Phase::outside),
                      static_cast<std::uint8_t>(Phase::pore));

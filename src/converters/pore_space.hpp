@@ -8,6 +8,7 @@
 #include "converters/config.hpp"
 #include "converters/link_cuts.hpp"
 #include "converters/percolation.hpp"
+#include "converters/stretched_solid.hpp"
 #include "converters/voxels.hpp"
 #include "converters/walls.hpp"
 #include "io/stl.hpp"
@@ -38,6 +39,7 @@ struct PoreSpace {
     double equivalent_diameter_m = 0.0;     ///< of the sphere with the mean volume of a grain; 0 where unknown
     double bed_bottom_m = 0.0;              ///< lowest point of the solid, not below the floor; of an image its first plane
     double bed_top_m = 0.0;                 ///< highest point of the solid; of an image its last plane
+    bool round_sides = false;               ///< of a periodic box, rather than take a voxel size farther from the one asked for
     double reservoir_m = 0.0;               ///< empty container beyond both ends of the computed part, in flow runs
 
     std::string source = {};  ///< source file, for messages
@@ -49,10 +51,14 @@ struct PoreSpace {
     /// surface, which does not contain the grain diameter.
     [[nodiscard]] double voxel_size_m(double asked_m) const;
 
-    /// The grid at about this voxel size, adjusted so that the section is a whole number of voxels. Throws UserError as plan_voxels.
+    /// The grid at about this voxel size, adjusted as by plan_voxels: in a periodic box the voxels may differ from cubes. Throws UserError
+    /// as plan_voxels.
     [[nodiscard]] VoxelPlan plan_at(double voxel_size_m) const;
     /// Phases on plan_at(voxel_size_m), buffers and reservoirs included; for an image, its own voxels.
     [[nodiscard]] core::PhaseImage voxelise_at(double voxel_size_m) const;
+    /// The same pore space stretched; its solid is known as such alone (not as grains, surface or gray
+    /// image).
+    [[nodiscard]] PoreSpace stretched(const Stretch& stretch) const;
     /// The solid between these planes is a wall of the flow; all of it unless reservoirs lie beyond.
     [[nodiscard]] packing::Section kept_solid() const;
     /// The exact wall positions; empty for an image. The pore space must outlive them.
@@ -82,6 +88,15 @@ struct PoreSpace {
     /// Periodic sides of the pore space; along z only where the section is the whole container.
     [[nodiscard]] std::array<bool, 3> periodic_sides() const;
 };
+
+/// Voxels for the lattice, which are cubes: where those of a periodic box are not, the box and all that is in it are stretched.
+struct CubicVoxels {
+    core::PhaseImage image;
+    PoreSpace space;                      ///< that the image shows
+    std::optional<Stretch> stretch = {};  ///< of the pore space that was given; none where its voxels are cubes
+};
+/// About this voxel size; an image has its own. Throws UserError as plan_voxels.
+[[nodiscard]] CubicVoxels cubic_voxels(const PoreSpace& space, double voxel_size_m);
 
 /// Exact grains; the section is the whole bed. Throws UserError when the packing is empty.
 [[nodiscard]] PoreSpace pore_space_of(packing::Packing packing);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/error.hpp"
 #include "core/machine.hpp"
@@ -15,34 +16,102 @@ using namespace packing;
 
 namespace {
 
-// The size nearest to `asked` of which all periodic sides are whole multiples; without periodic sides, of which the section is one.
-double adjusted_size(const Container& container, const Section& section, double asked) {
-    if (!container.any_periodic()) return section.length() / std::max(1.0, std::round(section.length() / asked));
-    const Vec3 size = container.high() - container.low();
-    std::vector<double> sides;
-    for (const int axis : {0, 1, 2})
-        if (container.periodic[static_cast<std::size_t>(axis)]) sides.push_back(size[axis]);
-    const double side = *std::min_element(sides.begin(), sides.end()), count = std::max(1.0, std::round(side / asked));
-    const auto fits = [&](double h) {
-        return std::all_of(sides.begin(), sides.end(), [&](double s) { return std::abs(s / h - std::round(s / h)) < 1e-6 * s / h; });
-    };
-    const double farthest = 1000.0;
-    for (double apart = 0.0; apart < farthest; ++apart)
-        for (const double n : {count + apart, count - apart}) {
-            if (n < 1.0 || !fits(side / n)) continue;
-            const double h = side / n;
-            if (h > 0.65 * asked && h < 1.55 * asked) return h;
-            throw UserError(fmt::format("the sides of the periodic box are no whole numbers of voxels of about {:g} m", asked),
-                            {.allowed = fmt::format("{:.6g} m is the nearest size that divides all of them", h)});
+// Cubic voxels of a box whose axes are stretched; its volume stays. Sides that are not periodic stay as they are.
+struct PeriodicFit {
+    double voxel_size_m = 0.0;
+    Vec3 stretch = Vec3::Ones();
+    [[nodiscard]] double strain() const { return (stretch.array() - 1.0).abs().maxCoeff(); }
+};
+
+// Voxel sizes over the asked one.
+struct Near {
+    double low, high;
+    [[nodiscard]] bool contains(double size, double asked) const { return size > low * asked && size < high * asked; }
+};
+constexpr Near near_asked{0.65, 1.55}, very_near{0.85, 1.18};
+
+// The periodic sides of a box as numbers of voxels. A size that divides all sides is used wherever it is near the asked one.
+class PeriodicSides {
+public:
+    PeriodicSides(const Container& container, const Near& near) : size_(container.high() - container.low()), near_(near) {
+        for (const int axis : {0, 1, 2})
+            if (container.periodic[static_cast<std::size_t>(axis)]) axes_.push_back(axis);
+        for (const int axis : axes_) smallest_ = std::min(smallest_, size_[axis]);
+    }
+
+    // Without a size that divides all sides, each is rounded to its own number of voxels: one per cent of stretch counts as much as 20 % of
+    // the size. The fit of the size that is returned is this size again: each candidate costs its distance from the asked size and a part
+    // that does not depend on it, and a size near one that divides all sides is no candidate. It can be far from `asked` if that is so
+    // large that the candidates near it would stretch the box by more than 3 %.
+    [[nodiscard]] PeriodicFit fit(double asked) const {
+        if (const auto size = divisor(asked)) return {.voxel_size_m = *size};
+        constexpr double largest_strain = 0.03, cost_of_strain = 20.0, cost_of_divisor = 1.0;
+        const double count = count_of(asked);
+        PeriodicFit best;
+        double least = std::numeric_limits<double>::infinity();
+        for (double apart = 0.0; std::log1p(apart / count) - largest_strain < least; ++apart)
+            for (const double n : {count + apart, count - apart}) {
+                if (n < 1.0) continue;
+                const bool divides = are_whole(smallest_ / n);
+                const PeriodicFit fit = divides ? PeriodicFit{.voxel_size_m = smallest_ / n} : rounded(n);
+                const double cost =
+                    std::abs(std::log(fit.voxel_size_m / asked)) + (divides ? cost_of_divisor : cost_of_strain * fit.strain());
+                if (cost >= least || fit.strain() > largest_strain || (!divides && divisor(fit.voxel_size_m))) continue;
+                least = cost;
+                best = fit;
+            }
+        return best;
+    }
+
+private:
+    [[nodiscard]] double count_of(double h) const { return std::max(1.0, std::round(smallest_ / h)); }
+    [[nodiscard]] bool are_whole(double h) const {
+        return std::all_of(axes_.begin(), axes_.end(), [&](int axis) {
+            const double count = size_[axis] / h;
+            return std::abs(count - std::round(count)) < 1e-6 * count;
+        });
+    }
+    // The size nearest to `asked` of which all sides are whole multiples, if it is near.
+    [[nodiscard]] std::optional<double> divisor(double asked) const {
+        const double count = count_of(asked), farthest = 1000.0;
+        for (double apart = 0.0; apart < farthest; ++apart)
+            for (const double n : {count + apart, count - apart})
+                if (n >= 1.0 && are_whole(smallest_ / n))
+                    return near_.contains(smallest_ / n, asked) ? std::optional(smallest_ / n) : std::nullopt;
+        return std::nullopt;
+    }
+    [[nodiscard]] PeriodicFit rounded(double count) const {
+        PeriodicFit fit;
+        double product = 1.0;
+        for (const int axis : axes_) {
+            fit.stretch[axis] = std::max(1.0, std::round(size_[axis] / smallest_ * count)) / size_[axis];
+            product *= fit.stretch[axis];
         }
-    throw UserError(fmt::format("no voxel size divides all sides of the periodic box: {:g} x {:g} x {:g} m", size.x(), size.y(), size.z()),
-                    {.fix = "choose sides with a simple ratio, such as 1 : 1.5"});
+        fit.voxel_size_m = std::pow(product, -1.0 / static_cast<double>(axes_.size()));
+        for (const int axis : axes_) fit.stretch[axis] *= fit.voxel_size_m;
+        return fit;
+    }
+
+    Vec3 size_;
+    Near near_;
+    std::vector<int> axes_;
+    double smallest_ = std::numeric_limits<double>::infinity();
+};
+
+// Near `asked`, so that the periodic sides, or else the section, are whole numbers of voxels.
+PeriodicFit fitted(const Container& container, const Section& section, double asked, bool round_sides) {
+    if (!container.any_periodic()) return {.voxel_size_m = section.length() / std::max(1.0, std::round(section.length() / asked))};
+    const PeriodicFit fit = PeriodicSides(container, round_sides ? very_near : near_asked).fit(asked);
+    if (!near_asked.contains(fit.voxel_size_m, asked))
+        throw UserError(fmt::format("the sides of the periodic box are no whole numbers of voxels of about {:g} m", asked),
+                        {.allowed = fmt::format("{:.6g} m is the nearest size that fits", fit.voxel_size_m)});
+    return fit;
 }
 
 }  // namespace
 
 VoxelPlan plan_voxels(const Container& container, const Section& section, double voxel_size_m, const BeyondSection& beyond,
-                      double grain_size_m) {
+                      double grain_size_m, bool round_sides) {
     if (!(voxel_size_m > 0.0) || !std::isfinite(voxel_size_m))
         throw UserError(fmt::format("the voxel size must be positive, got {:g} m", voxel_size_m));
     if (voxel_size_m > grain_size_m || voxel_size_m > section.length())
@@ -53,21 +122,23 @@ VoxelPlan plan_voxels(const Container& container, const Section& section, double
              .fix = "the voxel size is in metres"});
     VoxelPlan plan;
     const Vec3 size = container.high() - container.low();
-    const double h = adjusted_size(container, section, voxel_size_m), layers = std::max(1.0, std::round(section.length() / h));
-    plan.voxel_size_m = h;
+    const PeriodicFit fit = fitted(container, section, voxel_size_m, round_sides);
+    plan.voxel_size_m = fit.voxel_size_m;
+    for (std::size_t a = 0; a < 3; ++a) plan.grid.spacing_m[a] = fit.voxel_size_m / fit.stretch[static_cast<int>(a)];
+    const auto& [dx, dy, dz] = plan.grid.spacing_m;
+    const double layers = std::max(1.0, std::round(section.length() / dz));
     if (beyond.reservoir_m > 0.0 && container.periodic[2])
         throw UserError("a periodic cell has no reservoir: it would put void into the cell", {.fix = "leave reservoir_m out"});
-    const auto layers_of = [&](double length) { return std::ceil(length / h - 1e-9); };
+    const auto layers_of = [&](double length) { return std::ceil(length / dz - 1e-9); };
     const double below = layers_of(beyond.buffers_m[0] + beyond.reservoir_m), above = layers_of(beyond.buffers_m[1] + beyond.reservoir_m);
-    const double ahead = (layers + below + above) * std::ceil(size.x() / h) * std::ceil(size.y() / h);
+    const double ahead = (layers + below + above) * std::ceil(size.x() / dx) * std::ceil(size.y() / dy);
     if (!(ahead < 1e11))
         throw UserError(fmt::format("the grid would have {:.3g} cells", ahead),
                         {.allowed = "1e11 cells", .fix = "choose a larger voxel size (metres), a shorter section or a shorter reservoir"});
-    plan.grid.spacing_m = {h, h, h};
     plan.grid.cells[2] = static_cast<int>(layers + below + above);
-    plan.grid.origin_m[2] = section.z0 - below * h;
+    plan.grid.origin_m[2] = section.z0 - below * dz;
     for (std::size_t axis = 0; axis < 2; ++axis) {
-        const double extent = size[static_cast<int>(axis)];
+        const double extent = size[static_cast<int>(axis)], h = plan.grid.spacing_m[axis];
         if (container.kind == Container::Kind::cylinder) {
             plan.grid.cells[axis] = 2 * static_cast<int>(std::ceil(extent / (2.0 * h) - 1e-9));
             plan.grid.origin_m[axis] = -0.5 * plan.grid.cells[axis] * h;

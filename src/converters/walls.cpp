@@ -8,7 +8,7 @@ using namespace shapes;
 using namespace packing;
 
 WallFinder::WallFinder(const FlowWalls& walls, const Grid& grid, const Drive& drive)
-    : walls_(walls), drive_(drive), reach_(1.001 * grid.spacing_m[0]), probe_(walls.solid.probe()) {
+    : walls_(walls), drive_(drive), reach_(1.001 * std::ranges::max(grid.spacing_m)), probe_(walls.solid.probe()) {
     const auto axis = static_cast<std::size_t>(drive.axis);
     end_low_ = grid.origin_m[axis];
     end_high_ = grid.origin_m[axis] + grid.cells[axis] * grid.spacing_m[axis];

@@ -77,11 +77,13 @@ public:
     Series(const PoreSpace& space, double voxel_size_m, const InertialCriterion& criterion)
         : criterion_(criterion),
           in_situ_(space.ends == Ends::in_situ && !space.container.periodic[2]),
-          image_(space.voxelise_at(voxel_size_m)),
           drive_(choose_drive(space.container, Axis::z)) {
-        const std::optional<FlowWalls> walls = space.walls();
+        CubicVoxels voxels = cubic_voxels(space, voxel_size_m);
+        image_ = std::move(voxels.image);
+        const std::optional<FlowWalls> walls = voxels.space.walls();
         domain_ = build_domain(image_, drive_, walls ? &*walls : nullptr);
-        section_ = flow_section(image_, space.container, space.section, drive_);
+        section_ = flow_section(image_, voxels.space.container, voxels.space.section, drive_);
+        stretch_ = voxels.stretch;
         moments_.assign(domain_.nodes(), {});
         log_info("flow with inertia: {} x {} x {} voxels of {:.4g} m, {} fluid nodes", image_.grid.cells[0], image_.grid.cells[1],
                  image_.grid.cells[2], voxel_size(), domain_.nodes());
@@ -89,6 +91,7 @@ public:
 
     [[nodiscard]] double voxel_size() const { return image_.grid.spacing_m[2]; }
     [[nodiscard]] std::size_t nodes() const { return domain_.nodes(); }
+    [[nodiscard]] std::optional<Stretch> stretch() const { return stretch_; }
 
     // Starts from the moments of the previous flow, velocities times `faster` and densities times `denser`; stores its own moments.
     // Momentum relaxes within a time of k/nu.
@@ -193,6 +196,7 @@ private:
     Drive drive_;
     Domain domain_;
     FlowSection section_;
+    std::optional<Stretch> stretch_;
     std::map<Kernel, std::shared_ptr<const FlowPlan>> plans_;
     std::vector<Moments> moments_;
     double gradient_ = 0.0, resistance_ = 0.0, kinetic_share_ = 0.0;
@@ -273,6 +277,7 @@ InertialSeries lbm_inertial_flows(const PoreSpace& space, double voxel_size_m, s
     state.speed = creeping.superficial_velocity_lu;
     state.permeability = state.viscosity * state.speed / series.resistance();
     InertialSeries result{.voxel_size_m = h,
+                          .stretch = series.stretch(),
                           .nodes = series.nodes(),
                           .creeping_permeability_m2 = state.permeability * h * h,
                           .peak_over_mean = series.fastest() / state.speed,

@@ -64,6 +64,7 @@ void visit_members(Self& flow, const Visit& visit) {
 
 struct InertialSeries {
     double voxel_size_m = 0.0;
+    std::optional<converters::Stretch> stretch = {};  ///< of a periodic box, to whole numbers of voxels
     std::size_t nodes = 0;
     double creeping_permeability_m2 = 0.0;
     double peak_over_mean = 0.0;            ///< maximum velocity / superficial velocity, creeping flow
@@ -73,6 +74,7 @@ struct InertialSeries {
 template <core::MembersOf<InertialSeries> Self, typename Visit>
 void visit_members(Self& series, const Visit& visit) {
     visit("voxel_size_m", series.voxel_size_m);
+    visit("stretch", series.stretch);
     visit("nodes", series.nodes);
     visit("creeping_permeability_m2", series.creeping_permeability_m2);
     visit("peak_over_mean_velocity", series.peak_over_mean);

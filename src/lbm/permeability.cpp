@@ -35,6 +35,11 @@ void find_interval(const PoreSpace& space, const LbmConfig& config, LbmResult& r
     IntervalParts parts{.iteration_m2 = 2.0 * fine.run.iteration_error * k,
                         .mass_balance_m2 = fine.by_pressure ? 0.5 * std::abs(k - fine.permeability_volume_m2) : 0.0,
                         .precision_m2 = (config.precision == Precision::single_precision ? 1e-4 : 1e-9) * k};
+    // Stretched by the factors 1 + e_i at constant volume, k_zz changes by 2 e_z - 2 sum_ij (e_i - e_j) D_ij, where D_ij is the share of
+    // (du_i/dx_j)^2 in the dissipation: less than twice the largest |e_i|, unless most of it is shear of other kinds than du_z/dx and
+    // du_z/dy.
+    for (std::size_t i = grids.size() - std::min<std::size_t>(3, grids.size()); i < grids.size(); ++i)
+        parts.stretch_m2 = std::max(parts.stretch_m2, 2.0 * strain_of(grids[i].stretch) * k);
     if (scheme_of(config, space.has_exact_walls(), {}).walls == Walls::bounce_back) {
         if (grids.size() < 2) return;
         // At best first order and not regular: on spheres with a known answer the error scatters by about 4 % in a manner that
@@ -199,24 +204,56 @@ private:
     Stopwatch watch_;
 };
 
-// The requested number of grids, coarse to fine.
-void solve_grids(Sequence& sequence, const PoreSpace& space, double voxel_size_m, const LbmConfig& config) {
-    const long planned = count_grids(space, voxel_size_m, config);
+constexpr double same_size = 1.02;  // of two grids, at most
+
+// Coarse to fine.
+std::vector<double> grid_sizes(const PoreSpace& space, double voxel_size_m, const LbmConfig& config) {
     std::vector<double> sizes;
-    for (long left = planned - 1; left >= 0; --left) sizes.push_back(voxel_size_m * std::pow(config.grid_ratio, static_cast<double>(left)));
-    sequence.announce(sizes, false);
-    for (long left = planned - sequence.attempts() - 1; left >= 0; --left) {
+    for (long left = count_grids(space, voxel_size_m, config) - 1; left >= 0; --left)
+        sizes.push_back(voxel_size_m * std::pow(config.grid_ratio, static_cast<double>(left)));
+    return sizes;
+}
+
+bool all_differ(const PoreSpace& space, const std::vector<double>& sizes) {
+    for (std::size_t i = 1; i < sizes.size(); ++i)
+        if (space.plan_at(sizes[i - 1]).voxel_size_m < same_size * space.plan_at(sizes[i]).voxel_size_m) return false;
+    return true;
+}
+
+// A periodic box may have too few voxel sizes that divide all its sides: then they are rounded.
+PoreSpace with_different_grids(const PoreSpace& space, const std::vector<double>& sizes) {
+    if (!space.container.any_periodic() || sizes.front() > std::min(space.grain_size_m, space.section.length())) return space;
+    PoreSpace rounded = space;
+    rounded.round_sides = true;
+    bool refused = false;
+    for (const PoreSpace& candidate : {space, rounded}) {
         try {
-            (void)sequence.solve(voxel_size_m * std::pow(config.grid_ratio, static_cast<double>(left)), left > 0 && sequence.done() == 0,
-                                 Sequence::no_limit);
+            if (all_differ(candidate, sizes)) return candidate;
+        } catch (const UserError&) {
+            refused = true;  // no such size
+        }
+    }
+    if (!refused) return space;
+    throw UserError(
+        fmt::format("the periodic box has no {} different voxel sizes of about {:g} to {:g} m", sizes.size(), sizes.back(), sizes.front()),
+        {.fix = "use smaller voxels, or grids = 1"});
+}
+
+// The requested number of grids.
+void solve_grids(Sequence& sequence, const PoreSpace& space, const std::vector<double>& sizes, const LbmConfig& config) {
+    sequence.announce(sizes, false);
+    for (auto i = static_cast<std::size_t>(sequence.attempts()); i < sizes.size(); ++i) {
+        const bool finest = i + 1 == sizes.size();
+        try {
+            (void)sequence.solve(sizes[i], !finest && sequence.done() == 0, Sequence::no_limit);
         } catch (const DoesNotPercolate&) {
-            if (left == 0) throw;
+            if (finest) throw;
             log_info("lattice Boltzmann: on this coarse grid the pores are closed; it is omitted");
             continue;
         }
         const auto& grids = sequence.result().grids;
-        if (grids.size() > 1 && grids[grids.size() - 2].voxel_size_m < 1.02 * grids.back().voxel_size_m)
-            throw UserError("two grids have the same voxel size: the section is too short for this grid_ratio",
+        if (grids.size() > 1 && grids[grids.size() - 2].voxel_size_m < same_size * grids.back().voxel_size_m)
+            throw UserError("two grids have the same voxel size: the section or the periodic box is too short for this grid_ratio",
                             {.fix = "use smaller voxels, a longer section, a larger grid_ratio, or grids = 1"});
     }
     find_interval(space, config, sequence.result());
@@ -277,13 +314,15 @@ Extrapolation extrapolate(std::span<const double> nodes, std::span<const double>
     return {value, constants.factor * std::max(late, early) + constants.floor * std::pow(nodes[2], -1.5) * std::abs(value)};
 }
 
-LbmResult lbm_permeability(const PoreSpace& space, double voxel_size_m, const LbmConfig& given, const LbmRun& run) {
-    const LbmConfig config = fitted_to(space, given);
+LbmResult lbm_permeability(const PoreSpace& given_space, double voxel_size_m, const LbmConfig& given, const LbmRun& run) {
+    const LbmConfig config = fitted_to(given_space, given);
+    const std::vector<double> sizes = grid_sizes(given_space, voxel_size_m, config);
+    const PoreSpace space = config.tolerance > 0.0 ? given_space : with_different_grids(given_space, sizes);
     Sequence sequence(space, config, run.checkpoint);
     if (config.tolerance > 0.0)
         Refinement(sequence, space, voxel_size_m, config).run();
     else
-        solve_grids(sequence, space, voxel_size_m, config);
+        solve_grids(sequence, space, sizes, config);
     sequence.remove_checkpoint();
     if (run.with_flow && config.fields != FieldFiles::none) sequence.result().flow = sequence.take_flow();
     return std::move(sequence.result());

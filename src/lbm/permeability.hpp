@@ -19,16 +19,20 @@ struct LbmGridResult {
     double bytes_per_node = 0.0;
     double set_up_seconds = 0.0;
     double relaxation_time = 0.0;
-    double permeability_m2 = 0.0;                    ///< by flow rate
-    double permeability_volume_m2 = 0.0;             ///< by volume average; the difference checks the mass balance
-    std::optional<double> bed_permeability_m2 = {};  ///< of the whole bed, free ends included, if the flow goes through all of it
-    bool by_pressure = false;                        ///< end planes of constant pressure; else periodic along the flow
-    StokesRun run = {};                              ///< of a grid that a checkpoint had finished, without layers and history
+    double permeability_m2 = 0.0;                     ///< by flow rate
+    double permeability_volume_m2 = 0.0;              ///< by volume average; the difference checks the mass balance
+    std::optional<converters::Stretch> stretch = {};  ///< of a periodic box, to whole numbers of voxels
+    std::optional<double> bed_permeability_m2 = {};   ///< of the whole bed, free ends included, if the flow goes through all of it
+    bool by_pressure = false;                         ///< end planes of constant pressure; else periodic along the flow
+    StokesRun run = {};                               ///< of a grid that a checkpoint had finished, without layers and history
+    /// Of a layer of voxels, in the box that was given.
+    [[nodiscard]] double layer_height_m() const { return voxel_size_m / (stretch ? (*stretch)[2] : 1.0); }
 };
 template <core::MembersOf<LbmGridResult> Self, typename Visit>
 void visit_members(Self& grid, const Visit& visit) {
     visit("voxel_size_m", grid.voxel_size_m);
     visit("cells", grid.cells);
+    visit("stretch", grid.stretch);
     visit("fluid_nodes", grid.nodes);
     visit("isolated_cells", grid.isolated_cells);
     visit("permeability_m2", grid.permeability_m2);
@@ -58,9 +62,12 @@ struct IntervalParts {
     double iteration_m2 = 0.0;     ///< estimated change with more steps
     double mass_balance_m2 = 0.0;  ///< half the difference between k by the end planes' flow rate and by volume average
     double precision_m2 = 0.0;     ///< rounding
+    double stretch_m2 = 0.0;       ///< of a periodic box, to whole numbers of voxels
     double threshold_m2 = 0.0;     ///< of a gray image: uncertainty of its gray levels
     double blur_m2 = 0.0;          ///< of a gray image: by how much k may be too large; it widens the interval downwards only
-    [[nodiscard]] double sum() const { return grid_m2 + iteration_m2 + mass_balance_m2 + precision_m2 + threshold_m2 + blur_m2; }
+    [[nodiscard]] double sum() const {
+        return grid_m2 + iteration_m2 + mass_balance_m2 + precision_m2 + stretch_m2 + threshold_m2 + blur_m2;
+    }
 };
 template <core::MembersOf<IntervalParts> Self, typename Visit>
 void visit_members(Self& parts, const Visit& visit) {
@@ -68,6 +75,7 @@ void visit_members(Self& parts, const Visit& visit) {
     visit("iteration", parts.iteration_m2);
     visit("mass_balance", parts.mass_balance_m2);
     visit("precision", parts.precision_m2);
+    visit("stretch", parts.stretch_m2);
     visit("threshold", parts.threshold_m2);
     visit("blur", parts.blur_m2);
 }

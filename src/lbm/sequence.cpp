@@ -23,7 +23,7 @@ constexpr double nodes_of_search = 2e5;  // the best viscosity is searched on at
 std::vector<SubsectionResult> subsections(const LbmGridResult& grid, const Domain& domain, const Scheme& scheme, const FlowSection& section,
                                           const Section& planes, long parts) {
     std::vector<SubsectionResult> results;
-    const double force = scheme.force[static_cast<std::size_t>(domain.drive.axis)], h = grid.voxel_size_m;
+    const double force = scheme.force[static_cast<std::size_t>(domain.drive.axis)], h = grid.voxel_size_m, height = grid.layer_height_m();
     const long layers = section.last_layer - section.first_layer + 1;
     if (domain.drive.axis != 2) return results;
     parts = std::min(parts, layers);
@@ -34,8 +34,8 @@ std::vector<SubsectionResult> subsections(const LbmGridResult& grid, const Domai
         for (std::size_t layer = first; layer < end; ++layer) flow += grid.run.layers.flow[layer];
         flow /= static_cast<double>(end - first);
         const double gradient = gradient_between(force, domain.drive, grid.run.layers, first, end - 1);
-        const double z0 = planes.z0 - section.first_layer * h;
-        results.push_back({z0 + static_cast<double>(first) * h, z0 + static_cast<double>(end) * h,
+        const double z0 = planes.z0 - section.first_layer * height;
+        results.push_back({z0 + static_cast<double>(first) * height, z0 + static_cast<double>(end) * height,
                            flow * scheme.viscosity_lu() / (section.area_cells * gradient) * h * h});
     }
     return results;
@@ -46,10 +46,11 @@ std::vector<LayerGradient> layer_gradients(const LbmGridResult& grid, const Doma
     std::vector<LayerGradient> gradients;
     if (domain.drive.axis != 2) return gradients;
     const auto first = static_cast<std::size_t>(section.first_layer), last = static_cast<std::size_t>(section.last_layer);
-    const double force = scheme.force[2], mean = gradient_between(force, domain.drive, grid.run.layers, first, last);
+    const double force = scheme.force[2], height = grid.layer_height_m(),
+                 mean = gradient_between(force, domain.drive, grid.run.layers, first, last);
     for (std::size_t layer = first; layer <= last; ++layer) {
-        const double z0 = planes.z0 + static_cast<double>(layer - first) * grid.voxel_size_m;
-        gradients.push_back({z0, z0 + grid.voxel_size_m, gradient_between(force, domain.drive, grid.run.layers, layer, layer) / mean});
+        const double z0 = planes.z0 + static_cast<double>(layer - first) * height;
+        gradients.push_back({z0, z0 + height, gradient_between(force, domain.drive, grid.run.layers, layer, layer) / mean});
     }
     return gradients;
 }
@@ -190,17 +191,17 @@ bool Sequence::solve(double voxel_size_m, bool coarsest_of_many, double max_seco
 }
 
 bool Sequence::solve_once(double voxel_size_m, bool coarsest_of_many, double max_seconds) {
-    PhaseImage image = space_.voxelise_at(voxel_size_m);
-    const Drive drive = choose_drive(space_.container, config_.direction);
-    if (space_.ends == Ends::paper) require_paper_ends(drive, image.grid);
+    auto [image, space, stretch] = cubic_voxels(space_, voxel_size_m);
+    const Drive drive = choose_drive(space.container, config_.direction);
+    if (space.ends == Ends::paper) require_paper_ends(drive, image.grid);
     const Stopwatch set_up;
     size_m_ = image.grid.spacing_m[2];
     grid_watch_ = {};
     const Scheme scheme = scheme_for(voxel_size_m, drive);
-    const std::optional<FlowWalls> walls = scheme.walls == Walls::interpolated ? space_.walls() : std::nullopt;
-    const double radius = space_.ends == Ends::paper ? 0.5 * space_.container.diameter_m / image.grid.spacing_m[2] : 0.0;
+    const std::optional<FlowWalls> walls = scheme.walls == Walls::interpolated ? space.walls() : std::nullopt;
+    const double radius = space.ends == Ends::paper ? 0.5 * space.container.diameter_m / image.grid.spacing_m[2] : 0.0;
     Domain domain = build_domain(image, drive, walls ? &*walls : nullptr, radius);
-    const FlowSection section = flow_section(image, space_.container, space_.section, drive);
+    const FlowSection section = flow_section(image, space.container, space.section, drive);
     image = {};
     LbmGridResult grid{.voxel_size_m = domain.grid.spacing_m[2],
                        .cells = domain.grid.cells,
@@ -208,6 +209,7 @@ bool Sequence::solve_once(double voxel_size_m, bool coarsest_of_many, double max
                        .isolated_cells = domain.isolated_cells,
                        .wall_links = domain.walls.size(),
                        .narrow_share = domain.narrow_share(),
+                       .stretch = stretch,
                        .by_pressure = drive.by_pressure()};
     log_info("lattice Boltzmann: {} x {} x {} voxels of {:.4g} m, {} fluid nodes ({} isolated)", grid.cells[0], grid.cells[1],
              grid.cells[2], grid.voxel_size_m, grid.nodes, grid.isolated_cells);
@@ -317,8 +319,8 @@ double Sequence::relaxation_time_of_piece(const Domain& domain, ConvergenceCrite
     const Section computed = space_.computed();
     const double h = domain.grid.spacing_m[2], middle = 0.5 * (computed.z0 + computed.z1),
                  layers = std::max(8.0, std::round(domain.grid.cells[2] * nodes_of_search / static_cast<double>(domain.nodes())));
-    const PoreSpace piece = space_.with_section({middle - 0.5 * layers * h, middle + 0.5 * layers * h}).section_only();
-    const PhaseImage image = piece.voxelise_at(h);
+    const PoreSpace part = space_.with_section({middle - 0.5 * layers * h, middle + 0.5 * layers * h}).section_only();
+    const auto [image, piece, stretch] = cubic_voxels(part, h);
     const Drive drive = choose_drive(piece.container, config_.direction);
     const Scheme scheme = scheme_for(h, drive);
     const std::optional<FlowWalls> walls = scheme.walls == Walls::interpolated ? piece.walls() : std::nullopt;

@@ -25,6 +25,14 @@ Moments interpolate(const FlowField& coarse, const std::array<double, 3>& place)
     return mean;
 }
 
+// The centre of a cell along an axis, in the coarser box: the two may have been stretched to whole voxels by different factors.
+double centre_in(const Domain& coarse, const Domain& fine, int axis, int cell) {
+    const auto a = static_cast<std::size_t>(axis);
+    const double centre = fine.grid.centre(axis, cell), rounding = 1e-9,
+                 ratio = coarse.grid.cells[a] * coarse.grid.spacing_m[a] / (fine.grid.cells[a] * fine.grid.spacing_m[a]);
+    return fine.drive.periodic[a] && std::abs(ratio - 1.0) > rounding ? ratio * centre : centre;
+}
+
 constexpr std::size_t block_nodes = std::size_t{1} << 17U;  // what is kept twice
 
 // Nodes [first, end) of the flow.
@@ -42,7 +50,8 @@ void start_block(Flow& flow, const Domain& domain, const Scheme& scheme, const F
         domain.cells.list(begin, std::span(cells).first(count));
         for (std::size_t i = 0; i < count; ++i) {
             const auto at = place_in_grid(domain.grid, cells[i]);
-            moments[i] = interpolate(coarse, {domain.grid.centre(0, at[0]), domain.grid.centre(1, at[1]), domain.grid.centre(2, at[2])});
+            moments[i] = interpolate(coarse, {centre_in(coarse.domain, domain, 0, at[0]), centre_in(coarse.domain, domain, 1, at[1]),
+                                              centre_in(coarse.domain, domain, 2, at[2])});
             moments[i].density *= denser;
             for (double& u : moments[i].velocity) u *= faster;
         }
@@ -115,7 +124,7 @@ void start_from(Flow& flow, const Domain& domain, const Scheme& scheme, const Fl
 
 void start_from(Flow& flow, const Domain& domain, const Scheme& scheme, FlowField&& given) {
     FlowField coarse = std::move(given);
-    const Grid &fine = domain.grid, &grid = coarse.domain.grid;
+    const Grid& grid = coarse.domain.grid;
     const auto first_node = [&](int layer) {
         return static_cast<std::size_t>(coarse.domain.cells.rank(grid.index(0, 0, std::clamp(layer, 0, grid.cells[2] - 1))));
     };
@@ -123,7 +132,7 @@ void start_from(Flow& flow, const Domain& domain, const Scheme& scheme, FlowFiel
     for_blocks(domain.nodes(), [&](std::size_t first, std::size_t end) {
         start_block(flow, domain, scheme, coarse, first, end);
         if (end == domain.nodes()) return;
-        const double z = fine.centre(2, place_in_grid(fine, domain.cells.cell(end))[2]);
+        const double z = centre_in(coarse.domain, domain, 2, place_in_grid(domain.grid, domain.cells.cell(end))[2]);
         const std::size_t needed = first_node(static_cast<int>(std::floor((z - grid.origin_m[2]) / grid.spacing_m[2] - 0.5)));
         if (needed <= forgotten) return;
         coarse.moments.release(forgotten, needed);

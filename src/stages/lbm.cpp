@@ -41,11 +41,13 @@ void write_gradients(const Path& file, const LbmResult& result) {
     table.write(file);
 }
 
-const char* interval_meaning(const LbmResult& result, const PoreSpace& space, const Scheme& scheme) {
+std::string interval_meaning(const LbmResult& result, const PoreSpace& space, const Scheme& scheme) {
     if (!result.half_width) return "too few grids: no uncertainty";
     if (space.gray) return "three grids, gray levels and blur; judged on spheres (docs/images.md)";
-    return scheme.walls == Walls::interpolated ? "three grids: covers the exact value in at least 95 % of the known cases"
-                                               : "two grids, first order, at least the 4 % by which bounce-back scatters";
+    std::string meaning = scheme.walls == Walls::interpolated ? "three grids: covers the exact value in at least 95 % of the known cases"
+                                                              : "two grids, first order, at least the 4 % by which bounce-back scatters";
+    if (result.half_width->stretch_m2 > 0.0) meaning += "; with the stretch of the periodic box to whole voxels";
+    return meaning;
 }
 
 // In a box that is periodic in x and y, the upper plane moves to a layer of voxels.
@@ -65,6 +67,7 @@ Json lbm_json(const LbmResult& result, const PoreSpace& space, const LbmConfig& 
     if (result.half_width) keep_old_name(json["half_width_parts_m2"], "ends", "mass_balance");
     if (result.half_width && !space.gray)
         for (const char* part : {"threshold", "blur"}) json["half_width_parts_m2"].erase(part);
+    if (result.half_width && result.half_width->stretch_m2 == 0.0) json["half_width_parts_m2"].erase("stretch");
     if (result.averaged_image_change) json["averaged_image_change"] = *result.averaged_image_change;
     json["interval_meaning"] = interval_meaning(result, space, scheme);
     if (config.tolerance > 0.0) {

@@ -73,6 +73,7 @@ std::vector<BudgetRow> rows_of_permeability(const Case& c, const Json& results) 
     add_part("iteration", "iteration", Evidence::measured, "energy of the unsteady flow, twice the estimate");
     add_part("mass balance", "mass_balance", Evidence::measured, "flow rate through the planes against the mean over the layers");
     add_part("rounding", "precision", Evidence::bounded, "number format of the populations");
+    add_part("stretched box", "stretch", Evidence::bounded, "the periodic box is stretched to whole numbers of cubic voxels");
     add_part("gray levels", "threshold", Evidence::measured, "k with the solid fraction moved by two standard errors of the gray levels");
     add_part("blur", "blur", Evidence::judged, "k with twice the variance of the blur; blur makes k too large", false);
     if (const auto change = number_at(lbm, "/averaged_image_change"))

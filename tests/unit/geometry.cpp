@@ -222,9 +222,9 @@ TEST(Voxels, MayBeginHalfAVoxelBelowTheFloor) {
 TEST(Voxels, RefusesWhatCannotBe) {
     const Container box = parse_container("box:1,1,1:periodic");
     EXPECT_TRUE(has(message_of<UserError>([&] {
-                        (void)plan_voxels(parse_container("box:1,0.73,1:periodic"), {0, 1}, 0.1, {}, 1.0);
+                        (void)plan_voxels(parse_container("box:1,0.73,1:periodic"), {0, 1}, 0.7, {}, 1.0);
                     }),
-                    "no whole numbers of voxels of about 0.1 m"));
+                    "no whole numbers of voxels of about 0.7 m"));
     EXPECT_TRUE(has(message_of<UserError>([&] { (void)plan_voxels(box, {0, 1}, 0.5, {}, 0.3); }), "larger than the grain"));
     EXPECT_TRUE(has(message_of<UserError>([&] { (void)plan_voxels(box, {0, 1}, 1e-5, {}, 1.0); }), "cells"));
     EXPECT_EQ(plan_voxels(parse_container("cylinder:0.05,0.2"), {0.02, 0.06}, 3e-4, {}, 1.0).grid.cells[2], 133);
