@@ -64,6 +64,7 @@ struct DiffusiveOptions {
     double tolerance = 1e-6;        ///< of the residual over the right-hand side, see ConjugateGradientOptions
     long maximum_iterations = 500;  ///< of the conjugate gradients; then the solver has failed
     double porosity = 0.0;          ///< of the exact solid in the section, if it is known already; 0: computed
+    bool one_grid = false;          ///< no coarser grids, and so no limit
 };
 /// Finite volumes on the pore voxels, conjugate gradients with a multigrid preconditioner. Throws DoesNotPercolate when the pores do not
 /// percolate, NumericalError when the tolerance is not reached in `maximum_iterations`. Nothing passes the links of `cuts`.
