@@ -9,6 +9,7 @@
 #include "core/machine.hpp"
 #include "helpers.hpp"
 #include "lbm/known.hpp"
+#include "stages/stages.hpp"
 #include "tortuosity/tortuosity.hpp"
 
 namespace porepack {
@@ -184,6 +185,19 @@ TEST(DiffusiveWalls, NeverBelowOne) {
         EXPECT_NEAR(found.value(), 1.0, 2e-3);  // of the porosity
         EXPECT_EQ(found.interval()->low, 1.0);
     }
+}
+
+// (3 - eps)/2 is the least of isotropic packings: pores along rods are below it, those across rods and between spheres are not.
+TEST(DiffusiveWalls, AValueBelowTheIsotropicLimitCarriesANote) {
+    const auto note_of = [](const TurnedArray& array, Axis direction) {
+        const Json json = stages::run_tortuosity(stages::TortuosityKind::diffusive, array.space(),
+                                                 {.voxel_size_m = array.diameter() / 10.0}, {.direction = direction}, {});
+        return json.value("note", "");
+    };
+    const TurnedArray rods{.solid_fraction = 0.3}, spheres{.grain = TurnedArray::Grain::simple_cubic, .solid_fraction = 0.3};
+    EXPECT_TRUE(has(note_of(rods, Axis::z), "below (3 - porosity)/2 = 1.15"));
+    EXPECT_EQ(note_of(rods, Axis::x), "");
+    EXPECT_EQ(note_of(spheres, Axis::z), "");
 }
 
 TEST(DiffusiveWalls, TheNumberOfThreadsChangesNoBit) {
