@@ -9,6 +9,7 @@
 #include "core/data_file.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
+#include "lbm/known.hpp"
 #include "report/plot.hpp"
 #include "stages/stages.hpp"
 #include "tortuosity/tortuosity.hpp"
@@ -111,17 +112,6 @@ void draw_study(const Path& folder, const Json& beds) {
               {.width = 900, .height = 400});
 }
 
-PhaseImage sphere_cell(int n, double solid_fraction) {
-    PhaseImage image{
-        .grid = {.cells = {n, n, n}, .origin_m = {0, 0, 0}, .spacing_m = {1.0 / n, 1.0 / n, 1.0 / n}}, .phase = {}, .notes = {}};
-    const double r = std::cbrt(3.0 * solid_fraction / (4.0 * std::numbers::pi));
-    for (int k = 0; k < n; ++k)
-        for (int j = 0; j < n; ++j)
-            for (int i = 0; i < n; ++i)
-                image.phase.push_back((Vec3(i + 0.5, j + 0.5, k + 0.5) / n - Vec3::Constant(0.5)).norm() < r ? Phase::grain : Phase::pore);
-    return image;
-}
-
 // From an axis point at distance D before a sphere's centre to the plane at D behind it.
 Json shortest_path_errors() {
     const double R = 0.9973, D = 1.2;
@@ -158,14 +148,20 @@ Json diffusive_errors() {
                    0.07231 * L(3) * std::pow(f, 14.0 / 3.0) + 0.1526 * L(4) * std::pow(f, 6.0) + 0.0105 * L(5) * std::pow(f, 22.0 / 3.0));
     const double exact = (1.0 - f) / D;
     Json rows = Json::array();
-    for (const int n : {20, 40, 80, 160}) {
-        const PhaseImage image = sphere_cell(n, f);
-        const Stopwatch watch;
-        const DiffusiveResult result = diffusive_tortuosity(image, 2, {true, true, true});
-        rows.push_back({{"voxels_per_side", n},
-                        {"error", result.value / exact - 1.0},
-                        {"iterations", result.iterations},
-                        {"seconds", watch.seconds()}});
+    for (const int n : {10, 20, 40, 80}) {
+        const PoreSpace space = lbm::sphere_array(f, 1.0, lbm::simple_cubic(), Vec3(0.13, 0.27, 0.41)).pore_space();
+        const auto run = [&](const char* walls, const auto& solve) {
+            const Stopwatch watch;
+            const DiffusiveResult result = solve();
+            rows.push_back({{"walls", walls},
+                            {"voxels_per_side", n},
+                            {"error", result.value / exact - 1.0},
+                            {"iterations", result.iterations},
+                            {"seconds", watch.seconds()}});
+        };
+        const std::array<bool, 3> around = {true, true, true};
+        run("exact", [&] { return diffusive_on_grid(space, 1.0 / n, Axis::z, {.porosity = 1.0 - f}); });
+        run("voxels", [&] { return diffusive_tortuosity(space.voxelise_at(1.0 / n), 2, around); });
     }
     return rows;
 }
@@ -187,7 +183,7 @@ void draw_kinds(const Path& folder, const Bed& bed) {
     const PoreSpace space = pore_space_of(bed.packing).with_section(section);
     lines("paths_shortest.dat", shortest_path(space, 5e-4, Axis::z).paths_m);
     const PhaseImage image = space.voxelise_at(5e-4);
-    const DiffusiveResult diffusion = diffusive_tortuosity(image, 2, {false, false, false});
+    const DiffusiveResult diffusion = diffusive_on_grid(space, 5e-4, Axis::z);
     std::string text;
     const int j = image.grid.cells[1] / 2;
     for (int k = 0; k < image.grid.cells[2]; ++k) {

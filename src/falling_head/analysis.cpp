@@ -22,11 +22,17 @@ void require_different(const std::vector<LevelCurve>& curves) {
 
 // A fit whose residuals exceed the noise of the levels is not reliable, whatever its interval.
 bool misses(const FallingHeadFit& fit, const std::string& name, std::vector<std::string>& warnings) {
-    if (fit.widening > 1.5)
-        warnings.push_back(fmt::format(
-            "{}: residuals of neighbouring frames are correlated ({:.2f}), so the intervals are {:.2g} times as wide; either the "
-            "frames' noise is, or the equation lacks something: see analysis.svg",
-            name, fit.residual_correlation, fit.widening));
+    if (fit.noise_unknown())
+        warnings.push_back(
+            fmt::format("{}: the noise has a part nearly as slow as the test (probability {:.0f} %), whose size this test cannot tell: the "
+                        "intervals are {:.2g} times as wide as with independent frames, {:.2g} times if the part is certain; record longer "
+                        "tests or more runs, or remove the slow part (drift, sloshing)",
+                        name, 100.0 * fit.slow_probability, fit.widening, fit.widening * fit.slow_widening));
+    else if (fit.noise_correlated() && fit.widening > 1.5)
+        warnings.push_back(
+            fmt::format("{}: the residuals are correlated (neighbouring frames: {:.2f}), so the intervals are {:.2g} times as wide as with "
+                        "independent frames; either the frames' noise is correlated, or the equation lacks something: see analysis.svg",
+                        name, fit.residual_correlation, fit.widening));
     if (fit.residual_m <= 3.0 * std::max(fit.noise_m, 1e-6)) return false;
     warnings.push_back(fmt::format("{}: the equation misses the levels by {:.2g} mm, their noise is {:.2g} mm: see analysis.svg", name,
                                    1e3 * fit.residual_m, 1e3 * fit.noise_m));

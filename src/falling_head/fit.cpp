@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <Eigen/Dense>
-#include <boost/math/distributions/students_t.hpp>
 #include <unsupported/Eigen/NonLinearOptimization>
 
 #include <algorithm>
@@ -13,6 +12,7 @@
 
 #include "core/error.hpp"
 #include "core/interrupt.hpp"
+#include "falling_head/noise.hpp"
 
 namespace porepack::falling_head {
 using namespace core;
@@ -154,23 +154,25 @@ public:
     }
 
     // Of the residuals of neighbouring frames, all curves together.
-    [[nodiscard]] double residual_correlation() {
-        Eigen::VectorXd residuals(rows_);
+    [[nodiscard]] double residual_correlation(const LinearisedFit& fit) const {
         double products = 0.0, squares = 0.0;
         for (std::size_t c = 0; c < curves_.size(); ++c) {
-            fill(c, residuals);
-            const Eigen::Index first = first_row_[c], count = static_cast<Eigen::Index>(curves_[c].time_s.size());
-            products += residuals.segment(first, count - 1).dot(residuals.segment(first + 1, count - 1));
-            squares += residuals.segment(first, count).squaredNorm();
+            const auto part = fit.residuals.segment(first_row_[c], static_cast<Eigen::Index>(curves_[c].time_s.size()));
+            products += part.head(part.size() - 1).dot(part.tail(part.size() - 1));
+            squares += part.squaredNorm();
         }
         return squares > 0.0 ? products / squares : 0.0;
     }
 
-    [[nodiscard]] Eigen::MatrixXd covariance() {
-        Eigen::MatrixXd jacobian(rows_, static_cast<Eigen::Index>(free_.size()));
-        df(get(), jacobian);
-        // A start speed that decays immediately gives a column of zeros.
-        return (jacobian.transpose() * jacobian).completeOrthogonalDecomposition().pseudoInverse();
+    [[nodiscard]] LinearisedFit linearised() {
+        LinearisedFit fit{.jacobian = Eigen::MatrixXd(rows_, static_cast<Eigen::Index>(free_.size())),
+                          .residuals = Eigen::VectorXd(rows_),
+                          .times_s = {},
+                          .prior_deviation = weight_};
+        df(get(), fit.jacobian);
+        (*this)(get(), fit.residuals);
+        for (const LevelCurve& curve : curves_) fit.times_s.push_back(curve.time_s);
+        return fit;
     }
 
     // Resistances are scaled to the head that they need: beyond this number of heads there is no bound.
@@ -268,32 +270,38 @@ FallingHeadFit fit_falling_head(std::span<const LevelCurve> curves, const Fallin
     double least = problem.solve();
     const auto variance_of = [&] { return std::max(1e-16, least / static_cast<double>(problem.freedom())); };
     if (problem.weigh(std::sqrt(variance_of()))) least = problem.solve();
-    // Correlated residuals tell less: n frames count as n (1 - r)/(1 + r). Chance alone gives |r| < 2/sqrt(n).
-    const double found = problem.residual_correlation(), chance = 2.0 / std::sqrt(static_cast<double>(problem.points()));
-    const double r = found > chance ? std::min(found, 0.95) : 0.0, fewer = (1.0 + r) / (1.0 - r);
-    if (fewer > 1.0 && problem.weigh(std::sqrt(variance_of() * fewer))) least = problem.solve();
+    LinearisedFit linear = problem.linearised();
+    NoiseJudgement noise = judge_noise(linear, 2);
     const double variance = variance_of();
     if (!std::isfinite(least) || std::sqrt(variance) > 1.0)
         throw NumericalError("no falling-head equation is close to the data",
                              {.where = curves.front().name, .fix = "check the curve: units, jumps, a rising water level?"});
-    const Eigen::MatrixXd covariance = problem.covariance() * variance * fewer;
-    const double t = boost::math::quantile(boost::math::students_t(static_cast<double>(problem.freedom())), 0.975);
-    const double rise = t * t * variance * fewer;
+    // Correlated levels tell less, against the priors.
+    if (problem.weigh(std::sqrt(variance) * noise.widths[viscous].widening)) {
+        least = problem.solve();
+        linear = problem.linearised();
+        noise = judge_noise(linear, 2);
+    }
+    // A start speed that decays immediately gives a column of zeros.
+    const Eigen::MatrixXd inverse = (linear.jacobian.transpose() * linear.jacobian).completeOrthogonalDecomposition().pseudoInverse();
     const FallingHeadConfig apparatus = problem.apparatus();
-    FallingHeadFit fit{.correlation = covariance(0, 1) / std::sqrt(covariance(0, 0) * covariance(1, 1)),
+    FallingHeadFit fit{.correlation = inverse(0, 1) / std::sqrt(inverse(0, 0) * inverse(1, 1)),
                        .level_offset_m = apparatus.level_offset_m,
                        .scale_error = apparatus.scale_error,
                        .kinematic_viscosity_m2_per_s = apparatus.kinematic_viscosity_m2_per_s,
                        .inertia_coefficient = apparatus.inertia_coefficient,
                        .inertial_exponent = apparatus.inertial_exponent,
-                       .residual_correlation = found,
-                       .widening = std::sqrt(fewer),
+                       .residual_correlation = problem.residual_correlation(linear),
+                       .widening = noise.widths[viscous].widening,
+                       .slow_widening = noise.widths[viscous].if_slow / noise.widths[viscous].value,
+                       .slow_probability = noise.slow_probability,
+                       .white_probability = noise.white_probability,
                        .residual_m = std::sqrt(variance),
                        .noise_m = problem.noise(),
                        .points = static_cast<long>(problem.points()),
                        .levels_m = {}};
     const auto fitted = [&](Eigen::Index p) {
-        const double width = t * std::sqrt(covariance(p, p));
+        const double width = noise.widths[static_cast<std::size_t>(p)].value, rise = width * width / inverse(p, p);
         return FittedValue{
             problem.unit(p) * problem.at(p),
             {problem.unit(p) * problem.bound(p, -1.0, least, rise, width), problem.unit(p) * problem.bound(p, 1.0, least, rise, width)}};

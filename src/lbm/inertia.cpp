@@ -17,6 +17,7 @@ using namespace core;
 using namespace converters;
 namespace {
 
+constexpr double largest_wall_error = 0.25;  // of means in time; the correction is known to a half of it
 constexpr double fastest_allowed_lu = 0.1, slowest_viscosity_lu = 0.002, slowest_in_time_lu = 0.0008, creeping_viscosity_lu = 0.7 / 3.0;
 
 // Constant pressure on the end planes: the incoming population is minus the outgoing one (which keeps p + u^2 constant) plus 6 w u^2 with
@@ -95,8 +96,9 @@ public:
 
     // Starts from the moments of the previous flow, velocities times `faster` and densities times `denser`; stores its own moments.
     // Momentum relaxes within a time of k/nu.
-    StokesRun solve(double viscosity, double force, bool inertia, double faster, double denser, double settling_steps) {
-        Scheme scheme{.tau = 0.5 + 3.0 * viscosity, .walls = Walls::interpolated, .model = inertia ? Model::navier_stokes : Model::stokes};
+    StokesRun solve(double viscosity, double force, Model model, double faster, double denser, double settling_steps) {
+        Scheme scheme{.tau = 0.5 + 3.0 * viscosity, .walls = Walls::interpolated, .model = model};
+        const bool inertia = model == Model::navier_stokes;
         scheme.force[2] = force;
         std::unique_ptr<Flow> flow = start(Kernel::cpu_double, scheme);
         if (inertia && !domain_.boundary_links.empty()) flow = std::make_unique<PressureEnds>(std::move(flow), domain_);
@@ -219,11 +221,61 @@ struct State {
     double viscosity, speed, force, permeability;
 };
 
+// What the walls of means in time do to k of creeping flow, relative to the steady scheme, at this viscosity (Re 0.001); `state` becomes
+// that of this flow.
+double wall_error(Series& series, const InertialSeries& known, double length_lu, double viscosity, State& state) {
+    const double k_lu = known.creeping_permeability_m2 / (known.voxel_size_m * known.voxel_size_m), speed = 1e-3 * viscosity / length_lu,
+                 force = viscosity * speed / k_lu;
+    const StokesRun run =
+        series.solve(viscosity, force, Model::recursive, speed / state.speed, force / state.force, state.permeability / viscosity);
+    if (!run.converged)
+        throw NumericalError(fmt::format("creeping flow by the scheme of means in time is not steady after {} steps", run.steps),
+                             {.fix = "raise max_steps, or use smaller Reynolds numbers"});
+    state = {.viscosity = viscosity, .speed = run.superficial_velocity_lu, .force = force, .permeability = run.permeability_lu};
+    return run.permeability_lu / k_lu - 1.0;
+}
+
+struct Planned {
+    double reynolds, viscosity, walls;  // wall_error() of a mean in time, else 0
+};
+// The flows that this grid can resolve; else `known.stopped_by` says why.
+std::vector<Planned> plan_flows(Series& series, InertialSeries& known, const InertialCriterion& criterion, std::span<const double> reynolds,
+                                double length_lu, State& state) {
+    std::vector<Planned> plan;
+    for (const double wanted : reynolds) {
+        const double viscosity = std::min(creeping_viscosity_lu, fastest_allowed_lu / known.peak_over_mean * length_lu / wanted);
+        if (viscosity < (criterion.in_time ? slowest_in_time_lu : slowest_viscosity_lu)) {
+            known.stopped_by = fmt::format("Re {:g} needs smaller voxels than {:.4g} m", wanted, known.voxel_size_m);
+            return plan;
+        }
+        double walls = 0.0;
+        if (criterion.in_time && !plan.empty() && plan.back().viscosity == viscosity)
+            walls = plan.back().walls;
+        else if (criterion.in_time)
+            try {
+                walls = wall_error(series, known, length_lu, viscosity, state);
+            } catch (const NumericalError& fault) {
+                known.stopped_by = fmt::format("Re {:g}: {}", wanted, fault.what());
+                return plan;
+            }
+        if (std::abs(walls) > largest_wall_error) {
+            known.stopped_by = fmt::format(
+                "Re {:g}: the walls of means in time change k by {:.0f} % (at most {:.0f} %) on voxels of {:.3g} m; about {:.2g} m would "
+                "do",
+                wanted, 100.0 * walls, 100.0 * largest_wall_error, known.voxel_size_m,
+                known.voxel_size_m * std::pow(0.8 * largest_wall_error / std::abs(walls), 1.0 / 1.5));
+            return plan;
+        }
+        plan.push_back({wanted, viscosity, walls});
+    }
+    return plan;
+}
+
 // The flow that should have the wanted Reynolds number; `state` becomes its own.
 InertialFlow next_flow(Series& series, const InertialSeries& known, const InertialCriterion& criterion, double length_lu, double wanted,
-                       double viscosity, State& state) {
+                       double viscosity, double walls, State& state) {
     const double h2 = known.voxel_size_m * known.voxel_size_m, speed = wanted * viscosity / length_lu,
-                 force = viscosity * speed * expected_resistance(known, wanted) * series.gradient() / series.resistance();
+                 force = viscosity * speed * expected_resistance(known, wanted) / (1.0 + walls) * series.gradient() / series.resistance();
     const double faster = speed / state.speed, denser = force / state.force;
     InertialFlow flow{.relaxation_time = 0.5 + 3.0 * viscosity};
     if (criterion.in_time) {
@@ -231,15 +283,15 @@ InertialFlow next_flow(Series& series, const InertialSeries& known, const Inerti
         state.speed = mean.superficial_velocity_lu;
         flow.converged = mean.converged;
         flow.fastest_lu = mean.fastest_lu;
-        flow.in_time = {mean.steady,        mean.half_width, mean.fluctuation,          mean.kinetic_energy_factor,
-                        mean.lateral_share, mean.turnovers,  mean.correlation_turnovers};
+        flow.in_time = {mean.steady,        mean.half_width, mean.fluctuation,           mean.kinetic_energy_factor,
+                        mean.lateral_share, mean.turnovers,  mean.correlation_turnovers, walls};
         flow.steps = mean.steps;
         flow.seconds = mean.seconds;
         if (!flow.converged)
             throw NumericalError(
                 fmt::format("the mean velocity is known to {:.2g} % only after {:.0f} turnovers", 100.0 * mean.half_width, mean.turnovers));
     } else {
-        const StokesRun run = series.solve(viscosity, force, true, faster, denser, state.permeability / viscosity);
+        const StokesRun run = series.solve(viscosity, force, Model::navier_stokes, faster, denser, state.permeability / viscosity);
         state.speed = run.superficial_velocity_lu;
         flow.iteration_error = run.iteration_error;
         flow.converged = run.converged;
@@ -254,7 +306,7 @@ InertialFlow next_flow(Series& series, const InertialSeries& known, const Inerti
     state.force = force;
     state.permeability = viscosity * state.speed / series.resistance();
     flow.reynolds = state.speed * length_lu / viscosity;
-    flow.permeability_m2 = state.permeability * h2;
+    flow.permeability_m2 = state.permeability * h2 / (1.0 + walls);
     flow.momentum_share = 1.0 - series.gradient() / force;
     flow.kinetic_energy_share = series.kinetic_share();
     return flow;
@@ -270,7 +322,7 @@ InertialSeries lbm_inertial_flows(const PoreSpace& space, double voxel_size_m, s
     Series series(space, voxel_size_m, criterion);
     const double h = series.voxel_size(), length_lu = length_m / h;
     State state{.viscosity = creeping_viscosity_lu, .speed = 0.0, .force = 1e-6, .permeability = 0.0};
-    const StokesRun creeping = series.solve(state.viscosity, state.force, false, 0.0, 0.0, 0.0);
+    const StokesRun creeping = series.solve(state.viscosity, state.force, Model::stokes, 0.0, 0.0, 0.0);
     if (!creeping.converged)
         throw NumericalError(fmt::format("creeping flow is not steady after {} steps; no permeability is given", creeping.steps),
                              {.fix = "raise max_steps"});
@@ -283,14 +335,9 @@ InertialSeries lbm_inertial_flows(const PoreSpace& space, double voxel_size_m, s
                           .peak_over_mean = series.fastest() / state.speed,
                           .flows = {},
                           .stopped_by = {}};
-    for (const double wanted : reynolds) {
-        const double viscosity = std::min(creeping_viscosity_lu, fastest_allowed_lu / result.peak_over_mean * length_lu / wanted);
-        if (viscosity < (criterion.in_time ? slowest_in_time_lu : slowest_viscosity_lu)) {
-            result.stopped_by = fmt::format("Re {:g} needs smaller voxels than {:.4g} m", wanted, h);
-            break;
-        }
+    for (const auto& [wanted, viscosity, walls] : plan_flows(series, result, criterion, reynolds, length_lu, state)) {
         try {
-            const InertialFlow flow = next_flow(series, result, criterion, length_lu, wanted, viscosity, state);
+            const InertialFlow flow = next_flow(series, result, criterion, length_lu, wanted, viscosity, walls, state);
             if (!result.flows.empty() && flow.reynolds <= result.flows.back().reynolds) {
                 log_warning(fmt::format("the flow that should have Re {:g} has {:.4g}, no more than the one before: it is left out", wanted,
                                         flow.reynolds));

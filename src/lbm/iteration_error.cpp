@@ -66,6 +66,24 @@ double iteration_error(const std::vector<ConvergencePoint>& history) {
     return std::isfinite(estimate) ? std::min(1.0, estimate) : 1.0;
 }
 
+bool grows(const std::vector<ConvergencePoint>& history, double tolerance) {
+    constexpr std::size_t parts = 4, fewest_checks = 20;  // of 40 steps
+    constexpr double growth = 1.5;
+    const std::size_t n = history.size(), checks = n / (2 * parts);
+    if (n < fewest_checks) return false;
+    double before = 0.0;
+    for (std::size_t first = n - 1 - parts * checks; first + 1 < n; first += checks) {
+        double low = history[first].expected_lu, high = low;
+        for (std::size_t i = first + 1; i <= first + checks; ++i) {
+            low = std::min(low, history[i].expected_lu);
+            high = std::max(high, history[i].expected_lu);
+        }
+        if (!(high - low > growth * before)) return false;
+        before = high - low;
+    }
+    return before > tolerance * std::abs(history.back().permeability_lu);
+}
+
 std::optional<double> share_of_steps(const std::vector<ConvergencePoint>& history, double tolerance) {
     // A straight line through the logarithms of the errors.
     double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0;

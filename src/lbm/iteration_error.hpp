@@ -56,6 +56,12 @@ struct Unsteadiness {
 /// permeabilities. 1 before the third check. Calibrated on random slow flows (`porepack benchmark iteration`).
 [[nodiscard]] double iteration_error(const std::vector<ConvergencePoint>& history);
 
+/// Whether the flow grows instead of becoming steady, which walls in pores of a few nodes can cause: the second half of the checks, in four
+/// equal parts, has ranges of the expected permeability that grow by a factor of 1.5 or more from part to part, the last above the
+/// tolerance (relative). Slow modes pass this by: their changes become smaller with time, and what they add to the estimated error as the
+/// history gets longer, and the estimate passes through small values by chance, does not count.
+[[nodiscard]] bool grows(const std::vector<ConvergencePoint>& history, double tolerance);
+
 /// Share of the steps that are done if the error goes on falling as in the second half of the checks; nothing while that is not known.
 [[nodiscard]] std::optional<double> share_of_steps(const std::vector<ConvergencePoint>& history, double tolerance);
 

@@ -42,7 +42,7 @@ struct ConvergenceCriterion {
     long steps_per_check = 40;                              ///< even; the error is estimated this often, at the cost of about a step
     bool balance = true;                                    ///< correct the pressure along the flow at each check; Stokes flow only
     double max_seconds = 1e300;                             ///< wall time; then the run ends without having converged
-    bool stop_when_growing = false;                         ///< FlowDiverged when the error has been growing for long
+    bool stop_when_growing = false;                         ///< FlowDiverged when the flow grows (iteration_error.hpp)
     std::function<void(const StokesRun&)> checkpoint = {};  ///< called when populations and run may be saved
     /// Called at each check with the share of the run's steps that is done, or nothing while that is not known. Default: a line of
     /// progress.

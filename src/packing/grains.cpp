@@ -283,19 +283,26 @@ LatticeSum sum_on_lattice(const Solid& solid, const Container& container, const 
     const int ny = static_cast<int>(std::ceil((high.y() - low.y()) / spacing));
     const double hx = (high.x() - low.x()) / nx;
     const double hy = (high.y() - low.y()) / ny;
-    double sum = 0.0;
-    long lines = 0;
-#pragma omp parallel for schedule(dynamic, 8) reduction(+ : lines) reduction(+ : sum)
+    // A sum per row: the same on any number of threads.
+    std::vector<LatticeSum> rows(static_cast<std::size_t>(ny));
+#pragma omp parallel for schedule(dynamic, 8)
     for (int j = 0; j < ny; ++j) {
+        LatticeSum& row = rows[static_cast<std::size_t>(j)];
         std::vector<Interval> parts;
         for (int i = 0; i < nx; ++i) {
             const double x = low.x() + (i + shift) * hx;
             const double y = low.y() + (j + shift) * hy;
             if (!container.contains_column(x, y)) continue;
-            ++lines;
+            ++row.lines;
             solid.column(x, y, parts);
-            for (const auto& part : parts) sum += std::max(0.0, std::min(part.high, section.z1) - std::max(part.low, section.z0));
+            for (const auto& part : parts) row.solid += std::max(0.0, std::min(part.high, section.z1) - std::max(part.low, section.z0));
         }
+    }
+    double sum = 0.0;
+    long lines = 0;
+    for (const LatticeSum& row : rows) {
+        sum += row.solid;
+        lines += row.lines;
     }
     return {sum, lines, static_cast<double>(lines) * hx * hy};
 }

@@ -34,7 +34,7 @@ inline void describe(core::ConfigVisitor& v, ForchheimerConfig& c) {
               "Reynolds numbers U d/nu, increasing (U: superficial velocity, d: diameter of the sphere with the volume of a grain); the "
               "series ends at the first Reynolds number without a steady flow");
     v.number("voxel_size_m", c.voxel_size_m, core::length_range_or_auto(),
-             "voxel size of the finest grid; auto: the smallest capsule diameter / 8");
+             "voxel size of the finest grid; auto: the smallest capsule diameter / 8, with mean_in_time / 16");
     v.integer("grids", c.grids, core::between(1, 3), "number of grids; two or more: the change between the finest two is the grid error");
     v.number("grid_ratio", c.grid_ratio, {.low = 1.1, .high = 4.0}, "voxel size of a grid / that of the next finer one");
     v.number("tolerance", c.tolerance, {.low = 1e-8, .high = 0.1},

@@ -1,4 +1,4 @@
-// How much k of a section would scatter between places in the same bed, from the variation along the section.
+// How much k and the porosity of a section would scatter between places or beds, from the variation along the section.
 #pragma once
 
 #include <optional>
@@ -26,5 +26,15 @@ struct SectionScatter {
 /// What all layers of one packing have in common is not seen. The variances from 30 beds of 5 diameters scattered like those of chi squared
 /// with one degree of freedom per 2.5 diameters, which gives the interval.
 [[nodiscard]] std::optional<SectionScatter> section_scatter(std::span<const double> gradient, double section_m, double diameter_m);
+
+struct PorosityScatter {
+    double deviation = 0.0;        ///< standard deviation of the porosity between sections of this length
+    core::Interval interval = {};  ///< of 95 % for one section
+};
+/// The same from the porosities of layers, which also add up; distances from 1 to 2 diameters give the variance of a layer, and 2.5
+/// diameters are enough. In a single short section the sum over short distances is often near 0 or negative by chance. The deviation is
+/// therefore limited to 0.35 to 0.7 times that of independent layers of one diameter, where it lies between poured beds and between random
+/// spheres without overlap; the interval is 0.2 to 1.25 times that value.
+[[nodiscard]] std::optional<PorosityScatter> porosity_scatter(std::span<const double> layer_porosity, double section_m, double diameter_m);
 
 }  // namespace porepack::permeability

@@ -1,6 +1,3 @@
-#include <cmath>
-#include <numbers>
-
 #include "core/parallel.hpp"
 #include "pores/pores.hpp"
 
@@ -45,19 +42,6 @@ double Correlation::surface_per_volume_m() const {
     double slope = 0.0;
     for (const auto& d : differing) slope += (4.0 * d[1] - d[2]) / (4.0 * distance_m[1]) / 3.0;
     return 4.0 * slope;
-}
-
-double Correlation::integral_range_m3() const {
-    const double eps = porosity();
-    if (!(eps > 0.0 && eps < 1.0) || distance_m.size() < 2) return 0.0;
-    double sum = 0.0;
-    for (std::size_t r = 1; r < distance_m.size(); ++r) {
-        const double mean = (probability[0][r] + probability[1][r] + probability[2][r]) / 3.0;
-        const double covariance = (mean - eps * eps) / (eps * (1.0 - eps));
-        if (covariance <= 0.0) break;
-        sum += 4.0 * std::numbers::pi * covariance * distance_m[r] * distance_m[r] * distance_m[1];
-    }
-    return sum;
 }
 
 }  // namespace porepack::pores

@@ -1,5 +1,6 @@
 // Where pores are joined: voxels are opened from the widest place to the narrowest, and what meets is joined.
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <map>
 #include <numeric>
@@ -137,7 +138,8 @@ PoreNetwork pore_network(const PhaseImage& image, const std::vector<float>& dist
 }
 
 double katz_thompson_m2(double critical_diameter_m, double relative_diffusivity) {
-    return critical_diameter_m * critical_diameter_m / 226.0 * relative_diffusivity;
+    constexpr double tubes = 32.0, slits = 12.0;
+    return critical_diameter_m * critical_diameter_m / std::sqrt(tubes * slits) * relative_diffusivity;
 }
 
 }  // namespace porepack::pores

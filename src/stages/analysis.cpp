@@ -49,6 +49,8 @@ Json fit_json(const FallingHeadFit& fit, bool doubtful) {
               {"inertial_exponent", fit.inertial_exponent}}},
             {"residual_correlation", fit.residual_correlation},
             {"intervals_widened", fit.widening},
+            {"slow_noise_probability", fit.slow_probability},
+            {"intervals_widened_if_slow", fit.widening * fit.slow_widening},
             {"residual_m", fit.residual_m},
             {"noise_m", fit.noise_m},
             {"points", fit.points},

@@ -235,55 +235,64 @@ double threshold_value(const VolumeSource& source, const ImageConfig& config, co
     return is_word(config.threshold, "otsu") ? levels.otsu : levels.half_level();
 }
 
+GrayVariants gray_variants(const GraySolid& solid, const Container& container) {
+    const auto notes = from_json_members<GrayNotes>(Json::parse(solid.image()->notes.at("gray")));
+    const auto kept_level = [&](const GraySolid& other) {
+        return std::make_shared<const GraySolid>(
+            other.with_level(notes.keeps_volume ? volume_keeping_level(other, container) : solid.level()));
+    };
+    GrayVariants variants;
+    const auto& cells = solid.image()->grid.cells;
+    if (std::all_of(cells.begin(), cells.end(), [](int n) { return n >= 8 && n % 2 == 0; }))
+        variants.averaged = kept_level(GraySolid(std::make_shared<GrayImage>(averaged(*solid.image(), 2)), container));
+    if (notes.fraction_error > 0.0 && notes.slope < 0.0)
+        variants.other_level = std::make_shared<const GraySolid>(
+            solid.with_level(std::clamp(solid.level() - 2.0 * notes.fraction_error / notes.slope, 0.05, 0.95)));
+    if (notes.blur_voxels > 0.0) {
+        auto image = std::make_shared<GrayImage>(*solid.image());
+        smooth(*image, notes.blur_voxels, container.periodic);
+        if (!notes.levels_given) (void)refine_levels(*image, container, std::numbers::sqrt2 * notes.blur_voxels);
+        variants.blurred = kept_level(GraySolid(image, container));
+        variants.blur_voxels = notes.blur_voxels;
+    }
+    return variants;
+}
+
+PoreSpace with_gray(const PoreSpace& space, std::shared_ptr<const GraySolid> other) {
+    PoreSpace varied = space;
+    varied.solid = other;
+    varied.gray = std::move(other);
+    return varied;
+}
+
 void add_gray_parts(lbm::LbmResult& result, const PoreSpace& space, const lbm::LbmConfig& config) {
     if (!space.gray || !result.half_width || result.grids.size() < 2) return;
-    const GraySolid& solid = *space.gray;
-    const auto notes = from_json_members<GrayNotes>(Json::parse(solid.image()->notes.at("gray")));
     const lbm::LbmGridResult& middle = result.grids[result.grids.size() - 2];
     lbm::LbmConfig one = config;
     one.grids = 1;
     one.tolerance = 0.0;
     one.fields = lbm::FieldFiles::none;
     one.relaxation_time = config.collision == lbm::Collision::trt ? middle.relaxation_time : config.relaxation_time;
-    // k of another solid over that of this one, on the same grid; 0 where it does not percolate.
-    const auto ratio = [&](std::shared_ptr<const GraySolid> other) {
-        PoreSpace varied = space;
-        varied.solid = other;
-        varied.gray = std::move(other);
+    // Change of k with another solid, on the same grid; all of k where that does not percolate.
+    const auto change = [&](std::shared_ptr<const GraySolid> other) {
         try {
-            return lbm_permeability(varied, middle.voxel_size_m, one).permeability_m2 / middle.permeability_m2;
-        } catch (const DoesNotPercolate&) {  // all of k is uncertain
-            return 0.0;
+            return lbm_permeability(with_gray(space, std::move(other)), middle.voxel_size_m, one).permeability_m2 / middle.permeability_m2 -
+                   1.0;
+        } catch (const DoesNotPercolate&) {
+            return -1.0;
         }
     };
-    const auto change = [&](std::shared_ptr<const GraySolid> other) {
-        return std::abs(ratio(std::move(other)) - 1.0) * result.permeability_m2;
-    };
     log_info("gray levels, blur and resolution: three more runs on voxels of {:.4g} m", middle.voxel_size_m);
-    const auto& cells = solid.image()->grid.cells;
-    if (std::all_of(cells.begin(), cells.end(), [](int n) { return n >= 8 && n % 2 == 0; })) {
-        const GraySolid coarse(std::make_shared<GrayImage>(averaged(*solid.image(), 2)), space.container);
-        const double level = notes.keeps_volume ? volume_keeping_level(coarse, space.container) : solid.level();
-        result.averaged_image_change = ratio(std::make_shared<const GraySolid>(coarse.with_level(level))) - 1.0;
-    }
-    if (notes.fraction_error > 0.0 && notes.slope < 0.0) {
-        const double level = std::clamp(solid.level() - 2.0 * notes.fraction_error / notes.slope, 0.05, 0.95);
-        result.half_width->threshold_m2 = change(std::make_shared<const GraySolid>(solid.with_level(level)));
-    }
-    if (notes.blur_voxels > 0.0) {
-        auto image = std::make_shared<GrayImage>(*solid.image());
-        smooth(*image, notes.blur_voxels, space.container.periodic);
-        if (!notes.levels_given) (void)refine_levels(*image, space.container, std::numbers::sqrt2 * notes.blur_voxels);
-        const GraySolid blurred(image, space.container);
-        const double level = notes.keeps_volume ? volume_keeping_level(blurred, space.container) : solid.level();
-        // Errors grow at least in proportion to sigma: that at sigma is at most 1 / (sqrt(2) - 1) times the change to sqrt(2) sigma.
+    const GrayVariants variants = gray_variants(*space.gray, space.container);
+    const double k = result.permeability_m2;
+    if (variants.averaged) result.averaged_image_change = change(variants.averaged);
+    if (variants.other_level) result.half_width->threshold_m2 = std::abs(change(variants.other_level)) * k;
+    if (variants.blurred) {
         // Contacts that the blur has closed change no more, and their share is judged: on spheres in contact it is about this part of sigma
         // / d.
         constexpr double closed_contacts = 0.85;
-        const double blur = notes.blur_voxels * space.image_voxel_size_m / space.grain_size_m;
-        result.half_width->blur_m2 =
-            std::max(change(std::make_shared<const GraySolid>(blurred.with_level(level))) / (std::numbers::sqrt2 - 1.0),
-                     closed_contacts * blur * result.permeability_m2);
+        const double blur = variants.blur_voxels * space.image_voxel_size_m / space.grain_size_m;
+        result.half_width->blur_m2 = std::max(GrayVariants::blur_part * std::abs(change(variants.blurred)) * k, closed_contacts * blur * k);
     }
 }
 

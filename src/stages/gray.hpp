@@ -1,6 +1,8 @@
 // A scan with gray values as a solid: levels, noise, blur, and what they do to k.
 #pragma once
 
+#include <numbers>
+
 #include "converters/gray_solid.hpp"
 #include "core/members.hpp"
 #include "imaging/gray.hpp"
@@ -59,6 +61,19 @@ bool remove_tube(core::GrayImage& image, const packing::Container& container, do
 /// The gray value that `threshold` of the configuration means: a number, or one of its words, on half-way walls. Throws UserError.
 [[nodiscard]] double threshold_value(const imaging::VolumeSource& source, const imaging::ImageConfig& config,
                                      const packing::Container& container, const std::string& where);
+
+/// A gray solid with what is uncertain about it changed; null where that is known, or not possible.
+struct GrayVariants {
+    std::shared_ptr<const converters::GraySolid> averaged;     ///< of the means of 2 x 2 x 2 voxels, where their numbers are even
+    std::shared_ptr<const converters::GraySolid> other_level;  ///< its solid fraction moved by two standard errors
+    std::shared_ptr<const converters::GraySolid> blurred;      ///< with twice the variance of the blur; levels and threshold found anew
+    double blur_voxels = 0.0;                                  ///< of the image itself
+    /// Errors grow at least in proportion to sigma: that at sigma is at most this many times the change to sqrt(2) sigma.
+    static constexpr double blur_part = 1.0 / (std::numbers::sqrt2 - 1.0);
+};
+[[nodiscard]] GrayVariants gray_variants(const converters::GraySolid& solid, const packing::Container& container);
+/// The same pore space with another gray solid.
+[[nodiscard]] converters::PoreSpace with_gray(const converters::PoreSpace& space, std::shared_ptr<const converters::GraySolid> other);
 
 /// Adds to the interval what gray levels and blur do to k: two more runs on the second finest grid, one with the solid fraction moved by
 /// two standard errors, one with twice the variance of the blur, its gray levels and its threshold found anew. Constants: fitted to spheres

@@ -114,8 +114,8 @@ PoreSpace with_ends(const PoreSpace& space, const SectionConfig& section) {
     if (section.ends != Ends::in_situ || space.container.periodic[2]) return ready;
     if (ready.ends == Ends::planes)
         log_warning(
-            fmt::format("{}: the image ends at the section, so the flow is computed between planes of constant pressure there; k "
-                        "is too high where they cut grains",
+            fmt::format("{}: the image ends at the section, so planes of constant pressure or concentration lie there; k is too high and "
+                        "the tortuosity factor too low where they cut grains",
                         space.source));
     return ready;
 }

@@ -11,6 +11,7 @@
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "core/table.hpp"
+#include "permeability/section_scatter.hpp"
 #include "report/plot.hpp"
 #include "stages/results.hpp"
 #include "stages/stages.hpp"
@@ -122,6 +123,20 @@ void write_correlation(const Path& file, const Correlation& found) {
     table.write(file);
 }
 
+std::vector<double> layer_porosities(const PhaseImage& image) {
+    std::vector<double> layers;
+    const std::size_t size = image.grid.index(0, 0, 1);
+    for (std::size_t first = 0; first < image.phase.size(); first += size) {
+        double pores = 0.0, inside = 0.0;
+        for (std::size_t cell = first; cell < first + size; ++cell) {
+            pores += image.phase[cell] == Phase::pore ? 1.0 : 0.0;
+            inside += image.phase[cell] != Phase::outside ? 1.0 : 0.0;
+        }
+        layers.push_back(inside > 0.0 ? pores / inside : 1.0);
+    }
+    return layers;
+}
+
 }  // namespace
 
 Expectation expect_pores(const PoreSpace& space, const GeometryConfig& geometry) {
@@ -184,11 +199,10 @@ Json run_pores(const PoreSpace& space, const GeometryConfig& geometry, const Pat
     if (worth_drawing)
         report::draw_plot(folder / "pores.svg", "pores", {{"porosity", correlation.porosity()}}, {.width = 1100, .height = 380});
 
-    const double eps = correlation.porosity(), range = correlation.integral_range_m3();
-    const double volume = space.container.inner_area_m2() * space.section.length();
+    const auto scatter = permeability::porosity_scatter(layer_porosities(image), space.section.length(), space.equivalent_diameter_m);
     return {{"voxel_size_m", h},
             {"section_m", section_json(space.section)},
-            {"porosity_of_voxels", eps},
+            {"porosity_of_voxels", correlation.porosity()},
             {"chords", json_of_axes},
             {"pore_diameter_median_m", sizes.quantile(0.5)},
             {"pore_diameter_10_percent_m", sizes.quantile(0.1)},
@@ -199,14 +213,15 @@ Json run_pores(const PoreSpace& space, const GeometryConfig& geometry, const Pat
             {"relative_diffusivity", diffusivity},
             {"permeability_katz_thompson_m2", katz},
             {"surface_per_volume_per_m", correlation.surface_per_volume_m()},
-            {"integral_range_m3", range},
-            {"porosity_scatter_of_such_sections", std::sqrt(eps * (1.0 - eps) * range / volume)},
+            {"porosity_scatter_of_such_sections", scatter ? Json(scatter->deviation) : Json(nullptr)},
+            {"porosity_scatter_interval", scatter ? json_of(scatter->interval) : Json(nullptr)},
             {"meaning",
              "chords: between two walls, without those that the section cuts; pore diameters: by volume, of the largest sphere in the "
              "pores that covers a point; network: basins of the distance to the walls and the widest way between two of them; critical "
-             "diameter: "
-             "of the largest sphere that passes through; Katz & Thompson: an estimate within a factor of two or so; scatter: standard "
-             "deviation of the porosity of other sections as large as this one, from the integral range"}};
+             "diameter: of the largest sphere that passes through; Katz & Thompson with a constant between tubes and slits: an estimate "
+             "within a "
+             "factor of 2.5; scatter: standard deviation of the porosity of other sections of this length, from the layers of this one, "
+             "and its interval of 95 %"}};
 }
 
 }  // namespace porepack::stages

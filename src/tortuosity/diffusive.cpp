@@ -1,12 +1,14 @@
 // Diffusion through the pores: Laplace's equation on the pore voxels by conjugate gradients, preconditioned by one multigrid V-cycle.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include "converters/percolation.hpp"
 #include "core/error.hpp"
 #include "tortuosity/conjugate_gradients.hpp"
+#include "tortuosity/cut_cells.hpp"
 #include "tortuosity/multigrid.hpp"
 #include "tortuosity/tortuosity.hpp"
 
@@ -17,8 +19,9 @@ namespace {
 
 // Conductances in units of D0 h, where h is the cube root of a voxel's volume: face area / distance of the centres / h. A plane of given
 // concentration is half a voxel away from the centres. Only percolating pores (`percolation`) conduct.
-ConductanceGrid finest_grid(const PhaseImage& image, const Percolation& percolation, const LinkCuts& cuts, std::size_t axis,
-                            const std::array<bool, 3>& periodic) {
+ConductanceGrid voxel_grid(const PhaseImage& image, const Percolation& percolation, const LinkCuts& cuts, const Drive& drive) {
+    const auto axis = static_cast<std::size_t>(drive.axis);
+    const std::array<bool, 3>& periodic = drive.periodic;
     ConductanceGrid grid{.n = image.grid.cells, .periodic = periodic, .axis = axis};
     grid.allocate();
     const auto stride = grid.strides();
@@ -44,6 +47,29 @@ ConductanceGrid finest_grid(const PhaseImage& image, const Percolation& percolat
     return grid;
 }
 
+// What turns a flux into a tortuosity factor: the section lies between two planes across the axis, numbered from the first face of the
+// grid.
+struct Evaluated {
+    int first = 0, last = 0;
+    double area = 0.0;      // of the container in such a plane, in units of the conductance of a face without solid: D0 h
+    double porosity = 0.0;  // between the planes
+};
+
+Evaluated voxels_between(const PhaseImage& image, std::size_t axis, int first, int last) {
+    const std::array<std::size_t, 3> strides = {1, image.grid.index(0, 1, 0), image.grid.index(0, 0, 1)};
+    const auto layers = static_cast<std::size_t>(image.grid.cells[axis]);
+    double inside = 0.0, pores = 0.0;
+    for (std::size_t i = 0; i < image.phase.size(); ++i) {
+        const int layer = static_cast<int>(i / strides[axis] % layers);
+        if (layer < first || layer >= last) continue;
+        inside += image.phase[i] != Phase::outside ? 1.0 : 0.0;
+        pores += image.phase[i] == Phase::pore ? 1.0 : 0.0;
+    }
+    const auto& h = image.grid.spacing_m;
+    const double conductance = h[0] * h[1] * h[2] / (h[axis] * h[axis] * std::cbrt(h[0] * h[1] * h[2]));
+    return {.first = first, .last = last, .area = conductance * inside / (last - first), .porosity = pores / inside};
+}
+
 // The boundary conditions along the axis. Between planes: concentration 1 at the first, 0 at the last. Periodic: a mean gradient of one
 // unit per layer; the unknown x is the deviation from it.
 class ConcentrationDrop {
@@ -66,6 +92,16 @@ public:
         std::vector<double> x(grid_.size(), 0.0);
         if (!around_) for_cells(grid_, [&](std::size_t i) { x[i] = 1.0 - (layer_of(i) + 0.5) / layers_; });
         return x;
+    }
+    // Mean over the open faces of a plane.
+    [[nodiscard]] double concentration(const std::vector<double>& x, int plane) const {
+        if (plane == 0 || plane == layers_) return plane == 0 ? 1.0 : 0.0;
+        const auto mean_of = [&](const auto& value) {
+            return sum_over(grid_, [&](std::size_t i) {
+                return layer_of(i) + 1 == plane ? static_cast<double>(grid_.face[grid_.axis][i]) * value(i) : 0.0;
+            });
+        };
+        return mean_of([&](std::size_t i) { return 0.5 * (x[i] + x[i + stride_]); }) / mean_of([](std::size_t) { return 1.0; });
     }
     // Through the plane at this end, or through all faces along the axis over the number of layers.
     [[nodiscard]] double flux(const std::vector<double>& x, int end) const {
@@ -93,59 +129,78 @@ private:
     bool around_;
 };
 
+DiffusiveResult solve(ConductanceGrid finest, const Evaluated& section, const DiffusiveOptions& options) {
+    std::vector<ConductanceGrid> grids = make_grids(std::move(finest));
+    const ConcentrationDrop drop(grids.front());
+    std::vector<double> x = drop.first_guess();
+    const ConjugateGradientResult solution = solve_by_conjugate_gradients(
+        grids, drop.right_hand_side(), x,
+        {.tolerance = options.tolerance, .maximum_iterations = options.maximum_iterations, .label = "tortuosity (diffusive)"});
+    if (!solution.converged)
+        throw NumericalError(
+            fmt::format("diffusion has not converged: residual {:.2e} after {} iterations", solution.residual, solution.iterations),
+            {.allowed = fmt::format("{:.1e}", options.tolerance)});
+    const bool around = grids.front().periodic[grids.front().axis];
+    const double in = drop.flux(x, 0), out = around ? in : drop.flux(x, 1);
+    // Without grains the flux is the area times the drop of the concentration per layer.
+    const double per_layer =
+        around ? 1.0 : (drop.concentration(x, section.first) - drop.concentration(x, section.last)) / (section.last - section.first);
+    DiffusiveResult result{.relative_diffusivity = 0.5 * (in + out) / (section.area * per_layer),
+                           .porosity = section.porosity,
+                           .iterations = solution.iterations,
+                           .residual = solution.residual,
+                           .flux_imbalance = std::abs(in - out) / in,
+                           .converged = true,
+                           .concentration = std::move(x)};
+    result.value = result.porosity / result.relative_diffusivity;
+    return result;
+}
+
+double flowing_share(const PhaseImage& image, const Percolation& percolation) {
+    const auto pores = std::count(image.phase.begin(), image.phase.end(), static_cast<std::uint8_t>(Phase::pore));
+    return static_cast<double>(percolation.cells.size()) / static_cast<double>(pores);
+}
+
+DiffusiveResult on_voxels(const PhaseImage& image, const Drive& drive, int first, int last, const DiffusiveOptions& options,
+                          const LinkCuts& cuts) {
+    const Percolation percolation = find_percolating_cells(image, drive, cuts);
+    DiffusiveResult result = solve(voxel_grid(image, percolation, cuts, drive),
+                                   voxels_between(image, static_cast<std::size_t>(drive.axis), first, last), options);
+    result.porosity_flowing = result.porosity * flowing_share(image, percolation);
+    return result;
+}
+
 }  // namespace
 
 double diffusive_memory_bytes(double cells) {
     return 60.0 * cells;
 }
 
-DiffusiveResult diffusive_tortuosity(const PhaseImage& image, int along, std::array<bool, 3> periodic, const DiffusiveOptions& options,
+DiffusiveResult diffusive_tortuosity(const PhaseImage& image, int axis, std::array<bool, 3> periodic, const DiffusiveOptions& options,
                                      const LinkCuts& cuts) {
-    const auto axis = static_cast<std::size_t>(along);
-    DiffusiveResult result;
-    double inside = 0.0, pores = 0.0;
-    for (const std::uint8_t phase : image.phase) {
-        inside += phase != Phase::outside ? 1.0 : 0.0;
-        pores += phase == Phase::pore ? 1.0 : 0.0;
-    }
-    std::vector<ConductanceGrid> grids;
-    {
-        const Percolation percolation = find_percolating_cells(image, {.axis = along, .periodic = periodic}, cuts);
-        result.porosity = pores / inside;
-        result.porosity_flowing = static_cast<double>(percolation.cells.size()) / inside;
-        grids = make_grids(finest_grid(image, percolation, cuts, axis, periodic));
-    }
-    const ConcentrationDrop drop(grids.front());
-    std::vector<double> x = drop.first_guess();
-    const ConjugateGradientResult solution = solve_by_conjugate_gradients(
-        grids, drop.right_hand_side(), x,
-        {.tolerance = options.tolerance, .maximum_iterations = options.maximum_iterations, .label = "tortuosity (diffusive)"});
-    result.iterations = solution.iterations;
-    result.residual = solution.residual;
-    result.converged = solution.converged;
-    if (!solution.converged)
-        throw NumericalError(
-            fmt::format("diffusion has not converged: residual {:.2e} after {} iterations", solution.residual, solution.iterations),
-            {.allowed = fmt::format("{:.1e}", options.tolerance)});
-    const double in = drop.flux(x, 0), out = periodic[axis] ? in : drop.flux(x, 1);
-    result.flux_imbalance = std::abs(in - out) / in;
-    // Without grains: g_axis for each cell of a layer, over the layers between the planes, or for one unit per layer.
-    const auto& h = image.grid.spacing_m;
-    const double g_axis = h[0] * h[1] * h[2] / (h[axis] * h[axis] * std::cbrt(h[0] * h[1] * h[2]));
-    const int layers = image.grid.cells[axis];
-    const double cells_per_layer = inside / layers;
-    result.relative_diffusivity = 0.5 * (in + out) / (g_axis * cells_per_layer / (periodic[axis] ? 1.0 : layers));
-    result.value = result.porosity / result.relative_diffusivity;
-    result.concentration = std::move(x);
-    return result;
+    return on_voxels(image, {.axis = axis, .periodic = periodic}, 0, image.grid.cells[static_cast<std::size_t>(axis)], options, cuts);
 }
 
-DiffusiveLimit diffusive_limit(const std::array<double, 3>& sizes, const std::array<double, 3>& values) {
-    const auto line = [&](std::size_t fine, std::size_t coarse) {
-        return values[fine] - (values[coarse] - values[fine]) * sizes[fine] / (sizes[coarse] - sizes[fine]);
-    };
-    const double value = std::max(1.0, line(0, 1));
-    return {value, std::max(std::abs(line(0, 2) - value), 0.25 * std::abs(values[0] - value))};
+DiffusiveResult diffusive_on_grid(const PoreSpace& space, double voxel_size_m, Axis along, const DiffusiveOptions& options) {
+    const auto axis = static_cast<std::size_t>(along);
+    const PhaseImage image = space.voxelise_at(voxel_size_m);
+    const Grid& grid = image.grid;
+    const Drive drive{.axis = static_cast<int>(axis), .periodic = space.periodic_sides()};
+    const LinkCuts cuts = space.link_cuts(image, drive);
+    const auto plane_at = [&](double z) { return static_cast<int>(std::lround((z - grid.origin_m[2]) / grid.spacing_m[2])); };
+    const int first = axis == 2 ? plane_at(space.section.z0) : 0, last = axis == 2 ? plane_at(space.section.z1) : grid.cells[axis];
+    const std::optional<FlowWalls> walls = space.walls();
+    if (!walls) return on_voxels(image, drive, first, last, options, cuts);
+    const Percolation percolation = find_percolating_cells(image, drive, cuts);
+    const double h = grid.spacing_m[axis],
+                 area_m2 = axis == 2 ? space.container.inner_area_m2() : space.container.size_m[axis == 0 ? 1 : 0] * grid.cells[2] * h;
+    const double porosity = options.porosity > 0.0 ? options.porosity : space.porosity().value;
+    CutCells cut = cut_cells(image, percolation, cuts, *walls, drive);
+    DiffusiveResult result =
+        solve(std::move(cut.grid), {.first = first, .last = last, .area = area_m2 / (h * h), .porosity = porosity}, options);
+    result.thin_solid = cut.thin_solid;
+    result.porosity_flowing = result.porosity * flowing_share(image, percolation);
+    return result;
 }
 
 }  // namespace porepack::tortuosity

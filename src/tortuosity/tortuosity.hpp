@@ -48,8 +48,8 @@ struct ShortestPathResult {
 [[nodiscard]] ShortestPathResult shortest_path(const core::PhaseImage& image, int axis, std::array<bool, 3> periodic);
 [[nodiscard]] double shortest_path_memory_bytes(double cells);
 
-/// Tortuosity factor eps D0/D_eff: ratio of the diffusivity in straight pores of the same porosity to that along the axis. Concentrations
-/// are prescribed at the section's end planes, or the axis is periodic. An inclined duct has 1/cos^2 of its angle.
+/// Tortuosity factor eps D0/D_eff: ratio of the diffusivity in straight pores of the same porosity to that along the axis. Never below 1
+/// (Wiener 1912). Concentrations are prescribed at the end planes, or the axis is periodic. An inclined duct has 1/cos^2 of its angle.
 struct DiffusiveResult {
     double value = 0.0;
     double relative_diffusivity = 0.0;              ///< D_eff/D0, of the whole cross-section
@@ -57,24 +57,32 @@ struct DiffusiveResult {
     long iterations = 0;
     double residual = 0.0, flux_imbalance = 0.0;
     bool converged = false;             ///< the residual is below the tolerance
+    double thin_solid = 0.0;            ///< of the cells at exact walls, the share where the solid is thinner than a cell
     std::vector<double> concentration;  ///< of each voxel: 1 at the first plane, 0 at the last; on a periodic axis minus its mean slope
 };
 struct DiffusiveOptions {
     double tolerance = 1e-6;        ///< of the residual over the right-hand side, see ConjugateGradientOptions
     long maximum_iterations = 500;  ///< of the conjugate gradients; then the solver has failed
+    double porosity = 0.0;          ///< of the exact solid in the section, if it is known already; 0: computed
+    bool one_grid = false;          ///< no coarser grids, and so no limit
 };
 /// Finite volumes on the pore voxels, conjugate gradients with a multigrid preconditioner. Throws DoesNotPercolate when the pores do not
 /// percolate, NumericalError when the tolerance is not reached in `maximum_iterations`. Nothing passes the links of `cuts`.
 [[nodiscard]] DiffusiveResult diffusive_tortuosity(const core::PhaseImage& image, int axis, std::array<bool, 3> periodic,
                                                    const DiffusiveOptions& options = {}, const converters::LinkCuts& cuts = {});
 [[nodiscard]] double diffusive_memory_bytes(double cells);
-/// Grids of several voxel sizes, finest first: staircase walls make the value too large by a part proportional to the voxel size. The
-/// limit is that of a straight line through the two finest; the half width is the change with a third grid, and at least a quarter of the
-/// correction.
+/// In a pore space on cells of this size. Where the solid is known exactly, the faces of the cells are cut by its walls (cut_cells.hpp):
+/// second order. Of an image, as above. With buffers beyond the section, the flux is related to the drop of the mean concentration between
+/// the section's planes. The porosity is that of the exact solid.
+[[nodiscard]] DiffusiveResult diffusive_on_grid(const converters::PoreSpace& space, double voxel_size_m, core::Axis axis,
+                                                const DiffusiveOptions& options = {});
+/// Grids of three cell sizes, finest first, with exact walls: errors of second order. The limit is that of the finest and the coarsest
+/// grid, at least 1. The half width is 0.7 of the correction, at least the change if the middle grid takes the coarsest one's place, and
+/// 0.0002 for the porosity.
 struct DiffusiveLimit {
     double value = 0.0, half_width = 0.0;
 };
-[[nodiscard]] DiffusiveLimit diffusive_limit(const std::array<double, 3>& voxel_sizes_m, const std::array<double, 3>& values);
+[[nodiscard]] DiffusiveLimit diffusive_limit(const std::array<double, 3>& sizes_m, const std::array<double, 3>& values);
 
 struct DiffusiveGrid {
     double voxel_size_m, value;
@@ -84,12 +92,13 @@ struct DiffusiveEstimate {
     std::vector<DiffusiveGrid> grids;     ///< finest first
     std::optional<DiffusiveLimit> limit;  ///< of three grids
     std::string no_limit_because;         ///< empty if there is a limit
-    [[nodiscard]] double value() const { return limit ? limit->value : finest.value; }
+    [[nodiscard]] double value() const { return limit ? limit->value : std::max(1.0, finest.value); }
     [[nodiscard]] std::optional<core::Interval> interval() const;
 };
 /// On three grids of 1, 1.5 and 2 times this voxel size, extrapolated; for an image on its own voxels, without a limit. Coarser grids whose
-/// pores are closed also give no limit. Throws DoesNotPercolate when the pores of the finest grid do not percolate, NumericalError when the
-/// solver fails on any of them.
+/// pores are closed, and solid thinner than a cell, also give no limit. Ends of the section along z as the pore space has them: planes, or
+/// in situ. Throws DoesNotPercolate when the pores of the finest grid do not percolate, NumericalError when the solver fails on any of
+/// them.
 [[nodiscard]] DiffusiveEstimate diffusive_tortuosity(const converters::PoreSpace& space, double voxel_size_m, core::Axis axis,
                                                      const DiffusiveOptions& options = {});
 

@@ -1,4 +1,5 @@
 // Walls from gray values: simulated scans of known flows and beds.
+#include <cstdio>
 #include <numbers>
 #include <random>
 
@@ -8,6 +9,7 @@
 #include "imaging/write_volume.hpp"
 #include "lbm/known.hpp"
 #include "stages/gray.hpp"
+#include "stages/stages.hpp"
 
 namespace porepack {
 namespace {
@@ -59,6 +61,29 @@ TEST(GrayWalls, TheIntervalHoldsNoiseBlurAndContacts) {
         EXPECT_GE(interval->high, flow.permeability_m2) << flow.name << error;
         EXPECT_LT(interval->high - interval->low, 0.4 * flow.permeability_m2) << "an interval that says nothing";
     }
+}
+
+// The tortuosity factors of these arrays: see diffusive_walls.cpp. The constant for contacts comes from the last two with a blur of 0.7
+// voxels at 12 and 20 voxels per diameter, and from poured tetrapods; these scans are others.
+TEST(GrayWalls, TheIntervalOfTheTortuosityFactorHoldsBlurAndContacts) {
+    for (const auto& [solid, exact, centres] : {std::tuple(0.343, 1.1825, lbm::simple_cubic()),
+                                                {std::numbers::pi / 6.0, 1.3865, lbm::simple_cubic()},
+                                                {std::sqrt(3.0) * std::numbers::pi / 8.0, 1.4763, lbm::body_centred()}})
+        for (const double blur : {0.5, 1.1}) {
+            const auto flow = lbm::sphere_array(solid, 1.0, centres, {0.2, 0.6, 0.3});
+            const core::GrayImage scan = converters::simulated_scan(*flow.solid, flow.container, flow.diameter_m / 15.0, {blur, 0.02, 4});
+            const stages::GrayInput input =
+                stages::read_gray(scan_of(scan, 0.0, 1.0), {.threshold = "volume", .gray_levels = {0.0, 1.0}}, flow.container, flow.name);
+            const converters::PoreSpace space = pore_space_of(input.solid, flow.container, {0.0, flow.container.height()}, flow.name);
+            const Json json = stages::run_tortuosity(stages::TortuosityKind::diffusive, space, {}, {}, {});
+            ASSERT_TRUE(json.at("interval").is_array()) << json;
+            const double low = json["interval"][0], high = json["interval"][1];
+            std::printf("  %s, blur %g: %.4f (%.4f to %.4f), exact %.4f\n", flow.name.c_str(), blur,
+                        json["tortuosity_factor"].get<double>(), low, high, exact);
+            EXPECT_LE(low, exact) << flow.name;
+            EXPECT_GE(high, exact) << flow.name;
+            EXPECT_LT(high - low, exact - 1.0) << "an interval that says nothing";
+        }
 }
 
 // k of an image of half the resolution, computed as a change: that of an image which was made with such voxels.

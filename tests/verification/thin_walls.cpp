@@ -80,6 +80,19 @@ TEST(ThinWalls, PlatesOfAFifthOfAVoxelLetNothingThrough) {
         }
 }
 
+// Diffusion along the plates: the slope alone. A plate that leaked would have less. There is no interval, because the error is of first
+// order here: faces beside the plates are those of whole cells.
+TEST(ThinWalls, PlatesOfAFifthOfAVoxelLetNothingDiffuse) {
+    constexpr int cells = 24;
+    for (const auto& [p, q] : {std::pair(2, 0), std::pair(1, 1), std::pair(2, 1), std::pair(3, 1)}) {
+        const Plates plates{.p = p, .q = q, .thickness = 0.2 / cells, .offset = 0.3137};
+        const DiffusiveEstimate found = diffusive_tortuosity(plates.space(), 1.0 / cells, Axis::z);
+        EXPECT_FALSE(found.interval()) << p << q;
+        EXPECT_GT(found.value() * plates.along(), 0.98) << p << q;
+        EXPECT_LT(found.value() * plates.along(), 1.1) << p << q;
+    }
+}
+
 TEST(ThinWalls, AClosingPlateDoesNotPercolate) {
     const Plates across{.p = 0, .q = 1, .thickness = 0.005, .offset = 0.3137};  // nothing passes along z
     EXPECT_THROW((void)lbm_permeability(across.space(), 1.0 / 20, {.grids = 1}), DoesNotPercolate);

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include "apps/porepack/command_line.hpp"
+#include "core/error.hpp"
 #include "core/log.hpp"
 
 namespace porepack::apps {
@@ -11,6 +12,20 @@ using namespace tortuosity;
 using namespace stages;
 namespace {
 
+// Only diffusion needs the bed beyond the section.
+SectionConfig section_of(const Common& common, TortuosityKind kind) {
+    const auto section = config_of<SectionConfig>(common.flags);
+    if (kind == TortuosityKind::diffusive) {
+        if (section.ends == Ends::paper)
+            throw UserError("--ends paper is for flow", {.allowed = "in_situ, planes", .fix = "choose another, or leave it out"});
+        return section;
+    }
+    for (const char* key : {"ends", "buffer_m"})
+        if (common.flags.contains(key))
+            throw UserError(fmt::format("{} has no effect here", key), {.fix = "remove it: it belongs to the kind diffusive"});
+    return {.ends = Ends::planes};
+}
+
 void run_kind(const Common& common, TortuosityKind kind) {
     const std::string name(name_of(kind));
     if (is_case(common.input)) {
@@ -19,6 +34,7 @@ void run_kind(const Common& common, TortuosityKind kind) {
     }
     const auto geometry = config_of<GeometryConfig>(common.flags);
     const auto config = config_of<TortuosityConfig>(common.flags);
+    const auto section = section_of(common, kind);
     const bool of_slices = kind == TortuosityKind::geometric_paper && std::filesystem::exists(Path(common.input) / "slices.json");
     if (kind == TortuosityKind::hydraulic || of_slices)
         return run_on_files(common, {.stage = "tortuosity." + name,
@@ -32,11 +48,12 @@ void run_kind(const Common& common, TortuosityKind kind) {
     run_on_input(common,
                  {.stage = "tortuosity." + name,
                   .geometry = geometry,
-                  .configuration = resolved_config(config),
+                  .section = section,
+                  .configuration = {{"tortuosity", resolved_config(config)}, {"section", resolved_config(section)}},
                   .work = [&](const PoreSpace& space, const Path& folder) { return run_tortuosity(kind, space, geometry, config, folder); },
                   .expect = [&](const PoreSpace& space) -> pipeline::Expectation {
                       if (kind == TortuosityKind::geometric_paper) return {.text = "seconds"};
-                      const VoxelPlan plan = space.section_only().plan_at(space.voxel_size_m(geometry.voxel_size_m));
+                      const VoxelPlan plan = space.plan_at(space.voxel_size_m(geometry.voxel_size_m));
                       return expect_tortuosity(kind, static_cast<double>(plan.grid.size()));
                   }});
 }
@@ -58,6 +75,7 @@ void add_tortuosity_command(CommandLine& line) {
         "packing.json[.gz], an STL file, a folder of slices, pore.vti; flow.vti or an OpenFOAM case that has run (hydraulic); or a "
         "case");
     line.add_keys(command, "tortuosity");
+    line.add_keys(command, "section");
     line.add_keys(command, "geometry", {"slice_spacing_m", "slice_pixel_m", "surface_deviation_m", "contact_gap_m", "reservoir_m"});
 }
 

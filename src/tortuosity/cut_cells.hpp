@@ -1,0 +1,21 @@
+// Finite volumes whose faces are cut by exact walls; only for the sources of this folder.
+#pragma once
+
+#include "converters/link_cuts.hpp"
+#include "converters/percolation.hpp"
+#include "converters/walls.hpp"
+#include "tortuosity/conductance_grid.hpp"
+
+namespace porepack::tortuosity {
+
+/// Finite volumes on cubic cells whose faces are as open as the solid and the container leave them.
+struct CutCells {
+    ConductanceGrid grid;     ///< conductances in units of D0 h
+    double thin_solid = 0.0;  ///< of the cells at walls, the share where the solid is thinner than a cell: errors of first order
+};
+/// Cells whose centre is solid conduct too, where a part of their faces is open. `image` has the phases of the cell centres; of its pores
+/// only those that hang together with `percolation` conduct.
+[[nodiscard]] CutCells cut_cells(const core::PhaseImage& image, const converters::Percolation& percolation,
+                                 const converters::LinkCuts& cuts, const converters::FlowWalls& walls, const converters::Drive& drive);
+
+}  // namespace porepack::tortuosity
