@@ -11,8 +11,10 @@ namespace porepack::benchmarks {
 
 /// Coverage of the intervals of LbmConfig::tolerance; one row per tolerance and flow.
 [[nodiscard]] core::Json coverage_benchmark(const std::vector<unsigned>& seeds, const std::vector<double>& tolerances);
-/// The same on random packings: rows in `file`, to which the missing ones are added if asked for (about two hours for all), and a fit of
-/// the interval's constants to those of the fit. Pours work in `folder` (or ./coverage_beds).
+/// Of each kind of interval, `count` cases of known answer that `seed` draws: how many intervals hold it, and which do not.
+[[nodiscard]] core::Json coverage_seed_benchmark(unsigned seed, int count);
+/// coverage_benchmark() on random packings: rows in `file`, to which the missing ones are added if asked for (about two hours for all), and
+/// a fit of the interval's constants to those of the fit. Pours work in `folder` (or ./coverage_beds).
 [[nodiscard]] core::Json coverage_random_benchmark(const core::Path& file, bool compute_missing, const core::Path& folder);
 /// Checks of the references of these rows by other walls, another grid position, OpenFOAM, and on wider beds; kept in `file` as they come.
 [[nodiscard]] core::Json coverage_checks_benchmark(const core::Path& rows, const core::Path& file, const core::Path& folder);

@@ -2,11 +2,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <boost/math/distributions/binomial.hpp>
 #include <cmath>
 #include <map>
 
 #include "benchmarks/benchmarks.hpp"
+#include "benchmarks/binomial_interval.hpp"
 #include "benchmarks/coverage_rows.hpp"
 #include "benchmarks/random_beds.hpp"
 #include "core/error.hpp"
@@ -78,17 +78,16 @@ Coverage coverage_of(const std::vector<CoverageRow>& rows, const ExtrapolationCo
     return coverage;
 }
 
-// The runs of one bed are not independent: the exact (Clopper-Pearson) interval of the probability is that of the beds.
+// The runs of one bed are not independent: the interval of the probability is that of the beds.
 Json to_json(const Coverage& c) {
-    using Binomial = boost::math::binomial_distribution<>;
-    const auto n = static_cast<double>(c.beds.size()),
-               k = static_cast<double>(std::count_if(c.beds.begin(), c.beds.end(), [](const auto&bed) { return bed.second; }));
+    const auto beds = static_cast<long>(c.beds.size());
+    const long held = std::count_if(c.beds.begin(), c.beds.end(), [](const auto& bed) { return bed.second; });
+    const Interval interval = binomial_interval(held, beds);
     return {{"runs", c.rows},
             {"held", c.held},
-            {"beds", n},
-            {"beds_with_all_runs_held", k},
-            {"interval_of_beds",
-             {k == 0.0 ? 0.0 : Binomial::find_lower_bound_on_p(n, k, 0.025), k == n ? 1.0 : Binomial::find_upper_bound_on_p(n, k, 0.025)}},
+            {"beds", beds},
+            {"beds_with_all_runs_held", held},
+            {"interval_of_beds", {interval.low, interval.high}},
             {"median_error", c.median_error},
             {"median_half_width", c.median_half_width},
             {"ratio", c.median_half_width / c.median_error}};

@@ -4,11 +4,9 @@
 #include <cmath>
 
 #include "benchmarks/benchmarks.hpp"
-#include "converters/simulated_scan.hpp"
+#include "benchmarks/gray_run.hpp"
 #include "core/log.hpp"
 #include "core/median.hpp"
-#include "lbm/known.hpp"
-#include "stages/gray.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;
@@ -26,13 +24,7 @@ struct Row {
 };
 
 Row measure(const KnownFlow& flow, double voxels, double blur, double noise, unsigned seed) {
-    const GrayImage scan = simulated_scan(*flow.solid, flow.container, flow.diameter_m / voxels, {blur, noise, seed});
-    const GrayInput input =
-        read_gray(imaging::scan_of(scan, 0.0, 1.0), {.threshold = "volume", .gray_levels = {0.0, 1.0}}, flow.container, flow.name);
-    const PoreSpace space = pore_space_of(input.solid, flow.container, {0.0, flow.container.height()}, flow.name);
-    const LbmConfig config{.direction = flow.direction, .fields = FieldFiles::none};
-    LbmResult result = lbm_permeability(space, space.voxel_size_m(0.0), config);
-    add_gray_parts(result, space, config);
+    const auto [scan, input, space, config, result] = gray_run(flow, voxels, {blur, noise, seed});
     Row row{.flow = flow.name, .voxels = voxels, .blur = blur};
     row.error = result.permeability_m2 / flow.permeability_m2 - 1.0;
     if (const auto interval = result.interval_m2()) {
@@ -51,6 +43,17 @@ Row measure(const KnownFlow& flow, double voxels, double blur, double noise, uns
 }
 
 }  // namespace
+
+GrayRun gray_run(const KnownFlow& flow, double voxels, const ScanSettings& settings) {
+    GrayImage scan = simulated_scan(*flow.solid, flow.container, flow.diameter_m / voxels, settings);
+    GrayInput input =
+        read_gray(imaging::scan_of(scan, 0.0, 1.0), {.threshold = "volume", .gray_levels = {0.0, 1.0}}, flow.container, flow.name);
+    const PoreSpace space = pore_space_of(input.solid, flow.container, {0.0, flow.container.height()}, flow.name);
+    const LbmConfig config{.direction = flow.direction, .fields = FieldFiles::none};
+    LbmResult result = lbm_permeability(space, space.voxel_size_m(0.0), config);
+    add_gray_parts(result, space, config);
+    return {std::move(scan), std::move(input), space, config, std::move(result)};
+}
 
 Json gray_benchmark(bool quick) {
     std::mt19937 random(5);

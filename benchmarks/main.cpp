@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 
 #include <cstdio>
+#include <optional>
 
 #include "benchmarks/benchmarks.hpp"
 #include "core/build.hpp"
@@ -21,6 +22,7 @@ struct Request {
     std::vector<std::string> cases;
     Path folder;
     bool quick = false;
+    std::optional<unsigned> seed;
 };
 
 struct Benchmark {
@@ -35,6 +37,7 @@ std::vector<Path> paths(const std::vector<std::string>& names) {
 constexpr Benchmark benchmarks[] = {
     {"coverage",
      [](const Request& r) {
+         if (r.seed) return coverage_seed_benchmark(*r.seed, r.quick ? 4 : 100);
          if (r.cases.size() > 1) return coverage_checks_benchmark(r.cases[0], r.cases[1], r.folder);
          if (!r.cases.empty()) return coverage_random_benchmark(r.cases.front(), !r.quick, r.folder);
          return coverage_benchmark({9, 10}, {0.02, 0.01, 0.005});
@@ -64,6 +67,8 @@ Json run(const Request& request) {
     for (const Benchmark& benchmark : benchmarks) {
         names.emplace_back(benchmark.name);
         if (request.name != benchmark.name) continue;
+        if (request.seed && (request.name != "coverage" || !request.cases.empty()))
+            throw UserError("--seed has no effect here", {.fix = "porepack_benchmark coverage --seed N, without a file"});
         if (!request.folder.empty()) require_writable(request.folder);
         Json result = benchmark.run(request);
         result["machine"] = processor_name();
@@ -98,6 +103,10 @@ int main_or_throw(int argc, char** argv) {
     app.add_option("--output", folder, "folder for <name>.json and figures");
     app.add_option("--threads", threads, "threads of parallel loops (default: OMP_NUM_THREADS, else the cores that this process may use)")
         ->check(CLI::Range(1, 1024));
+    app.add_option(
+        "--seed", request.seed,
+        "for coverage: draws 100 cases of known answer (--quick: 4) of each kind of interval (k with exact, gray and bounce-back "
+        "walls, tortuosity factor, falling head), and counts how many intervals hold the answer");
     app.add_flag("--quick", request.quick,
                  "for coverage, fit, gray, iteration, lbm, memory, multigrid, packing, section, segment, speed-error and tortuosity: "
                  "minutes instead "

@@ -5,88 +5,14 @@
 #include <numbers>
 #include <random>
 
-#include "arrays.hpp"
 #include "core/machine.hpp"
 #include "helpers.hpp"
-#include "lbm/known.hpp"
 #include "stages/stages.hpp"
+#include "tortuosity/known.hpp"
 #include "tortuosity/tortuosity.hpp"
 
 namespace porepack {
 namespace {
-
-using namespace test;
-using Rotation = Eigen::Matrix3d;
-
-// D_eff/D0 across a square array of insulating cylinders, solid fraction f (Rayleigh 1892; Perrins, McKenzie & McPhedran 1979).
-double across_cylinders(double f) {
-    return 1.0 - 2.0 * f / (1.0 + f - 0.305827 * std::pow(f, 4) / (1.0 - 1.402958 * std::pow(f, 8)) - 0.013362 * std::pow(f, 8));
-}
-
-// Of insulating spheres in simple or body-centred cubic order (Sangani & Acrivos 1983); the series are good to 1e-3 up to 0.36 and 0.46.
-double among_spheres(double f, bool body_centred) {
-    const std::array<double, 6> a = body_centred ? std::array{0.1290, -0.41286, 0.76421, 0.2569, 0.0113, 0.00562}
-                                                 : std::array{1.3047, 0.2305, 0.4054, 0.07231, 0.1526, 0.0105};
-    const auto L = [](int i) { return -(2.0 * i - 1.0) / (2.0 * i); };
-    return 1.0 - 3.0 * f /
-                     (2.0 + f +
-                      a[0] * L(2) * std::pow(f, 10.0 / 3.0) * (1.0 + a[1] * L(3) * std::pow(f, 11.0 / 3.0)) /
-                          (1.0 - a[2] * L(2) * std::pow(f, 7.0 / 3.0)) +
-                      a[3] * L(3) * std::pow(f, 14.0 / 3.0) + a[4] * L(4) * std::pow(f, 6.0) + a[5] * L(5) * std::pow(f, 22.0 / 3.0));
-}
-
-// An array of pitch 1, turned by a rotation with rational entries and moved, in the smallest periodic box.
-struct TurnedArray {
-    enum class Grain { rod, simple_cubic, body_centred } grain = Grain::rod;
-    int turn = 0;  // none; by the angle of 3-4-5 about z; about an odd axis
-    double solid_fraction = 0.0;
-    Vec3 shift = Vec3::Zero();
-
-    [[nodiscard]] Rotation rotation() const {
-        Rotation m = Rotation::Identity();
-        if (turn == 1) m << 0.6, -0.8, 0, 0.8, 0.6, 0, 0, 0, 1;
-        if (turn == 2) m << 1, 2, 2, 2, 1, -2, -2, 2, -1;
-        return turn == 2 ? Rotation(m / 3.0) : m;
-    }
-    [[nodiscard]] Vec3 rod_direction() const { return rotation() * (turn == 1 ? Vec3::UnitX() : Vec3::UnitZ()); }
-    [[nodiscard]] double diameter() const {
-        if (grain == Grain::rod) return 2.0 * std::sqrt(solid_fraction / std::numbers::pi);
-        return std::cbrt(6.0 * solid_fraction / (std::numbers::pi * (grain == Grain::body_centred ? 2.0 : 1.0)));
-    }
-    [[nodiscard]] double exact(Axis axis) const {
-        if (grain != Grain::rod) return (1.0 - solid_fraction) / among_spheres(solid_fraction, grain == Grain::body_centred);
-        const double along = std::pow(rod_direction()[static_cast<int>(axis)], 2);
-        return (1.0 - solid_fraction) / (along * (1.0 - solid_fraction) + (1.0 - along) * across_cylinders(solid_fraction));
-    }
-    [[nodiscard]] PoreSpace space() const {
-        const double side = turn == 0 ? 1.0 : turn == 1 ? 5.0 : 3.0;
-        const Vec3 size(side, side, turn == 1 ? 1.0 : side);
-        Packing packing;
-        packing.container = {.kind = Container::Kind::box, .size_m = size, .periodic = {true, true, true}};
-        const bool rods = grain == Grain::rod;
-        packing.shapes = {make_preset(rods ? ShapeKind::rod : ShapeKind::sphere, diameter(), rods ? 1.0 : 0.0)};
-        const Capsule& axis = packing.shapes.front().capsules.front();
-        Quaternion orientation = Quaternion::Identity();
-        if (rods) orientation = Quaternion::FromTwoVectors(axis.b - axis.a, rod_direction());
-        std::vector<Vec3> cell = {Vec3::Zero()};
-        if (grain == Grain::body_centred) cell.push_back(Vec3::Constant(0.5));
-        const int reach = 12;
-        for (int i = -reach; i <= reach; ++i)
-            for (int j = -reach; j <= reach; ++j)
-                for (int k = -reach; k <= reach; ++k)
-                    for (const Vec3& place : cell) {
-                        const Vec3 at = rotation() * (Vec3(i, j, k) + place) + shift;
-                        if ((at.array() >= -1e-9).all() && (at.array() < size.array() - 1e-9).all())
-                            packing.bodies.push_back({.shape = 0, .position_m = at, .orientation = orientation});
-                    }
-        return pore_space_of(packing);
-    }
-};
-
-Vec3 random_shift(std::mt19937& random) {
-    std::uniform_real_distribution<double> unit(0.0, 1.0);
-    return {unit(random), unit(random), unit(random)};
-}
 
 // One grid at several resolutions, mean over positions on the grid: at most 1.3 % at 10 cells per diameter, order 2.
 TEST(DiffusiveWalls, ASingleGridIsOfSecondOrder) {
@@ -136,13 +62,10 @@ TEST(DiffusiveWalls, IntervalsHoldOnTurnedArrays) {
     double worst = 0.0, errors = 0.0, widths = 0.0;
     for (int trial = 0; trial < count; ++trial) {
         const auto grain = static_cast<TurnedArray::Grain>(trial % 3);
-        const double densest = grain == TurnedArray::Grain::rod ? 0.6 : grain == TurnedArray::Grain::simple_cubic ? 0.36 : 0.46;
-        const TurnedArray array{.grain = grain,
-                                .turn = trial % 10 == 0   ? 1
-                                        : trial % 10 == 5 ? 2
-                                                          : 0,
-                                .solid_fraction = 0.15 + (densest - 0.15) * unit(random),
-                                .shift = random_shift(random)};
+        const auto turn = trial % 10 == 0   ? TurnedArray::Turn::about_z
+                          : trial % 10 == 5 ? TurnedArray::Turn::about_odd_axis
+                                            : TurnedArray::Turn::none;
+        const TurnedArray array = random_array(grain, turn, random);
         const auto axis = static_cast<Axis>(trial / 3 % 3);
         const DiffusiveEstimate found = diffusive_tortuosity(array.space(), array.diameter() / (9.0 + 3.0 * unit(random)), axis);
         ASSERT_TRUE(found.interval()) << found.no_limit_because;
@@ -201,7 +124,10 @@ TEST(DiffusiveWalls, AValueBelowTheIsotropicLimitCarriesANote) {
 }
 
 TEST(DiffusiveWalls, TheNumberOfThreadsChangesNoBit) {
-    const TurnedArray array{.grain = TurnedArray::Grain::body_centred, .turn = 2, .solid_fraction = 0.4, .shift = {0.1, 0.2, 0.3}};
+    const TurnedArray array{.grain = TurnedArray::Grain::body_centred,
+                            .turn = TurnedArray::Turn::about_odd_axis,
+                            .solid_fraction = 0.4,
+                            .shift = {0.1, 0.2, 0.3}};
     const PoreSpace space = array.space();
     const int threads = thread_count();
     set_thread_count(1);

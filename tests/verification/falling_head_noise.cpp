@@ -2,13 +2,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <functional>
-#include <random>
 #include <vector>
 
 #include "falling_head/analysis.hpp"
 #include "falling_head/column.hpp"
 #include "falling_head/fit.hpp"
+#include "falling_head/simulated_noise.hpp"
 #include "helpers.hpp"
 
 namespace porepack {
@@ -17,35 +16,9 @@ namespace {
 constexpr double k_053 = 8.931320185e-7, k_in_053 = 3.873579470e-3;  // the paper's permeability, Ergun's inertial permeability
 constexpr double deviation_m = 1e-3;
 
-using Random = std::mt19937_64;
-using Noise = std::function<std::vector<double>(std::size_t, Random&)>;  // metres
-
-std::vector<double> normals(std::size_t count, Random& random) {
-    std::normal_distribution<double> normal;
-    std::vector<double> values(count);
-    for (double& value : values) value = normal(random);
-    return values;
-}
-
-// x_i = a x_{i-1} + b x_{i-2} + noise, of unit variance.
-std::vector<double> autoregressive(double a, double b, std::size_t count, Random& random) {
-    constexpr std::size_t settling = 3000;  // 15 correlation times of the slowest here
-    std::vector<double> x = normals(count + settling, random);
-    for (std::size_t i = 2; i < x.size(); ++i) x[i] += a * x[i - 1] + b * x[i - 2];
-    x.erase(x.begin(), x.begin() + settling);
-    const double variance = (1.0 - b) / ((1.0 + b) * ((1.0 - b) * (1.0 - b) - a * a));
-    for (double& value : x) value /= std::sqrt(variance);
-    return x;
-}
-
 // `part` of the variance is autoregressive, the rest white.
 Noise white_and(double part, double a, double b = 0.0) {
-    return [=](std::size_t count, Random& random) {
-        std::vector<double> noise = normals(count, random);
-        const std::vector<double> slow = autoregressive(a, b, count, random);
-        for (std::size_t i = 0; i < count; ++i) noise[i] = deviation_m * (std::sqrt(1.0 - part) * noise[i] + std::sqrt(part) * slow[i]);
-        return noise;
-    };
+    return correlated_noise(deviation_m, {{part, a, b}});
 }
 
 struct Kind {
@@ -62,14 +35,7 @@ const std::vector<Kind>& kinds_not_tuned_on() {
         {"white and 50 % AR(1) 0.995, slower than the test", white_and(0.5, 0.995)},
         // The first sloshing mode of a tube of 0.1 m diameter: 0.33 s, 16.5 frames.
         {"white and 50 % sloshing", white_and(0.5, 2.0 * 0.97 * std::cos(2.0 * M_PI / 16.5), -0.97 * 0.97)},
-        {"pixels of 2 mm, with drift",
-         [](std::size_t count, Random& random) {
-             std::vector<double> noise = normals(count, random);
-             const std::vector<double> slow = autoregressive(0.98, 0.0, count, random);
-             for (std::size_t i = 0; i < count; ++i) noise[i] = 0.3e-3 * noise[i] + 0.5e-3 * slow[i];
-             return noise;
-         },
-         2e-3}};
+        {"pixels of 2 mm, with drift", correlated_noise(std::hypot(0.3e-3, 0.5e-3), {{0.25 / 0.34, 0.98}}), 2e-3}};
     return kinds;
 }
 
@@ -81,19 +47,12 @@ std::vector<LevelCurve> test_with(const Kind& kind, unsigned seed, std::size_t r
         for (int i = 0; i <= 200; ++i) t.push_back(i / 50.0);
         return t;
     }();
-    static const std::vector<double> exact = Column(config).levels({1.0 / k_053, 1.0 / k_in_053}, 0.0, config.start_level_m, 0.0, times);
-    Random random(seed);
-    std::vector<LevelCurve> curves;
-    for (std::size_t run = 0; run < runs; ++run) {
-        LevelCurve curve{.name = kind.name, .packing = {}, .time_s = times, .level_m = exact};
-        const std::vector<double> noise = kind.noise(times.size(), random);
-        for (std::size_t i = 0; i < noise.size(); ++i) {
-            curve.level_m[i] += noise[i];
-            if (kind.pixel_m > 0.0) curve.level_m[i] = kind.pixel_m * std::round(curve.level_m[i] / kind.pixel_m);
-        }
-        curves.push_back(take_window(curve, config));
-    }
-    return curves;
+    static const LevelCurve exact{.name = "simulated",
+                                  .packing = {},
+                                  .time_s = times,
+                                  .level_m = Column(config).levels({1.0 / k_053, 1.0 / k_in_053}, 0.0, config.start_level_m, 0.0, times)};
+    NoiseSource random(seed);
+    return noisy_runs(exact, kind.noise, runs, random, config, kind.pixel_m);
 }
 
 struct Count {
