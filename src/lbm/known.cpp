@@ -136,7 +136,7 @@ KnownFlow duct(const std::string& name, std::function<double(double, double)> de
     return flow;
 }
 
-std::vector<KnownFlow> random_known_flows(unsigned seed) {
+std::vector<KnownFlow> random_known_flows(unsigned seed, double height) {
     std::mt19937 random(seed);
     const auto unit = [&] { return static_cast<double>(random()) / 4294967296.0; };
     const auto place = [&] {
@@ -149,8 +149,8 @@ std::vector<KnownFlow> random_known_flows(unsigned seed) {
         if (row.body_centred > 0.0) flows.push_back(sphere_array(row.solid_fraction, row.body_centred, body_centred(), place()));
     }
     for (const CylinderDrag& row : cylinder_drags()) {
-        flows.push_back(cylinder_array(row.solid_fraction, row.across, 0.25, place(), Axis::x));
-        flows.push_back(cylinder_array(row.solid_fraction, row.along, 0.25, place(), Axis::z));
+        flows.push_back(cylinder_array(row.solid_fraction, row.across, height, place(), Axis::x));
+        flows.push_back(cylinder_array(row.solid_fraction, row.along, height, place(), Axis::z));
     }
     // A slit repeats after 1/sqrt(p^2 + q^2) across its slope q/p; its flow rate is H^3 / (12 period) per unit of area.
     for (const auto& [p, q] : {std::pair{1, 2}, {1, 3}, {2, 3}}) {
@@ -159,7 +159,7 @@ std::vector<KnownFlow> random_known_flows(unsigned seed) {
             const double across = (p * x + q * y) * period + offset;
             return 0.5 * width - std::abs(across - period * std::round(across / period));
         };
-        flows.push_back(duct(fmt::format("slit {}:{}", p, q), depth, width, width * width / 12.0 * (width / period)));
+        flows.push_back(duct(fmt::format("slit {}:{}", p, q), depth, width, width * width / 12.0 * (width / period), height));
     }
     const auto turned = [&](const std::function<double(double, double)>& depth) {
         const double cx = 0.5 + 0.02 * unit(), cy = 0.5 + 0.02 * unit(), angle = pi * unit(), c = std::cos(angle), s = std::sin(angle);
@@ -169,14 +169,14 @@ std::vector<KnownFlow> random_known_flows(unsigned seed) {
         const double a = 0.3 + 0.15 * unit(), b = aspect * a;
         flows.push_back(duct(fmt::format("ellipse 1:{:g}", aspect),
                              turned([=](double x, double y) { return 1.0 - std::hypot(x / a, y / b); }), 2.0 * b,
-                             pi * a * b * a * a * b * b / (4.0 * (a * a + b * b))));
+                             pi * a * b * a * a * b * b / (4.0 * (a * a + b * b)), height));
     }
     const double half = 0.28 + 0.05 * unit();
     flows.push_back(duct("square", turned([=](double x, double y) { return half - std::max(std::abs(x), std::abs(y)); }), 2.0 * half,
-                         0.03514425 * std::pow(2.0 * half, 4)));
+                         0.03514425 * std::pow(2.0 * half, 4), height));
     flows.push_back(duct("rectangle 2:1",
                          turned([=](double x, double y) { return std::min(half - std::abs(x), 0.5 * half - std::abs(y)); }), half,
-                         0.05717042 * half * half * (2.0 * half * half)));
+                         0.05717042 * half * half * (2.0 * half * half), height));
     return flows;
 }
 

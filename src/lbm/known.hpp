@@ -53,7 +53,8 @@ struct CylinderDrag {
 [[nodiscard]] KnownFlow duct(const std::string& name, std::function<double(double x, double y)> depth, double width, double flow_rate,
                              double height = 0.25);
 
-/// Arrays of all tabulated fractions at random positions on the grid, and slits, ellipses and rectangles at random angles: 33 in total.
-[[nodiscard]] std::vector<KnownFlow> random_known_flows(unsigned seed);
+/// Arrays of all tabulated fractions at random positions on the grid, and slits, ellipses and rectangles at random angles: 35 in total.
+/// `height`: of the periodic box of cylinders and ducts, on which the answer does not depend.
+[[nodiscard]] std::vector<KnownFlow> random_known_flows(unsigned seed, double height = 0.25);
 
 }  // namespace porepack::lbm

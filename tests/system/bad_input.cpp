@@ -90,6 +90,7 @@ TEST(BadFlags, EachHasItsMessage) {
     fault("shape cube --volume 1e-6", "is not known");
     fault("shape tetrapod", "size is missing");
     fault("benchmark nothing", "no such benchmark");
+    fault("benchmark gray --seed 1", "--seed has no effect");
     fault("tortuosity speed " + in, "speed");
     fault("falling-head simulate --permeability -1", "must be positive");
     fault("lbm " + in + " --threads 0", "--threads");
