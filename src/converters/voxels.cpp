@@ -147,7 +147,8 @@ VoxelPlan plan_voxels(const Container& container, const Section& section, double
         const double count = std::round(extent / h);
         plan.grid.cells[axis] =
             static_cast<int>(std::max(1.0, std::abs(count * h - extent) < 1e-6 * extent ? count : std::ceil(extent / h)));
-        plan.grid.origin_m[axis] = 0.5 * (extent - plan.grid.cells[axis] * h);
+        // Exactly the corner of a periodic box: a face must not lie outside by rounding.
+        if (!container.periodic[axis]) plan.grid.origin_m[axis] = 0.5 * (extent - plan.grid.cells[axis] * h);
     }
     plan.memory_bytes = static_cast<double>(plan.grid.size());
     return plan;

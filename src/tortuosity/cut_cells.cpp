@@ -103,7 +103,7 @@ private:
     // The points at a periodic end are the first ones: rounding must not put them outside the container.
     [[nodiscard]] double along_side(std::size_t axis, double at) const {
         const double length = grid_.cells[axis] * grid_.spacing_m[axis];
-        return periodic_[axis] && at > grid_.origin_m[axis] + (1.0 - 1e-9) * length ? at - length : at;
+        return periodic_[axis] && at > grid_.origin_m[axis] + (1.0 - 1e-9) * length ? grid_.origin_m[axis] : at;
     }
     void fill_line(int x, int y) {
         const std::size_t first = index({x, y, 0}), last = first + static_cast<std::size_t>(heights_);

@@ -8,9 +8,9 @@
 
 namespace porepack::tortuosity {
 
-/// Finite volumes on cubic cells whose faces are as open as the solid and the container leave them.
+/// Finite volumes on cells whose faces are as open as the solid and the container leave them.
 struct CutCells {
-    ConductanceGrid grid;     ///< conductances in units of D0 h
+    ConductanceGrid grid;     ///< conductances over that of a face without solid; at planes twice as much
     double thin_solid = 0.0;  ///< of the cells at walls, the share where the solid is thinner than a cell: errors of first order
 };
 /// Cells whose centre is solid conduct too, where a part of their faces is open. `image` has the phases of the cell centres; of its pores

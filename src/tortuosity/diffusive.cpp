@@ -17,20 +17,27 @@ using namespace core;
 using namespace converters;
 namespace {
 
-// Conductances in units of D0 h, where h is the cube root of a voxel's volume: face area / distance of the centres / h. A plane of given
-// concentration is half a voxel away from the centres. Only percolating pores (`percolation`) conduct.
+double volume_of_cell(const Grid& cells) {
+    return cells.spacing_m[0] * cells.spacing_m[1] * cells.spacing_m[2];
+}
+
+// Of a face without solid, in units of D0 h, where h is the cube root of a cell's volume: face area / distance of the centres / h.
+double face_conductance(const Grid& cells, std::size_t axis) {
+    const double h = cells.spacing_m[axis], volume = volume_of_cell(cells);
+    return volume / (h * h * std::cbrt(volume));
+}
+
+// A plane of given concentration is half a voxel away from the centres. Only percolating pores (`percolation`) conduct.
 ConductanceGrid voxel_grid(const PhaseImage& image, const Percolation& percolation, const LinkCuts& cuts, const Drive& drive) {
     const auto axis = static_cast<std::size_t>(drive.axis);
     const std::array<bool, 3>& periodic = drive.periodic;
     ConductanceGrid grid{.n = image.grid.cells, .periodic = periodic, .axis = axis};
     grid.allocate();
     const auto stride = grid.strides();
-    const auto& h = image.grid.spacing_m;
-    const double scale = std::cbrt(h[0] * h[1] * h[2]);
     percolation.cells.for_each([&](std::size_t i) {
         const std::array<int, 3> at = grid.place(i);
         for (std::size_t a = 0; a < 3; ++a) {
-            const auto g = static_cast<float>(h[0] * h[1] * h[2] / (h[a] * h[a] * scale));
+            const auto g = static_cast<float>(face_conductance(image.grid, a));
             const bool last = at[a] + 1 == grid.n[a];
             std::array<int, 3> up{}, down{};
             up[a] = 1;
@@ -65,9 +72,7 @@ Evaluated voxels_between(const PhaseImage& image, std::size_t axis, int first, i
         inside += image.phase[i] != Phase::outside ? 1.0 : 0.0;
         pores += image.phase[i] == Phase::pore ? 1.0 : 0.0;
     }
-    const auto& h = image.grid.spacing_m;
-    const double conductance = h[0] * h[1] * h[2] / (h[axis] * h[axis] * std::cbrt(h[0] * h[1] * h[2]));
-    return {.first = first, .last = last, .area = conductance * inside / (last - first), .porosity = pores / inside};
+    return {.first = first, .last = last, .area = face_conductance(image.grid, axis) * inside / (last - first), .porosity = pores / inside};
 }
 
 // The boundary conditions along the axis. Between planes: concentration 1 at the first, 0 at the last. Periodic: a mean gradient of one
@@ -195,9 +200,14 @@ DiffusiveResult diffusive_on_grid(const PoreSpace& space, double voxel_size_m, A
     const double h = grid.spacing_m[axis],
                  area_m2 = axis == 2 ? space.container.inner_area_m2() : space.container.size_m[axis == 0 ? 1 : 0] * grid.cells[2] * h;
     const double porosity = options.porosity > 0.0 ? options.porosity : space.porosity().value;
+    const double faces = area_m2 * h / volume_of_cell(grid);
     CutCells cut = cut_cells(image, percolation, cuts, *walls, drive);
-    DiffusiveResult result =
-        solve(std::move(cut.grid), {.first = first, .last = last, .area = area_m2 / (h * h), .porosity = porosity}, options);
+    for (std::size_t a = 0; a < 3; ++a)  // 1 unless the voxels of a periodic box are no cubes
+        for (float& conductance : cut.grid.face[a]) conductance *= static_cast<float>(face_conductance(grid, a));
+    for (auto& plane : cut.grid.plane)
+        for (float& conductance : plane) conductance *= static_cast<float>(face_conductance(grid, axis));
+    DiffusiveResult result = solve(
+        std::move(cut.grid), {.first = first, .last = last, .area = face_conductance(grid, axis) * faces, .porosity = porosity}, options);
     result.thin_solid = cut.thin_solid;
     result.porosity_flowing = result.porosity * flowing_share(image, percolation);
     return result;
