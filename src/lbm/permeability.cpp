@@ -45,7 +45,7 @@ void find_interval(const PoreSpace& space, const LbmConfig& config, LbmResult& r
         // At best first order and not regular: on spheres with a known answer the error scatters by about 4 % in a manner that
         // a small number of grids cannot reveal.
         const LbmGridResult& coarse = grids[grids.size() - 2];
-        parts.grid_m2 = std::max(0.04 * k, std::abs(k - coarse.permeability_m2) / (coarse.voxel_size_m / fine.voxel_size_m - 1.0));
+        parts.grid_m2 = std::max(0.06 * k, std::abs(k - coarse.permeability_m2) / (coarse.voxel_size_m / fine.voxel_size_m - 1.0));
     } else {
         if (grids.size() < 3) return;
         std::array<double, 3> nodes{}, values{};

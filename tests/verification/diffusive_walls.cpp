@@ -118,7 +118,7 @@ TEST(DiffusiveWalls, AValueBelowTheIsotropicLimitCarriesANote) {
         return json.value("note", "");
     };
     const TurnedArray rods{.solid_fraction = 0.3}, spheres{.grain = TurnedArray::Grain::simple_cubic, .solid_fraction = 0.3};
-    EXPECT_TRUE(has(note_of(rods, Axis::z), "below (3 - porosity)/2 = 1.15"));
+    EXPECT_TRUE(test::has(note_of(rods, Axis::z), "below (3 - porosity)/2 = 1.15"));
     EXPECT_EQ(note_of(rods, Axis::x), "");
     EXPECT_EQ(note_of(spheres, Axis::z), "");
 }
