@@ -43,7 +43,8 @@ void find_interval(const PoreSpace& space, const LbmConfig& config, LbmResult& r
     if (scheme_of(config, space.has_exact_walls(), {}).walls == Walls::bounce_back) {
         if (grids.size() < 2) return;
         // At best first order and not regular: on spheres with a known answer the error scatters by about 4 % in a manner that
-        // a small number of grids cannot reveal.
+        // a small number of grids cannot reveal; it is mostly too low. With 6 %, 90 of 100 arrays and ducts hold
+        // (`porepack_benchmark coverage --seed`).
         const LbmGridResult& coarse = grids[grids.size() - 2];
         parts.grid_m2 = std::max(0.06 * k, std::abs(k - coarse.permeability_m2) / (coarse.voxel_size_m / fine.voxel_size_m - 1.0));
     } else {
