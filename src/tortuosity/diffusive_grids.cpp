@@ -66,7 +66,7 @@ DiffusiveEstimate diffusive_tortuosity(const PoreSpace& space, double voxel_size
         estimate.limit = diffusive_limit({grids[0].voxel_size_m, grids[1].voxel_size_m, grids[2].voxel_size_m},
                                          {grids[0].value, grids[1].value, grids[2].value});
     else
-        estimate.no_limit_because = "the grids do not differ";
+        estimate.no_limit_because = "two of the three grids have the same voxel size in this periodic box: choose smaller voxels";
     return estimate;
 }
 
