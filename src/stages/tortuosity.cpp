@@ -265,7 +265,7 @@ Stage make_tortuosity_stage(const Case& c) {
                 .outputs = {"*.vtp"},
                 .run = [c](const Path& folder) { return run_case_tortuosity(c, folder); },
                 .expect = [c] { return expect_case(c); },
-                .result_version = 3};
+                .result_version = 4};
     if (c.from_image()) stage.needs = {"image", "lbm"};
     if (!c.from_stl() && !c.from_image()) stage.needs.insert(stage.needs.begin(), "pack");
     return stage;
