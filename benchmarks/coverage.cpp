@@ -47,7 +47,7 @@ Json coverage_benchmark(const std::vector<unsigned>& seeds, const std::vector<do
                     half_widths.push_back(half);
                     seconds += watch.seconds();
                     if (result.grids.size() >= 3) {
-                        LastGrids run{.other_half_width = other_half_width(result)};
+                        LastGrids run{.grains = grains_of(known.pore_space(), result.fine()), .other_half_width = other_half_width(result)};
                         for (std::size_t i = 0; i < 3; ++i) {
                             const LbmGridResult& grid = result.grids[result.grids.size() - 3 + i];
                             run.nodes[i] = known.diameter_m / grid.voxel_size_m;

@@ -1,7 +1,8 @@
-// Coverage of the interval of k on random packings: rows in a CSV file, which are kept as they come; a table and a fit of the rows.
+// Coverage of the interval of k on random packings: rows in a CSV file, which are kept as they come, and a table of them.
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 
@@ -19,13 +20,17 @@ using namespace converters;
 using namespace lbm;
 namespace {
 
-constexpr double tolerances[] = {0.05, 0.02};
+// The first table was computed with a wider interval.
+constexpr int beds_of_the_first_table = 40;
+constexpr std::array<double, 2> first_tolerances = {0.05, 0.02}, later_tolerances = {0.02, 0.006};
 
 void compute(int bed, std::vector<CoverageRow>& rows, const Path& file, const Path& folder) {
     const auto missing = [&](int position, double tolerance) {
         return std::none_of(rows.begin(), rows.end(),
                             [&](const CoverageRow& r) { return r.bed == bed && r.position == position && r.tolerance == tolerance; });
     };
+    const bool first = bed < beds_of_the_first_table;
+    const std::array<double, 2>& tolerances = first ? first_tolerances : later_tolerances;
     if (!missing(1, tolerances[1])) return;
     const RandomBed made = random_bed(bed, folder);
     std::optional<LbmResult> reference;
@@ -33,7 +38,7 @@ void compute(int bed, std::vector<CoverageRow>& rows, const Path& file, const Pa
         const PoreSpace space = pore_space_of(made, position);
         for (const double tolerance : tolerances) {
             if (!missing(position, tolerance)) continue;
-            if (!reference) reference = reference_run(pore_space_of(made, 0), reference_nodes);
+            if (!reference) reference = reference_run(pore_space_of(made, 0), first ? reference_nodes : reference_nodes_of_later_beds);
             const Stopwatch watch;
             const LbmResult result = lbm_permeability(space, 0.0, {.tolerance = tolerance});
             CoverageRow row{.bed = bed, .position = position, .tolerance = tolerance, .porosity = space.porosity(20000).value};
@@ -56,14 +61,15 @@ struct Coverage {
     double median_error = 0.0, median_half_width = 0.0;
 };
 template <typename Choose>
-Coverage coverage_of(const std::vector<CoverageRow>& rows, const ExtrapolationConstants& constants, const Choose& choose) {
+Coverage coverage_of(const std::vector<CoverageRow>& rows, const GridErrorConstants& constants, const Choose& choose) {
     std::vector<double> errors, half_widths;
     Coverage coverage;
     for (const CoverageRow& row : rows) {
         if (!choose(row)) continue;
-        const Extrapolation found = extrapolate(row.nodes, row.values_m2, constants);
+        const Extrapolation found = extrapolate(row.nodes, row.values_m2);
         const double error = std::abs(found.value / reference_of(row).value_m2 - 1.0),
-                     half = found.half_width / found.value + row.other_half_width;
+                     half = grid_half_width(found, row.nodes[2], grains_of_random_bed(row.bed, row.porosity), constants) / found.value +
+                            row.other_half_width;
         ++coverage.rows;
         coverage.held += error <= half ? 1 : 0;
         bool& bed = coverage.beds.try_emplace(row.bed, true).first->second;
@@ -93,42 +99,21 @@ Json to_json(const Coverage& c) {
             {"ratio", c.median_half_width / c.median_error}};
 }
 
-bool to_fit(const CoverageRow& row) {
-    return row.bed < random_beds_to_fit;
+// The constants were chosen with the first table in sight.
+bool is_first(const CoverageRow& row) {
+    return row.bed < beds_of_the_first_table;
 }
-bool to_judge(const CoverageRow& row) {
-    return row.bed >= random_beds_to_fit;
-}
-
-// The narrowest intervals that hold at least 96 % of the runs of the fit.
-ExtrapolationConstants fit(const std::vector<CoverageRow>& rows) {
-    ExtrapolationConstants best;
-    double least = 1e300;
-    for (int share = 0; share <= 10; ++share)
-        for (int factor = 1; factor <= 30; ++factor)
-            for (int floor = 0; floor <= 30; ++floor) {
-                const ExtrapolationConstants constants{0.1 * share, 0.1 * factor, 0.05 * floor};
-                const Coverage found = coverage_of(rows, constants, to_fit);
-                if (static_cast<double>(found.held) < 0.96 * static_cast<double>(found.rows) || found.median_half_width >= least) continue;
-                least = found.median_half_width;
-                best = constants;
-            }
-    return best;
+bool is_later(const CoverageRow& row) {
+    return !is_first(row);
 }
 
 }  // namespace
 
 Json coverage_random_benchmark(const Path& file, bool compute_missing, const Path& folder) {
     std::vector<CoverageRow> rows = read_rows(file);
-    // Those to judge come between those to fit, so that an unfinished table has both.
-    std::vector<int> order;
-    for (int i = 0; i < random_beds_to_fit; ++i) {
-        order.push_back(i);
-        if (random_beds_to_fit + i < random_beds) order.push_back(random_beds_to_fit + i);
-    }
     Json failed = Json::array();
     if (compute_missing)
-        for (const int bed : order) {
+        for (int bed = 0; bed < random_beds; ++bed) {
             try {
                 compute(bed, rows, file, folder.empty() ? Path("coverage_beds") : folder);
             } catch (const NumericalError& error) {
@@ -136,13 +121,14 @@ Json coverage_random_benchmark(const Path& file, bool compute_missing, const Pat
                 failed.push_back({{"bed", bed}, {"error", error.what()}});
             }
         }
-    const ExtrapolationConstants now, fitted = fit(rows);
-    std::vector<LastGrids> judged;
+    std::vector<LastGrids> later;
     for (const CoverageRow& row : rows)
-        if (to_judge(row)) {
+        if (is_later(row)) {
             const double truth = reference_of(row).value_m2;
-            judged.push_back(
-                {row.nodes, {row.values_m2[0] / truth, row.values_m2[1] / truth, row.values_m2[2] / truth}, row.other_half_width});
+            later.push_back({.nodes = row.nodes,
+                             .values = {row.values_m2[0] / truth, row.values_m2[1] / truth, row.values_m2[2] / truth},
+                             .grains = grains_of_random_bed(row.bed, row.porosity),
+                             .other_half_width = row.other_half_width});
         }
     double seconds = 0.0;
     std::vector<double> references;
@@ -157,14 +143,9 @@ Json coverage_random_benchmark(const Path& file, bool compute_missing, const Pat
              {{"median", references.empty() ? 0.0 : references[references.size() / 2]},
               {"largest", references.empty() ? 0.0 : references.back()}}},
             {"seconds_of_the_runs", seconds},
-            {"present_constants", {{"fit", to_json(coverage_of(rows, now, to_fit))}, {"judge", to_json(coverage_of(rows, now, to_judge))}}},
-            {"judge_with_other_constants", with_other_constants(judged)},
-            {"fitted_constants",
-             {{"share", fitted.share},
-              {"factor", fitted.factor},
-              {"floor", fitted.floor},
-              {"fit", to_json(coverage_of(rows, fitted, to_fit))},
-              {"judge", to_json(coverage_of(rows, fitted, to_judge))}}}};
+            {"to_fit", to_json(coverage_of(rows, {}, is_first))},
+            {"to_judge", to_json(coverage_of(rows, {}, is_later))},
+            {"judge_with_other_constants", with_other_constants(later)}};
 }
 
 }  // namespace porepack::benchmarks

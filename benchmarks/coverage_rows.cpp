@@ -89,25 +89,24 @@ void last_grids(const LbmResult& result, const PoreSpace& space, std::array<doub
 }
 
 Json with_other_constants(const std::vector<LastGrids>& runs) {
-    static constexpr ExtrapolationConstants tried[] = {
-        {}, {.factor = 0.6}, {.factor = 0.4}, {.factor = 0.4, .floor = 0.2}, {.share = 0.4, .factor = 0.1, .floor = 0.15}};
+    static constexpr GridErrorConstants tried[] = {
+        {}, {.floor_many = 0.03}, {.floor_many = 0.05}, {.of_change_many = 0.3}, {.of_change_many = 0.8, .floor_many = 0.08}};
     const auto median = [](std::vector<double> values) {
         std::sort(values.begin(), values.end());
         return values.empty() ? 0.0 : values[values.size() / 2];
     };
     Json list = Json::array();
-    for (const ExtrapolationConstants& constants : tried) {
+    for (const GridErrorConstants& constants : tried) {
         long held = 0;
         std::vector<double> errors, half_widths;
         for (const LastGrids& run : runs) {
-            const Extrapolation found = extrapolate(run.nodes, run.values, constants);
+            const Extrapolation found = extrapolate(run.nodes, run.values);
             errors.push_back(std::abs(found.value - 1.0));
-            half_widths.push_back(found.half_width / found.value + run.other_half_width);
+            half_widths.push_back(grid_half_width(found, run.nodes[2], run.grains, constants) / found.value + run.other_half_width);
             held += errors.back() <= half_widths.back() ? 1 : 0;
         }
-        list.push_back({{"share", constants.share},
-                        {"factor", constants.factor},
-                        {"floor", constants.floor},
+        list.push_back({{"of_change_many", constants.of_change_many},
+                        {"floor_many", constants.floor_many},
                         {"runs", runs.size()},
                         {"held", held},
                         {"median_error", median(errors)},

@@ -9,8 +9,8 @@
 
 namespace porepack::benchmarks {
 
-/// Of the finest grid of a reference.
-inline constexpr double reference_nodes = 4e6;
+/// Of the finest grid of a reference: of the first 40 beds, and of those that were added later.
+inline constexpr double reference_nodes = 4e6, reference_nodes_of_later_beds = 2.5e6;
 
 /// One run with a tolerance, and the reference of its bed.
 struct CoverageRow {
@@ -46,7 +46,7 @@ void last_grids(const lbm::LbmResult& result, const converters::PoreSpace& space
 /// A run whose extrapolation can be repeated; values relative to the true k.
 struct LastGrids {
     std::array<double, 3> nodes{}, values{};
-    double other_half_width = 0.0;
+    double grains = 1.0, other_half_width = 0.0;
 };
 /// Number of runs whose interval holds the true k, median error and median half width, with the constants in use and with some others.
 [[nodiscard]] core::Json with_other_constants(const std::vector<LastGrids>& runs);

@@ -88,15 +88,33 @@ Packing poured(const Shape& shape, const Container& container, unsigned seed, co
     return dem::pour_with_capsules({{.shape = shape, .number_fraction = 1.0}}, container, config, folder).packing;
 }
 
+Sides sides_of(int index) {
+    return static_cast<Sides>(index / 3 % 3);
+}
+
+// In diameters; the first number of the bed's random sequence.
+double usual_width(std::mt19937_64& random) {
+    return 8.0 + 0.5 * static_cast<double>(random() % 3);
+}
+
 }  // namespace
+
+double grains_of_random_bed(int index, double porosity) {
+    std::mt19937_64 random(static_cast<std::uint64_t>(1000 + index));
+    const double width = usual_width(random), area = width * width;
+    const double volume = sides_of(index) == Sides::cylinder ? 0.25 * std::numbers::pi * area * 2.0
+                          : sides_of(index) == Sides::box    ? area * 2.0
+                                                             : area * 5.0;
+    return (1.0 - porosity) * volume;
+}
 
 RandomBed random_bed(int index, const Path& folder, double wide_diameters) {
     const int kind = index % 3, turn = index / 3;
-    const auto sides = static_cast<Sides>(turn % 3);
+    const Sides sides = sides_of(index);
     // Grains cannot be poured into a box that is periodic along z.
     const auto way = sides == Sides::periodic ? (index % 2 == 0 ? Way::apart : Way::overlapping) : static_cast<Way>((turn / 3 + kind) % 3);
     std::mt19937_64 random(static_cast<std::uint64_t>(1000 + index));
-    const double usual = 8.0 + 0.5 * static_cast<double>(random() % 3), width = (wide_diameters > 0.0 ? wide_diameters : usual) * d;
+    const double usual = usual_width(random), width = (wide_diameters > 0.0 ? wide_diameters : usual) * d;
     RandomBed bed{.name = {}, .packing = {}, .section_diameters = sides == Sides::periodic ? 0.0 : wide_diameters > 0.0 ? 4.0 : 2.0};
     Packing& packing = bed.packing;
     packing.container = container_of(sides, width, way == Way::poured ? 26.0 * d : 11.0 * d);

@@ -7,7 +7,7 @@
 
 namespace porepack::benchmarks {
 
-inline constexpr int random_beds = 40, random_beds_to_fit = 24;
+inline constexpr int random_beds = 100;
 
 /// Spheres, tetrapods and rods of capsule diameter 4 mm, in cylinders, boxes, and boxes that are periodic in x, y and z, 8 to 9 diameters
 /// wide; poured (grains in contact), placed without overlap, or overlapping (Boolean models); porosity 0.3 to 0.8.
@@ -16,9 +16,12 @@ struct RandomBed {
     packing::Packing packing;
     double section_diameters;  ///< length of the section about the middle of the bed; 0: the whole periodic box
 };
-/// Bed `index` of random_beds; the first random_beds_to_fit are those of the fit. A pour works in `folder`.
+/// Bed `index` of random_beds. A pour works in `folder`.
 /// `wide_diameters`: another width, with a section of twice the length.
 [[nodiscard]] RandomBed random_bed(int index, const core::Path& folder, double wide_diameters = 0.0);
+
+/// Volume of its solid in the section over the cube of the capsule diameter.
+[[nodiscard]] double grains_of_random_bed(int index, double porosity);
 
 /// Its pore space, on one of two positions of the grid: the grains of a cylinder are turned, those of a periodic box moved, and in a box
 /// with walls the grids are 5 % finer.

@@ -57,7 +57,7 @@ void find_interval(const PoreSpace& space, const LbmConfig& config, LbmResult& r
         }
         const Extrapolation found = extrapolate(nodes, values);
         result.permeability_m2 = found.value;
-        parts.grid_m2 = found.half_width;
+        parts.grid_m2 = grid_half_width(found, nodes[2], grains_of(space, fine));
     }
     result.half_width = parts;
 }
@@ -306,13 +306,26 @@ Scheme scheme_of(const LbmConfig& config, bool exact_walls, const Drive& drive) 
     return scheme;
 }
 
-Extrapolation extrapolate(std::span<const double> nodes, std::span<const double> values, const ExtrapolationConstants& constants) {
+Extrapolation extrapolate(std::span<const double> nodes, std::span<const double> values) {
     const auto richardson = [&](std::size_t coarse, std::size_t fine, double order) {
         return (values[fine] - values[coarse]) / (std::pow(nodes[fine] / nodes[coarse], order) - 1.0);
     };
-    const double value = values[2] + constants.share * richardson(0, 2, 2.0);
     const double late = std::abs(richardson(1, 2, 1.5)), early = std::abs(richardson(0, 1, 1.5)) * std::pow(nodes[1] / nodes[2], 1.5);
-    return {value, constants.factor * std::max(late, early) + constants.floor * std::pow(nodes[2], -1.5) * std::abs(value)};
+    return {values[2] + 0.5 * richardson(0, 2, 2.0), std::max(late, early)};
+}
+
+double grid_half_width(const Extrapolation& found, double nodes, double grains, const GridErrorConstants& constants) {
+    const double k = std::abs(found.value), one = constants.of_change * found.change + constants.floor * std::pow(nodes, -1.5) * k,
+                 many = std::max(constants.of_change_many * found.change, constants.floor_many / nodes * k);
+    return many + (one - many) / std::sqrt(std::max(1.0, grains));
+}
+
+double grains_of(const PoreSpace& space, const LbmGridResult& grid) {
+    const double diameter = space.known_grain_diameter_m();
+    if (space.gray || !std::isfinite(diameter)) return 1.0;
+    const double length = space.container.periodic[2] ? space.section.length() : space.computed().length(),
+                 fluid = static_cast<double>(grid.nodes) * std::pow(grid.voxel_size_m, 3.0);
+    return (space.container.inner_area_m2() * length - fluid) / std::pow(diameter, 3.0);
 }
 
 LbmResult lbm_permeability(const PoreSpace& given_space, double voxel_size_m, const LbmConfig& given, const LbmRun& run) {

@@ -120,18 +120,27 @@ struct LbmRun {
 /// Driven by a body force along `drive`.
 [[nodiscard]] Scheme scheme_of(const LbmConfig& config, bool exact_walls, const converters::Drive& drive);
 
-/// k with its interval from the values on three grids of `nodes` nodes per grain diameter: k is `share` of the way to the Richardson value
-/// of order 2 over the three grids (coarse grids have higher orders as well, of either sign); the half width is `factor` times the larger
-/// of the two Richardson estimates of order 1.5, plus `floor` nodes^-1.5 of k, so that a chance agreement of coarse grids is not taken for
-/// accuracy. Calibrated on arrays and ducts of known answer and on random packings (`porepack_benchmark coverage`).
+/// From the values on three grids of `nodes` nodes per grain diameter: k is half of the way from the finest grid to the Richardson value of
+/// order 2 over the three grids (coarse grids have higher orders as well, of either sign).
 struct Extrapolation {
-    double value, half_width;
+    double value;
+    double change;  ///< the larger of the two Richardson estimates of order 1.5 of what finer grids change
 };
-struct ExtrapolationConstants {
-    double share = 0.5, factor = 0.8, floor = 0.3;
+[[nodiscard]] Extrapolation extrapolate(std::span<const double> nodes, std::span<const double> values);
+
+/// Half width of the interval of an extrapolated k. Of one grain: of_change times the change, plus floor nodes^-1.5 of k, so that a chance
+/// agreement of coarse grids is not taken for accuracy. Of many grains: of_change_many times the change, at least floor_many / nodes of k;
+/// the rest depends on where the grid cuts the grains, and averages out as 1 / sqrt(grains). `grains` is the volume of the solid over the
+/// cube of the grain diameter; 1 where that is unknown, and with walls from gray values. Regular arrays of several cells, and rods along an
+/// axis, average less than this number says. Calibrated on arrays and ducts of known answer and on 40 random packings, judged on others
+/// (`porepack_benchmark coverage`).
+struct GridErrorConstants {
+    double of_change = 0.8, floor = 0.3, of_change_many = 0.45, floor_many = 0.04;
 };
-[[nodiscard]] Extrapolation extrapolate(std::span<const double> nodes, std::span<const double> values,
-                                        const ExtrapolationConstants& constants = {});
+[[nodiscard]] double grid_half_width(const Extrapolation& found, double nodes, double grains, const GridErrorConstants& constants = {});
+
+/// Volume of the solid on this grid over the cube of the grain diameter; 1 where that is unknown, and with walls from gray values.
+[[nodiscard]] double grains_of(const converters::PoreSpace& space, const LbmGridResult& grid);
 
 /// Solves on config.grids grids, the finest with `voxel_size_m`, each started from the previous one. With config.tolerance, grids are
 /// refined until the interval is narrow enough or a memory or time limit is reached; the first has 6 nodes per grain diameter (2 to 6

@@ -179,7 +179,7 @@ Stage make_lbm_stage(const Case& c) {
                 .needs = {solid_stage(c)},
                 .configuration = deciding_keys(c, {"container", "section", "lbm"}, {"voxel_size_m", "reservoir_m"}, true),
                 .outputs = {"history.csv"},
-                .result_version = 6};
+                .result_version = 7};
     if (c.settings.lbm.direction == Axis::z) stage.outputs.emplace_back("gradient.csv");
     if (c.settings.lbm.fields != FieldFiles::none) stage.outputs.emplace_back("flow.vti");
     stage.run = [c](const Path& folder) {

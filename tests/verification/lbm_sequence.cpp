@@ -145,7 +145,7 @@ TEST(Extrapolation, GoesHalfWayAndCoversSecondOrder) {
     const std::array<double, 3> nodes = {10, 15, 20}, values = {3.0 + 5.0 / 100, 3.0 + 5.0 / 225, 3.0 + 5.0 / 400};
     const Extrapolation found = extrapolate(nodes, values);
     EXPECT_NEAR(found.value, 3.0 + 0.5 * 5.0 / 400, 1e-12);
-    EXPECT_GT(found.half_width, 0.5 * 5.0 / 400);
+    EXPECT_GT(grid_half_width(found, nodes[2], 1.0), 0.5 * 5.0 / 400);
 }
 
 TEST(Start, FromTheCoarserGridSavesStepsAndGivesTheSame) {
