@@ -102,6 +102,7 @@ public:
                                         : fmt::format("a list of {} to {} numbers, each {}", sizes.first, sizes.second, range.text());
         const toml::array* array = node->as_array();
         if (array == nullptr) fail(key, *node, "is not a list", allowed);
+        if (array->empty() && values.empty()) return;  // "not given", as it stands in the resolved configuration
         if (array->size() < sizes.first || array->size() > sizes.second)
             fail(key, *node, fmt::format("has {} entries", array->size()), allowed);
         values.clear();

@@ -42,6 +42,7 @@ struct PackingConfig {
     double tangential_damping = 0.3;
     double friction = 0.35;
     double wall_friction = 0.1;
+    double friction_uncertainty = 0.0;
     double time_step_s = 0.0;
     double drop_height_m = 0.0;
     long batch_grains = 9;
@@ -81,6 +82,9 @@ inline void describe(core::ConfigVisitor& v, PackingConfig& c) {
     v.number("tangential_damping", c.tangential_damping, core::between(0.0, 0.99), "eta_t, the same along the contact plane");
     v.number("friction", c.friction, core::between(0.0, 10.0), "Coulomb friction between grains");
     v.number("wall_friction", c.wall_friction, core::between(0.0, 10.0), "Coulomb friction at the walls");
+    v.number("friction_uncertainty", c.friction_uncertainty, core::between(0.0, 5.0),
+             "standard uncertainty of `friction`: it varies between the packings of [packings], evenly within sqrt(3) times this value, and "
+             "its effect on k becomes a row of the budget; 0: friction is taken as known");
     v.number("time_step_s", c.time_step_s, core::positive_or_auto(),
              "time step; auto: the contact time / 45, or 0.06 / the rate of the stronger dashpot if that is smaller");
     v.number("drop_height_m", c.drop_height_m, core::positive_or_auto(),
@@ -103,12 +107,22 @@ inline void describe(core::ConfigVisitor& v, PackingConfig& c) {
              "simulated time between snapshots, from which an interrupted run resumes");
 }
 
+/// The part of the bed whose porosity was measured: the section of k; the bed from the floor to its highest grain; or between two levels.
+enum class MeasuredPart { section, bed, between };
+constexpr std::array<core::Choice<MeasuredPart>, 3> choices_of(MeasuredPart) {
+    return {{{MeasuredPart::section, "section"}, {MeasuredPart::bed, "bed"}, {MeasuredPart::between, "between"}}};
+}
+
 /// Table [packings]: several packings of one case, with consecutive seeds.
 struct PackingsConfig {
     long seeds = 1;
     double until_sure = 0.0;
     long max_packings = 200;
     double max_time_s = 0.0;
+    long pours_per_flow = 8;
+    std::vector<double> measured_porosity = {};
+    MeasuredPart measured_part = MeasuredPart::section;
+    std::vector<double> measured_between_m = {};
     [[nodiscard]] bool several() const { return seeds > 1 || until_sure > 0.0; }
 };
 
@@ -123,6 +137,15 @@ inline void describe(core::ConfigVisitor& v, PackingsConfig& c) {
     v.integer("max_packings", c.max_packings, core::between(5, 1000), "until_sure: maximum number of packings");
     v.number("max_time_s", c.max_time_s, {.low = 1.0, .high = 1e9, .zero_is_auto = true},
              "until_sure: seconds after which no further packing is begun; auto: no limit");
+    v.integer("pours_per_flow", c.pours_per_flow, core::between(1, 100),
+              "until_sure: pours for each computed flow. Only their porosity is used: it tells most of their k. 1: the flow of each pour is "
+              "computed, for grains whose pour takes as long as the flow");
+    v.numbers("measured_porosity", c.measured_porosity, {2, 2}, {.low = 0.0, .high = 1.0},
+              "porosity of a bed that exists, and its standard uncertainty: k of this bed is estimated from the packings (5 or more)");
+    v.choice("measured_part", c.measured_part,
+             "of which part it was measured: the section of k; the whole bed, from the floor to the highest grain; or between two levels");
+    v.numbers("measured_between_m", c.measured_between_m, {2, 2}, core::between(0.0, 1e6),
+              "measured_part = \"between\": the two levels above the floor");
 }
 
 }  // namespace porepack::packing

@@ -1,6 +1,7 @@
 #include "permeability/fluid.hpp"
 
 #include <cmath>
+#include <numbers>
 
 namespace porepack::permeability {
 namespace {
@@ -15,17 +16,27 @@ Fluid water_at(double t) {
     return {density, viscosity};
 }
 
+constexpr double gas_constant_J_per_kg_K = 287.05, zero_C_K = 273.15;  // of air
+
 Fluid air_at(double t) {
-    constexpr double gas_constant_J_per_kg_K = 287.05, sutherland_K = 110.4, viscosity_at_0_C = 1.716e-5;
-    const double kelvin = t + 273.15;
+    constexpr double sutherland_K = 110.4, viscosity_at_0_C = 1.716e-5;
+    const double kelvin = t + zero_C_K;
     return {101325.0 / (gas_constant_J_per_kg_K * kelvin),
-            viscosity_at_0_C * std::pow(kelvin / 273.15, 1.5) * (273.15 + sutherland_K) / (kelvin + sutherland_K)};
+            viscosity_at_0_C * std::pow(kelvin / zero_C_K, 1.5) * (zero_C_K + sutherland_K) / (kelvin + sutherland_K)};
 }
 
 }  // namespace
 
 Fluid fluid_at(FluidName name, double temperature_C) {
     return name == FluidName::water ? water_at(temperature_C) : air_at(temperature_C);
+}
+
+std::optional<double> knudsen_number(FluidName name, double temperature_C, double permeability_m2, double porosity) {
+    if (name != FluidName::air) return std::nullopt;
+    const Fluid air = air_at(temperature_C);
+    const double mean_free_path_m = air.viscosity_Pa_s / air.density_kg_per_m3 *
+                                    std::sqrt(std::numbers::pi / (2.0 * gas_constant_J_per_kg_K * (temperature_C + zero_C_K)));
+    return mean_free_path_m / std::sqrt(32.0 * permeability_m2 / porosity);
 }
 
 double hydraulic_conductivity_m_per_s(double permeability_m2, const Fluid& fluid) {

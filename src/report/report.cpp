@@ -74,6 +74,8 @@ Json main_numbers_of(const ReportInput& input) {
         add(std::string(name) + ", mean" + (several ? n : std::string(" of such packings")),
             sure_text(input, quantity, "mean_of_such_packings"));
         if (several) add(std::string(name) + ", next packing", sure_text(input, quantity, "next_such_packing"));
+        if (const std::string bed = sure_text(input, quantity, "bed_of_measured_porosity"); bed != "–")
+            add(std::string(name) + ", the bed of measured porosity", bed);
     }
     const auto k_text = [&](const char* stage) {
         const Json& k = result_at(input, std::string(stage) + "/permeability_m2");

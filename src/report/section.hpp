@@ -32,7 +32,8 @@ namespace porepack::report {
 
 [[nodiscard]] ReportSection uncertainty_section(const ReportInput& input);
 [[nodiscard]] ReportSection budget_section(const ReportInput& input);
-/// One statement of the uncertainty stage: "this_packing", "mean_of_such_packings" or "next_such_packing".
+/// One statement of the uncertainty stage: "this_packing", "mean_of_such_packings", "next_such_packing" or
+/// "bed_of_measured_porosity".
 [[nodiscard]] std::string sure_text(const ReportInput& input, const std::string& quantity, const char* which);
 [[nodiscard]] ReportSection permeability_section(const ReportInput& input);
 [[nodiscard]] ReportSection packing_section(const ReportInput& input);

@@ -26,6 +26,19 @@ std::string with_interval(const Json& statement, const char* format, const std::
     return number + " " + percent_text(value, {interval[0].get<double>(), interval[1].get<double>()});
 }
 
+std::string measured_bed_text(const Json& bed) {
+    const Json& part = bed["measured_part"];
+    std::string text = fmt::format(
+        " The bed of measured porosity: k of the bed that exists, whose porosity ({}) is {:g} with a standard uncertainty of {:g}, from the "
+        "line of ln k on the porosity of the packings.",
+        part == "section" ? "of the section"
+        : part == "bed"   ? "of the whole bed"
+                          : "between two levels",
+        bed["measured_porosity"].get<double>(), bed["measured_standard_uncertainty"].get<double>());
+    if (bed.contains("why")) text += " It is not known: " + bed["why"].get<std::string>() + ".";
+    return text;
+}
+
 }  // namespace
 
 std::string sure_text(const ReportInput& input, const std::string& quantity, const char* which) {
@@ -49,14 +62,20 @@ ReportSection uncertainty_section(const ReportInput& input) {
             " The last two presume that the {} packings show the scatter: with a probability of 5 %, packings of another kind that make up "
             "{:.2g} % of all are absent.",
             seeds.get<long>(), 100.0 * unseen.get<double>());
+    const Json& weighed = statement_at(input, "permeability_m2", "bed_of_measured_porosity");
+    if (weighed.is_object()) section.intro += measured_bed_text(weighed);
     const std::string n = seeds.is_number() ? fmt::format(" (n = {})", seeds.get<long>()) : "";
     section.header = {"quantity", "this packing (n = 1)", "mean of such packings" + n, "next such packing" + n};
+    if (weighed.is_object())
+        section.header.push_back(fmt::format("the bed of measured porosity {:g}", weighed["measured_porosity"].get<double>()));
     for (const Quantity& row : reported_quantities) {
         const Json& here = statement_at(input, row.name, "this_packing");
         if (!here.is_object()) continue;
         section.rows.push_back({row.label, with_interval(here, row.format),
                                 with_interval(statement_at(input, row.name, "mean_of_such_packings"), row.format),
                                 with_interval(statement_at(input, row.name, "next_such_packing"), row.format)});
+        if (weighed.is_object())
+            section.rows.back().push_back(with_interval(statement_at(input, row.name, "bed_of_measured_porosity"), row.format));
     }
     return section;
 }
@@ -80,7 +99,7 @@ ReportSection budget_section(const ReportInput& input) {
     if (!rows.is_array()) return section;
     section.intro =
         "Standard uncertainties u (one standard deviation, not the 95 % of the statements) of k of one packing, below and above k where "
-        "they differ. Numerical contributions are in all three statements above. "
+        "they differ. Numerical contributions are in all statements above. An uncertain input, as friction, is in those about the mean and the next packing. "
         "The scatter between packings is in the last two. A hint is in none: it suggests the scatter where only one packing is known, or "
         "shows what half the resolution of an image does to k.";
     section.header = {"contribution", "u(k)/k", "part", "evidence", "from"};
@@ -99,14 +118,15 @@ void add_budget_picture(const ReportInput& input, const Path& folder, ReportSect
         table.add(row["source"].get<std::string>(), 100.0 * row["relative_standard_uncertainty"].get<double>(),
                   part == "numerical" ? 1
                   : part == "scatter" ? 2
-                                      : 3);
+                  : part == "hint"    ? 3
+                                      : 4);
     }
     table.write(folder / "budget.csv");
     if (draw_plot(folder / "budget.svg", "budget", {{"count", static_cast<double>(rows.size())}},
                   {.width = 620, .height = 90 + 26 * static_cast<int>(rows.size())}))
         section.pictures.emplace_back(
             "budget.svg",
-            "Contributions to the uncertainty of k: numerical (blue), scatter between packings (orange), hint (grey). Those below 0.001 % "
+            "Contributions to the uncertainty of k: numerical (blue), scatter between packings (orange), uncertain input (red), hint (grey). Those below 0.001 % "
             "are drawn at 0.001 %.");
 }
 

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 #include "core/error.hpp"
@@ -97,6 +98,52 @@ void require_tables_of_image(const Case& c, const TomlFile& toml, const std::map
         throw UserError("fit = true needs the shape of the grains", {.where = file, .allowed = "[shape] with spherocylinders"});
 }
 
+// What [packings] and friction_uncertainty need of each other.
+void require_packings(const Settings& settings, const std::string& file) {
+    const PackingsConfig& packings = settings.packings;
+    const PackingConfig& packing = settings.packing;
+    const bool enough = packings.until_sure > 0.0 || packings.seeds >= 5;
+    const std::string where = file + ", [packings]", more = "seeds = 10 or more: the interval is narrower with more";
+    if (!packings.measured_porosity.empty()) {
+        const double value = packings.measured_porosity[0], u = packings.measured_porosity[1];
+        if (!(value > 0.0 && value < 1.0 && u > 0.0 && u < 0.5))
+            throw UserError(fmt::format("`measured_porosity` is [{:g}, {:g}]", value, u),
+                            {.where = where,
+                             .allowed = "[porosity, standard uncertainty], both above 0; a porosity below 1, an uncertainty below 0.5",
+                             .fix = "state how well it was measured, as [0.742, 0.004]"});
+        if (packing.engine == Engine::none)
+            throw UserError("`measured_porosity` needs packings that are poured", {.where = where, .fix = "engine = \"capsule\""});
+        if (!enough)
+            throw UserError(fmt::format("`measured_porosity` needs 5 packings or more, not {}: their porosities must lie about it",
+                                        packings.seeds),
+                            {.where = where, .fix = more});
+    }
+    const bool levels = !packings.measured_between_m.empty();
+    if (levels != (packings.measured_part == MeasuredPart::between))
+        throw UserError(levels ? "`measured_between_m` has no effect without measured_part = \"between\""
+                               : "measured_part = \"between\" needs `measured_between_m`",
+                        {.where = where, .fix = levels ? "measured_part = \"between\"" : "measured_between_m = [0.01, 0.06]"});
+    if (levels && !(packings.measured_between_m[0] < packings.measured_between_m[1]))
+        throw UserError("the levels of `measured_between_m` are not in order", {.where = where, .allowed = "[lower, upper]"});
+    if (packings.measured_part != MeasuredPart::section && packings.measured_porosity.empty())
+        throw UserError("`measured_part` has no effect without measured_porosity",
+                        {.where = where, .fix = "measured_porosity = [0.742, 0.004]"});
+    if (packing.friction_uncertainty > 0.0) {
+        const std::string here = file + ", [packing]";
+        if (packing.engine == Engine::none)
+            throw UserError("`friction_uncertainty` needs packings that are poured", {.where = here, .fix = "engine = \"capsule\""});
+        if (packings.until_sure > 0.0 || packings.seeds < 5)
+            throw UserError("`friction_uncertainty` needs a fixed number of 5 packings or more, between which friction varies",
+                            {.where = here, .fix = "[packings] seeds = 10, without until_sure"});
+        if (std::sqrt(3.0) * packing.friction_uncertainty > packing.friction)
+            throw UserError(fmt::format("a friction of {:g} with a standard uncertainty of {:g} would vary below 0", packing.friction,
+                                        packing.friction_uncertainty),
+                            {.where = here,
+                             .allowed = fmt::format("friction_uncertainty up to {:.3g} (friction / sqrt(3))",
+                                                    packing.friction / std::sqrt(3.0))});
+    }
+}
+
 }  // namespace
 
 Case read_case(const Path& path, const std::string& flag_table, const Flags& flags, const std::map<std::string, Flags>& set) {
@@ -125,6 +172,7 @@ Case read_case(const Path& path, const std::string& flag_table, const Flags& fla
     if (const PackingConfig& packing = the_case.settings.packing; packing.engine != Engine::none && !packing.file.empty())
         throw UserError(fmt::format("`file` has no effect with engine = \"{}\"", name_of(packing.engine)),
                         {.where = file.string() + ", [packing]", .fix = "remove it, or write engine = \"none\""});
+    require_packings(the_case.settings, file.string());
     return the_case;
 }
 

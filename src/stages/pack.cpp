@@ -185,8 +185,10 @@ Stage make_pack_stage(const Case& c) {
                 .run = [c](const Path& folder) { return run_fit(c, folder); },
                 .expect = [c] { return expect_pack(c); }};
     const PackingConfig& config = c.settings.packing;
+    Json configuration = c.settings.resolved_tables({"shape", "container", "packing"});
+    configuration["packing"].erase("friction_uncertainty");  // it decides other packings, not this one
     Stage stage{.name = "pack",
-                .configuration = c.settings.resolved_tables({"shape", "container", "packing"}),
+                .configuration = configuration,
                 .outputs = {"packing.json"},
                 .run = [c](const Path& folder) { return run_pack(c, folder); },
                 .expect = [c] { return expect_pack(c); },

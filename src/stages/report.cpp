@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include "core/log.hpp"
+#include "report/section.hpp"
 #include "stages/results.hpp"
 #include "stages/stages.hpp"
 
@@ -33,6 +35,20 @@ bool draw_packing(const Case& c, const ReportInput& input, const Path& folder) {
     return draw_picture(c.stage_folder("stl") / "solid.stl", folder / "packing.png", more);
 }
 
+// A gas in narrow pores: the molecules slip on the walls.
+void add_slip_note(ReportInput& input, const ReportConfig& config) {
+    const Json &k = result_at(input, "lbm/permeability_m2"), &eps = result_at(input, "lbm/porosity");
+    if (!k.is_number() || !eps.is_number()) return;
+    const auto knudsen = permeability::knudsen_number(config.fluid, config.temperature_C, k.get<double>(), eps.get<double>());
+    if (!knudsen || *knudsen <= permeability::largest_knudsen_number) return;
+    input.notes.push_back(fmt::format(
+        "{}: the mean free path of its molecules is {:.2g} times the pore size (sqrt(32 k/porosity) = {:.2g} m). The k of this report is "
+        "that of a liquid; slip on the walls makes that of this gas about {:.2g} % larger (more than 1 % from a ratio of 0.001, and the "
+        "estimate is rough above 0.1).",
+        input.fluid_text, *knudsen, std::sqrt(32.0 * k.get<double>() / eps.get<double>()), 800.0 * *knudsen));
+    log_warning(input.notes.back());
+}
+
 Json run_report(const Case& c, const std::vector<std::string>& shown, const Path& folder) {
     ReportInput input{.title = title_of(c), .configuration = c.settings.resolved_tables()};
     for (const std::string& stage : shown) {
@@ -53,6 +69,7 @@ Json run_report(const Case& c, const std::vector<std::string>& shown, const Path
     input.stage_folders = c.results();
     if (config.pictures && !c.from_image() && !draw_packing(c, input, folder))
         input.notes.push_back("No picture of the packing: rendering failed, see results/report/log.picture.");
+    add_slip_note(input, config);
     return write_report(input, folder);
 }
 

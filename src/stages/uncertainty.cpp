@@ -23,6 +23,9 @@ namespace {
 constexpr const char *solver_row = "solver", *overlap_row = "overlap of grains at contacts", *sizes_row = "sizes of fitted grains",
                      *section_row = "section length";
 
+// Effect on ln k of an uncertainty of 0.1 of the friction between grains (cases/friction_study: tetrapods of 0.53).
+constexpr double usual_friction_uncertainty = 0.1, usual_friction_effect = 0.12;
+
 Sides both(double width) {
     return {width, width};
 }
@@ -96,6 +99,16 @@ std::vector<BudgetRow> rows_of_permeability(const Case& c, const Json& results) 
         rows.push_back({section_row, both(section->relative), Part::hint, Evidence::measured,
                         fmt::format("{:.2g} % ({:.2g} to {:.2g} %, from a section of {:.1f} grain diameters)", 100.0 * section->relative,
                                     100.0 * section->interval.low, 100.0 * section->interval.high, section->diameters)});
+    const packing::PackingConfig& packing = c.settings.packing;
+    if (const auto effect = number_at(results, "/seeds/friction/relative_effect_on_permeability"))
+        rows.push_back({"friction", both(*effect), Part::input, Evidence::measured,
+                        fmt::format("friction {:g} with standard uncertainty {:g}, varied between {} packings", packing.friction,
+                                    packing.friction_uncertainty, results["seeds"].at("packings").get<long>())});
+    else if (results.contains("pack") && packing.engine != packing::Engine::none && !c.from_fit())
+        rows.push_back({"friction", both(usual_friction_effect), Part::hint, Evidence::judged,
+                        fmt::format("tetrapods of 0.53, if friction is known to {:g}; [packing] friction_uncertainty measures it, and a "
+                                    "measured porosity removes most of it",
+                                    usual_friction_uncertainty)});
     if (const auto mean = number_at(results, "/seeds/permeability_mean_m2"))
         rows.push_back({"packing to packing", both(*number_at(results, "/seeds/standard_deviation_between_packings_m2") / *mean),
                         Part::scatter, Evidence::measured, fmt::format("{} packings", results["seeds"].at("packings").get<long>())});
@@ -142,6 +155,19 @@ void add_packings(Json& statements, const Json& results, const std::string& quan
         statements[name] = {{"value", nullptr}, {"interval", nullptr}, {"packings", 1}, {"why", why}};
 }
 
+// k of the bed whose porosity was measured; its interval holds the numerical error of one packing, but not what other_half_widths() adds.
+Json measured_bed(const Json& seeds, const std::vector<BudgetRow>& rows) {
+    const Json& found = seeds.at("measured_porosity");
+    Json json = {{"value", found.at("permeability_m2")}, {"interval", nullptr}, {"packings", found.at("packings")}};
+    for (const char* key : {"porosity", "standard_uncertainty", "part"}) json["measured_" + std::string(key)] = found.at(key);
+    if (found.contains("why")) json["why"] = found["why"];
+    if (const auto interval = interval_at(found, "/interval_m2")) {
+        const double k = found["permeability_m2"].get<double>();
+        json["interval"] = json_of(std::optional(widened(*interval, k, k * other_half_widths(rows))));
+    }
+    return json;
+}
+
 Json statements_of(const Json& results, const std::string& quantity, double value, const std::optional<Interval>& here,
                    const std::vector<BudgetRow>& rows = {}) {
     Json statements;
@@ -172,9 +198,11 @@ Json run_uncertainty(const Case& c, const std::vector<std::string>& needs) {
         const auto value = number_at(results, quantity.value);
         if (!value) continue;
         const std::string name = quantity.name;
-        if (name == "permeability_m2")
+        if (name == "permeability_m2") {
             statements[name] = statements_of(results, name, *value, interval_of_this_packing(lbm, rows), rows);
-        else if (name == "porosity")
+            if (results.contains("/seeds/measured_porosity"_json_pointer))
+                statements[name]["bed_of_measured_porosity"] = measured_bed(results["seeds"], rows);
+        } else if (name == "porosity")
             statements[name] = statements_of(results, name, *value, u ? std::optional(about(*value, both(2.0 * *u))) : std::nullopt);
         else
             statements[name] = statements_of(results, name, *value, interval_at(results, quantity.interval));
@@ -184,7 +212,7 @@ Json run_uncertainty(const Case& c, const std::vector<std::string>& needs) {
         {"statements", statements},
         {"meaning",
          "intervals of 95 %; this packing: numerical errors only; mean: Student's t of the packings, and the numerical error; next: one "
-         "more packing"}};
+         "more packing; bed of measured porosity: k of a bed that exists, from its porosity"}};
 }
 
 }  // namespace
@@ -198,7 +226,7 @@ Stage make_uncertainty_stage(const Case& c, const std::vector<std::string>& stag
             .needs = needs,
             .configuration = deciding_keys(c, {"container"}, {}, true),
             .run = [c, needs](const Path&) { return run_uncertainty(c, needs); },
-            .result_version = 2};
+            .result_version = 3};
 }
 
 }  // namespace porepack::stages

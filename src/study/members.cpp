@@ -22,6 +22,7 @@ Case case_of_seed(const Case& c, long seed) {
     Case one = c;
     one.settings.packing.seed = seed;
     one.settings.packings = {};
+    one.settings.packing.friction_uncertainty = 0.0;
     one.settings.lbm.fields = lbm::FieldFiles::none;
     one.output = c.results() / fmt::format("seed_{}", seed);
     return one;

@@ -89,10 +89,86 @@ TEST(SeveralPackings, OnePackingDoesNotTellOfTheNext) {
     EXPECT_TRUE(has(next["why"].get<std::string>(), "not known from one packing"));
 }
 
+// A bed that was weighed: its k from the line through the packings, in the report and the summary; and what the packings do not bracket.
+TEST(SeveralPackings, TheBedOfMeasuredPorosityHasItsOwnPermeability) {
+    const test::Folder folder;
+    const std::string quick = "grids = 2\n[tortuosity]\nshortest_path = false\ndiffusive = false\n";
+    const auto run = [&](const std::string& measured) {
+        folder.write("case.toml", case_of_packings("seeds = 5\n" + measured, quick));
+        const auto end = porepack("run --output " + quoted(folder.path() / "out") + " " + quoted(folder.path()));
+        EXPECT_EQ(end.exit_code, 0) << end.err;
+        EXPECT_EQ(test::schema_faults(folder.path() / "out"), "");
+        return end;
+    };
+    const auto statement = [&] {
+        return read_json(folder.path() / "out" / "result.json")["uncertainty"]["permeability_m2"]["bed_of_measured_porosity"];
+    };
+    run("measured_porosity = [0.85, 0.004]");
+    // The same line, computed here.
+    std::vector<double> x, y;
+    for (const auto& row : core::read_table(folder.path() / "out" / "seeds" / "seeds.csv")) {
+        x.push_back(std::log(std::pow(row.at(2), 3.0) / std::pow(1.0 - row.at(2), 2.0)));
+        y.push_back(std::log(row.at(1)));
+    }
+    ASSERT_EQ(x.size(), 5U);
+    double sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0;
+    for (std::size_t i = 0; i < 5; ++i) {
+        sx += x[i];
+        sy += y[i];
+        sxx += x[i] * x[i];
+        sxy += x[i] * y[i];
+    }
+    const double slope = (5.0 * sxy - sx * sy) / (5.0 * sxx - sx * sx);
+    const double k = std::exp((sy - slope * sx) / 5.0 + slope * std::log(std::pow(0.85, 3.0) / std::pow(0.15, 2.0)));
+    const Json bed = statement();
+    EXPECT_NEAR(bed["value"].get<double>() / k, 1.0, 1e-6);
+    EXPECT_LT(bed["interval"][0].get<double>(), k);
+    EXPECT_GT(bed["interval"][1].get<double>(), k);
+    EXPECT_EQ(bed["measured_part"], "section");
+    EXPECT_TRUE(has(read_text(folder.path() / "out" / "report.md"), "| the bed of measured porosity 0.85 |"));
+    // The whole bed, whose porosity is another number; and a value beyond all packings.
+    run("measured_porosity = [0.85, 0.004]\nmeasured_part = \"bed\"");
+    EXPECT_NE(statement()["value"], bed["value"]);
+    const auto beyond = run("measured_porosity = [0.7, 0.004]");
+    EXPECT_TRUE(has(beyond.err, "the packings do not bracket it")) << beyond.err;
+    EXPECT_TRUE(has(beyond.out, "k, the bed of measured porosity not known")) << beyond.out;
+    EXPECT_TRUE(statement()["value"].is_null());
+    run("measured_porosity = [0.85, 0.004]\nmeasured_part = \"between\"\nmeasured_between_m = [0.004, 0.14]");
+    EXPECT_TRUE(has(statement()["why"].get<std::string>(), "above the top of at least one of the packings"));
+}
+
+// Friction that is not known varies between the packings: its effect is a row of the budget, and the packings are spread about the case's.
+TEST(SeveralPackings, FrictionThatIsNotKnownIsARowOfTheBudget) {
+    const test::Folder folder;
+    std::string text = case_of_packings("seeds = 5", "grids = 2\n[tortuosity]\nshortest_path = false\ndiffusive = false\n");
+    text.replace(text.find("grains = 8"), 10, "grains = 8\nfriction_uncertainty = 0.1");
+    folder.write("case.toml", text);
+    const auto end = porepack("run --output " + quoted(folder.path() / "out") + " " + quoted(folder.path()));
+    ASSERT_EQ(end.exit_code, 0) << end.err;
+    EXPECT_EQ(test::schema_faults(folder.path() / "out"), "");
+    std::vector<double> friction;
+    for (const auto& row : core::read_table(folder.path() / "out" / "seeds" / "seeds.csv")) friction.push_back(row.at(10));
+    const double reach = 0.1 * std::sqrt(3.0);
+    const std::vector<double> expected = {0.35, 0.35, 0.35 - reach / 2.0, 0.35 + reach / 2.0, 0.35 - 0.75 * reach};
+    ASSERT_EQ(friction.size(), expected.size());
+    for (std::size_t i = 0; i < expected.size(); ++i) EXPECT_NEAR(friction[i], expected[i], 1e-8);
+    const Json member = read_json(folder.path() / "out" / "seed_4" / "pack" / "manifest.json");
+    EXPECT_NEAR(member["configuration"]["packing"]["friction"].get<double>(), expected[3], 1e-12);
+    bool found = false;
+    const Json budget = read_json(folder.path() / "out" / "uncertainty" / "result.json")["budget_of_permeability"];
+    for (const Json& row : budget)
+        if (row["source"] == "friction") {
+            found = true;
+            EXPECT_EQ(row["part"], "input");
+            EXPECT_EQ(row["evidence"], "measured");
+        }
+    EXPECT_TRUE(found);
+}
+
 // Packings count in the order of their seeds, so that their number and the mean do not depend on what runs at once or was killed.
 TEST(SeveralPackings, UntilSureGivesTheSameOnAnyNumberOfThreads) {
     const test::Folder folder;
-    folder.write("case.toml", case_of_packings("until_sure = 0.25\nmax_packings = 12",
+    folder.write("case.toml", case_of_packings("until_sure = 0.25\nmax_packings = 12\npours_per_flow = 2",
                                                "walls = \"bounce_back\"\ngrids = 2\n[tortuosity]\nshortest_path = false\n"
                                                "diffusive = false\n"));
     const auto run = [&](const char* options, const char* output) {
@@ -104,7 +180,9 @@ TEST(SeveralPackings, UntilSureGivesTheSameOnAnyNumberOfThreads) {
     };
     const Json one = run("--threads 1", "one");
     EXPECT_TRUE(one["sure"]) << one;
-    EXPECT_GE(one["packings"], 5);
+    EXPECT_GE(one["packings"], 6);
+    EXPECT_EQ(one["pours"]["packings"], 2 * one["packings"].get<long>());
+    EXPECT_EQ(one["quantities"]["porosity"]["packings"], one["pours"]["packings"]);
     EXPECT_LE(one["relative_half_width"], 0.25);
     EXPECT_TRUE(one["stopped_by"].is_null());
     // Killed while several packings are under way, then run again.
@@ -119,7 +197,8 @@ TEST(SeveralPackings, UntilSureGivesTheSameOnAnyNumberOfThreads) {
     EXPECT_EQ(one["packings"], two["packings"]);
     // Sums over nodes are formed in another order by another number of threads.
     EXPECT_NEAR(one["relative_half_width"].get<double>() / two["relative_half_width"].get<double>(), 1.0, 1e-9);
-    EXPECT_EQ(read_text(folder.path() / "one" / "seeds" / "seeds.csv"), read_text(folder.path() / "two" / "seeds" / "seeds.csv"));
+    for (const char* table : {"seeds.csv", "pours.csv"})
+        EXPECT_EQ(read_text(folder.path() / "one" / "seeds" / table), read_text(folder.path() / "two" / "seeds" / table));
     // Fewer packings than it takes, and an interval that no number of packings can reach: the result says what ended it.
     const Json few = run("--until-sure 0.15 --max-packings 5", "one");
     EXPECT_FALSE(few["sure"]);

@@ -12,6 +12,6 @@ unset key
 set style fill solid 1.0
 low = 0.001
 height = 0.3
-colour(part) = part == 1 ? 0x2a6f9e : part == 2 ? 0xc07020 : 0xaaaaaa
+colour(part) = part == 1 ? 0x2a6f9e : part == 2 ? 0xc07020 : part == 4 ? 0xa03030 : 0xaaaaaa
 plot 'budget.csv' skip 1 using (low):0:(low):($2 > low ? $2 : 1.1*low):($0-height):($0+height):(colour($3)):ytic(1) \
     with boxxyerror lc rgb variable
