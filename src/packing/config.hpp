@@ -132,9 +132,9 @@ inline void describe(core::ConfigVisitor& v, PackingsConfig& c) {
               "number of packings, with consecutive seeds: porosity, tortuosities and permeability of each are computed, and their scatter "
               "is reported");
     v.number("until_sure", c.until_sure, {.low = 0.005, .high = 0.5, .zero_is_auto = true},
-             "packings are added (at least 5) until the 95 % interval of the mean permeability is within this fraction of it, numerical "
+             "packings are added (at least 6; with pours_per_flow = 1, 5) until the 95 % interval of the mean permeability is within this fraction of it, numerical "
              "part included; auto: `seeds` packings");
-    v.integer("max_packings", c.max_packings, core::between(5, 1000), "until_sure: maximum number of packings");
+    v.integer("max_packings", c.max_packings, core::between(5, 1000), "until_sure: maximum number of packings whose flow is computed");
     v.number("max_time_s", c.max_time_s, {.low = 1.0, .high = 1e9, .zero_is_auto = true},
              "until_sure: seconds after which no further packing is begun; auto: no limit");
     v.integer("pours_per_flow", c.pours_per_flow, core::between(1, 100),

@@ -34,12 +34,17 @@ std::string label_of(const std::string& column) {
     return unit.empty() ? name : fmt::format("{} ({})", name, unit);
 }
 
-std::vector<StudyRow> current_rows(const Study& study) {
-    std::vector<StudyRow> rows = read_rows(study);
-    std::erase_if(rows, [&](const StudyRow& row) {
-        return std::none_of(study.points.begin(), study.points.end(), [&](const Point& point) { return is_current(row, point); });
-    });
-    return with_columns(std::move(rows), study.config);
+// One row of each point, in the order of the points.
+std::vector<StudyRow> chosen_rows(const Study& study, RowChoice choice) {
+    const std::vector<StudyRow> all = read_rows(study);
+    std::vector<StudyRow> rows;
+    for (const Point& point : study.points) {
+        auto found = std::find_if(all.begin(), all.end(), [&](const StudyRow& row) { return is_current(row, point); });
+        if (found == all.end() && choice == RowChoice::with_stale)
+            found = std::find_if(all.begin(), all.end(), [&](const StudyRow& row) { return row.at("point") == point.name; });
+        if (found != all.end()) rows.push_back(*found);
+    }
+    return rows.empty() ? rows : with_columns(std::move(rows), study.config);
 }
 
 constexpr int curve_points = 300;
@@ -145,12 +150,13 @@ ReportSection fits_section(const std::vector<FittedCurve>& curves) {
 
 }  // namespace
 
-bool draw_figure(const Study& study, const FigureConfig& figure) {
-    const std::vector<StudyRow> rows = current_rows(study);
+bool draw_figure(const Study& study, const FigureConfig& figure, RowChoice choice) {
+    const std::vector<StudyRow> rows = chosen_rows(study, choice);
     if (const std::size_t old = read_rows(study).size(); rows.empty())
         throw UserError(old == 0 ? "no point of the study is done"
                                  : fmt::format("none of the {} rows of study.csv is of these settings and of this version", old),
-                        {.fix = "porepack study run " + study.folder.string()});
+                        {.fix = fmt::format("porepack study run {}, or porepack study plot --stale {} for the old rows", study.folder.string(),
+                                            study.folder.string())});
     const std::string x = column_named(rows, figure.x), y = column_named(rows, figure.y);
     const std::vector<Group> groups = groups_of(rows, x, y, figure);
     const auto [low, high] = range_of(rows, x);
@@ -185,7 +191,7 @@ bool draw_figure(const Study& study, const FigureConfig& figure) {
            draw_plot(folder / (figure.name + ".svg"), "study", values, {.width = 620, .height = 380});
 }
 
-void write_study_page(const Study& study) {
+void write_study_page(const Study& study, RowChoice choice) {
     ReportInput page;
     page.title = fmt::format("Study {}", fs::absolute(study.folder).lexically_normal().filename().string());
     page.versions = {{"porepack", program_version()}, {"git_hash", git_hash()}};
@@ -194,10 +200,10 @@ void write_study_page(const Study& study) {
     page.configuration = {{"base", study.config.base}, {"up_to", study.config.up_to}, {"axes", axes}};
     ReportSection figures{.title = "Figures"}, points{.title = "Points"};
     for (const FigureConfig& figure : study.config.figures)
-        if (draw_figure(study, figure))
+        if (draw_figure(study, figure, choice))
             figures.pictures.emplace_back(figure.name + ".svg",
                                           fmt::format("{} against {}. Bars: intervals of 95 %.", label_of(figure.y), label_of(figure.x)));
-    const std::vector<FittedCurve> curves = all_fits(study, current_rows(study));
+    const std::vector<FittedCurve> curves = all_fits(study, chosen_rows(study, choice));
     if (!curves.empty()) write_fits(curves, study.folder / "fits.csv");
     std::map<std::string, long> states;
     for (const Json& entry : status_of(study)) {
@@ -214,10 +220,11 @@ void write_study_page(const Study& study) {
                                                                     {"tortuosity_hydraulic", "tortuosity, hydraulic"},
                                                                     {"tortuosity_geometric_paper", "tortuosity, geometric"},
                                                                     {"packings", "packings"}};
-    points.intro = "Current rows of study.csv. Low and high: interval of 95 %.";
+    points.intro = choice == RowChoice::current ? "Current rows of study.csv." : "Rows of study.csv; of points that are stale, old rows.";
+    points.intro += " Low and high: interval of 95 %.";
     points.header = {"point"};
     for (const auto& [column, title] : shown) points.header.push_back(title);
-    for (const StudyRow& row : current_rows(study)) {
+    for (const StudyRow& row : chosen_rows(study, choice)) {
         points.rows.push_back({row.at("point")});
         for (const auto& [column, title] : shown) {
             const double value = number_in(row, column);

@@ -5,11 +5,14 @@
 
 namespace porepack::study {
 
-/// Draws the current rows to figures/<name>.svg and .png; their data are in figures/<name>.dat. False without gnuplot. Throws UserError for
+/// Which rows of study.csv are drawn: those of these settings and of this version; or, of points without such a row, also their newest other.
+enum class RowChoice { current, with_stale };
+
+/// Draws the rows to figures/<name>.svg and .png; their data are in figures/<name>.dat. False without gnuplot. Throws UserError for
 /// unknown columns and for columns without numbers.
-bool draw_figure(const Study& study, const FigureConfig& figure);
+bool draw_figure(const Study& study, const FigureConfig& figure, RowChoice choice = RowChoice::current);
 
 /// All figures of study.toml, and study.html with them, the table of points and links to their reports.
-void write_study_page(const Study& study);
+void write_study_page(const Study& study, RowChoice choice = RowChoice::current);
 
 }  // namespace porepack::study

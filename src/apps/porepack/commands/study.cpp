@@ -53,10 +53,10 @@ void print_status(const Common& common) {
     print_points(list, "why");
 }
 
-void plot(const Common& common, const FigureConfig& figure) {
+void plot(const Common& common, const FigureConfig& figure, RowChoice choice) {
     const Study the_study = read_study(common.input);
     if (figure.x.empty() && figure.y.empty()) {
-        write_study_page(the_study);
+        write_study_page(the_study, choice);
         fmt::print("written: {}\n", (the_study.folder / "study.html").lexically_normal().string());
         return;
     }
@@ -64,7 +64,7 @@ void plot(const Common& common, const FigureConfig& figure) {
         throw UserError("a figure needs --x and --y", {.fix = "or neither, which draws the figures of study.toml"});
     FigureConfig named = figure;
     if (named.name.empty()) named.name = fmt::format("{}_against_{}", figure.y, figure.x);
-    if (draw_figure(the_study, named))
+    if (draw_figure(the_study, named, choice))
         for (const char* kind : {".svg", ".png"})
             fmt::print("written: {}\n", (the_study.folder / "figures" / (named.name + kind)).lexically_normal().string());
 }
@@ -96,14 +96,16 @@ void add_study_commands(CommandLine& line) {
         ->check(CLI::NonNegativeNumber);
     add("status", "the state of each point", "porepack study status cases/paper_study_quick", [&common] { print_status(common); });
     const auto figure = std::make_shared<FigureConfig>();
+    const auto stale = std::make_shared<bool>(false);
     CLI::App* plot_command =
         add("plot", "one figure of the columns of study.csv; without --x and --y all figures of study.toml, and study.html",
             "porepack study plot cases/paper_study_quick --x sphericity --y permeability_m2 --by shape --logarithmic",
-            [&common, figure] { plot(common, *figure); });
+            [&common, figure, stale] { plot(common, *figure, *stale ? RowChoice::with_stale : RowChoice::current); });
     plot_command->add_option("--x", figure->x, "column of study.csv")->type_name("column");
     plot_command->add_option("--y", figure->y, "column of study.csv; its interval is drawn too")->type_name("column");
     plot_command->add_option("--by", figure->by, "column that tells groups apart")->type_name("column");
     plot_command->add_option("--name", figure->name, "of the files in figures/")->type_name("text");
+    plot_command->add_flag("--stale", *stale, "also the rows of other settings or of another version, of points without a current row");
     plot_command->add_flag("--logarithmic", figure->logarithmic, "logarithmic axis of y");
     const auto snakemake = std::make_shared<bool>(false);
     add("export", "the study for a workflow engine", "porepack study export cases/paper_study_quick --snakemake", [&common, snakemake] {
