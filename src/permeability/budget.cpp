@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "permeability/permeability.hpp"
+
 namespace porepack::permeability {
 using namespace core;
 
@@ -17,7 +19,7 @@ double between_methods(double value, const std::optional<Interval>& interval, do
 }
 
 double permeability_change(double porosity, double change) {
-    return (3.0 / porosity + 2.0 / (1.0 - porosity)) * (1.0 - porosity) * std::abs(change);
+    return kozeny_uncertainty(porosity, (1.0 - porosity) * std::abs(change));
 }
 
 }  // namespace porepack::permeability

@@ -4,9 +4,17 @@
 
 namespace porepack::permeability {
 
-double carman_kozeny_m2(double sphericity, double equal_diameter_m, double porosity, double constant) {
+double kozeny_function(double porosity) {
     const double solid = 1.0 - porosity;
-    return sphericity * sphericity * equal_diameter_m * equal_diameter_m * porosity * porosity * porosity / (constant * solid * solid);
+    return porosity * porosity * porosity / (solid * solid);
+}
+
+double kozeny_uncertainty(double porosity, double standard_uncertainty) {
+    return (3.0 / porosity + 2.0 / (1.0 - porosity)) * standard_uncertainty;
+}
+
+double carman_kozeny_m2(double sphericity, double equal_diameter_m, double porosity, double constant) {
+    return sphericity * sphericity * equal_diameter_m * equal_diameter_m * kozeny_function(porosity) / constant;
 }
 
 double paper_fit_m2(double porosity) {

@@ -5,6 +5,11 @@ namespace porepack::permeability {
 
 inline constexpr double darcy_m2 = 9.869233e-13;
 
+/// eps^3 / (1 - eps)^2, to which k is proportional at constant area per volume of the solid (Kozeny, Carman).
+[[nodiscard]] double kozeny_function(double porosity);
+/// Standard uncertainty of its logarithm.
+[[nodiscard]] double kozeny_uncertainty(double porosity, double standard_uncertainty);
+
 /// Carman-Kozeny, Eq. 2: k = Psi^2 d^2 eps^3 / (constant (1 - eps)^2). The paper uses 150; 180 fits spheres better.
 [[nodiscard]] double carman_kozeny_m2(double sphericity, double equal_diameter_m, double porosity, double constant);
 /// The paper's fit, Eq. 22 corrected: k = 5.3e-9 exp(7.3 eps) m2 (for grains of 733 mm3).

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "permeability/budget.hpp"
+#include "permeability/permeability.hpp"
 
 namespace porepack::permeability {
 using namespace core;
@@ -33,14 +34,6 @@ std::optional<Line> fit_line(std::span<const double> x, std::span<const double> 
     for (std::size_t i = 0; i < x.size(); ++i) squares += std::pow(y[i] - line.at(x[i]), 2.0);
     line.residual_deviation = std::sqrt(squares / line.degrees_of_freedom());
     return line;
-}
-
-double kozeny_function(double porosity) {
-    return std::pow(porosity, 3.0) / std::pow(1.0 - porosity, 2.0);
-}
-
-double kozeny_uncertainty(double porosity, double standard_uncertainty) {
-    return (3.0 / porosity + 2.0 / (1.0 - porosity)) * standard_uncertainty;
 }
 
 BedEstimate bed_of_porosity(const Line& line, double porosity, double standard_uncertainty, const Sides& numerical) {

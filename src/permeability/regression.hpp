@@ -23,11 +23,6 @@ struct Line {
 /// None for fewer than three points, or where all x are the same.
 [[nodiscard]] std::optional<Line> fit_line(std::span<const double> x, std::span<const double> y);
 
-/// eps^3 / (1 - eps)^2, to which k is proportional at constant area per volume of the solid (Kozeny, Carman).
-[[nodiscard]] double kozeny_function(double porosity);
-/// Standard uncertainty of its logarithm.
-[[nodiscard]] double kozeny_uncertainty(double porosity, double standard_uncertainty);
-
 /// k of one more packing, from the line of ln k on the logarithm of the Kozeny function of its porosity. The interval (95 %) holds the
 /// scatter about the line and the error of the line (Student's t), and the uncertainty of the porosity; `numerical` are the relative half
 /// widths of one packing's k. They are added in quadrature.

@@ -43,8 +43,8 @@ void add_slip_note(ReportInput& input, const ReportConfig& config) {
     if (!knudsen || *knudsen <= permeability::largest_knudsen_number) return;
     input.notes.push_back(fmt::format(
         "{}: the mean free path of its molecules is {:.2g} times the pore size (sqrt(32 k/porosity) = {:.2g} m). The k of this report is "
-        "that of a liquid; slip on the walls makes that of this gas about {:.2g} % larger (more than 1 % from a ratio of 0.001, and the "
-        "estimate is rough above 0.1).",
+        "that of a liquid. Slip on the walls makes k of this gas about {:.2g} % larger, if the pores are like straight tubes; above a ratio of "
+        "0.1 this is a rough estimate.",
         input.fluid_text, *knudsen, std::sqrt(32.0 * k.get<double>() / eps.get<double>()), 800.0 * *knudsen));
     log_warning(input.notes.back());
 }
@@ -81,7 +81,7 @@ Stage make_report_stage(const Case& c, const std::vector<std::string>& needs, co
             .configuration = c.settings.resolved_tables({"report"}),
             .outputs = {"report.html", "report.md"},
             .run = [c, shown](const Path& folder) { return run_report(c, shown, folder); },
-            .result_version = 2,
+            .result_version = 3,
             .published = {{"report.html", "report.html"}, {"report.md", "report.md"}, {"result.json", "merged.json"}}};
 }
 

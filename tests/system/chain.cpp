@@ -236,6 +236,27 @@ TEST(Chain, TheOwnStlCaseInReducedSize) {
     EXPECT_NEAR(loose.json()["permeability_m2"].get<double>() / output.json()["permeability_m2"].get<double>(), 1.0, 0.02);
 }
 
+// Grains of some micrometres in air: the molecules slip on the walls, and the report says so. In water it does not.
+TEST(Chain, AGasInNarrowPoresGetsANote) {
+    const test::Folder folder;
+    std::filesystem::copy_file(Path(POREPACK_SOURCE_FOLDER) / "cases/own_stl/grains.stl", folder.path() / "grains.stl");
+    for (const std::string fluid : {"air", "water"}) {
+        folder.write("case.toml",
+                     "[shape]\nkind = \"stl\"\nfile = \"grains.stl\"\nunit_m = 1e-7\n"
+                     "[container]\nkind = \"box\"\nsize_m = [5e-6, 5e-6, 1.5e-5]\n"
+                     "[geometry]\nvoxel_size_m = 1.5e-7\nsection_m = [1e-6, 4e-6]\nslice_pixel_m = 1e-7\nslice_spacing_m = 1e-7\n"
+                     "[openfoam]\nenabled = false\n[lbm]\nfields = \"none\"\ngrids = 1\n"
+                     "[tortuosity]\ndot_spacing_m = 5e-7\ndiffusive = false\nshortest_path = false\n"
+                     "[report]\npictures = false\nfluid = \"" +
+                         fluid + "\"\n");
+        const auto output = porepack("run --output " + quoted(folder.path() / "out") + " " + quoted(folder.path()));
+        ASSERT_EQ(output.exit_code, 0) << output.err;
+        const bool noted = has(read_text(folder.path() / "out" / "report.md"), "the mean free path of its molecules is 0.12 times");
+        EXPECT_EQ(noted, fluid == "air");
+        EXPECT_EQ(has(output.err, "mean free path"), fluid == "air");
+    }
+}
+
 // A scan as the start of a case: every stage that needs no grains runs, and k is that of the same voxels read directly.
 TEST(Chain, FromAnImage) {
     const test::Folder folder;

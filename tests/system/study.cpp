@@ -99,6 +99,11 @@ TEST_F(StudyOfThree, KeepsItsRowsAndItsFailures) {
     text.replace(text.find("iteration_tolerance = 0.01"), 26, "iteration_tolerance = 0.02");
     folder_.write("study/base/case.toml", text);
     EXPECT_EQ(state_of("dolos_0.53"), "stale");
+    // Old rows are drawn on request only.
+    const std::string old = call("plot --x shape.sphericity --y porosity").err;
+    EXPECT_TRUE(has(old, "none of the 2 rows of study.csv is of these settings") && has(old, "plot --stale")) << old;
+    EXPECT_EQ(call("plot --stale --x shape.sphericity --y porosity --name old").exit_code, 0);
+    EXPECT_TRUE(has(read_text(study() / "figures" / "old.dat"), "0.53"));
     EXPECT_EQ(call("run --points 3").exit_code, 0);
     EXPECT_EQ(rows(), (std::vector<std::string>{"dolos_0.53 yes", "tetrapod_0.53 no", "dolos_0.53 no"}));
 }

@@ -1,0 +1,282 @@
+#include "study/known_packings.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/log.hpp"
+#include "core/table.hpp"
+#include "permeability/permeability.hpp"
+#include "stages/results.hpp"
+#include "stages/stages.hpp"
+
+namespace porepack::study {
+using namespace core;
+using namespace permeability;
+using namespace stages;
+namespace {
+
+constexpr std::size_t permeability = 0, porosity = 1;  // of the quantities
+
+double measured_part_porosity(const Case& one, const packing::PackingsConfig& config) {
+    if (config.measured_porosity.empty()) return std::numeric_limits<double>::quiet_NaN();
+    if (config.measured_part == packing::MeasuredPart::bed) return one.result_of("pack").at("porosity_bed").get<double>();
+    const converters::PoreSpace space = case_pore_space(one);
+    if (config.measured_part == packing::MeasuredPart::section) return space.porosity().value;
+    const packing::Section part{config.measured_between_m[0], config.measured_between_m[1]};
+    return part.z1 > space.bed_top_m ? std::numeric_limits<double>::quiet_NaN() : space.with_section(part).porosity().value;
+}
+
+Member member_of(const Case& one, const packing::PackingsConfig& config) {
+    const Json results = {{"lbm", one.result_of("lbm")}, {"tortuosity", one.result_of("tortuosity")}};
+    Member member{.seed = one.settings.packing.seed,
+                  .friction = one.settings.packing.friction,
+                  .measured_part_porosity = measured_part_porosity(one, config),
+                  .values = {},
+                  .intervals = {},
+                  .section_scatter = std::numeric_limits<double>::quiet_NaN()};
+    if (const auto scatter = section_scatter_of(one)) member.section_scatter = scatter->relative;
+    for (std::size_t i = 0; i < reported_quantities.size(); ++i) {
+        member.values[i] = number_at(results, reported_quantities[i].value);
+        if (member.values[i]) member.intervals[i] = interval_at(results, reported_quantities[i].interval);
+    }
+    return member;
+}
+
+}  // namespace
+
+KnownPackings::KnownPackings(const Case& c)
+    : packing_(c.settings.packing), config_(c.settings.packings), members_{member_of(c, c.settings.packings)} {
+    if (many_pours()) add_pour(porosity_of_flow(0));
+}
+
+void KnownPackings::add_flow(const Case& member) {
+    members_.push_back(member_of(member, config_));
+}
+
+double KnownPackings::porosity_of_flow(long index) const {
+    return *members_.at(static_cast<std::size_t>(index)).values[porosity];
+}
+
+long KnownPackings::flows_of_first_look() const {
+    return static_cast<long>(many_pours() ? least_flows : least_packings);
+}
+
+std::vector<double> KnownPackings::values_of(std::size_t quantity) const {
+    std::vector<double> values;
+    for (const Member& one : members_)
+        if (one.values[quantity]) values.push_back(*one.values[quantity]);
+    return values;
+}
+
+Sample KnownPackings::sample(std::size_t quantity) const {
+    return sample_of(values_of(quantity));
+}
+
+// Of one packing, numerical: the mean of those that are known, on each side.
+std::optional<Sides> KnownPackings::mean_half_widths(std::size_t quantity) const {
+    Sides sum;
+    double count = 0.0;
+    for (const Member& one : members_)
+        if (const auto& known = one.intervals[quantity]) {
+            const Sides half = half_widths(*one.values[quantity], *known);
+            sum = {sum.below + half.below, sum.above + half.above};
+            count += 1.0;
+        }
+    return count > 0.0 ? std::optional((1.0 / count) * sum) : std::nullopt;
+}
+
+// The wider side decides when the mean is sure.
+double KnownPackings::numerical_half_width_m2() const {
+    return mean_half_widths(permeability).value_or(Sides{}).wider();
+}
+
+// k of the flows on the Kozeny function of their porosity, at the mean of all pours.
+std::optional<RegressedMean> KnownPackings::regressed() const {
+    if (!many_pours()) return std::nullopt;
+    std::vector<double> x, all;
+    for (const Member& one : members_) x.push_back(kozeny_function(*one.values[porosity]));
+    for (const double eps : pours_) all.push_back(kozeny_function(eps));
+    const auto line = fit_line(x, values_of(permeability));
+    return line ? std::optional(RegressedMean{*line, sample_of(all)}) : std::nullopt;
+}
+
+double KnownPackings::mean_permeability() const {
+    const auto found = regressed();
+    return found ? found->mean() : sample(permeability).mean;
+}
+
+// Packings cannot help: the numerical part alone is too wide.
+bool KnownPackings::too_coarse() const {
+    return enough_for_a_look() && numerical_half_width_m2() >= config_.until_sure * mean_permeability();
+}
+
+double KnownPackings::reached() const {
+    if (const auto found = regressed()) return std::hypot(found->half_width(), numerical_half_width_m2()) / found->mean();
+    return relative_half_width(sample(permeability), numerical_half_width_m2());
+}
+
+bool KnownPackings::sure() const {
+    return config_.until_sure > 0.0 && enough_for_a_look() && reached() <= config_.until_sure;
+}
+
+long KnownPackings::flows_expected() const {
+    const double k = mean_permeability(), numerical = numerical_half_width_m2() / k;
+    if (const auto found = regressed())
+        return static_cast<long>(flows_for(found->line.residual_deviation / k, std::abs(found->line.slope) * found->pours.deviation / k,
+                                           std::sqrt(config_.until_sure * config_.until_sure - numerical * numerical),
+                                           static_cast<std::size_t>(config_.pours_per_flow)));
+    return static_cast<long>(
+        packings_for(sample(permeability).relative_deviation(), config_.until_sure, numerical).value_or(config_.max_packings));
+}
+
+// Where friction varies between the packings: the line of a quantity on it, at the friction of the case.
+std::optional<MeanAtInput> KnownPackings::at_friction(std::size_t quantity) const {
+    if (!(packing_.friction_uncertainty > 0.0)) return std::nullopt;
+    std::vector<double> friction, values;
+    for (const Member& one : members_)
+        if (one.values[quantity]) {
+            friction.push_back(one.friction);
+            values.push_back(*one.values[quantity]);
+        }
+    const auto line = fit_line(friction, values);
+    return line ? std::optional(MeanAtInput{*line, packing_.friction, packing_.friction_uncertainty}) : std::nullopt;
+}
+
+KnownPackings::Estimate KnownPackings::estimate(std::size_t quantity) const {
+    const Sides numerical = mean_half_widths(quantity).value_or(Sides{});
+    if (const auto found = at_friction(quantity))
+        return {found->mean(), found->line.residual_deviation, found->interval_of_mean(numerical), found->interval_of_next(numerical)};
+    if (const auto found = regressed(); found && quantity == permeability)
+        return {found->mean(), found->deviation(), found->interval_of_mean(numerical), found->interval_of_next(numerical)};
+    const StudyEnd end = config_.until_sure > 0.0 ? StudyEnd::when_sure : StudyEnd::at_number;
+    const Sample s = many_pours() && quantity == porosity ? sample_of(pours_) : sample(quantity);
+    return {s.mean, s.deviation, interval_of_mean(s, numerical, end), interval_of_next(s, numerical, end)};
+}
+
+Json KnownPackings::quantity_json(std::size_t quantity) const {
+    const Estimate e = estimate(quantity);
+    const std::size_t packings = many_pours() && quantity == porosity ? pours_.size() : values_of(quantity).size();
+    const std::optional<Sides> numerical = mean_half_widths(quantity);
+    return {{"packings", packings},
+            {"mean", e.mean},
+            {"standard_deviation", packings > 1 ? Json(e.deviation) : Json(nullptr)},
+            {"standard_deviation_interval",
+             packings > 1 ? json_of(interval_of_deviation(e.deviation, static_cast<double>(packings) - 1.0)) : Json(nullptr)},
+            {"numerical_half_width", numerical ? Json(numerical->wider()) : Json(nullptr)},
+            {"numerical_interval", numerical ? json_of(about(e.mean, *numerical)) : Json(nullptr)},
+            {"interval_of_mean", json_of(e.of_mean)},
+            {"interval_of_next", json_of(e.of_next)}};
+}
+
+// k of the bed whose porosity was measured, by the line of ln k on the logarithm of the Kozeny function; or why it is not known.
+Json KnownPackings::measured_bed() const {
+    const double value = config_.measured_porosity[0], u = config_.measured_porosity[1];
+    std::vector<double> porosities, x, y;
+    for (const Member& one : members_) {
+        porosities.push_back(one.measured_part_porosity);
+        x.push_back(std::log(kozeny_function(one.measured_part_porosity)));
+        y.push_back(std::log(*one.values[permeability]));
+    }
+    Json json = {{"porosity", value},           {"standard_uncertainty", u},  {"part", name_of(config_.measured_part)},
+                 {"packings", members_.size()}, {"permeability_m2", nullptr}, {"interval_m2", nullptr}};
+    const auto refuse = [&](const std::string& why) {
+        log_warning("k of the bed of measured porosity: " + why);
+        json["why"] = why;
+        return json;
+    };
+    if (std::any_of(porosities.begin(), porosities.end(), [](double eps) { return std::isnan(eps); }))
+        return refuse(fmt::format("the level of {:g} m lies above the top of at least one of the packings: choose levels inside the bed",
+                                  config_.measured_between_m[1]));
+    const auto [low, high] = std::minmax_element(porosities.begin(), porosities.end());
+    json["porosity_range"] = {*low, *high};
+    if (value < *low || value > *high)
+        return refuse(fmt::format(
+            "the packings do not bracket it: their porosities ({}) are {:.4f} to {:.4f}, and {:g} was measured. Check `measured_part`. More "
+            "packings reach further, and {} [packing] friction gives {} beds; friction_uncertainty makes them differ",
+            name_of(config_.measured_part), *low, *high, value, value < *low ? "lower" : "higher", value < *low ? "denser" : "looser"));
+    const auto line = fit_line(x, y);
+    if (!line) return refuse("all packings have the same porosity");
+    const double k = mean_permeability();
+    const Sides numerical = (1.0 / k) * mean_half_widths(permeability).value_or(Sides{});
+    const BedEstimate found = bed_of_porosity(*line, value, u, numerical);
+    json["permeability_m2"] = found.permeability_m2;
+    json["interval_m2"] = json_of(std::optional(found.interval_m2));
+    json["slope"] = line->slope;
+    json["standard_deviation_about_line"] = line->residual_deviation;
+    json["standard_deviation_of_ln_k"] = sample_of(y).deviation;
+    return json;
+}
+
+double KnownPackings::standard_error_m2() const {
+    if (const auto found = regressed())
+        return std::hypot(found->line.residual_deviation * std::sqrt(found->line.relative_variance_at(found->pours.mean)),
+                          found->line.slope * found->pours.deviation / std::sqrt(static_cast<double>(pours_.size())));
+    return estimate(permeability).deviation / std::sqrt(static_cast<double>(members_.size()));
+}
+
+void KnownPackings::write_tables(const Path& folder) const {
+    std::vector<std::string> columns = {"seed"};
+    for (const Quantity& quantity : reported_quantities) columns.emplace_back(quantity.name);
+    columns.insert(columns.end(),
+                   {"permeability_low_m2", "permeability_high_m2", "section_scatter", "friction", "porosity_of_measured_part"});
+    Table table(columns);
+    for (const Member& one : members_) {
+        const auto& v = one.values;
+        const auto& k = one.intervals[permeability];
+        table.add(one.seed, v[0], v[1], v[2], v[3], v[4], v[5], k ? std::optional(k->low) : std::nullopt,
+                  k ? std::optional(k->high) : std::nullopt, one.section_scatter, one.friction, one.measured_part_porosity);
+    }
+    table.write(folder / "seeds.csv");
+    if (!many_pours()) return;
+    Table pours({"seed", "porosity"});
+    long seed = packing_.seed;
+    for (const double eps : pours_) pours.add(seed++, eps);
+    pours.write(folder / "pours.csv");
+}
+
+Json KnownPackings::result(bool out_of_time) const {
+    const Estimate k = estimate(permeability), eps = estimate(porosity);
+    Json json = {{"packings", members_.size()},
+                 {"quantities", Json::object()},
+                 {"porosity_mean", eps.mean},
+                 {"porosity_standard_deviation", eps.deviation},
+                 {"permeability_mean_m2", k.mean},
+                 {"standard_deviation_between_packings_m2", k.deviation},
+                 {"standard_error_of_mean_m2", standard_error_m2()},
+                 {"numerical_half_width_m2", mean_half_widths(permeability) ? Json(numerical_half_width_m2()) : Json(nullptr)},
+                 {"unseen_share", unseen_share(members_.size())},
+                 {"meaning",
+                  "intervals of 95 %: Student's t for the scatter between packings, and the numerical half widths of one packing, added in "
+                  "quadrature on each side where they are known. They presume that these packings show the scatter: packings of another "
+                  "kind, up to unseen_share of all, may all be absent with a probability of 5 %"}};
+    if (const auto found = regressed())
+        json["pours"] = {{"packings", pours_.size()},
+                         {"relative_deviation_about_line", found->line.residual_deviation / found->mean()},
+                         {"relative_deviation_along_line", std::abs(found->line.slope) * found->pours.deviation / found->mean()}};
+    if (const auto found = at_friction(permeability))
+        json["friction"] = {{"value", found->input},
+                            {"standard_uncertainty", found->input_uncertainty},
+                            {"relative_effect_on_permeability", found->effect() / found->mean()}};
+    if (!config_.measured_porosity.empty()) json["measured_porosity"] = measured_bed();
+    for (std::size_t i = 0; i < reported_quantities.size(); ++i)
+        if (!values_of(i).empty()) json["quantities"][reported_quantities[i].name] = quantity_json(i);
+    add_until_sure(json, out_of_time);
+    return json;
+}
+
+void KnownPackings::add_until_sure(Json& json, bool out_of_time) const {
+    if (config_.until_sure == 0.0) return;
+    json["until_sure"] = config_.until_sure;
+    json["relative_half_width"] = number_or_null(reached());
+    json["sure"] = sure();
+    const char* stopped_by = too_coarse() ? "numerical" : out_of_time ? "max_time_s" : "max_packings";
+    json["stopped_by"] = sure() ? Json(nullptr) : Json(stopped_by);
+    if (!sure())
+        log_warning(fmt::format("the mean of k is known to {:.2g} %, not to {:g} %: {} was reached", 100.0 * reached(),
+                                100.0 * config_.until_sure, json["stopped_by"].get<std::string>()));
+}
+
+}  // namespace porepack::study
