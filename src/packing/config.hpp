@@ -82,9 +82,10 @@ inline void describe(core::ConfigVisitor& v, PackingConfig& c) {
     v.number("tangential_damping", c.tangential_damping, core::between(0.0, 0.99), "eta_t, the same along the contact plane");
     v.number("friction", c.friction, core::between(0.0, 10.0), "Coulomb friction between grains");
     v.number("wall_friction", c.wall_friction, core::between(0.0, 10.0), "Coulomb friction at the walls");
-    v.number("friction_uncertainty", c.friction_uncertainty, core::between(0.0, 5.0),
-             "standard uncertainty of `friction`: it varies between the packings of [packings], evenly within sqrt(3) times this value, and "
-             "its effect on k becomes a row of the budget; 0: friction is taken as known");
+    v.number(
+        "friction_uncertainty", c.friction_uncertainty, core::between(0.0, 5.0),
+        "standard uncertainty of `friction`: it varies between the packings of [packings], evenly within sqrt(3) times this value, and "
+        "its effect on k becomes a row of the budget; 0: friction is taken as known");
     v.number("time_step_s", c.time_step_s, core::positive_or_auto(),
              "time step; auto: the contact time / 45, or 0.06 / the rate of the stronger dashpot if that is smaller");
     v.number("drop_height_m", c.drop_height_m, core::positive_or_auto(),
@@ -132,14 +133,16 @@ inline void describe(core::ConfigVisitor& v, PackingsConfig& c) {
               "number of packings, with consecutive seeds: porosity, tortuosities and permeability of each are computed, and their scatter "
               "is reported");
     v.number("until_sure", c.until_sure, {.low = 0.005, .high = 0.5, .zero_is_auto = true},
-             "packings are added (at least 6; with pours_per_flow = 1, 5) until the 95 % interval of the mean permeability is within this fraction of it, numerical "
+             "packings are added (at least 6; with pours_per_flow = 1, 5) until the 95 % interval of the mean permeability is within this "
+             "fraction of it, numerical "
              "part included; auto: `seeds` packings");
     v.integer("max_packings", c.max_packings, core::between(5, 1000), "until_sure: maximum number of packings whose flow is computed");
     v.number("max_time_s", c.max_time_s, {.low = 1.0, .high = 1e9, .zero_is_auto = true},
              "until_sure: seconds after which no further packing is begun; auto: no limit");
-    v.integer("pours_per_flow", c.pours_per_flow, core::between(1, 100),
-              "until_sure: pours for each computed flow. Only their porosity is used: it tells most of their k. 1: the flow of each pour is "
-              "computed, for grains whose pour takes as long as the flow");
+    v.integer(
+        "pours_per_flow", c.pours_per_flow, core::between(1, 100),
+        "until_sure: pours for each computed flow. Only their porosity is used: it tells most of their k. 1: the flow of each pour is "
+        "computed, for grains whose pour takes as long as the flow");
     v.numbers("measured_porosity", c.measured_porosity, {2, 2}, {.low = 0.0, .high = 1.0},
               "porosity of a bed that exists, and its standard uncertainty: k of this bed is estimated from the packings (5 or more)");
     v.choice("measured_part", c.measured_part,

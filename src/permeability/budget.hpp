@@ -20,7 +20,8 @@ constexpr std::array<core::Choice<Evidence>, 3> choices_of(Evidence) {
 /// How a contribution enters the statements:
 ///   - numerical: the error of the computation in one packing. It is in all three statements and does not shrink with the number of
 ///     packings, because the same method makes it in each;
-///   - input: an uncertain input of the case, as friction. It is in the statements about the mean and the next packing, and does not shrink;
+///   - input: an uncertain input of the case, as friction. It is in the statements about the mean and the next packing, and does not
+///   shrink;
 ///   - scatter: between packings. It is not in the statement about this packing; in that about the mean it shrinks as 1/sqrt(n);
 ///   - hint: not in any statement. What the layers tell of the scatter where it is not known; what half the resolution of an image does;
 ///     the usual effect of friction.

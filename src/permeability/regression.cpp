@@ -38,8 +38,7 @@ std::optional<Line> fit_line(std::span<const double> x, std::span<const double> 
 
 BedEstimate bed_of_porosity(const Line& line, double porosity, double standard_uncertainty, const Sides& numerical) {
     const double x = std::log(kozeny_function(porosity)), k = std::exp(line.at(x)),
-                 scatter =
-                     students_t(line.degrees_of_freedom()) * line.residual_deviation * std::sqrt(1.0 + line.relative_variance_at(x)),
+                 scatter = students_t(line.degrees_of_freedom()) * line.residual_deviation * std::sqrt(1.0 + line.relative_variance_at(x)),
                  of_porosity = coverage_factor * std::abs(line.slope) * kozeny_uncertainty(porosity, standard_uncertainty),
                  half = std::hypot(scatter, of_porosity);  // of ln k
     return {k, widened({k * std::exp(-half), k * std::exp(half)}, k, k * numerical)};

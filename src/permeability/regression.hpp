@@ -40,14 +40,15 @@ struct RegressedMean {
     [[nodiscard]] double mean() const { return line.at(pours.mean); }
     /// Of one packing's k: about the line, and along it.
     [[nodiscard]] double deviation() const;
-    /// Half width (95 %) of the mean after repeated looks: t s sqrt(1/n + ...) (1 + 2/n) about the line, in quadrature with 1.96 |slope| s /
-    /// sqrt(pours) along it (see half_width_after_looks(); coverage: `porepack_benchmark stopping`).
+    /// Half width (95 %) of the mean after repeated looks: t s sqrt(1/n + ...) (1 + 2/n) about the line, in quadrature with 1.96 |slope| s
+    /// / sqrt(pours) along it (see half_width_after_looks(); coverage: `porepack_benchmark stopping`).
     [[nodiscard]] double half_width() const;
     [[nodiscard]] core::Interval interval_of_mean(const core::Sides& numerical) const;
     [[nodiscard]] core::Interval interval_of_next(const core::Sides& numerical) const;
 };
 /// The mean at the given value of an input of standard uncertainty `input_uncertainty` (friction), from packings between which the input
-/// varies: the line at that value. Its intervals (95 %) also hold the effect of the input, which does not shrink with the number of packings.
+/// varies: the line at that value. Its intervals (95 %) also hold the effect of the input, which does not shrink with the number of
+/// packings.
 struct MeanAtInput {
     Line line;
     double input = 0.0, input_uncertainty = 0.0;

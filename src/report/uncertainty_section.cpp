@@ -29,7 +29,8 @@ std::string with_interval(const Json& statement, const char* format, const std::
 std::string measured_bed_text(const Json& bed) {
     const Json& part = bed["measured_part"];
     std::string text = fmt::format(
-        " The bed of measured porosity: k of the bed that exists, whose porosity ({}) is {:g} with a standard uncertainty of {:g}, from the "
+        " The bed of measured porosity: k of the bed that exists, whose porosity ({}) is {:g} with a standard uncertainty of {:g}, from "
+        "the "
         "line of ln k on the porosity of the packings.",
         part == "section" ? "of the section"
         : part == "bed"   ? "of the whole bed"
@@ -55,11 +56,12 @@ ReportSection uncertainty_section(const ReportInput& input) {
         "same case. The next such packing: where k of one more packing lies.";
     const Json &k_mean = statement_at(input, "permeability_m2", "mean_of_such_packings"), &seeds = result_at(input, "seeds/packings");
     if (k_mean.is_object() && k_mean.contains("why"))
-        section.intro +=
-            " The last two are " + k_mean["why"].get<std::string>() + ". [packings] seeds = 5 or `porepack run --until-sure 0.05` tells.";
+        section.intro += " Mean and next packing are " + k_mean["why"].get<std::string>() +
+                         ". [packings] seeds = 5 or `porepack run --until-sure 0.05` tells.";
     if (const Json& unseen = result_at(input, "seeds/unseen_share"); unseen.is_number())
         section.intro += fmt::format(
-            " The last two presume that the {} packings show the scatter: with a probability of 5 %, packings of another kind that make up "
+            " Mean and next packing presume that the {} packings show the scatter: with a probability of 5 %, packings of another kind "
+            "that make up "
             "{:.2g} % of all are absent.",
             seeds.get<long>(), 100.0 * unseen.get<double>());
     const Json& weighed = statement_at(input, "permeability_m2", "bed_of_measured_porosity");
@@ -99,8 +101,9 @@ ReportSection budget_section(const ReportInput& input) {
     if (!rows.is_array()) return section;
     section.intro =
         "Standard uncertainties u (one standard deviation, not the 95 % of the statements) of k of one packing, below and above k where "
-        "they differ. Numerical contributions are in all statements above. An uncertain input, as friction, is in those about the mean and the next packing. "
-        "The scatter between packings is in the last two. A hint is in none: it suggests the scatter where only one packing is known, or "
+        "they differ. Numerical contributions are in all statements above. An uncertain input, as friction, is in those about the mean and "
+        "the next packing. "
+        "The scatter between packings is in these two. A hint is in none: it suggests the scatter where only one packing is known, or "
         "shows what half the resolution of an image does to k.";
     section.header = {"contribution", "u(k)/k", "part", "evidence", "from"};
     for (const Json& row : rows)
@@ -124,10 +127,10 @@ void add_budget_picture(const ReportInput& input, const Path& folder, ReportSect
     table.write(folder / "budget.csv");
     if (draw_plot(folder / "budget.svg", "budget", {{"count", static_cast<double>(rows.size())}},
                   {.width = 620, .height = 90 + 26 * static_cast<int>(rows.size())}))
-        section.pictures.emplace_back(
-            "budget.svg",
-            "Contributions to the uncertainty of k: numerical (blue), scatter between packings (orange), uncertain input (red), hint (grey). Those below 0.001 % "
-            "are drawn at 0.001 %.");
+        section.pictures.emplace_back("budget.svg",
+                                      "Contributions to the uncertainty of k: numerical (blue), scatter between packings (orange), "
+                                      "uncertain input (red), hint (grey). Those below 0.001 % "
+                                      "are drawn at 0.001 %.");
 }
 
 }  // namespace porepack::report

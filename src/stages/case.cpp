@@ -114,9 +114,9 @@ void require_packings(const Settings& settings, const std::string& file) {
         if (packing.engine == Engine::none)
             throw UserError("`measured_porosity` needs packings that are poured", {.where = where, .fix = "engine = \"capsule\""});
         if (!enough)
-            throw UserError(fmt::format("`measured_porosity` needs 5 packings or more, not {}: their porosities must lie about it",
-                                        packings.seeds),
-                            {.where = where, .fix = more});
+            throw UserError(
+                fmt::format("`measured_porosity` needs 5 packings or more, not {}: their porosities must lie about it", packings.seeds),
+                {.where = where, .fix = more});
     }
     const bool levels = !packings.measured_between_m.empty();
     if (levels != (packings.measured_part == MeasuredPart::between))
@@ -136,11 +136,11 @@ void require_packings(const Settings& settings, const std::string& file) {
             throw UserError("`friction_uncertainty` needs a fixed number of 5 packings or more, between which friction varies",
                             {.where = here, .fix = "[packings] seeds = 10, without until_sure"});
         if (std::sqrt(3.0) * packing.friction_uncertainty > packing.friction)
-            throw UserError(fmt::format("a friction of {:g} with a standard uncertainty of {:g} would vary below 0", packing.friction,
-                                        packing.friction_uncertainty),
-                            {.where = here,
-                             .allowed = fmt::format("friction_uncertainty up to {:.3g} (friction / sqrt(3))",
-                                                    packing.friction / std::sqrt(3.0))});
+            throw UserError(
+                fmt::format("a friction of {:g} with a standard uncertainty of {:g} would vary below 0", packing.friction,
+                            packing.friction_uncertainty),
+                {.where = here,
+                 .allowed = fmt::format("friction_uncertainty up to {:.3g} (friction / sqrt(3))", packing.friction / std::sqrt(3.0))});
     }
 }
 

@@ -43,7 +43,8 @@ void add_slip_note(ReportInput& input, const ReportConfig& config) {
     if (!knudsen || *knudsen <= permeability::largest_knudsen_number) return;
     input.notes.push_back(fmt::format(
         "{}: the mean free path of its molecules is {:.2g} times the pore size (sqrt(32 k/porosity) = {:.2g} m). The k of this report is "
-        "that of a liquid. Slip on the walls makes k of this gas about {:.2g} % larger, if the pores are like straight tubes; above a ratio of "
+        "that of a liquid. Slip on the walls makes k of this gas about {:.2g} % larger, if the pores are like straight tubes; above a "
+        "ratio of "
         "0.1 this is a rough estimate.",
         input.fluid_text, *knudsen, std::sqrt(32.0 * k.get<double>() / eps.get<double>()), 800.0 * *knudsen));
     log_warning(input.notes.back());

@@ -155,8 +155,8 @@ bool draw_figure(const Study& study, const FigureConfig& figure, RowChoice choic
     if (const std::size_t old = read_rows(study).size(); rows.empty())
         throw UserError(old == 0 ? "no point of the study is done"
                                  : fmt::format("none of the {} rows of study.csv is of these settings and of this version", old),
-                        {.fix = fmt::format("porepack study run {}, or porepack study plot --stale {} for the old rows", study.folder.string(),
-                                            study.folder.string())});
+                        {.fix = fmt::format("porepack study run {}, or porepack study plot --stale {} for the old rows",
+                                            study.folder.string(), study.folder.string())});
     const std::string x = column_named(rows, figure.x), y = column_named(rows, figure.y);
     const std::vector<Group> groups = groups_of(rows, x, y, figure);
     const auto [low, high] = range_of(rows, x);

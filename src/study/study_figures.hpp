@@ -5,7 +5,8 @@
 
 namespace porepack::study {
 
-/// Which rows of study.csv are drawn: those of these settings and of this version; or, of points without such a row, also their newest other.
+/// Which rows of study.csv are drawn: those of these settings and of this version; or, of points without such a row, also their newest
+/// other.
 enum class RowChoice { current, with_stale };
 
 /// Draws the rows to figures/<name>.svg and .png; their data are in figures/<name>.dat. False without gnuplot. Throws UserError for

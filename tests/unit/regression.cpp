@@ -232,15 +232,18 @@ struct Refusal {
 
 TEST(PackingsKeys, WhatCannotBeMeantIsRefused) {
     const test::Folder folder;
-    const std::string head = "[shape]\nkind = \"sphere\"\ndiameter_m = 0.01\n[container]\nkind = \"cylinder\"\ndiameter_m = 0.05\nheight_m = 0.2\n";
+    const std::string head =
+        "[shape]\nkind = \"sphere\"\ndiameter_m = 0.01\n[container]\nkind = \"cylinder\"\ndiameter_m = 0.05\nheight_m = 0.2\n";
     for (const Refusal& one : {
              Refusal{"[packings]\nseeds = 8\nmeasured_porosity = [0.4, 0]\n", "`measured_porosity` is [0.4, 0]"},
              Refusal{"[packings]\nseeds = 8\nmeasured_porosity = [0.4]\n", "has 1 entries"},
              Refusal{"[packings]\nseeds = 4\nmeasured_porosity = [0.4, 0.01]\n", "needs 5 packings or more, not 4"},
              Refusal{"[packings]\nseeds = 8\nmeasured_porosity = [0.4, 0.01]\nmeasured_part = \"between\"\n", "needs `measured_between_m`"},
-             Refusal{"[packings]\nseeds = 8\nmeasured_porosity = [0.4, 0.01]\nmeasured_between_m = [0.01, 0.02]\n", "has no effect without"},
-             Refusal{"[packings]\nseeds = 8\nmeasured_porosity = [0.4, 0.01]\nmeasured_part = \"between\"\nmeasured_between_m = [0.02, 0.01]\n",
-                     "are not in order"},
+             Refusal{"[packings]\nseeds = 8\nmeasured_porosity = [0.4, 0.01]\nmeasured_between_m = [0.01, 0.02]\n",
+                     "has no effect without"},
+             Refusal{
+                 "[packings]\nseeds = 8\nmeasured_porosity = [0.4, 0.01]\nmeasured_part = \"between\"\nmeasured_between_m = [0.02, 0.01]\n",
+                 "are not in order"},
              Refusal{"[packings]\nseeds = 8\nmeasured_part = \"bed\"\n", "no effect without measured_porosity"},
              Refusal{"[packing]\nfriction_uncertainty = 0.1\n", "fixed number of 5 packings or more"},
              Refusal{"[packing]\nfriction_uncertainty = 0.1\n[packings]\nuntil_sure = 0.1\n", "fixed number of 5 packings or more"},
