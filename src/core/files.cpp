@@ -3,11 +3,14 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <deque>
 #include <fstream>
 #include <new>
+#include <set>
+#include <vector>
 
 #include "core/error.hpp"
 
@@ -54,16 +57,32 @@ std::string read_text(const Path& path, double largest_bytes) {
     return text;
 }
 
-Json read_json(const Path& path) {
-    const std::string text = read_text(path);
-    if (text.empty()) throw UserError("the file is empty: " + path.string());
+Json parse_json(std::string_view text, const std::string& source) {
+    std::vector<std::set<std::string>> keys;  // of the objects around the place that is read
+    const auto no_key_twice = [&](int, Json::parse_event_t event, Json& parsed) {
+        if (event == Json::parse_event_t::object_start) keys.emplace_back();
+        if (event == Json::parse_event_t::object_end) keys.pop_back();
+        if (event == Json::parse_event_t::key && !keys.back().insert(parsed.get<std::string>()).second)
+            throw UserError(fmt::format("the key \"{}\" is there twice in one object", parsed.get<std::string>()),
+                            {.where = source, .fix = "remove one of them"});
+        return true;
+    };
     try {
-        return Json::parse(text);
+        return Json::parse(text, no_key_twice);
     } catch (const nlohmann::json::parse_error& fault) {
         const auto end = static_cast<std::ptrdiff_t>(std::min(fault.byte, text.size()));
         const auto line = 1 + std::count(text.begin(), text.begin() + end, '\n');
-        throw UserError("not valid JSON: " + path.string(), {.where = fmt::format("line {} (byte {})", line, fault.byte)});
+        throw UserError("not valid JSON: " + source,
+                        {.where = fmt::format("line {} (byte {})", line, fault.byte), .fix = "the file may be incomplete: write it again"});
+    } catch (const nlohmann::json::exception& fault) {
+        throw UserError(fmt::format("not valid JSON: {}: {}", source, fault.what()));
     }
+}
+
+Json read_json(const Path& path) {
+    const std::string text = read_text(path);
+    if (text.empty()) throw UserError("the file is empty: " + path.string());
+    return parse_json(text, path.string());
 }
 
 void write_whole(const Path& path, const std::function<void(const Path&)>& write) {

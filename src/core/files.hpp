@@ -16,7 +16,8 @@ using Json = nlohmann::ordered_json;
 void require_file(const Path& path, double largest_bytes = 1e12);
 /// The content of such a file. Throws MachineError, with the file's name, when memory does not suffice.
 [[nodiscard]] std::string read_text(const Path& path, double largest_bytes = 1e12);
-/// Throws UserError with the position of the error.
+/// `source`: of the text, for messages. Throws UserError with the position of the error, and for an object with the same key twice.
+[[nodiscard]] Json parse_json(std::string_view text, const std::string& source);
 [[nodiscard]] Json read_json(const Path& path);
 
 void write_text(const Path& path, std::string_view text);

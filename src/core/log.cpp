@@ -8,6 +8,7 @@
 #include <cstdio>
 
 #include "core/context.hpp"
+#include "core/escape.hpp"
 
 namespace porepack::core {
 namespace {
@@ -25,7 +26,7 @@ void tell(LogLevel level, std::string_view text) {
     if (context().log)
         context().log(level, text);
     else
-        to_stderr(fmt::format("{}{}\n", level == LogLevel::warning ? "warning: " : "", text));
+        to_stderr(fmt::format("{}{}\n", level == LogLevel::warning ? "warning: " : "", for_terminal(text)));
 }
 
 }  // namespace

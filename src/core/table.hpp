@@ -16,7 +16,9 @@ namespace porepack::core {
 class Table {
 public:
     /// Column names; a quantity's name ends in its unit.
-    explicit Table(std::vector<std::string> columns) : columns_(std::move(columns)) {}
+    explicit Table(std::vector<std::string> columns) : columns_(std::move(columns)) {
+        for (std::string& column : columns_) column = field(column);
+    }
 
     /// One row, one value per column: numbers with `digits` significant digits (whole numbers in full), text quoted where necessary,
     /// with spaces for line breaks.

@@ -171,6 +171,7 @@ private:
     const toml::node* parse_flag(const std::string& value, const std::string& place) {
         try {
             from_flags_.push_back(toml::parse("value = " + value));
+            if (from_flags_.back().size() > 1) throw UserError("more than one value: " + value, {.where = place});
         } catch (const toml::parse_error&) {
             from_flags_.emplace_back();
             from_flags_.back().insert_or_assign("value", value);
@@ -218,6 +219,20 @@ private:
 };
 
 }  // namespace
+
+std::string toml_text(const Json& value) {
+    std::string inner;
+    if (value.is_object()) {
+        for (const auto& [key, one] : value.items())
+            inner += fmt::format("{}{} = {}", inner.empty() ? "" : ", ", Json(key).dump(), toml_text(one));
+        return "{ " + inner + " }";
+    }
+    if (value.is_array()) {
+        for (const Json& one : value) inner += (inner.empty() ? "" : ", ") + toml_text(one);
+        return "[" + inner + "]";
+    }
+    return value.dump();
+}
 
 TomlFile::TomlFile() : content_(std::make_unique<Content>()) {}
 TomlFile::~TomlFile() = default;

@@ -34,6 +34,9 @@ private:
     std::unique_ptr<Content> content_;
 };
 
+/// A value as in TOML on one line: "0.5", "[1, 2]", "{ radius_m = 1e-3 }".
+[[nodiscard]] std::string toml_text(const Json& value);
+
 /// Reads flags into a table's struct with the rules of the file.
 template <typename Config>
 [[nodiscard]] Config config_from_flags(const Flags& flags) {

@@ -14,6 +14,7 @@
 #include <numeric>
 
 #include "core/error.hpp"
+#include "core/log.hpp"
 #include "packing/grains.hpp"
 
 namespace porepack::packing {
@@ -139,9 +140,6 @@ void require_plausible(const Packing& packing, const Path& path) {
             packing.bodies[twin->second].shape == packing.bodies[i].shape)
             throw UserError(fmt::format("bodies {} and {} are the same grain at the same place", twin->second, i),
                             {.where = path.string()});
-        if (packing.container.any_periodic() &&
-            !(packing.container.periodic[0] && packing.container.periodic[1] && packing.container.periodic[2]))
-            continue;
         // Every grain must reach into the container; it may protrude because of soft contacts and open tops.
         bool reaches_in = false;
         for (const auto& capsule : world_capsules(packing, packing.bodies[i]))
@@ -151,12 +149,44 @@ void require_plausible(const Packing& packing, const Path& path) {
                     packing.container.periodic[2] || (x.z() > -capsule.radius && x.z() < packing.container.height() + capsule.radius);
                 reaches_in = reaches_in || (in_height && packing.container.wall_distance(x) > -capsule.radius);
             }
-        if (!reaches_in && !packing.container.any_periodic())
+        if (!reaches_in)
             throw UserError(
                 fmt::format("body {} lies outside the container: at ({:g}, {:g}, {:g}) m", i, at.x(), at.y(), at.z()),
                 {.where = path.string(),
                  .fix = "check the units (metres) and the frame: cylinder axis x = y = 0, box corner at the origin, floor z = 0"});
     }
+}
+
+// A shape without a body has no say in voxel sizes and time steps.
+void leave_out_unused_shapes(Packing& packing, const Path& path) {
+    std::vector<std::size_t> place(packing.shapes.size(), 0);
+    for (const Body& body : packing.bodies) place[body.shape] = 1;
+    std::vector<Shape> used;
+    for (std::size_t s = 0; s < packing.shapes.size(); ++s) {
+        if (place[s] == 0)
+            log_warning(fmt::format("{}: no body has the shape \"{}\"; it is left out", path.string(), packing.shapes[s].id));
+        else
+            used.push_back(packing.shapes[s]);
+        place[s] = used.size() - 1;
+    }
+    if (used.empty()) return;  // an empty container keeps them
+    for (Body& body : packing.bodies) body.shape = place[body.shape];
+    packing.shapes = std::move(used);
+}
+
+// Bodies of a periodic box into the box.
+void bring_in(Packing& packing, const Path& path) {
+    constexpr double most_boxes = 1e6;  // beyond them, a double does not know the place in the box
+    for (std::size_t i = 0; i < packing.bodies.size(); ++i)
+        for (int axis = 0; axis < 3; ++axis) {
+            if (!packing.container.periodic[static_cast<std::size_t>(axis)]) continue;
+            double& x = packing.bodies[i].position_m[axis];
+            const double boxes = std::floor(x / packing.container.size_m[axis]);
+            if (std::abs(boxes) > most_boxes)
+                throw UserError(fmt::format("body {} lies {:g} boxes away from the periodic box", i, boxes),
+                                {.where = path.string(), .allowed = fmt::format("at most {:g}", most_boxes)});
+            if (std::abs(boxes) > 1.0) x -= boxes * packing.container.size_m[axis];
+        }
 }
 
 Json vector_json(const Vec3& v) {
@@ -168,15 +198,7 @@ Json vector_json(const Vec3& v) {
 Packing read_packing(const Path& path) {
     const std::string text = read_maybe_compressed(path);
     if (text.empty()) throw UserError("the file is empty: " + path.string());
-    Json json;
-    try {
-        json = Json::parse(text);
-    } catch (const nlohmann::json::parse_error& fault) {
-        throw UserError("not valid JSON: " + path.string(),
-                        {.where = fmt::format("byte {}", fault.byte), .fix = "the file may be incomplete: write it again"});
-    } catch (const nlohmann::json::exception& fault) {
-        throw UserError("not valid JSON: " + path.string() + ": " + fault.what());
-    }
+    const Json json = parse_json(text, path.string());
     const Place root{json, path.string()};
     if (root.at("format").text() != "porepack-packing")
         throw UserError("not a packing file: " + path.string(), {.allowed = "\"format\": \"porepack-packing\""});
@@ -196,6 +218,8 @@ Packing read_packing(const Path& path) {
     }
     const Place bodies = root.at("bodies");
     for (std::size_t i = 0; i < bodies.list().size(); ++i) packing.bodies.push_back(body_from(bodies.at(i), packing.shapes));
+    leave_out_unused_shapes(packing, path);
+    bring_in(packing, path);
     require_plausible(packing, path);
     if (!packing.overlap_allowed) require_no_overlap(packing, path.string());
     return packing;

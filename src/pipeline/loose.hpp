@@ -20,7 +20,8 @@ struct LooseRun {
 };
 
 /// Runs `work` in a temporary folder inside the target, writes <stage>.result.json and <stage>.manifest.json beside its files and moves all
-/// of them into the target, replacing what has the same name. Throws UserError when a folder of the user has the same name.
+/// of them into the target, replacing what porepack has written there before. Throws UserError when something of the user has the same
+/// name; what was computed then stays in the folder <stage>_1 of the target.
 core::Json run_loose(const LooseRun& run);
 
 }  // namespace porepack::pipeline

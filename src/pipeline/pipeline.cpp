@@ -8,9 +8,11 @@
 
 #include "core/digest.hpp"
 #include "core/error.hpp"
+#include "core/escape.hpp"
 #include "core/interrupt.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
+#include "core/owned_names.hpp"
 #include "core/process.hpp"
 #include "pipeline/running_folder.hpp"
 
@@ -18,13 +20,6 @@ namespace porepack::pipeline {
 using namespace core;
 namespace fs = std::filesystem;
 namespace {
-
-std::string shell_quoted(const std::string& text) {
-    if (text.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+./,:=") == std::string::npos) return text;
-    std::string quoted = "'";
-    for (const char ch : text) quoted += ch == '\'' ? std::string("'\\''") : std::string(1, ch);
-    return quoted + "'";
-}
 
 std::map<std::string, std::string> digests_of(const Pipeline& pipeline, const Stage& stage) {
     std::map<std::string, std::string> digests;
@@ -97,7 +92,24 @@ std::vector<std::string> files_in(const Path& folder, const std::vector<std::str
     return names;
 }
 
+// Before the first stage runs: nothing of the user has the name of a result.
+void require_room(const Pipeline& pipeline, const std::vector<const Stage*>& stages) {
+    for (const Stage* stage : stages)
+        for (const Path& folder : {stage_folder(pipeline, stage->name), failed_folder(pipeline, stage->name)}) require_own(folder);
+    // Results of before that have no list of names yet.
+    if (std::any_of(pipeline.stages.begin(), pipeline.stages.end(),
+                    [&](const Stage& stage) { return fs::exists(stage_folder(pipeline, stage.name) / "manifest.json"); }))
+        return;
+    const OwnedNames owned(pipeline.results);
+    for (const Stage* stage : stages)
+        for (const auto& [name, source] : stage->published) owned.require(name);
+}
+
 void publish(const Pipeline& pipeline, const Stage& stage) {
+    OwnedNames owned(pipeline.results);
+    std::vector<std::string> names;
+    for (const auto& [name, source] : stage.published) names.push_back(name);
+    owned.add(names);
     for (const auto& [name, source] : stage.published) {
         const Path target = pipeline.results / name;
         const std::string text = read_text(stage_folder(pipeline, stage.name) / source);
@@ -112,6 +124,7 @@ Json run_stage(const Pipeline& pipeline, const Stage& stage, const std::string& 
     if (!stage.resumes) fs::remove_all(running);
     fs::remove_all(failed);
     make_folder(running);
+    mark_as_own(running);
     log_info("{}: runs, stage {}", stage.name, number);
     reset_peak_memory();
     (void)take_peak_program_memory_bytes();
@@ -131,7 +144,7 @@ Json run_stage(const Pipeline& pipeline, const Stage& stage, const std::string& 
         fs::rename(running, final);
         log_info("{}: done in {}", stage.name, human_time(manifest.wall_time_s));
         if (result.contains("repeat_by_hand"))
-            log_info("{}: by hand: cd {} && {}", stage.name, shell_quoted(fs::absolute(final).lexically_normal().string()),
+            log_info("{}: by hand: cd {} && {}", stage.name, for_shell(fs::absolute(final).lexically_normal().string()),
                      result["repeat_by_hand"].get<std::string>());
         return result;
     } catch (...) {
@@ -207,6 +220,7 @@ Json run_pipeline(const Pipeline& pipeline, const std::string& last) {
     Json result;
     std::exception_ptr failure;
     const std::vector<const Stage*> stages = stages_up_to(pipeline, last);
+    require_room(pipeline, stages);
     for (const Stage* const& stage : stages) {
         check_interrupt();
         std::string why;
@@ -267,6 +281,7 @@ Expectation expected_of(const Pipeline& pipeline, const std::string& last) {
 }
 
 Json plan_pipeline(const Pipeline& pipeline, const std::string& last, double slowness) {
+    require_room(pipeline, stages_up_to(pipeline, last));
     Json plan = {{"stages", Json::array()}};
     Expectation all;
     for_expected(pipeline, last, [&](const Stage& stage, StageState state, const Expectation& expected) {

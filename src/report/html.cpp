@@ -2,6 +2,7 @@
 #include <openssl/evp.h>
 
 #include "core/data_file.hpp"
+#include "core/escape.hpp"
 #include "report/section.hpp"
 
 namespace porepack::report {
@@ -16,25 +17,19 @@ std::string base64(const std::string& bytes) {
     return text;
 }
 
-std::string escaped(const std::string& text) {
-    std::string out;
-    for (const char ch : text) out += ch == '<' ? "&lt;" : ch == '>' ? "&gt;" : ch == '&' ? "&amp;" : std::string(1, ch);
-    return out;
-}
-
 std::string section_html(const ReportSection& section, const Path& folder) {
-    std::string html = "<h2>" + escaped(section.title) + "</h2>\n";
-    if (!section.intro.empty()) html += "<p>" + escaped(section.intro) + "</p>\n";
+    std::string html = "<h2>" + for_html(section.title) + "</h2>\n";
+    if (!section.intro.empty()) html += "<p>" + for_html(section.intro) + "</p>\n";
     html += "<div class=\"wide\"><table><tr>";
-    for (const auto& head : section.header) html += "<th>" + escaped(head) + "</th>";
+    for (const auto& head : section.header) html += "<th>" + for_html(head) + "</th>";
     html += "</tr>\n";
     for (std::size_t i = 0; i < section.rows.size(); ++i) {
         html += "<tr>";
         const std::string link = i < section.links.size() ? section.links[i] : "";
         for (const auto& cell : section.rows[i])
             html += link.empty() || &cell != &section.rows[i].front()
-                        ? "<td>" + escaped(cell) + "</td>"
-                        : fmt::format("<td><a href=\"{}\">{}</a></td>", escaped(link), escaped(cell));
+                        ? "<td>" + for_html(cell) + "</td>"
+                        : fmt::format("<td><a href=\"{}\">{}</a></td>", for_html(link), for_html(cell));
         html += "</tr>\n";
     }
     html += "</table></div>\n";
@@ -42,8 +37,8 @@ std::string section_html(const ReportSection& section, const Path& folder) {
         const std::string bytes = read_text(folder / file);
         const std::string picture = file.ends_with(".svg")
                                         ? bytes.substr(bytes.find("<svg"))
-                                        : "<img alt=\"" + escaped(caption) + "\" src=\"data:image/png;base64," + base64(bytes) + "\">";
-        html += "<figure>" + picture + "<figcaption>" + escaped(caption) + "</figcaption></figure>\n";
+                                        : "<img alt=\"" + for_html(caption) + "\" src=\"data:image/png;base64," + base64(bytes) + "\">";
+        html += "<figure>" + picture + "<figcaption>" + for_html(caption) + "</figcaption></figure>\n";
     }
     return html;
 }
@@ -64,17 +59,18 @@ std::string filled(const std::string& page, const std::map<std::string, std::str
 
 std::string html_page(const ReportInput& input, const std::vector<ReportSection>& sections, const Json& main_numbers, const Path& folder) {
     std::string notes, numbers, tables;
-    for (const auto& note : input.notes) notes += "<p class=\"note\">" + escaped(note) + "</p>\n";
+    for (const auto& note : input.notes) notes += "<p class=\"note\">" + for_html(note) + "</p>\n";
     for (const auto& entry : main_numbers)
-        numbers += "<div>" + escaped(entry["label"].get<std::string>()) + "<b>" + escaped(entry["text"].get<std::string>()) + "</b></div>";
+        numbers +=
+            "<div>" + for_html(entry["label"].get<std::string>()) + "<b>" + for_html(entry["text"].get<std::string>()) + "</b></div>";
     for (const auto& section : sections)
         if (!section.rows.empty() || !section.pictures.empty()) tables += section_html(section, folder);
-    return filled(read_text(data_file("templates/report.html")), {{"title", escaped(input.title)},
+    return filled(read_text(data_file("templates/report.html")), {{"title", for_html(input.title)},
                                                                   {"notes", notes},
                                                                   {"main_numbers", numbers},
                                                                   {"sections", tables},
-                                                                  {"versions", escaped(input.versions.dump(2))},
-                                                                  {"configuration", escaped(input.configuration.dump(2))}});
+                                                                  {"versions", for_html(input.versions.dump(2))},
+                                                                  {"configuration", for_html(input.configuration.dump(2))}});
 }
 
 }  // namespace porepack::report

@@ -7,6 +7,8 @@
 #include <limits>
 
 #include "core/error.hpp"
+#include "core/escape.hpp"
+#include "core/owned_names.hpp"
 #include "core/table.hpp"
 #include "report/plot.hpp"
 #include "stages/results.hpp"
@@ -101,14 +103,19 @@ std::string text_of(const Comparison& comparison) {
     text +=
         "In brackets: intervals of 95 %. Of one packing: numerical. Of the mean of seeds: their scatter, too. Of paths: of the mean over "
         "them.\n";
-    return text;
+    return for_terminal(text);
 }
 
 void write_comparison(const Comparison& comparison, const Path& folder) {
     make_folder(folder);
+    OwnedNames owned(folder);
+    const std::vector<std::string> written = {"compare.csv", "compare.dat", "compare.svg", "compare.gnuplot"};
+    for (const std::string& name : written) owned.require(name);
+    owned.add(written);
     Table table({"quantity", "unit", "result", "value", "low", "high"});
-    std::string points, names;
-    double place = 0.0;
+    report::PlotValues values = {{"count", static_cast<double>(comparison.names.size())}};
+    std::string points;
+    int places = 0;
     for (const auto& row : comparison.rows) {
         for (std::size_t c = 0; c < row.values.size(); ++c)
             table.add(row.quantity, row.unit, comparison.names[c], row.values[c].value, row.values[c].low, row.values[c].high);
@@ -118,18 +125,18 @@ void write_comparison(const Comparison& comparison, const Path& folder) {
             if (const auto& [value, low, high] = row.values[c]; std::isfinite(value)) {
                 const bool known = std::isfinite(low);
                 points += fmt::format("{} {} {:.9g} {:.9g} {:.9g} {}\n", c,
-                                      place + 0.6 * (static_cast<double>(c) + 0.5) / static_cast<double>(row.values.size()) - 0.3,
+                                      places + 0.6 * (static_cast<double>(c) + 0.5) / static_cast<double>(row.values.size()) - 0.3,
                                       value / first, (known ? low : value) / first, (known ? high : value) / first, known ? 1 : 0);
             }
         std::string label = row.quantity;
         std::replace(label.begin(), label.end(), '_', ' ');
-        names += fmt::format("{}\"{}\" {}", names.empty() ? "" : ", ", label, place);
-        place += 1.0;
+        values.emplace_back(fmt::format("label_{}", places + 1), label);
+        ++places;
     }
     table.write(folder / "compare.csv");
     if (points.empty()) return;
     write_text(folder / "compare.dat", points);
-    report::PlotValues values = {{"labels", names}, {"count", static_cast<double>(comparison.names.size())}, {"last", place - 0.5}};
+    values.emplace_back("places", static_cast<double>(places));
     for (std::size_t c = 0; c < comparison.names.size(); ++c) values.emplace_back(fmt::format("title_{}", c + 1), comparison.names[c]);
     report::draw_plot(folder / "compare.svg", "compare", values, {.width = 760, .height = 420});
 }

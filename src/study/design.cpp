@@ -8,7 +8,9 @@
 #include <numbers>
 
 #include "core/error.hpp"
+#include "core/file_lock.hpp"
 #include "core/log.hpp"
+#include "core/owned_names.hpp"
 #include "core/toml_file.hpp"
 #include "packing/pour.hpp"
 #include "report/page.hpp"
@@ -324,10 +326,8 @@ private:
     [[nodiscard]] Case prepared(const SizedCandidate& grain, const std::string& name, bool full, long packings) const {
         const Path folder = folder_ / name, file = folder / "case.toml";
         const std::string text = bed_.case_text(grain, full, packings);
-        if (!fs::exists(file) || read_text(file) != text) {
-            make_folder(folder);
-            write_text(file, text);
-        }
+        make_folder(folder);
+        write_own_text(file, text);
         return read_case(file);
     }
 
@@ -497,6 +497,11 @@ void check(const DesignGoal& goal) {
 
 DesignResult run_design(const DesignGoal& goal, const Path& folder) {
     check(goal);
+    make_folder(folder);
+    const std::optional<FileLock> lock = FileLock::try_take(folder / ".lock");
+    if (!lock) throw UserError("another design runs here", {.where = folder.string(), .fix = "wait for it, or choose another --output"});
+    const OwnedNames owned(folder);
+    for (const std::string& name : design_files()) owned.require(name);
     // A finished proposal is used again only for the same goal.
     const Path file = folder / "design.json";
     if (fs::exists(file))

@@ -9,6 +9,7 @@
 #include "core/build.hpp"
 #include "core/error.hpp"
 #include "core/log.hpp"
+#include "core/owned_names.hpp"
 #include "core/table.hpp"
 #include "report/page.hpp"
 #include "report/plot.hpp"
@@ -162,7 +163,14 @@ std::string description(const SizedCandidate& grain) {
                        1e9 * volume_m3(grain), 1e3 * form.thickness * grain.size_m);
 }
 
+const std::vector<std::string>& design_files() {
+    static const std::vector<std::string> names = {"proposals.csv", "design.json",   "design.html", "reach.dat",
+                                                   "reach.svg",     "reach.gnuplot", "grains.png"};
+    return names;
+}
+
 void write_design(const DesignGoal& goal, const DesignResult& result, const std::vector<KnownBed>& known, const Path& folder) {
+    OwnedNames(folder).add(design_files());
     write_proposals(result, folder);
     const ScatterOfBeds k = permeability_scatter(known), porosity = porosity_scatter(known);
     Json proposals = Json::array();

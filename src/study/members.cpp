@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "core/toml_file.hpp"
 #include "study/case_pipeline.hpp"
 
 namespace porepack::study {
@@ -14,7 +15,7 @@ std::vector<std::string> set_arguments(const Case& c) {
     for (const auto& [table, keys] : wanted.items())
         for (const auto& [key, value] : keys.items())
             if (!in_file.at(table).contains(key) || in_file[table][key] != value)
-                arguments.insert(arguments.end(), {"--set", fmt::format("{}.{}={}", table, key, value.dump())});
+                arguments.insert(arguments.end(), {"--set", fmt::format("{}.{}={}", table, key, toml_text(value))});
     return arguments;
 }
 

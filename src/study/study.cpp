@@ -9,6 +9,8 @@
 
 #include "core/digest.hpp"
 #include "core/error.hpp"
+#include "core/escape.hpp"
+#include "core/owned_names.hpp"
 #include "core/toml_file.hpp"
 #include "study/case_pipeline.hpp"
 
@@ -85,14 +87,11 @@ Axis axis_of(const AxisConfig& config, const Place& place) {
     return axis;
 }
 
-// "tetrapod_0.53": letters, digits and a few signs, as it is a folder.
+// "tetrapod_0.53"
 std::string name_part(const Json& value) {
-    std::string text = value.is_string()         ? value.get<std::string>()
-                       : value.is_number_float() ? fmt::format("{:.12g}", value.get<double>())
-                                                 : value.dump();
-    for (char& c : text)
-        if (std::isalnum(static_cast<unsigned char>(c)) == 0 && c != '.' && c != '-' && c != '+') c = '_';
-    return text;
+    return value.is_string()         ? value.get<std::string>()
+           : value.is_number_float() ? fmt::format("{:.12g}", value.get<double>())
+                                     : value.dump();
 }
 
 bool same_value(const Json& one, const Json& other) {
@@ -126,7 +125,7 @@ std::map<std::string, Flags> set_of(const std::vector<std::pair<std::string, Jso
     std::map<std::string, Flags> set;
     for (const auto& [key, value] : values) {
         const std::size_t dot = key.find('.');
-        set[key.substr(0, dot)][key.substr(dot + 1)] = value.dump();
+        set[key.substr(0, dot)][key.substr(dot + 1)] = toml_text(value);
     }
     return set;
 }
@@ -161,10 +160,11 @@ void cross(Study& study, const std::vector<Axis>& axes, const Path& base, const 
         if (std::any_of(study.config.left_out.begin(), study.config.left_out.end(),
                         [&](const Json& entry) { return matches(entry, point.values); }))
             continue;
-        if (point.name.starts_with('.')) point.name.insert(0, 1, '_');  // not a hidden folder, nor ".."
+        point.name = as_plain_name(point.name);  // of its folder
         if (names[point.name]++ > 0)
             throw UserError(fmt::format("two points have the name {}", point.name),
-                            {.where = file, .fix = "their values differ too little, or a value is listed twice"});
+                            {.where = file,
+                             .fix = "their values differ too little, a value is listed twice, or the name is longer than 200 characters"});
         point.planned = read_case(base, {}, {}, set_of(point.values));
         point.planned.output = study.folder_of(point) / "results";
         point.identity = identity_of_numbers(point.planned, study.config.up_to);
@@ -276,6 +276,9 @@ Study read_study(const Path& path) {
     if (axes.empty()) throw UserError("the study has no axis", {.where = file.string(), .fix = "[[axis]] with key and values"});
     for (std::size_t i = 0; i < study.config.left_out.size(); ++i)
         require_axes_of(study.config.left_out[i], study.keys, {file.string(), fmt::format("[[leave_out]] {}", i + 1)});
+    for (std::size_t i = 0; i < study.config.figures.size(); ++i)
+        require_plain_name(study.config.figures[i].name, "the name of a figure",
+                           fmt::format("{}, [[figure]] {}, `name`", file.string(), i + 1));
     cross(study, axes, study.folder / study.config.base, file.string());
     return study;
 }
@@ -316,18 +319,17 @@ Case write_point(const Study& study, const Point& point) {
     const Path base = study.folder / study.config.base, folder = study.folder_of(point);
     std::map<std::string, Flags> set = set_of(point.values);
     // Files are named relative to the case.
-    for (const auto& [table, file] :
-         {std::pair("shape", point.planned.settings.shape.file), {"packing", point.planned.settings.packing.file}})
+    for (const auto& [table, file] : {std::pair("shape", point.planned.settings.shape.file),
+                                      {"packing", point.planned.settings.packing.file},
+                                      {"image", point.planned.settings.image.file}})
         if (!file.empty() && !Path(file).is_absolute())
             set[table]["file"] = Json(fs::relative(fs::absolute(base / file), fs::absolute(folder)).string()).dump();
     const std::string text =
         fmt::format("# Written by `porepack study run`: the point {} of ../../study.toml. Change the values there.\n\n", point.name) +
         TomlFile(fs::is_directory(base) ? base / "case.toml" : base).text_with(set);
     const Path file = folder / "case.toml";
-    if (!fs::exists(file) || read_text(file) != text) {
-        make_folder(folder);
-        write_text(file, text);
-    }
+    make_folder(folder);
+    write_own_text(file, text);
     return read_case(file);
 }
 

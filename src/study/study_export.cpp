@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "core/data_file.hpp"
+#include "core/owned_names.hpp"
 
 namespace porepack::study {
 using namespace core;
@@ -24,7 +25,7 @@ Path write_snakefile(const Study& study) {
         "memory_mb = int(config.get(\"memory_mb\", {:.0f}))\n",
         points, std::max(500.0, 1.25 * memory / 1e6));
     Path file = study.folder / "Snakefile";
-    write_text(file, text + read_text(data_file("templates/Snakefile")));
+    write_own_text(file, text + read_text(data_file("templates/Snakefile")));
     return file;
 }
 

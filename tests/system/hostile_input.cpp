@@ -201,9 +201,31 @@ TEST(HostilePacking, EachFaultIsNamed) {
     expect_fault("voxelise --voxel-size 1e-3 " + in, "overlap by");
     fault(replaced(good, "\"a_m\":[0.0,0.0,0.0],", ""), "`a_m` is missing");
     fault(replaced(good, "\"kind\":\"box\"", "\"kind\":\"box\",\"diameter_m\":0.1"), "unknown key `diameter_m`");
+    fault(replaced(good, "\"radius_m\":", "\"radius_m\":0.004,\"radius_m\":"), "\"radius_m\" is there twice");
     write_packing(file, three_spheres("box:0.03,0.03,0.06:periodic"));
+    fault(replaced(read_text(file), "0.015,0.015,0.006", "3e10,0.015,0.006"), "boxes away from the periodic box");
     expect_fault("lbm --voxel-size 1e-3 --section 0.01,0.03 " + in, "taken as a whole");
     expect_fault("lbm --voxel-size 1e-3 --reservoir 0.01 " + in, "no reservoir");
+}
+
+// A place in a periodic box is known but for whole boxes, and a shape that no body has says nothing about the packing.
+TEST(HostilePacking, FarBodiesAndUnusedShapesChangeNothing) {
+    const test::Folder folder;
+    const auto numbers = [&](const Packing& packing) {
+        write_packing(folder.path() / "packing.json", packing);
+        const auto output = porepack("voxelise --json " + quoted(folder.path() / "packing.json"));
+        EXPECT_EQ(output.exit_code, 0) << output.err;
+        const Json json = Json::parse(output.out);
+        return std::pair(json.at("porosity").get<double>(), json.at("voxel_size_m").get<double>());
+    };
+    Packing packing = three_spheres("box:0.03,0.03,0.06:periodic");
+    const auto expected = numbers(packing);
+    packing.bodies[1].position_m += Vec3(0.03 * 1000, -0.03 * 500, 0.06 * 20);
+    packing.shapes.push_back(make_preset(ShapeKind::sphere, 1e-4, 0.0));
+    packing.shapes.back().id = "unused";
+    const auto found = numbers(packing);
+    EXPECT_NEAR(found.first, expected.first, 1e-9);
+    EXPECT_EQ(found.second, expected.second);
 }
 
 TEST(HostileFile, OnlyRegularFilesAreRead) {

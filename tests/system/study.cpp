@@ -3,6 +3,7 @@
 
 #include "core/table.hpp"
 #include "helpers.hpp"
+#include "study/study.hpp"
 #include "system/cases.hpp"
 
 namespace porepack {
@@ -189,6 +190,21 @@ TEST(BadStudies, FormulasAreArithmetic) {
         ASSERT_EQ(porepack("study run " + quoted(folder.path())).exit_code, 0);
         const auto output = porepack("study plot " + quoted(folder.path()));
         EXPECT_EQ(output.exit_code, right ? 0 : 2) << formula << output.err;
+    }
+}
+
+// A point lies deeper than its case: files that the case names are named from there.
+TEST(StudyPoints, FindTheFilesOfTheirCase) {
+    const test::Folder folder;
+    folder.write("scan.raw", "12345678");
+    folder.write("case.toml",
+                 "[image]\nfile = \"scan.raw\"\ndims = [2, 2, 2]\ntype = \"uint8\"\nvoxel_size_m = [1e-3]\nthreshold = 52.0\nwalls = "
+                 "\"half_way\"\n");
+    folder.write("study.toml", "up_to = \"lbm\"\n[[axis]]\nkey = \"image.threshold\"\nvalues = [52.0, 53.0]\n");
+    const Study study = read_study(folder.path());
+    for (const Point& point : study.points) {
+        const Case made = write_point(study, point);
+        EXPECT_TRUE(std::filesystem::equivalent(made.resolve(made.settings.image.file), folder.path() / "scan.raw")) << point.name;
     }
 }
 

@@ -1,6 +1,8 @@
 #include <cmath>
 
 #include "core/digest.hpp"
+#include "core/escape.hpp"
+#include "core/owned_names.hpp"
 #include "core/pages.hpp"
 #include "core/table.hpp"
 #include "core/toml_file.hpp"
@@ -95,6 +97,66 @@ TEST(Config, RefusesBadValues) {
     EXPECT_TRUE(has(message_of<UserError>([] { (void)read("[simple]\n"); }), "perhaps [sample]"));
     EXPECT_TRUE(has(message_of<UserError>([] { (void)read("[sample\n"); }), "not valid TOML"));
     EXPECT_TRUE(has(message_of<UserError>([] { (void)read("", {{"voxel_size_m", "-2"}}); }), "--voxel-size"));
+}
+
+TEST(Escape, TextIsTextInEachLanguage) {
+    const std::string text = "a'b\n\x1b[0m \u202e<\"&|";
+    EXPECT_EQ(for_terminal(text), "a'b\n\\x1b[0m \\u202e<\"&|");
+    EXPECT_EQ(for_gnuplot(text), "'a’b \\x1b[0m \\u202e<\"&|'");
+    EXPECT_EQ(for_html(text), "a&#39;b\n\\x1b[0m \\u202e&lt;&quot;&amp;|");
+    EXPECT_EQ(for_markdown("a|<b>\n[c](d)"), "a\\|\\<b> \\[c\\](d)");
+    EXPECT_EQ(for_shell("plain/name-1.txt"), "plain/name-1.txt");
+    EXPECT_EQ(for_shell("it's $(x)"), "'it'\\''s $(x)'");
+    EXPECT_EQ(for_terminal("porosité, 10⁻⁶ m², ε"), "porosité, 10⁻⁶ m², ε");
+    for (const char* name : {"a", "_1", "tetrapod_0.53", "a-b+c"}) {
+        EXPECT_TRUE(is_plain_name(name)) << name;
+    }
+    for (const char* name : {"", ".", "..", ".a", "-e", "a/b", "a b", "a\n", "é"}) EXPECT_FALSE(is_plain_name(name)) << name;
+    for (const char* name : {"", "..", "-5", "a/../b", "é"}) EXPECT_TRUE(is_plain_name(as_plain_name(name))) << name;
+}
+
+TEST(OwnedNames, OnlyWhatPorepackHasWrittenIsReplaced) {
+    const test::Folder folder;
+    folder.write("mine.csv", "mine");
+    folder.write("their.manifest.json", R"({"format": "another", "outputs_sha256": {"mine.csv": ""}})");
+    EXPECT_TRUE(has(message_of<UserError>([&] { OwnedNames(folder.path()).require("mine.csv"); }), "is in the way"));
+    OwnedNames(folder.path()).require("new.csv");
+    OwnedNames(folder.path()).add({"new.csv"});
+    folder.write("new.csv", "own");
+    OwnedNames(folder.path()).require("new.csv");
+    EXPECT_TRUE(has(message_of<UserError>([&] { OwnedNames(folder.path()).require("mine.csv"); }), "is in the way"));
+    folder.write("lbm.manifest.json", R"({"format": "porepack-manifest", "outputs_sha256": {"flow.vti": ""}})");
+    folder.write("flow.vti", "own, of a version without the list");
+    OwnedNames(folder.path()).require("flow.vti");
+
+    EXPECT_FALSE(is_own(folder.path()));
+    folder.write("a/b.txt", "mine");
+    EXPECT_TRUE(has(message_of<UserError>([&] { require_own(folder.path() / "a"); }), "is in the way"));
+    mark_as_own(folder.path() / "a");
+    require_own(folder.path() / "a");
+    require_own(folder.path() / "none");
+
+    write_own_text(folder.path() / "t", "# Written by `x`: one\n");
+    write_own_text(folder.path() / "t", "# Written by `x`: two\n");
+    EXPECT_TRUE(has(message_of<UserError>([&] { write_own_text(folder.path() / "mine.csv", "# Written by `x`: one\n"); }), "in the way"));
+}
+
+TEST(Files, AKeyTwiceInJsonIsRefused) {
+    EXPECT_EQ(parse_json(R"({"a": {"b": 1}, "c": [{"b": 2}]})", "x")["c"][0]["b"], 2);
+    EXPECT_TRUE(
+        has(message_of<UserError>([] { (void)parse_json(R"({"a": 1, "b": {"c": 1, "c": 2}})", "x.json"); }), "\"c\" is there twice"));
+    EXPECT_TRUE(has(message_of<UserError>([] { (void)parse_json("{\n\"a\" 1}", "x.json"); }), "line 2"));
+}
+
+TEST(Toml, ValuesOnOneLine) {
+    const Json value = {{"radius_m", 1e-3}, {"a_m", {0, 0.5, 1}}, {"name", "a \"b\"\n"}, {"open", true}};
+    EXPECT_EQ(toml_text(value), R"({ "radius_m" = 0.001, "a_m" = [0, 0.5, 1], "name" = "a \"b\"\n", "open" = true })");
+    const test::Folder folder;
+    const Path file = folder.write("a.toml", "value = " + toml_text(value) + "\n");
+    Json read;
+    TomlFile(file).read("", [&](ConfigVisitor& v) { v.any("value", read, "", ""); });
+    EXPECT_EQ(read["name"], value["name"]);
+    EXPECT_EQ(read["a_m"][1], 0.5);
 }
 
 TEST(Files, DigestIsTheOneOfSha256sum) {

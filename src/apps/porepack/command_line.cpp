@@ -5,10 +5,14 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
+#include <cstdlib>
 #include <map>
+#include <sstream>
 #include <system_error>
 
 #include "core/build.hpp"
+#include "core/escape.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "study/case_pipeline.hpp"
@@ -80,6 +84,23 @@ std::vector<std::string> with_joined_booleans(const std::vector<std::string>& ar
     return joined;
 }
 
+// CLI11's ranges let "nan" pass. Keys of tables are checked where they are read.
+void require_finite_numbers(const CLI::App& command) {
+    for (const CLI::Option* option : command.get_options()) {
+        if (option->get_type_name().find("number") == std::string::npos) continue;
+        for (const std::string& result : option->results()) {
+            std::istringstream fields(result);
+            for (std::string field; std::getline(fields, field, ',');) {
+                char* end = nullptr;
+                const double value = std::strtod(field.c_str(), &end);
+                if (end != field.c_str() && *end == '\0' && !std::isfinite(value))
+                    throw UserError(fmt::format("\"{}\" is not a finite number", field), {.where = option->get_name()});
+            }
+        }
+    }
+    for (const CLI::App* below : command.get_subcommands()) require_finite_numbers(*below);
+}
+
 // The known flag or command that is nearest to the first unknown one.
 std::string suggestion(const CLI::App& app, const std::vector<std::string>& arguments) {
     const CLI::App* command = &app;
@@ -116,7 +137,7 @@ void print_lines(const Json& json, const std::string& indent = "") {
         } else if (value.is_number_float()) {
             fmt::print("{}{}: {:.6g}\n", indent, key, value.get<double>());
         } else {
-            fmt::print("{}{}: {}\n", indent, key, value.is_string() ? value.get<std::string>() : value.dump());
+            fmt::print("{}{}: {}\n", indent, key, value.is_string() ? for_terminal(value.get<std::string>()) : value.dump());
         }
     }
 }
@@ -195,6 +216,7 @@ int CommandLine::run(int argc, char** argv) {
             message = fmt::format("not expected here: {}", fmt::join(app.remaining(true), " "));
         throw UserError(message, {.fix = near.empty() ? help : fmt::format("{}; {}", perhaps(near), help)});
     }
+    require_finite_numbers(app);
     set_thread_count(common.threads);
     try {
         if (app.get_subcommands().empty()) fmt::print("{}", app.help());
@@ -310,7 +332,7 @@ void CommandLine::add_unit(CLI::App& command) {
 
 void print_result(const Common& common, const Json& json) {
     if (common.json)
-        fmt::print("{}\n", json.dump(2));
+        fmt::print("{}\n", json.dump(2, ' ', false, Json::error_handler_t::replace));
     else
         print_lines(json);
 }

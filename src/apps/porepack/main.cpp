@@ -9,6 +9,7 @@
 
 #include "apps/porepack/command_line.hpp"
 #include "core/error.hpp"
+#include "core/escape.hpp"
 #include "core/interrupt.hpp"
 #include "core/machine.hpp"
 #include "core/passive_waiting.hpp"
@@ -16,7 +17,7 @@
 namespace {
 
 int report(const std::string& message, porepack::core::ExitCode code) {
-    const std::string line = fmt::format("error: {}\n", message);
+    const std::string line = fmt::format("error: {}\n", porepack::core::for_terminal(message));
     (void)std::fwrite(line.data(), 1, line.size(), stderr);  // a log that cannot be written is not an error
     return static_cast<int>(code);
 }

@@ -1,6 +1,7 @@
-# Quantities of several results, relative to the first; open circles: without an interval. Given: labels (of the places), count, title_1 and so on, last.
-set xrange [-0.5:last]
-eval 'set xtics (' . labels . ') rotate by -25'
+# Quantities of several results, relative to the first; open circles: without an interval. Given: places, label_1 and so on, count, title_1 and so on.
+set xrange [-0.5:places-0.5]
+set xtics () rotate by -25 noenhanced
+do for [i=1:int(places)] { set xtics add (value(sprintf('label_%d', i)) i-1) }
 set bmargin 10
 set ylabel 'relative to the first result'
 set key outside top center maxrows 4 noenhanced

@@ -1,6 +1,7 @@
 // The reverse question: a shape for a wanted permeability.
 #include <fmt/format.h>
 
+#include <cmath>
 #include <memory>
 #include <sstream>
 
@@ -25,8 +26,10 @@ Interval interval_of(const std::string& text, const char* flag) {
     Interval interval;
     int used = 0;
     const auto whole = [&] { return static_cast<std::size_t>(used) == text.size(); };
-    if (std::sscanf(text.c_str(), "%lf,%lf%n", &interval.low, &interval.high, &used) == 2 && whole()) return interval;
-    if (std::sscanf(text.c_str(), "%lf%n", &interval.low, &used) == 1 && whole()) return {interval.low, interval.low};
+    const auto known = [&] { return whole() && std::isfinite(interval.low) && std::isfinite(interval.high); };
+    if (std::sscanf(text.c_str(), "%lf,%lf%n", &interval.low, &interval.high, &used) == 2 && known()) return interval;
+    interval.high = 0.0;
+    if (std::sscanf(text.c_str(), "%lf%n", &interval.low, &used) == 1 && known()) return {interval.low, interval.low};
     throw UserError(fmt::format("\"{}\" is neither a number nor a range", text), {.where = flag, .allowed = "X, or LOW,HIGH"});
 }
 

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "apps/porepack/command_line.hpp"
+#include "core/escape.hpp"
 #include "core/machine.hpp"
 #include "study/study_export.hpp"
 #include "study/study_figures.hpp"
@@ -63,7 +64,8 @@ void plot(const Common& common, const FigureConfig& figure, RowChoice choice) {
     if (figure.x.empty() || figure.y.empty())
         throw UserError("a figure needs --x and --y", {.fix = "or neither, which draws the figures of study.toml"});
     FigureConfig named = figure;
-    if (named.name.empty()) named.name = fmt::format("{}_against_{}", figure.y, figure.x);
+    if (named.name.empty()) named.name = as_plain_name(fmt::format("{}_against_{}", figure.y, figure.x));
+    require_plain_name(named.name, "the name of a figure", "--name");
     if (draw_figure(the_study, named, choice))
         for (const char* kind : {".svg", ".png"})
             fmt::print("written: {}\n", (the_study.folder / "figures" / (named.name + kind)).lexically_normal().string());
