@@ -2,16 +2,18 @@
 #include <fmt/format.h>
 #include <itkGDCMImageIO.h>
 #include <itkGDCMSeriesFileNames.h>
+#include <itkMetaDataObject.h>
 #include <itkPNGImageIO.h>
 
+#include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <iostream>
+#include <cstdlib>
 #include <memory>
 
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
+#include "core/own_process.hpp"
 #include "imaging/file_axes.hpp"
 
 namespace porepack::imaging {
@@ -33,34 +35,18 @@ ValueType type_of(const itk::ImageIOBase& io, const Path& path) {
     return found->second;
 }
 
-// The libraries below ITK print their own remarks.
-class Quiet {
-public:
-    Quiet() : out_(std::cout.rdbuf(nullptr)), err_(std::cerr.rdbuf(nullptr)) {}
-    ~Quiet() {
-        std::cout.rdbuf(out_);
-        std::cerr.rdbuf(err_);
-        std::cout.clear();
-        std::cerr.clear();
-    }
-    Quiet(const Quiet&) = delete;
-    Quiet& operator=(const Quiet&) = delete;
-
-private:
-    std::streambuf *out_, *err_;
-};
-
-// ITK's errors name its own source files.
-template <typename Work>
-auto translated(const Path& path, const Work& work) {
-    const Quiet quiet;
-    try {
-        return work();
-    } catch (const itk::ExceptionObject&) {  // its text names addresses and its own sources
-        throw UserError("the image cannot be read: " + path.string(), {.fix = "the file may be incomplete or damaged: write it again"});
-    } catch (const std::bad_alloc&) {
-        throw MachineError("not enough memory to read " + path.string());
-    }
+// ITK and the libraries below it abort on some damaged files, print their own remarks, and name their own sources in errors.
+std::string with_itk(const Path& path, const std::function<std::string()>& work) {
+    const std::string what = "the image cannot be read: " + path.string();
+    return in_own_process(
+        [&]() -> std::string {
+            try {
+                return work();
+            } catch (const itk::ExceptionObject&) {
+                throw UserError(what, {.fix = "the file may be incomplete or damaged: write it again"});
+            }
+        },
+        what);
 }
 
 void require_memory(double bytes, const Path& path) {
@@ -85,16 +71,63 @@ void take_geometry(FileVolume& volume, const itk::ImageIOBase& io) {
 }
 
 // All of the image, in its own type.
-std::shared_ptr<const std::vector<char>> read_all(itk::ImageIOBase& io, const Path& path) {
-    const auto size = static_cast<std::size_t>(io.GetImageSizeInBytes());
-    require_memory(static_cast<double>(size), path);
-    auto data = std::make_shared<std::vector<char>>(size);
+void read_all(itk::ImageIOBase& io, std::span<char> bytes, const Path& path) {
+    if (static_cast<std::size_t>(io.GetImageSizeInBytes()) != bytes.size())
+        throw UserError("the image has another size than its first layer", {.where = path.string()});
     itk::ImageIORegion region(io.GetNumberOfDimensions());
     for (unsigned i = 0; i < io.GetNumberOfDimensions(); ++i) region.SetSize(i, io.GetDimensions(i));
     io.SetIORegion(region);
-    io.Read(data->data());
-    return data;
+    io.Read(bytes.data());
 }
+
+// Layers with a file each, read block by block in a process that may crash.
+class LayerFiles {
+public:
+    using ReadOne = std::function<void(const Path& file, std::int64_t z, std::span<char> bytes)>;
+    LayerFiles(std::vector<Path> files, ValueType type, std::int64_t values_per_layer, ReadOne read_one)
+        : files_(std::move(files)),
+          type_(type),
+          values_(static_cast<std::size_t>(values_per_layer)),
+          bytes_(values_ * size_of(type)),
+          read_one_(std::move(read_one)),
+          per_block_(std::clamp<std::int64_t>(static_cast<std::int64_t>(block_bytes / std::max<std::size_t>(bytes_, 1)), 1,
+                                              static_cast<std::int64_t>(files_.size()))) {}
+
+    void read(std::int64_t z, std::span<float> values) {
+        for (std::size_t done = 0; done < values.size(); done += values_, ++z) {
+            if (z / per_block_ != block_) read_block(z / per_block_);
+            const auto layer = static_cast<std::size_t>(z % per_block_);
+            to_float(shared_->bytes().subspan(layer * bytes_, bytes_).data(), type_, values.subspan(done, values_),
+                     files_[static_cast<std::size_t>(z)]);
+        }
+    }
+
+private:
+    static constexpr std::size_t block_bytes = 64U << 20U;
+
+    void read_block(std::int64_t block) {
+        block_ = -1;
+        if (!shared_) {
+            require_memory(static_cast<double>(bytes_) * static_cast<double>(per_block_), files_.front());
+            shared_.emplace(bytes_ * static_cast<std::size_t>(per_block_));
+        }
+        const std::int64_t first = block * per_block_, end = std::min(first + per_block_, static_cast<std::int64_t>(files_.size()));
+        (void)with_itk(files_[static_cast<std::size_t>(first)], [&] {
+            for (std::int64_t z = first; z < end; ++z)
+                read_one_(files_[static_cast<std::size_t>(z)], z,
+                          shared_->bytes().subspan(static_cast<std::size_t>(z - first) * bytes_, bytes_));
+            return std::string();
+        });
+        block_ = block;
+    }
+
+    std::vector<Path> files_;
+    ValueType type_;
+    std::size_t values_, bytes_;
+    ReadOne read_one_;
+    std::int64_t per_block_, block_ = -1;
+    std::optional<SharedBytes> shared_;
+};
 
 }  // namespace
 
@@ -106,94 +139,133 @@ FileVolume open_png_stack(const std::vector<Path>& files) {
         io->ReadImageInformation();
         return io;
     };
-    return translated(files.front(), [&] {
+    const Json header = Json::parse(with_itk(files.front(), [&] {
         const auto first = open(files.front());
-        FileVolume volume{.voxels = {static_cast<std::int64_t>(first->GetDimensions(0)), static_cast<std::int64_t>(first->GetDimensions(1)),
-                                     static_cast<std::int64_t>(files.size())},
-                          .type = type_of(*first, files.front()),
-                          .files = files};
-        volume.format = fmt::format("PNG, {}, {} files, {} to {}", name_of(volume.type), files.size(), files.front().filename().string(),
-                                    files.back().filename().string());
-        volume.read = [files, open, type = volume.type, n = volume.voxels](std::int64_t z, std::span<float> values) {
-            const auto layer = static_cast<std::size_t>(n[0] * n[1]);
-            for (std::size_t done = 0; done < values.size(); done += layer, ++z) {
-                const Path& path = files[static_cast<std::size_t>(z)];
-                translated(path, [&] {
-                    const auto io = open(path);
-                    if (static_cast<std::int64_t>(io->GetDimensions(0)) != n[0] ||
-                        static_cast<std::int64_t>(io->GetDimensions(1)) != n[1] || type_of(*io, path) != type)
-                        throw UserError("the image has another size or type than " + files.front().filename().string(),
-                                        {.where = path.string()});
-                    const auto data = read_all(*io, path);
-                    to_float(data->data(), type, values.subspan(done, layer), path);
-                    return 0;
-                });
-            }
-        };
-        return volume;
-    });
+        return Json{{"size", {first->GetDimensions(0), first->GetDimensions(1)}}, {"type", name_of(type_of(*first, files.front()))}}.dump();
+    }));
+    const auto type = choice_named<ValueType>(header["type"].get<std::string>()).value();
+    FileVolume volume{
+        .voxels = {header["size"][0].get<std::int64_t>(), header["size"][1].get<std::int64_t>(), static_cast<std::int64_t>(files.size())},
+        .type = type,
+        .files = files};
+    volume.format = fmt::format("PNG, {}, {} files, {} to {}", name_of(type), files.size(), files.front().filename().string(),
+                                files.back().filename().string());
+    const auto read_one = [open, type, n = volume.voxels, first = files.front().filename().string()](const Path& path, std::int64_t,
+                                                                                                     std::span<char> bytes) {
+        const auto io = open(path);
+        if (static_cast<std::int64_t>(io->GetDimensions(0)) != n[0] || static_cast<std::int64_t>(io->GetDimensions(1)) != n[1] ||
+            type_of(*io, path) != type)
+            throw UserError("the image has another size or type than " + first, {.where = path.string()});
+        read_all(*io, bytes, path);
+    };
+    volume.read = [layers = std::make_shared<LayerFiles>(files, type, volume.voxels[0] * volume.voxels[1], read_one)](
+                      std::int64_t z, std::span<float> values) { layers->read(z, values); };
+    return volume;
 }
+
+namespace {
+
+// The text of a DICOM element ("0028|0008"), without the blanks that fill it; none if the file does not have it.
+std::optional<std::string> element(itk::GDCMImageIO& io, const char* tag) {
+    std::string text;
+    if (!itk::ExposeMetaData(io.GetMetaDataDictionary(), tag, text)) return std::nullopt;
+    text.erase(std::remove_if(text.begin(), text.end(), [](unsigned char c) { return c == '\0' || std::isspace(c) != 0; }), text.end());
+    return text.empty() ? std::nullopt : std::optional(text);
+}
+
+itk::GDCMImageIO::Pointer open_dicom_file(const Path& path) {
+    const auto io = itk::GDCMImageIO::New();
+    io->SetFileName(path.string());
+    io->ReadImageInformation();
+    if (const auto frames = element(*io, "0028|0008"); frames && *frames != "1")
+        throw UserError(fmt::format("the file has {} frames", *frames),
+                        {.where = path.string(),
+                         .allowed = "one frame per file",
+                         .fix = "write each frame into a file of its own, for instance with gdcmimg or emf2sf of dcm4che"});
+    // Uncompressed values that are not all there are read as zeros.
+    const auto syntax = element(*io, "0002|0010");
+    const bool plain = syntax && (*syntax == "1.2.840.10008.1.2" || *syntax == "1.2.840.10008.1.2.1" || *syntax == "1.2.840.10008.1.2.2");
+    const auto rows = element(*io, "0028|0010"), columns = element(*io, "0028|0011"), bits = element(*io, "0028|0100");
+    if (plain && rows && columns && bits) {
+        const double needed = std::strtod(rows->c_str(), nullptr) * std::strtod(columns->c_str(), nullptr) *
+                              std::ceil(std::strtod(bits->c_str(), nullptr) / 8.0);
+        if (const auto size = static_cast<double>(std::filesystem::file_size(path)); size < needed)
+            throw UserError(fmt::format("the file has {:.0f} bytes, and its {} x {} values need {:.0f}", size, *rows, *columns, needed),
+                            {.where = path.string(), .fix = "the file is incomplete: copy it again"});
+    }
+    return io;
+}
+
+FileVolume dicom_of(const Json& header) {
+    FileVolume volume{.type = choice_named<ValueType>(header["type"].get<std::string>()).value(), .unit_m = 1e-3};
+    volume.voxels = header["voxels"].get<std::array<std::int64_t, 3>>();
+    volume.origin = header["origin"].get<std::array<double, 3>>();
+    volume.direction = header["direction"].get<std::array<std::array<double, 3>, 3>>();
+    volume.states_direction = true;
+    if (!header["spacing"].is_null()) volume.spacing = header["spacing"].get<std::array<double, 3>>();
+    for (const Json& file : header["files"]) volume.files.emplace_back(file.get<std::string>());
+    return volume;
+}
+
+// In the process that may crash.
+Json dicom_header(const Path& folder) {
+    const auto names = itk::GDCMSeriesFileNames::New();
+    names->SetUseSeriesDetails(true);
+    names->SetDirectory(folder.string());
+    const auto& series = names->GetSeriesUIDs();
+    if (series.empty())
+        throw UserError("the folder contains no images", {.where = folder.string(), .allowed = "files .tif, .png, or of a DICOM series"});
+    if (series.size() > 1)
+        throw UserError(fmt::format("the folder contains {} DICOM series", series.size()),
+                        {.where = folder.string(), .fix = "put each series into a folder of its own"});
+    const std::vector<std::string> files = names->GetFileNames(series.front());
+    const auto first = open_dicom_file(files.front()), last = open_dicom_file(files.back());
+    FileVolume volume{.type = type_of(*first, files.front())};
+    take_geometry(volume, *first);
+    if (files.size() > 1) {
+        double length = 0.0;
+        std::array<double, 3> along{};
+        for (unsigned i = 0; i < 3; ++i) {
+            along[i] = last->GetOrigin(i) - first->GetOrigin(i);
+            length += along[i] * along[i];
+        }
+        length = std::sqrt(length);
+        if (!(length > 0.0)) throw UserError("all layers have the same position", {.where = folder.string()});
+        for (std::size_t i = 0; i < 3; ++i) volume.direction[2][i] = along[i] / length;
+        (*volume.spacing)[2] = length / static_cast<double>(files.size() - 1);
+    }
+    // GDCM takes 1 mm where the file has no PixelSpacing, nor the one of the detector.
+    const bool stated = element(*first, "0028|0030") || element(*first, "0018|1164");
+    return {{"type", name_of(volume.type)},
+            {"voxels", {volume.voxels[0], volume.voxels[1], static_cast<std::int64_t>(files.size())}},
+            {"spacing", stated ? Json(*volume.spacing) : Json(nullptr)},
+            {"step", (*volume.spacing)[2]},
+            {"origin", volume.origin},
+            {"direction", volume.direction},
+            {"files", files}};
+}
+
+}  // namespace
 
 // Layers in the order of their positions; they must be equally distant.
 FileVolume open_dicom(const Path& folder) {
-    return translated(folder, [&] {
-        const auto names = itk::GDCMSeriesFileNames::New();
-        names->SetUseSeriesDetails(true);
-        names->SetDirectory(folder.string());
-        const auto& series = names->GetSeriesUIDs();
-        if (series.empty())
-            throw UserError("the folder contains no images",
-                            {.where = folder.string(), .allowed = "files .tif, .png, or of a DICOM series"});
-        if (series.size() > 1)
-            throw UserError(fmt::format("the folder contains {} DICOM series", series.size()),
-                            {.where = folder.string(), .fix = "put each series into a folder of its own"});
-        const std::vector<std::string> files = names->GetFileNames(series.front());
-        const auto open = [](const std::string& path) {
-            const auto io = itk::GDCMImageIO::New();
-            io->SetFileName(path);
-            io->ReadImageInformation();
-            return io;
-        };
-        const auto first = open(files.front()), last = open(files.back());
-        FileVolume volume{.type = type_of(*first, files.front()), .unit_m = 1e-3};
-        take_geometry(volume, *first);
-        volume.voxels[2] = static_cast<std::int64_t>(files.size());
-        volume.states_direction = true;
-        if (files.size() > 1) {
-            double length = 0.0;
-            std::array<double, 3> along{};
-            for (unsigned i = 0; i < 3; ++i) {
-                along[i] = last->GetOrigin(i) - first->GetOrigin(i);
-                length += along[i] * along[i];
-            }
-            length = std::sqrt(length);
-            if (!(length > 0.0)) throw UserError("all layers have the same position", {.where = folder.string()});
-            for (std::size_t i = 0; i < 3; ++i) volume.direction[2][i] = along[i] / length;
-            (*volume.spacing)[2] = length / static_cast<double>(files.size() - 1);
-        }
-        volume.files.assign(files.begin(), files.end());
-        volume.format = fmt::format("DICOM, {}, {} files", name_of(volume.type), files.size());
-        volume.read = [files, open, type = volume.type, n = volume.voxels, origin = volume.origin, direction = volume.direction[2],
-                       step = (*volume.spacing)[2]](std::int64_t z, std::span<float> values) {
-            const auto layer = static_cast<std::size_t>(n[0] * n[1]);
-            for (std::size_t done = 0; done < values.size(); done += layer, ++z) {
-                const std::string& path = files[static_cast<std::size_t>(z)];
-                translated(path, [&] {
-                    const auto io = open(path);
-                    if (static_cast<std::int64_t>(io->GetDimensions(0)) != n[0] ||
-                        static_cast<std::int64_t>(io->GetDimensions(1)) != n[1] || type_of(*io, path) != type)
-                        throw UserError("the layer has another size or type than the first", {.where = path});
-                    for (unsigned i = 0; i < 3; ++i)
-                        if (std::abs(io->GetOrigin(i) - origin[i] - static_cast<double>(z) * step * direction[i]) > 0.01 * step)
-                            throw UserError("the layers are not equally distant: one is missing or twice there", {.where = path});
-                    const auto data = read_all(*io, path);
-                    to_float(data->data(), type, values.subspan(done, layer), path);
-                    return 0;
-                });
-            }
-        };
-        return volume;
-    });
+    const Json header = Json::parse(with_itk(folder, [&] { return dicom_header(folder).dump(); }));
+    FileVolume volume = dicom_of(header);
+    volume.format = fmt::format("DICOM, {}, {} files", name_of(volume.type), volume.files.size());
+    const auto read_one = [type = volume.type, n = volume.voxels, origin = volume.origin, direction = volume.direction[2],
+                           step = header["step"].get<double>()](const Path& path, std::int64_t z, std::span<char> bytes) {
+        const auto io = open_dicom_file(path);
+        if (static_cast<std::int64_t>(io->GetDimensions(0)) != n[0] || static_cast<std::int64_t>(io->GetDimensions(1)) != n[1] ||
+            type_of(*io, path) != type)
+            throw UserError("the layer has another size or type than the first", {.where = path.string()});
+        for (unsigned i = 0; i < 3; ++i)
+            if (std::abs(io->GetOrigin(i) - origin[i] - static_cast<double>(z) * step * direction[i]) > 0.01 * step)
+                throw UserError("the layers are not equally distant: one is missing or twice there", {.where = path.string()});
+        read_all(*io, bytes, path);
+    };
+    volume.read = [layers = std::make_shared<LayerFiles>(volume.files, volume.type, volume.voxels[0] * volume.voxels[1], read_one)](
+                      std::int64_t z, std::span<float> values) { layers->read(z, values); };
+    return volume;
 }
 
 }  // namespace porepack::imaging
