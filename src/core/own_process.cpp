@@ -69,7 +69,7 @@ SharedBytes::~SharedBytes() {
     munmap(data_, std::max<std::size_t>(size_, 1));
 }
 
-std::string in_own_process(const std::function<std::string()>& work, const std::string& what, double longest_s) {
+std::string in_own_process(const std::function<std::string()>& work, const std::function<std::string()>& what, double longest_s) {
     int ends[2];
     if (pipe2(ends, O_CLOEXEC) != 0) throw MachineError(std::string("cannot start another process: ") + std::strerror(errno));
     const pid_t copy = fork();
@@ -95,7 +95,7 @@ std::string in_own_process(const std::function<std::string()>& work, const std::
     }
     check_interrupt();
     if (answer.empty() || !WIFEXITED(status) || WEXITSTATUS(status) != 0)
-        throw UserError(what, {.fix = "the file may be incomplete or damaged: write it again"});
+        throw UserError(what(), {.fix = "the file may be incomplete or damaged: write it again"});
     const std::string text = answer.substr(1);
     switch (answer.front()) {
         case 'r':

@@ -1,5 +1,6 @@
 // Formats that ITK reads: PNG, DICOM.
 #include <fmt/format.h>
+#include <gdcm-3.0/gdcmTrace.h>
 #include <itkGDCMImageIO.h>
 #include <itkGDCMSeriesFileNames.h>
 #include <itkMetaDataObject.h>
@@ -7,8 +8,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
+#include <cstring>
 #include <memory>
+#include <sstream>
 
 #include "core/error.hpp"
 #include "core/log.hpp"
@@ -36,14 +38,15 @@ ValueType type_of(const itk::ImageIOBase& io, const Path& path) {
 }
 
 // ITK and the libraries below it abort on some damaged files, print their own remarks, and name their own sources in errors.
-std::string with_itk(const Path& path, const std::function<std::string()>& work) {
-    const std::string what = "the image cannot be read: " + path.string();
+// file(): the one that is being read.
+std::string with_itk(const std::function<Path()>& file, const std::function<std::string()>& work) {
+    const auto what = [&] { return "the image cannot be read: " + file().string(); };
     return in_own_process(
         [&]() -> std::string {
             try {
                 return work();
             } catch (const itk::ExceptionObject&) {
-                throw UserError(what, {.fix = "the file may be incomplete or damaged: write it again"});
+                throw UserError(what(), {.fix = "the file may be incomplete or damaged: write it again"});
             }
         },
         what);
@@ -112,10 +115,18 @@ private:
             shared_.emplace(bytes_ * static_cast<std::size_t>(per_block_));
         }
         const std::int64_t first = block * per_block_, end = std::min(first + per_block_, static_cast<std::int64_t>(files_.size()));
-        (void)with_itk(files_[static_cast<std::size_t>(first)], [&] {
-            for (std::int64_t z = first; z < end; ++z)
+        const SharedBytes place(sizeof first);  // of the layer that is being read, where the process ends in it
+        const auto file = [&] {
+            std::int64_t z = 0;
+            std::memcpy(&z, place.bytes().data(), sizeof z);
+            return files_[static_cast<std::size_t>(z)];
+        };
+        (void)with_itk(file, [&] {
+            for (std::int64_t z = first; z < end; ++z) {
+                std::memcpy(place.bytes().data(), &z, sizeof z);
                 read_one_(files_[static_cast<std::size_t>(z)], z,
                           shared_->bytes().subspan(static_cast<std::size_t>(z - first) * bytes_, bytes_));
+            }
             return std::string();
         });
         block_ = block;
@@ -139,10 +150,13 @@ FileVolume open_png_stack(const std::vector<Path>& files) {
         io->ReadImageInformation();
         return io;
     };
-    const Json header = Json::parse(with_itk(files.front(), [&] {
-        const auto first = open(files.front());
-        return Json{{"size", {first->GetDimensions(0), first->GetDimensions(1)}}, {"type", name_of(type_of(*first, files.front()))}}.dump();
-    }));
+    const Json header = Json::parse(with_itk([&] { return files.front(); },
+                                             [&] {
+                                                 const auto first = open(files.front());
+                                                 return Json{{"size", {first->GetDimensions(0), first->GetDimensions(1)}},
+                                                             {"type", name_of(type_of(*first, files.front()))}}
+                                                     .dump();
+                                             }));
     const auto type = choice_named<ValueType>(header["type"].get<std::string>()).value();
     FileVolume volume{
         .voxels = {header["size"][0].get<std::int64_t>(), header["size"][1].get<std::int64_t>(), static_cast<std::int64_t>(files.size())},
@@ -174,25 +188,21 @@ std::optional<std::string> element(itk::GDCMImageIO& io, const char* tag) {
 }
 
 itk::GDCMImageIO::Pointer open_dicom_file(const Path& path) {
+    // GDCM fills values that the file does not hold with zeros, and only warns.
+    static std::ostringstream warnings;
+    warnings.str({});
+    gdcm::Trace::SetWarningStream(warnings);
+    gdcm::Trace::WarningOn();
     const auto io = itk::GDCMImageIO::New();
     io->SetFileName(path.string());
     io->ReadImageInformation();
+    if (warnings.str().find("Incomplete Pixel Data") != std::string::npos)
+        throw UserError("the values of the image are not all there: " + path.string(), {.fix = "the file is incomplete: copy it again"});
     if (const auto frames = element(*io, "0028|0008"); frames && *frames != "1")
         throw UserError(fmt::format("the file has {} frames", *frames),
                         {.where = path.string(),
                          .allowed = "one frame per file",
                          .fix = "write each frame into a file of its own, for instance with gdcmimg or emf2sf of dcm4che"});
-    // Uncompressed values that are not all there are read as zeros.
-    const auto syntax = element(*io, "0002|0010");
-    const bool plain = syntax && (*syntax == "1.2.840.10008.1.2" || *syntax == "1.2.840.10008.1.2.1" || *syntax == "1.2.840.10008.1.2.2");
-    const auto rows = element(*io, "0028|0010"), columns = element(*io, "0028|0011"), bits = element(*io, "0028|0100");
-    if (plain && rows && columns && bits) {
-        const double needed = std::strtod(rows->c_str(), nullptr) * std::strtod(columns->c_str(), nullptr) *
-                              std::ceil(std::strtod(bits->c_str(), nullptr) / 8.0);
-        if (const auto size = static_cast<double>(std::filesystem::file_size(path)); size < needed)
-            throw UserError(fmt::format("the file has {:.0f} bytes, and its {} x {} values need {:.0f}", size, *rows, *columns, needed),
-                            {.where = path.string(), .fix = "the file is incomplete: copy it again"});
-    }
     return io;
 }
 
@@ -249,7 +259,7 @@ Json dicom_header(const Path& folder) {
 
 // Layers in the order of their positions; they must be equally distant.
 FileVolume open_dicom(const Path& folder) {
-    const Json header = Json::parse(with_itk(folder, [&] { return dicom_header(folder).dump(); }));
+    const Json header = Json::parse(with_itk([&] { return folder; }, [&] { return dicom_header(folder).dump(); }));
     FileVolume volume = dicom_of(header);
     volume.format = fmt::format("DICOM, {}, {} files", name_of(volume.type), volume.files.size());
     const auto read_one = [type = volume.type, n = volume.voxels, origin = volume.origin, direction = volume.direction[2],

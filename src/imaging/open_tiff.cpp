@@ -4,7 +4,8 @@
 
 #include <atomic>
 #include <cstdarg>
-#include <cstring>
+#include <cstdlib>
+#include <fstream>
 #include <memory>
 
 #include "core/error.hpp"
@@ -19,10 +20,11 @@ struct Close {
 };
 using File = std::unique_ptr<TIFF, Close>;
 
-[[noreturn]] void fail(const Path& path, const std::string& what) {
+[[noreturn]] void fail(const Path& path, const std::string& what,
+                       const std::string& fix = "export the image again, for instance from ImageJ, as gray values") {
     throw UserError(what, {.where = path.string(),
-                           .allowed = "gray TIFF images of 8, 16 or 32 bits, all pages of one size and type",
-                           .fix = "export the image again, for instance from ImageJ, as gray values"});
+                           .allowed = "gray TIFF images of 8, 16 or 32 bits, all pages of one size and type, one channel and one time",
+                           .fix = fix});
 }
 
 // libtiff reports a damaged directory only by its error handler: the end of the list looks the same.
@@ -43,21 +45,29 @@ File open(const Path& path) {
 struct Page {
     std::uint32_t width = 0, height = 0;
     ValueType type = ValueType::uint8;
-    bool inverted = false;
     bool operator==(const Page&) const = default;
 };
 
 Page page_of(TIFF* file, const Path& path) {
     Page page;
-    std::uint16_t bits = 1, samples = 1, format = SAMPLEFORMAT_UINT, meaning = PHOTOMETRIC_MINISBLACK;
+    std::uint16_t bits = 1, samples = 1, format = SAMPLEFORMAT_UINT, meaning = PHOTOMETRIC_MINISBLACK, orientation = ORIENTATION_TOPLEFT;
     TIFFGetField(file, TIFFTAG_IMAGEWIDTH, &page.width);
     TIFFGetField(file, TIFFTAG_IMAGELENGTH, &page.height);
     TIFFGetFieldDefaulted(file, TIFFTAG_BITSPERSAMPLE, &bits);
     TIFFGetFieldDefaulted(file, TIFFTAG_SAMPLESPERPIXEL, &samples);
     TIFFGetFieldDefaulted(file, TIFFTAG_SAMPLEFORMAT, &format);
     TIFFGetField(file, TIFFTAG_PHOTOMETRIC, &meaning);
-    if (samples != 1 || (meaning != PHOTOMETRIC_MINISBLACK && meaning != PHOTOMETRIC_MINISWHITE))
-        fail(path, "the image has colours or a palette");
+    TIFFGetFieldDefaulted(file, TIFFTAG_ORIENTATION, &orientation);
+    if (meaning == PHOTOMETRIC_PALETTE)
+        fail(path, "the image has a table of colours (a lookup table): its values are numbers of colours",
+             "remove the table, in ImageJ by Image > Lookup Tables > Grays (the values stay), and save it again");
+    if (meaning == PHOTOMETRIC_MINISWHITE)
+        fail(path, "white is zero in this image: what looks dark has high values, so pores and solid would be exchanged",
+             "in ImageJ: Image > Lookup Tables > Invert LUT, then Edit > Invert if it should look as before, and save it again");
+    if (samples != 1 || meaning != PHOTOMETRIC_MINISBLACK) fail(path, "the image has colours");
+    if (orientation != ORIENTATION_TOPLEFT)
+        fail(path, fmt::format("the image is turned or mirrored (orientation {})", orientation),
+             "write it as it is to be read, for instance with convert -auto-orient of ImageMagick");
     static const std::map<std::pair<int, int>, ValueType> types = {
         {{8, SAMPLEFORMAT_UINT}, ValueType::uint8},      {{8, SAMPLEFORMAT_INT}, ValueType::int8},
         {{16, SAMPLEFORMAT_UINT}, ValueType::uint16},    {{16, SAMPLEFORMAT_INT}, ValueType::int16},
@@ -66,7 +76,6 @@ Page page_of(TIFF* file, const Path& path) {
     const auto found = types.find({bits, format == SAMPLEFORMAT_VOID ? SAMPLEFORMAT_UINT : format});
     if (found == types.end()) fail(path, fmt::format("the values have {} bits", bits));
     page.type = found->second;
-    page.inverted = meaning == PHOTOMETRIC_MINISWHITE;
     if (page.width == 0 || page.height == 0 || TIFFScanlineSize(file) < 0) fail(path, "the image has no pixels");
     return page;
 }
@@ -127,50 +136,124 @@ void read_spacing(TIFF* file, FileVolume& volume) {
     volume.unit_m = found->second;
 }
 
+// A small copy of an image for previews.
+bool is_preview(TIFF* file) {
+    std::uint32_t kind = 0;
+    return TIFFGetField(file, TIFFTAG_SUBFILETYPE, &kind) == 1 && (kind & FILETYPE_REDUCEDIMAGE) != 0;
+}
+
+std::string description_of(TIFF* file) {
+    char* text = nullptr;
+    return TIFFGetField(file, TIFFTAG_IMAGEDESCRIPTION, &text) == 1 && text != nullptr ? std::string(text) : std::string();
+}
+
+// The number behind `key` in a text; `standard` where there is none.
+long number_behind(const std::string& text, const std::string& key, long standard) {
+    const std::size_t at = text.find(key);
+    return at == std::string::npos ? standard : std::strtol(text.c_str() + at + key.size(), nullptr, 10);
+}
+
+// Pages may be layers, channels or times; only the description tells. Throws UserError unless all are layers.
+void require_layers(const std::string& description, const Path& path) {
+    long channels = 1, times = 1;
+    if (description.find("<OME") != std::string::npos) {
+        channels = number_behind(description, "SizeC=\"", 1);
+        times = number_behind(description, "SizeT=\"", 1);
+    } else if (description.starts_with("ImageJ")) {
+        channels = number_behind(description, "channels=", 1);
+        times = number_behind(description, "frames=", 1);
+    } else if (description.starts_with("{\"shape\":")) {  // of tifffile
+        const Json json = Json::parse(description, nullptr, false);
+        long axes = 0;
+        if (json.is_object() && json["shape"].is_array())
+            for (const Json& size : json["shape"]) axes += size.is_number() && size.get<double>() > 1.0 ? 1 : 0;
+        if (axes > 3)
+            fail(path, fmt::format("the file holds an array of {} axes: {}", axes, json["shape"].dump()),
+                 "write one channel and one time, three axes, into a file of its own");
+    }
+    if (channels > 1 || times > 1)
+        fail(path, fmt::format("the image has {} channels and {} times", channels, times),
+             "write the one that shows the grains into a file of its own, in ImageJ by Image > Color > Split Channels; if they are layers: "
+             "Image > Properties, 1 channel, 1 frame, and all of them as slices");
+}
+
+// ImageJ writes files above 4 GB as one page with the values of all layers behind it, one after the other.
+std::optional<std::uint64_t> values_behind_one_page(TIFF* file, const Page& page, long layers, const Path& path) {
+    std::uint16_t compression = COMPRESSION_NONE;
+    std::uint64_t* offsets = nullptr;
+    TIFFGetFieldDefaulted(file, TIFFTAG_COMPRESSION, &compression);
+    if (compression != COMPRESSION_NONE || TIFFIsTiled(file) != 0 || TIFFGetField(file, TIFFTAG_STRIPOFFSETS, &offsets) != 1 ||
+        offsets == nullptr)
+        return std::nullopt;
+    const double needed =
+        static_cast<double>(offsets[0]) + static_cast<double>(layers) * page.width * page.height * static_cast<double>(size_of(page.type));
+    return static_cast<double>(std::filesystem::file_size(path)) < needed ? std::nullopt : std::optional(offsets[0]);
+}
+
+FileVolume layers_behind_one_page(FileVolume volume, const Path& path, std::uint64_t begin, bool swapped) {
+    volume.format = fmt::format("TIFF, {}, {} layers behind one page", name_of(volume.type), volume.voxels[2]);
+    volume.read = [path, begin, swapped, type = volume.type, n = volume.voxels](std::int64_t z, std::span<float> values) {
+        const std::size_t size = size_of(type), layer = static_cast<std::size_t>(n[0] * n[1]);
+        std::ifstream in(path, std::ios::binary);
+        in.seekg(static_cast<std::streamoff>(begin + static_cast<std::uint64_t>(z) * layer * size));
+        std::vector<char> bytes(layer * size);
+        for (std::size_t done = 0; done < values.size(); done += layer) {
+            if (!in.read(bytes.data(), static_cast<std::streamsize>(bytes.size()))) fail(path, "the file is incomplete");
+            if (swapped) swap_bytes(bytes.data(), size, layer);
+            to_float(bytes.data(), type, values.subspan(done, layer), path);
+        }
+    };
+    return volume;
+}
+
+// Each page of one file is a layer, apart from previews.
+FileVolume open_pages(const std::shared_ptr<File>& file, const Page& page, FileVolume volume) {
+    const Path path = volume.files.front();
+    const std::string description = description_of(file->get());
+    require_layers(description, path);
+    std::vector<tdir_t> pages;
+    const long before = tiff_errors;
+    do {
+        if (is_preview(file->get())) continue;
+        if (page_of(file->get(), path) != page) fail(path, fmt::format("page {} has another size or type", pages.size() + 1));
+        pages.push_back(TIFFCurrentDirectory(file->get()));
+    } while (TIFFReadDirectory(file->get()) == 1);
+    if (tiff_errors != before) fail(path, fmt::format("page {} is incomplete or damaged", pages.size() + 1));
+    TIFFSetDirectory(file->get(), 0);
+    const long layers = description.starts_with("ImageJ") ? number_behind(description, "images=", 0) : 0;
+    if (layers > 1 && pages.size() == 1)
+        if (const auto begin = values_behind_one_page(file->get(), page, layers, path)) {
+            volume.voxels[2] = layers;
+            return layers_behind_one_page(std::move(volume), path, *begin, TIFFIsByteSwapped(file->get()) != 0);
+        }
+    if (layers > static_cast<long>(pages.size()))
+        fail(path, fmt::format("the description names {} layers, and the file has {} pages", layers, pages.size()),
+             "the file is incomplete: copy it again, or save it again as a TIFF with a page for each layer");
+    volume.voxels[2] = static_cast<std::int64_t>(pages.size());
+    volume.format = fmt::format("TIFF, {}, {} pages", name_of(page.type), pages.size());
+    volume.read = [file, page, path, pages](std::int64_t z, std::span<float> values) {
+        const std::size_t layer = std::size_t{page.width} * page.height;
+        for (std::size_t done = 0; done < values.size(); done += layer, ++z) {
+            // Directories are linked lists: the next page is near.
+            const tdir_t wanted = pages[static_cast<std::size_t>(z)], now = TIFFCurrentDirectory(file->get());
+            const bool there =
+                now == wanted || (now + 1 == wanted ? TIFFReadDirectory(file->get()) == 1 : TIFFSetDirectory(file->get(), wanted) == 1);
+            if (!there) fail(path, fmt::format("page {} cannot be read", z + 1));
+            read_page(file->get(), page, values.subspan(done, layer), path);
+        }
+    };
+    return volume;
+}
+
 }  // namespace
 
 FileVolume open_tiff(const std::vector<Path>& files) {
     const auto first = std::make_shared<File>(open(files.front()));
     const Page page = page_of(first->get(), files.front());
-    FileVolume volume{.voxels = {page.width, page.height, 0}, .type = page.type};
+    FileVolume volume{.voxels = {page.width, page.height, static_cast<std::int64_t>(files.size())}, .type = page.type};
     volume.files = files;
     read_spacing(first->get(), volume);
-    // ImageJ writes files above 4 GB as one page with all layers behind it.
-    if (files.size() == 1) {
-        std::int64_t pages = 0;
-        const long before = tiff_errors;
-        do {
-            if (page_of(first->get(), files.front()) != page)
-                fail(files.front(), fmt::format("page {} has another size or type", pages + 1));
-            ++pages;
-        } while (TIFFReadDirectory(first->get()) == 1);
-        if (tiff_errors != before) fail(files.front(), fmt::format("page {} is incomplete or damaged", pages + 1));
-        char* description = nullptr;
-        TIFFSetDirectory(first->get(), 0);
-        long images = 0, channels = 1, frames = 1;
-        if (TIFFGetField(first->get(), TIFFTAG_IMAGEDESCRIPTION, &description) == 1 && description != nullptr)
-            if (const char* at = std::strstr(description, "images=")) images = std::strtol(at + 7, nullptr, 10);
-        for (const auto& [key, value] : {std::pair("channels=", &channels), {"frames=", &frames}})
-            if (const char* at = description == nullptr ? nullptr : std::strstr(description, key))
-                *value = std::strtol(at + std::strlen(key), nullptr, 10);
-        if (channels > 1 || frames > 1) fail(files.front(), fmt::format("the image has {} channels and {} frames", channels, frames));
-        if (images > pages) fail(files.front(), fmt::format("the description names {} layers, and the file has {} pages", images, pages));
-        volume.voxels[2] = pages;
-        volume.format = fmt::format("TIFF, {}, {} pages", name_of(page.type), pages);
-        volume.read = [first, page, path = files.front()](std::int64_t z, std::span<float> values) {
-            const std::size_t layer = std::size_t{page.width} * page.height;
-            for (std::size_t done = 0; done < values.size(); done += layer, ++z) {
-                // Directories are linked lists: the next page is near.
-                const bool there = static_cast<std::int64_t>(TIFFCurrentDirectory(first->get())) + 1 == z
-                                       ? TIFFReadDirectory(first->get()) == 1
-                                       : TIFFSetDirectory(first->get(), static_cast<tdir_t>(z)) == 1;
-                if (!there) fail(path, fmt::format("page {} cannot be read", z + 1));
-                read_page(first->get(), page, values.subspan(done, layer), path);
-            }
-        };
-        return volume;
-    }
-    volume.voxels[2] = static_cast<std::int64_t>(files.size());
+    if (files.size() == 1) return open_pages(first, page, std::move(volume));
     volume.format = fmt::format("TIFF, {}, {} files, {} to {}", name_of(page.type), files.size(), files.front().filename().string(),
                                 files.back().filename().string());
     volume.read = [files, page](std::int64_t z, std::span<float> values) {

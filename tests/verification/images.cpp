@@ -243,6 +243,16 @@ TEST(Images, DicomSeries) {
         itk_write(layer, io, folder.path() / fmt::format("slice_{}.dcm", n[2] - z), false);
     }
     expect_body(folder.path(), {}, "DICOM, uint16, 4 files");
+    // A byte is missing: GDCM would read a zero.
+    const std::string whole = read_text(folder.path() / "slice_3.dcm");
+    write_text(folder.path() / "slice_3.dcm", whole.substr(0, whole.size() - 1));
+    EXPECT_TRUE(test::has(test::message_of<UserError>([&] {
+                              const VolumeSource source = open_volume(folder.path());
+                              std::vector<float> all(static_cast<std::size_t>(source.header.count()));
+                              source.read(0, all);
+                          }),
+                          "not all there"));
+    write_text(folder.path() / "slice_3.dcm", whole);
     std::filesystem::remove(folder.path() / "slice_2.dcm");
     EXPECT_TRUE(test::has(test::message_of<UserError>([&] {
                               const VolumeSource source = open_volume(folder.path());
