@@ -84,10 +84,10 @@ std::vector<std::string> with_joined_booleans(const std::vector<std::string>& ar
     return joined;
 }
 
-// CLI11's ranges let "nan" pass. Keys of tables are checked where they are read.
-void require_finite_numbers(const CLI::App& command) {
+// CLI11's ranges let "nan" pass. Keys of tables are checked where they are read, with the range that is allowed.
+void require_finite_numbers(const CLI::App& command, const std::set<const CLI::Option*>& of_tables) {
     for (const CLI::Option* option : command.get_options()) {
-        if (option->get_type_name().find("number") == std::string::npos) continue;
+        if (option->get_type_name().find("number") == std::string::npos || of_tables.contains(option)) continue;
         for (const std::string& result : option->results()) {
             std::istringstream fields(result);
             for (std::string field; std::getline(fields, field, ',');) {
@@ -98,7 +98,7 @@ void require_finite_numbers(const CLI::App& command) {
             }
         }
     }
-    for (const CLI::App* below : command.get_subcommands()) require_finite_numbers(*below);
+    for (const CLI::App* below : command.get_subcommands()) require_finite_numbers(*below, of_tables);
 }
 
 // The known flag or command that is nearest to the first unknown one.
@@ -216,7 +216,7 @@ int CommandLine::run(int argc, char** argv) {
             message = fmt::format("not expected here: {}", fmt::join(app.remaining(true), " "));
         throw UserError(message, {.fix = near.empty() ? help : fmt::format("{}; {}", perhaps(near), help)});
     }
-    require_finite_numbers(app);
+    require_finite_numbers(app, of_tables_);
     set_thread_count(common.threads);
     try {
         if (app.get_subcommands().empty()) fmt::print("{}", app.help());
@@ -276,7 +276,11 @@ void CommandLine::add_keys(CLI::App& command, const Describe& describe, const st
 
 CLI::Option* CommandLine::add_key(CLI::App& command, const KeyRow& row, const std::string& flag,
                                   const std::function<void(const std::string&)>& set) {
-    if (row.type != "true or false") return command.add_option_function<std::string>(flag, set)->type_name(type_text(row));
+    if (row.type != "true or false") {
+        CLI::Option* const option = command.add_option_function<std::string>(flag, set)->type_name(type_text(row));
+        of_tables_.insert(option);
+        return option;
+    }
     const auto set_flag = [set](std::int64_t count) { set(count > 0 ? "true" : "false"); };
     const auto refuse_others = [](const std::string& value) {
         return value == "true" || value == "false" ? std::string() : "\"" + value + "\" is neither true nor false";
@@ -287,10 +291,10 @@ CLI::Option* CommandLine::add_key(CLI::App& command, const KeyRow& row, const st
 
 void CommandLine::add_alias(CLI::App& command, const std::string& flag, const std::string& key) {
     const std::string same = flag_of(key);
-    command
-        .add_option_function<std::string>(
-            flag, [this, key](const std::string& value) { common.flags[key] = value; }, "the same as " + same)
-        ->type_name(command.get_option(same)->get_type_name());
+    of_tables_.insert(command
+                          .add_option_function<std::string>(
+                              flag, [this, key](const std::string& value) { common.flags[key] = value; }, "the same as " + same)
+                          ->type_name(command.get_option(same)->get_type_name()));
 }
 
 void CommandLine::add_case(CLI::App& command) {

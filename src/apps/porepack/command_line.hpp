@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <functional>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -61,7 +62,8 @@ private:
     CLI::Option* add_key(CLI::App& command, const core::KeyRow& row, const std::string& flag,
                          const std::function<void(const std::string&)>& set);
 
-    stages::Settings settings_;  // only its lists of keys
+    stages::Settings settings_;               // only its lists of keys
+    std::set<const CLI::Option*> of_tables_;  ///< options that are keys of a table
     std::function<void()> action_;
 };
 
