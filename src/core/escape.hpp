@@ -4,8 +4,6 @@
 #include <string>
 #include <string_view>
 
-#include "core/error.hpp"
-
 namespace porepack::core {
 
 /// Control characters (line breaks and tabs apart) as "\x1b", and marks that change the direction of writing as "\u202e".

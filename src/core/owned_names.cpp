@@ -74,6 +74,11 @@ void OwnedNames::require(const std::string& name) const {
     if (is_there(folder_ / name) && !contains(name)) throw_in_the_way(folder_ / name);
 }
 
+void OwnedNames::claim(const std::vector<std::string>& names) {
+    for (const std::string& name : names) require(name);
+    add(names);
+}
+
 void OwnedNames::add(const std::vector<std::string>& names) {
     const std::size_t before = names_.size();
     names_.insert(names.begin(), names.end());

@@ -23,6 +23,8 @@ public:
     [[nodiscard]] bool contains(const std::string& name) const { return names_.contains(name); }
     /// Throws UserError when the folder has something of this name that porepack has not written.
     void require(const std::string& name) const;
+    /// For names that are written now: require() of all of them, then add().
+    void claim(const std::vector<std::string>& names);
     /// Adds the names to the list, in the file too.
     void add(const std::vector<std::string>& names);
 

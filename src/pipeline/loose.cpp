@@ -103,8 +103,9 @@ Json run_loose(const LooseRun& run) {
             if (!fs::is_directory(input)) manifest.inputs[input.filename().string()] = sha256_of_file(input);
         Json result = run.work(running);
         check_interrupt();
+        fs::remove(running / ".porepack");  // while the lock is held: a marked folder without a lock is litter
         lock.reset();
-        for (const char* name : {".lock", ".porepack"}) fs::remove(running / name);
+        fs::remove(running / ".lock");
         result["wall_time_s"] = watch.seconds();
         write_manifest(run, manifest, running, result, watch.seconds());
         move_into_place(run, running);

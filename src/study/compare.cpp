@@ -108,10 +108,7 @@ std::string text_of(const Comparison& comparison) {
 
 void write_comparison(const Comparison& comparison, const Path& folder) {
     make_folder(folder);
-    OwnedNames owned(folder);
-    const std::vector<std::string> written = {"compare.csv", "compare.dat", "compare.svg", "compare.gnuplot"};
-    for (const std::string& name : written) owned.require(name);
-    owned.add(written);
+    OwnedNames(folder).claim({"compare.csv", "compare.dat", "compare.svg", "compare.gnuplot"});
     Table table({"quantity", "unit", "result", "value", "low", "high"});
     report::PlotValues values = {{"count", static_cast<double>(comparison.names.size())}};
     std::string points;

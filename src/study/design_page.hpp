@@ -10,9 +10,9 @@ namespace porepack::study {
 
 [[nodiscard]] double expected_permeability_m2(const SizedCandidate& grain);
 
-/// `known`: the beds that the search began with and those that it has added.
 /// The files that write_design() writes.
 [[nodiscard]] const std::vector<std::string>& design_files();
+/// `known`: the beds that the search began with and those that it has added.
 void write_design(const DesignGoal& goal, const DesignResult& result, const std::vector<KnownBed>& known, const core::Path& folder);
 
 }  // namespace porepack::study

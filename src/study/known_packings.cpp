@@ -195,8 +195,7 @@ Json KnownPackings::measured_bed() const {
     if (value < *low || value > *high)
         return refuse(fmt::format(
             "the packings do not bracket it: their porosities ({}) are {:.4f} to {:.4f}, and {:g} was measured. Check `measured_part`. "
-            "More "
-            "packings reach further, and {} [packing] friction gives {} beds; friction_uncertainty makes them differ",
+            "More packings reach further, and {} [packing] friction gives {} beds; friction_uncertainty makes them differ",
             name_of(config_.measured_part), *low, *high, value, value < *low ? "lower" : "higher", value < *low ? "denser" : "looser"));
     const auto line = fit_line(x, y);
     if (!line) return refuse("all packings have the same porosity");

@@ -149,13 +149,6 @@ ReportSection fits_section(const std::vector<FittedCurve>& curves) {
     return section;
 }
 
-// Names that are written now: none of them is a file of the user.
-void claim(const Path& folder, const std::vector<std::string>& names) {
-    OwnedNames owned(folder);
-    for (const std::string& name : names) owned.require(name);
-    owned.add(names);
-}
-
 }  // namespace
 
 bool draw_figure(const Study& study, const FigureConfig& figure, RowChoice choice) {
@@ -171,7 +164,7 @@ bool draw_figure(const Study& study, const FigureConfig& figure, RowChoice choic
     const std::vector<Curve> curves = curves_of(study, rows, figure, low, high);
     const Path folder = study.folder / "figures";
     make_folder(folder);
-    claim(folder, {figure.name + ".dat", figure.name + ".png", figure.name + ".svg", figure.name + ".gnuplot"});
+    OwnedNames(folder).claim({figure.name + ".dat", figure.name + ".png", figure.name + ".svg", figure.name + ".gnuplot"});
     PlotValues values = {{"data", figure.name + ".dat"},
                          {"x_label", label_of(x)},
                          {"y_label", label_of(y)},
@@ -201,7 +194,7 @@ bool draw_figure(const Study& study, const FigureConfig& figure, RowChoice choic
 }
 
 void write_study_page(const Study& study, RowChoice choice) {
-    claim(study.folder, {"study.html", "fits.csv"});
+    OwnedNames(study.folder).claim({"study.html", "fits.csv"});
     ReportInput page;
     page.title = fmt::format("Study {}", fs::absolute(study.folder).lexically_normal().filename().string());
     page.versions = {{"porepack", program_version()}, {"git_hash", git_hash()}};
