@@ -3,6 +3,7 @@
 #include <CGAL/Polygon_mesh_processing/measure.h>
 #include <CGAL/Polygon_mesh_processing/orientation.h>
 #include <CGAL/Polygon_mesh_processing/self_intersections.h>
+#include <CGAL/Polygon_mesh_processing/shape_predicates.h>
 #include <CGAL/Side_of_triangle_mesh.h>
 #include <CGAL/boost/graph/Face_filtered_graph.h>
 #include <CGAL/boost/graph/copy_face_graph.h>
@@ -28,6 +29,23 @@ std::string place_text(const std::array<double, 3>& p) {
     return fmt::format("near ({:.6g}, {:.6g}, {:.6g}) m", p[0], p[1], p[2]);
 }
 
+// Triangles with the same three corners, whatever their order; their places are those of their edges.
+std::string doubled_triangles(const TriangleSurface& surface, SurfaceCheck& check) {
+    std::vector<std::array<int, 3>> sorted = surface.triangles;
+    for (auto& corners : sorted) std::sort(corners.begin(), corners.end());
+    std::sort(sorted.begin(), sorted.end());
+    long doubled = 0;
+    int first = 0;
+    for (std::size_t t = 1; t < sorted.size(); ++t) {
+        if (sorted[t] != sorted[t - 1]) continue;
+        if (doubled++ == 0) first = sorted[t][0];
+    }
+    if (doubled == 0) return {};
+    check.fix = "remove one of the two; bodies that touch in a face must be united (Boolean union) in the program that made them";
+    return fmt::format("{} triangles lie on another with the same corners, the first {}", doubled,
+                       place_text(surface.points[static_cast<std::size_t>(first)]));
+}
+
 // Every edge of a closed surface has exactly two triangles that run along it in opposite directions.
 std::string edge_fault(const TriangleSurface& surface, SurfaceCheck& check) {
     std::vector<std::pair<std::pair<int, int>, int>> sides;  // of each edge, with its direction
@@ -38,24 +56,71 @@ std::string edge_fault(const TriangleSurface& surface, SurfaceCheck& check) {
             sides.emplace_back(std::minmax(from, to), from < to ? 1 : -1);
         }
     std::sort(sides.begin(), sides.end());
-    long open_edges = 0, twisted = 0;
-    std::pair<int, int> first_open{}, first_twisted{};
+    struct Fault {
+        long edges = 0;
+        int first = 0;
+    };
+    Fault open, twisted, crowded;
     for (std::size_t i = 0, end = 0; i < sides.size(); i = end) {
         const auto edge = sides[i].first;
         int sum = 0;
         for (; end < sides.size() && sides[end].first == edge; ++end) sum += sides[end].second;
         const std::size_t count = end - i;
+        if (count == 2 && sum == 0) continue;
         const auto& p = surface.points[static_cast<std::size_t>(edge.first)];
-        if (count != 2 || sum != 0) check.fault_places.emplace_back(p[0], p[1], p[2]);
-        if (count % 2 == 1 && open_edges++ == 0) first_open = edge;
-        if (count % 2 == 0 && sum != 0 && twisted++ == 0) first_twisted = edge;
+        check.fault_places.emplace_back(p[0], p[1], p[2]);
+        Fault& fault = count % 2 == 1 ? open : count > 2 ? crowded : twisted;
+        if (fault.edges++ == 0) fault.first = edge.first;
     }
-    check.closed = open_edges == 0;
-    const auto at = [&](const std::pair<int, int>& edge) { return place_text(surface.points[static_cast<std::size_t>(edge.first)]); };
-    if (open_edges > 0) return fmt::format("the surface is open: {} edges have no neighbour, the first {}", open_edges, at(first_open));
-    if (twisted > 0)
-        return fmt::format("neighbouring triangles have opposite orientations at {} edges, the first {}", twisted, at(first_twisted));
+    check.closed = open.edges == 0;
+    const auto at = [&](const Fault& fault) { return place_text(surface.points[static_cast<std::size_t>(fault.first)]); };
+    if (open.edges > 0) return fmt::format("the surface is open: {} edges have no neighbour, the first {}", open.edges, at(open));
+    if (twisted.edges > 0)
+        return fmt::format("neighbouring triangles have opposite orientations at {} edges, the first {}", twisted.edges, at(twisted));
+    if (crowded.edges > 0) {
+        check.fix = "move the bodies that touch there apart, or unite them (Boolean union) in the program that made them";
+        return fmt::format("more than two triangles share an edge at {} edges, the first {}", crowded.edges, at(crowded));
+    }
     return {};
+}
+
+// Shells that meet in a point: the triangles around it are not one ring.
+std::string point_fault(const TriangleSurface& surface, SurfaceCheck& check) {
+    std::vector<std::vector<std::pair<int, int>>> around(surface.points.size());  // of each point: the edges opposite to it
+    for (const auto& triangle : surface.triangles)
+        for (std::size_t c = 0; c < 3; ++c)
+            around[static_cast<std::size_t>(triangle[c])].emplace_back(triangle[(c + 1) % 3], triangle[(c + 2) % 3]);
+    long points = 0;
+    std::size_t first = 0;
+    for (std::size_t p = 0; p < around.size(); ++p) {
+        auto& edges = around[p];
+        std::sort(edges.begin(), edges.end());
+        std::size_t length = edges.empty() ? 0 : 1;
+        for (int at = edges.empty() ? 0 : edges.front().second; length < edges.size() && at != edges.front().first; ++length) {
+            const auto next = std::lower_bound(edges.begin(), edges.end(), std::pair(at, -1));
+            if (next == edges.end() || next->first != at) break;
+            at = next->second;
+        }
+        if (length == edges.size()) continue;
+        check.fault_places.emplace_back(surface.points[p][0], surface.points[p][1], surface.points[p][2]);
+        if (points++ == 0) first = p;
+    }
+    if (points == 0) return {};
+    check.fix = "move the bodies that touch there apart, or unite them (Boolean union) in the program that made them";
+    return fmt::format("parts of the surface meet in {} points, the first {}", points, place_text(surface.points[first]));
+}
+
+// Triangles whose corners lie on a line: they are among those that cross their neighbours.
+std::string flat_triangles(const Mesh& mesh, SurfaceCheck& check) {
+    long flat = 0;
+    Point first(0.0, 0.0, 0.0);
+    for (const auto face : mesh.faces()) {
+        if (!pmp::is_degenerate_triangle_face(face, mesh)) continue;
+        if (flat++ == 0) first = mesh.point(mesh.source(mesh.halfedge(face)));
+    }
+    if (flat == 0) return {};
+    check.fix = "remove triangles without area in the program that made them (Meshlab: Remove T-vertices; Blender: Degenerate dissolve)";
+    return fmt::format("{} triangles have three corners on a line, the first {}", flat, place_text({first.x(), first.y(), first.z()}));
 }
 
 // Names the first shell with the wrong orientation for the number of shells around it.
@@ -139,11 +204,15 @@ SurfaceCheck check_surface(const TriangleSurface& surface) {
         check.high = check.high.cwiseMax(Vec3(p[0], p[1], p[2]));
     }
     check.fault = edge_fault(surface, check);
-    if (!check.fault.empty()) return check;
+    if (check.fault.empty()) check.fault = point_fault(surface, check);
+    if (!check.fault.empty()) {
+        if (const std::string doubled = doubled_triangles(surface, check); !doubled.empty()) check.fault = doubled;
+        if (check.closed) add_crossings_elsewhere(check, surface);
+        return check;
+    }
     auto whole = mesh_of(surface);
     if (!whole) {
-        check.fault = "the surface is not manifold: more than two triangles share an edge, or shells meet in a point";
-        add_crossings_elsewhere(check, surface);
+        check.fault = "its triangles do not form a surface (two triangles share an edge and run along it in the same direction)";
         return check;
     }
     Mesh& mesh = *whole;
@@ -160,7 +229,9 @@ SurfaceCheck check_surface(const TriangleSurface& surface) {
     const auto crossings = crossings_of(mesh);
     check.self_intersecting = !crossings.empty();
     add_places(check, mesh, crossings);
+    check.fault = crossings.empty() ? std::string() : flat_triangles(mesh, check);
     check.outward = check.volume_m3 > 0.0 && (check.self_intersecting || pmp::is_outward_oriented(mesh));
+    if (!check.fault.empty()) return check;
     if (check.volume_m3 <= 0.0) {
         check.fault = fmt::format("the surface is inside out: its volume is {:g} m3", check.volume_m3);
     } else if (check.self_intersecting) {
@@ -178,7 +249,7 @@ void require_sound(const SurfaceCheck& check, const std::string& where) {
     throw UserError("the surface does not bound a volume: " + check.fault,
                     {.where = where,
                      .allowed = "a closed surface with outward triangles that do not cross",
-                     .fix = "repair it in the program that made it; nothing is repaired silently"});
+                     .fix = check.fix.empty() ? "repair it in the program that made it; nothing is repaired silently" : check.fix});
 }
 
 void require_plausible_size(const SurfaceCheck& check, const Container& container, const std::string& where) {

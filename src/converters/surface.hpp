@@ -18,6 +18,7 @@ struct SurfaceCheck {
     shapes::Vec3 low = shapes::Vec3::Zero(), high = shapes::Vec3::Zero();
     double largest_shell_diagonal_m = 0.0;   ///< diagonal of the largest shell's bounding box
     std::string fault;                       ///< first fault found, with its place; empty when there is none
+    std::string fix;                         ///< what to do about it, where that is known
     std::vector<shapes::Vec3> fault_places;  ///< where the surface is open or crosses itself
 };
 
@@ -84,6 +85,8 @@ public:
     /// Uses the winding number along the line: overlapping shells are joined.
     void column(double x, double y, std::vector<core::Interval>& parts) const override;
     void near_column(double x, double y, double length, std::vector<core::Interval>& parts) const override;
+    /// Exact, unless the container is periodic or the surface reaches through its sides.
+    [[nodiscard]] std::optional<double> volume_between(double z0, double z1) const override;
     [[nodiscard]] shapes::Bounds bounds() const override;
     [[nodiscard]] std::unique_ptr<packing::SolidProbe> probe() const override;
 

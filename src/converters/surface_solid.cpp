@@ -127,6 +127,39 @@ Bounds SurfaceSolid::bounds() const {
     return bins_->bounds;
 }
 
+// Integral of max(0, z - level) over a triangle, per area.
+static double mean_above(double level, const std::array<double, 3>& z) {
+    std::array<double, 3> h = {z[0] - level, z[1] - level, z[2] - level};
+    std::sort(h.begin(), h.end());
+    const double mean = (h[0] + h[1] + h[2]) / 3.0;
+    if (h[0] >= 0.0) return mean;
+    if (h[2] <= 0.0) return 0.0;
+    if (h[1] <= 0.0) return h[2] * h[2] * h[2] / (3.0 * (h[2] - h[0]) * (h[2] - h[1]));
+    return mean - h[0] * h[0] * h[0] / (3.0 * (h[1] - h[0]) * (h[2] - h[0]));
+}
+
+// Gauss' theorem with the field (0, 0, min(max(z, z0), z1)).
+std::optional<double> SurfaceSolid::volume_between(double z0, double z1) const {
+    const Container& container = bins_->container;
+    if (container.any_periodic()) return std::nullopt;
+    const double radius = 0.5 * container.diameter_m;
+    const Vec3 low = container.low(), high = container.high();
+    double volume = 0.0;
+    for (const auto& t : bins_->triangles) {
+        for (const Vec3& p : {t.a, t.b, t.c}) {
+            const bool inside = container.kind == Container::Kind::cylinder
+                                    ? p.head<2>().norm() <= radius * (1.0 + 1e-6)
+                                    : ((p - low).array() > -1e-6 * (high - low).array()).head<2>().all() &&
+                                          ((high - p).array() > -1e-6 * (high - low).array()).head<2>().all();
+            if (!inside) return std::nullopt;
+        }
+        const std::array<double, 3> z = {t.a.z(), t.b.z(), t.c.z()};
+        const double area = 0.5 * (t.b - t.a).cross(t.c - t.a).z();  // seen from above
+        volume += area * (mean_above(z0, z) - mean_above(z1, z));
+    }
+    return volume;
+}
+
 void SurfaceSolid::Bins::collect(double x, double y, double lift, std::vector<Crossing>& crossings) const {
     if (x < bounds.low.x() || x > bounds.high.x() || y < bounds.low.y() || y > bounds.high.y()) return;
     const auto& cell = cells[static_cast<std::size_t>(clamp_cell(y, bounds.low.y(), rows)) * static_cast<std::size_t>(columns) +

@@ -6,13 +6,12 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
-#include <fstream>
-#include <map>
-#include <sstream>
 #include <unordered_map>
 
 #include "core/error.hpp"
+#include "core/log.hpp"
 
 namespace porepack::io {
 using namespace core;
@@ -34,76 +33,148 @@ struct PointHash {
     }
 };
 
+using Corners = std::array<std::array<float, 3>, 3>;
+
 class Welder {
 public:
     explicit Welder(double unit) : unit_(unit) {}
-    void add(const std::array<std::array<float, 3>, 3>& corners) {
+    void add(const Corners& corners) {
+        if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0]) {
+            ++without_area;
+            return;
+        }
         std::array<int, 3> triangle{};
         for (std::size_t c = 0; c < 3; ++c) {
             const auto [entry, fresh] = index_.try_emplace(corners[c], static_cast<int>(surface.points.size()));
             if (fresh) surface.points.push_back({unit_ * corners[c][0], unit_ * corners[c][1], unit_ * corners[c][2]});
             triangle[c] = entry->second;
         }
-        if (triangle[0] != triangle[1] && triangle[1] != triangle[2] && triangle[2] != triangle[0]) surface.triangles.push_back(triangle);
+        surface.triangles.push_back(triangle);
     }
     TriangleSurface surface;
+    long without_area = 0;
 
 private:
     double unit_;
     std::unordered_map<std::array<float, 3>, int, PointHash> index_;
 };
 
-void require_finite(const std::array<std::array<float, 3>, 3>& corners, std::size_t triangle, const Path& path) {
+void require_finite(const Corners& corners, std::size_t triangle, const Path& path) {
     for (const auto& corner : corners)
         for (const float value : corner)
             if (!std::isfinite(value))
-                throw UserError(fmt::format("triangle {} of {} has a corner that is not finite", triangle, path.string()),
-                                {.fix = "export the surface again"});
+                throw UserError(
+                    fmt::format("triangle {} of {} has a corner that is not finite in single precision", triangle + 1, path.string()),
+                    {.fix = "export the surface again"});
 }
 
-TriangleSurface read_binary(const std::string& bytes, std::uint32_t count, const Path& path, double unit) {
-    Welder welder(unit);
+void read_binary(const std::string& bytes, std::uint32_t count, const Path& path, Welder& welder) {
     for (std::size_t t = 0; t < count; ++t) {
-        std::array<std::array<float, 3>, 3> corners{};
+        Corners corners{};
         std::memcpy(corners.data(), bytes.data() + header_size + t * record_size + 12, sizeof corners);
         require_finite(corners, t, path);
         welder.add(corners);
     }
-    return std::move(welder.surface);
 }
 
-TriangleSurface read_ascii(const std::string& text, const Path& path, double unit) {
-    Welder welder(unit);
-    std::istringstream words(text);
-    std::string word;
-    std::array<std::array<float, 3>, 3> corners{};
-    std::size_t corner = 0, triangle = 0;
-    bool ended = false;
-    while (words >> word) {
-        std::transform(word.begin(), word.end(), word.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-        ended = word == "endsolid" || (ended && word != "solid");
-        if (word != "vertex") continue;
-        for (float& value : corners[corner]) {
-            std::string number;
-            words >> number;
-            const auto [end, fault] =
-                std::from_chars(number.data() + (number.starts_with('+') ? 1 : 0), number.data() + number.size(), value);
-            if (fault != std::errc() || end != number.data() + number.size()) {
-                throw UserError(fmt::format("`{}` is not a number in triangle {} of {}", number, triangle, path.string()),
-                                {.fix = "the file may be incomplete: export it again"});
+std::string lower(std::string text) {
+    std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return text;
+}
+
+// The words of an ASCII file, which may be written in capitals and across lines; names reach to the end of their line.
+class AsciiReader {
+public:
+    AsciiReader(const std::string& text, const Path& path, Welder& welder) : text_(text), path_(path), welder_(welder) {}
+
+    void read() {
+        bool inside = false;
+        for (std::string word = next(); !word.empty(); word = next()) {
+            const bool end = word == "endsolid" || word == "end";
+            if (word == "end") require("solid");
+            if (word == "solid" || end) {
+                if (inside != end) refuse(word);
+                inside = !end;
+                at_ = std::min(text_.find('\n', at_), text_.size());  // the rest of the line is a name
+            } else if (word == "facet" && inside) {
+                read_facet();
+            } else {
+                refuse(word);
             }
         }
-        if (++corner < 3) continue;
-        require_finite(corners, triangle, path);
-        welder.add(corners);
-        corner = 0;
-        ++triangle;
+        if (inside)
+            throw UserError(fmt::format("the STL file is incomplete: no `endsolid` follows triangle {} of {}", triangle_, path_.string()),
+                            {.fix = "export or copy it again"});
     }
-    if (!ended || corner != 0)
-        throw UserError(fmt::format("the STL file is incomplete: {} ends in triangle {}", path.string(), triangle),
-                        {.fix = "export or copy it again"});
-    return std::move(welder.surface);
-}
+
+private:
+    std::string next() {
+        const auto blank = [&](std::size_t i) { return std::isspace(static_cast<unsigned char>(text_[i])) != 0; };
+        while (at_ < text_.size() && blank(at_)) ++at_;
+        const std::size_t start = at_;
+        while (at_ < text_.size() && !blank(at_)) ++at_;
+        return lower(text_.substr(start, at_ - start));
+    }
+
+    void require(const char* word) {
+        if (const std::string found = next(); found != word) refuse(found);
+    }
+
+    [[noreturn]] void refuse(const std::string& word) const {
+        if (word.empty())
+            throw UserError(fmt::format("the STL file is incomplete: {} ends in triangle {}", path_.string(), triangle_ + 1),
+                            {.fix = "export or copy it again"});
+        throw UserError(fmt::format("\"{}\" is not expected in line {}, triangle {} of {}", word.substr(0, 40),
+                                    1 + std::count(text_.begin(), text_.begin() + static_cast<std::ptrdiff_t>(at_), '\n'), triangle_ + 1,
+                                    path_.string()),
+                        {.allowed = "solid NAME, then for each triangle: facet normal, outer loop, three times vertex, endloop, endfacet; "
+                                    "at the end endsolid",
+                         .fix = "export it again, best as binary STL"});
+    }
+
+    float number() {
+        const std::string word = next();
+        if (word.empty()) refuse(word);
+        const char *start = word.data() + (word.starts_with('+') ? 1 : 0), *stop = word.data() + word.size();
+        double value = 0.0;
+        const auto [end, fault] = std::from_chars(start, stop, value);
+        // Too small or too large for double precision: 0, or not finite.
+        if (fault == std::errc::result_out_of_range && end == stop) value = std::strtod(start, nullptr);
+        if ((fault != std::errc() && fault != std::errc::result_out_of_range) || end != stop)
+            throw UserError(fmt::format("`{}` is not a number in triangle {} of {}", word.substr(0, 40), triangle_ + 1, path_.string()),
+                            {.allowed = "numbers as -1.25e-3, with a decimal point", .fix = "export it again, best as binary STL"});
+        return static_cast<float>(value);
+    }
+
+    void read_facet() {
+        require("normal");
+        for (int i = 0; i < 3; ++i) next();  // not used: it follows from the corners
+        require("outer");
+        require("loop");
+        Corners corners{};
+        for (auto& corner : corners) {
+            require("vertex");
+            for (float& value : corner) value = number();
+        }
+        end_of("loop");
+        end_of("facet");
+        require_finite(corners, triangle_, path_);
+        welder_.add(corners);
+        ++triangle_;
+    }
+
+    // "endloop" or "end loop"
+    void end_of(const std::string& what) {
+        const std::string word = next();
+        if (word == "end") return require(what.c_str());
+        if (word != "end" + what) refuse(word);
+    }
+
+    const std::string& text_;
+    const Path& path_;
+    Welder& welder_;
+    std::size_t at_ = 0, triangle_ = 0;
+};
 
 }  // namespace
 
@@ -169,17 +240,16 @@ void write_ply(const Path& path, const TriangleSurface& surface, const std::stri
 TriangleSurface read_stl(const Path& path, double unit_m) {
     const std::string bytes = read_text(path);
     if (bytes.empty()) throw UserError("the file is empty: " + path.string());
-    TriangleSurface surface;
     std::uint32_t count = 0;
     if (bytes.size() >= header_size) std::memcpy(&count, bytes.data() + 80, sizeof count);
     const std::size_t expected = header_size + record_size * static_cast<std::size_t>(count);
-    std::string start = bytes.substr(0, 1000);
-    std::transform(start.begin(), start.end(), start.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const std::string start = lower(bytes.substr(0, 1000));
     const std::size_t first = start.find_first_not_of(" \t\r\n");
-    const bool ascii = first != std::string::npos && start.compare(first, 5, "solid") == 0 && start.find("facet") != std::string::npos &&
-                       bytes.size() != expected;
+    const bool ascii = bytes.size() != expected && first != std::string::npos && start.compare(first, 5, "solid") == 0 &&
+                       start.find('\0') == std::string::npos;
+    Welder welder(unit_m);
     if (ascii) {
-        surface = read_ascii(bytes, path, unit_m);
+        AsciiReader(bytes, path, welder).read();
     } else {
         if (bytes.size() < header_size) throw UserError("not an STL file: " + path.string(), {.allowed = "binary or ASCII STL"});
         if (bytes.size() < expected)
@@ -190,10 +260,12 @@ TriangleSurface read_stl(const Path& path, double unit_m) {
             throw UserError(fmt::format("{} bytes follow the {} triangles that the STL file announces: {}", bytes.size() - expected, count,
                                         path.string()),
                             {.fix = "export it again; surfaces of several files must be joined by a program, not by appending the files"});
-        surface = read_binary(bytes, count, path, unit_m);
+        read_binary(bytes, count, path, welder);
     }
-    if (surface.triangles.empty()) throw UserError("the STL file has no triangle: " + path.string());
-    return surface;
+    if (welder.without_area > 0)
+        log_warning(fmt::format("{} triangles of {} have two equal corners: they are left out", welder.without_area, path.string()));
+    if (welder.surface.triangles.empty()) throw UserError("the STL file has no triangle with an area: " + path.string());
+    return std::move(welder.surface);
 }
 
 }  // namespace porepack::io

@@ -30,7 +30,7 @@ void write_vtp(const core::Path& path, const TriangleSurface& surface);
 using Line = std::vector<std::array<double, 3>>;
 void write_vtp(const core::Path& path, const std::vector<Line>& lines);
 
-/// Binary or ASCII. `unit_m` scales to metres. Triangles of zero area in single precision are left out.
+/// Binary or ASCII. `unit_m` scales to metres. Triangles with two equal corners in single precision are left out, with a warning.
 /// Throws UserError: missing, empty, incomplete (with the bytes expected), NaN (with the triangle), not an STL file.
 [[nodiscard]] TriangleSurface read_stl(const core::Path& path, double unit_m = 1.0);
 

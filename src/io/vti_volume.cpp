@@ -2,12 +2,15 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <vtkBase64InputStream.h>
+#include <vtkBase64Utilities.h>
 #include <vtkDataArraySelection.h>
 #include <vtkFieldData.h>
 #include <vtkImageData.h>
 #include <vtkLZ4DataCompressor.h>
 #include <vtkLZMADataCompressor.h>
 #include <vtkNew.h>
+#include <vtkObjectFactory.h>
 #include <vtkStringArray.h>
 #include <vtkXMLDataElement.h>
 #include <vtkXMLDataParser.h>
@@ -15,6 +18,8 @@
 #include <vtkZLibDataCompressor.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstring>
 #include <fstream>
 #include <memory>
 #include <sstream>
@@ -30,28 +35,141 @@ namespace {
     throw UserError("the image cannot be read: " + what, {.where = path.string(), .fix = "the file may be incomplete: write it again"});
 }
 
+struct WordType {
+    const char* name;
+    int vtk;
+    std::size_t bytes;
+    double low, high;  // of whole numbers; 0: any number
+};
+constexpr WordType word_types[] = {{"Int8", VTK_TYPE_INT8, 1, -128, 127},
+                                   {"UInt8", VTK_TYPE_UINT8, 1, 0, 255},
+                                   {"Int16", VTK_TYPE_INT16, 2, -32768, 32767},
+                                   {"UInt16", VTK_TYPE_UINT16, 2, 0, 65535},
+                                   {"Int32", VTK_TYPE_INT32, 4, -2147483648.0, 2147483647.0},
+                                   {"UInt32", VTK_TYPE_UINT32, 4, 0, 4294967295.0},
+                                   {"Float32", VTK_TYPE_FLOAT32, 4, 0, 0},
+                                   {"Float64", VTK_TYPE_FLOAT64, 8, 0, 0}};
+
+// VTK's parser without elements nested so deep that they exhaust the stack.
+class Parser : public vtkXMLDataParser {
+public:
+    static Parser* New() { VTK_STANDARD_NEW_BODY(Parser); }
+    vtkTypeMacro(Parser, vtkXMLDataParser);
+
+    [[nodiscard]] bool too_deep() const { return too_deep_; }
+    [[nodiscard]] bool big_endian() const { return ByteOrder == vtkXMLDataParser::BigEndian; }
+    [[nodiscard]] std::size_t header_bytes() const { return HeaderType == 64 ? 8 : 4; }
+    std::streamoff inline_data_at(vtkXMLDataElement* array) {
+        SeekInlineDataPosition(array);
+        return Stream->tellg();
+    }
+
+protected:
+    void StartElement(const char* name, const char** attributes) override {
+        if (++depth_ <= deepest)
+            vtkXMLDataParser::StartElement(name, attributes);
+        else
+            too_deep_ = true;
+    }
+    void EndElement(const char* name) override {
+        if (depth_-- <= deepest) vtkXMLDataParser::EndElement(name);
+    }
+
+private:
+    static constexpr int deepest = 20;
+    int depth_ = 0;
+    bool too_deep_ = false;
+};
+
 struct Piece {
     std::array<std::int64_t, 3> low, count;  // of values
     vtkXMLDataElement* array;
     bool ascii, appended;
     vtkTypeInt64 offset;
+    // Base64 data whose length is encoded apart from them; VTK expects both in one.
+    std::streamoff apart_at;
+    std::uint64_t apart_bytes;
 };
 
 // The parsed file; elements belong to the parser.
 struct File {
     std::ifstream stream;
-    vtkNew<vtkXMLDataParser> parser;
+    vtkNew<Parser> parser;
     Path path;
-    int word_type = VTK_UNSIGNED_CHAR;
+    WordType word = word_types[0];
     std::vector<Piece> pieces;
 
     // Number of values read.
-    std::size_t read(const Piece& piece, void* into, std::int64_t start, std::size_t count) {
+    std::size_t read(const Piece& piece, char* into, std::int64_t start, std::size_t count) {
         const auto from = static_cast<vtkTypeUInt64>(start);
-        return piece.appended ? parser->ReadAppendedData(piece.offset, into, from, count, word_type)
-                              : parser->ReadInlineData(piece.array, piece.ascii ? 1 : 0, into, from, count, word_type);
+        if (piece.apart_at > 0) return read_apart(piece, into, from, count);
+        if (piece.ascii) return read_ascii(piece, into, from, count);
+        return piece.appended ? parser->ReadAppendedData(piece.offset, into, from, count, word.vtk)
+                              : parser->ReadInlineData(piece.array, 0, into, from, count, word.vtk);
     }
+
+private:
+    std::size_t read_apart(const Piece& piece, char* into, std::uint64_t start, std::size_t count);
+    std::size_t read_ascii(const Piece& piece, char* into, std::uint64_t start, std::size_t count);
 };
+
+std::size_t File::read_apart(const Piece& piece, char* into, std::uint64_t start, std::size_t count) {
+    const std::uint64_t words = piece.apart_bytes / word.bytes;
+    count = start < words ? static_cast<std::size_t>(std::min<std::uint64_t>(count, words - start)) : 0;
+    stream.clear();
+    stream.seekg(piece.apart_at);
+    vtkNew<vtkBase64InputStream> decoder;
+    decoder->SetStream(&stream);
+    decoder->StartReading();
+    std::size_t got = 0;
+    if (decoder->Seek(static_cast<vtkTypeInt64>(start * word.bytes)) == 1) got = decoder->Read(into, count * word.bytes) / word.bytes;
+    decoder->EndReading();
+    if (parser->big_endian())
+        for (std::size_t i = 0; i < got; ++i) std::reverse(into + i * word.bytes, into + (i + 1) * word.bytes);
+    return got;
+}
+
+// Read as double, for VTK takes 300 as 44 in UInt8.
+std::size_t File::read_ascii(const Piece& piece, char* into, std::uint64_t start, std::size_t count) {
+    std::vector<double> values(count);
+    const std::size_t got = parser->ReadInlineData(piece.array, 1, values.data(), start, count, VTK_DOUBLE);
+    const auto put = [&](auto kind) {
+        for (std::size_t i = 0; i < got; ++i) {
+            const auto value = static_cast<decltype(kind)>(values[i]);
+            std::memcpy(into + i * sizeof value, &value, sizeof value);
+        }
+    };
+    for (std::size_t i = 0; i < got && word.low != word.high; ++i)
+        if (values[i] != std::floor(values[i]) || values[i] < word.low || values[i] > word.high)
+            throw UserError(fmt::format("value {} of an array of the type {} is {:g}", start + i, word.name, values[i]),
+                            {.where = path.string(), .allowed = fmt::format("whole numbers from {:.0f} to {:.0f}", word.low, word.high)});
+    switch (word.vtk) {
+        case VTK_TYPE_INT8:
+            put(std::int8_t{});
+            break;
+        case VTK_TYPE_UINT8:
+            put(std::uint8_t{});
+            break;
+        case VTK_TYPE_INT16:
+            put(std::int16_t{});
+            break;
+        case VTK_TYPE_UINT16:
+            put(std::uint16_t{});
+            break;
+        case VTK_TYPE_INT32:
+            put(std::int32_t{});
+            break;
+        case VTK_TYPE_UINT32:
+            put(std::uint32_t{});
+            break;
+        case VTK_TYPE_FLOAT32:
+            put(float{});
+            break;
+        default:
+            put(double{});
+    }
+    return got;
+}
 
 template <typename Number, std::size_t count>
 std::array<Number, count> numbers_of(vtkXMLDataElement* element, const char* name, const Path& path, const char* standard = nullptr) {
@@ -82,15 +200,6 @@ std::string name_of_array(vtkXMLDataElement* array) {
     const char* name = array->GetAttribute("Name");
     return name == nullptr ? std::string() : name;
 }
-
-struct WordType {
-    const char* name;
-    int vtk;
-    std::size_t bytes;
-};
-constexpr WordType word_types[] = {{"Int8", VTK_TYPE_INT8, 1},       {"UInt8", VTK_TYPE_UINT8, 1},    {"Int16", VTK_TYPE_INT16, 2},
-                                   {"UInt16", VTK_TYPE_UINT16, 2},   {"Int32", VTK_TYPE_INT32, 4},    {"UInt32", VTK_TYPE_UINT32, 4},
-                                   {"Float32", VTK_TYPE_FLOAT32, 4}, {"Float64", VTK_TYPE_FLOAT64, 8}};
 
 // Which array: that of the name, `phase`, or the only one; and where its values are.
 std::pair<std::string, bool> choose_array(vtkXMLDataElement* piece, const std::string& wanted, const Path& path) {
@@ -180,10 +289,30 @@ void set_compressor(File& file, vtkXMLDataElement* root, std::string& storage) {
     storage += ", " + text;
 }
 
+// Some writers encode the length of an array and its values one after the other, each with its own padding.
+void find_data_apart(File& file, Piece& piece) {
+    const std::size_t bytes = file.parser->header_bytes(), letters = bytes == 4 ? 8 : 12;
+    file.stream.clear();
+    const std::streamoff at =
+        piece.appended ? file.parser->GetAppendedDataPosition() + piece.offset : file.parser->inline_data_at(piece.array);
+    std::string text(letters, ' ');
+    file.stream.clear();
+    file.stream.seekg(at);
+    if (!file.stream.read(text.data(), static_cast<std::streamsize>(letters)) ||
+        text.substr(letters - (bytes == 4 ? 2 : 1)).find_first_not_of('=') != std::string::npos)
+        return;
+    std::array<unsigned char, 8> length{};
+    if (vtkBase64Utilities::DecodeSafely(reinterpret_cast<const unsigned char*>(text.data()), letters, length.data(), bytes) != bytes)
+        return;
+    if (file.parser->big_endian()) std::reverse(length.begin(), length.begin() + static_cast<std::ptrdiff_t>(bytes));
+    for (std::size_t i = bytes; i-- > 0;) piece.apart_bytes = piece.apart_bytes << 8 | length[i];
+    piece.apart_at = at + static_cast<std::streamoff>(letters);
+}
+
 // One value more than the image has must not be there, and the last one must.
-void require_length(File& file, const Piece& piece, std::size_t bytes, const std::string& field) {
+void require_length(File& file, const Piece& piece, const std::string& field) {
     const std::int64_t count = piece.count[0] * piece.count[1] * piece.count[2];
-    std::vector<char> two(2 * bytes);
+    std::vector<char> two(2 * file.word.bytes);
     if (const std::size_t got = file.read(piece, two.data(), count - 1, 2); got != 1)
         throw UserError(fmt::format("the array `{}` has {} values than the image", field, got == 0 ? "fewer" : "more"),
                         {.where = file.path.string(), .allowed = fmt::format("{} values", count), .fix = "write the file again"});
@@ -225,6 +354,7 @@ VtiVolume open_vti_volume(const Path& path, const std::string& field) {
     file->parser->SetStream(&file->stream);
     file->parser->SetIgnoreCharacterData(1);
     vtkXMLDataElement* root = file->parser->Parse() == 1 ? file->parser->GetRootElement() : nullptr;
+    if (file->parser->too_deep()) refuse(path, "its elements are nested too deep");
     if (root == nullptr || std::string(root->GetName()) != "VTKFile" || children(root, "ImageData").size() != 1)
         throw UserError("not a VTK image: " + path.string(), {.allowed = "an XML image (.vti)"});
     vtkXMLDataElement* image = children(root, "ImageData").front();
@@ -265,7 +395,7 @@ VtiVolume open_vti_volume(const Path& path, const std::string& field) {
                             {.where = path.string(), .allowed = "Int8 to UInt32, Float32, Float64, the same in all pieces"});
         volume.type = known->name;
         volume.bytes = known->bytes;
-        file->word_type = known->vtk;
+        file->word = *known;
         const std::string text = format == nullptr ? "" : format;
         piece.ascii = text == "ascii";
         piece.appended = text == "appended";
@@ -275,8 +405,14 @@ VtiVolume open_vti_volume(const Path& path, const std::string& field) {
         file->pieces.push_back(piece);
     }
     set_compressor(*file, root, volume.storage);
+    const auto appended = children(root, "AppendedData");
+    const char* encoding = appended.empty() ? nullptr : appended.front()->GetAttribute("encoding");
+    for (Piece& piece : file->pieces)
+        if (root->GetAttribute("compressor") == nullptr && !piece.ascii &&
+            !(piece.appended && encoding != nullptr && std::string(encoding) == "raw"))
+            find_data_apart(*file, piece);
     require_cover(file->pieces, low, volume.values, volume.at_points, path);
-    for (const Piece& piece : file->pieces) require_length(*file, piece, volume.bytes, volume.field);
+    for (const Piece& piece : file->pieces) require_length(*file, piece, volume.field);
     volume.notes = notes_of(path);
     volume.read = [file, shown = VtiVolume(volume), low](std::int64_t first, std::int64_t count, void* values) {
         read_layers(*file, shown, low, first, count, static_cast<char*>(values));

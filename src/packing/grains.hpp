@@ -27,6 +27,8 @@ public:
     /// Parts of the vertical line at (x, y) with every point outside the solid from which a segment of this `length` can pass through the
     /// solid within its first half and end outside. They may hold other points too; `parts` is overwritten. Default: the whole line.
     virtual void near_column(double x, double y, double length, std::vector<core::Interval>& parts) const;
+    /// Volume between two heights, where it is known without lines and lies inside the container as a whole.
+    [[nodiscard]] virtual std::optional<double> volume_between(double, double) const { return std::nullopt; }
     /// Lowest and highest point.
     [[nodiscard]] virtual shapes::Bounds bounds() const = 0;
     [[nodiscard]] virtual std::unique_ptr<SolidProbe> probe() const = 0;
@@ -112,11 +114,12 @@ struct SectionChoice {
 
 struct Porosity {
     double value = 0.0;
-    double uncertainty = 0.0;  ///< half the difference between two shifted lattices of lines
+    double uncertainty = 0.0;  ///< half the difference between two shifted lattices of lines, or that of single precision
     double line_spacing_m = 0.0;
-    long lines = 0;
+    long lines = 0;  ///< 0: the volume is exact
 };
-/// Pore volume / inner container volume of the section, from exact intervals on about `lines` vertical lines.
+/// Pore volume / inner container volume of the section: exact for a closed surface inside its container, else from exact intervals on
+/// about `lines` vertical lines.
 [[nodiscard]] Porosity porosity(const Solid& solid, const Container& container, const Section& section, long lines = 60000);
 
 }  // namespace porepack::packing
