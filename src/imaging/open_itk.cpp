@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <fstream>
 #include <memory>
 #include <sstream>
 
@@ -142,10 +143,27 @@ private:
 
 }  // namespace
 
+namespace {
+
+// Byte 25 of the file: 0 gray, 2 colours, 3 a lookup table, 4 and 6 with transparency.
+void require_gray_png(const Path& path) {
+    std::array<char, 26> start{};
+    std::ifstream file(path, std::ios::binary);
+    if (!file.read(start.data(), start.size()) || start[25] == 0) return;  // too short: the reader says so
+    throw UserError(
+        start[25] == 3 ? "the values of the image are places in a lookup table of colours" : "the image is in colours",
+        {.where = path.string(),
+         .allowed = "gray values, without transparency",
+         .fix = "save it as gray values: in ImageJ Image > Type > 8-bit, without a lookup table (Image > Lookup Tables > Grays)"});
+}
+
+}  // namespace
+
 FileVolume open_png_stack(const std::vector<Path>& files) {
     const auto open = [](const Path& path) {
         const auto io = itk::PNGImageIO::New();
         if (!io->CanReadFile(path.c_str())) throw UserError("not a PNG image, or a damaged one: " + path.string());
+        require_gray_png(path);
         io->SetFileName(path.string());
         io->ReadImageInformation();
         return io;
@@ -187,6 +205,11 @@ std::optional<std::string> element(itk::GDCMImageIO& io, const char* tag) {
     return text.empty() ? std::nullopt : std::optional(text);
 }
 
+// "2, -1024": values = slope x stored values + intercept.
+std::string scale_of(itk::GDCMImageIO& io) {
+    return element(io, "0028|1053").value_or("1") + ", " + element(io, "0028|1052").value_or("0");
+}
+
 itk::GDCMImageIO::Pointer open_dicom_file(const Path& path) {
     // GDCM fills values that the file does not hold with zeros, and only warns.
     static std::ostringstream warnings;
@@ -198,6 +221,12 @@ itk::GDCMImageIO::Pointer open_dicom_file(const Path& path) {
     io->ReadImageInformation();
     if (warnings.str().find("Incomplete Pixel Data") != std::string::npos)
         throw UserError("the values of the image are not all there: " + path.string(), {.fix = "the file is incomplete: copy it again"});
+    if (const auto meaning = element(*io, "0028|0004"); meaning && *meaning != "MONOCHROME2")
+        throw UserError(fmt::format("the photometric interpretation of the image is {}", *meaning),
+                        {.where = path.string(),
+                         .allowed = "MONOCHROME2: larger values are brighter",
+                         .fix = *meaning == "MONOCHROME1" ? "convert the series, for instance with dcmj2pnm, or gdcmconv of GDCM"
+                                                          : "write gray values"});
     if (const auto frames = element(*io, "0028|0008"); frames && *frames != "1")
         throw UserError(fmt::format("the file has {} frames", *frames),
                         {.where = path.string(),
@@ -250,6 +279,7 @@ Json dicom_header(const Path& folder) {
             {"voxels", {volume.voxels[0], volume.voxels[1], static_cast<std::int64_t>(files.size())}},
             {"spacing", stated ? Json(*volume.spacing) : Json(nullptr)},
             {"step", (*volume.spacing)[2]},
+            {"scale", scale_of(*first)},
             {"origin", volume.origin},
             {"direction", volume.direction},
             {"files", files}};
@@ -263,8 +293,14 @@ FileVolume open_dicom(const Path& folder) {
     FileVolume volume = dicom_of(header);
     volume.format = fmt::format("DICOM, {}, {} files", name_of(volume.type), volume.files.size());
     const auto read_one = [type = volume.type, n = volume.voxels, origin = volume.origin, direction = volume.direction[2],
-                           step = header["step"].get<double>()](const Path& path, std::int64_t z, std::span<char> bytes) {
+                           step = header["step"].get<double>(),
+                           first_scale = header["scale"].get<std::string>()](const Path& path, std::int64_t z, std::span<char> bytes) {
         const auto io = open_dicom_file(path);
+        if (const std::string scale = scale_of(*io); scale != first_scale && type_of(*io, path) != type)
+            throw UserError(fmt::format("the layer has the rescale slope and intercept {}, the first layer {}", scale, first_scale),
+                            {.where = path.string(),
+                             .allowed = "one conversion for all layers where it decides the type of the values",
+                             .fix = "write the series with converted values"});
         if (static_cast<std::int64_t>(io->GetDimensions(0)) != n[0] || static_cast<std::int64_t>(io->GetDimensions(1)) != n[1] ||
             type_of(*io, path) != type)
             throw UserError("the layer has another size or type than the first", {.where = path.string()});

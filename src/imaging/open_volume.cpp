@@ -10,6 +10,7 @@
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "imaging/file_axes.hpp"
+#include "imaging/layer_files.hpp"
 
 namespace porepack::imaging {
 using namespace core;
@@ -18,7 +19,8 @@ namespace {
 
 constexpr const char* axis_names = "xyz";
 constexpr std::array usual_units = {1.0, 1e-3, 1e-6, 1e-9};
-constexpr double contradiction = 1e-3;  // relative difference between two voxel sizes that are meant to be equal
+constexpr double smallest_voxel_m = 1e-12, largest_voxel_m = 1e6;  // as of --image-voxel-size
+constexpr double contradiction = 1e-3;                             // relative difference between two voxel sizes that are meant to be equal
 
 // File axis i is the axis `axis` of the image, against its direction if `reversed`.
 struct AxisMap {
@@ -119,7 +121,15 @@ std::array<double, 3> spacing_m(const FileVolume& file, const AxisMap& map, cons
                                    : std::string("the file does not state its voxel size"),
                             {.where = path.string(), .fix = stated ? std::string("--image-unit 0.001 (millimetres), or ") + flag : flag});
         source = fmt::format("file, unit of {:g} m", *unit);
-        for (double& length : *stated) length *= *unit;
+        for (double& length : *stated) {
+            const double size = length * *unit;
+            if (!(size >= smallest_voxel_m && size <= largest_voxel_m))
+                throw UserError(fmt::format("the file states voxels of {:g} in units of {:g} m", length, *unit),
+                                {.where = path.string(),
+                                 .allowed = fmt::format("{:g} to {:g} m", smallest_voxel_m, largest_voxel_m),
+                                 .fix = "correct the file's voxel size or its unit"});
+            length = size;
+        }
         return *stated;
     }
     std::array<double, 3> given{};
@@ -210,65 +220,10 @@ void connect(VolumeSource& source, FileVolume file, const AxisMap& map, const Pa
     };
 }
 
-std::string lower_extension(const Path& path) {
-    std::string text = path.extension().string();
-    std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return text;
-}
+const std::array known_extensions = {".npy", ".tif", ".tiff", ".vti", ".mhd", ".mha", ".nrrd", ".nhdr"};
 
-std::vector<Path> files_in(const Path& folder, std::initializer_list<const char*> extensions) {
-    std::vector<Path> files;
-    if (fs::is_directory(folder))
-        for (const auto& entry : fs::directory_iterator(folder))
-            if (!entry.path().filename().string().starts_with('.') &&
-                std::find(extensions.begin(), extensions.end(), lower_extension(entry.path())) != extensions.end()) {
-                if (!entry.is_regular_file())
-                    throw UserError("not a regular file: " + entry.path().string(),
-                                    {.fix = "a layer of the image is missing or not mounted"});
-                files.push_back(entry.path());
-            }
-    // slice_2 before slice_10.
-    std::sort(files.begin(), files.end(), [](const Path& one, const Path& other) {
-        const std::string a = one.filename().string(), b = other.filename().string();
-        std::size_t i = 0, j = 0;
-        while (i < a.size() && j < b.size()) {
-            if (std::isdigit(static_cast<unsigned char>(a[i])) != 0 && std::isdigit(static_cast<unsigned char>(b[j])) != 0) {
-                const auto digits = [](const std::string& text, std::size_t& at) {
-                    std::string number;
-                    while (at < text.size() && std::isdigit(static_cast<unsigned char>(text[at])) != 0) number += text[at++];
-                    number.erase(0, std::min(number.find_first_not_of('0'), number.size()));
-                    return number;
-                };
-                const std::string m = digits(a, i), n = digits(b, j);
-                if (m != n) return m.size() != n.size() ? m.size() < n.size() : m < n;
-            } else {
-                if (a[i] != b[j]) return a[i] < b[j];
-                ++i, ++j;
-            }
-        }
-        return a.size() - i < b.size() - j;
-    });
-    return files;
-}
-
-// The numbers of the layers in the names of the files grow by equal steps, or a layer is missing. The number is the last one of a name.
-void require_even_numbers(const std::vector<Path>& files) {
-    std::optional<long> before, step;
-    for (const Path& file : files) {
-        const std::string name = file.stem().string();
-        const std::size_t end = name.find_last_of("0123456789");
-        if (end == std::string::npos) return;
-        const std::size_t begin = name.find_last_not_of("0123456789", end) + 1;  // npos + 1 is 0
-        if (end - begin > 8) return;
-        const long number = std::stol(name.substr(begin, end - begin + 1));
-        if (before && step && number - *before != *step)
-            throw UserError(
-                fmt::format("between the layers {} and {} the numbers grow by {}, before by {}: a layer is missing or twice there", *before,
-                            number, number - *before, *step),
-                {.where = file.string(), .fix = "number the files in equal steps"});
-        if (before) step = number - *before;
-        before = number;
-    }
+bool is_known(const Path& path) {
+    return std::find(known_extensions.begin(), known_extensions.end(), lower_extension(path)) != known_extensions.end();
 }
 
 bool is_raw(const Path& path) {
@@ -276,20 +231,25 @@ bool is_raw(const Path& path) {
     return extension == ".raw" || (extension == ".gz" && inner == ".raw");
 }
 
+// Raw values under another name (.bin, .dat, .vol) are those of whom the number of voxels is given.
+bool is_raw(const Path& path, const ImageConfig& config) {
+    return is_raw(path) || (!config.dims.empty() && std::filesystem::is_regular_file(path) && !is_known(path));
+}
+
 FileVolume open_file(const Path& path, const ImageConfig& config) {
     if (!fs::exists(path)) throw UserError("no such image: " + path.string());
     if (fs::is_directory(path)) {
-        const auto tiff = files_in(path, {".tif", ".tiff"}), png = files_in(path, {".png"}), dicom = files_in(path, {".dcm"});
+        const auto tiff = layers_in(path, {".tif", ".tiff"}), png = layers_in(path, {".png"}), dicom = layers_in(path, {".dcm"});
         if ((tiff.empty() ? 0 : 1) + (png.empty() ? 0 : 1) + (dicom.empty() ? 0 : 1) > 1)
             throw UserError("the folder contains images of several formats",
                             {.where = path.string(), .fix = "keep the layers of one image in it"});
-        require_even_numbers(tiff.empty() ? png : tiff);
+        require_numbered(tiff.empty() ? png : tiff);
         if (!tiff.empty()) return open_tiff(tiff);
         if (!png.empty()) return open_png_stack(png);
         return open_dicom(path);
     }
     const std::string extension = lower_extension(path);
-    if (is_raw(path)) return open_raw(path, config);
+    if (is_raw(path, config)) return open_raw(path, config);
     if (extension == ".npy") return open_npy(path);
     if (extension == ".tif" || extension == ".tiff") return open_tiff({path});
     if (extension == ".vti") return open_vti(path, config.field);
@@ -297,7 +257,9 @@ FileVolume open_file(const Path& path, const ImageConfig& config) {
     if (extension == ".nrrd" || extension == ".nhdr") return open_nrrd(path);
     throw UserError("the format of the image is not known: " + path.string(),
                     {.allowed = ".raw, .raw.gz, .mhd, .mha, .nrrd, .nhdr, .tif, .npy, .vti, or a folder of .tif, .png or DICOM files",
-                     .fix = "a raw file has the ending .raw"});
+                     .fix = extension == ".dcm"   ? "name the folder of the series"
+                            : extension == ".png" ? "name the folder of the layers"
+                                                  : "raw values: --image-dims NX,NY,NZ --image-type uint8"});
 }
 
 void refuse_what_has_no_effect(const Path& path, const ImageConfig& config) {
@@ -305,7 +267,7 @@ void refuse_what_has_no_effect(const Path& path, const ImageConfig& config) {
         if (given)
             throw UserError(fmt::format("{} has no effect here: it belongs to {}", flag, of), {.where = path.string(), .fix = "remove it"});
     };
-    const bool raw = is_raw(path);
+    const bool raw = is_raw(path, config);
     refuse(!raw && !config.dims.empty(), "--image-dims", "raw files");
     refuse(!raw && config.type != ValueType::uint8, "--image-type", "raw files");
     refuse(!raw && config.byte_order != ByteOrder::little, "--image-byte-order", "raw files");
@@ -335,10 +297,8 @@ std::size_t size_of(ValueType type) {
 bool is_volume(const Path& path) {
     if (fs::is_directory(path))
         return !fs::exists(path / "slices.json") && !fs::exists(path / "case.toml") &&
-               !files_in(path, {".tif", ".tiff", ".png", ".dcm"}).empty();
-    static const std::array known = {".npy", ".tif", ".tiff", ".vti", ".mhd", ".mha", ".nrrd", ".nhdr"};
-    const std::string extension = lower_extension(path);
-    return is_raw(path) || std::find(known.begin(), known.end(), extension) != known.end();
+               !layers_in(path, {".tif", ".tiff", ".png", ".dcm"}).empty();
+    return is_raw(path) || is_known(path);
 }
 
 VolumeSource open_volume(const Path& path, const ImageConfig& config) {
@@ -357,6 +317,9 @@ VolumeSource open_volume(const Path& path, const ImageConfig& config) {
     VolumeSource source;
     VolumeHeader& header = source.header;
     const std::array<double, 3> size = spacing_m(file, map, config, path, header.size_source);
+    if (*std::max_element(size.begin(), size.end()) >= 0.1)
+        log_warning(fmt::format("the voxels of {} are {:g} m long: is the unit right?", path.string(),
+                                *std::max_element(size.begin(), size.end())));
     const double unit = file.unit_m.value_or(config.unit_m > 0.0 ? config.unit_m : 0.0);
     for (std::size_t i = 0; i < 3; ++i) {
         const std::size_t axis = map.axis[i];
@@ -366,7 +329,9 @@ VolumeSource open_volume(const Path& path, const ImageConfig& config) {
     // The origin is the position of the file's first voxel, which lies at the far end of a reversed axis. Without a unit it has no meaning.
     for (std::size_t i = 0; i < 3; ++i) {
         const std::size_t axis = map.axis[i];
-        if (!std::isfinite(file.origin[axis])) throw UserError("the origin of the image is not finite", {.where = path.string()});
+        if (!(std::abs(file.origin[axis]) * std::max(unit, 1e-3) < 1e9))
+            throw UserError(fmt::format("the origin of the image is {:g} along {}", file.origin[axis], "xyz"[axis]),
+                            {.where = path.string(), .fix = "correct the file"});
         const double length = size[i] * static_cast<double>(file.voxels[i] - 1);
         header.origin_m[axis] = unit * file.origin[axis] - (map.reversed[i] ? length : 0.0) - (file.origin_is_corner ? 0.0 : 0.5 * size[i]);
         if (unit == 0.0) header.origin_m[axis] = 0.0;
