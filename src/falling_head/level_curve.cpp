@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <map>
 #include <numeric>
@@ -29,10 +30,13 @@ char separator_of(const std::string& header) {
 
 std::vector<std::string> cells_of(const std::string& line, char separator) {
     std::vector<std::string> cells = {""};
+    bool quoted = false;  // a separator there is part of the cell
     for (const char c : line)
-        if (c == separator)
+        if (c == '"')
+            quoted = !quoted;
+        else if (c == separator && !quoted)
             cells.emplace_back();
-        else if (c != '"')
+        else
             cells.back() += c;
     for (std::string& cell : cells) cell = trimmed(cell);
     while (cells.size() > 1 && cells.back().empty()) cells.pop_back();
@@ -73,10 +77,17 @@ struct Column {
     double unit = 0.0;  // 0: not found
 };
 
-Column find_column(const std::vector<std::string>& header, const std::map<std::string, double>& names) {
+Column find_column(const std::vector<std::string>& header, const std::map<std::string, double>& names, const std::string& where) {
+    Column column;
     for (std::size_t i = 0; i < header.size(); ++i)
-        if (const auto found = names.find(lower(header[i])); found != names.end()) return {i, found->second};
-    return {};
+        if (const auto found = names.find(lower(header[i])); found != names.end()) {
+            if (column.unit > 0.0)
+                throw UserError(
+                    fmt::format("the columns {} and {} state the same quantity", header[column.place], header[i]),
+                    {.where = where, .allowed = "one column of times and one of levels", .fix = "remove or rename the other one"});
+            column = {i, found->second};
+        }
+    return column;
 }
 
 // Where columns are not separated by commas, a comma is a decimal sign.
@@ -85,9 +96,10 @@ double number_in(const std::vector<std::string>& cells, const Column& column, ch
     std::string digits = text;
     if (separator != ',' && text.find('.') == std::string::npos && std::count(text.begin(), text.end(), ',') == 1)
         std::replace(digits.begin(), digits.end(), ',', '.');
-    char* end = nullptr;
-    const double value = std::strtod(digits.c_str(), &end);
-    if (text.empty() || *end != '\0' || !std::isfinite(value))
+    const char *start = digits.data() + (digits.starts_with('+') ? 1 : 0), *stop = digits.data() + digits.size();
+    double value = 0.0;
+    const auto [end, fault] = std::from_chars(start, stop, value);  // decimal only
+    if (fault != std::errc() || end != stop || !std::isfinite(value))
         throw UserError("\"" + excerpt(text) + "\" is no number",
                         {.where = where,
                          .allowed = "digits with one decimal sign, no unit, no thousands separator",
@@ -125,8 +137,8 @@ LevelCurve read_level_curve(const Path& csv) {
             separator = separator_of(line);
             const auto names = cells_of(line, separator);
             columns = names.size();
-            time = find_column(names, times);
-            level = find_column(names, levels);
+            time = find_column(names, times, where);
+            level = find_column(names, levels, where);
             if (time.unit == 0.0 || level.unit == 0.0)
                 throw UserError("the header does not name a time and a level with their units: " + excerpt(line),
                                 {.where = where,

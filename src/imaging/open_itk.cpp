@@ -150,11 +150,10 @@ void require_gray_png(const Path& path) {
     std::array<char, 26> start{};
     std::ifstream file(path, std::ios::binary);
     if (!file.read(start.data(), start.size()) || start[25] == 0) return;  // too short: the reader says so
-    throw UserError(
-        start[25] == 3 ? "the values of the image are places in a lookup table of colours" : "the image is in colours",
-        {.where = path.string(),
-         .allowed = "gray values, without transparency",
-         .fix = "save it as gray values: in ImageJ Image > Type > 8-bit, without a lookup table (Image > Lookup Tables > Grays)"});
+    throw UserError(start[25] == 3 ? "the values of the image are places in a lookup table of colours" : "the image is in colours",
+                    {.where = path.string(),
+                     .allowed = "gray values, without transparency",
+                     .fix = "save it as gray values: in ImageJ Image > Lookup Tables > Grays (the values stay), then save as TIFF"});
 }
 
 }  // namespace

@@ -114,13 +114,20 @@ void read_values(FileVolume& volume, const ValuesOfFile& of) {
     volume.files.push_back(of.path);
     const std::uint64_t size = size_of(volume.type), layer = static_cast<std::uint64_t>(volume.voxels[0] * volume.voxels[1]);
     const std::uint64_t end = of.skip + size * layer * static_cast<std::uint64_t>(volume.voxels[2]);
-    if (!of.packed && !bytes->ends_at(end))
-        throw UserError(fmt::format("the data have {} bytes, and {} x {} x {} values of {} bytes are {}",
-                                    fs::file_size(of.path) - std::min<std::uintmax_t>(of.start + of.skip, fs::file_size(of.path)),
-                                    volume.voxels[0], volume.voxels[1], volume.voxels[2], size, end - of.skip),
-                        {.where = of.path.string(),
-                         .fix = "correct the header, or of a raw file --image-dims, --image-type or --image-header-bytes; or the file is "
-                                "incomplete"});
+    if (!of.packed && !bytes->ends_at(end)) {
+        const std::uint64_t found = fs::file_size(of.path) - std::min<std::uintmax_t>(of.start + of.skip, fs::file_size(of.path)),
+                            wanted = end - of.skip;
+        throw UserError(
+            fmt::format("the data have {} bytes, and {} x {} x {} values of {} bytes are {}", found, volume.voxels[0], volume.voxels[1],
+                        volume.voxels[2], size, wanted),
+            {.where = of.path.string(),
+             .fix = found > wanted
+                        ? fmt::format(
+                              "correct sizes and type; if {} bytes of another header come first: --image-header-bytes {} of a raw file",
+                              found - wanted, of.skip + found - wanted)
+                        : "correct the header, or of a raw file --image-dims, --image-type or --image-header-bytes; or the file is "
+                          "incomplete"});
+    }
     volume.read = [=, type = volume.type, path = of.path, packed = of.packed, skip = of.skip](std::int64_t first, std::span<float> values) {
         const std::size_t at_once = std::max<std::size_t>(1, block_bytes / size);
         std::vector<char> block(std::min(values.size(), at_once) * size);

@@ -8,6 +8,7 @@
 #include "converters/surface.hpp"
 #include "core/error.hpp"
 #include "core/log.hpp"
+#include "imaging/doubts.hpp"
 #include "imaging/find_tube.hpp"
 #include "imaging/phases.hpp"
 #include "io/image.hpp"
@@ -30,7 +31,17 @@ PoreSpace load_surface(const Path& input, const InputOptions& options) {
 // --container, the image's own, or the box that the image fills.
 Container container_of_image(const imaging::VolumeHeader& image, const std::optional<Container>& given, const Path& file) {
     const auto note = image.notes.find("container");
-    if (given && note == image.notes.end()) return *given;
+    if (given && note == image.notes.end()) {
+        for (const int axis : {0, 1}) {
+            const auto a = static_cast<std::size_t>(axis);
+            const double image_size = static_cast<double>(image.voxels[a]) * image.spacing_m[a],
+                         size = given->high()[axis] - given->low()[axis];
+            if (image_size > 1.05 * size)
+                log_warning(fmt::format("{}: the image is {:.4g} m wide along {}, the container {:.4g} m: what lies beyond is left out",
+                                        file.string(), image_size, "xyz"[axis], size));
+        }
+        return *given;
+    }
     if (note != image.notes.end()) {
         const Json json = Json::parse(note->second, nullptr, false);
         if (json.is_discarded())
@@ -98,6 +109,8 @@ PoreSpace load_image(const Path& file, const InputOptions& options) {
         space.image_porosity_error = porosity_error(from_json_members<GrayNotes>(found.description["gray"]), space);
         return space;
     }
+    if (!found.description["own"].get<bool>())
+        for (const std::string& doubt : imaging::doubts_of(found.image)) log_warning(fmt::format("{}: {}", file.string(), doubt));
     return pore_space_of(std::move(found.image), found.container, section, file.string());
 }
 
