@@ -124,6 +124,15 @@ void write_layers(std::ofstream& file, const VolumeSource& source, const Path& p
     }
 }
 
+// Whether a MetaImage that is there names this file as its data.
+bool names_data(const Path& header, const Path& data) {
+    std::ifstream file(header);
+    std::string line;
+    for (int lines = 0; lines < 100 && std::getline(file, line); ++lines)
+        if (line.starts_with("ElementDataFile")) return line.substr(line.find_last_of("= ") + 1) == data.filename().string();
+    return false;
+}
+
 }  // namespace
 
 VolumeSource cropped(VolumeSource source, const Box& box) {
@@ -217,7 +226,7 @@ void write_volume(const Path& path, const VolumeSource& source) {
         for (const Path& read : source.header.files)
             if (fs::exists(read) && fs::equivalent(written, read))
                 throw UserError("the image would be written over itself: " + written.string(), {.fix = "choose another name"});
-        if (written == data && kind == ".mhd" && !fs::exists(path))
+        if (written == data && kind == ".mhd" && !names_data(path, data))
             throw UserError("the values of the image would be written over another file: " + data.string(), {.fix = "choose another name"});
     }
     write_whole(data, [&](const Path& name) {

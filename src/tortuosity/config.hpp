@@ -19,7 +19,8 @@ struct TortuosityConfig {
 
 inline void describe(core::ConfigVisitor& v, TortuosityConfig& c) {
     v.number("dot_spacing_m", c.dot_spacing_m, core::length_range(),
-             "spacing of the grid of dots, from which the paths of geometric_paper are made (section 2.1.3 of the paper)");
+             "spacing of the grid of dots, from which the paths of geometric_paper are made (section 2.1.3 of the paper); an eighth of "
+             "the width in a container less than three of them wide");
     v.number("slice_spacing_m", c.slice_spacing_m, core::length_range(), "distance between the slices on which the points of a path lie");
     v.number("largest_angle_deg", c.largest_angle_deg, {.low = 0.0, .high = 180.0, .low_open = true},
              "a moved dot is rejected if the direction of its path changes by more than this angle between two slices");

@@ -19,9 +19,20 @@ using Vec2 = Eigen::Vector2d;
 // Closest void point to a point of slice `slice`; nothing if there is none within reach.
 using ClosestVoid = std::function<std::optional<Vec2>(const Vec2& from, int slice)>;
 
+// A narrow container, for instance that of a small image, gets dots that are closer.
+double spacing_of_dots(const Container& container, const TortuosityConfig& config) {
+    constexpr double fewest_across = 3.0, across_narrow = 8.0;
+    const double width = (container.high() - container.low()).head<2>().minCoeff();
+    if (config.dot_spacing_m * fewest_across <= width) return config.dot_spacing_m;
+    const double spacing = width / across_narrow;
+    log_info("the container is {:.4g} m wide: the dots of geometric_paper are {:.4g} m apart, not {:.4g} m", width, spacing,
+             config.dot_spacing_m);
+    return spacing;
+}
+
 // A square grid of half-offset dots, those inside the container.
 std::vector<Vec2> grid_of_dots(const Container& container, const TortuosityConfig& config) {
-    const double spacing = config.dot_spacing_m;
+    const double spacing = spacing_of_dots(container, config);
     std::vector<Vec2> dots;
     const Vec3 low = container.low(), high = container.high();
     const Vec3 middle = 0.5 * (low + high);

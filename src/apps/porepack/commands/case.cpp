@@ -23,8 +23,17 @@ void print_main_numbers(const Case& c, const Json& report) {
     fmt::print("report: {}\n", std::filesystem::absolute(c.results() / "report.html").lexically_normal().string());
 }
 
+// A case of someone else may name any file.
+void say_files_outside(const Case& the_case) {
+    const Settings& settings = the_case.settings;
+    for (const std::string& file : {settings.shape.file, settings.image.file, settings.packing.file})
+        if (const Path path = Path(file).lexically_normal(); path.is_absolute() || (!path.empty() && *path.begin() == ".."))
+            log_info("the case reads {}, which lies outside of its folder", the_case.resolve(file).lexically_normal().string());
+}
+
 void run_case(const Common& common, const std::string& last) {
     const Case the_case = open_case(common, "packings", common.flags);
+    say_files_outside(the_case);
     const Json plan = plan_case(the_case, last, common.dry_run ? slowness() : 1.0);  // finds at once what a later stage would refuse
     if (common.dry_run) return print_result(common, plan);
     const Json result = run_pipeline(case_pipeline(the_case), last);
