@@ -1,15 +1,19 @@
 // Formats that ITK reads: PNG, DICOM.
 #include <fmt/format.h>
+#include <gdcm-3.0/gdcmReader.h>
+#include <gdcm-3.0/gdcmSequenceOfFragments.h>
+#include <gdcm-3.0/gdcmStringFilter.h>
 #include <gdcm-3.0/gdcmTrace.h>
 #include <itkGDCMImageIO.h>
 #include <itkGDCMSeriesFileNames.h>
-#include <itkMetaDataObject.h>
 #include <itkPNGImageIO.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <iostream>
 #include <memory>
 #include <sstream>
 
@@ -196,41 +200,112 @@ FileVolume open_png_stack(const std::vector<Path>& files) {
 
 namespace {
 
-// The text of a DICOM element ("0028|0008"), without the blanks that fill it; none if the file does not have it.
-std::optional<std::string> element(itk::GDCMImageIO& io, const char* tag) {
-    std::string text;
-    if (!itk::ExposeMetaData(io.GetMetaDataDictionary(), tag, text)) return std::nullopt;
-    text.erase(std::remove_if(text.begin(), text.end(), [](unsigned char c) { return c == '\0' || std::isspace(c) != 0; }), text.end());
-    return text.empty() ? std::nullopt : std::optional(text);
-}
+// What a DICOM file states; ITK and GDCM invent what is missing, and take what contradicts itself.
+struct DicomHeader {
+    explicit DicomHeader(const Path& file) : path(file) {
+        // GDCM fills values that the file does not hold with zeros, and only warns.
+        std::ostringstream warnings;
+        gdcm::Trace::SetWarningStream(warnings);
+        gdcm::Trace::WarningOn();
+        reader.SetFileName(path.c_str());
+        const bool read = reader.Read();
+        gdcm::Trace::SetWarningStream(std::cerr);
+        gdcm::Trace::WarningOff();
+        if (warnings.str().find("Incomplete Pixel Data") != std::string::npos)
+            throw UserError("the values of the image are not all there: " + path.string(),
+                            {.fix = "the file is incomplete: copy it again"});
+        if (!read) throw UserError("not a DICOM file, or a damaged one: " + path.string());
+        filter.SetFile(reader.GetFile());
+    }
+
+    // Without the blanks that fill it; empty if the file does not have it.
+    [[nodiscard]] std::string text(std::uint16_t group, std::uint16_t number) const {
+        const gdcm::Tag tag(group, number);
+        if (!reader.GetFile().GetDataSet().FindDataElement(tag)) return {};
+        std::string value = filter.ToString(tag);
+        value.erase(std::remove_if(value.begin(), value.end(), [](unsigned char c) { return c == '\0' || std::isspace(c) != 0; }),
+                    value.end());
+        return value;
+    }
+
+    // Numbers that are separated by backslashes; none if one of them is no finite number.
+    [[nodiscard]] std::vector<double> numbers(std::uint16_t group, std::uint16_t number) const {
+        std::string value = text(group, number);
+        std::replace(value.begin(), value.end(), '\\', ' ');
+        std::istringstream words(value);
+        std::vector<double> list;
+        for (std::string word; words >> word;) {
+            const char *start = word.data() + (word.starts_with('+') ? 1 : 0), *stop = word.data() + word.size();
+            double one = 0.0;
+            const auto [end, fault] = std::from_chars(start, stop, one);
+            if (fault != std::errc() || end != stop || !std::isfinite(one)) return {};
+            list.push_back(one);
+        }
+        return list;
+    }
+
+    [[noreturn]] void refuse(const std::string& what, const std::string& allowed, const std::string& fix = {}) const {
+        throw UserError(what, {.where = path.string(), .allowed = allowed, .fix = fix});
+    }
+
+    Path path;
+    gdcm::Reader reader;
+    mutable gdcm::StringFilter filter;
+};
 
 // "2, -1024": values = slope x stored values + intercept.
-std::string scale_of(itk::GDCMImageIO& io) {
-    return element(io, "0028|1053").value_or("1") + ", " + element(io, "0028|1052").value_or("0");
+std::string scale_of(const DicomHeader& header) {
+    const std::string slope = header.text(0x28, 0x1053), intercept = header.text(0x28, 0x1052);
+    return (slope.empty() ? "1" : slope) + ", " + (intercept.empty() ? "0" : intercept);
+}
+
+// One frame of gray values, all of them there, at a stated place.
+void require_gray_frame(const DicomHeader& header) {
+    const std::string meaning = header.text(0x28, 0x4), frames = header.text(0x28, 0x8), samples = header.text(0x28, 0x2);
+    if (!frames.empty() && frames != "1")
+        header.refuse(fmt::format("the file has {} frames", frames), "one frame per file",
+                      "write each frame into a file of its own, for instance with gdcmimg or emf2sf of dcm4che");
+    if (meaning != "MONOCHROME2")
+        header.refuse(
+            fmt::format("the photometric interpretation of the image is \"{}\"", meaning), "MONOCHROME2: larger values are brighter",
+            meaning == "MONOCHROME1" ? "convert the series, for instance with dcmj2pnm, or gdcmconv of GDCM" : "write gray values");
+    if (!samples.empty() && samples != "1") header.refuse(fmt::format("the image has {} values per voxel", samples), "1");
+    const std::vector<double> rows = header.numbers(0x28, 0x10), columns = header.numbers(0x28, 0x11), bits = header.numbers(0x28, 0x100);
+    if (rows.size() != 1 || columns.size() != 1 || bits.size() != 1)
+        header.refuse("Rows, Columns or Bits Allocated are missing", "one number each");
+    const gdcm::Tag values(0x7fe0, 0x10);
+    const gdcm::DataSet& data = header.reader.GetFile().GetDataSet();
+    const gdcm::ByteValue* bytes = data.FindDataElement(values) ? data.GetDataElement(values).GetByteValue() : nullptr;
+    const bool packed = data.FindDataElement(values) && data.GetDataElement(values).GetSequenceOfFragments() != nullptr;
+    const double wanted = rows[0] * columns[0] * bits[0] / 8.0, found = bytes == nullptr ? 0.0 : static_cast<double>(bytes->GetLength());
+    if (!packed && (wanted < 1.0 || found != wanted + std::fmod(wanted, 2.0)))
+        header.refuse(fmt::format("the file has {:.0f} bytes of values, and {:.0f} x {:.0f} values of {:.0f} bits are {:.0f}", found,
+                                  columns[0], rows[0], bits[0], wanted),
+                      "as many as Rows and Columns say", "the file is incomplete or damaged: copy it again");
+    if (const std::string slope = header.text(0x28, 0x1053); !slope.empty()) {
+        const std::vector<double> number = header.numbers(0x28, 0x1053);
+        if (number.size() != 1 || number[0] == 0.0)
+            header.refuse(fmt::format("the rescale slope is \"{}\"", slope), "a number other than 0");
+    }
+    const std::vector<double> place = header.numbers(0x20, 0x32), axes = header.numbers(0x20, 0x37);
+    if (place.size() != 3) header.refuse("the position of the layer (Image Position Patient) is missing", "three numbers");
+    double square_u = 0.0, square_v = 0.0, product = 0.0;
+    for (std::size_t i = 0; i < 3 && axes.size() == 6; ++i) {
+        square_u += axes[i] * axes[i];
+        square_v += axes[3 + i] * axes[3 + i];
+        product += axes[i] * axes[3 + i];
+    }
+    constexpr double rounding = 1e-3;
+    if (std::abs(square_u - 1.0) > rounding || std::abs(square_v - 1.0) > rounding || std::abs(product) > rounding)
+        header.refuse("the directions of rows and columns (Image Orientation Patient) are missing, or no unit vectors at right angles",
+                      "six numbers");
 }
 
 itk::GDCMImageIO::Pointer open_dicom_file(const Path& path) {
-    // GDCM fills values that the file does not hold with zeros, and only warns.
-    static std::ostringstream warnings;
-    warnings.str({});
-    gdcm::Trace::SetWarningStream(warnings);
-    gdcm::Trace::WarningOn();
+    require_gray_frame(DicomHeader(path));
     const auto io = itk::GDCMImageIO::New();
     io->SetFileName(path.string());
     io->ReadImageInformation();
-    if (warnings.str().find("Incomplete Pixel Data") != std::string::npos)
-        throw UserError("the values of the image are not all there: " + path.string(), {.fix = "the file is incomplete: copy it again"});
-    if (const auto meaning = element(*io, "0028|0004"); meaning && *meaning != "MONOCHROME2")
-        throw UserError(fmt::format("the photometric interpretation of the image is {}", *meaning),
-                        {.where = path.string(),
-                         .allowed = "MONOCHROME2: larger values are brighter",
-                         .fix = *meaning == "MONOCHROME1" ? "convert the series, for instance with dcmj2pnm, or gdcmconv of GDCM"
-                                                          : "write gray values"});
-    if (const auto frames = element(*io, "0028|0008"); frames && *frames != "1")
-        throw UserError(fmt::format("the file has {} frames", *frames),
-                        {.where = path.string(),
-                         .allowed = "one frame per file",
-                         .fix = "write each frame into a file of its own, for instance with gdcmimg or emf2sf of dcm4che"});
     return io;
 }
 
@@ -273,12 +348,21 @@ Json dicom_header(const Path& folder) {
         (*volume.spacing)[2] = length / static_cast<double>(files.size() - 1);
     }
     // GDCM takes 1 mm where the file has no PixelSpacing, nor the one of the detector.
-    const bool stated = element(*first, "0028|0030") || element(*first, "0018|1164");
+    const DicomHeader header(files.front());
+    bool stated = false;
+    for (const auto& [group, number] : {std::pair<std::uint16_t, std::uint16_t>(0x28, 0x30), {0x18, 0x1164}}) {
+        if (header.text(group, number).empty()) continue;
+        stated = true;
+        const std::vector<double> spacing = header.numbers(group, number);
+        if (spacing.size() != 2 || !(spacing[0] > 0.0) || !(spacing[1] > 0.0))
+            header.refuse(fmt::format("the spacing of the pixels is \"{}\"", header.text(group, number)), "two positive numbers");
+        break;
+    }
     return {{"type", name_of(volume.type)},
             {"voxels", {volume.voxels[0], volume.voxels[1], static_cast<std::int64_t>(files.size())}},
             {"spacing", stated ? Json(*volume.spacing) : Json(nullptr)},
             {"step", (*volume.spacing)[2]},
-            {"scale", scale_of(*first)},
+            {"scale", scale_of(header)},
             {"origin", volume.origin},
             {"direction", volume.direction},
             {"files", files}};
@@ -295,7 +379,7 @@ FileVolume open_dicom(const Path& folder) {
                            step = header["step"].get<double>(),
                            first_scale = header["scale"].get<std::string>()](const Path& path, std::int64_t z, std::span<char> bytes) {
         const auto io = open_dicom_file(path);
-        if (const std::string scale = scale_of(*io); scale != first_scale && type_of(*io, path) != type)
+        if (const std::string scale = scale_of(DicomHeader(path)); scale != first_scale && type_of(*io, path) != type)
             throw UserError(fmt::format("the layer has the rescale slope and intercept {}, the first layer {}", scale, first_scale),
                             {.where = path.string(),
                              .allowed = "one conversion for all layers where it decides the type of the values",

@@ -18,6 +18,8 @@
 #include <vtkZLibDataCompressor.h>
 
 #include <algorithm>
+#include <cctype>
+#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -88,7 +90,9 @@ struct Piece {
     vtkTypeInt64 offset;
     // Base64 data whose length is encoded apart from them; VTK expects both in one.
     std::streamoff apart_at;
-    std::uint64_t apart_bytes;
+    std::vector<double> ascii_values;
+
+    [[nodiscard]] std::uint64_t values() const { return static_cast<std::uint64_t>(count[0] * count[1] * count[2]); }
 };
 
 // The parsed file; elements belong to the parser.
@@ -110,11 +114,11 @@ struct File {
 
 private:
     std::size_t read_apart(const Piece& piece, char* into, std::uint64_t start, std::size_t count);
-    std::size_t read_ascii(const Piece& piece, char* into, std::uint64_t start, std::size_t count);
+    std::size_t read_ascii(const Piece& piece, char* into, std::uint64_t start, std::size_t count) const;
 };
 
 std::size_t File::read_apart(const Piece& piece, char* into, std::uint64_t start, std::size_t count) {
-    const std::uint64_t words = piece.apart_bytes / word.bytes;
+    const std::uint64_t words = piece.values();
     count = start < words ? static_cast<std::size_t>(std::min<std::uint64_t>(count, words - start)) : 0;
     stream.clear();
     stream.seekg(piece.apart_at);
@@ -129,20 +133,16 @@ std::size_t File::read_apart(const Piece& piece, char* into, std::uint64_t start
     return got;
 }
 
-// Read as double, for VTK takes 300 as 44 in UInt8.
-std::size_t File::read_ascii(const Piece& piece, char* into, std::uint64_t start, std::size_t count) {
-    std::vector<double> values(count);
-    const std::size_t got = parser->ReadInlineData(piece.array, 1, values.data(), start, count, VTK_DOUBLE);
+// From text that has been read as double, for VTK takes 300 as 44 in UInt8, and passes over what follows the last value.
+std::size_t File::read_ascii(const Piece& piece, char* into, std::uint64_t start, std::size_t count) const {
+    const std::size_t got = start < piece.values() ? static_cast<std::size_t>(std::min<std::uint64_t>(count, piece.values() - start)) : 0;
+    const double* values = piece.ascii_values.data() + start;
     const auto put = [&](auto kind) {
         for (std::size_t i = 0; i < got; ++i) {
             const auto value = static_cast<decltype(kind)>(values[i]);
             std::memcpy(into + i * sizeof value, &value, sizeof value);
         }
     };
-    for (std::size_t i = 0; i < got && word.low != word.high; ++i)
-        if (values[i] != std::floor(values[i]) || values[i] < word.low || values[i] > word.high)
-            throw UserError(fmt::format("value {} of an array of the type {} is {:g}", start + i, word.name, values[i]),
-                            {.where = path.string(), .allowed = fmt::format("whole numbers from {:.0f} to {:.0f}", word.low, word.high)});
     switch (word.vtk) {
         case VTK_TYPE_INT8:
             put(std::int8_t{});
@@ -289,33 +289,87 @@ void set_compressor(File& file, vtkXMLDataElement* root, std::string& storage) {
     storage += ", " + text;
 }
 
-// Some writers encode the length of an array and its values one after the other, each with its own padding.
-void find_data_apart(File& file, Piece& piece) {
-    const std::size_t bytes = file.parser->header_bytes(), letters = bytes == 4 ? 8 : 12;
+[[noreturn]] void refuse_length(const Path& path, const std::string& field, bool fewer, std::uint64_t wanted) {
+    throw UserError(fmt::format("the array `{}` has {} values than the image", field, fewer ? "fewer" : "more"),
+                    {.where = path.string(), .allowed = fmt::format("{} values", wanted), .fix = "write the file again"});
+}
+
+void read_ascii_values(File& file, Piece& piece, const std::string& field) {
     file.stream.clear();
+    file.stream.seekg(file.parser->inline_data_at(piece.array));
+    std::string text;
+    for (bool ended = false; !ended && file.stream >> text;) {
+        const std::size_t end = text.find('<');
+        ended = end != std::string::npos;
+        if (ended) text.resize(end);
+        if (text.empty()) continue;
+        double value = 0.0;
+        const auto [stop, fault] = std::from_chars(text.data(), text.data() + text.size(), value);
+        if (fault != std::errc() || stop != text.data() + text.size())
+            refuse(file.path, fmt::format("\"{}\" in the array `{}` is no number", text.substr(0, 20), field));
+        const WordType& word = file.word;
+        if (word.low != word.high && (value != std::floor(value) || value < word.low || value > word.high))
+            throw UserError(
+                fmt::format("value {} of the array `{}`, of the type {}, is {:g}", piece.ascii_values.size(), field, word.name, value),
+                {.where = file.path.string(), .allowed = fmt::format("whole numbers from {:.0f} to {:.0f}", word.low, word.high)});
+        if (piece.ascii_values.size() == piece.values()) refuse_length(file.path, field, false, piece.values());
+        piece.ascii_values.push_back(value);
+    }
+    if (piece.ascii_values.size() < piece.values()) refuse_length(file.path, field, true, piece.values());
+}
+
+// Base64 text from `at` on: so many letters without gaps, then padding. VTK takes other signs as zeros, and gaps shift all that follows.
+void require_base64(File& file, std::streamoff at, std::uint64_t bytes, const std::string& field) {
+    const std::uint64_t letters = (4 * bytes + 2) / 3;
+    const std::string padding(static_cast<std::size_t>((3 - bytes % 3) % 3), '=');
+    const auto is_letter = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '+' || c == '/'; };
+    file.stream.clear();
+    file.stream.seekg(at);
+    std::string block;
+    for (std::uint64_t done = 0; done < letters; done += block.size()) {
+        block.resize(static_cast<std::size_t>(std::min<std::uint64_t>(letters - done, 1U << 20U)));
+        if (!file.stream.read(block.data(), static_cast<std::streamsize>(block.size())) ||
+            !std::all_of(block.begin(), block.end(), is_letter))
+            refuse(file.path, fmt::format("the base64 text of the array `{}` has gaps or other signs, or ends early", field));
+    }
+    block.assign(padding.size(), ' ');
+    if (!file.stream.read(block.data(), static_cast<std::streamsize>(block.size())) || block != padding)
+        refuse(file.path, fmt::format("the base64 text of the array `{}` does not end where its length says", field));
+}
+
+// Length and values in one, or one after the other, each with its own padding, as some writers do.
+void find_base64_data(File& file, Piece& piece, const std::string& field) {
+    const std::size_t bytes = file.parser->header_bytes(), letters = bytes == 4 ? 8 : 12;
     const std::streamoff at =
         piece.appended ? file.parser->GetAppendedDataPosition() + piece.offset : file.parser->inline_data_at(piece.array);
     std::string text(letters, ' ');
     file.stream.clear();
     file.stream.seekg(at);
+    std::array<unsigned char, 16> decoded{};
     if (!file.stream.read(text.data(), static_cast<std::streamsize>(letters)) ||
-        text.substr(letters - (bytes == 4 ? 2 : 1)).find_first_not_of('=') != std::string::npos)
-        return;
-    std::array<unsigned char, 8> length{};
-    if (vtkBase64Utilities::DecodeSafely(reinterpret_cast<const unsigned char*>(text.data()), letters, length.data(), bytes) != bytes)
-        return;
-    if (file.parser->big_endian()) std::reverse(length.begin(), length.begin() + static_cast<std::ptrdiff_t>(bytes));
-    for (std::size_t i = bytes; i-- > 0;) piece.apart_bytes = piece.apart_bytes << 8 | length[i];
-    piece.apart_at = at + static_cast<std::streamoff>(letters);
+        vtkBase64Utilities::DecodeSafely(reinterpret_cast<const unsigned char*>(text.data()), letters, decoded.data(), decoded.size()) <
+            bytes)
+        refuse(file.path, fmt::format("the base64 text of the array `{}` is damaged", field));
+    if (file.parser->big_endian()) std::reverse(decoded.begin(), decoded.begin() + static_cast<std::ptrdiff_t>(bytes));
+    std::uint64_t length = 0;
+    for (std::size_t i = bytes; i-- > 0;) length = length << 8U | decoded[i];
+    const std::uint64_t wanted = piece.values() * file.word.bytes;
+    if (length != wanted) refuse_length(file.path, field, length < wanted, piece.values());
+    const bool apart = text.ends_with(bytes == 4 ? "==" : "=");
+    if (apart) piece.apart_at = at + static_cast<std::streamoff>(letters);
+    if (apart) {
+        require_base64(file, at, bytes, field);
+        require_base64(file, piece.apart_at, length, field);
+    } else {
+        require_base64(file, at, bytes + length, field);
+    }
 }
 
 // One value more than the image has must not be there, and the last one must.
 void require_length(File& file, const Piece& piece, const std::string& field) {
-    const std::int64_t count = piece.count[0] * piece.count[1] * piece.count[2];
     std::vector<char> two(2 * file.word.bytes);
-    if (const std::size_t got = file.read(piece, two.data(), count - 1, 2); got != 1)
-        throw UserError(fmt::format("the array `{}` has {} values than the image", field, got == 0 ? "fewer" : "more"),
-                        {.where = file.path.string(), .allowed = fmt::format("{} values", count), .fix = "write the file again"});
+    if (const std::size_t got = file.read(piece, two.data(), static_cast<std::int64_t>(piece.values()) - 1, 2); got != 1)
+        refuse_length(file.path, field, got == 0, piece.values());
 }
 
 // Layers of all pieces, row by row.
@@ -408,9 +462,10 @@ VtiVolume open_vti_volume(const Path& path, const std::string& field) {
     const auto appended = children(root, "AppendedData");
     const char* encoding = appended.empty() ? nullptr : appended.front()->GetAttribute("encoding");
     for (Piece& piece : file->pieces)
-        if (root->GetAttribute("compressor") == nullptr && !piece.ascii &&
-            !(piece.appended && encoding != nullptr && std::string(encoding) == "raw"))
-            find_data_apart(*file, piece);
+        if (piece.ascii)
+            read_ascii_values(*file, piece, volume.field);
+        else if (root->GetAttribute("compressor") == nullptr && !(piece.appended && encoding != nullptr && std::string(encoding) == "raw"))
+            find_base64_data(*file, piece, volume.field);
     require_cover(file->pieces, low, volume.values, volume.at_points, path);
     for (const Piece& piece : file->pieces) require_length(*file, piece, volume.field);
     volume.notes = notes_of(path);
