@@ -22,6 +22,7 @@
 #include "core/machine.hpp"
 #include "core/own_process.hpp"
 #include "imaging/file_axes.hpp"
+#include "imaging/layer_files.hpp"
 
 namespace porepack::imaging {
 using namespace core;
@@ -320,6 +321,19 @@ FileVolume dicom_of(const Json& header) {
     return volume;
 }
 
+// GDCM passes over files that it cannot read: then a layer would be missing.
+void require_all_in_series(const Path& folder, const std::vector<std::string>& series) {
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+        const std::string name = entry.path().filename().string(), ending = lower_extension(entry.path());
+        const bool looks_like_one =
+            ending == ".dcm" || ending == ".ima" || ending.empty() || ending.find_first_not_of(".0123456789") == std::string::npos;
+        if (!entry.is_regular_file() || name.starts_with('.') || name == "DICOMDIR" || !looks_like_one) continue;
+        if (std::none_of(series.begin(), series.end(), [&](const std::string& one) { return Path(one).filename() == name; }))
+            throw UserError("the file is not a layer of the series, or is damaged: " + entry.path().string(),
+                            {.fix = "copy it again, or move it to another folder"});
+    }
+}
+
 // In the process that may crash.
 Json dicom_header(const Path& folder) {
     const auto names = itk::GDCMSeriesFileNames::New();
@@ -332,6 +346,7 @@ Json dicom_header(const Path& folder) {
         throw UserError(fmt::format("the folder contains {} DICOM series", series.size()),
                         {.where = folder.string(), .fix = "put each series into a folder of its own"});
     const std::vector<std::string> files = names->GetFileNames(series.front());
+    require_all_in_series(folder, files);
     const auto first = open_dicom_file(files.front()), last = open_dicom_file(files.back());
     FileVolume volume{.type = type_of(*first, files.front())};
     take_geometry(volume, *first);

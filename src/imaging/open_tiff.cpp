@@ -32,10 +32,14 @@ std::atomic<long> tiff_errors = 0;
 void count_error(const char* /*module*/, const char* /*format*/, va_list /*values*/) {
     ++tiff_errors;
 }
+// A list of pages that leads back to one of them ends with a warning only.
+void count_loop(const char* /*module*/, const char* format, va_list /*values*/) {
+    if (std::string_view(format).find("loop") != std::string_view::npos) ++tiff_errors;
+}
 
 File open(const Path& path) {
     if (!std::filesystem::is_regular_file(path)) throw UserError("not a regular file: " + path.string());
-    TIFFSetWarningHandler(nullptr);
+    TIFFSetWarningHandler(count_loop);
     TIFFSetErrorHandler(count_error);
     File file(TIFFOpen(path.c_str(), "r"));
     if (!file) fail(path, "not a TIFF image, or a damaged one");
@@ -162,14 +166,14 @@ void require_layers(const std::string& description, const Path& path) {
     } else if (description.starts_with("ImageJ")) {
         channels = number_behind(description, "channels=", 1);
         times = number_behind(description, "frames=", 1);
-    } else if (description.starts_with("{\"shape\":")) {  // of tifffile
-        const Json json = Json::parse(description, nullptr, false);
-        long axes = 0;
-        if (json.is_object() && json["shape"].is_array())
-            for (const Json& size : json["shape"]) axes += size.is_number() && size.get<double>() > 1.0 ? 1 : 0;
-        if (axes > 3)
-            fail(path, fmt::format("the file holds an array of {} axes: {}", axes, json["shape"].dump()),
-                 "write one channel and one time, three axes, into a file of its own");
+    } else if (const Json json = Json::parse(description, nullptr, false); json.is_object() && json.contains("shape")) {  // of tifffile
+        const std::string axes = json.contains("axes") && json["axes"].is_string() ? json["axes"].get<std::string>() : std::string();
+        std::string long_axes;
+        for (std::size_t i = 0; json["shape"].is_array() && i < json["shape"].size(); ++i)
+            if (json["shape"][i].is_number() && json["shape"][i].get<double>() > 1.0) long_axes += i < axes.size() ? axes[i] : '?';
+        if (long_axes.size() > 3 || long_axes.find_first_of("CTS") != std::string::npos)
+            fail(path, fmt::format("the file holds an array {} with the axes {}", json["shape"].dump(), axes.empty() ? "of no name" : axes),
+                 "write one channel and one time, with the axes ZYX, into a file of its own");
     }
     if (channels > 1 || times > 1)
         fail(path, fmt::format("the image has {} channels and {} times", channels, times),
