@@ -3,12 +3,12 @@
 # shellcheck disable=SC2154  # here is set by the script that sources this file
 install="${install:-yes}"
 
-# install_packages: installs the packages of packages.apt that dpkg does not report as installed.
+# install_packages LIST...: installs the packages of these files that dpkg does not report as installed.
 install_packages() {
-    local missing=() package sudo=()
+    local missing=() package sudo=() lists=("${@/#/$here/}")
     while read -r package; do
         dpkg-query -W -f '${db:Status-Abbrev}' "$package" 2> /dev/null | grep -q '^ii' || missing+=("$package")
-    done < <(grep -v '^#' "$here/packages.apt" | grep -v '^$')
+    done < <(grep -hv '^#' "${lists[@]}" | grep -v '^$')
     [ "${#missing[@]}" -gt 0 ] || return 0
     if [ "$install" = no ]; then
         echo "missing packages (not installed because of --no-install): ${missing[*]}" >&2

@@ -3,6 +3,7 @@
 #include <malloc.h>
 #include <omp.h>
 #include <sched.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -29,6 +30,14 @@ double read_number(const char* path) {
 }
 
 }  // namespace
+
+void require_stack() {
+    constexpr rlim_t least = rlim_t{1} << 20U;
+    rlimit stack{};
+    if (getrlimit(RLIMIT_STACK, &stack) == 0 && stack.rlim_cur != RLIM_INFINITY && stack.rlim_cur < least)
+        throw MachineError(fmt::format("the stack is limited to {}", human_bytes(static_cast<double>(stack.rlim_cur))),
+                           {.allowed = "1 MB or more", .fix = "ulimit -s 8192"});
+}
 
 std::string host_name() {
     std::array<char, 256> name{};

@@ -14,6 +14,9 @@ namespace porepack::core {
 /// to 32 MB otherwise, and they count as used.)
 void return_large_blocks();
 
+/// For programs, at their start: throws MachineError where the stack is limited (ulimit -s) to less than the kernels and libraries need.
+void require_stack();
+
 /// Largest resident memory of this process since the start or the last reset, in bytes.
 [[nodiscard]] double peak_memory_bytes();
 /// Also gives freed memory back to the system, so that it does not count for the next stage.

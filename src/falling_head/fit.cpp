@@ -82,8 +82,9 @@ public:
                 std::max(0.1 * speed, (curve.level_m.front() - curve.level_m[near]) / (curve.time_s[near] - curve.time_s.front()));
         }
         free_ = {viscous, inertial};
+        constexpr double negligible = 1e-12;  // metres, or relative
         for (Eigen::Index p = offset; p < first_curve; ++p)
-            if (uncertainty_[static_cast<std::size_t>(p)] > 0.0) {
+            if (uncertainty_[static_cast<std::size_t>(p)] > negligible) {
                 ++rows_;
                 free_.push_back(p);
                 uncertain_.push_back(p);

@@ -21,7 +21,14 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import numpy as np
+try:
+    import numpy as np
+    import PIL
+    import pydicom
+    import tifffile
+except ImportError as missing:
+    print(f"skipped: {missing}; install the packages of packages-test.apt, and use Debian's /usr/bin/python3", file=sys.stderr)
+    sys.exit(77)
 
 BAD = ("crash", "hang", "silent", "injected", "lost", "half-written", "unclear")
 
@@ -78,7 +85,7 @@ def run_case(case, program, keep):
         text = error + done.stdout.decode(errors="replace")
         after = tree(box)
         made = [n for n in after if n not in before]
-        if any("pwned" in n for n in made):
+        if any(Path(n).name in ("pwned", "pwned_by_corpus") for n in made):
             return "injected", str(made)
         allowed = [f"work/{n}" for n in case.writes]
         for name, digest in before.items():
@@ -92,7 +99,8 @@ def run_case(case, program, keep):
         if "internal error" in text or "terminate called" in text or "Traceback" in text:
             return "crash", error[-300:]
         if done.returncode != 0:
-            if [n for n in made if n.endswith((".npy", "result.json", ".partial"))]:
+            beside = {n.split("_1/")[0] for n in made if "_1/" in n and n.endswith("manifest.json")}  # whole, beside what is in the way
+            if [n for n in made if n.endswith((".npy", "result.json", ".partial")) and n.split("_1/")[0] not in beside]:
                 return "half-written", str(made)
             if "error:" not in error:
                 return "unclear", error[-200:]

@@ -184,10 +184,10 @@ void print_stage(const Common& common, const std::string& stage, const Json& res
     const Json written = read_json(manifest);
     const Json& files = written.at("outputs_sha256");
     if (files.size() > most_files)
-        fmt::print("written: {} files in {}\n", files.size(), manifest.parent_path().lexically_normal().string());
+        fmt::print("written: {} files in {}\n", files.size(), for_terminal(manifest.parent_path().lexically_normal().string()));
     else
         for (const auto& [file, digest] : files.items())
-            fmt::print("written: {}\n", (manifest.parent_path() / file).lexically_normal().string());
+            fmt::print("written: {}\n", for_terminal((manifest.parent_path() / file).lexically_normal().string()));
 }
 
 CommandLine::CommandLine() {

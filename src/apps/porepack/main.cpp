@@ -31,6 +31,7 @@ int main(int argc, char** argv) {
     porepack::core::return_large_blocks();
     porepack::core::install_signal_handlers();
     try {
+        porepack::core::require_stack();
         return porepack::apps::CommandLine().run(argc, argv);
     } catch (const porepack::core::Error& error) {
         return report(error.what(), error.code());

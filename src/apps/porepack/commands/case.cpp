@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "apps/porepack/command_line.hpp"
+#include "core/escape.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "stages/relax.hpp"
@@ -20,7 +21,7 @@ namespace {
 void print_main_numbers(const Case& c, const Json& report) {
     for (const auto& entry : report.at("main_numbers"))
         fmt::print("{:<28} {}\n", entry["label"].get<std::string>(), entry["text"].get<std::string>());
-    fmt::print("report: {}\n", std::filesystem::absolute(c.results() / "report.html").lexically_normal().string());
+    fmt::print("report: {}\n", for_terminal(std::filesystem::absolute(c.results() / "report.html").lexically_normal().string()));
 }
 
 // A case of someone else may name any file.

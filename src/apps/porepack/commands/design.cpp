@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "apps/porepack/command_line.hpp"
+#include "core/escape.hpp"
 #include "core/data_file.hpp"
 #include "study/design.hpp"
 
@@ -83,7 +84,7 @@ void design(const Common& common, const DesignOptions& options) {
     if (!result.full.is_null())
         fmt::print("in the whole container: k = {:.3g} m2, porosity {:.3f}\n", result.full["permeability_m2"].get<double>(),
                    result.full["porosity"].get<double>());
-    fmt::print("report: {}\n", std::filesystem::absolute(folder / "design.html").lexically_normal().string());
+    fmt::print("report: {}\n", for_terminal(std::filesystem::absolute(folder / "design.html").lexically_normal().string()));
 }
 
 }  // namespace

@@ -58,7 +58,7 @@ void plot(const Common& common, const FigureConfig& figure, RowChoice choice) {
     const Study the_study = read_study(common.input);
     if (figure.x.empty() && figure.y.empty()) {
         write_study_page(the_study, choice);
-        fmt::print("written: {}\n", (the_study.folder / "study.html").lexically_normal().string());
+        fmt::print("written: {}\n", for_terminal((the_study.folder / "study.html").lexically_normal().string()));
         return;
     }
     if (figure.x.empty() || figure.y.empty())
@@ -68,12 +68,12 @@ void plot(const Common& common, const FigureConfig& figure, RowChoice choice) {
     require_plain_name(named.name, "the name of a figure", "--name");
     if (draw_figure(the_study, named, choice))
         for (const char* kind : {".svg", ".png"})
-            fmt::print("written: {}\n", (the_study.folder / "figures" / (named.name + kind)).lexically_normal().string());
+            fmt::print("written: {}\n", for_terminal((the_study.folder / "figures" / (named.name + kind)).lexically_normal().string()));
 }
 
 void write_workflow(const Common& common, bool snakemake) {
     if (!snakemake) throw UserError("no format is chosen", {.allowed = "--snakemake"});
-    fmt::print("written: {}\n", write_snakefile(read_study(common.input)).lexically_normal().string());
+    fmt::print("written: {}\n", for_terminal(write_snakefile(read_study(common.input)).lexically_normal().string()));
 }
 
 }  // namespace
