@@ -2,6 +2,12 @@
 include(CMakePackageConfigHelpers)
 
 get_property(components GLOBAL PROPERTY porepack_components)
+# ./Allrun builds only the program: what is missing is built first, or an installation would end half done.
+add_custom_target(installed DEPENDS ${components})
+if(TARGET porepack)
+  add_dependencies(installed porepack porepack_benchmark)
+endif()
+install(CODE "execute_process(COMMAND \"${CMAKE_COMMAND}\" --build \"${CMAKE_BINARY_DIR}\" --target installed COMMAND_ERROR_IS_FATAL ANY)")
 install(TARGETS ${components} EXPORT porepackTargets
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 if(TARGET porepack)

@@ -98,6 +98,16 @@ void require_tables_of_image(const Case& c, const TomlFile& toml, const std::map
         throw UserError("fit = true needs the shape of the grains", {.where = file, .allowed = "[shape] with spherocylinders"});
 }
 
+// Grains of a surface, or of a given packing, are not poured.
+void require_pouring(const Case& c, const TomlFile& toml, const std::map<std::string, Flags>& set, const std::string& file) {
+    for (const char* table : {"packing", "packings"})
+        if (c.from_stl() && (toml.has(table) || set.contains(table)))
+            throw UserError(fmt::format("the table [{}] has no effect on the grains of an STL file: they stay where they are", table),
+                            {.where = file,
+                             .allowed = "an STL file with all grains of the bed in their places",
+                             .fix = "remove the table; one grain of an STL file cannot be poured, spherocylinders can"});
+}
+
 // What [packings] and friction_uncertainty need of each other.
 void require_packings(const Settings& settings, const std::string& file) {
     const PackingsConfig& packings = settings.packings;
@@ -172,6 +182,7 @@ Case read_case(const Path& path, const std::string& flag_table, const Flags& fla
     if (const PackingConfig& packing = the_case.settings.packing; packing.engine != Engine::none && !packing.file.empty())
         throw UserError(fmt::format("`file` has no effect with engine = \"{}\"", name_of(packing.engine)),
                         {.where = file.string() + ", [packing]", .fix = "remove it, or write engine = \"none\""});
+    require_pouring(the_case, toml, set, file.string());
     require_packings(the_case.settings, file.string());
     return the_case;
 }

@@ -13,6 +13,7 @@
 #include "imaging/phases.hpp"
 #include "io/image.hpp"
 #include "stages/gray.hpp"
+#include "stages/scan_bed.hpp"
 
 namespace porepack::stages {
 using namespace core;
@@ -102,8 +103,16 @@ PoreSpace load_image(const Path& file, const InputOptions& options) {
                 log_warning(fmt::format("{}: grains were removed beyond the section from {:g} to {:g} m, and the given one reaches further",
                                         file.string(), complete.z0, complete.z1));
         }
-    } else if (const auto note = notes.find("section"); note != notes.end())
+    } else if (const auto note = notes.find("section"); note != notes.end()) {
         section = section_of_note(note->second, file);
+    }
+    if (!found.container.periodic[2]) {
+        const LayerProfile profile = found.gray ? profile_of(*found.gray, found.container) : profile_of(found.image);
+        if (options.geometry.section_m.empty() && !notes.contains("section"))
+            section = default_section(profile, file.string());
+        else
+            warn_beyond_bed(profile, section, file.string());
+    }
     if (found.gray) {
         PoreSpace space = pore_space_of(found.gray, found.container, section, file.string());
         space.image_porosity_error = porosity_error(from_json_members<GrayNotes>(found.description["gray"]), space);
@@ -120,6 +129,17 @@ PoreSpace load_slices(const Path& folder, const InputOptions& options) {
     space.image = std::make_shared<const PhaseImage>(PhaseImage{.grid = stack.grid, .phase = std::move(stack.phase), .notes = {}});
     if (const auto& given = options.geometry.section_m; given.size() == 2) space.section = {given[0], given[1]};
     return space;
+}
+
+// A single stone in a tube, or grains that hang in the air, are solved as well as a bed is, and mean something else.
+void warn_of_no_bed(const PoreSpace& space) {
+    if (space.container.any_periodic() || space.container.cut_ends) return;
+    if (space.bed_bottom_m > 0.25 * space.maximum_feret_diameter_m)
+        log_warning(fmt::format("{}: the lowest grain lies {:.3g} m above the floor", space.source, space.bed_bottom_m));
+    constexpr double least = 0.1;
+    if (const double solid = 1.0 - space.porosity(4000).value; solid < least)
+        log_warning(fmt::format("{}: solid fills {:.2g} % of the section: k is that of single bodies in a container, not of a bed",
+                                space.source, 100.0 * solid));
 }
 
 PoreSpace with_ends(const PoreSpace& space, const SectionConfig& section) {
@@ -257,6 +277,7 @@ PoreSpace load_pore_space(const Path& input, const InputOptions& options) {
             fmt::format("there is no grain in the section from {:g} to {:g} m", space.section.z0, space.section.z1),
             {.allowed = fmt::format("a section in the bed, which reaches from {:g} to {:g} m", space.bed_bottom_m, space.bed_top_m)});
     space.reservoir_m = geometry.reservoir_m;
+    warn_of_no_bed(space);
     if (space.section.length() < space.maximum_feret_diameter_m && !space.container.periodic[2])
         log_warning(fmt::format(
             "the section is {:.3g} m long, less than one grain's maximum Feret diameter ({:.3g} m): it hardly represents the packing",

@@ -8,6 +8,7 @@
 
 #include "core/error.hpp"
 #include "core/log.hpp"
+#include "core/median.hpp"
 #include "core/table.hpp"
 #include "imaging/separate.hpp"
 #include "io/image.hpp"
@@ -32,6 +33,7 @@ struct Grain {
     double voxels = 0.0;
     shapes::Vec3 sum = shapes::Vec3::Zero();                     ///< of the voxels' centres
     int lowest = std::numeric_limits<int>::max(), highest = -1;  ///< layers
+    double in_lowest = 0.0, in_highest = 0.0, in_widest = 0.0;   ///< voxels of these layers, and of that with most
     Kind kind = Kind::whole;
 };
 
@@ -44,7 +46,11 @@ std::vector<Grain> grains_of(const Grid& grid, const Separated& found) {
                 grain.voxels += 1.0;
                 grain.sum += shapes::Vec3(grid.centre(0, i), grid.centre(1, j), grid.centre(2, k));
                 grain.lowest = std::min(grain.lowest, k);
-                grain.highest = std::max(grain.highest, k);
+                if (grain.highest != k) grain.in_highest = 0.0;
+                grain.highest = k;
+                grain.in_highest += 1.0;
+                grain.in_widest = std::max(grain.in_widest, grain.in_highest);
+                if (k == grain.lowest) grain.in_lowest += 1.0;
             }
     return grains;
 }
@@ -62,9 +68,14 @@ double median_by_volume(const std::vector<Grain>& grains) {
     return 0.0;
 }
 
+// A grain that only touches an end stands there: hardly any of it can be missing.
 void classify(std::vector<Grain>& grains, int layers, const SegmentConfig& config) {
-    for (Grain& grain : grains)
-        if (grain.lowest == 0 || grain.highest == layers - 1) grain.kind = Kind::cut;
+    constexpr double touches = 0.05;
+    for (Grain& grain : grains) {
+        const bool at_floor = grain.lowest == 0 && !config.on_floor && grain.in_lowest > touches * grain.in_widest;
+        const bool at_top = grain.highest == layers - 1 && grain.in_highest > touches * grain.in_widest;
+        if (at_floor || at_top) grain.kind = Kind::cut;
+    }
     const double median = median_by_volume(grains);
     for (Grain& grain : grains) {
         if (grain.voxels < config.smallest_grain * median) grain.kind = Kind::speck;
@@ -140,14 +151,33 @@ void write_grains(const Path& file, const std::vector<Grain>& grains, double vox
     table.write(file);
 }
 
-// Between the planes that no removed grain reaches.
-std::optional<Section> complete_section(const std::vector<Grain>& grains, const Grid& grid) {
-    int low = 0, high = grid.cells[2];
+// Of the grains that are kept.
+double median_height(const std::vector<Grain>& grains) {
+    std::vector<double> heights;
+    for (const Grain& grain : grains)
+        if (grain.kind == Kind::whole && grain.voxels > 0.0) heights.push_back(grain.highest - grain.lowest + 1);
+    return heights.empty() ? 0.0 : median(heights);
+}
+
+// Between the planes that no removed grain reaches; a grain's height away from where the bed ends inside the image.
+std::optional<Section> complete_section(const std::vector<Grain>& grains, const Grid& grid, bool with_cut_grains) {
+    const int layers = grid.cells[2];
+    int low = 0, high = layers, bottom = layers, top = 0;
+    bool cut_below = false, cut_above = false;
     for (const Grain& grain : grains) {
-        if (grain.kind != Kind::cut || grain.voxels == 0.0) continue;
+        if (grain.voxels == 0.0 || grain.kind == Kind::speck) continue;
+        bottom = std::min(bottom, grain.lowest);
+        top = std::max(top, grain.highest + 1);
+        if (grain.kind != Kind::cut) continue;
+        cut_below = cut_below || grain.lowest == 0;
+        cut_above = cut_above || grain.highest == layers - 1;
+        if (with_cut_grains) continue;
         if (grain.lowest == 0) low = std::max(low, grain.highest + 1);
-        if (grain.highest == grid.cells[2] - 1) high = std::min(high, grain.lowest);
+        if (grain.highest == layers - 1) high = std::min(high, grain.lowest);
     }
+    const int height = static_cast<int>(median_height(grains));
+    if (!cut_below) low = bottom + height;
+    if (!cut_above) high = top - height;
     if (high - low < 2) return std::nullopt;
     return Section{low * grid.spacing_m[2], high * grid.spacing_m[2]};
 }
@@ -233,13 +263,12 @@ Json segment_image(const Path& file, ImageConfig image, const std::optional<Cont
     if (kept == 0)
         throw UserError(fmt::format("no grain is left: {} are cut by the ends of the image, {} are specks", numbers[1], numbers[4]),
                         {.where = file.string(), .fix = "--keep-cut-grains, a longer scan, or another threshold (porepack image info)"});
-    const auto section =
-        config.keep_cut_grains ? std::optional(Section{0.0, grid.cells[2] * grid.spacing_m[2]}) : complete_section(grains, grid);
+    const auto section = complete_section(grains, grid, config.keep_cut_grains);
     if (section) {
         const std::string note = fmt::format("{:.10g},{:.10g}", section->z0, section->z1);
         gray.notes["section"] = phases.notes["section"] = note;
     } else {
-        log_warning("the grains that the ends of the image cut reach each other: no part of the bed is complete");
+        log_warning("nothing is left of the bed between the grains that the ends of the image cut, or where the bed ends: give --section");
     }
     if (notes.tube_removed) phases.notes["shows_wall"] = "true";
     gray.notes["container"] = phases.notes["container"] = to_json(input.container).dump();
@@ -271,8 +300,9 @@ Json segment_image(const Path& file, ImageConfig image, const std::optional<Cont
     json["grains"] = {{"kept", kept}};
     for (std::size_t kind = 0; kind < names_of_kinds.size(); ++kind) json["grains"][names_of_kinds[kind]] = numbers[kind];
     json["meaning"] =
-        "whole: 0.6 to 1.5 median volumes; merged: more; split: less; cut: by the first or last layer; the median is that by volume of the "
-        "grains that are not cut; section: where no removed grain reaches";
+        "whole: 0.6 to 1.5 median volumes; merged: more; split: less; cut: by the first or last layer, unless it only touches it; the "
+        "median is that by volume of the "
+        "grains that are not cut; section: where no removed grain reaches, a grain's height away from where the bed ends inside the image";
     return json;
 }
 

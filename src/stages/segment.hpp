@@ -12,6 +12,7 @@ namespace porepack::stages {
 struct SegmentConfig {
     double separation = 0.25;
     bool keep_cut_grains = false;
+    bool on_floor = false;
     bool keep_cavities = false;
     double smallest_grain = 0.05;
 };
@@ -21,6 +22,8 @@ inline void describe(core::ConfigVisitor& v, SegmentConfig& c) {
         "by how much a maximum of the distance to the surface must stand out to be a grain of its own, over half the grains' thickness; "
         "0.1 to 0.25 for long arms, 0.25 to 0.5 for round grains");
     v.boolean("keep_cut_grains", c.keep_cut_grains, "keep the grains that the first and the last layer of the image cut");
+    v.boolean("on_floor", c.on_floor,
+              "the first layer lies on the container's floor: grains that reach it are whole, however broad they stand on it");
     v.boolean("keep_cavities", c.keep_cavities, "cavities in the grains stay pores");
     v.number("smallest_grain", c.smallest_grain, core::between(0.0, 1.0), "smaller pieces are removed; volume over the median volume");
 }

@@ -69,6 +69,7 @@ private:
 
 // Each function adds its commands (commands/*.cpp).
 void add_case_commands(CommandLine& line);
+void add_new_command(CommandLine& line);
 void add_shape_command(CommandLine& line);
 void add_geometry_commands(CommandLine& line);
 void add_lbm_command(CommandLine& line);
