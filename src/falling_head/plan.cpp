@@ -68,6 +68,9 @@ std::vector<PlannedTest> plan_tests(const Resistance& sample, const FallingHeadC
     std::sort(tops.begin(), tops.end());
     if (tops.front() <= bottom)
         throw UserError("the window has no height", {.where = "window_tops_m", .allowed = "above the lower end of window_m"});
+    if (tops.back() > apparatus.start_level_m)
+        throw UserError(fmt::format("a window that begins at {:g} m lies above the start of the test", tops.back()),
+                        {.where = "window_tops_m", .allowed = fmt::format("at most start_level_m, {:g} m", apparatus.start_level_m)});
     const double water = glycerol_solution(0.0, config.celsius).kinematic_viscosity_m2_per_s;
     std::vector<PlannedTest> tests;
     for (const double fluid : fluids)

@@ -172,7 +172,9 @@ void require_layers(const std::string& description, const Path& path) {
         for (std::size_t i = 0; json["shape"].is_array() && i < json["shape"].size(); ++i)
             if (json["shape"][i].is_number() && json["shape"][i].get<double>() > 1.0) long_axes += i < axes.size() ? axes[i] : '?';
         if (long_axes.size() > 3 || long_axes.find_first_of("CTS") != std::string::npos)
-            fail(path, fmt::format("the file holds an array {} with the axes {}", json["shape"].dump(), axes.empty() ? "of no name" : axes),
+            fail(path,
+                 fmt::format("the file holds an array of {} axes{}: {}", long_axes.size(), axes.empty() ? "" : " (" + axes + ")",
+                             json["shape"].dump()),
                  "write one channel and one time, with the axes ZYX, into a file of its own");
     }
     if (channels > 1 || times > 1)

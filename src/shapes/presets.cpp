@@ -213,13 +213,15 @@ double maximum_feret_diameter(const Shape& shape) {
 }
 
 void validate(const Shape& shape) {
+    constexpr double smallest_radius_m = 1e-9, largest_length_m = 1e6;
     const auto& capsules = shape.capsules;
     if (capsules.empty()) throw UserError("shape `" + shape.id + "` has no capsule", {.fix = "give at least one [[shape.capsule]]"});
     if (capsules.size() > 64) throw UserError(fmt::format("shape `{}` has {} capsules", shape.id, capsules.size()), {.allowed = "1 to 64"});
     for (std::size_t i = 0; i < capsules.size(); ++i)
-        if (!capsules[i].a.allFinite() || !capsules[i].b.allFinite() || !(capsules[i].radius > 0.0) || !std::isfinite(capsules[i].radius))
+        if (!(capsules[i].a.norm() <= largest_length_m) || !(capsules[i].b.norm() <= largest_length_m) ||
+            !(capsules[i].radius >= smallest_radius_m && capsules[i].radius <= largest_length_m))
             throw UserError(fmt::format("capsule {} of shape `{}` is not possible: radius {:g} m", i, shape.id, capsules[i].radius),
-                            {.allowed = "finite coordinates, radius_m > 0"});
+                            {.allowed = "coordinates within 1e6 m, radius_m from 1e-9 to 1e6"});
     std::vector<std::size_t> reached = {0};
     std::vector<bool> seen(capsules.size(), false);
     seen[0] = true;

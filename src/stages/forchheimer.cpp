@@ -61,6 +61,9 @@ double water_depth(const PoreSpace& space) {
 
 // The section in its bed, or alone where the case asks for planes.
 PoreSpace without_reservoir(const PoreSpace& given) {
+    if (given.ends == Ends::paper)
+        log_warning(
+            "flows with inertia have free water at the planes of the section, not the ends of the paper: in_situ is nearer to a bed");
     if (given.ends != Ends::in_situ) return given.section_only();
     PoreSpace space = given;
     space.reservoir_m = 0.0;

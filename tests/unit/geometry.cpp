@@ -256,11 +256,13 @@ TEST(Stl, FaultsAreNamed) {
     EXPECT_TRUE(has(fault(""), "empty"));
     EXPECT_TRUE(has(fault(bytes.substr(0, bytes.size() / 2)), "the STL file is incomplete"));
     EXPECT_TRUE(has(fault("hello"), "not an STL"));
-    EXPECT_TRUE(has(fault("solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0"), "is not a number"));
+    EXPECT_TRUE(has(fault("solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0"), "is incomplete"));
+    EXPECT_TRUE(has(fault("solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0,5 0"), "`0,5` is not a number in triangle 1"));
+    EXPECT_TRUE(has(fault("solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nnormal"), "\"normal\" is not expected in line 5"));
     std::string nan = bytes;
     const float value = std::nanf("");
     std::memcpy(nan.data() + 84 + 50 * 7 + 12, &value, 4);
-    EXPECT_TRUE(has(fault(nan), "triangle 7"));
+    EXPECT_TRUE(has(fault(nan), "triangle 8"));
     TriangleSurface open = surface;
     open.triangles.pop_back();
     EXPECT_TRUE(has(check_surface(open).fault, "the surface is open: 3 edges"));
@@ -281,6 +283,81 @@ TEST(Stl, FaultsAreNamed) {
         for (double& x : p) x *= 1000.0;
     EXPECT_TRUE(
         has(message_of<UserError>([&] { require_plausible_size(check_surface(millimetres), packing.container, "x.stl"); }), "millimetres"));
+}
+
+// Two triangles on each side, in millimetres.
+std::string block_stl(const std::string& name, const std::array<double, 6>& box, const std::string& first_number = {}) {
+    constexpr int faces[12][3] = {{0, 2, 1}, {0, 3, 2}, {4, 5, 6}, {4, 6, 7}, {0, 1, 5}, {0, 5, 4},
+                                  {1, 2, 6}, {1, 6, 5}, {2, 3, 7}, {2, 7, 6}, {3, 0, 4}, {3, 4, 7}};
+    std::string text = "solid " + name + "\n";
+    for (const auto& face : faces) {
+        text += "facet normal 0 0 0\nouter loop\n";
+        for (const int corner : face) {
+            const bool east = corner == 1 || corner == 2 || corner == 5 || corner == 6, north = corner % 4 >= 2, top = corner >= 4;
+            const double x = box[east ? 3 : 0];
+            text += fmt::format("vertex {} {} {}\n", x == 0.0 && !first_number.empty() ? first_number : fmt::format("{}", x),
+                                box[north ? 4 : 1], box[top ? 5 : 2]);
+        }
+        text += "endloop\nendfacet\n";
+    }
+    return text + "endsolid " + name + "\n";
+}
+
+TEST(Stl, IsReadAsWritersLeaveIt) {
+    const test::Folder folder;
+    const auto volume = [&](const std::string& text) { return check_surface(read_stl(folder.write("a.stl", text), 1e-3)).volume_m3; };
+    const auto replaced = [](std::string text, const std::string& from, const std::string& to) {
+        for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size()) text.replace(at, from.size(), to);
+        return text;
+    };
+    const std::string block = block_stl("part", {1, 2, 3, 5, 5, 5});
+    for (const std::string& text :
+         {block, block_stl("vertex group solid", {1, 2, 3, 5, 5, 5}), replaced(block, "endsolid", "end solid"),
+          replaced(block, "endloop", "end loop"), replaced(block, "\n", "\r\n"), replaced(block, "0 0 0\nouter", "nan nan nan\nouter"),
+          replaced(block, "facet normal", "FACET NORMAL"),
+          replaced(block, "solid part\nfacet",
+                   "solid part\nfacet normal 0 0 0 outer loop vertex 1 1 1 vertex 1 1 1 vertex 2 2 2 endloop endfacet facet")})
+        EXPECT_NEAR(volume(text), 24e-9, 1e-15);
+    for (const char* tiny : {"3e-46", "-1e-170", "4.9e-324", "1e-400", "-0.0"})
+        EXPECT_NEAR(volume(block_stl("part", {0, 2, 3, 5, 5, 5}, tiny)), 30e-9, 1e-15) << tiny;
+}
+
+TEST(Surface, FaultsOfSeveralBodiesNameTheirKindAndPlace) {
+    const test::Folder folder;
+    const auto fault = [&](const std::string& text) { return check_surface(read_stl(folder.write("a.stl", text), 1e-3)).fault; };
+    const std::string block = block_stl("a", {2, 2, 2, 5, 5, 5});
+    EXPECT_EQ(fault(block + block_stl("b", {6, 6, 6, 8, 8, 8})), "");
+    EXPECT_TRUE(has(fault(block + block), "12 triangles lie on another with the same corners, the first near (0.002, 0.002, 0.002) m"));
+    EXPECT_TRUE(has(fault(block + block_stl("b", {5, 5, 5, 8, 8, 8})), "meet in 1 points, the first near (0.005, 0.005, 0.005) m"));
+    EXPECT_TRUE(has(fault(block + block_stl("b", {5, 5, 2, 8, 8, 5})),
+                    "more than two triangles share an edge at 1 edges, the first near (0.005, 0.005"));
+    EXPECT_TRUE(has(fault(block + block_stl("b", {3, 3, 3, 4, 4, 4})), "turned outward although 1 shells enclose it"));
+    EXPECT_TRUE(has(fault(block + block_stl("b", {4, 4, 4, 8, 8, 8})), "crosses itself"));
+}
+
+TEST(Surface, PorosityOfABlockIsExact) {
+    const test::Folder folder;
+    const Container box = parse_container("box:0.01,0.01,0.01");
+    for (const auto& [sides, section, exact] :
+         {std::tuple(std::array<double, 6>{1, 1, 0, 9, 9, 10}, Section{0, 0.01}, 0.36),
+          std::tuple(std::array<double, 6>{1, 1, 3, 9, 9, 10}, Section{0.002, 0.007}, 1 - 0.64 * 0.8),
+          std::tuple(std::array<double, 6>{1.27, 1.52, 0, 8.73, 8.48, 10}, Section{0, 0.01}, 0.480784)}) {
+        PoreSpace space = pore_space_of(read_stl(folder.write("a.stl", block_stl("a", sides)), 1e-3), box, "a.stl");
+        space.section = section;
+        const Porosity found = space.porosity();
+        EXPECT_LE(std::abs(found.value - exact), found.uncertainty);
+        EXPECT_LT(found.uncertainty, 3e-7);
+    }
+    // Against lines, of a surface with facets in all directions.
+    const TriangleSurface surface = make_surface(l_shaped(), {}).surface;
+    const SurfaceSolid closed(surface, l_shaped().container);
+    const double whole = closed.volume_between(-1.0, 1.0).value();
+    EXPECT_NEAR(whole / check_surface(surface).volume_m3, 1.0, 1e-9);
+    const double low = closed.bounds().low.z(), high = closed.bounds().high.z();
+    double sum = 0.0;
+    for (int part = 0; part < 7; ++part)
+        sum += closed.volume_between(low + (high - low) * part / 7, low + (high - low) * (part + 1) / 7).value();
+    EXPECT_NEAR(sum / whole, 1.0, 1e-9);
 }
 
 TEST(CellSet, NumbersItsCells) {

@@ -143,6 +143,84 @@ TEST(ForeignImages, ACutPngOfAStackIsNamed) {
     }
 }
 
+constexpr const char* vti_start =
+    "<VTKFile type=\"ImageData\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt32\"><ImageData WholeExtent=\"0 3 0 1 0 2\" "
+    "Origin=\"0 0 0\" Spacing=\"1e-3 1e-3 1e-3\"><Piece Extent=\"0 3 0 1 0 2\"><CellData><DataArray type=\"UInt8\" Name=\"v\" format=\"";
+constexpr const char* vti_end = "</DataArray></CellData></Piece></ImageData></VTKFile>";
+
+TEST(ForeignImages, TextAndBase64OfAVtiAreReadToTheLetter) {
+    const test::Folder folder;
+    const std::vector<float> values = {1, 2, 3, 4, 5, 6};
+    const auto file = [&](const std::string& rest) { return folder.write("a.vti", vti_start + rest + vti_end); };
+    // Length and values encoded in one, and apart.
+    EXPECT_EQ(values_in(file("binary\">BgAAAAECAwQFBg==")), values);
+    EXPECT_EQ(values_in(file("binary\">BgAAAA==AQIDBAUG")), values);
+    EXPECT_EQ(values_in(file("ascii\"> 1 2 3\n4 5 6 ")), values);
+    for (const char* wrong : {"binary\">BgAAAAEC AwQFBg==", "binary\">BgAAAA==AQI=BAUG", "binary\">BwAAAA==AQIDBAUG",
+                              "binary\">BgAAAA==AQID", "ascii\">1 2 3 4 5", "ascii\">1 2 3 4 5 300", "ascii\">1 2 3 4 5 -1",
+                              "ascii\">1 2 3 4 5 1.5", "ascii\">1 2 3 4 5 6 7", "ascii\">1 2 3 4 5 0x6"})
+        EXPECT_NE(refusal(file(wrong)), "") << wrong;
+    std::string deep;
+    for (int i = 0; i < 100000; ++i) deep += "<a>";
+    EXPECT_TRUE(has(refusal(folder.write("b.vti", "<VTKFile>" + deep)), "b.vti"));
+}
+
+TEST(ForeignImages, FieldsOfANrrdAreUnderstoodOrRefused) {
+    const test::Folder folder;
+    const auto file = [&](const std::string& fields, const std::string& before = {}) {
+        return folder.write("a.nrrd",
+                            "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 3 1 2\nencoding: raw\n" + fields + "\n" + before + "\1\2\3\4\5\6");
+    };
+    const std::vector<float> values = {1, 2, 3, 4, 5, 6};
+    for (const auto& [fields, before] :
+         {std::pair("", ""), {"kinds: domain domain domain\n", ""}, {"byte skip: 4\n", "abcd"}, {"byteskip: -1\n", "xyz"}})
+        EXPECT_EQ(values_in(file(fields, before)), values) << fields;
+    for (const char* wrong : {"kinds: RGB-color domain domain\n", "kinds: domain domain time\n", "kinds: list domain domain\n",
+                              "sizes: 3 2 1\n", "byte skip: 2\n", "line skip: 1\n", "old min: 0\n", "gamma: 2\n",
+                              "spacings: 1e305 1e305 1e305\nunits: \"mm\" \"mm\" \"mm\"\n", "spacings: 1e-313 1 1\n", "data file: LIST\n"})
+        EXPECT_NE(refusal(file(wrong)), "") << wrong;
+}
+
+TEST(ForeignImages, NamesOfLayersDifferInOneNumberThatGrowsEvenly) {
+    const test::Folder folder;
+    int made = 0;
+    const auto stack = [&](const std::vector<std::string>& names) {
+        const Path in = folder.path() / fmt::format("stack_{}", ++made);
+        std::filesystem::create_directories(in);
+        for (const std::string& name : names) std::filesystem::copy_file(tiff(folder, {.pages = 1}), in / name);
+        return message_of<UserError>([&] { (void)open_volume(in, sized); });
+    };
+    for (const auto& good : std::vector<std::vector<std::string>>{{"a9.tif", "a10.tif", "a11.tif"},
+                                                                  {"r_00_8bit.tif", "r_01_8bit.tif", "r_02_8bit.tif"},
+                                                                  {"z0.5mm.tif", "z1.0mm.tif", "z1.5mm.tif"},
+                                                                  {"i_153000_0.tif", "i_153007_1.tif", "i_153009_2.tif"},
+                                                                  {"b000.tif", "b002.tif", "b004.tif"}})
+        EXPECT_EQ(stack(good), "") << good[0];
+    EXPECT_TRUE(
+        has(stack({"r_00_8bit.tif", "r_01_8bit.tif", "r_03_8bit.tif"}), "between r_01_8bit.tif and r_03_8bit.tif the number grows by 2"));
+    EXPECT_TRUE(has(stack({"s0.tif", "s1.tif", "s2.tif", "a_preview.tif"}), "a_preview.tif is not named as s0.tif"));
+    EXPECT_TRUE(has(stack({"s0.tif", "s1.tif", "s1 (copy).tif"}), "s1 (copy).tif is not named as s0.tif"));
+    EXPECT_TRUE(has(stack({"a.tif", "b.tif"}), "is not named as"));
+}
+
+TEST(ForeignImages, TheHeaderOfAnArrayIsParsed) {
+    const test::Folder folder;
+    const auto file = [&](const std::string& header) {
+        const std::string text = header + "\n";
+        return folder.write("a.npy", std::string("\x93NUMPY\1\0", 8) + static_cast<char>(text.size()) + '\0' + text + "\1\2\3\4\5\6");
+    };
+    const std::vector<float> values = {1, 2, 3, 4, 5, 6};
+    for (const char* right : {"{'shape': (2, 1, 3), 'fortran_order': False, 'descr': '|u1'}",
+                              "{\"descr\": \"|u1\", 'fortran_order': True, 'shape': (3, 1, 2,)}"})
+        EXPECT_EQ(values_in(file(right)), values) << right;
+    for (const char* wrong :
+         {"{'descr': '|u1', 'fortran_order': False, 'fortran_order': True, 'shape': (2, 1, 3)}",
+          "{'descr': '|u1', 'fortran_order': 0, 'shape': (2, 1, 3)}",
+          "{'x': \"'fortran_order': True\", 'descr': '|u1', 'fortran_order': False, 'shape': (2, 1, 3)}",
+          "{'descr': '|u1', 'fortran_order': False, 'shape': (6,)}", "{'descr': '|u1', 'fortran_order': False, 'shape': (2, 1, 3)} x"})
+        EXPECT_NE(refusal(file(wrong)), "") << wrong;
+}
+
 TEST(OwnProcess, ResultsErrorsAndDeaths) {
     SharedBytes shared(3);
     EXPECT_EQ(in_own_process(

@@ -108,6 +108,12 @@ Relaxed relax(const Packing& packing, const PackingConfig& config) {
     require_small_overlaps(packing);
     const Stopwatch watch;
     const Scale scale = scale_of(packing, config);
+    constexpr double most_steps = 1e9;
+    if (config.settle_time_s / scale.times.time_step_s > most_steps)
+        throw UserError(
+            fmt::format("the time step {:.3g} s is too short: {:g} s would need {:.2g} steps", scale.times.time_step_s,
+                        config.settle_time_s, config.settle_time_s / scale.times.time_step_s),
+            {.allowed = "1e9 steps", .fix = "check the grains' size and density; leave time_step_s out, or lower settle_time_s"});
     Relaxed found{.packing = push_apart(packing, config, scale, found.steps), .held = standing_below(packing)};
     found.overlap_before_m = find_overlaps(packing).largest_between_grains_m;
 
