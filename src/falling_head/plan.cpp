@@ -1,5 +1,7 @@
 #include "falling_head/plan.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 

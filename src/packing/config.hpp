@@ -87,7 +87,8 @@ inline void describe(core::ConfigVisitor& v, PackingConfig& c) {
         "standard uncertainty of `friction`: it varies between the packings of [packings], evenly within sqrt(3) times this value, and "
         "its effect on k becomes a row of the budget; 0: friction is taken as known");
     v.number("time_step_s", c.time_step_s, core::positive_or_auto(),
-             "time step; auto: the contact time / 45, or 0.06 / the rate of the stronger dashpot if that is smaller");
+             "time step; auto: the contact time / 45, or 0.06 / the rate of the stronger dashpot if that is smaller; shorter by "
+             "sqrt(n / 6) for grains of n > 6 capsules, which have many contacts at once");
     v.number("drop_height_m", c.drop_height_m, core::positive_or_auto(),
              "height above the floor at which grains are created; auto: one maximum Feret diameter below the rim");
     v.integer("batch_grains", c.batch_grains, core::between(1, 10000), "grains created together; fewer when not all fit without overlap");

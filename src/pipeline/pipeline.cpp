@@ -284,18 +284,25 @@ Json plan_pipeline(const Pipeline& pipeline, const std::string& last, double slo
     require_room(pipeline, stages_up_to(pipeline, last));
     Json plan = {{"stages", Json::array()}};
     Expectation all;
+    const double memory = available_memory_bytes();
     for_expected(pipeline, last, [&](const Stage& stage, StageState state, const Expectation& expected) {
         add(all, expected);
+        if (memory > 0.0 && expected.memory_bytes > memory)
+            log_warning(fmt::format("{} needs about {} of memory, and {} are free: it will not run here", stage.name,
+                                    human_bytes(expected.memory_bytes), human_bytes(memory)));
         plan["stages"].push_back({{"stage", stage.name},
                                   {"state", name_of(state)},
                                   {"would_run", state != StageState::done},
                                   {"expected", text_of(expected, slowness)}});
     });
     plan["expected"] = text_of(all, slowness);
-    plan["memory_available"] = human_bytes(available_memory_bytes());
+    plan["memory_available"] = human_bytes(memory);
     Path disk = fs::absolute(pipeline.results);
     while (!fs::exists(disk)) disk = disk.parent_path();
-    plan["disk_available"] = human_bytes(static_cast<double>(fs::space(disk).available));
+    const auto room = static_cast<double>(fs::space(disk).available);
+    if (all.disk_bytes > room)
+        log_warning(fmt::format("the results need about {} of disk, and {} are free", human_bytes(all.disk_bytes), human_bytes(room)));
+    plan["disk_available"] = human_bytes(room);
     return plan;
 }
 

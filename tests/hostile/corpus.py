@@ -6,8 +6,10 @@ Each case runs porepack in a folder of its own and is judged by an independent r
 input was made. The counts by kind come at the end; exit code 1 if anything crashed, hung, was silently wrong, ran or wrote what it should
 not, or destroyed a file. Needs the packages of packages-test.apt.
 """
+
 import argparse
 import hashlib
+import importlib
 import os
 import random
 import resource
@@ -23,9 +25,9 @@ from pathlib import Path
 
 try:
     import numpy as np
-    import PIL
-    import pydicom
-    import tifffile
+
+    for module in ("PIL", "pydicom", "tifffile"):  # used by images.py
+        importlib.import_module(module)
 except ImportError as missing:
     print(f"skipped: {missing}; install the packages of packages-test.apt, and use Debian's /usr/bin/python3", file=sys.stderr)
     sys.exit(77)
@@ -37,12 +39,13 @@ BAD = ("crash", "hang", "silent", "injected", "lost", "half-written", "unclear")
 class Case:
     """One input. `make(folder)` writes files; `command` runs there; `wanted`: None = must be refused, an array = the values that
     out.npy must have, a function of (folder, output) = a text that says what is wrong, or "any" = refused or not, but no accident."""
+
     name: str
     make: object
     command: list
     wanted: object = "any"
-    writes: tuple = ("out.npy",)          # names that may appear or change
-    may_refuse: bool = True               # False: a refusal is counted as "strict"
+    writes: tuple = ("out.npy",)  # names that may appear or change
+    may_refuse: bool = True  # False: a refusal is counted as "strict"
     limits: dict = field(default_factory=dict)
     seconds: float = 60.0
 
@@ -75,8 +78,14 @@ def run_case(case, program, keep):
 
         environment = dict(os.environ, OMP_NUM_THREADS="1", OMP_WAIT_POLICY="passive", HOME=str(box))
         try:
-            done = subprocess.run([program] + [str(word) for word in case.command], cwd=work, capture_output=True, timeout=case.seconds,
-                                  env=environment, preexec_fn=limit)
+            done = subprocess.run(
+                [program] + [str(word) for word in case.command],
+                cwd=work,
+                capture_output=True,
+                timeout=case.seconds,
+                env=environment,
+                preexec_fn=limit,
+            )
         except subprocess.TimeoutExpired:
             return "hang", ""
         except (ValueError, OSError):  # NUL in an argument: no program can be given it
@@ -139,10 +148,14 @@ def main():
     os.environ.setdefault("POREPACK_HOME", str(Path(__file__).resolve().parents[2]))
 
     import files
+    import headers
     import images
     import numbers_and_names
+    import surfaces_and_curves
+    import volumes
+
     counts, bad, started, total = {}, [], time.time(), 0
-    for module in (images, files, numbers_and_names):
+    for module in (images, headers, volumes, surfaces_and_curves, files, numbers_and_names):
         for kind, make in module.kinds(program).items():
             if options.kind and not any(part in kind for part in options.kind):
                 continue
@@ -159,8 +172,11 @@ def main():
                     bad.append(case)
                     if options.keep:
                         run_case(case, program, options.keep)
-            print(f"{kind:<12} {sum(counts.get(kind, Counter()).values()):>5}   "
-                  + ", ".join(f"{n} {v}" for v, n in sorted(counts.get(kind, Counter()).items())), flush=True)
+            print(
+                f"{kind:<12} {sum(counts.get(kind, Counter()).values()):>5}   "
+                + ", ".join(f"{n} {v}" for v, n in sorted(counts.get(kind, Counter()).items())),
+                flush=True,
+            )
     print(f"{total} inputs in {time.time() - started:.0f} s, {len(bad)} bad")
     return 1 if bad or total == 0 else 0
 
@@ -168,4 +184,5 @@ def main():
 if __name__ == "__main__":
     sys.path.insert(0, str(Path(__file__).resolve().parent))
     sys.modules["corpus"] = sys.modules["__main__"]
+    sys.dont_write_bytecode = True
     sys.exit(main())

@@ -292,6 +292,50 @@ TEST(HostileStl, AsciiNumbersAreReadWholly) {
     expect_fault("voxelise --container box:1,1,1 --voxel-size 0.1 " + quoted(folder.write("a.stl", good)), "`0,5` is not a number");
 }
 
+TEST(HostileStl, NothingIsPouredAndNothingHangsUnsaid) {
+    const test::Folder folder;
+    write_stl(folder.path() / "stone.stl", make_surface(three_spheres(), {}).surface);
+    const std::string stone = "[shape]\nkind = \"stl\"\nfile = \"stone.stl\"\n[container]\nkind = \"box\"\nsize_m = [0.03, 0.03, 0.06]\n";
+    (void)folder.write("case.toml", stone + "[packing]\ngrains = 40\n");
+    expect_fault("run " + quoted(folder.path()) + " --dry-run", "the table [packing] has no effect on the grains of an STL file");
+    (void)folder.write("case.toml", stone);
+    EXPECT_EQ(porepack("run " + quoted(folder.path()) + " --dry-run").exit_code, 0);
+    const auto seen = porepack("voxelise " + quoted(folder.path() / "stone.stl") + " --container box:0.03,0.03,0.06 --section 0.005,0.05 " +
+                               "--voxel-size 1e-3 --output " + quoted(folder.path() / "o"));
+    EXPECT_TRUE(has(seen.err, "% of the section: k is that of single bodies"));
+}
+
+// A bed of columns, free layers above it.
+TEST(HostileImage, ABedThatEndsInTheImageIsSeen) {
+    const test::Folder folder;
+    PhaseImage image{.grid = {.cells = {24, 24, 60}, .origin_m = {0, 0, 0}, .spacing_m = {1e-3, 1e-3, 1e-3}},
+                     .phase = std::vector<std::uint8_t>(24 * 24 * 60, Phase::pore),
+                     .notes = {}};
+    for (int k = 0; k < 40; ++k)
+        for (int j = 0; j < 24; ++j)
+            for (int i = 0; i < 24; ++i)
+                if ((i / 4 + j / 4 + k / 4) % 2 == 0) image.phase[image.grid.index(i, j, k)] = Phase::grain;
+    write_phase_image(folder.path() / "a.vti", image);
+    const std::string call =
+        "voxelise " + quoted(folder.path() / "a.vti") + " --image-unit 1 --image-pore 1 --output " + quoted(folder.path() / "o");
+    const auto whole = porepack(call);
+    EXPECT_TRUE(has(whole.err, "the bed ends inside the image, at 0 and 0.04 m; the section is 0 to 0.03")) << whole.err;
+    const auto beyond = porepack(call + " --section 0.01,0.055");
+    EXPECT_TRUE(has(beyond.err, "reaches beyond the bed (0 to 0.04 m)")) << beyond.err;
+}
+
+TEST(NewCase, IsACopyWithoutResults) {
+    const test::Folder folder;
+    const std::string target = quoted(folder.path() / "mine");
+    EXPECT_EQ(porepack("new " + target + " --from sphere_array").exit_code, 0);
+    EXPECT_TRUE(std::filesystem::exists(folder.path() / "mine/case.toml"));
+    EXPECT_TRUE(std::filesystem::exists(folder.path() / "mine/packing.json"));
+    EXPECT_FALSE(std::filesystem::exists(folder.path() / "mine/results"));
+    EXPECT_EQ(porepack("run " + target + " --dry-run").exit_code, 0);
+    expect_fault("new " + target, "exists and is not empty");
+    expect_fault("new " + quoted(folder.path() / "other") + " --from ../cases", "there is no case");
+}
+
 TEST(HostileOutput, InputsAndForeignFoldersStay) {
     const test::Folder folder;
     write_packing(folder.path() / "packing.json", three_spheres());

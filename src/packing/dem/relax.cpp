@@ -28,6 +28,8 @@ struct Scale {
 Scale scale_of(const Packing& packing, const PackingConfig& config) {
     double smallest = 1e300, largest = 0.0, sum = 0.0;
     std::vector<double> volumes;
+    std::size_t most_capsules = 0;
+    for (const Shape& shape : packing.shapes) most_capsules = std::max(most_capsules, shape.capsules.size());
     for (const Shape& shape : packing.shapes) volumes.push_back(measure(shape, 1e-4).volume_m3);
     for (const Body& body : packing.bodies) {
         smallest = std::min(smallest, volumes[body.shape]);
@@ -35,7 +37,7 @@ Scale scale_of(const Packing& packing, const PackingConfig& config) {
         sum += volumes[body.shape];
     }
     const double rho = config.density_kg_per_m3, g = config.gravity_m_per_s2, d = finest_diameter(packing);
-    return {.times = contact_times(rho * smallest, rho * largest, d, config),
+    return {.times = contact_times(rho * smallest, rho * largest, d, most_capsules, config),
             .weight_overlap_m = rho * largest * g / (0.5 * config.normal_stiffness_N_per_m),
             .rest_limit_J = config.rest_energy_fraction * rho * sum / static_cast<double>(packing.bodies.size()) * g * d};
 }
