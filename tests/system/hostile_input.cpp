@@ -295,12 +295,14 @@ TEST(HostileStl, AsciiNumbersAreReadWholly) {
 TEST(HostileStl, NothingIsPouredAndNothingHangsUnsaid) {
     const test::Folder folder;
     write_stl(folder.path() / "stone.stl", make_surface(three_spheres(), {}).surface);
-    const std::string stone = "[shape]\nkind = \"stl\"\nfile = \"stone.stl\"\n[container]\nkind = \"box\"\nsize_m = [0.03, 0.03, 0.06]\n";
+    const std::string stone =
+        "[shape]\nkind = \"stl\"\nfile = \"stone.stl\"\n[container]\nkind = \"box\"\nsize_m = [0.03, 0.03, 0.06]\n[geometry]\nsection_m = "
+        "[0.005, 0.03]\n";
     (void)folder.write("case.toml", stone + "[packing]\ngrains = 40\n");
     expect_fault("run " + quoted(folder.path()) + " --dry-run", "the table [packing] has no effect on the grains of an STL file");
     (void)folder.write("case.toml", stone);
     EXPECT_EQ(porepack("run " + quoted(folder.path()) + " --dry-run").exit_code, 0);
-    const auto seen = porepack("voxelise " + quoted(folder.path() / "stone.stl") + " --container box:0.03,0.03,0.06 --section 0.005,0.05 " +
+    const auto seen = porepack("voxelise " + quoted(folder.path() / "stone.stl") + " --container box:0.03,0.03,0.06 --section 0.005,0.03 " +
                                "--voxel-size 1e-3 --output " + quoted(folder.path() / "o"));
     EXPECT_TRUE(has(seen.err, "% of the section: k is that of single bodies"));
 }

@@ -1,4 +1,6 @@
 // Containers, packings, voxels, slices, surfaces: axes, handedness, faults.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>

@@ -1,11 +1,15 @@
 // Commands on images: info, convert, crop, bin, segment, simulate.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <memory>
 
 #include "apps/porepack/command_line.hpp"
 #include "converters/scanner.hpp"
+#include "core/error.hpp"
 #include "core/log.hpp"
+#include "imaging/gray.hpp"
 #include "imaging/write_volume.hpp"
 #include "shapes/config.hpp"
 #include "stages/fit.hpp"
@@ -35,6 +39,36 @@ Json json_of(const VolumeHeader& header) {
             {"type", name_of(header.type)}};
 }
 
+// How many voxels have which values, and the thresholds that two peaks suggest.
+void add_histogram(Json& json, const Common& common, const VolumeSource& source, const VolumeStatistics& found) {
+    constexpr std::size_t classes = 24;
+    const double width = (found.maximum - found.minimum) / classes;
+    std::vector<double> fractions(classes, 0.0);
+    std::vector<float> layer(static_cast<std::size_t>(source.header.layer()));
+    for (std::int64_t z = 0; z < source.header.voxels[2]; ++z) {
+        source.read(z, layer);
+        for (const float value : layer)
+            fractions[std::min(classes - 1, static_cast<std::size_t>((value - found.minimum) / width))] +=
+                1.0 / static_cast<double>(source.header.count());
+    }
+    json["histogram"] = {{"from", found.minimum}, {"class_width", width}, {"fractions", fractions}};
+    try {
+        const GrayLevels levels = fit_gray_levels(source, config_of(common).pore_side, {}, common.input);
+        json["gray_level_of_pores"] = levels.pore;
+        json["gray_level_of_solid"] = levels.solid;
+        json["threshold_half_level"] = levels.half_level();
+        json["threshold_otsu"] = levels.otsu;
+    } catch (const UserError&) {
+        json["threshold_half_level"] = json["threshold_otsu"] = nullptr;  // no two peaks
+    }
+    if (common.json) return;
+    const double most = *std::max_element(fractions.begin(), fractions.end());
+    fmt::print("histogram (class from, part of the voxels):\n");
+    for (std::size_t c = 0; c < classes; ++c)
+        fmt::print("{:>12.5g} {:>6.2f} % {}\n", found.minimum + static_cast<double>(c) * width, 100.0 * fractions[c],
+                   std::string(static_cast<std::size_t>(std::lround(50.0 * fractions[c] / most)), '#'));
+}
+
 void info(const Common& common) {
     const VolumeSource source = open_volume(common.input, config_of(common));
     Json json = json_of(source.header);
@@ -49,8 +83,11 @@ void info(const Common& common) {
             for (const auto& [value, count] : *found.values)
                 json["values"].push_back(
                     {{"value", value}, {"fraction", static_cast<double>(count) / static_cast<double>(source.header.count())}});
+        } else if (found.maximum > found.minimum) {
+            add_histogram(json, common, source, found);
         }
     }
+    if (!common.json) json.erase("histogram");  // drawn
     print_result(common, json);
 }
 
