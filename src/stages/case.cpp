@@ -98,7 +98,7 @@ void require_tables_of_image(const Case& c, const TomlFile& toml, const std::map
         throw UserError("fit = true needs the shape of the grains", {.where = file, .allowed = "[shape] with spherocylinders"});
 }
 
-// Grains of a surface, or of a given packing, are not poured.
+// The grains of an STL file are not poured.
 void require_pouring(const Case& c, const TomlFile& toml, const std::map<std::string, Flags>& set, const std::string& file) {
     for (const char* table : {"packing", "packings"})
         if (c.from_stl() && (toml.has(table) || set.contains(table)))

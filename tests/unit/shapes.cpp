@@ -86,7 +86,10 @@ TEST(Shape, BadInputIsNamed) {
     EXPECT_NEAR(measure(apart).volume_m3, 2.0 * 4.0 / 3.0 * std::numbers::pi * 1e-3, 1e-12);
     apart.capsules.resize(65, apart.capsules.front());
     EXPECT_TRUE(has(message_of<UserError>([&] { validate(apart); }), "1 to 64"));
-    EXPECT_TRUE(has(message_of<UserError>([] { validate({.id = "x", .capsules = {{Vec3::Zero(), Vec3::Zero(), 0.0}}}); }), "radius_m from 1e-9"));
+    EXPECT_TRUE(has(message_of<UserError>([] {
+                        validate({.id = "x", .capsules = {{Vec3::Zero(), Vec3::Zero(), 0.0}}});
+                    }),
+                    "radius_m from 1e-9"));
     EXPECT_TRUE(has(message_of<UserError>([] { (void)make_shape({.kind = ShapeKind::tetrapod}); }), "size is missing"));
     EXPECT_TRUE(has(message_of<UserError>(
                         [] { (void)make_shape({.kind = ShapeKind::tetrapod, .sphericity = 0.5, .volume_m3 = 1e-6, .diameter_m = 1e-3}); }),

@@ -6,8 +6,8 @@
 #include <sstream>
 
 #include "apps/porepack/command_line.hpp"
-#include "core/escape.hpp"
 #include "core/data_file.hpp"
+#include "core/escape.hpp"
 #include "study/design.hpp"
 
 namespace porepack::apps {
