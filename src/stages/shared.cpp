@@ -9,6 +9,7 @@
 #include "core/log.hpp"
 #include "core/process.hpp"
 #include "imaging/volume.hpp"
+#include "io/stl.hpp"
 #include "packing/pour.hpp"
 #include "stages/results.hpp"
 #include "stages/stages.hpp"
@@ -71,6 +72,21 @@ double expected_porosity(const Case& c) {
     return c.from_stl() || c.from_image() ? 0.6 : 1.0 - poured_solid_fraction(make_shapes(c.settings.shape), case_container(c));
 }
 
+// 4 volume / surface, as of a checked surface.
+double grain_size_of(const io::TriangleSurface& surface) {
+    double volume = 0.0, area = 0.0;
+    for (const auto& triangle : surface.triangles) {
+        const auto corner = [&](std::size_t c) {
+            const auto& p = surface.points[static_cast<std::size_t>(triangle[c])];
+            return Vec3(p[0], p[1], p[2]);
+        };
+        const Vec3 a = corner(0), normal = (corner(1) - a).cross(corner(2) - a);
+        volume += a.dot(normal) / 6.0;
+        area += 0.5 * normal.norm();
+    }
+    return area > 0.0 ? 4.0 * std::abs(volume) / area : 0.0;
+}
+
 // The section before the packing exists: the height at which pouring stops, minus one grain at both ends.
 PoreSpace expected_pore_space(const Case& c) {
     const auto& settings = c.settings;
@@ -92,6 +108,8 @@ PoreSpace expected_pore_space(const Case& c) {
         if (settings.packing.fill_height_m > 0.0) top = settings.packing.fill_height_m;
         if (settings.packing.grains > 0)
             top = std::min(space.container.height(), poured_height_m(shapes, space.container, settings.packing.grains));
+    } else {
+        space.grain_size_m = grain_size_of(io::read_stl(c.resolve(settings.shape.file), settings.shape.unit_m));
     }
     space.section =
         choose_section(space.container, {.section_m = settings.geometry.section_m, .trim_m = settings.geometry.trim_m, .bed_known = false},
