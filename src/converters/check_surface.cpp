@@ -204,15 +204,14 @@ SurfaceCheck check_surface(const TriangleSurface& surface) {
         check.high = check.high.cwiseMax(Vec3(p[0], p[1], p[2]));
     }
     check.fault = edge_fault(surface, check);
-    if (check.fault.empty()) check.fault = point_fault(surface, check);
+    std::optional<Mesh> whole;
+    if (check.fault.empty() && !(whole = mesh_of(surface))) {
+        check.fault = point_fault(surface, check);
+        if (check.fault.empty()) check.fault = "its triangles do not form a surface";
+    }
     if (!check.fault.empty()) {
         if (const std::string doubled = doubled_triangles(surface, check); !doubled.empty()) check.fault = doubled;
         if (check.closed) add_crossings_elsewhere(check, surface);
-        return check;
-    }
-    auto whole = mesh_of(surface);
-    if (!whole) {
-        check.fault = "its triangles do not form a surface (two triangles share an edge and run along it in the same direction)";
         return check;
     }
     Mesh& mesh = *whole;

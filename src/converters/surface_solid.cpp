@@ -127,8 +127,10 @@ Bounds SurfaceSolid::bounds() const {
     return bins_->bounds;
 }
 
+namespace {
+
 // Integral of max(0, z - level) over a triangle, per area.
-static double mean_above(double level, const std::array<double, 3>& z) {
+double mean_above(double level, const std::array<double, 3>& z) {
     std::array<double, 3> h = {z[0] - level, z[1] - level, z[2] - level};
     std::sort(h.begin(), h.end());
     const double mean = (h[0] + h[1] + h[2]) / 3.0;
@@ -137,6 +139,8 @@ static double mean_above(double level, const std::array<double, 3>& z) {
     if (h[1] <= 0.0) return h[2] * h[2] * h[2] / (3.0 * (h[2] - h[0]) * (h[2] - h[1]));
     return mean - h[0] * h[0] * h[0] / (3.0 * (h[1] - h[0]) * (h[2] - h[0]));
 }
+
+}  // namespace
 
 // Gauss' theorem with the field (0, 0, min(max(z, z0), z1)).
 std::optional<double> SurfaceSolid::volume_between(double z0, double z1) const {

@@ -88,9 +88,8 @@ std::vector<std::string> doubts_of(const PhaseImage& image) {
             "the outermost layers are pores only ({}): a border around the sample? Then crop it (porepack image crop)", borders));
     if (is_round(image))
         doubts.emplace_back(
-            "everything outside the circle that fits into the image is pore: is it a round sample? Then --container cylinder:D,H leaves "
-            "the "
-            "corners out");
+            "everything outside the circle that fits into the image is pore: is it a round sample? "
+            "Then --container cylinder:D,H leaves the corners out");
     constexpr double narrow = 2.5;
     if (const auto [width, axis] = narrowest(image); width > 0.0 && width < narrow)
         doubts.push_back(fmt::format(

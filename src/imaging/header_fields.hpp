@@ -27,9 +27,8 @@ public:
     [[nodiscard]] std::vector<double> numbers(const std::string& key, std::size_t count) const;
     /// Three whole numbers from 1 on.
     [[nodiscard]] std::array<std::int64_t, 3> sizes(const std::string& key) const;
-    /// Values of the names of one key, for which only one may be given.
+    /// The one of these names, which mean the same, that the header has; empty if it has none.
     [[nodiscard]] std::string only_one_of(const std::vector<std::string>& names) const;
-    [[nodiscard]] const std::map<std::string, std::string>& all() const { return fields_; }
     /// "KEY: VALUE" and what is allowed.
     [[noreturn]] void refuse(const std::string& key, const std::string& allowed, const std::string& fix = {}) const;
     [[noreturn]] void fail(const std::string& what, const std::string& allowed = {}, const std::string& fix = {}) const;

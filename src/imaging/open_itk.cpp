@@ -302,10 +302,10 @@ void require_gray_frame(const DicomHeader& header) {
                       "six numbers");
 }
 
-itk::GDCMImageIO::Pointer open_dicom_file(const Path& path) {
-    require_gray_frame(DicomHeader(path));
+itk::GDCMImageIO::Pointer open_dicom_file(const DicomHeader& header) {
+    require_gray_frame(header);
     const auto io = itk::GDCMImageIO::New();
-    io->SetFileName(path.string());
+    io->SetFileName(header.path.string());
     io->ReadImageInformation();
     return io;
 }
@@ -347,7 +347,8 @@ Json dicom_header(const Path& folder) {
                         {.where = folder.string(), .fix = "put each series into a folder of its own"});
     const std::vector<std::string> files = names->GetFileNames(series.front());
     require_all_in_series(folder, files);
-    const auto first = open_dicom_file(files.front()), last = open_dicom_file(files.back());
+    const DicomHeader header(files.front());
+    const auto first = open_dicom_file(header), last = open_dicom_file(DicomHeader(files.back()));
     FileVolume volume{.type = type_of(*first, files.front())};
     take_geometry(volume, *first);
     if (files.size() > 1) {
@@ -363,7 +364,6 @@ Json dicom_header(const Path& folder) {
         (*volume.spacing)[2] = length / static_cast<double>(files.size() - 1);
     }
     // GDCM takes 1 mm where the file has no PixelSpacing, nor the one of the detector.
-    const DicomHeader header(files.front());
     bool stated = false;
     for (const auto& [group, number] : {std::pair<std::uint16_t, std::uint16_t>(0x28, 0x30), {0x18, 0x1164}}) {
         if (header.text(group, number).empty()) continue;
@@ -393,8 +393,9 @@ FileVolume open_dicom(const Path& folder) {
     const auto read_one = [type = volume.type, n = volume.voxels, origin = volume.origin, direction = volume.direction[2],
                            step = header["step"].get<double>(),
                            first_scale = header["scale"].get<std::string>()](const Path& path, std::int64_t z, std::span<char> bytes) {
-        const auto io = open_dicom_file(path);
-        if (const std::string scale = scale_of(DicomHeader(path)); scale != first_scale && type_of(*io, path) != type)
+        const DicomHeader stated(path);
+        const auto io = open_dicom_file(stated);
+        if (const std::string scale = scale_of(stated); scale != first_scale && type_of(*io, path) != type)
             throw UserError(fmt::format("the layer has the rescale slope and intercept {}, the first layer {}", scale, first_scale),
                             {.where = path.string(),
                              .allowed = "one conversion for all layers where it decides the type of the values",

@@ -32,6 +32,17 @@ def read_vti(data):
         return np.load(f"{folder}/a.npy") if done.returncode == 0 else None
 
 
+def as_vtk_reads_it(data, values):
+    """A damaged file that is accepted has the values that VTK reads, or, where VTK refuses, those before the damage."""
+
+    def fault(folder, _output):
+        out, wanted = np.load(folder / "out.npy"), read_vti(data)
+        wanted = values if wanted is None else wanted
+        return "" if out.shape == wanted.shape and np.array_equal(out, wanted) else "other values than VTK's"
+
+    return fault
+
+
 def vti_text(values, form="ascii", header="UInt32", order="LittleEndian", apart=False, kind=None, body=None, extra=""):
     names = {"u1": "UInt8", "i1": "Int8", "u2": "UInt16", "i2": "Int16", "u4": "UInt32", "i4": "Int32", "f4": "Float32", "f8": "Float64"}
     n = values.shape
@@ -152,7 +163,7 @@ def vti(random):
             yield one(f"less_{name}_{n}", base[: at + n] + base[at + n + 4 :], None)
     for n in range(40):
         data = flipped(good, random, 400)
-        yield one(f"flip_{n}", data, "any")
+        yield one(f"flip_{n}", data, as_vtk_reads_it(data, values))
     for n in range(15):
         yield one(f"cut_{n}", good[: random.randrange(len(good))], None)
 

@@ -70,6 +70,8 @@ private:
 // Each function adds its commands (commands/*.cpp).
 void add_case_commands(CommandLine& line);
 void add_new_command(CommandLine& line);
+/// Files that a case names outside of its folder, into the log; a warning where one does not exist.
+void say_files_outside(const stages::Case& the_case);
 void add_shape_command(CommandLine& line);
 void add_geometry_commands(CommandLine& line);
 void add_lbm_command(CommandLine& line);

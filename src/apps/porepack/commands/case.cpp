@@ -24,14 +24,6 @@ void print_main_numbers(const Case& c, const Json& report) {
     fmt::print("report: {}\n", for_terminal(std::filesystem::absolute(c.results() / "report.html").lexically_normal().string()));
 }
 
-// A case of someone else may name any file.
-void say_files_outside(const Case& the_case) {
-    const Settings& settings = the_case.settings;
-    for (const std::string& file : {settings.shape.file, settings.image.file, settings.packing.file})
-        if (const Path path = Path(file).lexically_normal(); path.is_absolute() || (!path.empty() && *path.begin() == ".."))
-            log_info("the case reads {}, which lies outside of its folder", the_case.resolve(file).lexically_normal().string());
-}
-
 void run_case(const Common& common, const std::string& last) {
     const Case the_case = open_case(common, "packings", common.flags);
     say_files_outside(the_case);
@@ -78,6 +70,20 @@ void compare(const Common& common, const std::vector<std::string>& folders) {
 }
 
 }  // namespace
+
+// A case of someone else may name any file.
+void say_files_outside(const Case& the_case) {
+    const Settings& settings = the_case.settings;
+    for (const std::string& file : {settings.shape.file, settings.image.file, settings.packing.file}) {
+        const Path path = Path(file).lexically_normal();
+        if (path.empty() || (!path.is_absolute() && *path.begin() != "..")) continue;
+        const Path from = the_case.resolve(file).lexically_normal();
+        if (std::filesystem::exists(from))
+            log_info("the case reads {}, which lies outside of its folder", from.string());
+        else
+            log_warning(fmt::format("the case names {}, which does not exist: correct `file`", from.string()));
+    }
+}
 
 void add_case_commands(CommandLine& line) {
     const Common& common = line.common;

@@ -61,12 +61,16 @@ void add_histogram(Json& json, const Common& common, const VolumeSource& source,
     } catch (const UserError&) {
         json["threshold_half_level"] = json["threshold_otsu"] = nullptr;  // no two peaks
     }
-    if (common.json) return;
+}
+
+void draw(const Json& histogram) {
+    const auto fractions = histogram.at("fractions").get<std::vector<double>>();
     const double most = *std::max_element(fractions.begin(), fractions.end());
     fmt::print("histogram (class from, part of the voxels):\n");
-    for (std::size_t c = 0; c < classes; ++c)
-        fmt::print("{:>12.5g} {:>6.2f} % {}\n", found.minimum + static_cast<double>(c) * width, 100.0 * fractions[c],
-                   std::string(static_cast<std::size_t>(std::lround(50.0 * fractions[c] / most)), '#'));
+    for (std::size_t c = 0; c < fractions.size(); ++c)
+        fmt::print("{:>12.5g} {:>6.2f} % {}\n",
+                   histogram.at("from").get<double>() + static_cast<double>(c) * histogram.at("class_width").get<double>(),
+                   100.0 * fractions[c], std::string(static_cast<std::size_t>(std::lround(50.0 * fractions[c] / most)), '#'));
 }
 
 void info(const Common& common) {
@@ -87,8 +91,11 @@ void info(const Common& common) {
             add_histogram(json, common, source, found);
         }
     }
-    if (!common.json) json.erase("histogram");  // drawn
+    if (common.json || !json.contains("histogram")) return print_result(common, json);
+    const Json histogram = json["histogram"];
+    json.erase("histogram");
     print_result(common, json);
+    draw(histogram);
 }
 
 void write(const Common& common, const std::string& target, const VolumeSource& source) {

@@ -57,6 +57,7 @@ void make_new(const Common& common, const std::string& folder, const std::string
     }
     std::sort(written.begin(), written.end());
     print_result(common, {{"folder", folder}, {"from", from}, {common.dry_run ? "would_write" : "written_files", written}});
+    if (!common.dry_run && fs::exists(Path(folder) / "case.toml")) say_files_outside(stages::read_case(folder));
     if (!common.json && !common.dry_run)
         fmt::print("next: edit {0}/{1}, then porepack {2} {0}\n", for_terminal(folder), written.front(),
                    written.back() == "study.toml" ? "study run" : "run");
