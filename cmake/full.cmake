@@ -24,6 +24,12 @@ component(pour FOLDER packing EXCLUDE packing container grains LINKS packing fil
 no_contraction(pour)
 component(converters FOLDER converters EXCLUDE cell_set voxels percolation link_cuts walls pore_space stretched_solid LINKS pore_space io)
 target_link_libraries(porepack_converters PRIVATE CGAL::CGAL)
+# With sanitizers, GCC takes ten minutes or more and 6 GB for each source of CGAL's exact surfaces.
+if(CMAKE_CXX_FLAGS MATCHES "-fsanitize")
+  foreach(name make_surface pore_surface)
+    set_source_files_properties(${PROJECT_SOURCE_DIR}/src/converters/${name}.cpp PROPERTIES COMPILE_OPTIONS -fno-sanitize=all)
+  endforeach()
+endif()
 component(openfoam FOLDER openfoam LINKS converters files)
 component(tortuosity FOLDER tortuosity LINKS converters)
 component(pores FOLDER pores LINKS packing)

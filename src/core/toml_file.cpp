@@ -269,8 +269,10 @@ bool TomlFile::has(std::string_view name) const {
     return content_->table.contains(name);
 }
 
-std::string TomlFile::text_with(const std::map<std::string, Flags>& set) const {
-    toml::table all = content_->table;
+TomlFile TomlFile::with(const std::map<std::string, Flags>& set) const {
+    TomlFile changed;
+    *changed.content_ = *content_;
+    toml::table& all = changed.content_->table;
     for (const auto& [name, keys] : set) {
         if (!all.contains(name)) all.insert(name, toml::table{});
         toml::table& table = *all[name].as_table();
@@ -283,8 +285,12 @@ std::string TomlFile::text_with(const std::map<std::string, Flags>& set) const {
             table.insert_or_assign(key, *parsed.get("value"));
         }
     }
+    return changed;
+}
+
+std::string TomlFile::text() const {
     std::ostringstream text;
-    text << all << "\n";
+    text << content_->table << "\n";
     return text.str();
 }
 

@@ -21,9 +21,9 @@ public:
     /// (--set table.key) take precedence over the file.
     void read(std::string_view name, const Describe& describe, const Flags& flags = {}, const Flags& set = {}) const;
     [[nodiscard]] bool has(std::string_view name) const;
-    /// The whole file, without its comments, with other values of keys by table; each value is written as in TOML ("0.5", "\"box\""), and
-    /// an empty one removes the key.
-    [[nodiscard]] std::string text_with(const std::map<std::string, Flags>& set) const;
+    /// The file with other values of keys by table; each value is written as in TOML ("0.5", "\"box\""), and an empty one removes the key.
+    [[nodiscard]] TomlFile with(const std::map<std::string, Flags>& set) const;
+    [[nodiscard]] std::string text() const;  ///< without comments
     /// The keys of a table, each with its place ("case.toml, line 12").
     [[nodiscard]] std::map<std::string, std::string> keys_of(std::string_view name) const;
     /// Throws UserError when the file has a table that is not in `known`.

@@ -15,8 +15,8 @@ inline constexpr std::array reported_quantities = {
     Quantity{"porosity", "/lbm/porosity", "", "porosity of the section", "{:.4f}", ""},
     Quantity{"tortuosity_hydraulic", "/tortuosity/hydraulic/tortuosity_hydraulic", "", "tortuosity, hydraulic", "{:.4f}", ""},
     Quantity{"tortuosity_geometric_paper", "/tortuosity/geometric_paper_exact/tortuosity_geometric_paper", "",
-             "tortuosity, geometric_paper (exact)", "{:.4f}", ""},
-    Quantity{"tortuosity_shortest_path", "/tortuosity/shortest_path/tortuosity_shortest_path", "", "tortuosity, shortest_path", "{:.4f}",
+             "tortuosity, the paper's dots (exact)", "{:.4f}", ""},
+    Quantity{"tortuosity_shortest_path", "/tortuosity/shortest_path/tortuosity_shortest_path", "", "tortuosity, shortest path", "{:.4f}",
              ""},
     Quantity{"tortuosity_factor", "/tortuosity/diffusive/tortuosity_factor", "/tortuosity/diffusive/interval",
              "tortuosity factor (diffusive)", "{:.4f}", ""}};

@@ -65,12 +65,14 @@ std::string html_page(const ReportInput& input, const std::vector<ReportSection>
             "<div>" + for_html(entry["label"].get<std::string>()) + "<b>" + for_html(entry["text"].get<std::string>()) + "</b></div>";
     for (const auto& section : sections)
         if (!section.rows.empty() || !section.pictures.empty()) tables += section_html(section, folder);
-    return filled(read_text(data_file("templates/report.html")), {{"title", for_html(input.title)},
-                                                                  {"notes", notes},
-                                                                  {"main_numbers", numbers},
-                                                                  {"sections", tables},
-                                                                  {"versions", for_html(input.versions.dump(2))},
-                                                                  {"configuration", for_html(input.configuration.dump(2))}});
+    return filled(read_text(data_file("templates/report.html")),
+                  {{"title", for_html(input.title)},
+                   {"summary", input.summary.empty() ? "" : "<p>" + for_html(input.summary) + "</p>\n"},
+                   {"notes", notes},
+                   {"main_numbers", numbers},
+                   {"sections", tables},
+                   {"versions", for_html(input.versions.dump(2))},
+                   {"configuration", for_html(input.configuration.dump(2))}});
 }
 
 }  // namespace porepack::report

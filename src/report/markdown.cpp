@@ -7,6 +7,7 @@ using namespace core;
 
 std::string markdown_page(const ReportInput& input, const std::vector<ReportSection>& sections, const Json& main_numbers) {
     std::string text = "# " + for_markdown(input.title) + "\n\n";
+    if (!input.summary.empty()) text += for_markdown(input.summary) + "\n\n";
     for (const auto& note : input.notes) text += "> " + for_markdown(note) + "\n\n";
     for (const auto& entry : main_numbers)
         text += "- " + for_markdown(entry["label"].get<std::string>()) + ": **" + for_markdown(entry["text"].get<std::string>()) + "**\n";

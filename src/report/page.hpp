@@ -19,7 +19,10 @@ struct ReportSection {
     std::vector<std::string> links = {};                             ///< of the first field of each row; none if empty
 };
 
-/// Of an interval about a value, in per cent of it: "± 1.2 %", or "(− 6.8 %, + 1.8 %)" where the sides differ in the digits shown.
+/// Below this, an interval is narrower than half of the last of four digits.
+inline constexpr double smallest_percent_shown = 0.005;
+/// Of an interval about a value, in per cent of it: "± 1.2 %", or "(− 6.8 %, + 1.8 %)" where the sides differ in the digits shown;
+/// "(exact to these digits)" where it is narrower than those.
 [[nodiscard]] std::string percent_text(double value, const core::Interval& interval);
 
 /// HTML. Pictures of the sections are in `folder`; the page embeds them. `main_numbers`: a list of {label, text}.

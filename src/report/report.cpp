@@ -55,13 +55,12 @@ void add_plots(const ReportInput& input, const Path& folder, std::vector<ReportS
     add_profile_plot(input, folder, section("Permeability"));
     add_falling_head_pictures(input, folder, section("Flow with inertia"), section("Falling head"), section("Measured against computed"));
     const Path flow = input.stage_folders / "lbm" / "flow.vti";
-    if (fs::exists(flow)) {
-        const double top = draw_speed_slice(flow, folder / "speed.png");
+    if (fs::exists(flow) && draw_speed_slice(flow, folder))
         section("Permeability")
-            .pictures.emplace_back("speed.png", fmt::format("Speed on the slice y = middle, z up: dark 0, yellow {:.2g} m/s or more "
-                                                            "(water at 0.05 mm/s superficial velocity unless the case says otherwise).",
-                                                            top));
-    }
+            .pictures.emplace_back(
+                "speed.png",
+                "Speed on the slice through the middle of y (0.5 % of it is faster than the bar's end), at a superficial "
+                "velocity of 0.05 mm/s of water unless the case says otherwise. Beige: grains.");
 }
 
 Json main_numbers_of(const ReportInput& input) {
@@ -84,9 +83,11 @@ Json main_numbers_of(const ReportInput& input) {
                              : std::string("not run");
     };
     const Json& k = result_at(input, "lbm/permeability_m2");
+    const std::optional<GradientLimit> limit = gradient_limit(input);
     add("K, " + input.fluid_text,
         k.is_number()
-            ? with_powers_of_ten(fmt::format("{:.3g} m/s", permeability::hydraulic_conductivity_m_per_s(k.get<double>(), input.fluid)))
+            ? with_powers_of_ten(fmt::format("{:.3g} m/s", permeability::hydraulic_conductivity_m_per_s(k.get<double>(), input.fluid))) +
+                  (limit ? with_powers_of_ten(fmt::format(", up to a hydraulic gradient of {:.1g}", limit->gradient)) : "")
             : "not run");
     add("k by OpenFOAM",
         result_at(input, "foam/permeability_m2").is_number()
@@ -95,7 +96,8 @@ Json main_numbers_of(const ReportInput& input) {
     add("tortuosity, hydraulic", number_text(result_at(input, "tortuosity/hydraulic/tortuosity_hydraulic"), "{:.4f}"));
     const bool exact = result_at(input, "tortuosity/geometric_paper_exact/tortuosity_geometric_paper").is_number();
     const std::string kind = exact ? "geometric_paper_exact" : "geometric_paper_pixels";
-    add("tortuosity, " + kind, number_text(result_at(input, "tortuosity/" + kind + "/tortuosity_geometric_paper"), "{:.4f}"));
+    add(std::string("tortuosity, the paper's dots") + (exact ? " (exact)" : " (on slices)"),
+        number_text(result_at(input, "tortuosity/" + kind + "/tortuosity_geometric_paper"), "{:.4f}"));
     return list;
 }
 
@@ -184,12 +186,16 @@ Json quantities(const ReportInput& input) {
     return list;
 }
 
-Json write_report(const ReportInput& input, const Path& folder) {
+Json write_report(ReportInput input, const Path& folder) {
+    input.summary = scene_text(input);
     std::vector<ReportSection> sections = {uncertainty_section(input), budget_section(input),       permeability_section(input),
                                            packing_section(input),     tortuosity_section(input),   descriptors_section(input),
                                            inertia_section(input),     falling_head_section(input), causes_section(input),
                                            convergence_section(input), cost_section(input)};
     add_plots(input, folder, sections);
+    for (ReportSection& section : sections)
+        for (auto& row : section.rows)
+            for (std::string& cell : row) cell = with_powers_of_ten(cell);
     const Json main_numbers = main_numbers_of(input);
     write_text(folder / "report.html", html_page(input, sections, main_numbers, folder));
     write_text(folder / "report.md", markdown_page(input, sections, main_numbers));

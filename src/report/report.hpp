@@ -21,6 +21,7 @@ struct ReportInput {
     std::string fluid_text = {};          ///< "water at 20 °C"
     core::Path stage_folders = {};        ///< results/: histories and flow fields are read from here
     std::vector<std::string> notes = {};  ///< shown at the top
+    std::string summary = {};             ///< what the page is about, before its numbers
 };
 
 /// Every main number with unit, method, uncertainty or null, converged or not, cost.
@@ -28,9 +29,10 @@ struct ReportInput {
 
 /// Writes report.html (self-contained), report.md and merged.json, with the pictures next to them. packing.png is used
 /// when it is in `folder`. Returns a summary.
-core::Json write_report(const ReportInput& input, const core::Path& folder);
+core::Json write_report(ReportInput input, const core::Path& folder);
 
-/// Slice y = 0 (or the middle) through the speed of flow.vti as an image with a colour scale. Returns the maximum speed in m/s.
-double draw_speed_slice(const core::Path& flow_vti, const core::Path& png);
+/// The slice y = 0 (or the middle) through the speed of flow.vti with a colour bar and axes: speed.png in `folder`, with its data and
+/// script. False without gnuplot.
+bool draw_speed_slice(const core::Path& flow_vti, const core::Path& folder);
 
 }  // namespace porepack::report

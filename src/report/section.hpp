@@ -46,6 +46,15 @@ void add_descriptor_pictures(const ReportInput& input, const core::Path& folder,
 [[nodiscard]] ReportSection falling_head_section(const ReportInput& input);
 [[nodiscard]] ReportSection causes_section(const ReportInput& input);
 
+/// What was poured into what, and which part of it was solved.
+[[nodiscard]] std::string scene_text(const ReportInput& input);
+/// The hydraulic gradient at which inertia makes K 5 % smaller, from computed flows or Ergun's correlation. None where neither is known.
+struct GradientLimit {
+    double gradient;
+    std::string from;  ///< "as computed", "by Ergun's correlation"
+};
+[[nodiscard]] std::optional<GradientLimit> gradient_limit(const ReportInput& input);
+
 /// The same page as html_page().
 [[nodiscard]] std::string markdown_page(const ReportInput& input, const std::vector<ReportSection>& sections,
                                         const core::Json& main_numbers);

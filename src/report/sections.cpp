@@ -38,13 +38,13 @@ std::string paper_number(const ReportInput& input, const std::string& quantity) 
 }  // namespace
 
 std::string with_powers_of_ten(const std::string& text) {
-    static const std::regex power("e([+-])0*([0-9]+)");
+    static const std::regex power("([0-9])e([+-])0*([0-9]+)");  // of a number
     constexpr const char* digits[] = {"⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"};
     std::string result;
     auto rest = text.cbegin();
     for (std::sregex_iterator match(text.begin(), text.end(), power), end; match != end; ++match) {
-        result.append(rest, (*match)[0].first).append("\u00a0×\u00a010").append((*match)[1] == "-" ? "⁻" : "");
-        for (const char digit : (*match)[2].str()) result += digits[digit - '0'];
+        result.append(rest, (*match)[1].second).append("\u00a0×\u00a010").append((*match)[2] == "-" ? "⁻" : "");
+        for (const char digit : (*match)[3].str()) result += digits[digit - '0'];
         rest = (*match)[0].second;
     }
     result.append(rest, text.cend());
@@ -61,8 +61,8 @@ std::string interval_text(const Json& interval) {
 
 std::string percent_text(double value, const Interval& interval) {
     const Sides percent = 100.0 / std::abs(value) * half_widths(value, interval);
-    // A porosity from exact grains has only rounding: its digits would say nothing.
-    if (percent.wider() < 1e-4) return "± less than 0.0001 %";
+    // A porosity from exact grains has only the error of the quadrature: its digits would say nothing.
+    if (percent.wider() < smallest_percent_shown) return "(exact to these digits)";
     constexpr double rounding = 1e-6;  // of a symmetric interval, far below the digits shown
     if (std::abs(percent.below - percent.above) <= rounding * percent.wider())
         return fmt::format("± {:.2g} %", 0.5 * (percent.below + percent.above));
@@ -72,7 +72,9 @@ std::string percent_text(double value, const Interval& interval) {
 
 std::string difference(const Json& value, const Json& reference) {
     if (!value.is_number() || !reference.is_number()) return "–";
-    return fmt::format("{:+.1f} %", 100.0 * (value.get<double>() / reference.get<double>() - 1.0));
+    const double percent = 100.0 * (value.get<double>() / reference.get<double>() - 1.0);
+    constexpr double half_a_digit = 0.05;
+    return std::abs(percent) < half_a_digit ? "0.0 %" : fmt::format("{:+.1f} %", percent);
 }
 
 namespace {
@@ -114,6 +116,9 @@ ReportSection permeability_section(const ReportInput& input) {
     section.intro +=
         " The intervals are numerical: they hold the errors of grids and iteration in this one packing. That of a mean of packings (95 %) "
         "holds their scatter, too.";
+    if (const auto limit = gradient_limit(input))
+        section.intro += with_powers_of_ten(fmt::format(
+            " K holds up to a hydraulic gradient of about {:.1g}: there, inertia makes it 5 % smaller, {}.", limit->gradient, limit->from));
     const Json &planes = result_at(input, "lbm/section_m"), &feret = result_at(input, "shape/maximum_feret_diameter_m");
     if (planes.is_array() && feret.is_number() && planes[1].get<double>() - planes[0].get<double>() < feret.get<double>())
         section.intro =
@@ -158,7 +163,10 @@ ReportSection packing_section(const ReportInput& input) {
     };
     const auto two = [&](const std::string& path, const char* from) {
         const Json& u = result_at(input, path);
-        return u.is_number() ? with_powers_of_ten(fmt::format("± {:.1e} ({})", 2.0 * u.get<double>(), from)) : std::string("–");
+        if (!u.is_number()) return std::string("–");
+        constexpr double half_a_digit = 5e-5;  // of the four that are shown
+        return 2.0 * u.get<double>() < half_a_digit ? fmt::format("exact to these digits ({})", from)
+                                                    : fmt::format("± {:.1e} ({})", 2.0 * u.get<double>(), from);
     };
     const std::string stage = input.results.contains("pack") ? "pack" : input.results.contains("image") ? "image" : "stl";
     add("grain", result_at(input, "shape/kind").is_string() ? result_at(input, "shape/kind").get<std::string>() : "–", "");
@@ -172,9 +180,10 @@ ReportSection packing_section(const ReportInput& input) {
     add("grains", number_text(result_at(input, stage + "/grains"), "{:.0f}"), "");
     add("bed height", number_text(result_at(input, stage + "/bed_height_m")) + " m", "");
     add("porosity of the section", number_text(result_at(input, "voxelise/porosity"), "{:.4f}"),
-        two("voxelise/porosity_uncertainty", "the computation; one packing, so no scatter"), paper_number(input, "porosity"));
+        two("voxelise/porosity_uncertainty", "of this packing; the scatter between packings is not in it"),
+        paper_number(input, "porosity"));
     add("porosity of the whole bed", number_text(result_at(input, stage + "/porosity_bed"), "{:.4f}"),
-        two(stage + "/porosity_bed_uncertainty", "quadrature"));
+        two(stage + "/porosity_bed_uncertainty", "of this packing"));
     add("maximum overlap of grains / d", number_text(result_at(input, stage + "/largest_overlap_relative_to_diameter")), "");
     add("contacts", number_text(result_at(input, stage + "/contacts"), "{:.0f}"), "");
     add("coordination number (contacts with other grains, per grain)",
@@ -191,6 +200,11 @@ ReportSection tortuosity_section(const ReportInput& input) {
         .intro =
             "Four different numbers: the path of the paper through dots (exact, and on slice images, where it grows with the pixel size), "
             "the shortest path through the pores, the mean path of the flow, and the tortuosity factor eps D0/D_eff of diffusion."};
+    if (const std::string paper = paper_number(input, "tortuosity"); !paper.empty())
+        section.intro += fmt::format(
+            " The paper states {} for this grain, by the same dots. It is not reached with exact sections: coarse pixels and thick slices "
+            "explain a part of the difference (docs/tortuosity.md).",
+            paper);
     section.header = {"kind", "value", "interval (95 %)", "the paper"};
     const auto add = [&](const std::string& name, const Json& value, const std::string& uncertainty, const std::string& paper) {
         if (value.is_number()) section.rows.push_back({name, number_text(value, "{:.4f}"), uncertainty, paper});
@@ -199,12 +213,12 @@ ReportSection tortuosity_section(const ReportInput& input) {
         const auto interval = interval_of_path_mean(input, kind);
         return interval ? fmt::format("{:.4f} to {:.4f} (mean over {})", interval->low, interval->high, over) : std::string("none");
     };
-    add("geometric_paper, exact", result_at(input, "tortuosity/geometric_paper_exact/tortuosity_geometric_paper"),
+    add("the paper's dots, exact", result_at(input, "tortuosity/geometric_paper_exact/tortuosity_geometric_paper"),
         path_mean("geometric_paper_exact", "paths"), paper_number(input, "tortuosity"));
-    add("geometric_paper, pixels of " + number_text(result_at(input, "tortuosity/geometric_paper_pixels/pixel_m")) + " m",
+    add("the paper's dots, on slices with pixels of " + number_text(result_at(input, "tortuosity/geometric_paper_pixels/pixel_m")) + " m",
         result_at(input, "tortuosity/geometric_paper_pixels/tortuosity_geometric_paper"), path_mean("geometric_paper_pixels", "paths"),
         paper_number(input, "tortuosity"));
-    add("shortest_path, mean over starting points", result_at(input, "tortuosity/shortest_path/tortuosity_shortest_path"),
+    add("shortest path, mean over starting points", result_at(input, "tortuosity/shortest_path/tortuosity_shortest_path"),
         path_mean("shortest_path", "starting points"), "");
     add("hydraulic", result_at(input, "tortuosity/hydraulic/tortuosity_hydraulic"), "none", "");
     const Json interval = result_at(input, "tortuosity/diffusive/interval");

@@ -154,13 +154,15 @@ void require_packings(const Settings& settings, const std::string& file) {
     }
 }
 
-}  // namespace
-
-Case read_case(const Path& path, const std::string& flag_table, const Flags& flags, const std::map<std::string, Flags>& set) {
+Path case_file(const Path& path) {
     const Path file = std::filesystem::is_directory(path) ? path / "case.toml" : path;
     if (!std::filesystem::exists(file))
         throw UserError("no such case: " + file.string(), {.fix = "a case is a folder with a file case.toml in it"});
-    const TomlFile toml(file);
+    return file;
+}
+
+Case case_of(const TomlFile& toml, const Path& file, const std::string& flag_table, const Flags& flags,
+             const std::map<std::string, Flags>& set) {
     toml.require_known_tables(Settings::tables());
     Case the_case;
     the_case.folder = file.parent_path().empty() ? Path(".") : file.parent_path();
@@ -185,6 +187,18 @@ Case read_case(const Path& path, const std::string& flag_table, const Flags& fla
     require_pouring(the_case, toml, set, file.string());
     require_packings(the_case.settings, file.string());
     return the_case;
+}
+
+}  // namespace
+
+Case read_case(const Path& path, const std::string& flag_table, const Flags& flags, const std::map<std::string, Flags>& set) {
+    const Path file = case_file(path);
+    return case_of(TomlFile(file), file, flag_table, flags, set);
+}
+
+Case read_changed_case(const Path& path, const std::map<std::string, Flags>& changes) {
+    const Path file = case_file(path);
+    return case_of(TomlFile(file).with(changes), file, {}, {}, {});
 }
 
 }  // namespace porepack::stages

@@ -84,5 +84,7 @@ struct Case {
 /// file. `set`: by table, keys that win over the file too; all of them must exist. Throws UserError with file and line.
 [[nodiscard]] Case read_case(const core::Path& path, const std::string& flag_table = {}, const core::Flags& flags = {},
                              const std::map<std::string, core::Flags>& set = {});
+/// The case with other values of keys, by table, an empty value to leave a key out: as if its file had been written so.
+[[nodiscard]] Case read_changed_case(const core::Path& path, const std::map<std::string, core::Flags>& changes);
 
 }  // namespace porepack::stages

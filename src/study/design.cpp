@@ -10,12 +10,14 @@
 #include "core/error.hpp"
 #include "core/file_lock.hpp"
 #include "core/log.hpp"
+#include "core/machine.hpp"
 #include "core/owned_names.hpp"
 #include "core/toml_file.hpp"
 #include "packing/pour.hpp"
 #include "report/page.hpp"
 #include "stages/results.hpp"
 #include "study/case_pipeline.hpp"
+#include "study/design_bed.hpp"
 #include "study/design_page.hpp"
 
 namespace porepack::study {
@@ -28,8 +30,6 @@ using namespace stages;
 namespace fs = std::filesystem;
 namespace {
 
-// A container wider than this, in d_v, is replaced by one of this width: its beds would be as large as it, and the wall matters little.
-constexpr double widest_bed = 12.0;
 // A grain whose maximum Feret diameter is above this fraction of the container's width jams in it.
 constexpr double largest_feret = 0.8;
 // Below this chance of every candidate, the goal counts as out of reach.
@@ -46,106 +46,6 @@ double middle(const Interval& interval) {
     return 0.5 * (interval.low + interval.high);
 }
 
-// The bed that is poured for a proposal: that of the base case, in units of its grain.
-class Bed {
-public:
-    Bed(const DesignGoal& goal, const Study& study)
-        : goal_(goal), base_(study.folder / study.config.base), settings_(read_case(base_).settings) {
-        size_m_ = std::cbrt(6.0 * mean_volume_m3(make_shapes(settings_.shape)) / std::numbers::pi);
-    }
-
-    [[nodiscard]] double density_kg_per_m3() const { return settings_.packing.density_kg_per_m3; }
-
-    // Diameter of the container of the finished bed as the poured one has it, for grains of this size; of a box, the scale of its sides.
-    [[nodiscard]] double shrink(double size_m) const {
-        const double wall = wall_ratio(size_m, goal_.container);
-        return wall > 0.0 && wall < 1.0 / widest_bed ? 1.0 / (widest_bed * wall) : 1.0;
-    }
-
-    // case.toml of a proposal. The bed is that of the base case, magnified with the grain, with all that keeps its motion similar: times
-    // grow as the square root of lengths, stiffness as their square.
-    // The whole container keeps the drop height of the low beds, as far as it is high enough: grains that fall less pack looser.
-    [[nodiscard]] bool too_high(double drop_height_m, const SizedCandidate& grain, bool full) const {
-        return full && drop_height_m > goal_.container.height() - grain.candidate.form.feret * grain.size_m;
-    }
-    [[nodiscard]] std::string case_text(const SizedCandidate& grain, bool full, long packings) const {
-        const double scale = grain.size_m / size_m_, shrunk = full ? 1.0 : shrink(grain.size_m);
-        const PackingConfig& p = settings_.packing;
-        const auto text = [](double value) { return fmt::format("{:.12g}", value); };
-        std::map<std::string, Flags> set = {{"shape", shape_flags(grain)}, {"packing", {}}, {"packings", {}}, {"geometry", {}}};
-        // Of the cross-section, in units of the grain's, over that of the base case.
-        const double area =
-            goal_.container.inner_area_m2() * shrunk * shrunk / (make_container(settings_.container).inner_area_m2() * scale * scale);
-        set["container"] = container_flags(shrunk, full ? goal_.container.height() : make_container(settings_.container).height() * scale);
-        set["packing"] = {{"seed", std::to_string(goal_.seed)},
-                          {"grains", full || p.grains == 0 ? "" : std::to_string(std::lround(static_cast<double>(p.grains) * area))},
-                          {"fill_height_m", full || p.grains > 0 ? "" : text(fill_height() * scale)},
-                          {"drop_height_m",
-                           p.drop_height_m == 0.0 || too_high(p.drop_height_m * scale, grain, full) ? "" : text(p.drop_height_m * scale)},
-                          {"batch_grains", std::to_string(std::max(1L, std::lround(static_cast<double>(p.batch_grains) * area)))},
-                          {"batch_interval_s", text(p.batch_interval_s * std::sqrt(scale))},
-                          {"horizontal_speed_m_per_s", text(p.horizontal_speed_m_per_s * std::sqrt(scale))},
-                          {"normal_stiffness_N_per_m", text(p.normal_stiffness_N_per_m * scale * scale)},
-                          {"tangential_stiffness_N_per_m", text(p.tangential_stiffness_N_per_m * scale * scale)},
-                          {"settle_time_s", text(p.settle_time_s * std::max(1.0, std::sqrt(scale)))}};
-        set["packings"]["seeds"] = std::to_string(packings);
-        const std::vector<double>& section = settings_.geometry.section_m;
-        set["geometry"]["section_m"] =
-            full || section.empty() ? "" : fmt::format("[{}, {}]", text(section[0] * scale), text(section[1] * scale));
-        if (settings_.geometry.voxel_size_m > 0.0) set["geometry"]["voxel_size_m"] = text(settings_.geometry.voxel_size_m * scale);
-        return fmt::format("# Written by `porepack design`: {}.\n\n", full ? "the answer in its whole container" : "a proposal") +
-               TomlFile(fs::is_directory(base_) ? base_ / "case.toml" : base_).text_with(set);
-    }
-
-private:
-    [[nodiscard]] double fill_height() const {
-        return settings_.packing.fill_height_m > 0.0 ? settings_.packing.fill_height_m : 0.5 * make_container(settings_.container).height();
-    }
-
-    [[nodiscard]] Flags container_flags(double shrunk, double height_m) const {
-        const Container& c = goal_.container;
-        if (c.kind == Container::Kind::cylinder)
-            return {{"kind", "\"cylinder\""},
-                    {"diameter_m", fmt::format("{:.12g}", c.diameter_m * shrunk)},
-                    {"height_m", fmt::format("{:.12g}", height_m)},
-                    {"size_m", ""},
-                    {"periodic", ""}};
-        return {{"kind", "\"box\""},
-                {"diameter_m", ""},
-                {"height_m", ""},
-                {"size_m", fmt::format("[{:.12g}, {:.12g}, {:.12g}]", c.size_m[0] * shrunk, c.size_m[1] * shrunk, height_m)},
-                {"periodic", fmt::format("[{}, {}, false]", c.periodic[0], c.periodic[1])}};
-    }
-
-    static Flags shape_flags(const SizedCandidate& grain) {
-        const ShapeConfig shape = scaled(grain.candidate.shape, grain.size_m);
-        Flags flags = {{"kind", fmt::format("\"{}\"", name_of(shape.kind))},
-                       {"sphericity", ""},
-                       {"volume_m3", ""},
-                       {"diameter_m", ""},
-                       {"length_m", ""},
-                       {"capsule", ""}};
-        if (shape.kind == ShapeKind::star) flags["arms"] = std::to_string(shape.arms);
-        if (shape.kind != ShapeKind::capsules) {
-            flags["diameter_m"] = fmt::format("{:.12g}", shape.diameter_m);
-            if (shape.kind != ShapeKind::sphere) flags["length_m"] = fmt::format("{:.12g}", shape.length_m);
-            return flags;
-        }
-        std::string list;
-        const auto point = [](const Vec3& p) { return fmt::format("[{:.12g}, {:.12g}, {:.12g}]", p[0], p[1], p[2]); };
-        for (const Capsule& capsule : shape.capsule)
-            list += fmt::format("{}{{ a_m = {}, b_m = {}, radius_m = {:.12g} }}", list.empty() ? "" : ", ", point(capsule.a),
-                                point(capsule.b), capsule.radius);
-        flags["capsule"] = "[" + list + "]";
-        return flags;
-    }
-
-    const DesignGoal& goal_;
-    Path base_;
-    Settings settings_;
-    double size_m_;  // d_v of the base case's grain
-};
-
 class Design {
 public:
     Design(const DesignGoal& goal, const Study& study, Path folder)
@@ -161,7 +61,7 @@ public:
         }
         if (candidates_.empty())
             throw UserError("there is no shape to choose from", {.where = "--shape, --sphericity", .fix = "allow more"});
-        if (forecasts().empty())
+        if (forecasts({}).empty())
             throw UserError("no grain meets the limits", {.where = "--convexity, --thinnest, --mass, or grains larger than the container",
                                                           .fix = "allow more, or another volume or container"});
     }
@@ -169,7 +69,8 @@ public:
     DesignResult run() {
         DesignResult result;
         for (long n = 1; n <= goal_.max_proposals; ++n) {
-            result.reachable = forecasts();
+            result.reachable = forecasts(result.proposals);
+            if (out_of_time()) break;
             std::optional<SizedCandidate> next = best(result.reachable, result.proposals);
             if (!next) break;
             if (next->chance < smallest_chance && !result.proposals.empty() && result.proposals.back().error.empty()) {
@@ -177,9 +78,9 @@ public:
                 break;
             }
             log_info("design: proposal {} of at most {}: {}", n, goal_.max_proposals, text_of(*next));
-            result.proposals.push_back(compute(*next, n));
+            result.proposals.push_back(compute(*next, n, result.proposals));
             const Proposal& made = result.proposals.back();
-            if (made.error.empty()) known_.push_back(made.bed);
+            if (made.error.empty() && made.magnified_from == 0) known_.push_back(made.bed);
             log_info("design: proposal {}: {}", n,
                      made.error.empty() ? fmt::format("k = {:.3g} m2 {}, porosity {:.3f}{}", made.permeability_m2,
                                                       percent_text(made.permeability_m2, made.permeability_interval_m2), made.bed.porosity,
@@ -191,7 +92,7 @@ public:
             }
             write(result);
         }
-        result.reachable = forecasts();
+        result.reachable = forecasts(result.proposals);
         if (result.verdict == Verdict::hit && goal_.full) result.full = compute_full(result.proposals.back().grain);
         result.text = answer(result);
         write(result);
@@ -199,10 +100,19 @@ public:
     }
 
     [[nodiscard]] Json plan() const {
-        const std::vector<SizedCandidate> all = forecasts();
+        const std::vector<SizedCandidate> all = forecasts({});
         const SizedCandidate first = *best(all, {});
+        const Prediction& expected = first.prediction;
+        const Expectation cost = expected_of(case_pipeline(bed_.planned(first, goal_.packings)), last_stage);
         Json json = {{"first_proposal", text_of(first)},
                      {"chance", first.chance},
+                     {"expected_of_first_proposal",
+                      {{"permeability_m2", expected_permeability_m2(first)},
+                       {"permeability_relative_deviation", expected.log_permeability.standard_deviation},
+                       {"porosity", expected.porosity.value},
+                       {"porosity_deviation", expected.porosity.standard_deviation},
+                       {"extrapolated", expected.extrapolated},
+                       {"cost", pipeline::text_of(cost, slowness())}}},
                      {"beds_known", known_.size()},
                      {"expected_half_width", expected_half_widths().permeability}};
         // How well the beds predict each other.
@@ -220,8 +130,9 @@ public:
             k = {std::min(k.low, value), std::max(k.high, value)};
             eps = {std::min(eps.low, one.prediction.porosity.value), std::max(eps.high, one.prediction.porosity.value)};
         }
-        json["expected_permeability_m2"] = {k.low, k.high};
-        json["expected_porosity"] = {eps.low, eps.high};
+        const auto rounded = [](double value) { return std::stod(fmt::format("{:.4g}", value)); };
+        json["reachable_permeability_m2"] = {rounded(k.low), rounded(k.high)};
+        json["reachable_porosity"] = {rounded(eps.low), rounded(eps.high)};
         return json;
     }
 
@@ -253,18 +164,39 @@ private:
         return std::max({0.0, wanted.low - expected.value, expected.value - wanted.high}) / expected.standard_deviation;
     }
 
-    [[nodiscard]] SizedCandidate forecast(const Surrogate& surrogate, const HalfWidths& expected, const Candidate& candidate,
-                                          double size_m) const {
-        SizedCandidate one{.candidate = candidate, .size_m = size_m, .bed_wall = wall_ratio(size_m, goal_.container) / bed_.shrink(size_m)};
-        one.prediction = surrogate.at(candidate.form, one.bed_wall);
-        Estimate log_k = one.prediction.log_permeability;
+    static bool same_grain(const Candidate& one, const Candidate& other) {
+        return one.family == other.family && one.parameters == other.parameters;
+    }
+
+    // What the bed of a grain tells about the same grain in another size: k / d_v^2 and the porosity stay, but for the wall's part. That is
+    // known better than what beds of other grains tell. None if the grain has not been computed.
+    static std::optional<Prediction> own_prediction(const Candidate& grain, double wall, const std::vector<Proposal>& computed) {
+        const Proposal* nearest = nullptr;
+        for (const Proposal& p : computed)
+            if (p.error.empty() && same_grain(p.grain.candidate, grain) &&
+                (nearest == nullptr || std::abs(p.bed.wall - wall) < std::abs(nearest->bed.wall - wall)))
+                nearest = &p;
+        if (nearest == nullptr) return std::nullopt;
+        const double eps = nearest->bed.porosity, of_wall = Surrogate::porosity_per_wall * std::abs(nearest->bed.wall - wall),
+                     half_width = core::half_widths(eps, nearest->porosity_interval).wider();
+        return Prediction{
+            .porosity = {eps, std::hypot(0.5 * half_width, of_wall)},
+            .log_permeability = {std::log(nearest->bed.permeability), std::hypot(0.5 * nearest->permeability_half_width(),
+                                                                                 Surrogate::log_permeability_per_porosity(eps) * of_wall)}};
+    }
+
+    [[nodiscard]] SizedCandidate forecast(const Candidate& candidate, double size_m, const Prediction& prediction,
+                                          const HalfWidths& expected) const {
+        SizedCandidate one{.candidate = candidate, .size_m = size_m, .bed_wall = bed_.wall(size_m), .prediction = prediction};
+        Estimate log_k = prediction.log_permeability;
         log_k.value += 2.0 * std::log(size_m);
         const Interval wanted = {std::log(goal_.permeability_m2.low), std::log(goal_.permeability_m2.high)};
-        one.chance = chance_of(log_k, wanted, expected.permeability);
+        // An interval that is wider than `within` is no hit.
+        one.chance = chance_of(log_k, wanted, std::min(expected.permeability, goal_.within));
         one.distance = distance_of(log_k, wanted);
         if (goal_.porosity) {
-            one.chance *= chance_of(one.prediction.porosity, *goal_.porosity, expected.porosity);
-            one.distance = std::hypot(one.distance, distance_of(one.prediction.porosity, *goal_.porosity));
+            one.chance *= chance_of(prediction.porosity, *goal_.porosity, expected.porosity);
+            one.distance = std::hypot(one.distance, distance_of(prediction.porosity, *goal_.porosity));
         }
         return one;
     }
@@ -280,33 +212,36 @@ private:
                form.feret * one.size_m <= largest_feret * width;
     }
 
-    [[nodiscard]] std::vector<SizedCandidate> forecasts() const {
+    [[nodiscard]] std::vector<SizedCandidate> forecasts(const std::vector<Proposal>& computed) const {
         const Surrogate surrogate(known_);
         const HalfWidths expected = expected_half_widths();
         std::vector<SizedCandidate> all;
         for (const Candidate& candidate : candidates_) {
+            const auto prediction = [&](double size_m) {
+                const double wall = bed_.wall(size_m);
+                const std::optional<Prediction> own = own_prediction(candidate, wall, computed);
+                return own ? *own : surrogate.at(candidate.form, wall);
+            };
             double size_m = std::cbrt(6.0 * goal_.volume_m3 / std::numbers::pi);
             // With the volume free, the size gives the permeability; the wall ratio, which depends on it, changes it little.
             if (goal_.volume_m3 == 0.0) {
                 size_m = 1e-2;
-                for (int pass = 0; pass < 20; ++pass) {
-                    const Prediction p = surrogate.at(candidate.form, wall_ratio(size_m, goal_.container) / bed_.shrink(size_m));
-                    size_m =
-                        std::sqrt(std::sqrt(goal_.permeability_m2.low * goal_.permeability_m2.high) / std::exp(p.log_permeability.value));
-                }
+                const double wanted = std::sqrt(goal_.permeability_m2.low * goal_.permeability_m2.high);
+                for (int pass = 0; pass < 20; ++pass) size_m = std::sqrt(wanted / std::exp(prediction(size_m).log_permeability.value));
             }
-            const SizedCandidate one = forecast(surrogate, expected, candidate, size_m);
+            const SizedCandidate one = forecast(candidate, size_m, prediction(size_m), expected);
             if (allowed(one)) all.push_back(one);
         }
         return all;
     }
 
-    // Computed before; or so near to a grain that could not be computed that it would fail as well.
+    // Computed before in this size; or so near to a grain that could not be computed that it would fail as well.
     static bool is_tried(const SizedCandidate& one, const Proposal& before) {
-        const Candidate &a = one.candidate, &b = before.grain.candidate;
-        constexpr double near = 0.03;
-        return a.family == b.family &&
-               (a.parameters == b.parameters || (!before.error.empty() && std::abs(a.form.sphericity - b.form.sphericity) < near));
+        constexpr double near = 0.03, same_size = 0.005;
+        const GrainForm &a = one.candidate.form, &b = before.grain.candidate.form;
+        if (!before.error.empty())
+            return one.candidate.family == before.grain.candidate.family && std::abs(a.sphericity - b.sphericity) < near;
+        return same_grain(one.candidate, before.grain.candidate) && std::abs(one.size_m / before.grain.size_m - 1.0) < same_size;
     }
 
     // The most promising grain that has not been tried; where no chance is left, the nearest.
@@ -331,16 +266,44 @@ private:
         return read_case(file);
     }
 
+    [[nodiscard]] bool out_of_time() const { return goal_.max_time_s > 0.0 && watch_.seconds() > goal_.max_time_s; }
+
+    // The same grain in a bed of the same width in grains has been computed: the whole bed is magnified, and k grows as the square of
+    // lengths. None if that would not be a hit: then more packings of it are poured.
+    [[nodiscard]] std::optional<Proposal> magnified(const SizedCandidate& grain, long n, const std::vector<Proposal>& computed) const {
+        constexpr double same_wall = 1e-9;
+        for (std::size_t i = 0; i < computed.size(); ++i) {
+            const Proposal& before = computed[i];
+            if (!before.error.empty() || before.magnified_from != 0 || !same_grain(before.grain.candidate, grain.candidate) ||
+                std::abs(before.bed.wall / grain.bed_wall - 1.0) > same_wall)
+                continue;
+            const double scale2 = std::pow(grain.size_m / before.grain.size_m, 2);
+            Proposal proposal = before;
+            proposal.grain = grain;
+            proposal.magnified_from = static_cast<long>(i) + 1;
+            proposal.bed.name = fmt::format("proposal_{}", n);
+            proposal.permeability_m2 *= scale2;
+            proposal.permeability_interval_m2 = {scale2 * before.permeability_interval_m2.low,
+                                                 scale2 * before.permeability_interval_m2.high};
+            proposal.hit = is_hit(proposal);
+            if (!proposal.hit) continue;
+            (void)prepared(grain, proposal.bed.name, false, before.bed.packings);
+            return proposal;
+        }
+        return std::nullopt;
+    }
+
     // As many packings as the goal says; more, up to most_packings times as many, where the goal lies in an interval that is too wide.
-    [[nodiscard]] Proposal compute(const SizedCandidate& grain, long n) const {
+    [[nodiscard]] Proposal compute(const SizedCandidate& grain, long n, const std::vector<Proposal>& computed) const {
+        if (const std::optional<Proposal> known = magnified(grain, n, computed)) return *known;
         Proposal proposal = compute(grain, n, goal_.packings);
-        while (proposal.error.empty() && meets_goal(proposal) && proposal.permeability_half_width() > goal_.within &&
+        while (proposal.error.empty() && !out_of_time() && meets_goal(proposal) && proposal.permeability_half_width() > goal_.within &&
                proposal.bed.packings < most_packings * goal_.packings) {
             const double more = std::pow(1.05 * proposal.permeability_half_width() / goal_.within, 2);
             const long wanted = std::lround(std::ceil(more * static_cast<double>(proposal.bed.packings)));
             proposal = compute(grain, n, std::min(wanted, most_packings * goal_.packings));
         }
-        proposal.hit = proposal.error.empty() && meets_goal(proposal) && proposal.permeability_half_width() <= goal_.within;
+        proposal.hit = is_hit(proposal);
         return proposal;
     }
 
@@ -381,6 +344,10 @@ private:
             with_scatter(k, proposal.permeability_m2 * k_scatter.half_width({proposal.bed.permeability_deviation, packings}));
         proposal.porosity_interval = with_scatter(eps, eps_scatter.half_width({proposal.bed.porosity_deviation, packings}));
         return proposal;
+    }
+
+    [[nodiscard]] bool is_hit(const Proposal& p) const {
+        return p.error.empty() && meets_goal(p) && p.permeability_half_width() <= goal_.within;
     }
 
     // Whatever the width of its interval.
@@ -433,6 +400,14 @@ private:
             text +=
                 " The volume was free: k grows as volume^(2/3) as long as the container is wide, so other shapes of other volumes have "
                 "this k, too; the porosity chooses among them.";
+        if (nearest.magnified_from != 0)
+            text += fmt::format(
+                " Its bed is that of proposal {}, magnified together with its container: k grows as the square of lengths. It was not "
+                "poured "
+                "again.",
+                nearest.magnified_from);
+        if (result.verdict == Verdict::not_hit && out_of_time())
+            text += fmt::format(" The search ended after {} (--max-time); the same command resumes it.", human_time(goal_.max_time_s));
         if (bed_.shrink(nearest.grain.size_m) < 1.0)
             text +=
                 fmt::format(" The bed was poured in a container {:g} grains wide; the wall of the wider one changes k less.", widest_bed);
@@ -475,9 +450,10 @@ private:
 
     const DesignGoal& goal_;
     Path folder_;
-    Bed bed_;
+    DesignBed bed_;
     std::vector<KnownBed> known_;
     std::vector<Candidate> candidates_;
+    Stopwatch watch_;
 };
 
 void check(const DesignGoal& goal) {

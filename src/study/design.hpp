@@ -26,9 +26,10 @@ struct DesignGoal {
     long packings = 3;                      ///< of each proposal, with seeds from `seed` on; more where the interval is too wide for a hit
     long seed = 101;
     long max_proposals = 6;
-    double within = 0.2;  ///< largest relative half width of an interval that counts as a hit
-    bool full = false;    ///< pour the answer in the whole container, too
-    core::Path study;     ///< whose table the search starts from; its base case is the bed that is poured
+    double within = 0.2;      ///< largest relative half width of an interval that counts as a hit
+    double max_time_s = 0.0;  ///< no proposal begins after this time, and none gets more packings; 0: no limit
+    bool full = false;        ///< pour the answer in the whole container, too
+    core::Path study;         ///< whose table the search starts from; its base case is the bed that is poured
 };
 [[nodiscard]] core::Json to_json(const DesignGoal& goal);
 
@@ -47,6 +48,7 @@ struct Proposal {
     SizedCandidate grain;
     std::string error = {};  ///< why it could not be computed; the other members are then 0
     KnownBed bed = {};
+    long magnified_from = 0;  ///< number of the proposal whose bed this one is, magnified with its container; 0: poured
     double permeability_m2 = 0.0;
     /// Of 95 %, of the means of such packings, from their scatter and that of all beds known.
     core::Interval permeability_interval_m2 = {}, porosity_interval = {};
@@ -75,7 +77,7 @@ struct DesignResult {
 /// Throws UserError for a goal that cannot be searched for.
 DesignResult run_design(const DesignGoal& goal, const core::Path& folder);
 
-/// The first proposal with its expected cost, and the values that can be reached. Nothing is written.
+/// The first proposal with what is expected of it and its cost, and the values that can be reached. Nothing is written.
 [[nodiscard]] core::Json plan_design(const DesignGoal& goal);
 
 }  // namespace porepack::study

@@ -45,6 +45,7 @@ void write_proposals(const DesignResult& result, const Path& folder) {
                  "expected_porosity_deviation",
                  "extrapolated",
                  "packings",
+                 "magnified_from",
                  "permeability_m2",
                  "permeability_low_m2",
                  "permeability_high_m2",
@@ -60,9 +61,10 @@ void write_proposals(const DesignResult& result, const Path& folder) {
         table.add(i + 1, g.candidate.family, g.candidate.form.sphericity, g.candidate.form.convexity, g.size_m, volume_m3(g),
                   g.candidate.form.thickness * g.size_m, expected_permeability_m2(g), g.prediction.log_permeability.standard_deviation,
                   g.prediction.porosity.value, g.prediction.porosity.standard_deviation, g.prediction.extrapolated ? "yes" : "no",
-                  known(p, static_cast<double>(p.bed.packings)), known(p, p.permeability_m2), known(p, p.permeability_interval_m2.low),
-                  known(p, p.permeability_interval_m2.high), known(p, p.bed.porosity), known(p, p.porosity_interval.low),
-                  known(p, p.porosity_interval.high), p.hit ? "yes" : "no", p.error);
+                  known(p, static_cast<double>(p.bed.packings)), p.magnified_from > 0 ? std::optional(p.magnified_from) : std::nullopt,
+                  known(p, p.permeability_m2), known(p, p.permeability_interval_m2.low), known(p, p.permeability_interval_m2.high),
+                  known(p, p.bed.porosity), known(p, p.porosity_interval.low), known(p, p.porosity_interval.high), p.hit ? "yes" : "no",
+                  p.error);
     }
     table.write(folder / "proposals.csv");
 }
@@ -125,7 +127,8 @@ ReportSection proposals_section(const DesignResult& result) {
              fmt::format("{:.3f} ± {:.3f}", expected.porosity.value, expected.porosity.standard_deviation),
              p.error.empty() ? fmt::format("{:.3f} ({:.3f} to {:.3f})", p.bed.porosity, p.porosity_interval.low, p.porosity_interval.high)
                              : "–",
-             p.hit ? "hit" : ""});
+             fmt::format("{}{}", p.hit ? "hit" : "",
+                         p.magnified_from > 0 ? fmt::format(" (proposal {}, magnified)", p.magnified_from) : "")});
         section.links.push_back(fmt::format("proposal_{}/case.toml", i + 1));
     }
     return section;

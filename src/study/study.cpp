@@ -10,7 +10,9 @@
 #include "core/digest.hpp"
 #include "core/error.hpp"
 #include "core/escape.hpp"
+#include "core/log.hpp"
 #include "core/owned_names.hpp"
+#include "core/parallel.hpp"
 #include "core/toml_file.hpp"
 #include "study/case_pipeline.hpp"
 
@@ -138,6 +140,22 @@ Json identity_of_numbers(const Case& c, const std::string& last) {
     return kept;
 }
 
+// Each point as a case. A thousand take about a second.
+void plan_points(Study& study, const Path& base) {
+    constexpr std::size_t at_once = 256;
+    Progress progress("reading the points of the study");
+    for (std::size_t first = 0; first < study.points.size(); first += at_once) {
+        parallel_for(std::min(at_once, study.points.size() - first), [&](std::size_t i) {
+            Point& point = study.points[first + i];
+            point.planned = read_case(base, {}, {}, set_of(point.values));
+            point.planned.output = study.folder_of(point) / "results";
+            point.identity = identity_of_numbers(point.planned, study.config.up_to);
+            point.digest = sha256(point.identity.dump());
+        });
+        progress.update(static_cast<double>(std::min(first + at_once, study.points.size())) / static_cast<double>(study.points.size()));
+    }
+}
+
 void cross(Study& study, const std::vector<Axis>& axes, const Path& base, const std::string& file) {
     long total = 1;
     for (const Axis& axis : axes) {
@@ -165,13 +183,10 @@ void cross(Study& study, const std::vector<Axis>& axes, const Path& base, const 
             throw UserError(fmt::format("two points have the name {}", point.name),
                             {.where = file,
                              .fix = "their values differ too little, a value is listed twice, or the name is longer than 200 characters"});
-        point.planned = read_case(base, {}, {}, set_of(point.values));
-        point.planned.output = study.folder_of(point) / "results";
-        point.identity = identity_of_numbers(point.planned, study.config.up_to);
-        point.digest = sha256(point.identity.dump());
         study.points.push_back(std::move(point));
     }
     if (study.points.empty()) throw UserError("the study has no points", {.where = file, .fix = "every point is left out"});
+    plan_points(study, base);
 }
 
 }  // namespace
@@ -315,6 +330,16 @@ std::vector<Point> chosen_points(const Study& study, const std::string& names) {
     return chosen;
 }
 
+std::vector<std::string> stages_left_out(const Study& study) {
+    const pipeline::Pipeline chain = case_pipeline(study.points.front().planned);
+    const Json run = pipeline::identity_of(chain, study.config.up_to);
+    std::vector<std::string> left_out;
+    for (const pipeline::Stage& stage : chain.stages)
+        if (std::none_of(run.begin(), run.end(), [&](const Json& one) { return one["stage"] == stage.name; }))
+            left_out.push_back(stage.name);
+    return left_out;
+}
+
 Case write_point(const Study& study, const Point& point) {
     const Path base = study.folder / study.config.base, folder = study.folder_of(point);
     std::map<std::string, Flags> set = set_of(point.values);
@@ -326,7 +351,7 @@ Case write_point(const Study& study, const Point& point) {
             set[table]["file"] = Json(fs::relative(fs::absolute(base / file), fs::absolute(folder)).string()).dump();
     const std::string text =
         fmt::format("# Written by `porepack study run`: the point {} of ../../study.toml. Change the values there.\n\n", point.name) +
-        TomlFile(fs::is_directory(base) ? base / "case.toml" : base).text_with(set);
+        TomlFile(fs::is_directory(base) ? base / "case.toml" : base).with(set).text();
     const Path file = folder / "case.toml";
     make_folder(folder);
     write_own_text(file, text);

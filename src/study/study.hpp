@@ -97,6 +97,9 @@ struct Study {
 /// Those named: "tetrapod_0.53,7,10-12" (names, or numbers from 1). Throws UserError for an unknown one. All of them if `names` is empty.
 [[nodiscard]] std::vector<Point> chosen_points(const Study& study, const std::string& names);
 
+/// The stages of the points that `up_to` leaves out, and that a case has which is run on its own.
+[[nodiscard]] std::vector<std::string> stages_left_out(const Study& study);
+
 /// Writes points/<name>/case.toml if its content would change, and returns the case: it can also be run on its own.
 stages::Case write_point(const Study& study, const Point& point);
 

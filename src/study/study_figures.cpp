@@ -168,6 +168,7 @@ bool draw_figure(const Study& study, const FigureConfig& figure, RowChoice choic
     PlotValues values = {{"data", figure.name + ".dat"},
                          {"x_label", label_of(x)},
                          {"y_label", label_of(y)},
+                         {"by_label", figure.by.empty() ? std::string() : label_of(column_named(rows, figure.by))},
                          {"logarithmic", figure.logarithmic ? 1.0 : 0.0},
                          {"logarithmic_x", figure.logarithmic_x ? 1.0 : 0.0},
                          {"groups", static_cast<double>(groups.size())},

@@ -1,9 +1,12 @@
 #include "study/study_run.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <map>
+#include <numeric>
+#include <optional>
 
 #include "core/error.hpp"
 #include "core/file_lock.hpp"
@@ -30,6 +33,29 @@ Path lock_file(const Study& study, const Point& point) {
     return study.folder_of(point) / ".lock";
 }
 
+// Empty if nothing is left out.
+std::string left_out_text(const Study& study) {
+    const std::vector<std::string> left_out = stages_left_out(study);
+    return left_out.empty() ? std::string()
+                            : fmt::format("up_to = \"{}\" leaves out {}", study.config.up_to,
+                                          fmt::join(left_out, ", "));
+}
+
+// Two points whose numbers will be the same: a key of an axis has no effect. Empty if there are none.
+std::string doubled_text(const Study& study) {
+    std::map<std::string, const Point*> by_digest;
+    for (const Point& point : study.points) {
+        const auto [first, is_new] = by_digest.emplace(point.digest, &point);
+        if (is_new) continue;
+        std::vector<std::string> keys;
+        for (std::size_t i = 0; i < point.values.size(); ++i)
+            if (point.values[i] != first->second->values[i]) keys.push_back(point.values[i].first);
+        return fmt::format("{} and {} are the same computation: {} changes nothing up to the stage {} (up_to)", first->second->name,
+                           point.name, fmt::join(keys, ", "), study.config.up_to);
+    }
+    return {};
+}
+
 class StudyRun {
 public:
     StudyRun(const Study& study, const StudyRunOptions& options) : study_(study), options_(options) {}
@@ -41,6 +67,8 @@ public:
         todo_ = std::move(chosen);
         current_before_ = all - todo_.size();
         if (!todo_.empty()) {
+            if (const std::string text = left_out_text(study_); !text.empty()) log_info("study: {}", text);
+            if (const std::string text = doubled_text(study_); !text.empty()) log_warning("study: " + text);
             const double memory = largest_memory();
             const int at_once = jobs_at_once(memory);
             log_info("study: {} of {} points to run, up to {} at once, about {} each", todo_.size(), all, at_once, human_bytes(memory));
@@ -154,33 +182,91 @@ Json run_study(const Study& study, const StudyRunOptions& options) {
     return StudyRun(study, options).run();
 }
 
+namespace {
+
+// What the points that are not done will need. Points that differ in their seed alone need the same, and after some time, no more are
+// asked: the sums then follow from those that were.
+class Expectations {
+public:
+    explicit Expectations(const Study& study) : study_(study) {}
+
+    // Nothing if it was not asked.
+    [[nodiscard]] std::optional<Expectation> of(const Point& point) {
+        Json tables = point.planned.settings.resolved_tables();
+        tables["packing"].erase("seed");
+        const std::string key = tables.dump();
+        auto found = known_.find(key);
+        if (found == known_.end()) {
+            if (!known_.empty() && watch_.seconds() > longest_s) return std::nullopt;
+            found = known_.emplace(key, expectation_of(study_, point)).first;
+        }
+        return found->second;
+    }
+
+private:
+    static constexpr double longest_s = 30.0;
+    const Study& study_;
+    std::map<std::string, Expectation> known_;
+    Stopwatch watch_;
+};
+
+// 0 to count - 1, each once, so that any number of the first ones is spread over all.
+std::vector<std::size_t> spread_order(std::size_t count) {
+    auto step = static_cast<std::size_t>(0.618 * static_cast<double>(count)) + 1;
+    while (std::gcd(step, count) != 1) ++step;
+    std::vector<std::size_t> order(count);
+    for (std::size_t i = 0; i < count; ++i) order[i] = i * step % count;
+    return order;
+}
+
+}  // namespace
+
 // Each job has its share of the threads, and the stages that use only one, such as a pour, run beside each other.
 Json plan_study(const Study& study, const StudyRunOptions& options) {
     const std::vector<StudyRow> rows = read_rows(study);
     const std::vector<Point> points = chosen_points(study, options.points);
     const int threads = thread_count(), share = std::max(1, threads / static_cast<int>(std::min<std::size_t>(points.size(), 1024)));
-    Json plan = {{"points", Json::array()}};
+    std::vector<Json> list(points.size());
     Expectation all;
     const double slow = slowness();
     set_thread_count(share);
-    for (const Point& point : points) {
-        const State state = state_of(study, point, rows);
-        Expectation each{.text = "nothing"};
+    Expectations expectations(study);
+    Progress progress("expected time and memory");
+    std::size_t to_run = 0, asked = 0, seen = 0;
+    for (const std::size_t i : spread_order(points.size())) {
+        const State state = state_of(study, points[i], rows);
+        std::string text = "nothing";
         if (state.name != "done") {
-            each = expectation_of(study, point);
-            all.memory_bytes = std::max(all.memory_bytes, each.memory_bytes);
-            all.wall_time_s += each.wall_time_s;
-            all.disk_bytes += each.disk_bytes;
+            ++to_run;
+            if (const std::optional<Expectation> each = expectations.of(points[i])) {
+                ++asked;
+                all.memory_bytes = std::max(all.memory_bytes, each->memory_bytes);
+                all.wall_time_s += each->wall_time_s;
+                all.disk_bytes += each->disk_bytes;
+                text = text_of(*each, slow);
+            } else {
+                text = "as the others, on average";
+            }
         }
-        plan["points"].push_back({{"point", point.name}, {"state", state.name}, {"expected", text_of(each, slow)}});
+        list[i] = {{"point", points[i].name}, {"state", state.name}, {"expected", text}};
+        progress.update(static_cast<double>(++seen) / static_cast<double>(points.size()));
     }
     set_thread_count(threads);
     const int at_once = std::min(jobs_at_once(all.memory_bytes), std::max(1, threads / share));
-    plan["at_once"] = at_once;
+    const double of_asked = asked > 0 ? static_cast<double>(to_run) / static_cast<double>(asked) : 1.0;
     all.memory_bytes *= at_once;
-    all.wall_time_s /= at_once;
-    plan["expected"] = text_of(all, slow);
-    plan["memory_available"] = human_bytes(available_memory_bytes());
+    all.wall_time_s *= of_asked / at_once;
+    all.disk_bytes *= of_asked;
+    Json plan = {{"points", list},
+                 {"at_once", at_once},
+                 {"expected", text_of(all, slow) + (asked < to_run ? fmt::format(" (from {} of {} points)", asked, to_run) : "")},
+                 {"left_out", stages_left_out(study)},
+                 {"memory_available", human_bytes(available_memory_bytes())}};
+    if (const std::string text = doubled_text(study); !text.empty()) log_warning("study: " + text);
+    // A point that has begun is finished.
+    if (const double seconds = slow * all.wall_time_s; options.max_time_s > 0.0 && seconds > options.max_time_s)
+        plan["max_time"] = fmt::format("no point begins after {} (--max-time): about {:.0f} % of the work", human_time(options.max_time_s),
+                                       100.0 * options.max_time_s / seconds);
     return plan;
 }
 

@@ -136,14 +136,17 @@ Surrogate::Surrogate(const std::vector<KnownBed>& beds)
 // independent.
 Prediction Surrogate::combined(const Estimate& porosity, const Estimate& log_kozeny, double sphericity) const {
     const double eps = std::clamp(porosity.value, 0.05, 0.98);
-    const double slope = (3.0 / eps + 2.0 / (1.0 - eps)) * porosity.standard_deviation;
+    const double slope = log_permeability_per_porosity(eps) * porosity.standard_deviation;
     return {.porosity = porosity,
             .log_permeability = {log_hydraulic(eps, sphericity) - log_kozeny.value, std::hypot(slope, log_kozeny.standard_deviation)}};
 }
 
 Prediction Surrogate::at(const GrainForm& form, double wall) const {
     const Eigen::VectorXd x = coordinates(form, wall), margin = 0.05 * (high_ - low_).array() + 1e-3;
-    Prediction prediction = combined(porosity_.at(x), log_kozeny_.at(x), form.sphericity);
+    Estimate porosity = porosity_.at(x);
+    const double outside = std::max({0.0, low_[4] - wall, wall - high_[4]});
+    porosity.standard_deviation = std::hypot(porosity.standard_deviation, porosity_per_wall * outside);
+    Prediction prediction = combined(porosity, log_kozeny_.at(x), form.sphericity);
     prediction.extrapolated = ((x.array() < (low_ - margin).array()) || (x.array() > (high_ + margin).array())).any();
     return prediction;
 }

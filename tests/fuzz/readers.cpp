@@ -12,6 +12,7 @@
 #include "falling_head/level_curve.hpp"
 #include "helpers.hpp"
 #include "imaging/write_volume.hpp"
+#include "io/image.hpp"
 #include "lbm/checkpoint.hpp"
 #include "stages/case.hpp"
 
@@ -109,14 +110,14 @@ private:
     std::mt19937 random_;
 };
 
-// Counts what `read` accepts. Any exception but our own, or a crash, is a failure.
+// Counts what `read` accepts. Any exception but our own, or a crash, is a failure. `slow`: a tenth of the files.
 template <typename Read>
-void fuzz(const std::string& name, const std::string& good, const Read& read) {
+void fuzz(const std::string& name, const std::string& good, const Read& read, bool slow = false) {
     const test::Folder folder;
     Mutator mutator;
     ASSERT_NO_THROW(read(folder.write(name, good))) << "the good file must be accepted";
     long accepted = 0;
-    const long count = environment("POREPACK_FUZZ", 250);
+    const long count = environment("POREPACK_FUZZ", 250) / (slow ? 10 : 1);
     for (long i = 0; i < count && !::testing::Test::HasFailure(); ++i) {
         const std::string text = mutator.change(good);
         const Path file = folder.write(name, text);
@@ -279,7 +280,43 @@ TEST(Fuzz, Checkpoints) {
     });
 }
 
-// No format of these is compressed: what is read lies in the file.
+// One layer of a CT series in explicit little endian, 6 x 5 pixels of 16 bits, at z = 1 mm times `number`.
+std::string dicom_layer(int number, const std::string& pixels) {
+    const auto little = [](std::uint32_t value, int count) {
+        std::string text;
+        for (int i = 0; i < count; ++i) text += static_cast<char>(value >> (8 * i));
+        return text;
+    };
+    const auto element = [&](std::uint32_t group, std::uint32_t number_in_group, const std::string& kind, std::string value) {
+        if (value.size() % 2 == 1) value += kind == "UI" ? '\0' : ' ';
+        const bool is_long = kind == "OW" || kind == "OB";
+        return little(group, 2) + little(number_in_group, 2) + kind +
+               (is_long ? std::string(2, '\0') + little(static_cast<std::uint32_t>(value.size()), 4)
+                        : little(static_cast<std::uint32_t>(value.size()), 2)) +
+               value;
+    };
+    const std::string id = "1.2.826.0.1.3680043.2.1125.", ct = "1.2.840.10008.5.1.4.1.1.2", instance = id + std::to_string(10 + number);
+    const std::string meta = element(2, 1, "OB", std::string("\0\1", 2)) + element(2, 2, "UI", ct) + element(2, 3, "UI", instance) +
+                             element(2, 0x10, "UI", "1.2.840.10008.1.2.1") + element(2, 0x12, "UI", id + "1");
+    return std::string(128, '\0') + "DICM" + element(2, 0, "UL", little(static_cast<std::uint32_t>(meta.size()), 4)) + meta +
+           element(8, 0x16, "UI", ct) + element(8, 0x18, "UI", instance) + element(8, 0x60, "CS", "CT") + element(0x18, 0x50, "DS", "1.0") +
+           element(0x20, 0xd, "UI", id + "2") + element(0x20, 0xe, "UI", id + "3") + element(0x20, 0x13, "IS", std::to_string(number + 1)) +
+           element(0x20, 0x32, "DS", "0\\0\\" + std::to_string(number)) + element(0x20, 0x37, "DS", "1\\0\\0\\0\\1\\0") +
+           element(0x28, 2, "US", little(1, 2)) + element(0x28, 4, "CS", "MONOCHROME2") + element(0x28, 0x10, "US", little(5, 2)) +
+           element(0x28, 0x11, "US", little(6, 2)) + element(0x28, 0x30, "DS", "1.0\\1.0") + element(0x28, 0x100, "US", little(16, 2)) +
+           element(0x28, 0x101, "US", little(16, 2)) + element(0x28, 0x102, "US", little(15, 2)) +
+           element(0x28, 0x103, "US", little(0, 2)) + element(0x7fe0, 0x10, "OW", pixels);
+}
+
+// What is read lies in `bytes` of the files.
+void expect_sound(const imaging::VolumeSource& source, std::uintmax_t bytes) {
+    const imaging::VolumeHeader& header = source.header;
+    const imaging::VolumeStatistics found = imaging::statistics_of(source);
+    ASSERT_LE(static_cast<std::uintmax_t>(header.count()) * imaging::size_of(header.type), bytes) << header.format;
+    EXPECT_TRUE(std::isfinite(found.mean) && found.minimum <= found.maximum);
+}
+
+// No format of these is compressed.
 TEST(Fuzz, Images) {
     const test::Folder folder;
     std::string bytes;
@@ -308,14 +345,31 @@ TEST(Fuzz, Images) {
     }
     for (const auto& [name, text] : files)
         fuzz(name, text, [&](const Path& changed) {
-            if (changed.extension() == ".mhd") core::write_text(changed.parent_path() / "good.raw", bytes);
+            const bool header_alone = changed.extension() == ".mhd";
+            if (header_alone) core::write_text(changed.parent_path() / "good.raw", bytes);
             const imaging::VolumeSource source = imaging::open_volume(changed, {.voxel_size_m = {1e-3}});
-            const imaging::VolumeHeader& header = source.header;
-            const imaging::VolumeStatistics found = imaging::statistics_of(source);
-            const auto there = changed.extension() == ".mhd" ? bytes.size() : std::filesystem::file_size(changed);
-            ASSERT_LE(static_cast<std::uintmax_t>(header.count()) * imaging::size_of(header.type), there) << header.format;
-            EXPECT_TRUE(std::isfinite(found.mean) && found.minimum <= found.maximum);
+            expect_sound(source, header_alone ? bytes.size() : std::filesystem::file_size(changed));
         });
+}
+
+// One layer of three is damaged.
+TEST(Fuzz, Layers) {
+    const test::Folder folder;
+    std::string pixels;
+    for (int i = 0; i < 60; ++i) pixels += static_cast<char>(i);
+    io::write_gray_png(folder.path() / "good.png", 6, 5, std::vector<std::uint8_t>(pixels.begin(), pixels.begin() + 30));
+    const std::string png = read_text(folder.path() / "good.png");
+    fuzz("slice_1.png", png, [&](const Path& changed) {
+        for (const char* name : {"slice_0.png", "slice_2.png"}) core::write_text(changed.parent_path() / name, png);
+        expect_sound(imaging::open_volume(changed.parent_path(), {.voxel_size_m = {1e-3}}), 90);
+    });
+    // GDCM takes memory for a length before it looks at the file.
+    const auto dicom = [&](const Path& changed) {
+        for (const int number : {0, 2})
+            core::write_text(changed.parent_path() / fmt::format("slice_{}.dcm", number), dicom_layer(number, pixels));
+        expect_sound(imaging::open_volume(changed.parent_path(), {}), 180);
+    };
+    fuzz("slice_1.dcm", dicom_layer(1, pixels), dicom, true);
 }
 
 }  // namespace

@@ -118,7 +118,7 @@ TEST(OneSided, PercentText) {
     EXPECT_EQ(percent_text(2.0, {1.8, 2.1}), "(− 10 %, + 5 %)");
     EXPECT_EQ(percent_text(2.0, {2.0, 2.1}), "(− 0 %, + 5 %)");
     EXPECT_EQ(percent_text(2.0, {1.9, 2.1002}), "± 5 %") << "the same in the digits shown";
-    EXPECT_EQ(percent_text(2.0, {2.0, 2.0}), "± less than 0.0001 %");
+    EXPECT_EQ(percent_text(2.0, {2.0, 2.0}), "(exact to these digits)");
 }
 
 // Over random intervals: the widened interval holds the own one, exactly; a contribution on one side leaves the other bound as it is; and

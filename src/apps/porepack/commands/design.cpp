@@ -127,6 +127,9 @@ void add_design_command(CommandLine& line) {
     command.add_option("--within", goal.within, "largest relative half width of the interval of k that counts; default 0.2")
         ->type_name("number")
         ->check(CLI::Range(0.01, 1.0));
+    command.add_option("--max-time", goal.max_time_s, "seconds after which no proposal begins, and none gets more packings")
+        ->type_name("number [s]")
+        ->check(CLI::NonNegativeNumber);
     command.add_flag("--full", goal.full, "pour the answer in the whole container as well");
     command.add_option("--study", options->study, "study to learn from; default: the one that porepack brings")->type_name("path");
 }

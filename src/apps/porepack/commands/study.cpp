@@ -1,5 +1,6 @@
 // Studies: one case with several values of some keys.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <memory>
 
@@ -31,6 +32,9 @@ void run(const Common& common, const StudyRunOptions& options) {
         print_points(plan["points"], "expected");
         fmt::print("all, {} at once: {}; free memory {}\n", plan["at_once"].get<int>(), plan["expected"].get<std::string>(),
                    plan["memory_available"].get<std::string>());
+        if (plan.contains("max_time")) fmt::print("{}\n", plan["max_time"].get<std::string>());
+        if (const auto left_out = plan["left_out"].get<std::vector<std::string>>(); !left_out.empty())
+            fmt::print("not run, by up_to = \"{}\": {}\n", the_study.config.up_to, fmt::join(left_out, ", "));
         return;
     }
     const Json result = run_study(the_study, options);
