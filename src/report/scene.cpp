@@ -37,9 +37,11 @@ std::string container_text(const Json& container) {
 std::string solid_text(const ReportInput& input) {
     const Json &all = input.configuration, packing = all.value("packing", Json::object()), image = all.value("image", Json::object());
     const std::string container = container_text(all.value("container", Json::object())), file = image.value("file", std::string());
-    if (!result_at(input, "pack/grains").is_number())
-        return file.empty() ? fmt::format("The surface {} in {}.", all.value("/shape/file"_json_pointer, std::string()), container)
-                            : fmt::format("The solid is that of the image {}.", file);
+    if (!result_at(input, "pack/grains").is_number()) {
+        const auto surface = all.value("/shape/file"_json_pointer, std::string());
+        if (!file.empty()) return fmt::format("The solid is that of the image {}.", file);
+        return surface.empty() ? std::string() : fmt::format("The solid is the surface {} in {}.", surface, container);
+    }
     if (!file.empty()) return fmt::format("{} were found in the scan {}, in {}.", grains_text(input), file, container);
     const std::string engine = packing.value("engine", std::string());
     if (engine == "none")

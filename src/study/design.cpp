@@ -32,8 +32,8 @@ namespace {
 
 // A grain whose maximum Feret diameter is above this fraction of the container's width jams in it.
 constexpr double largest_feret = 0.8;
-// Below this chance of every candidate, the goal counts as out of reach.
-constexpr double smallest_chance = 0.02;
+// Below this chance of every candidate, the search ends; the goal counts as out of reach if it is so many standard deviations away.
+constexpr double smallest_chance = 0.02, far_off = 2.0;
 constexpr long most_packings = 4;
 constexpr const char* last_stage = "seeds";
 constexpr double scatter_without_data = 0.12, porosity_scatter_without_data = 0.01;
@@ -74,7 +74,8 @@ public:
             std::optional<SizedCandidate> next = best(result.reachable, result.proposals);
             if (!next) break;
             if (next->chance < smallest_chance && !result.proposals.empty() && result.proposals.back().error.empty()) {
-                result.verdict = Verdict::out_of_reach;
+                // A narrow goal within what is expected is in reach: the intervals are too wide to tell.
+                if (next->distance > far_off) result.verdict = Verdict::out_of_reach;
                 break;
             }
             log_info("design: proposal {} of at most {}: {}", n, goal_.max_proposals, text_of(*next));
@@ -168,15 +169,27 @@ private:
         return one.family == other.family && one.parameters == other.parameters;
     }
 
+    // Two poured beds that are as wide, in grains.
+    static bool same_bed(double wall, double other) {
+        constexpr double rounding = 1e-9;
+        return std::abs(wall / other - 1.0) < rounding;
+    }
+
     // What the bed of a grain tells about the same grain in another size: k / d_v^2 and the porosity stay, but for the wall's part. That is
     // known better than what beds of other grains tell. None if the grain has not been computed.
-    static std::optional<Prediction> own_prediction(const Candidate& grain, double wall, const std::vector<Proposal>& computed) {
+    [[nodiscard]] std::optional<Prediction> own_prediction(const Candidate& grain, double wall,
+                                                           const std::vector<Proposal>& computed) const {
         const Proposal* nearest = nullptr;
         for (const Proposal& p : computed)
             if (p.error.empty() && same_grain(p.grain.candidate, grain) &&
                 (nearest == nullptr || std::abs(p.bed.wall - wall) < std::abs(nearest->bed.wall - wall)))
                 nearest = &p;
         if (nearest == nullptr) return std::nullopt;
+        if (same_bed(nearest->bed.wall, wall) && nearest->permeability_half_width() <= goal_.within) {
+            constexpr double certain = 1e-9;  // this bed will be magnified, not poured
+            return Prediction{.porosity = {nearest->bed.porosity, certain},
+                              .log_permeability = {std::log(nearest->bed.permeability), certain}};
+        }
         const double eps = nearest->bed.porosity, of_wall = Surrogate::porosity_per_wall * std::abs(nearest->bed.wall - wall),
                      half_width = core::half_widths(eps, nearest->porosity_interval).wider();
         return Prediction{
@@ -271,11 +284,10 @@ private:
     // The same grain in a bed of the same width in grains has been computed: the whole bed is magnified, and k grows as the square of
     // lengths. None if that would not be a hit: then more packings of it are poured.
     [[nodiscard]] std::optional<Proposal> magnified(const SizedCandidate& grain, long n, const std::vector<Proposal>& computed) const {
-        constexpr double same_wall = 1e-9;
         for (std::size_t i = 0; i < computed.size(); ++i) {
             const Proposal& before = computed[i];
             if (!before.error.empty() || before.magnified_from != 0 || !same_grain(before.grain.candidate, grain.candidate) ||
-                std::abs(before.bed.wall / grain.bed_wall - 1.0) > same_wall)
+                !same_bed(before.bed.wall, grain.bed_wall))
                 continue;
             const double scale2 = std::pow(grain.size_m / before.grain.size_m, 2);
             Proposal proposal = before;
@@ -293,12 +305,14 @@ private:
         return std::nullopt;
     }
 
-    // As many packings as the goal says; more, up to most_packings times as many, where the goal lies in an interval that is too wide.
+    // As many packings as the goal says; more, up to most_packings times as many, where the goal lies in an interval that is too wide, or
+    // where it takes a narrow one only: the bed can be magnified to any k.
     [[nodiscard]] Proposal compute(const SizedCandidate& grain, long n, const std::vector<Proposal>& computed) const {
         if (const std::optional<Proposal> known = magnified(grain, n, computed)) return *known;
         Proposal proposal = compute(grain, n, goal_.packings);
-        while (proposal.error.empty() && !out_of_time() && meets_goal(proposal) && proposal.permeability_half_width() > goal_.within &&
-               proposal.bed.packings < most_packings * goal_.packings) {
+        const bool any_k = goal_.volume_m3 == 0.0 && bed_.shrink(grain.size_m) < 1.0;
+        while (proposal.error.empty() && !out_of_time() && (any_k || meets_goal(proposal)) &&
+               proposal.permeability_half_width() > goal_.within && proposal.bed.packings < most_packings * goal_.packings) {
             const double more = std::pow(1.05 * proposal.permeability_half_width() / goal_.within, 2);
             const long wanted = std::lround(std::ceil(more * static_cast<double>(proposal.bed.packings)));
             proposal = compute(grain, n, std::min(wanted, most_packings * goal_.packings));

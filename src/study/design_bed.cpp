@@ -48,7 +48,7 @@ DesignBed::DesignBed(const DesignGoal& goal, const Study& study)
 
 double DesignBed::shrink(double size_m) const {
     const double wall = wall_ratio(size_m, goal_.container);
-    return wall > 0.0 && wall < 1.0 / widest_bed ? 1.0 / (widest_bed * wall) : 1.0;
+    return wall > 0.0 && wall < 1.0 / widest_bed ? widest_bed * wall : 1.0;
 }
 
 // The whole container keeps the drop height of the low beds, as far as it is high enough: grains that fall less pack looser.

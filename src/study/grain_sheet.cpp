@@ -1,5 +1,7 @@
 #include "study/grain_sheet.hpp"
 
+#include <Eigen/Geometry>
+
 #include "converters/surface.hpp"
 #include "packing/packing.hpp"
 
@@ -7,16 +9,27 @@ namespace porepack::study {
 using namespace packing;
 using namespace shapes;
 
+namespace {
+
+// The origin of a user's shape may lie anywhere.
+Vec3 middle_of(const std::vector<Capsule>& capsules) {
+    Eigen::AlignedBox3d box;
+    for (const Capsule& capsule : capsules) box.extend(capsule.a).extend(capsule.b);
+    return box.center();
+}
+
+}  // namespace
+
 io::TriangleSurface grain_sheet(const std::vector<Shape>& grains, long columns, double pitch_m) {
+    const Quaternion turned(Eigen::AngleAxisd(0.45, Vec3::UnitX()) * Eigen::AngleAxisd(0.5, Vec3::UnitZ()));
     Packing sheet;
     sheet.container.kind = Container::Kind::box;
     sheet.shapes = grains;
     for (std::size_t i = 0; i < grains.size(); ++i) {
         const auto place = static_cast<long>(i);
         const auto column = static_cast<double>(place % columns), row = static_cast<double>(place / columns);
-        sheet.bodies.push_back({.shape = i,
-                                .position_m = Vec3((0.5 + column) * pitch_m, 0.5 * pitch_m, (0.5 + row) * pitch_m),
-                                .orientation = Quaternion(Eigen::AngleAxisd(0.45, Vec3::UnitX()) * Eigen::AngleAxisd(0.5, Vec3::UnitZ()))});
+        const Vec3 middle((0.5 + column) * pitch_m, 0.5 * pitch_m, (0.5 + row) * pitch_m);
+        sheet.bodies.push_back({.shape = i, .position_m = middle - turned * middle_of(grains[i].capsules), .orientation = turned});
     }
     const auto rows = static_cast<double>((static_cast<long>(grains.size()) + columns - 1) / columns);
     sheet.container.size_m = Vec3(static_cast<double>(columns) * pitch_m, pitch_m, rows * pitch_m);

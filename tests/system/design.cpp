@@ -1,6 +1,10 @@
 // The reverse question: proposals that are poured and solved, and what a goal must be like.
+#include <algorithm>
+#include <numbers>
+
 #include "core/table.hpp"
 #include "helpers.hpp"
+#include "stages/case.hpp"
 #include "system/cases.hpp"
 
 namespace porepack {
@@ -59,6 +63,35 @@ TEST_F(DesignOfSmallBeds, PoursWhatItProposes) {
     const auto other = design("--permeability 1e-6");
     EXPECT_EQ(other.exit_code, 2);
     EXPECT_TRUE(has(other.err, "another design lies in this folder")) << other.err;
+}
+
+// A shape of the user in any size in a wide container: its first bed tells k of all sizes, k ~ length^2.
+TEST_F(DesignOfSmallBeds, MagnifiesABedThatIsKnown) {
+    std::string arms;
+    for (const char* end :
+         {"[0.0176, 0.0066, 0.0066]", "[0.0176, -0.0066, -0.0066]", "[0.0044, 0.0066, -0.0066]", "[0.0044, -0.0066, 0.0066]"})
+        arms += fmt::format("[[capsule]]\na_m = [0.011, 0, 0]\nb_m = {}\nradius_m = 0.002\n", end);
+    folder_.write("own.toml", arms);
+    const auto found =
+        porepack("design --container cylinder:1,1 --study " + quoted(folder_.path()) + " --shape " + quoted(folder_.path() / "own.toml") +
+                 " --permeability 1e-5,1.02e-5 --packings 3 --within 1 --output " + quoted(folder_.path() / "own"));
+    ASSERT_EQ(found.exit_code, 0) << found.err;
+    EXPECT_EQ(result("own")["verdict"], "hit") << found.out;
+    const TextTable table = read_text_table(folder_.path() / "own" / "proposals.csv");
+    ASSERT_EQ(table.rows.size(), 2U) << found.out;
+    const auto number = [&](std::size_t row, const char* name) {
+        const auto column = std::find(table.columns.begin(), table.columns.end(), name) - table.columns.begin();
+        return std::stod(table.rows.at(row).at(static_cast<std::size_t>(column)));
+    };
+    EXPECT_EQ(number(1, "magnified_from"), 1.0);
+    EXPECT_NEAR(number(1, "permeability_m2") / number(0, "permeability_m2"),
+                std::pow(number(1, "equal_volume_diameter_m") / number(0, "equal_volume_diameter_m"), 2), 1e-6);
+    // The container that is poured is 12 grains wide.
+    for (const char* name : {"proposal_1", "proposal_2"}) {
+        const stages::Case made = stages::read_case(folder_.path() / "own" / name);
+        const double volume = shapes::measure(shapes::make_shape(made.settings.shape)).volume_m3;
+        EXPECT_NEAR(made.settings.container.diameter_m / std::cbrt(6.0 * volume / std::numbers::pi), 12.0, 1e-3);
+    }
 }
 
 TEST_F(DesignOfSmallBeds, SaysWhatIsOutOfReach) {

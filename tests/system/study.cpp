@@ -193,6 +193,27 @@ TEST(BadStudies, FormulasAreArithmetic) {
     }
 }
 
+// Before anything runs: what the time limits cut off, stages that are not run, and axes without effect.
+TEST(StudyPlans, SayWhatIsLeftOut) {
+    const test::Folder folder;
+    folder.write("case.toml", test::small_case + "[packings]\nuntil_sure = 0.05\nmax_time_s = 1\n");
+    const auto plan = [&](const std::string& up_to, const std::string& key, const std::string& more) {
+        folder.write("study.toml", "up_to = \"" + up_to + "\"\n[[axis]]\nkey = \"" + key + "\"\nvalues = [0.2, 0.3]\n");
+        return porepack("study run --dry-run " + more + " " + quoted(folder.path()));
+    };
+    const auto with_limit = plan("lbm", "packing.friction", "--max-time 0.1");
+    EXPECT_TRUE(has(with_limit.out, "no point begins after 0.1 s (--max-time)")) << with_limit.out;
+    EXPECT_TRUE(has(with_limit.out, "not run, by up_to = \"lbm\": ")) << with_limit.out;
+    EXPECT_FALSE(has(with_limit.err, "the same computation")) << with_limit.err;
+    const auto without_effect = plan("pack", "tortuosity.dot_spacing_m", "");
+    EXPECT_TRUE(has(without_effect.err,
+                    "0.2 and 0.3 are the same computation: tortuosity.dot_spacing_m changes nothing up to the "
+                    "stage pack"))
+        << without_effect.err;
+    const auto limited = porepack("run --dry-run " + quoted(folder.path()));
+    EXPECT_TRUE(has(limited.out + limited.err, "(max_time_s)")) << limited.out << limited.err;
+}
+
 // A point lies deeper than its case: files that the case names are named from there.
 TEST(StudyPoints, FindTheFilesOfTheirCase) {
     const test::Folder folder;

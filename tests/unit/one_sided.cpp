@@ -95,7 +95,7 @@ TEST(OneSided, CompareAndReportShowIntervalsOf95Percent) {
     EXPECT_TRUE(test::has(report, "| blur | 4.1 % below, 0 above |")) << report;
     EXPECT_TRUE(test::has(report, "| grid | 1 % |")) << report;
     EXPECT_TRUE(test::has(report, "7.679 × 10⁻¹⁰ to 1.458 × 10⁻⁹, of the mean (standard deviation between packings")) << report;
-    EXPECT_TRUE(test::has(report, "± 8.0 × 10⁻³ (the computation")) << report;
+    EXPECT_TRUE(test::has(report, "± 8.0 × 10⁻³ (of this packing")) << report;
     // t(0.975, 4) = 2.7764: 1.05 ± 0.0278.
     EXPECT_TRUE(test::has(report, "1.0222 to 1.0778 (mean over starting points)")) << report;
 
