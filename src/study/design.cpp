@@ -415,11 +415,8 @@ private:
                 " The volume was free: k grows as volume^(2/3) as long as the container is wide, so other shapes of other volumes have "
                 "this k, too; the porosity chooses among them.";
         if (nearest.magnified_from != 0)
-            text += fmt::format(
-                " Its bed is that of proposal {}, magnified together with its container: k grows as the square of lengths. It was not "
-                "poured "
-                "again.",
-                nearest.magnified_from);
+            text += fmt::format(" Its bed is that of proposal {}, magnified: k grows as the square of lengths. It was not poured again.",
+                                nearest.magnified_from);
         if (result.verdict == Verdict::not_hit && out_of_time())
             text += fmt::format(" The search ended after {} (--max-time); the same command resumes it.", human_time(goal_.max_time_s));
         if (bed_.shrink(nearest.grain.size_m) < 1.0)
