@@ -32,6 +32,7 @@ except ImportError as missing:
     print(f"skipped: {missing}; install the packages of packages-test.apt, and use Debian's /usr/bin/python3", file=sys.stderr)
     sys.exit(77)
 
+SANITIZED = "--sanitized" in sys.argv
 BAD = ("crash", "hang", "silent", "injected", "lost", "half-written", "unclear")
 
 
@@ -72,7 +73,8 @@ def run_case(case, program, keep):
 
         def limit():
             resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-            resource.setrlimit(resource.RLIMIT_AS, (8 << 30, 8 << 30))
+            if not SANITIZED:  # sanitizers reserve terabytes
+                resource.setrlimit(resource.RLIMIT_AS, (8 << 30, 8 << 30))
             for which, value in case.limits.items():
                 resource.setrlimit(which, (value, value))
 
@@ -105,6 +107,8 @@ def run_case(case, program, keep):
             return "injected", "wrote " + str(odd[:3])
         if done.returncode not in (0, 2, 3, 4, 5):
             return "crash", f"exit {done.returncode} {error[-200:]}"
+        if "runtime error: " in text or "AddressSanitizer" in text:
+            return "crash", text[text.find("rror") - 8 :][:300]
         if "internal error" in text or "terminate called" in text or "Traceback" in text:
             return "crash", error[-300:]
         if done.returncode != 0:
@@ -143,6 +147,7 @@ def main():
     parser.add_argument("--keep", help="folder for the cases that fail")
     parser.add_argument("--verbose", action="store_true", help="one line for each case")
     parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--sanitized", action="store_true", help="the program is built with sanitizers: no limit of the address space")
     options = parser.parse_args()
     program = str(Path(options.program).resolve())
     os.environ.setdefault("POREPACK_HOME", str(Path(__file__).resolve().parents[2]))
