@@ -11,11 +11,11 @@
 #include "core/parallel.hpp"
 #include "core/table.hpp"
 #include "permeability/sample.hpp"
-#include "study/scatter.hpp"
+#include "design/scatter.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;
-using namespace study;
+using namespace design;
 namespace {
 
 using Random = std::mt19937_64;

@@ -5,13 +5,13 @@
 #include <random>
 
 #include "helpers.hpp"
-#include "study/scatter.hpp"
+#include "design/scatter.hpp"
 
 namespace porepack {
 namespace {
 
-using study::BedScatter;
-using study::ScatterOfBeds;
+using design::BedScatter;
+using design::ScatterOfBeds;
 
 // k of the beds of cases/paper_study, three packings each: tetrahedron 0.53 has 2.49 %, dolos 0.47 is the last.
 std::vector<BedScatter> measured_beds() {

@@ -1,17 +1,17 @@
 // What `porepack design` predicts by, and the grains among which it chooses.
-#include "study/surrogate.hpp"
+#include "design/surrogate.hpp"
 
 #include <cmath>
 #include <numbers>
 #include <random>
 
 #include "helpers.hpp"
-#include "study/candidates.hpp"
+#include "design/candidates.hpp"
 
 namespace porepack {
 namespace {
 
-using namespace study;
+using namespace design;
 using namespace shapes;
 using packing::Container;
 

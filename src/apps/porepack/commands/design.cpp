@@ -8,11 +8,11 @@
 #include "apps/porepack/command_line.hpp"
 #include "core/data_file.hpp"
 #include "core/escape.hpp"
-#include "study/design.hpp"
+#include "design/design.hpp"
 
 namespace porepack::apps {
 using namespace core;
-using namespace study;
+using namespace porepack::design;
 using shapes::ShapeKind;
 namespace {
 

@@ -1,4 +1,4 @@
-#include "study/surrogate.hpp"
+#include "design/surrogate.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -7,10 +7,11 @@
 #include "permeability/sample.hpp"
 #include "study/study_table.hpp"
 
-namespace porepack::study {
+namespace porepack::design {
 using namespace core;
 using namespace packing;
 using namespace shapes;
+using namespace study;
 namespace {
 
 Eigen::VectorXd coordinates(const GrainForm& form, double wall) {
@@ -156,4 +157,4 @@ Prediction Surrogate::leave_one_out(std::size_t i) const {
     return combined(porosity_.leave_one_out(row), log_kozeny_.leave_one_out(row), beds_[i].form.sphericity);
 }
 
-}  // namespace porepack::study
+}  // namespace porepack::design

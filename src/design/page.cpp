@@ -1,4 +1,4 @@
-#include "study/design_page.hpp"
+#include "design/page.hpp"
 
 #include <fmt/format.h>
 
@@ -16,10 +16,11 @@
 #include "stages/stages.hpp"
 #include "study/grain_sheet.hpp"
 
-namespace porepack::study {
+namespace porepack::design {
 using namespace core;
 using namespace report;
 using namespace shapes;
+using study::grain_sheet;
 namespace {
 
 double volume_m3(const SizedCandidate& grain) {
@@ -218,4 +219,4 @@ void write_design(const DesignGoal& goal, const DesignResult& result, const std:
     write_text(folder / "design.html", html_page(page, {rows, reach}, numbers, folder));
 }
 
-}  // namespace porepack::study
+}  // namespace porepack::design

@@ -1,4 +1,4 @@
-#include "study/scatter.hpp"
+#include "design/scatter.hpp"
 
 #include <algorithm>
 #include <boost/math/distributions/students_t.hpp>
@@ -8,7 +8,7 @@
 
 #include "permeability/sample.hpp"
 
-namespace porepack::study {
+namespace porepack::design {
 namespace {
 
 // Of three packings, for which d0 / (d0 + 2) is the weight of s0^2.
@@ -105,4 +105,4 @@ std::optional<double> ScatterOfBeds::common_weight() const {
     return weight;
 }
 
-}  // namespace porepack::study
+}  // namespace porepack::design

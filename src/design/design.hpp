@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "core/sides.hpp"
-#include "study/candidates.hpp"
+#include "design/candidates.hpp"
 
-namespace porepack::study {
+namespace porepack::design {
 
 /// What is wanted, and among what. Intervals with low = high are single values.
 struct DesignGoal {
@@ -80,4 +80,4 @@ DesignResult run_design(const DesignGoal& goal, const core::Path& folder);
 /// The first proposal with what is expected of it and its cost, and the values that can be reached. Nothing is written.
 [[nodiscard]] core::Json plan_design(const DesignGoal& goal);
 
-}  // namespace porepack::study
+}  // namespace porepack::design

@@ -1,4 +1,4 @@
-#include "study/design_bed.hpp"
+#include "design/bed.hpp"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 #include "core/toml_file.hpp"
 #include "packing/pour.hpp"
 
-namespace porepack::study {
+namespace porepack::design {
 using namespace core;
 using namespace packing;
 using namespace shapes;
@@ -41,7 +41,7 @@ Flags shape_flags(const SizedCandidate& grain) {
 
 }  // namespace
 
-DesignBed::DesignBed(const DesignGoal& goal, const Study& study)
+DesignBed::DesignBed(const DesignGoal& goal, const study::Study& study)
     : goal_(goal), base_(study.folder / study.config.base), settings_(read_case(base_).settings) {
     size_m_ = std::cbrt(6.0 * mean_volume_m3(make_shapes(settings_.shape)) / std::numbers::pi);
 }
@@ -112,4 +112,4 @@ Case DesignBed::planned(const SizedCandidate& grain, long packings) const {
     return read_changed_case(base_, keys(grain, false, packings));
 }
 
-}  // namespace porepack::study
+}  // namespace porepack::design

@@ -6,11 +6,11 @@
 
 #include "packing/packing.hpp"
 #include "shapes/shape.hpp"
-#include "study/gaussian_process.hpp"
-#include "study/scatter.hpp"
+#include "design/gaussian_process.hpp"
+#include "design/scatter.hpp"
 #include "study/study.hpp"
 
-namespace porepack::study {
+namespace porepack::design {
 
 /// The measures of a grain that do not depend on its size; d_v: diameter of the sphere of its volume.
 struct GrainForm {
@@ -36,7 +36,7 @@ struct KnownBed {
 [[nodiscard]] double wall_ratio(double equal_volume_diameter_m, const packing::Container& container);
 
 /// Those of the study's table, of any version. Throws UserError when none has all columns that are needed.
-[[nodiscard]] std::vector<KnownBed> known_beds(const Study& study);
+[[nodiscard]] std::vector<KnownBed> known_beds(const study::Study& study);
 
 /// Scatter of k (relative) and of the porosity between packings.
 [[nodiscard]] ScatterOfBeds permeability_scatter(const std::vector<KnownBed>& beds);
@@ -74,4 +74,4 @@ private:
     GaussianProcess porosity_, log_kozeny_;
 };
 
-}  // namespace porepack::study
+}  // namespace porepack::design

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "study/surrogate.hpp"
+#include "design/surrogate.hpp"
 
-namespace porepack::study {
+namespace porepack::design {
 
 /// A grain of the volume of a sphere with diameter 1.
 struct Candidate {
@@ -37,4 +37,4 @@ struct FreeParameter {
 /// The same grain with the equal-volume diameter `size_m`.
 [[nodiscard]] shapes::ShapeConfig scaled(const shapes::ShapeConfig& shape, double size_m);
 
-}  // namespace porepack::study
+}  // namespace porepack::design

@@ -1,4 +1,4 @@
-#include "study/candidates.hpp"
+#include "design/candidates.hpp"
 
 #include <fmt/format.h>
 
@@ -9,7 +9,7 @@
 #include "core/error.hpp"
 #include "core/parallel.hpp"
 
-namespace porepack::study {
+namespace porepack::design {
 using namespace core;
 using namespace shapes;
 namespace {
@@ -152,4 +152,4 @@ std::vector<Candidate> own_candidates(const std::string& family, const ShapeConf
     return candidates;
 }
 
-}  // namespace porepack::study
+}  // namespace porepack::design

@@ -1,9 +1,9 @@
 // Files of a design: proposals.csv, design.json, design.html with its figures.
 #pragma once
 
-#include "study/design.hpp"
+#include "design/design.hpp"
 
-namespace porepack::study {
+namespace porepack::design {
 
 /// "tetrapod, sphericity 0.612, d_v 11.2 mm, capsules 4.1 mm thick".
 [[nodiscard]] std::string description(const SizedCandidate& grain);
@@ -15,4 +15,4 @@ namespace porepack::study {
 /// `known`: the beds that the search began with and those that it has added.
 void write_design(const DesignGoal& goal, const DesignResult& result, const std::vector<KnownBed>& known, const core::Path& folder);
 
-}  // namespace porepack::study
+}  // namespace porepack::design

@@ -3,7 +3,7 @@
 
 #include <Eigen/Dense>
 
-namespace porepack::study {
+namespace porepack::design {
 
 struct Estimate {
     double value = 0.0, standard_deviation = 0.0;
@@ -44,4 +44,4 @@ private:
     Fit fit_;
 };
 
-}  // namespace porepack::study
+}  // namespace porepack::design

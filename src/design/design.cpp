@@ -1,4 +1,4 @@
-#include "study/design.hpp"
+#include "design/design.hpp"
 
 #include <fmt/format.h>
 
@@ -17,16 +17,17 @@
 #include "report/page.hpp"
 #include "stages/results.hpp"
 #include "study/case_pipeline.hpp"
-#include "study/design_bed.hpp"
-#include "study/design_page.hpp"
+#include "design/bed.hpp"
+#include "design/page.hpp"
 
-namespace porepack::study {
+namespace porepack::design {
 using namespace core;
 using namespace packing;
 using namespace pipeline;
 using namespace report;
 using namespace shapes;
 using namespace stages;
+using namespace study;
 namespace fs = std::filesystem;
 namespace {
 
@@ -502,4 +503,4 @@ Json plan_design(const DesignGoal& goal) {
     return Design(goal, read_study(goal.study), {}).plan();
 }
 
-}  // namespace porepack::study
+}  // namespace porepack::design

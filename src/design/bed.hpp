@@ -5,9 +5,9 @@
 #include <string>
 
 #include "core/config.hpp"
-#include "study/design.hpp"
+#include "design/design.hpp"
 
-namespace porepack::study {
+namespace porepack::design {
 
 /// A container wider than this, in d_v, is replaced by one of this width: its beds would be as large as it, and the wall matters little.
 constexpr double widest_bed = 12.0;
@@ -15,7 +15,7 @@ constexpr double widest_bed = 12.0;
 class DesignBed {
 public:
     /// `goal` must outlive it.
-    DesignBed(const DesignGoal& goal, const Study& study);
+    DesignBed(const DesignGoal& goal, const study::Study& study);
 
     [[nodiscard]] double density_kg_per_m3() const { return settings_.packing.density_kg_per_m3; }
 
@@ -42,4 +42,4 @@ private:
     double size_m_;  // d_v of the base case's grain
 };
 
-}  // namespace porepack::study
+}  // namespace porepack::design

@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-namespace porepack::study {
+namespace porepack::design {
 
 /// Between the packings of one bed, in the quantity's unit or relative.
 struct BedScatter {
@@ -39,4 +39,4 @@ private:
     std::vector<Node> nodes_;  // none where no bed has several packings
 };
 
-}  // namespace porepack::study
+}  // namespace porepack::design

@@ -1,9 +1,9 @@
-#include "study/gaussian_process.hpp"
+#include "design/gaussian_process.hpp"
 
 #include <cmath>
 #include <numbers>
 
-namespace porepack::study {
+namespace porepack::design {
 namespace {
 
 constexpr Eigen::Index signal_place = 0, noise_place = 1, first_length = 2;
@@ -104,4 +104,4 @@ double GaussianProcess::noise() const {
     return std::exp(logs_[noise_place]);
 }
 
-}  // namespace porepack::study
+}  // namespace porepack::design
