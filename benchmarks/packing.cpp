@@ -11,7 +11,7 @@
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "core/process.hpp"
-#include "packing/dem/capsule_pour.hpp"
+#include "pouring/dem/capsule_pour.hpp"
 #include "report/plot.hpp"
 #include "stages/stages.hpp"
 
@@ -19,8 +19,9 @@ namespace porepack::benchmarks {
 using namespace core;
 using namespace shapes;
 using namespace packing;
-using namespace packing::dem;
-using namespace packing::liggghts;
+using namespace pouring;
+using namespace pouring::dem;
+using namespace pouring::liggghts;
 using namespace converters;
 using namespace report;
 

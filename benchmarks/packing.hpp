@@ -3,8 +3,8 @@
 
 #include <array>
 
-#include "packing/dem/capsule_dem.hpp"
-#include "packing/liggghts/liggghts.hpp"
+#include "pouring/dem/capsule_dem.hpp"
+#include "pouring/liggghts/liggghts.hpp"
 
 namespace porepack::benchmarks {
 
@@ -23,9 +23,9 @@ struct PackingBench {
     long grains = 100;
     bool quick = false;
 
-    [[nodiscard]] packing::PourResult by_capsules(const std::vector<shapes::ShapeShare>& shape, const packing::PackingConfig& config) const;
-    [[nodiscard]] packing::PourResult by_liggghts(const std::vector<shapes::ShapeShare>& shape, packing::PackingConfig config,
-                                                  const std::optional<packing::Pour>& given = {}) const;
+    [[nodiscard]] pouring::PourResult by_capsules(const std::vector<shapes::ShapeShare>& shape, const pouring::PackingConfig& config) const;
+    [[nodiscard]] pouring::PourResult by_liggghts(const std::vector<shapes::ShapeShare>& shape, pouring::PackingConfig config,
+                                                  const std::optional<pouring::Pour>& given = {}) const;
     /// Seconds per step of the first run of the last LIGGGHTS pour, from its own "Loop time".
     [[nodiscard]] double liggghts_step_seconds() const;
 };

@@ -8,13 +8,14 @@
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
-#include "packing/dem/capsule_pour.hpp"
+#include "pouring/dem/capsule_pour.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;
 using namespace shapes;
 using namespace packing;
-using namespace packing::dem;
+using namespace pouring;
+using namespace pouring::dem;
 namespace {
 
 double seconds_a_step(CapsuleDem& dem, long steps) {

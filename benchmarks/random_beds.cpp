@@ -7,12 +7,13 @@
 #include <numbers>
 #include <random>
 
-#include "packing/dem/capsule_pour.hpp"
+#include "pouring/dem/capsule_pour.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;
 using namespace shapes;
 using namespace packing;
+using namespace pouring;
 using namespace converters;
 namespace {
 

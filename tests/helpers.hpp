@@ -24,10 +24,11 @@ namespace porepack {
 namespace core {}
 namespace io {}
 namespace shapes {}
-namespace packing {
+namespace packing {}
+namespace pouring {
 namespace dem {}
 namespace liggghts {}
-}  // namespace packing
+}  // namespace pouring
 namespace converters {}
 namespace lbm {}
 namespace openfoam {}
@@ -38,12 +39,14 @@ namespace report {}
 namespace pipeline {}
 namespace stages {}
 namespace study {}
+namespace design {}
 using namespace core;
 using namespace io;
 using namespace shapes;
 using namespace packing;
-using namespace packing::dem;
-using namespace packing::liggghts;
+using namespace pouring;
+using namespace pouring::dem;
+using namespace pouring::liggghts;
 using namespace converters;
 using namespace lbm;
 using namespace openfoam;
@@ -54,6 +57,7 @@ using namespace report;
 using namespace pipeline;
 using namespace stages;
 using namespace study;
+using namespace design;
 }  // namespace porepack
 
 namespace porepack::test {

@@ -6,11 +6,12 @@
 #include <numbers>
 
 #include "core/toml_file.hpp"
-#include "packing/pour.hpp"
+#include "pouring/pour.hpp"
 
 namespace porepack::design {
 using namespace core;
 using namespace packing;
+using namespace pouring;
 using namespace shapes;
 using namespace stages;
 namespace fs = std::filesystem;

@@ -13,12 +13,12 @@
 #include "core/machine.hpp"
 #include "core/owned_names.hpp"
 #include "core/toml_file.hpp"
-#include "packing/pour.hpp"
+#include "design/bed.hpp"
+#include "design/page.hpp"
+#include "pouring/pour.hpp"
 #include "report/page.hpp"
 #include "stages/results.hpp"
 #include "study/case_pipeline.hpp"
-#include "design/bed.hpp"
-#include "design/page.hpp"
 
 namespace porepack::design {
 using namespace core;

@@ -13,6 +13,7 @@
 namespace porepack::stages {
 using namespace core;
 using namespace packing;
+using namespace pouring;
 
 const std::vector<std::string>& Settings::tables() {
     static const std::vector<std::string> names = [] {

@@ -10,9 +10,9 @@
 #include "imaging/config.hpp"
 #include "lbm/config.hpp"
 #include "openfoam/config.hpp"
-#include "packing/config.hpp"
 #include "packing/container_config.hpp"
 #include "permeability/config.hpp"
+#include "pouring/config.hpp"
 #include "report/config.hpp"
 #include "shapes/config.hpp"
 #include "tortuosity/config.hpp"
@@ -24,8 +24,8 @@ struct Settings {
     shapes::ShapeConfig shape;
     imaging::ImageConfig image;
     packing::ContainerConfig container;
-    packing::PackingConfig packing;
-    packing::PackingsConfig packings;
+    pouring::PackingConfig packing;
+    pouring::PackingsConfig packings;
     converters::GeometryConfig geometry;
     converters::SectionConfig section;
     converters::StlConfig stl;

@@ -9,8 +9,8 @@
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "imaging/volume.hpp"
-#include "packing/dem/capsule_pour.hpp"
-#include "packing/liggghts/liggghts.hpp"
+#include "pouring/dem/capsule_pour.hpp"
+#include "pouring/liggghts/liggghts.hpp"
 #include "stages/fit.hpp"
 #include "stages/results.hpp"
 #include "stages/stages.hpp"
@@ -19,8 +19,9 @@ namespace porepack::stages {
 using namespace core;
 using namespace shapes;
 using namespace packing;
-using namespace packing::dem;
-using namespace packing::liggghts;
+using namespace pouring;
+using namespace pouring::dem;
+using namespace pouring::liggghts;
 using namespace converters;
 using namespace imaging;
 using namespace pipeline;

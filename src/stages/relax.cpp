@@ -7,13 +7,14 @@
 
 #include "core/error.hpp"
 #include "core/table.hpp"
-#include "packing/dem/relax.hpp"
 #include "packing/structure.hpp"
+#include "pouring/dem/relax.hpp"
 
 namespace porepack::stages {
 using namespace core;
 using namespace packing;
-using namespace packing::dem;
+using namespace pouring;
+using namespace pouring::dem;
 namespace {
 
 // The keys that do something for grains that are there already.

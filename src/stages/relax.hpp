@@ -2,11 +2,11 @@
 #pragma once
 
 #include "core/files.hpp"
-#include "packing/config.hpp"
+#include "pouring/config.hpp"
 
 namespace porepack::stages {
 
 /// Writes packing.json and movements.csv into `folder`. Throws UserError for keys of a pour, which have no effect here, and as relax().
-[[nodiscard]] core::Json relax_packing(const core::Path& file, const packing::PackingConfig& config, const core::Path& folder);
+[[nodiscard]] core::Json relax_packing(const core::Path& file, const pouring::PackingConfig& config, const core::Path& folder);
 
 }  // namespace porepack::stages

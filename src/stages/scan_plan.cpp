@@ -16,6 +16,7 @@
 namespace porepack::stages {
 using namespace core;
 using namespace packing;
+using namespace pouring;
 using namespace converters;
 namespace {
 

@@ -10,7 +10,7 @@
 #include "core/process.hpp"
 #include "imaging/volume.hpp"
 #include "io/stl.hpp"
-#include "packing/pour.hpp"
+#include "pouring/pour.hpp"
 #include "stages/results.hpp"
 #include "stages/stages.hpp"
 
@@ -19,6 +19,7 @@ using namespace core;
 using namespace io;
 using namespace shapes;
 using namespace packing;
+using namespace pouring;
 using namespace converters;
 using namespace lbm;
 namespace fs = std::filesystem;

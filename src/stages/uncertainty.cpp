@@ -99,12 +99,12 @@ std::vector<BudgetRow> rows_of_permeability(const Case& c, const Json& results) 
         rows.push_back({section_row, both(section->relative), Part::hint, Evidence::measured,
                         fmt::format("{:.2g} % ({:.2g} to {:.2g} %, from a section of {:.1f} grain diameters)", 100.0 * section->relative,
                                     100.0 * section->interval.low, 100.0 * section->interval.high, section->diameters)});
-    const packing::PackingConfig& packing = c.settings.packing;
+    const pouring::PackingConfig& packing = c.settings.packing;
     if (const auto effect = number_at(results, "/seeds/friction/relative_effect_on_permeability"))
         rows.push_back({"friction", both(*effect), Part::input, Evidence::measured,
                         fmt::format("friction {:g} with standard uncertainty {:g}, varied between {} packings", packing.friction,
                                     packing.friction_uncertainty, results["seeds"].at("packings").get<long>())});
-    else if (results.contains("pack") && packing.engine != packing::Engine::none && !c.from_fit())
+    else if (results.contains("pack") && packing.engine != pouring::Engine::none && !c.from_fit())
         rows.push_back({"friction", both(usual_friction_effect), Part::hint, Evidence::judged,
                         fmt::format("tetrapods of 0.53, if friction is known to {:g}; [packing] friction_uncertainty measures it, and a "
                                     "measured porosity removes most of it",

@@ -5,6 +5,7 @@
 
 namespace porepack::study {
 using namespace packing;
+using namespace pouring;
 using namespace lbm;
 using namespace pipeline;
 using namespace stages;

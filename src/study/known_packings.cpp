@@ -20,16 +20,16 @@ namespace {
 
 constexpr std::size_t permeability = 0, porosity = 1;  // of the quantities
 
-double measured_part_porosity(const Case& one, const packing::PackingsConfig& config) {
+double measured_part_porosity(const Case& one, const pouring::PackingsConfig& config) {
     if (config.measured_porosity.empty()) return std::numeric_limits<double>::quiet_NaN();
-    if (config.measured_part == packing::MeasuredPart::bed) return one.result_of("pack").at("porosity_bed").get<double>();
+    if (config.measured_part == pouring::MeasuredPart::bed) return one.result_of("pack").at("porosity_bed").get<double>();
     const converters::PoreSpace space = case_pore_space(one);
-    if (config.measured_part == packing::MeasuredPart::section) return space.porosity().value;
+    if (config.measured_part == pouring::MeasuredPart::section) return space.porosity().value;
     const packing::Section part{config.measured_between_m[0], config.measured_between_m[1]};
     return part.z1 > space.bed_top_m ? std::numeric_limits<double>::quiet_NaN() : space.with_section(part).porosity().value;
 }
 
-Member member_of(const Case& one, const packing::PackingsConfig& config) {
+Member member_of(const Case& one, const pouring::PackingsConfig& config) {
     const Json results = {{"lbm", one.result_of("lbm")}, {"tortuosity", one.result_of("tortuosity")}};
     Member member{.seed = one.settings.packing.seed,
                   .friction = one.settings.packing.friction,

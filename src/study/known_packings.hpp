@@ -69,8 +69,8 @@ private:
     [[nodiscard]] core::Json measured_bed() const;
     void add_until_sure(core::Json& json, bool out_of_time) const;
 
-    const packing::PackingConfig& packing_;
-    const packing::PackingsConfig& config_;
+    const pouring::PackingConfig& packing_;
+    const pouring::PackingsConfig& config_;
     std::vector<Member> members_;
     std::vector<double> pours_;
 };

@@ -112,7 +112,7 @@ private:
 
     // Evenly within sqrt(3) standard uncertainties, by the radical inverse of the packing's number: any number of packings is balanced.
     [[nodiscard]] double friction_of(long index) const {
-        const packing::PackingConfig& packing = case_.settings.packing;
+        const pouring::PackingConfig& packing = case_.settings.packing;
         double inverse = 0.0, digit = 0.5;
         for (long rest = index; rest > 0; rest /= 2, digit *= 0.5) inverse += static_cast<double>(rest % 2) * digit;
         const double place = index == 0 ? 0.0 : 2.0 * inverse - 1.0;
@@ -172,7 +172,7 @@ private:
     }
 
     const Case& case_;
-    const packing::PackingsConfig& config_;
+    const pouring::PackingsConfig& config_;
     KnownPackings known_;                                  // without gaps between the seeds
     std::map<std::string, Next> running_;                  // by the name of the job
     std::map<long, std::string> flows_done_, pours_done_;  // seeds, with their error, in any order
@@ -182,7 +182,7 @@ private:
 };
 
 Expectation expect(const Case& c) {
-    const packing::PackingsConfig& config = c.settings.packings;
+    const pouring::PackingsConfig& config = c.settings.packings;
     const Case one = case_of_seed(c, c.settings.packing.seed + 1);
     const Expectation each = expected_of(case_pipeline(one), last_stage);
     if (config.until_sure == 0.0)
@@ -229,7 +229,7 @@ Stage make_seeds_stage(const Case& c) {
     if (const LbmConfig& lbm = c.settings.lbm; c.settings.packings.until_sure > 0.0 && lbm.walls == Walls::bounce_back && lbm.grids < 2)
         throw UserError("until_sure needs the numerical error of each packing, and one grid with bounce_back gives none",
                         {.where = "[lbm] grids", .allowed = "2 or more", .fix = "grids = 2, or walls = \"interpolated\""});
-    const packing::PackingsConfig& packings = c.settings.packings;
+    const pouring::PackingsConfig& packings = c.settings.packings;
     std::vector<std::string> outputs = {"seeds.csv"};
     if (packings.until_sure > 0.0 && packings.pours_per_flow > 1) outputs.emplace_back("pours.csv");
     return {.name = "seeds",

@@ -4,10 +4,10 @@
 
 #include "core/digest.hpp"
 #include "helpers.hpp"
-#include "packing/batches.hpp"
-#include "packing/dem/capsule_pour.hpp"
 #include "packing/grains.hpp"
-#include "packing/liggghts/liggghts.hpp"
+#include "pouring/batches.hpp"
+#include "pouring/dem/capsule_pour.hpp"
+#include "pouring/liggghts/liggghts.hpp"
 
 namespace porepack {
 namespace {

@@ -1,5 +1,5 @@
 // The capsule engine against closed forms: closest points, contact law, friction, integrators, rotation, conservation.
-#include "packing/dem/capsule_dem.hpp"
+#include "pouring/dem/capsule_dem.hpp"
 
 #include <omp.h>
 
@@ -10,7 +10,7 @@
 
 #include "core/machine.hpp"
 #include "helpers.hpp"
-#include "packing/dem/thread_choice.hpp"
+#include "pouring/dem/thread_choice.hpp"
 #include "shapes/segments.hpp"
 #include "shapes/shape.hpp"
 

@@ -1,21 +1,22 @@
 // Grains of a poured bed, moved at random by as much as a fit's errors, and brought to rest again.
-#include "packing/dem/relax.hpp"
+#include "pouring/dem/relax.hpp"
 
 #include <cmath>
 #include <numeric>
 #include <random>
 
 #include "helpers.hpp"
-#include "packing/dem/capsule_pour.hpp"
 #include "packing/grains.hpp"
 #include "packing/structure.hpp"
+#include "pouring/dem/capsule_pour.hpp"
 #include "stages/relax.hpp"
 
 namespace porepack {
 namespace {
 
 using namespace packing;
-using namespace packing::dem;
+using namespace pouring;
+using namespace pouring::dem;
 using namespace shapes;
 using test::has;
 using test::message_of;

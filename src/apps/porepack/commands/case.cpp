@@ -54,7 +54,7 @@ void pack(const Common& common, const std::string& from) {
     if (!common.input.empty() || !common.set.empty())
         throw UserError("--from takes shape and container from the packing, not from a case",
                         {.where = common.input, .fix = "give one of them"});
-    const auto config = config_from_flags<packing::PackingConfig>(common.flags);
+    const auto config = config_from_flags<pouring::PackingConfig>(common.flags);
     run_on_files(common, {.stage = "relax",
                           .target = common.output.empty() ? Path("relaxed") : Path(common.output),
                           .configuration = {{"packing", resolved_config(config)}},

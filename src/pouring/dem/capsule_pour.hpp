@@ -1,16 +1,16 @@
 // Packing by the built-in DEM of exact capsules.
 #pragma once
 
-#include "packing/dem/capsule_dem.hpp"
-#include "packing/pour.hpp"
+#include "pouring/dem/capsule_dem.hpp"
+#include "pouring/pour.hpp"
 
-namespace porepack::packing::dem {
+namespace porepack::pouring::dem {
 
 [[nodiscard]] ContactLaw contact_law(const PackingConfig& config);
 
 /// Uses the same batches as LIGGGHTS. Resumes from `folder`/snapshot.bin of an interrupted run with the same settings, and
 /// removes it at the end. Throws NumericalError when grains are lost, energy grows, or the grains do not come to rest.
-[[nodiscard]] PourResult pour_with_capsules(const std::vector<shapes::ShapeShare>& shapes, const Container& container,
+[[nodiscard]] PourResult pour_with_capsules(const std::vector<shapes::ShapeShare>& shapes, const packing::Container& container,
                                             const PackingConfig& config, const core::Path& folder);
 
-}  // namespace porepack::packing::dem
+}  // namespace porepack::pouring::dem

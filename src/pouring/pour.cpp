@@ -1,4 +1,4 @@
-#include "packing/pour.hpp"
+#include "pouring/pour.hpp"
 
 #include <fmt/format.h>
 
@@ -9,9 +9,10 @@
 #include "core/digest.hpp"
 #include "core/error.hpp"
 #include "core/machine.hpp"
-#include "packing/batches.hpp"
+#include "pouring/batches.hpp"
 
-namespace porepack::packing {
+namespace porepack::pouring {
+using namespace packing;
 using namespace core;
 using namespace shapes;
 namespace {
@@ -162,4 +163,4 @@ std::string scene_key(const std::vector<ShapeShare>& shapes, const Container& co
     return sha256(key.dump());
 }
 
-}  // namespace porepack::packing
+}  // namespace porepack::pouring

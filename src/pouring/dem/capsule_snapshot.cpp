@@ -3,9 +3,9 @@
 #include <ostream>
 
 #include "core/error.hpp"
-#include "packing/dem/capsule_state.hpp"
+#include "pouring/dem/capsule_state.hpp"
 
-namespace porepack::packing::dem {
+namespace porepack::pouring::dem {
 using namespace core;
 namespace {
 
@@ -99,4 +99,4 @@ void CapsuleDem::State::load(std::istream& in, const std::string& where) {
     for (const BodyState& body : bodies_) place_arms(body);
 }
 
-}  // namespace porepack::packing::dem
+}  // namespace porepack::pouring::dem

@@ -3,7 +3,7 @@
 
 #include "shapes/shape.hpp"
 
-namespace porepack::packing {
+namespace porepack::pouring {
 
 /// Mass and principal moments of inertia of a shape. The body frame has its origin at the centre of mass and its axes along the
 /// principal ones.
@@ -16,4 +16,4 @@ struct GrainBody {
 /// Numbers rounded to seven digits: a pour is chaotic, and must not change with the last bits of an integral.
 [[nodiscard]] GrainBody grain_body(const shapes::Shape& shape, double density_kg_per_m3);
 
-}  // namespace porepack::packing
+}  // namespace porepack::pouring

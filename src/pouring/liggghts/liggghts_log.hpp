@@ -6,7 +6,7 @@
 
 #include "core/files.hpp"
 
-namespace porepack::packing::liggghts {
+namespace porepack::pouring::liggghts {
 
 // LIGGGHTS does not report lost grains and ends with exit code 0: the script prints additional lines ("POREPACK ...").
 struct PourLog {
@@ -32,4 +32,4 @@ private:
     std::streamoff read_ = 0;
 };
 
-}  // namespace porepack::packing::liggghts
+}  // namespace porepack::pouring::liggghts

@@ -3,20 +3,22 @@
 
 #include <optional>
 
-#include "packing/config.hpp"
 #include "packing/packing.hpp"
+#include "pouring/config.hpp"
 #include "shapes/config.hpp"
 
-namespace porepack::packing {
+namespace porepack::pouring {
+
+using packing::Packing;
 
 /// Of a grain, on average over the shares.
 [[nodiscard]] double mean_volume_m3(const std::vector<shapes::ShapeShare>& shapes);
 /// Solid fraction in the middle of a poured bed, before it is poured: 0.67 C^0.45, with the convexity C (volume / volume of the convex
 /// hull), less 0.36 maximum Feret diameters / width of the container for the loose layer at its wall. Within 10 % for the packings of
 /// docs/packing.md (C from 0.2 to 1).
-[[nodiscard]] double poured_solid_fraction(const std::vector<shapes::ShapeShare>& shapes, const Container& container);
+[[nodiscard]] double poured_solid_fraction(const std::vector<shapes::ShapeShare>& shapes, const packing::Container& container);
 /// Height of the bed of so many grains, by this solid fraction; its loose top adds 0.6 maximum Feret diameters.
-[[nodiscard]] double poured_height_m(const std::vector<shapes::ShapeShare>& shapes, const Container& container, long grains);
+[[nodiscard]] double poured_height_m(const std::vector<shapes::ShapeShare>& shapes, const packing::Container& container, long grains);
 
 struct ContactTimes {
     double contact_time_s = 0.0;  ///< pi / sqrt((s_n/2)/m_ij (1 - eta_n^2)), m_ij = m/2 (consistent with Eq. 9), of the lightest grain
@@ -42,13 +44,15 @@ struct PourPlan {
 
 /// The plan of a pour. Throws UserError when the grain does not fit into the container, the stiffness is too low for its mass, or the step
 /// is too long for it.
-[[nodiscard]] PourPlan plan_pour(const std::vector<shapes::ShapeShare>& shapes, const Container& container, const PackingConfig& config);
+[[nodiscard]] PourPlan plan_pour(const std::vector<shapes::ShapeShare>& shapes, const packing::Container& container,
+                                 const PackingConfig& config);
 
 /// At rest the mean net force on a grain is below this fraction of its weight: this excludes grains at a turning point.
 constexpr double rest_force_limit = 0.02;
 
 /// Digest of all inputs of a pour: a run resumes from a snapshot only if their digests agree.
-[[nodiscard]] std::string scene_key(const std::vector<shapes::ShapeShare>& shapes, const Container& container, const PackingConfig& config);
+[[nodiscard]] std::string scene_key(const std::vector<shapes::ShapeShare>& shapes, const packing::Container& container,
+                                    const PackingConfig& config);
 
 struct PourResult {
     Packing packing;
@@ -70,4 +74,4 @@ struct PourResult {
     std::string command;  ///< repeats the run by hand, in the run's folder; empty where not available
 };
 
-}  // namespace porepack::packing
+}  // namespace porepack::pouring

@@ -1,10 +1,10 @@
-#include "packing/dem/thread_choice.hpp"
+#include "pouring/dem/thread_choice.hpp"
 
 #include <algorithm>
 
 #include "core/machine.hpp"
 
-namespace porepack::packing::dem {
+namespace porepack::pouring::dem {
 namespace {
 
 constexpr long warm_up = 3, trial = 20;                      // steps
@@ -51,4 +51,4 @@ void ThreadChoice::add(double seconds) {
     }
 }
 
-}  // namespace porepack::packing::dem
+}  // namespace porepack::pouring::dem

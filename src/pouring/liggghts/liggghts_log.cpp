@@ -1,11 +1,11 @@
-#include "packing/liggghts/liggghts_log.hpp"
+#include "pouring/liggghts/liggghts_log.hpp"
 
 #include <array>
 #include <cstdio>
 #include <fstream>
 #include <sstream>
 
-namespace porepack::packing::liggghts {
+namespace porepack::pouring::liggghts {
 
 // True when the line contains information.
 bool PourLog::read_line(const std::string& line) {
@@ -50,4 +50,4 @@ void PourLog::read_on(const std::function<void()>& after_line) {
     }
 }
 
-}  // namespace porepack::packing::liggghts
+}  // namespace porepack::pouring::liggghts

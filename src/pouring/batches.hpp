@@ -1,11 +1,11 @@
 // The grains of a pour as they are created: the same for both engines.
 #pragma once
 
-#include "packing/config.hpp"
 #include "packing/packing.hpp"
+#include "pouring/config.hpp"
 #include "shapes/config.hpp"
 
-namespace porepack::packing {
+namespace porepack::pouring {
 
 /// A grain to be created: origin and orientation of its shape's frame, velocity.
 struct Newcomer {
@@ -24,11 +24,11 @@ struct Pour {
 /// All batches of a pour of at most `grains` grains: random poses in a slab of one maximum Feret diameter at drop height, no contact with
 /// walls or grains; as many per batch as fit. Or, with fill = "lattice", one batch on a lattice above the floor. Depends only on
 /// the seed. Throws UserError when no grain fits.
-[[nodiscard]] Pour make_batches(const std::vector<shapes::ShapeShare>& shapes, const Container& container, const PackingConfig& config,
-                                double drop_height_m, long grains);
+[[nodiscard]] Pour make_batches(const std::vector<shapes::ShapeShare>& shapes, const packing::Container& container,
+                                const PackingConfig& config, double drop_height_m, long grains);
 
 /// Minimum capsule diameter and maximum Feret diameter of all shapes.
 [[nodiscard]] double finest_diameter(const std::vector<shapes::ShapeShare>& shapes);
 [[nodiscard]] double maximum_feret_diameter(const std::vector<shapes::ShapeShare>& shapes);
 
-}  // namespace porepack::packing
+}  // namespace porepack::pouring

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <set>
 
-#include "packing/dem/capsule_state.hpp"
+#include "pouring/dem/capsule_state.hpp"
 
-namespace porepack::packing::dem {
+namespace porepack::pouring::dem {
 using namespace core;
 using namespace shapes;
 
@@ -101,4 +101,4 @@ void CapsuleDem::State::add_pairs(std::size_t i, std::size_t other) {
     if (list.size() > before) list_neighbours(owner);
 }
 
-}  // namespace porepack::packing::dem
+}  // namespace porepack::pouring::dem

@@ -3,7 +3,7 @@
 
 #include "core/config.hpp"
 
-namespace porepack::packing {
+namespace porepack::pouring {
 
 /// Source of the packing: the built-in DEM of exact capsules, LIGGGHTS with clumps of spheres, or none (a given file).
 enum class Engine { capsule, liggghts, none };
@@ -152,4 +152,4 @@ inline void describe(core::ConfigVisitor& v, PackingsConfig& c) {
               "measured_part = \"between\": the two levels above the floor");
 }
 
-}  // namespace porepack::packing
+}  // namespace porepack::pouring

@@ -1,12 +1,13 @@
 // Set-up (grain shapes, cells, walls) and the public interface.
-#include "packing/dem/capsule_dem.hpp"
+#include "pouring/dem/capsule_dem.hpp"
 
 #include <fmt/format.h>
 
 #include "core/error.hpp"
-#include "packing/dem/capsule_state.hpp"
+#include "pouring/dem/capsule_state.hpp"
 
-namespace porepack::packing::dem {
+namespace porepack::pouring::dem {
+using namespace packing;
 using namespace core;
 using namespace shapes;
 
@@ -239,4 +240,4 @@ void CapsuleDem::load(std::istream& in, const std::string& where) {
     state_->load(in, where);
 }
 
-}  // namespace porepack::packing::dem
+}  // namespace porepack::pouring::dem

@@ -9,11 +9,12 @@
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "core/process.hpp"
-#include "packing/batches.hpp"
-#include "packing/liggghts/liggghts_log.hpp"
-#include "packing/liggghts/liggghts_run.hpp"
+#include "pouring/batches.hpp"
+#include "pouring/liggghts/liggghts_log.hpp"
+#include "pouring/liggghts/liggghts_run.hpp"
 
-namespace porepack::packing::liggghts {
+namespace porepack::pouring::liggghts {
+using namespace packing;
 using namespace core;
 using namespace shapes;
 namespace {
@@ -275,4 +276,4 @@ PourResult pour_with_liggghts(const std::vector<ShapeShare>& shapes, const Conta
     return result;
 }
 
-}  // namespace porepack::packing::liggghts
+}  // namespace porepack::pouring::liggghts

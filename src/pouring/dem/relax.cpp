@@ -1,4 +1,4 @@
-#include "packing/dem/relax.hpp"
+#include "pouring/dem/relax.hpp"
 
 #include <fmt/format.h>
 
@@ -8,9 +8,10 @@
 #include "core/error.hpp"
 #include "core/interrupt.hpp"
 #include "core/log.hpp"
-#include "packing/dem/capsule_pour.hpp"
+#include "pouring/dem/capsule_pour.hpp"
 
-namespace porepack::packing::dem {
+namespace porepack::pouring::dem {
+using namespace packing;
 using namespace core;
 using namespace shapes;
 namespace {
@@ -156,4 +157,4 @@ Relaxed relax(const Packing& packing, const PackingConfig& config) {
     return found;
 }
 
-}  // namespace porepack::packing::dem
+}  // namespace porepack::pouring::dem

@@ -3,9 +3,9 @@
 #include <cmath>
 
 #include "core/log.hpp"
-#include "packing/dem/capsule_state.hpp"
+#include "pouring/dem/capsule_state.hpp"
 
-namespace porepack::packing::dem {
+namespace porepack::pouring::dem {
 using namespace shapes;
 namespace {
 
@@ -165,4 +165,4 @@ void CapsuleDem::State::step(long steps) {
     }
 }
 
-}  // namespace porepack::packing::dem
+}  // namespace porepack::pouring::dem

@@ -5,11 +5,13 @@
 #include <memory>
 #include <vector>
 
-#include "packing/config.hpp"
-#include "packing/grain_body.hpp"
 #include "packing/packing.hpp"
+#include "pouring/config.hpp"
+#include "pouring/grain_body.hpp"
 
-namespace porepack::packing::dem {
+namespace porepack::pouring::dem {
+
+using packing::Packing;
 
 /// Eq. 9 and 11: Fn = max(0, (s_n/2) overlap - eta_n sqrt(2 m s_n) v_n), |Ft| <= mu Fn with a spring s_t/2 and a dashpot eta_t sqrt(2 m
 /// s_t); m is the pair's effective mass, and the grain's own at a wall.
@@ -75,8 +77,8 @@ struct DemRest {
 class CapsuleDem {
 public:
     /// Throws UserError for a periodic box narrower than two grains.
-    CapsuleDem(const Container& container, const std::vector<shapes::Shape>& shapes, double density_kg_per_m3, const ContactLaw& law,
-               const DemOptions& options);
+    CapsuleDem(const packing::Container& container, const std::vector<shapes::Shape>& shapes, double density_kg_per_m3,
+               const ContactLaw& law, const DemOptions& options);
     ~CapsuleDem();
     CapsuleDem(CapsuleDem&&) noexcept;
     CapsuleDem& operator=(CapsuleDem&&) noexcept;
@@ -96,7 +98,7 @@ public:
     [[nodiscard]] std::size_t size() const;
     [[nodiscard]] double time_s() const;
     [[nodiscard]] long steps() const;
-    [[nodiscard]] Body pose(std::size_t body) const;
+    [[nodiscard]] packing::Body pose(std::size_t body) const;
     [[nodiscard]] const shapes::Vec3& centre_of_mass(std::size_t body) const;
     [[nodiscard]] const shapes::Vec3& velocity(std::size_t body) const;
     [[nodiscard]] shapes::Vec3 angular_velocity(std::size_t body) const;
@@ -119,4 +121,4 @@ private:
     std::unique_ptr<State> state_;
 };
 
-}  // namespace porepack::packing::dem
+}  // namespace porepack::pouring::dem

@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "packing/dem/capsule_state.hpp"
+#include "pouring/dem/capsule_state.hpp"
 
-namespace porepack::packing::dem {
+namespace porepack::pouring::dem {
 using namespace shapes;
 
 // The contact law: the force on the second of two bodies. The tangential displacement is kept in the tangent plane.
@@ -223,4 +223,4 @@ void CapsuleDem::State::forces(double displacement_time) {
     for (const std::size_t count : looked_at) looked_at_ += count;
 }
 
-}  // namespace porepack::packing::dem
+}  // namespace porepack::pouring::dem

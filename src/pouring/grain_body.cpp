@@ -1,8 +1,8 @@
-#include "packing/grain_body.hpp"
+#include "pouring/grain_body.hpp"
 
 #include <cmath>
 
-namespace porepack::packing {
+namespace porepack::pouring {
 using namespace shapes;
 namespace {
 
@@ -33,4 +33,4 @@ GrainBody grain_body(const Shape& shape, double density_kg_per_m3) {
     return body;
 }
 
-}  // namespace porepack::packing
+}  // namespace porepack::pouring

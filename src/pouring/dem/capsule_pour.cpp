@@ -1,4 +1,4 @@
-#include "packing/dem/capsule_pour.hpp"
+#include "pouring/dem/capsule_pour.hpp"
 
 #include <fmt/format.h>
 
@@ -9,9 +9,10 @@
 #include "core/error.hpp"
 #include "core/interrupt.hpp"
 #include "core/log.hpp"
-#include "packing/batches.hpp"
+#include "pouring/batches.hpp"
 
-namespace porepack::packing::dem {
+namespace porepack::pouring::dem {
+using namespace packing;
 using namespace core;
 using namespace shapes;
 namespace {
@@ -230,4 +231,4 @@ PourResult pour_with_capsules(const std::vector<ShapeShare>& shapes, const Conta
     return CapsulePour(shapes, container, config, folder).run();
 }
 
-}  // namespace porepack::packing::dem
+}  // namespace porepack::pouring::dem

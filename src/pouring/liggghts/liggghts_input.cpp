@@ -5,11 +5,12 @@
 #include <cmath>
 
 #include "core/error.hpp"
-#include "packing/batches.hpp"
-#include "packing/grain_body.hpp"
-#include "packing/liggghts/liggghts_run.hpp"
+#include "pouring/batches.hpp"
+#include "pouring/grain_body.hpp"
+#include "pouring/liggghts/liggghts_run.hpp"
 
-namespace porepack::packing::liggghts {
+namespace porepack::pouring::liggghts {
+using namespace packing;
 using namespace core;
 using namespace shapes;
 ClumpBody clump_body(const Shape& shape, const PackingConfig& config) {
@@ -177,4 +178,4 @@ void write_grains(const Run& run) {
     write_text(run.folder / "grains.in", text);
 }
 
-}  // namespace porepack::packing::liggghts
+}  // namespace porepack::pouring::liggghts

@@ -1,7 +1,7 @@
 // Whether a step uses threads, by measurement.
 #pragma once
 
-namespace porepack::packing::dem {
+namespace porepack::pouring::dem {
 
 /// Threads that synchronise three times in a step of a millisecond are faster than one thread on an idle machine, and much slower where
 /// another program uses a core. So both are tried for some steps from time to time, and the faster one is used. Results do not depend on
@@ -25,4 +25,4 @@ private:
     long until_trial_ = 0;
 };
 
-}  // namespace porepack::packing::dem
+}  // namespace porepack::pouring::dem

@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <set>
 
-#include "packing/dem/capsule_state.hpp"
+#include "pouring/dem/capsule_state.hpp"
 
-namespace porepack::packing::dem {
+namespace porepack::pouring::dem {
 using namespace shapes;
 
 // Calls visit(first body, pair, contact) for every contact between grains.
@@ -93,4 +93,4 @@ DemRest CapsuleDem::State::rest() const {
     return rest;
 }
 
-}  // namespace porepack::packing::dem
+}  // namespace porepack::pouring::dem

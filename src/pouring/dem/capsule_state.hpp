@@ -9,15 +9,17 @@
 #include <cstdint>
 #include <vector>
 
-#include "packing/dem/capsule_dem.hpp"
-#include "packing/dem/thread_choice.hpp"
+#include "pouring/dem/capsule_dem.hpp"
+#include "pouring/dem/thread_choice.hpp"
 #include "shapes/segments.hpp"
 
-namespace porepack::packing::dem {
+namespace porepack::pouring::dem {
+
+using packing::Packing;
 
 class CapsuleDem::State {
 public:
-    State(const Container& container, const std::vector<shapes::Shape>& shapes, double density_kg_per_m3, const ContactLaw& law,
+    State(const packing::Container& container, const std::vector<shapes::Shape>& shapes, double density_kg_per_m3, const ContactLaw& law,
           const DemOptions& options);
 
     /// Bodies are assigned to load slots in blocks; each slot sums its own loads, and the slots are added in their order: so the sums do
@@ -103,7 +105,7 @@ public:
     void step(long steps);
     void wake_all();
     void set_sleep(bool sleep);
-    [[nodiscard]] Body pose(std::size_t body) const;
+    [[nodiscard]] packing::Body pose(std::size_t body) const;
     [[nodiscard]] shapes::Vec3 angular_velocity(std::size_t body) const;
     [[nodiscard]] std::size_t sleeping() const;
     [[nodiscard]] DemEnergy energy() const;
@@ -160,7 +162,7 @@ private:
     void for_contacts(const Visit& visit) const;
     [[nodiscard]] double wall_energy(const BodyState& body, double elastic_J) const;
 
-    Container container_;
+    packing::Container container_;
     std::vector<shapes::Shape> shapes_;
     ContactLaw law_;
     DemOptions options_;
@@ -186,4 +188,4 @@ private:
     bool primed_ = false;  // forces of the current state are known
 };
 
-}  // namespace porepack::packing::dem
+}  // namespace porepack::pouring::dem

@@ -1,9 +1,9 @@
 // Data shared by the writing and the reading of a LIGGGHTS run. Only for the sources of this folder.
 #pragma once
 
-#include "packing/liggghts/liggghts.hpp"
+#include "pouring/liggghts/liggghts.hpp"
 
-namespace porepack::packing::liggghts {
+namespace porepack::pouring::liggghts {
 
 // The grain in LIGGGHTS: clump about the centre of mass, axes along the principal axes, so that the body frame
 // computed by LIGGGHTS is this frame.
@@ -25,7 +25,7 @@ struct Snapshot {
 
 struct Run {
     const std::vector<shapes::ShapeShare>& shapes;
-    const Container& container;
+    const packing::Container& container;
     const PackingConfig& config;
     PourPlan plan;
     std::vector<ClumpBody> bodies;  // by shape
@@ -43,4 +43,4 @@ void write_batches(Run& run, const Pour& pour);
 void write_parameters(const Run& run, const Snapshot& snapshot);
 void write_grains(const Run& run);
 
-}  // namespace porepack::packing::liggghts
+}  // namespace porepack::pouring::liggghts

@@ -1,10 +1,12 @@
 // Given grains, moved as little as possible until they no longer overlap and rest on each other.
 #pragma once
 
-#include "packing/config.hpp"
 #include "packing/packing.hpp"
+#include "pouring/config.hpp"
 
-namespace porepack::packing::dem {
+namespace porepack::pouring::dem {
+
+using packing::Packing;
 
 struct Relaxed {
     Packing packing;                 ///< the bodies in their order
@@ -26,4 +28,4 @@ struct Relaxed {
 /// diameter, and NumericalError when the overlaps do not vanish or the grains do not come to rest.
 [[nodiscard]] Relaxed relax(const Packing& packing, const PackingConfig& config);
 
-}  // namespace porepack::packing::dem
+}  // namespace porepack::pouring::dem

@@ -1,4 +1,4 @@
-#include "packing/batches.hpp"
+#include "pouring/batches.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -6,7 +6,8 @@
 
 #include "core/error.hpp"
 
-namespace porepack::packing {
+namespace porepack::pouring {
+using namespace packing;
 using namespace core;
 using namespace shapes;
 namespace {
@@ -149,4 +150,4 @@ Pour make_batches(const std::vector<ShapeShare>& shapes, const Container& contai
     return pour;
 }
 
-}  // namespace porepack::packing
+}  // namespace porepack::pouring
