@@ -33,8 +33,8 @@ Json coverage_benchmark(const std::vector<unsigned>& seeds, const std::vector<do
             for (const KnownFlow& known : random_known_flows(seed)) {
                 const Stopwatch watch;
                 try {
-                    const LbmResult result = lbm_permeability(known.pore_space(), 0.1,
-                                                              {.direction = known.direction, .tolerance = tolerance, .max_time_s = 25.0});
+                    const LbmResult result =
+                        lbm_permeability(known.space(), 0.1, {.direction = known.direction, .tolerance = tolerance, .max_time_s = 25.0});
                     if (!result.half_width) continue;
                     const double error = result.permeability_m2 / known.permeability_m2 - 1.0;
                     const double half = result.half_width->sum() / result.permeability_m2;
@@ -47,7 +47,7 @@ Json coverage_benchmark(const std::vector<unsigned>& seeds, const std::vector<do
                     half_widths.push_back(half);
                     seconds += watch.seconds();
                     if (result.grids.size() >= 3) {
-                        LastGrids run{.grains = grains_of(known.pore_space(), result.fine()), .other_half_width = other_half_width(result)};
+                        LastGrids run{.grains = grains_of(known.space(), result.fine()), .other_half_width = other_half_width(result)};
                         for (std::size_t i = 0; i < 3; ++i) {
                             const LbmGridResult& grid = result.grids[result.grids.size() - 3 + i];
                             run.nodes[i] = known.diameter_m / grid.voxel_size_m;

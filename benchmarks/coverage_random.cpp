@@ -17,6 +17,7 @@
 namespace porepack::benchmarks {
 using namespace core;
 using namespace converters;
+using namespace pore_space;
 using namespace lbm;
 namespace {
 

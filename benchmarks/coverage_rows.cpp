@@ -7,7 +7,7 @@
 
 namespace porepack::benchmarks {
 using namespace core;
-using namespace converters;
+using namespace pore_space;
 using namespace lbm;
 namespace {
 

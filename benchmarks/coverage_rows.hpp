@@ -34,13 +34,13 @@ struct Reference {
 [[nodiscard]] Reference reference_of(const CoverageRow& row);
 
 /// Three grids, the finest with about `nodes` nodes.
-[[nodiscard]] lbm::LbmResult reference_run(const converters::PoreSpace& space, double nodes);
+[[nodiscard]] lbm::LbmResult reference_run(const pore_space::PoreSpace& space, double nodes);
 
 /// Of all contributions but the grid, relative.
 [[nodiscard]] double other_half_width(const lbm::LbmResult& result);
 
 /// The last three grids of a result, which are enough to repeat the extrapolation with other constants: nodes per grain diameter, k.
-void last_grids(const lbm::LbmResult& result, const converters::PoreSpace& space, std::array<double, 3>& nodes,
+void last_grids(const lbm::LbmResult& result, const pore_space::PoreSpace& space, std::array<double, 3>& nodes,
                 std::array<double, 3>& values_m2);
 
 /// A run whose extrapolation can be repeated; values relative to the true k.

@@ -52,7 +52,7 @@ KnownFlow random_flow(std::mt19937& random, double height = 0.25) {
 }
 
 double solid_fraction(const KnownFlow& flow) {
-    return 1.0 - flow.pore_space().porosity().value;
+    return 1.0 - flow.space().porosity().value;
 }
 
 // For a given voxel size: the box is high enough for coarse grids as well. The flow through dilute arrays becomes steady so slowly that one
@@ -79,7 +79,7 @@ void set_flow(Case& c, const KnownFlow& flow, const LbmResult& result) {
 void exact_walls(std::mt19937& random, Case& c) {
     const KnownFlow flow = random_flow(random);
     c.name = flow.name;
-    set_flow(c, flow, lbm_permeability(flow.pore_space(), 0.1, {.direction = flow.direction, .tolerance = 0.02}));
+    set_flow(c, flow, lbm_permeability(flow.space(), 0.1, {.direction = flow.direction, .tolerance = 0.02}));
 }
 
 void gray_walls(std::mt19937& random, Case& c) {
@@ -93,8 +93,7 @@ void bounce_back_walls(std::mt19937& random, Case& c) {
     const KnownFlow flow = random_flow_not_dilute(random);
     const double voxels = between(random, 8.0, 20.0);
     c.name = fmt::format("{}, {:.1f} voxels per diameter", flow.name, voxels);
-    set_flow(c, flow,
-             lbm_permeability(flow.pore_space(), flow.diameter_m / voxels, {.direction = flow.direction, .walls = Walls::bounce_back}));
+    set_flow(c, flow, lbm_permeability(flow.space(), flow.diameter_m / voxels, {.direction = flow.direction, .walls = Walls::bounce_back}));
 }
 
 void tortuosity_factor(std::mt19937& random, Case& c) {

@@ -11,6 +11,7 @@
 namespace porepack::benchmarks {
 using namespace core;
 using namespace converters;
+using namespace pore_space;
 using namespace lbm;
 using namespace stages;
 namespace {
@@ -31,7 +32,7 @@ Row measure(const KnownFlow& flow, double voxels, double blur, double noise, uns
         row.half_width = 0.5 * (interval->high - interval->low) / result.permeability_m2;
         row.held = interval->low <= flow.permeability_m2 && flow.permeability_m2 <= interval->high;
     }
-    row.porosity_error = space.porosity().value - flow.pore_space().porosity().value;
+    row.porosity_error = space.porosity().value - flow.space().porosity().value;
     row.parts = json_of(result.half_width);
     for (auto& part : row.parts) part = part.get<double>() / result.permeability_m2;
     row.notes = json_of(input.notes);

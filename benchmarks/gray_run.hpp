@@ -10,7 +10,7 @@ namespace porepack::benchmarks {
 struct GrayRun {
     core::GrayImage scan;
     stages::GrayInput input;
-    converters::PoreSpace space;
+    pore_space::PoreSpace space;
     lbm::LbmConfig config;
     lbm::LbmResult result;  ///< with the gray parts of its interval
 };

@@ -17,6 +17,7 @@ namespace porepack::benchmarks {
 using namespace core;
 using namespace lbm;
 using namespace converters;
+using namespace pore_space;
 namespace {
 
 std::vector<shapes::Vec3> face_centred() {
@@ -46,7 +47,7 @@ constexpr Collision collisions[] = {{"one relaxation time", Model::navier_stokes
 
 // Forty turnovers from creeping flow, at about this Reynolds number by the diameter and the superficial velocity.
 void try_collisions(const Array& array, double nodes_per_diameter, const std::vector<double>& reynolds, Table& table) {
-    const PoreSpace space = array.flow.pore_space();
+    const PoreSpace space = array.flow.space();
     const PhaseImage image = space.voxelise_at(array.flow.diameter_m / nodes_per_diameter);
     const Drive drive = choose_drive(space.container, Axis::z);
     const std::optional<FlowWalls> walls = space.walls();
@@ -93,7 +94,7 @@ Json inertia_benchmark(bool quick, const Path& output) {
         for (const double nodes : quick ? std::vector<double>{16, 24} : std::vector<double>{24, 36, 54}) {
             const std::vector<double> reynolds = {5, 10, 20, 35, 50, 75, 100, 150, 200, 300, 400, 500};
             const InertialSeries series =
-                lbm_inertial_flows(array.flow.pore_space(), array.flow.diameter_m / nodes, reynolds, array.flow.diameter_m,
+                lbm_inertial_flows(array.flow.space(), array.flow.diameter_m / nodes, reynolds, array.flow.diameter_m,
                                    {.in_time = InertialCriterion::InTime{.tolerance = 0.01, .most_turnovers = quick ? 100.0 : 800.0}});
             for (const InertialFlow& flow : series.flows)
                 friction.add(array.name, nodes, flow.reynolds, flow.permeability_m2, series.creeping_permeability_m2,

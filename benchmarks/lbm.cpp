@@ -13,6 +13,7 @@ using namespace core;
 using namespace shapes;
 using namespace packing;
 using namespace converters;
+using namespace pore_space;
 using namespace lbm;
 using namespace report;
 namespace {
@@ -70,13 +71,13 @@ Json accuracy_rows() {
             if (cells > 46 && kind.collision == Collision::bgk) continue;  // minutes
             const Stopwatch watch;
             const LbmResult result =
-                lbm_permeability(known.pore_space(), 1.0 / cells,
+                lbm_permeability(known.space(), 1.0 / cells,
                                  {.walls = kind.walls, .collision = kind.collision, .iteration_tolerance = 1e-4, .grids = kind.grids});
             add(kind.name, known.diameter_m * cells, result, watch.seconds());
         }
     for (const double tolerance : {0.05, 0.02, 0.01, 0.005, 0.0025}) {
         const Stopwatch watch;
-        const LbmResult result = lbm_permeability(known.pore_space(), 0.1, {.tolerance = tolerance});
+        const LbmResult result = lbm_permeability(known.space(), 0.1, {.tolerance = tolerance});
         add("a tolerance", known.diameter_m / result.fine().voxel_size_m, result, watch.seconds());
         rows.back()["tolerance"] = tolerance;
     }

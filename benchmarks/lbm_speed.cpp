@@ -15,6 +15,7 @@ using namespace core;
 using namespace shapes;
 using namespace packing;
 using namespace converters;
+using namespace pore_space;
 using namespace lbm;
 namespace {
 

@@ -6,16 +6,17 @@
 #include <numbers>
 
 #include "benchmarks/lbm_speed.hpp"
-#include "converters/pore_space.hpp"
 #include "core/error.hpp"
 #include "core/machine.hpp"
 #include "lbm/permeability.hpp"
+#include "pore_space/pore_space.hpp"
 #include "stages/results.hpp"
 #include "stages/stages.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;
 using namespace converters;
+using namespace pore_space;
 using namespace lbm;
 namespace {
 

@@ -19,6 +19,7 @@ namespace porepack::benchmarks {
 using namespace core;
 using namespace packing;
 using namespace converters;
+using namespace pore_space;
 using namespace lbm;
 namespace {
 

@@ -6,11 +6,11 @@
 
 #include "benchmarks/benchmarks.hpp"
 #include "benchmarks/packing.hpp"
-#include "converters/voxels.hpp"
 #include "core/data_file.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "core/process.hpp"
+#include "pore_space/voxels.hpp"
 #include "pouring/dem/capsule_pour.hpp"
 #include "report/plot.hpp"
 #include "stages/stages.hpp"
@@ -23,6 +23,7 @@ using namespace pouring;
 using namespace pouring::dem;
 using namespace pouring::liggghts;
 using namespace converters;
+using namespace pore_space;
 using namespace report;
 
 std::vector<ShapeShare> paper_shape(ShapeKind kind, double sphericity) {

@@ -14,7 +14,7 @@ using namespace core;
 using namespace shapes;
 using namespace packing;
 using namespace pouring;
-using namespace converters;
+using namespace pore_space;
 namespace {
 
 constexpr double d = 4e-3;  // of the capsules
@@ -151,7 +151,7 @@ PoreSpace pore_space_of(const RandomBed& bed, int position) {
                 x -= container.size_m[axis] * std::floor(x / container.size_m[axis]);
             }
     }
-    PoreSpace space = converters::pore_space_of(std::move(packing));
+    PoreSpace space = pore_space::pore_space_of(std::move(packing));
     if (position > 0 && container.kind == Container::Kind::box && !container.periodic[2]) space.grain_size_m /= 1.05;
     if (bed.section_diameters == 0.0) return space;
     const double middle = 0.5 * (space.bed_bottom_m + space.bed_top_m), half = 0.5 * bed.section_diameters * d;

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "converters/pore_space.hpp"
+#include "pore_space/pore_space.hpp"
 
 namespace porepack::benchmarks {
 
@@ -25,6 +25,6 @@ struct RandomBed {
 
 /// Its pore space, on one of two positions of the grid: the grains of a cylinder are turned, those of a periodic box moved, and in a box
 /// with walls the grids are 5 % finer.
-[[nodiscard]] converters::PoreSpace pore_space_of(const RandomBed& bed, int position);
+[[nodiscard]] pore_space::PoreSpace pore_space_of(const RandomBed& bed, int position);
 
 }  // namespace porepack::benchmarks

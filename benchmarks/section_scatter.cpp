@@ -20,6 +20,7 @@ namespace porepack::benchmarks {
 using namespace core;
 using namespace packing;
 using namespace converters;
+using namespace pore_space;
 using namespace lbm;
 using namespace permeability;
 namespace {

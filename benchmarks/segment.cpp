@@ -16,6 +16,7 @@
 namespace porepack::benchmarks {
 using namespace core;
 using namespace converters;
+using namespace pore_space;
 using namespace packing;
 using namespace stages;
 namespace {

@@ -22,6 +22,7 @@ using namespace core;
 using namespace shapes;
 using namespace packing;
 using namespace converters;
+using namespace pore_space;
 using namespace lbm;
 using namespace openfoam;
 using namespace report;

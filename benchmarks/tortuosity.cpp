@@ -19,6 +19,7 @@ using namespace core;
 using namespace shapes;
 using namespace packing;
 using namespace converters;
+using namespace pore_space;
 using namespace tortuosity;
 using namespace report;
 namespace {
@@ -149,7 +150,7 @@ Json diffusive_errors() {
     const double exact = (1.0 - f) / D;
     Json rows = Json::array();
     for (const int n : {10, 20, 40, 80}) {
-        const PoreSpace space = lbm::sphere_array(f, 1.0, lbm::simple_cubic(), Vec3(0.13, 0.27, 0.41)).pore_space();
+        const PoreSpace space = lbm::sphere_array(f, 1.0, lbm::simple_cubic(), Vec3(0.13, 0.27, 0.41)).space();
         const auto run = [&](const char* walls, const auto& solve) {
             const Stopwatch watch;
             const DiffusiveResult result = solve();

@@ -22,7 +22,7 @@ target_include_directories(porepack_imaging SYSTEM PRIVATE ${ITK_INCLUDE_DIRS})
 target_link_libraries(porepack_imaging PRIVATE ${ITK_LIBRARIES} gdcmCommon gdcmDSED gdcmMSFF TIFF::TIFF ZLIB::ZLIB)
 component(pouring FOLDER pouring LINKS packing files)
 no_contraction(pouring)
-component(converters FOLDER converters EXCLUDE cell_set voxels percolation link_cuts walls pore_space stretched_solid LINKS pore_space io)
+component(converters FOLDER converters LINKS pore_space io)
 target_link_libraries(porepack_converters PRIVATE CGAL::CGAL)
 # With sanitizers, GCC takes ten minutes or more and 6 GB for each source of CGAL's exact surfaces.
 if(CMAKE_CXX_FLAGS MATCHES "-fsanitize")

@@ -29,6 +29,7 @@ namespace pouring {
 namespace dem {}
 namespace liggghts {}
 }  // namespace pouring
+namespace pore_space {}
 namespace converters {}
 namespace lbm {}
 namespace openfoam {}
@@ -47,6 +48,7 @@ using namespace packing;
 using namespace pouring;
 using namespace pouring::dem;
 using namespace pouring::liggghts;
+using namespace pore_space;
 using namespace converters;
 using namespace lbm;
 using namespace openfoam;

@@ -16,7 +16,7 @@ int main() try {
     for (const double x : {0.004, 0.014})
         for (const double z : {0.005, 0.015}) packing.bodies.push_back({.shape = 0, .position_m = shapes::Vec3(x, x, z)});
 
-    const converters::PoreSpace pores = converters::pore_space_of(packing);
+    const pore_space::PoreSpace pores = pore_space::pore_space_of(packing);
     const double voxel_size_m = 5e-4;
     const lbm::LbmResult result = lbm::lbm_permeability(pores, voxel_size_m, {.direction = core::Axis::z});
     const auto interval = result.interval_m2().value();

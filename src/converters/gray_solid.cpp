@@ -11,6 +11,7 @@
 #include "core/parallel.hpp"
 
 namespace porepack::converters {
+using namespace pore_space;
 using namespace core;
 using namespace packing;
 using namespace shapes;
@@ -397,7 +398,7 @@ PoreSpace pore_space_of(std::shared_ptr<const GraySolid> solid, const Container&
         throw UserError("there are no pores in the image at this threshold",
                         {.where = where, .fix = "porepack image info shows the values"});
     // 4 volume / area is the diameter of a long capsule, as for surfaces.
-    PoreSpace space = pore_space_of(solid, container, section, 4.0 * found.solid_fraction / found.area_per_volume_m);
+    PoreSpace space = pore_space::pore_space_of(solid, container, section, 4.0 * found.solid_fraction / found.area_per_volume_m);
     space.gray = std::move(solid);
     space.image_voxel_size_m = grid.spacing_m[2];
     space.bed_bottom_m = grid.origin_m[2];

@@ -3,8 +3,8 @@
 
 #include <optional>
 
-#include "converters/pore_space.hpp"
 #include "core/gray_image.hpp"
+#include "pore_space/pore_space.hpp"
 
 namespace porepack::converters {
 
@@ -70,8 +70,8 @@ void rescale(core::GrayImage& image, double pores, double solid);
 
 /// A gray image in its container; its voxels are the voxel size by default. Throws UserError where image, container and section do not
 /// agree in size; `where` names the image.
-[[nodiscard]] PoreSpace pore_space_of(std::shared_ptr<const GraySolid> solid, const packing::Container& container,
-                                      const packing::Section& section, const std::string& where);
+[[nodiscard]] pore_space::PoreSpace pore_space_of(std::shared_ptr<const GraySolid> solid, const packing::Container& container,
+                                                  const packing::Section& section, const std::string& where);
 
 /// Means of factor x factor x factor voxels; what is left over at the far sides is dropped. In the same place.
 [[nodiscard]] core::GrayImage averaged(const core::GrayImage& image, int factor);

@@ -4,18 +4,20 @@
 #include <algorithm>
 #include <cmath>
 
-#include "converters/voxels.hpp"
+#include "converters/slices.hpp"
 #include "core/error.hpp"
 #include "core/interrupt.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "io/image.hpp"
+#include "pore_space/voxels.hpp"
 
 namespace porepack::converters {
 using namespace core;
 using namespace io;
 using namespace shapes;
 using namespace packing;
+using namespace pore_space;
 
 int write_slices(const Path& folder, const Solid& solid, const Container& container, const Section& section, double spacing_m,
                  double pixel_m) {

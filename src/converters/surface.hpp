@@ -3,8 +3,8 @@
 
 #include <memory>
 
-#include "converters/pore_space.hpp"
 #include "io/stl.hpp"
+#include "pore_space/pore_space.hpp"
 
 namespace porepack::converters {
 
@@ -98,7 +98,8 @@ private:
 
 /// The pore space around a user's closed surface; the section is the whole bed. Throws UserError when the surface is faulty or does not
 /// fit the container; `where` names it.
-[[nodiscard]] PoreSpace pore_space_of(io::TriangleSurface surface, const packing::Container& container, const std::string& where);
+[[nodiscard]] pore_space::PoreSpace pore_space_of(io::TriangleSurface surface, const packing::Container& container,
+                                                  const std::string& where);
 
 /// Throws UserError when the surface is probably not in metres: much larger or smaller than the container.
 void require_plausible_size(const SurfaceCheck& check, const packing::Container& container, const std::string& where);

@@ -8,6 +8,7 @@
 #include "core/log.hpp"
 
 namespace porepack::converters {
+using namespace pore_space;
 using namespace core;
 using namespace io;
 using namespace shapes;

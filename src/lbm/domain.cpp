@@ -13,7 +13,7 @@
 namespace porepack::lbm {
 using namespace core;
 using namespace shapes;
-using namespace converters;
+using namespace pore_space;
 
 double expected_links_per_node(double porosity, double voxels) {
     return std::min(18.0, 23.0 * (1.0 - porosity) / (porosity * std::max(1.0, voxels)));

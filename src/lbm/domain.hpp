@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "converters/link_cuts.hpp"
-#include "converters/walls.hpp"
+#include "pore_space/link_cuts.hpp"
+#include "pore_space/walls.hpp"
 
 namespace porepack::lbm {
 
@@ -32,9 +32,9 @@ inline constexpr double inlet_velocity_lu = 1e-3;
 
 struct Domain {
     core::Grid grid;
-    converters::Drive drive;
-    converters::CellSet cells;                 ///< of the nodes, which have their numbers
-    converters::LinkCuts cuts;                 ///< links between nodes that end at walls all the same
+    pore_space::Drive drive;
+    pore_space::CellSet cells;                 ///< of the nodes, which have their numbers
+    pore_space::LinkCuts cuts;                 ///< links between nodes that end at walls all the same
     std::vector<WallLink> walls;               ///< by node
     std::vector<BoundaryLink> boundary_links;  ///< by node
     std::vector<double> layer_conductance;     ///< of each layer normal to the flow: nodes^3 / wall links^2 (Kozeny), for estimates
@@ -72,7 +72,7 @@ inline constexpr double program_bytes = 6e7;
 /// their link; without (an image) walls are half-way, and two solid cells that share an edge close the links across it. On end planes the
 /// pressure is constant and the flow normal: the incoming population is minus the mirror image of the outgoing one. With
 /// `inlet_radius_cells` a Poiseuille profile of that radius enters through the first plane.
-[[nodiscard]] Domain build_domain(const core::PhaseImage& image, const converters::Drive& drive, const converters::FlowWalls* walls,
+[[nodiscard]] Domain build_domain(const core::PhaseImage& image, const pore_space::Drive& drive, const pore_space::FlowWalls* walls,
                                   double inlet_radius_cells = 0.0);
 
 }  // namespace porepack::lbm

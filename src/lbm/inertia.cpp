@@ -15,6 +15,7 @@
 namespace porepack::lbm {
 using namespace core;
 using namespace converters;
+using namespace pore_space;
 namespace {
 
 constexpr double largest_wall_error = 0.25;  // of means in time; the correction is known to a half of it

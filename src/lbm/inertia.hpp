@@ -72,7 +72,7 @@ void visit_members(Self& flow, const Visit& visit) {
 
 struct InertialSeries {
     double voxel_size_m = 0.0;
-    std::optional<converters::Stretch> stretch = {};  ///< of a periodic box, to whole numbers of voxels
+    std::optional<pore_space::Stretch> stretch = {};  ///< of a periodic box, to whole numbers of voxels
     std::size_t nodes = 0;
     double creeping_permeability_m2 = 0.0;
     double peak_over_mean = 0.0;            ///< maximum velocity / superficial velocity, creeping flow
@@ -107,7 +107,7 @@ struct InertialCriterion {
 /// the section or its buffers (reservoir_m). Throws NumericalError when not even creeping flow becomes steady. Without buffers, the cut
 /// faces of the grains are walls, and the permeability follows from the drag (momentum exchange), because the fluxes of momentum
 /// through the two planes differ. Means in time end before the first Reynolds number at which their walls change k by more than 25 %.
-[[nodiscard]] InertialSeries lbm_inertial_flows(const converters::PoreSpace& space, double voxel_size_m, std::span<const double> reynolds,
+[[nodiscard]] InertialSeries lbm_inertial_flows(const pore_space::PoreSpace& space, double voxel_size_m, std::span<const double> reynolds,
                                                 double length_m, const InertialCriterion& criterion);
 
 }  // namespace porepack::lbm

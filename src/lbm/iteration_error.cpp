@@ -4,7 +4,7 @@
 #include <cmath>
 
 namespace porepack::lbm {
-using namespace converters;
+using namespace pore_space;
 namespace {
 
 double first_order_change(const ConvergencePoint& point) {

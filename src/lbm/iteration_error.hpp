@@ -48,7 +48,7 @@ struct Unsteadiness {
     [[nodiscard]] double expected(double permeability) const { return permeability * (1.0 + energy - mass); }
 };
 /// `force`: the body force; `gradient`: the gradient that drives the section, force and pressure together.
-[[nodiscard]] Unsteadiness unsteadiness(const converters::Drive& drive, const FlowSection& section, const Layers& before, const Layers& now,
+[[nodiscard]] Unsteadiness unsteadiness(const pore_space::Drive& drive, const FlowSection& section, const Layers& before, const Layers& now,
                                         long steps, double force, double gradient);
 
 /// Estimated relative distance of both permeabilities from the steady state, for the convergence criterion: 1.5 times the first-order

@@ -10,6 +10,7 @@ using namespace core;
 using namespace shapes;
 using namespace packing;
 using namespace converters;
+using namespace pore_space;
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -80,7 +81,7 @@ std::span<const CylinderDrag> cylinder_drags() {
     return rows;
 }
 
-PoreSpace KnownFlow::pore_space() const {
+PoreSpace KnownFlow::space() const {
     return pore_space_of(solid, container, {0.0, container.size_m.z()}, diameter_m);
 }
 

@@ -17,7 +17,7 @@ struct KnownFlow {
     core::Axis direction = core::Axis::z;
     double permeability_m2 = 0.0;
     double diameter_m = 0.0;  ///< diameter of a grain, or width of a duct
-    [[nodiscard]] converters::PoreSpace pore_space() const;
+    [[nodiscard]] pore_space::PoreSpace space() const;
 };
 
 /// Centres of the spheres in a unit cell.

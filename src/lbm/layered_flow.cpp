@@ -5,6 +5,7 @@
 namespace porepack::lbm {
 using namespace core;
 using namespace converters;
+using namespace pore_space;
 namespace {
 
 constexpr double water_viscosity_Pa_s = 1e-3;

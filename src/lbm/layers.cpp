@@ -5,7 +5,7 @@
 #include <utility>
 
 namespace porepack::lbm {
-using namespace converters;
+using namespace pore_space;
 
 Layers measure_layers(const Flow& flow, const Domain& domain) {
     const auto count = static_cast<std::size_t>(domain.grid.cells[static_cast<std::size_t>(domain.drive.axis)]);

@@ -45,13 +45,13 @@ enum class PlanePressure {
     mean            ///< over the fluid
 };
 /// Density deviation on the plane below the layer `plane` (0 .. number of layers). Zero on end planes of constant pressure.
-[[nodiscard]] double density_on_plane(const converters::Drive& drive, const Layers& layers, std::size_t plane,
+[[nodiscard]] double density_on_plane(const pore_space::Drive& drive, const Layers& layers, std::size_t plane,
                                       PlanePressure pressure = PlanePressure::flux_weighted);
 /// Flux-weighted kinetic energy per mass, u^2 / 2, on a plane inside the flow; with it, the pressure becomes the total pressure.
 [[nodiscard]] double kinetic_energy_on_plane(const Layers& layers, std::size_t plane);
 /// Pressure gradient that drives the flow between the layers first and last: the body force `force`, and the drop of the remaining
 /// pressure between the planes before and behind them.
-[[nodiscard]] double gradient_between(double force, const converters::Drive& drive, const Layers& layers, std::size_t first,
+[[nodiscard]] double gradient_between(double force, const pore_space::Drive& drive, const Layers& layers, std::size_t first,
                                       std::size_t last, PlanePressure pressure = PlanePressure::flux_weighted);
 
 /// visit(cell, moments) over all nodes; each thread has its own visitor, created by `make` and passed to `finish`.

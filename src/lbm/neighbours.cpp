@@ -3,7 +3,7 @@
 #include <bit>
 
 namespace porepack::lbm {
-using namespace converters;
+using namespace pore_space;
 namespace {
 
 constexpr auto none = static_cast<std::size_t>(-2);  // no cell, nor the one before a cell

@@ -6,6 +6,7 @@
 
 namespace porepack::lbm {
 using namespace converters;
+using namespace pore_space;
 
 double paper_scheme_ratio(double capsule_diameter_m, double solid_fraction) {
     const KnownFlow spheres = sphere_array(std::min(solid_fraction, 0.67), 1.0, body_centred());
@@ -13,7 +14,7 @@ double paper_scheme_ratio(double capsule_diameter_m, double solid_fraction) {
     const LbmConfig paper{
         .walls = Walls::bounce_back, .collision = Collision::bgk, .relaxation_time = 0.59, .iteration_tolerance = 2e-3, .grids = 1};
     const LbmConfig ours{.iteration_tolerance = 1e-3, .grids = 1};
-    const PoreSpace space = spheres.pore_space();
+    const PoreSpace space = spheres.space();
     return lbm_permeability(space, voxel, paper).permeability_m2 / lbm_permeability(space, voxel, ours).permeability_m2;
 }
 

@@ -15,6 +15,7 @@ using namespace core;
 using namespace shapes;
 using namespace packing;
 using namespace converters;
+using namespace pore_space;
 namespace {
 
 constexpr double body_force_lu = 1e-3;  // arbitrary: Stokes flow is linear, and populations are deviations from rest

@@ -3,9 +3,9 @@
 
 #include <optional>
 
-#include "converters/pore_space.hpp"
 #include "lbm/config.hpp"
 #include "lbm/solver.hpp"
+#include "pore_space/pore_space.hpp"
 
 namespace porepack::lbm {
 
@@ -21,7 +21,7 @@ struct LbmGridResult {
     double relaxation_time = 0.0;
     double permeability_m2 = 0.0;                     ///< by flow rate
     double permeability_volume_m2 = 0.0;              ///< by volume average; the difference checks the mass balance
-    std::optional<converters::Stretch> stretch = {};  ///< of a periodic box, to whole numbers of voxels
+    std::optional<pore_space::Stretch> stretch = {};  ///< of a periodic box, to whole numbers of voxels
     std::optional<double> bed_permeability_m2 = {};   ///< of the whole bed, free ends included, if the flow goes through all of it
     bool by_pressure = false;                         ///< end planes of constant pressure; else periodic along the flow
     StokesRun run = {};                               ///< of a grid that a checkpoint had finished, without layers and history
@@ -118,7 +118,7 @@ struct LbmRun {
 };
 
 /// Driven by a body force along `drive`.
-[[nodiscard]] Scheme scheme_of(const LbmConfig& config, bool exact_walls, const converters::Drive& drive);
+[[nodiscard]] Scheme scheme_of(const LbmConfig& config, bool exact_walls, const pore_space::Drive& drive);
 
 /// From the values on three grids of `nodes` nodes per grain diameter: k is half of the way from the finest grid to the Richardson value of
 /// order 2 over the three grids (coarse grids have higher orders as well, of either sign).
@@ -140,14 +140,14 @@ struct GridErrorConstants {
 [[nodiscard]] double grid_half_width(const Extrapolation& found, double nodes, double grains, const GridErrorConstants& constants = {});
 
 /// Volume of the solid on this grid over the cube of the grain diameter; 1 where that is unknown, and with walls from gray values.
-[[nodiscard]] double grains_of(const converters::PoreSpace& space, const LbmGridResult& grid);
+[[nodiscard]] double grains_of(const pore_space::PoreSpace& space, const LbmGridResult& grid);
 
 /// Solves on config.grids grids, the finest with `voxel_size_m`, each started from the previous one. With config.tolerance, grids are
 /// refined until the interval is narrow enough or a memory or time limit is reached; the first has 6 nodes per grain diameter (2 to 6
 /// with a time limit; more if no path leads through that grid). NumericalError when
 /// the pore space does not percolate or a run does not become steady (no k). The walls are at their exact distances where the pore
 /// space provides them, else half-way between nodes; an image has one grid, its own. UserError for a tolerance that cannot be reached.
-[[nodiscard]] LbmResult lbm_permeability(const converters::PoreSpace& space, double voxel_size_m, const LbmConfig& config,
+[[nodiscard]] LbmResult lbm_permeability(const pore_space::PoreSpace& space, double voxel_size_m, const LbmConfig& config,
                                          const LbmRun& run = {});
 
 /// The whole tensor of a box that is periodic in x, y and z: column j is the flow that a gradient along j drives. Each by
@@ -156,7 +156,7 @@ struct TensorResult {
     std::array<LbmResult, 3> runs;
     std::array<std::array<double, 3>, 3> permeability_m2;
 };
-[[nodiscard]] TensorResult lbm_tensor(const converters::PoreSpace& space, double voxel_size_m, const LbmConfig& config,
+[[nodiscard]] TensorResult lbm_tensor(const pore_space::PoreSpace& space, double voxel_size_m, const LbmConfig& config,
                                       const LbmRun& run = {});
 
 }  // namespace porepack::lbm

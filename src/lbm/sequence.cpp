@@ -16,6 +16,7 @@ namespace porepack::lbm {
 using namespace core;
 using namespace packing;
 using namespace converters;
+using namespace pore_space;
 namespace {
 
 constexpr double nodes_of_search = 2e5;  // the best viscosity is searched on at most about this number of nodes

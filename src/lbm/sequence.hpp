@@ -9,7 +9,7 @@ namespace porepack::lbm {
 
 /// Area of the container and the layers of the section, in cells of the image.
 [[nodiscard]] FlowSection flow_section(const core::PhaseImage& image, const packing::Container& container, const packing::Section& section,
-                                       const converters::Drive& drive);
+                                       const pore_space::Drive& drive);
 
 /// Iteration error of k at which the run on a grid stops: that of the configuration, or what auto means.
 [[nodiscard]] double iteration_tolerance(const LbmConfig& config);
@@ -19,7 +19,7 @@ public:
     static constexpr double no_limit = 1e300;
 
     /// `space` and `config` must outlive it. Resumes from the file `checkpoint` if it exists, and updates it; none if empty.
-    Sequence(const converters::PoreSpace& space, const LbmConfig& config, const core::Path& checkpoint);
+    Sequence(const pore_space::PoreSpace& space, const LbmConfig& config, const core::Path& checkpoint);
 
     [[nodiscard]] LbmResult& result() { return result_; }
     /// Number of grids started, including omitted ones.
@@ -48,7 +48,7 @@ private:
     };
     [[nodiscard]] bool tuned() const { return config_.relaxation_time == 0.0 && config_.collision == Collision::trt; }
     [[nodiscard]] double viscosity_ratio(double voxel_size_m) const;
-    [[nodiscard]] Scheme scheme_for(double voxel_size_m, const converters::Drive& drive) const;
+    [[nodiscard]] Scheme scheme_for(double voxel_size_m, const pore_space::Drive& drive) const;
     [[nodiscard]] std::shared_ptr<const FlowPlan> plan(const Domain& domain) const;
     [[nodiscard]] Solved fastest(const FlowPlan& plan, const Domain& domain, const Scheme& scheme, const FlowSection& section,
                                  ConvergenceCriterion criterion) const;
@@ -58,9 +58,9 @@ private:
     void keep(LbmGridResult grid, Solved solved, Domain&& domain, const FlowSection& section);
     [[nodiscard]] StokesRun saved_run(Flow& flow) const;
     StokesRun run(Solved& solved, const Domain& domain, const FlowSection& section, ConvergenceCriterion criterion, StokesRun before);
-    void require_paper_ends(const converters::Drive& drive, const core::Grid& grid) const;
+    void require_paper_ends(const pore_space::Drive& drive, const core::Grid& grid) const;
 
-    const converters::PoreSpace& space_;
+    const pore_space::PoreSpace& space_;
     const LbmConfig& config_;
     core::Path checkpoint_;
     std::optional<SavedRun> saved_;  ///< contents of the checkpoint, until the run has resumed from it

@@ -12,6 +12,7 @@ using namespace core;
 using namespace shapes;
 using namespace packing;
 using namespace converters;
+using namespace pore_space;
 namespace {
 
 class Generator {

@@ -7,7 +7,7 @@ namespace porepack::lbm {
 
 struct SlowFlow {
     std::string name;
-    converters::PoreSpace space;
+    pore_space::PoreSpace space;
     double voxel_size_m = 0.0;
     double relaxation_time = 1.2;
     Precision precision = Precision::double_precision;

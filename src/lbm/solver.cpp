@@ -12,7 +12,7 @@
 
 namespace porepack::lbm {
 using namespace core;
-using namespace converters;
+using namespace pore_space;
 namespace {
 
 // Hydraulic tortuosity and kinetic energy of the section, and the sum of all velocities.

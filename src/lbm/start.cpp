@@ -5,7 +5,7 @@
 
 namespace porepack::lbm {
 using namespace core;
-using namespace converters;
+using namespace pore_space;
 namespace {
 
 // Where there is no fluid the velocity is zero, and the density that of the other nodes.

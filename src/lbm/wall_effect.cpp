@@ -10,6 +10,7 @@ namespace porepack::lbm {
 using namespace core;
 using namespace packing;
 using namespace converters;
+using namespace pore_space;
 namespace {
 
 // visit(radius, axial velocity) for each cell in the section and the tube.

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "converters/pore_space.hpp"
+#include "pore_space/pore_space.hpp"
 
 namespace porepack::lbm {
 
@@ -20,6 +20,6 @@ struct Ring {
 /// k of the core, `layer_m` from the wall, over k of the whole tube: mean velocities in the section. NaN if there is no core.
 [[nodiscard]] double core_over_tube(const core::FlowImage& flow, const packing::Section& section, double diameter_m, double layer_m);
 /// The same by one coarse flow (6 nodes per capsule diameter) through the section of `space`, whose container is a cylinder.
-[[nodiscard]] double core_over_tube_permeability(const converters::PoreSpace& space, double layer_m);
+[[nodiscard]] double core_over_tube_permeability(const pore_space::PoreSpace& space, double layer_m);
 
 }  // namespace porepack::lbm

@@ -5,10 +5,10 @@
 #include <optional>
 #include <span>
 
-#include "converters/pore_space.hpp"
 #include "converters/surface.hpp"
 #include "core/members.hpp"
 #include "openfoam/config.hpp"
+#include "pore_space/pore_space.hpp"
 
 namespace porepack::openfoam {
 
@@ -19,17 +19,17 @@ struct FoamScene {
     std::optional<packing::Section> evaluated = {};   ///< part that k refers to, inside the flow; without it, all of `section`
     double pore_volume_m3 = 0.0;                      ///< exact, of what is meshed
     double grain_size_m = 0.0;                        ///< smallest capsule diameter, or 4 volume / area of a surface
-    std::optional<converters::PoreSpace> pores = {};  ///< gives the gaps that are too narrow for mesh cells; without it no gap counts
+    std::optional<pore_space::PoreSpace> pores = {};  ///< gives the gaps that are too narrow for mesh cells; without it no gap counts
     shapes::Vec3 pore_point = shapes::Vec3::Zero();   ///< a point in the pore space that flow reaches, far from grains and walls
 };
 /// The section of a pore space with its buffers, its surface within `surface` of the exact one (a user's surface is used unchanged).
 /// `coarsest_cell_m` is the background cell of the coarsest mesh.
-[[nodiscard]] FoamScene foam_scene(const converters::PoreSpace& space, const converters::SurfaceOptions& surface, double coarsest_cell_m);
+[[nodiscard]] FoamScene foam_scene(const pore_space::PoreSpace& space, const converters::SurfaceOptions& surface, double coarsest_cell_m);
 /// The same between two layers of free water; the grains are cut off where the buffers end.
-[[nodiscard]] FoamScene foam_scene_in_water(const converters::PoreSpace& space, const converters::SurfaceOptions& surface, double cell_m,
+[[nodiscard]] FoamScene foam_scene_in_water(const pore_space::PoreSpace& space, const converters::SurfaceOptions& surface, double cell_m,
                                             double water_m);
 /// Fraction of the pore volume in gaps that are narrower than two voxels of this size.
-[[nodiscard]] double narrow_pores(const converters::PoreSpace& space, double voxel_size_m);
+[[nodiscard]] double narrow_pores(const pore_space::PoreSpace& space, double voxel_size_m);
 
 struct FoamMeshResult {
     double cell_size_m = 0.0;

@@ -5,6 +5,7 @@
 
 namespace porepack::openfoam {
 using namespace converters;
+using namespace pore_space;
 using namespace packing;
 
 double expected_foam_cells(const PoreSpace& space, double cell_size_m, long surface_level, double porosity) {

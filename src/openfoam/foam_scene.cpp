@@ -6,6 +6,7 @@
 namespace porepack::openfoam {
 using namespace packing;
 using namespace converters;
+using namespace pore_space;
 namespace {
 
 // The grains that extend into the computed part; in a periodic box all of them.

@@ -12,6 +12,7 @@
 #include "openfoam/config.hpp"
 #include "packing/container_config.hpp"
 #include "permeability/config.hpp"
+#include "pore_space/config.hpp"
 #include "pouring/config.hpp"
 #include "report/config.hpp"
 #include "shapes/config.hpp"
@@ -27,7 +28,7 @@ struct Settings {
     pouring::PackingConfig packing;
     pouring::PackingsConfig packings;
     converters::GeometryConfig geometry;
-    converters::SectionConfig section;
+    pore_space::SectionConfig section;
     converters::StlConfig stl;
     lbm::LbmConfig lbm;
     openfoam::FoamConfig openfoam;

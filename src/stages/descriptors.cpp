@@ -17,6 +17,7 @@
 namespace porepack::stages {
 using namespace core;
 using namespace converters;
+using namespace pore_space;
 using namespace packing;
 using namespace shapes;
 using namespace lbm;

@@ -23,6 +23,7 @@ namespace porepack::stages {
 using namespace core;
 using namespace packing;
 using namespace converters;
+using namespace pore_space;
 using namespace lbm;
 using namespace openfoam;
 using namespace permeability;

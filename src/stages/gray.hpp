@@ -73,11 +73,11 @@ struct GrayVariants {
 };
 [[nodiscard]] GrayVariants gray_variants(const converters::GraySolid& solid, const packing::Container& container);
 /// The same pore space with another gray solid.
-[[nodiscard]] converters::PoreSpace with_gray(const converters::PoreSpace& space, std::shared_ptr<const converters::GraySolid> other);
+[[nodiscard]] pore_space::PoreSpace with_gray(const pore_space::PoreSpace& space, std::shared_ptr<const converters::GraySolid> other);
 
 /// Adds to the interval what gray levels and blur do to k: two more runs on the second finest grid, one with the solid fraction moved by
 /// two standard errors, one with twice the variance of the blur, its gray levels and its threshold found anew. Constants: fitted to spheres
 /// (`porepack_benchmark gray`). A third run is on the means of 2 x 2 x 2 voxels, where their numbers are even: not in the interval.
-void add_gray_parts(lbm::LbmResult& result, const converters::PoreSpace& space, const lbm::LbmConfig& config);
+void add_gray_parts(lbm::LbmResult& result, const pore_space::PoreSpace& space, const lbm::LbmConfig& config);
 
 }  // namespace porepack::stages

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "converters/slices.hpp"
 #include "converters/surface.hpp"
 #include "core/error.hpp"
 #include "core/log.hpp"
@@ -20,6 +21,7 @@ using namespace core;
 using namespace io;
 using namespace packing;
 using namespace converters;
+using namespace pore_space;
 namespace {
 
 constexpr const char* container_flag = "--container cylinder:D,H or box:X,Y,Z[:periodic] (metres)";

@@ -4,9 +4,10 @@
 #include <optional>
 
 #include "converters/config.hpp"
-#include "converters/pore_space.hpp"
 #include "core/config.hpp"
 #include "imaging/volume.hpp"
+#include "pore_space/config.hpp"
+#include "pore_space/pore_space.hpp"
 
 namespace porepack::stages {
 
@@ -14,14 +15,14 @@ struct InputOptions {
     std::optional<packing::Container> container = {};  ///< of a surface, or of an image that does not name its own
     double unit_m = 1.0;                               ///< length of a surface's unit in metres
     converters::GeometryConfig geometry = {};          ///< section, trim and reservoir
-    converters::SectionConfig section = {};            ///< ends and buffers of a flow
+    pore_space::SectionConfig section = {};            ///< ends and buffers of a flow
     imaging::ImageConfig image = {};                   ///< how an image is read
     bool whole_bed = false;                            ///< the section is the whole bed, independent of `geometry`
 };
 
 /// packing.json[.gz], an .stl (which needs a container), an image of any format (docs/images.md), or a folder of slices. Throws UserError
 /// on anything else, and where the file, the container and the section do not fit together.
-[[nodiscard]] converters::PoreSpace load_pore_space(const core::Path& input, const InputOptions& options = {});
+[[nodiscard]] pore_space::PoreSpace load_pore_space(const core::Path& input, const InputOptions& options = {});
 
 /// An image as load_pore_space() takes it: in the container's frame, with what lies outside left out.
 struct ImageInput {

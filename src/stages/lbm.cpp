@@ -21,6 +21,7 @@ using namespace core;
 using namespace io;
 using namespace packing;
 using namespace converters;
+using namespace pore_space;
 using namespace lbm;
 using namespace pipeline;
 namespace {

@@ -3,12 +3,12 @@
 
 #include <algorithm>
 
-#include "converters/pore_space.hpp"
 #include "core/data_file.hpp"
 #include "core/digest.hpp"
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "imaging/volume.hpp"
+#include "pore_space/pore_space.hpp"
 #include "pouring/dem/capsule_pour.hpp"
 #include "pouring/liggghts/liggghts.hpp"
 #include "stages/fit.hpp"
@@ -23,6 +23,7 @@ using namespace pouring;
 using namespace pouring::dem;
 using namespace pouring::liggghts;
 using namespace converters;
+using namespace pore_space;
 using namespace imaging;
 using namespace pipeline;
 namespace {

@@ -3,10 +3,10 @@
 
 #include <cmath>
 
-#include "converters/pore_space.hpp"
 #include "core/members.hpp"
 #include "packing/grains.hpp"
 #include "permeability/permeability.hpp"
+#include "pore_space/pore_space.hpp"
 
 namespace porepack::stages {
 

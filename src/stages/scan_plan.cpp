@@ -18,6 +18,7 @@ using namespace core;
 using namespace packing;
 using namespace pouring;
 using namespace converters;
+using namespace pore_space;
 namespace {
 
 struct Trial {

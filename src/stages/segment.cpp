@@ -22,6 +22,7 @@
 namespace porepack::stages {
 using namespace core;
 using namespace converters;
+using namespace pore_space;
 using namespace imaging;
 using namespace packing;
 namespace {

@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "converters/pore_space.hpp"
 #include "converters/surface.hpp"
 #include "permeability/section_scatter.hpp"
 #include "pipeline/stage.hpp"
+#include "pore_space/pore_space.hpp"
 #include "stages/case.hpp"
 #include "stages/inputs.hpp"
 
@@ -24,24 +24,24 @@ using pipeline::Expectation;
 /// Measures of a closed STL surface.
 [[nodiscard]] core::Json measure_surface_shape(const core::Path& stl, double unit_m, double density_kg_per_m3);
 /// solid.stl of grains or of a user's surface, and the files requested by `extras`.
-[[nodiscard]] core::Json write_surfaces(const converters::PoreSpace& space, const converters::GeometryConfig& geometry,
+[[nodiscard]] core::Json write_surfaces(const pore_space::PoreSpace& space, const converters::GeometryConfig& geometry,
                                         const converters::StlConfig& extras, const core::Path& folder);
-[[nodiscard]] core::Json write_voxels(const converters::PoreSpace& space, const converters::GeometryConfig& geometry,
+[[nodiscard]] core::Json write_voxels(const pore_space::PoreSpace& space, const converters::GeometryConfig& geometry,
                                       const core::Path& folder);
-[[nodiscard]] core::Json write_slice_images(const converters::PoreSpace& space, const converters::GeometryConfig& geometry,
+[[nodiscard]] core::Json write_slice_images(const pore_space::PoreSpace& space, const converters::GeometryConfig& geometry,
                                             const core::Path& folder);
 /// Resumes from the file `checkpoint` if it exists, and updates it until the end.
-[[nodiscard]] core::Json run_lbm(const converters::PoreSpace& space, const converters::GeometryConfig& geometry,
+[[nodiscard]] core::Json run_lbm(const pore_space::PoreSpace& space, const converters::GeometryConfig& geometry,
                                  const lbm::LbmConfig& config, const core::Path& folder, const core::Path& checkpoint = {});
-[[nodiscard]] Expectation expect_lbm(const converters::PoreSpace& space, const converters::GeometryConfig& geometry,
+[[nodiscard]] Expectation expect_lbm(const pore_space::PoreSpace& space, const converters::GeometryConfig& geometry,
                                      const lbm::LbmConfig& config);
-[[nodiscard]] core::Json run_foam(const converters::PoreSpace& space, const converters::GeometryConfig& geometry,
+[[nodiscard]] core::Json run_foam(const pore_space::PoreSpace& space, const converters::GeometryConfig& geometry,
                                   const openfoam::FoamConfig& config, const core::Path& folder);
-[[nodiscard]] Expectation expect_foam(const converters::PoreSpace& space, const openfoam::FoamConfig& config);
+[[nodiscard]] Expectation expect_foam(const pore_space::PoreSpace& space, const openfoam::FoamConfig& config);
 /// Permeability against the Reynolds number by both solvers, of the section between two layers of free water.
-[[nodiscard]] core::Json run_forchheimer(const converters::PoreSpace& space, const converters::GeometryConfig& geometry,
+[[nodiscard]] core::Json run_forchheimer(const pore_space::PoreSpace& space, const converters::GeometryConfig& geometry,
                                          const permeability::ForchheimerConfig& config, const core::Path& folder);
-[[nodiscard]] Expectation expect_forchheimer(const converters::PoreSpace& space, const permeability::ForchheimerConfig& config);
+[[nodiscard]] Expectation expect_forchheimer(const pore_space::PoreSpace& space, const permeability::ForchheimerConfig& config);
 
 enum class TortuosityKind { geometric_paper, shortest_path, hydraulic, diffusive };
 constexpr std::array<core::Choice<TortuosityKind>, 4> choices_of(TortuosityKind) {
@@ -51,7 +51,7 @@ constexpr std::array<core::Choice<TortuosityKind>, 4> choices_of(TortuosityKind)
              {TortuosityKind::diffusive, "diffusive"}}};
 }
 /// Any kind except the hydraulic one, which needs a flow.
-[[nodiscard]] core::Json run_tortuosity(TortuosityKind kind, const converters::PoreSpace& space, const converters::GeometryConfig& geometry,
+[[nodiscard]] core::Json run_tortuosity(TortuosityKind kind, const pore_space::PoreSpace& space, const converters::GeometryConfig& geometry,
                                         const tortuosity::TortuosityConfig& config, const core::Path& folder);
 [[nodiscard]] Expectation expect_tortuosity(TortuosityKind kind, double cells);
 /// The paper's dot method on the images of a folder of slices.
@@ -61,9 +61,9 @@ constexpr std::array<core::Choice<TortuosityKind>, 4> choices_of(TortuosityKind)
 [[nodiscard]] core::Json hydraulic_tortuosity_of(const core::Path& flow, const std::vector<double>& section_m);
 
 /// The pore space of the section described: chords, pore sizes, critical diameter, correlation; CSV files and pores.svg.
-[[nodiscard]] core::Json run_pores(const converters::PoreSpace& space, const converters::GeometryConfig& geometry,
+[[nodiscard]] core::Json run_pores(const pore_space::PoreSpace& space, const converters::GeometryConfig& geometry,
                                    const core::Path& folder);
-[[nodiscard]] Expectation expect_pores(const converters::PoreSpace& space, const converters::GeometryConfig& geometry);
+[[nodiscard]] Expectation expect_pores(const pore_space::PoreSpace& space, const converters::GeometryConfig& geometry);
 
 /// A simulated test: times by Eq. 18 and by the full equation, and falling_head.csv in `folder` if there is one.
 [[nodiscard]] core::Json simulate_falling_head(double permeability_m2, double inertial_permeability_m,
@@ -102,12 +102,12 @@ constexpr std::array<core::Choice<TortuosityKind>, 4> choices_of(TortuosityKind)
 // ---- shared by the stages of a case
 
 /// The pore space of the geometry and flow stages. With `with_surface` it includes the surface of the stl stage.
-[[nodiscard]] converters::PoreSpace case_pore_space(const Case& c, bool with_surface = false);
+[[nodiscard]] pore_space::PoreSpace case_pore_space(const Case& c, bool with_surface = false);
 /// The packing of this configuration has been made.
 [[nodiscard]] bool has_packing(const Case& c);
 /// The same before a packing exists: the expected container and section, for dry runs. Its porosity is
 /// expected_porosity().
-[[nodiscard]] converters::PoreSpace expected_pore_space(const Case& c);
+[[nodiscard]] pore_space::PoreSpace expected_pore_space(const Case& c);
 [[nodiscard]] double expected_porosity(const Case& c);
 /// Scatter of k of sections of this length, from the gradient along z of the lbm stage; none without one.
 [[nodiscard]] std::optional<permeability::SectionScatter> section_scatter_of(const Case& c);
@@ -123,7 +123,7 @@ constexpr std::array<core::Choice<TortuosityKind>, 4> choices_of(TortuosityKind)
 [[nodiscard]] core::Json deciding_keys(const Case& c, const std::vector<std::string>& tables, std::set<std::string> geometry_keys,
                                        bool with_section);
 [[nodiscard]] converters::SurfaceOptions surface_options(const converters::GeometryConfig& geometry);
-void add_bed_porosity(core::Json& json, const converters::PoreSpace& bed);
+void add_bed_porosity(core::Json& json, const pore_space::PoreSpace& bed);
 /// Renders an STL file by the program `porepack picture` beside this program or on PATH. False, with log.picture next to the image, when it
 /// could not.
 bool draw_picture(const core::Path& stl, const core::Path& png, const std::vector<std::string>& more = {});

@@ -20,6 +20,7 @@ using namespace io;
 using namespace shapes;
 using namespace packing;
 using namespace converters;
+using namespace pore_space;
 using namespace lbm;
 using namespace openfoam;
 using namespace tortuosity;

@@ -15,6 +15,7 @@
 namespace porepack::stages {
 using namespace core;
 using namespace converters;
+using namespace pore_space;
 using namespace permeability;
 using namespace pipeline;
 namespace fs = std::filesystem;

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "converters/slices.hpp"
 #include "core/error.hpp"
 #include "core/sides.hpp"
 #include "core/table.hpp"
@@ -14,6 +15,7 @@ using namespace core;
 using namespace io;
 using namespace packing;
 using namespace converters;
+using namespace pore_space;
 using namespace lbm;
 using namespace pipeline;
 

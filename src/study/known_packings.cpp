@@ -23,7 +23,7 @@ constexpr std::size_t permeability = 0, porosity = 1;  // of the quantities
 double measured_part_porosity(const Case& one, const pouring::PackingsConfig& config) {
     if (config.measured_porosity.empty()) return std::numeric_limits<double>::quiet_NaN();
     if (config.measured_part == pouring::MeasuredPart::bed) return one.result_of("pack").at("porosity_bed").get<double>();
-    const converters::PoreSpace space = case_pore_space(one);
+    const pore_space::PoreSpace space = case_pore_space(one);
     if (config.measured_part == pouring::MeasuredPart::section) return space.porosity().value;
     const packing::Section part{config.measured_between_m[0], config.measured_between_m[1]};
     return part.z1 > space.bed_top_m ? std::numeric_limits<double>::quiet_NaN() : space.with_section(part).porosity().value;

@@ -15,7 +15,7 @@
 
 namespace porepack::tortuosity {
 using namespace core;
-using namespace converters;
+using namespace pore_space;
 namespace {
 
 using Place = std::array<int, 3>;

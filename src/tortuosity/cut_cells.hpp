@@ -1,9 +1,9 @@
 // Finite volumes whose faces are cut by exact walls; only for the sources of this folder.
 #pragma once
 
-#include "converters/link_cuts.hpp"
-#include "converters/percolation.hpp"
-#include "converters/walls.hpp"
+#include "pore_space/link_cuts.hpp"
+#include "pore_space/percolation.hpp"
+#include "pore_space/walls.hpp"
 #include "tortuosity/conductance_grid.hpp"
 
 namespace porepack::tortuosity {
@@ -15,7 +15,7 @@ struct CutCells {
 };
 /// Cells whose centre is solid conduct too, where a part of their faces is open. `image` has the phases of the cell centres; of its pores
 /// only those that hang together with `percolation` conduct.
-[[nodiscard]] CutCells cut_cells(const core::PhaseImage& image, const converters::Percolation& percolation,
-                                 const converters::LinkCuts& cuts, const converters::FlowWalls& walls, const converters::Drive& drive);
+[[nodiscard]] CutCells cut_cells(const core::PhaseImage& image, const pore_space::Percolation& percolation,
+                                 const pore_space::LinkCuts& cuts, const pore_space::FlowWalls& walls, const pore_space::Drive& drive);
 
 }  // namespace porepack::tortuosity

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <vector>
 
-#include "converters/percolation.hpp"
 #include "core/error.hpp"
+#include "pore_space/percolation.hpp"
 #include "tortuosity/conjugate_gradients.hpp"
 #include "tortuosity/cut_cells.hpp"
 #include "tortuosity/multigrid.hpp"
@@ -15,6 +15,7 @@
 namespace porepack::tortuosity {
 using namespace core;
 using namespace converters;
+using namespace pore_space;
 namespace {
 
 double volume_of_cell(const Grid& cells) {

@@ -8,6 +8,7 @@ using namespace core;
 using namespace shapes;
 using namespace packing;
 using namespace converters;
+using namespace pore_space;
 
 double across_cylinders(double f) {
     return 1.0 - 2.0 * f / (1.0 + f - 0.305827 * std::pow(f, 4) / (1.0 - 1.402958 * std::pow(f, 8)) - 0.013362 * std::pow(f, 8));

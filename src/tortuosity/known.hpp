@@ -3,7 +3,7 @@
 
 #include <random>
 
-#include "converters/pore_space.hpp"
+#include "pore_space/pore_space.hpp"
 
 namespace porepack::tortuosity {
 
@@ -22,7 +22,7 @@ struct TurnedArray {
 
     [[nodiscard]] double diameter() const;
     [[nodiscard]] double exact(core::Axis axis) const;  ///< tortuosity factor
-    [[nodiscard]] converters::PoreSpace space() const;
+    [[nodiscard]] pore_space::PoreSpace space() const;
 
 private:
     [[nodiscard]] Eigen::Matrix3d rotation() const;

@@ -4,8 +4,8 @@
 #include <array>
 #include <cstdint>
 
-#include "converters/link_cuts.hpp"
-#include "converters/voxels.hpp"
+#include "pore_space/link_cuts.hpp"
+#include "pore_space/voxels.hpp"
 
 namespace porepack::tortuosity {
 
@@ -48,7 +48,7 @@ struct Lattice {
 // two pores meet only in an edge or a corner, nor through the faces between pores that `cuts` closes.
 class VoxelSight {
 public:
-    VoxelSight(const core::PhaseImage& image, const Lattice& lattice, const converters::LinkCuts& cuts)
+    VoxelSight(const core::PhaseImage& image, const Lattice& lattice, const pore_space::LinkCuts& cuts)
         : image_(image), lattice_(lattice), cuts_(cuts) {}
     // The corner is in pore space, whose cells here are all connected through faces.
     [[nodiscard]] bool open(const Corner& at) const;
@@ -66,7 +66,7 @@ private:
     [[nodiscard]] bool through_cells(const Corner& from, const Corner& step) const;
     const core::PhaseImage& image_;
     const Lattice& lattice_;
-    const converters::LinkCuts& cuts_;
+    const pore_space::LinkCuts& cuts_;
 };
 
 }  // namespace porepack::tortuosity

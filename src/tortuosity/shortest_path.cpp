@@ -18,6 +18,7 @@ using namespace core;
 using namespace shapes;
 using namespace packing;
 using namespace converters;
+using namespace pore_space;
 namespace {
 
 struct Neighbour {

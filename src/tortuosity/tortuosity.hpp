@@ -1,7 +1,8 @@
 // Tortuosities. Each has its own name, because they are different quantities (docs/theory.md).
 #pragma once
 
-#include "converters/pore_space.hpp"
+#include "converters/slices.hpp"
+#include "pore_space/pore_space.hpp"
 #include "tortuosity/config.hpp"
 
 namespace porepack::tortuosity {
@@ -42,7 +43,7 @@ struct ShortestPathResult {
 /// Through a pore space on voxels of this size, across its periodic sides. Between exact grains the voxels only determine which path round
 /// the grains is short; up to `maximum_starts` evenly chosen paths are then pulled taut around the capsules. Other walls are those of the
 /// voxels. Throws DoesNotPercolate when no path crosses the section.
-[[nodiscard]] ShortestPathResult shortest_path(const converters::PoreSpace& space, double voxel_size_m, core::Axis axis,
+[[nodiscard]] ShortestPathResult shortest_path(const pore_space::PoreSpace& space, double voxel_size_m, core::Axis axis,
                                                long maximum_starts = 1000);
 /// Between voxels treated as cubes: round surfaces become staircases, and the path is somewhat longer.
 [[nodiscard]] ShortestPathResult shortest_path(const core::PhaseImage& image, int axis, std::array<bool, 3> periodic);
@@ -69,12 +70,12 @@ struct DiffusiveOptions {
 /// Finite volumes on the pore voxels, conjugate gradients with a multigrid preconditioner. Throws DoesNotPercolate when the pores do not
 /// percolate, NumericalError when the tolerance is not reached in `maximum_iterations`. Nothing passes the links of `cuts`.
 [[nodiscard]] DiffusiveResult diffusive_tortuosity(const core::PhaseImage& image, int axis, std::array<bool, 3> periodic,
-                                                   const DiffusiveOptions& options = {}, const converters::LinkCuts& cuts = {});
+                                                   const DiffusiveOptions& options = {}, const pore_space::LinkCuts& cuts = {});
 [[nodiscard]] double diffusive_memory_bytes(double cells);
 /// In a pore space on cells of this size. Where the solid is known exactly, the faces of the cells are cut by its walls (cut_cells.hpp):
 /// second order. Of an image, as above. With buffers beyond the section, the flux is related to the drop of the mean concentration between
 /// the section's planes. The porosity is that of the exact solid.
-[[nodiscard]] DiffusiveResult diffusive_on_grid(const converters::PoreSpace& space, double voxel_size_m, core::Axis axis,
+[[nodiscard]] DiffusiveResult diffusive_on_grid(const pore_space::PoreSpace& space, double voxel_size_m, core::Axis axis,
                                                 const DiffusiveOptions& options = {});
 /// Grids of three cell sizes, finest first, with exact walls: errors of second order. The limit is that of the finest and the coarsest
 /// grid, at least 1. The half width is 0.7 of the correction, at least the change if the middle grid takes the coarsest one's place, and
@@ -99,7 +100,7 @@ struct DiffusiveEstimate {
 /// pores are closed, and solid thinner than a cell, also give no limit. Ends of the section along z as the pore space has them: planes, or
 /// in situ. Throws DoesNotPercolate when the pores of the finest grid do not percolate, NumericalError when the solver fails on any of
 /// them.
-[[nodiscard]] DiffusiveEstimate diffusive_tortuosity(const converters::PoreSpace& space, double voxel_size_m, core::Axis axis,
+[[nodiscard]] DiffusiveEstimate diffusive_tortuosity(const pore_space::PoreSpace& space, double voxel_size_m, core::Axis axis,
                                                      const DiffusiveOptions& options = {});
 
 }  // namespace porepack::tortuosity

@@ -7,13 +7,13 @@
 #include <cstring>
 #include <random>
 
-#include "converters/pore_space.hpp"
 #include "converters/surface.hpp"
 #include "falling_head/level_curve.hpp"
 #include "helpers.hpp"
 #include "imaging/write_volume.hpp"
 #include "io/image.hpp"
 #include "lbm/checkpoint.hpp"
+#include "pore_space/pore_space.hpp"
 #include "stages/case.hpp"
 
 namespace porepack {

@@ -7,12 +7,13 @@
 #include <numbers>
 #include <random>
 
-#include "converters/percolation.hpp"
+#include "converters/slices.hpp"
 #include "converters/surface.hpp"
-#include "converters/voxels.hpp"
 #include "helpers.hpp"
 #include "imaging/phases.hpp"
 #include "io/image.hpp"
+#include "pore_space/percolation.hpp"
+#include "pore_space/voxels.hpp"
 
 namespace porepack {
 namespace {
@@ -215,7 +216,7 @@ TEST(Voxels, MayBeginHalfAVoxelBelowTheFloor) {
     core::Grid grid{.cells = {30, 30, 60}, .origin_m = {0.0, 0.0, 0.0}, .spacing_m = {1e-3, 1e-3, 1e-3}};
     const auto check = [&](double bottom_m) {
         grid.origin_m[2] = bottom_m;
-        converters::require_fit(grid, container, {0.02, 0.04}, "here", false);
+        pore_space::require_fit(grid, container, {0.02, 0.04}, "here", false);
     };
     EXPECT_NO_THROW(check(std::nextafter(-0.5e-3, -1.0)));
     EXPECT_TRUE(has(message_of<core::UserError>([&] { check(-2e-3); }), "the image reaches from -0.002 to 0.058 m"));

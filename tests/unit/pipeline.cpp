@@ -209,11 +209,11 @@ TEST(Config, ReadsAKeyFromItsOldTableWithAWarning) {
         folder.write("case.toml", start + text);
         return stages::read_case(folder.path()).settings.section.ends;
     };
-    EXPECT_EQ(ends_of(""), converters::Ends::in_situ);
+    EXPECT_EQ(ends_of(""), pore_space::Ends::in_situ);
     EXPECT_TRUE(lines.empty());
-    EXPECT_EQ(ends_of("[lbm]\nends = \"pressure\"\n"), converters::Ends::planes);
+    EXPECT_EQ(ends_of("[lbm]\nends = \"pressure\"\n"), pore_space::Ends::planes);
     EXPECT_TRUE(has(lines.at(0), "`lbm.ends` is now `section.ends`")) << lines.at(0);
-    EXPECT_EQ(ends_of("[lbm]\nends = \"paper\"\n"), converters::Ends::paper);
+    EXPECT_EQ(ends_of("[lbm]\nends = \"paper\"\n"), pore_space::Ends::paper);
     EXPECT_THROW((void)ends_of("[lbm]\nends = \"paper\"\n[section]\nends = \"planes\"\n"), UserError);
     EXPECT_THROW((void)ends_of("[lbm]\nends = \"planar\"\n"), UserError);
     set_context({});

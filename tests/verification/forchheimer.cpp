@@ -134,7 +134,7 @@ TEST(Inertia, SetsInWithTheSquareOfTheReynoldsNumber) {
     // drag is the driving force.
     const KnownFlow array = sphere_array(0.343, 15.39949, simple_cubic());
     const std::array<double, 3> reynolds = {0.5, 1.0, 2.0};
-    const InertialSeries series = lbm_inertial_flows(array.pore_space(), 1.0 / 24, reynolds, array.diameter_m, {.tolerance = 1e-6});
+    const InertialSeries series = lbm_inertial_flows(array.space(), 1.0 / 24, reynolds, array.diameter_m, {.tolerance = 1e-6});
     ASSERT_EQ(series.flows.size(), 3U) << series.stopped_by.value_or("");
     EXPECT_NEAR(series.creeping_permeability_m2 / array.permeability_m2, 1.0, 0.005);
     std::array<double, 3> loss{};
@@ -154,7 +154,7 @@ TEST(Inertia, SetsInWithTheSquareOfTheReynoldsNumber) {
 TEST(Inertia, APeriodInItsBedLosesAsMuchAsInThePeriodicCell) {
     const std::array<double, 2> reynolds = {2.0, 8.0};
     const KnownFlow cell = sphere_array(0.343, 15.39949, simple_cubic()), layers = three_layers(0.343, 15.39949);
-    const InertialSeries periodic = lbm_inertial_flows(cell.pore_space(), 1.0 / 16, reynolds, cell.diameter_m, {.tolerance = 1e-4});
+    const InertialSeries periodic = lbm_inertial_flows(cell.space(), 1.0 / 16, reynolds, cell.diameter_m, {.tolerance = 1e-4});
     PoreSpace space = pore_space_of(layers.packing).with_section({2.0, 3.0}).with_ends(Ends::in_situ, 2.0);
     space.reservoir_m = 1.0;
     const InertialSeries in_situ = lbm_inertial_flows(space, 1.0 / 16, reynolds, cell.diameter_m, {.tolerance = 1e-4});
@@ -233,8 +233,8 @@ TEST(Inertia, MeansInTimeOfSteadyFlowsAreTheSteadyFlows) {
     std::array<double, 3> difference{};
     std::size_t at = 0;
     for (const double cells : {12.0, 18.0, 27.0}) {
-        const InertialSeries steady = lbm_inertial_flows(array.pore_space(), 1.0 / cells, reynolds, array.diameter_m, {.tolerance = 1e-5}),
-                             mean = lbm_inertial_flows(array.pore_space(), 1.0 / cells, reynolds, array.diameter_m,
+        const InertialSeries steady = lbm_inertial_flows(array.space(), 1.0 / cells, reynolds, array.diameter_m, {.tolerance = 1e-5}),
+                             mean = lbm_inertial_flows(array.space(), 1.0 / cells, reynolds, array.diameter_m,
                                                        {.in_time = InertialCriterion::InTime{}});
         ASSERT_EQ(steady.flows.size(), 2U) << steady.stopped_by.value_or("");
         ASSERT_EQ(mean.flows.size(), 2U) << mean.stopped_by.value_or("");
@@ -284,7 +284,7 @@ TEST(Inertia, MeansInTimeEndWhereTheirWallsAreTooCoarse) {
     const KnownFlow array = sphere_array(0.343, 15.39949, simple_cubic());
     const std::array<double, 2> reynolds = {2.0, 60.0};
     const auto series_of = [&](double voxel_m) {
-        return lbm_inertial_flows(array.pore_space(), voxel_m, reynolds, array.diameter_m, {.in_time = InertialCriterion::InTime{}});
+        return lbm_inertial_flows(array.space(), voxel_m, reynolds, array.diameter_m, {.in_time = InertialCriterion::InTime{}});
     };
     const InertialSeries coarse = series_of(array.diameter_m / 9.0);
     ASSERT_TRUE(coarse.stopped_by);
@@ -309,7 +309,7 @@ TEST(Inertia, MeansInTimeNeedAPeriodicBox) {
 TEST(Inertia, FlowsThatAreNotSteadyHaveAMean) {
     const KnownFlow array = sphere_array(std::numbers::pi / 6.0, 42.1005, simple_cubic());
     const std::array<double, 3> reynolds = {50.0, 120.0, 240.0};
-    const InertialSeries series = lbm_inertial_flows(array.pore_space(), array.diameter_m / 32.0, reynolds, array.diameter_m,
+    const InertialSeries series = lbm_inertial_flows(array.space(), array.diameter_m / 32.0, reynolds, array.diameter_m,
                                                      {.in_time = InertialCriterion::InTime{.tolerance = 0.05, .most_turnovers = 400.0}});
     ASSERT_EQ(series.flows.size(), 3U) << series.stopped_by.value_or("");
     const InertialFlow& last = series.flows.back();

@@ -22,8 +22,8 @@ double gray_permeability(const lbm::KnownFlow& flow, double voxels, double blur,
     const core::GrayImage scan = converters::simulated_scan(*flow.solid, flow.container, flow.diameter_m / voxels, {blur, noise, 3});
     const stages::GrayInput input =
         stages::read_gray(scan_of(scan, 0.0, 1.0), {.threshold = "volume", .gray_levels = {0.0, 1.0}}, flow.container, flow.name);
-    const converters::PoreSpace space = pore_space_of(input.solid, flow.container, {0.0, flow.container.height()}, flow.name);
-    EXPECT_NEAR(space.porosity().value, flow.pore_space().porosity().value, 0.002) << flow.name;
+    const pore_space::PoreSpace space = pore_space_of(input.solid, flow.container, {0.0, flow.container.height()}, flow.name);
+    EXPECT_NEAR(space.porosity().value, flow.space().porosity().value, 0.002) << flow.name;
     lbm::LbmResult result = lbm_permeability(space, space.voxel_size_m(0.0), {.fields = lbm::FieldFiles::none});
     if (interval != nullptr) {
         add_gray_parts(result, space, {.fields = lbm::FieldFiles::none});
@@ -74,7 +74,7 @@ TEST(GrayWalls, TheIntervalOfTheTortuosityFactorHoldsBlurAndContacts) {
             const core::GrayImage scan = converters::simulated_scan(*flow.solid, flow.container, flow.diameter_m / 15.0, {blur, 0.02, 4});
             const stages::GrayInput input =
                 stages::read_gray(scan_of(scan, 0.0, 1.0), {.threshold = "volume", .gray_levels = {0.0, 1.0}}, flow.container, flow.name);
-            const converters::PoreSpace space = pore_space_of(input.solid, flow.container, {0.0, flow.container.height()}, flow.name);
+            const pore_space::PoreSpace space = pore_space_of(input.solid, flow.container, {0.0, flow.container.height()}, flow.name);
             const Json json = stages::run_tortuosity(stages::TortuosityKind::diffusive, space, {}, {}, {});
             ASSERT_TRUE(json.at("interval").is_array()) << json;
             const double low = json["interval"][0], high = json["interval"][1];
@@ -101,7 +101,7 @@ TEST(GrayWalls, TheAveragedImageIsThatOfLargerVoxels) {
     for (std::size_t cell = 0; cell < means.grid.size(); ++cell) difference += std::abs(means.at(cell) - coarse.solid->image()->at(cell));
     EXPECT_LT(difference / static_cast<double>(means.grid.size()), 0.02);
     const auto k_of = [&](const stages::GrayInput& input, bool parts, double voxel_m) {
-        const converters::PoreSpace space = pore_space_of(input.solid, flow.container, {0.0, flow.container.height()}, flow.name);
+        const pore_space::PoreSpace space = pore_space_of(input.solid, flow.container, {0.0, flow.container.height()}, flow.name);
         lbm::LbmResult result = lbm_permeability(space, voxel_m, {.fields = lbm::FieldFiles::none});
         if (parts) add_gray_parts(result, space, {.fields = lbm::FieldFiles::none});
         return result;

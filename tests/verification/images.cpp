@@ -19,11 +19,11 @@
 #include <fstream>
 #include <random>
 
-#include "converters/pore_space.hpp"
 #include "helpers.hpp"
 #include "imaging/phases.hpp"
 #include "imaging/write_volume.hpp"
 #include "io/image.hpp"
+#include "pore_space/pore_space.hpp"
 
 namespace porepack {
 namespace {
@@ -510,7 +510,7 @@ TEST(Images, CropBinAndPhases) {
     EXPECT_EQ(segmented(open_volume(file, gray), gray, "l").pore_level, "value 10, 11, 12");
     // A segmented image is its own grid.
     const packing::Container box{.kind = packing::Container::Kind::box, .size_m = {n[0] * h, n[1] * h, n[2] * h}};
-    const converters::PoreSpace space = pore_space_of(found.image, box, {0.0, n[2] * h}, "l.raw");
+    const pore_space::PoreSpace space = pore_space_of(found.image, box, {0.0, n[2] * h}, "l.raw");
     EXPECT_EQ(space.voxel_size_m(0.0), h);
     EXPECT_EQ(space.voxel_size_m(h), h);
     EXPECT_TRUE(test::has(test::message_of<UserError>([&] { (void)space.voxel_size_m(2.0 * h); }), "is its own grid"));

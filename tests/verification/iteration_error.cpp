@@ -88,7 +88,7 @@ TEST(IterationError, OfTwoLayersOfRodsIsCovered) {
 // Walls leak a little; in a closed cell the mean density, which would drift, stays zero, and it has no effect on the flow.
 TEST(MassLeak, IsReportedAndItsDensityRemoved) {
     const KnownFlow array = sphere_array(0.6, 88.8734, body_centred(), Vec3(0.11, 0.07, 0.21));
-    const PoreSpace space = array.pore_space();
+    const PoreSpace space = array.space();
     const PhaseImage image = space.voxelise_at(1.0 / 20);
     const FlowWalls walls = *space.walls();
     const Drive drive = choose_drive(space.container, Axis::z);

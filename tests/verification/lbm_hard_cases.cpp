@@ -68,7 +68,7 @@ TEST(HardCase, InertiaIsSteadyOrSaysThatItIsNot) {
     // Square cylinders across, 0.3, with the full equilibrium: k decreases with Re; where the flow becomes unsteady or
     // unstable there is an error, never a number.
     const KnownFlow known = cylinder_array(0.3, 102.881, 4.0 / 16, Vec3::Zero(), Axis::x);
-    const PhaseImage image = known.pore_space().voxelise_at(1.0 / 16);
+    const PhaseImage image = known.space().voxelise_at(1.0 / 16);
     const FlowWalls walls{*known.solid, known.container, {0.0, 4.0 / 16}};
     const Domain domain = build_domain(image, choose_drive(known.container, Axis::x), &walls);
     const FlowSection section{.area_cells = 16.0 * 4.0, .first_layer = 0, .last_layer = 15};
@@ -118,7 +118,7 @@ TEST(HardCase, ClosedPoresAndIsolatedFluidCarryNothing) {
     const auto pipe = [](double x, double y) { return 0.2 - std::hypot(x - 0.3, y - 0.3); };
     const double exact = std::numbers::pi * std::pow(0.2, 4) / 8.0;
     const KnownFlow open = duct("pipe", pipe, 0.4, exact);
-    const PhaseImage plain = open.pore_space().voxelise_at(1.0 / 32);
+    const PhaseImage plain = open.space().voxelise_at(1.0 / 32);
     PhaseImage image = plain;
     int closed = 0;
     for (int k = 2; k < 6; ++k)

@@ -14,11 +14,11 @@ namespace {
 using namespace test;
 
 LbmResult solve_to(const KnownFlow& known, const LbmConfig& config) {
-    return lbm_permeability(known.pore_space(), 0.1, config);
+    return lbm_permeability(known.space(), 0.1, config);
 }
 
 TEST(Memory, IsUsedAsPredicted) {
-    const PoreSpace space = sphere_array(0.6, 88.8734, body_centred()).pore_space();
+    const PoreSpace space = sphere_array(0.6, 88.8734, body_centred()).space();
     const test::Folder folder;
     for (const Precision precision : {Precision::double_precision, Precision::single_precision}) {
         const LbmConfig config{.precision = precision, .relaxation_time = 1.2, .iteration_tolerance = 0.05, .grids = 2};
@@ -87,7 +87,7 @@ TEST(Tolerance, TheIntervalsOfFastKnownFlowsCover) {
         // Dilute arrays need most of the time; `porepack benchmark coverage` includes them.
         if (known.permeability_m2 > 0.02 && known.container.size_m.z() == 1.0) continue;
         const LbmResult result =
-            lbm_permeability(known.pore_space(), 0.1, {.direction = known.direction, .tolerance = 0.02, .max_time_s = 200.0});
+            lbm_permeability(known.space(), 0.1, {.direction = known.direction, .tolerance = 0.02, .max_time_s = 200.0});
         if (!result.half_width) continue;
         ++solved;
         const bool in = std::abs(result.permeability_m2 - known.permeability_m2) <= result.half_width->sum();
@@ -166,7 +166,7 @@ TEST(Tensor, IsSymmetricAndTurnsWithTheGrain) {
                     .bodies = {{.position_m = Vec3(0.5, 0.52, 0.47)}}};
     KnownFlow cell{.name = "rod", .packing = packing, .solid = std::make_unique<Grains>(packing), .container = packing.container};
     cell.diameter_m = 0.34;
-    const TensorResult tensor = lbm_tensor(cell.pore_space(), 1.0 / 32, {.iteration_tolerance = 1e-6, .grids = 3});
+    const TensorResult tensor = lbm_tensor(cell.space(), 1.0 / 32, {.iteration_tolerance = 1e-6, .grids = 3});
     const auto& k = tensor.permeability_m2;
     for (std::size_t i = 0; i < 3; ++i)
         for (std::size_t j = 0; j < i; ++j) EXPECT_NEAR(k[i][j], k[j][i], tensor.runs[0].half_width->sum()) << i << j;

@@ -90,7 +90,7 @@ TEST(PeriodicBoxes, KOfAStretchedArrayChangesLessThanTwiceTheStretch) {
                 return lbm_permeability(space, 0.05, {.direction = array.direction, .grids = 1, .fields = FieldFiles::none})
                     .permeability_m2;
             };
-            const PoreSpace space = array.pore_space();
+            const PoreSpace space = array.space();
             const double change = std::log(solve(space.stretched(sides)) / (scale * scale) / solve(space));
             double largest = 0.0;
             for (const double side : sides) largest = std::max(largest, std::abs(std::log(side / scale)));

@@ -1,10 +1,10 @@
 // The pore space described, against exact answers.
 #include <random>
 
-#include "converters/pore_space.hpp"
 #include "helpers.hpp"
 #include "lbm/known.hpp"
 #include "permeability/section_scatter.hpp"
+#include "pore_space/pore_space.hpp"
 #include "pores/pores.hpp"
 #include "stages/stages.hpp"
 #include "tortuosity/tortuosity.hpp"
@@ -32,7 +32,7 @@ packing::Packing overlapping_spheres(double side, int count) {
 
 TEST(Pores, OverlappingSpheres) {
     const double side = 24.0, number = 1500.0 / std::pow(side, 3.0), pi = std::numbers::pi;
-    const auto space = converters::pore_space_of(overlapping_spheres(side, 1500));
+    const auto space = pore_space::pore_space_of(overlapping_spheres(side, 1500));
     const double eps = std::exp(-4.0 / 3.0 * pi * number), chord = 1.0 / (pi * number);
     const Chords exact = vertical_chords(*space.solid, space.container, space.section);
     EXPECT_NEAR(exact.mean_m / chord, 1.0, 0.04);
@@ -77,7 +77,7 @@ TEST(Pores, SlitsHaveTheirWidth) {
     }
 }
 
-double katz_thompson_m2_of(const converters::PoreSpace& space, const packing::Grains& grains, double voxel_m, int axis) {
+double katz_thompson_m2_of(const pore_space::PoreSpace& space, const packing::Grains& grains, double voxel_m, int axis) {
     const std::array<bool, 3> periodic = space.periodic_sides();
     const PhaseImage image = space.section_only().voxelise_at(voxel_m);
     const double diameter = critical_diameter_m(image, wall_distance_m(image, grains, space.container), axis).value();
@@ -96,7 +96,7 @@ void expect_within_two_and_a_half(const std::string& name, double estimate_m2, d
 TEST(Pores, KatzThompsonOfArrays) {
     const auto expect = [](const lbm::KnownFlow& flow) {
         const double estimate =
-            katz_thompson_m2_of(flow.pore_space(), packing::Grains(flow.packing), 1.0 / 40.0, static_cast<int>(flow.direction));
+            katz_thompson_m2_of(flow.space(), packing::Grains(flow.packing), 1.0 / 40.0, static_cast<int>(flow.direction));
         expect_within_two_and_a_half(flow.name, estimate, flow.permeability_m2);
     };
     for (const lbm::SphereDrag& row : lbm::sphere_drags()) {
@@ -119,7 +119,7 @@ TEST(Pores, KatzThompsonOfSettledBeds) {
     for (const Bed& bed : {Bed{"tetrapod_081", {0.15, 0.175}, 6.40e-8}, Bed{"tetrapod_087", {0.15, 0.17}, 6.10e-8},
                            Bed{"tetrahedron_074", {0.15, 0.175}, 3.50e-8}}) {
         const core::Path file = core::Path(POREPACK_SOURCE_FOLDER) / "cases/paper_packing/settled" / (std::string(bed.name) + ".json.gz");
-        const auto space = converters::pore_space_of(packing::read_packing(file)).with_section(bed.section);
+        const auto space = pore_space::pore_space_of(packing::read_packing(file)).with_section(bed.section);
         expect_within_two_and_a_half(bed.name, katz_thompson_m2_of(space, *space.grains, 1.2e-3, 2), bed.permeability_m2);
     }
 }
@@ -129,7 +129,7 @@ TEST(Pores, TheThroatBetweenSpheresInContact) {
     const auto flow = lbm::sphere_array(std::numbers::pi / 6.0, 42.1005, lbm::simple_cubic());
     std::vector<double> errors;
     for (const double voxels : {20.0, 40.0, 80.0}) {
-        const PhaseImage image = flow.pore_space().voxelise_at(1.0 / voxels);
+        const PhaseImage image = flow.space().voxelise_at(1.0 / voxels);
         const double throat = std::numbers::sqrt2 - 1.0;
         const double found = critical_diameter_m(image, wall_distance_m(image, all_periodic), 2).value();
         EXPECT_GT(found, throat - 2.2 / voxels);
@@ -149,7 +149,7 @@ TEST(Pores, NetworkOfACubicArrayOfSpheres) {
     for (int cell = 0; cell < 27; ++cell)
         array.bodies.push_back({.shape = 0, .position_m = shapes::Vec3(cell % 3 + 0.5, cell / 3 % 3 + 0.5, cell / 9 + 0.5)});
     for (const int n : {12, 24}) {
-        const auto space = converters::pore_space_of(array);
+        const auto space = pore_space::pore_space_of(array);
         const PhaseImage image = space.voxelise_at(1.0 / n);
         const PoreNetwork network = pore_network(image, wall_distance_m(image, *space.grains, space.container), all_periodic);
         ASSERT_EQ(network.pores.size(), 27U) << n;

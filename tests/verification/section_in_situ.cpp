@@ -12,6 +12,7 @@ using namespace porepack::core;
 using namespace porepack::shapes;
 using namespace porepack::packing;
 using namespace porepack::converters;
+using namespace porepack::pore_space;
 using namespace porepack::lbm;
 
 namespace {
@@ -25,7 +26,7 @@ LbmConfig one_grid(long subsections = 1) {
 // The settled packing, 3.4 nodes per capsule diameter: the same voxels alone and in the flow through 130 mm.
 TEST(InSitu, TheGradientIsTheDropOverTheLayers) {
     // Density 4, 3, 2, 1 in four layers of the same flow; the planes between them lie half-way: 3.5, 2.5, 1.5; zero on the end planes.
-    const converters::Drive drive{.axis = 2, .periodic = {false, false, false}};
+    const pore_space::Drive drive{.axis = 2, .periodic = {false, false, false}};
     Layers layers;
     for (const double density : {4.0, 3.0, 2.0, 1.0}) {
         layers.nodes.push_back(1.0);

@@ -72,11 +72,11 @@ TEST(Segment, GrainsTubeCavitiesAndCutGrains) {
     EXPECT_NEAR(section.z1, 0.0196, 9e-4);
     EXPECT_NEAR(found["porosity"].get<double>(), packing::porosity(packing::Grains(packing), packing.container, section).value, 0.004);
     // Every later stage takes the files.
-    const converters::PoreSpace gray = stages::load_pore_space(target / "gray.vti");
+    const pore_space::PoreSpace gray = stages::load_pore_space(target / "gray.vti");
     ASSERT_TRUE(gray.gray);
     EXPECT_NEAR(gray.section.z0, section.z0, 1e-9);
     EXPECT_NEAR(gray.porosity().value, found["porosity"].get<double>(), 1e-3);
-    const converters::PoreSpace voxels = stages::load_pore_space(target / "pore.vti");
+    const pore_space::PoreSpace voxels = stages::load_pore_space(target / "pore.vti");
     ASSERT_TRUE(voxels.image);
     EXPECT_NEAR(voxels.porosity().value, gray.porosity().value, 0.01);
     const auto surface = io::read_stl(target / "solid.stl");

@@ -2,9 +2,9 @@
 #include <cmath>
 
 #include "arrays.hpp"
-#include "converters/link_cuts.hpp"
 #include "converters/surface.hpp"
 #include "helpers.hpp"
+#include "pore_space/link_cuts.hpp"
 #include "shapes/segments.hpp"
 #include "tortuosity/tortuosity.hpp"
 

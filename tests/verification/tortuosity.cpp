@@ -4,10 +4,10 @@
 #include <numbers>
 #include <random>
 
-#include "converters/percolation.hpp"
 #include "core/machine.hpp"
 #include "helpers.hpp"
 #include "packing/grains.hpp"
+#include "pore_space/percolation.hpp"
 #include "tortuosity/tortuosity.hpp"
 
 namespace porepack {

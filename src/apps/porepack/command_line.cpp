@@ -21,6 +21,7 @@ namespace porepack::apps {
 using namespace core;
 using namespace packing;
 using namespace converters;
+using namespace pore_space;
 using namespace pipeline;
 using namespace stages;
 using namespace study;

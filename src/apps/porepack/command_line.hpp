@@ -108,10 +108,10 @@ template <typename Config>
 struct LooseCommand {
     std::string stage;
     converters::GeometryConfig geometry = {};
-    converters::SectionConfig section = {.ends = converters::Ends::planes};
+    pore_space::SectionConfig section = {.ends = pore_space::Ends::planes};
     core::Json configuration = {};
-    std::function<core::Json(const converters::PoreSpace&, const core::Path& folder)> work;
-    std::function<pipeline::Expectation(const converters::PoreSpace&)> expect = {};  ///< for --dry-run; "seconds" when empty
+    std::function<core::Json(const pore_space::PoreSpace&, const core::Path& folder)> work;
+    std::function<pipeline::Expectation(const pore_space::PoreSpace&)> expect = {};  ///< for --dry-run; "seconds" when empty
     bool whole_bed = false;
     bool resumes = false;
 };

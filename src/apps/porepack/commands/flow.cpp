@@ -4,6 +4,7 @@
 namespace porepack::apps {
 using namespace core;
 using namespace converters;
+using namespace pore_space;
 using namespace lbm;
 using namespace openfoam;
 using namespace permeability;

@@ -8,6 +8,7 @@
 namespace porepack::apps {
 using namespace core;
 using namespace converters;
+using namespace pore_space;
 using namespace tortuosity;
 using namespace stages;
 namespace {

@@ -3,7 +3,7 @@
 #include "lbm/kernels/reference/reference.hpp"
 
 namespace porepack::lbm::reference {
-using namespace converters;
+using namespace pore_space;
 
 namespace {
 

@@ -1,8 +1,8 @@
-#include "converters/cell_set.hpp"
+#include "pore_space/cell_set.hpp"
 
 #include <algorithm>
 
-namespace porepack::converters {
+namespace porepack::pore_space {
 
 CellSet::CellSet(const core::Grid& grid) : words_((grid.size() + 63) / 64, 0) {}
 
@@ -61,4 +61,4 @@ std::size_t CellSet::cell(std::size_t member) const {
     return found;
 }
 
-}  // namespace porepack::converters
+}  // namespace porepack::pore_space

@@ -1,8 +1,8 @@
-#include "converters/walls.hpp"
+#include "pore_space/walls.hpp"
 
 #include <algorithm>
 
-namespace porepack::converters {
+namespace porepack::pore_space {
 using namespace core;
 using namespace shapes;
 using namespace packing;
@@ -61,4 +61,4 @@ std::optional<double> WallFinder::fraction(const Vec3& step) const {
     return after ? std::optional(half + half * *after) : std::nullopt;
 }
 
-}  // namespace porepack::converters
+}  // namespace porepack::pore_space

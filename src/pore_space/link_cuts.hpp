@@ -5,10 +5,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "converters/cell_set.hpp"
-#include "converters/walls.hpp"
+#include "pore_space/cell_set.hpp"
+#include "pore_space/walls.hpp"
 
-namespace porepack::converters {
+namespace porepack::pore_space {
 
 /// The closed links of a grid's cells to their neighbours across faces and edges. About four bytes per cell with such a link.
 class LinkCuts {
@@ -46,4 +46,4 @@ private:
 /// Of an image: the links across an edge whose other two voxels are both solid.
 [[nodiscard]] LinkCuts find_cuts(const core::PhaseImage& image, const Drive& drive);
 
-}  // namespace porepack::converters
+}  // namespace porepack::pore_space

@@ -1,9 +1,9 @@
-#include "converters/stretched_solid.hpp"
+#include "pore_space/stretched_solid.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-namespace porepack::converters {
+namespace porepack::pore_space {
 using namespace core;
 using namespace shapes;
 using namespace packing;
@@ -74,4 +74,4 @@ std::unique_ptr<SolidProbe> StretchedSolid::probe() const {
     return std::make_unique<StretchedProbe>(inner_->probe(), stretch_);
 }
 
-}  // namespace porepack::converters
+}  // namespace porepack::pore_space

@@ -6,7 +6,7 @@
 #include "core/grid.hpp"
 #include "packing/grains.hpp"
 
-namespace porepack::converters {
+namespace porepack::pore_space {
 
 /// Factors of the axes x, y and z.
 using Stretch = std::array<double, 3>;
@@ -33,4 +33,4 @@ private:
     shapes::Vec3 stretch_;
 };
 
-}  // namespace porepack::converters
+}  // namespace porepack::pore_space

@@ -4,10 +4,10 @@
 #include <memory>
 #include <optional>
 
-#include "converters/percolation.hpp"
 #include "packing/grains.hpp"
+#include "pore_space/percolation.hpp"
 
-namespace porepack::converters {
+namespace porepack::pore_space {
 
 /// The walls that bound the flow.
 struct FlowWalls {
@@ -38,4 +38,4 @@ private:
     shapes::Vec3 centre_ = shapes::Vec3::Zero();
 };
 
-}  // namespace porepack::converters
+}  // namespace porepack::pore_space

@@ -1,4 +1,4 @@
-#include "converters/link_cuts.hpp"
+#include "pore_space/link_cuts.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 
 #include "core/parallel.hpp"
 
-namespace porepack::converters {
+namespace porepack::pore_space {
 using namespace core;
 using namespace shapes;
 
@@ -160,4 +160,4 @@ LinkCuts find_cuts(const PhaseImage& image, const Drive& drive) {
     return joined(grid, parts);
 }
 
-}  // namespace porepack::converters
+}  // namespace porepack::pore_space

@@ -1,4 +1,4 @@
-#include "converters/percolation.hpp"
+#include "pore_space/percolation.hpp"
 
 #include <fmt/format.h>
 
@@ -7,10 +7,10 @@
 #include <numeric>
 #include <vector>
 
-#include "converters/link_cuts.hpp"
 #include "core/error.hpp"
+#include "pore_space/link_cuts.hpp"
 
-namespace porepack::converters {
+namespace porepack::pore_space {
 using namespace core;
 using namespace packing;
 
@@ -205,4 +205,4 @@ Percolation find_percolating_cells(const PhaseImage& image, const Drive& drive) 
     return find_percolating_cells(image, drive, {});
 }
 
-}  // namespace porepack::converters
+}  // namespace porepack::pore_space

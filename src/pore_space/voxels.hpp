@@ -6,7 +6,7 @@
 #include "core/grid.hpp"
 #include "packing/grains.hpp"
 
-namespace porepack::converters {
+namespace porepack::pore_space {
 
 /// The grid of a section: cubic voxels, z0 on a cell face, the cylinder's axis at the centre of the grid. Where no size near the requested
 /// one divides all sides of a periodic box, each side is its own whole number of voxels, which then differ from cubes by 3 % at most.
@@ -37,18 +37,4 @@ void fill_phases(std::vector<std::uint8_t>& phase, const core::Grid& grid, const
 /// Fraction of the pore volume that lies in gaps of at most `cells` voxels between solids, along x, y or z.
 [[nodiscard]] double narrow_fraction(const core::PhaseImage& image, int cells);
 
-/// A stack of gray images slice_0000.png (grain 0, pore 255, outside 128) from z0 to z1, with the coordinates in slices.json.
-/// Returns the number of slices.
-int write_slices(const core::Path& folder, const packing::Solid& solid, const packing::Container& container,
-                 const packing::Section& section, double spacing_m, double pixel_m);
-
-struct SliceStack {
-    core::Grid grid;  ///< spacing in z is the distance of the slices, which lie at mid-height of their cells
-    std::vector<std::uint8_t> phase;
-    packing::Container container;
-    packing::Section section;
-};
-/// Throws UserError when slices.json or an image is missing or differs in size.
-[[nodiscard]] SliceStack read_slices(const core::Path& folder);
-
-}  // namespace porepack::converters
+}  // namespace porepack::pore_space

@@ -1,4 +1,4 @@
-#include "converters/pore_space.hpp"
+#include "pore_space/pore_space.hpp"
 
 #include <fmt/format.h>
 
@@ -9,7 +9,7 @@
 #include "core/error.hpp"
 #include "core/log.hpp"
 
-namespace porepack::converters {
+namespace porepack::pore_space {
 using namespace core;
 using namespace shapes;
 using namespace packing;
@@ -255,4 +255,4 @@ PoreSpace pore_space_of(std::shared_ptr<const Solid> solid, const Container& con
     return space;
 }
 
-}  // namespace porepack::converters
+}  // namespace porepack::pore_space

@@ -1,12 +1,12 @@
 // Pore cells that the flow can reach.
 #pragma once
 
-#include "converters/cell_set.hpp"
 #include "core/error.hpp"
 #include "core/grid.hpp"
 #include "packing/packing.hpp"
+#include "pore_space/cell_set.hpp"
 
-namespace porepack::converters {
+namespace porepack::pore_space {
 
 /// How the flow is driven, and the conditions at the grid's faces.
 struct Drive {
@@ -38,4 +38,4 @@ struct Percolation {
 /// Without closed links.
 [[nodiscard]] Percolation find_percolating_cells(const core::PhaseImage& image, const Drive& drive);
 
-}  // namespace porepack::converters
+}  // namespace porepack::pore_space

@@ -1,4 +1,4 @@
-#include "converters/voxels.hpp"
+#include "pore_space/voxels.hpp"
 
 #include <fmt/format.h>
 
@@ -9,7 +9,7 @@
 #include "core/error.hpp"
 #include "core/machine.hpp"
 
-namespace porepack::converters {
+namespace porepack::pore_space {
 using namespace core;
 using namespace shapes;
 using namespace packing;
@@ -228,4 +228,4 @@ double narrow_fraction(const PhaseImage& image, int cells) {
     return pores > 0 ? static_cast<double>(std::count(narrow.begin(), narrow.end(), 1)) / static_cast<double>(pores) : 0.0;
 }
 
-}  // namespace porepack::converters
+}  // namespace porepack::pore_space

@@ -8,7 +8,7 @@
 
 #include "core/grid.hpp"
 
-namespace porepack::converters {
+namespace porepack::pore_space {
 
 /// Cells of a grid in ascending order; the members are numbered 0, 1, 2, ... 64-bit counts; 0.14 bytes per cell of the grid.
 /// Filled by insert_row() for all rows, then finish().
@@ -59,4 +59,4 @@ private:
     std::int64_t size_ = 0;
 };
 
-}  // namespace porepack::converters
+}  // namespace porepack::pore_space
