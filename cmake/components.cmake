@@ -1,17 +1,9 @@
-# component(name FOLDER folder [ONLY sources...] [EXCLUDE sources...] [LINKS components...])
-# A library porepack_<name> (porepack::<name>) of the sources in src/<folder>: all of them, or those named without their ending.
+# component(name [LINKS components...])
+# A library porepack_<name> (porepack::<name>) of the sources in src/<name>.
 # Warnings and other flags are private: a program that links a component is compiled with its own.
 function(component name)
-  cmake_parse_arguments(arg "" "FOLDER" "ONLY;EXCLUDE;LINKS" ${ARGN})
-  if(arg_ONLY)
-    list(TRANSFORM arg_ONLY PREPEND ${PROJECT_SOURCE_DIR}/src/${arg_FOLDER}/)
-    list(TRANSFORM arg_ONLY APPEND .cpp OUTPUT_VARIABLE sources)
-  else()
-    file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/${arg_FOLDER}/*.cpp)
-    foreach(source ${arg_EXCLUDE})
-      list(REMOVE_ITEM sources ${PROJECT_SOURCE_DIR}/src/${arg_FOLDER}/${source}.cpp)
-    endforeach()
-  endif()
+  cmake_parse_arguments(arg "" "" "LINKS" ${ARGN})
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/${name}/*.cpp)
   add_library(porepack_${name} STATIC ${sources})
   add_library(porepack::${name} ALIAS porepack_${name})
   set_target_properties(porepack_${name} PROPERTIES EXPORT_NAME ${name} POSITION_INDEPENDENT_CODE ON)

@@ -22,6 +22,7 @@
 // Tests see all of the library.
 namespace porepack {
 namespace core {}
+namespace record {}
 namespace io {}
 namespace shapes {}
 namespace packing {}
@@ -42,6 +43,7 @@ namespace stages {}
 namespace study {}
 namespace design {}
 using namespace core;
+using namespace record;
 using namespace io;
 using namespace shapes;
 using namespace packing;

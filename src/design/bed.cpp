@@ -5,11 +5,12 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/toml_file.hpp"
 #include "pouring/pour.hpp"
+#include "record/toml_file.hpp"
 
 namespace porepack::design {
 using namespace core;
+using namespace record;
 using namespace packing;
 using namespace pouring;
 using namespace shapes;

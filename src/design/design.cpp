@@ -12,16 +12,17 @@
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "core/owned_names.hpp"
-#include "core/toml_file.hpp"
 #include "design/bed.hpp"
 #include "design/page.hpp"
 #include "pouring/pour.hpp"
+#include "record/toml_file.hpp"
 #include "report/page.hpp"
 #include "stages/results.hpp"
 #include "study/case_pipeline.hpp"
 
 namespace porepack::design {
 using namespace core;
+using namespace record;
 using namespace packing;
 using namespace pipeline;
 using namespace report;

@@ -8,12 +8,13 @@
 #include <map>
 #include <sstream>
 
-#include "core/digest.hpp"
 #include "core/error.hpp"
 #include "core/log.hpp"
+#include "record/digest.hpp"
 
 namespace porepack::openfoam {
 using namespace core;
+using namespace record;
 using namespace io;
 using namespace shapes;
 using namespace packing;

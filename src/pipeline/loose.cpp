@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <optional>
 
-#include "core/digest.hpp"
 #include "core/error.hpp"
 #include "core/interrupt.hpp"
 #include "core/log.hpp"
@@ -15,9 +14,11 @@
 #include "core/process.hpp"
 #include "pipeline/manifest.hpp"
 #include "pipeline/running_folder.hpp"
+#include "record/digest.hpp"
 
 namespace porepack::pipeline {
 using namespace core;
+using namespace record;
 namespace fs = std::filesystem;
 namespace {
 

@@ -6,12 +6,13 @@
 #include <ctime>
 
 #include "core/build.hpp"
-#include "core/digest.hpp"
 #include "core/error.hpp"
 #include "core/machine.hpp"
+#include "record/digest.hpp"
 
 namespace porepack::pipeline {
 using namespace core;
+using namespace record;
 
 std::string key_of(const Manifest& manifest) {
     const Json decisive = {{"stage", manifest.stage},

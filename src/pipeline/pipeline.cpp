@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <set>
 
-#include "core/digest.hpp"
 #include "core/error.hpp"
 #include "core/escape.hpp"
 #include "core/interrupt.hpp"
@@ -15,9 +14,11 @@
 #include "core/owned_names.hpp"
 #include "core/process.hpp"
 #include "pipeline/running_folder.hpp"
+#include "record/digest.hpp"
 
 namespace porepack::pipeline {
 using namespace core;
+using namespace record;
 namespace fs = std::filesystem;
 namespace {
 

@@ -6,14 +6,15 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/digest.hpp"
 #include "core/error.hpp"
 #include "core/machine.hpp"
 #include "pouring/batches.hpp"
+#include "record/digest.hpp"
 
 namespace porepack::pouring {
 using namespace packing;
 using namespace core;
+using namespace record;
 using namespace shapes;
 namespace {
 

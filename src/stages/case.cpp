@@ -8,10 +8,11 @@
 #include <stdexcept>
 
 #include "core/error.hpp"
-#include "core/toml_file.hpp"
+#include "record/toml_file.hpp"
 
 namespace porepack::stages {
 using namespace core;
+using namespace record;
 using namespace packing;
 using namespace pouring;
 

@@ -12,13 +12,14 @@
 #include "core/log.hpp"
 #include "core/median.hpp"
 #include "core/table.hpp"
-#include "core/toml_file.hpp"
 #include "falling_head/causes.hpp"
+#include "record/toml_file.hpp"
 #include "report/plot.hpp"
 #include "stages/results.hpp"
 
 namespace porepack::stages {
 using namespace core;
+using namespace record;
 using namespace falling_head;
 namespace {
 

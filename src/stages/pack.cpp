@@ -4,19 +4,20 @@
 #include <algorithm>
 
 #include "core/data_file.hpp"
-#include "core/digest.hpp"
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "imaging/volume.hpp"
 #include "pore_space/pore_space.hpp"
 #include "pouring/dem/capsule_pour.hpp"
 #include "pouring/liggghts/liggghts.hpp"
+#include "record/digest.hpp"
 #include "stages/fit.hpp"
 #include "stages/results.hpp"
 #include "stages/stages.hpp"
 
 namespace porepack::stages {
 using namespace core;
+using namespace record;
 using namespace shapes;
 using namespace packing;
 using namespace pouring;

@@ -2,11 +2,12 @@
 
 #include <fmt/format.h>
 
-#include "core/toml_file.hpp"
+#include "record/toml_file.hpp"
 #include "study/case_pipeline.hpp"
 
 namespace porepack::study {
 using namespace core;
+using namespace record;
 using namespace stages;
 namespace fs = std::filesystem;
 std::vector<std::string> set_arguments(const Case& c) {

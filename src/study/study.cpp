@@ -7,17 +7,18 @@
 #include <cmath>
 #include <map>
 
-#include "core/digest.hpp"
 #include "core/error.hpp"
 #include "core/escape.hpp"
 #include "core/log.hpp"
 #include "core/owned_names.hpp"
 #include "core/parallel.hpp"
-#include "core/toml_file.hpp"
+#include "record/digest.hpp"
+#include "record/toml_file.hpp"
 #include "study/case_pipeline.hpp"
 
 namespace porepack::study {
 using namespace core;
+using namespace record;
 using namespace stages;
 namespace fs = std::filesystem;
 namespace {

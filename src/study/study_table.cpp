@@ -7,16 +7,17 @@
 #include <set>
 
 #include "core/build.hpp"
-#include "core/digest.hpp"
 #include "core/error.hpp"
 #include "core/file_lock.hpp"
 #include "core/table.hpp"
 #include "permeability/quantities.hpp"
+#include "record/digest.hpp"
 #include "stages/results.hpp"
 #include "stages/stages.hpp"
 
 namespace porepack::study {
 using namespace core;
+using namespace record;
 using namespace permeability;
 using namespace stages;
 namespace fs = std::filesystem;

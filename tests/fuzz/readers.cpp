@@ -110,14 +110,14 @@ private:
     std::mt19937 random_;
 };
 
-// Counts what `read` accepts. Any exception but our own, or a crash, is a failure. `slow`: a tenth of the files.
+// Counts what `read` accepts. Any exception but our own, or a crash, is a failure. `slow`: a tenth of the files, unless POREPACK_FUZZ says how many.
 template <typename Read>
 void fuzz(const std::string& name, const std::string& good, const Read& read, bool slow = false) {
     const test::Folder folder;
     Mutator mutator;
     ASSERT_NO_THROW(read(folder.write(name, good))) << "the good file must be accepted";
     long accepted = 0;
-    const long count = environment("POREPACK_FUZZ", 250) / (slow ? 10 : 1);
+    const long count = environment("POREPACK_FUZZ", slow ? 25 : 250);
     for (long i = 0; i < count && !::testing::Test::HasFailure(); ++i) {
         const std::string text = mutator.change(good);
         const Path file = folder.write(name, text);

@@ -2,12 +2,12 @@
 #include <cmath>
 #include <thread>
 
-#include "core/digest.hpp"
 #include "helpers.hpp"
 #include "packing/grains.hpp"
 #include "pouring/batches.hpp"
 #include "pouring/dem/capsule_pour.hpp"
 #include "pouring/liggghts/liggghts.hpp"
+#include "record/digest.hpp"
 
 namespace porepack {
 namespace {

@@ -1,13 +1,13 @@
 #include <cmath>
 
-#include "core/digest.hpp"
 #include "core/escape.hpp"
 #include "core/owned_names.hpp"
 #include "core/pages.hpp"
 #include "core/table.hpp"
-#include "core/toml_file.hpp"
 #include "helpers.hpp"
 #include "pipeline/manifest.hpp"
+#include "record/digest.hpp"
+#include "record/toml_file.hpp"
 
 namespace porepack {
 namespace {

@@ -7,8 +7,8 @@
 #include "core/log.hpp"
 #include "core/members.hpp"
 #include "core/table.hpp"
-#include "core/toml_file.hpp"
 #include "helpers.hpp"
+#include "record/toml_file.hpp"
 #include "stages/case.hpp"
 
 namespace porepack {

@@ -19,6 +19,7 @@
 
 namespace porepack::apps {
 using namespace core;
+using namespace record;
 using namespace packing;
 using namespace converters;
 using namespace pore_space;

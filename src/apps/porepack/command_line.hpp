@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "core/error.hpp"
-#include "core/toml_file.hpp"
 #include "pipeline/loose.hpp"
+#include "record/toml_file.hpp"
 #include "stages/results.hpp"
 #include "stages/stages.hpp"
 
@@ -101,7 +101,7 @@ template <typename Config>
     core::Flags own;
     for (const auto& row : core::key_rows([&](core::ConfigVisitor& v) { describe(v, config); }))
         if (const auto found = flags.find(row.key); found != flags.end()) own.insert(*found);
-    return core::config_from_flags<Config>(own);
+    return record::config_from_flags<Config>(own);
 }
 
 /// A stage on a loose file.

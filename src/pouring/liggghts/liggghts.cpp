@@ -5,17 +5,18 @@
 #include <fstream>
 #include <sstream>
 
-#include "core/digest.hpp"
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "core/process.hpp"
 #include "pouring/batches.hpp"
 #include "pouring/liggghts/liggghts_log.hpp"
 #include "pouring/liggghts/liggghts_run.hpp"
+#include "record/digest.hpp"
 
 namespace porepack::pouring::liggghts {
 using namespace packing;
 using namespace core;
+using namespace record;
 using namespace shapes;
 namespace {
 

@@ -13,6 +13,7 @@
 
 namespace porepack::apps {
 using namespace core;
+using namespace record;
 using namespace pipeline;
 using namespace stages;
 using namespace study;

@@ -9,6 +9,7 @@
 
 namespace porepack::apps {
 using namespace core;
+using namespace record;
 using namespace falling_head;
 using namespace stages;
 namespace {

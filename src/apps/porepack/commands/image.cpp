@@ -18,6 +18,7 @@
 
 namespace porepack::apps {
 using namespace core;
+using namespace record;
 using namespace imaging;
 using namespace stages;
 namespace {

@@ -5,6 +5,7 @@
 
 namespace porepack::apps {
 using namespace core;
+using namespace record;
 using namespace shapes;
 using namespace pipeline;
 using namespace stages;

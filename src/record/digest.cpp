@@ -1,4 +1,4 @@
-#include "core/digest.hpp"
+#include "record/digest.hpp"
 
 #include <fmt/format.h>
 #include <openssl/evp.h>
@@ -10,7 +10,8 @@
 
 #include "core/error.hpp"
 
-namespace porepack::core {
+namespace porepack::record {
+using namespace core;
 namespace fs = std::filesystem;
 namespace {
 
@@ -50,4 +51,4 @@ std::string sha256_of_file(const Path& path) {
     return digest.hex();
 }
 
-}  // namespace porepack::core
+}  // namespace porepack::record

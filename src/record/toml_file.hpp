@@ -5,12 +5,12 @@
 
 #include "core/config.hpp"
 
-namespace porepack::core {
+namespace porepack::record {
 
 /// A parsed TOML file. Syntax errors throw UserError with file and line.
 class TomlFile {
 public:
-    explicit TomlFile(const Path& path);
+    explicit TomlFile(const core::Path& path);
     TomlFile();  ///< an empty one: defaults and flags only
     ~TomlFile();
     TomlFile(TomlFile&&) noexcept;
@@ -19,10 +19,10 @@ public:
     /// Reads table `name` ("" = the top level) into what `describe` lists. An unknown key, a wrong type and a value out
     /// of range throw UserError with file, line, what is allowed and the nearest known key. `flags` (--voxel-size) and `set`
     /// (--set table.key) take precedence over the file.
-    void read(std::string_view name, const Describe& describe, const Flags& flags = {}, const Flags& set = {}) const;
+    void read(std::string_view name, const core::Describe& describe, const core::Flags& flags = {}, const core::Flags& set = {}) const;
     [[nodiscard]] bool has(std::string_view name) const;
     /// The file with other values of keys by table; each value is written as in TOML ("0.5", "\"box\""), and an empty one removes the key.
-    [[nodiscard]] TomlFile with(const std::map<std::string, Flags>& set) const;
+    [[nodiscard]] TomlFile with(const std::map<std::string, core::Flags>& set) const;
     [[nodiscard]] std::string text() const;  ///< without comments
     /// The keys of a table, each with its place ("case.toml, line 12").
     [[nodiscard]] std::map<std::string, std::string> keys_of(std::string_view name) const;
@@ -35,15 +35,15 @@ private:
 };
 
 /// A value as in TOML on one line: "0.5", "[1, 2]", "{ radius_m = 1e-3 }".
-[[nodiscard]] std::string toml_text(const Json& value);
+[[nodiscard]] std::string toml_text(const core::Json& value);
 
 /// Reads flags into a table's struct with the rules of the file.
 template <typename Config>
-[[nodiscard]] Config config_from_flags(const Flags& flags) {
+[[nodiscard]] Config config_from_flags(const core::Flags& flags) {
     Config config;
     TomlFile().read(
-        "", [&](ConfigVisitor& v) { describe(v, config); }, flags);
+        "", [&](core::ConfigVisitor& v) { describe(v, config); }, flags);
     return config;
 }
 
-}  // namespace porepack::core
+}  // namespace porepack::record

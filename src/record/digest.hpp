@@ -6,10 +6,10 @@
 
 #include "core/files.hpp"
 
-namespace porepack::core {
+namespace porepack::record {
 
 [[nodiscard]] std::string sha256(std::string_view bytes);
 /// Throws UserError when the file cannot be read.
-[[nodiscard]] std::string sha256_of_file(const Path& path);
+[[nodiscard]] std::string sha256_of_file(const core::Path& path);
 
-}  // namespace porepack::core
+}  // namespace porepack::record

@@ -1,4 +1,4 @@
-#include "core/toml_file.hpp"
+#include "record/toml_file.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -11,7 +11,8 @@
 #include "core/error.hpp"
 #include "core/log.hpp"
 
-namespace porepack::core {
+namespace porepack::record {
+using namespace core;
 
 struct TomlFile::Content {
     toml::table table;
@@ -314,4 +315,4 @@ void TomlFile::require_known_tables(const std::vector<std::string>& known) const
     }
 }
 
-}  // namespace porepack::core
+}  // namespace porepack::record
