@@ -10,8 +10,8 @@
 #include "benchmarks/benchmarks.hpp"
 #include "core/parallel.hpp"
 #include "core/table.hpp"
-#include "permeability/sample.hpp"
 #include "design/scatter.hpp"
+#include "permeability/sample.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "packing/packing.hpp"
-#include "shapes/shape.hpp"
 #include "design/gaussian_process.hpp"
 #include "design/scatter.hpp"
+#include "packing/packing.hpp"
+#include "shapes/shape.hpp"
 #include "study/study.hpp"
 
 namespace porepack::design {

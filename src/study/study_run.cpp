@@ -36,9 +36,7 @@ Path lock_file(const Study& study, const Point& point) {
 // Empty if nothing is left out.
 std::string left_out_text(const Study& study) {
     const std::vector<std::string> left_out = stages_left_out(study);
-    return left_out.empty() ? std::string()
-                            : fmt::format("up_to = \"{}\" leaves out {}", study.config.up_to,
-                                          fmt::join(left_out, ", "));
+    return left_out.empty() ? std::string() : fmt::format("up_to = \"{}\" leaves out {}", study.config.up_to, fmt::join(left_out, ", "));
 }
 
 // Two points whose numbers will be the same: a key of an axis has no effect. Empty if there are none.

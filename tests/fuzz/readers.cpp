@@ -110,7 +110,8 @@ private:
     std::mt19937 random_;
 };
 
-// Counts what `read` accepts. Any exception but our own, or a crash, is a failure. `slow`: a tenth of the files, unless POREPACK_FUZZ says how many.
+// Counts what `read` accepts. Any exception but our own, or a crash, is a failure. `slow`: a tenth of the files, unless POREPACK_FUZZ says
+// how many.
 template <typename Read>
 void fuzz(const std::string& name, const std::string& good, const Read& read, bool slow = false) {
     const test::Folder folder;

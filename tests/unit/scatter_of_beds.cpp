@@ -4,8 +4,8 @@
 #include <functional>
 #include <random>
 
-#include "helpers.hpp"
 #include "design/scatter.hpp"
+#include "helpers.hpp"
 
 namespace porepack {
 namespace {

@@ -5,8 +5,8 @@
 #include <numbers>
 #include <random>
 
-#include "helpers.hpp"
 #include "design/candidates.hpp"
+#include "helpers.hpp"
 
 namespace porepack {
 namespace {
