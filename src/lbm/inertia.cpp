@@ -14,7 +14,6 @@
 
 namespace porepack::lbm {
 using namespace core;
-using namespace converters;
 using namespace pore_space;
 namespace {
 

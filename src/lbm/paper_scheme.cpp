@@ -5,7 +5,6 @@
 #include "lbm/known.hpp"
 
 namespace porepack::lbm {
-using namespace converters;
 using namespace pore_space;
 
 double paper_scheme_ratio(double capsule_diameter_m, double solid_fraction) {

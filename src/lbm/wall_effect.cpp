@@ -9,7 +9,6 @@
 namespace porepack::lbm {
 using namespace core;
 using namespace packing;
-using namespace converters;
 using namespace pore_space;
 namespace {
 

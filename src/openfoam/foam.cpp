@@ -16,7 +16,6 @@ namespace porepack::openfoam {
 using namespace core;
 using namespace shapes;
 using namespace packing;
-using namespace converters;
 using namespace pore_space;
 namespace fs = std::filesystem;
 namespace {

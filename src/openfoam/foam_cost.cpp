@@ -4,7 +4,6 @@
 #include <numbers>
 
 namespace porepack::openfoam {
-using namespace converters;
 using namespace pore_space;
 using namespace packing;
 

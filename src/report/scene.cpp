@@ -26,7 +26,7 @@ std::string grains_text(const ReportInput& input) {
 
 std::string container_text(const Json& container) {
     if (container.value("kind", "") == "cylinder" && container.value("diameter_m", 0.0) > 0.0)
-        return fmt::format("a cylinder, {} wide and {} high", length_text(container["diameter_m"].get<double>()),
+        return fmt::format("a cylinder {} wide and {} high", length_text(container["diameter_m"].get<double>()),
                            length_text(container.value("height_m", 0.0)));
     if (const Json& size = container.value("size_m", Json()); size.is_array() && size.size() == 3)
         return fmt::format("a box of {} x {} x {}", length_text(size[0].get<double>()), length_text(size[1].get<double>()),

@@ -13,7 +13,6 @@
 namespace porepack::stages {
 using namespace core;
 using namespace record;
-using namespace packing;
 using namespace pouring;
 
 const std::vector<std::string>& Settings::tables() {

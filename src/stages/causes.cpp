@@ -20,7 +20,6 @@
 namespace porepack::stages {
 using namespace core;
 using namespace packing;
-using namespace converters;
 using namespace pore_space;
 using namespace lbm;
 using namespace falling_head;

@@ -23,7 +23,6 @@
 namespace porepack::stages {
 using namespace core;
 using namespace converters;
-using namespace pore_space;
 using namespace imaging;
 using namespace packing;
 using namespace poses;

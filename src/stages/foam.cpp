@@ -19,7 +19,6 @@ using namespace converters;
 using namespace pore_space;
 using namespace lbm;
 using namespace openfoam;
-using namespace packing;
 using namespace pipeline;
 namespace {
 

@@ -23,7 +23,6 @@ using namespace packing;
 using namespace pouring;
 using namespace pouring::dem;
 using namespace pouring::liggghts;
-using namespace converters;
 using namespace pore_space;
 using namespace imaging;
 using namespace pipeline;

@@ -16,7 +16,6 @@
 namespace porepack::stages {
 using namespace core;
 using namespace packing;
-using namespace pouring;
 using namespace converters;
 using namespace pore_space;
 namespace {

@@ -15,7 +15,6 @@ using namespace core;
 using namespace io;
 using namespace shapes;
 using namespace converters;
-using namespace pore_space;
 using namespace lbm;
 using namespace pipeline;
 namespace {

@@ -20,7 +20,6 @@ using namespace io;
 using namespace shapes;
 using namespace packing;
 using namespace pouring;
-using namespace converters;
 using namespace pore_space;
 using namespace lbm;
 namespace fs = std::filesystem;

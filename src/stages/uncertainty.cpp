@@ -14,7 +14,6 @@
 
 namespace porepack::stages {
 using namespace core;
-using namespace converters;
 using namespace pore_space;
 using namespace permeability;
 using namespace pipeline;

@@ -4,7 +4,6 @@
 #include "study/seeds.hpp"
 
 namespace porepack::study {
-using namespace packing;
 using namespace pouring;
 using namespace lbm;
 using namespace pipeline;

@@ -14,7 +14,6 @@
 
 namespace porepack::tortuosity {
 using namespace core;
-using namespace converters;
 using namespace pore_space;
 namespace {
 

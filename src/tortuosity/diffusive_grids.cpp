@@ -10,7 +10,6 @@
 
 namespace porepack::tortuosity {
 using namespace core;
-using namespace converters;
 using namespace pore_space;
 
 DiffusiveLimit diffusive_limit(const std::array<double, 3>& sizes, const std::array<double, 3>& values) {

@@ -12,7 +12,6 @@ using namespace core;
 using namespace shapes;
 using namespace packing;
 using namespace converters;
-using namespace pore_space;
 namespace {
 
 using Vec2 = Eigen::Vector2d;

@@ -7,7 +7,6 @@ namespace porepack::tortuosity {
 using namespace core;
 using namespace shapes;
 using namespace packing;
-using namespace converters;
 using namespace pore_space;
 
 double across_cylinders(double f) {

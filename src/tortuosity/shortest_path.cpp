@@ -17,7 +17,6 @@ namespace porepack::tortuosity {
 using namespace core;
 using namespace shapes;
 using namespace packing;
-using namespace converters;
 using namespace pore_space;
 namespace {
 

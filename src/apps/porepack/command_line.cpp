@@ -21,7 +21,6 @@ namespace porepack::apps {
 using namespace core;
 using namespace record;
 using namespace packing;
-using namespace converters;
 using namespace pore_space;
 using namespace pipeline;
 using namespace stages;

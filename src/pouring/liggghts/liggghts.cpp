@@ -16,7 +16,6 @@
 namespace porepack::pouring::liggghts {
 using namespace packing;
 using namespace core;
-using namespace record;
 using namespace shapes;
 namespace {
 
