@@ -8,11 +8,12 @@
 #include "benchmarks/coverage_rows.hpp"
 #include "core/error.hpp"
 #include "core/log.hpp"
-#include "lbm/known.hpp"
+#include "support/known_flows.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;
 using namespace lbm;
+using namespace test;
 namespace {
 
 double median(std::vector<double> values) {

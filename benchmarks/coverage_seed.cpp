@@ -14,12 +14,13 @@
 #include "falling_head/causes.hpp"
 #include "falling_head/fit.hpp"
 #include "falling_head/simulated_noise.hpp"
-#include "tortuosity/known.hpp"
+#include "support/turned_arrays.hpp"
 #include "tortuosity/tortuosity.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;
 using namespace lbm;
+using namespace test;
 using namespace tortuosity;
 using namespace falling_head;
 namespace {

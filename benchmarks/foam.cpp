@@ -8,8 +8,8 @@
 #include "core/data_file.hpp"
 #include "core/error.hpp"
 #include "core/log.hpp"
-#include "lbm/known.hpp"
 #include "stages/stages.hpp"
+#include "support/known_flows.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;
@@ -18,6 +18,7 @@ using namespace packing;
 using namespace converters;
 using namespace pore_space;
 using namespace lbm;
+using namespace test;
 using namespace openfoam;
 
 FoamScene foam_scene_of(const Packing& packing, const Section& section, double grain_size_m, double deviation) {

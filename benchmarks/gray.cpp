@@ -13,6 +13,7 @@ using namespace core;
 using namespace converters;
 using namespace pore_space;
 using namespace lbm;
+using namespace test;
 using namespace stages;
 namespace {
 

@@ -1,9 +1,9 @@
 // k of a simulated scan by walls from gray values.
 #pragma once
 
-#include "converters/simulated_scan.hpp"
-#include "lbm/known.hpp"
 #include "stages/gray.hpp"
+#include "support/known_flows.hpp"
+#include "support/simulated_scan.hpp"
 
 namespace porepack::benchmarks {
 
@@ -15,6 +15,6 @@ struct GrayRun {
     lbm::LbmResult result;  ///< with the gray parts of its interval
 };
 /// The gray levels are given.
-[[nodiscard]] GrayRun gray_run(const lbm::KnownFlow& flow, double voxels_per_diameter, const converters::ScanSettings& scan);
+[[nodiscard]] GrayRun gray_run(const test::KnownFlow& flow, double voxels_per_diameter, const test::ScanSettings& scan);
 
 }  // namespace porepack::benchmarks

@@ -9,13 +9,14 @@
 #include "core/log.hpp"
 #include "core/table.hpp"
 #include "lbm/inertia.hpp"
-#include "lbm/known.hpp"
 #include "lbm/mean_flow.hpp"
 #include "lbm/sequence.hpp"
+#include "support/known_flows.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;
 using namespace lbm;
+using namespace test;
 using namespace converters;
 using namespace pore_space;
 namespace {

@@ -6,11 +6,12 @@
 
 #include "benchmarks/benchmarks.hpp"
 #include "core/table.hpp"
-#include "lbm/slow_flows.hpp"
+#include "support/slow_flows.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;
 using namespace lbm;
+using namespace test;
 
 Json iteration_benchmark(bool quick, const Path& output) {
     const Path folder = output.empty() ? Path("iteration_study") : output;

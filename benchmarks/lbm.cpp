@@ -5,8 +5,8 @@
 
 #include "benchmarks/lbm_speed.hpp"
 #include "core/log.hpp"
-#include "lbm/known.hpp"
 #include "report/plot.hpp"
+#include "support/known_flows.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;
@@ -15,6 +15,7 @@ using namespace packing;
 using namespace converters;
 using namespace pore_space;
 using namespace lbm;
+using namespace test;
 using namespace report;
 namespace {
 

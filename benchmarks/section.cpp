@@ -11,10 +11,10 @@
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "core/table.hpp"
-#include "lbm/known.hpp"
 #include "lbm/permeability.hpp"
 #include "lbm/sequence.hpp"
 #include "report/plot.hpp"
+#include "support/known_flows.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;
@@ -22,6 +22,7 @@ using namespace packing;
 using namespace converters;
 using namespace pore_space;
 using namespace lbm;
+using namespace test;
 using namespace shapes;
 using namespace report;
 namespace {

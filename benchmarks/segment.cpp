@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "benchmarks/benchmarks.hpp"
-#include "converters/simulated_scan.hpp"
 #include "core/data_file.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
@@ -12,8 +11,10 @@
 #include "imaging/write_volume.hpp"
 #include "stages/inputs.hpp"
 #include "stages/segment.hpp"
+#include "support/simulated_scan.hpp"
 
 namespace porepack::benchmarks {
+using namespace test;
 using namespace core;
 using namespace converters;
 using namespace pore_space;

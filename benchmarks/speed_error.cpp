@@ -12,10 +12,10 @@
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "core/table.hpp"
-#include "lbm/known.hpp"
 #include "report/plot.hpp"
 #include "stages/stages.hpp"
 #include "study/case_pipeline.hpp"
+#include "support/known_flows.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;
@@ -24,6 +24,7 @@ using namespace packing;
 using namespace converters;
 using namespace pore_space;
 using namespace lbm;
+using namespace test;
 using namespace openfoam;
 using namespace report;
 using namespace stages;

@@ -9,12 +9,13 @@
 #include "core/data_file.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
-#include "lbm/known.hpp"
 #include "report/plot.hpp"
 #include "stages/stages.hpp"
+#include "support/known_flows.hpp"
 #include "tortuosity/tortuosity.hpp"
 
 namespace porepack::benchmarks {
+using namespace test;
 using namespace core;
 using namespace shapes;
 using namespace packing;
@@ -150,7 +151,7 @@ Json diffusive_errors() {
     const double exact = (1.0 - f) / D;
     Json rows = Json::array();
     for (const int n : {10, 20, 40, 80}) {
-        const PoreSpace space = lbm::sphere_array(f, 1.0, lbm::simple_cubic(), Vec3(0.13, 0.27, 0.41)).space();
+        const PoreSpace space = test::sphere_array(f, 1.0, test::simple_cubic(), Vec3(0.13, 0.27, 0.41)).space();
         const auto run = [&](const char* walls, const auto& solve) {
             const Stopwatch watch;
             const DiffusiveResult result = solve();

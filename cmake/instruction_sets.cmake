@@ -7,6 +7,7 @@ function(instruction_set name)
   target_include_directories(porepack_kernel_${name} PRIVATE ${PROJECT_SOURCE_DIR}/src)
   target_link_libraries(porepack_kernel_${name} PRIVATE OpenMP::OpenMP_CXX fmt::fmt nlohmann_json::nlohmann_json Eigen3::Eigen)
   private_options(porepack_kernel_${name})
+  target_compile_options(porepack_kernel_${name} PRIVATE -ffp-contract=fast)
   target_sources(porepack_lbm PRIVATE $<TARGET_OBJECTS:porepack_kernel_${name}>)
 endfunction()
 

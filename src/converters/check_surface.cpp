@@ -2,7 +2,6 @@
 #include <CGAL/Polygon_mesh_processing/connected_components.h>
 #include <CGAL/Polygon_mesh_processing/measure.h>
 #include <CGAL/Polygon_mesh_processing/orientation.h>
-#include <CGAL/Polygon_mesh_processing/self_intersections.h>
 #include <CGAL/Polygon_mesh_processing/shape_predicates.h>
 #include <CGAL/Side_of_triangle_mesh.h>
 #include <CGAL/boost/graph/Face_filtered_graph.h>
@@ -12,7 +11,7 @@
 #include <algorithm>
 #include <set>
 
-#include "converters/cgal_mesh.hpp"
+#include "converters/mesh_intersections.hpp"
 #include "converters/surface.hpp"
 #include "core/error.hpp"
 #include "core/parallel.hpp"
@@ -145,7 +144,7 @@ std::string misplaced_shell(const Mesh& mesh, const ShellMap& shell, long shells
 }
 
 // Pairs of faces that cross each other. Slabs of the surface are searched in parallel: a face belongs to all slabs that it reaches.
-std::set<std::pair<Mesh::Face_index, Mesh::Face_index>> crossings_of(const Mesh& mesh) {
+std::set<FacePair> crossings_of(const Mesh& mesh) {
     std::vector<std::pair<double, double>> reach;  // of the faces, in z
     std::vector<double> middles;
     for (const auto face : mesh.faces()) {
@@ -158,7 +157,7 @@ std::set<std::pair<Mesh::Face_index, Mesh::Face_index>> crossings_of(const Mesh&
     std::vector<double> limits = {-1e300};
     for (std::size_t i = faces_of_a_slab; i + faces_of_a_slab / 2 < middles.size(); i += faces_of_a_slab) limits.push_back(middles[i]);
     limits.push_back(1e300);
-    std::set<std::pair<Mesh::Face_index, Mesh::Face_index>> all;
+    std::set<FacePair> all;
     parallel_for(limits.size() - 1, [&](std::size_t slab) {
         std::vector<Mesh::Face_index> inside;
         std::size_t i = 0;
@@ -166,15 +165,14 @@ std::set<std::pair<Mesh::Face_index, Mesh::Face_index>> crossings_of(const Mesh&
             if (reach[i].second >= limits[slab] && reach[i].first <= limits[slab + 1]) inside.push_back(face);
             ++i;
         }
-        std::vector<std::pair<Mesh::Face_index, Mesh::Face_index>> found;
-        pmp::self_intersections(inside, mesh, std::back_inserter(found));
+        const auto found = self_intersections(mesh, inside);
 #pragma omp critical
         for (const auto& [first, second] : found) all.insert(std::minmax(first, second));
     });
     return all;
 }
 
-void add_places(SurfaceCheck& check, const Mesh& mesh, const std::set<std::pair<Mesh::Face_index, Mesh::Face_index>>& crossings) {
+void add_places(SurfaceCheck& check, const Mesh& mesh, const std::set<FacePair>& crossings) {
     for (const auto& [first, second] : crossings) {
         const Point& p = mesh.point(mesh.source(mesh.halfedge(first)));
         check.fault_places.emplace_back(p.x(), p.y(), p.z());

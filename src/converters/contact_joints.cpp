@@ -11,8 +11,6 @@
 #include "converters/contact_joints.hpp"
 
 #include <CGAL/Polygon_mesh_processing/connected_components.h>
-#include <CGAL/Polygon_mesh_processing/corefinement.h>
-#include <CGAL/Polygon_mesh_processing/self_intersections.h>
 
 #include <algorithm>
 #include <map>
@@ -21,6 +19,7 @@
 #include <set>
 
 #include "converters/grain_mesh.hpp"
+#include "converters/mesh_intersections.hpp"
 #include "core/parallel.hpp"
 #include "shapes/bins.hpp"
 
@@ -127,8 +126,7 @@ bool new_crossing(const Facets& facets, Facets before) {
         const auto facet = facet_of(*mesh, face);
         return facet && std::binary_search(before.begin(), before.end(), *facet);
     };
-    std::vector<std::pair<Mesh::Face_index, Mesh::Face_index>> crossings;
-    pmp::self_intersections(*mesh, std::back_inserter(crossings));
+    const auto crossings = self_intersections(*mesh);
     return std::any_of(crossings.begin(), crossings.end(), [&](const auto& pair) { return !old(pair.first) || !old(pair.second); });
 }
 
@@ -141,8 +139,7 @@ std::optional<Joined> joined(const Facets& first, const Facets& second, const Fa
     if (!p || !q) return std::nullopt;
     Mesh box = bridge_mesh(bridge);
     auto cut = box.add_property_map<Mesh::Edge_index, bool>("e:cut", false).first;
-    for (Mesh* patch : {&*p, &*q})
-        pmp::corefine(*patch, box, CGAL::parameters::default_values(), CGAL::parameters::edge_is_constrained_map(cut));
+    for (Mesh* patch : {&*p, &*q}) cut_along_intersection(*patch, box, cut);
     Joined result;
     append_outside(result.first, *p, bridge);
     append_outside(result.second, *q, bridge);

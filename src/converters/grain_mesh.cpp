@@ -5,7 +5,6 @@
 #include "converters/grain_mesh.hpp"
 
 #include <CGAL/Polygon_mesh_processing/connected_components.h>
-#include <CGAL/Polygon_mesh_processing/corefinement.h>
 #include <CGAL/Polygon_mesh_processing/measure.h>
 #include <fmt/format.h>
 
@@ -13,6 +12,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "converters/mesh_intersections.hpp"
 #include "core/error.hpp"
 #include "core/interrupt.hpp"
 
@@ -126,11 +126,9 @@ void drop_cavities(Mesh& mesh) {
 }  // namespace
 
 void unite_into(Mesh& all, Mesh& part) {
-    Mesh result;
-    if (!pmp::corefine_and_compute_union(all, part, result))
-        throw NumericalError("CGAL cannot unite two bodies", {.fix = "change surface_deviation_m slightly"});
-    result.collect_garbage();
-    all = std::move(result);
+    auto united = boolean_of(Boolean::unite, all, part);
+    if (!united) throw NumericalError("CGAL cannot unite two bodies", {.fix = "change surface_deviation_m slightly"});
+    all = std::move(*united);
 }
 
 Mesh grain_mesh(const Shape& shape, double deviation, double thinner, int variant) {

@@ -1,5 +1,4 @@
 // Union and repair: the grains' meshes become one closed surface without faults in single precision, the precision of the STL file.
-#include <CGAL/Polygon_mesh_processing/repair_self_intersections.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,6 +9,7 @@
 
 #include "converters/contact_joints.hpp"
 #include "converters/grain_mesh.hpp"
+#include "converters/mesh_intersections.hpp"
 #include "converters/surface.hpp"
 #include "core/error.hpp"
 #include "core/log.hpp"
@@ -21,7 +21,6 @@ using namespace core;
 using namespace io;
 using namespace shapes;
 using namespace packing;
-namespace pmp = CGAL::Polygon_mesh_processing;
 namespace {
 
 constexpr double largest_change = 0.1;  // deviation and contact gap, of the smallest capsule diameter
@@ -220,8 +219,7 @@ void repair_crossings(TriangleSurface& surface, SurfaceCheck& check, double reac
                 near.push_back(face);
                 break;
             }
-    pmp::experimental::remove_self_intersections(near, *mesh, CGAL::parameters::preserve_genus(false));
-    mesh->collect_garbage();
+    repair_self_intersections(*mesh, near);
     TriangleSurface repaired = surface_of(facets_of(*mesh));
     SurfaceCheck again = check_surface(repaired);
     log_info("surface: local repair leaves {} of {} faults after rounding to single precision", again.fault_places.size(),

@@ -1,11 +1,11 @@
 // The boundary of the pore space inside the container, in named regions, and grains clipped by two planes.
-#include <CGAL/Polygon_mesh_processing/corefinement.h>
 #include <CGAL/Polygon_mesh_processing/triangulate_faces.h>
 #include <fmt/format.h>
 
 #include <cmath>
 #include <numbers>
 
+#include "converters/mesh_intersections.hpp"
 #include "converters/single_precision.hpp"
 #include "converters/surface.hpp"
 #include "core/error.hpp"
@@ -69,16 +69,14 @@ TriangleSurface clip_surface(const TriangleSurface& surface, const Section& sect
                        {high.x() + margin.x(), high.y() + margin.y()},
                        {low.x() - margin.x(), high.y() + margin.y()}},
                       section.z0, section.z1);
-    Mesh result;
-    if (!pmp::corefine_and_compute_intersection(grains, slab, result))
-        throw NumericalError("CGAL cannot clip the grains", {.fix = "move the section slightly"});
-    result.collect_garbage();
+    const auto inside = boolean_of(Boolean::intersect, grains, slab);
+    if (!inside) throw NumericalError("CGAL cannot clip the grains", {.fix = "move the section slightly"});
     // Where a plane passes close to a corner, it cuts edges at points that single precision cannot hold apart; OpenFOAM, too, merges points
     // that are as close as this.
     constexpr double steps = 20.0 * 6e-8;  // of single precision, relative
     const double smallest = steps * std::max(low.cwiseAbs().maxCoeff(), high.cwiseAbs().maxCoeff());
     const Mesh apart = without_slivers(
-        result, smallest, [&](const Point& p) { return std::min(std::abs(p.z() - section.z0), std::abs(p.z() - section.z1)) < smallest; });
+        *inside, smallest, [&](const Point& p) { return std::min(std::abs(p.z() - section.z0), std::abs(p.z() - section.z1)) < smallest; });
     const TriangleSurface clipped = surface_of(facets_of(apart));
     if (const SurfaceCheck check = check_surface(clipped); !check.fault.empty())
         throw NumericalError("the clipped grains are not one closed surface in single precision: " + check.fault,
@@ -89,13 +87,13 @@ TriangleSurface clip_surface(const TriangleSurface& surface, const Section& sect
 PoreSurface make_pore_surface(const TriangleSurface& grains_surface, const Container& container, const Section& section,
                               double deviation_m) {
     if (container.any_periodic()) throw UserError("a periodic cell has no inlet, outlet or wall", {.fix = "use the grains alone"});
-    Mesh grains = sound_mesh_of(grains_surface), space = prism(base_of(container, deviation_m), section.z0, section.z1), pores;
-    if (!pmp::corefine_and_compute_difference(space, grains, pores))
+    Mesh grains = sound_mesh_of(grains_surface), space = prism(base_of(container, deviation_m), section.z0, section.z1);
+    const auto pores = boolean_of(Boolean::subtract, space, grains);
+    if (!pores)
         throw NumericalError("CGAL cannot subtract the grains from the container",
                              {.fix = "change the section or surface_deviation_m slightly"});
-    pores.collect_garbage();
     PoreSurface result;
-    append(result.surface, pores);
+    append(result.surface, *pores);
     // A triangle lies on a plane of the section, or on one of the wall's planes, or is a grain's.
     const double slack = 1e-7 * (section.length() + container.high().norm());
     const auto base = base_of(container, deviation_m);

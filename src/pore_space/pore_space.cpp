@@ -117,9 +117,9 @@ std::optional<FlowWalls> PoreSpace::walls() const {
     return FlowWalls{*solid, container, kept_solid()};
 }
 
-LinkCuts PoreSpace::link_cuts(const PhaseImage& image, const Drive& drive) const {
+LinkCuts PoreSpace::link_cuts(const PhaseImage& phases, const Drive& drive) const {
     const std::optional<FlowWalls> exact = walls();
-    return exact ? find_cuts(image, *exact, drive) : find_cuts(image, drive);
+    return exact ? find_cuts(phases, *exact, drive) : find_cuts(phases, drive);
 }
 
 bool PoreSpace::computes_whole_bed() const {

@@ -66,7 +66,7 @@ struct PoreSpace {
     /// The exact wall positions; empty for an image. The pore space must outlive them.
     [[nodiscard]] std::optional<FlowWalls> walls() const;
     /// The links between pore cells of voxelise_at() that the solid closes.
-    [[nodiscard]] LinkCuts link_cuts(const core::PhaseImage& image, const Drive& drive) const;
+    [[nodiscard]] LinkCuts link_cuts(const core::PhaseImage& phases, const Drive& drive) const;
 
     /// The section and its buffers: the part in which the flow is computed.
     [[nodiscard]] packing::Section computed() const { return {section.z0 - buffers_m[0], section.z1 + buffers_m[1]}; }

@@ -9,12 +9,12 @@
 
 #include "converters/surface.hpp"
 #include "falling_head/level_curve.hpp"
-#include "helpers.hpp"
 #include "imaging/write_volume.hpp"
 #include "io/image.hpp"
 #include "lbm/checkpoint.hpp"
 #include "pore_space/pore_space.hpp"
 #include "stages/case.hpp"
+#include "support/helpers.hpp"
 
 namespace porepack {
 namespace {

@@ -29,8 +29,9 @@ try:
     for module in ("PIL", "pydicom", "tifffile"):  # used by images.py
         importlib.import_module(module)
 except ImportError as missing:
-    print(f"skipped: {missing}; install the packages of packages-test.apt, and use Debian's /usr/bin/python3", file=sys.stderr)
-    sys.exit(77)
+    required = os.environ.get("POREPACK_PACKAGES") == "required"
+    print(f"{'failed' if required else 'skipped'}: {missing}; install the packages of packages-test.apt, and use Debian's /usr/bin/python3", file=sys.stderr)
+    sys.exit(1 if required else 77)
 
 SANITIZED = "--sanitized" in sys.argv
 BAD = ("crash", "hang", "silent", "injected", "lost", "half-written", "unclear")

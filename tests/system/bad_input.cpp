@@ -2,8 +2,8 @@
 #include <cmath>
 #include <cstring>
 
-#include "helpers.hpp"
 #include "packing/packing.hpp"
+#include "support/helpers.hpp"
 
 namespace porepack {
 namespace {

@@ -5,9 +5,9 @@
 #include <thread>
 
 #include "core/table.hpp"
-#include "helpers.hpp"
 #include "packing/packing.hpp"
-#include "system/cases.hpp"
+#include "support/cases.hpp"
+#include "support/helpers.hpp"
 
 namespace porepack {
 namespace {
@@ -132,7 +132,7 @@ section_m = [0.0, 0.004]
 }
 
 TEST(Schemas, AreChecked) {
-    if (!test::has_schema_validator()) GTEST_SKIP() << "python3-jsonschema is not installed: results are not compared with docs/schema";
+    REQUIRE_INSTALLED(test::has_schema_validator(), "python3-jsonschema, which compares results with docs/schema,");
     const test::Folder folder;
     folder.write("results/lbm/manifest.json", "{}");
     folder.write("results/lbm/result.json",

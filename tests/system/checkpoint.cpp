@@ -1,9 +1,9 @@
 // A lattice Boltzmann run that was killed resumes from its checkpoint.
 #include <fstream>
 
-#include "helpers.hpp"
 #include "packing/packing.hpp"
 #include "record/digest.hpp"
+#include "support/helpers.hpp"
 
 namespace porepack {
 namespace {

@@ -1,5 +1,5 @@
 // The benchmark of intervals on cases that a seed draws: every kind runs, and every case is counted once.
-#include "helpers.hpp"
+#include "support/helpers.hpp"
 
 namespace porepack {
 namespace {

@@ -1,7 +1,7 @@
 // Lattice Boltzmann and OpenFOAM on the same packing.
 #include <cmath>
 
-#include "helpers.hpp"
+#include "support/helpers.hpp"
 
 namespace porepack {
 namespace {

@@ -3,9 +3,9 @@
 #include <numbers>
 
 #include "core/table.hpp"
-#include "helpers.hpp"
 #include "stages/case.hpp"
-#include "system/cases.hpp"
+#include "support/cases.hpp"
+#include "support/helpers.hpp"
 
 namespace porepack {
 namespace {

@@ -1,7 +1,7 @@
 // The numbers in the READMEs of the cases: expected.json beside a case.toml lists them, with their place in result.json.
 #include <cmath>
 
-#include "helpers.hpp"
+#include "support/helpers.hpp"
 
 namespace porepack {
 namespace {

@@ -1,6 +1,6 @@
 // The falling head from the command line: simulate, analyse, and a whole case with its causes.
-#include "helpers.hpp"
 #include "packing/packing.hpp"
+#include "support/helpers.hpp"
 
 namespace porepack {
 namespace {

@@ -4,13 +4,13 @@
 
 #include <cstring>
 
-#include "converters/simulated_scan.hpp"
 #include "converters/surface.hpp"
-#include "helpers.hpp"
 #include "imaging/gray.hpp"
 #include "imaging/write_volume.hpp"
 #include "io/image.hpp"
 #include "packing/packing.hpp"
+#include "support/helpers.hpp"
+#include "support/simulated_scan.hpp"
 
 namespace porepack {
 namespace {
@@ -106,7 +106,7 @@ TEST(HostileImage, WhatWasWrongInSilence) {
 TEST(HostileImage, GrayImagesAndTheirFlags) {
     const test::Folder folder;
     const Packing packing = three_spheres("box:0.03,0.03,0.036");
-    const core::GrayImage scan = converters::simulated_scan(Grains(packing), packing.container, 1e-3, {.blur_voxels = 0.6, .noise = 0.02});
+    const core::GrayImage scan = test::simulated_scan(Grains(packing), packing.container, 1e-3, {.blur_voxels = 0.6, .noise = 0.02});
     imaging::write_volume(folder.path() / "scan.nrrd", imaging::scan_of(scan, 30.0, 180.0));
     const std::string file = quoted(folder.path() / "scan.nrrd"), threshold = " --image-threshold volume";
     const std::string out = " --output " + quoted(folder.path() / "out");
@@ -329,7 +329,7 @@ TEST(HostileImage, ABedThatEndsInTheImageIsSeen) {
 TEST(NewCase, IsACopyWithoutResults) {
     const test::Folder folder;
     const std::string target = quoted(folder.path() / "mine");
-    EXPECT_EQ(porepack("new " + target + " --from sphere_array").exit_code, 0);
+    EXPECT_EQ(porepack("new " + target + " --from test::sphere_array").exit_code, 0);
     EXPECT_TRUE(std::filesystem::exists(folder.path() / "mine/case.toml"));
     EXPECT_TRUE(std::filesystem::exists(folder.path() / "mine/packing.json"));
     EXPECT_FALSE(std::filesystem::exists(folder.path() / "mine/results"));

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-#include "helpers.hpp"
-#include "system/cases.hpp"
+#include "support/cases.hpp"
+#include "support/helpers.hpp"
 
 namespace porepack {
 namespace {

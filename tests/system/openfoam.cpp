@@ -3,8 +3,8 @@
 #include <cmath>
 #include <thread>
 
-#include "helpers.hpp"
 #include "openfoam/foam.hpp"
+#include "support/helpers.hpp"
 
 namespace porepack {
 namespace {

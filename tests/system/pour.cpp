@@ -2,12 +2,12 @@
 #include <cmath>
 #include <thread>
 
-#include "helpers.hpp"
 #include "packing/grains.hpp"
 #include "pouring/batches.hpp"
 #include "pouring/dem/capsule_pour.hpp"
 #include "pouring/liggghts/liggghts.hpp"
 #include "record/digest.hpp"
+#include "support/helpers.hpp"
 
 namespace porepack {
 namespace {

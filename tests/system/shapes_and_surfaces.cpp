@@ -1,6 +1,6 @@
 // Mixtures, the extra surfaces and figure 7, through the program.
-#include "helpers.hpp"
 #include "packing/packing.hpp"
+#include "support/helpers.hpp"
 
 namespace porepack {
 namespace {

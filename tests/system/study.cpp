@@ -2,9 +2,9 @@
 #include <algorithm>
 
 #include "core/table.hpp"
-#include "helpers.hpp"
 #include "study/study.hpp"
-#include "system/cases.hpp"
+#include "support/cases.hpp"
+#include "support/helpers.hpp"
 
 namespace porepack {
 namespace {

@@ -4,10 +4,10 @@
 #include "core/owned_names.hpp"
 #include "core/pages.hpp"
 #include "core/table.hpp"
-#include "helpers.hpp"
 #include "pipeline/manifest.hpp"
 #include "record/digest.hpp"
 #include "record/toml_file.hpp"
+#include "support/helpers.hpp"
 
 namespace porepack {
 namespace {

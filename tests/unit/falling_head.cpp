@@ -2,9 +2,9 @@
 #include <limits>
 
 #include "falling_head/falling_head.hpp"
-#include "helpers.hpp"
 #include "permeability/fluid.hpp"
 #include "permeability/permeability.hpp"
+#include "support/helpers.hpp"
 
 namespace porepack {
 namespace {

@@ -9,11 +9,11 @@
 
 #include "converters/slices.hpp"
 #include "converters/surface.hpp"
-#include "helpers.hpp"
 #include "imaging/phases.hpp"
 #include "io/image.hpp"
 #include "pore_space/percolation.hpp"
 #include "pore_space/voxels.hpp"
+#include "support/helpers.hpp"
 
 namespace porepack {
 namespace {

@@ -7,9 +7,9 @@
 #include "core/log.hpp"
 #include "core/members.hpp"
 #include "core/table.hpp"
-#include "helpers.hpp"
 #include "record/toml_file.hpp"
 #include "stages/case.hpp"
+#include "support/helpers.hpp"
 
 namespace porepack {
 namespace {

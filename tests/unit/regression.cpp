@@ -4,12 +4,12 @@
 #include <random>
 
 #include "core/table.hpp"
-#include "helpers.hpp"
 #include "permeability/budget.hpp"
 #include "permeability/fluid.hpp"
 #include "permeability/permeability.hpp"
 #include "permeability/regression.hpp"
 #include "stages/case.hpp"
+#include "support/helpers.hpp"
 
 namespace porepack {
 namespace {

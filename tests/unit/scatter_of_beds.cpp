@@ -5,7 +5,7 @@
 #include <random>
 
 #include "design/scatter.hpp"
-#include "helpers.hpp"
+#include "support/helpers.hpp"
 
 namespace porepack {
 namespace {

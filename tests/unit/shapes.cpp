@@ -2,8 +2,8 @@
 #include <numbers>
 #include <random>
 
-#include "helpers.hpp"
 #include "shapes/config.hpp"
+#include "support/helpers.hpp"
 
 namespace porepack {
 namespace {

@@ -6,8 +6,8 @@
 #include <random>
 
 #include "core/table.hpp"
-#include "helpers.hpp"
 #include "study/formula.hpp"
+#include "support/helpers.hpp"
 
 namespace porepack {
 namespace {

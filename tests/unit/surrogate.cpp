@@ -6,7 +6,7 @@
 #include <random>
 
 #include "design/candidates.hpp"
-#include "helpers.hpp"
+#include "support/helpers.hpp"
 
 namespace porepack {
 namespace {

@@ -2,12 +2,12 @@
 #include <random>
 
 #include "core/table.hpp"
-#include "helpers.hpp"
 #include "lbm/wall_effect.hpp"
 #include "packing/structure.hpp"
 #include "permeability/budget.hpp"
 #include "permeability/descriptors.hpp"
 #include "permeability/section_scatter.hpp"
+#include "support/helpers.hpp"
 
 namespace porepack {
 namespace {

@@ -9,10 +9,10 @@
 #include <sstream>
 
 #include "core/machine.hpp"
-#include "helpers.hpp"
 #include "pouring/dem/thread_choice.hpp"
 #include "shapes/segments.hpp"
 #include "shapes/shape.hpp"
+#include "support/helpers.hpp"
 
 namespace porepack {
 namespace {

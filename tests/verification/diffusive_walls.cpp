@@ -6,9 +6,9 @@
 #include <random>
 
 #include "core/machine.hpp"
-#include "helpers.hpp"
 #include "stages/stages.hpp"
-#include "tortuosity/known.hpp"
+#include "support/helpers.hpp"
+#include "support/turned_arrays.hpp"
 #include "tortuosity/tortuosity.hpp"
 
 namespace porepack {
@@ -17,18 +17,19 @@ namespace {
 // One grid at several resolutions, mean over positions on the grid: at most 1.3 % at 10 cells per diameter, order 2.
 TEST(DiffusiveWalls, ASingleGridIsOfSecondOrder) {
     std::mt19937 random(77);
-    for (const auto& [grain, f] : {std::pair(TurnedArray::Grain::rod, 0.2), std::pair(TurnedArray::Grain::rod, 0.6),
-                                   std::pair(TurnedArray::Grain::simple_cubic, 0.343), std::pair(TurnedArray::Grain::body_centred, 0.45)}) {
+    for (const auto& [grain, f] :
+         {std::pair(test::TurnedArray::Grain::rod, 0.2), std::pair(test::TurnedArray::Grain::rod, 0.6),
+          std::pair(test::TurnedArray::Grain::simple_cubic, 0.343), std::pair(test::TurnedArray::Grain::body_centred, 0.45)}) {
         std::array<double, 3> errors{};
         for (std::size_t i = 0; i < 3; ++i) {
             const double cells = 10.0 * std::pow(1.6, i);
             for (int position = 0; position < 4; ++position) {
-                const TurnedArray array{.grain = grain, .solid_fraction = f, .shift = random_shift(random)};
+                const test::TurnedArray array{.grain = grain, .solid_fraction = f, .shift = test::random_shift(random)};
                 errors[i] += (diffusive_on_grid(array.space(), array.diameter() / cells, Axis::x).value / array.exact(Axis::x) - 1.0) / 4.0;
             }
         }
-        std::printf("  %s %.3f: errors %+.3f %+.3f %+.3f %%\n", grain == TurnedArray::Grain::rod ? "rods" : "spheres", f, 100 * errors[0],
-                    100 * errors[1], 100 * errors[2]);
+        std::printf("  %s %.3f: errors %+.3f %+.3f %+.3f %%\n", grain == test::TurnedArray::Grain::rod ? "rods" : "spheres", f,
+                    100 * errors[0], 100 * errors[1], 100 * errors[2]);
         EXPECT_LT(std::abs(errors[0]), 0.013);
         EXPECT_GT(std::log(std::abs(errors[0] / errors[2])) / std::log(2.56), 1.5);  // with the scatter between positions
     }
@@ -40,10 +41,10 @@ TEST(DiffusiveWalls, ASingleGridIsOfSecondOrder) {
 TEST(DiffusiveWalls, TouchingSpheresAreWithinTwoPerCentAtTenCells) {
     std::mt19937 random(31);
     for (const auto& [grain, f, reference] :
-         {std::tuple(TurnedArray::Grain::simple_cubic, std::numbers::pi / 6.0, 1.3865),
-          std::tuple(TurnedArray::Grain::body_centred, std::sqrt(3.0) * std::numbers::pi / 8.0, 1.4763)}) {
+         {std::tuple(test::TurnedArray::Grain::simple_cubic, std::numbers::pi / 6.0, 1.3865),
+          std::tuple(test::TurnedArray::Grain::body_centred, std::sqrt(3.0) * std::numbers::pi / 8.0, 1.4763)}) {
         for (int position = 0; position < 3; ++position) {
-            const TurnedArray array{.grain = grain, .solid_fraction = f, .shift = random_shift(random)};
+            const test::TurnedArray array{.grain = grain, .solid_fraction = f, .shift = test::random_shift(random)};
             const double single = diffusive_on_grid(array.space(), array.diameter() / 10, Axis::x).value / reference - 1.0;
             const double three = diffusive_tortuosity(array.space(), array.diameter() / 10, Axis::x).value() / reference - 1.0;
             std::printf("  %.3f: one grid %+.2f %%, three grids %+.2f %%\n", f, 100 * single, 100 * three);
@@ -61,11 +62,11 @@ TEST(DiffusiveWalls, IntervalsHoldOnTurnedArrays) {
     constexpr int count = 40;
     double worst = 0.0, errors = 0.0, widths = 0.0;
     for (int trial = 0; trial < count; ++trial) {
-        const auto grain = static_cast<TurnedArray::Grain>(trial % 3);
-        const auto turn = trial % 10 == 0   ? TurnedArray::Turn::about_z
-                          : trial % 10 == 5 ? TurnedArray::Turn::about_odd_axis
-                                            : TurnedArray::Turn::none;
-        const TurnedArray array = random_array(grain, turn, random);
+        const auto grain = static_cast<test::TurnedArray::Grain>(trial % 3);
+        const auto turn = trial % 10 == 0   ? test::TurnedArray::Turn::about_z
+                          : trial % 10 == 5 ? test::TurnedArray::Turn::about_odd_axis
+                                            : test::TurnedArray::Turn::none;
+        const test::TurnedArray array = test::random_array(grain, turn, random);
         const auto axis = static_cast<Axis>(trial / 3 % 3);
         const DiffusiveEstimate found = diffusive_tortuosity(array.space(), array.diameter() / (9.0 + 3.0 * unit(random)), axis);
         ASSERT_TRUE(found.interval()) << found.no_limit_because;
@@ -84,7 +85,7 @@ TEST(DiffusiveWalls, IntervalsHoldOnTurnedArrays) {
 
 // The same array from a section that cuts the spheres: in situ the array's value; between planes of given concentration too low.
 TEST(DiffusiveWalls, ASectionInSituIsThatOfTheArray) {
-    const double f = 0.343, exact = (1.0 - f) / among_spheres(f, false);
+    const double f = 0.343, exact = (1.0 - f) / test::among_spheres(f, false);
     Packing packing{.container = parse_container("box:1,1,7"),
                     .shapes = {make_preset(ShapeKind::sphere, std::cbrt(6.0 * f / std::numbers::pi), 0.0)},
                     .bodies = {}};
@@ -102,7 +103,7 @@ TEST(DiffusiveWalls, ASectionInSituIsThatOfTheArray) {
 TEST(DiffusiveWalls, NeverBelowOne) {
     std::mt19937 random(5);
     for (const double f : {0.1, 0.5, 0.7}) {
-        const TurnedArray array{.solid_fraction = f, .shift = random_shift(random)};
+        const test::TurnedArray array{.solid_fraction = f, .shift = test::random_shift(random)};
         const DiffusiveEstimate found = diffusive_tortuosity(array.space(), array.diameter() / 9.3, Axis::z);
         EXPECT_GE(found.value(), 1.0);
         EXPECT_NEAR(found.value(), 1.0, 2e-3);  // of the porosity
@@ -112,22 +113,22 @@ TEST(DiffusiveWalls, NeverBelowOne) {
 
 // (3 - eps)/2 is the least of isotropic packings: pores along rods are below it, those across rods and between spheres are not.
 TEST(DiffusiveWalls, AValueBelowTheIsotropicLimitCarriesANote) {
-    const auto note_of = [](const TurnedArray& array, Axis direction) {
+    const auto note_of = [](const test::TurnedArray& array, Axis direction) {
         const Json json = stages::run_tortuosity(stages::TortuosityKind::diffusive, array.space(),
                                                  {.voxel_size_m = array.diameter() / 10.0}, {.direction = direction}, {});
         return json.value("note", "");
     };
-    const TurnedArray rods{.solid_fraction = 0.3}, spheres{.grain = TurnedArray::Grain::simple_cubic, .solid_fraction = 0.3};
+    const test::TurnedArray rods{.solid_fraction = 0.3}, spheres{.grain = test::TurnedArray::Grain::simple_cubic, .solid_fraction = 0.3};
     EXPECT_TRUE(test::has(note_of(rods, Axis::z), "below (3 - porosity)/2 = 1.15"));
     EXPECT_EQ(note_of(rods, Axis::x), "");
     EXPECT_EQ(note_of(spheres, Axis::z), "");
 }
 
 TEST(DiffusiveWalls, TheNumberOfThreadsChangesNoBit) {
-    const TurnedArray array{.grain = TurnedArray::Grain::body_centred,
-                            .turn = TurnedArray::Turn::about_odd_axis,
-                            .solid_fraction = 0.4,
-                            .shift = {0.1, 0.2, 0.3}};
+    const test::TurnedArray array{.grain = test::TurnedArray::Grain::body_centred,
+                                  .turn = test::TurnedArray::Turn::about_odd_axis,
+                                  .solid_fraction = 0.4,
+                                  .shift = {0.1, 0.2, 0.3}};
     const PoreSpace space = array.space();
     const int threads = thread_count();
     set_thread_count(1);

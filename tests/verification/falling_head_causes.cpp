@@ -10,7 +10,7 @@
 #include "falling_head/falling_head.hpp"
 #include "falling_head/fit.hpp"
 #include "falling_head/plan.hpp"
-#include "helpers.hpp"
+#include "support/helpers.hpp"
 
 namespace porepack {
 namespace {

@@ -9,7 +9,7 @@
 #include "falling_head/falling_head.hpp"
 #include "falling_head/fit.hpp"
 #include "falling_head/paper_evaluation.hpp"
-#include "helpers.hpp"
+#include "support/helpers.hpp"
 
 namespace porepack {
 namespace {

@@ -8,7 +8,7 @@
 #include "falling_head/column.hpp"
 #include "falling_head/fit.hpp"
 #include "falling_head/simulated_noise.hpp"
-#include "helpers.hpp"
+#include "support/helpers.hpp"
 
 namespace porepack {
 namespace {

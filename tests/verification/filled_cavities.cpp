@@ -5,8 +5,8 @@
 #include <random>
 
 #include "converters/scanner.hpp"
-#include "helpers.hpp"
 #include "shapes/shape.hpp"
+#include "support/helpers.hpp"
 #include "tortuosity/tortuosity.hpp"
 
 namespace porepack {

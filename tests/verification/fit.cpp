@@ -6,12 +6,12 @@
 #include <random>
 
 #include "converters/scanner.hpp"
-#include "converters/simulated_scan.hpp"
-#include "helpers.hpp"
 #include "imaging/gray.hpp"
 #include "imaging/write_volume.hpp"
 #include "packing/grains.hpp"
 #include "poses/shape_points.hpp"
+#include "support/helpers.hpp"
+#include "support/simulated_scan.hpp"
 
 namespace porepack {
 namespace {
@@ -151,8 +151,7 @@ TEST(Poses, AMixtureInAnXRayScanIsFound) {
 // Another simulator: partial volumes, Gaussian blur, white noise. Wrong sizes are measured and named, a mirrored stack too.
 TEST(Poses, WrongSizesAndMirrorImagesAreNamed) {
     const Packing exact = random_bed({chiral()}, 14, 0.04, 5);
-    const GrayImage image =
-        converters::simulated_scan(Grains(exact), exact.container, d / 8.0, {.blur_voxels = 0.8, .noise = 0.05, .seed = 2});
+    const GrayImage image = test::simulated_scan(Grains(exact), exact.container, d / 8.0, {.blur_voxels = 0.8, .noise = 0.05, .seed = 2});
     const test::Folder folder;
     const Path scan = folder.path() / "scan.nrrd";
     write_volume(scan, imaging::scan_of(image, 40.0, 200.0));
@@ -181,7 +180,7 @@ TEST(Poses, WrongSizesAndMirrorImagesAreNamed) {
 TEST(Poses, LargeScansAreFittedSlabBySlab) {
     const Packing exact = random_bed({chiral()}, 14, 0.04, 5);
     const double h = d / 16.0;
-    const GrayImage image = converters::simulated_scan(Grains(exact), exact.container, h, {.blur_voxels = 0.8, .noise = 0.03, .seed = 2});
+    const GrayImage image = test::simulated_scan(Grains(exact), exact.container, h, {.blur_voxels = 0.8, .noise = 0.03, .seed = 2});
     const test::Folder folder;
     const Path scan = folder.path() / "scan.nrrd";
     write_volume(scan, imaging::scan_of(image, 40.0, 200.0));
@@ -205,13 +204,13 @@ TEST(Poses, LargeScansAreFittedSlabBySlab) {
 TEST(Poses, HardCases) {
     const test::Folder folder;
     const Path file = folder.path() / "scan.nrrd";
-    const auto fit = [&](const Packing& packing, const converters::ScanSettings& settings, const imaging::ImageConfig& image = {}) {
-        const GrayImage scan = converters::simulated_scan(Grains(packing), packing.container, d / 8.0, settings);
+    const auto fit = [&](const Packing& packing, const test::ScanSettings& settings, const imaging::ImageConfig& image = {}) {
+        const GrayImage scan = test::simulated_scan(Grains(packing), packing.container, d / 8.0, settings);
         write_volume(file, imaging::scan_of(scan, 40.0, 200.0));
         return stages::fit_image(file, image, packing.container, {bent()}, folder.path());
     };
     const Packing exact = random_bed({bent()}, 14, 0.04, 11);
-    for (const auto& settings : {converters::ScanSettings{.blur_voxels = 0.8, .noise = 0.1}, {.blur_voxels = 1.5, .noise = 0.03}}) {
+    for (const auto& settings : {test::ScanSettings{.blur_voxels = 0.8, .noise = 0.1}, {.blur_voxels = 1.5, .noise = 0.03}}) {
         // Blur of 1.5 voxels leaves no peak of the solid in the histogram of grains of 8 voxels.
         const Json found = fit(exact, settings, {.gray_levels = {40.0, 200.0}});
         EXPECT_TRUE(found.at("doubts").empty()) << found.at("doubts").dump();

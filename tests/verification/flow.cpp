@@ -2,11 +2,11 @@
 #include <cmath>
 #include <numbers>
 
-#include "arrays.hpp"
 #include "core/machine.hpp"
-#include "helpers.hpp"
 #include "io/image.hpp"
 #include "lbm/wall_effect.hpp"
+#include "support/arrays.hpp"
+#include "support/helpers.hpp"
 #include "tortuosity/tortuosity.hpp"
 
 namespace porepack {

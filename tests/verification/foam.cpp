@@ -2,9 +2,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "helpers.hpp"
 #include "openfoam/foam.hpp"
 #include "openfoam/foam_field.hpp"
+#include "support/helpers.hpp"
 
 namespace porepack {
 namespace {

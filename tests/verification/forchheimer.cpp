@@ -4,13 +4,13 @@
 #include <numbers>
 #include <random>
 
-#include "arrays.hpp"
-#include "helpers.hpp"
 #include "lbm/inertia.hpp"
 #include "lbm/mean_flow.hpp"
 #include "permeability/forchheimer.hpp"
 #include "permeability/inertial_laws.hpp"
 #include "stages/stages.hpp"
+#include "support/arrays.hpp"
+#include "support/helpers.hpp"
 
 namespace porepack {
 namespace {
@@ -132,7 +132,7 @@ TEST(Forchheimer, WeakInertiaAndTooFewFlows) {
 TEST(Inertia, SetsInWithTheSquareOfTheReynoldsNumber) {
     // Mei & Auriault (1991): k/k_apparent - 1 ~ Re^2 at small Re, in a cell that is symmetric about its middle. Without an end plane the
     // drag is the driving force.
-    const KnownFlow array = sphere_array(0.343, 15.39949, simple_cubic());
+    const test::KnownFlow array = test::sphere_array(0.343, 15.39949, test::simple_cubic());
     const std::array<double, 3> reynolds = {0.5, 1.0, 2.0};
     const InertialSeries series = lbm_inertial_flows(array.space(), 1.0 / 24, reynolds, array.diameter_m, {.tolerance = 1e-6});
     ASSERT_EQ(series.flows.size(), 3U) << series.stopped_by.value_or("");
@@ -153,7 +153,7 @@ TEST(Inertia, SetsInWithTheSquareOfTheReynoldsNumber) {
 // Three layers of spheres between water, the section one period in the middle: the flow there is nearly that of the periodic array.
 TEST(Inertia, APeriodInItsBedLosesAsMuchAsInThePeriodicCell) {
     const std::array<double, 2> reynolds = {2.0, 8.0};
-    const KnownFlow cell = sphere_array(0.343, 15.39949, simple_cubic()), layers = three_layers(0.343, 15.39949);
+    const test::KnownFlow cell = test::sphere_array(0.343, 15.39949, test::simple_cubic()), layers = test::three_layers(0.343, 15.39949);
     const InertialSeries periodic = lbm_inertial_flows(cell.space(), 1.0 / 16, reynolds, cell.diameter_m, {.tolerance = 1e-4});
     PoreSpace space = pore_space_of(layers.packing).with_section({2.0, 3.0}).with_ends(Ends::in_situ, 2.0);
     space.reservoir_m = 1.0;
@@ -227,7 +227,7 @@ TEST(MeanOfSeries, HoldsTheTruthOfCorrelatedSamples) {
 // Where the flow is steady, its mean in time is the steady flow, up to the walls: those of the other collision are of second order, too,
 // but less accurate.
 TEST(Inertia, MeansInTimeOfSteadyFlowsAreTheSteadyFlows) {
-    const KnownFlow array = sphere_array(0.343, 15.39949, simple_cubic());
+    const test::KnownFlow array = test::sphere_array(0.343, 15.39949, test::simple_cubic());
     const std::array<double, 2> reynolds = {5.0, 20.0};
     constexpr double falls_per_reynolds = 0.005;  // k falls by 7 % from Re 5 to 20
     std::array<double, 3> difference{};
@@ -261,7 +261,7 @@ TEST(Inertia, MeansInTimeOfSteadyFlowsAreTheSteadyFlows) {
 
 // By default, the means in time of a flow that is steady give the inertial permeability of the steady scheme, within the stated interval.
 TEST(Inertia, MeansInTimeStateTheErrorOfTheirWalls) {
-    const KnownFlow array = sphere_array(0.45, 1.0, body_centred(), {0.1, 0.2, 0.3});
+    const test::KnownFlow array = test::sphere_array(0.45, 1.0, test::body_centred(), {0.1, 0.2, 0.3});
     const PoreSpace space = pore_space_of(array.packing);
     const test::Folder folder;
     ForchheimerConfig config{.reynolds = {0.5, 5.0, 10.0, 20.0}, .grids = 1, .openfoam = false};
@@ -281,7 +281,7 @@ TEST(Inertia, MeansInTimeStateTheErrorOfTheirWalls) {
 
 // Where the walls change k by more than is allowed, there is no flow, and the reason names a voxel size that would do.
 TEST(Inertia, MeansInTimeEndWhereTheirWallsAreTooCoarse) {
-    const KnownFlow array = sphere_array(0.343, 15.39949, simple_cubic());
+    const test::KnownFlow array = test::sphere_array(0.343, 15.39949, test::simple_cubic());
     const std::array<double, 2> reynolds = {2.0, 60.0};
     const auto series_of = [&](double voxel_m) {
         return lbm_inertial_flows(array.space(), voxel_m, reynolds, array.diameter_m, {.in_time = InertialCriterion::InTime{}});
@@ -296,7 +296,7 @@ TEST(Inertia, MeansInTimeEndWhereTheirWallsAreTooCoarse) {
 }
 
 TEST(Inertia, MeansInTimeNeedAPeriodicBox) {
-    const KnownFlow layers = three_layers(0.343, 15.39949);
+    const test::KnownFlow layers = test::three_layers(0.343, 15.39949);
     const std::array<double, 1> reynolds = {5.0};
     const std::string message = test::message_of<UserError>([&] {
         (void)lbm_inertial_flows(pore_space_of(layers.packing).with_section({2.0, 3.0}), 1.0 / 8, reynolds, 1.0,
@@ -307,7 +307,7 @@ TEST(Inertia, MeansInTimeNeedAPeriodicBox) {
 
 // Spheres in contact at Re of some hundreds: the flow does not become steady, and its mean is known with a statistical error.
 TEST(Inertia, FlowsThatAreNotSteadyHaveAMean) {
-    const KnownFlow array = sphere_array(std::numbers::pi / 6.0, 42.1005, simple_cubic());
+    const test::KnownFlow array = test::sphere_array(std::numbers::pi / 6.0, 42.1005, test::simple_cubic());
     const std::array<double, 3> reynolds = {50.0, 120.0, 240.0};
     const InertialSeries series = lbm_inertial_flows(array.space(), array.diameter_m / 32.0, reynolds, array.diameter_m,
                                                      {.in_time = InertialCriterion::InTime{.tolerance = 0.05, .most_turnovers = 400.0}});

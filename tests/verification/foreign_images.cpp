@@ -10,9 +10,9 @@
 #include <numeric>
 
 #include "core/own_process.hpp"
-#include "helpers.hpp"
 #include "imaging/volume.hpp"
 #include "io/image.hpp"
+#include "support/helpers.hpp"
 
 namespace porepack {
 namespace {

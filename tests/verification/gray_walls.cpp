@@ -3,13 +3,13 @@
 #include <numbers>
 #include <random>
 
-#include "converters/simulated_scan.hpp"
-#include "helpers.hpp"
 #include "imaging/find_tube.hpp"
 #include "imaging/write_volume.hpp"
-#include "lbm/known.hpp"
 #include "stages/gray.hpp"
 #include "stages/stages.hpp"
+#include "support/helpers.hpp"
+#include "support/known_flows.hpp"
+#include "support/simulated_scan.hpp"
 
 namespace porepack {
 namespace {
@@ -17,9 +17,9 @@ namespace {
 using namespace imaging;
 using core::UserError;
 
-double gray_permeability(const lbm::KnownFlow& flow, double voxels, double blur, double noise,
+double gray_permeability(const test::KnownFlow& flow, double voxels, double blur, double noise,
                          std::optional<core::Interval>* interval = nullptr) {
-    const core::GrayImage scan = converters::simulated_scan(*flow.solid, flow.container, flow.diameter_m / voxels, {blur, noise, 3});
+    const core::GrayImage scan = test::simulated_scan(*flow.solid, flow.container, flow.diameter_m / voxels, {blur, noise, 3});
     const stages::GrayInput input =
         stages::read_gray(scan_of(scan, 0.0, 1.0), {.threshold = "volume", .gray_levels = {0.0, 1.0}}, flow.container, flow.name);
     const pore_space::PoreSpace space = pore_space_of(input.solid, flow.container, {0.0, flow.container.height()}, flow.name);
@@ -34,8 +34,8 @@ double gray_permeability(const lbm::KnownFlow& flow, double voxels, double blur,
 
 TEST(GrayWalls, ErrorsFallWithTheVoxels) {
     const shapes::Vec3 shift(0.13, 0.29, 0.41);
-    const auto loose = lbm::sphere_array(0.343, 15.39949, lbm::simple_cubic(), shift);
-    const auto touching = lbm::sphere_array(std::numbers::pi / 6.0, 42.1005, lbm::simple_cubic(), shift);
+    const auto loose = test::sphere_array(0.343, 15.39949, test::simple_cubic(), shift);
+    const auto touching = test::sphere_array(std::numbers::pi / 6.0, 42.1005, test::simple_cubic(), shift);
     std::vector<double> far, near;
     for (const double voxels : {10.0, 20.0, 40.0}) {
         far.push_back(std::abs(gray_permeability(loose, voxels, 0.5, 0.0)));
@@ -50,10 +50,10 @@ TEST(GrayWalls, ErrorsFallWithTheVoxels) {
 }
 
 TEST(GrayWalls, TheIntervalHoldsNoiseBlurAndContacts) {
-    for (const auto& [solid, drag, centres] : {std::tuple(0.343, 15.39949, lbm::simple_cubic()),
-                                               {std::numbers::pi / 6.0, 42.1005, lbm::simple_cubic()},
-                                               {0.6, 88.8734, lbm::body_centred()}}) {
-        const auto flow = lbm::sphere_array(solid, drag, centres, {0.4, 0.1, 0.7});
+    for (const auto& [solid, drag, centres] : {std::tuple(0.343, 15.39949, test::simple_cubic()),
+                                               {std::numbers::pi / 6.0, 42.1005, test::simple_cubic()},
+                                               {0.6, 88.8734, test::body_centred()}}) {
+        const auto flow = test::sphere_array(solid, drag, centres, {0.4, 0.1, 0.7});
         std::optional<core::Interval> interval;
         const double error = gray_permeability(flow, 20.0, 1.0, 0.03, &interval);
         ASSERT_TRUE(interval.has_value());
@@ -66,12 +66,12 @@ TEST(GrayWalls, TheIntervalHoldsNoiseBlurAndContacts) {
 // The tortuosity factors of these arrays: see diffusive_walls.cpp. The constant for contacts comes from the last two with a blur of 0.7
 // voxels at 12 and 20 voxels per diameter, and from poured tetrapods; these scans are others.
 TEST(GrayWalls, TheIntervalOfTheTortuosityFactorHoldsBlurAndContacts) {
-    for (const auto& [solid, exact, centres] : {std::tuple(0.343, 1.1825, lbm::simple_cubic()),
-                                                {std::numbers::pi / 6.0, 1.3865, lbm::simple_cubic()},
-                                                {std::sqrt(3.0) * std::numbers::pi / 8.0, 1.4763, lbm::body_centred()}})
+    for (const auto& [solid, exact, centres] : {std::tuple(0.343, 1.1825, test::simple_cubic()),
+                                                {std::numbers::pi / 6.0, 1.3865, test::simple_cubic()},
+                                                {std::sqrt(3.0) * std::numbers::pi / 8.0, 1.4763, test::body_centred()}})
         for (const double blur : {0.5, 1.1}) {
-            const auto flow = lbm::sphere_array(solid, 1.0, centres, {0.2, 0.6, 0.3});
-            const core::GrayImage scan = converters::simulated_scan(*flow.solid, flow.container, flow.diameter_m / 15.0, {blur, 0.02, 4});
+            const auto flow = test::sphere_array(solid, 1.0, centres, {0.2, 0.6, 0.3});
+            const core::GrayImage scan = test::simulated_scan(*flow.solid, flow.container, flow.diameter_m / 15.0, {blur, 0.02, 4});
             const stages::GrayInput input =
                 stages::read_gray(scan_of(scan, 0.0, 1.0), {.threshold = "volume", .gray_levels = {0.0, 1.0}}, flow.container, flow.name);
             const pore_space::PoreSpace space = pore_space_of(input.solid, flow.container, {0.0, flow.container.height()}, flow.name);
@@ -88,9 +88,9 @@ TEST(GrayWalls, TheIntervalOfTheTortuosityFactorHoldsBlurAndContacts) {
 
 // k of an image of half the resolution, computed as a change: that of an image which was made with such voxels.
 TEST(GrayWalls, TheAveragedImageIsThatOfLargerVoxels) {
-    const auto flow = lbm::sphere_array(0.343, 15.39949, lbm::simple_cubic(), {0.13, 0.29, 0.41});
+    const auto flow = test::sphere_array(0.343, 15.39949, test::simple_cubic(), {0.13, 0.29, 0.41});
     const auto input_of = [&](double voxels, double blur) {
-        const core::GrayImage scan = converters::simulated_scan(*flow.solid, flow.container, flow.diameter_m / voxels, {blur, 0.0, 3});
+        const core::GrayImage scan = test::simulated_scan(*flow.solid, flow.container, flow.diameter_m / voxels, {blur, 0.0, 3});
         return stages::read_gray(scan_of(scan, 0.0, 1.0), {.threshold = "volume", .gray_levels = {0.0, 1.0}}, flow.container, flow.name);
     };
     const stages::GrayInput fine = input_of(16.0, 1.4), coarse = input_of(8.0, 0.7);
@@ -127,7 +127,7 @@ TEST(GrayWalls, LevelsAreFoundAndTheTubeIsSubtracted) {
     const double exact = packing::porosity(solid, tube, {0.0, 0.04}).value;
     for (const double noise : {0.0, 0.05}) {
         const core::GrayImage image =
-            converters::simulated_scan(solid, tube, 4e-4, {.blur_voxels = 0.8, .noise = noise, .seed = 7, .tube = true});
+            test::simulated_scan(solid, tube, 4e-4, {.blur_voxels = 0.8, .noise = noise, .seed = 7, .tube = true});
         const stages::GrayInput input = stages::read_gray(scan_of(image, 40.0, 180.0), {.threshold = "volume"}, tube, "scan");
         EXPECT_NEAR(input.notes.pore_level, 40.0, 0.3);
         EXPECT_NEAR(input.notes.solid_level, 180.0, 0.6);
@@ -156,7 +156,7 @@ TEST(GrayWalls, RingsHardlyChangeThePorosity) {
     }
     const packing::Grains solid(packing);
     const double exact = packing::porosity(solid, tube, {0.0, 0.04}).value;
-    core::GrayImage image = converters::simulated_scan(solid, tube, 4e-4, {.blur_voxels = 0.7, .noise = 0.02, .seed = 7, .tube = true});
+    core::GrayImage image = test::simulated_scan(solid, tube, 4e-4, {.blur_voxels = 0.7, .noise = 0.02, .seed = 7, .tube = true});
     std::normal_distribution<double> gain(0.0, 0.05);
     std::vector<double> ring(200);
     for (double& value : ring) value = gain(random);

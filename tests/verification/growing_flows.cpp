@@ -4,9 +4,9 @@
 #include <cmath>
 #include <random>
 
-#include "arrays.hpp"
-#include "helpers.hpp"
 #include "lbm/sequence.hpp"
+#include "support/arrays.hpp"
+#include "support/helpers.hpp"
 
 namespace porepack {
 namespace {

@@ -19,11 +19,11 @@
 #include <fstream>
 #include <random>
 
-#include "helpers.hpp"
 #include "imaging/phases.hpp"
 #include "imaging/write_volume.hpp"
 #include "io/image.hpp"
 #include "pore_space/pore_space.hpp"
+#include "support/helpers.hpp"
 
 namespace porepack {
 namespace {

@@ -1,10 +1,10 @@
 // The estimated iteration error against the true one, and what keeps the iteration fast and sound.
 #include <cmath>
 
-#include "arrays.hpp"
-#include "helpers.hpp"
 #include "lbm/sequence.hpp"
-#include "lbm/slow_flows.hpp"
+#include "support/arrays.hpp"
+#include "support/helpers.hpp"
+#include "support/slow_flows.hpp"
 
 namespace porepack {
 namespace {

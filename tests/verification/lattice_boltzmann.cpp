@@ -1,13 +1,13 @@
 // Interpolated walls and the fast kernel: distances, the two kernels against each other, accuracy on arrays and ducts.
 #include <algorithm>
 
-#include "arrays.hpp"
 #include "converters/surface.hpp"
-#include "helpers.hpp"
 #include "lbm/kernels/cpu/addresses.hpp"
 #include "lbm/kernels/cpu/kernel.hpp"
 #include "lbm/lattice.hpp"
 #include "lbm/sequence.hpp"
+#include "support/arrays.hpp"
+#include "support/helpers.hpp"
 
 namespace porepack {
 namespace {

@@ -2,8 +2,8 @@
 #include <cmath>
 #include <random>
 
-#include "arrays.hpp"
-#include "helpers.hpp"
+#include "support/arrays.hpp"
+#include "support/helpers.hpp"
 
 namespace porepack {
 namespace {

@@ -1,12 +1,12 @@
 // Sequences of grids: tolerance and interval, initial fields from coarser grids, the tensor, ends, parts of a section.
 #include <cmath>
 
-#include "arrays.hpp"
 #include "core/machine.hpp"
-#include "helpers.hpp"
 #include "lbm/start.hpp"
 #include "stages/results.hpp"
 #include "stages/stages.hpp"
+#include "support/arrays.hpp"
+#include "support/helpers.hpp"
 
 namespace porepack {
 namespace {
@@ -22,7 +22,7 @@ TEST(Memory, IsUsedAsPredicted) {
     const test::Folder folder;
     for (const Precision precision : {Precision::double_precision, Precision::single_precision}) {
         const LbmConfig config{.precision = precision, .relaxation_time = 1.2, .iteration_tolerance = 0.05, .grids = 2};
-        const GeometryConfig geometry{.voxel_size_m = 1.0 / 171};
+        const GeometryConfig geometry{.voxel_size_m = 1.0 / 128};
         reset_peak_memory();
         const double before = peak_memory_bytes();
         const Json result = stages::run_lbm(space, geometry, config, folder.path(), {});

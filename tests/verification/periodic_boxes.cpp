@@ -2,10 +2,10 @@
 // stretched.
 #include <cmath>
 
-#include "helpers.hpp"
 #include "lbm/inertia.hpp"
-#include "lbm/known.hpp"
 #include "lbm/permeability.hpp"
+#include "support/helpers.hpp"
+#include "support/known_flows.hpp"
 #include "tortuosity/tortuosity.hpp"
 
 namespace porepack {

@@ -1,12 +1,12 @@
 // The pore space described, against exact answers.
 #include <random>
 
-#include "helpers.hpp"
-#include "lbm/known.hpp"
 #include "permeability/section_scatter.hpp"
 #include "pore_space/pore_space.hpp"
 #include "pores/pores.hpp"
 #include "stages/stages.hpp"
+#include "support/helpers.hpp"
+#include "support/known_flows.hpp"
 #include "tortuosity/tortuosity.hpp"
 
 namespace porepack {
@@ -94,18 +94,19 @@ void expect_within_two_and_a_half(const std::string& name, double estimate_m2, d
 // Spheres from a solid fraction of 0.3 to contact, and flow along cylinders. Across cylinders the estimate is too low by 2.4 to 4.2, as
 // docs/pores.md says. 40 voxels per cell: throats of 0.19 cells, the narrowest, have 8.
 TEST(Pores, KatzThompsonOfArrays) {
-    const auto expect = [](const lbm::KnownFlow& flow) {
+    const auto expect = [](const test::KnownFlow& flow) {
         const double estimate =
             katz_thompson_m2_of(flow.space(), packing::Grains(flow.packing), 1.0 / 40.0, static_cast<int>(flow.direction));
         expect_within_two_and_a_half(flow.name, estimate, flow.permeability_m2);
     };
-    for (const lbm::SphereDrag& row : lbm::sphere_drags()) {
+    for (const test::SphereDrag& row : test::sphere_drags()) {
         if (row.solid_fraction < 0.29) continue;
-        if (row.simple_cubic > 0.0) expect(lbm::sphere_array(row.solid_fraction, row.simple_cubic, lbm::simple_cubic()));
-        if (row.body_centred > 0.0) expect(lbm::sphere_array(row.solid_fraction, row.body_centred, lbm::body_centred()));
+        if (row.simple_cubic > 0.0) expect(test::sphere_array(row.solid_fraction, row.simple_cubic, test::simple_cubic()));
+        if (row.body_centred > 0.0) expect(test::sphere_array(row.solid_fraction, row.body_centred, test::body_centred()));
     }
-    for (const lbm::CylinderDrag& row : lbm::cylinder_drags())
-        if (row.solid_fraction > 0.29) expect(lbm::cylinder_array(row.solid_fraction, row.along, 0.1, shapes::Vec3::Zero(), core::Axis::z));
+    for (const test::CylinderDrag& row : test::cylinder_drags())
+        if (row.solid_fraction > 0.29)
+            expect(test::cylinder_array(row.solid_fraction, row.along, 0.1, shapes::Vec3::Zero(), core::Axis::z));
 }
 
 // k of these sections by lattice Boltzmann: 0.87 on voxels of 0.6 mm (docs/lattice-boltzmann.md), the others on voxels of 0.9 mm
@@ -126,7 +127,7 @@ TEST(Pores, KatzThompsonOfSettledBeds) {
 
 // Four spheres in contact leave a throat of sqrt(2) - 1 diameters.
 TEST(Pores, TheThroatBetweenSpheresInContact) {
-    const auto flow = lbm::sphere_array(std::numbers::pi / 6.0, 42.1005, lbm::simple_cubic());
+    const auto flow = test::sphere_array(std::numbers::pi / 6.0, 42.1005, test::simple_cubic());
     std::vector<double> errors;
     for (const double voxels : {20.0, 40.0, 80.0}) {
         const PhaseImage image = flow.space().voxelise_at(1.0 / voxels);

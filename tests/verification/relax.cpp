@@ -5,11 +5,11 @@
 #include <numeric>
 #include <random>
 
-#include "helpers.hpp"
 #include "packing/grains.hpp"
 #include "packing/structure.hpp"
 #include "pouring/dem/capsule_pour.hpp"
 #include "stages/relax.hpp"
+#include "support/helpers.hpp"
 
 namespace porepack {
 namespace {

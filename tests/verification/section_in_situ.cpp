@@ -2,10 +2,10 @@
 #include <gtest/gtest.h>
 
 #include "core/data_file.hpp"
-#include "lbm/known.hpp"
 #include "lbm/layers.hpp"
 #include "lbm/permeability.hpp"
 #include "openfoam/foam_field.hpp"
+#include "support/known_flows.hpp"
 
 using namespace porepack;
 using namespace porepack::core;
@@ -42,7 +42,7 @@ TEST(InSitu, TheGradientIsTheDropOverTheLayers) {
 }
 
 TEST(InSitu, ASliceAloneAgreesWithTheSliceInItsBed) {
-    const double h = 1.2e-3, slice = 20.0 * h, z0 = 110.0 * h;
+    const double h = 1.5e-3, slice = 16.0 * h, z0 = 88.0 * h;
     const PoreSpace bed = pore_space_of(read_packing(data_file("cases") / "paper_packing" / "settled" / "tetrapod_053.json.gz"));
     const LbmResult whole = lbm_permeability(bed.with_section({z0, z0 + 2.0 * slice}).with_ends(Ends::in_situ, 0.04), h, one_grid(2));
     // 1.5 diameters of the sphere with the volume of a grain, 7.33e-7 m3.
@@ -63,8 +63,8 @@ TEST(InSitu, ASliceAloneAgreesWithTheSliceInItsBed) {
 
 // One period, cut between the layers and through the spheres: the array's k; constant pressure on the planes gives more.
 TEST(InSitu, APeriodOfAnArrayCutAnywhereHasItsPermeability) {
-    const SphereDrag& drag = sphere_drags()[3];
-    const KnownFlow array = three_layers(drag.solid_fraction, drag.simple_cubic);
+    const test::SphereDrag& drag = test::sphere_drags()[3];
+    const test::KnownFlow array = test::three_layers(drag.solid_fraction, drag.simple_cubic);
     for (const double low : {1.75, 2.0, 2.2}) {
         const PoreSpace space = pore_space_of(array.packing).with_section({low, low + 1.0});
         EXPECT_NEAR(lbm_permeability(space.with_ends(Ends::in_situ), 1.0 / 28, one_grid()).permeability_m2 / array.permeability_m2, 1.0,
@@ -97,7 +97,7 @@ TEST(InSitu, ChosenRelaxationTimesAreStable) {
 }
 
 TEST(InSitu, BuffersEndWhereTheBedEnds) {
-    const PoreSpace space = pore_space_of(three_layers(0.343, 15.39949).packing).with_section({2.0, 3.0});
+    const PoreSpace space = pore_space_of(test::three_layers(0.343, 15.39949).packing).with_section({2.0, 3.0});
     const PoreSpace in_situ = space.with_ends(Ends::in_situ, 0.25);
     EXPECT_EQ(in_situ.buffers_m, (std::array<double, 2>{0.25, 0.25}));
     EXPECT_FALSE(in_situ.computes_whole_bed());
@@ -114,7 +114,7 @@ TEST(InSitu, BuffersEndWhereTheBedEnds) {
 }
 
 TEST(InSitu, AnImageThatEndsAtTheSectionHasNothingToReachInto) {
-    const PoreSpace exact = pore_space_of(three_layers(0.343, 15.39949).packing).with_section({1.8, 3.2});
+    const PoreSpace exact = pore_space_of(test::three_layers(0.343, 15.39949).packing).with_section({1.8, 3.2});
     const auto image = [&](const Section& section) {
         return pore_space_of(exact.voxelise_at(0.05), exact.container, section, "an image").with_ends(Ends::in_situ);
     };

@@ -3,8 +3,8 @@
 #include <numbers>
 #include <random>
 
-#include "helpers.hpp"
 #include "shapes/shape.hpp"
+#include "support/helpers.hpp"
 
 namespace porepack {
 namespace {

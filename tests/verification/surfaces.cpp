@@ -4,8 +4,8 @@
 
 #include "converters/surface.hpp"
 #include "core/data_file.hpp"
-#include "helpers.hpp"
 #include "shapes/shape.hpp"
+#include "support/helpers.hpp"
 
 namespace porepack {
 namespace {

@@ -1,11 +1,11 @@
 // Solid between two nodes: plates thinner than a voxel, grazing grains, and edges that solid voxels share.
 #include <cmath>
 
-#include "arrays.hpp"
 #include "converters/surface.hpp"
-#include "helpers.hpp"
 #include "pore_space/link_cuts.hpp"
 #include "shapes/segments.hpp"
+#include "support/arrays.hpp"
+#include "support/helpers.hpp"
 #include "tortuosity/tortuosity.hpp"
 
 namespace porepack {

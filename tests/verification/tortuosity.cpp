@@ -5,9 +5,9 @@
 #include <random>
 
 #include "core/machine.hpp"
-#include "helpers.hpp"
 #include "packing/grains.hpp"
 #include "pore_space/percolation.hpp"
+#include "support/helpers.hpp"
 #include "tortuosity/tortuosity.hpp"
 
 namespace porepack {

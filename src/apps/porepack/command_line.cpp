@@ -2,12 +2,12 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstdlib>
-#include <map>
 #include <sstream>
 #include <system_error>
 
@@ -15,16 +15,11 @@
 #include "core/escape.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
-#include "study/case_pipeline.hpp"
+#include "stages/stages.hpp"
 
 namespace porepack::apps {
 using namespace core;
-using namespace record;
-using namespace packing;
-using namespace pore_space;
-using namespace pipeline;
 using namespace stages;
-using namespace study;
 namespace {
 
 void add_common(CLI::App& command, Common& common, const std::string& example) {
@@ -47,18 +42,6 @@ std::string version_text() {
         text += fmt::format("  {:<10} {}\n", name, version.get<std::string>().empty() ? "not found" : version.get<std::string>());
     text.pop_back();
     return text;
-}
-
-// Of "packing.seed=5" and the like, by table.
-std::map<std::string, Flags> keys_of(const std::vector<std::string>& set) {
-    std::map<std::string, Flags> keys;
-    for (const std::string& one : set) {
-        const std::size_t dot = one.find('.'), equals = one.find('=');
-        if (dot == std::string::npos || equals == std::string::npos || dot > equals)
-            throw UserError(fmt::format("\"{}\" sets nothing", one), {.where = "--set", .allowed = "table.key=value (packing.seed=5)"});
-        keys[one.substr(0, dot)][one.substr(dot + 1, equals - dot - 1)] = one.substr(equals + 1);
-    }
-    return keys;
 }
 
 // "number [m]", "one of x, y, z", ...: what --help shows behind a flag.
@@ -125,73 +108,74 @@ std::string suggestion(const CLI::App& app, const std::vector<std::string>& argu
     return {};
 }
 
-void print_lines(const Json& json, const std::string& indent = "") {
-    for (const auto& [key, value] : json.items()) {
-        if (value.is_object()) {
-            fmt::print("{}{}:\n", indent, key);
-            print_lines(value, indent + "  ");
-        } else if (value.is_array() && !value.empty() && value.front().is_object()) {
-            for (const auto& entry : value) {
-                fmt::print("{}{}:\n", indent, key);
-                print_lines(entry, indent + "  ");
-            }
-        } else if (value.is_number_float()) {
-            fmt::print("{}{}: {:.6g}\n", indent, key, value.get<double>());
-        } else {
-            fmt::print("{}{}: {}\n", indent, key, value.is_string() ? for_terminal(value.get<std::string>()) : value.dump());
-        }
-    }
-}
-
-// The main numbers of a stage's result; of other stages, everything.
-void print_summary(const std::string& stage, const Json& result) {
-    static const std::map<std::string, std::vector<const char*>> main_keys = {
-        {"shape", {"volume_m3", "sphericity", "equal_volume_diameter_m", "convexity"}},
-        {"pack", {"grains", "porosity_bed", "bed_height_m", "coordination_number", "at_rest"}},
-        {"stl", {"triangles", "volume_m3", "volume_error", "closed", "self_intersecting"}},
-        {"voxelise", {"cells", "voxel_size_m", "section_m", "porosity", "porosity_interval"}},
-        {"slices", {"slices", "spacing_m", "pixel_m", "section_m"}},
-        {"lbm",
-         {"permeability_m2", "permeability_interval_m2", "interval_meaning", "section_m", "porosity", "/fine/voxel_size_m", "converged"}},
-        {"falling-head-analysis",
-         {"sample_length_m", "inertia_coefficient", "/packings/0/least_squares/permeability_m2",
-          "/packings/0/least_squares/permeability_interval_m2", "/packings/0/least_squares/inertial_permeability_m", "verdict",
-          "verdict_inertial"}},
-        {"foam", {"permeability_m2", "permeability_interval_m2", "section_m", "converged", "cells"}},
-        {"segment", {"grains", "container", "section_m", "porosity", "median_grain_volume_m3"}},
-        {"fit", {"grains", "container", "section_m", "porosity", "end_uncertainty_m", "residual", "unexplained_solid", "doubts"}}};
-    const auto found = main_keys.find(stage);
-    if (found == main_keys.end() || (result.contains("packings") && result["packings"].size() > 1)) return print_lines(result);
-    for (const std::string key : found->second) {
-        const Json::json_pointer at(key.starts_with("/") ? key : "/" + key);
-        if (!result.contains(at)) continue;
-        const Json& value = result.at(at);
-        std::string text;
-        for (const Json& entry : value.is_array() ? value : Json::array({value}))
-            text += (text.empty() ? "" : ", ") + (entry.is_number_float() ? fmt::format("{:.4g}", entry.get<double>())
-                                                  : entry.is_null()       ? std::string("none")
-                                                  : entry.is_string()     ? entry.get<std::string>()
-                                                                          : entry.dump());
-        fmt::print("{}: {}\n", at.back(), text.empty() ? "none" : text);
-    }
-}
-
 }  // namespace
 
-void print_stage(const Common& common, const std::string& stage, const Json& result, const Path& manifest) {
-    if (common.json || common.verbose) return print_result(common, result);
-    print_summary(stage, result);
-    constexpr std::size_t most_files = 6;
-    const Json written = read_json(manifest);
-    const Json& files = written.at("outputs_sha256");
-    if (files.size() > most_files)
-        fmt::print("written: {} files in {}\n", files.size(), for_terminal(manifest.parent_path().lexically_normal().string()));
-    else
-        for (const auto& [file, digest] : files.items())
-            fmt::print("written: {}\n", for_terminal((manifest.parent_path() / file).lexically_normal().string()));
+Option Option::type_name(const std::string& text) {
+    option_->type_name(text);
+    return *this;
+}
+Option Option::required(bool is) {
+    option_->required(is);
+    return *this;
+}
+// CLI11 would describe a range in its own words.
+Option Option::range(long low, long high) {
+    option_->check(CLI::Validator(CLI::Range(low, high)).description(""));
+    return *this;
+}
+Option Option::range(double low, double high) {
+    option_->check(CLI::Validator(CLI::Range(low, high)).description(""));
+    return *this;
+}
+Option Option::not_negative() {
+    option_->check(CLI::Validator(CLI::NonNegativeNumber).description(""));
+    return *this;
+}
+Option Option::one_of(const std::vector<std::string>& names) {
+    option_->check(CLI::Validator(CLI::IsMember(names)).description(""));
+    return *this;
+}
+Option Option::expected(int count) {
+    option_->expected(count);
+    return *this;
+}
+Option Option::delimiter(char between_values) {
+    option_->delimiter(between_values);
+    return *this;
+}
+Option Option::description(const std::string& text) {
+    option_->description(text);
+    return *this;
 }
 
-CommandLine::CommandLine() {
+Option Command::add_option(const std::string& name, std::string& value, const std::string& help) {
+    return Option(app_->add_option(name, value, help));
+}
+Option Command::add_option(const std::string& name, double& value, const std::string& help) {
+    return Option(app_->add_option(name, value, help));
+}
+Option Command::add_option(const std::string& name, long& value, const std::string& help) {
+    return Option(app_->add_option(name, value, help));
+}
+Option Command::add_option(const std::string& name, int& value, const std::string& help) {
+    return Option(app_->add_option(name, value, help));
+}
+Option Command::add_option(const std::string& name, std::vector<std::string>& values, const std::string& help) {
+    return Option(app_->add_option(name, values, help));
+}
+Option Command::add_option(const std::string& name, std::vector<double>& values, const std::string& help) {
+    return Option(app_->add_option(name, values, help));
+}
+void Command::add_flag(const std::string& name, bool& value, const std::string& help) {
+    app_->add_flag(name, value, help);
+}
+Option Command::option(const std::string& name) {
+    return Option(app_->get_option(name));
+}
+
+CommandLine::CommandLine()
+    : app_(std::make_unique<CLI::App>("From a grain's shape to the porosity, tortuosity and permeability of its packing.", "porepack")) {
+    CLI::App& app = *app_;
     app.require_subcommand(0, 1);
     app.set_version_flag("--version", version_text);
     app.footer(
@@ -203,7 +187,10 @@ CommandLine::CommandLine() {
         add_commands(*this);
 }
 
+CommandLine::~CommandLine() = default;
+
 int CommandLine::run(int argc, char** argv) {
+    CLI::App& app = *app_;
     arguments.assign(argv + 1, argv + argc);
     try {
         std::vector<std::string> words = with_joined_booleans(arguments);
@@ -237,27 +224,44 @@ int CommandLine::run(int argc, char** argv) {
 // "falling-head simulate ", as it was typed.
 std::string CommandLine::command_path() const {
     std::string path;
-    for (const CLI::App* at = &app; !at->get_subcommands().empty(); path += at->get_name() + " ") at = at->get_subcommands().front();
+    for (const CLI::App* at = app_.get(); !at->get_subcommands().empty(); path += at->get_name() + " ") at = at->get_subcommands().front();
     return path;
 }
 
-CLI::App& CommandLine::add(const std::string& name, const std::string& help, const std::string& example, std::function<void()> action) {
-    return add_below(app, name, help, example, std::move(action));
+Command CommandLine::add(const std::string& name, const std::string& help, const std::string& example, std::function<void()> action) {
+    return add_below(Command(app_.get()), name, help, example, std::move(action));
 }
 
-CLI::App& CommandLine::add_below(CLI::App& parent, const std::string& name, const std::string& help, const std::string& example,
-                                 std::function<void()> action) {
-    CLI::App& command = *parent.add_subcommand(name, help);
+Command CommandLine::add_below(Command parent, const std::string& name, const std::string& help, const std::string& example,
+                               std::function<void()> action) {
+    CLI::App& command = *parent.app_->add_subcommand(name, help);
     add_common(command, common, example);
     command.callback([this, action = std::move(action)] { action_ = action; });
-    return command;
+    return Command(&command);
 }
 
-void CommandLine::add_keys(CLI::App& command, const std::string& table, const std::vector<std::string>& leave_out) {
+Command CommandLine::add_group(const std::string& name, const std::string& help) {
+    CLI::App* const group = app_->add_subcommand(name, help);
+    group->require_subcommand(1);
+    return Command(group);
+}
+
+void CommandLine::add_plain(const std::string& name, const std::string& help, std::function<void()> action) {
+    app_->add_subcommand(name, help)->callback([this, action = std::move(action)] { action_ = action; });
+}
+
+void CommandLine::add_forwarded(const std::string& name, const std::string& help, std::function<void()> action) {
+    CLI::App* const command = app_->add_subcommand(name, help);
+    command->prefix_command();
+    command->set_help_flag();
+    command->callback([this, action = std::move(action)] { action_ = action; });
+}
+
+void CommandLine::add_keys(Command command, const std::string& table, const std::vector<std::string>& leave_out) {
     add_keys(command, settings_.describe_table(table), leave_out);
 }
 
-void CommandLine::add_keys(CLI::App& command, const Describe& describe, const std::vector<std::string>& leave_out) {
+void CommandLine::add_keys(Command command, const Describe& describe, const std::vector<std::string>& leave_out) {
     const auto left_out = [&](const std::string& key) { return std::find(leave_out.begin(), leave_out.end(), key) != leave_out.end(); };
     for (const auto& row : key_rows(describe)) {
         if (left_out(row.key) || row.type == "array of tables") continue;
@@ -275,10 +279,10 @@ void CommandLine::add_keys(CLI::App& command, const Describe& describe, const st
     }
 }
 
-CLI::Option* CommandLine::add_key(CLI::App& command, const KeyRow& row, const std::string& flag,
+CLI::Option* CommandLine::add_key(Command command, const KeyRow& row, const std::string& flag,
                                   const std::function<void(const std::string&)>& set) {
     if (row.type != "true or false") {
-        CLI::Option* const option = command.add_option_function<std::string>(flag, set)->type_name(type_text(row));
+        CLI::Option* const option = command.app_->add_option_function<std::string>(flag, set)->type_name(type_text(row));
         of_tables_.insert(option);
         return option;
     }
@@ -286,36 +290,36 @@ CLI::Option* CommandLine::add_key(CLI::App& command, const KeyRow& row, const st
     const auto refuse_others = [](const std::string& value) {
         return value == "true" || value == "false" ? std::string() : "\"" + value + "\" is neither true nor false";
     };
-    return command.add_flag_function(flag + (row.standard == "true" ? ",!--no-" + flag.substr(2) : ""), set_flag)
+    return command.app_->add_flag_function(flag + (row.standard == "true" ? ",!--no-" + flag.substr(2) : ""), set_flag)
         ->check(CLI::Validator(refuse_others, ""));
 }
 
-void CommandLine::add_alias(CLI::App& command, const std::string& flag, const std::string& key) {
+void CommandLine::add_alias(Command command, const std::string& flag, const std::string& key) {
     const std::string same = flag_of(key);
-    of_tables_.insert(command
-                          .add_option_function<std::string>(
+    of_tables_.insert(command.app_
+                          ->add_option_function<std::string>(
                               flag, [this, key](const std::string& value) { common.flags[key] = value; }, "the same as " + same)
-                          ->type_name(command.get_option(same)->get_type_name()));
+                          ->type_name(command.app_->get_option(same)->get_type_name()));
 }
 
-void CommandLine::add_case(CLI::App& command) {
-    command.add_option("case", common.input, "folder with case.toml")->type_name("path")->required();
-    command.add_option("--set", common.set, "another value for a key of case.toml (repeatable; needs --output)")
+void CommandLine::add_case(Command command) {
+    command.add_option("case", common.input, "folder with case.toml").type_name("path").required();
+    command.app_->add_option("--set", common.set, "another value for a key of case.toml (repeatable; needs --output)")
         ->type_name("table.key=value")
         ->allow_extra_args(false);
 }
 
-void CommandLine::add_input(CLI::App& command, const char* what) {
-    command.add_option("input", common.input, what)->type_name("path")->required();
+void CommandLine::add_input(Command command, const char* what) {
+    command.add_option("input", common.input, what).type_name("path").required();
     command
         .add_option("--container", common.container,
                     "container of an STL file: a cylinder has its axis at x = y = 0, a box its corner at the origin; the floor is at z = 0")
-        ->type_name("cylinder:D,H or box:X,Y,Z[:periodic] [m]");
+        .type_name("cylinder:D,H or box:X,Y,Z[:periodic] [m]");
     add_unit(command);
     add_image_keys(command);
 }
 
-void CommandLine::add_image_keys(CLI::App& command, const std::vector<std::string>& leave_out) {
+void CommandLine::add_image_keys(Command command, const std::vector<std::string>& leave_out) {
     const auto describe_image = [](ConfigVisitor& v) {
         static imaging::ImageConfig config;
         describe(v, config);
@@ -329,85 +333,10 @@ void CommandLine::add_image_keys(CLI::App& command, const std::vector<std::strin
     }
 }
 
-void CommandLine::add_unit(CLI::App& command) {
-    command.add_option("--unit", common.unit_m, "length of the STL file's unit in metres (0.001: millimetres); default 1")
+void CommandLine::add_unit(Command command) {
+    command.app_->add_option("--unit", common.unit_m, "length of the STL file's unit in metres (0.001: millimetres); default 1")
         ->type_name("number [m]")
         ->check(CLI::Validator(CLI::PositiveNumber).description(""));
-}
-
-void print_result(const Common& common, const Json& json) {
-    if (common.json)
-        fmt::print("{}\n", json.dump(2, ' ', false, Json::error_handler_t::replace));
-    else
-        print_lines(json);
-}
-
-std::optional<Container> container_of(const Common& common) {
-    if (common.container.empty()) return std::nullopt;
-    return parse_container(common.container);
-}
-
-Case open_case(const Common& common, const std::string& table, const Flags& flags) {
-    if (!common.container.empty() || common.unit_m != 1.0)
-        throw UserError("a case defines its own container and unit", {.fix = "remove --container and --unit; see case.toml"});
-    if (!common.image_flags.empty())
-        throw UserError("--image-... have no effect on a case", {.where = common.input, .fix = "keys of [image] in case.toml"});
-    Case the_case = read_case(common.input, table, flags, keys_of(common.set));
-    if (!common.set.empty() && common.output.empty())
-        throw UserError("--set changes keys of the case, and the results in its own folder are those of case.toml as it is",
-                        {.fix = "name another folder with --output"});
-    the_case.output = common.output;
-    return the_case;
-}
-
-Json plan_case(const Case& c, const std::string& last, double slowness) {
-    Json plan = {{"configuration", c.settings.resolved_tables()}};
-    Settings settings = c.settings;
-    for (auto& [table, values] : plan["configuration"].items())
-        for (const KeyRow& row : key_rows(settings.describe_table(table)))
-            if (row.standard == "auto") values[row.key] = "auto";
-    plan.update(plan_pipeline(case_pipeline(c), last, slowness));
-    return plan;
-}
-
-void run_in_case(const Common& common, const std::string& stage, const std::string& table) {
-    const Case the_case = open_case(common, table, common.flags);
-    if (common.dry_run) return print_result(common, plan_case(the_case, stage, slowness()));
-    print_stage(common, stage, run_pipeline(case_pipeline(the_case), stage), the_case.stage_folder(stage) / "manifest.json");
-}
-
-Path target_folder(const Common& common) {
-    const Path target = common.output.empty() ? Path(common.input).parent_path() : Path(common.output);
-    return target.empty() ? Path(".") : target;
-}
-
-void run_on_files(const Common& common, LooseRun run) {
-    run.versions = engine_versions;
-    if (common.dry_run) return print_result(common, {{"configuration", run.configuration}, {"stage", run.stage}, {"expected", "seconds"}});
-    print_stage(common, run.stage, run_loose(run), run.target / (run.stage + ".manifest.json"));
-}
-
-void run_on_input(const Common& common, const LooseCommand& command) {
-    if (is_packing(common.input) && (!common.container.empty() || common.unit_m != 1.0))
-        throw UserError("a packing brings its own container, in metres", {.where = common.input, .fix = "remove --container and --unit"});
-    const PoreSpace space = load_pore_space(common.input, {.container = container_of(common),
-                                                           .unit_m = common.unit_m,
-                                                           .geometry = command.geometry,
-                                                           .section = command.section,
-                                                           .image = config_from_flags<imaging::ImageConfig>(common.image_flags),
-                                                           .whole_bed = command.whole_bed});
-    if (common.dry_run)
-        return print_result(common, {{"configuration", command.configuration},
-                                     {"stage", command.stage},
-                                     {"section_m", section_json(space.section)},
-                                     {"expected", command.expect ? text_of(command.expect(space), slowness()) : "seconds"},
-                                     {"memory_available", human_bytes(available_memory_bytes())}});
-    run_on_files(common, {.stage = command.stage,
-                          .target = target_folder(common),
-                          .configuration = command.configuration,
-                          .inputs = {common.input},
-                          .work = [&](const Path& folder) { return command.work(space, folder); },
-                          .resumes = command.resumes});
 }
 
 }  // namespace porepack::apps

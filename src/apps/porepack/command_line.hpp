@@ -1,20 +1,58 @@
-// The command line: flags in, a stage or a pipeline called, its result printed.
+// The commands and their flags. CLI11 parses them; its header is in command_line.cpp alone, because it takes seconds to compile.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <functional>
-#include <optional>
+#include <memory>
 #include <set>
 #include <string>
 #include <vector>
 
-#include "core/error.hpp"
-#include "pipeline/loose.hpp"
-#include "record/toml_file.hpp"
-#include "stages/results.hpp"
-#include "stages/stages.hpp"
+#include "core/config.hpp"
+#include "stages/case.hpp"
+
+namespace CLI {
+class App;
+class Option;
+}  // namespace CLI
 
 namespace porepack::apps {
+
+/// A flag or a positional argument. --help shows its type, which also says what is allowed.
+class Option {
+public:
+    explicit Option(CLI::Option* option) : option_(option) {}
+    Option type_name(const std::string& text);
+    Option required(bool is = true);
+    Option range(long low, long high);
+    Option range(double low, double high);
+    Option not_negative();
+    Option one_of(const std::vector<std::string>& names);
+    Option expected(int count);  ///< of values
+    Option delimiter(char between_values);
+    Option description(const std::string& text);
+
+private:
+    CLI::Option* option_;
+};
+
+/// A command, to which flags are added. `value` is set when the command line is parsed.
+class Command {
+public:
+    explicit Command(CLI::App* app) : app_(app) {}
+    Option add_option(const std::string& name, std::string& value, const std::string& help);
+    Option add_option(const std::string& name, double& value, const std::string& help);
+    Option add_option(const std::string& name, long& value, const std::string& help);
+    Option add_option(const std::string& name, int& value, const std::string& help);
+    Option add_option(const std::string& name, std::vector<std::string>& values, const std::string& help);
+    Option add_option(const std::string& name, std::vector<double>& values, const std::string& help);
+    void add_flag(const std::string& name, bool& value, const std::string& help);
+    /// A flag that the command has.
+    [[nodiscard]] Option option(const std::string& name);
+
+private:
+    friend class CommandLine;
+    CLI::App* app_;
+};
 
 /// Options shared by all commands.
 struct Common {
@@ -34,34 +72,41 @@ struct Common {
 class CommandLine {
 public:
     CommandLine();
+    ~CommandLine();
     /// The exit code. Throws what the command throws.
     int run(int argc, char** argv);
 
     /// A command; its action runs after parsing, so that its exceptions reach main.
-    CLI::App& add(const std::string& name, const std::string& help, const std::string& example, std::function<void()> action);
-    CLI::App& add_below(CLI::App& parent, const std::string& name, const std::string& help, const std::string& example,
-                        std::function<void()> action);
+    Command add(const std::string& name, const std::string& help, const std::string& example, std::function<void()> action);
+    Command add_below(Command parent, const std::string& name, const std::string& help, const std::string& example,
+                      std::function<void()> action);
+    /// A command that has only others below it.
+    Command add_group(const std::string& name, const std::string& help);
+    /// A command without flags.
+    void add_plain(const std::string& name, const std::string& help, std::function<void()> action);
+    /// A command whose arguments another program parses.
+    void add_forwarded(const std::string& name, const std::string& help, std::function<void()> action);
     /// Every key of a table is a flag: voxel_size_m is --voxel-size, in metres. The rules of the file check the value. A key's name in an
     /// earlier version is a hidden flag that warns.
-    void add_keys(CLI::App& command, const std::string& table, const std::vector<std::string>& leave_out = {});
-    void add_keys(CLI::App& command, const core::Describe& describe, const std::vector<std::string>& leave_out = {});
+    void add_keys(Command command, const std::string& table, const std::vector<std::string>& leave_out = {});
+    void add_keys(Command command, const core::Describe& describe, const std::vector<std::string>& leave_out = {});
     /// Another name for the flag of `key`, which the command has.
-    void add_alias(CLI::App& command, const std::string& flag, const std::string& key);
-    void add_case(CLI::App& command);
-    void add_input(CLI::App& command, const char* what);
-    void add_unit(CLI::App& command);
+    void add_alias(Command command, const std::string& flag, const std::string& key);
+    void add_case(Command command);
+    void add_input(Command command, const char* what);
+    void add_unit(Command command);
     /// --image-dims and so on: how an image is read. `leave_out`: keys.
-    void add_image_keys(CLI::App& command, const std::vector<std::string>& leave_out = {"fitted_sizes", "fit_memory_bytes"});
+    void add_image_keys(Command command, const std::vector<std::string>& leave_out = {"fitted_sizes", "fit_memory_bytes"});
 
-    CLI::App app{"From a grain's shape to the porosity, tortuosity and permeability of its packing.", "porepack"};
     Common common;
     std::vector<std::string> arguments;  ///< as they were typed
 
 private:
     [[nodiscard]] std::string command_path() const;
-    CLI::Option* add_key(CLI::App& command, const core::KeyRow& row, const std::string& flag,
+    CLI::Option* add_key(Command command, const core::KeyRow& row, const std::string& flag,
                          const std::function<void(const std::string&)>& set);
 
+    std::unique_ptr<CLI::App> app_;
     stages::Settings settings_;               // only its lists of keys
     std::set<const CLI::Option*> of_tables_;  ///< options that are keys of a table
     std::function<void()> action_;
@@ -84,41 +129,5 @@ void add_design_command(CommandLine& line);
 void add_image_commands(CommandLine& line);
 void add_pores_command(CommandLine& line);
 void add_tools(CommandLine& line);
-
-void print_result(const Common& common, const core::Json& json);
-/// The main numbers of a stage's result, and the files that its manifest names.
-void print_stage(const Common& common, const std::string& stage, const core::Json& result, const core::Path& manifest);
-/// Runs the case's stage `stage`, or reports what would run; `table` is the table of the command's flags.
-void run_in_case(const Common& common, const std::string& stage, const std::string& table);
-[[nodiscard]] stages::Case open_case(const Common& common, const std::string& table = {}, const core::Flags& flags = {});
-/// Times are multiplied by `slowness`.
-[[nodiscard]] core::Json plan_case(const stages::Case& c, const std::string& last, double slowness);
-
-/// The keys of `flags` that belong to a table: a command may have those of two tables.
-template <typename Config>
-[[nodiscard]] Config config_of(const core::Flags& flags) {
-    Config config;
-    core::Flags own;
-    for (const auto& row : core::key_rows([&](core::ConfigVisitor& v) { describe(v, config); }))
-        if (const auto found = flags.find(row.key); found != flags.end()) own.insert(*found);
-    return record::config_from_flags<Config>(own);
-}
-
-/// A stage on a loose file.
-struct LooseCommand {
-    std::string stage;
-    converters::GeometryConfig geometry = {};
-    pore_space::SectionConfig section = {.ends = pore_space::Ends::planes};
-    core::Json configuration = {};
-    std::function<core::Json(const pore_space::PoreSpace&, const core::Path& folder)> work;
-    std::function<pipeline::Expectation(const pore_space::PoreSpace&)> expect = {};  ///< for --dry-run; "seconds" when empty
-    bool whole_bed = false;
-    bool resumes = false;
-};
-void run_on_input(const Common& common, const LooseCommand& command);
-void run_on_files(const Common& common, pipeline::LooseRun run);
-[[nodiscard]] std::optional<packing::Container> container_of(const Common& common);
-/// Folder for the files of a loose run: --output, else that of the input.
-[[nodiscard]] core::Path target_folder(const Common& common);
 
 }  // namespace porepack::apps

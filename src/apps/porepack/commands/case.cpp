@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "apps/porepack/command_line.hpp"
+#include "apps/porepack/run.hpp"
 #include "core/escape.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
@@ -89,31 +89,31 @@ void say_files_outside(const Case& the_case) {
 void add_case_commands(CommandLine& line) {
     const Common& common = line.common;
     const auto last = std::make_shared<std::string>();
-    auto& run = line.add("run", "run all stages of a case that are not done", "porepack run cases/quickstart --until-sure 0.05",
-                         [&, last] { run_case(common, *last); });
+    auto run = line.add("run", "run all stages of a case that are not done", "porepack run cases/quickstart --until-sure 0.05",
+                        [&, last] { run_case(common, *last); });
     line.add_case(run);
     line.add_keys(run, "packings");
-    run.add_option("--up-to", *last, "run only this stage and those that it needs")->type_name("stage");
+    run.add_option("--up-to", *last, "run only this stage and those that it needs").type_name("stage");
     line.add_case(line.add("status", "show which stages of a case are done, stale, failed or missing", "porepack status cases/quickstart",
                            [&] { print_status(common); }));
     const auto from = std::make_shared<std::string>();
-    auto& pour = line.add("pack", "pour the grains of a case (exact capsules, or LIGGGHTS), or relax given ones",
-                          "porepack pack cases/quickstart --seed 7", [&, from] { pack(common, *from); });
+    auto pour = line.add("pack", "pour the grains of a case (exact capsules, or LIGGGHTS), or relax given ones",
+                         "porepack pack cases/quickstart --seed 7", [&, from] { pack(common, *from); });
     line.add_case(pour);
-    pour.get_option("case")->required(false);
+    pour.option("case").required(false);
     line.add_keys(pour, "packing");
     pour.add_option(
             "--from", *from,
             "no case: the grains of this packing.json, as found in a scan, move until they no longer overlap and rest on each other")
-        ->type_name("path");
+        .type_name("path");
     const auto folders = std::make_shared<std::vector<std::string>>();
     line.add("compare", "the main quantities of several results side by side; with --output, compare.csv and compare.svg",
              "porepack compare cases/quickstart cases/own_stl --output comparison", [&, folders] { compare(common, *folders); })
         .add_option("results", *folders, "folders of results, or of cases")
-        ->type_name("path")
-        ->required();
-    auto& report = line.add("report", "write the report of a case, running what it needs", "porepack report cases/quickstart",
-                            [&] { run_in_case(common, "report", "report"); });
+        .type_name("path")
+        .required();
+    auto report = line.add("report", "write the report of a case, running what it needs", "porepack report cases/quickstart",
+                           [&] { run_in_case(common, "report", "report"); });
     line.add_case(report);
     line.add_keys(report, "report");
 }

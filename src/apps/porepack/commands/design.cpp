@@ -5,7 +5,7 @@
 #include <memory>
 #include <sstream>
 
-#include "apps/porepack/command_line.hpp"
+#include "apps/porepack/run.hpp"
 #include "core/data_file.hpp"
 #include "core/escape.hpp"
 #include "design/design.hpp"
@@ -93,45 +93,41 @@ void add_design_command(CommandLine& line) {
     const auto options = std::make_shared<DesignOptions>();
     DesignGoal& goal = options->goal;
     Common& common = line.common;
-    auto& command = line.add("design", "find the shape that gives a wanted permeability: propose, pour, solve, learn",
-                             "porepack design --permeability 2e-7 --porosity 0.4,0.6 --volume 7.33e-7 --container cylinder:0.1,0.4",
-                             [&common, options] { design(common, *options); });
+    auto command = line.add("design", "find the shape that gives a wanted permeability: propose, pour, solve, learn",
+                            "porepack design --permeability 2e-7 --porosity 0.4,0.6 --volume 7.33e-7 --container cylinder:0.1,0.4",
+                            [&common, options] { design(common, *options); });
     command.add_option("--permeability", options->permeability, "wanted k in m2: a value, or LOW,HIGH")
-        ->type_name("number or range")
-        ->required();
+        .type_name("number or range")
+        .required();
     command.add_option("--porosity", options->porosity, "wanted porosity: a value, or LOW,HIGH; any if left out")
-        ->type_name("number or range");
-    command.add_option("--container", common.container, "of the finished bed")->type_name("cylinder:D,H or box:X,Y,Z")->required();
+        .type_name("number or range");
+    command.add_option("--container", common.container, "of the finished bed").type_name("cylinder:D,H or box:X,Y,Z").required();
     command.add_option("--volume", options->volume, "of a grain in m3, or \"free\" (default): then the size follows from k")
-        ->type_name("number or free");
+        .type_name("number or free");
     command
         .add_option("--shape", options->shape,
                     "shapes to choose from: any (tetrapod, dolos, tetrahedron), names, or a TOML file with [[capsule]] tables")
-        ->type_name("list");
+        .type_name("list");
     command
         .add_option("--free", options->free,
                     "parameter of the shape in the TOML file: capsule.2.radius_m=0.001,0.002 (also length_m; "
                     "radius_m of all)")
-        ->type_name("name=low,high");
-    command.add_option("--sphericity", options->sphericity, "limits for presets; default 0.43,0.99")->type_name("range");
-    command.add_option("--convexity", options->convexity, "limits")->type_name("range");
-    command.add_option("--thinnest", goal.thinnest_m, "smallest capsule diameter allowed, in m")
-        ->type_name("number [m]")
-        ->check(CLI::NonNegativeNumber);
-    command.add_option("--mass", options->mass, "limits of a grain's mass in kg")->type_name("range");
-    command.add_option("--packings", goal.packings, "packings per proposal; default 3")->type_name("number")->check(CLI::Range(2L, 100L));
-    command.add_option("--seed", goal.seed, "seed of the first packing; default 101")
-        ->type_name("number")
-        ->check(CLI::Range(0L, 2000000000L));
-    command.add_option("--max-proposals", goal.max_proposals, "default 6")->type_name("number")->check(CLI::Range(1L, 100L));
+        .type_name("name=low,high");
+    command.add_option("--sphericity", options->sphericity, "limits for presets; default 0.43,0.99").type_name("range");
+    command.add_option("--convexity", options->convexity, "limits").type_name("range");
+    command.add_option("--thinnest", goal.thinnest_m, "smallest capsule diameter allowed, in m").type_name("number [m]").not_negative();
+    command.add_option("--mass", options->mass, "limits of a grain's mass in kg").type_name("range");
+    command.add_option("--packings", goal.packings, "packings per proposal; default 3").type_name("2 to 100").range(2L, 100L);
+    command.add_option("--seed", goal.seed, "seed of the first packing; default 101").type_name("0 to 2000000000").range(0L, 2000000000L);
+    command.add_option("--max-proposals", goal.max_proposals, "default 6").type_name("1 to 100").range(1L, 100L);
     command.add_option("--within", goal.within, "largest relative half width of the interval of k that counts; default 0.2")
-        ->type_name("number")
-        ->check(CLI::Range(0.01, 1.0));
+        .type_name("0.01 to 1")
+        .range(0.01, 1.0);
     command.add_option("--max-time", goal.max_time_s, "seconds after which no proposal begins, and none gets more packings")
-        ->type_name("number [s]")
-        ->check(CLI::NonNegativeNumber);
+        .type_name("number [s]")
+        .not_negative();
     command.add_flag("--full", goal.full, "pour the answer in the whole container as well");
-    command.add_option("--study", options->study, "study to learn from; default: the one that porepack brings")->type_name("path");
+    command.add_option("--study", options->study, "study to learn from; default: the one that porepack brings").type_name("path");
 }
 
 }  // namespace porepack::apps

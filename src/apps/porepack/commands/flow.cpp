@@ -1,5 +1,5 @@
 // Commands that compute permeabilities: lbm, foam, forchheimer.
-#include "apps/porepack/command_line.hpp"
+#include "apps/porepack/run.hpp"
 
 namespace porepack::apps {
 using namespace core;
@@ -72,8 +72,8 @@ void run_forchheimer_command(const Common& common) {
 }  // namespace
 
 void add_lbm_command(CommandLine& line) {
-    auto& lbm = line.add("lbm", "permeability by lattice Boltzmann", "porepack lbm packing.json --voxel-size 2e-4 --direction z",
-                         [&line] { run_lbm_command(line.common); });
+    auto lbm = line.add("lbm", "permeability by lattice Boltzmann", "porepack lbm packing.json --voxel-size 2e-4 --direction z",
+                        [&line] { run_lbm_command(line.common); });
     line.add_input(lbm, "a case, packing.json[.gz], an STL file or pore.vti");
     line.add_keys(lbm, "geometry", {"surface_deviation_m", "contact_gap_m", "slice_spacing_m", "slice_pixel_m"});
     line.add_keys(lbm, "section");
@@ -81,8 +81,8 @@ void add_lbm_command(CommandLine& line) {
 }
 
 void add_foam_command(CommandLine& line) {
-    auto& foam = line.add("foam", "permeability by OpenFOAM", "porepack foam packing.json --cell-size 5e-4",
-                          [&line] { run_foam_command(line.common); });
+    auto foam = line.add("foam", "permeability by OpenFOAM", "porepack foam packing.json --cell-size 5e-4",
+                         [&line] { run_foam_command(line.common); });
     line.add_input(foam, "a case, packing.json[.gz] or an STL file");
     line.add_keys(foam, "geometry", {"voxel_size_m", "slice_spacing_m", "slice_pixel_m", "reservoir_m"});
     line.add_keys(foam, "section");
@@ -91,9 +91,8 @@ void add_foam_command(CommandLine& line) {
 }
 
 void add_forchheimer_command(CommandLine& line) {
-    auto& inertia =
-        line.add("forchheimer", "flows with inertia by both solvers: permeability against the Reynolds number",
-                 "porepack forchheimer packing.json --reynolds 2,5,10,20,40", [&line] { run_forchheimer_command(line.common); });
+    auto inertia = line.add("forchheimer", "flows with inertia by both solvers: permeability against the Reynolds number",
+                            "porepack forchheimer packing.json --reynolds 2,5,10,20,40", [&line] { run_forchheimer_command(line.common); });
     line.add_input(inertia, "a case, packing.json[.gz] or an STL file");
     line.add_keys(inertia, "geometry", {"voxel_size_m", "slice_spacing_m", "slice_pixel_m", "reservoir_m"});
     line.add_keys(inertia, "section");

@@ -1,5 +1,5 @@
 // Commands that turn grains into a surface, voxels and slices.
-#include "apps/porepack/command_line.hpp"
+#include "apps/porepack/run.hpp"
 
 namespace porepack::apps {
 using namespace core;
@@ -42,21 +42,21 @@ void run_on_voxels(const Common& common, const char* stage, Json (*write)(const 
 
 void add_geometry_commands(CommandLine& line) {
     const Common& common = line.common;
-    auto& stl =
+    auto stl =
         line.add("stl", "one closed triangle surface of the grains (CGAL)", "porepack stl packing.json --pores", [&] { run_stl(common); });
     line.add_input(stl, inputs);
     line.add_keys(stl, "geometry", {"voxel_size_m", "slice_spacing_m", "slice_pixel_m", "reservoir_m"});
     line.add_keys(stl, "stl");
-    auto& voxelise = line.add("voxelise", "grains to voxels (pore.vti)", "porepack voxelise packing.json --voxel-size 2e-4",
-                              [&] { run_on_voxels(common, "voxelise", write_voxels); });
-    auto& slices = line.add("slices", "grains to a stack of images", "porepack slices packing.json --slice-spacing 2e-4",
-                            [&] { run_on_voxels(common, "slices", write_slices_folder); });
-    for (CLI::App* command : {&voxelise, &slices}) {
-        line.add_input(*command, inputs);
-        line.add_keys(*command, "geometry");
-        if (command == &voxelise) line.add_keys(*command, "section");
-        command->get_option("--section")->description("z0,z1 of the section [m]; default: the bed minus the trim");
+    auto voxelise = line.add("voxelise", "grains to voxels (pore.vti)", "porepack voxelise packing.json --voxel-size 2e-4",
+                             [&] { run_on_voxels(common, "voxelise", write_voxels); });
+    auto slices = line.add("slices", "grains to a stack of images", "porepack slices packing.json --slice-spacing 2e-4",
+                           [&] { run_on_voxels(common, "slices", write_slices_folder); });
+    for (auto command : {voxelise, slices}) {
+        line.add_input(command, inputs);
+        line.add_keys(command, "geometry");
+        command.option("--section").description("z0,z1 of the section [m]; default: the bed minus the trim");
     }
+    line.add_keys(voxelise, "section");
     line.add_alias(slices, "--spacing", "slice_spacing_m");
     line.add_alias(slices, "--pixel", "slice_pixel_m");
 }

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <memory>
 
-#include "apps/porepack/command_line.hpp"
+#include "apps/porepack/run.hpp"
 #include "converters/scanner.hpp"
 #include "core/error.hpp"
 #include "core/log.hpp"
@@ -212,72 +212,70 @@ void segment(const Common& common) {
 
 void add_image_commands(CommandLine& line) {
     Common& common = line.common;
-    auto& image = *line.app.add_subcommand("image", "scans and segmented images: look at them, convert, crop, bin, segment, simulate");
-    image.require_subcommand(1);
+    auto image = line.add_group("image", "scans and segmented images: look at them, convert, crop, bin, segment, simulate");
     const auto target = std::make_shared<std::string>();
     const auto add = [&](const std::string& name, const std::string& help, const std::string& example, bool writes,
                          const std::function<void()>& action) {
-        CLI::App& command = line.add_below(image, name, help, example, action);
+        auto command = line.add_below(image, name, help, example, action);
         command.add_option("input", common.input, "an image: a file, or a folder with one file per layer (docs/images.md)")
-            ->type_name("path")
-            ->required();
-        if (writes) command.add_option("target", *target, ".raw, .mhd, .nrrd, .npy or .vti")->type_name("path")->required();
+            .type_name("path")
+            .required();
+        if (writes) command.add_option("target", *target, ".raw, .mhd, .nrrd, .npy or .vti").type_name("path").required();
         line.add_image_keys(command, {"pore", "threshold", "pore_side", "walls", "smoothing_voxels", "gray_levels", "find_container",
                                       "fitted_sizes", "fit_memory_bytes"});
-        return &command;
+        return command;
     };
     add("info", "format, voxels, orientation and values", "porepack image info scan.nrrd", false, [&common] { info(common); });
     add("convert", "the same image in another format, with x, y, z in order",
         "porepack image convert scan.raw scan.nrrd --image-dims 400,400,600 --image-type uint16 --image-voxel-size 6.6e-5", true,
         [&common, target] { write(common, *target, open_volume(common.input, config_of(common))); });
-    CLI::App& segmenter =
+    auto segmenter =
         line.add_below(image, "segment", "grains of a scan: threshold, cavities filled, watershed, incomplete grains removed",
                        "porepack image segment scan.nrrd --container cylinder:0.1,0.3 --output segmented", [&common] { segment(common); });
     segmenter.add_option("input", common.input, "an image: a file, or a folder with one file per layer (docs/images.md)")
-        ->type_name("path")
-        ->required();
+        .type_name("path")
+        .required();
     segmenter.add_option("--container", common.container, "container that the image shows; default: the box of the image")
-        ->type_name("cylinder:D,H or box:X,Y,Z[:periodic] [m]");
+        .type_name("cylinder:D,H or box:X,Y,Z[:periodic] [m]");
     line.add_keys(segmenter, [](ConfigVisitor& v) {
         static SegmentConfig config;
         describe(v, config);
     });
     line.add_image_keys(segmenter, {"pore", "walls", "fitted_sizes", "fit_memory_bytes"});
     const auto shape = std::make_shared<std::string>();
-    CLI::App& fitter =
-        line.add_below(image, "fit", "grains of a known shape in a scan: a packing of exact poses",
-                       "porepack image fit scan.nrrd --shape tetrapod --sphericity 0.53 --volume 7.33e-7 --image-find-container",
-                       [&common, shape] { fit(common, *shape); });
+    auto fitter = line.add_below(image, "fit", "grains of a known shape in a scan: a packing of exact poses",
+                                 "porepack image fit scan.nrrd --shape tetrapod --sphericity 0.53 --volume 7.33e-7 --image-find-container",
+                                 [&common, shape] { fit(common, *shape); });
     fitter.add_option("input", common.input, "a scan: a file, or a folder with one file per layer (docs/images.md)")
-        ->type_name("path")
-        ->required();
+        .type_name("path")
+        .required();
     fitter
         .add_option("--shape", *shape,
                     "tetrapod, dolos, tetrahedron, star, sphere or rod with the keys below; or packing.json, a case, or a TOML file, whose "
                     "shapes are taken")
-        ->type_name("name or path")
-        ->required();
+        .type_name("name or path")
+        .required();
     fitter.add_option("--container", common.container, "container that the image shows; default: the box of the image")
-        ->type_name("cylinder:D,H or box:X,Y,Z [m]");
+        .type_name("cylinder:D,H or box:X,Y,Z [m]");
     line.add_keys(fitter, "shape", {"kind", "file", "unit_m"});
     line.add_image_keys(fitter, {"pore", "walls"});
     const auto part = std::make_shared<std::string>();
-    CLI::App& simulator =
+    auto simulator =
         line.add_below(image, "simulate", "an X-ray scan of a packing: projections with noise, rings and blur, and the image from them",
                        "porepack image simulate packing.json scan.nrrd --voxel-size 3e-4 --part 0.02,0.08",
                        [&common, target, part] { simulate(common, *target, *part); });
-    simulator.add_option("input", common.input, "packing.json, in a cylinder or in a box with walls")->type_name("path")->required();
-    simulator.add_option("target", *target, ".raw, .mhd, .nrrd, .npy or .vti")->type_name("path")->required();
-    simulator.add_option("--part", *part, "range of heights; default: the whole container")->type_name("z0,z1 [m]");
+    simulator.add_option("input", common.input, "packing.json, in a cylinder or in a box with walls").type_name("path").required();
+    simulator.add_option("target", *target, ".raw, .mhd, .nrrd, .npy or .vti").type_name("path").required();
+    simulator.add_option("--part", *part, "range of heights; default: the whole container").type_name("z0,z1 [m]");
     line.add_keys(simulator, [](ConfigVisitor& v) {
         static converters::ScannerConfig config;
         describe(v, config);
     });
-    CLI::App& planner = line.add_below(image, "plan", "scans at several settings simulated and fitted: which is good enough for k?",
-                                       "porepack image plan packing.json --part 0.02,0.08 --voxel-sizes 3e-4,5e-4 --counts 20000,2000",
-                                       [&common, part] { plan(common, *part); });
-    planner.add_option("input", common.input, "packing.json, in a cylinder or in a box with walls")->type_name("path")->required();
-    planner.add_option("--part", *part, "range of heights; default: the whole container")->type_name("z0,z1 [m]");
+    auto planner = line.add_below(image, "plan", "scans at several settings simulated and fitted: which is good enough for k?",
+                                  "porepack image plan packing.json --part 0.02,0.08 --voxel-sizes 3e-4,5e-4 --counts 20000,2000",
+                                  [&common, part] { plan(common, *part); });
+    planner.add_option("input", common.input, "packing.json, in a cylinder or in a box with walls").type_name("path").required();
+    planner.add_option("--part", *part, "range of heights; default: the whole container").type_name("z0,z1 [m]");
     line.add_keys(planner, [](ConfigVisitor& v) {
         static ScanPlanConfig config;
         describe(v, config);
@@ -291,14 +289,14 @@ void add_image_commands(CommandLine& line) {
     const auto box = std::make_shared<std::string>();
     add("crop", "a part of an image", "porepack image crop scan.nrrd part.nrrd --box 0,200,0,200,50,150", true,
         [&common, target, box] { write(common, *target, cropped(open_volume(common.input, config_of(common)), box_of(*box))); })
-        ->add_option("--box", *box, "voxels, the upper ends excluded")
-        ->type_name("x0,x1,y0,y1,z0,z1")
-        ->required();
+        .add_option("--box", *box, "voxels, the upper ends excluded")
+        .type_name("x0,x1,y0,y1,z0,z1")
+        .required();
     const auto factor = std::make_shared<long>(2);
     add("bin", "means of cubes of voxels", "porepack image bin scan.nrrd coarse.nrrd --factor 4", true,
         [&common, target, factor] { write(common, *target, binned(open_volume(common.input, config_of(common)), *factor)); })
-        ->add_option("--factor", *factor, "edge length of the cubes in voxels; default 2")
-        ->type_name("number");
+        .add_option("--factor", *factor, "edge length of the cubes in voxels; default 2")
+        .type_name("number");
 }
 
 }  // namespace porepack::apps

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <memory>
 
-#include "apps/porepack/command_line.hpp"
+#include "apps/porepack/run.hpp"
 #include "core/data_file.hpp"
 #include "core/error.hpp"
 #include "core/escape.hpp"
@@ -68,10 +68,10 @@ void make_new(const Common& common, const std::string& folder, const std::string
 void add_new_command(CommandLine& line) {
     const Common& common = line.common;
     const auto folder = std::make_shared<std::string>(), from = std::make_shared<std::string>("quickstart");
-    auto& command = line.add("new", "a case or study of your own, copied from one that porepack brings",
-                             "porepack new my_bed --from quickstart", [&, folder, from] { make_new(common, *folder, *from); });
-    command.add_option("folder", *folder, "made; must be empty if it exists")->type_name("path")->required();
-    command.add_option("--from", *from, "name of a folder of cases/; default quickstart")->type_name("name");
+    auto command = line.add("new", "a case or study of your own, copied from one that porepack brings",
+                            "porepack new my_bed --from quickstart", [&, folder, from] { make_new(common, *folder, *from); });
+    command.add_option("folder", *folder, "made; must be empty if it exists").type_name("path").required();
+    command.add_option("--from", *from, "name of a folder of cases/; default quickstart").type_name("name");
 }
 
 }  // namespace porepack::apps

@@ -1,5 +1,5 @@
 // Command `pores`.
-#include "apps/porepack/command_line.hpp"
+#include "apps/porepack/run.hpp"
 
 namespace porepack::apps {
 using namespace core;
@@ -9,7 +9,7 @@ using namespace stages;
 
 void add_pores_command(CommandLine& line) {
     const Common& common = line.common;
-    auto& pores = line.add(
+    auto pores = line.add(
         "pores", "the pore space: chords, pore sizes, critical diameter, correlation",
         "porepack pores packing.json --voxel-size 2e-4 --output pores", [&common] {
             if (is_case(common.input))

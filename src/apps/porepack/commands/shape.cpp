@@ -1,5 +1,5 @@
 // The command shape: measures of a grain, of an STL file; the sweep over sphericities.
-#include "apps/porepack/command_line.hpp"
+#include "apps/porepack/run.hpp"
 #include "core/log.hpp"
 #include "study/shape_sweep.hpp"
 
@@ -64,17 +64,17 @@ void measure_one(const Common& common, const ShapeOptions& options) {
 void add_shape_command(CommandLine& line) {
     const auto options = std::make_shared<ShapeOptions>();
     const Common& common = line.common;
-    auto& shape =
+    auto shape =
         line.add("shape", "volume, surface, sphericity, inertia of a grain", "porepack shape tetrapod --sphericity 0.53 --volume 7.33e-7",
                  [&common, options] { options->sweep ? sweep(common) : measure_one(common, *options); });
     shape.add_option("kind", line.common.input, "tetrapod, dolos, tetrahedron, star, sphere, rod, or an STL file")
-        ->type_name("name or path");
+        .type_name("name or path");
     shape.add_flag("--sweep", options->sweep, "figure 7: convexity against sphericity of the paper's aggregates, as CSV, plot and picture");
-    shape.add_option("--capsules", options->capsules_file, "TOML file with [[capsule]] tables (a_m, b_m, radius_m)")->type_name("path");
+    shape.add_option("--capsules", options->capsules_file, "TOML file with [[capsule]] tables (a_m, b_m, radius_m)").type_name("path");
     line.add_unit(shape);
     shape.add_option("--density", options->density_kg_per_m3, "density for mass and inertia; default 1000")
-        ->type_name("number [kg/m3]")
-        ->check(CLI::Validator(CLI::Range(1.0, 1e5)).description(""));
+        .type_name("number [kg/m3]")
+        .range(1.0, 1e5);
     line.add_keys(shape, "shape", {"kind", "file", "unit_m"});
 }
 

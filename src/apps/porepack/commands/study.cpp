@@ -4,7 +4,7 @@
 
 #include <memory>
 
-#include "apps/porepack/command_line.hpp"
+#include "apps/porepack/run.hpp"
 #include "core/escape.hpp"
 #include "core/machine.hpp"
 #include "study/study_export.hpp"
@@ -84,39 +84,35 @@ void write_workflow(const Common& common, bool snakemake) {
 
 void add_study_commands(CommandLine& line) {
     const Common& common = line.common;
-    auto& study = *line.app.add_subcommand("study", "many cases from one: run them, list them, draw them");
-    study.require_subcommand(1);
+    auto study = line.add_group("study", "many cases from one: run them, list them, draw them");
     const auto add = [&](const std::string& name, const std::string& help, const std::string& example,
                          const std::function<void()>& action) {
-        CLI::App& command = line.add_below(study, name, help, example, action);
-        command.add_option("study", line.common.input, "folder with study.toml")->type_name("path")->required();
-        return &command;
+        auto command = line.add_below(study, name, help, example, action);
+        command.add_option("study", line.common.input, "folder with study.toml").type_name("path").required();
+        return command;
     };
     const auto options = std::make_shared<StudyRunOptions>();
-    CLI::App* run_command =
+    auto run_command =
         add("run", "run the points that have no current row in study.csv, several at once",
             "porepack study run cases/paper_study_quick --points 1-3 --max-time 3600", [&common, options] { run(common, *options); });
-    run_command->add_option("--points", options->points, "only these: names, or numbers from 1 (\"2,5-7\")")->type_name("list");
-    run_command->add_option("--max-time", options->max_time_s, "seconds after which no point begins")
-        ->type_name("number [s]")
-        ->check(CLI::NonNegativeNumber);
+    run_command.add_option("--points", options->points, "only these: names, or numbers from 1 (\"2,5-7\")").type_name("list");
+    run_command.add_option("--max-time", options->max_time_s, "seconds after which no point begins").type_name("number [s]").not_negative();
     add("status", "the state of each point", "porepack study status cases/paper_study_quick", [&common] { print_status(common); });
     const auto figure = std::make_shared<FigureConfig>();
     const auto stale = std::make_shared<bool>(false);
-    CLI::App* plot_command =
-        add("plot", "one figure of the columns of study.csv; without --x and --y all figures of study.toml, and study.html",
-            "porepack study plot cases/paper_study_quick --x sphericity --y permeability_m2 --by shape --logarithmic",
-            [&common, figure, stale] { plot(common, *figure, *stale ? RowChoice::with_stale : RowChoice::current); });
-    plot_command->add_option("--x", figure->x, "column of study.csv")->type_name("column");
-    plot_command->add_option("--y", figure->y, "column of study.csv; its interval is drawn too")->type_name("column");
-    plot_command->add_option("--by", figure->by, "column that tells groups apart")->type_name("column");
-    plot_command->add_option("--name", figure->name, "of the files in figures/")->type_name("text");
-    plot_command->add_flag("--stale", *stale, "also the rows of other settings or of another version, of points without a current row");
-    plot_command->add_flag("--logarithmic", figure->logarithmic, "logarithmic axis of y");
+    auto plot_command = add("plot", "one figure of the columns of study.csv; without --x and --y all figures of study.toml, and study.html",
+                            "porepack study plot cases/paper_study_quick --x sphericity --y permeability_m2 --by shape --logarithmic",
+                            [&common, figure, stale] { plot(common, *figure, *stale ? RowChoice::with_stale : RowChoice::current); });
+    plot_command.add_option("--x", figure->x, "column of study.csv").type_name("column");
+    plot_command.add_option("--y", figure->y, "column of study.csv; its interval is drawn too").type_name("column");
+    plot_command.add_option("--by", figure->by, "column that tells groups apart").type_name("column");
+    plot_command.add_option("--name", figure->name, "of the files in figures/").type_name("text");
+    plot_command.add_flag("--stale", *stale, "also the rows of other settings or of another version, of points without a current row");
+    plot_command.add_flag("--logarithmic", figure->logarithmic, "logarithmic axis of y");
     const auto snakemake = std::make_shared<bool>(false);
     add("export", "the study for a workflow engine", "porepack study export cases/paper_study_quick --snakemake", [&common, snakemake] {
         write_workflow(common, *snakemake);
-    })->add_flag("--snakemake", *snakemake, "write a Snakefile (Snakemake 7)");
+    }).add_flag("--snakemake", *snakemake, "write a Snakefile (Snakemake 7)");
 }
 
 }  // namespace porepack::apps

@@ -4,7 +4,7 @@
 
 #include <cstdlib>
 
-#include "apps/porepack/command_line.hpp"
+#include "apps/porepack/run.hpp"
 #include "core/process.hpp"
 #include "io/render.hpp"
 
@@ -76,15 +76,14 @@ std::string key_reference() {
 
 void add_tools(CommandLine& line) {
     const auto front = std::make_shared<bool>(false);
-    auto& benchmark = *line.app.add_subcommand("benchmark", "measurements (the program porepack_benchmark)");
-    benchmark.prefix_command();
-    benchmark.set_help_flag();
-    benchmark.callback([&line] { forward_to_benchmark({line.arguments.begin() + 1, line.arguments.end()}); });
-    auto& picture = line.add("picture", "render an STL file to a PNG", "porepack picture solid.stl --output solid.png",
-                             [&line, front] { draw(line.common, line.arguments, *front); });
+    line.add_forwarded("benchmark", "measurements (the program porepack_benchmark)", [&line] {
+        forward_to_benchmark({line.arguments.begin() + 1, line.arguments.end()});
+    });
+    auto picture = line.add("picture", "render an STL file to a PNG", "porepack picture solid.stl --output solid.png",
+                            [&line, front] { draw(line.common, line.arguments, *front); });
     line.add_input(picture, "an STL file");
     picture.add_flag("--front", *front, "seen along y, without perspective");
-    line.app.add_subcommand("keys", "all keys of case.toml, as a Markdown table")->callback([] { fmt::print("{}", key_reference()); });
+    line.add_plain("keys", "all keys of case.toml, as a Markdown table", [] { fmt::print("{}", key_reference()); });
 }
 
 }  // namespace porepack::apps

@@ -1,7 +1,7 @@
 // The command tortuosity.
 #include <fmt/format.h>
 
-#include "apps/porepack/command_line.hpp"
+#include "apps/porepack/run.hpp"
 #include "core/error.hpp"
 #include "core/log.hpp"
 
@@ -63,14 +63,14 @@ void run_kind(const Common& common, TortuosityKind kind) {
 
 void add_tortuosity_command(CommandLine& line) {
     const auto kind = std::make_shared<std::string>();
-    auto& command = line.add("tortuosity", "tortuosity of a named kind", "porepack tortuosity hydraulic flow.vti",
-                             [&line, kind] { run_kind(line.common, choice_named<TortuosityKind>(*kind).value()); });
+    auto command = line.add("tortuosity", "tortuosity of a named kind", "porepack tortuosity hydraulic flow.vti",
+                            [&line, kind] { run_kind(line.common, choice_named<TortuosityKind>(*kind).value()); });
     std::vector<std::string> names;
     for (const auto& choice : choices_of(TortuosityKind::hydraulic)) names.emplace_back(choice.name);
     command.add_option("kind", *kind, "geometric_paper, shortest_path, hydraulic or diffusive (the tortuosity factor eps D0/D_eff)")
-        ->type_name("name")
-        ->required()
-        ->check(CLI::Validator(CLI::IsMember(names)).description(""));
+        .type_name("name")
+        .required()
+        .one_of(names);
     line.add_input(
         command,
         "packing.json[.gz], an STL file, a folder of slices, pore.vti; flow.vti or an OpenFOAM case that has run (hydraulic); or a "

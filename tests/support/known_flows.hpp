@@ -7,7 +7,7 @@
 #include "lbm/permeability.hpp"
 #include "packing/grains.hpp"
 
-namespace porepack::lbm {
+namespace porepack::test {
 
 struct KnownFlow {
     std::string name;
@@ -57,4 +57,4 @@ struct CylinderDrag {
 /// `height`: of the periodic box of cylinders and ducts, on which the answer does not depend.
 [[nodiscard]] std::vector<KnownFlow> random_known_flows(unsigned seed, double height = 0.25);
 
-}  // namespace porepack::lbm
+}  // namespace porepack::test

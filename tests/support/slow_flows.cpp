@@ -1,4 +1,4 @@
-#include "lbm/slow_flows.hpp"
+#include "support/slow_flows.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -7,8 +7,9 @@
 #include "core/error.hpp"
 #include "lbm/sequence.hpp"
 
-namespace porepack::lbm {
+namespace porepack::test {
 using namespace core;
+using namespace lbm;
 using namespace shapes;
 using namespace packing;
 using namespace pore_space;
@@ -209,4 +210,4 @@ std::vector<SlowFlow> random_slow_flows(unsigned seed, int count) {
     return flows;
 }
 
-}  // namespace porepack::lbm
+}  // namespace porepack::test

@@ -1,12 +1,13 @@
-#include "lbm/known.hpp"
+#include "support/known_flows.hpp"
 
 #include <fmt/format.h>
 
 #include <cmath>
 #include <numbers>
 
-namespace porepack::lbm {
+namespace porepack::test {
 using namespace core;
+using namespace lbm;
 using namespace shapes;
 using namespace packing;
 using namespace pore_space;
@@ -180,4 +181,4 @@ std::vector<KnownFlow> random_known_flows(unsigned seed, double height) {
     return flows;
 }
 
-}  // namespace porepack::lbm
+}  // namespace porepack::test

@@ -5,7 +5,7 @@
 
 #include "pore_space/pore_space.hpp"
 
-namespace porepack::tortuosity {
+namespace porepack::test {
 
 /// D_eff/D0 across a square array of insulating cylinders (Rayleigh 1892; Perrins, McKenzie & McPhedran 1979).
 [[nodiscard]] double across_cylinders(double solid_fraction);
@@ -33,4 +33,4 @@ private:
 /// Solid fraction from 0.15 to the densest of which the answer is known, at a random position.
 [[nodiscard]] TurnedArray random_array(TurnedArray::Grain grain, TurnedArray::Turn turn, std::mt19937& random);
 
-}  // namespace porepack::tortuosity
+}  // namespace porepack::test

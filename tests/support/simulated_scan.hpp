@@ -3,7 +3,7 @@
 
 #include "converters/gray_solid.hpp"
 
-namespace porepack::converters {
+namespace porepack::test {
 
 struct ScanSettings {
     double blur_voxels = 0.0;  ///< standard deviation of the point spread function
@@ -17,4 +17,4 @@ struct ScanSettings {
 [[nodiscard]] core::GrayImage simulated_scan(const packing::Solid& solid, const packing::Container& container, double voxel_size_m,
                                              const ScanSettings& settings);
 
-}  // namespace porepack::converters
+}  // namespace porepack::test

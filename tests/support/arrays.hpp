@@ -3,8 +3,8 @@
 
 #include <random>
 
-#include "helpers.hpp"
-#include "lbm/known.hpp"
+#include "support/helpers.hpp"
+#include "support/known_flows.hpp"
 
 namespace porepack::test {
 

@@ -3,14 +3,14 @@
 
 #include "lbm/permeability.hpp"
 
-namespace porepack::lbm {
+namespace porepack::test {
 
 struct SlowFlow {
     std::string name;
     pore_space::PoreSpace space;
     double voxel_size_m = 0.0;
     double relaxation_time = 1.2;
-    Precision precision = Precision::double_precision;
+    lbm::Precision precision = lbm::Precision::double_precision;
     bool from_coarser_grid = false;  ///< starts from the flow on voxels 1.5 times as large, otherwise it starts from rest
 };
 
@@ -24,7 +24,7 @@ struct SlowRun {
     long steps = 0;
     bool constant = false;  ///< in the last third of the steps k changed by less than 1e-7 (single precision: 1e-5)
     double steady_permeability_lu = 0.0;
-    std::vector<ConvergencePoint> history;
+    std::vector<lbm::ConvergencePoint> history;
     struct Stop {
         long steps;
         double estimate, error;  ///< relative iteration error of k: reported and true
@@ -34,4 +34,4 @@ struct SlowRun {
 };
 [[nodiscard]] SlowRun run_until_constant(const SlowFlow& flow, long max_steps);
 
-}  // namespace porepack::lbm
+}  // namespace porepack::test

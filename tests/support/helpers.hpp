@@ -140,9 +140,9 @@ inline Output porepack(const std::string& arguments, const std::string& before =
     return output;
 }
 
-/// True if Python's jsonschema is installed.
+/// True if jsonschema is installed for Debian's Python.
 inline bool has_schema_validator() {
-    static const bool has = std::system("python3 -c 'import jsonschema' > /dev/null 2>&1") == 0;
+    static const bool has = std::system("/usr/bin/python3 -c 'import jsonschema' > /dev/null 2>&1") == 0;
     return has;
 }
 
@@ -150,8 +150,8 @@ inline bool has_schema_validator() {
 inline std::string schema_faults(const Path& results) {
     if (!has_schema_validator()) return {};
     const Path output = results.parent_path() / "schema_faults", source = POREPACK_SOURCE_FOLDER;
-    const std::string command = "python3 -W ignore " + quoted(source / "tests/system/validate.py") + " " + quoted(source / "docs/schema") +
-                                " " + quoted(results) + " > " + quoted(output) + " 2>&1";
+    const std::string command = "/usr/bin/python3 -W ignore " + quoted(source / "tests/system/validate.py") + " " +
+                                quoted(source / "docs/schema") + " " + quoted(results) + " > " + quoted(output) + " 2>&1";
     const int status = std::system(command.c_str());
     return read_text(output) + (status == 0 ? "" : "validate.py failed");
 }
@@ -176,8 +176,13 @@ inline ::testing::AssertionResult has(const std::string& text, const std::string
     return ::testing::AssertionFailure() << "\"" << part << "\" is not in:\n" << text;
 }
 
-/// Skips a test, visibly, when an engine is not installed.
-#define REQUIRE_PROGRAM(name) \
-    if (!::porepack::find_program(name)) GTEST_SKIP() << name << " is not installed"
+/// Skips a test, visibly, when a package of packages.apt or packages-test.apt is not installed. In CI (.ci/run sets
+/// POREPACK_PACKAGES=required) the test fails.
+#define REQUIRE_INSTALLED(installed, name)                                                      \
+    if (!(installed)) {                                                                         \
+        if (std::getenv("POREPACK_PACKAGES") != nullptr) FAIL() << name << " is not installed"; \
+        GTEST_SKIP() << name << " is not installed";                                            \
+    }
+#define REQUIRE_PROGRAM(name) REQUIRE_INSTALLED(::porepack::find_program(name), name)
 
 }  // namespace porepack::test

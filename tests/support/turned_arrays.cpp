@@ -1,9 +1,9 @@
-#include "tortuosity/known.hpp"
+#include "support/turned_arrays.hpp"
 
 #include <cmath>
 #include <numbers>
 
-namespace porepack::tortuosity {
+namespace porepack::test {
 using namespace core;
 using namespace shapes;
 using namespace packing;
@@ -82,4 +82,4 @@ TurnedArray random_array(TurnedArray::Grain grain, TurnedArray::Turn turn, std::
     return {.grain = grain, .turn = turn, .solid_fraction = fraction(random), .shift = random_shift(random)};
 }
 
-}  // namespace porepack::tortuosity
+}  // namespace porepack::test

@@ -1,12 +1,13 @@
-#include "converters/simulated_scan.hpp"
+#include "support/simulated_scan.hpp"
 
 #include <cmath>
 #include <random>
 
 #include "core/parallel.hpp"
 
-namespace porepack::converters {
+namespace porepack::test {
 using namespace core;
+using namespace converters;
 using namespace packing;
 
 GrayImage simulated_scan(const Solid& solid, const Container& container, double voxel_size_m, const ScanSettings& settings) {
@@ -67,4 +68,4 @@ GrayImage simulated_scan(const Solid& solid, const Container& container, double 
     return image;
 }
 
-}  // namespace porepack::converters
+}  // namespace porepack::test
