@@ -11,7 +11,7 @@
 #include "core/parallel.hpp"
 #include "core/table.hpp"
 #include "design/scatter.hpp"
-#include "permeability/sample.hpp"
+#include "uncertainty/sample.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;
@@ -46,7 +46,7 @@ double pooled_half_width(const std::vector<BedScatter>& beds, long packings) {
         squares += static_cast<double>(bed.packings - 1) * bed.deviation * bed.deviation;
         freedom += static_cast<double>(bed.packings - 1);
     }
-    return permeability::students_t(freedom) * std::sqrt(squares / freedom / static_cast<double>(packings));
+    return uncertainty::students_t(freedom) * std::sqrt(squares / freedom / static_cast<double>(packings));
 }
 
 double median(std::vector<double> values) {
@@ -153,7 +153,7 @@ Json rows_of_table(const std::string& file) {
                         {"range", range(shrunk)},
                         {"pooled_half_width", pooled_half_width(beds, beds[i].packings)},
                         {"pooled_range", range(pooled)},
-                        {"own_half_width", permeability::students_t(own - 1.0) * beds[i].deviation / std::sqrt(own)}});
+                        {"own_half_width", uncertainty::students_t(own - 1.0) * beds[i].deviation / std::sqrt(own)}});
     }
     return {{"typical_deviation", json_of(all.typical())}, {"common_weight", json_of(all.common_weight())}, {"beds", rows}};
 }

@@ -1,5 +1,5 @@
 // Scatter of k between slices of one bed against their length: the exponent beside -1/2 of independent slices.
-#include "permeability/section_scatter.hpp"
+#include "uncertainty/section_scatter.hpp"
 
 #include <fmt/format.h>
 
@@ -13,8 +13,8 @@
 #include "core/log.hpp"
 #include "core/table.hpp"
 #include "lbm/permeability.hpp"
-#include "permeability/sample.hpp"
 #include "report/plot.hpp"
+#include "uncertainty/sample.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;
@@ -22,7 +22,7 @@ using namespace packing;
 using namespace converters;
 using namespace pore_space;
 using namespace lbm;
-using namespace permeability;
+using namespace uncertainty;
 namespace {
 
 // Relative resistance of the layers of the bed without its ends, in one flow, without a linear trend.

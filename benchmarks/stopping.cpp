@@ -8,11 +8,11 @@
 #include "benchmarks/benchmarks.hpp"
 #include "core/parallel.hpp"
 #include "core/table.hpp"
-#include "permeability/sample.hpp"
+#include "uncertainty/sample.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;
-using namespace permeability;
+using namespace uncertainty;
 namespace {
 
 struct Outcome {

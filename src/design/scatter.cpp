@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "permeability/sample.hpp"
+#include "uncertainty/sample.hpp"
 
 namespace porepack::design {
 namespace {
@@ -83,7 +83,7 @@ double ScatterOfBeds::chance_beyond(const BedScatter& bed, double distance) cons
 
 double ScatterOfBeds::half_width(const BedScatter& bed) const {
     const double error = 1.0 / std::sqrt(static_cast<double>(bed.packings));
-    if (nodes_.empty()) return permeability::students_t(freedom_of(bed)) * bed.deviation * error;
+    if (nodes_.empty()) return uncertainty::students_t(freedom_of(bed)) * bed.deviation * error;
     std::uintmax_t steps = 100;
     const auto [low, high] = boost::math::tools::bracket_and_solve_root(
         [&](double distance) { return chance_beyond(bed, distance) - outside; }, 2.0 * error * std::max(bed.deviation, *typical()), 2.0,

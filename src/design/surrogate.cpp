@@ -4,8 +4,8 @@
 #include <numbers>
 
 #include "core/error.hpp"
-#include "permeability/sample.hpp"
 #include "study/study_table.hpp"
+#include "uncertainty/sample.hpp"
 
 namespace porepack::design {
 using namespace core;
@@ -72,7 +72,7 @@ KnownBed bed_of(const StudyRow& row, const Point& point) {
         .porosity = number_at(row, "porosity"),
         .permeability = k / (size * size)};
     if (bed.packings > 1) {
-        const double t = permeability::students_t(static_cast<double>(bed.packings) - 1.0);
+        const double t = uncertainty::students_t(static_cast<double>(bed.packings) - 1.0);
         const double half_width = 0.5 * (number_at(row, "porosity_high") - number_at(row, "porosity_low"));
         bed.porosity_deviation = half_width * std::sqrt(static_cast<double>(bed.packings)) / t;
         bed.permeability_deviation = number_at(row, "permeability_standard_deviation_m2") / k;

@@ -7,7 +7,7 @@
 #include <regex>
 
 #include "core/log.hpp"
-#include "permeability/sample.hpp"
+#include "uncertainty/sample.hpp"
 
 namespace porepack::report {
 using namespace core;
@@ -102,7 +102,7 @@ std::optional<Interval> interval_of_path_mean(const ReportInput& input, const st
     const Json &value = result_at(input, "tortuosity/" + kind + "/tortuosity_" + (kind == "shortest_path" ? kind : "geometric_paper")),
                &number = paths.is_number() ? paths : starts;
     if (!value.is_number() || !error.is_number() || !number.is_number() || number.get<double>() < 2.0) return std::nullopt;
-    const double half = permeability::students_t(number.get<double>() - 1.0) * error.get<double>();
+    const double half = uncertainty::students_t(number.get<double>() - 1.0) * error.get<double>();
     return about(value.get<double>(), {half, half});
 }
 

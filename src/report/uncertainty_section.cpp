@@ -2,13 +2,14 @@
 #include <cmath>
 
 #include "core/table.hpp"
-#include "permeability/quantities.hpp"
 #include "report/plot.hpp"
 #include "report/section.hpp"
+#include "uncertainty/quantities.hpp"
 
 namespace porepack::report {
 using namespace core;
 using namespace permeability;
+using namespace uncertainty;
 namespace {
 
 const Json& statement_at(const ReportInput& input, const std::string& quantity, const char* which) {

@@ -11,11 +11,11 @@
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "core/table.hpp"
-#include "permeability/section_scatter.hpp"
 #include "report/plot.hpp"
 #include "stages/results.hpp"
 #include "stages/stages.hpp"
 #include "tortuosity/tortuosity.hpp"
+#include "uncertainty/section_scatter.hpp"
 
 namespace porepack::stages {
 using namespace core;
@@ -199,7 +199,7 @@ Json run_pores(const PoreSpace& space, const GeometryConfig& geometry, const Pat
     if (worth_drawing)
         report::draw_plot(folder / "pores.svg", "pores", {{"porosity", correlation.porosity()}}, {.width = 1100, .height = 380});
 
-    const auto scatter = permeability::porosity_scatter(layer_porosities(image), space.section.length(), space.equivalent_diameter_m);
+    const auto scatter = uncertainty::porosity_scatter(layer_porosities(image), space.section.length(), space.equivalent_diameter_m);
     return {{"voxel_size_m", h},
             {"section_m", section_json(space.section)},
             {"porosity_of_voxels", correlation.porosity()},

@@ -8,11 +8,11 @@
 #include <vector>
 
 #include "converters/surface.hpp"
-#include "permeability/section_scatter.hpp"
 #include "pipeline/stage.hpp"
 #include "pore_space/pore_space.hpp"
 #include "stages/case.hpp"
 #include "stages/inputs.hpp"
+#include "uncertainty/section_scatter.hpp"
 
 namespace porepack::stages {
 
@@ -110,7 +110,7 @@ constexpr std::array<core::Choice<TortuosityKind>, 4> choices_of(TortuosityKind)
 [[nodiscard]] pore_space::PoreSpace expected_pore_space(const Case& c);
 [[nodiscard]] double expected_porosity(const Case& c);
 /// Scatter of k of sections of this length, from the gradient along z of the lbm stage; none without one.
-[[nodiscard]] std::optional<permeability::SectionScatter> section_scatter_of(const Case& c);
+[[nodiscard]] std::optional<uncertainty::SectionScatter> section_scatter_of(const Case& c);
 /// That of [container]; of a packing found in a scan its own, and before the fit the box of the scan.
 [[nodiscard]] packing::Container case_container(const Case& c);
 /// [container] of a case with an image; none if the image names it, or fills a box.

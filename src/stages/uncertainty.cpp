@@ -7,15 +7,16 @@
 #include <numbers>
 
 #include "core/table.hpp"
-#include "permeability/budget.hpp"
-#include "permeability/quantities.hpp"
 #include "stages/results.hpp"
 #include "stages/stages.hpp"
+#include "uncertainty/budget.hpp"
+#include "uncertainty/quantities.hpp"
 
 namespace porepack::stages {
 using namespace core;
 using namespace pore_space;
 using namespace permeability;
+using namespace uncertainty;
 using namespace pipeline;
 namespace fs = std::filesystem;
 namespace {

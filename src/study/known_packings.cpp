@@ -15,6 +15,7 @@
 namespace porepack::study {
 using namespace core;
 using namespace permeability;
+using namespace uncertainty;
 using namespace stages;
 namespace {
 

@@ -5,9 +5,9 @@
 #include <optional>
 #include <vector>
 
-#include "permeability/quantities.hpp"
-#include "permeability/regression.hpp"
 #include "stages/case.hpp"
+#include "uncertainty/quantities.hpp"
+#include "uncertainty/regression.hpp"
 
 namespace porepack::study {
 
@@ -16,8 +16,8 @@ struct Member {
     long seed;
     double friction;
     double measured_part_porosity;  ///< of the part whose porosity was measured; NaN where none was, or where it reaches above this bed
-    std::array<std::optional<double>, permeability::reported_quantities.size()> values;
-    std::array<std::optional<core::Interval>, permeability::reported_quantities.size()> intervals;  ///< numerical
+    std::array<std::optional<double>, uncertainty::reported_quantities.size()> values;
+    std::array<std::optional<core::Interval>, uncertainty::reported_quantities.size()> intervals;  ///< numerical
     double section_scatter;  ///< predicted from the slices of this packing, relative; NaN where there is no gradient along z
 };
 
@@ -57,11 +57,11 @@ private:
         std::optional<core::Interval> of_mean, of_next;
     };
     [[nodiscard]] std::vector<double> values_of(std::size_t quantity) const;
-    [[nodiscard]] permeability::Sample sample(std::size_t quantity) const;
+    [[nodiscard]] uncertainty::Sample sample(std::size_t quantity) const;
     [[nodiscard]] std::optional<core::Sides> mean_half_widths(std::size_t quantity) const;
     [[nodiscard]] double numerical_half_width_m2() const;
-    [[nodiscard]] std::optional<permeability::RegressedMean> regressed() const;
-    [[nodiscard]] std::optional<permeability::MeanAtInput> at_friction(std::size_t quantity) const;
+    [[nodiscard]] std::optional<uncertainty::RegressedMean> regressed() const;
+    [[nodiscard]] std::optional<uncertainty::MeanAtInput> at_friction(std::size_t quantity) const;
     [[nodiscard]] double mean_permeability() const;
     [[nodiscard]] double standard_error_m2() const;
     [[nodiscard]] Estimate estimate(std::size_t quantity) const;

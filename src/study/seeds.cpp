@@ -17,6 +17,7 @@ namespace porepack::study {
 using namespace core;
 using namespace lbm;
 using namespace permeability;
+using namespace uncertainty;
 using namespace pipeline;
 using namespace stages;
 namespace {

@@ -11,8 +11,8 @@
 
 #include "core/error.hpp"
 #include "core/table.hpp"
-#include "permeability/sample.hpp"
 #include "study/formula.hpp"
+#include "uncertainty/sample.hpp"
 
 namespace porepack::study {
 using namespace core;
@@ -97,7 +97,7 @@ FittedCurve fitted(const FitConfig& fit, const Points& points) {
     }
     const LeastSquares solved = least_squares(terms, y);
     FittedCurve curve{.in_logarithm = takes_logarithm_of_y(fit.form), .residual = solved.residual, .r_squared = solved.r_squared};
-    const double t = permeability::students_t(solved.freedom);
+    const double t = uncertainty::students_t(solved.freedom);
     for (Eigen::Index j = 0; j < count; ++j) {
         const double value = solved.coefficients[j], half = t * solved.deviations[j];
         Coefficient one{.name = fmt::format("c{}", j), .value = value, .interval = {value - half, value + half}};

@@ -10,15 +10,16 @@
 #include "core/error.hpp"
 #include "core/file_lock.hpp"
 #include "core/table.hpp"
-#include "permeability/quantities.hpp"
 #include "record/digest.hpp"
 #include "stages/results.hpp"
 #include "stages/stages.hpp"
+#include "uncertainty/quantities.hpp"
 
 namespace porepack::study {
 using namespace core;
 using namespace record;
 using namespace permeability;
+using namespace uncertainty;
 using namespace stages;
 namespace fs = std::filesystem;
 namespace {

@@ -36,6 +36,7 @@ namespace lbm {}
 namespace openfoam {}
 namespace tortuosity {}
 namespace permeability {}
+namespace uncertainty {}
 namespace falling_head {}
 namespace report {}
 namespace pipeline {}
@@ -56,6 +57,7 @@ using namespace lbm;
 using namespace openfoam;
 using namespace tortuosity;
 using namespace permeability;
+using namespace uncertainty;
 using namespace falling_head;
 using namespace report;
 using namespace pipeline;

@@ -3,12 +3,12 @@
 #include <random>
 
 #include "core/sides.hpp"
-#include "permeability/budget.hpp"
 #include "report/page.hpp"
 #include "report/report.hpp"
 #include "stages/stages.hpp"
 #include "study/compare.hpp"
 #include "support/helpers.hpp"
+#include "uncertainty/budget.hpp"
 
 namespace porepack {
 namespace {

@@ -4,17 +4,18 @@
 #include <random>
 
 #include "core/table.hpp"
-#include "permeability/budget.hpp"
 #include "permeability/fluid.hpp"
 #include "permeability/permeability.hpp"
-#include "permeability/regression.hpp"
 #include "stages/case.hpp"
 #include "support/helpers.hpp"
+#include "uncertainty/budget.hpp"
+#include "uncertainty/regression.hpp"
 
 namespace porepack {
 namespace {
 
 using namespace permeability;
+using namespace uncertainty;
 using core::Interval;
 
 bool holds(const Interval& interval, double value) {

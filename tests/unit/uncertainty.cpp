@@ -4,15 +4,16 @@
 #include "core/table.hpp"
 #include "lbm/wall_effect.hpp"
 #include "packing/structure.hpp"
-#include "permeability/budget.hpp"
 #include "permeability/descriptors.hpp"
-#include "permeability/section_scatter.hpp"
 #include "support/helpers.hpp"
+#include "uncertainty/budget.hpp"
+#include "uncertainty/section_scatter.hpp"
 
 namespace porepack {
 namespace {
 
 using namespace permeability;
+using namespace uncertainty;
 
 TEST(Sample, IntervalsOfFivePackings) {
     // t(0.975, 4) = 2.7764451 and chi squared 11.143287 and 0.4844186 with 4 degrees of freedom: tables.

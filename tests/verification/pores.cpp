@@ -1,13 +1,13 @@
 // The pore space described, against exact answers.
 #include <random>
 
-#include "permeability/section_scatter.hpp"
 #include "pore_space/pore_space.hpp"
 #include "pores/pores.hpp"
 #include "stages/stages.hpp"
 #include "support/helpers.hpp"
 #include "support/known_flows.hpp"
 #include "tortuosity/tortuosity.hpp"
+#include "uncertainty/section_scatter.hpp"
 
 namespace porepack {
 namespace {
@@ -236,7 +236,7 @@ TEST(Pores, ScatterOfThePorosityOfRandomSpheres) {
                 double mean = 0.0;
                 for (const double layer : layers) mean += layer / static_cast<double>(layers.size());
                 means.push_back(mean);
-                const auto found = permeability::porosity_scatter(layers, 2.0 * diameters, 2.0).value();
+                const auto found = uncertainty::porosity_scatter(layers, 2.0 * diameters, 2.0).value();
                 squares.push_back(found.deviation * found.deviation);
                 intervals.push_back(found.interval);
             }
@@ -252,7 +252,7 @@ TEST(Pores, ScatterOfThePorosityOfRandomSpheres) {
             EXPECT_GT(std::sqrt(pooled) / deviation, 1.0 / 1.3);
             EXPECT_GE(held, 0.9);  // 95 %, minus three standard errors of 200 parts
         }
-    EXPECT_FALSE(permeability::porosity_scatter(std::vector<double>(24, 0.5), 4.8, 2.0)) << "2.4 diameters are too few";
+    EXPECT_FALSE(uncertainty::porosity_scatter(std::vector<double>(24, 0.5), 4.8, 2.0)) << "2.4 diameters are too few";
 }
 
 TEST(Pores, TheCommandWritesNumbersTablesAndAFigure) {

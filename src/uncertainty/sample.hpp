@@ -6,7 +6,7 @@
 
 #include "core/sides.hpp"
 
-namespace porepack::permeability {
+namespace porepack::uncertainty {
 
 /// Of independent packings.
 struct Sample {
@@ -53,4 +53,4 @@ inline constexpr std::size_t least_packings = 5;
 [[nodiscard]] std::optional<std::size_t> packings_for(double relative_deviation, double relative_half_width,
                                                       double numerical_half_width = 0.0);
 
-}  // namespace porepack::permeability
+}  // namespace porepack::uncertainty

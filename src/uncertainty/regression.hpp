@@ -5,9 +5,9 @@
 #include <optional>
 #include <span>
 
-#include "permeability/sample.hpp"
+#include "uncertainty/sample.hpp"
 
-namespace porepack::permeability {
+namespace porepack::uncertainty {
 
 /// Least squares line y = mean_y + slope (x - mean_x).
 struct Line {
@@ -65,4 +65,4 @@ inline constexpr std::size_t least_flows = least_packings + 1;
 /// along it.
 [[nodiscard]] std::size_t flows_for(double about_line, double along_line, double half_width, std::size_t pours_per_flow);
 
-}  // namespace porepack::permeability
+}  // namespace porepack::uncertainty

@@ -1,11 +1,11 @@
-#include "permeability/budget.hpp"
+#include "uncertainty/budget.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "permeability/permeability.hpp"
 
-namespace porepack::permeability {
+namespace porepack::uncertainty {
 using namespace core;
 
 double between_methods(double value, const std::optional<Interval>& interval, double other_value,
@@ -19,7 +19,7 @@ double between_methods(double value, const std::optional<Interval>& interval, do
 }
 
 double permeability_change(double porosity, double change) {
-    return kozeny_uncertainty(porosity, (1.0 - porosity) * std::abs(change));
+    return permeability::kozeny_uncertainty(porosity, (1.0 - porosity) * std::abs(change));
 }
 
-}  // namespace porepack::permeability
+}  // namespace porepack::uncertainty

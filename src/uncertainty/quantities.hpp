@@ -3,7 +3,7 @@
 
 #include <array>
 
-namespace porepack::permeability {
+namespace porepack::uncertainty {
 
 struct Quantity {
     const char *name, *value, *interval;  ///< places in {"stage": result}; no interval: an empty text
@@ -21,4 +21,4 @@ inline constexpr std::array reported_quantities = {
     Quantity{"tortuosity_factor", "/tortuosity/diffusive/tortuosity_factor", "/tortuosity/diffusive/interval",
              "tortuosity factor (diffusive)", "{:.4f}", ""}};
 
-}  // namespace porepack::permeability
+}  // namespace porepack::uncertainty

@@ -6,7 +6,7 @@
 
 #include "core/interval.hpp"
 
-namespace porepack::permeability {
+namespace porepack::uncertainty {
 
 struct SectionScatter {
     double relative = 0.0;         ///< standard deviation of k between sections of this length
@@ -37,4 +37,4 @@ struct PorosityScatter {
 /// spheres without overlap; the interval is 0.2 to 1.25 times that value.
 [[nodiscard]] std::optional<PorosityScatter> porosity_scatter(std::span<const double> layer_porosity, double section_m, double diameter_m);
 
-}  // namespace porepack::permeability
+}  // namespace porepack::uncertainty

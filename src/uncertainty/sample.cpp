@@ -1,11 +1,11 @@
-#include "permeability/sample.hpp"
+#include "uncertainty/sample.hpp"
 
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <limits>
 
-namespace porepack::permeability {
+namespace porepack::uncertainty {
 using namespace core;
 namespace {
 
@@ -74,4 +74,4 @@ std::optional<std::size_t> packings_for(double relative_deviation, double relati
     return packings;
 }
 
-}  // namespace porepack::permeability
+}  // namespace porepack::uncertainty

@@ -1,11 +1,11 @@
-#include "permeability/regression.hpp"
+#include "uncertainty/regression.hpp"
 
 #include <cmath>
 
-#include "permeability/budget.hpp"
 #include "permeability/permeability.hpp"
+#include "uncertainty/budget.hpp"
 
-namespace porepack::permeability {
+namespace porepack::uncertainty {
 using namespace core;
 namespace {
 
@@ -37,9 +37,9 @@ std::optional<Line> fit_line(std::span<const double> x, std::span<const double> 
 }
 
 BedEstimate bed_of_porosity(const Line& line, double porosity, double standard_uncertainty, const Sides& numerical) {
-    const double x = std::log(kozeny_function(porosity)), k = std::exp(line.at(x)),
+    const double x = std::log(permeability::kozeny_function(porosity)), k = std::exp(line.at(x)),
                  scatter = students_t(line.degrees_of_freedom()) * line.residual_deviation * std::sqrt(1.0 + line.relative_variance_at(x)),
-                 of_porosity = coverage_factor * std::abs(line.slope) * kozeny_uncertainty(porosity, standard_uncertainty),
+                 of_porosity = coverage_factor * std::abs(line.slope) * permeability::kozeny_uncertainty(porosity, standard_uncertainty),
                  half = std::hypot(scatter, of_porosity);  // of ln k
     return {k, widened({k * std::exp(-half), k * std::exp(half)}, k, k * numerical)};
 }
@@ -101,4 +101,4 @@ std::size_t flows_for(double about_line, double along_line, double half_width, s
     return flows;
 }
 
-}  // namespace porepack::permeability
+}  // namespace porepack::uncertainty

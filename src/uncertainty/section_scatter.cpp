@@ -1,11 +1,11 @@
-#include "permeability/section_scatter.hpp"
+#include "uncertainty/section_scatter.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "permeability/sample.hpp"
+#include "uncertainty/sample.hpp"
 
-namespace porepack::permeability {
+namespace porepack::uncertainty {
 using core::Interval;
 namespace {
 
@@ -59,4 +59,4 @@ std::optional<PorosityScatter> porosity_scatter(std::span<const double> layer_po
                            .interval = {single.low * independent, single.high * independent}};
 }
 
-}  // namespace porepack::permeability
+}  // namespace porepack::uncertainty

@@ -7,9 +7,9 @@
 
 #include "core/members.hpp"
 #include "core/sides.hpp"
-#include "permeability/sample.hpp"
+#include "uncertainty/sample.hpp"
 
-namespace porepack::permeability {
+namespace porepack::uncertainty {
 
 /// How the size of a contribution is known: from data of this case, as an upper bound, or by judgement from other cases.
 enum class Evidence { measured, bounded, judged };
@@ -60,4 +60,4 @@ inline constexpr double coverage_factor = 1.96;
 /// eps^3 / (1 - eps)^2, at constant area per volume of the solid.
 [[nodiscard]] double permeability_change(double porosity, double change);
 
-}  // namespace porepack::permeability
+}  // namespace porepack::uncertainty
