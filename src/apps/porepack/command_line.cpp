@@ -157,9 +157,6 @@ Option Command::add_option(const std::string& name, double& value, const std::st
 Option Command::add_option(const std::string& name, long& value, const std::string& help) {
     return Option(app_->add_option(name, value, help));
 }
-Option Command::add_option(const std::string& name, int& value, const std::string& help) {
-    return Option(app_->add_option(name, value, help));
-}
 Option Command::add_option(const std::string& name, std::vector<std::string>& values, const std::string& help) {
     return Option(app_->add_option(name, values, help));
 }

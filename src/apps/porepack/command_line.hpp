@@ -42,7 +42,6 @@ public:
     Option add_option(const std::string& name, std::string& value, const std::string& help);
     Option add_option(const std::string& name, double& value, const std::string& help);
     Option add_option(const std::string& name, long& value, const std::string& help);
-    Option add_option(const std::string& name, int& value, const std::string& help);
     Option add_option(const std::string& name, std::vector<std::string>& values, const std::string& help);
     Option add_option(const std::string& name, std::vector<double>& values, const std::string& help);
     void add_flag(const std::string& name, bool& value, const std::string& help);
