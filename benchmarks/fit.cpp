@@ -7,17 +7,18 @@
 #include <sstream>
 
 #include "benchmarks/benchmarks.hpp"
-#include "converters/scanner.hpp"
 #include "core/data_file.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "imaging/write_volume.hpp"
-#include "poses/shape_points.hpp"
+#include "scans/scanner.hpp"
+#include "scans/shape_points.hpp"
 #include "stages/fit.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;
 using namespace converters;
+using namespace scans;
 using namespace pore_space;
 using namespace packing;
 using namespace stages;
@@ -58,7 +59,7 @@ Errors errors_of(const Scene& scene, const Packing& fitted, const std::vector<st
         double least = 0.5 * exact[0].radius;
         for (std::size_t f = 0; f < found.size(); ++f)
             if (found[f].size() == exact.size())
-                if (const double difference = poses::largest_difference_m(exact, found[f]); difference < least) {
+                if (const double difference = scans::largest_difference_m(exact, found[f]); difference < least) {
                     least = difference;
                     best = f;
                 }

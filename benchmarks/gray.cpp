@@ -7,6 +7,7 @@
 #include "benchmarks/gray_run.hpp"
 #include "core/log.hpp"
 #include "core/median.hpp"
+#include "stages/gray_parts.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;
@@ -14,6 +15,7 @@ using namespace converters;
 using namespace pore_space;
 using namespace lbm;
 using namespace test;
+using namespace scans;
 using namespace stages;
 namespace {
 
@@ -49,7 +51,7 @@ Row measure(const KnownFlow& flow, double voxels, double blur, double noise, uns
 GrayRun gray_run(const KnownFlow& flow, double voxels, const ScanSettings& settings) {
     GrayImage scan = simulated_scan(*flow.solid, flow.container, flow.diameter_m / voxels, settings);
     GrayInput input =
-        read_gray(imaging::scan_of(scan, 0.0, 1.0), {.threshold = "volume", .gray_levels = {0.0, 1.0}}, flow.container, flow.name);
+        read_gray(scans::scan_of(scan, 0.0, 1.0), {.threshold = "volume", .gray_levels = {0.0, 1.0}}, flow.container, flow.name);
     const PoreSpace space = pore_space_of(input.solid, flow.container, {0.0, flow.container.height()}, flow.name);
     const LbmConfig config{.direction = flow.direction, .fields = FieldFiles::none};
     LbmResult result = lbm_permeability(space, space.voxel_size_m(0.0), config);

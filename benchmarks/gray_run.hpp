@@ -1,7 +1,7 @@
 // k of a simulated scan by walls from gray values.
 #pragma once
 
-#include "stages/gray.hpp"
+#include "scans/gray_input.hpp"
 #include "support/known_flows.hpp"
 #include "support/simulated_scan.hpp"
 
@@ -9,7 +9,7 @@ namespace porepack::benchmarks {
 
 struct GrayRun {
     core::GrayImage scan;
-    stages::GrayInput input;
+    scans::GrayInput input;
     pore_space::PoreSpace space;
     lbm::LbmConfig config;
     lbm::LbmResult result;  ///< with the gray parts of its interval

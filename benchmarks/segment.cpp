@@ -7,8 +7,8 @@
 #include "core/data_file.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
-#include "imaging/gray.hpp"
 #include "imaging/write_volume.hpp"
+#include "scans/gray_levels.hpp"
 #include "stages/inputs.hpp"
 #include "stages/segment.hpp"
 #include "support/simulated_scan.hpp"
@@ -17,6 +17,7 @@ namespace porepack::benchmarks {
 using namespace test;
 using namespace core;
 using namespace converters;
+using namespace scans;
 using namespace pore_space;
 using namespace packing;
 using namespace stages;
@@ -92,7 +93,7 @@ Json segment_benchmark(bool quick, const Path& given) {
         {
             const GrayImage image = simulated_scan(grains, packing.container, scene.voxel_m,
                                                    {.blur_voxels = 0.7, .noise = 0.05, .seed = 4, .tube = true, .part = scene.part});
-            write_volume(scan, imaging::scan_of(image, 60.0, 180.0));
+            write_volume(scan, scans::scan_of(image, 60.0, 180.0));
         }
         make_folder(target);
         Stopwatch watch;

@@ -13,11 +13,9 @@
 #include "pore_space/voxels.hpp"
 #include "pore_space/walls.hpp"
 
-namespace porepack::converters {
-class GraySolid;
-}
-
 namespace porepack::pore_space {
+
+class GraySolid;
 
 /// A container, the section of it that is evaluated, and the solid in it. It gives voxels of any size and, where the
 /// solid is known exactly, the exact wall positions. Copies share the solid, which is never changed.
@@ -30,7 +28,7 @@ struct PoreSpace {
     std::shared_ptr<const packing::Grains> grains = nullptr;       ///< the same solid, if it consists of capsules
     std::shared_ptr<const packing::Packing> packing = nullptr;     ///< packing of these grains
     std::shared_ptr<const io::TriangleSurface> surface = nullptr;  ///< the grains' closed surface, if there is one
-    std::shared_ptr<const converters::GraySolid> gray = nullptr;   ///< the same solid, if it is a level set of a gray image
+    std::shared_ptr<const GraySolid> gray = nullptr;               ///< the same solid, if it is a level set of a gray image
     std::shared_ptr<const core::PhaseImage> image = nullptr;       ///< its voxels are the only available resolution
 
     /// Diameter of the thinnest capsule; of a surface 4 volume / area, the diameter of a long capsule; infinite where unknown.

@@ -10,12 +10,12 @@
 #include "core/log.hpp"
 #include "core/median.hpp"
 #include "core/table.hpp"
-#include "imaging/find_tube.hpp"
 #include "packing/grains.hpp"
-#include "poses/detect.hpp"
-#include "poses/refine.hpp"
-#include "stages/fit_scan.hpp"
-#include "stages/gray.hpp"
+#include "scans/detect.hpp"
+#include "scans/find_tube.hpp"
+#include "scans/fit_scan.hpp"
+#include "scans/gray_input.hpp"
+#include "scans/refine.hpp"
 #include "stages/inputs.hpp"
 #include "stages/results.hpp"
 #include "stages/slice_picture.hpp"
@@ -25,7 +25,8 @@ using namespace core;
 using namespace converters;
 using namespace imaging;
 using namespace packing;
-using namespace poses;
+using namespace pore_space;
+using namespace scans;
 namespace {
 
 constexpr double wanted_voxels = 6.0;  ///< per diameter, for the search

@@ -1,8 +1,8 @@
 // A scan or a segmented image, read and put into the container.
 #include "io/image.hpp"
-#include "converters/gray_solid.hpp"
 #include "core/error.hpp"
 #include "imaging/volume.hpp"
+#include "pore_space/gray_solid.hpp"
 #include "stages/results.hpp"
 #include "stages/stages.hpp"
 

@@ -9,18 +9,19 @@
 #include "converters/surface.hpp"
 #include "core/error.hpp"
 #include "core/log.hpp"
-#include "imaging/doubts.hpp"
-#include "imaging/find_tube.hpp"
-#include "imaging/phases.hpp"
 #include "io/image.hpp"
-#include "stages/gray.hpp"
-#include "stages/scan_bed.hpp"
+#include "scans/bed.hpp"
+#include "scans/doubts.hpp"
+#include "scans/find_tube.hpp"
+#include "scans/gray_input.hpp"
+#include "scans/phases.hpp"
 
 namespace porepack::stages {
 using namespace core;
 using namespace io;
 using namespace packing;
 using namespace converters;
+using namespace scans;
 using namespace pore_space;
 namespace {
 
@@ -121,7 +122,7 @@ PoreSpace load_image(const Path& file, const InputOptions& options) {
         return space;
     }
     if (!found.description["own"].get<bool>())
-        for (const std::string& doubt : imaging::doubts_of(found.image)) log_warning(fmt::format("{}: {}", file.string(), doubt));
+        for (const std::string& doubt : scans::doubts_of(found.image)) log_warning(fmt::format("{}: {}", file.string(), doubt));
     return pore_space_of(std::move(found.image), found.container, section, file.string());
 }
 
@@ -195,7 +196,7 @@ ImageInput read_image(const imaging::VolumeSource& source, const imaging::ImageC
     std::optional<std::array<double, 2>> axis;
     if (config.find_container) {
         if (container) throw UserError("a given container and --image-find-container exclude each other", {.where = file.string()});
-        const imaging::Tube tube = imaging::find_tube(source, config.pore_side, file.string());
+        const scans::Tube tube = scans::find_tube(source, config.pore_side, file.string());
         axis = {tube.x_voxels, tube.y_voxels};
         input.container.diameter_m = 2.0 * tube.radius_voxels * header.spacing_m[0];
         input.container.height_m = static_cast<double>(header.voxels[2]) * header.spacing_m[2];
@@ -226,7 +227,7 @@ ImageInput read_image(const imaging::VolumeSource& source, const imaging::ImageC
         throw UserError("a container is found with gray walls only", {.where = file.string(), .fix = "--image-threshold volume"});
     imaging::ImageConfig levels = config;
     if (config.threshold.is_string()) levels.threshold = threshold_value(source, config, input.container, file.string());
-    imaging::SegmentedImage found = imaging::segmented(source, levels, file.string());
+    scans::SegmentedImage found = scans::segmented(source, levels, file.string());
     input.image = std::move(found.image);
     if (!input.image.notes.contains("container")) place(input.image.grid, input.container);  // else it is in its place
     leave_out_outside(input.image, input.container);

@@ -12,7 +12,8 @@
 #include "lbm/checkpoint.hpp"
 #include "lbm/permeability.hpp"
 #include "lbm/sequence.hpp"
-#include "stages/gray.hpp"
+#include "scans/gray_input.hpp"
+#include "stages/gray_parts.hpp"
 #include "stages/results.hpp"
 #include "stages/stages.hpp"
 
@@ -21,6 +22,7 @@ using namespace core;
 using namespace io;
 using namespace packing;
 using namespace converters;
+using namespace scans;
 using namespace pore_space;
 using namespace lbm;
 using namespace pipeline;

@@ -9,7 +9,7 @@
 #include "core/log.hpp"
 #include "core/table.hpp"
 #include "imaging/write_volume.hpp"
-#include "poses/shape_points.hpp"
+#include "scans/shape_points.hpp"
 #include "stages/fit.hpp"
 #include "stages/stages.hpp"
 
@@ -17,6 +17,7 @@ namespace porepack::stages {
 using namespace core;
 using namespace packing;
 using namespace converters;
+using namespace scans;
 using namespace pore_space;
 namespace {
 
@@ -52,7 +53,7 @@ void compare_poses(const Packing& truth, const Packing& fitted, Trial& trial) {
     for (std::size_t i = 0; i < exact.size(); ++i)
         for (std::size_t f = 0; f < found.size(); ++f)
             if (found[f].size() == exact[i].size() && !used[f] &&
-                poses::largest_difference_m(exact[i], found[f]) < 0.5 * exact[i][0].radius) {
+                scans::largest_difference_m(exact[i], found[f]) < 0.5 * exact[i][0].radius) {
                 used[f] = true;
                 trial.found += whole[i] ? 1 : 0;
                 break;

@@ -14,7 +14,7 @@
 #include "io/image.hpp"
 #include "io/iso_surface.hpp"
 #include "report/plot.hpp"
-#include "stages/gray.hpp"
+#include "scans/gray_input.hpp"
 #include "stages/inputs.hpp"
 #include "stages/results.hpp"
 #include "stages/slice_picture.hpp"
@@ -24,6 +24,7 @@ using namespace core;
 using namespace converters;
 using namespace pore_space;
 using namespace imaging;
+using namespace scans;
 using namespace packing;
 namespace {
 

@@ -10,7 +10,7 @@
 #include "io/image.hpp"
 #include "io/stl.hpp"
 #include "openfoam/foam_field.hpp"
-#include "stages/gray.hpp"
+#include "scans/gray_input.hpp"
 #include "stages/results.hpp"
 #include "stages/stages.hpp"
 
@@ -20,6 +20,7 @@ using namespace io;
 using namespace shapes;
 using namespace packing;
 using namespace converters;
+using namespace scans;
 using namespace pore_space;
 using namespace lbm;
 using namespace openfoam;

@@ -37,6 +37,7 @@ namespace openfoam {}
 namespace tortuosity {}
 namespace permeability {}
 namespace uncertainty {}
+namespace scans {}
 namespace falling_head {}
 namespace report {}
 namespace pipeline {}
@@ -58,6 +59,7 @@ using namespace openfoam;
 using namespace tortuosity;
 using namespace permeability;
 using namespace uncertainty;
+using namespace scans;
 using namespace falling_head;
 using namespace report;
 using namespace pipeline;

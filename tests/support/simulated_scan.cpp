@@ -7,7 +7,7 @@
 
 namespace porepack::test {
 using namespace core;
-using namespace converters;
+using namespace pore_space;
 using namespace packing;
 
 GrayImage simulated_scan(const Solid& solid, const Container& container, double voxel_size_m, const ScanSettings& settings) {

@@ -1,7 +1,7 @@
 // A scan of a solid that is known exactly, for tests and measurements: partial volumes, blur and white noise, nothing else.
 #pragma once
 
-#include "converters/gray_solid.hpp"
+#include "pore_space/gray_solid.hpp"
 
 namespace porepack::test {
 

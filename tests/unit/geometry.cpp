@@ -9,10 +9,10 @@
 
 #include "converters/slices.hpp"
 #include "converters/surface.hpp"
-#include "imaging/phases.hpp"
 #include "io/image.hpp"
 #include "pore_space/percolation.hpp"
 #include "pore_space/voxels.hpp"
+#include "scans/phases.hpp"
 #include "support/helpers.hpp"
 
 namespace porepack {
@@ -82,7 +82,7 @@ TEST(Axes, TheLStandsRightInEveryFile) {
 
     const VoxelPlan plan = plan_voxels(packing.container, whole, 1e-3, {}, 0.006);
     write_phase_image(folder.path() / "pore.vti", voxelise(grains, packing.container, whole, plan));
-    const PhaseImage image = imaging::segmented(imaging::open_volume(folder.path() / "pore.vti"), {}, "pore.vti").image;
+    const PhaseImage image = scans::segmented(imaging::open_volume(folder.path() / "pore.vti"), {}, "pore.vti").image;
     extent_of(image.grid, image.phase).expect_l(1.1e-3);
 
     write_slices(folder.path() / "slices", grains, packing.container, whole, 1e-3, 1e-3);

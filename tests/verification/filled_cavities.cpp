@@ -4,7 +4,7 @@
 #include <numbers>
 #include <random>
 
-#include "converters/scanner.hpp"
+#include "scans/scanner.hpp"
 #include "shapes/shape.hpp"
 #include "support/helpers.hpp"
 #include "tortuosity/tortuosity.hpp"

@@ -5,11 +5,11 @@
 #include <numbers>
 #include <random>
 
-#include "converters/scanner.hpp"
-#include "imaging/gray.hpp"
 #include "imaging/write_volume.hpp"
 #include "packing/grains.hpp"
-#include "poses/shape_points.hpp"
+#include "scans/gray_levels.hpp"
+#include "scans/scanner.hpp"
+#include "scans/shape_points.hpp"
 #include "support/helpers.hpp"
 #include "support/simulated_scan.hpp"
 
@@ -86,7 +86,7 @@ Errors errors_of(const Packing& exact, const Packing& fitted) {
     for (const Body& body : exact.bodies)
         for (const Body& other : fitted.bodies) {
             if (other.shape != body.shape) continue;
-            const double end = poses::largest_difference_m(world_capsules(exact, body), world_capsules(fitted, other));
+            const double end = scans::largest_difference_m(world_capsules(exact, body), world_capsules(fitted, other));
             if (end > 0.25 * d) continue;
             ++errors.found;
             errors.end = std::max(errors.end, end);
@@ -96,29 +96,29 @@ Errors errors_of(const Packing& exact, const Packing& fitted) {
 }
 
 TEST(Poses, RotationsLeaveNoGapAndOccurOnce) {
-    const poses::ShapePoints tetrapod = poses::points_of(make_preset(ShapeKind::tetrapod, d, 0.0138));
+    const scans::ShapePoints tetrapod = scans::points_of(make_preset(ShapeKind::tetrapod, d, 0.0138));
     EXPECT_LT(tetrapod.anchor.norm(), 1e-6);  // its middle
     EXPECT_EQ(tetrapod.ends.size(), 5U);
     EXPECT_EQ(tetrapod.different_ends.size(), 2U);  // tips and middle
     const double step = 0.5 * d;
     const auto rotations = rotations_of(tetrapod, tetrapod.anchor, step);
-    const poses::ShapePoints unsymmetric = poses::points_of(chiral());
+    const scans::ShapePoints unsymmetric = scans::points_of(chiral());
     EXPECT_GT(rotations_of(unsymmetric, unsymmetric.anchor, step).size(), 2 * rotations.size());
     std::mt19937 random(1);
     std::normal_distribution<double> normal;
     double farthest = 0.0;
     for (int i = 0; i < 200; ++i) {
-        const auto exact = poses::placed(
+        const auto exact = scans::placed(
             tetrapod.capsules, {Vec3::Zero(), Quaternion(normal(random), normal(random), normal(random), normal(random)).normalized()});
         double least = 1e300;
         for (const Quaternion& q : rotations)
-            least = std::min(least, poses::largest_difference_m(poses::placed(tetrapod.capsules, {Vec3::Zero(), q}), exact));
+            least = std::min(least, scans::largest_difference_m(scans::placed(tetrapod.capsules, {Vec3::Zero(), q}), exact));
         farthest = std::max(farthest, least);
     }
     EXPECT_LT(farthest, 1.3 * step);
-    const poses::ShapePoints rod = poses::points_of(make_preset(ShapeKind::rod, d, 0.01));
+    const scans::ShapePoints rod = scans::points_of(make_preset(ShapeKind::rod, d, 0.01));
     EXPECT_LT(rotations_of(rod, rod.anchor, step).size(), 300U);
-    const poses::ShapePoints sphere = poses::points_of(make_preset(ShapeKind::sphere, d, 0.0));
+    const scans::ShapePoints sphere = scans::points_of(make_preset(ShapeKind::sphere, d, 0.0));
     EXPECT_EQ(rotations_of(sphere, sphere.anchor, step).size(), 1U);
 }
 
@@ -126,7 +126,7 @@ TEST(Poses, RotationsLeaveNoGapAndOccurOnce) {
 TEST(Poses, AMixtureInAnXRayScanIsFound) {
     const Packing exact = random_bed({bent(), make_preset(ShapeKind::tetrapod, d, 0.01)}, 20, 0.045, 3);
     const double h = d / 8.0;
-    const converters::SimulatedScan scan = scan_packing(exact, {0.0, 0.045}, {.voxel_size_m = h});
+    const scans::SimulatedScan scan = scan_packing(exact, {0.0, 0.045}, {.voxel_size_m = h});
     const test::Folder folder;
     imaging::write_volume(folder.path() / "scan.nrrd", imaging::source_of(scan.grid, scan.values));
     const double width = scan.grid.cells[0] * h;
@@ -154,7 +154,7 @@ TEST(Poses, WrongSizesAndMirrorImagesAreNamed) {
     const GrayImage image = test::simulated_scan(Grains(exact), exact.container, d / 8.0, {.blur_voxels = 0.8, .noise = 0.05, .seed = 2});
     const test::Folder folder;
     const Path scan = folder.path() / "scan.nrrd";
-    write_volume(scan, imaging::scan_of(image, 40.0, 200.0));
+    write_volume(scan, scans::scan_of(image, 40.0, 200.0));
     const auto fit = [&](const Shape& shape, const std::string& axes) {
         return stages::fit_image(scan, {.axes = axes, .fitted_sizes = true}, exact.container, {shape}, folder.path());
     };
@@ -183,7 +183,7 @@ TEST(Poses, LargeScansAreFittedSlabBySlab) {
     const GrayImage image = test::simulated_scan(Grains(exact), exact.container, h, {.blur_voxels = 0.8, .noise = 0.03, .seed = 2});
     const test::Folder folder;
     const Path scan = folder.path() / "scan.nrrd";
-    write_volume(scan, imaging::scan_of(image, 40.0, 200.0));
+    write_volume(scan, scans::scan_of(image, 40.0, 200.0));
     const auto fit = [&](double memory_bytes) {
         const Json found = stages::fit_image(scan, {.fit_memory_bytes = memory_bytes}, exact.container, exact.shapes, folder.path());
         EXPECT_TRUE(found.at("doubts").empty()) << found.at("doubts").dump();
@@ -206,7 +206,7 @@ TEST(Poses, HardCases) {
     const Path file = folder.path() / "scan.nrrd";
     const auto fit = [&](const Packing& packing, const test::ScanSettings& settings, const imaging::ImageConfig& image = {}) {
         const GrayImage scan = test::simulated_scan(Grains(packing), packing.container, d / 8.0, settings);
-        write_volume(file, imaging::scan_of(scan, 40.0, 200.0));
+        write_volume(file, scans::scan_of(scan, 40.0, 200.0));
         return stages::fit_image(file, image, packing.container, {bent()}, folder.path());
     };
     const Packing exact = random_bed({bent()}, 14, 0.04, 11);

@@ -3,9 +3,10 @@
 #include <numbers>
 #include <random>
 
-#include "imaging/find_tube.hpp"
 #include "imaging/write_volume.hpp"
-#include "stages/gray.hpp"
+#include "scans/find_tube.hpp"
+#include "scans/gray_input.hpp"
+#include "stages/gray_parts.hpp"
 #include "stages/stages.hpp"
 #include "support/helpers.hpp"
 #include "support/known_flows.hpp"
@@ -20,8 +21,8 @@ using core::UserError;
 double gray_permeability(const test::KnownFlow& flow, double voxels, double blur, double noise,
                          std::optional<core::Interval>* interval = nullptr) {
     const core::GrayImage scan = test::simulated_scan(*flow.solid, flow.container, flow.diameter_m / voxels, {blur, noise, 3});
-    const stages::GrayInput input =
-        stages::read_gray(scan_of(scan, 0.0, 1.0), {.threshold = "volume", .gray_levels = {0.0, 1.0}}, flow.container, flow.name);
+    const scans::GrayInput input =
+        scans::read_gray(scan_of(scan, 0.0, 1.0), {.threshold = "volume", .gray_levels = {0.0, 1.0}}, flow.container, flow.name);
     const pore_space::PoreSpace space = pore_space_of(input.solid, flow.container, {0.0, flow.container.height()}, flow.name);
     EXPECT_NEAR(space.porosity().value, flow.space().porosity().value, 0.002) << flow.name;
     lbm::LbmResult result = lbm_permeability(space, space.voxel_size_m(0.0), {.fields = lbm::FieldFiles::none});
@@ -72,8 +73,8 @@ TEST(GrayWalls, TheIntervalOfTheTortuosityFactorHoldsBlurAndContacts) {
         for (const double blur : {0.5, 1.1}) {
             const auto flow = test::sphere_array(solid, 1.0, centres, {0.2, 0.6, 0.3});
             const core::GrayImage scan = test::simulated_scan(*flow.solid, flow.container, flow.diameter_m / 15.0, {blur, 0.02, 4});
-            const stages::GrayInput input =
-                stages::read_gray(scan_of(scan, 0.0, 1.0), {.threshold = "volume", .gray_levels = {0.0, 1.0}}, flow.container, flow.name);
+            const scans::GrayInput input =
+                scans::read_gray(scan_of(scan, 0.0, 1.0), {.threshold = "volume", .gray_levels = {0.0, 1.0}}, flow.container, flow.name);
             const pore_space::PoreSpace space = pore_space_of(input.solid, flow.container, {0.0, flow.container.height()}, flow.name);
             const Json json = stages::run_tortuosity(stages::TortuosityKind::diffusive, space, {}, {}, {});
             ASSERT_TRUE(json.at("interval").is_array()) << json;
@@ -91,16 +92,16 @@ TEST(GrayWalls, TheAveragedImageIsThatOfLargerVoxels) {
     const auto flow = test::sphere_array(0.343, 15.39949, test::simple_cubic(), {0.13, 0.29, 0.41});
     const auto input_of = [&](double voxels, double blur) {
         const core::GrayImage scan = test::simulated_scan(*flow.solid, flow.container, flow.diameter_m / voxels, {blur, 0.0, 3});
-        return stages::read_gray(scan_of(scan, 0.0, 1.0), {.threshold = "volume", .gray_levels = {0.0, 1.0}}, flow.container, flow.name);
+        return scans::read_gray(scan_of(scan, 0.0, 1.0), {.threshold = "volume", .gray_levels = {0.0, 1.0}}, flow.container, flow.name);
     };
-    const stages::GrayInput fine = input_of(16.0, 1.4), coarse = input_of(8.0, 0.7);
-    const core::GrayImage means = converters::averaged(*fine.solid->image(), 2);
+    const scans::GrayInput fine = input_of(16.0, 1.4), coarse = input_of(8.0, 0.7);
+    const core::GrayImage means = pore_space::averaged(*fine.solid->image(), 2);
     const auto& cells = coarse.solid->image()->grid.cells;
     ASSERT_EQ(means.grid.cells, cells);
     double difference = 0.0;
     for (std::size_t cell = 0; cell < means.grid.size(); ++cell) difference += std::abs(means.at(cell) - coarse.solid->image()->at(cell));
     EXPECT_LT(difference / static_cast<double>(means.grid.size()), 0.02);
-    const auto k_of = [&](const stages::GrayInput& input, bool parts, double voxel_m) {
+    const auto k_of = [&](const scans::GrayInput& input, bool parts, double voxel_m) {
         const pore_space::PoreSpace space = pore_space_of(input.solid, flow.container, {0.0, flow.container.height()}, flow.name);
         lbm::LbmResult result = lbm_permeability(space, voxel_m, {.fields = lbm::FieldFiles::none});
         if (parts) add_gray_parts(result, space, {.fields = lbm::FieldFiles::none});
@@ -128,7 +129,7 @@ TEST(GrayWalls, LevelsAreFoundAndTheTubeIsSubtracted) {
     for (const double noise : {0.0, 0.05}) {
         const core::GrayImage image =
             test::simulated_scan(solid, tube, 4e-4, {.blur_voxels = 0.8, .noise = noise, .seed = 7, .tube = true});
-        const stages::GrayInput input = stages::read_gray(scan_of(image, 40.0, 180.0), {.threshold = "volume"}, tube, "scan");
+        const scans::GrayInput input = scans::read_gray(scan_of(image, 40.0, 180.0), {.threshold = "volume"}, tube, "scan");
         EXPECT_NEAR(input.notes.pore_level, 40.0, 0.3);
         EXPECT_NEAR(input.notes.solid_level, 180.0, 0.6);
         EXPECT_NEAR(input.notes.noise, noise, 0.2 * noise + 0.002);
@@ -169,7 +170,7 @@ TEST(GrayWalls, RingsHardlyChangeThePorosity) {
                 image.packed[cell] = core::GrayImage::pack(image.at(cell) + ring[radius]);
             }
         }
-    const stages::GrayInput input = stages::read_gray(scan_of(image, 40.0, 180.0), {.threshold = "volume"}, tube, "scan");
+    const scans::GrayInput input = scans::read_gray(scan_of(image, 40.0, 180.0), {.threshold = "volume"}, tube, "scan");
     EXPECT_NEAR(packing::porosity(*input.solid, tube, {0.0, 0.04}).value, exact,
                 0.003);  // 0.002 as without rings, and half of that for them
     const Tube found = find_tube(scan_of(image, 40.0, 180.0), PoreSide::below, "scan");
@@ -183,7 +184,7 @@ TEST(GrayWalls, WhatCannotBeRightIsRefused) {
     const packing::Container box{.kind = packing::Container::Kind::box, .size_m = {0.02, 0.02, 0.02}};
     const auto message = [&](const ImageConfig& config) -> std::string {
         try {
-            (void)stages::read_gray(scan_of(image, 10.0, 90.0), config, box, "scan");
+            (void)scans::read_gray(scan_of(image, 10.0, 90.0), config, box, "scan");
         } catch (const UserError& error) {
             return error.what();
         }
@@ -201,12 +202,12 @@ TEST(GrayWalls, WhatCannotBeRightIsRefused) {
     EXPECT_EQ(message({.threshold = 50.0}), "accepted");
     // Notes of an image that PorePack wrote: edited ones contradict each other.
     const auto read_own = [&](const core::Json& changed) -> std::string {
-        core::Json notes = core::json_of(stages::read_gray(scan_of(image, 10.0, 90.0), {.threshold = 50.0}, box, "scan").notes);
+        core::Json notes = core::json_of(scans::read_gray(scan_of(image, 10.0, 90.0), {.threshold = 50.0}, box, "scan").notes);
         notes.update(changed);
         VolumeSource source = scan_of(image, 0.0, 1.0);
         source.header.notes["gray"] = notes.dump();
         try {
-            (void)stages::read_own_gray(source, box, "gray.vti");
+            (void)scans::read_own_gray(source, box, "gray.vti");
         } catch (const UserError& error) {
             return error.what();
         }

@@ -19,10 +19,10 @@
 #include <fstream>
 #include <random>
 
-#include "imaging/phases.hpp"
 #include "imaging/write_volume.hpp"
 #include "io/image.hpp"
 #include "pore_space/pore_space.hpp"
+#include "scans/phases.hpp"
 #include "support/helpers.hpp"
 
 namespace porepack {

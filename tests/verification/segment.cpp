@@ -1,10 +1,10 @@
 // Segmentation of simulated scans whose grains are known.
 #include "stages/segment.hpp"
 #include "converters/surface.hpp"
-#include "imaging/gray.hpp"
 #include "imaging/separate.hpp"
 #include "imaging/write_volume.hpp"
 #include "io/stl.hpp"
+#include "scans/gray_levels.hpp"
 #include "stages/inputs.hpp"
 #include "support/helpers.hpp"
 #include "support/simulated_scan.hpp"
@@ -33,7 +33,7 @@ Path write_scan(const test::Folder& folder, const packing::Packing& packing, con
     GrayImage image = test::simulated_scan(packing::Grains(packing), packing.container, 4e-4,
                                            {.blur_voxels = 0.7, .noise = 0.03, .seed = 2, .tube = true});
     if (change) change(image);
-    imaging::write_volume(folder.path() / "scan.nrrd", imaging::scan_of(image, 60.0, 180.0, imaging::ValueType::uint8));
+    imaging::write_volume(folder.path() / "scan.nrrd", scans::scan_of(image, 60.0, 180.0, imaging::ValueType::uint8));
     return folder.path() / "scan.nrrd";
 }
 
@@ -132,7 +132,7 @@ TEST(Segment, EmptyScansAndScansWithoutATubeAreNamed) {
     EXPECT_TRUE(test::has(message({}, packing.container), "no grain is left: 5 are cut"));
     EXPECT_TRUE(test::has(message({.find_container = true}, packing.container), "exclude each other"));
     GrayImage open = test::simulated_scan(packing::Grains(packing), packing.container, 4e-4, {.blur_voxels = 0.7});
-    imaging::write_volume(folder.path() / "open.nrrd", imaging::scan_of(open, 60.0, 180.0, imaging::ValueType::uint8));
+    imaging::write_volume(folder.path() / "open.nrrd", scans::scan_of(open, 60.0, 180.0, imaging::ValueType::uint8));
     EXPECT_THROW((void)stages::segment_image(folder.path() / "open.nrrd", {.find_container = true}, std::nullopt, {}, folder.path()),
                  UserError);
 }

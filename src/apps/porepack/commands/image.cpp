@@ -6,11 +6,11 @@
 #include <memory>
 
 #include "apps/porepack/run.hpp"
-#include "converters/scanner.hpp"
 #include "core/error.hpp"
 #include "core/log.hpp"
-#include "imaging/gray.hpp"
 #include "imaging/write_volume.hpp"
+#include "scans/gray_levels.hpp"
+#include "scans/scanner.hpp"
 #include "shapes/config.hpp"
 #include "stages/fit.hpp"
 #include "stages/scan_plan.hpp"
@@ -20,6 +20,7 @@ namespace porepack::apps {
 using namespace core;
 using namespace record;
 using namespace imaging;
+using namespace scans;
 using namespace stages;
 namespace {
 
@@ -151,16 +152,16 @@ packing::Section part_of(const std::string& text, const packing::Container& cont
 }
 
 void simulate(const Common& common, const std::string& target, const std::string& text) {
-    const auto config = config_from_flags<converters::ScannerConfig>(common.flags);
+    const auto config = config_from_flags<scans::ScannerConfig>(common.flags);
     const packing::Packing packing = packing::read_packing(common.input);
     const packing::Section part = part_of(text, packing.container);
     if (common.dry_run) {
         print_result(common, {{"would_write", target},
                               {"configuration", resolved_config(config)},
-                              {"memory", human_bytes(converters::scan_memory_bytes(packing.container, part, config))}});
+                              {"memory", human_bytes(scans::scan_memory_bytes(packing.container, part, config))}});
         return;
     }
-    const converters::SimulatedScan scan = converters::scan_packing(packing, part, config);
+    const scans::SimulatedScan scan = scans::scan_packing(packing, part, config);
     write(common, target, source_of(scan.grid, scan.values));
 }
 
@@ -168,7 +169,7 @@ void plan(const Common& common, const std::string& text) {
     const auto config = apps::config_of<ScanPlanConfig>(common.flags);
     Flags of_scanner = common.flags;
     for (const char* varied : {"views", "counts"}) of_scanner.erase(varied);
-    const auto scanner = apps::config_of<converters::ScannerConfig>(of_scanner);
+    const auto scanner = apps::config_of<scans::ScannerConfig>(of_scanner);
     const packing::Packing packing = packing::read_packing(common.input);
     const packing::Section part = part_of(text, packing.container);
     const Json configuration = {{"scanner", resolved_config(scanner)}, {"plan", resolved_config(config)}, {"part", text}};
@@ -268,7 +269,7 @@ void add_image_commands(CommandLine& line) {
     simulator.add_option("target", *target, ".raw, .mhd, .nrrd, .npy or .vti").type_name("path").required();
     simulator.add_option("--part", *part, "range of heights; default: the whole container").type_name("z0,z1 [m]");
     line.add_keys(simulator, [](ConfigVisitor& v) {
-        static converters::ScannerConfig config;
+        static scans::ScannerConfig config;
         describe(v, config);
     });
     auto planner = line.add_below(image, "plan", "scans at several settings simulated and fitted: which is good enough for k?",
@@ -282,7 +283,7 @@ void add_image_commands(CommandLine& line) {
     });
     line.add_keys(planner,
                   [](ConfigVisitor& v) {
-                      static converters::ScannerConfig config;
+                      static scans::ScannerConfig config;
                       describe(v, config);
                   },
                   {"voxel_size_m", "views", "counts"});

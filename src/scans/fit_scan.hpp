@@ -2,10 +2,10 @@
 #pragma once
 
 #include "imaging/volume.hpp"
-#include "poses/refine.hpp"
-#include "stages/gray.hpp"
+#include "scans/gray_input.hpp"
+#include "scans/refine.hpp"
 
-namespace porepack::stages {
+namespace porepack::scans {
 
 /// A scan that is larger than the memory is binned for the search, and its own voxels are read slab by slab after that.
 struct Scan {
@@ -23,8 +23,8 @@ struct Scan {
 
 /// Poses at the scan's own resolution. `found`: from binned voxels; `reduced`, `notes`: of these. Throws MachineError where not even a slab
 /// fits into memory.
-[[nodiscard]] poses::Refined refine_at_full_size(const Scan& scan, const core::GrayImage& reduced, const GrayNotes& notes,
-                                                 const packing::Container& container, const std::vector<poses::ShapePoints>& points,
-                                                 poses::Refined found, const std::string& where);
+[[nodiscard]] scans::Refined refine_at_full_size(const Scan& scan, const core::GrayImage& reduced, const GrayNotes& notes,
+                                                 const packing::Container& container, const std::vector<scans::ShapePoints>& points,
+                                                 scans::Refined found, const std::string& where);
 
-}  // namespace porepack::stages
+}  // namespace porepack::scans

@@ -1,4 +1,4 @@
-#include "stages/fit_scan.hpp"
+#include "scans/fit_scan.hpp"
 
 #include <fmt/format.h>
 
@@ -9,13 +9,12 @@
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "imaging/write_volume.hpp"
-#include "poses/refine_slabs.hpp"
+#include "scans/refine_slabs.hpp"
 
-namespace porepack::stages {
+namespace porepack::scans {
 using namespace core;
 using namespace imaging;
 using namespace packing;
-using namespace poses;
 namespace {
 
 constexpr double smallest_voxels = 4.0;  ///< per diameter: fewer do not show the grains
@@ -88,4 +87,4 @@ Refined refine_at_full_size(const Scan& scan, const GrayImage& reduced, const Gr
     return refine_slabs(read, grid, container, points, found, 0.5 * scan.memory_bytes);
 }
 
-}  // namespace porepack::stages
+}  // namespace porepack::scans

@@ -1,4 +1,4 @@
-#include "converters/gray_solid.hpp"
+#include "pore_space/gray_solid.hpp"
 
 #include <fmt/format.h>
 
@@ -10,8 +10,7 @@
 #include "core/median.hpp"
 #include "core/parallel.hpp"
 
-namespace porepack::converters {
-using namespace pore_space;
+namespace porepack::pore_space {
 using namespace core;
 using namespace packing;
 using namespace shapes;
@@ -458,4 +457,4 @@ void smooth(GrayImage& image, double sigma_voxels, const std::array<bool, 3>& pe
     }
 }
 
-}  // namespace porepack::converters
+}  // namespace porepack::pore_space

@@ -4,7 +4,7 @@
 #include "core/gray_image.hpp"
 #include "imaging/volume.hpp"
 
-namespace porepack::imaging {
+namespace porepack::scans {
 
 /// Gray levels of an image, fitted to the two peaks of its histogram.
 struct GrayLevels {
@@ -24,17 +24,19 @@ struct GrayLevels {
 using ColumnMask = std::vector<std::uint8_t>;
 
 /// Two passes over the image. Throws UserError where there are not two peaks; `where` names the image.
-[[nodiscard]] GrayLevels fit_gray_levels(const VolumeSource& source, PoreSide pores, const ColumnMask& mask, const std::string& where);
+[[nodiscard]] GrayLevels fit_gray_levels(const imaging::VolumeSource& source, imaging::PoreSide pores, const ColumnMask& mask,
+                                         const std::string& where);
 /// The same of a histogram, whose first bin is at `low`, without errors of the means. Empty if it has not two peaks.
-[[nodiscard]] std::optional<GrayLevels> fit_peaks(const std::vector<std::int64_t>& bins, double low, double width, PoreSide pores);
+[[nodiscard]] std::optional<GrayLevels> fit_peaks(const std::vector<std::int64_t>& bins, double low, double width, imaging::PoreSide pores);
 
 /// One pass: 2 bytes per voxel. Throws UserError as segmented().
-[[nodiscard]] core::GrayImage solid_fractions(const VolumeSource& source, const GrayLevels& levels, const std::string& where);
+[[nodiscard]] core::GrayImage solid_fractions(const imaging::VolumeSource& source, const GrayLevels& levels, const std::string& where);
 
 /// The image as a scan whose pores and solid have these gray values. The image must outlive it.
-[[nodiscard]] VolumeSource scan_of(const core::GrayImage& image, double pores, double solid, ValueType type = ValueType::float32);
+[[nodiscard]] imaging::VolumeSource scan_of(const core::GrayImage& image, double pores, double solid,
+                                            imaging::ValueType type = imaging::ValueType::float32);
 
 /// Standard deviation in voxels of the Gaussian that brings white noise down to 3 % of the contrast; 0 where it is smaller.
 [[nodiscard]] double needed_smoothing(double noise);
 
-}  // namespace porepack::imaging
+}  // namespace porepack::scans

@@ -6,7 +6,7 @@
 #include "core/gray_image.hpp"
 #include "pore_space/pore_space.hpp"
 
-namespace porepack::converters {
+namespace porepack::pore_space {
 
 /// Trilinear interpolation; beyond the outermost centres the values stay, in periodic directions they continue at the other side.
 class GraySolid : public packing::Solid {
@@ -79,4 +79,4 @@ void rescale(core::GrayImage& image, double pores, double solid);
 /// Smooths the values by a Gaussian of this standard deviation. At the sides as GraySolid.
 void smooth(core::GrayImage& image, double sigma_voxels, const std::array<bool, 3>& periodic);
 
-}  // namespace porepack::converters
+}  // namespace porepack::pore_space

@@ -1,4 +1,4 @@
-#include "imaging/find_tube.hpp"
+#include "scans/find_tube.hpp"
 
 #include <fmt/format.h>
 
@@ -9,8 +9,9 @@
 #include "core/error.hpp"
 #include "core/median.hpp"
 
-namespace porepack::imaging {
+namespace porepack::scans {
 using namespace core;
+using namespace imaging;
 namespace {
 
 // Solid fractions, averaged over all layers.
@@ -132,4 +133,4 @@ Tube find_tube(const VolumeSource& source, PoreSide pores, const std::string& wh
     return tube;
 }
 
-}  // namespace porepack::imaging
+}  // namespace porepack::scans

@@ -1,9 +1,9 @@
 // The inner circle of a tube along z.
 #pragma once
 
-#include "imaging/gray.hpp"
+#include "scans/gray_levels.hpp"
 
-namespace porepack::imaging {
+namespace porepack::scans {
 
 struct Tube {
     double x_voxels = 0.0, y_voxels = 0.0;  ///< of the axis, from the corner of the image
@@ -14,7 +14,7 @@ struct Tube {
 /// From the mean of all layers, where a tube is a bright ring: the edge is where rays from outside leave it, at half its brightness; then
 /// least squares, twice without edges that are off. Two passes over the image. Throws UserError where there is no such ring.
 /// `explained`: the share of each voxel that grains fill (0 to 255), where that is known; they do not shift the edge then.
-[[nodiscard]] Tube find_tube(const VolumeSource& source, PoreSide pores, const std::string& where,
+[[nodiscard]] Tube find_tube(const imaging::VolumeSource& source, imaging::PoreSide pores, const std::string& where,
                              const std::vector<std::uint8_t>& explained = {});
 
-}  // namespace porepack::imaging
+}  // namespace porepack::scans

@@ -1,4 +1,4 @@
-#include "poses/refine.hpp"
+#include "scans/refine.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -9,7 +9,7 @@
 #include "core/log.hpp"
 #include "core/parallel.hpp"
 
-namespace porepack::poses {
+namespace porepack::scans {
 using namespace core;
 using namespace shapes;
 namespace {
@@ -425,4 +425,4 @@ std::vector<std::uint8_t> rendered(const Grid& grid, const std::vector<ShapePoin
     return fractions;
 }
 
-}  // namespace porepack::poses
+}  // namespace porepack::scans

@@ -1,4 +1,4 @@
-#include "imaging/phases.hpp"
+#include "scans/phases.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -10,8 +10,9 @@
 #include "core/log.hpp"
 #include "core/machine.hpp"
 
-namespace porepack::imaging {
+namespace porepack::scans {
 using namespace core;
+using namespace imaging;
 namespace {
 
 constexpr double cube_tolerance = 1e-3;
@@ -123,4 +124,4 @@ SegmentedImage segmented(const VolumeSource& source, const ImageConfig& config, 
     return result;
 }
 
-}  // namespace porepack::imaging
+}  // namespace porepack::scans

@@ -1,4 +1,4 @@
-#include "stages/scan_bed.hpp"
+#include "scans/bed.hpp"
 
 #include <fmt/format.h>
 
@@ -6,9 +6,9 @@
 
 #include "core/log.hpp"
 #include "core/median.hpp"
-#include "stages/gray.hpp"
+#include "scans/gray_input.hpp"
 
-namespace porepack::stages {
+namespace porepack::scans {
 using namespace core;
 using namespace packing;
 
@@ -40,7 +40,7 @@ LayerProfile profile_of(const PhaseImage& image) {
     return profile;
 }
 
-LayerProfile profile_of(const converters::GraySolid& solid, const Container& container) {
+LayerProfile profile_of(const pore_space::GraySolid& solid, const Container& container) {
     const GrayImage& image = *solid.image();
     const Grid& grid = image.grid;
     LayerProfile profile{.solid_fraction = std::vector<double>(static_cast<std::size_t>(grid.cells[2]), 0.0),
@@ -55,7 +55,7 @@ LayerProfile profile_of(const converters::GraySolid& solid, const Container& con
                 profile.solid_fraction[static_cast<std::size_t>(k)] += std::clamp<double>(image.at(grid.index(i, j, k)), 0.0, 1.0);
         }
     for (double& fraction : profile.solid_fraction) fraction /= std::max(1.0, columns);
-    const auto measures = converters::measure_gray(solid, container);
+    const auto measures = pore_space::measure_gray(solid, container);
     if (measures.area_per_volume_m > 0.0) profile.grain_size_m = 6.0 * measures.solid_fraction / measures.area_per_volume_m;
     return profile;
 }
@@ -108,4 +108,4 @@ void warn_beyond_bed(const LayerProfile& profile, const Section& section, const 
                         where, section.z0, section.z1, bed->z0, bed->z1));
 }
 
-}  // namespace porepack::stages
+}  // namespace porepack::scans

@@ -5,9 +5,9 @@
 
 #include "core/gray_image.hpp"
 #include "packing/packing.hpp"
-#include "poses/shape_points.hpp"
+#include "scans/shape_points.hpp"
 
-namespace porepack::poses {
+namespace porepack::scans {
 
 /// A value with its standard uncertainty.
 struct Estimate {
@@ -56,4 +56,4 @@ struct Refined {
 [[nodiscard]] std::vector<std::uint8_t> rendered(const core::Grid& grid, const std::vector<ShapePoints>& shapes, const Refined& found,
                                                  double blur_m);
 
-}  // namespace porepack::poses
+}  // namespace porepack::scans

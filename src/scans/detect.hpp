@@ -2,9 +2,9 @@
 #pragma once
 
 #include "core/gray_image.hpp"
-#include "poses/shape_points.hpp"
+#include "scans/shape_points.hpp"
 
-namespace porepack::poses {
+namespace porepack::scans {
 
 /// Distance to the surface of the solid at the voxels' centres: negative in the solid. From voxels above the image's level.
 struct DistanceMap {
@@ -32,4 +32,4 @@ struct Found {
 /// Moves a grain so that its surface lies on that of the solid. Returns the mean of the squared distances; far points count less.
 double fit_to_surface(const DistanceMap& map, const ShapePoints& shape, Pose& pose);
 
-}  // namespace porepack::poses
+}  // namespace porepack::scans

@@ -5,7 +5,7 @@
 #include "core/grid.hpp"
 #include "packing/grains.hpp"
 
-namespace porepack::converters {
+namespace porepack::scans {
 
 struct ScannerConfig {
     double voxel_size_m = 0.0;
@@ -52,4 +52,4 @@ struct SimulatedScan {
 /// Memory that it needs, of which 4 bytes per voxel are the image.
 [[nodiscard]] double scan_memory_bytes(const packing::Container& container, const packing::Section& part, const ScannerConfig& config);
 
-}  // namespace porepack::converters
+}  // namespace porepack::scans

@@ -1,11 +1,11 @@
-#include "imaging/doubts.hpp"
+#include "scans/doubts.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-namespace porepack::imaging {
+namespace porepack::scans {
 using namespace core;
 namespace {
 
@@ -98,4 +98,4 @@ std::vector<std::string> doubts_of(const PhaseImage& image) {
     return doubts;
 }
 
-}  // namespace porepack::imaging
+}  // namespace porepack::scans

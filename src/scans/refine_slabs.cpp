@@ -1,11 +1,11 @@
-#include "poses/refine_slabs.hpp"
+#include "scans/refine_slabs.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "core/log.hpp"
 
-namespace porepack::poses {
+namespace porepack::scans {
 using namespace core;
 namespace {
 
@@ -122,4 +122,4 @@ Refined refine_slabs(const ReadLayers& read, const Grid& grid, const packing::Co
     return found;
 }
 
-}  // namespace porepack::poses
+}  // namespace porepack::scans

@@ -1,4 +1,4 @@
-#include "imaging/gray.hpp"
+#include "scans/gray_levels.hpp"
 
 #include <fmt/format.h>
 
@@ -6,10 +6,11 @@
 #include <numbers>
 
 #include "core/error.hpp"
-#include "imaging/phases.hpp"
+#include "scans/phases.hpp"
 
-namespace porepack::imaging {
+namespace porepack::scans {
 using namespace core;
+using namespace imaging;
 namespace {
 
 constexpr std::size_t most_bins = 1024;
@@ -224,4 +225,4 @@ double needed_smoothing(double noise) {
     return std::clamp(sigma, 0.4, 2.0);
 }
 
-}  // namespace porepack::imaging
+}  // namespace porepack::scans

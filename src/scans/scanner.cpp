@@ -1,4 +1,4 @@
-#include "converters/scanner.hpp"
+#include "scans/scanner.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,7 +13,7 @@
 #include "core/machine.hpp"
 #include "core/parallel.hpp"
 
-namespace porepack::converters {
+namespace porepack::scans {
 using namespace core;
 using namespace packing;
 using shapes::Capsule;
@@ -386,4 +386,4 @@ SimulatedScan scan_packing(const Packing& packing, const Section& part, const Sc
     return Scanner(packing, part, config).run();
 }
 
-}  // namespace porepack::converters
+}  // namespace porepack::scans

@@ -1,4 +1,4 @@
-#include "poses/detect.hpp"
+#include "scans/detect.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -8,7 +8,7 @@
 #include "core/parallel.hpp"
 #include "pores/pores.hpp"
 
-namespace porepack::poses {
+namespace porepack::scans {
 using namespace core;
 using namespace shapes;
 namespace {
@@ -395,4 +395,4 @@ std::vector<Found> detect(DistanceMap& map, const std::vector<ShapePoints>& shap
     return search.found();
 }
 
-}  // namespace porepack::poses
+}  // namespace porepack::scans

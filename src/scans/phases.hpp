@@ -4,7 +4,7 @@
 #include "core/grid.hpp"
 #include "imaging/volume.hpp"
 
-namespace porepack::imaging {
+namespace porepack::scans {
 
 struct SegmentedImage {
     core::PhaseImage image;  ///< origin and notes as in the file
@@ -14,10 +14,10 @@ struct SegmentedImage {
 /// Pores by `pore`, by `threshold`, or, in a .vti file whose array is `phase`, by PorePack's own values (0 solid, 1 pore, 2 outside). Read
 /// layer by layer: one byte per voxel is held. Throws UserError where none of them is given, where nothing or everything would be pore,
 /// for voxels that are no cubes, and for more voxels than the solvers hold.
-[[nodiscard]] SegmentedImage segmented(const VolumeSource& source, const ImageConfig& config, const std::string& where);
+[[nodiscard]] SegmentedImage segmented(const imaging::VolumeSource& source, const imaging::ImageConfig& config, const std::string& where);
 
 /// The grid of an image that is held in memory. Throws UserError for voxels that are no cubes, and for more voxels than the solvers or the
 /// memory hold.
-[[nodiscard]] core::Grid usable_grid(const VolumeHeader& header, const std::string& where, double bytes_per_voxel);
+[[nodiscard]] core::Grid usable_grid(const imaging::VolumeHeader& header, const std::string& where, double bytes_per_voxel);
 
-}  // namespace porepack::imaging
+}  // namespace porepack::scans

@@ -4,11 +4,11 @@
 #include <optional>
 #include <span>
 
-#include "converters/gray_solid.hpp"
 #include "core/grid.hpp"
 #include "packing/packing.hpp"
+#include "pore_space/gray_solid.hpp"
 
-namespace porepack::stages {
+namespace porepack::scans {
 
 /// The solid in each layer of an image, and the size of what it consists of.
 struct LayerProfile {
@@ -17,7 +17,7 @@ struct LayerProfile {
     double z0_m = 0.0, spacing_m = 1.0;
 };
 [[nodiscard]] LayerProfile profile_of(const core::PhaseImage& image);
-[[nodiscard]] LayerProfile profile_of(const converters::GraySolid& solid, const packing::Container& container);
+[[nodiscard]] LayerProfile profile_of(const pore_space::GraySolid& solid, const packing::Container& container);
 
 /// The layers from the first to the last with at least half the usual solid. Nothing if no end of the image has more than half a grain's
 /// size of emptier layers: then the whole image is bed, as far as the layers tell.
@@ -28,4 +28,4 @@ struct LayerProfile {
 /// Warns of a given section that reaches beyond the bed.
 void warn_beyond_bed(const LayerProfile& profile, const packing::Section& section, const std::string& where);
 
-}  // namespace porepack::stages
+}  // namespace porepack::scans

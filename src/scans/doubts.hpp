@@ -6,10 +6,10 @@
 
 #include "core/grid.hpp"
 
-namespace porepack::imaging {
+namespace porepack::scans {
 
 /// Sentences for warnings: layers at the sides that are pores only; a round sample in a square image, whose corners count as pores; pores
 /// of one or two voxels. Empty where nothing is suspicious.
 [[nodiscard]] std::vector<std::string> doubts_of(const core::PhaseImage& image);
 
-}  // namespace porepack::imaging
+}  // namespace porepack::scans

@@ -5,7 +5,7 @@
 
 #include "shapes/shape.hpp"
 
-namespace porepack::poses {
+namespace porepack::scans {
 
 struct Pose {
     shapes::Vec3 position_m = shapes::Vec3::Zero();  ///< of the origin of the shape's frame
@@ -46,4 +46,4 @@ struct ShapePoints {
 /// rotations that the shape's symmetry makes equal occur once. By super-Fibonacci spirals (Alexa 2022).
 [[nodiscard]] std::vector<shapes::Quaternion> rotations_of(const ShapePoints& shape, const shapes::Vec3& anchor, double step_m);
 
-}  // namespace porepack::poses
+}  // namespace porepack::scans

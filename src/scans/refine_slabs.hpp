@@ -3,9 +3,9 @@
 
 #include <functional>
 
-#include "poses/refine.hpp"
+#include "scans/refine.hpp"
 
-namespace porepack::poses {
+namespace porepack::scans {
 
 /// Solid fractions of `count` layers from `first` on, in the place that they have in the whole scan.
 using ReadLayers = std::function<core::GrayImage(int first, int count)>;
@@ -19,4 +19,4 @@ using ReadLayers = std::function<core::GrayImage(int first, int count)>;
 [[nodiscard]] Refined refine_slabs(const ReadLayers& read, const core::Grid& grid, const packing::Container& container,
                                    const std::vector<ShapePoints>& shapes, const Refined& start, double slab_bytes);
 
-}  // namespace porepack::poses
+}  // namespace porepack::scans

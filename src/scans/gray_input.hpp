@@ -3,12 +3,11 @@
 
 #include <numbers>
 
-#include "converters/gray_solid.hpp"
 #include "core/members.hpp"
-#include "imaging/gray.hpp"
-#include "lbm/permeability.hpp"
+#include "pore_space/gray_solid.hpp"
+#include "scans/gray_levels.hpp"
 
-namespace porepack::stages {
+namespace porepack::scans {
 
 /// What was done to the gray values, and what they tell; kept with the image as its note `gray`.
 struct GrayNotes {
@@ -45,7 +44,7 @@ void place(core::Grid& grid, const packing::Container& container, const std::opt
 
 /// Gray values to a level set in the container's frame. The container's wall is subtracted where it is visible; noise is smoothed.
 struct GrayInput {
-    std::shared_ptr<const converters::GraySolid> solid;
+    std::shared_ptr<const pore_space::GraySolid> solid;
     GrayNotes notes;
 };
 /// `axis_voxels`: place of the container's axis in the image.
@@ -64,20 +63,15 @@ bool remove_tube(core::GrayImage& image, const packing::Container& container, do
 
 /// A gray solid with what is uncertain about it changed; null where that is known, or not possible.
 struct GrayVariants {
-    std::shared_ptr<const converters::GraySolid> averaged;     ///< of the means of 2 x 2 x 2 voxels, where their numbers are even
-    std::shared_ptr<const converters::GraySolid> other_level;  ///< its solid fraction moved by two standard errors
-    std::shared_ptr<const converters::GraySolid> blurred;      ///< with twice the variance of the blur; levels and threshold found anew
+    std::shared_ptr<const pore_space::GraySolid> averaged;     ///< of the means of 2 x 2 x 2 voxels, where their numbers are even
+    std::shared_ptr<const pore_space::GraySolid> other_level;  ///< its solid fraction moved by two standard errors
+    std::shared_ptr<const pore_space::GraySolid> blurred;      ///< with twice the variance of the blur; levels and threshold found anew
     double blur_voxels = 0.0;                                  ///< of the image itself
     /// Errors grow at least in proportion to sigma: that at sigma is at most this many times the change to sqrt(2) sigma.
     static constexpr double blur_part = 1.0 / (std::numbers::sqrt2 - 1.0);
 };
-[[nodiscard]] GrayVariants gray_variants(const converters::GraySolid& solid, const packing::Container& container);
+[[nodiscard]] GrayVariants gray_variants(const pore_space::GraySolid& solid, const packing::Container& container);
 /// The same pore space with another gray solid.
-[[nodiscard]] pore_space::PoreSpace with_gray(const pore_space::PoreSpace& space, std::shared_ptr<const converters::GraySolid> other);
+[[nodiscard]] pore_space::PoreSpace with_gray(const pore_space::PoreSpace& space, std::shared_ptr<const pore_space::GraySolid> other);
 
-/// Adds to the interval what gray levels and blur do to k: two more runs on the second finest grid, one with the solid fraction moved by
-/// two standard errors, one with twice the variance of the blur, its gray levels and its threshold found anew. Constants: fitted to spheres
-/// (`porepack_benchmark gray`). A third run is on the means of 2 x 2 x 2 voxels, where their numbers are even: not in the interval.
-void add_gray_parts(lbm::LbmResult& result, const pore_space::PoreSpace& space, const lbm::LbmConfig& config);
-
-}  // namespace porepack::stages
+}  // namespace porepack::scans

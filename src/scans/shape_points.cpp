@@ -1,4 +1,4 @@
-#include "poses/shape_points.hpp"
+#include "scans/shape_points.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 
 #include "packing/grains.hpp"
 
-namespace porepack::poses {
+namespace porepack::scans {
 using namespace core;
 using namespace shapes;
 namespace {
@@ -222,4 +222,4 @@ std::vector<Quaternion> rotations_of(const ShapePoints& shape, const Vec3& ancho
     return kept;
 }
 
-}  // namespace porepack::poses
+}  // namespace porepack::scans
