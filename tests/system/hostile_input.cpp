@@ -329,7 +329,7 @@ TEST(HostileImage, ABedThatEndsInTheImageIsSeen) {
 TEST(NewCase, IsACopyWithoutResults) {
     const test::Folder folder;
     const std::string target = quoted(folder.path() / "mine");
-    EXPECT_EQ(porepack("new " + target + " --from test::sphere_array").exit_code, 0);
+    EXPECT_EQ(porepack("new " + target + " --from sphere_array").exit_code, 0);
     EXPECT_TRUE(std::filesystem::exists(folder.path() / "mine/case.toml"));
     EXPECT_TRUE(std::filesystem::exists(folder.path() / "mine/packing.json"));
     EXPECT_FALSE(std::filesystem::exists(folder.path() / "mine/results"));

@@ -122,7 +122,7 @@ TEST_F(StudyOfThree, TwoRunnersShareThePoints) {
     EXPECT_EQ(rows(), (std::vector<std::string>{"tetrapod_0.53 yes", "dolos_0.53 yes"}));
     // Snakemake finds the points done, and draws the figures.
     ASSERT_EQ(call("export --snakemake").exit_code, 0);
-    REQUIRE_PROGRAM("snakemake");
+    if (!find_program("snakemake")) GTEST_SKIP() << "snakemake is not installed";  // no package of the lists
     const Path program(POREPACK_PROGRAM);
     const std::string run =
         "cd " + quoted(study()) + " && PATH=" + quoted(program.parent_path()) + ":\"$PATH\" snakemake -j2 > snakemake.log 2>&1";

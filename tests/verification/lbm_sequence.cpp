@@ -22,7 +22,7 @@ TEST(Memory, IsUsedAsPredicted) {
     const test::Folder folder;
     for (const Precision precision : {Precision::double_precision, Precision::single_precision}) {
         const LbmConfig config{.precision = precision, .relaxation_time = 1.2, .iteration_tolerance = 0.05, .grids = 2};
-        const GeometryConfig geometry{.voxel_size_m = 1.0 / 128};
+        const GeometryConfig geometry{.voxel_size_m = 1.0 / 150};
         reset_peak_memory();
         const double before = peak_memory_bytes();
         const Json result = stages::run_lbm(space, geometry, config, folder.path(), {});
