@@ -113,6 +113,7 @@ TEST(BadDesigns, EachHasItsMessage) {
     fault("--permeability -1", "the permeability is not a positive value");
     fault("--permeability 2e-7,1e-7", "the permeability is not a positive value");
     fault("--permeability 2e-7,", "neither a number nor a range");
+    fault(k + "--within nan", "\"nan\" is not a finite number");
     fault(k + "--porosity 40", "the porosity is not a value");
     fault(k + "--shape cube", "\"cube\" is no shape to choose");
     fault(k + "--shape mixture", "no shape to choose");

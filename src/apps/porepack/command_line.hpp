@@ -21,6 +21,7 @@ namespace porepack::apps {
 class Option {
 public:
     explicit Option(CLI::Option* option) : option_(option) {}
+    /// A text with "number" in it makes the command line refuse what is not a finite number.
     Option type_name(const std::string& text);
     Option required(bool is = true);
     Option range(long low, long high);

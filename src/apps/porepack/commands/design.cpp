@@ -117,11 +117,13 @@ void add_design_command(CommandLine& line) {
     command.add_option("--convexity", options->convexity, "limits").type_name("range");
     command.add_option("--thinnest", goal.thinnest_m, "smallest capsule diameter allowed, in m").type_name("number [m]").not_negative();
     command.add_option("--mass", options->mass, "limits of a grain's mass in kg").type_name("range");
-    command.add_option("--packings", goal.packings, "packings per proposal; default 3").type_name("2 to 100").range(2L, 100L);
-    command.add_option("--seed", goal.seed, "seed of the first packing; default 101").type_name("0 to 2000000000").range(0L, 2000000000L);
-    command.add_option("--max-proposals", goal.max_proposals, "default 6").type_name("1 to 100").range(1L, 100L);
+    command.add_option("--packings", goal.packings, "packings per proposal; default 3").type_name("number, 2 to 100").range(2L, 100L);
+    command.add_option("--seed", goal.seed, "seed of the first packing; default 101")
+        .type_name("number, 0 to 2000000000")
+        .range(0L, 2000000000L);
+    command.add_option("--max-proposals", goal.max_proposals, "default 6").type_name("number, 1 to 100").range(1L, 100L);
     command.add_option("--within", goal.within, "largest relative half width of the interval of k that counts; default 0.2")
-        .type_name("0.01 to 1")
+        .type_name("number, 0.01 to 1")
         .range(0.01, 1.0);
     command.add_option("--max-time", goal.max_time_s, "seconds after which no proposal begins, and none gets more packings")
         .type_name("number [s]")
