@@ -134,13 +134,12 @@ Json fit_benchmark(bool quick, const Path& given) {
         make_folder(target);
         watch = {};
         reset_peak_memory();
-        const Json found =
+        const results::Fit found =
             fit_image(scan, {.find_container = true, .fit_memory_bytes = scene.memory_bytes}, std::nullopt, scene.packing.shapes, target);
         const double seconds = watch.seconds();
         const Packing fitted = read_packing(target / "packing.json");
         const Errors errors = errors_of(scene, fitted, stated_errors(target / "grains.csv"));
-        const Json& section = found.at("section_m");
-        const Section inner = section.is_null() ? Section{0.0, scene.part.length()} : Section{section[0], section[1]};
+        const Section inner = found.section_m ? Section{found.section_m->low, found.section_m->high} : Section{0.0, scene.part.length()};
         const Json row = {
             {"packing", scene.name},
             {"voxels_per_diameter", finest_diameter(scene.packing) / scene.scanner.voxel_size_m},
@@ -156,14 +155,14 @@ Json fit_benchmark(bool quick, const Path& given) {
             {"stated_centre_rms_voxels", errors.stated_centre_rms},
             {"stated_end_rms_voxels", errors.stated_end_rms},
             {"cut_end_rms_voxels", errors.cut_end_rms},
-            {"section_m", section},
+            {"section_m", json_of(found.section_m)},
             {"porosity", porosity(Grains(fitted), fitted.container, inner).value},
             {"porosity_exact",
              porosity(Grains(scene.packing), scene.packing.container, {scene.part.z0 + inner.z0, scene.part.z0 + inner.z1}).value},
             {"diameter_error_m", fitted.container.diameter_m - scene.packing.container.diameter_m},
-            {"sizes", found.at("sizes")},
-            {"residual", found.at("residual")},
-            {"doubts", found.at("doubts")},
+            {"sizes", json_of(found.sizes)},
+            {"residual", found.residual},
+            {"doubts", json_of(found.doubts)},
             {"scan_s", scan_s},
             {"fit_s", seconds}};
         log_info("{}", row.dump());

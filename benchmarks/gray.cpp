@@ -36,7 +36,14 @@ Row measure(const KnownFlow& flow, double voxels, double blur, double noise, uns
         row.held = interval->low <= flow.permeability_m2 && flow.permeability_m2 <= interval->high;
     }
     row.porosity_error = space.porosity().value - flow.space().porosity().value;
-    row.parts = json_of(result.half_width);
+    if (const auto& parts = result.half_width)
+        row.parts = {{"grid", parts->grid_m2},
+                     {"iteration", parts->iteration_m2},
+                     {"mass_balance", parts->mass_balance_m2},
+                     {"precision", parts->precision_m2},
+                     {"stretch", parts->stretch_m2},
+                     {"threshold", parts->threshold_m2},
+                     {"blur", parts->blur_m2}};
     for (auto& part : row.parts) part = part.get<double>() / result.permeability_m2;
     row.notes = json_of(input.notes);
     PhaseImage phases{.grid = scan.grid};

@@ -10,7 +10,6 @@
 #include "core/machine.hpp"
 #include "lbm/permeability.hpp"
 #include "pore_space/pore_space.hpp"
-#include "stages/results.hpp"
 #include "stages/stages.hpp"
 
 namespace porepack::benchmarks {
@@ -27,17 +26,16 @@ Json run_of(double porosity, double nodes, const LbmConfig& config, const Path& 
     std::filesystem::create_directories(folder);
     reset_peak_memory();
     const double before = peak_memory_bytes();
-    const Json result = stages::run_lbm(space, {.voxel_size_m = 1.0 / cells}, config, folder, {});
-    const Json& fine = result["fine"];
-    const double fluid = fine["fluid_nodes"], peak = result["peak_memory_bytes"], expected = result["expected_memory_bytes"],
-                 all = fine["cells"][0].get<double>() * fine["cells"][1].get<double>() * fine["cells"][2].get<double>(),
-                 flow = fine["bytes_per_node"];
+    const results::Lbm result = stages::run_lbm(space, {.voxel_size_m = 1.0 / cells}, config, folder, {});
+    const LbmGridResult& fine = result.fine;
+    const double fluid = static_cast<double>(fine.nodes), peak = result.peak_memory_bytes, expected = result.expected_memory_bytes,
+                 all = static_cast<double>(fine.cells[0]) * fine.cells[1] * fine.cells[2], flow = fine.bytes_per_node;
     return {{"porosity", porosity},
             {"precision", name_of(config.precision)},
             {"flow_vti", config.fields == FieldFiles::vti},
             {"fluid_nodes", fluid},
             {"cells", all},
-            {"wall_links_per_node", fine["wall_links"].get<double>() / fluid},
+            {"wall_links_per_node", static_cast<double>(fine.wall_links) / fluid},
             {"populations_addresses_and_walls_bytes_per_node", flow},
             {"before_bytes", before},
             {"peak_memory_bytes", peak},
@@ -45,10 +43,10 @@ Json run_of(double porosity, double nodes, const LbmConfig& config, const Path& 
             {"expected_over_peak", expected / peak},
             {"peak_bytes_per_node", (peak - before) / fluid},
             {"rest_bytes_per_solid_cell", (peak - before - flow * fluid) / (all - fluid)},
-            {"set_up_seconds_per_1e7_nodes", fine["set_up_seconds"].get<double>() * 1e7 / fluid},
-            {"steps", fine["steps"]},
-            {"seconds_per_step", fine["seconds"].get<double>() / fine["steps"].get<double>()},
-            {"iteration_error", fine["iteration_error"]}};
+            {"set_up_seconds_per_1e7_nodes", fine.set_up_seconds * 1e7 / fluid},
+            {"steps", fine.run.steps},
+            {"seconds_per_step", fine.run.seconds / static_cast<double>(fine.run.steps)},
+            {"iteration_error", fine.run.iteration_error}};
 }
 
 double number_of_nodes(const std::string& text) {

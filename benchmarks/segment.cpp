@@ -97,7 +97,8 @@ Json segment_benchmark(bool quick, const Path& given) {
         }
         make_folder(target);
         Stopwatch watch;
-        const Json found = segment_image(scan, {.find_container = true}, std::nullopt, {.separation = scene.separation}, target);
+        const results::Segment found =
+            segment_image(scan, {.find_container = true}, std::nullopt, {.separation = scene.separation}, target);
         const double seconds = watch.seconds();
         const imaging::VolumeSource labels = imaging::open_volume(target / "labels.vti", {.unit_m = 1.0, .field = "label"});
         std::vector<float> label(static_cast<std::size_t>(labels.header.count()));
@@ -115,13 +116,13 @@ Json segment_benchmark(bool quick, const Path& given) {
                     {"whole_grains", scores.whole},
                     {"intersection_over_union_above_0.95", scores.above_95},
                     {"intersection_over_union_above_0.8", scores.above_80},
-                    {"container", found.at("container")},
-                    {"grains", found.at("grains")},
-                    {"porosity", found.at("porosity")},
-                    {"section_m", found.at("section_m")},
+                    {"container", json_of(found.container)},
+                    {"grains", json_of(found.grains)},
+                    {"porosity", json_of(found.porosity)},
+                    {"section_m", json_of(found.section_m)},
                     {"seconds", seconds}};
-        if (!found.at("section_m").is_null()) {
-            const Section section{scene.part.z0 + found["section_m"][0].get<double>(), scene.part.z0 + found["section_m"][1].get<double>()};
+        if (found.section_m) {
+            const Section section{scene.part.z0 + found.section_m->low, scene.part.z0 + found.section_m->high};
             row["porosity_exact"] = porosity(grains, packing.container, section).value;
         }
         log_info("{}", row.dump());

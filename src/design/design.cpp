@@ -17,7 +17,6 @@
 #include "pouring/pour.hpp"
 #include "record/toml_file.hpp"
 #include "report/page.hpp"
-#include "stages/results.hpp"
 #include "study/case_pipeline.hpp"
 
 namespace porepack::design {
@@ -338,23 +337,24 @@ private:
             proposal.error = message.substr(0, message.find('\n'));
             return proposal;
         }
-        const Json seeds = made.result_of("seeds"), &k = seeds["quantities"]["permeability_m2"], &eps = seeds["quantities"]["porosity"];
-        proposal.permeability_m2 = k["mean"].get<double>();
+        const auto seeds = made.result<results::Seeds>();
+        const auto &k = *find(seeds.quantities, "permeability_m2"), &eps = *find(seeds.quantities, "porosity");
+        proposal.permeability_m2 = k.mean;
         proposal.bed = {.name = name,
                         .form = grain.candidate.form,
                         .wall = grain.bed_wall,
                         .packings = packings,
-                        .porosity = eps["mean"].get<double>(),
+                        .porosity = eps.mean,
                         .permeability = proposal.permeability_m2 / (grain.size_m * grain.size_m),
-                        .porosity_deviation = number_at(eps, "/standard_deviation").value_or(0.0),
-                        .permeability_deviation = number_at(k, "/standard_deviation").value_or(0.0) / proposal.permeability_m2};
+                        .porosity_deviation = eps.standard_deviation.value_or(0.0),
+                        .permeability_deviation = k.standard_deviation.value_or(0.0) / proposal.permeability_m2};
         // The scatter of all beds helps that of this one.
         std::vector<KnownBed> all = known_;
         all.push_back(proposal.bed);
         const ScatterOfBeds k_scatter = permeability_scatter(all), eps_scatter = porosity_scatter(all);
-        const auto with_scatter = [&](const Json& quantity, double half_width) {
-            const double mean = quantity["mean"].get<double>();
-            return widened(interval_at(quantity, "/numerical_interval").value_or(Interval{mean, mean}), mean, {half_width, half_width});
+        const auto with_scatter = [&](const results::SeedsQuantity& quantity, double half_width) {
+            const double mean = quantity.mean;
+            return widened(quantity.numerical_interval.value_or(Interval{mean, mean}), mean, {half_width, half_width});
         };
         proposal.permeability_interval_m2 =
             with_scatter(k, proposal.permeability_m2 * k_scatter.half_width({proposal.bed.permeability_deviation, packings}));
@@ -376,13 +376,15 @@ private:
                (!goal_.porosity || within(p.bed.porosity, p.porosity_interval, *goal_.porosity));
     }
 
-    [[nodiscard]] Json compute_full(const SizedCandidate& grain) const {
+    [[nodiscard]] FullBed compute_full(const SizedCandidate& grain) const {
         const Case made = prepared(grain, "full", true, 1);
-        const Json lbm = (log_info("design: the answer in its whole container"), run_pipeline(case_pipeline(made), "lbm"));
-        return {{"permeability_m2", lbm["permeability_m2"]},
-                {"permeability_interval_m2", lbm["permeability_interval_m2"]},
-                {"porosity", lbm["porosity"]},
-                {"over_goal", lbm["permeability_m2"].get<double>() / middle(goal_.permeability_m2)}};
+        log_info("design: the answer in its whole container");
+        (void)run_pipeline(case_pipeline(made), "lbm");
+        const auto lbm = made.result<results::Lbm>();
+        return {.permeability_m2 = lbm.permeability.m2,
+                .permeability_interval_m2 = lbm.permeability.interval_m2,
+                .porosity = lbm.porosity,
+                .over_goal = lbm.permeability.m2 / middle(goal_.permeability_m2)};
     }
 
     [[nodiscard]] std::string answer(const DesignResult& result) const {

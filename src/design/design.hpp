@@ -64,11 +64,26 @@ constexpr std::array<core::Choice<Verdict>, 3> choices_of(Verdict) {
     return {{{Verdict::hit, "hit"}, {Verdict::out_of_reach, "out_of_reach"}, {Verdict::not_hit, "not_hit"}}};
 }
 
+/// The answer in the whole container.
+struct FullBed {
+    double permeability_m2 = 0.0;
+    std::optional<core::Interval> permeability_interval_m2{};  ///< numerical
+    double porosity = 0.0;
+    double over_goal = 0.0;  ///< k over the middle of the goal
+};
+template <core::MembersOf<FullBed> Self, typename Visit>
+void visit_members(Self& full, const Visit& visit) {
+    visit("permeability_m2", full.permeability_m2);
+    visit("permeability_interval_m2", full.permeability_interval_m2);
+    visit("porosity", full.porosity);
+    visit("over_goal", full.over_goal);
+}
+
 struct DesignResult {
     Verdict verdict = Verdict::not_hit;
     std::vector<Proposal> proposals;
     std::string text;                       ///< the answer in a few sentences
-    core::Json full = nullptr;              ///< of the whole container: permeability_m2, interval, porosity
+    std::optional<FullBed> full = {};       ///< if asked for, and a proposal is a hit
     std::vector<SizedCandidate> reachable;  ///< all candidates with what is expected of them after the last proposal
 };
 

@@ -187,7 +187,7 @@ void write_design(const DesignGoal& goal, const DesignResult& result, const std:
                                         {"verdict", name_of(result.verdict)},
                                         {"text", result.text},
                                         {"proposals", proposals},
-                                        {"full", result.full},
+                                        {"full", json_of(result.full)},
                                         {"beds_known", known.size()},
                                         {"scatter_between_packings",
                                          {{"permeability_relative", json_of(k.typical())},
@@ -197,7 +197,7 @@ void write_design(const DesignGoal& goal, const DesignResult& result, const std:
                                         {"program_version", program_version()},
                                         {"git_hash", git_hash()}});
 
-    ReportInput page;
+    Page page;
     page.title = "Design: k = " + text_of(goal.permeability_m2, "{:.3g}") + " m²" +
                  (goal.porosity ? ", porosity " + text_of(*goal.porosity, "{:.3g}") : std::string());
     page.versions = {{"porepack", program_version()}, {"git_hash", git_hash()}};
@@ -211,12 +211,10 @@ void write_design(const DesignGoal& goal, const DesignResult& result, const std:
                                     "intervals of 95 %.");
     ReportSection rows = proposals_section(result);
     if (draw_grains(result, folder)) rows.pictures.emplace_back("grains.png", "The proposed grains, in order, at one scale.");
-    Json numbers = {{{"label", "verdict"}, {"text", name_of(result.verdict)}},
-                    {{"label", "proposals"}, {"text", std::to_string(result.proposals.size())}}};
-    if (!result.full.is_null())
-        numbers.push_back(
-            {{"label", "k in the whole container"}, {"text", fmt::format("{:.3g} m²", result.full["permeability_m2"].get<double>())}});
-    write_text(folder / "design.html", html_page(page, {rows, reach}, numbers, folder));
+    page.main_numbers = {{"verdict", std::string(name_of(result.verdict))}, {"proposals", std::to_string(result.proposals.size())}};
+    if (result.full) page.main_numbers.push_back({"k in the whole container", fmt::format("{:.3g} m²", result.full->permeability_m2)});
+    page.sections = {rows, reach};
+    write_text(folder / "design.html", html_page(page, folder));
 }
 
 }  // namespace porepack::design

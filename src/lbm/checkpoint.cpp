@@ -70,7 +70,7 @@ SavedRun read_checkpoint(const Path& path) {
     (void)open_behind_header(path, header);
     try {
         return from_json_members<SavedRun>(header);
-    } catch (const nlohmann::json::exception&) {
+    } catch (const UserError&) {
         refuse(path, "has another version");
     }
 }

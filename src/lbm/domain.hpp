@@ -67,6 +67,8 @@ struct RunSize {
 inline constexpr double program_bytes = 6e7;
 /// Bytes that a run needs, including set-up and the program.
 [[nodiscard]] double lbm_memory_bytes(const RunSize& size);
+/// Of the machine of core::slowness() = 1, in double precision with interpolated walls (docs/lattice-boltzmann.md).
+inline constexpr double lattice_updates_per_second = 5e7;
 
 /// Keeps the cells that flow can reach (find_percolating_cells). With `walls` the distances are exact, and solid between two nodes closes
 /// their link; without (an image) walls are half-way, and two solid cells that share an edge close the links across it. On end planes the

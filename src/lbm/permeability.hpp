@@ -69,17 +69,6 @@ struct IntervalParts {
         return grid_m2 + iteration_m2 + mass_balance_m2 + precision_m2 + stretch_m2 + threshold_m2 + blur_m2;
     }
 };
-template <core::MembersOf<IntervalParts> Self, typename Visit>
-void visit_members(Self& parts, const Visit& visit) {
-    visit("grid", parts.grid_m2);
-    visit("iteration", parts.iteration_m2);
-    visit("mass_balance", parts.mass_balance_m2);
-    visit("precision", parts.precision_m2);
-    visit("stretch", parts.stretch_m2);
-    visit("threshold", parts.threshold_m2);
-    visit("blur", parts.blur_m2);
-}
-
 /// A part of the section along z.
 struct SubsectionResult {
     double z0_m, z1_m, permeability_m2;

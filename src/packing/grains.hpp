@@ -92,6 +92,7 @@ struct Section {
     double z0 = 0.0;
     double z1 = 0.0;
     [[nodiscard]] double length() const { return z1 - z0; }
+    [[nodiscard]] core::Interval interval() const { return {z0, z1}; }
 };
 
 /// The part of a packing between two planes, with cut ends and its floor at z = 0; grains that reach into it are kept whole.

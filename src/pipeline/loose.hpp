@@ -5,17 +5,17 @@
 #include <string>
 #include <vector>
 
-#include "core/files.hpp"
+#include "core/members.hpp"
 
 namespace porepack::pipeline {
 
 struct LooseRun {
     std::string stage;
-    core::Path target;                                         ///< folder for the results
-    core::Json configuration = {};                             ///< for the manifest
-    std::vector<core::Path> inputs = {};                       ///< for the manifest; a result never overwrites one of them
-    std::function<core::Json(const core::Path& folder)> work;  ///< writes into `folder`, returns the result
-    bool resumes = false;                                      ///< `work` finds its folder again after it was interrupted
+    core::Path target;                           ///< folder for the results
+    core::Json configuration = {};               ///< for the manifest
+    std::vector<core::Path> inputs = {};         ///< for the manifest; a result never overwrites one of them
+    core::JsonFunction<const core::Path&> work;  ///< writes into the folder, returns the result
+    bool resumes = false;                        ///< `work` finds its folder again after it was interrupted
     std::function<core::Json()> versions = [] { return core::Json::object(); };
 };
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/files.hpp"
+#include "core/members.hpp"
 
 namespace porepack::pipeline {
 
@@ -21,11 +21,11 @@ struct Expectation {
 
 struct Stage {
     std::string name;
-    std::vector<std::string> needs = {};    ///< stages whose results it reads
-    core::Json configuration = {};          ///< all settings that determine its result
-    std::vector<core::Path> files = {};     ///< files of the user that it reads
-    std::vector<std::string> outputs = {};  ///< files whose change makes it stale, "*.png" for all such; result.json is always included
-    std::function<core::Json(const core::Path& folder)> run;                              ///< writes into `folder`, returns result.json
+    std::vector<std::string> needs = {};        ///< stages whose results it reads
+    core::Json configuration = {};              ///< all settings that determine its result
+    std::vector<core::Path> files = {};         ///< files of the user that it reads
+    std::vector<std::string> outputs = {};      ///< files whose change makes it stale, "*.png" for all such; result.json is always included
+    core::JsonFunction<const core::Path&> run;  ///< writes into the folder, returns what result.json holds
     std::function<Expectation()> expect = [] { return Expectation{.text = "seconds"}; };  ///< for a dry run
     bool optional = false;    ///< if it fails, the stages that need it run without its result
     bool resumes = false;     ///< run() resumes from the files of an interrupted run in its folder; else they are removed

@@ -1,9 +1,12 @@
 // The report as one HTML page.
+#include <fmt/format.h>
 #include <openssl/evp.h>
+
+#include <map>
 
 #include "core/data_file.hpp"
 #include "core/escape.hpp"
-#include "report/section.hpp"
+#include "report/page.hpp"
 
 namespace porepack::report {
 using namespace core;
@@ -57,22 +60,20 @@ std::string filled(const std::string& page, const std::map<std::string, std::str
 
 }  // namespace
 
-std::string html_page(const ReportInput& input, const std::vector<ReportSection>& sections, const Json& main_numbers, const Path& folder) {
+std::string html_page(const Page& page, const Path& folder) {
     std::string notes, numbers, tables;
-    for (const auto& note : input.notes) notes += "<p class=\"note\">" + for_html(note) + "</p>\n";
-    for (const auto& entry : main_numbers)
-        numbers +=
-            "<div>" + for_html(entry["label"].get<std::string>()) + "<b>" + for_html(entry["text"].get<std::string>()) + "</b></div>";
-    for (const auto& section : sections)
+    for (const auto& note : page.notes) notes += "<p class=\"note\">" + for_html(note) + "</p>\n";
+    for (const auto& [label, text] : page.main_numbers) numbers += "<div>" + for_html(label) + "<b>" + for_html(text) + "</b></div>";
+    for (const auto& section : page.sections)
         if (!section.rows.empty() || !section.pictures.empty()) tables += section_html(section, folder);
     return filled(read_text(data_file("templates/report.html")),
-                  {{"title", for_html(input.title)},
-                   {"summary", input.summary.empty() ? "" : "<p>" + for_html(input.summary) + "</p>\n"},
+                  {{"title", for_html(page.title)},
+                   {"summary", page.summary.empty() ? "" : "<p>" + for_html(page.summary) + "</p>\n"},
                    {"notes", notes},
                    {"main_numbers", numbers},
                    {"sections", tables},
-                   {"versions", for_html(input.versions.dump(2))},
-                   {"configuration", for_html(input.configuration.dump(2))}});
+                   {"versions", for_html(page.versions.dump(2))},
+                   {"configuration", for_html(page.configuration.dump(2))}});
 }
 
 }  // namespace porepack::report

@@ -1,17 +1,16 @@
 // The report in Markdown.
 #include "core/escape.hpp"
-#include "report/section.hpp"
+#include "report/page.hpp"
 
 namespace porepack::report {
 using namespace core;
 
-std::string markdown_page(const ReportInput& input, const std::vector<ReportSection>& sections, const Json& main_numbers) {
-    std::string text = "# " + for_markdown(input.title) + "\n\n";
-    if (!input.summary.empty()) text += for_markdown(input.summary) + "\n\n";
-    for (const auto& note : input.notes) text += "> " + for_markdown(note) + "\n\n";
-    for (const auto& entry : main_numbers)
-        text += "- " + for_markdown(entry["label"].get<std::string>()) + ": **" + for_markdown(entry["text"].get<std::string>()) + "**\n";
-    for (const auto& section : sections) {
+std::string markdown_page(const Page& page) {
+    std::string text = "# " + for_markdown(page.title) + "\n\n";
+    if (!page.summary.empty()) text += for_markdown(page.summary) + "\n\n";
+    for (const auto& note : page.notes) text += "> " + for_markdown(note) + "\n\n";
+    for (const auto& [label, number] : page.main_numbers) text += "- " + for_markdown(label) + ": **" + for_markdown(number) + "**\n";
+    for (const auto& section : page.sections) {
         if (section.rows.empty() && section.pictures.empty()) continue;
         text += "\n## " + for_markdown(section.title) + "\n\n";
         if (!section.intro.empty()) text += for_markdown(section.intro) + "\n\n";
@@ -30,7 +29,7 @@ std::string markdown_page(const ReportInput& input, const std::vector<ReportSect
         for (const auto& [file, caption] : section.pictures)
             text += "\n![" + for_markdown(caption) + "](report/" + file + ")\n*" + for_markdown(caption) + "*\n";
     }
-    text += "\n## Versions and configuration\n\n```json\n" + input.versions.dump(2) + "\n" + input.configuration.dump(2) + "\n```\n";
+    text += "\n## Versions and configuration\n\n```json\n" + page.versions.dump(2) + "\n" + page.configuration.dump(2) + "\n```\n";
     return text;
 }
 

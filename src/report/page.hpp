@@ -1,4 +1,4 @@
-// A page of sections with tables and pictures.
+// A page of sections with tables and pictures, as HTML and as Markdown.
 #pragma once
 
 #include <string>
@@ -6,10 +6,11 @@
 #include <vector>
 
 #include "core/sides.hpp"
-#include "report/report.hpp"
+#include "results/report.hpp"
 
 namespace porepack::report {
 
+/// Shown where it has rows or pictures.
 struct ReportSection {
     std::string title;
     std::string intro = {};
@@ -19,14 +20,24 @@ struct ReportSection {
     std::vector<std::string> links = {};                             ///< of the first field of each row; none if empty
 };
 
+struct Page {
+    std::string title;
+    std::string summary = {};             ///< what the page is about, before its numbers
+    std::vector<std::string> notes = {};  ///< shown at the top
+    std::vector<results::MainNumber> main_numbers = {};
+    std::vector<ReportSection> sections = {};
+    core::Json versions = {}, configuration = {};  ///< shown at the end
+};
+
 /// Below this, an interval is narrower than half of the last of four digits.
 inline constexpr double smallest_percent_shown = 0.005;
 /// Of an interval about a value, in per cent of it: "± 1.2 %", or "(− 6.8 %, + 1.8 %)" where the sides differ in the digits shown;
 /// "(exact to these digits)" where it is narrower than those.
 [[nodiscard]] std::string percent_text(double value, const core::Interval& interval);
 
-/// HTML. Pictures of the sections are in `folder`; the page embeds them. `main_numbers`: a list of {label, text}.
-[[nodiscard]] std::string html_page(const ReportInput& input, const std::vector<ReportSection>& sections, const core::Json& main_numbers,
-                                    const core::Path& folder);
+/// Pictures of the sections are in `folder`; the page embeds them.
+[[nodiscard]] std::string html_page(const Page& page, const core::Path& folder);
+/// The same page; its pictures are in report/.
+[[nodiscard]] std::string markdown_page(const Page& page);
 
 }  // namespace porepack::report

@@ -5,31 +5,32 @@
 #include <string>
 #include <vector>
 
-#include "core/files.hpp"
 #include "permeability/fluid.hpp"
+#include "results/report.hpp"
+#include "results/results.hpp"
 
 namespace porepack::report {
 
 struct ReportInput {
     std::string title;
     core::Json configuration = core::Json::object();
+    results::CaseResults results = {};
     std::vector<std::string> stages = {};              ///< that have run, in the order of the case
-    std::map<std::string, core::Json> results = {};    ///< by stage
+    std::map<std::string, core::Json> documents = {};  ///< result.json by stage
     std::map<std::string, core::Json> manifests = {};  ///< by stage
     core::Json versions = {};
     permeability::Fluid fluid = {};       ///< of the hydraulic conductivity
     std::string fluid_text = {};          ///< "water at 20 °C"
     core::Path stage_folders = {};        ///< results/: histories and flow fields are read from here
     std::vector<std::string> notes = {};  ///< shown at the top
-    std::string summary = {};             ///< what the page is about, before its numbers
 };
 
 /// Every main number with unit, method, uncertainty or null, converged or not, cost.
-[[nodiscard]] core::Json quantities(const ReportInput& input);
+[[nodiscard]] std::vector<results::ReportedQuantity> quantities(const ReportInput& input);
 
 /// Writes report.html (self-contained), report.md and merged.json, with the pictures next to them. packing.png is used
-/// when it is in `folder`. Returns a summary.
-core::Json write_report(ReportInput input, const core::Path& folder);
+/// when it is in `folder`.
+results::Report write_report(const ReportInput& input, const core::Path& folder);
 
 /// The slice y = 0 (or the middle) through the speed of flow.vti with a colour bar and axes: speed.png in `folder`, with its data and
 /// script. False without gnuplot.

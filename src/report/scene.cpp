@@ -1,5 +1,6 @@
 // What was poured into what, and up to which gradient K holds.
 #include <cmath>
+#include <tuple>
 
 #include "permeability/permeability.hpp"
 #include "report/section.hpp"
@@ -13,15 +14,13 @@ std::string length_text(double metres) {
 }
 
 // "60 grains (tetrapod, sphericity 0.530, 733 mm³)"
-std::string grains_text(const ReportInput& input) {
-    const Json &kind = result_at(input, "shape/kind"), &sphericity = result_at(input, "shape/sphericity"),
-               &volume = result_at(input, "shape/volume_m3");
-    std::string text = number_text(result_at(input, "pack/grains"), "{:.0f}") + " grains";
-    if (!kind.is_string()) return text;
-    text += " (" + kind.get<std::string>();
-    if (sphericity.is_number()) text += ", sphericity " + number_text(sphericity, "{:.3f}");
-    if (volume.is_number()) text += fmt::format(", {:.3g} mm³ each", 1e9 * volume.get<double>());
-    return text + ")";
+std::string grains_text(const results::CaseResults& results) {
+    std::string text = fmt::format("{} grains", results.pack->grains);
+    const auto& shape = results.shape;
+    if (!shape) return text;
+    text += " (" + shape->kind;
+    if (shape->sphericity) text += ", sphericity " + number_text(shape->sphericity, "{:.3f}");
+    return text + fmt::format(", {:.3g} mm³ each)", 1e9 * shape->volume_m3);
 }
 
 std::string container_text(const Json& container) {
@@ -37,16 +36,16 @@ std::string container_text(const Json& container) {
 std::string solid_text(const ReportInput& input) {
     const Json &all = input.configuration, packing = all.value("packing", Json::object()), image = all.value("image", Json::object());
     const std::string container = container_text(all.value("container", Json::object())), file = image.value("file", std::string());
-    if (!result_at(input, "pack/grains").is_number()) {
+    if (!input.results.pack) {
         const auto surface = all.value("/shape/file"_json_pointer, std::string());
         if (!file.empty()) return fmt::format("The solid is that of the image {}.", file);
         return surface.empty() ? std::string() : fmt::format("The solid is the surface {} in {}.", surface, container);
     }
-    if (!file.empty()) return fmt::format("{} were found in the scan {}, in {}.", grains_text(input), file, container);
+    if (!file.empty()) return fmt::format("{} were found in the scan {}, in {}.", grains_text(input.results), file, container);
     const std::string engine = packing.value("engine", std::string());
     if (engine == "none")
-        return fmt::format("{} lie in {} as {} says.", grains_text(input), container, packing.value("file", std::string()));
-    return fmt::format("{} were poured into {} by {} (friction {:g}, seed {}).", grains_text(input), container,
+        return fmt::format("{} lie in {} as {} says.", grains_text(input.results), container, packing.value("file", std::string()));
+    return fmt::format("{} were poured into {} by {} (friction {:g}, seed {}).", grains_text(input.results), container,
                        engine == "liggghts" ? "LIGGGHTS" : "the built-in discrete element method", packing.value("friction", 0.0),
                        packing.value("seed", 0L));
 }
@@ -55,33 +54,29 @@ std::string solid_text(const ReportInput& input) {
 
 std::string scene_text(const ReportInput& input) {
     std::string text = solid_text(input);
-    const Json &bed = result_at(input, "voxelise/bed_m"), &section = result_at(input, "voxelise/section_m");
-    if (bed.is_array())
-        text += fmt::format(" The bed reaches from z = {} to {}", length_text(bed[0].get<double>()), length_text(bed[1].get<double>()));
-    if (bed.is_array() && section.is_array())
-        text += fmt::format("; porosity and permeability are those of its section from {} to {}", length_text(section[0].get<double>()),
-                            length_text(section[1].get<double>()));
-    return text + (bed.is_array() ? "." : "");
+    const auto& voxels = input.results.voxelise;
+    if (!voxels) return text;
+    const auto& [bed, section] = std::tie(voxels->bed_m, voxels->section_m);
+    return text + fmt::format(" The bed reaches from z = {} to {}; porosity and permeability are those of its section from {} to {}.",
+                              length_text(bed.low), length_text(bed.high), length_text(section.low), length_text(section.high));
 }
 
 // At the onset of inertia, the apparent permeability is 5 % below k: i = U / (0.95 K).
 std::optional<GradientLimit> gradient_limit(const ReportInput& input) {
     constexpr double part = 0.05;
-    const Json &k = result_at(input, "lbm/permeability_m2"), &porosity = result_at(input, "lbm/porosity");
-    if (!k.is_number()) return std::nullopt;
-    const double nu = input.fluid.viscosity_Pa_s / input.fluid.density_kg_per_m3,
-                 conductivity = permeability::hydraulic_conductivity_m_per_s(k.get<double>(), input.fluid);
-    const Json &onset = result_at(input, "forchheimer/lbm/onset_reynolds"), &length = result_at(input, "forchheimer/length_m"),
-               &sauter = result_at(input, "descriptors/numbers/sauter_diameter_m");
+    if (!input.results.lbm) return std::nullopt;
+    const auto& [lbm, inertia, bed] = std::tie(*input.results.lbm, input.results.forchheimer, input.results.descriptors);
+    const double k = lbm.permeability.m2, nu = input.fluid.viscosity_Pa_s / input.fluid.density_kg_per_m3,
+                 conductivity = permeability::hydraulic_conductivity_m_per_s(k, input.fluid);
     double velocity = 0.0;
     std::string from;
-    if (onset.is_number() && length.is_number()) {
-        velocity = onset.get<double>() * nu / length.get<double>();
+    if (inertia && inertia->lbm.fit.onset_reynolds) {
+        velocity = *inertia->lbm.fit.onset_reynolds * nu / inertia->length_m;
         from = "as computed";
-    } else if (sauter.is_number() && porosity.is_number()) {
+    } else if (bed && std::isfinite(bed->numbers.sauter_diameter_m)) {
         // k_apparent / k = 1 / (1 + (U/nu) k / k_in)
-        const double k_in = permeability::ergun_inertial_m(1.0, sauter.get<double>(), porosity.get<double>());
-        velocity = part / (1.0 - part) * nu * k_in / k.get<double>();
+        const double k_in = permeability::ergun_inertial_m(1.0, bed->numbers.sauter_diameter_m, lbm.porosity);
+        velocity = part / (1.0 - part) * nu * k_in / k;
         from = "by Ergun's correlation";
     } else {
         return std::nullopt;

@@ -206,7 +206,7 @@ GrayInput read_own_gray(const VolumeSource& source, const Container& container, 
         throw UserError("the image's field data `gray` is not JSON", {.where = where, .fix = "make the image again from the scan"});
     try {
         input.notes = from_json_members<GrayNotes>(json);
-    } catch (const Json::exception&) {
+    } catch (const UserError&) {
         throw UserError("the image's field data `gray` has not the expected content",
                         {.where = where, .fix = "make the image again from the scan"});
     }

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "core/gray_image.hpp"
+#include "core/members.hpp"
 #include "packing/packing.hpp"
 #include "scans/shape_points.hpp"
 
@@ -13,6 +14,11 @@ namespace porepack::scans {
 struct Estimate {
     double value = 0.0, uncertainty = 0.0;
 };
+template <core::MembersOf<Estimate> Self, typename Visit>
+void visit_members(Self& estimate, const Visit& visit) {
+    visit("value", estimate.value);
+    visit("standard_uncertainty", estimate.uncertainty);
+}
 
 /// What is the same for all grains of an image. A grain's gray value at signed distance s from its surface, whose mean curvature there is
 /// H: pores + (solid - pores) Phi(-s / blur - blur H), by which a surface that blur has moved inward is where it was.

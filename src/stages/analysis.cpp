@@ -8,7 +8,6 @@
 #include "core/log.hpp"
 #include "core/table.hpp"
 #include "report/plot.hpp"
-#include "stages/results.hpp"
 #include "stages/stages.hpp"
 
 namespace porepack::stages {
@@ -18,50 +17,46 @@ using namespace falling_head;
 using namespace report;
 namespace {
 
-Json paper_json(const PaperEvaluation& paper) {
-    return {{"permeability_m2", paper.sound ? Json(paper.permeability_m2) : Json(nullptr)},
-            {"inertial_permeability_m", std::isfinite(paper.inertial_permeability_m) ? Json(paper.inertial_permeability_m) : Json(nullptr)},
-            {"permeability_over_time_m2", {paper.lowest_m2, paper.highest_m2}},
-            {"quadratic", paper.quadratic},
-            {"quadratic_residual_m", paper.quadratic_residual_m},
-            {"uncertainty", nullptr},
-            {"fault", paper.fault.empty() ? Json(nullptr) : Json(paper.fault)}};
+results::PaperFit result_of(const PaperEvaluation& paper) {
+    const double k_in = paper.inertial_permeability_m;
+    return {.permeability_m2 = paper.sound ? std::optional(paper.permeability_m2) : std::nullopt,
+            .inertial_permeability_m = std::isfinite(k_in) ? std::optional(k_in) : std::nullopt,
+            .permeability_over_time_m2 = {paper.lowest_m2, paper.highest_m2},
+            .quadratic = paper.quadratic,
+            .quadratic_residual_m = paper.quadratic_residual_m,
+            .fault = paper.fault.empty() ? std::nullopt : std::optional(paper.fault)};
 }
 
-Json fit_json(const FallingHeadFit& fit, bool doubtful) {
+results::LeastSquaresFit result_of(const FallingHeadFit& fit, bool doubtful) {
     const std::string doubt = doubtful ? "doubtful, see the warnings: " : "";
-    const Interval k = fit.permeability_interval_m2();
     const auto& a = fit.inverse_permeability_per_m2;
     const auto& b = fit.inverse_inertial_permeability_per_m;
-    return {{"permeability_m2", fit.permeability_m2() ? Json(*fit.permeability_m2()) : Json(nullptr)},
-            {"permeability_interval_m2", {number_or_null(k.low), number_or_null(k.high)}},
-            {"inverse_permeability_per_m2", a.value},
-            {"inverse_permeability_interval_per_m2", {number_or_null(a.interval.low), number_or_null(a.interval.high)}},
-            {"inertial_permeability_m", b.value > 0.0 ? Json(1.0 / b.value) : Json(nullptr)},
-            {"inverse_inertial_permeability_interval_per_m", {number_or_null(b.interval.low), number_or_null(b.interval.high)}},
-            {"correlation", fit.correlation},
-            {"viscous_share_of_head", fit.viscous_share},
-            {"fitted_within_uncertainty",
-             {{"level_offset_m", fit.level_offset_m},
-              {"scale_error", fit.scale_error},
-              {"kinematic_viscosity_m2_per_s", fit.kinematic_viscosity_m2_per_s},
-              {"inertia_coefficient", fit.inertia_coefficient},
-              {"inertial_exponent", fit.inertial_exponent}}},
-            {"residual_correlation", fit.residual_correlation},
-            {"intervals_widened", fit.widening},
-            {"slow_noise_probability", fit.slow_probability},
-            {"intervals_widened_if_slow", fit.widening * fit.slow_widening},
-            {"residual_m", fit.residual_m},
-            {"noise_m", fit.noise_m},
-            {"points", fit.points},
-            {"verdict", doubt + fit.verdict()},
-            {"verdict_inertial", doubt + fit.inertial_verdict()}};
+    return {.permeability_m2 = fit.permeability_m2(),
+            .permeability_interval_m2 = fit.permeability_interval_m2(),
+            .inverse_permeability_per_m2 = a.value,
+            .inverse_permeability_interval_per_m2 = a.interval,
+            .inertial_permeability_m = b.value > 0.0 ? std::optional(1.0 / b.value) : std::nullopt,
+            .inverse_inertial_permeability_interval_per_m = b.interval,
+            .correlation = fit.correlation,
+            .viscous_share_of_head = fit.viscous_share,
+            .fitted_within_uncertainty = {.level_offset_m = fit.level_offset_m,
+                                          .scale_error = fit.scale_error,
+                                          .kinematic_viscosity_m2_per_s = fit.kinematic_viscosity_m2_per_s,
+                                          .inertia_coefficient = fit.inertia_coefficient,
+                                          .inertial_exponent = fit.inertial_exponent},
+            .residual_correlation = fit.residual_correlation,
+            .intervals_widened = fit.widening,
+            .slow_noise_probability = fit.slow_probability,
+            .intervals_widened_if_slow = fit.widening * fit.slow_widening,
+            .residual_m = fit.residual_m,
+            .noise_m = fit.noise_m,
+            .points = fit.points,
+            .verdict = doubt + fit.verdict(),
+            .verdict_inertial = doubt + fit.inertial_verdict()};
 }
 
-Json scatter_json(const Scatter& scatter) {
-    return {{"mean", scatter.mean},
-            {"within_packings", json_of(scatter.within_packings)},
-            {"between_packings", json_of(scatter.between_packings)}};
+results::ScatterOfFits result_of(const Scatter& scatter) {
+    return {.mean = scatter.mean, .within_packings = scatter.within_packings, .between_packings = scatter.between_packings};
 }
 
 // Measured and fitted water levels, packing by packing; the curves are numbered in this order.
@@ -82,7 +77,7 @@ Table levels_table(const FallingHeadAnalysis& analysis) {
 
 }  // namespace
 
-Json analyse_falling_head(const std::vector<Path>& files, const FallingHeadConfig& config, const Path& folder) {
+results::FallingHeadAnalysis analyse_falling_head(const std::vector<Path>& files, const FallingHeadConfig& config, const Path& folder) {
     std::vector<LevelCurve> curves;
     for (const Path& file : files) {
         const LevelCurve curve = read_level_curve(file);
@@ -93,45 +88,34 @@ Json analyse_falling_head(const std::vector<Path>& files, const FallingHeadConfi
     }
     const FallingHeadAnalysis analysis = analyse_curves(curves, config);
     for (const std::string& warning : analysis.warnings) log_warning(warning);
-    Json json = {
-        {"window_m", config.window_m},
-        {"sample_length_m", config.sample_length_m},
-        {"column_inertia", config.column_inertia},
-        {"inertia_coefficient", config.column_inertia ? Json(inertia_coefficient(config)) : Json(nullptr)},
-        {"intervals_hold",
-         "noise (with its correlation between frames), and what has an uncertainty: level offset, scale, viscosity, inertia coefficient, "
-         "inertial exponent; sample_length_m and the screens are taken as given"},
-        {"warnings", analysis.warnings},
-        {"curves", Json::array()}};
-    keep_old_name(json, "sample_inertia", "inertia_coefficient");
+    results::FallingHeadAnalysis result{
+        .window_m = config.window_m,
+        .sample_length_m = config.sample_length_m,
+        .column_inertia = config.column_inertia,
+        .inertia_coefficient = config.column_inertia ? std::optional(inertia_coefficient(config)) : std::nullopt,
+        .warnings = analysis.warnings,
+        .as_the_paper = {.permeability_m2 = analysis.paper_mean_m2,
+                         .standard_deviation_m2 = analysis.paper_deviation_m2,
+                         .curves = analysis.curves_with_paper_k,
+                         .curves_without_k = analysis.curves.size() - analysis.curves_with_paper_k},
+        .scatter = {.curves = analysis.curves.size(),
+                    .packings = analysis.packings.size(),
+                    .inverse_permeability_per_m2 = result_of(analysis.inverse_permeability_per_m2),
+                    .inverse_inertial_permeability_per_m = result_of(analysis.inverse_inertial_permeability_per_m)}};
     for (const CurveAnalysis& one : analysis.curves)
-        json["curves"].push_back({{"file", one.curve.name},
-                                  {"packing", one.curve.packing},
-                                  {"as_the_paper", paper_json(one.as_paper)},
-                                  {"least_squares", fit_json(one.fit, one.doubtful)}});
-    json["as_the_paper"] = {{"permeability_m2", json_of(analysis.paper_mean_m2)},
-                            {"standard_deviation_m2", json_of(analysis.paper_deviation_m2)},
-                            {"curves", analysis.curves_with_paper_k},
-                            {"curves_without_k", analysis.curves.size() - analysis.curves_with_paper_k}};
-    json["packings"] = Json::array();
+        result.curves.push_back({one.curve.name, one.curve.packing, result_of(one.as_paper), result_of(one.fit, one.doubtful)});
     for (const PackingAnalysis& packing : analysis.packings)
-        json["packings"].push_back(
-            {{"packing", packing.packing}, {"curves", packing.curves.size()}, {"least_squares", fit_json(packing.fit, packing.doubtful)}});
-    json["scatter"] = {
-        {"curves", analysis.curves.size()},
-        {"packings", analysis.packings.size()},
-        {"inverse_permeability_per_m2", scatter_json(analysis.inverse_permeability_per_m2)},
-        {"inverse_inertial_permeability_per_m", scatter_json(analysis.inverse_inertial_permeability_per_m)},
-        {"meaning",
-         "mean over the packings; standard deviations of the fits of single curves within a packing, and of the packings' means"}};
-    if (analysis.packings.size() == 1)
-        for (const char* key : {"verdict", "verdict_inertial"}) json[key] = json["packings"][0]["least_squares"][key];
+        result.packings.push_back({packing.packing, packing.curves.size(), result_of(packing.fit, packing.doubtful)});
+    if (result.packings.size() == 1) {
+        result.verdict = result.packings[0].least_squares.verdict;
+        result.verdict_inertial = result.packings[0].least_squares.verdict_inertial;
+    }
     const Table levels = levels_table(analysis);
     levels.write(folder / "analysis.csv");
     draw_plot(folder / "analysis.svg", "analysis",
               {{"curves", static_cast<double>(analysis.curves.size())}, {"every_nth", static_cast<double>(1 + levels.rows() / 20000)}},
               {.width = 700, .height = 600});
-    return json;
+    return result;
 }
 
 }  // namespace porepack::stages

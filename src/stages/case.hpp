@@ -15,6 +15,7 @@
 #include "pore_space/config.hpp"
 #include "pouring/config.hpp"
 #include "report/config.hpp"
+#include "results/results.hpp"
 #include "shapes/config.hpp"
 #include "tortuosity/config.hpp"
 
@@ -68,8 +69,11 @@ struct Case {
 
     [[nodiscard]] core::Path results() const { return output.empty() ? folder / "results" : output; }
     [[nodiscard]] core::Path stage_folder(const std::string& stage) const { return results() / stage; }
-    /// result.json of a stage that is done.
-    [[nodiscard]] core::Json result_of(const std::string& stage) const { return core::read_json(stage_folder(stage) / "result.json"); }
+    /// result.json of a stage that is done: result<results::Lbm>().
+    template <typename Result>
+    [[nodiscard]] Result result() const {
+        return results::read_result<Result>(results());
+    }
     /// A file named in case.toml, relative to the case.
     [[nodiscard]] core::Path resolve(const std::string& file) const {
         return core::Path(file).is_absolute() ? core::Path(file) : folder / file;

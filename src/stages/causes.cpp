@@ -14,7 +14,6 @@
 #include "lbm/wall_effect.hpp"
 #include "report/plot.hpp"
 #include "stages/falling_head.hpp"
-#include "stages/results.hpp"
 #include "stages/stages.hpp"
 
 namespace porepack::stages {
@@ -27,24 +26,28 @@ using namespace report;
 using namespace pipeline;
 namespace {
 
-Json cause_json(const CauseFactors& found) {
-    return {{"cause", found.cause.name},
-            {"what", found.cause.what},
-            {"range", {found.cause.low, found.cause.high}},
-            {"unit", found.cause.unit},
-            {"factors", {json_of(found.at_low), json_of(found.at_high)}},
-            {"source", found.cause.source},
-            {"evidence", found.cause.judged ? "judged" : "published or computed"}};
+constexpr const char* evidence_of(const UncertainCause& cause) {
+    return cause.judged ? "judged" : "published or computed";
 }
 
-Json joint_json(const JointFactors& joint) {
-    return {{"what", joint.what},
-            {"range_factor", joint.range_factor},
-            {"draws", joint.draws},
-            {"without_k", joint.without_k},
-            {"median", json_of(joint.median)},
-            {"interval", {json_of(joint.low), json_of(joint.high)}},
-            {"reaches", json_of(joint.reaches)}};
+results::Cause result_of(const CauseFactors& found) {
+    return {.cause = found.cause.name,
+            .what = found.cause.what,
+            .range = {found.cause.low, found.cause.high},
+            .unit = found.cause.unit,
+            .factors = {found.at_low, found.at_high},
+            .source = found.cause.source,
+            .evidence = evidence_of(found.cause)};
+}
+
+results::JointCauses result_of(const JointFactors& joint) {
+    return {.what = joint.what,
+            .range_factor = joint.range_factor,
+            .draws = joint.draws,
+            .without_k = joint.without_k,
+            .median = joint.median,
+            .interval = {joint.low, joint.high},
+            .reaches = joint.reaches};
 }
 
 void write_causes(const Path& folder, const CauseStudy& study) {
@@ -52,7 +55,7 @@ void write_causes(const Path& folder, const CauseStudy& study) {
     table.digits = 4;
     for (const CauseFactors& found : study.causes)
         table.add(found.cause.name, found.cause.what, found.cause.low, found.cause.high, found.cause.unit, found.at_low, found.at_high,
-                  found.cause.judged ? "judged" : "published or computed", found.cause.source);
+                  evidence_of(found.cause), found.cause.source);
     table.write(folder / "causes.csv");
     Table joint({"drawn", "factor"});
     for (const JointFactors& one : study.joint)
@@ -139,11 +142,11 @@ std::vector<double> porosity_layers(const PoreSpace& space, double sample_length
 }
 
 // What would change the computed k, not the measured one: the paper's scheme, and a computation without the wall.
-Json effects_on_the_computation(const PoreSpace& space, double porosity, double grain_m) {
+results::ComputationEffects effects_on_the_computation(const PoreSpace& space, double porosity, double grain_m) {
     log_info("causes: the paper's lattice Boltzmann scheme, and the wall");
     const double middle = 0.5 * (space.section.z0 + space.section.z1), half = std::min(1.5 * grain_m, 0.5 * space.section.length());
-    return {{"paper_scheme_over_porepack", paper_scheme_ratio(space.grain_size_m, 1.0 - porosity)},
-            {"core_over_tube", core_over_tube_permeability(space.with_section({middle - half, middle + half}), grain_m)}};
+    return {.paper_scheme_over_porepack = paper_scheme_ratio(space.grain_size_m, 1.0 - porosity),
+            .core_over_tube = core_over_tube_permeability(space.with_section({middle - half, middle + half}), grain_m)};
 }
 
 // k, k_in and what else is known of the flow.
@@ -152,7 +155,7 @@ struct Flows {
     std::optional<double> quasi_steady_inertia;
 };
 
-Json run_causes(const PoreSpace& space, const Flows& flows, const FallingHeadConfig& config, const Path& folder) {
+results::Causes run_causes(const PoreSpace& space, const Flows& flows, const FallingHeadConfig& config, const Path& folder) {
     if (space.container.kind != Container::Kind::cylinder || !space.packing)
         throw UserError("the causes are those of a packing in a tube", {.where = "[falling_head] causes", .fix = "causes = false"});
     if (space.bed_top_m < config.sample_length_m)
@@ -178,42 +181,38 @@ Json run_causes(const PoreSpace& space, const Flows& flows, const FallingHeadCon
     const CauseStudy study = study_causes(sample, config, config.computed_over_measured);
     const double nu = config.kinematic_viscosity_m2_per_s;
     const auto reynolds = [&](double length) {
-        return Json({study.speed_top_m_per_s * length / nu, study.speed_bottom_m_per_s * length / nu});
+        return std::array{study.speed_top_m_per_s * length / nu, study.speed_bottom_m_per_s * length / nu};
     };
-    Json json = {{"permeability_m2", flows.permeability_m2},
-                 {"inertial_permeability_m", flows.inertial_permeability_m},
-                 {"porosity_central", central},
-                 {"inertia_coefficient", inertia_coefficient(config)},
-                 {"porosity_layers", layers},
-                 {"viscous_share_of_head", study.viscous_share},
-                 {"reynolds", {{"by_grain_diameter", reynolds(grain)}, {"by_tube_diameter", reynolds(space.container.diameter_m)}}},
-                 {"evaluation_alone", study.evaluation_alone},
-                 {"darcy_alone", study.darcy_alone},
-                 {"to_explain", config.computed_over_measured > 0.0 ? Json(config.computed_over_measured) : Json(nullptr)},
-                 {"factor_is", "k true / k by the paper's evaluation"},
-                 {"sample", json_of(sample)},
-                 {"apparatus", resolved_config(config)},
-                 {"causes", Json::array()},
-                 {"joint", Json::array()},
-                 {"computation", effects_on_the_computation(space, central, grain)}};
-    keep_old_name(json, "sample_inertia", "inertia_coefficient");
-    for (const CauseFactors& found : study.causes) json["causes"].push_back(cause_json(found));
-    for (const JointFactors& joint : study.joint) json["joint"].push_back(joint_json(joint));
+    const double wanted = config.computed_over_measured;
+    results::Causes result{.permeability_m2 = flows.permeability_m2,
+                           .inertial_permeability_m = flows.inertial_permeability_m,
+                           .porosity_central = central,
+                           .inertia_coefficient = inertia_coefficient(config),
+                           .porosity_layers = layers,
+                           .viscous_share_of_head = study.viscous_share,
+                           .reynolds = {reynolds(grain), reynolds(space.container.diameter_m)},
+                           .evaluation_alone = study.evaluation_alone,
+                           .darcy_alone = study.darcy_alone,
+                           .to_explain = wanted > 0.0 ? std::optional(wanted) : std::nullopt,
+                           .sample = sample,
+                           .apparatus = resolved_config(config),
+                           .computation = effects_on_the_computation(space, central, grain)};
+    for (const CauseFactors& found : study.causes) result.causes.push_back(result_of(found));
+    for (const JointFactors& joint : study.joint) result.joint.push_back(result_of(joint));
     write_causes(folder, study);
-    draw_tornado(folder, study, config.computed_over_measured);
-    draw_joint(folder, study, config.computed_over_measured);
+    draw_tornado(folder, study, wanted);
+    draw_joint(folder, study, wanted);
     draw_effects(folder, {1.0 / flows.permeability_m2, 1.0 / flows.inertial_permeability_m}, config);
-    return json;
+    return result;
 }
 
 Flows flows_of(const Case& c, double inertial_permeability_m) {
-    const Json lbm = c.result_of("lbm");
-    Flows flows{.permeability_m2 = lbm.at("permeability_m2"),
+    const auto lbm = c.result<results::Lbm>();
+    Flows flows{.permeability_m2 = lbm.permeability.m2,
                 .inertial_permeability_m = inertial_permeability_m,
                 .largest_reynolds = 1.0,
-                .quasi_steady_inertia = number_at(lbm, "/inertia_coefficient_quasi_steady")};
-    if (c.settings.forchheimer.enabled)
-        flows.largest_reynolds = c.result_of("forchheimer").at("lbm").at("grids").back().at("flows").back().at("reynolds");
+                .quasi_steady_inertia = lbm.inertia_coefficient_quasi_steady};
+    if (c.settings.forchheimer.enabled) flows.largest_reynolds = c.result<results::Forchheimer>().lbm.grids.back().flows.back().reynolds;
     return flows;
 }
 
@@ -226,10 +225,11 @@ Stage make_causes_stage(const Case& c) {
             .outputs = {"causes.csv", "joint.csv"},
             .run =
                 [c](const Path& folder) {
-                    const InertialPermeability inertial = inertial_permeability(c, c.result_of("voxelise").at("porosity").get<double>());
-                    Json json = run_causes(case_pore_space(c).section_only(), flows_of(c, inertial.value_m), apparatus_of(c), folder);
-                    json["inertial_permeability_from"] = inertial.from;
-                    return json;
+                    const InertialPermeability inertial = inertial_permeability(c, c.result<results::Voxelise>().porosity);
+                    results::Causes result =
+                        run_causes(case_pore_space(c).section_only(), flows_of(c, inertial.value_m), apparatus_of(c), folder);
+                    result.inertial_permeability_from = inertial.from;
+                    return result;
                 },
             .expect = [] { return Expectation{.text = "about 8500 simulated tests and three coarse flows", .wall_time_s = 60.0}; }};
 }

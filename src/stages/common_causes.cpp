@@ -15,7 +15,7 @@
 #include "falling_head/causes.hpp"
 #include "record/toml_file.hpp"
 #include "report/plot.hpp"
-#include "stages/results.hpp"
+#include "results/falling_head.hpp"
 
 namespace porepack::stages {
 using namespace core;
@@ -44,9 +44,10 @@ TestedSample sample_of(const Path& file) {
                         {.where = file.string(),
                          .allowed = "result.json of the stage causes, with `sample` and `apparatus`",
                          .fix = "porepack falling-head causes CASE (results of before version 0.2 must be computed again)"});
-    read_members(json.at("sample"), sample.truth);
-    sample.apparatus = config_from_flags<FallingHeadConfig>(flags_of(json.at("apparatus")));
-    sample.factor = number_at(json, "/to_explain").value_or(0.0);
+    const auto causes = from_json_members<results::Causes>(json, file.string());
+    sample.truth = causes.sample;
+    sample.apparatus = config_from_flags<FallingHeadConfig>(flags_of(causes.apparatus));
+    sample.factor = causes.to_explain.value_or(0.0);
     return sample;
 }
 
@@ -91,18 +92,21 @@ std::optional<double> correlation_of(const std::vector<PairedDraw>& draws) {
     return n >= 10.0 && spread > 0.0 ? std::optional((n * xy - x * y) / std::sqrt(spread)) : std::nullopt;
 }
 
-Json shares_of(const std::vector<PairedDraw>& draws, const Factors& wanted) {
+results::CommonShares shares_of(const std::vector<PairedDraw>& draws, const Factors& wanted) {
     const auto share = [&](const auto& counts) {
         return static_cast<double>(std::count_if(draws.begin(), draws.end(), counts)) / static_cast<double>(draws.size());
     };
     const auto each = [&](const auto& test) {
-        return Json({share([&](const PairedDraw& d) { return test(d, 0); }), share([&](const PairedDraw& d) { return test(d, 1); })});
+        return std::array{share([&](const PairedDraw& d) { return test(d, 0); }), share([&](const PairedDraw& d) { return test(d, 1); })};
     };
     const auto at_least = [&](const PairedDraw& d, std::size_t i) { return reaches(d, i, wanted); };
     const auto about = [&](const PairedDraw& d, std::size_t i) { return is_near(d, i, wanted); };
-    return {{"draws", draws.size()},   {"medians", {json_of(median_of(draws, 0)), json_of(median_of(draws, 1))}},
-            {"reach", each(at_least)}, {"reach_both", share([&](const PairedDraw& d) { return at_least(d, 0) && at_least(d, 1); })},
-            {"near", each(about)},     {"near_both", share([&](const PairedDraw& d) { return about(d, 0) && about(d, 1); })}};
+    return {.draws = draws.size(),
+            .medians = {median_of(draws, 0), median_of(draws, 1)},
+            .reach = each(at_least),
+            .reach_both = share([&](const PairedDraw& d) { return at_least(d, 0) && at_least(d, 1); }),
+            .near = each(about),
+            .near_both = share([&](const PairedDraw& d) { return about(d, 0) && about(d, 1); })};
 }
 
 double largest_exponent(const PairedFactors& paired) {
@@ -112,23 +116,18 @@ double largest_exponent(const PairedFactors& paired) {
 }
 
 // The draws of one width of the ranges: all, and by n in steps of a tenth of its range.
-Json json_of_pairs(const PairedFactors& paired, const Factors& wanted) {
-    Json json = shares_of(paired.draws, wanted);
-    json["range_factor"] = paired.range_factor;
-    json["correlation"] = json_of(correlation_of(paired.draws));
-    json["by_exponent"] = Json::array();
+results::CommonPairs result_of(const PairedFactors& paired, const Factors& wanted) {
+    results::CommonPairs pairs{
+        .shares = shares_of(paired.draws, wanted), .range_factor = paired.range_factor, .correlation = correlation_of(paired.draws)};
     constexpr int bands = 10;
     const double width = largest_exponent(paired) / bands;
     for (int band = 0; band < bands; ++band) {
         std::vector<PairedDraw> inside;
         std::copy_if(paired.draws.begin(), paired.draws.end(), std::back_inserter(inside),
                      [&](const PairedDraw& draw) { return draw.exponent >= band * width && draw.exponent < (band + 1) * width; });
-        if (inside.empty()) continue;
-        Json row = shares_of(inside, wanted);
-        row["exponent"] = {band * width, (band + 1) * width};
-        json["by_exponent"].push_back(row);
+        if (!inside.empty()) pairs.by_exponent.push_back({shares_of(inside, wanted), {band * width, (band + 1) * width}});
     }
-    return json;
+    return pairs;
 }
 
 }  // namespace
@@ -140,7 +139,7 @@ std::vector<Path> results_of_causes(const std::vector<Path>& samples) {
     return files;
 }
 
-Json compare_causes(const std::vector<Path>& samples, const std::vector<double>& factors, const Path& folder) {
+results::CommonCauses compare_causes(const std::vector<Path>& samples, const std::vector<double>& factors, const Path& folder) {
     const std::vector<Path> files = results_of_causes(samples);
     const std::array<TestedSample, 2> both = {sample_of(files.at(0)), sample_of(files.at(1))};
     if (names_of_common(both[0]) != names_of_common(both[1]))
@@ -162,17 +161,12 @@ Json compare_causes(const std::vector<Path>& samples, const std::vector<double>&
     report::draw_plot(folder / "common_causes.svg", "common_causes",
                       {{"wanted_1", wanted[0]}, {"wanted_2", wanted[1]}, {"near", near}, {"largest", largest_exponent(found.front())}},
                       {.width = 620, .height = 520});
-    Json json = {
-        {"samples", {files[0].string(), files[1].string()}},
-        {"to_explain", wanted},
-        {"common", names_of_common(both[0])},
-        {"near_within_factor", near},
-        {"pairs", Json::array()},
-        {"meaning",
-         "each draw puts the common causes at the same place of their ranges for both samples, and draws the others for each. reach: "
-         "share of all draws with at least the factor; near: within the factor near_within_factor of it; both: in the same draw"}};
-    for (const PairedFactors& paired : found) json["pairs"].push_back(json_of_pairs(paired, wanted));
-    return json;
+    results::CommonCauses result{.samples = {files[0].string(), files[1].string()},
+                                 .to_explain = wanted,
+                                 .common = names_of_common(both[0]),
+                                 .near_within_factor = near};
+    for (const PairedFactors& paired : found) result.pairs.push_back(result_of(paired, wanted));
+    return result;
 }
 
 }  // namespace porepack::stages

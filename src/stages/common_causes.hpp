@@ -5,14 +5,15 @@
 #include <vector>
 
 #include "core/files.hpp"
+#include "results/falling_head_tests.hpp"
 
 namespace porepack::stages {
 
 /// `samples`: two results of the stage causes (folders of cases, or result.json). `factors`: to be explained, of both samples; empty: those
 /// of the results. Writes common_causes.csv (each draw) and common_causes.svg. Throws UserError for a result without a sample, and for two
 /// that were not tested in one apparatus.
-[[nodiscard]] core::Json compare_causes(const std::vector<core::Path>& samples, const std::vector<double>& factors,
-                                        const core::Path& folder);
+[[nodiscard]] results::CommonCauses compare_causes(const std::vector<core::Path>& samples, const std::vector<double>& factors,
+                                                   const core::Path& folder);
 
 /// The results that compare_causes() reads: for the manifest.
 [[nodiscard]] std::vector<core::Path> results_of_causes(const std::vector<core::Path>& samples);

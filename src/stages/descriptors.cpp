@@ -11,7 +11,6 @@
 #include "io/image.hpp"
 #include "lbm/wall_effect.hpp"
 #include "packing/structure.hpp"
-#include "stages/results.hpp"
 #include "stages/stages.hpp"
 
 namespace porepack::stages {
@@ -35,28 +34,22 @@ double wall_per_bed_per_m(const Container& container) {
     return sum;
 }
 
-PackedBed bed_of(const PoreSpace& space, const Json& lbm) {
+PackedBed bed_of(const PoreSpace& space, const results::Lbm& lbm) {
     // Of a surface, grain_size_m is 4 volume / area. Grains that overlap on purpose hide an unknown part of their area.
     double surface = 4.0 / space.grain_size_m;
     if (space.packing) surface = space.packing->overlap_allowed ? unknown : 6.0 / grain_means(*space.packing).sauter_diameter_m;
-    return {.porosity = lbm.at("porosity").get<double>(),
-            .permeability_m2 = lbm.at("permeability_m2").get<double>(),
+    return {.porosity = lbm.porosity,
+            .permeability_m2 = lbm.permeability.m2,
             .equivalent_diameter_m = space.equivalent_diameter_m,
             .surface_per_solid_per_m = surface,
             .wall_per_bed_per_m = wall_per_bed_per_m(space.container)};
 }
 
-Json numbers_json(const BedNumbers& numbers) {
-    Json json = Json::object();
-    visit_members(numbers, [&](const char* key, double value) { json[key] = number_or_null(value); });
-    return json;
-}
-
 // In a cylinder, from the flow field: profiles against the radius, and k of the core.
-Json wall_json(const Case& c, const PoreSpace& space, double permeability_m2, const Path& folder) {
+std::optional<results::WallEffect> wall_effect(const Case& c, const PoreSpace& space, double permeability_m2, const Path& folder) {
     const Path file = c.stage_folder("lbm") / "flow.vti";
     const double grain = space.equivalent_diameter_m, diameter = space.container.diameter_m;
-    if (space.container.kind != Container::Kind::cylinder || !fs::exists(file) || !(grain > 0.0)) return nullptr;
+    if (space.container.kind != Container::Kind::cylinder || !fs::exists(file) || !(grain > 0.0)) return std::nullopt;
     const FlowImage flow = io::read_flow_image(file);
     const long rings = std::clamp(std::lround(2.0 * diameter / grain), 6L, 40L);  // of about a quarter of a grain's diameter
     Table table({"r0_m", "r1_m", "porosity", "relative_velocity"});
@@ -64,24 +57,19 @@ Json wall_json(const Case& c, const PoreSpace& space, double permeability_m2, co
         table.add(ring.r0_m, ring.r1_m, ring.porosity, ring.relative_velocity);
     table.write(folder / "radial.csv");
     const double ratio = core_over_tube(flow, space.section, diameter, grain);
-    return {{"layer_m", grain},
-            {"core_over_tube_permeability", number_or_null(ratio)},
-            {"permeability_core_m2", number_or_null(ratio * permeability_m2)},
-            {"meaning",
-             "mean velocity more than layer_m from the wall over that of the tube: an estimate of k of an infinitely wide bed, which would "
-             "also have the porosity of the core"}};
+    return results::WallEffect{.layer_m = grain, .core_over_tube_permeability = ratio, .permeability_core_m2 = ratio * permeability_m2};
 }
 
-Json matrix_json(const Eigen::Matrix3d& matrix) {
-    if (matrix.isZero()) return nullptr;
-    Json rows = Json::array();
-    for (int i = 0; i < 3; ++i) rows.push_back({matrix(i, 0), matrix(i, 1), matrix(i, 2)});
+std::optional<results::Tensor> tensor_of(const Eigen::Matrix3d& matrix) {
+    if (matrix.isZero()) return std::nullopt;
+    results::Tensor rows{};
+    for (int i = 0; i < 3; ++i) rows[static_cast<std::size_t>(i)] = {matrix(i, 0), matrix(i, 1), matrix(i, 2)};
     return rows;
 }
 
 // How the grains of the whole bed lie and touch.
-Json structure_json(const PoreSpace& space, const Path& folder) {
-    if (!space.packing) return nullptr;
+std::optional<results::BedStructure> bed_structure(const PoreSpace& space, const Path& folder) {
+    if (!space.packing) return std::nullopt;
     constexpr double gap_of_diameter = 1e-3;  // grains that only just touch, as in a given packing
     const Container& container = space.container;
     const Vec3 inner = container.high() - container.low();
@@ -92,54 +80,51 @@ Json structure_json(const PoreSpace& space, const Path& folder) {
     for (const RadialBin& bin : found.radial_distribution) distribution.add(bin.r0_m, bin.r1_m, bin.distribution);
     contacts.write(folder / "contacts.csv");
     distribution.write(folder / "radial_distribution.csv");
-    return {{"orientation_tensor", matrix_json(found.orientation)},
-            {"contact_orientation_tensor", matrix_json(found.contact_orientation)},
-            {"mean_neighbours", found.mean_neighbours},
-            {"contact_points", found.contact_points}};
+    return results::BedStructure{.orientation_tensor = tensor_of(found.orientation),
+                                 .contact_orientation_tensor = tensor_of(found.contact_orientation),
+                                 .mean_neighbours = found.mean_neighbours,
+                                 .contact_points = found.contact_points};
 }
 
 // The flows with inertia beside correlations for beds.
-Json friction_json(const Json& forchheimer, const PackedBed& bed, const BedNumbers& numbers, const Container& container,
-                   const Path& folder) {
-    const Json& grids = forchheimer.at("lbm").at("grids");
-    const double length = forchheimer.at("length_m").get<double>(), viscosity = 1e-6;
+std::vector<results::FrictionPoint> friction_points(const results::Forchheimer& forchheimer, const PackedBed& bed,
+                                                    const BedNumbers& numbers, const Container& container, const Path& folder) {
+    constexpr double viscosity = 1e-6;
     const double relative = container.kind == Container::Kind::cylinder ? numbers.sauter_diameter_m / container.diameter_m
                                                                         : unknown;  // a correction for cylinders
     Table table({"reynolds_modified", "friction_factor", "ergun", "carman_1937", "eisfeld_schnitzlein"});
-    Json rows = Json::array();
-    for (const Json& flow : grids.back().at("flows")) {
-        const double velocity = flow.at("reynolds").get<double>() * viscosity / length;
-        const Friction found =
-            friction_of(velocity, viscosity, flow.at("permeability_m2").get<double>(), numbers.sauter_diameter_m, bed.porosity);
-        const double ergun = ergun_friction(found.reynolds), carman = carman_friction(found.reynolds),
-                     eisfeld = eisfeld_schnitzlein_friction(found.reynolds, relative, bed.porosity);
-        table.add(found.reynolds, found.factor, ergun, carman, eisfeld);
-        rows.push_back({{"reynolds_modified", found.reynolds},
-                        {"friction_factor", found.factor},
-                        {"ergun", ergun},
-                        {"carman_1937", carman},
-                        {"eisfeld_schnitzlein", number_or_null(eisfeld)}});
+    std::vector<results::FrictionPoint> points;
+    for (const InertialFlow& flow : forchheimer.lbm.grids.back().flows) {
+        const double velocity = flow.reynolds * viscosity / forchheimer.length_m;
+        const Friction found = friction_of(velocity, viscosity, flow.permeability_m2, numbers.sauter_diameter_m, bed.porosity);
+        const results::FrictionPoint point{.reynolds_modified = found.reynolds,
+                                           .friction_factor = found.factor,
+                                           .ergun = ergun_friction(found.reynolds),
+                                           .carman_1937 = carman_friction(found.reynolds),
+                                           .eisfeld_schnitzlein = eisfeld_schnitzlein_friction(found.reynolds, relative, bed.porosity)};
+        table.add(point.reynolds_modified, point.friction_factor, point.ergun, point.carman_1937, point.eisfeld_schnitzlein);
+        points.push_back(point);
     }
     table.write(folder / "friction.csv");
-    return rows;
+    return points;
 }
 
-Json run_descriptors(const Case& c, const Path& folder) {
+results::Descriptors run_descriptors(const Case& c, const Path& folder) {
     const PoreSpace space = case_pore_space(c);
-    const Json lbm = c.result_of("lbm");
-    const PackedBed bed = bed_of(space, lbm);
+    const PackedBed bed = bed_of(space, c.result<results::Lbm>());
     const BedNumbers numbers = bed_numbers(bed);
-    Json json = {{"porosity", bed.porosity},
-                 {"permeability_m2", bed.permeability_m2},
-                 {"equivalent_diameter_m", bed.equivalent_diameter_m > 0.0 ? Json(bed.equivalent_diameter_m) : Json(nullptr)},
-                 {"surface_per_solid_per_m", number_or_null(bed.surface_per_solid_per_m)},
-                 {"wall_per_bed_per_m", bed.wall_per_bed_per_m},
-                 {"numbers", numbers_json(numbers)},
-                 {"wall", wall_json(c, space, bed.permeability_m2, folder)},
-                 {"structure", structure_json(space, folder)},
-                 {"friction", nullptr}};
-    if (c.settings.forchheimer.enabled) json["friction"] = friction_json(c.result_of("forchheimer"), bed, numbers, space.container, folder);
-    return json;
+    results::Descriptors result{
+        .porosity = bed.porosity,
+        .permeability_m2 = bed.permeability_m2,
+        .equivalent_diameter_m = bed.equivalent_diameter_m > 0.0 ? std::optional(bed.equivalent_diameter_m) : std::nullopt,
+        .surface_per_solid_per_m = bed.surface_per_solid_per_m,
+        .wall_per_bed_per_m = bed.wall_per_bed_per_m,
+        .numbers = numbers,
+        .wall = wall_effect(c, space, bed.permeability_m2, folder),
+        .structure = bed_structure(space, folder)};
+    if (c.settings.forchheimer.enabled)
+        result.friction = friction_points(c.result<results::Forchheimer>(), bed, numbers, space.container, folder);
+    return result;
 }
 
 }  // namespace

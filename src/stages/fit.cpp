@@ -17,7 +17,6 @@
 #include "scans/gray_input.hpp"
 #include "scans/refine.hpp"
 #include "stages/inputs.hpp"
-#include "stages/results.hpp"
 #include "stages/slice_picture.hpp"
 
 namespace porepack::stages {
@@ -175,10 +174,6 @@ std::vector<ShapePoints> mirrored_points(std::vector<shapes::Shape> shapes) {
     return points;
 }
 
-Json json_of(const Estimate& estimate) {
-    return {{"value", estimate.value}, {"standard_uncertainty", estimate.uncertainty}};
-}
-
 // What a reader must know before the packing is used.
 std::vector<std::string> doubts_of(const Refined& found, const Unexplained& rest, const std::vector<ShapePoints>& points,
                                    const std::vector<shapes::Shape>& shapes, double smallest_voxels, const Overlaps& overlaps) {
@@ -210,8 +205,8 @@ std::vector<std::string> doubts_of(const Refined& found, const Unexplained& rest
 
 }  // namespace
 
-Json fit_image(const Path& file, ImageConfig image, const std::optional<Container>& given, const std::vector<shapes::Shape>& shapes,
-               const Path& folder) {
+results::Fit fit_image(const Path& file, ImageConfig image, const std::optional<Container>& given, const std::vector<shapes::Shape>& shapes,
+                       const Path& folder) {
     if (image.threshold.is_null()) image.threshold = "volume";
     image.walls = ImageWalls::gray;
     std::vector<ShapePoints> points;
@@ -223,7 +218,7 @@ Json fit_image(const Path& file, ImageConfig image, const std::optional<Containe
     }
     const Scan scan = open_scan(file, image, 2.0 * thinnest);
     const ImageInput input = read_image(scan.reduced(), image, given, file);
-    const auto notes = from_json_members<GrayNotes>(input.description.at("gray"));
+    const GrayNotes& notes = *input.gray_notes;
     const GrayImage& gray = *input.gray->image();
     const double h = gray.grid.spacing_m[0];
     const auto search = [&](const std::vector<ShapePoints>& of) {
@@ -285,42 +280,39 @@ Json fit_image(const Path& file, ImageConfig image, const std::optional<Containe
         positions.push_back(grain.position_error_m);
         ends.push_back(grain.end_error_m);
     }
-    Json json = input.description;
-    json.erase("own");
-    json["container"] = to_json(packing.container);
-    json["grains"] = {{"found", found.grains.size()}, {"cut", cut}, {"dropped", refined - found.grains.size()}};
-    json["sizes"] = Json::object();
+    const auto median_or_none = [](const std::vector<double>& values) {
+        return values.empty() ? std::nullopt : std::optional(median(values));
+    };
+    results::Fit result{.file = input.file,
+                        .gray = notes,
+                        .container = to_json(packing.container),
+                        .grains = {.found = found.grains.size(), .cut = cut, .dropped = refined - found.grains.size()},
+                        .solid_change = solid_change(shapes, found),
+                        .blur_m = found.common.blur_m,
+                        .pores = found.common.pores,
+                        .solid = found.common.solid,
+                        .residual = found.residual,
+                        .residual_median = usual,
+                        .noise = notes.noise,
+                        .position_uncertainty_m = median_or_none(positions),
+                        .end_uncertainty_m = median_or_none(ends),
+                        .unexplained_solid = rest.inside / rest.solid_voxels,
+                        .unexplained_solid_at_ends = rest.at_ends / rest.solid_voxels,
+                        .grain_without_solid = rest.missing / rest.solid_voxels,
+                        .largest_overlap_m = overlaps.largest_between_grains_m,
+                        .contacts = overlaps.contacts,
+                        .doubts = doubts_of(found, rest, points, shapes, smallest / (h * h * h), overlaps),
+                        .search_s = seconds_of_search,
+                        .poses_s = seconds_of_poses};
     for (std::size_t s = 0; s < shapes.size(); ++s)
-        json["sizes"][shapes[s].id] = {{"radius_change_m", json_of(found.common.shapes[s].radius_change_m)},
-                                       {"length_factor", json_of(found.common.shapes[s].length_factor)}};
-    json["solid_change"] = solid_change(shapes, found);
-    json["blur_m"] = json_of(found.common.blur_m);
-    json["pores"] = json_of(found.common.pores);
-    json["solid"] = json_of(found.common.solid);
-    json["residual"] = found.residual;
-    json["residual_median"] = usual;
-    json["noise"] = notes.noise;
-    json["position_uncertainty_m"] = positions.empty() ? Json(nullptr) : Json(median(positions));
-    json["end_uncertainty_m"] = ends.empty() ? Json(nullptr) : Json(median(ends));
-    json["unexplained_solid"] = rest.inside / rest.solid_voxels;
-    json["unexplained_solid_at_ends"] = rest.at_ends / rest.solid_voxels;
-    json["grain_without_solid"] = rest.missing / rest.solid_voxels;
-    const Section complete{rest.complete_from * h, rest.complete_to * h};
-    json["section_m"] = complete.length() > 2.0 * h ? section_json(complete) : Json(nullptr);
-    json["porosity"] = complete.length() > 2.0 * h ? Json(porosity(Grains(packing), packing.container, complete).value) : Json(nullptr);
-    json["largest_overlap_m"] = overlaps.largest_between_grains_m;
-    json["contacts"] = overlaps.contacts;
-    json["doubts"] = doubts_of(found, rest, points, shapes, smallest / (h * h * h), overlaps);
-    for (const Json& doubt : json["doubts"]) log_warning(fmt::format("{}: {}", file.string(), doubt.get<std::string>()));
-    json["search_s"] = seconds_of_search;
-    json["poses_s"] = seconds_of_poses;
-    json["meaning"] =
-        "residual: root mean square of gray value against fitted value, over contrast, near the surfaces; position and end: median "
-        "standard "
-        "uncertainties of whole grains; unexplained: voxels of solid that no grain explains, over all voxels of solid; at ends: in pieces "
-        "that reach the first or the last "
-        "layer, of grains of which too little is shown; section: between the planes that none of these pieces reaches";
-    return json;
+        result.sizes.emplace_back(shapes[s].id, results::FittedSizes{.radius_change_m = found.common.shapes[s].radius_change_m,
+                                                                     .length_factor = found.common.shapes[s].length_factor});
+    if (const Section complete{rest.complete_from * h, rest.complete_to * h}; complete.length() > 2.0 * h) {
+        result.section_m = complete.interval();
+        result.porosity = porosity(Grains(packing), packing.container, complete).value;
+    }
+    for (const std::string& doubt : result.doubts) log_warning(fmt::format("{}: {}", file.string(), doubt));
+    return result;
 }
 
 }  // namespace porepack::stages

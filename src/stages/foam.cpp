@@ -10,7 +10,6 @@
 #include "core/machine.hpp"
 #include "openfoam/foam.hpp"
 #include "openfoam/foam_cost.hpp"
-#include "stages/results.hpp"
 #include "stages/stages.hpp"
 
 namespace porepack::stages {
@@ -63,7 +62,7 @@ Expectation expect_foam(const PoreSpace& space, const FoamConfig& config) {
     return expect(space, cell_size_m(space, config), space.porosity(4000).value, config);
 }
 
-Json run_foam(const PoreSpace& space, const GeometryConfig& geometry, const FoamConfig& config, const Path& folder) {
+results::Foam run_foam(const PoreSpace& space, const GeometryConfig& geometry, const FoamConfig& config, const Path& folder) {
     if (space.image || space.gray)
         throw UserError("OpenFOAM needs a surface, and the input is an image",
                         {.where = space.source, .fix = "porepack lbm, or porepack image segment, which writes solid.stl"});
@@ -84,24 +83,23 @@ Json run_foam(const PoreSpace& space, const GeometryConfig& geometry, const Foam
     const double coarsest = cell * std::pow(config.mesh_ratio, static_cast<double>(config.meshes - 1));
     const FoamScene scene = foam_scene(space, surface_options(geometry), coarsest);
     const FoamResult result = foam_permeability(scene, config, cell, data_file("openfoam_cases"), folder);
-    Json json;
-    add_permeability(json, result.permeability_m2, result.extrapolation ? std::optional(result.extrapolation->interval) : std::nullopt);
-    json["method"] = "OpenFOAM simpleFoam, creeping flow, snappyHexMesh";
-    json["repeat_by_hand"] = "cd mesh_fine && ./Allclean && ./Allrun";
     const auto& extrapolation = result.extrapolation;
-    json["interval_meaning"] = interval_meaning(config, extrapolation);
-    json["observed_order"] = extrapolation ? json_of(extrapolation->observed_order) : Json(nullptr);
-    json["grid_convergence_index"] = extrapolation ? json_of(extrapolation->grid_convergence_index) : Json(nullptr);
-    json["section_m"] = section_json(space.section);
-    json["ends"] = space.container.periodic[2] ? Json("periodic") : Json(name_of(space.ends));
-    json["buffers_m"] = space.buffers_m;
-    json["converged"] = std::all_of(result.meshes.begin(), result.meshes.end(), [](const FoamMeshResult& mesh) { return mesh.converged; });
-    json["cells"] = result.fine().cells;
-    json["iterations"] = result.fine().iterations;
-    json["fine"] = json_of(result.fine());
-    json["meshes"] = json_of(result.meshes);
-    json["expected_memory_bytes"] = expected.memory_bytes;
-    return json;
+    const auto converged = [](const FoamMeshResult& mesh) { return mesh.converged; };
+    return {.permeability = {result.permeability_m2, extrapolation ? std::optional(extrapolation->interval) : std::nullopt},
+            .method = "OpenFOAM simpleFoam, creeping flow, snappyHexMesh",
+            .repeat_by_hand = "cd mesh_fine && ./Allclean && ./Allrun",
+            .interval_meaning = interval_meaning(config, extrapolation),
+            .observed_order = extrapolation ? extrapolation->observed_order : std::nullopt,
+            .grid_convergence_index = extrapolation ? extrapolation->grid_convergence_index : std::nullopt,
+            .section_m = space.section.interval(),
+            .ends = space.container.periodic[2] ? "periodic" : std::string(name_of(space.ends)),
+            .buffers_m = space.buffers_m,
+            .converged = std::all_of(result.meshes.begin(), result.meshes.end(), converged),
+            .cells = result.fine().cells,
+            .iterations = result.fine().iterations,
+            .fine = result.fine(),
+            .meshes = result.meshes,
+            .expected_memory_bytes = expected.memory_bytes};
 }
 
 Stage make_foam_stage(const Case& c) {

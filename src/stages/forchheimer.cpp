@@ -16,7 +16,6 @@
 #include "openfoam/foam_cost.hpp"
 #include "permeability/inertial_laws.hpp"
 #include "report/plot.hpp"
-#include "stages/results.hpp"
 #include "stages/stages.hpp"
 
 namespace porepack::stages {
@@ -122,34 +121,32 @@ double relative_error(const InertialFlow& flow) {
 }
 
 // OpenFOAM's first flow is the creeping flow; the others are divided by it.
-Table curves_table(const Json& json) {
+Table curves_table(const results::Forchheimer& result) {
     Table table({"solver", "reynolds", "permeability_m2", "permeability_over_creeping", "relative_error"});
     table.digits = 6;
-    const auto value = [](const Json& row, const char* key) { return row.at(key).get<double>(); };
-    const Json& grids = json["lbm"]["grids"];
-    for (const Json& grid : grids)
-        for (const Json& flow : grid["flows"])
-            table.add(&grid == &grids.back() ? "lattice" : "coarser", value(flow, "reynolds"), value(flow, "permeability_m2"),
-                      value(flow, "permeability_m2") / value(grid, "creeping_permeability_m2"),
-                      relative_error(from_json_members<InertialFlow>(flow)));
-    if (!json.contains("openfoam")) return table;
-    const Json& flows = json["openfoam"]["flows"];
+    for (const InertialSeries& grid : result.lbm.grids)
+        for (const InertialFlow& flow : grid.flows)
+            table.add(&grid == &result.lbm.grids.back() ? "lattice" : "coarser", flow.reynolds, flow.permeability_m2,
+                      flow.permeability_m2 / grid.creeping_permeability_m2, relative_error(flow));
+    if (!result.openfoam) return table;
+    const auto& flows = result.openfoam->flows;
     for (std::size_t i = 1; i < flows.size(); ++i)
-        table.add("openfoam", value(flows[i], "reynolds"), value(flows[i], "permeability_m2"),
-                  value(flows[i], "permeability_m2") / value(flows[0], "permeability_m2"), std::optional<double>());
+        table.add("openfoam", flows[i].reynolds, flows[i].permeability_m2, flows[i].permeability_m2 / flows[0].permeability_m2,
+                  std::optional<double>());
     return table;
 }
 
-void draw_curves(const Path& folder, const Json& json, const ForchheimerFit& fit) {
-    curves_table(json).write(folder / "forchheimer.csv");
+void draw_curves(const Path& folder, const results::Forchheimer& result) {
+    curves_table(result).write(folder / "forchheimer.csv");
+    const ForchheimerFit& fit = result.lbm.fit;
     draw_plot(folder / "forchheimer.svg", "forchheimer",
               {{"k", fit.permeability_m2},
-               {"d", json["length_m"].get<double>()},
+               {"d", result.length_m},
                {"k_intercept", fit.intercept_permeability_m2},
                {"k_in", fit.inertial_permeability_m},
-               {"k_in_ergun", json["ergun_inertial_permeability_m"].get<double>()},
-               {"coarser", json["lbm"]["grids"].size() > 1 ? 1.0 : 0.0},
-               {"openfoam", json.contains("openfoam") ? 1.0 : 0.0}},
+               {"k_in_ergun", result.ergun_inertial_permeability_m},
+               {"coarser", result.lbm.grids.size() > 1 ? 1.0 : 0.0},
+               {"openfoam", result.openfoam ? 1.0 : 0.0}},
               {.width = 700, .height = 450});
 }
 
@@ -182,29 +179,27 @@ ForchheimerFit fit_lattice(const std::vector<InertialSeries>& grids, double leng
     return fit_forchheimer(curve.permeability_m2, length_m, curve.flows, common);
 }
 
-Json lattice_part(const std::vector<InertialSeries>& grids, const ForchheimerFit& fit, double length_m) {
-    const bool in_time = grids.back().flows.front().in_time.has_value();
-    Json part = {{"method", in_time ? "D3Q19, recursive regularised collision, interpolated walls, means in time"
-                                    : "D3Q19 two relaxation times, full equilibrium, interpolated walls"},
-                 {"grids", json_of(grids)}};
+results::InertiaByLattice lattice_part(const std::vector<InertialSeries>& grids, const ForchheimerFit& fit, double length_m) {
+    const InertialSeries &fine = grids.back(), *coarser = grids.size() > 1 ? &grids[grids.size() - 2] : nullptr;
+    const bool in_time = fine.flows.front().in_time.has_value();
     const std::optional<double> error = grid_error(grids, length_m);
-    part["creeping_permeability_grid_error"] =
-        grids.size() > 1 ? Json(std::abs(grids[grids.size() - 2].creeping_permeability_m2 / fit.permeability_m2 - 1.0)) : Json(nullptr);
-    part["stopped_by"] = json_of(grids.back().stopped_by);
-    part.update(json_of(fit));
-    part["laws"] = json_of(
-        fit_inertial_laws(curve_of(grids.back()), grids.size() > 1 ? std::optional(curve_of(grids[grids.size() - 2])) : std::nullopt));
-    part["inertial_permeability_grid_error"] = json_of(error);
-    part["interval_meaning"] =
-        fmt::format("slopes of the straight part, of its last two flows, and through creeping flow, with the errors of {}{}",
-                    in_time ? "the means in time and of their walls" : "iteration",
-                    fmt::format("{}{}", stretch_error(grids) > 0.0 ? ", of the stretched box" : "",
-                                error ? " and of the grid" : "; one grid, so without grid error"));
-    return part;
+    return {.method = in_time ? "D3Q19, recursive regularised collision, interpolated walls, means in time"
+                              : "D3Q19 two relaxation times, full equilibrium, interpolated walls",
+            .grids = grids,
+            .creeping_permeability_grid_error =
+                coarser != nullptr ? std::optional(std::abs(coarser->creeping_permeability_m2 / fit.permeability_m2 - 1.0)) : std::nullopt,
+            .stopped_by = fine.stopped_by,
+            .fit = fit,
+            .laws = fit_inertial_laws(curve_of(fine), coarser != nullptr ? std::optional(curve_of(*coarser)) : std::nullopt),
+            .inertial_permeability_grid_error = error,
+            .interval_meaning = fmt::format(
+                "slopes of the straight part, of its last two flows, and through creeping flow, with the errors of {}{}{}",
+                in_time ? "the means in time and of their walls" : "iteration", stretch_error(grids) > 0.0 ? ", of the stretched box" : "",
+                error ? " and of the grid" : "; one grid, so without grid error")};
 }
 
-Json foam_part(const PoreSpace& space, const GeometryConfig& geometry, const ForchheimerConfig& config, const std::vector<double>& drops,
-               double length_m, const Path& folder) {
+results::InertiaByFoam foam_part(const PoreSpace& space, const GeometryConfig& geometry, const ForchheimerConfig& config,
+                                 const std::vector<double>& drops, double length_m, const Path& folder) {
     const FoamConfig foam{.surface_level = config.surface_level,
                           .relaxation_velocity = config.relaxation_velocity,
                           .relaxation_pressure = config.relaxation_pressure,
@@ -215,37 +210,37 @@ Json foam_part(const PoreSpace& space, const GeometryConfig& geometry, const For
     make_folder(folder);
     const FoamInertialSeries series = foam_inertial_flows(foam_scene_in_water(space, surface_options(geometry), cell, water), foam, cell,
                                                           drops, data_file("openfoam_cases"), folder);
-    Json part = {{"method", "OpenFOAM simpleFoam, openfoam_cases/inertial_packing"},
-                 {"cell_size_m", cell},
-                 {"cells", series.mesh.cells},
-                 {"mesh_volume_ratio", series.mesh.mesh_volume_ratio},
-                 {"wall_time_s", series.mesh.wall_time_s},
-                 {"interval_meaning", "the slopes alone: one mesh, so without mesh error"},
-                 {"repeat_by_hand", "cd foam/inertial && ./Allclean && ./Allrun"},
-                 {"stopped_by", json_of(series.stopped_by)},
-                 {"flows", Json::array()}};
+    results::InertiaByFoam part{.method = "OpenFOAM simpleFoam, openfoam_cases/inertial_packing",
+                                .cell_size_m = cell,
+                                .cells = series.mesh.cells,
+                                .mesh_volume_ratio = series.mesh.mesh_volume_ratio,
+                                .wall_time_s = series.mesh.wall_time_s,
+                                .interval_meaning = "the slopes alone: one mesh, so without mesh error",
+                                .repeat_by_hand = "cd foam/inertial && ./Allclean && ./Allrun",
+                                .stopped_by = series.stopped_by};
     // Without buffers, OpenFOAM's k is that of the section together with the free water.
     const double section = space.section.length(), share = space.ends == Ends::in_situ ? 1.0 : section / (section + 2.0 * water);
     std::vector<ApparentPermeability> flows;
     for (const FoamInertialFlow& flow : series.flows) {
         flows.push_back({flow.superficial_velocity_m_per_s * length_m / water_viscosity_m2_per_s, flow.permeability_m2 * share,
                          10.0 * config.residual});
-        part["flows"].push_back({{"reynolds", flows.back().reynolds},
-                                 {"permeability_m2", flows.back().permeability_m2},
-                                 {"pressure_drop_m2_per_s2", flow.pressure_drop_m2_per_s2},
-                                 {"momentum_share", flow.momentum_share},
-                                 {"iterations", flow.iterations}});
+        part.flows.push_back({.reynolds = flows.back().reynolds,
+                              .permeability_m2 = flows.back().permeability_m2,
+                              .pressure_drop_m2_per_s2 = flow.pressure_drop_m2_per_s2,
+                              .momentum_share = flow.momentum_share,
+                              .iterations = flow.iterations});
     }
     if (flows.size() > 3) {
-        part.update(json_of(fit_forchheimer(flows[0].permeability_m2, length_m, std::span(flows).subspan(1))));
-        part["laws"] = json_of(fit_inertial_laws({flows[0].permeability_m2, {flows.begin() + 1, flows.end()}}));
+        part.fit = fit_forchheimer(flows[0].permeability_m2, length_m, std::span(flows).subspan(1));
+        part.laws = fit_inertial_laws({flows[0].permeability_m2, {flows.begin() + 1, flows.end()}});
     }
     return part;
 }
 
 }  // namespace
 
-Json run_forchheimer(const PoreSpace& given, const GeometryConfig& geometry, const ForchheimerConfig& config, const Path& folder) {
+results::Forchheimer run_forchheimer(const PoreSpace& given, const GeometryConfig& geometry, const ForchheimerConfig& config,
+                                     const Path& folder) {
     for (std::size_t i = 1; i < config.reynolds.size(); ++i)
         if (!(config.reynolds[i] > config.reynolds[i - 1]))
             throw UserError("the Reynolds numbers do not rise", {.where = "reynolds", .fix = "sort them, each once"});
@@ -268,31 +263,32 @@ Json run_forchheimer(const PoreSpace& given, const GeometryConfig& geometry, con
     const std::vector<InertialSeries> grids = lattice_series(space, config, size.length_m, folder);
     const ForchheimerFit fit = fit_lattice(grids, size.length_m);
     const auto steady = [](const InertialFlow& flow) { return flow.converged; };
-    Json json = {{"length_m", size.length_m},
-                 {"length_is", size.length_is},
-                 {"porosity", pores},
-                 {"section_m", section_json(space.section)},
-                 {"ends", name_of(space.ends)},
-                 {"buffers_m", json_of(space.buffers_m)},
-                 {"free_water_m", water_depth(space)},
-                 {"converged", std::all_of(grids.back().flows.begin(), grids.back().flows.end(), steady)},
-                 {"ergun_inertial_permeability_m", ergun_inertial_m(1.0, size.sauter_m, pores)},
-                 {"lbm", lattice_part(grids, fit, size.length_m)}};
+    results::Forchheimer result{
+        .length_m = size.length_m,
+        .length_is = size.length_is,
+        .porosity = pores,
+        .section_m = space.section.interval(),
+        .ends = std::string(name_of(space.ends)),
+        .buffers_m = space.buffers_m,
+        .free_water_m = water_depth(space),
+        .converged = std::all_of(grids.back().flows.begin(), grids.back().flows.end(), steady),
+        .ergun_inertial_permeability_m = ergun_inertial_m(1.0, size.sauter_m, pores),
+        .lbm = lattice_part(grids, fit, size.length_m),
+        .inertial_permeability_m = fit.inertial_permeability_m,
+        .inertial_permeability_interval_m = fit.inertial_interval_m,
+        .beyond_largest_reynolds = fmt::format(
+            "extrapolated: {}; the interval is {:.0f} % wider on both sides (turbulent coefficients differ: Fand et al. 1987)",
+            config.mean_in_time ? "no flow was computed there" : "there is no steady flow to compute", 100.0 * turbulent_change),
+        .expected_memory_bytes = expected.memory_bytes};
+    result.interval_meaning = result.lbm.interval_meaning;
     if (config.openfoam) {
         const std::vector<double> drops = pressure_drops(config.reynolds, curve_of(grids.back()), fit, space.computed().length(),
                                                          size.length_m, water_viscosity_m2_per_s);
-        json["openfoam"] = foam_part(space, geometry, config, drops, size.length_m, folder / "foam");
+        result.openfoam = foam_part(space, geometry, config, drops, size.length_m, folder / "foam");
     }
-    json["inertial_permeability_m"] = fit.inertial_permeability_m;
-    json["inertial_permeability_interval_m"] = json_of(fit.inertial_interval_m);
-    json["interval_meaning"] = json["lbm"]["interval_meaning"];
-    json["beyond_largest_reynolds"] =
-        fmt::format("extrapolated: {}; the interval is {:.0f} % wider on both sides (turbulent coefficients differ: Fand et al. 1987)",
-                    config.mean_in_time ? "no flow was computed there" : "there is no steady flow to compute", 100.0 * turbulent_change);
-    json["expected_memory_bytes"] = expected.memory_bytes;
-    json["peak_memory_bytes"] = peak_memory_bytes();
-    draw_curves(folder, json, fit);
-    return json;
+    result.peak_memory_bytes = peak_memory_bytes();
+    draw_curves(folder, result);
+    return result;
 }
 
 Expectation expect_forchheimer(const PoreSpace& space, const ForchheimerConfig& config) {

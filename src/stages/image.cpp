@@ -3,7 +3,6 @@
 #include "core/error.hpp"
 #include "imaging/volume.hpp"
 #include "pore_space/gray_solid.hpp"
-#include "stages/results.hpp"
 #include "stages/stages.hpp"
 
 namespace porepack::stages {
@@ -23,17 +22,15 @@ namespace {
 constexpr const char* gray_meaning =
     "porosity of the level set in the container; the image is put with its middle on the container's axis, its first layer on the floor";
 
-Json run_image(const Case& c, const Path& folder) {
+results::Image run_image(const Case& c, const Path& folder) {
     const ImageInput input = read_image(c.resolve(c.settings.image.file), c.settings.image, container_of_image(c));
-    Json json = input.description;
-    json.erase("own");
-    json["container"] = to_json(input.container);
+    results::Image result{
+        .file = input.file, .pores = input.pores, .gray = input.gray_notes, .container = to_json(input.container), .meaning = gray_meaning};
     if (input.gray) {
         io::write_gray_image(folder / "gray.vti", *input.gray->image());
         const double height = input.gray->image()->grid.cells[2] * input.gray->image()->grid.spacing_m[2];
-        json["porosity_bed"] = porosity(*input.gray, input.container, {0.0, height}).value;
-        json["meaning"] = gray_meaning;
-        return json;
+        result.porosity_bed = porosity(*input.gray, input.container, {0.0, height}).value;
+        return result;
     }
     io::write_phase_image(folder / "pore.vti", input.image);
     double pores = 0.0, inside = 0.0;
@@ -41,10 +38,10 @@ Json run_image(const Case& c, const Path& folder) {
         pores += phase == Phase::pore ? 1.0 : 0.0;
         inside += phase != Phase::outside ? 1.0 : 0.0;
     }
-    json["porosity_bed"] = pores / inside;
-    json["meaning"] =
+    result.porosity_bed = pores / inside;
+    result.meaning =
         "porosity of all voxels in the container; the image is put with its middle on the container's axis, its first layer on the floor";
-    return json;
+    return result;
 }
 
 }  // namespace

@@ -86,12 +86,11 @@ double porosity_error(const GrayNotes& notes, const PoreSpace& space) {
 PoreSpace load_image(const Path& file, const InputOptions& options) {
     ImageInput found = read_image(file, options.image, options.container);
     const Grid& grid = found.gray ? found.gray->image()->grid : found.image.grid;
-    if (!found.description["own"].get<bool>())
-        log_info("image: {}, {} x {} x {} voxels of {:.4g} m ({}), {}; pores: {}", found.description["format"].get<std::string>(),
-                 grid.cells[0], grid.cells[1], grid.cells[2], grid.spacing_m[2], found.description["voxel_size_from"].get<std::string>(),
-                 found.description["orientation"].get<std::string>(), found.description["pores"].get<std::string>());
-    if (found.description.contains("gray")) {
-        const auto gray = from_json_members<GrayNotes>(found.description["gray"]);
+    if (!found.own)
+        log_info("image: {}, {} x {} x {} voxels of {:.4g} m ({}), {}; pores: {}", found.file.format, grid.cells[0], grid.cells[1],
+                 grid.cells[2], grid.spacing_m[2], found.file.voxel_size_from, found.file.orientation, found.pores);
+    if (found.gray_notes) {
+        const GrayNotes& gray = *found.gray_notes;
         log_info("gray values: pores {:.5g}, solid {:.5g}, noise {:.2g} %, smoothed by {:.2g} voxels, then blur {:.2g} voxels{}",
                  gray.pore_level, gray.solid_level, 100.0 * gray.noise, gray.smoothing_voxels, gray.blur_voxels,
                  gray.tube_removed ? "; the container's wall is visible and was subtracted" : "");
@@ -118,10 +117,10 @@ PoreSpace load_image(const Path& file, const InputOptions& options) {
     }
     if (found.gray) {
         PoreSpace space = pore_space_of(found.gray, found.container, section, file.string());
-        space.image_porosity_error = porosity_error(from_json_members<GrayNotes>(found.description["gray"]), space);
+        space.image_porosity_error = porosity_error(*found.gray_notes, space);
         return space;
     }
-    if (!found.description["own"].get<bool>())
+    if (!found.own)
         for (const std::string& doubt : scans::doubts_of(found.image)) log_warning(fmt::format("{}: {}", file.string(), doubt));
     return pore_space_of(std::move(found.image), found.container, section, file.string());
 }
@@ -206,18 +205,20 @@ ImageInput read_image(const imaging::VolumeSource& source, const imaging::ImageC
         input.container = container_of_image(header, container, file);
     }
     const bool own_fractions = header.own_fractions && config.threshold.is_null() && config.pore.is_null();
-    input.description = {
-        {"format", header.format},           {"voxels", header.voxels},
-        {"voxel_size_m", header.spacing_m},  {"voxel_size_from", header.size_source},
-        {"orientation", header.orientation}, {"own", own_fractions || (header.own_phases && header.notes.contains("container"))}};
+    input.file = {.format = header.format,
+                  .voxels = header.voxels,
+                  .voxel_size_m = header.spacing_m,
+                  .voxel_size_from = header.size_source,
+                  .orientation = header.orientation};
+    input.own = own_fractions || (header.own_phases && header.notes.contains("container"));
     require_effect(config, own_fractions, file);
     if (own_fractions || has_gray_walls(config)) {
         const GrayInput gray = own_fractions ? read_own_gray(source, input.container, file.string())
                                              : read_gray(source, config, input.container, file.string(), axis);
         input.gray = gray.solid;
-        input.description["pores"] =
+        input.pores =
             fmt::format("values {} {:.6g}", config.pore_side == imaging::PoreSide::below ? "below" : "above", gray.notes.threshold);
-        input.description["gray"] = json_of(gray.notes);
+        input.gray_notes = gray.notes;
         if (config.find_container && !gray.notes.tube_removed)
             throw UserError("a tube was found, but nothing as dense as a wall lies all around it",
                             {.where = file.string(), .fix = "--container cylinder:D,H"});
@@ -232,7 +233,7 @@ ImageInput read_image(const imaging::VolumeSource& source, const imaging::ImageC
     if (!input.image.notes.contains("container")) place(input.image.grid, input.container);  // else it is in its place
     leave_out_outside(input.image, input.container);
     input.image.notes["container"] = to_json(input.container).dump();
-    input.description["pores"] = found.pore_level;
+    input.pores = found.pore_level;
     return input;
 }
 

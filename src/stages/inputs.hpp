@@ -8,6 +8,7 @@
 #include "imaging/volume.hpp"
 #include "pore_space/config.hpp"
 #include "pore_space/pore_space.hpp"
+#include "results/image.hpp"
 
 namespace porepack::stages {
 
@@ -29,8 +30,10 @@ struct ImageInput {
     core::PhaseImage image;                                  ///< its notes name the container; empty with gray walls
     std::shared_ptr<const pore_space::GraySolid> gray = {};  ///< with gray walls
     packing::Container container = {};
-    core::Json description =
-        {};  ///< format, orientation, where the voxel size comes from, what was taken for pores; own: written by PorePack
+    results::ImageFile file = {};
+    bool own = false;                                 ///< written by PorePack
+    std::string pores = {};                           ///< what of the image they are
+    std::optional<scans::GrayNotes> gray_notes = {};  ///< with gray walls
 };
 [[nodiscard]] ImageInput read_image(const core::Path& file, const imaging::ImageConfig& config,
                                     const std::optional<packing::Container>& container);

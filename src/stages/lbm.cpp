@@ -14,7 +14,6 @@
 #include "lbm/sequence.hpp"
 #include "scans/gray_input.hpp"
 #include "stages/gray_parts.hpp"
-#include "stages/results.hpp"
 #include "stages/stages.hpp"
 
 namespace porepack::stages {
@@ -61,50 +60,63 @@ Section evaluated_section(const PoreSpace& space, const LbmGridResult& grid) {
     return section;
 }
 
-Json lbm_json(const LbmResult& result, const PoreSpace& space, const LbmConfig& config) {
+std::optional<results::HalfWidthParts> half_width_parts(const LbmResult& result, bool gray) {
+    if (!result.half_width) return std::nullopt;
+    const IntervalParts& parts = *result.half_width;
+    results::HalfWidthParts found{
+        .grid = parts.grid_m2, .iteration = parts.iteration_m2, .mass_balance = parts.mass_balance_m2, .precision = parts.precision_m2};
+    if (parts.stretch_m2 != 0.0) found.stretch = parts.stretch_m2;
+    if (gray) {
+        found.threshold = parts.threshold_m2;
+        found.blur = parts.blur_m2;
+    }
+    return found;
+}
+
+std::string method_of(const LbmConfig& config, const Scheme& scheme) {
+    return fmt::format("D3Q19 {}, linear equilibrium, {}, {} precision",
+                       config.collision == Collision::bgk ? "BGK" : "two relaxation times",
+                       scheme.walls == Walls::interpolated ? "interpolated walls" : "half-way bounce-back", name_of(config.precision));
+}
+
+results::Lbm result_of(const LbmResult& result, const PoreSpace& space, const LbmConfig& config) {
     const LbmGridResult& fine = result.fine();
     const Scheme scheme = scheme_of(config, space.has_exact_walls(), {});
-    Json json;
-    add_permeability(json, result.permeability_m2, result.interval_m2());
-    json["half_width_parts_m2"] = json_of(result.half_width);
-    if (result.half_width) keep_old_name(json["half_width_parts_m2"], "ends", "mass_balance");
-    if (result.half_width && !space.gray)
-        for (const char* part : {"threshold", "blur"}) json["half_width_parts_m2"].erase(part);
-    if (result.half_width && result.half_width->stretch_m2 == 0.0) json["half_width_parts_m2"].erase("stretch");
-    if (result.averaged_image_change) json["averaged_image_change"] = *result.averaged_image_change;
-    json["interval_meaning"] = interval_meaning(result, space, scheme);
-    if (config.tolerance > 0.0) {
-        json["tolerance"] = config.tolerance;
-        json["tolerance_reached"] = result.stopped_by.empty();
-        json["stopped_by"] = result.stopped_by.empty() ? Json(nullptr) : Json(result.stopped_by);
-    }
-    if (const auto bed = result.bed_permeability_m2()) json["permeability_bed_m2"] = *bed;
-    json["permeability_by_volume_average_m2"] = fine.permeability_volume_m2;
-    json["method"] =
-        fmt::format("D3Q19 {}, linear equilibrium, {}, {} precision", config.collision == Collision::bgk ? "BGK" : "two relaxation times",
-                    scheme.walls == Walls::interpolated ? "interpolated walls" : "half-way bounce-back", name_of(config.precision));
-    json["direction"] = name_of(config.direction);
-    json["driven_by"] = space.ends == Ends::paper ? "the inlet's flow rate" : fine.by_pressure ? "pressure planes" : "body force";
-    json["section_m"] = section_json(evaluated_section(space, fine));
-    json["porosity"] = space.porosity().value;
-    json["ends"] = fine.by_pressure ? Json(name_of(space.ends)) : Json("periodic");
-    json["buffers_m"] = space.buffers_m;
-    if (fine.by_pressure && space.ends == Ends::planes) json["permeability_planes_m2"] = result.permeability_m2;
-    json["converged"] = fine.run.converged;
-    json["iteration_error"] = fine.run.iteration_error;
-    json["iteration_tolerance"] = iteration_tolerance(config);
-    json["flow_imbalance"] = fine.run.flow_imbalance;
-    json["hydraulic_tortuosity"] = fine.run.hydraulic_tortuosity;
-    json["inertia_coefficient_quasi_steady"] = fine.run.kinetic_energy_factor / space.porosity().value;
-    json["magic_parameter"] = scheme.magic;
-    keep_old_name(json, "magic_number", "magic_parameter");
-    json["steps"] = fine.run.steps;
-    json["updates_per_second"] = fine.run.updates_per_second;
-    json["fine"] = json_of(fine);
-    json["grids"] = json_of(result.grids);
-    json["subsections"] = json_of(result.subsections);
-    json["peak_memory_bytes"] = peak_memory_bytes();
-    return json;
+    const double porosity = space.porosity().value;
+    results::Lbm found{.permeability = {result.permeability_m2, result.interval_m2()},
+                       .half_width_parts_m2 = half_width_parts(result, space.gray != nullptr),
+                       .averaged_image_change = result.averaged_image_change,
+                       .interval_meaning = interval_meaning(result, space, scheme),
+                       .permeability_bed_m2 = result.bed_permeability_m2(),
+                       .permeability_by_volume_average_m2 = fine.permeability_volume_m2,
+                       .method = method_of(config, scheme),
+                       .direction = config.direction,
+                       .driven_by = space.ends == Ends::paper ? "the inlet's flow rate"
+                                    : fine.by_pressure        ? "pressure planes"
+                                                              : "body force",
+                       .section_m = evaluated_section(space, fine).interval(),
+                       .porosity = porosity,
+                       .ends = fine.by_pressure ? std::string(name_of(space.ends)) : "periodic",
+                       .buffers_m = space.buffers_m,
+                       .converged = fine.run.converged,
+                       .iteration_error = fine.run.iteration_error,
+                       .iteration_tolerance = iteration_tolerance(config),
+                       .flow_imbalance = fine.run.flow_imbalance,
+                       .hydraulic_tortuosity = fine.run.hydraulic_tortuosity,
+                       .inertia_coefficient_quasi_steady = fine.run.kinetic_energy_factor / porosity,
+                       .magic_parameter = scheme.magic,
+                       .steps = fine.run.steps,
+                       .updates_per_second = fine.run.updates_per_second,
+                       .fine = fine,
+                       .grids = result.grids,
+                       .subsections = result.subsections,
+                       .peak_memory_bytes = peak_memory_bytes()};
+    if (config.tolerance > 0.0)
+        found.reached = {.tolerance = config.tolerance,
+                         .tolerance_reached = result.stopped_by.empty(),
+                         .stopped_by = result.stopped_by.empty() ? std::nullopt : std::optional(result.stopped_by)};
+    if (fine.by_pressure && space.ends == Ends::planes) found.permeability_planes_m2 = result.permeability_m2;
+    return found;
 }
 
 // For a pore space that need not exist yet.
@@ -150,7 +162,8 @@ Expectation expect_lbm(const PoreSpace& space, const GeometryConfig& geometry, c
     return expect(space, space.voxel_size_m(geometry.voxel_size_m), space.porosity(4000).value, config);
 }
 
-Json run_lbm(const PoreSpace& space, const GeometryConfig& geometry, const LbmConfig& config, const Path& folder, const Path& checkpoint) {
+results::Lbm run_lbm(const PoreSpace& space, const GeometryConfig& geometry, const LbmConfig& config, const Path& folder,
+                     const Path& checkpoint) {
     const VoxelPlan plan = space.plan_at(space.voxel_size_m(geometry.voxel_size_m));
     const double voxel = plan.voxel_size_m;
     const auto& cells = plan.grid.cells;
@@ -159,7 +172,7 @@ Json run_lbm(const PoreSpace& space, const GeometryConfig& geometry, const LbmCo
                    "use a larger voxel size or a shorter section");
     const LbmRun run{.with_flow = true, .checkpoint = checkpoint};
     LbmResult result;
-    Json tensor = nullptr;
+    OptionalKey<results::Tensor> tensor;
     if (config.tensor) {
         TensorResult all = lbm_tensor(space, voxel, config, run);
         tensor = all.permeability_m2;
@@ -168,13 +181,13 @@ Json run_lbm(const PoreSpace& space, const GeometryConfig& geometry, const LbmCo
         result = lbm_permeability(space, voxel, config, run);
         add_gray_parts(result, space, config);
     }
-    Json json = lbm_json(result, space, config);
-    if (config.tensor) json["permeability_tensor_m2"] = tensor;
-    json["expected_memory_bytes"] = expected.memory_bytes;
+    results::Lbm found = result_of(result, space, config);
+    found.permeability_tensor_m2 = tensor;
+    found.expected_memory_bytes = expected.memory_bytes;
     write_history(folder / "history.csv", result.fine());
     if (!result.gradients.empty()) write_gradients(folder / "gradient.csv", result);
     if (config.fields != FieldFiles::none) write_flow_image(folder / "flow.vti", result.flow);
-    return json;
+    return found;
 }
 
 Stage make_lbm_stage(const Case& c) {

@@ -12,7 +12,6 @@
 #include "pouring/liggghts/liggghts.hpp"
 #include "record/digest.hpp"
 #include "stages/fit.hpp"
-#include "stages/results.hpp"
 #include "stages/stages.hpp"
 
 namespace porepack::stages {
@@ -29,16 +28,16 @@ using namespace pipeline;
 namespace {
 
 // Cost and errors of the clump of spheres; LIGGGHTS is still given the exact mass and inertia.
-Json clump_json(const Shape& shape, double surface_tolerance) {
+results::Clump clump_of(const Shape& shape, double surface_tolerance) {
     const double tolerance = surface_tolerance * smallest_diameter(shape);
     Shape clump{.id = shape.id, .capsules = sphere_clump(shape, tolerance), .cavity = shape.cavity};
     const ShapeMeasures exact = measure(shape, 1e-6), of_clump = measure(clump, 1e-6);
-    return {
-        {"shape", shape.id},
-        {"spheres", clump.capsules.size()},
-        {"largest_surface_error_m", tolerance},
-        {"volume_error", of_clump.volume_m3 / (exact.volume_m3 - (shape.cavity == Cavity::filled ? exact.cavity_volume_m3 : 0.0)) - 1.0},
-        {"area_error", of_clump.surface_area_m2 / exact.surface_area_m2 - 1.0}};
+    const double solid = exact.volume_m3 - (shape.cavity == Cavity::filled ? exact.cavity_volume_m3 : 0.0);
+    return {.shape = shape.id,
+            .spheres = clump.capsules.size(),
+            .largest_surface_error_m = tolerance,
+            .volume_error = of_clump.volume_m3 / solid - 1.0,
+            .area_error = of_clump.surface_area_m2 / exact.surface_area_m2 - 1.0};
 }
 
 // Carman-Kozeny, Ergun and the report use the shape of the case: it must be that of the packing.
@@ -66,40 +65,42 @@ Packing given_packing(const Case& c, const Container& container, const std::vect
     return packing;
 }
 
-void add_pour(Json& json, const PourResult& pour, const std::vector<ShapeShare>& shapes, const PackingConfig& config) {
-    const double d = finest_diameter(pour.packing);
-    json["batches"] = pour.batches;
-    json["thinned_batches"] = pour.thinned_batches;
-    json["steps"] = pour.steps;
-    json["kinetic_energy_per_grain_J"] = pour.kinetic_energy_per_grain_J;
-    json["rest_limit_J"] = pour.rest_limit_J;
-    json["at_rest"] = pour.at_rest();
-    if (pour.coordination_number) json["coordination_number"] = *pour.coordination_number;
-    if (pour.mean_force_over_weight) json["mean_force_over_weight"] = *pour.mean_force_over_weight;
-    if (pour.largest_force_over_weight) json["largest_force_over_weight"] = *pour.largest_force_over_weight;
+results::Pour result_of(const PourResult& pour, const std::vector<ShapeShare>& shapes, const PackingConfig& config) {
+    results::Pour result{.batches = pour.batches,
+                         .thinned_batches = pour.thinned_batches,
+                         .steps = pour.steps,
+                         .kinetic_energy_per_grain_J = pour.kinetic_energy_per_grain_J,
+                         .rest_limit_J = pour.rest_limit_J,
+                         .at_rest = pour.at_rest(),
+                         .coordination_number = pour.coordination_number,
+                         .mean_force_over_weight = pour.mean_force_over_weight,
+                         .largest_force_over_weight = pour.largest_force_over_weight,
+                         .engine_wall_time_s = pour.wall_time_s};
     if (config.engine == Engine::liggghts) {
-        json["pose_error_relative_to_diameter"] = *pour.pose_error_m / d;
-        json["largest_clump_overlap_relative_to_diameter"] = *pour.largest_clump_overlap_m / d;
-        json["clumps"] = Json::array();
-        for (const auto& share : shapes) json["clumps"].push_back(clump_json(share.shape, config.surface_tolerance));
-        json["repeat_by_hand"] = "cd run && " + pour.command;
+        const double d = finest_diameter(pour.packing);
+        result.pose_error_relative_to_diameter = *pour.pose_error_m / d;
+        result.largest_clump_overlap_relative_to_diameter = *pour.largest_clump_overlap_m / d;
+        result.clumps.emplace();
+        for (const auto& share : shapes) result.clumps->push_back(clump_of(share.shape, config.surface_tolerance));
+        result.repeat_by_hand = "cd run && " + pour.command;
     }
-    json["engine_wall_time_s"] = pour.wall_time_s;
+    return result;
 }
 
-void add_grains(Json& json, const Packing& packing) {
+void add_grains(results::Pack& pack, const Packing& packing) {
     const Overlaps overlaps = find_overlaps(packing);
     const double d = finest_diameter(packing);
-    json["grains"] = packing.bodies.size();
+    pack.grains = packing.bodies.size();
     if (packing.shapes.size() > 1) {
         std::vector<long> count(packing.shapes.size(), 0);
         for (const auto& body : packing.bodies) ++count[body.shape];
-        for (std::size_t i = 0; i < count.size(); ++i) json["grains_of_shape"][packing.shapes[i].id] = count[i];
+        pack.grains_of_shape.emplace();
+        for (std::size_t i = 0; i < count.size(); ++i) pack.grains_of_shape->emplace_back(packing.shapes[i].id, count[i]);
     }
-    json["largest_overlap_relative_to_diameter"] = overlaps.largest_between_grains_m / d;
-    json["mean_overlap_relative_to_diameter"] = overlaps.mean_between_grains_m / d;
-    json["largest_wall_overlap_relative_to_diameter"] = overlaps.largest_with_wall_m / d;
-    json["contacts"] = overlaps.contacts;
+    pack.largest_overlap_relative_to_diameter = overlaps.largest_between_grains_m / d;
+    pack.mean_overlap_relative_to_diameter = overlaps.mean_between_grains_m / d;
+    pack.largest_wall_overlap_relative_to_diameter = overlaps.largest_with_wall_m / d;
+    pack.contacts = overlaps.contacts;
 }
 
 // The spheres of LIGGGHTS's clumps lie within surface_tolerance of the grains, so the exact grains may overlap by more than soft contacts.
@@ -113,22 +114,22 @@ void allow_clump_overlaps(Packing& packing, const PackingConfig& config) {
 }
 
 // Grains found in the scan.
-Json run_fit(const Case& c, const Path& folder) {
+results::Pack run_fit(const Case& c, const Path& folder) {
     std::vector<Shape> shapes;
     for (const ShapeShare& share : make_shapes(c.settings.shape)) shapes.push_back(share.shape);
-    Json json = {{"engine", "fit"}};
-    json["fit"] = fit_image(c.resolve(c.settings.image.file), c.settings.image, container_of_image(c), shapes, folder);
+    results::Pack result{.engine = "fit"};
+    result.fit = fit_image(c.resolve(c.settings.image.file), c.settings.image, container_of_image(c), shapes, folder);
     const Packing packing = read_packing(folder / "packing.json");
-    add_grains(json, packing);
-    add_bed_porosity(json, pore_space_of(packing));
-    return json;
+    add_grains(result, packing);
+    result.bed = bed_porosity(pore_space_of(packing));
+    return result;
 }
 
-Json run_pack(const Case& c, const Path& folder) {
+results::Pack run_pack(const Case& c, const Path& folder) {
     const PackingConfig& config = c.settings.packing;
     const Container container = make_container(c.settings.container);
     const std::vector<ShapeShare> shapes = make_shapes(c.settings.shape);
-    Json json = {{"engine", name_of(config.engine)}, {"seed", config.seed}};
+    results::Pack result{.engine = std::string(name_of(config.engine)), .seed = config.seed};
     Packing packing;
     if (config.engine == Engine::none) {
         packing = given_packing(c, container, shapes);
@@ -137,14 +138,14 @@ Json run_pack(const Case& c, const Path& folder) {
                                     ? pour_with_liggghts(shapes, container, config, data_file("liggghts_templates"), folder / "run")
                                     : pour_with_capsules(shapes, container, config, folder);
         packing = pour.packing;
-        add_pour(json, pour, shapes, config);
+        result.pour = result_of(pour, shapes, config);
     }
     if (config.engine == Engine::liggghts) allow_clump_overlaps(packing, config);
-    add_grains(json, packing);
-    if (packing.overlap_allowed) json["overlap_allowed"] = true;
+    add_grains(result, packing);
+    if (packing.overlap_allowed) result.overlap_allowed = true;
     write_packing(folder / "packing.json", packing);
-    add_bed_porosity(json, pore_space_of(read_packing(folder / "packing.json")));
-    return json;
+    result.bed = bed_porosity(pore_space_of(read_packing(folder / "packing.json")));
+    return result;
 }
 
 // From measurements (docs/images.md).
@@ -171,11 +172,9 @@ Expectation expect_pack(const Case& c) {
 
 }  // namespace
 
-void add_bed_porosity(Json& json, const PoreSpace& bed) {
+results::BedPorosity bed_porosity(const PoreSpace& bed) {
     const Porosity porosity = bed.porosity();
-    json["bed_height_m"] = bed.section.z1;
-    json["porosity_bed"] = porosity.value;
-    json["porosity_bed_uncertainty"] = porosity.uncertainty;
+    return {.bed_height_m = bed.section.z1, .porosity_bed = porosity.value, .porosity_bed_uncertainty = porosity.uncertainty};
 }
 
 Stage make_pack_stage(const Case& c) {

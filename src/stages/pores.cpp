@@ -12,7 +12,6 @@
 #include "core/machine.hpp"
 #include "core/table.hpp"
 #include "report/plot.hpp"
-#include "stages/results.hpp"
 #include "stages/stages.hpp"
 #include "tortuosity/tortuosity.hpp"
 #include "uncertainty/section_scatter.hpp"
@@ -27,10 +26,6 @@ namespace {
 constexpr const char* axes = "xyz";
 // Phase, distance, diameter, pore and tree of a voxel, and the order of the voxels.
 constexpr double bytes_per_voxel = 1.0 + 4.0 + 4.0 + 4.0 + 4.0 + 4.0;
-
-Json json_of_chords(const Chords& chords, const char* source) {
-    return {{"chords", chords.lengths_m.size()}, {"mean_m", chords.mean_m}, {"standard_deviation_m", chords.deviation_m}, {"from", source}};
-}
 
 // Share of the chords that are longer, at 200 lengths.
 void write_chords(const Path& file, const std::array<Chords, 3>& chords) {
@@ -82,7 +77,7 @@ Quantiles quantiles_of(std::vector<double> values) {
     return {at(0.1), at(0.5), at(0.9)};
 }
 
-Json write_network(const PoreNetwork& network, const Path& folder) {
+results::NetworkOfPores write_network(const PoreNetwork& network, const Path& folder) {
     std::vector<long> neighbours(network.pores.size(), 0);
     std::vector<double> widths, bodies;
     Table throats({"pore_1", "pore_2", "diameter_m"}), pores({"x_m", "y_m", "z_m", "diameter_m", "volume_m3", "throats", "cut"});
@@ -105,15 +100,14 @@ Json write_network(const PoreNetwork& network, const Path& folder) {
     throats.write(folder / "throats.csv");
     pores.write(folder / "pores.csv");
     const Quantiles width = quantiles_of(widths), body = quantiles_of(bodies);
-    const auto number = [](const std::optional<double>& value) { return value ? Json(*value) : Json(nullptr); };
-    return {{"pores", network.pores.size()},
-            {"whole_pores", bodies.size()},
-            {"throats", network.throats.size()},
-            {"throats_per_whole_pore", whole > 0.0 ? Json(sum / whole) : Json(nullptr)},
-            {"throat_diameter_10_percent_m", number(width.low)},
-            {"throat_diameter_median_m", number(width.median)},
-            {"throat_diameter_90_percent_m", number(width.high)},
-            {"body_diameter_median_m", number(body.median)}};
+    return {.pores = network.pores.size(),
+            .whole_pores = bodies.size(),
+            .throats = network.throats.size(),
+            .throats_per_whole_pore = whole > 0.0 ? std::optional(sum / whole) : std::nullopt,
+            .throat_diameter_10_percent_m = width.low,
+            .throat_diameter_median_m = width.median,
+            .throat_diameter_90_percent_m = width.high,
+            .body_diameter_median_m = body.median};
 }
 
 void write_correlation(const Path& file, const Correlation& found) {
@@ -148,7 +142,7 @@ Expectation expect_pores(const PoreSpace& space, const GeometryConfig& geometry)
             .wall_time_s = 2e-5 * cells};
 }
 
-Json run_pores(const PoreSpace& space, const GeometryConfig& geometry, const Path& folder) {
+results::Pores run_pores(const PoreSpace& space, const GeometryConfig& geometry, const Path& folder) {
     require_memory(expect_pores(space, geometry).memory_bytes, "the voxels of the pores", "use a larger voxel size or a shorter section");
     const PoreSpace part = space.section_only();
     const PhaseImage image = part.voxelise_at(space.voxel_size_m(geometry.voxel_size_m));
@@ -159,12 +153,15 @@ Json run_pores(const PoreSpace& space, const GeometryConfig& geometry, const Pat
 
     log_info("pores: chords and correlation");
     std::array<Chords, 3> chords;
-    Json json_of_axes = Json::object();
+    results::Pores result{.voxel_size_m = h, .section_m = space.section.interval()};
     for (std::size_t a = 0; a < 3; ++a) {
         const bool exact = a == 2 && space.solid;
         chords[a] = exact ? vertical_chords(*space.solid, space.container, space.section)
                           : chords_of_voxels(image, static_cast<int>(a), periodic[a]);
-        json_of_axes[std::string(1, axes[a])] = json_of_chords(chords[a], exact ? "exact" : "voxels");
+        result.chords.emplace_back(std::string(1, axes[a]), results::ChordLengths{.chords = chords[a].lengths_m.size(),
+                                                                                  .mean_m = chords[a].mean_m,
+                                                                                  .standard_deviation_m = chords[a].deviation_m,
+                                                                                  .from = exact ? "exact" : "voxels"});
     }
     write_chords(folder / "chords.csv", chords);
     const shapes::Vec3 inner = space.container.high() - space.container.low();
@@ -181,47 +178,31 @@ Json run_pores(const PoreSpace& space, const GeometryConfig& geometry, const Pat
         if (image.phase[cell] == Phase::pore && diameter[cell] > 0.0F) sizes.diameter_m.push_back(static_cast<double>(diameter[cell]));
     std::sort(sizes.diameter_m.begin(), sizes.diameter_m.end());
     write_sizes(folder / "pore_sizes.csv", sizes);
-    const Json network = write_network(pore_network(image, distance, periodic), folder);
-    Json critical = Json::object();
-    for (int axis = 0; axis < 3; ++axis) {
-        const auto d = critical_diameter_m(image, distance, axis);
-        critical[std::string(1, axes[axis])] = d ? Json(*d) : Json(nullptr);
-    }
+    result.network = write_network(pore_network(image, distance, periodic), folder);
+    for (int axis = 0; axis < 3; ++axis)
+        result.critical_diameter_m.emplace_back(std::string(1, axes[axis]), critical_diameter_m(image, distance, axis));
 
     log_info("pores: diffusion along z, for Katz & Thompson's permeability");
-    Json katz = nullptr, diffusivity = nullptr;
-    if (!critical["z"].is_null()) {
+    if (const auto& along_z = result.critical_diameter_m.back().second) {
         const double relative = tortuosity::diffusive_tortuosity(image, 2, periodic).relative_diffusivity;
-        diffusivity = relative;
-        katz = katz_thompson_m2(critical["z"].get<double>(), relative);
+        result.relative_diffusivity = relative;
+        result.permeability_katz_thompson_m2 = katz_thompson_m2(*along_z, relative);
     }
     const bool worth_drawing = correlation.distance_m.size() > 2 && !chords[2].lengths_m.empty();
     if (worth_drawing)
         report::draw_plot(folder / "pores.svg", "pores", {{"porosity", correlation.porosity()}}, {.width = 1100, .height = 380});
 
-    const auto scatter = uncertainty::porosity_scatter(layer_porosities(image), space.section.length(), space.equivalent_diameter_m);
-    return {{"voxel_size_m", h},
-            {"section_m", section_json(space.section)},
-            {"porosity_of_voxels", correlation.porosity()},
-            {"chords", json_of_axes},
-            {"pore_diameter_median_m", sizes.quantile(0.5)},
-            {"pore_diameter_10_percent_m", sizes.quantile(0.1)},
-            {"pore_diameter_90_percent_m", sizes.quantile(0.9)},
-            {"network", network},
-            {"critical_diameter_m", critical},
-            {"critical_diameter_uncertainty_m", (space.grains ? 1.5 : 2.0) * h},
-            {"relative_diffusivity", diffusivity},
-            {"permeability_katz_thompson_m2", katz},
-            {"surface_per_volume_per_m", correlation.surface_per_volume_m()},
-            {"porosity_scatter_of_such_sections", scatter ? Json(scatter->deviation) : Json(nullptr)},
-            {"porosity_scatter_interval", scatter ? json_of(scatter->interval) : Json(nullptr)},
-            {"meaning",
-             "chords: between two walls, without those that the section cuts; pore diameters: by volume, of the largest sphere in the "
-             "pores that covers a point; network: basins of the distance to the walls and the widest way between two of them; critical "
-             "diameter: of the largest sphere that passes through; Katz & Thompson with a constant between tubes and slits: an estimate "
-             "within a "
-             "factor of 2.5; scatter: standard deviation of the porosity of other sections of this length, from the layers of this one, "
-             "and its interval of 95 %"}};
+    result.porosity_of_voxels = correlation.porosity();
+    result.pore_diameter_median_m = sizes.quantile(0.5);
+    result.pore_diameter_10_percent_m = sizes.quantile(0.1);
+    result.pore_diameter_90_percent_m = sizes.quantile(0.9);
+    result.critical_diameter_uncertainty_m = (space.grains ? 1.5 : 2.0) * h;
+    result.surface_per_volume_per_m = correlation.surface_per_volume_m();
+    if (const auto scatter = uncertainty::porosity_scatter(layer_porosities(image), space.section.length(), space.equivalent_diameter_m)) {
+        result.porosity_scatter_of_such_sections = scatter->deviation;
+        result.porosity_scatter_interval = scatter->interval;
+    }
+    return result;
 }
 
 }  // namespace porepack::stages

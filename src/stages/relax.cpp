@@ -63,7 +63,7 @@ double median(std::vector<double> values) {
 
 }  // namespace
 
-Json relax_packing(const Path& file, const PackingConfig& config, const Path& folder) {
+results::Relax relax_packing(const Path& file, const PackingConfig& config, const Path& folder) {
     require_used_keys(config);
     const Packing given = read_packing(file);
     const Relaxed found = relax(given, config);
@@ -87,25 +87,24 @@ Json relax_packing(const Path& file, const PackingConfig& config, const Path& fo
     }
     table.write(folder / "movements.csv");
     const auto farthest = std::max_element(found.moved_m.begin(), found.moved_m.end());
-    Json json = {{"grains", given.bodies.size()},
-                 {"grains_held", held},
-                 {"grains_whole", counted},
-                 {"overlap_before_m", found.overlap_before_m},
-                 {"overlap_m", found.overlap_after_m},
-                 {"moved_median_m", median(found.moved_m)},
-                 {"moved_largest_m", *farthest},
-                 {"grain_moved_most", farthest - found.moved_m.begin()},
-                 {"turned_median_degrees", median(found.turned_rad) * 180.0 / std::numbers::pi},
-                 {"mean_force_over_weight", found.mean_force_over_weight},
-                 {"kinetic_energy_per_grain_J", found.kinetic_energy_per_grain_J},
-                 {"steps", found.steps},
-                 {"engine_wall_time_s", found.wall_time_s}};
-    json["coordination_number_before"] = counted > 0 ? Json(sum_before / static_cast<double>(counted)) : Json(nullptr);
-    json["coordination_number"] = counted > 0 ? Json(sum / static_cast<double>(counted)) : Json(nullptr);
-    json["meaning"] =
-        "coordination numbers: others that a whole grain touches, on average, as given and at rest; whole: not cut by an end of the scan; "
-        "held: reaches through the floor of a bed with cut ends, so that its support is not in the packing; moved: of the centre of mass";
-    return json;
+    const auto per_grain = [&](double neighbours) {
+        return counted > 0 ? std::optional(neighbours / static_cast<double>(counted)) : std::nullopt;
+    };
+    return {.grains = given.bodies.size(),
+            .grains_held = held,
+            .grains_whole = counted,
+            .overlap_before_m = found.overlap_before_m,
+            .overlap_m = found.overlap_after_m,
+            .moved_median_m = median(found.moved_m),
+            .moved_largest_m = *farthest,
+            .grain_moved_most = farthest - found.moved_m.begin(),
+            .turned_median_degrees = median(found.turned_rad) * 180.0 / std::numbers::pi,
+            .mean_force_over_weight = found.mean_force_over_weight,
+            .kinetic_energy_per_grain_J = found.kinetic_energy_per_grain_J,
+            .steps = found.steps,
+            .engine_wall_time_s = found.wall_time_s,
+            .coordination_number_before = per_grain(sum_before),
+            .coordination_number = per_grain(sum)};
 }
 
 }  // namespace porepack::stages

@@ -3,9 +3,10 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "core/log.hpp"
-#include "report/section.hpp"
-#include "stages/results.hpp"
+#include "permeability/fluid.hpp"
 #include "stages/stages.hpp"
 
 namespace porepack::stages {
@@ -24,11 +25,11 @@ std::string title_of(const Case& c) {
 }
 
 // False when rendering failed.
-bool draw_packing(const Case& c, const ReportInput& input, const Path& folder) {
+bool draw_packing(const Case& c, const results::CaseResults& results, const Path& folder) {
     const Container container = case_container(c);
-    const Json& made = input.results.at(solid_stage(c));
+    const auto bed = results::bed_of(results);
     // The empty part above the bed is not shown.
-    const double shown = std::min(container.height(), 1.15 * made.value("bed_height_m", container.height()));
+    const double shown = std::min(container.height(), 1.15 * (bed ? bed->bed_height_m : container.height()));
     std::vector<std::string> more;
     if (container.kind == Container::Kind::cylinder)
         more = {"--container", fmt::format("cylinder:{:.9g},{:.9g}", container.diameter_m, shown)};
@@ -37,20 +38,20 @@ bool draw_packing(const Case& c, const ReportInput& input, const Path& folder) {
 
 // A gas in narrow pores: the molecules slip on the walls.
 void add_slip_note(ReportInput& input, const ReportConfig& config) {
-    const Json &k = result_at(input, "lbm/permeability_m2"), &eps = result_at(input, "lbm/porosity");
-    if (!k.is_number() || !eps.is_number()) return;
-    const auto knudsen = permeability::knudsen_number(config.fluid, config.temperature_C, k.get<double>(), eps.get<double>());
+    if (!input.results.lbm) return;
+    const double k = input.results.lbm->permeability.m2, eps = input.results.lbm->porosity;
+    const auto knudsen = permeability::knudsen_number(config.fluid, config.temperature_C, k, eps);
     if (!knudsen || *knudsen <= permeability::largest_knudsen_number) return;
     input.notes.push_back(fmt::format(
         "{}: the mean free path of its molecules is {:.2g} times the pore size (sqrt(32 k/porosity) = {:.2g} m). The k of this report is "
         "that of a liquid. Slip on the walls makes k of this gas about {:.2g} % larger, if the pores are like straight tubes; above a "
         "ratio of "
         "0.1 this is a rough estimate.",
-        input.fluid_text, *knudsen, std::sqrt(32.0 * k.get<double>() / eps.get<double>()), 800.0 * *knudsen));
+        input.fluid_text, *knudsen, std::sqrt(32.0 * k / eps), 800.0 * *knudsen));
     log_warning(input.notes.back());
 }
 
-Json run_report(const Case& c, const std::vector<std::string>& shown, const Path& folder) {
+results::Report run_report(const Case& c, const std::vector<std::string>& shown, const Path& folder) {
     ReportInput input{.title = title_of(c), .configuration = c.settings.resolved_tables()};
     for (const std::string& stage : shown) {
         if (!fs::exists(c.stage_folder(stage) / "result.json")) {
@@ -60,15 +61,16 @@ Json run_report(const Case& c, const std::vector<std::string>& shown, const Path
             continue;
         }
         input.stages.push_back(stage);
-        input.results[stage] = c.result_of(stage);
+        input.documents[stage] = read_json(c.stage_folder(stage) / "result.json");
         input.manifests[stage] = read_json(c.stage_folder(stage) / "manifest.json");
     }
+    input.results = results::read_results(c.results(), [&](const std::string& stage) { return input.documents.contains(stage); });
     const ReportConfig& config = c.settings.report;
     input.fluid = permeability::fluid_at(config.fluid, config.temperature_C);
     input.fluid_text = fmt::format("{} at {:g} °C", name_of(config.fluid), config.temperature_C);
     input.versions = engine_versions();
     input.stage_folders = c.results();
-    if (config.pictures && !c.from_image() && !draw_packing(c, input, folder))
+    if (config.pictures && !c.from_image() && !draw_packing(c, input.results, folder))
         input.notes.push_back("No picture of the packing: rendering failed, see results/report/log.picture.");
     add_slip_note(input, config);
     return write_report(input, folder);

@@ -71,8 +71,7 @@ Flow flow_of(const Path& file, const Section& section, double voxel_size_m, cons
     lbm::LbmConfig config;
     config.grids = 1;
     config.fields = lbm::FieldFiles::none;
-    const Json result = run_lbm(space, geometry, config, folder);
-    return {.porosity = space.porosity().value, .permeability_m2 = result.at("permeability_m2")};
+    return {.porosity = space.porosity().value, .permeability_m2 = run_lbm(space, geometry, config, folder).permeability.m2};
 }
 
 // Voxel sizes in diameters d of the thinnest capsule.
@@ -83,35 +82,28 @@ ScanPlanConfig with_standard_values(ScanPlanConfig config, double d) {
     return config;
 }
 
-Json row_of(const Trial& trial, const Flow& truth, double d, double within) {
-    const auto error = [](const std::optional<double>& value, double exact, bool relative) {
-        return value ? Json(relative ? *value / exact - 1.0 : *value - exact) : Json(nullptr);
-    };
-    const Json k_error = error(trial.permeability_m2, truth.permeability_m2, true);
-    return {{"voxel_size_m", trial.scanner.voxel_size_m},
-            {"voxels_per_diameter", d / trial.scanner.voxel_size_m},
-            {"views", trial.scanner.views},
-            {"counts", trial.scanner.counts},
-            {"whole_grains_found", trial.found},
-            {"false_grains", trial.wrong},
-            {"porosity_error", error(trial.porosity, truth.porosity, false)},
-            {"permeability_error", k_error},
-            {"doubts", trial.doubts},
-            {"good", k_error.is_number() && std::abs(k_error.get<double>()) <= within},
-            {"fit_s", trial.fit_s}};
+results::ScanTrial result_of(const Trial& trial, const Flow& truth, double d, double within) {
+    results::ScanTrial row{.voxel_size_m = trial.scanner.voxel_size_m,
+                           .voxels_per_diameter = d / trial.scanner.voxel_size_m,
+                           .views = trial.scanner.views,
+                           .counts = trial.scanner.counts,
+                           .whole_grains_found = trial.found,
+                           .false_grains = trial.wrong,
+                           .doubts = trial.doubts,
+                           .fit_s = trial.fit_s};
+    if (trial.porosity) row.porosity_error = *trial.porosity - truth.porosity;
+    if (trial.permeability_m2) row.permeability_error = *trial.permeability_m2 / truth.permeability_m2 - 1.0;
+    row.good = row.permeability_error && std::abs(*row.permeability_error) <= within;
+    return row;
 }
 
-void write_table(const Path& file, const Json& rows) {
+void write_table(const Path& file, const std::vector<results::ScanTrial>& rows) {
     Table table({"voxel_size_m", "voxels_per_diameter", "views", "counts", "whole_grains_found", "false_grains", "porosity_error",
                  "permeability_error", "doubts", "good", "fit_s"});
-    for (const Json& row : rows) {
-        const auto number = [&](const char* key) {
-            return row.at(key).is_number() ? std::optional(row.at(key).get<double>()) : std::nullopt;
-        };
-        table.add(number("voxel_size_m"), number("voxels_per_diameter"), number("views"), number("counts"), number("whole_grains_found"),
-                  number("false_grains"), number("porosity_error"), number("permeability_error"), number("doubts"),
-                  row.at("good").get<bool>() ? 1.0 : 0.0, number("fit_s"));
-    }
+    for (const auto& row : rows)
+        table.add(row.voxel_size_m, row.voxels_per_diameter, static_cast<double>(row.views), row.counts,
+                  static_cast<double>(row.whole_grains_found), static_cast<double>(row.false_grains), row.porosity_error,
+                  row.permeability_error, static_cast<double>(row.doubts), row.good ? 1.0 : 0.0, row.fit_s);
     table.write(file);
 }
 
@@ -122,7 +114,8 @@ std::size_t number_of_scans(const ScanPlanConfig& config) {
     return all.voxel_sizes_m.size() * all.views.size() * all.counts.size();
 }
 
-Json plan_scan(const Packing& packing, const Section& part, const ScannerConfig& scanner, const ScanPlanConfig& given, const Path& folder) {
+results::ScanPlan plan_scan(const Packing& packing, const Section& part, const ScannerConfig& scanner, const ScanPlanConfig& given,
+                            const Path& folder) {
     double feret = 0.0;
     for (const shapes::Shape& shape : packing.shapes) feret = std::max(feret, maximum_feret_diameter(shape));
     const Section inner{feret, part.length() - feret};
@@ -136,7 +129,10 @@ Json plan_scan(const Packing& packing, const Section& part, const ScannerConfig&
     make_folder(work);
     write_packing(exact, truth);
     const Flow flow = flow_of(exact, inner, d / 10.0, work);
-    Json rows = Json::array();
+    results::ScanPlan plan{.section_m = {part.z0 + inner.z0, part.z0 + inner.z1},
+                           .porosity_exact = flow.porosity,
+                           .permeability_exact_m2 = flow.permeability_m2,
+                           .within = config.within};
     for (const double voxel_size : config.voxel_sizes_m)
         for (const double views : config.views)
             for (const double counts : config.counts) {
@@ -149,10 +145,10 @@ Json plan_scan(const Packing& packing, const Section& part, const ScannerConfig&
                 const Stopwatch watch;
                 try {
                     const bool tube = packing.container.kind == Container::Kind::cylinder && scanner.tube_wall_m > 0.0;
-                    const Json found = fit_image(scan, {.find_container = tube}, tube ? std::nullopt : std::optional(truth.container),
-                                                 packing.shapes, work);
+                    const results::Fit found = fit_image(scan, {.find_container = tube},
+                                                         tube ? std::nullopt : std::optional(truth.container), packing.shapes, work);
                     trial.fit_s = watch.seconds();
-                    trial.doubts = found.at("doubts").size();
+                    trial.doubts = found.doubts.size();
                     compare_poses(truth, read_packing(work / "packing.json"), trial);
                     const Flow fitted = flow_of(work / "packing.json", inner, d / 10.0, work);
                     trial.porosity = fitted.porosity;
@@ -162,28 +158,19 @@ Json plan_scan(const Packing& packing, const Section& part, const ScannerConfig&
                     trial.fit_s = watch.seconds();
                     trial.doubts = 1;
                 }
-                rows.push_back(row_of(trial, flow, d, config.within));
-                log_info("{}", rows.back().dump());
+                plan.rows.push_back(result_of(trial, flow, d, config.within));
+                log_info("{}", json_of(plan.rows.back()).dump());
             }
-    write_table(folder / "plan.csv", rows);
+    write_table(folder / "plan.csv", plan.rows);
     std::filesystem::remove_all(work);
     std::filesystem::remove(scan);
     std::filesystem::remove(exact);
     const auto whole = whole_grains(truth);
-    Json json = {{"section_m", {part.z0 + inner.z0, part.z0 + inner.z1}},
-                 {"whole_grains", std::count(whole.begin(), whole.end(), true)},
-                 {"porosity_exact", flow.porosity},
-                 {"permeability_exact_m2", flow.permeability_m2},
-                 {"within", config.within},
-                 {"rows", rows}};
-    const auto coarsest = std::max_element(rows.begin(), rows.end(), [](const Json& one, const Json& other) {
-        return (one["good"] ? one["voxel_size_m"].get<double>() : 0.0) < (other["good"] ? other["voxel_size_m"].get<double>() : 0.0);
-    });
-    json["coarsest_good_voxel_size_m"] = coarsest != rows.end() && (*coarsest)["good"] ? (*coarsest)["voxel_size_m"] : Json(nullptr);
-    json["meaning"] =
-        "errors of porosity and k of the fitted packing in a section that no end of the scan cuts; exact: of the true packing on the same "
-        "voxels; good: the error of k is within the wanted one; one noise per row, so rows near the limit can change with --seed";
-    return json;
+    plan.whole_grains = std::count(whole.begin(), whole.end(), true);
+    for (const auto& row : plan.rows)
+        if (row.good && row.voxel_size_m > plan.coarsest_good_voxel_size_m.value_or(0.0))
+            plan.coarsest_good_voxel_size_m = row.voxel_size_m;
+    return plan;
 }
 
 }  // namespace porepack::stages

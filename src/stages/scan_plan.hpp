@@ -1,6 +1,7 @@
 // Which scan is good enough? Scans of a packing simulated at several settings, its grains fitted, porosity and k compared with the truth.
 #pragma once
 
+#include "results/scan_plan.hpp"
 #include "scans/scanner.hpp"
 
 namespace porepack::stages {
@@ -27,7 +28,7 @@ inline void describe(core::ConfigVisitor& v, ScanPlanConfig& c) {
 /// Every combination, of the scanner's other properties in `scanner`. Writes plan.csv. k by the lattice Boltzmann method on one grid of 10
 /// voxels per capsule diameter, the same for truth and fit: its discretisation error cancels, which leaves the error of the scan. Throws
 /// UserError where the part is not longer than two grains.
-[[nodiscard]] core::Json plan_scan(const packing::Packing& packing, const packing::Section& part, const scans::ScannerConfig& scanner,
-                                   const ScanPlanConfig& config, const core::Path& folder);
+[[nodiscard]] results::ScanPlan plan_scan(const packing::Packing& packing, const packing::Section& part,
+                                          const scans::ScannerConfig& scanner, const ScanPlanConfig& config, const core::Path& folder);
 
 }  // namespace porepack::stages

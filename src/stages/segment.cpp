@@ -16,7 +16,6 @@
 #include "report/plot.hpp"
 #include "scans/gray_input.hpp"
 #include "stages/inputs.hpp"
-#include "stages/results.hpp"
 #include "stages/slice_picture.hpp"
 
 namespace porepack::stages {
@@ -186,14 +185,14 @@ std::optional<Section> complete_section(const std::vector<Grain>& grains, const 
 
 }  // namespace
 
-Json segment_image(const Path& file, ImageConfig image, const std::optional<Container>& given, const SegmentConfig& config,
-                   const Path& folder) {
+results::Segment segment_image(const Path& file, ImageConfig image, const std::optional<Container>& given, const SegmentConfig& config,
+                               const Path& folder) {
     if (image.threshold.is_null()) image.threshold = "volume";
     image.walls = ImageWalls::gray;
     if (open_volume(file, image).header.own_phases)
         throw UserError("the image is segmented already", {.where = file.string(), .fix = "give the scan"});
     const ImageInput input = read_image(file, image, given);
-    const auto notes = from_json_members<GrayNotes>(input.description.at("gray"));
+    const GrayNotes& notes = *input.gray_notes;
     GrayImage gray = *input.gray->image();
     const Grid& grid = gray.grid;
     require_fit(grid, input.container, {0.0, grid.cells[2] * grid.spacing_m[2]}, file.string(), gray.notes.contains("shows_wall"));
@@ -289,23 +288,20 @@ Json segment_image(const Path& file, ImageConfig image, const std::optional<Cont
     }
     if (median > 0.0) report::draw_plot(folder / "volumes.svg", "volumes");
 
-    Json json = input.description;
-    json.erase("own");
-    json["container"] = to_json(input.container);
-    json["porosity"] = section
-                           ? Json(porosity(GraySolid(std::make_shared<GrayImage>(gray), input.container), input.container, *section).value)
-                           : Json(nullptr);
-    json["section_m"] = section ? section_json(*section) : Json(nullptr);
-    json["cavity_voxels"] = filled;
-    json["half_thickness_m"] = half_thickness;
-    json["median_grain_volume_m3"] = median;
-    json["grains"] = {{"kept", kept}};
-    for (std::size_t kind = 0; kind < names_of_kinds.size(); ++kind) json["grains"][names_of_kinds[kind]] = numbers[kind];
-    json["meaning"] =
-        "whole: 0.6 to 1.5 median volumes; merged: more; split: less; cut: by the first or last layer, unless it only touches it; the "
-        "median is that by volume of the "
-        "grains that are not cut; section: where no removed grain reaches, a grain's height away from where the bed ends inside the image";
-    return json;
+    results::Segment result{
+        .file = input.file,
+        .pores = input.pores,
+        .gray = notes,
+        .container = to_json(input.container),
+        .cavity_voxels = filled,
+        .half_thickness_m = half_thickness,
+        .median_grain_volume_m3 = median,
+        .grains = {.kept = kept, .whole = numbers[0], .cut = numbers[1], .merged = numbers[2], .split = numbers[3], .speck = numbers[4]}};
+    if (section) {
+        result.section_m = section->interval();
+        result.porosity = porosity(GraySolid(std::make_shared<GrayImage>(gray), input.container), input.container, *section).value;
+    }
+    return result;
 }
 
 }  // namespace porepack::stages

@@ -6,6 +6,7 @@
 #include "core/config.hpp"
 #include "imaging/config.hpp"
 #include "packing/packing.hpp"
+#include "results/segment.hpp"
 
 namespace porepack::stages {
 
@@ -30,8 +31,8 @@ inline void describe(core::ConfigVisitor& v, SegmentConfig& c) {
 
 /// Writes gray.vti (cleaned solid fractions), pore.vti, labels.vti, grains.csv, solid.stl and a picture of each step into `folder`. Without
 /// a threshold, `volume`. Throws UserError as read_gray(), and where no grain is left.
-[[nodiscard]] core::Json segment_image(const core::Path& file, imaging::ImageConfig image,
-                                       const std::optional<packing::Container>& container, const SegmentConfig& config,
-                                       const core::Path& folder);
+[[nodiscard]] results::Segment segment_image(const core::Path& file, imaging::ImageConfig image,
+                                             const std::optional<packing::Container>& container, const SegmentConfig& config,
+                                             const core::Path& folder);
 
 }  // namespace porepack::stages

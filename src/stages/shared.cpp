@@ -11,7 +11,6 @@
 #include "imaging/volume.hpp"
 #include "io/stl.hpp"
 #include "pouring/pour.hpp"
-#include "stages/results.hpp"
 #include "stages/stages.hpp"
 
 namespace porepack::stages {
@@ -69,7 +68,7 @@ bool has_packing(const Case& c) {
 }
 
 double expected_porosity(const Case& c) {
-    if (has_packing(c)) return c.result_of("pack").value("porosity_bed", 0.6);
+    if (has_packing(c)) return c.result<results::Pack>().bed.porosity_bed;
     return c.from_stl() || c.from_image() ? 0.6 : 1.0 - poured_solid_fraction(make_shapes(c.settings.shape), case_container(c));
 }
 

@@ -5,7 +5,6 @@
 
 #include "converters/surface.hpp"
 #include "core/error.hpp"
-#include "stages/results.hpp"
 #include "stages/stages.hpp"
 
 namespace porepack::stages {
@@ -25,21 +24,21 @@ double surface_deviation(const PoreSpace& space, const GeometryConfig& geometry)
 
 // The files requested by the table [stl] besides solid.stl.
 void write_extra_surfaces(const PoreSpace& space, double deviation, const StlConfig& extras, const TriangleSurface& solid,
-                          const Path& folder, Json& json) {
+                          const Path& folder, results::Stl& result) {
     const double section_volume = space.container.inner_area_m2() * space.section.length();
     if (extras.pores) {
         const PoreSurface pores = make_pore_surface(solid, space.container, space.section, deviation);
         write_stl_regions(folder / "pores.stl", pores.surface, pores.region, {"inlet", "outlet", "wall", "grains"});
         const SurfaceMeasures measures = measure_surface(pores.surface);
-        json["pores"] = {{"section_m", section_json(space.section)},
-                         {"volume_m3", measures.volume_m3},
-                         {"porosity", measures.volume_m3 / section_volume},
-                         {"triangles", pores.surface.triangles.size()}};
+        result.pores = {.section_m = space.section.interval(),
+                        .volume_m3 = measures.volume_m3,
+                        .porosity = measures.volume_m3 / section_volume,
+                        .triangles = pores.surface.triangles.size()};
     }
     if (extras.clip) {
         const TriangleSurface clipped = clip_surface(solid, space.section);
         write_stl(folder / "clipped.stl", clipped);
-        json["clipped"] = {{"section_m", section_json(space.section)}, {"volume_m3", measure_surface(clipped).volume_m3}};
+        result.clipped = {.section_m = space.section.interval(), .volume_m3 = measure_surface(clipped).volume_m3};
     }
     if (extras.one_file_per_grain) {
         if (!space.packing) throw UserError("an STL file's grains cannot be told apart", {.fix = "remove one_file_per_grain"});
@@ -50,7 +49,7 @@ void write_extra_surfaces(const PoreSpace& space, double deviation, const StlCon
             one.bodies = {space.packing->bodies[b]};
             write_stl(folder / "grains" / fmt::format("grain_{:05}.stl", b + 1), make_surface(one, {.deviation_m = deviation}).surface);
         }
-        json["grain_files"] = space.packing->bodies.size();
+        result.grain_files = space.packing->bodies.size();
     }
     if (extras.also == SurfaceFiles::ply || extras.also == SurfaceFiles::both) write_ply(folder / "solid.ply", solid);
     if (extras.also == SurfaceFiles::vtp || extras.also == SurfaceFiles::both) write_vtp(folder / "solid.vtp", solid);
@@ -59,7 +58,7 @@ void write_extra_surfaces(const PoreSpace& space, double deviation, const StlCon
         for (auto& p : scaled.points)
             for (double& x : p) x *= 1000.0;
         write_stl(folder / "solid_mm.stl", scaled, "porepack; unit: millimetre");
-        json["unit_of_solid_mm"] = "millimetre";
+        result.unit_of_solid_mm = "millimetre";
     }
 }
 
@@ -81,28 +80,28 @@ SurfaceOptions surface_options(const GeometryConfig& geometry) {
     return {.deviation_m = geometry.surface_deviation_m, .contact_gap_m = geometry.contact_gap_m};
 }
 
-Json write_surfaces(const PoreSpace& space, const GeometryConfig& geometry, const StlConfig& extras, const Path& folder) {
+results::Stl write_surfaces(const PoreSpace& space, const GeometryConfig& geometry, const StlConfig& extras, const Path& folder) {
     if (space.image || space.gray)
         throw UserError("a surface is made of a packing or an STL file, not of an image",
                         {.where = space.source, .fix = "porepack image segment writes solid.stl"});
-    Json json;
+    results::Stl result;
     const Path file = folder / "solid.stl";
     std::optional<TriangleSurface> checked;
     SurfaceCheck check;
     if (space.packing) {
-        SurfaceResult result = make_surface(*space.packing, surface_options(geometry));
-        write_stl(file, result.surface);
+        SurfaceResult made = make_surface(*space.packing, surface_options(geometry));
+        write_stl(file, made.surface);
         const shapes::Bounds bounds = space.grains->bounds();  // grains may reach through the ends of a scan
         const Section all{std::min(0.0, bounds.low.z()), std::max(space.container.height(), bounds.high.z())};
         const double solid = (1.0 - porosity(*space.grains, space.container, all).value) * space.container.inner_area_m2() * all.length();
-        json["largest_deviation_m"] = result.deviation_m;
-        json["contact_gap_m"] = result.contact_gap_m;
-        json["joined_grains"] = result.joined_grains;
-        json["contacts_joined"] = result.bridges;
-        json["thinned_grains"] = result.shrunk_grains;
-        if (!space.container.any_periodic()) json["exact_volume_m3"] = solid;
-        checked = std::move(result.surface);
-        check = std::move(result.check);
+        result.made = {.largest_deviation_m = made.deviation_m,
+                       .contact_gap_m = made.contact_gap_m,
+                       .joined_grains = made.joined_grains,
+                       .contacts_joined = made.bridges,
+                       .thinned_grains = made.shrunk_grains};
+        if (!space.container.any_periodic()) result.exact_volume_m3 = solid;
+        checked = std::move(made.surface);
+        check = std::move(made.check);
     } else {
         write_stl(file, *space.surface);
     }
@@ -112,23 +111,23 @@ Json write_surfaces(const PoreSpace& space, const GeometryConfig& geometry, cons
     if (!check.fault.empty())
         throw NumericalError("the surface written is not sound: " + check.fault,
                              {.where = file.string(), .fix = "change surface_deviation_m or contact_gap_m"});
-    json["triangles"] = (std::filesystem::file_size(file) - 84) / 50;
-    json["shells"] = check.shells;
-    json["closed"] = check.closed;
-    json["outward"] = check.outward;
-    json["self_intersecting"] = check.self_intersecting;
-    json["volume_m3"] = check.volume_m3;
-    json["area_m2"] = check.area_m2;
-    if (json.contains("exact_volume_m3")) {
-        const double exact = json["exact_volume_m3"].get<double>();
-        json["volume_error"] = check.volume_m3 / exact - 1.0;
+    result.triangles = (std::filesystem::file_size(file) - 84) / 50;
+    result.shells = check.shells;
+    result.closed = check.closed;
+    result.outward = check.outward;
+    result.self_intersecting = check.self_intersecting;
+    result.volume_m3 = check.volume_m3;
+    result.area_m2 = check.area_m2;
+    if (result.exact_volume_m3) {
+        const double exact = *result.exact_volume_m3;
+        result.volume_error = check.volume_m3 / exact - 1.0;
         // Facets and bridges together, relative to the bed.
-        json["porosity_change"] =
+        result.porosity_change =
             (exact - check.volume_m3) / (space.container.inner_area_m2() * std::min(space.bed_top_m, space.container.height()));
     }
-    write_extra_surfaces(space, surface_deviation(space, geometry), extras, written, folder, json);
-    if (!space.packing) add_bed_porosity(json, space);
-    return json;
+    write_extra_surfaces(space, surface_deviation(space, geometry), extras, written, folder, result);
+    if (!space.packing) result.bed = bed_porosity(space);
+    return result;
 }
 
 Stage make_stl_stage(const Case& c) {

@@ -11,7 +11,6 @@
 #include "io/stl.hpp"
 #include "openfoam/foam_field.hpp"
 #include "scans/gray_input.hpp"
-#include "stages/results.hpp"
 #include "stages/stages.hpp"
 
 namespace porepack::stages {
@@ -37,39 +36,16 @@ void write_paths(const Path& file, const std::vector<std::vector<Vec3>>& paths) 
     write_vtp(file, lines);
 }
 
-Json geometric_json(const GeometricPaperResult& result, const std::string& geometry, const Path& paths_vtp) {
+results::GeometricPaper result_of(const GeometricPaperResult& result, const std::string& geometry, const Path& paths_vtp) {
     write_paths(paths_vtp, result.paths_m);
-    return {{"kind", "geometric_paper"},
-            {"geometry", geometry},
-            {"tortuosity_geometric_paper", result.value},
-            {"standard_error", result.standard_error},
-            {"standard_deviation", result.standard_deviation},
-            {"paths", result.paths},
-            {"slices", result.slices},
-            {"rejections_per_point", result.rejections_per_point},
-            {"paths_file", paths_vtp.filename().string()}};
-}
-
-Json shortest_path_json(const ShortestPathResult& result, Axis direction, const std::string& geometry, double voxel_m,
-                        const Path& paths_vtp) {
-    write_paths(paths_vtp, result.paths_m);
-    const double n = static_cast<double>(std::max(1L, result.starts));
-    Json json = {{"kind", "shortest_path"},
-                 {"direction", name_of(direction)},
-                 {"geometry", geometry},
-                 {"voxel_size_m", voxel_m},
-                 {"tortuosity_shortest_path", result.value},
-                 {"meaning", "mean over starting points on the first end plane"},
-                 {"standard_error", result.standard_deviation / std::sqrt(n)},
-                 {"standard_deviation", result.standard_deviation},
-                 {"tortuosity_shortest_path_minimum", result.minimum},
-                 {"tortuosity_shortest_path_maximum", result.maximum},
-                 {"starts", result.starts},
-                 {"blocked_starts", result.blocked_starts},
-                 {"paths_file", paths_vtp.filename().string()}};
-    keep_old_name(json, "tortuosity_shortest_path_least", "tortuosity_shortest_path_minimum");
-    keep_old_name(json, "tortuosity_shortest_path_greatest", "tortuosity_shortest_path_maximum");
-    return json;
+    return {.geometry = geometry,
+            .tortuosity = result.value,
+            .standard_error = result.standard_error,
+            .standard_deviation = result.standard_deviation,
+            .paths = result.paths,
+            .slices = result.slices,
+            .rejections_per_point = result.rejections_per_point,
+            .paths_file = paths_vtp.filename().string()};
 }
 
 // The lower bound of isotropic media on the tortuosity factor (Hashin & Shtrikman 1962).
@@ -83,30 +59,24 @@ std::optional<std::string> below_isotropic_limit(const DiffusiveEstimate& estima
         limit);
 }
 
-Json diffusive_json(const DiffusiveEstimate& estimate, Axis direction, Ends ends) {
-    const DiffusiveResult& result = estimate.finest;
-    Json json = {{"kind", "diffusive"},
-                 {"direction", name_of(direction)},
-                 {"tortuosity_factor", estimate.value()},
-                 {"meaning", "porosity times D0 over D_eff"},
-                 {"interval", json_of(estimate.interval())},
-                 {"relative_diffusivity", result.porosity / estimate.value()},
-                 {"porosity", result.porosity},
-                 {"porosity_flowing", result.porosity_flowing},
-                 {"voxel_size_m", estimate.grids.front().voxel_size_m},
-                 {"iterations", result.iterations},
-                 {"residual", result.residual},
-                 {"flux_imbalance", result.flux_imbalance},
-                 {"converged", result.converged},
-                 {"grids", Json::array()}};
-    keep_old_name(json, "tortuosity_diffusive", "tortuosity_factor");
-    for (const DiffusiveGrid& grid : estimate.grids)
-        json["grids"].push_back(
-            {{"voxel_size_m", grid.voxel_size_m}, {"tortuosity_factor", grid.value}, {"tortuosity_diffusive", grid.value}});
-    json["ends"] = name_of(ends);
-    if (!estimate.no_limit_because.empty()) json["no_interval_because"] = estimate.no_limit_because;
-    if (const auto note = below_isotropic_limit(estimate)) json["note"] = *note;
-    return json;
+results::Diffusive result_of(const DiffusiveEstimate& estimate, Axis direction, Ends ends) {
+    const DiffusiveResult& finest = estimate.finest;
+    results::Diffusive result{.direction = direction,
+                              .tortuosity_factor = estimate.value(),
+                              .interval = estimate.interval(),
+                              .relative_diffusivity = finest.porosity / estimate.value(),
+                              .porosity = finest.porosity,
+                              .porosity_flowing = finest.porosity_flowing,
+                              .voxel_size_m = estimate.grids.front().voxel_size_m,
+                              .iterations = finest.iterations,
+                              .residual = finest.residual,
+                              .flux_imbalance = finest.flux_imbalance,
+                              .converged = finest.converged,
+                              .ends = std::string(name_of(ends))};
+    for (const DiffusiveGrid& grid : estimate.grids) result.grids.push_back({grid.voxel_size_m, grid.value});
+    if (!estimate.no_limit_because.empty()) result.no_interval_because = estimate.no_limit_because;
+    result.note = below_isotropic_limit(estimate);
+    return result;
 }
 
 // What gray levels and blur may have done to the value, on the second finest grid, as for k; beyond the interval of the grids, on either
@@ -127,65 +97,86 @@ Sides gray_errors(const DiffusiveEstimate& estimate, const PoreSpace& space, Axi
     return {level + std::max(blurred, closed_contacts * blur * (estimate.value() - 1.0)), level + blurred};
 }
 
-Json diffusive(const PoreSpace& space, double voxel_size_m, Axis direction) {
+}  // namespace
+
+results::Diffusive run_diffusive(const PoreSpace& space, const GeometryConfig& geometry, Axis direction) {
     const Ends ends = direction == Axis::z && space.ends == Ends::in_situ ? Ends::in_situ : Ends::planes;
-    const DiffusiveEstimate estimate = diffusive_tortuosity(space, voxel_size_m, direction);
-    Json json = diffusive_json(estimate, direction, ends);
-    if (!space.gray || !estimate.limit) return json;
+    const DiffusiveEstimate estimate = diffusive_tortuosity(space, space.voxel_size_m(geometry.voxel_size_m), direction);
+    results::Diffusive result = result_of(estimate, direction, ends);
+    if (!space.gray || !estimate.limit) return result;
     try {
         const Sides gray = gray_errors(estimate, space, direction);
         const Interval grids = *estimate.interval();
-        json["interval"] = {std::max(1.0, grids.low - gray.below), grids.high + gray.above};
-        json["interval_of_the_grids"] = {grids.low, grids.high};
+        result.interval = Interval{std::max(1.0, grids.low - gray.below), grids.high + gray.above};
+        result.interval_of_the_grids = grids;
     } catch (const DoesNotPercolate&) {
-        json["interval"] = nullptr;
-        json["no_interval_because"] = "with a little more blur, or another gray level, the pores do not percolate";
+        result.interval.reset();
+        result.no_interval_because = "with a little more blur, or another gray level, the pores do not percolate";
     }
-    return json;
+    return result;
 }
 
-Json geometric_paper(const PoreSpace& space, const TortuosityConfig& config, const Path& folder) {
+results::ShortestPath run_shortest_path(const PoreSpace& space, const GeometryConfig& geometry, Axis direction, const Path& folder) {
+    const double voxel = space.voxel_size_m(geometry.voxel_size_m);
+    const ShortestPathResult found = shortest_path(space, voxel, direction);
+    const Path paths = folder / "paths_shortest.vtp";
+    write_paths(paths, found.paths_m);
+    return {.direction = direction,
+            .geometry = space.grains ? "exact" : "voxels",
+            .voxel_size_m = space.section_only().plan_at(voxel).voxel_size_m,
+            .tortuosity = found.value,
+            .standard_error = found.standard_deviation / std::sqrt(static_cast<double>(std::max(1L, found.starts))),
+            .standard_deviation = found.standard_deviation,
+            .minimum = found.minimum,
+            .maximum = found.maximum,
+            .starts = found.starts,
+            .blocked_starts = found.blocked_starts,
+            .paths_file = paths.filename().string()};
+}
+
+results::GeometricPaper run_geometric_paper(const PoreSpace& space, const TortuosityConfig& config, const Path& folder) {
     if (space.image || space.gray) {  // its layers are the slices
         PhaseImage layers = space.section_only().voxelise_at(space.voxel_size_m(0.0));
         const SliceStack stack{
             .grid = layers.grid, .phase = std::move(layers.phase), .container = space.container, .section = space.section};
-        Json json = geometric_json(geometric_paper_on_slices(stack, config), "pixels", folder / "paths_geometric_paper_pixels.vtp");
-        json["pixel_m"] = stack.grid.spacing_m[0];
-        return json;
+        results::GeometricPaper result =
+            result_of(geometric_paper_on_slices(stack, config), "pixels", folder / "paths_geometric_paper_pixels.vtp");
+        result.pixel_m = stack.grid.spacing_m[0];
+        return result;
     }
     if (!space.grains)
         throw UserError(
             "the exact dot method needs a packing",
             {.fix = "make slices of the STL file and give their folder: porepack slices, then porepack tortuosity geometric_paper SLICES"});
-    Json json = geometric_json(geometric_paper_exact(*space.grains, space.container, space.section, config),
-                               config.dot_pixel_m > 0.0 ? "pixels" : "exact", folder / "paths_geometric_paper.vtp");
-    if (config.dot_pixel_m > 0.0) json["pixel_m"] = config.dot_pixel_m;
-    return json;
+    const bool on_pixels = config.dot_pixel_m > 0.0;
+    results::GeometricPaper result = result_of(geometric_paper_exact(*space.grains, space.container, space.section, config),
+                                               on_pixels ? "pixels" : "exact", folder / "paths_geometric_paper.vtp");
+    if (on_pixels) result.pixel_m = config.dot_pixel_m;
+    return result;
 }
 
-Json run_case_tortuosity(const Case& c, const Path& folder) {
+namespace {
+
+results::Tortuosity run_case_tortuosity(const Case& c, const Path& folder) {
     const TortuosityConfig& config = c.settings.tortuosity;
+    const GeometryConfig& geometry = c.settings.geometry;
     const PoreSpace space = case_pore_space(c);
-    const auto run = [&](TortuosityKind kind) { return run_tortuosity(kind, space, c.settings.geometry, config, folder); };
-    Json json;
+    results::Tortuosity result;
     if (c.from_image()) {
-        json["geometric_paper_pixels"] = run(TortuosityKind::geometric_paper);
+        result.geometric_paper_pixels = run_geometric_paper(space, config, folder);
     } else {
-        if (!c.from_stl()) json["geometric_paper_exact"] = run(TortuosityKind::geometric_paper);
-        json["geometric_paper_pixels"] = geometric_paper_of_slices(c.stage_folder("slices"), config, folder);
+        if (!c.from_stl()) result.geometric_paper_exact = run_geometric_paper(space, config, folder);
+        result.geometric_paper_pixels = geometric_paper_of_slices(c.stage_folder("slices"), config, folder);
     }
-    if (config.shortest_path) json["shortest_path"] = run(TortuosityKind::shortest_path);
-    if (config.diffusive) json["diffusive"] = run(TortuosityKind::diffusive);
+    if (config.shortest_path) result.shortest_path = run_shortest_path(space, geometry, config.direction, folder);
+    if (config.diffusive) result.diffusive = run_diffusive(space, geometry, config.direction);
     if (c.settings.lbm.fields == FieldFiles::none) {
-        const Json lbm = c.result_of("lbm");
-        json["hydraulic"] = {{"kind", "hydraulic"},
-                             {"uncertainty", nullptr},
-                             {"tortuosity_hydraulic", lbm.at("hydraulic_tortuosity")},
-                             {"direction", lbm.at("direction")}};
+        const auto lbm = c.result<results::Lbm>();
+        result.hydraulic = {.direction = lbm.direction, .tortuosity = lbm.hydraulic_tortuosity};
     } else {
-        json["hydraulic"] = hydraulic_tortuosity_of(c.stage_folder("lbm") / "flow.vti", {});
+        result.hydraulic = hydraulic_tortuosity_of(c.stage_folder("lbm") / "flow.vti", {});
     }
-    return json;
+    return result;
 }
 
 Expectation expect_case(const Case& c) {
@@ -209,40 +200,31 @@ Expectation expect_case(const Case& c) {
 
 Json run_tortuosity(TortuosityKind kind, const PoreSpace& space, const GeometryConfig& geometry, const TortuosityConfig& config,
                     const Path& folder) {
-    if (kind == TortuosityKind::geometric_paper) return geometric_paper(space, config, folder);
-    const double voxel = space.voxel_size_m(geometry.voxel_size_m);
-    if (kind == TortuosityKind::diffusive) return diffusive(space, voxel, config.direction);
-    const double size = space.section_only().plan_at(voxel).voxel_size_m;
-    return shortest_path_json(shortest_path(space, voxel, config.direction), config.direction, space.grains ? "exact" : "voxels", size,
-                              folder / "paths_shortest.vtp");
+    if (kind == TortuosityKind::geometric_paper) return json_of(run_geometric_paper(space, config, folder));
+    if (kind == TortuosityKind::diffusive) return json_of(run_diffusive(space, geometry, config.direction));
+    return json_of(run_shortest_path(space, geometry, config.direction, folder));
 }
 
-Json geometric_paper_of_slices(const Path& slices, const TortuosityConfig& config, const Path& folder) {
+results::GeometricPaper geometric_paper_of_slices(const Path& slices, const TortuosityConfig& config, const Path& folder) {
     const SliceStack stack = read_slices(slices);
-    Json json = geometric_json(geometric_paper_on_slices(stack, config), "pixels", folder / "paths_geometric_paper_pixels.vtp");
-    json["pixel_m"] = stack.grid.spacing_m[0];
-    return json;
+    results::GeometricPaper result =
+        result_of(geometric_paper_on_slices(stack, config), "pixels", folder / "paths_geometric_paper_pixels.vtp");
+    result.pixel_m = stack.grid.spacing_m[0];
+    return result;
 }
 
-Json hydraulic_tortuosity_of(const Path& file, const std::vector<double>& section_m) {
+results::HydraulicTortuosity hydraulic_tortuosity_of(const Path& file, const std::vector<double>& section_m) {
     Section section{-1e300, 1e300};
     if (section_m.size() == 2) section = {section_m[0], section_m[1]};
     if (std::filesystem::exists(file / "system" / "controlDict")) {
         const FoamTortuosity result = hydraulic_tortuosity(read_foam_cells(file), section);
-        return {{"kind", "hydraulic"},
-                {"solver", "openfoam"},
-                {"direction", name_of(result.axis)},
-                {"tortuosity_hydraulic", result.value},
-                {"uncertainty", nullptr}};
+        return {.solver = "openfoam", .direction = result.axis, .tortuosity = result.value};
     }
     const FlowImage flow = read_flow_image(file);
     if (section_m.size() != 2 && flow.notes.contains("section")) section = section_of_note(flow.notes.at("section"), file);
     const std::string noted = flow.notes.contains("direction") ? flow.notes.at("direction") : "z";
     const Axis direction = choice_named<Axis>(noted).value_or(Axis::z);
-    return {{"kind", "hydraulic"},
-            {"direction", name_of(direction)},
-            {"tortuosity_hydraulic", hydraulic_tortuosity(flow, section, static_cast<int>(direction))},
-            {"uncertainty", nullptr}};
+    return {.direction = direction, .tortuosity = hydraulic_tortuosity(flow, section, static_cast<int>(direction))};
 }
 
 // Measured on 2 threads: 34 s for 21 million voxels; 1.3 to 3.8e-6 s per voxel with the two coarser grids, the more the denser the bed.

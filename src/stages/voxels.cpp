@@ -7,7 +7,6 @@
 #include "core/sides.hpp"
 #include "core/table.hpp"
 #include "io/image.hpp"
-#include "stages/results.hpp"
 #include "stages/stages.hpp"
 
 namespace porepack::stages {
@@ -37,7 +36,7 @@ void write_porosity_profile(const PoreSpace& space, const Path& file) {
 
 }  // namespace
 
-Json write_voxels(const PoreSpace& space, const GeometryConfig& geometry, const Path& folder) {
+results::Voxelise write_voxels(const PoreSpace& space, const GeometryConfig& geometry, const Path& folder) {
     const double size = space.voxel_size_m(geometry.voxel_size_m);
     const VoxelPlan plan = space.plan_at(size);
     const PhaseImage image = space.voxelise_at(size);
@@ -48,26 +47,24 @@ Json write_voxels(const PoreSpace& space, const GeometryConfig& geometry, const 
     for (const auto phase : section.image->phase) count[phase] += 1.0;
     const Porosity exact = space.porosity();
     const double two = 2.0 * exact.uncertainty;  // standard uncertainties; not known (NaN) without exact walls
-    return {{"voxel_size_m", plan.voxel_size_m},
-            {"cells", plan.grid.cells},
-            {"section_m", section_json(space.section)},
-            {"bed_m", {space.bed_bottom_m, space.bed_top_m}},
-            {"buffers_m", space.buffers_m},
-            {"reservoir_m", space.reservoir_m},
-            {"porosity_of_voxels", count[Phase::pore] / (count[Phase::pore] + count[Phase::grain])},
-            {"porosity", exact.value},
-            {"porosity_uncertainty", exact.uncertainty},
-            {"porosity_interval", two >= 0.0 ? json_of(about(exact.value, {two, two})) : Json(nullptr)},
-            {"expected_memory_bytes", plan.memory_bytes}};
+    return {.voxel_size_m = plan.voxel_size_m,
+            .cells = plan.grid.cells,
+            .section_m = space.section.interval(),
+            .bed_m = {space.bed_bottom_m, space.bed_top_m},
+            .buffers_m = space.buffers_m,
+            .reservoir_m = space.reservoir_m,
+            .porosity_of_voxels = count[Phase::pore] / (count[Phase::pore] + count[Phase::grain]),
+            .porosity = exact.value,
+            .porosity_uncertainty = exact.uncertainty,
+            .porosity_interval = two >= 0.0 ? std::optional(about(exact.value, {two, two})) : std::nullopt,
+            .expected_memory_bytes = plan.memory_bytes};
 }
 
-Json write_slice_images(const PoreSpace& space, const GeometryConfig& geometry, const Path& folder) {
+results::Slices write_slice_images(const PoreSpace& space, const GeometryConfig& geometry, const Path& folder) {
     if (!space.solid) throw UserError("slices are made of a packing or an STL file, not of an image", {.where = space.source});
     const int count = write_slices(folder, *space.solid, space.container, space.section, geometry.slice_spacing_m, geometry.slice_pixel_m);
-    return {{"slices", count},
-            {"spacing_m", geometry.slice_spacing_m},
-            {"pixel_m", geometry.slice_pixel_m},
-            {"section_m", section_json(space.section)}};
+    return {
+        .slices = count, .spacing_m = geometry.slice_spacing_m, .pixel_m = geometry.slice_pixel_m, .section_m = space.section.interval()};
 }
 
 Stage make_voxelise_stage(const Case& c) {

@@ -11,7 +11,7 @@
 #include "core/owned_names.hpp"
 #include "core/table.hpp"
 #include "report/plot.hpp"
-#include "stages/results.hpp"
+#include "results/report.hpp"
 
 namespace porepack::study {
 using namespace core;
@@ -20,28 +20,23 @@ namespace {
 
 constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
-Json result_in(const Path& folder) {
+std::vector<results::ReportedQuantity> quantities_in(const Path& folder) {
     for (const Path& file : {folder / "result.json", folder / "results" / "result.json"}) {
         if (!fs::exists(file)) continue;
-        Json result = read_json(file);
+        const Json result = read_json(file);
         if (!result.contains("quantities"))
             throw UserError("this is the result of a stage, not of a case", {.where = file.string(), .fix = "name the folder above it"});
-        return result;
+        return from_json_members<std::vector<results::ReportedQuantity>>(result["quantities"], file.string());
     }
     throw UserError("there is no result.json of a case in " + folder.string(),
                     {.allowed = "folders that porepack run or porepack report has written, or their cases",
                      .fix = "run the case first: porepack run " + folder.string()});
 }
 
-ComparedValue value_in(const Json& quantity) {
-    ComparedValue read{quantity.at("value").get<double>(), unknown, unknown};
-    const Json& uncertainty = quantity.at("uncertainty");
-    // A standard uncertainty alone, as older reports have it, is no interval of 95 %.
-    if (const auto interval = uncertainty.is_object() ? stages::interval_at(uncertainty, "/interval") : std::nullopt) {
-        read.low = interval->low;
-        read.high = interval->high;
-    }
-    return read;
+// A standard uncertainty alone, as older reports have it, is no interval of 95 %.
+ComparedValue value_in(const results::ReportedQuantity& quantity) {
+    const auto interval = quantity.uncertainty ? quantity.uncertainty->interval.value_or(std::nullopt) : std::nullopt;
+    return interval ? ComparedValue{quantity.value, interval->low, interval->high} : ComparedValue{quantity.value, unknown, unknown};
 }
 
 std::string text_of(const ComparedValue& value) {
@@ -55,15 +50,13 @@ std::string text_of(const ComparedValue& value) {
 Comparison compare_results(const std::vector<Path>& folders) {
     Comparison comparison;
     for (const Path& folder : folders) {
-        const Json result = result_in(folder);
         const std::size_t column = comparison.names.size();
         comparison.names.push_back(folder.lexically_normal().string());
-        for (const Json& quantity : result.at("quantities")) {
-            const auto name = quantity.at("name").get<std::string>();
-            if (!quantity.at("value").is_number() || name == "tortuosity_diffusive") continue;  // tortuosity_factor by its old name
+        for (const results::ReportedQuantity& quantity : quantities_in(folder)) {
+            const std::string& name = quantity.name;
+            if (!std::isfinite(quantity.value) || name == "tortuosity_diffusive") continue;  // tortuosity_factor by its old name
             auto row = std::find_if(comparison.rows.begin(), comparison.rows.end(), [&](const auto& r) { return r.quantity == name; });
-            if (row == comparison.rows.end())
-                row = comparison.rows.insert(comparison.rows.end(), {name, quantity.at("unit").get<std::string>(), {}});
+            if (row == comparison.rows.end()) row = comparison.rows.insert(comparison.rows.end(), {name, quantity.unit, {}});
             row->values.resize(column, {unknown, unknown, unknown});
             row->values.push_back(value_in(quantity));
         }
@@ -77,9 +70,8 @@ Json to_json(const Comparison& comparison) {
     for (const auto& row : comparison.rows) {
         Json values = Json::array();
         for (const auto& [value, low, high] : row.values)
-            values.push_back(
-                {{"value", stages::number_or_null(value)},
-                 {"interval", std::isfinite(low) ? Json({stages::number_or_null(low), stages::number_or_null(high)}) : Json(nullptr)}});
+            values.push_back({{"value", std::isfinite(value) ? Json(value) : Json(nullptr)},
+                              {"interval", std::isfinite(low) ? json_of(Interval{low, high}) : Json(nullptr)}});
         json["quantities"].push_back({{"name", row.quantity}, {"unit", row.unit}, {"values", values}});
     }
     return json;

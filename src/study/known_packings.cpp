@@ -9,7 +9,6 @@
 #include "core/log.hpp"
 #include "core/table.hpp"
 #include "permeability/permeability.hpp"
-#include "stages/results.hpp"
 #include "stages/stages.hpp"
 
 namespace porepack::study {
@@ -23,7 +22,7 @@ constexpr std::size_t permeability = 0, porosity = 1;  // of the quantities
 
 double measured_part_porosity(const Case& one, const pouring::PackingsConfig& config) {
     if (config.measured_porosity.empty()) return std::numeric_limits<double>::quiet_NaN();
-    if (config.measured_part == pouring::MeasuredPart::bed) return one.result_of("pack").at("porosity_bed").get<double>();
+    if (config.measured_part == pouring::MeasuredPart::bed) return one.result<results::Pack>().bed.porosity_bed;
     const pore_space::PoreSpace space = case_pore_space(one);
     if (config.measured_part == pouring::MeasuredPart::section) return space.porosity().value;
     const packing::Section part{config.measured_between_m[0], config.measured_between_m[1]};
@@ -31,7 +30,9 @@ double measured_part_porosity(const Case& one, const pouring::PackingsConfig& co
 }
 
 Member member_of(const Case& one, const pouring::PackingsConfig& config) {
-    const Json results = {{"lbm", one.result_of("lbm")}, {"tortuosity", one.result_of("tortuosity")}};
+    results::CaseResults results;
+    results.lbm = one.result<results::Lbm>();
+    results.tortuosity = one.result<results::Tortuosity>();
     Member member{.seed = one.settings.packing.seed,
                   .friction = one.settings.packing.friction,
                   .measured_part_porosity = measured_part_porosity(one, config),
@@ -39,9 +40,9 @@ Member member_of(const Case& one, const pouring::PackingsConfig& config) {
                   .intervals = {},
                   .section_scatter = std::numeric_limits<double>::quiet_NaN()};
     if (const auto scatter = section_scatter_of(one)) member.section_scatter = scatter->relative;
-    for (std::size_t i = 0; i < reported_quantities.size(); ++i) {
-        member.values[i] = number_at(results, reported_quantities[i].value);
-        if (member.values[i]) member.intervals[i] = interval_at(results, reported_quantities[i].interval);
+    for (std::size_t i = 0; i < results::reported_quantities.size(); ++i) {
+        member.values[i] = results::reported_quantities[i].value(results);
+        if (member.values[i]) member.intervals[i] = results::reported_quantities[i].interval(results);
     }
     return member;
 }
@@ -157,23 +158,24 @@ KnownPackings::Estimate KnownPackings::estimate(std::size_t quantity) const {
     return {s.mean, s.deviation, interval_of_mean(s, numerical, end), interval_of_next(s, numerical, end)};
 }
 
-Json KnownPackings::quantity_json(std::size_t quantity) const {
+results::SeedsQuantity KnownPackings::quantity(std::size_t quantity) const {
     const Estimate e = estimate(quantity);
     const std::size_t packings = many_pours() && quantity == porosity ? pours_.size() : values_of(quantity).size();
     const std::optional<Sides> numerical = mean_half_widths(quantity);
-    return {{"packings", packings},
-            {"mean", e.mean},
-            {"standard_deviation", packings > 1 ? Json(e.deviation) : Json(nullptr)},
-            {"standard_deviation_interval",
-             packings > 1 ? json_of(interval_of_deviation(e.deviation, static_cast<double>(packings) - 1.0)) : Json(nullptr)},
-            {"numerical_half_width", numerical ? Json(numerical->wider()) : Json(nullptr)},
-            {"numerical_interval", numerical ? json_of(about(e.mean, *numerical)) : Json(nullptr)},
-            {"interval_of_mean", json_of(e.of_mean)},
-            {"interval_of_next", json_of(e.of_next)}};
+    results::SeedsQuantity found{.packings = packings, .mean = e.mean, .interval_of_mean = e.of_mean, .interval_of_next = e.of_next};
+    if (packings > 1) {
+        found.standard_deviation = e.deviation;
+        found.standard_deviation_interval = interval_of_deviation(e.deviation, static_cast<double>(packings) - 1.0);
+    }
+    if (numerical) {
+        found.numerical_half_width = numerical->wider();
+        found.numerical_interval = about(e.mean, *numerical);
+    }
+    return found;
 }
 
 // k of the bed whose porosity was measured, by the line of ln k on the logarithm of the Kozeny function; or why it is not known.
-Json KnownPackings::measured_bed() const {
+results::MeasuredBed KnownPackings::measured_bed() const {
     const double value = config_.measured_porosity[0], u = config_.measured_porosity[1];
     std::vector<double> porosities, x, y;
     for (const Member& one : members_) {
@@ -181,34 +183,34 @@ Json KnownPackings::measured_bed() const {
         x.push_back(std::log(kozeny_function(one.measured_part_porosity)));
         y.push_back(std::log(*one.values[permeability]));
     }
-    Json json = {{"porosity", value},           {"standard_uncertainty", u},  {"part", name_of(config_.measured_part)},
-                 {"packings", members_.size()}, {"permeability_m2", nullptr}, {"interval_m2", nullptr}};
+    const std::string part(name_of(config_.measured_part));
+    results::MeasuredBed bed{.porosity = value, .standard_uncertainty = u, .part = part, .packings = members_.size()};
     const auto refuse = [&](const std::string& why) {
         log_warning("k of the bed of measured porosity: " + why);
-        json["why"] = why;
-        return json;
+        bed.why = why;
+        return bed;
     };
     if (std::any_of(porosities.begin(), porosities.end(), [](double eps) { return std::isnan(eps); }))
         return refuse(fmt::format("the level of {:g} m lies above the top of at least one of the packings: choose levels inside the bed",
                                   config_.measured_between_m[1]));
     const auto [low, high] = std::minmax_element(porosities.begin(), porosities.end());
-    json["porosity_range"] = {*low, *high};
+    bed.porosity_range = Interval{*low, *high};
     if (value < *low || value > *high)
         return refuse(fmt::format(
             "the packings do not bracket it: their porosities ({}) are {:.4f} to {:.4f}, and {:g} was measured. Check `measured_part`. "
             "More packings reach further, and {} [packing] friction gives {} beds; friction_uncertainty makes them differ",
-            name_of(config_.measured_part), *low, *high, value, value < *low ? "lower" : "higher", value < *low ? "denser" : "looser"));
+            part, *low, *high, value, value < *low ? "lower" : "higher", value < *low ? "denser" : "looser"));
     const auto line = fit_line(x, y);
     if (!line) return refuse("all packings have the same porosity");
     const double k = mean_permeability();
     const Sides numerical = (1.0 / k) * mean_half_widths(permeability).value_or(Sides{});
     const BedEstimate found = bed_of_porosity(*line, value, u, numerical);
-    json["permeability_m2"] = found.permeability_m2;
-    json["interval_m2"] = json_of(std::optional(found.interval_m2));
-    json["slope"] = line->slope;
-    json["standard_deviation_about_line"] = line->residual_deviation;
-    json["standard_deviation_of_ln_k"] = sample_of(y).deviation;
-    return json;
+    bed.permeability_m2 = found.permeability_m2;
+    bed.interval_m2 = found.interval_m2;
+    bed.slope = line->slope;
+    bed.standard_deviation_about_line = line->residual_deviation;
+    bed.standard_deviation_of_ln_k = sample_of(y).deviation;
+    return bed;
 }
 
 double KnownPackings::standard_error_m2() const {
@@ -220,7 +222,7 @@ double KnownPackings::standard_error_m2() const {
 
 void KnownPackings::write_tables(const Path& folder) const {
     std::vector<std::string> columns = {"seed"};
-    for (const Quantity& quantity : reported_quantities) columns.emplace_back(quantity.name);
+    for (const results::Quantity& quantity : results::reported_quantities) columns.emplace_back(quantity.name);
     columns.insert(columns.end(),
                    {"permeability_low_m2", "permeability_high_m2", "section_scatter", "friction", "porosity_of_measured_part"});
     Table table(columns);
@@ -238,46 +240,43 @@ void KnownPackings::write_tables(const Path& folder) const {
     pours.write(folder / "pours.csv");
 }
 
-Json KnownPackings::result(bool out_of_time) const {
+results::Seeds KnownPackings::result(bool out_of_time) const {
     const Estimate k = estimate(permeability), eps = estimate(porosity);
-    Json json = {{"packings", members_.size()},
-                 {"quantities", Json::object()},
-                 {"porosity_mean", eps.mean},
-                 {"porosity_standard_deviation", eps.deviation},
-                 {"permeability_mean_m2", k.mean},
-                 {"standard_deviation_between_packings_m2", k.deviation},
-                 {"standard_error_of_mean_m2", standard_error_m2()},
-                 {"numerical_half_width_m2", mean_half_widths(permeability) ? Json(numerical_half_width_m2()) : Json(nullptr)},
-                 {"unseen_share", unseen_share(members_.size())},
-                 {"meaning",
-                  "intervals of 95 %: Student's t for the scatter between packings, and the numerical half widths of one packing, added in "
-                  "quadrature on each side where they are known. They presume that these packings show the scatter: packings of another "
-                  "kind, up to unseen_share of all, may all be absent with a probability of 5 %"}};
+    results::Seeds seeds{
+        .packings = members_.size(),
+        .porosity_mean = eps.mean,
+        .porosity_standard_deviation = eps.deviation,
+        .permeability_mean_m2 = k.mean,
+        .standard_deviation_between_packings_m2 = k.deviation,
+        .standard_error_of_mean_m2 = standard_error_m2(),
+        .unseen_share = unseen_share(members_.size()),
+        .meaning =
+            "intervals of 95 %: Student's t for the scatter between packings, and the numerical half widths of one packing, added in "
+            "quadrature on each side where they are known. They presume that these packings show the scatter: packings of another "
+            "kind, up to unseen_share of all, may all be absent with a probability of 5 %"};
+    if (mean_half_widths(permeability)) seeds.numerical_half_width_m2 = numerical_half_width_m2();
+    for (std::size_t i = 0; i < results::reported_quantities.size(); ++i)
+        if (!values_of(i).empty()) seeds.quantities.emplace_back(results::reported_quantities[i].name, quantity(i));
     if (const auto found = regressed())
-        json["pours"] = {{"packings", pours_.size()},
-                         {"relative_deviation_about_line", found->line.residual_deviation / found->mean()},
-                         {"relative_deviation_along_line", std::abs(found->line.slope) * found->pours.deviation / found->mean()}};
+        seeds.pours = {.packings = pours_.size(),
+                       .relative_deviation_about_line = found->line.residual_deviation / found->mean(),
+                       .relative_deviation_along_line = std::abs(found->line.slope) * found->pours.deviation / found->mean()};
     if (const auto found = at_friction(permeability))
-        json["friction"] = {{"value", found->input},
-                            {"standard_uncertainty", found->input_uncertainty},
-                            {"relative_effect_on_permeability", found->effect() / found->mean()}};
-    if (!config_.measured_porosity.empty()) json["measured_porosity"] = measured_bed();
-    for (std::size_t i = 0; i < reported_quantities.size(); ++i)
-        if (!values_of(i).empty()) json["quantities"][reported_quantities[i].name] = quantity_json(i);
-    add_until_sure(json, out_of_time);
-    return json;
+        seeds.friction = {.value = found->input,
+                          .standard_uncertainty = found->input_uncertainty,
+                          .relative_effect_on_permeability = found->effect() / found->mean()};
+    if (!config_.measured_porosity.empty()) seeds.measured_porosity = measured_bed();
+    if (config_.until_sure > 0.0) seeds.until_sure = until_sure(out_of_time);
+    return seeds;
 }
 
-void KnownPackings::add_until_sure(Json& json, bool out_of_time) const {
-    if (config_.until_sure == 0.0) return;
-    json["until_sure"] = config_.until_sure;
-    json["relative_half_width"] = number_or_null(reached());
-    json["sure"] = sure();
-    const char* stopped_by = too_coarse() ? "numerical" : out_of_time ? "max_time_s" : "max_packings";
-    json["stopped_by"] = sure() ? Json(nullptr) : Json(stopped_by);
-    if (!sure())
-        log_warning(fmt::format("the mean of k is known to {:.2g} %, not to {:g} %: {} was reached", 100.0 * reached(),
-                                100.0 * config_.until_sure, json["stopped_by"].get<std::string>()));
+results::UntilSure KnownPackings::until_sure(bool out_of_time) const {
+    results::UntilSure until{.until_sure = config_.until_sure, .relative_half_width = reached(), .sure = sure()};
+    if (until.sure) return until;
+    until.stopped_by = too_coarse() ? "numerical" : out_of_time ? "max_time_s" : "max_packings";
+    log_warning(fmt::format("the mean of k is known to {:.2g} %, not to {:g} %: {} was reached", 100.0 * reached(),
+                            100.0 * config_.until_sure, *until.stopped_by));
+    return until;
 }
 
 }  // namespace porepack::study

@@ -5,8 +5,8 @@
 #include <optional>
 #include <vector>
 
+#include "results/quantities.hpp"
 #include "stages/case.hpp"
-#include "uncertainty/quantities.hpp"
 #include "uncertainty/regression.hpp"
 
 namespace porepack::study {
@@ -16,8 +16,8 @@ struct Member {
     long seed;
     double friction;
     double measured_part_porosity;  ///< of the part whose porosity was measured; NaN where none was, or where it reaches above this bed
-    std::array<std::optional<double>, uncertainty::reported_quantities.size()> values;
-    std::array<std::optional<core::Interval>, uncertainty::reported_quantities.size()> intervals;  ///< numerical
+    std::array<std::optional<double>, results::reported_quantities.size()> values;
+    std::array<std::optional<core::Interval>, results::reported_quantities.size()> intervals;  ///< numerical
     double section_scatter;  ///< predicted from the slices of this packing, relative; NaN where there is no gradient along z
 };
 
@@ -49,7 +49,7 @@ public:
 
     void write_tables(const core::Path& folder) const;  ///< seeds.csv, and with many pours pours.csv
     /// Result of the stage (docs/schema); warns of what was asked for and is not known.
-    [[nodiscard]] core::Json result(bool out_of_time) const;
+    [[nodiscard]] results::Seeds result(bool out_of_time) const;
 
 private:
     struct Estimate {
@@ -65,9 +65,9 @@ private:
     [[nodiscard]] double mean_permeability() const;
     [[nodiscard]] double standard_error_m2() const;
     [[nodiscard]] Estimate estimate(std::size_t quantity) const;
-    [[nodiscard]] core::Json quantity_json(std::size_t quantity) const;
-    [[nodiscard]] core::Json measured_bed() const;
-    void add_until_sure(core::Json& json, bool out_of_time) const;
+    [[nodiscard]] results::SeedsQuantity quantity(std::size_t quantity) const;
+    [[nodiscard]] results::MeasuredBed measured_bed() const;
+    [[nodiscard]] results::UntilSure until_sure(bool out_of_time) const;
 
     const pouring::PackingConfig& packing_;
     const pouring::PackingsConfig& config_;

@@ -34,16 +34,15 @@ constexpr std::array<double, 2> usual_scatter = {0.10, 0.15};
 constexpr double usual_share_about_line = 0.5;
 
 void log_flow(const Case& one) {
-    const Json lbm = one.result_of("lbm");
-    log_info("packings: seed {}: k = {:.4g} m2, porosity {:.4f}", one.settings.packing.seed, lbm["permeability_m2"].get<double>(),
-             lbm["porosity"].get<double>());
+    const auto lbm = one.result<results::Lbm>();
+    log_info("packings: seed {}: k = {:.4g} m2, porosity {:.4f}", one.settings.packing.seed, lbm.permeability.m2, lbm.porosity);
 }
 
 class SeedsStudy {
 public:
     explicit SeedsStudy(const Case& c) : case_(c), config_(c.settings.packings), known_(c) {}
 
-    Json run(const Path& folder) {
+    results::Seeds run(const Path& folder) {
         const double memory = memory_of_one();
         const int at_once = jobs_at_once(memory);
         log_info("seeds: up to {} packings at once, about {} each", at_once, human_bytes(memory));

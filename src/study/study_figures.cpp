@@ -196,7 +196,7 @@ bool draw_figure(const Study& study, const FigureConfig& figure, RowChoice choic
 
 void write_study_page(const Study& study, RowChoice choice) {
     OwnedNames(study.folder).claim({"study.html", "fits.csv"});
-    ReportInput page;
+    Page page;
     page.title = fmt::format("Study {}", fs::absolute(study.folder).lexically_normal().filename().string());
     page.versions = {{"porepack", program_version()}, {"git_hash", git_hash()}};
     Json axes = Json::array();
@@ -237,10 +237,9 @@ void write_study_page(const Study& study, RowChoice choice) {
         const std::string report = fmt::format("points/{}/results/report.html", row.at("point"));
         points.links.push_back(fs::exists(study.folder / report) ? report : "");
     }
-    Json numbers = Json::array();
-    for (const auto& [state, count] : states)
-        numbers.push_back({{"label", state}, {"text", fmt::format("{} of {}", count, study.points.size())}});
-    write_text(study.folder / "study.html", html_page(page, {figures, fits_section(curves), points}, numbers, study.folder / "figures"));
+    for (const auto& [state, count] : states) page.main_numbers.push_back({state, fmt::format("{} of {}", count, study.points.size())});
+    page.sections = {figures, fits_section(curves), points};
+    write_text(study.folder / "study.html", html_page(page, study.folder / "figures"));
 }
 
 }  // namespace porepack::study

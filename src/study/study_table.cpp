@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 
 #include "core/build.hpp"
@@ -11,9 +12,8 @@
 #include "core/file_lock.hpp"
 #include "core/table.hpp"
 #include "record/digest.hpp"
-#include "stages/results.hpp"
+#include "results/quantities.hpp"
 #include "stages/stages.hpp"
-#include "uncertainty/quantities.hpp"
 
 namespace porepack::study {
 using namespace core;
@@ -24,30 +24,54 @@ using namespace stages;
 namespace fs = std::filesystem;
 namespace {
 
+// A value is empty where the stage has not run, or has no such number.
 struct Column {
-    const char *name, *value;  // place in {"stage": result}
+    const char* name;
+    std::string (*value)(const results::CaseResults&);
 };
 
-constexpr Column grain_columns[] = {{"sphericity", "/shape/sphericity"},
-                                    {"convexity", "/shape/convexity"},
-                                    {"volume_m3", "/shape/volume_m3"},
-                                    {"equal_volume_diameter_m", "/shape/equal_volume_diameter_m"},
-                                    {"capsule_diameter_m", "/shape/diameter_m"},
-                                    {"capsule_length_m", "/shape/length_m"},
-                                    {"grains", "/pack/grains"},
-                                    {"bed_height_m", "/pack/bed_height_m"},
-                                    {"porosity_bed", "/pack/porosity_bed"},
-                                    {"coordination_number", "/pack/coordination_number"}};
+std::string text_of(std::optional<double> value) {
+    return value && std::isfinite(*value) ? fmt::format("{:.9g}", *value) : std::string();
+}
+template <typename Interval>
+std::string low_of(const Interval& interval) {
+    return interval ? text_of(interval->low) : std::string();
+}
+template <typename Interval>
+std::string high_of(const Interval& interval) {
+    return interval ? text_of(interval->high) : std::string();
+}
+
+using Results = results::CaseResults;
+
+constexpr Column grain_columns[] = {
+    {"sphericity", [](const Results& r) { return r.shape ? text_of(r.shape->sphericity) : std::string(); }},
+    {"convexity", [](const Results& r) { return r.shape ? text_of(r.shape->convexity) : std::string(); }},
+    {"volume_m3", [](const Results& r) { return r.shape ? text_of(r.shape->volume_m3) : std::string(); }},
+    {"equal_volume_diameter_m", [](const Results& r) { return r.shape ? text_of(r.shape->equal_volume_diameter_m) : std::string(); }},
+    {"capsule_diameter_m", [](const Results& r) { return r.shape ? text_of(r.shape->diameter_m) : std::string(); }},
+    {"capsule_length_m", [](const Results& r) { return r.shape ? text_of(r.shape->length_m) : std::string(); }},
+    {"grains", [](const Results& r) { return r.pack ? std::to_string(r.pack->grains) : std::string(); }},
+    {"bed_height_m", [](const Results& r) { return r.pack ? text_of(r.pack->bed.bed_height_m) : std::string(); }},
+    {"porosity_bed", [](const Results& r) { return r.pack ? text_of(r.pack->bed.porosity_bed) : std::string(); }},
+    {"coordination_number",
+     [](const Results& r) { return r.pack && r.pack->pour ? text_of(r.pack->pour->coordination_number) : std::string(); }}};
+
+template <double permeability::BedNumbers::*number>
+std::string bed_number(const Results& r) {
+    return r.descriptors ? text_of(r.descriptors->numbers.*number) : std::string();
+}
 
 constexpr Column other_columns[] = {
-    {"permeability_over_equivalent_diameter2", "/descriptors/numbers/permeability_over_equivalent_diameter2"},
-    {"surface_per_bed_per_m", "/descriptors/numbers/surface_per_bed_per_m"},
-    {"kozeny_constant", "/descriptors/numbers/kozeny_constant"},
-    {"permeability_core_m2", "/descriptors/wall/permeability_core_m2"},
-    {"openfoam_permeability_m2", "/foam/permeability_m2"},
-    {"openfoam_permeability_low_m2", "/foam/permeability_interval_m2/0"},
-    {"openfoam_permeability_high_m2", "/foam/permeability_interval_m2/1"},
-    {"voxel_size_m", "/lbm/fine/voxel_size_m"}};
+    {"permeability_over_equivalent_diameter2", bed_number<&permeability::BedNumbers::permeability_over_equivalent_diameter2>},
+    {"surface_per_bed_per_m", bed_number<&permeability::BedNumbers::surface_per_bed_per_m>},
+    {"kozeny_constant", bed_number<&permeability::BedNumbers::kozeny_constant>},
+    {"permeability_core_m2",
+     [](const Results& r) { return r.descriptors && r.descriptors->wall ? text_of(r.descriptors->wall->permeability_core_m2) : ""; }},
+    {"openfoam_permeability_m2", [](const Results& r) { return r.foam ? text_of(r.foam->permeability.m2) : std::string(); }},
+    {"openfoam_permeability_low_m2", [](const Results& r) { return r.foam ? low_of(r.foam->permeability.interval_m2) : std::string(); }},
+    {"openfoam_permeability_high_m2", [](const Results& r) { return r.foam ? high_of(r.foam->permeability.interval_m2) : std::string(); }},
+    {"voxel_size_m", [](const Results& r) { return r.lbm ? text_of(r.lbm->fine.voxel_size_m) : std::string(); }}};
 
 // The order of the columns: first those that name the point.
 std::vector<std::string> columns_of(const Study& study) {
@@ -55,7 +79,7 @@ std::vector<std::string> columns_of(const Study& study) {
     columns.insert(columns.end(), study.keys.begin(), study.keys.end());
     columns.insert(columns.end(), {"shape", "seed", "packings"});
     for (const Column& column : grain_columns) columns.emplace_back(column.name);
-    for (const Quantity& quantity : reported_quantities) {
+    for (const results::Quantity& quantity : results::reported_quantities) {
         columns.emplace_back(quantity.name);
         for (const char* suffix : {"low", "high"}) columns.push_back(with_suffix(quantity.name, suffix));
     }
@@ -66,34 +90,27 @@ std::vector<std::string> columns_of(const Study& study) {
     return columns;
 }
 
-std::string text_of(const Json& value) {
-    if (value.is_string()) return value.get<std::string>();
-    return value.is_number_float() ? fmt::format("{:.9g}", value.get<double>()) : value.is_null() ? std::string() : value.dump();
+// The mean of several packings with its interval, else the value of the only one.
+std::pair<std::optional<double>, std::optional<Interval>> best_known(const Results& results, const results::Quantity& quantity) {
+    const auto* sure = results.uncertainty ? find(results.uncertainty->statements, quantity.name) : nullptr;
+    if (results.seeds) {
+        if (sure != nullptr && sure->mean_of_such_packings.value)
+            return {sure->mean_of_such_packings.value, sure->mean_of_such_packings.interval};
+        if (const auto* seeds = find(results.seeds->quantities, quantity.name)) return {seeds->mean, seeds->interval_of_mean};
+    }
+    if (sure != nullptr && sure->this_packing.value) return {sure->this_packing.value, sure->this_packing.interval};
+    return {quantity.value(results), quantity.interval(results)};
 }
 
-// The mean of several packings with its interval, else the value of the only one.
-void add_quantities(StudyRow& row, const Json& results) {
-    for (const Quantity& quantity : reported_quantities) {
-        const std::string name = quantity.name, statement = "/uncertainty/statements/" + name;
-        Json value = nullptr, interval = nullptr;
-        const auto take = [&](const std::string& at, const std::string& between) {
-            if (!value.is_null() || !number_at(results, at)) return;
-            value = results.at(Json::json_pointer(at));
-            if (const Json::json_pointer place(between); !between.empty() && results.contains(place)) interval = results.at(place);
-        };
-        if (results.contains("seeds")) {
-            take(statement + "/mean_of_such_packings/value", statement + "/mean_of_such_packings/interval");
-            take("/seeds/quantities/" + name + "/mean", "/seeds/quantities/" + name + "/interval_of_mean");
-        }
-        take(statement + "/this_packing/value", statement + "/this_packing/interval");
-        take(quantity.value, quantity.interval);
-        row[name] = text_of(value);
-        if (!interval.is_array()) continue;
-        row[with_suffix(name, "low")] = text_of(interval[0]);
-        row[with_suffix(name, "high")] = text_of(interval[1]);
+void add_quantities(StudyRow& row, const Results& results) {
+    for (const results::Quantity& quantity : results::reported_quantities) {
+        const auto [value, interval] = best_known(results, quantity);
+        row[quantity.name] = text_of(value);
+        if (!interval) continue;
+        row[with_suffix(quantity.name, "low")] = low_of(interval);
+        row[with_suffix(quantity.name, "high")] = high_of(interval);
     }
-    if (results.contains("seeds"))
-        row["permeability_standard_deviation_m2"] = text_of(results["seeds"]["standard_deviation_between_packings_m2"]);
+    if (results.seeds) row["permeability_standard_deviation_m2"] = text_of(results.seeds->standard_deviation_between_packings_m2);
 }
 
 void write_rows(const Study& study, const std::vector<StudyRow>& rows) {
@@ -143,35 +160,46 @@ bool has_current_row(const std::vector<StudyRow>& rows, const Point& point) {
     return std::any_of(rows.begin(), rows.end(), [&](const StudyRow& row) { return is_current(row, point); });
 }
 
+namespace {
+
+std::string text_of_key(const Json& value) {
+    if (value.is_string()) return value.get<std::string>();
+    return value.is_number_float() ? fmt::format("{:.9g}", value.get<double>()) : value.is_null() ? std::string() : value.dump();
+}
+
+}  // namespace
+
 StudyRow row_of(const Point& point, const Case& made) {
-    Json results = {{"shape", made.from_stl() || made.from_image()
-                                  ? Json::object()
-                                  : measure_shape(made.settings.shape, made.settings.packing.density_kg_per_m3)}};
-    std::vector<std::string> versions;
+    std::vector<std::string> versions, stages;
     double seconds = 0.0, memory = 0.0;
     for (const Json& stage : point.identity) {
         const auto name = stage["stage"].get<std::string>();
         const Json manifest = read_json(made.stage_folder(name) / "manifest.json");
-        if (name != "shape") results[name] = made.result_of(name);
+        stages.push_back(name);
         versions.push_back(fmt::format("{} {}", name, stage["result_version"].get<long>()));
         seconds += manifest.value("wall_time_s", 0.0);
         memory = std::max(memory, manifest.value("peak_memory_bytes", 0.0));
     }
+    // The shape is measured here: its stage need not have run.
+    Results results = results::read_results(made.results(), [&](const std::string& stage) {
+        return stage != results::Shape::stage && std::find(stages.begin(), stages.end(), stage) != stages.end();
+    });
+    if (!made.from_stl() && !made.from_image()) results.shape = measure_shape(made.settings.shape, made.settings.packing.density_kg_per_m3);
     StudyRow row = {{"point", point.name},
                     {"current", "yes"},
                     {"shape", std::string(name_of(made.settings.shape.kind))},
                     {"seed", std::to_string(made.settings.packing.seed)},
-                    {"packings", results.contains("seeds") ? results["seeds"]["packings"].dump() : "1"},
+                    {"packings", results.seeds ? std::to_string(results.seeds->packings) : "1"},
                     {"seconds", fmt::format("{:.4g}", seconds)},
                     {"peak_memory_bytes", fmt::format("{:.4g}", memory)},
                     {"program_version", program_version()},
                     {"git_hash", git_hash()},
                     {"result_versions", fmt::format("{}", fmt::join(versions, "; "))},
                     {"digest", point.digest}};
-    for (const auto& [key, value] : point.values) row[key] = text_of(value);
+    for (const auto& [key, value] : point.values) row[key] = text_of_key(value);
     for (const auto& columns : {std::span<const Column>(grain_columns), std::span<const Column>(other_columns)})
         for (const Column& column : columns)
-            if (const Json::json_pointer at(column.value); results.contains(at)) row[column.name] = text_of(results.at(at));
+            if (const std::string value = column.value(results); !value.empty()) row[column.name] = value;
     add_quantities(row, results);
     if (const Path packing = made.stage_folder("pack") / "packing.json"; fs::exists(packing))
         row["packing_sha256"] = sha256_of_file(packing);

@@ -40,7 +40,8 @@ struct BudgetRow {
 template <core::MembersOf<BudgetRow> Self, typename Visit>
 void visit_members(Self& row, const Visit& visit) {
     visit("source", row.source);
-    visit("relative_standard_uncertainty", row.relative_standard_uncertainty.wider());
+    double wider = row.relative_standard_uncertainty.wider();
+    visit("relative_standard_uncertainty", wider);
     visit("sides", row.relative_standard_uncertainty);
     visit("part", row.part);
     visit("evidence", row.evidence);

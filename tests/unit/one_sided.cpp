@@ -23,23 +23,31 @@ void expect_interval(const Json& found, double low, double high, double unit = 1
 
 // Results as the stages write them. k = 1 (0.9 to 1.02) by lattice Boltzmann, of which blur is 0.08 below; 1.1 (1.07 to 1.2) by OpenFOAM;
 // the mean of three packings is 1.2 (0.8 to 1.4); all in 1e-9 m2.
-std::map<std::string, Json> asymmetric_results() {
-    std::map<std::string, Json> results;
-    results["lbm"] = Json::parse(R"({"permeability_m2": 1e-9, "permeability_interval_m2": [0.9e-9, 1.02e-9], "porosity": 0.5,
-        "converged": true, "half_width_parts_m2": {"grid": 0.02e-9, "iteration": 0, "mass_balance": 0, "precision": 0, "blur": 0.08e-9}})");
-    results["foam"] = Json::parse(R"({"permeability_m2": 1.1e-9, "permeability_interval_m2": [1.07e-9, 1.2e-9], "converged": true})");
-    results["voxelise"] = Json::parse(R"({"porosity": 0.5, "porosity_uncertainty": 0.004})");
-    results["tortuosity"] = Json::parse(R"({"diffusive": {"tortuosity_factor": 1.02, "interval": [1.0, 1.05], "converged": true},
-        "shortest_path": {"tortuosity_shortest_path": 1.05, "standard_error": 0.01, "starts": 5}})");
-    results["seeds"] = Json::parse(R"({"packings": 3, "permeability_mean_m2": 1.2e-9, "standard_deviation_between_packings_m2": 0.12e-9,
-        "standard_error_of_mean_m2": 0.0693e-9, "quantities": {"permeability_m2": {"packings": 3, "mean": 1.2e-9,
-        "interval_of_mean": [0.8e-9, 1.4e-9], "interval_of_next": [0.6e-9, 1.5e-9]}}})");
+results::CaseResults asymmetric_results() {
+    results::CaseResults results;
+    results.lbm = results::Lbm{.permeability = {1e-9, Interval{0.9e-9, 1.02e-9}},
+                               .half_width_parts_m2 = results::HalfWidthParts{.grid = 0.02e-9, .blur = 0.08e-9},
+                               .porosity = 0.5,
+                               .converged = true};
+    results.foam = results::Foam{.permeability = {1.1e-9, Interval{1.07e-9, 1.2e-9}}, .converged = true};
+    results.voxelise = results::Voxelise{.porosity = 0.5, .porosity_uncertainty = 0.004};
+    results.tortuosity =
+        results::Tortuosity{.shortest_path = results::ShortestPath{.tortuosity = 1.05, .standard_error = 0.01, .starts = 5},
+                            .diffusive = results::Diffusive{.tortuosity_factor = 1.02, .interval = Interval{1.0, 1.05}, .converged = true}};
+    const results::SeedsQuantity k{
+        .packings = 3, .mean = 1.2e-9, .interval_of_mean = Interval{0.8e-9, 1.4e-9}, .interval_of_next = Interval{0.6e-9, 1.5e-9}};
+    results.seeds = results::Seeds{.packings = 3,
+                                   .quantities = {{"permeability_m2", k}},
+                                   .permeability_mean_m2 = 1.2e-9,
+                                   .standard_deviation_between_packings_m2 = 0.12e-9,
+                                   .standard_error_of_mean_m2 = 0.0693e-9};
     return results;
 }
 
-Json uncertainty_of(const std::map<std::string, Json>& results, const Path& folder) {
+Json uncertainty_of(const results::CaseResults& results, const Path& folder) {
     std::vector<std::string> stages;
-    for (const auto& [stage, result] : results) {
+    const Json documents = json_of(results);
+    for (const auto& [stage, result] : documents.items()) {
         make_folder(folder / "results" / stage);
         write_json(folder / "results" / stage / "result.json", result);
         stages.push_back(stage);
@@ -80,10 +88,12 @@ TEST(OneSided, StatementsKeepTheSides) {
 TEST(OneSided, CompareAndReportShowIntervalsOf95Percent) {
     const test::Folder folder;
     ReportInput input{.title = "one-sided", .results = asymmetric_results()};
-    input.results["uncertainty"] = uncertainty_of(input.results, folder.path());
-    for (const auto& [stage, result] : input.results) {
+    input.results.uncertainty = from_json_members<results::Uncertainty>(uncertainty_of(input.results, folder.path()));
+    const Json documents = json_of(input.results);
+    for (const auto& [stage, result] : documents.items()) {
         input.stages.push_back(stage);
-        input.manifests[stage] = {{"wall_time_s", 1.0}};
+        input.documents[stage] = result;
+        input.manifests[stage] = json_of(results::StageCost{.wall_time_s = 1.0});
     }
     input.stage_folders = folder.path() / "results";
     (void)write_report(input, folder.path());

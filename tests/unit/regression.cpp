@@ -114,7 +114,7 @@ TEST(BedOfMeasuredPorosity, HoldsThirtyPackingsLeftOutOneByOne) {
 TEST(BedOfMeasuredPorosity, OfThePorosityInTheDocumentation) {
     const ThirtyPackings all = thirty_packings();
     const auto half_width = [&](std::size_t packings, double u) {
-        const Line line = fit_line(std::span(all.x).first(packings), std::span(all.y).first(packings)).value();
+        const uncertainty::Line line = fit_line(std::span(all.x).first(packings), std::span(all.y).first(packings)).value();
         const BedEstimate found = bed_of_porosity(line, 0.742, u, {0.012, 0.012});
         std::printf("  %zu packings, u %g: %.3g m2, %.1f %%, slope %.2f, about the line %.1f %%\n", packings, u, found.permeability_m2,
                     50.0 * std::log(found.interval_m2.high / found.interval_m2.low), line.slope, 100.0 * line.residual_deviation);
@@ -127,7 +127,7 @@ TEST(BedOfMeasuredPorosity, OfThePorosityInTheDocumentation) {
 }
 
 TEST(BedOfMeasuredPorosity, NumericalErrorsAreAddedOnTheirSides) {
-    const Line line = fit_line(std::vector{-1.0, 0.0, 1.0, 2.0}, std::vector{-1.0, 0.0, 1.0, 2.0}).value();  // no scatter
+    const uncertainty::Line line = fit_line(std::vector{-1.0, 0.0, 1.0, 2.0}, std::vector{-1.0, 0.0, 1.0, 2.0}).value();  // no scatter
     const BedEstimate found = bed_of_porosity(line, 0.6, 1e-9, {0.2, 0.01});
     EXPECT_NEAR(found.permeability_m2 / kozeny_function(0.6), 1.0, 1e-9);
     EXPECT_NEAR(found.interval_m2.low / found.permeability_m2, 0.8, 1e-6);

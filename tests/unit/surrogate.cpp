@@ -57,7 +57,7 @@ TEST(GaussianProcess, StandardDeviationsAreThoseOfNewObservations) {
     EXPECT_NEAR(process.noise(), 0.1, 0.03) << "sixty observations tell a standard deviation within 10 %";
     double sum = 0.0;
     for (Eigen::Index i = 0; i < test.y.size(); ++i) {
-        const Estimate e = process.at(test.x.row(i));
+        const design::Estimate e = process.at(test.x.row(i));
         sum += std::pow((test.y[i] - e.value) / e.standard_deviation, 2);
     }
     EXPECT_NEAR(std::sqrt(sum / 400.0), 1.0, 0.15);
@@ -73,7 +73,7 @@ TEST(GaussianProcess, LeavingOneOutIsAFitWithoutIt) {
         for (Eigen::Index from = 0, to = 0; from < 25; ++from)
             if (from != i) others.x.row(to) = known.x.row(from), others.y[to++] = known.y[from];
         // Its own s and l_j differ a little from those of all observations.
-        const Estimate quick = all.leave_one_out(i), fitted = GaussianProcess(others.x, others.y).at(known.x.row(i));
+        const design::Estimate quick = all.leave_one_out(i), fitted = GaussianProcess(others.x, others.y).at(known.x.row(i));
         EXPECT_NEAR(quick.value, fitted.value, 0.5 * fitted.standard_deviation);
         EXPECT_NEAR(quick.standard_deviation / fitted.standard_deviation, 1.0, 0.25);
     }
@@ -83,8 +83,8 @@ TEST(GaussianProcess, ACoordinateThatNeverChangesDoesNotMatter) {
     const Observations known = observe(20, 0.0, 4);
     Eigen::MatrixXd wider(20, 3);
     wider << known.x, Eigen::VectorXd::Constant(20, 7.0);
-    const Estimate two = GaussianProcess(known.x, known.y).at(Eigen::Vector2d(0.4, 15.0));
-    const Estimate three = GaussianProcess(wider, known.y).at(Eigen::Vector3d(0.4, 15.0, 7.0));
+    const design::Estimate two = GaussianProcess(known.x, known.y).at(Eigen::Vector2d(0.4, 15.0));
+    const design::Estimate three = GaussianProcess(wider, known.y).at(Eigen::Vector3d(0.4, 15.0, 7.0));
     EXPECT_NEAR(two.value, three.value, 1e-6);
 }
 

@@ -133,7 +133,7 @@ TEST(Poses, AMixtureInAnXRayScanIsFound) {
     Container box;
     box.kind = Container::Kind::box;
     box.size_m = Vec3(width, width, scan.grid.cells[2] * h);
-    const Json found = stages::fit_image(folder.path() / "scan.nrrd", {}, box, exact.shapes, folder.path());
+    const results::Fit found = stages::fit_image(folder.path() / "scan.nrrd", {}, box, exact.shapes, folder.path());
     Packing fitted = read_packing(folder.path() / "packing.json");
     for (Body& body : fitted.bodies) body.position_m -= Vec3(0.5 * (width - 0.045), 0.5 * (width - 0.045), 0.0);
     EXPECT_EQ(fitted.bodies.size(), 20U);
@@ -142,10 +142,10 @@ TEST(Poses, AMixtureInAnXRayScanIsFound) {
     EXPECT_LT(errors.centre, 0.05 * h);
     EXPECT_LT(errors.end, 0.1 * h);
     for (const char* shape : {"bent", "tetrapod"}) {
-        EXPECT_NEAR(found.at("sizes").at(shape).at("length_factor").at("value").get<double>(), 1.0, 0.002);
-        EXPECT_NEAR(found.at("sizes").at(shape).at("radius_change_m").at("value").get<double>(), 0.0, 0.005 * d);
+        EXPECT_NEAR(find(found.sizes, shape)->length_factor.value, 1.0, 0.002);
+        EXPECT_NEAR(find(found.sizes, shape)->radius_change_m.value, 0.0, 0.005 * d);
     }
-    EXPECT_TRUE(found.at("doubts").empty()) << found.at("doubts").dump();
+    EXPECT_TRUE(found.doubts.empty()) << json_of(found.doubts);
 }
 
 // Another simulator: partial volumes, Gaussian blur, white noise. Wrong sizes are measured and named, a mirrored stack too.
@@ -164,10 +164,10 @@ TEST(Poses, WrongSizesAndMirrorImagesAreNamed) {
         capsule.b *= 0.99;
         capsule.radius *= 0.98;
     }
-    const Json found = fit(wrong, "xyz");
-    EXPECT_NEAR(found.at("sizes").at("chiral").at("length_factor").at("value").get<double>(), 1.0 / 0.99, 0.002);
-    EXPECT_NEAR(found.at("sizes").at("chiral").at("radius_change_m").at("value").get<double>(), 0.02 * d / 2, 0.006 * d / 2);
-    EXPECT_EQ(found.at("doubts").size(), 2U) << found.at("doubts").dump();
+    const results::Fit found = fit(wrong, "xyz");
+    EXPECT_NEAR(find(found.sizes, "chiral")->length_factor.value, 1.0 / 0.99, 0.002);
+    EXPECT_NEAR(find(found.sizes, "chiral")->radius_change_m.value, 0.02 * d / 2, 0.006 * d / 2);
+    EXPECT_EQ(found.doubts.size(), 2U) << json_of(found.doubts);
     const Errors errors = errors_of(exact, read_packing(folder.path() / "packing.json"));
     EXPECT_EQ(errors.found, 14U);
     EXPECT_LT(errors.end, 0.1 * d / 8.0);
@@ -185,10 +185,11 @@ TEST(Poses, LargeScansAreFittedSlabBySlab) {
     const Path scan = folder.path() / "scan.nrrd";
     write_volume(scan, scans::scan_of(image, 40.0, 200.0));
     const auto fit = [&](double memory_bytes) {
-        const Json found = stages::fit_image(scan, {.fit_memory_bytes = memory_bytes}, exact.container, exact.shapes, folder.path());
-        EXPECT_TRUE(found.at("doubts").empty()) << found.at("doubts").dump();
-        EXPECT_NEAR(found.at("blur_m").at("value").get<double>(), std::hypot(0.8, std::sqrt(1.0 / 12.0)) * h, 0.02 * h);
-        EXPECT_NEAR(found.at("sizes").at("chiral").at("length_factor").at("value").get<double>(), 1.0, 0.0005);
+        const results::Fit found =
+            stages::fit_image(scan, {.fit_memory_bytes = memory_bytes}, exact.container, exact.shapes, folder.path());
+        EXPECT_TRUE(found.doubts.empty()) << json_of(found.doubts);
+        EXPECT_NEAR(found.blur_m.value, std::hypot(0.8, std::sqrt(1.0 / 12.0)) * h, 0.02 * h);
+        EXPECT_NEAR(find(found.sizes, "chiral")->length_factor.value, 1.0, 0.0005);
         const Errors errors = errors_of(exact, read_packing(folder.path() / "packing.json"));
         EXPECT_EQ(errors.found, 14U);
         return errors;
@@ -212,8 +213,8 @@ TEST(Poses, HardCases) {
     const Packing exact = random_bed({bent()}, 14, 0.04, 11);
     for (const auto& settings : {test::ScanSettings{.blur_voxels = 0.8, .noise = 0.1}, {.blur_voxels = 1.5, .noise = 0.03}}) {
         // Blur of 1.5 voxels leaves no peak of the solid in the histogram of grains of 8 voxels.
-        const Json found = fit(exact, settings, {.gray_levels = {40.0, 200.0}});
-        EXPECT_TRUE(found.at("doubts").empty()) << found.at("doubts").dump();
+        const results::Fit found = fit(exact, settings, {.gray_levels = {40.0, 200.0}});
+        EXPECT_TRUE(found.doubts.empty()) << json_of(found.doubts);
         const Packing fitted = read_packing(folder.path() / "packing.json");
         EXPECT_EQ(fitted.bodies.size(), 14U);
         EXPECT_EQ(errors_of(exact, fitted).found, 14U);
@@ -223,10 +224,10 @@ TEST(Poses, HardCases) {
     const Shape leg{.id = "leg", .capsules = {{{0, 0, 0}, {0.009, 0, 0}, d / 2}}};
     for (const Shape& other : {leg, make_preset(ShapeKind::sphere, 0.009, 0.0)}) {
         Packing mixed = random_bed({bent(), other}, 12, 0.04, 12);
-        const Json found = fit(mixed, {.blur_voxels = 0.8, .noise = 0.03});
-        EXPECT_EQ(found.at("grains").at("found").get<int>(), 6) << other.id;
+        const results::Fit found = fit(mixed, {.blur_voxels = 0.8, .noise = 0.03});
+        EXPECT_EQ(found.grains.found, 6U) << other.id;
         EXPECT_EQ(errors_of(mixed, read_packing(folder.path() / "packing.json")).found, 6U) << other.id;
-        EXPECT_TRUE(has(found.at("doubts").dump(), "of another shape, or a broken one")) << found.at("doubts").dump();
+        EXPECT_TRUE(has(json_of(found.doubts).dump(), "of another shape, or a broken one")) << json_of(found.doubts);
     }
     // An empty tube.
     Packing empty = exact;

@@ -265,18 +265,18 @@ TEST(Inertia, MeansInTimeStateTheErrorOfTheirWalls) {
     const PoreSpace space = pore_space_of(array.packing);
     const test::Folder folder;
     ForchheimerConfig config{.reynolds = {0.5, 5.0, 10.0, 20.0}, .grids = 1, .openfoam = false};
-    const Json steady = stages::run_forchheimer(space, {}, config, folder.path());
+    const results::Forchheimer steady = stages::run_forchheimer(space, {}, config, folder.path());
     config.mean_in_time = true;
-    const Json mean = stages::run_forchheimer(space, {}, config, folder.path());
-    const double truth = steady["inertial_permeability_m"];
-    const Json& interval = mean["inertial_permeability_interval_m"];
-    std::printf("  k_in %.3g m, by means in time %.3g m (%.3g to %.3g)\n", truth, mean["inertial_permeability_m"].get<double>(),
-                interval[0].get<double>(), interval[1].get<double>());
-    EXPECT_LE(interval[0].get<double>(), truth);
-    EXPECT_GE(interval[1].get<double>(), truth);
-    const Json& slow = mean["lbm"]["grids"][0]["flows"][0];  // Re 0.5, where k is that of creeping flow
-    EXPECT_NEAR(slow["permeability_m2"].get<double>() / mean["lbm"]["creeping_permeability_m2"].get<double>(), 1.0, 0.01);
-    EXPECT_GT(std::abs(slow["mean_in_time"]["wall_error"].get<double>()), 0.02);
+    const results::Forchheimer mean = stages::run_forchheimer(space, {}, config, folder.path());
+    const double truth = steady.inertial_permeability_m;
+    const Interval interval = mean.inertial_permeability_interval_m;
+    std::printf("  k_in %.3g m, by means in time %.3g m (%.3g to %.3g)\n", truth, mean.inertial_permeability_m, interval.low,
+                interval.high);
+    EXPECT_LE(interval.low, truth);
+    EXPECT_GE(interval.high, truth);
+    const lbm::InertialFlow& slow = mean.lbm.grids[0].flows[0];  // Re 0.5, where k is that of creeping flow
+    EXPECT_NEAR(slow.permeability_m2 / mean.lbm.fit.permeability_m2, 1.0, 0.01);
+    EXPECT_GT(std::abs(slow.in_time->wall_error), 0.02);
 }
 
 // Where the walls change k by more than is allowed, there is no flow, and the reason names a voxel size that would do.

@@ -76,11 +76,11 @@ TEST(GrayWalls, TheIntervalOfTheTortuosityFactorHoldsBlurAndContacts) {
             const scans::GrayInput input =
                 scans::read_gray(scan_of(scan, 0.0, 1.0), {.threshold = "volume", .gray_levels = {0.0, 1.0}}, flow.container, flow.name);
             const pore_space::PoreSpace space = pore_space_of(input.solid, flow.container, {0.0, flow.container.height()}, flow.name);
-            const Json json = stages::run_tortuosity(stages::TortuosityKind::diffusive, space, {}, {}, {});
-            ASSERT_TRUE(json.at("interval").is_array()) << json;
-            const double low = json["interval"][0], high = json["interval"][1];
-            std::printf("  %s, blur %g: %.4f (%.4f to %.4f), exact %.4f\n", flow.name.c_str(), blur,
-                        json["tortuosity_factor"].get<double>(), low, high, exact);
+            const results::Diffusive found = stages::run_diffusive(space, {}, core::Axis::z);
+            ASSERT_TRUE(found.interval);
+            const auto [low, high] = *found.interval;
+            std::printf("  %s, blur %g: %.4f (%.4f to %.4f), exact %.4f\n", flow.name.c_str(), blur, found.tortuosity_factor, low, high,
+                        exact);
             EXPECT_LE(low, exact) << flow.name;
             EXPECT_GE(high, exact) << flow.name;
             EXPECT_LT(high - low, exact - 1.0) << "an interval that says nothing";

@@ -3,7 +3,6 @@
 
 #include "core/machine.hpp"
 #include "lbm/start.hpp"
-#include "stages/results.hpp"
 #include "stages/stages.hpp"
 #include "support/arrays.hpp"
 #include "support/helpers.hpp"
@@ -25,8 +24,8 @@ TEST(Memory, IsUsedAsPredicted) {
         const GeometryConfig geometry{.voxel_size_m = 1.0 / 150};
         reset_peak_memory();
         const double before = peak_memory_bytes();
-        const Json result = stages::run_lbm(space, geometry, config, folder.path(), {});
-        const double used = result["peak_memory_bytes"].get<double>() - before, nodes = result["fine"]["fluid_nodes"],
+        const results::Lbm result = stages::run_lbm(space, geometry, config, folder.path(), {});
+        const double used = result.peak_memory_bytes - before, nodes = static_cast<double>(result.fine.nodes),
                      predicted = stages::expect_lbm(space, geometry, config).memory_bytes - program_bytes;
         std::printf("  %s: %.1f bytes per node of %.3g nodes, predicted %.1f\n", std::string(name_of(precision)).c_str(), used / nodes,
                     nodes, predicted / nodes);

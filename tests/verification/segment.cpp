@@ -55,27 +55,27 @@ TEST(Segment, GrainsTubeCavitiesAndCutGrains) {
     });
     const Path target = folder.path() / "out";
     std::filesystem::create_directory(target);
-    const Json found = stages::segment_image(scan, {.find_container = true}, std::nullopt, {}, target);
-    EXPECT_NEAR(found["container"]["diameter_m"].get<double>(), 0.032, 2e-4);
-    EXPECT_EQ(found["grains"]["whole"], 10) << found.dump(1);
-    EXPECT_EQ(found["grains"]["cut"], 10);
-    EXPECT_EQ(found["grains"]["speck"], 1);
-    EXPECT_EQ(found["grains"]["merged"], 0);
-    EXPECT_EQ(found["grains"]["split"], 0);
-    EXPECT_GT(found["cavity_voxels"].get<double>(), 50);
+    const results::Segment found = stages::segment_image(scan, {.find_container = true}, std::nullopt, {}, target);
+    EXPECT_NEAR(found.container["diameter_m"].get<double>(), 0.032, 2e-4);
+    EXPECT_EQ(found.grains.whole, 10) << json_of(found).dump(1);
+    EXPECT_EQ(found.grains.cut, 10);
+    EXPECT_EQ(found.grains.speck, 1);
+    EXPECT_EQ(found.grains.merged, 0);
+    EXPECT_EQ(found.grains.split, 0);
+    EXPECT_GT(found.cavity_voxels, 50);
     const double volume = 4.0 / 3.0 * std::numbers::pi * std::pow(0.004, 3.0);
-    EXPECT_NEAR(found["median_grain_volume_m3"].get<double>() / volume, 1.0, 0.02);
+    EXPECT_NEAR(found.median_grain_volume_m3 / volume, 1.0, 0.02);
     // No grain reaches from the removed ones into the section, so its porosity is that of the bed; four slices would be left out.
-    ASSERT_FALSE(found["section_m"].is_null());
-    const packing::Section section{found["section_m"][0].get<double>(), found["section_m"][1].get<double>()};
+    ASSERT_TRUE(found.section_m);
+    const packing::Section section{found.section_m->low, found.section_m->high};
     EXPECT_NEAR(section.z0, 0.0044, 9e-4);
     EXPECT_NEAR(section.z1, 0.0196, 9e-4);
-    EXPECT_NEAR(found["porosity"].get<double>(), packing::porosity(packing::Grains(packing), packing.container, section).value, 0.004);
+    EXPECT_NEAR(*found.porosity, packing::porosity(packing::Grains(packing), packing.container, section).value, 0.004);
     // Every later stage takes the files.
     const pore_space::PoreSpace gray = stages::load_pore_space(target / "gray.vti");
     ASSERT_TRUE(gray.gray);
     EXPECT_NEAR(gray.section.z0, section.z0, 1e-9);
-    EXPECT_NEAR(gray.porosity().value, found["porosity"].get<double>(), 1e-3);
+    EXPECT_NEAR(gray.porosity().value, *found.porosity, 1e-3);
     const pore_space::PoreSpace voxels = stages::load_pore_space(target / "pore.vti");
     ASSERT_TRUE(voxels.image);
     EXPECT_NEAR(voxels.porosity().value, gray.porosity().value, 0.01);
@@ -107,13 +107,13 @@ TEST(Segment, MergedAndSplitGrainsAreFlagged) {
     const auto counted = [&](double separation) {
         const Path target = folder.path() / std::to_string(separation);
         std::filesystem::create_directory(target);
-        return stages::segment_image(scan, {}, packing.container, {.separation = separation}, target)["grains"];
+        return stages::segment_image(scan, {}, packing.container, {.separation = separation}, target).grains;
     };
-    const Json merged = counted(0.6), apart = counted(0.2);
-    EXPECT_EQ(merged["merged"], 1) << merged.dump();
-    EXPECT_EQ(merged["whole"], 5);
-    EXPECT_EQ(apart["merged"], 0) << apart.dump();
-    EXPECT_EQ(apart["whole"], 7);
+    const results::SegmentedGrains merged = counted(0.6), apart = counted(0.2);
+    EXPECT_EQ(merged.merged, 1);
+    EXPECT_EQ(merged.whole, 5);
+    EXPECT_EQ(apart.merged, 0);
+    EXPECT_EQ(apart.whole, 7);
 }
 
 TEST(Segment, EmptyScansAndScansWithoutATubeAreNamed) {

@@ -8,7 +8,6 @@
 #include "core/escape.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
-#include "stages/results.hpp"
 #include "study/case_pipeline.hpp"
 
 namespace porepack::apps {
@@ -163,7 +162,7 @@ void run_on_input(const Common& common, const LooseCommand& command) {
     if (common.dry_run)
         return print_result(common, {{"configuration", command.configuration},
                                      {"stage", command.stage},
-                                     {"section_m", section_json(space.section)},
+                                     {"section_m", json_of(space.section.interval())},
                                      {"expected", command.expect ? text_of(command.expect(space), slowness()) : "seconds"},
                                      {"memory_available", human_bytes(available_memory_bytes())}});
     run_on_files(common, {.stage = command.stage,

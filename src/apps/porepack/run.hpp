@@ -13,6 +13,10 @@
 namespace porepack::apps {
 
 void print_result(const Common& common, const core::Json& json);
+template <core::HasMembers Result>
+void print_result(const Common& common, const Result& result) {
+    print_result(common, core::json_of(result));
+}
 /// The main numbers of a stage's result, and the files that its manifest names.
 void print_stage(const Common& common, const std::string& stage, const core::Json& result, const core::Path& manifest);
 /// Runs the case's stage `stage`, or reports what would run; `table` is the table of the command's flags.
@@ -37,7 +41,7 @@ struct LooseCommand {
     converters::GeometryConfig geometry = {};
     pore_space::SectionConfig section = {.ends = pore_space::Ends::planes};
     core::Json configuration = {};
-    std::function<core::Json(const pore_space::PoreSpace&, const core::Path& folder)> work;
+    core::JsonFunction<const pore_space::PoreSpace&, const core::Path&> work;        ///< writes into the folder
     std::function<pipeline::Expectation(const pore_space::PoreSpace&)> expect = {};  ///< for --dry-run; "seconds" when empty
     bool whole_bed = false;
     bool resumes = false;

@@ -81,9 +81,8 @@ void design(const Common& common, const DesignOptions& options) {
     const DesignResult result = run_design(goal, folder);
     if (common.json) return print_result(common, read_json(folder / "design.json"));
     fmt::print("{}\n", result.text);
-    if (!result.full.is_null())
-        fmt::print("in the whole container: k = {:.3g} m2, porosity {:.3f}\n", result.full["permeability_m2"].get<double>(),
-                   result.full["porosity"].get<double>());
+    if (result.full)
+        fmt::print("in the whole container: k = {:.3g} m2, porosity {:.3f}\n", result.full->permeability_m2, result.full->porosity);
     fmt::print("report: {}\n", for_terminal(std::filesystem::absolute(folder / "design.html").lexically_normal().string()));
 }
 

@@ -44,8 +44,8 @@ void run_foam_command(const Common& common) {
                           .work =
                               [&](const PoreSpace& space, const Path& folder) {
                                   make_folder(folder / "foam");
-                                  Json result = run_foam(space, geometry, config, folder / "foam");
-                                  result["repeat_by_hand"] = "cd foam/" + result["repeat_by_hand"].get<std::string>().substr(3);
+                                  results::Foam result = run_foam(space, geometry, config, folder / "foam");
+                                  result.repeat_by_hand = "cd foam/" + result.repeat_by_hand.substr(3);
                                   return result;
                               },
                           .expect = [&](const PoreSpace& space) { return expect_foam(space, config); },

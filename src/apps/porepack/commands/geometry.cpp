@@ -22,12 +22,12 @@ void run_stl(const Common& common) {
                   .whole_bed = !extras.pores && !extras.clip});
 }
 
-Json write_slices_folder(const PoreSpace& space, const GeometryConfig& geometry, const Path& folder) {
+results::Slices write_slices_folder(const PoreSpace& space, const GeometryConfig& geometry, const Path& folder) {
     make_folder(folder / "slices");
     return write_slice_images(space, geometry, folder / "slices");
 }
 
-void run_on_voxels(const Common& common, const char* stage, Json (*write)(const PoreSpace&, const GeometryConfig&, const Path&)) {
+void run_on_voxels(const Common& common, const char* stage, JsonFunction<const PoreSpace&, const GeometryConfig&, const Path&> write) {
     if (is_case(common.input)) return run_in_case(common, stage, "geometry");
     const auto geometry = config_of<GeometryConfig>(common.flags);
     const auto section = config_of<SectionConfig>(common.flags);

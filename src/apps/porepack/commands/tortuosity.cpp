@@ -43,8 +43,8 @@ void run_kind(const Common& common, TortuosityKind kind) {
                                      .configuration = resolved_config(config),
                                      .inputs = {common.input},
                                      .work = [&](const Path& folder) {
-                                         return of_slices ? geometric_paper_of_slices(common.input, config, folder)
-                                                          : hydraulic_tortuosity_of(common.input, geometry.section_m);
+                                         return of_slices ? json_of(geometric_paper_of_slices(common.input, config, folder))
+                                                          : json_of(hydraulic_tortuosity_of(common.input, geometry.section_m));
                                      }});
     run_on_input(common,
                  {.stage = "tortuosity." + name,
