@@ -210,12 +210,10 @@ void write_study_page(const Study& study, RowChoice choice) {
     const std::vector<FittedCurve> curves = all_fits(study, chosen_rows(study, choice));
     if (!curves.empty()) write_fits(curves, study.folder / "fits.csv");
     std::map<std::string, long> states;
-    for (const Json& entry : status_of(study)) {
-        const auto state = entry["state"].get<std::string>();
+    for (const auto& [point, state, why] : status_of(study)) {
         ++states[state];
-        if (state == "failed")
-            page.notes.push_back(fmt::format("{} failed: {}", entry["point"].get<std::string>(), entry["why"].get<std::string>()));
-        if (state != "done" && state != "failed") page.notes.push_back(fmt::format("{} is {}.", entry["point"].get<std::string>(), state));
+        if (state == "failed") page.notes.push_back(fmt::format("{} failed: {}", point, why));
+        if (state != "done" && state != "failed") page.notes.push_back(fmt::format("{} is {}.", point, state));
     }
     const std::vector<std::pair<std::string, std::string>> shown = {{"porosity", "porosity"},
                                                                     {"permeability_m2", "k (m²)"},

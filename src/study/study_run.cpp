@@ -58,12 +58,12 @@ class StudyRun {
 public:
     StudyRun(const Study& study, const StudyRunOptions& options) : study_(study), options_(options) {}
 
-    Json run() {
+    StudyRunResult run() {
         std::vector<Point> chosen = chosen_points(study_, options_.points);
         const std::size_t all = chosen.size();
         std::erase_if(chosen, [rows = read_rows(study_)](const Point& point) { return has_current_row(rows, point); });
         todo_ = std::move(chosen);
-        current_before_ = all - todo_.size();
+        result_.current_before = all - todo_.size();
         if (!todo_.empty()) {
             if (const std::string text = left_out_text(study_); !text.empty()) log_info("study: {}", text);
             if (const std::string text = doubled_text(study_); !text.empty()) log_warning("study: " + text);
@@ -73,13 +73,10 @@ public:
             run_jobs(
                 at_once, [this] { return next(); }, [this](const JobEnd& end) { ended(end); });
         }
-        return {{"points", all},
-                {"current_before", current_before_},
-                {"done", done_},
-                {"failed", failed_},
-                {"elsewhere", elsewhere_},
-                {"not_begun", todo_.size() - begun_},
-                {"table", study_.table().string()}};
+        result_.points = all;
+        result_.not_begun = todo_.size() - begun_;
+        result_.table = study_.table().string();
+        return result_;
     }
 
 private:
@@ -96,7 +93,7 @@ private:
             make_folder(study_.folder_of(point));
             std::optional<FileLock> lock = FileLock::try_take(lock_file(study_, point));
             if (!lock) {
-                elsewhere_.push_back(point.name);
+                result_.elsewhere.push_back(point.name);
                 continue;
             }
             if (has_current_row(read_rows(study_), point)) continue;  // another process has just ended it
@@ -118,7 +115,7 @@ private:
 
     void take(const Point& point, const Case& made) {
         add_row(study_, row_of(point, made));
-        done_.push_back(point.name);
+        result_.done.push_back(point.name);
     }
 
     void ended(const JobEnd& end) {
@@ -128,7 +125,7 @@ private:
             take(point, made);
         } else {
             write_text(error_file(study_, point), end.error + "\n");
-            failed_.push_back({{"point", point.name}, {"error", end.error}});
+            result_.failed.push_back({point.name, end.error});
             log_warning(fmt::format("study: {} failed: {}", point.name, end.error));
         }
         running_.erase(found);
@@ -136,9 +133,9 @@ private:
     }
 
     void show() {
-        const double ended = static_cast<double>(done_.size() + failed_.size()), all = static_cast<double>(todo_.size());
-        progress_.update(ended / all, fmt::format("{} of {} points done, {} running, {} failed", done_.size(), todo_.size(),
-                                                  running_.size(), failed_.size()));
+        const double ended = static_cast<double>(result_.done.size() + result_.failed.size()), all = static_cast<double>(todo_.size());
+        progress_.update(ended / all, fmt::format("{} of {} points done, {} running, {} failed", result_.done.size(), todo_.size(),
+                                                  running_.size(), result_.failed.size()));
     }
 
     struct Running {
@@ -149,34 +146,31 @@ private:
     const Study& study_;
     const StudyRunOptions& options_;
     std::vector<Point> todo_;
-    std::size_t begun_ = 0, current_before_ = 0;
+    std::size_t begun_ = 0;
+    StudyRunResult result_;
     std::map<std::string, Running> running_;
-    Json done_ = Json::array(), failed_ = Json::array(), elsewhere_ = Json::array();
     Stopwatch watch_;
     Progress progress_{"study"};
 };
 
-// Of one point; `message`: why it is not done.
-struct State {
-    std::string name, message;
-};
-State state_of(const Study& study, const Point& point, const std::vector<StudyRow>& rows) {
-    if (has_current_row(rows, point)) return {"done", {}};
+PointStatus status_of(const Study& study, const Point& point, const std::vector<StudyRow>& rows) {
+    const auto status = [&](const char* state, const std::string& why = {}) { return PointStatus{point.name, state, why}; };
+    if (has_current_row(rows, point)) return status("done");
     const Path folder = study.folder_of(point);
-    if (fs::exists(lock_file(study, point)) && !FileLock::try_take(lock_file(study, point))) return {"running", {}};
+    if (fs::exists(lock_file(study, point)) && !FileLock::try_take(lock_file(study, point))) return status("running");
     if (fs::exists(error_file(study, point))) {
         std::string message = read_text(error_file(study, point));
         while (!message.empty() && message.back() == '\n') message.pop_back();
-        return {"failed", message};
+        return status("failed", message);
     }
     if (std::any_of(rows.begin(), rows.end(), [&](const StudyRow& row) { return row.at("point") == point.name; }))
-        return {"stale", "its row is of other settings or of another version"};
-    return {fs::exists(folder / "results") ? "interrupted" : "missing", {}};
+        return status("stale", "its row is of other settings or of another version");
+    return status(fs::exists(folder / "results") ? "interrupted" : "missing");
 }
 
 }  // namespace
 
-Json run_study(const Study& study, const StudyRunOptions& options) {
+StudyRunResult run_study(const Study& study, const StudyRunOptions& options) {
     return StudyRun(study, options).run();
 }
 
@@ -220,11 +214,12 @@ std::vector<std::size_t> spread_order(std::size_t count) {
 }  // namespace
 
 // Each job has its share of the threads, and the stages that use only one, such as a pour, run beside each other.
-Json plan_study(const Study& study, const StudyRunOptions& options) {
+StudyPlan plan_study(const Study& study, const StudyRunOptions& options) {
     const std::vector<StudyRow> rows = read_rows(study);
     const std::vector<Point> points = chosen_points(study, options.points);
     const int threads = thread_count(), share = std::max(1, threads / static_cast<int>(std::min<std::size_t>(points.size(), 1024)));
-    std::vector<Json> list(points.size());
+    StudyPlan plan;
+    plan.points.resize(points.size());
     Expectation all;
     const double slow = slowness();
     set_thread_count(share);
@@ -232,9 +227,9 @@ Json plan_study(const Study& study, const StudyRunOptions& options) {
     Progress progress("expected time and memory");
     std::size_t to_run = 0, asked = 0, seen = 0;
     for (const std::size_t i : spread_order(points.size())) {
-        const State state = state_of(study, points[i], rows);
+        const std::string state = status_of(study, points[i], rows).state;
         std::string text = "nothing";
-        if (state.name != "done") {
+        if (state != "done") {
             ++to_run;
             if (const std::optional<Expectation> each = expectations.of(points[i])) {
                 ++asked;
@@ -246,7 +241,7 @@ Json plan_study(const Study& study, const StudyRunOptions& options) {
                 text = "as the others, on average";
             }
         }
-        list[i] = {{"point", points[i].name}, {"state", state.name}, {"expected", text}};
+        plan.points[i] = {points[i].name, state, text};
         progress.update(static_cast<double>(++seen) / static_cast<double>(points.size()));
     }
     set_thread_count(threads);
@@ -255,26 +250,22 @@ Json plan_study(const Study& study, const StudyRunOptions& options) {
     all.memory_bytes *= at_once;
     all.wall_time_s *= of_asked / at_once;
     all.disk_bytes *= of_asked;
-    Json plan = {{"points", list},
-                 {"at_once", at_once},
-                 {"expected", text_of(all, slow) + (asked < to_run ? fmt::format(" (from {} of {} points)", asked, to_run) : "")},
-                 {"left_out", stages_left_out(study)},
-                 {"memory_available", human_bytes(available_memory_bytes())}};
+    plan.at_once = at_once;
+    plan.expected = text_of(all, slow) + (asked < to_run ? fmt::format(" (from {} of {} points)", asked, to_run) : "");
+    plan.left_out = stages_left_out(study);
+    plan.memory_available = human_bytes(available_memory_bytes());
     if (const std::string text = doubled_text(study); !text.empty()) log_warning("study: " + text);
     // A point that has begun is finished.
     if (const double seconds = slow * all.wall_time_s; options.max_time_s > 0.0 && seconds > options.max_time_s)
-        plan["max_time"] = fmt::format("no point begins after {} (--max-time): about {:.0f} % of the work", human_time(options.max_time_s),
-                                       100.0 * options.max_time_s / seconds);
+        plan.max_time = fmt::format("no point begins after {} (--max-time): about {:.0f} % of the work", human_time(options.max_time_s),
+                                    100.0 * options.max_time_s / seconds);
     return plan;
 }
 
-Json status_of(const Study& study) {
+std::vector<PointStatus> status_of(const Study& study) {
     const std::vector<StudyRow> rows = read_rows(study);
-    Json list = Json::array();
-    for (const Point& point : study.points) {
-        const State state = state_of(study, point, rows);
-        list.push_back({{"point", point.name}, {"state", state.name}, {"why", state.message}});
-    }
+    std::vector<PointStatus> list;
+    for (const Point& point : study.points) list.push_back(status_of(study, point, rows));
     return list;
 }
 

@@ -16,46 +16,43 @@ using namespace core;
 using namespace study;
 namespace {
 
-void print_points(const Json& points, const char* last) {
+// One line per point; `last`: the member shown at its end.
+template <typename Point>
+void print_points(const std::vector<Point>& points, std::string Point::*last) {
     std::size_t width = 5;
-    for (const Json& point : points) width = std::max(width, point["point"].get<std::string>().size());
-    for (const Json& point : points)
-        fmt::print("{:<{}}  {:<12} {}\n", point["point"].get<std::string>(), width, point["state"].get<std::string>(),
-                   point[last].get<std::string>());
+    for (const Point& point : points) width = std::max(width, point.point.size());
+    for (const Point& point : points) fmt::print("{:<{}}  {:<12} {}\n", point.point, width, point.state, point.*last);
+}
+
+void print_plan(const Common& common, const Study& study, const StudyPlan& plan) {
+    if (common.json) return print_result(common, plan);
+    print_points(plan.points, &PlannedPoint::expected);
+    fmt::print("all, {} at once: {}; free memory {}\n", plan.at_once, plan.expected, plan.memory_available);
+    if (plan.max_time) fmt::print("{}\n", *plan.max_time);
+    if (!plan.left_out.empty()) fmt::print("not run, by up_to = \"{}\": {}\n", study.config.up_to, fmt::join(plan.left_out, ", "));
 }
 
 void run(const Common& common, const StudyRunOptions& options) {
     const Study the_study = read_study(common.input);
-    if (common.dry_run) {
-        const Json plan = plan_study(the_study, options);
-        if (common.json) return print_result(common, plan);
-        print_points(plan["points"], "expected");
-        fmt::print("all, {} at once: {}; free memory {}\n", plan["at_once"].get<int>(), plan["expected"].get<std::string>(),
-                   plan["memory_available"].get<std::string>());
-        if (plan.contains("max_time")) fmt::print("{}\n", plan["max_time"].get<std::string>());
-        if (const auto left_out = plan["left_out"].get<std::vector<std::string>>(); !left_out.empty())
-            fmt::print("not run, by up_to = \"{}\": {}\n", the_study.config.up_to, fmt::join(left_out, ", "));
-        return;
-    }
-    const Json result = run_study(the_study, options);
-    if (common.json) {
+    if (common.dry_run) return print_plan(common, the_study, plan_study(the_study, options));
+    const StudyRunResult result = run_study(the_study, options);
+    if (common.json)
         print_result(common, result);
-    } else {
-        fmt::print("{} points: {} done now, {} before, {} failed, {} run by another process, {} not begun\ntable: {}\n",
-                   result["points"].get<long>(), result["done"].size(), result["current_before"].get<long>(), result["failed"].size(),
-                   result["elsewhere"].size(), result["not_begun"].get<long>(), result["table"].get<std::string>());
-    }
-    if (const Json& failed = result["failed"]; !failed.empty())
-        throw NumericalError(fmt::format("{} of {} points failed; the first, {}: {}", failed.size(), result["points"].get<long>(),
-                                         failed[0]["point"].get<std::string>(), failed[0]["error"].get<std::string>()),
+    else
+        fmt::print("{} points: {} done now, {} before, {} failed, {} run by another process, {} not begun\ntable: {}\n", result.points,
+                   result.done.size(), result.current_before, result.failed.size(), result.elsewhere.size(), result.not_begun,
+                   result.table);
+    if (!result.failed.empty())
+        throw NumericalError(fmt::format("{} of {} points failed; the first, {}: {}", result.failed.size(), result.points,
+                                         result.failed[0].point, result.failed[0].error),
                              {.fix = fmt::format("porepack study status {} lists them; points that fail are run again by the next call",
                                                  the_study.folder.string())});
 }
 
 void print_status(const Common& common) {
-    const Json list = status_of(read_study(common.input));
-    if (common.json) return print_result(common, list);
-    print_points(list, "why");
+    const std::vector<PointStatus> list = status_of(read_study(common.input));
+    if (common.json) return print_result(common, json_of(list));
+    print_points(list, &PointStatus::why);
 }
 
 void plot(const Common& common, const FigureConfig& figure, RowChoice choice) {
