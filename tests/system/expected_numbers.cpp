@@ -1,4 +1,5 @@
-// The numbers in the READMEs of the cases: expected.json beside a case.toml lists them, with their place in result.json.
+// What the documents state is what the program gives: the keys of case.toml, and the numbers in the READMEs of the cases (expected.json
+// beside a case.toml lists them, with their place in result.json).
 #include <cmath>
 
 #include "support/helpers.hpp"
@@ -15,7 +16,10 @@ std::vector<Path> cases_with_expected_numbers() {
     return folders;
 }
 
-TEST(ExpectedNumbers, AreInTheTexts) {
+TEST(Documents, StateKeysAndNumbers) {
+    const std::string keys = test::porepack("keys").out, page = read_text(Path(POREPACK_SOURCE_FOLDER) / "docs/case-keys.md");
+    EXPECT_GT(keys.size(), 10000U);
+    EXPECT_TRUE(page.ends_with(keys)) << "docs/case-keys.md is old: porepack keys writes its tables";
     const auto folders = cases_with_expected_numbers();
     EXPECT_GE(folders.size(), 3U);
     for (const Path& folder : folders) {
@@ -27,7 +31,7 @@ TEST(ExpectedNumbers, AreInTheTexts) {
     }
 }
 
-TEST(ExpectedNumbersLong, ComeOut) {
+TEST(DocumentsLong, NumbersComeOut) {
     REQUIRE_PROGRAM("simpleFoam");
     for (const Path& source : cases_with_expected_numbers()) {
         const test::Folder folder;

@@ -7,6 +7,7 @@
 #include "core/escape.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
+#include "results/report.hpp"
 #include "stages/relax.hpp"
 #include "study/case_pipeline.hpp"
 #include "study/compare.hpp"
@@ -19,9 +20,8 @@ using namespace stages;
 using namespace study;
 namespace {
 
-void print_main_numbers(const Case& c, const Json& report) {
-    for (const auto& entry : report.at("main_numbers"))
-        fmt::print("{:<28} {}\n", entry["label"].get<std::string>(), entry["text"].get<std::string>());
+void print_main_numbers(const Case& c, const results::Report& report) {
+    for (const auto& [label, text] : report.main_numbers) fmt::print("{:<28} {}\n", label, text);
     fmt::print("report: {}\n", for_terminal(std::filesystem::absolute(c.results() / "report.html").lexically_normal().string()));
 }
 
@@ -33,7 +33,7 @@ void run_case(const Common& common, const std::string& last) {
     const Json result = run_pipeline(case_pipeline(the_case), last);
     if (!last.empty()) return print_stage(common, last, result, the_case.stage_folder(last) / "manifest.json");
     if (common.json) return print_result(common, read_json(the_case.results() / "result.json"));
-    print_main_numbers(the_case, result);
+    print_main_numbers(the_case, from_json_members<results::Report>(result));
 }
 
 void print_status(const Common& common) {

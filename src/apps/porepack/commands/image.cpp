@@ -9,6 +9,7 @@
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "imaging/write_volume.hpp"
+#include "results/image_info.hpp"
 #include "scans/gray_levels.hpp"
 #include "scans/scanner.hpp"
 #include "shapes/config.hpp"
@@ -28,83 +29,86 @@ ImageConfig config_of(const Common& common) {
     return config_from_flags<ImageConfig>(common.image_flags);
 }
 
-Json json_of(const VolumeHeader& header) {
-    return {{"format", header.format},
-            {"voxels", header.voxels},
-            {"voxel_size_m", header.spacing_m},
-            {"voxel_size_from", header.size_source},
-            {"origin_m", header.origin_m},
-            {"size_m",
-             {header.spacing_m[0] * static_cast<double>(header.voxels[0]), header.spacing_m[1] * static_cast<double>(header.voxels[1]),
-              header.spacing_m[2] * static_cast<double>(header.voxels[2])}},
-            {"orientation", header.orientation},
-            {"type", name_of(header.type)}};
+results::Volume volume_of(const VolumeHeader& header) {
+    results::Volume found{.format = header.format,
+                          .voxels = header.voxels,
+                          .voxel_size_m = header.spacing_m,
+                          .voxel_size_from = header.size_source,
+                          .origin_m = header.origin_m,
+                          .orientation = header.orientation,
+                          .type = std::string(name_of(header.type))};
+    for (std::size_t a = 0; a < 3; ++a) found.size_m[a] = header.spacing_m[a] * static_cast<double>(header.voxels[a]);
+    return found;
 }
 
-// How many voxels have which values, and the thresholds that two peaks suggest.
-void add_histogram(Json& json, const Common& common, const VolumeSource& source, const VolumeStatistics& found) {
+// How many voxels have which values.
+results::Histogram histogram_of(const VolumeSource& source, const VolumeStatistics& found) {
     constexpr std::size_t classes = 24;
-    const double width = (found.maximum - found.minimum) / classes;
-    std::vector<double> fractions(classes, 0.0);
+    results::Histogram histogram{
+        .from = found.minimum, .class_width = (found.maximum - found.minimum) / classes, .fractions = std::vector<double>(classes, 0.0)};
     std::vector<float> layer(static_cast<std::size_t>(source.header.layer()));
     for (std::int64_t z = 0; z < source.header.voxels[2]; ++z) {
         source.read(z, layer);
         for (const float value : layer)
-            fractions[std::min(classes - 1, static_cast<std::size_t>((value - found.minimum) / width))] +=
+            histogram.fractions[std::min(classes - 1, static_cast<std::size_t>((value - found.minimum) / histogram.class_width))] +=
                 1.0 / static_cast<double>(source.header.count());
     }
-    json["histogram"] = {{"from", found.minimum}, {"class_width", width}, {"fractions", fractions}};
+    return histogram;
+}
+
+// The thresholds that two peaks suggest.
+results::GrayThresholds thresholds_of(const Common& common, const VolumeSource& source) {
     try {
         const GrayLevels levels = fit_gray_levels(source, config_of(common).pore_side, {}, common.input);
-        json["gray_level_of_pores"] = levels.pore;
-        json["gray_level_of_solid"] = levels.solid;
-        json["threshold_half_level"] = levels.half_level();
-        json["threshold_otsu"] = levels.otsu;
+        return {.gray_level_of_pores = levels.pore,
+                .gray_level_of_solid = levels.solid,
+                .threshold_half_level = levels.half_level(),
+                .threshold_otsu = levels.otsu};
     } catch (const UserError&) {
-        json["threshold_half_level"] = json["threshold_otsu"] = nullptr;  // no two peaks
+        return {};  // no two peaks
     }
 }
 
-void draw(const Json& histogram) {
-    const auto fractions = histogram.at("fractions").get<std::vector<double>>();
+results::VolumeValues values_of(const Common& common, const VolumeSource& source) {
+    const VolumeStatistics found = statistics_of(source);
+    results::VolumeValues values{
+        .minimum = found.minimum, .maximum = found.maximum, .mean = found.mean, .standard_deviation = found.deviation};
+    if (found.values && found.values->size() <= 16) {
+        values.values.emplace();
+        for (const auto& [value, count] : *found.values)
+            values.values->push_back({value, static_cast<double>(count) / static_cast<double>(source.header.count())});
+    } else if (found.maximum > found.minimum) {
+        values.histogram = histogram_of(source, found);
+        values.thresholds = thresholds_of(common, source);
+    }
+    return values;
+}
+
+void draw(const results::Histogram& histogram) {
+    const auto& fractions = histogram.fractions;
     const double most = *std::max_element(fractions.begin(), fractions.end());
     fmt::print("histogram (class from, part of the voxels):\n");
     for (std::size_t c = 0; c < fractions.size(); ++c)
-        fmt::print("{:>12.5g} {:>6.2f} % {}\n",
-                   histogram.at("from").get<double>() + static_cast<double>(c) * histogram.at("class_width").get<double>(),
-                   100.0 * fractions[c], std::string(static_cast<std::size_t>(std::lround(50.0 * fractions[c] / most)), '#'));
+        fmt::print("{:>12.5g} {:>6.2f} % {}\n", histogram.from + static_cast<double>(c) * histogram.class_width, 100.0 * fractions[c],
+                   std::string(static_cast<std::size_t>(std::lround(50.0 * fractions[c] / most)), '#'));
 }
 
 void info(const Common& common) {
     const VolumeSource source = open_volume(common.input, config_of(common));
-    Json json = json_of(source.header);
-    if (!common.dry_run) {
-        const VolumeStatistics found = statistics_of(source);
-        json["minimum"] = found.minimum;
-        json["maximum"] = found.maximum;
-        json["mean"] = found.mean;
-        json["standard_deviation"] = found.deviation;
-        if (found.values && found.values->size() <= 16) {
-            json["values"] = Json::array();
-            for (const auto& [value, count] : *found.values)
-                json["values"].push_back(
-                    {{"value", value}, {"fraction", static_cast<double>(count) / static_cast<double>(source.header.count())}});
-        } else if (found.maximum > found.minimum) {
-            add_histogram(json, common, source, found);
-        }
-    }
-    if (common.json || !json.contains("histogram")) return print_result(common, json);
-    const Json histogram = json["histogram"];
-    json.erase("histogram");
-    print_result(common, json);
+    results::ImageInfo result{.volume = volume_of(source.header)};
+    if (!common.dry_run) result.values = values_of(common, source);
+    if (common.json || !result.values || !result.values->histogram) return print_result(common, result);
+    const results::Histogram histogram = *result.values->histogram;
+    result.values->histogram.reset();
+    print_result(common, result);
     draw(histogram);
 }
 
 void write(const Common& common, const std::string& target, const VolumeSource& source) {
-    Json json = json_of(source.header);
-    json[common.dry_run ? "would_write" : "written"] = target;
+    results::WrittenImage result{.volume = volume_of(source.header)};
+    (common.dry_run ? result.would_write : result.written) = target;
     if (!common.dry_run) write_volume(target, source);
-    print_result(common, json);
+    print_result(common, result);
 }
 
 // The shapes of a packing, of a case, of a TOML file with capsules, or one by its name and keys.
