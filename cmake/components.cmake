@@ -7,6 +7,7 @@
 function(component name)
   cmake_parse_arguments(arg "ORCHESTRATES" "" "LINKS;EXCEPT;PRECOMPILES" ${ARGN})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/${name}/*.cpp)
+  list(FILTER sources EXCLUDE REGEX "/tests/[^/]+$")
   foreach(source ${arg_EXCEPT})
     list(REMOVE_ITEM sources ${PROJECT_SOURCE_DIR}/src/${name}/${source})
   endforeach()

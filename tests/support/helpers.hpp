@@ -1,4 +1,4 @@
-// What the tests share.
+// What the tests that cross components share: the whole library in view, and the program.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -11,13 +11,13 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <string>
 
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/grid.hpp"
 #include "core/process.hpp"
+#include "support/basics.hpp"
 
 // Tests see all of the library.
 namespace porepack {
@@ -84,51 +84,11 @@ inline LayeredFlow as_layers(const FlowImage& flow) {
             }};
 }
 
-/// A folder of its own for each test, with a space and an apostrophe in its name; removed at the end.
-class Folder {
-public:
-    Folder() {
-        const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
-        path_ = std::filesystem::temp_directory_path() /
-                ("porepack's test " + std::string(info->test_suite_name()) + "." + info->name() + "." + std::to_string(getpid()));
-        std::filesystem::remove_all(path_);
-        std::filesystem::create_directories(path_);
-    }
-    ~Folder() {
-        std::error_code ignored;
-        std::filesystem::remove_all(path_, ignored);
-    }
-    Folder(const Folder&) = delete;
-    Folder& operator=(const Folder&) = delete;
-    [[nodiscard]] const Path& path() const { return path_; }
-    Path write(const std::string& name, const std::string& text) const {
-        std::filesystem::create_directories((path_ / name).parent_path());
-        std::ofstream(path_ / name, std::ios::binary) << text;
-        return path_ / name;
-    }
-
-private:
-    Path path_;
-};
-
 struct Output {
     int exit_code;
     std::string out, err;
     [[nodiscard]] Json json() const { return Json::parse(out); }
 };
-
-/// For a shell.
-inline std::string quoted(const std::string& text) {
-    std::string quoted = "'";
-    for (const char c : text) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    return quoted + "'";
-}
-inline std::string quoted(const char* text) {
-    return quoted(std::string(text));
-}
-inline std::string quoted(const Path& path) {
-    return quoted(path.string());
-}
 
 /// Runs the program through a shell: `before` is put in front (for instance "ulimit -f 1;").
 inline Output porepack(const std::string& arguments, const std::string& before = "") {
@@ -158,26 +118,6 @@ inline std::string schema_faults(const Path& results) {
                                 quoted(source / "docs/schema") + " " + quoted(results) + " > " + quoted(output) + " 2>&1";
     const int status = std::system(command.c_str());
     return read_text(output) + (status == 0 ? "" : "validate.py failed");
-}
-
-/// The message of the error that `action` throws.
-template <typename ErrorType, typename Action>
-std::string message_of(Action action) {
-    try {
-        action();
-    } catch (const ErrorType& error) {
-        return error.what();
-    } catch (const std::exception& other) {
-        ADD_FAILURE() << "another error came: " << other.what();
-        return {};
-    }
-    ADD_FAILURE() << "no error was thrown";
-    return {};
-}
-
-inline ::testing::AssertionResult has(const std::string& text, const std::string& part) {
-    if (text.find(part) != std::string::npos) return ::testing::AssertionSuccess();
-    return ::testing::AssertionFailure() << "\"" << part << "\" is not in:\n" << text;
 }
 
 /// Skips a test, visibly, when a package of packages.apt or packages-test.apt is not installed. In CI (.ci/run sets

@@ -5,7 +5,7 @@
 #include <random>
 
 #include "design/scatter.hpp"
-#include "support/helpers.hpp"
+#include "support/basics.hpp"
 
 namespace porepack {
 namespace {

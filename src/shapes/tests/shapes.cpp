@@ -2,10 +2,13 @@
 #include <numbers>
 #include <random>
 
+#include "core/error.hpp"
 #include "shapes/config.hpp"
-#include "support/helpers.hpp"
+#include "support/basics.hpp"
 
 namespace porepack {
+using namespace core;
+using namespace shapes;
 namespace {
 
 using test::has;

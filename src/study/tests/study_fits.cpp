@@ -7,11 +7,12 @@
 
 #include "core/table.hpp"
 #include "study/formula.hpp"
-#include "support/helpers.hpp"
+#include "support/basics.hpp"
 
 namespace porepack {
 namespace {
 
+using namespace core;
 using namespace study;
 
 std::vector<StudyRow> rows_of(const std::vector<double>& x, const std::function<double(double)>& y) {

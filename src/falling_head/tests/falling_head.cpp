@@ -1,12 +1,16 @@
 #include <cmath>
 #include <limits>
 
+#include "core/error.hpp"
 #include "falling_head/falling_head.hpp"
 #include "permeability/fluid.hpp"
 #include "permeability/permeability.hpp"
-#include "support/helpers.hpp"
+#include "support/basics.hpp"
 
 namespace porepack {
+using namespace core;
+using namespace permeability;
+using namespace falling_head;
 namespace {
 
 TEST(FallingHead, PassesTheLevelsAtTheIndependentTimes) {

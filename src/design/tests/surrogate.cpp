@@ -6,7 +6,7 @@
 #include <random>
 
 #include "design/candidates.hpp"
-#include "support/helpers.hpp"
+#include "support/basics.hpp"
 
 namespace porepack {
 namespace {

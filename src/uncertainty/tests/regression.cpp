@@ -1,22 +1,19 @@
-// What the porosity of packings tells of their k: a bed of known porosity, the mean of many pours, and the effect of friction.
+// Lines through packings: k of a bed of measured porosity, of many pours, and the effect of an input.
 #include <algorithm>
 #include <cmath>
 #include <random>
 
 #include "core/table.hpp"
-#include "permeability/fluid.hpp"
 #include "permeability/permeability.hpp"
-#include "stages/case.hpp"
-#include "support/helpers.hpp"
+#include "support/basics.hpp"
 #include "uncertainty/budget.hpp"
 #include "uncertainty/regression.hpp"
 
 namespace porepack {
-namespace {
-
+using namespace core;
 using namespace permeability;
 using namespace uncertainty;
-using core::Interval;
+namespace {
 
 bool holds(const Interval& interval, double value) {
     return interval.low <= value && value <= interval.high;
@@ -219,47 +216,6 @@ TEST(MeanAtInput, HoldsTheEffectOfTheInput) {
     EXPECT_NEAR(found.effect(), 1.0, 1e-9);
     EXPECT_NEAR(found.interval_of_mean({}).high, 2.5 + coverage_factor, 1e-6) << "no scatter about the line";
     EXPECT_NEAR(found.interval_of_next({1.0, 0.0}).low, 2.5 - std::hypot(1.0, coverage_factor), 1e-6);
-}
-
-// 65 nm at 20 degrees Celsius and normal pressure; pores of 6.5 um have 0.01.
-TEST(KnudsenNumber, OfAirInNarrowPores) {
-    EXPECT_FALSE(knudsen_number(FluidName::water, 20.0, 1e-15, 0.4));
-    EXPECT_NEAR(knudsen_number(FluidName::air, 20.0, 0.4 * 1e-6 * 1e-6 / 32.0, 0.4).value(), 0.0652, 0.001);
-}
-
-struct Refusal {
-    const char *text, *message;
-};
-
-TEST(PackingsKeys, WhatCannotBeMeantIsRefused) {
-    const test::Folder folder;
-    const std::string head =
-        "[shape]\nkind = \"sphere\"\ndiameter_m = 0.01\n[container]\nkind = \"cylinder\"\ndiameter_m = 0.05\nheight_m = 0.2\n";
-    for (const Refusal& one : {
-             Refusal{"[packings]\nseeds = 8\nmeasured_porosity = [0.4, 0]\n", "`measured_porosity` is [0.4, 0]"},
-             Refusal{"[packings]\nseeds = 8\nmeasured_porosity = [0.4]\n", "has 1 entries"},
-             Refusal{"[packings]\nseeds = 4\nmeasured_porosity = [0.4, 0.01]\n", "needs 5 packings or more, not 4"},
-             Refusal{"[packings]\nseeds = 8\nmeasured_porosity = [0.4, 0.01]\nmeasured_part = \"between\"\n", "needs `measured_between_m`"},
-             Refusal{"[packings]\nseeds = 8\nmeasured_porosity = [0.4, 0.01]\nmeasured_between_m = [0.01, 0.02]\n",
-                     "has no effect without"},
-             Refusal{
-                 "[packings]\nseeds = 8\nmeasured_porosity = [0.4, 0.01]\nmeasured_part = \"between\"\nmeasured_between_m = [0.02, 0.01]\n",
-                 "are not in order"},
-             Refusal{"[packings]\nseeds = 8\nmeasured_part = \"bed\"\n", "no effect without measured_porosity"},
-             Refusal{"[packing]\nfriction_uncertainty = 0.1\n", "fixed number of 5 packings or more"},
-             Refusal{"[packing]\nfriction_uncertainty = 0.1\n[packings]\nuntil_sure = 0.1\n", "fixed number of 5 packings or more"},
-             Refusal{"[packing]\nfriction_uncertainty = 0.3\n[packings]\nseeds = 8\n", "would vary below 0"},
-         }) {
-        folder.write("case.toml", head + one.text);
-        try {
-            (void)stages::read_case(folder.path());
-            FAIL() << one.text;
-        } catch (const core::UserError& error) {
-            EXPECT_NE(std::string(error.what()).find(one.message), std::string::npos) << error.what();
-        }
-    }
-    folder.write("case.toml", head + "[packings]\nseeds = 8\nmeasured_porosity = [0.4, 0.01]\n[packing]\nfriction_uncertainty = 0.1\n");
-    EXPECT_EQ(stages::read_case(folder.path()).settings.packings.measured_porosity.size(), 2U);
 }
 
 }  // namespace

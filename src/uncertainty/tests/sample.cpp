@@ -1,19 +1,18 @@
+// Samples of packings, budgets, scatter of sections, intervals with two sides.
 #include <cmath>
 #include <random>
 
+#include "core/sides.hpp"
 #include "core/table.hpp"
-#include "lbm/wall_effect.hpp"
-#include "packing/structure.hpp"
-#include "permeability/descriptors.hpp"
-#include "support/helpers.hpp"
+#include "support/basics.hpp"
 #include "uncertainty/budget.hpp"
+#include "uncertainty/sample.hpp"
 #include "uncertainty/section_scatter.hpp"
 
 namespace porepack {
-namespace {
-
-using namespace permeability;
+using namespace core;
 using namespace uncertainty;
+namespace {
 
 TEST(Sample, IntervalsOfFivePackings) {
     // t(0.975, 4) = 2.7764451 and chi squared 11.143287 and 0.4844186 with 4 degrees of freedom: tables.
@@ -143,121 +142,25 @@ TEST(SectionScatter, IsThatOfSectionsOfALongBed) {
     EXPECT_FALSE(section_scatter(std::vector<double>(9, 1.0), 0.05, 0.01)) << "too few layers";
 }
 
-TEST(Descriptors, KozenyConstantOfPipeAndSlit) {
-    // A pipe of diameter 2 mm: k = D^2/32 and only the wall has an area; a slit of width 2 mm: k = w^2/12, area 2/w.
-    const double d = 2e-3;
-    EXPECT_NEAR(bed_numbers({.porosity = 1.0, .permeability_m2 = d * d / 32.0, .wall_per_bed_per_m = 4.0 / d}).kozeny_constant_with_wall,
-                2.0, 1e-12);
-    EXPECT_NEAR(bed_numbers({.porosity = 1.0, .permeability_m2 = d * d / 12.0, .wall_per_bed_per_m = 2.0 / d}).kozeny_constant_with_wall,
-                3.0, 1e-12);
+constexpr double rounding = 1e-12;  // relative; a few operations in double precision
+
+TEST(OneSided, MeanAndNextPacking) {
+    const Sample sample = sample_of(std::vector{1.0, 2.0, 3.0, 4.0, 5.0});
+    const Interval plain = *interval_of_mean(sample, {}), below = *interval_of_mean(sample, {2.0, 0.0});
+    EXPECT_EQ(below.high, plain.high) << "an error that can only lower k does not raise the upper bound";
+    EXPECT_NEAR(3.0 - below.low, std::hypot(3.0 - plain.low, 2.0), rounding);
+    const Interval next = *interval_of_next(sample, {0.0, 2.0});
+    EXPECT_EQ(next.low, interval_of_next(sample, {})->low);
+    EXPECT_NEAR(next.high - 3.0, std::hypot(interval_of_next(sample, {})->high - 3.0, 2.0), rounding);
 }
 
-TEST(Descriptors, SpheresByHand) {
-    // Spheres of 1 mm at porosity 0.4 with k by Carman-Kozeny with 180: k_K is 5, and 4 eps / S is 2 eps d / (3 (1 - eps)).
-    const double d = 1e-3, k = d * d * 0.064 / (180.0 * 0.36);
-    const BedNumbers numbers = bed_numbers({.porosity = 0.4,
-                                            .permeability_m2 = k,
-                                            .equivalent_diameter_m = d,
-                                            .surface_per_solid_per_m = 6.0 / d,
-                                            .wall_per_bed_per_m = 400.0});
-    EXPECT_NEAR(numbers.sauter_diameter_m, d, 1e-15);
-    EXPECT_NEAR(numbers.kozeny_constant, 5.0, 1e-12);
-    EXPECT_NEAR(numbers.hydraulic_diameter_m, 2.0 * 0.4 * d / (3.0 * 0.6), 1e-15);
-    EXPECT_NEAR(numbers.permeability_over_equivalent_diameter2, 0.064 / 64.8, 1e-15);
-    EXPECT_NEAR(numbers.carman_wall_factor, std::pow(4000.0 / 3600.0, 2.0), 1e-12);
-    // At creeping flow, f Re is 180; Carman's equation at 6 in his Reynolds number is 180/Re + 2.4.
-    const Friction friction = friction_of(1e-4, 1e-6, k, d, 0.4);
-    EXPECT_NEAR(friction.reynolds, 1e-7 / (1e-6 * 0.6), 1e-12);
-    EXPECT_NEAR(friction.factor * friction.reynolds, 180.0, 1e-9);
-    EXPECT_NEAR(carman_friction(6.0), 32.4, 1e-12);
-    EXPECT_NEAR(ergun_friction(100.0), 3.25, 1e-12);
-    // Eisfeld & Schnitzlein without a wall: A = 1 and B = 0.83^2.
-    EXPECT_NEAR(eisfeld_schnitzlein_friction(155.0, 0.0, 0.4), 1.0 + 1.0 / (0.83 * 0.83), 1e-12);
-}
-
-// Flow in an annulus between a rod of radius a and the tube, u = R^2 - r^2 + (R^2 - a^2) ln(r/R) / ln(R/a), whose integral over a ring is
-// known.
-TEST(Wall, ProfileOfAnAnnulus) {
-    const double radius = 1.0, a = 0.3;
-    const auto speed = [&](double r) {
-        return r > a && r < radius ? radius * radius - r * r + (radius * radius - a * a) * std::log(r / radius) / std::log(radius / a)
-                                   : 0.0;
-    };
-    core::FlowImage flow;
-    flow.grid.cells = {400, 400, 2};
-    flow.grid.origin_m = {-1.0, -1.0, 0.0};
-    flow.grid.spacing_m = {0.005, 0.005, 0.5};
-    flow.velocity_m_per_s.assign(3 * flow.grid.size(), 0.0F);
-    for (std::size_t cell = 0; cell < flow.grid.size(); ++cell) {
-        const auto at = pore_space::place_in_grid(flow.grid, cell);
-        flow.velocity_m_per_s[3 * cell + 2] = static_cast<float>(speed(std::hypot(flow.grid.centre(0, at[0]), flow.grid.centre(1, at[1]))));
-    }
-    const auto integral = [&](double r0, double r1) {  // of u r, by 2000 midpoints
-        double sum = 0.0;
-        for (int i = 0; i < 2000; ++i) {
-            const double r = r0 + (r1 - r0) * (i + 0.5) / 2000.0;
-            sum += speed(r) * r * (r1 - r0) / 2000.0;
-        }
-        return sum;
-    };
-    const double mean = 2.0 * integral(0.0, radius);
-    for (const lbm::Ring& ring : lbm::radial_profile(flow, {0.0, 1.0}, 2.0 * radius, 10)) {
-        const double area = 0.5 * (ring.r1_m * ring.r1_m - ring.r0_m * ring.r0_m);
-        EXPECT_NEAR(ring.relative_velocity, integral(ring.r0_m, ring.r1_m) / area / mean, 0.02) << ring.r0_m;
-        EXPECT_NEAR(ring.porosity, ring.r0_m < a - 1e-9 ? 0.0 : 1.0, 0.01) << ring.r0_m;
-    }
-    const double core = integral(0.0, 0.7) / (0.5 * 0.49) / mean;
-    EXPECT_NEAR(lbm::core_over_tube(flow, {0.0, 1.0}, 2.0 * radius, 0.3) / core, 1.0, 2e-3);
-    EXPECT_TRUE(std::isnan(lbm::core_over_tube(flow, {0.0, 1.0}, 2.0 * radius, 1.5)));
-}
-
-// A cubic lattice of touching spheres in a periodic box, and rods that all lie along z.
-TEST(Structure, OfALatticeAndOfParallelRods) {
-    using namespace packing;
-    using shapes::Vec3;
-    Packing lattice{.container = parse_container("box:4,4,4:periodic"),
-                    .shapes = {shapes::make_preset(shapes::ShapeKind::sphere, 1.0, 0.0)},
-                    .bodies = {}};
-    for (int i = 0; i < 64; ++i) lattice.bodies.push_back({.shape = 0, .position_m = Vec3(i % 4, i / 4 % 4, i / 16) + Vec3::Constant(0.3)});
-    const Structure cubic = structure_of(lattice, 1e-6, 1.95, 13);
-    EXPECT_EQ(cubic.grains_with_neighbours.size(), 7U);
-    EXPECT_EQ(cubic.grains_with_neighbours[6], 64);
-    EXPECT_NEAR(cubic.mean_neighbours, 6.0, 1e-12);
-    EXPECT_EQ(cubic.contact_points, 192);
-    EXPECT_LT((cubic.contact_orientation - Eigen::Matrix3d::Identity() / 3.0).norm(), 1e-9);
-    EXPECT_TRUE(cubic.orientation.isZero()) << "spheres have no axis";
-    // Six neighbours at 1, twelve at 1.414: pairs over those of random points, in bins of 0.15 that begin at 0.9 and 1.35. Of all pairs of
-    // the random points, 63 per point in 64 unit cells, the bin holds the volume of its shell.
-    const auto expected = [](double neighbours, double r) {
-        return neighbours / 63.0 * 64.0 / (4.0 / 3.0 * 3.14159265 * (std::pow(r + 0.15, 3.0) - r * r * r));
-    };
-    EXPECT_NEAR(cubic.radial_distribution[6].distribution / expected(6.0, 0.9), 1.0, 0.02);  // 4000 random points: 0.4 % per bin
-    EXPECT_NEAR(cubic.radial_distribution[9].distribution / expected(12.0, 1.35), 1.0, 0.02);
-    EXPECT_EQ(cubic.radial_distribution[5].distribution, 0.0);
-    Packing rods{
-        .container = parse_container("cylinder:10,10"), .shapes = {shapes::make_preset(shapes::ShapeKind::rod, 1.0, 3.0)}, .bodies = {}};
-    const Vec3 axis = rods.shapes[0].capsules[0].b - rods.shapes[0].capsules[0].a;
-    const auto upright = shapes::Quaternion::FromTwoVectors(axis, Vec3::UnitZ());
-    rods.bodies = {{.shape = 0, .position_m = {0, 0, 3}, .orientation = upright},
-                   {.shape = 0, .position_m = {1, 0, 4}, .orientation = upright}};
-    const Structure parallel = structure_of(rods, 1e-6, 4.0, 4);
-    EXPECT_NEAR(parallel.orientation(2, 2), 1.0, 1e-12);
-    EXPECT_NEAR(parallel.contact_orientation(0, 0), 1.0, 1e-12);
-    EXPECT_EQ(parallel.contact_points, 1);
-}
-
-TEST(Table, IsReadBack) {
-    const test::Folder folder;
-    core::Table table({"a_m", "b"});
-    table.add(1.5, std::optional<double>());
-    table.add(-2e-7, 3);
-    table.write(folder.path() / "t.csv");
-    const auto rows = core::read_table(folder.path() / "t.csv");
-    ASSERT_EQ(rows.size(), 2U);
-    EXPECT_EQ(rows[0][0], 1.5);
-    EXPECT_TRUE(std::isnan(rows[0][1]));
-    EXPECT_EQ(rows[1], (std::vector{-2e-7, 3.0}));
-    EXPECT_THROW((void)core::read_table(folder.write("bad.csv", "a,b\n1,two\n")), core::UserError);
+// Only the side that faces the other method can explain a difference.
+TEST(OneSided, MethodsFaceEachOther) {
+    const Interval wide_above{0.99, 1.5}, wide_below{0.5, 1.01};
+    EXPECT_EQ(between_methods(1.0, wide_above, 1.1, {}), 0.0);
+    EXPECT_NEAR(between_methods(1.0, wide_below, 1.1, {}), std::sqrt(0.5 * (0.01 - std::pow(0.01 / 1.96, 2.0))), rounding);
+    EXPECT_EQ(between_methods(1.0, {}, 0.9, Interval{0.88, 1.2}), 0.0);
+    EXPECT_GT(between_methods(1.0, {}, 0.9, Interval{0.6, 0.92}), 0.06);
 }
 
 }  // namespace

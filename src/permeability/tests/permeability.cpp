@@ -1,0 +1,51 @@
+// Numbers of beds and fluids by hand.
+#include <cmath>
+
+#include "permeability/descriptors.hpp"
+#include "permeability/fluid.hpp"
+#include "support/basics.hpp"
+
+namespace porepack {
+using namespace permeability;
+namespace {
+
+TEST(Descriptors, KozenyConstantOfPipeAndSlit) {
+    // A pipe of diameter 2 mm: k = D^2/32 and only the wall has an area; a slit of width 2 mm: k = w^2/12, area 2/w.
+    const double d = 2e-3;
+    EXPECT_NEAR(bed_numbers({.porosity = 1.0, .permeability_m2 = d * d / 32.0, .wall_per_bed_per_m = 4.0 / d}).kozeny_constant_with_wall,
+                2.0, 1e-12);
+    EXPECT_NEAR(bed_numbers({.porosity = 1.0, .permeability_m2 = d * d / 12.0, .wall_per_bed_per_m = 2.0 / d}).kozeny_constant_with_wall,
+                3.0, 1e-12);
+}
+
+TEST(Descriptors, SpheresByHand) {
+    // Spheres of 1 mm at porosity 0.4 with k by Carman-Kozeny with 180: k_K is 5, and 4 eps / S is 2 eps d / (3 (1 - eps)).
+    const double d = 1e-3, k = d * d * 0.064 / (180.0 * 0.36);
+    const BedNumbers numbers = bed_numbers({.porosity = 0.4,
+                                            .permeability_m2 = k,
+                                            .equivalent_diameter_m = d,
+                                            .surface_per_solid_per_m = 6.0 / d,
+                                            .wall_per_bed_per_m = 400.0});
+    EXPECT_NEAR(numbers.sauter_diameter_m, d, 1e-15);
+    EXPECT_NEAR(numbers.kozeny_constant, 5.0, 1e-12);
+    EXPECT_NEAR(numbers.hydraulic_diameter_m, 2.0 * 0.4 * d / (3.0 * 0.6), 1e-15);
+    EXPECT_NEAR(numbers.permeability_over_equivalent_diameter2, 0.064 / 64.8, 1e-15);
+    EXPECT_NEAR(numbers.carman_wall_factor, std::pow(4000.0 / 3600.0, 2.0), 1e-12);
+    // At creeping flow, f Re is 180; Carman's equation at 6 in his Reynolds number is 180/Re + 2.4.
+    const Friction friction = friction_of(1e-4, 1e-6, k, d, 0.4);
+    EXPECT_NEAR(friction.reynolds, 1e-7 / (1e-6 * 0.6), 1e-12);
+    EXPECT_NEAR(friction.factor * friction.reynolds, 180.0, 1e-9);
+    EXPECT_NEAR(carman_friction(6.0), 32.4, 1e-12);
+    EXPECT_NEAR(ergun_friction(100.0), 3.25, 1e-12);
+    // Eisfeld & Schnitzlein without a wall: A = 1 and B = 0.83^2.
+    EXPECT_NEAR(eisfeld_schnitzlein_friction(155.0, 0.0, 0.4), 1.0 + 1.0 / (0.83 * 0.83), 1e-12);
+}
+
+// 65 nm at 20 degrees Celsius and normal pressure; pores of 6.5 um have 0.01.
+TEST(KnudsenNumber, OfAirInNarrowPores) {
+    EXPECT_FALSE(knudsen_number(FluidName::water, 20.0, 1e-15, 0.4));
+    EXPECT_NEAR(knudsen_number(FluidName::air, 20.0, 0.4 * 1e-6 * 1e-6 / 32.0, 0.4).value(), 0.0652, 0.001);
+}
+
+}  // namespace
+}  // namespace porepack
