@@ -1,7 +1,7 @@
 // Converts structs to JSON and back from one list of their members: a struct has a function
 //     template <MembersOf<Struct> Self, typename Visit> void visit_members(Self& self, const Visit& visit)
 // beside it, which calls visit("key", self.member) for each. Keys end in their unit. visit("", self.part): the members of the part stand
-// among those of the struct. A local variable instead of a member is written, and ignored when read.
+// among those of the struct. A local variable instead of a member is written; when read, its key must be there too.
 #pragma once
 
 #include <Eigen/Core>

@@ -20,13 +20,27 @@ namespace {
 
 constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
-std::vector<results::ReportedQuantity> quantities_in(const Path& folder) {
+// The keys that a comparison needs, of those of results::ReportedQuantity.
+struct Quantity {
+    std::string name, unit;
+    double value = 0.0;
+    std::optional<results::QuantityUncertainty> uncertainty{};
+};
+template <MembersOf<Quantity> Self, typename Visit>
+void visit_members(Self& quantity, const Visit& visit) {
+    visit("name", quantity.name);
+    visit("unit", quantity.unit);
+    visit("value", quantity.value);
+    visit("uncertainty", quantity.uncertainty);
+}
+
+std::vector<Quantity> quantities_in(const Path& folder) {
     for (const Path& file : {folder / "result.json", folder / "results" / "result.json"}) {
         if (!fs::exists(file)) continue;
         const Json result = read_json(file);
         if (!result.contains("quantities"))
             throw UserError("this is the result of a stage, not of a case", {.where = file.string(), .fix = "name the folder above it"});
-        return from_json_members<std::vector<results::ReportedQuantity>>(result["quantities"], file.string());
+        return from_json_members<std::vector<Quantity>>(result["quantities"], file.string());
     }
     throw UserError("there is no result.json of a case in " + folder.string(),
                     {.allowed = "folders that porepack run or porepack report has written, or their cases",
@@ -34,7 +48,7 @@ std::vector<results::ReportedQuantity> quantities_in(const Path& folder) {
 }
 
 // A standard uncertainty alone, as older reports have it, is no interval of 95 %.
-ComparedValue value_in(const results::ReportedQuantity& quantity) {
+ComparedValue value_in(const Quantity& quantity) {
     const auto interval = quantity.uncertainty ? quantity.uncertainty->interval.value_or(std::nullopt) : std::nullopt;
     return interval ? ComparedValue{quantity.value, interval->low, interval->high} : ComparedValue{quantity.value, unknown, unknown};
 }
@@ -52,7 +66,7 @@ Comparison compare_results(const std::vector<Path>& folders) {
     for (const Path& folder : folders) {
         const std::size_t column = comparison.names.size();
         comparison.names.push_back(folder.lexically_normal().string());
-        for (const results::ReportedQuantity& quantity : quantities_in(folder)) {
+        for (const Quantity& quantity : quantities_in(folder)) {
             const std::string& name = quantity.name;
             if (!std::isfinite(quantity.value) || name == "tortuosity_diffusive") continue;  // tortuosity_factor by its old name
             auto row = std::find_if(comparison.rows.begin(), comparison.rows.end(), [&](const auto& r) { return r.quantity == name; });

@@ -3,6 +3,7 @@
 
 #include "permeability/descriptors.hpp"
 #include "permeability/fluid.hpp"
+#include "permeability/permeability.hpp"
 #include "support/basics.hpp"
 
 namespace porepack {
@@ -45,6 +46,25 @@ TEST(Descriptors, SpheresByHand) {
 TEST(KnudsenNumber, OfAirInNarrowPores) {
     EXPECT_FALSE(knudsen_number(FluidName::water, 20.0, 1e-15, 0.4));
     EXPECT_NEAR(knudsen_number(FluidName::air, 20.0, 0.4 * 1e-6 * 1e-6 / 32.0, 0.4).value(), 0.0652, 0.001);
+}
+
+TEST(Correlations, CarmanKozeny) {
+    // Eq. 2 by hand: 0.53^2 * 0.0111867^2 * 0.343 / (150 * 0.09).
+    // Water: 998.21 kg/m3 and 1.0016 mPa s at 20 C, 0.8900 mPa s at 25 C (IAPWS); air: 1.204 kg/m3, 18.1 uPa s.
+    const Fluid water = fluid_at(FluidName::water, 20.0), air = fluid_at(FluidName::air, 20.0);
+    EXPECT_NEAR(water.density_kg_per_m3, 998.21, 0.01);
+    EXPECT_NEAR(water.viscosity_Pa_s, 1.0016e-3, 1e-7);
+    EXPECT_NEAR(fluid_at(FluidName::water, 25.0).viscosity_Pa_s, 0.8900e-3, 1e-7);
+    EXPECT_NEAR(fluid_at(FluidName::water, 100.0).density_kg_per_m3, 958.4, 0.1);
+    EXPECT_NEAR(air.density_kg_per_m3, 1.204, 1e-3);
+    EXPECT_NEAR(air.viscosity_Pa_s, 18.1e-6, 1e-7);
+    EXPECT_NEAR(hydraulic_conductivity_m_per_s(1e-9, water), 1e-9 * 998.21 * 9.81 / 1.0016e-3, 1e-6);
+    EXPECT_NEAR(carman_kozeny_m2(0.53, 0.0111867, 0.7, 150.0), 0.2809 * 1.25142e-4 * 0.343 / 13.5, 1e-11);
+    EXPECT_NEAR(paper_fit_m2(0.7) / 8.784e-7, 1.0, 1e-3);
+    // Ergun by hand: 0.7^3 * 0.53 * 0.0111867 / (1.75 * 0.3).
+    EXPECT_NEAR(ergun_inertial_m(0.53, 0.0111867, 0.7) / 3.87358e-3, 1.0, 1e-5);
+    // One darcy: 1 mPa s and 1 cm/s at 1 atm per cm.
+    EXPECT_NEAR(darcy_m2 / (1e-3 * 1e-2 * 1e-2 / 101325.0), 1.0, 1e-6);
 }
 
 }  // namespace
