@@ -5,6 +5,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <concepts>
 #include <functional>
 #include <limits>
@@ -97,8 +98,10 @@ template <typename T>
 [[nodiscard]] Json json_of(const T& value) {
     if constexpr (std::is_same_v<T, Json>) {
         return value;
+    } else if constexpr (std::is_floating_point_v<T>) {
+        return std::isfinite(value) ? Json(value) : Json(nullptr);
     } else if constexpr (std::is_same_v<T, Interval>) {
-        return {value.low, value.high};
+        return {json_of(value.low), json_of(value.high)};
     } else if constexpr (members_detail::IsOptional<T>::value) {
         return value ? json_of(*value) : Json(nullptr);
     } else if constexpr (NamedEnum<T>) {
@@ -121,7 +124,7 @@ template <typename T>
         return json;
     } else if constexpr (members_detail::EigenVector<T>) {
         Json json = Json::array();
-        for (Eigen::Index i = 0; i < value.size(); ++i) json.push_back(value[i]);
+        for (Eigen::Index i = 0; i < value.size(); ++i) json.push_back(json_of(value[i]));
         return json;
     } else if constexpr (members_detail::List<T>) {
         Json json = Json::array();

@@ -34,13 +34,21 @@ void visit_members(Self& quantity, const Visit& visit) {
     visit("uncertainty", quantity.uncertainty);
 }
 
+struct CaseResult {
+    std::vector<Quantity> quantities;
+};
+template <MembersOf<CaseResult> Self, typename Visit>
+void visit_members(Self& result, const Visit& visit) {
+    visit("quantities", result.quantities);
+}
+
 std::vector<Quantity> quantities_in(const Path& folder) {
     for (const Path& file : {folder / "result.json", folder / "results" / "result.json"}) {
         if (!fs::exists(file)) continue;
         const Json result = read_json(file);
         if (!result.contains("quantities"))
             throw UserError("this is the result of a stage, not of a case", {.where = file.string(), .fix = "name the folder above it"});
-        return from_json_members<std::vector<Quantity>>(result["quantities"], file.string());
+        return from_json_members<CaseResult>(result, file.string()).quantities;
     }
     throw UserError("there is no result.json of a case in " + folder.string(),
                     {.allowed = "folders that porepack run or porepack report has written, or their cases",
@@ -84,8 +92,7 @@ Json to_json(const Comparison& comparison) {
     for (const auto& row : comparison.rows) {
         Json values = Json::array();
         for (const auto& [value, low, high] : row.values)
-            values.push_back({{"value", std::isfinite(value) ? Json(value) : Json(nullptr)},
-                              {"interval", std::isfinite(low) ? json_of(Interval{low, high}) : Json(nullptr)}});
+            values.push_back({{"value", json_of(value)}, {"interval", std::isfinite(low) ? json_of(Interval{low, high}) : Json(nullptr)}});
         json["quantities"].push_back({{"name", row.quantity}, {"unit", row.unit}, {"values", values}});
     }
     return json;
