@@ -12,6 +12,7 @@
 
 namespace porepack::benchmarks {
 using namespace core;
+using namespace geometry;
 using namespace io;
 using namespace shapes;
 using namespace packing;

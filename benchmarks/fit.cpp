@@ -51,7 +51,7 @@ Errors errors_of(const Scene& scene, const Packing& fitted, const std::vector<st
         body.position_m.z() -= scene.part.z0;
         const auto exact = world_capsules(scene.packing, body);
         shapes::Bounds bounds;
-        for (const auto& capsule : exact) bounds.add(capsule);
+        for (const auto& capsule : exact) add(bounds, capsule);
         if (bounds.high.z() < 0.0 || bounds.low.z() > scene.part.length()) continue;
         const bool whole = bounds.low.z() >= 0.0 && bounds.high.z() <= scene.part.length();
         errors.whole += whole ? 1 : 0;

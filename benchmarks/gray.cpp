@@ -11,6 +11,7 @@
 
 namespace porepack::benchmarks {
 using namespace core;
+using namespace geometry;
 using namespace converters;
 using namespace pore_space;
 using namespace lbm;

@@ -8,7 +8,7 @@
 namespace porepack::benchmarks {
 
 struct GrayRun {
-    core::GrayImage scan;
+    geometry::GrayImage scan;
     scans::GrayInput input;
     pore_space::PoreSpace space;
     lbm::LbmConfig config;

@@ -15,6 +15,7 @@
 
 namespace porepack::benchmarks {
 using namespace core;
+using namespace geometry;
 using namespace lbm;
 using namespace test;
 using namespace converters;

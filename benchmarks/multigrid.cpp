@@ -17,6 +17,7 @@
 
 namespace porepack::benchmarks {
 using namespace core;
+using namespace geometry;
 using namespace packing;
 using namespace converters;
 using namespace pore_space;
@@ -67,7 +68,7 @@ std::vector<Moments> restricted(const std::vector<Populations>& before, std::spa
             for (std::size_t a = 0; a < 3; ++a) defect.velocity[a] += d3q19::c[q][a] * change;
         }
         ++node;
-        const auto place = place_in_grid(fine.grid, cell);
+        const auto place = fine.grid.place(cell);
         const NodesAround around =
             nodes_around(coarse, {fine.grid.centre(0, place[0]), fine.grid.centre(1, place[1]), fine.grid.centre(2, place[2])});
         double all = 0.0;

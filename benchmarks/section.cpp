@@ -18,6 +18,7 @@
 
 namespace porepack::benchmarks {
 using namespace core;
+using namespace geometry;
 using namespace packing;
 using namespace converters;
 using namespace pore_space;
@@ -114,7 +115,7 @@ struct Window {
         const auto inside = [&](std::size_t layer) { return layer >= first && layer <= last; };
         double dissipation = 0.0;
         for (std::size_t node = 0; node < domain.nodes(); ++node) {
-            const auto at = place_in_grid(domain.grid, domain.cells.cell(node));
+            const auto at = domain.grid.place(domain.cells.cell(node));
             for (std::size_t axis = 0; axis < 3; ++axis) {
                 auto next = at;
                 next[axis] = axis < 2 ? (at[axis] + 1) % domain.grid.cells[axis] : at[axis] + 1;

@@ -16,6 +16,7 @@
 namespace porepack::benchmarks {
 using namespace test;
 using namespace core;
+using namespace geometry;
 using namespace converters;
 using namespace scans;
 using namespace pore_space;

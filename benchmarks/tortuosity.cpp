@@ -17,6 +17,7 @@
 namespace porepack::benchmarks {
 using namespace test;
 using namespace core;
+using namespace geometry;
 using namespace shapes;
 using namespace packing;
 using namespace converters;

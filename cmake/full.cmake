@@ -14,7 +14,7 @@ target_compile_definitions(porepack_packing PRIVATE POREPACK_WITH_ZLIB)
 
 component(record LINKS core ORCHESTRATES)
 target_link_libraries(porepack_record PRIVATE OpenSSL::Crypto)
-component(io LINKS core)
+component(io LINKS geometry)
 target_link_libraries(porepack_io PRIVATE ${VTK_LIBRARIES} ZLIB::ZLIB)
 vtk_module_autoinit(TARGETS porepack_io MODULES ${VTK_LIBRARIES})
 component(imaging LINKS io)

@@ -18,6 +18,7 @@
 
 namespace porepack::converters {
 using namespace core;
+using namespace geometry;
 using namespace io;
 using namespace shapes;
 using namespace packing;

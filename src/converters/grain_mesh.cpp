@@ -18,6 +18,7 @@
 
 namespace porepack::converters {
 using namespace core;
+using namespace geometry;
 using namespace shapes;
 namespace pmp = CGAL::Polygon_mesh_processing;
 namespace {

@@ -14,6 +14,7 @@
 
 namespace porepack::converters {
 using namespace core;
+using namespace geometry;
 using namespace io;
 using namespace shapes;
 using namespace packing;

@@ -78,7 +78,7 @@ struct PoreSurface {
                                             const packing::Section& section, double deviation_m);
 
 /// A closed triangle surface as a solid; `periodic` repeats it.
-class SurfaceSolid : public packing::Solid {
+class SurfaceSolid : public geometry::Solid {
 public:
     SurfaceSolid(const io::TriangleSurface& surface, const packing::Container& container);
     ~SurfaceSolid() override;
@@ -88,7 +88,7 @@ public:
     /// Exact, unless the container is periodic or the surface reaches through its sides.
     [[nodiscard]] std::optional<double> volume_between(double z0, double z1) const override;
     [[nodiscard]] shapes::Bounds bounds() const override;
-    [[nodiscard]] std::unique_ptr<packing::SolidProbe> probe() const override;
+    [[nodiscard]] std::unique_ptr<geometry::SolidProbe> probe() const override;
 
 private:
     class Probe;

@@ -10,6 +10,7 @@
 namespace porepack::converters {
 using namespace pore_space;
 using namespace core;
+using namespace geometry;
 using namespace io;
 using namespace shapes;
 using namespace packing;

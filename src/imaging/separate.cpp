@@ -17,6 +17,7 @@
 
 namespace porepack::imaging {
 using namespace core;
+using namespace geometry;
 namespace {
 
 using Mask = itk::Image<std::uint8_t, 3>;

@@ -11,6 +11,7 @@
 
 namespace porepack::imaging {
 using namespace core;
+using namespace geometry;
 namespace fs = std::filesystem;
 namespace {
 

@@ -1,7 +1,7 @@
 // Images written layer by layer, and cut or binned on the way.
 #pragma once
 
-#include "core/grid.hpp"
+#include "geometry/grid.hpp"
 #include "imaging/volume.hpp"
 
 namespace porepack::imaging {
@@ -18,7 +18,7 @@ struct Box {
 [[nodiscard]] VolumeSource binned(VolumeSource source, std::int64_t factor);
 
 /// Values on a grid as an image, float32. They must outlive it.
-[[nodiscard]] VolumeSource source_of(const core::Grid& grid, const std::vector<float>& values);
+[[nodiscard]] VolumeSource source_of(const geometry::Grid& grid, const std::vector<float>& values);
 
 /// Writes .raw, .mhd (with a .raw beside it), .nrrd, .npy (C order, shape z, y, x) or .vti (cell data `value`) by the name's ending. The
 /// values keep their type; those of a binned image are float32. Memory: a few layers.

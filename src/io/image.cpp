@@ -29,6 +29,7 @@
 
 namespace porepack::io {
 using namespace core;
+using namespace geometry;
 namespace {
 
 // Errors are reported by PorePack's own messages.

@@ -4,22 +4,22 @@
 #include <span>
 
 #include "core/files.hpp"
-#include "core/gray_image.hpp"
+#include "geometry/gray_image.hpp"
 
 namespace porepack::io {
 
-void write_phase_image(const core::Path& path, const core::PhaseImage& image);
+void write_phase_image(const core::Path& path, const geometry::PhaseImage& image);
 
 /// Cell data `solid_fraction`, single precision.
-void write_gray_image(const core::Path& path, const core::GrayImage& image);
+void write_gray_image(const core::Path& path, const geometry::GrayImage& image);
 
 /// Cell data `label`, 32 bits; 0 is no grain.
-void write_label_image(const core::Path& path, const core::Grid& grid, const std::vector<std::uint32_t>& label);
+void write_label_image(const core::Path& path, const geometry::Grid& grid, const std::vector<std::uint32_t>& label);
 
 /// In pieces of some layers of cells: neither the fields nor the file need to be in memory as a whole.
-void write_flow_image(const core::Path& path, const core::LayeredFlow& flow, std::size_t cells_per_piece = 1000000);
+void write_flow_image(const core::Path& path, const geometry::LayeredFlow& flow, std::size_t cells_per_piece = 1000000);
 /// Throws UserError when the file is not an image or has no such cell data; for NaN in the velocity with the index of the cell.
-[[nodiscard]] core::FlowImage read_flow_image(const core::Path& path);
+[[nodiscard]] geometry::FlowImage read_flow_image(const core::Path& path);
 
 /// 8-bit gray PNG; row 0 of `pixels` is the bottom row (y up).
 void write_gray_png(const core::Path& path, int width, int height, std::span<const std::uint8_t> pixels);

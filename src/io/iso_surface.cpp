@@ -9,6 +9,7 @@
 
 namespace porepack::io {
 using namespace core;
+using namespace geometry;
 
 TriangleSurface iso_surface(const GrayImage& image) {
     const Grid& grid = image.grid;

@@ -12,6 +12,7 @@
 
 namespace porepack::lbm {
 using namespace core;
+using namespace geometry;
 using namespace shapes;
 using namespace pore_space;
 
@@ -32,6 +33,7 @@ double lbm_memory_bytes(const RunSize& size) {
 }
 
 std::size_t Domain::layer_of_cell(std::size_t here) const {
+    // One of the three divisions of Grid::place(): layers are asked for in loops over all cells.
     const auto nx = static_cast<std::size_t>(grid.cells[0]), ny = static_cast<std::size_t>(grid.cells[1]);
     return drive.axis == 0 ? here % nx : drive.axis == 1 ? here / nx % ny : here / (nx * ny);
 }
@@ -89,7 +91,7 @@ Links links_of(const Domain& domain, const FlowWalls* walls, double inlet_radius
     for (std::size_t node = begin; node < end; ++node) {
         if (neighbours.inside(cells[node - begin])) continue;
         const auto& near = neighbours.of(cells[node - begin]);
-        const auto here = place_in_grid(domain.grid, cells[node - begin]);
+        const auto here = domain.grid.place(cells[node - begin]);
         bool moved = false;
         const std::uint32_t closed = domain.cuts.links(cells[node - begin]);
         std::uint32_t wall_mask = 0;

@@ -31,7 +31,7 @@ struct BoundaryLink {
 inline constexpr double inlet_velocity_lu = 1e-3;
 
 struct Domain {
-    core::Grid grid;
+    geometry::Grid grid;
     pore_space::Drive drive;
     pore_space::CellSet cells;                 ///< of the nodes, which have their numbers
     pore_space::LinkCuts cuts;                 ///< links between nodes that end at walls all the same
@@ -74,7 +74,7 @@ inline constexpr double lattice_updates_per_second = 5e7;
 /// their link; without (an image) walls are half-way, and two solid cells that share an edge close the links across it. On end planes the
 /// pressure is constant and the flow normal: the incoming population is minus the mirror image of the outgoing one. With
 /// `inlet_radius_cells` a Poiseuille profile of that radius enters through the first plane.
-[[nodiscard]] Domain build_domain(const core::PhaseImage& image, const pore_space::Drive& drive, const pore_space::FlowWalls* walls,
+[[nodiscard]] Domain build_domain(const geometry::PhaseImage& image, const pore_space::Drive& drive, const pore_space::FlowWalls* walls,
                                   double inlet_radius_cells = 0.0);
 
 }  // namespace porepack::lbm

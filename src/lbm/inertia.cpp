@@ -14,6 +14,7 @@
 
 namespace porepack::lbm {
 using namespace core;
+using namespace geometry;
 using namespace pore_space;
 namespace {
 
@@ -167,7 +168,7 @@ private:
         const Grid& grid = image_.grid;
         std::size_t node = 0;
         domain_.cells.for_each([&](std::size_t cell) {
-            const auto at = place_in_grid(grid, cell);
+            const auto at = grid.place(cell);
             auto& u = moments_[node++].velocity;
             for (std::size_t a = 0; a < 3; ++a) {
                 const std::size_t along = (a + 1) % 3;

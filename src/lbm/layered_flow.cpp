@@ -4,6 +4,7 @@
 
 namespace porepack::lbm {
 using namespace core;
+using namespace geometry;
 using namespace pore_space;
 namespace {
 
@@ -40,7 +41,7 @@ LayeredFlow layered_flow(PhaseImage&& image, FlowField&& field, const LbmGridRes
             const auto& moments = of_nodes->moments[node++];
             for (std::size_t a = 0; a < 3; ++a)
                 picture.velocity_m_per_s[3 * cell + a] = static_cast<float>(speed * static_cast<double>(moments[a + 1]));
-            const double to_outlet = grid.cells[axis] - place_in_grid(grid, begin + cell)[axis] - 0.5;
+            const double to_outlet = grid.cells[axis] - grid.place(begin + cell)[axis] - 0.5;
             picture.pressure_Pa[cell] = static_cast<float>(pressure * (static_cast<double>(moments[0]) / 3.0 + slope * to_outlet));
         }
         return picture;

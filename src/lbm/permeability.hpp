@@ -93,7 +93,7 @@ struct LbmResult {
     std::string stopped_by;                            ///< why a tolerance was not reached; empty if it was
     std::vector<SubsectionResult> subsections;
     std::vector<LayerGradient> gradients;  ///< of the section's layers, for a flow along z
-    core::LayeredFlow flow;                ///< empty unless requested
+    geometry::LayeredFlow flow;            ///< empty unless requested
     [[nodiscard]] const LbmGridResult& fine() const { return grids.back(); }
     /// Of the whole bed, corrected by the same factor as that of the section; nothing if the flow does not go through all of it.
     [[nodiscard]] std::optional<double> bed_permeability_m2() const;

@@ -14,6 +14,7 @@
 
 namespace porepack::lbm {
 using namespace core;
+using namespace geometry;
 using namespace packing;
 using namespace pore_space;
 namespace {

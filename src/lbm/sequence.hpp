@@ -8,8 +8,8 @@
 namespace porepack::lbm {
 
 /// Area of the container and the layers of the section, in cells of the image.
-[[nodiscard]] FlowSection flow_section(const core::PhaseImage& image, const packing::Container& container, const packing::Section& section,
-                                       const pore_space::Drive& drive);
+[[nodiscard]] FlowSection flow_section(const geometry::PhaseImage& image, const packing::Container& container,
+                                       const packing::Section& section, const pore_space::Drive& drive);
 
 /// Iteration error of k at which the run on a grid stops: that of the configuration, or what auto means.
 [[nodiscard]] double iteration_tolerance(const LbmConfig& config);
@@ -32,7 +32,7 @@ public:
     /// Forgets all grids: their pores were open by chance.
     void discard_grids();
     /// Of the last grid, in SI units; the sequence keeps it no longer.
-    [[nodiscard]] core::LayeredFlow take_flow();
+    [[nodiscard]] geometry::LayeredFlow take_flow();
 
     /// False when the time limit was reached before the flow was steady; the grid is then omitted. On the coarsest grid the best
     /// viscosity is determined.
@@ -58,7 +58,7 @@ private:
     void keep(LbmGridResult grid, Solved solved, Domain&& domain, const FlowSection& section);
     [[nodiscard]] StokesRun saved_run(Flow& flow) const;
     StokesRun run(Solved& solved, const Domain& domain, const FlowSection& section, ConvergenceCriterion criterion, StokesRun before);
-    void require_paper_ends(const pore_space::Drive& drive, const core::Grid& grid) const;
+    void require_paper_ends(const pore_space::Drive& drive, const geometry::Grid& grid) const;
 
     const pore_space::PoreSpace& space_;
     const LbmConfig& config_;

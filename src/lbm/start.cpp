@@ -5,6 +5,7 @@
 
 namespace porepack::lbm {
 using namespace core;
+using namespace geometry;
 using namespace pore_space;
 namespace {
 
@@ -49,7 +50,7 @@ void start_block(Flow& flow, const Domain& domain, const Scheme& scheme, const F
         const std::size_t count = std::min(Flow::chunk, end - begin);
         domain.cells.list(begin, std::span(cells).first(count));
         for (std::size_t i = 0; i < count; ++i) {
-            const auto at = place_in_grid(domain.grid, cells[i]);
+            const auto at = domain.grid.place(cells[i]);
             moments[i] = interpolate(coarse, {centre_in(coarse.domain, domain, 0, at[0]), centre_in(coarse.domain, domain, 1, at[1]),
                                               centre_in(coarse.domain, domain, 2, at[2])});
             moments[i].density *= denser;
@@ -132,7 +133,7 @@ void start_from(Flow& flow, const Domain& domain, const Scheme& scheme, FlowFiel
     for_blocks(domain.nodes(), [&](std::size_t first, std::size_t end) {
         start_block(flow, domain, scheme, coarse, first, end);
         if (end == domain.nodes()) return;
-        const double z = centre_in(coarse.domain, domain, 2, place_in_grid(domain.grid, domain.cells.cell(end))[2]);
+        const double z = centre_in(coarse.domain, domain, 2, domain.grid.place(domain.cells.cell(end))[2]);
         const std::size_t needed = first_node(static_cast<int>(std::floor((z - grid.origin_m[2]) / grid.spacing_m[2] - 0.5)));
         if (needed <= forgotten) return;
         coarse.moments.release(forgotten, needed);

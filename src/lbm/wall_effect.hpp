@@ -15,10 +15,11 @@ struct Ring {
     double relative_velocity = 0.0;  ///< superficial velocity in the ring over that of the tube
 };
 /// Rings of equal width, from the axis to the wall; each cell counts for the ring that holds its centre.
-[[nodiscard]] std::vector<Ring> radial_profile(const core::FlowImage& flow, const packing::Section& section, double diameter_m, long rings);
+[[nodiscard]] std::vector<Ring> radial_profile(const geometry::FlowImage& flow, const packing::Section& section, double diameter_m,
+                                               long rings);
 
 /// k of the core, `layer_m` from the wall, over k of the whole tube: mean velocities in the section. NaN if there is no core.
-[[nodiscard]] double core_over_tube(const core::FlowImage& flow, const packing::Section& section, double diameter_m, double layer_m);
+[[nodiscard]] double core_over_tube(const geometry::FlowImage& flow, const packing::Section& section, double diameter_m, double layer_m);
 /// The same by one coarse flow (6 nodes per capsule diameter) through the section of `space`, whose container is a cylinder.
 [[nodiscard]] double core_over_tube_permeability(const pore_space::PoreSpace& space, double layer_m);
 

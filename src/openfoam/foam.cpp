@@ -14,6 +14,7 @@
 
 namespace porepack::openfoam {
 using namespace core;
+using namespace geometry;
 using namespace shapes;
 using namespace packing;
 using namespace pore_space;
@@ -125,7 +126,7 @@ Vec3 find_pore_point(const PhaseImage& image, const Container& container) {
     std::vector<std::size_t> front, next;
     std::vector<std::uint8_t> seen(image.grid.size(), 0);
     for (std::size_t cell = 0; cell < image.grid.size(); ++cell) {
-        const auto at = place_in_grid(image.grid, cell);
+        const auto at = image.grid.place(cell);
         bool edge = false;
         for (std::size_t a = 0; a < 3; ++a) edge = edge || at[a] == 0 || at[a] == image.grid.cells[a] - 1;
         if (reached[cell] == 1 && !edge) continue;
@@ -138,7 +139,7 @@ Vec3 find_pore_point(const PhaseImage& image, const Container& container) {
         next.clear();
         for (const std::size_t cell : front)
             for (int q = 0; q < 6; ++q) {
-                auto at = place_in_grid(image.grid, cell);
+                auto at = image.grid.place(cell);
                 at[static_cast<std::size_t>(q / 2)] += q % 2 == 0 ? 1 : -1;
                 if (at[0] < 0 || at[1] < 0 || at[2] < 0 || at[0] >= image.grid.cells[0] || at[1] >= image.grid.cells[1] ||
                     at[2] >= image.grid.cells[2])
@@ -151,7 +152,7 @@ Vec3 find_pore_point(const PhaseImage& image, const Container& container) {
             }
         front.swap(next);
     }
-    const auto at = place_in_grid(image.grid, deepest);
+    const auto at = image.grid.place(deepest);
     const double h = image.grid.spacing_m[0];
     return {image.grid.centre(0, at[0]) + 0.0131 * h, image.grid.centre(1, at[1]) + 0.0173 * h, image.grid.centre(2, at[2]) + 0.0119 * h};
 }

@@ -96,7 +96,7 @@ struct FoamResult {
 /// Number of background cells.
 [[nodiscard]] std::array<int, 3> background_cells(const packing::Container& container, const packing::Section& section, double cell_size_m);
 /// The pore cell of the image that flow reaches and that is farthest from all other cells, slightly off its centre.
-[[nodiscard]] shapes::Vec3 find_pore_point(const core::PhaseImage& image, const packing::Container& container);
+[[nodiscard]] shapes::Vec3 find_pore_point(const geometry::PhaseImage& image, const packing::Container& container);
 
 /// Runs in `folder`/mesh_fine, mesh_coarse and mesh_coarsest, config.meshes of them; runs resume from the files of an interrupted one
 /// there. `cases` is the folder openfoam_cases/. Throws EngineError when OpenFOAM is missing, fails, or has bad output; NumericalError when

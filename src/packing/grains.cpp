@@ -9,19 +9,8 @@
 
 namespace porepack::packing {
 using namespace core;
+using namespace geometry;
 using namespace shapes;
-
-void unite(std::vector<Interval>& parts) {
-    std::sort(parts.begin(), parts.end(), [](const Interval& p, const Interval& q) { return p.low < q.low; });
-    std::size_t last = 0;
-    for (std::size_t i = 1; i < parts.size(); ++i) {
-        if (parts[i].low <= parts[last].high)
-            parts[last].high = std::max(parts[last].high, parts[i].high);
-        else
-            parts[++last] = parts[i];
-    }
-    if (!parts.empty()) parts.resize(last + 1);
-}
 
 Grains::Grains(const Packing& packing) : container_(packing.container), shapes_(packing.shapes) {
     for (const auto& body : packing.bodies) {
@@ -38,17 +27,6 @@ Grains::Grains(const Packing& packing) : container_(packing.container), shapes_(
             boxes.push_back(bounds_of({capsule}));
         }
     capsule_bins_ = SpatialBins(boxes);
-}
-
-void Solid::near_column(double, double, double length, std::vector<Interval>& parts) const {
-    const Bounds box = bounds();
-    parts = {{box.low.z() - length, box.high.z() + length}};
-}
-
-bool Solid::contains(const Vec3& point) const {
-    thread_local std::vector<Interval> parts;
-    column(point.x(), point.y(), parts);
-    return std::any_of(parts.begin(), parts.end(), [&](const Interval& part) { return part.low <= point.z() && point.z() <= part.high; });
 }
 
 void Grains::capsules_near(const Vec3& point, double reach, std::vector<Capsule>& found) const {
@@ -316,7 +294,7 @@ Packing cut_out(const Packing& packing, const Section& part) {
     for (Body body : packing.bodies) {
         body.position_m.z() -= part.z0;
         Bounds bounds;
-        for (const Capsule& capsule : world_capsules(packing, body)) bounds.add(capsule);
+        for (const Capsule& capsule : world_capsules(packing, body)) add(bounds, capsule);
         if (bounds.high.z() > 0.0 && bounds.low.z() < part.length()) cut.bodies.push_back(body);
     }
     return cut;

@@ -3,49 +3,20 @@
 
 #include <memory>
 
+#include "geometry/solid.hpp"
 #include "packing/packing.hpp"
 #include "shapes/bins.hpp"
 
 namespace porepack::packing {
 
-/// Evaluates a solid along short segments near one point; each thread has its own object.
-class SolidProbe {
-public:
-    virtual ~SolidProbe() = default;
-    /// Prepares for segments that stay within `reach` of `point` along every axis.
-    virtual void move_to(const shapes::Vec3& point, double reach) = 0;
-    /// Fraction of the segment from `from` (outside the solid) to `from + step` at which it enters the solid, if it does.
-    [[nodiscard]] virtual std::optional<double> first_hit(const shapes::Vec3& from, const shapes::Vec3& step) const = 0;
-};
-
-/// A solid that can be intersected with vertical lines: grains or a closed triangle surface.
-class Solid {
-public:
-    virtual ~Solid() = default;
-    /// The parts of the vertical line at (x, y) inside the solid: sorted, disjoint; `parts` is overwritten.
-    virtual void column(double x, double y, std::vector<core::Interval>& parts) const = 0;
-    /// Parts of the vertical line at (x, y) with every point outside the solid from which a segment of this `length` can pass through the
-    /// solid within its first half and end outside. They may hold other points too; `parts` is overwritten. Default: the whole line.
-    virtual void near_column(double x, double y, double length, std::vector<core::Interval>& parts) const;
-    /// Volume between two heights, where it is known without lines and lies inside the container as a whole.
-    [[nodiscard]] virtual std::optional<double> volume_between(double, double) const { return std::nullopt; }
-    /// Lowest and highest point.
-    [[nodiscard]] virtual shapes::Bounds bounds() const = 0;
-    [[nodiscard]] virtual std::unique_ptr<SolidProbe> probe() const = 0;
-    [[nodiscard]] bool contains(const shapes::Vec3& point) const;
-};
-
-/// Sorts and joins overlapping intervals in place.
-void unite(std::vector<core::Interval>& parts);
-
 /// The grains with their periodic images, sorted into bins by (x, y).
-class Grains : public Solid {
+class Grains : public geometry::Solid {
 public:
     explicit Grains(const Packing& packing);
     void column(double x, double y, std::vector<core::Interval>& parts) const override;
     void near_column(double x, double y, double length, std::vector<core::Interval>& parts) const override;
     [[nodiscard]] shapes::Bounds bounds() const override { return bounds_; }
-    [[nodiscard]] std::unique_ptr<SolidProbe> probe() const override;
+    [[nodiscard]] std::unique_ptr<geometry::SolidProbe> probe() const override;
 
     struct Image {
         std::vector<shapes::Capsule> capsules;
@@ -121,6 +92,6 @@ struct Porosity {
 };
 /// Pore volume / inner container volume of the section: exact for a closed surface inside its container, else from exact intervals on
 /// about `lines` vertical lines.
-[[nodiscard]] Porosity porosity(const Solid& solid, const Container& container, const Section& section, long lines = 60000);
+[[nodiscard]] Porosity porosity(const geometry::Solid& solid, const Container& container, const Section& section, long lines = 60000);
 
 }  // namespace porepack::packing

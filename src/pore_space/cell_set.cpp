@@ -4,7 +4,7 @@
 
 namespace porepack::pore_space {
 
-CellSet::CellSet(const core::Grid& grid) : words_((grid.size() + 63) / 64, 0) {}
+CellSet::CellSet(const geometry::Grid& grid) : words_((grid.size() + 63) / 64, 0) {}
 
 void CellSet::insert_run(std::size_t row_cell, int first, int last) {
     const std::size_t begin = row_cell + static_cast<std::size_t>(first), end = row_cell + static_cast<std::size_t>(last);

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "core/grid.hpp"
+#include "geometry/grid.hpp"
 
 namespace porepack::pore_space {
 
@@ -15,7 +15,7 @@ namespace porepack::pore_space {
 class CellSet {
 public:
     CellSet() = default;
-    explicit CellSet(const core::Grid& grid);
+    explicit CellSet(const geometry::Grid& grid);
 
     /// Adds the cells x = first .. last of the row of cells along x that begins at `row_cell`. Different rows share words: one thread.
     void insert_run(std::size_t row_cell, int first, int last);

@@ -12,6 +12,7 @@
 
 namespace porepack::pore_space {
 using namespace core;
+using namespace geometry;
 using namespace packing;
 using namespace shapes;
 

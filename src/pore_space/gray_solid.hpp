@@ -3,22 +3,22 @@
 
 #include <optional>
 
-#include "core/gray_image.hpp"
+#include "geometry/gray_image.hpp"
 #include "pore_space/pore_space.hpp"
 
 namespace porepack::pore_space {
 
 /// Trilinear interpolation; beyond the outermost centres the values stay, in periodic directions they continue at the other side.
-class GraySolid : public packing::Solid {
+class GraySolid : public geometry::Solid {
 public:
     /// Solid above image.level.
-    GraySolid(std::shared_ptr<const core::GrayImage> image, const packing::Container& container);
+    GraySolid(std::shared_ptr<const geometry::GrayImage> image, const packing::Container& container);
     void column(double x, double y, std::vector<core::Interval>& parts) const override;
     void near_column(double x, double y, double length, std::vector<core::Interval>& parts) const override;
     [[nodiscard]] shapes::Bounds bounds() const override;
-    [[nodiscard]] std::unique_ptr<packing::SolidProbe> probe() const override;
+    [[nodiscard]] std::unique_ptr<geometry::SolidProbe> probe() const override;
 
-    [[nodiscard]] const std::shared_ptr<const core::GrayImage>& image() const { return image_; }
+    [[nodiscard]] const std::shared_ptr<const geometry::GrayImage>& image() const { return image_; }
     [[nodiscard]] double level() const { return level_; }
     /// Interpolated solid fraction.
     [[nodiscard]] double value(const shapes::Vec3& point) const;
@@ -33,7 +33,7 @@ private:
     };
     [[nodiscard]] Place place(int axis, double coordinate) const;
 
-    std::shared_ptr<const core::GrayImage> image_;
+    std::shared_ptr<const geometry::GrayImage> image_;
     std::array<bool, 3> periodic_;
     double level_;
 };
@@ -60,7 +60,7 @@ struct Plateaus {
 };
 [[nodiscard]] Plateaus plateaus(const GraySolid& solid, const packing::Container& container, int depth_voxels, double margin_voxels = 3.0);
 /// The same image in which `pores` becomes 0 and `solid` becomes 1.
-void rescale(core::GrayImage& image, double pores, double solid);
+void rescale(geometry::GrayImage& image, double pores, double solid);
 
 /// Volume of the level set over that of the container, without the margin, as measure_gray().
 [[nodiscard]] double solid_fraction(const GraySolid& solid, const packing::Container& container, double margin_voxels = 3.0);
@@ -74,9 +74,9 @@ void rescale(core::GrayImage& image, double pores, double solid);
                                                   const packing::Section& section, const std::string& where);
 
 /// Means of factor x factor x factor voxels; what is left over at the far sides is dropped. In the same place.
-[[nodiscard]] core::GrayImage averaged(const core::GrayImage& image, int factor);
+[[nodiscard]] geometry::GrayImage averaged(const geometry::GrayImage& image, int factor);
 
 /// Smooths the values by a Gaussian of this standard deviation. At the sides as GraySolid.
-void smooth(core::GrayImage& image, double sigma_voxels, const std::array<bool, 3>& periodic);
+void smooth(geometry::GrayImage& image, double sigma_voxels, const std::array<bool, 3>& periodic);
 
 }  // namespace porepack::pore_space

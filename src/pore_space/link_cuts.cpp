@@ -8,6 +8,7 @@
 
 namespace porepack::pore_space {
 using namespace core;
+using namespace geometry;
 using namespace shapes;
 
 LinkCuts::LinkCuts(const Grid& grid, std::vector<Cut> cuts) {

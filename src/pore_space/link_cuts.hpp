@@ -20,7 +20,7 @@ public:
     };
     LinkCuts() = default;
     /// In any order; the links of cells that occur several times are joined.
-    LinkCuts(const core::Grid& grid, std::vector<Cut> cuts);
+    LinkCuts(const geometry::Grid& grid, std::vector<Cut> cuts);
 
     /// Steps are -1, 0 or 1 along each axis.
     [[nodiscard]] static constexpr std::uint32_t bit(const std::array<int, 3>& step) {
@@ -42,8 +42,8 @@ private:
 };
 
 /// By exact hits. The solid must be that of the image; through an open end of the grid its mirror image follows (see WallFinder).
-[[nodiscard]] LinkCuts find_cuts(const core::PhaseImage& image, const FlowWalls& walls, const Drive& drive);
+[[nodiscard]] LinkCuts find_cuts(const geometry::PhaseImage& image, const FlowWalls& walls, const Drive& drive);
 /// Of an image: the links across an edge whose other two voxels are both solid.
-[[nodiscard]] LinkCuts find_cuts(const core::PhaseImage& image, const Drive& drive);
+[[nodiscard]] LinkCuts find_cuts(const geometry::PhaseImage& image, const Drive& drive);
 
 }  // namespace porepack::pore_space

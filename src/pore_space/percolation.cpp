@@ -12,6 +12,7 @@
 
 namespace porepack::pore_space {
 using namespace core;
+using namespace geometry;
 using namespace packing;
 
 bool step_in_grid(const Grid& grid, const Drive& drive, std::array<int, 3>& at, const std::array<int, 3>& step) {
@@ -22,11 +23,6 @@ bool step_in_grid(const Grid& grid, const Drive& drive, std::array<int, 3>& at, 
         at[a] += at[a] < 0 ? grid.cells[a] : -grid.cells[a];
     }
     return true;
-}
-
-std::array<int, 3> place_in_grid(const Grid& grid, std::size_t cell) {
-    const auto nx = static_cast<std::size_t>(grid.cells[0]), ny = static_cast<std::size_t>(grid.cells[1]);
-    return {static_cast<int>(cell % nx), static_cast<int>(cell / nx % ny), static_cast<int>(cell / (nx * ny))};
 }
 
 namespace {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/error.hpp"
-#include "core/grid.hpp"
+#include "geometry/grid.hpp"
 #include "packing/packing.hpp"
 #include "pore_space/cell_set.hpp"
 
@@ -19,8 +19,7 @@ struct Drive {
 [[nodiscard]] Drive choose_drive(const packing::Container& container, core::Axis direction);
 
 /// Moves `at` by `step`; false beyond an end that is not periodic.
-[[nodiscard]] bool step_in_grid(const core::Grid& grid, const Drive& drive, std::array<int, 3>& at, const std::array<int, 3>& step);
-[[nodiscard]] std::array<int, 3> place_in_grid(const core::Grid& grid, std::size_t cell);
+[[nodiscard]] bool step_in_grid(const geometry::Grid& grid, const Drive& drive, std::array<int, 3>& at, const std::array<int, 3>& step);
 
 class LinkCuts;  // link_cuts.hpp
 
@@ -34,8 +33,8 @@ struct Percolation {
 };
 /// Keeps the pieces of pore space (connected through cell faces, except closed links) that join the inlet to the outlet, or that wind round
 /// a periodic box in the direction of flow. Throws DoesNotPercolate when there is none.
-[[nodiscard]] Percolation find_percolating_cells(const core::PhaseImage& image, const Drive& drive, const LinkCuts& cuts);
+[[nodiscard]] Percolation find_percolating_cells(const geometry::PhaseImage& image, const Drive& drive, const LinkCuts& cuts);
 /// Without closed links.
-[[nodiscard]] Percolation find_percolating_cells(const core::PhaseImage& image, const Drive& drive);
+[[nodiscard]] Percolation find_percolating_cells(const geometry::PhaseImage& image, const Drive& drive);
 
 }  // namespace porepack::pore_space

@@ -24,12 +24,12 @@ struct PoreSpace {
     packing::Section section;
     Ends ends = Ends::planes;                      ///< see with_ends()
     std::array<double, 2> buffers_m = {0.0, 0.0};  ///< below and above the section: parts of the bed in which the flow is computed too
-    std::shared_ptr<const packing::Solid> solid = nullptr;         ///< exact; empty for an image
+    std::shared_ptr<const geometry::Solid> solid = nullptr;        ///< exact; empty for an image
     std::shared_ptr<const packing::Grains> grains = nullptr;       ///< the same solid, if it consists of capsules
     std::shared_ptr<const packing::Packing> packing = nullptr;     ///< packing of these grains
     std::shared_ptr<const io::TriangleSurface> surface = nullptr;  ///< the grains' closed surface, if there is one
     std::shared_ptr<const GraySolid> gray = nullptr;               ///< the same solid, if it is a level set of a gray image
-    std::shared_ptr<const core::PhaseImage> image = nullptr;       ///< its voxels are the only available resolution
+    std::shared_ptr<const geometry::PhaseImage> image = nullptr;   ///< its voxels are the only available resolution
 
     /// Diameter of the thinnest capsule; of a surface 4 volume / area, the diameter of a long capsule; infinite where unknown.
     double grain_size_m = std::numeric_limits<double>::infinity();
@@ -55,7 +55,7 @@ struct PoreSpace {
     /// as plan_voxels.
     [[nodiscard]] VoxelPlan plan_at(double voxel_size_m) const;
     /// Phases on plan_at(voxel_size_m), buffers and reservoirs included; for an image, its own voxels.
-    [[nodiscard]] core::PhaseImage voxelise_at(double voxel_size_m) const;
+    [[nodiscard]] geometry::PhaseImage voxelise_at(double voxel_size_m) const;
     /// The same pore space stretched; its solid is known as such alone (not as grains, surface or gray
     /// image).
     [[nodiscard]] PoreSpace stretched(const Stretch& stretch) const;
@@ -64,7 +64,7 @@ struct PoreSpace {
     /// The exact wall positions; empty for an image. The pore space must outlive them.
     [[nodiscard]] std::optional<FlowWalls> walls() const;
     /// The links between pore cells of voxelise_at() that the solid closes.
-    [[nodiscard]] LinkCuts link_cuts(const core::PhaseImage& phases, const Drive& drive) const;
+    [[nodiscard]] LinkCuts link_cuts(const geometry::PhaseImage& phases, const Drive& drive) const;
 
     /// The section and its buffers: the part in which the flow is computed.
     [[nodiscard]] packing::Section computed() const { return {section.z0 - buffers_m[0], section.z1 + buffers_m[1]}; }
@@ -91,7 +91,7 @@ struct PoreSpace {
 
 /// Voxels for the lattice, which are cubes: where those of a periodic box are not, the box and all that is in it are stretched.
 struct CubicVoxels {
-    core::PhaseImage image;
+    geometry::PhaseImage image;
     PoreSpace space;                      ///< that the image shows
     std::optional<Stretch> stretch = {};  ///< of the pore space that was given; none where its voxels are cubes
 };
@@ -101,14 +101,14 @@ struct CubicVoxels {
 /// Exact grains; the section is the whole bed. Throws UserError when the packing is empty.
 [[nodiscard]] PoreSpace pore_space_of(packing::Packing packing);
 /// An image in its container. Throws UserError when image, container and section do not agree in size; `where` names the image.
-[[nodiscard]] PoreSpace pore_space_of(core::PhaseImage image, const packing::Container& container, const packing::Section& section,
+[[nodiscard]] PoreSpace pore_space_of(geometry::PhaseImage image, const packing::Container& container, const packing::Section& section,
                                       const std::string& where);
 /// Throws UserError where an image on this grid, the container and the section do not agree in size; `where` names the image.
 /// With `shows_wall` it may be wider than a cylinder.
-void require_fit(const core::Grid& grid, const packing::Container& container, const packing::Section& section, const std::string& where,
+void require_fit(const geometry::Grid& grid, const packing::Container& container, const packing::Section& section, const std::string& where,
                  bool shows_wall = false);
 /// Any other exact solid.
-[[nodiscard]] PoreSpace pore_space_of(std::shared_ptr<const packing::Solid> solid, const packing::Container& container,
+[[nodiscard]] PoreSpace pore_space_of(std::shared_ptr<const geometry::Solid> solid, const packing::Container& container,
                                       const packing::Section& section, double grain_size_m);
 
 }  // namespace porepack::pore_space

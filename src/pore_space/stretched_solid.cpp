@@ -5,6 +5,7 @@
 
 namespace porepack::pore_space {
 using namespace core;
+using namespace geometry;
 using namespace shapes;
 using namespace packing;
 namespace {

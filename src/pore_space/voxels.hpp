@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "core/grid.hpp"
+#include "geometry/grid.hpp"
 #include "packing/grains.hpp"
 
 namespace porepack::pore_space {
@@ -11,7 +11,7 @@ namespace porepack::pore_space {
 /// The grid of a section: cubic voxels, z0 on a cell face, the cylinder's axis at the centre of the grid. Where no size near the requested
 /// one divides all sides of a periodic box, each side is its own whole number of voxels, which then differ from cubes by 3 % at most.
 struct VoxelPlan {
-    core::Grid grid;
+    geometry::Grid grid;
     double voxel_size_m = 0.0;  ///< the requested size, adjusted so that the section is a whole number of voxels; cube root of their volume
     double memory_bytes = 0.0;
 };
@@ -27,14 +27,15 @@ struct BeyondSection {
                                     const BeyondSection& beyond, double grain_size_m, bool round_sides = false);
 
 /// Phase of every cell; solid beyond the planes of `kept` (default: the section) is left out. Notes: the container and the section.
-[[nodiscard]] core::PhaseImage voxelise(const packing::Solid& solid, const packing::Container& container, const packing::Section& section,
-                                        const VoxelPlan& plan, std::optional<packing::Section> kept = std::nullopt);
+[[nodiscard]] geometry::PhaseImage voxelise(const geometry::Solid& solid, const packing::Container& container,
+                                            const packing::Section& section, const VoxelPlan& plan,
+                                            std::optional<packing::Section> kept = std::nullopt);
 
 /// Phases of the cells of any grid by their centres, where solid beyond the section's planes is left out.
-void fill_phases(std::vector<std::uint8_t>& phase, const core::Grid& grid, const packing::Solid& solid, const packing::Container& container,
-                 const packing::Section& section);
+void fill_phases(std::vector<std::uint8_t>& phase, const geometry::Grid& grid, const geometry::Solid& solid,
+                 const packing::Container& container, const packing::Section& section);
 
 /// Fraction of the pore volume that lies in gaps of at most `cells` voxels between solids, along x, y or z.
-[[nodiscard]] double narrow_fraction(const core::PhaseImage& image, int cells);
+[[nodiscard]] double narrow_fraction(const geometry::PhaseImage& image, int cells);
 
 }  // namespace porepack::pore_space

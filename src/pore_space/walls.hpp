@@ -11,7 +11,7 @@ namespace porepack::pore_space {
 
 /// The walls that bound the flow.
 struct FlowWalls {
-    const packing::Solid& solid;
+    const geometry::Solid& solid;
     const packing::Container& container;
     packing::Section section;  ///< solid beyond its planes is left out
 };
@@ -19,7 +19,7 @@ struct FlowWalls {
 /// Exact wall distances for one thread. Beyond an open end of the grid lies its mirror image, walls included.
 class WallFinder {
 public:
-    WallFinder(const FlowWalls& walls, const core::Grid& grid, const Drive& drive);
+    WallFinder(const FlowWalls& walls, const geometry::Grid& grid, const Drive& drive);
 
     /// Prepares for the segments from this cell centre.
     void move_to(const shapes::Vec3& centre);
@@ -34,7 +34,7 @@ private:
     FlowWalls walls_;
     Drive drive_;
     double reach_, end_low_, end_high_;  // of the grid along the drive's axis
-    std::unique_ptr<packing::SolidProbe> probe_;
+    std::unique_ptr<geometry::SolidProbe> probe_;
     shapes::Vec3 centre_ = shapes::Vec3::Zero();
 };
 

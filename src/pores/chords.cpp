@@ -6,6 +6,7 @@
 
 namespace porepack::pores {
 using namespace core;
+using namespace geometry;
 using namespace packing;
 namespace {
 

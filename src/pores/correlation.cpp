@@ -3,6 +3,7 @@
 
 namespace porepack::pores {
 using namespace core;
+using namespace geometry;
 
 Correlation correlate(const PhaseImage& image, const std::array<bool, 3>& periodic, double farthest_m) {
     const Grid& grid = image.grid;

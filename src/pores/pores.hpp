@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/grid.hpp"
+#include "geometry/grid.hpp"
 #include "packing/grains.hpp"
 
 namespace porepack::pores {
@@ -17,26 +17,26 @@ struct Chords {
     double deviation_m = 0.0;  ///< equal to the mean where lengths are exponentially distributed, as between overlapping spheres
 };
 /// On all rows of voxels along an axis.
-[[nodiscard]] Chords chords_of_voxels(const core::PhaseImage& image, int axis, bool periodic);
+[[nodiscard]] Chords chords_of_voxels(const geometry::PhaseImage& image, int axis, bool periodic);
 /// On about `lines` vertical lines, exact. A container that is periodic along z is taken as a whole, and nothing is cut.
-[[nodiscard]] Chords vertical_chords(const packing::Solid& solid, const packing::Container& container, const packing::Section& section,
+[[nodiscard]] Chords vertical_chords(const geometry::Solid& solid, const packing::Container& container, const packing::Section& section,
                                      long lines = 40000);
 
 /// Distance from the centre of each pore voxel to the nearest wall, which lies half a voxel before the centre of the nearest other voxel; 0
 /// in other voxels. By parabolas along the axes (Felzenszwalb & Huttenlocher 2012). Beyond open sides there are no walls.
-[[nodiscard]] std::vector<float> wall_distance_m(const core::PhaseImage& image, const std::array<bool, 3>& periodic);
+[[nodiscard]] std::vector<float> wall_distance_m(const geometry::PhaseImage& image, const std::array<bool, 3>& periodic);
 
 /// The same from exact grains and the container's exact walls.
-[[nodiscard]] std::vector<float> wall_distance_m(const core::PhaseImage& image, const packing::Grains& grains,
+[[nodiscard]] std::vector<float> wall_distance_m(const geometry::PhaseImage& image, const packing::Grains& grains,
                                                  const packing::Container& container);
 
 /// Diameter of the largest sphere in the pores that contains the voxel's centre (Hildebrand & Ruegsegger 1997); 0 outside the pores.
-[[nodiscard]] std::vector<float> pore_diameter_m(const core::PhaseImage& image, const std::vector<float>& distance_m,
+[[nodiscard]] std::vector<float> pore_diameter_m(const geometry::PhaseImage& image, const std::vector<float>& distance_m,
                                                  const std::array<bool, 3>& periodic);
 
 /// Diameter of the largest sphere that passes from the first to the last layer along `axis`, over faces of voxels; nothing where no path
 /// leads through. With distances from voxels it is up to two voxels too small.
-[[nodiscard]] std::optional<double> critical_diameter_m(const core::PhaseImage& image, const std::vector<float>& distance_m, int axis);
+[[nodiscard]] std::optional<double> critical_diameter_m(const geometry::PhaseImage& image, const std::vector<float>& distance_m, int axis);
 
 /// Pores and the throats between them: basins of the distance to the walls (watershed). Two basins are one pore where the place between
 /// them is at least 0.9 as wide as the narrower one.
@@ -54,7 +54,7 @@ struct PoreNetwork {
     std::vector<Pore> pores;
     std::vector<Throat> throats;
 };
-[[nodiscard]] PoreNetwork pore_network(const core::PhaseImage& image, const std::vector<float>& distance_m,
+[[nodiscard]] PoreNetwork pore_network(const geometry::PhaseImage& image, const std::vector<float>& distance_m,
                                        const std::array<bool, 3>& periodic);
 
 /// Permeability by the relation of Katz & Thompson (1986), critical diameter squared times the relative diffusivity, over a constant: 32 in
@@ -71,6 +71,6 @@ struct Correlation {
     /// Surface per volume from the slope at 0 by the first two distances; mean of the axes, for surfaces of any direction.
     [[nodiscard]] double surface_per_volume_m() const;
 };
-[[nodiscard]] Correlation correlate(const core::PhaseImage& image, const std::array<bool, 3>& periodic, double farthest_m);
+[[nodiscard]] Correlation correlate(const geometry::PhaseImage& image, const std::array<bool, 3>& periodic, double farthest_m);
 
 }  // namespace porepack::pores

@@ -7,6 +7,7 @@
 
 namespace porepack::pores {
 using namespace core;
+using namespace geometry;
 namespace {
 
 // Squared distances along one row, in voxels: the lower envelope of parabolas at all places.
@@ -130,10 +131,9 @@ std::vector<float> pore_diameter_m(const PhaseImage& image, const std::vector<fl
             }
     std::stable_sort(centres.begin(), centres.end(), [&](std::uint32_t p, std::uint32_t q) { return distance_m[p] > distance_m[q]; });
     std::vector<float> diameter(image.phase.size(), 0.0F);
-    const auto row = static_cast<std::size_t>(grid.cells[0]), layer = grid.index(0, 0, 1);
     for (const std::uint32_t centre : centres) {
         const std::size_t at = centre;
-        const std::array<int, 3> place = {static_cast<int>(at % row), static_cast<int>(at % layer / row), static_cast<int>(at / layer)};
+        const std::array<int, 3> place = grid.place(at);
         const double radius = (static_cast<double>(distance_m[at]) + 0.5 * h) / h;  // to the centre of the nearest voxel that is no pore
         const auto value = static_cast<float>(2.0 * distance_m[at]);
         const int reach = static_cast<int>(radius);

@@ -9,6 +9,7 @@
 
 namespace porepack::pores {
 using namespace core;
+using namespace geometry;
 namespace {
 
 // Parts that become one part when they are joined.
@@ -36,18 +37,6 @@ std::vector<std::uint32_t> from_widest(const PhaseImage& image, const std::vecto
     return order;
 }
 
-// The neighbours of a voxel over its faces, through periodic sides too.
-template <class Visit>
-void visit_neighbours(const Grid& grid, std::size_t cell, const std::array<bool, 3>& periodic, const Visit& visit) {
-    const std::size_t row = static_cast<std::size_t>(grid.cells[0]), layer = grid.index(0, 0, 1);
-    const std::array<std::size_t, 3> place = {cell % row, cell % layer / row, cell / layer}, step = {1, row, layer};
-    for (std::size_t a = 0; a < 3; ++a) {
-        const auto n = static_cast<std::size_t>(grid.cells[a]);
-        if (place[a] > 0 || periodic[a]) visit(place[a] > 0 ? cell - step[a] : cell + (n - 1) * step[a]);
-        if (place[a] + 1 < n || periodic[a]) visit(place[a] + 1 < n ? cell + step[a] : cell - (n - 1) * step[a]);
-    }
-}
-
 }  // namespace
 
 std::optional<double> critical_diameter_m(const PhaseImage& image, const std::vector<float>& distance_m, int axis) {
@@ -59,7 +48,7 @@ std::optional<double> critical_diameter_m(const PhaseImage& image, const std::ve
     std::vector<bool> open(cells, false);
     for (const std::uint32_t cell : from_widest(image, distance_m)) {
         open[cell] = true;
-        visit_neighbours(grid, cell, {false, false, false}, [&](std::size_t other) {
+        grid.for_neighbours(cell, [&](std::size_t other) {
             if (open[other]) parts.join(cell, other);
         });
         const std::size_t place = cell / step[a] % static_cast<std::size_t>(grid.cells[a]);
@@ -85,9 +74,10 @@ PoreNetwork pore_network(const PhaseImage& image, const std::vector<float>& dist
         std::uint32_t own = none;
         std::array<std::uint32_t, 6> met{};
         std::size_t count = 0;
-        visit_neighbours(grid, cell, periodic, [&](std::size_t other) {
+        const auto meet = [&](std::size_t other) {
             if (pore_of[other] != none) met[count++] = root(pore_of[other]);
-        });
+        };
+        grid.for_neighbours(cell, meet, periodic);
         for (std::size_t i = 0; i < count; ++i)
             if (own == none || widest[met[i]] > widest[own]) own = met[i];
         if (own == none) {
@@ -112,11 +102,9 @@ PoreNetwork pore_network(const PhaseImage& image, const std::vector<float>& dist
     for (std::uint32_t pore = 0; pore < widest.size(); ++pore)
         if (root(pore) == pore) {
             place[pore] = network.pores.size();
-            const std::size_t at = first_cell[pore], row = static_cast<std::size_t>(grid.cells[0]), layer = grid.index(0, 0, 1);
-            network.pores.push_back(
-                {.diameter_m = 2.0 * static_cast<double>(widest[pore]),
-                 .centre_m = {grid.centre(0, static_cast<int>(at % row)), grid.centre(1, static_cast<int>(at % layer / row)),
-                              grid.centre(2, static_cast<int>(at / layer))}});
+            const std::array<int, 3> at = grid.place(first_cell[pore]);
+            network.pores.push_back({.diameter_m = 2.0 * static_cast<double>(widest[pore]),
+                                     .centre_m = {grid.centre(0, at[0]), grid.centre(1, at[1]), grid.centre(2, at[2])}});
         }
     std::map<std::pair<std::size_t, std::size_t>, float> throats;  // pores that were joined later have the wider of their throats
     for (const auto& [pair, width] : widest_between) {

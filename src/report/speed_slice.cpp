@@ -8,6 +8,7 @@
 
 namespace porepack::report {
 using namespace core;
+using namespace geometry;
 using namespace io;
 
 bool draw_speed_slice(const Path& flow_vti, const Path& folder) {

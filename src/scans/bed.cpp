@@ -10,6 +10,7 @@
 
 namespace porepack::scans {
 using namespace core;
+using namespace geometry;
 using namespace packing;
 
 LayerProfile profile_of(const PhaseImage& image) {

@@ -4,7 +4,7 @@
 #include <optional>
 #include <span>
 
-#include "core/grid.hpp"
+#include "geometry/grid.hpp"
 #include "packing/packing.hpp"
 #include "pore_space/gray_solid.hpp"
 
@@ -16,7 +16,7 @@ struct LayerProfile {
     double grain_size_m = 0.0;           ///< 6 volume / surface: the diameter of a sphere
     double z0_m = 0.0, spacing_m = 1.0;
 };
-[[nodiscard]] LayerProfile profile_of(const core::PhaseImage& image);
+[[nodiscard]] LayerProfile profile_of(const geometry::PhaseImage& image);
 [[nodiscard]] LayerProfile profile_of(const pore_space::GraySolid& solid, const packing::Container& container);
 
 /// The layers from the first to the last with at least half the usual solid. Nothing if no end of the image has more than half a grain's

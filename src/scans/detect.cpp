@@ -10,6 +10,7 @@
 
 namespace porepack::scans {
 using namespace core;
+using namespace geometry;
 using namespace shapes;
 namespace {
 
@@ -262,7 +263,7 @@ private:
 
     void mask(const std::vector<Capsule>& capsules, double radius) {
         Bounds bounds;
-        for (const Capsule& capsule : capsules) bounds.add(capsule);
+        for (const Capsule& capsule : capsules) add(bounds, capsule);
         const Grid& grid = map_.grid;
         std::array<int, 3> low{}, high{};
         for (std::size_t a = 0; a < 3; ++a) {

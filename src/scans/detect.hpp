@@ -1,19 +1,19 @@
 // Grains of known shape found in a distance map, one after another; what is found is masked.
 #pragma once
 
-#include "core/gray_image.hpp"
+#include "geometry/gray_image.hpp"
 #include "scans/shape_points.hpp"
 
 namespace porepack::scans {
 
 /// Distance to the surface of the solid at the voxels' centres: negative in the solid. From voxels above the image's level.
 struct DistanceMap {
-    core::Grid grid;
+    geometry::Grid grid;
     std::vector<float> distance_m;
     /// Interpolated; beyond the outermost centres the values stay.
     [[nodiscard]] double at(const shapes::Vec3& point) const;
 };
-[[nodiscard]] DistanceMap distance_map(const core::GrayImage& image);
+[[nodiscard]] DistanceMap distance_map(const geometry::GrayImage& image);
 
 struct Found {
     std::size_t shape = 0;

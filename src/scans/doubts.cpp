@@ -6,7 +6,7 @@
 #include <cmath>
 
 namespace porepack::scans {
-using namespace core;
+using namespace geometry;
 namespace {
 
 // Visits all cells of one layer across `axis`.

@@ -4,12 +4,12 @@
 #include <string>
 #include <vector>
 
-#include "core/grid.hpp"
+#include "geometry/grid.hpp"
 
 namespace porepack::scans {
 
 /// Sentences for warnings: layers at the sides that are pores only; a round sample in a square image, whose corners count as pores; pores
 /// of one or two voxels. Empty where nothing is suspicious.
-[[nodiscard]] std::vector<std::string> doubts_of(const core::PhaseImage& image);
+[[nodiscard]] std::vector<std::string> doubts_of(const geometry::PhaseImage& image);
 
 }  // namespace porepack::scans

@@ -11,6 +11,7 @@
 
 namespace porepack::scans {
 using namespace core;
+using namespace geometry;
 using namespace imaging;
 namespace {
 

@@ -13,6 +13,7 @@
 
 namespace porepack::scans {
 using namespace core;
+using namespace geometry;
 using namespace pore_space;
 using namespace imaging;
 using namespace packing;

@@ -40,7 +40,7 @@ void visit_members(Self& notes, const Visit& visit) {
 }
 
 /// Puts the middle of an image, or the place `axis_voxels` in it, on the container's axis, and its first layer on the floor.
-void place(core::Grid& grid, const packing::Container& container, const std::optional<std::array<double, 2>>& axis_voxels = {});
+void place(geometry::Grid& grid, const packing::Container& container, const std::optional<std::array<double, 2>>& axis_voxels = {});
 
 /// Gray values to a level set in the container's frame. The container's wall is subtracted where it is visible; noise is smoothed.
 struct GrayInput {
@@ -52,7 +52,7 @@ struct GrayInput {
                                   const packing::Container& container, const std::string& where,
                                   const std::optional<std::array<double, 2>>& axis_voxels = {});
 /// Subtracts the wall of a cylinder where it is visible, and makes pores of what lies beyond it; true where it was visible.
-bool remove_tube(core::GrayImage& image, const packing::Container& container, double blur_voxels);
+bool remove_tube(geometry::GrayImage& image, const packing::Container& container, double blur_voxels);
 
 /// A solid_fraction image that PorePack wrote. Throws UserError for notes that are damaged.
 [[nodiscard]] GrayInput read_own_gray(const imaging::VolumeSource& source, const packing::Container& container, const std::string& where);

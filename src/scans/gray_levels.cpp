@@ -10,6 +10,7 @@
 
 namespace porepack::scans {
 using namespace core;
+using namespace geometry;
 using namespace imaging;
 namespace {
 

@@ -1,7 +1,7 @@
 // From the values of a scan to solid fractions: gray levels of pores and solid, thresholds.
 #pragma once
 
-#include "core/gray_image.hpp"
+#include "geometry/gray_image.hpp"
 #include "imaging/volume.hpp"
 
 namespace porepack::scans {
@@ -30,10 +30,10 @@ using ColumnMask = std::vector<std::uint8_t>;
 [[nodiscard]] std::optional<GrayLevels> fit_peaks(const std::vector<std::int64_t>& bins, double low, double width, imaging::PoreSide pores);
 
 /// One pass: 2 bytes per voxel. Throws UserError as segmented().
-[[nodiscard]] core::GrayImage solid_fractions(const imaging::VolumeSource& source, const GrayLevels& levels, const std::string& where);
+[[nodiscard]] geometry::GrayImage solid_fractions(const imaging::VolumeSource& source, const GrayLevels& levels, const std::string& where);
 
 /// The image as a scan whose pores and solid have these gray values. The image must outlive it.
-[[nodiscard]] imaging::VolumeSource scan_of(const core::GrayImage& image, double pores, double solid,
+[[nodiscard]] imaging::VolumeSource scan_of(const geometry::GrayImage& image, double pores, double solid,
                                             imaging::ValueType type = imaging::ValueType::float32);
 
 /// Standard deviation in voxels of the Gaussian that brings white noise down to 3 % of the contrast; 0 where it is smaller.

@@ -12,6 +12,7 @@
 
 namespace porepack::scans {
 using namespace core;
+using namespace geometry;
 using namespace imaging;
 namespace {
 

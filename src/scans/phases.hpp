@@ -1,14 +1,14 @@
 // From the values of an image to pores and solid.
 #pragma once
 
-#include "core/grid.hpp"
+#include "geometry/grid.hpp"
 #include "imaging/volume.hpp"
 
 namespace porepack::scans {
 
 struct SegmentedImage {
-    core::PhaseImage image;  ///< origin and notes as in the file
-    std::string pore_level;  ///< "values below 41.5": what was taken for pores
+    geometry::PhaseImage image;  ///< origin and notes as in the file
+    std::string pore_level;      ///< "values below 41.5": what was taken for pores
 };
 
 /// Pores by `pore`, by `threshold`, or, in a .vti file whose array is `phase`, by PorePack's own values (0 solid, 1 pore, 2 outside). Read
@@ -18,6 +18,6 @@ struct SegmentedImage {
 
 /// The grid of an image that is held in memory. Throws UserError for voxels that are no cubes, and for more voxels than the solvers or the
 /// memory hold.
-[[nodiscard]] core::Grid usable_grid(const imaging::VolumeHeader& header, const std::string& where, double bytes_per_voxel);
+[[nodiscard]] geometry::Grid usable_grid(const imaging::VolumeHeader& header, const std::string& where, double bytes_per_voxel);
 
 }  // namespace porepack::scans

@@ -11,6 +11,7 @@
 
 namespace porepack::scans {
 using namespace core;
+using namespace geometry;
 using namespace shapes;
 namespace {
 
@@ -402,7 +403,7 @@ std::vector<std::uint8_t> rendered(const Grid& grid, const std::vector<ShapePoin
         const auto capsules =
             placed(resized(shapes[grain.shape].capsules, sizes.radius_change_m.value, sizes.length_factor.value), grain.pose);
         Bounds bounds;
-        for (const Capsule& capsule : capsules) bounds.add(capsule);
+        for (const Capsule& capsule : capsules) add(bounds, capsule);
         std::array<int, 3> low{}, high{};
         for (std::size_t a = 0; a < 3; ++a) {
             const auto axis = static_cast<Eigen::Index>(a);

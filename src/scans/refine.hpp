@@ -3,8 +3,8 @@
 
 #include <limits>
 
-#include "core/gray_image.hpp"
 #include "core/members.hpp"
+#include "geometry/gray_image.hpp"
 #include "packing/packing.hpp"
 #include "scans/shape_points.hpp"
 
@@ -51,7 +51,7 @@ struct Refined {
     double residual = 0.0;  ///< root mean square, all grains
 };
 /// Only the first `moving` grains move; the others are neighbours of theirs. `start`: its blur must be known, the shapes may be missing.
-[[nodiscard]] Refined refine(const core::GrayImage& image, const packing::Container& container, const std::vector<ShapePoints>& shapes,
+[[nodiscard]] Refined refine(const geometry::GrayImage& image, const packing::Container& container, const std::vector<ShapePoints>& shapes,
                              std::vector<FittedGrain> grains, Common start, std::size_t moving = std::numeric_limits<std::size_t>::max());
 
 /// The shape with fitted radii and lengths.
@@ -59,7 +59,7 @@ struct Refined {
                                                    double length_factor);
 
 /// Solid fractions of the fitted grains, as an image of this blur would show them: 0 to 255.
-[[nodiscard]] std::vector<std::uint8_t> rendered(const core::Grid& grid, const std::vector<ShapePoints>& shapes, const Refined& found,
+[[nodiscard]] std::vector<std::uint8_t> rendered(const geometry::Grid& grid, const std::vector<ShapePoints>& shapes, const Refined& found,
                                                  double blur_m);
 
 }  // namespace porepack::scans

@@ -7,6 +7,7 @@
 
 namespace porepack::scans {
 using namespace core;
+using namespace geometry;
 namespace {
 
 constexpr double bytes_per_voxel = 2.0;

@@ -15,6 +15,7 @@
 
 namespace porepack::scans {
 using namespace core;
+using namespace geometry;
 using namespace packing;
 using shapes::Capsule;
 using shapes::Vec3;

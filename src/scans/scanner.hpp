@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/config.hpp"
-#include "core/grid.hpp"
+#include "geometry/grid.hpp"
 #include "packing/grains.hpp"
 
 namespace porepack::scans {
@@ -40,7 +40,7 @@ inline void describe(core::ConfigVisitor& v, ScannerConfig& c) {
 
 /// Attenuation coefficients in 1/m, computed from the projections.
 struct SimulatedScan {
-    core::Grid grid;            ///< in the container's frame, except for the tilt
+    geometry::Grid grid;        ///< in the container's frame, except for the tilt
     std::vector<float> values;  ///< x fastest
 };
 

@@ -30,7 +30,7 @@ double depth_of(const Shape& shape, const Vec3& point) {
         parts.clear();
         for (const Capsule& capsule : shape.capsules)
             if (const auto part = line_interval(capsule, point, direction)) parts.push_back(*part);
-        packing::unite(parts);
+        geometry::unite(parts);
         double way = 0.0;
         for (const Interval& part : parts)
             if (part.low <= 0.0 && part.high > 0.0) way = part.high;

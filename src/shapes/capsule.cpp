@@ -85,15 +85,13 @@ double gap(const Capsule& first, const Capsule& second) {
     return closest_points({first.a, first.b - first.a}, {second.a, second.b - second.a}).distance - first.radius - second.radius;
 }
 
-void Bounds::add(const Capsule& capsule) {
-    const Vec3 r = Vec3::Constant(capsule.radius);
-    low = low.cwiseMin(capsule.a - r).cwiseMin(capsule.b - r);
-    high = high.cwiseMax(capsule.a + r).cwiseMax(capsule.b + r);
+void add(Bounds& bounds, const Capsule& capsule) {
+    for (const Vec3& end : {capsule.a, capsule.b}) bounds.add(end, capsule.radius);
 }
 
 Bounds bounds_of(const std::vector<Capsule>& capsules) {
     Bounds bounds;
-    for (const auto& capsule : capsules) bounds.add(capsule);
+    for (const auto& capsule : capsules) add(bounds, capsule);
     return bounds;
 }
 

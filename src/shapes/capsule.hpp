@@ -2,17 +2,17 @@
 // Lengths in metres, or in any other unit that is used throughout.
 #pragma once
 
-#include <Eigen/Dense>
 #include <optional>
 #include <vector>
 
 #include "core/interval.hpp"
+#include "geometry/vector.hpp"
 
 namespace porepack::shapes {
 
-using Vec3 = Eigen::Vector3d;
-/// Not over-aligned: Eigen's alignment would depend on the instruction set that a program is compiled for.
-using Quaternion = Eigen::Quaternion<double, Eigen::DontAlign>;
+using geometry::Bounds;
+using geometry::Quaternion;
+using geometry::Vec3;
 
 struct Capsule {
     Vec3 a = Vec3::Zero();
@@ -31,11 +31,8 @@ struct Capsule {
 /// Distance between two surfaces; negative when they overlap.
 [[nodiscard]] double gap(const Capsule& first, const Capsule& second);
 
-struct Bounds {
-    Vec3 low = Vec3::Constant(1e300);
-    Vec3 high = Vec3::Constant(-1e300);
-    void add(const Capsule& capsule);
-};
+/// Makes the box hold the capsule.
+void add(Bounds& bounds, const Capsule& capsule);
 [[nodiscard]] Bounds bounds_of(const std::vector<Capsule>& capsules);
 
 [[nodiscard]] Capsule moved(const Capsule& capsule, const Vec3& position, const Quaternion& orientation);

@@ -121,7 +121,7 @@ void VoidGrid::describe(std::size_t part, Shape& shape) const {
         if (part_[cell] >= 0 && !is_other_part(cell, part)) points.push_back(centre(cell));
     for (const Vec3& point : points) {
         // Void farther than one cell from these points lies deeper in a wedge between two capsules.
-        shape.cavity_bounds.add({point, point, 4.0 * size_});
+        shape.cavity_bounds.add(point, 4.0 * size_);
         if (!seen(point)) shape.cavity_points.push_back(point);
     }
 }

@@ -15,6 +15,7 @@
 
 namespace porepack::stages {
 using namespace core;
+using namespace geometry;
 using namespace pore_space;
 using namespace packing;
 using namespace shapes;

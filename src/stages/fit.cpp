@@ -21,6 +21,7 @@
 
 namespace porepack::stages {
 using namespace core;
+using namespace geometry;
 using namespace converters;
 using namespace imaging;
 using namespace packing;
@@ -116,35 +117,28 @@ Unexplained unexplained_of(const GrayImage& image, const Container& container, c
             }
         }
     std::vector<std::size_t> stack;
-    const std::size_t row = static_cast<std::size_t>(grid.cells[0]), layer = grid.index(0, 0, 1);
     for (std::size_t start = 0; start < open.size(); ++start) {
         if (open[start] == 0) continue;
         double size = 0.0;
-        std::size_t lowest = grid.index(0, 0, grid.cells[2]), highest = 0;
+        int lowest = grid.cells[2], highest = 0;
         open[start] = 0;
         stack = {start};
         while (!stack.empty()) {
             const std::size_t cell = stack.back();
             stack.pop_back();
             size += 1.0;
-            const auto take = [&](bool exists, std::size_t other) {
-                if (!exists || open[other] == 0) return;
+            grid.for_neighbours(cell, [&](std::size_t other) {
+                if (open[other] == 0) return;
                 open[other] = 0;
                 stack.push_back(other);
-            };
-            const std::size_t i = cell % row, j = cell / row % static_cast<std::size_t>(grid.cells[1]), k = cell / layer;
-            take(i > 0, cell - 1);
-            take(i + 1 < row, cell + 1);
-            take(j > 0, cell - row);
-            take(j + 1 < static_cast<std::size_t>(grid.cells[1]), cell + row);
-            take(k > 0, cell - layer);
-            take(k + 1 < static_cast<std::size_t>(grid.cells[2]), cell + layer);
+            });
+            const int k = grid.place(cell)[2];
             lowest = std::min(lowest, k);
             highest = std::max(highest, k);
         }
-        const bool at_bottom = lowest == 0, at_top = highest + 1 == static_cast<std::size_t>(grid.cells[2]), at_end = at_bottom || at_top;
-        if (at_bottom && size > speck_voxels) found.complete_from = std::max(found.complete_from, static_cast<int>(highest) + 1);
-        if (at_top && size > speck_voxels) found.complete_to = std::min(found.complete_to, static_cast<int>(lowest));
+        const bool at_bottom = lowest == 0, at_top = highest + 1 == grid.cells[2], at_end = at_bottom || at_top;
+        if (at_bottom && size > speck_voxels) found.complete_from = std::max(found.complete_from, highest + 1);
+        if (at_top && size > speck_voxels) found.complete_to = std::min(found.complete_to, lowest);
         (at_end ? found.at_ends : found.inside) += size;
         if (!at_end) found.largest_piece = std::max(found.largest_piece, size);
     }

@@ -7,6 +7,7 @@
 
 namespace porepack::stages {
 using namespace core;
+using namespace geometry;
 using namespace packing;
 using namespace pipeline;
 namespace fs = std::filesystem;

@@ -18,6 +18,7 @@
 
 namespace porepack::stages {
 using namespace core;
+using namespace geometry;
 using namespace io;
 using namespace packing;
 using namespace converters;

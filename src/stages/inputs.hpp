@@ -27,7 +27,7 @@ struct InputOptions {
 
 /// An image as load_pore_space() takes it: in the container's frame, with what lies outside left out.
 struct ImageInput {
-    core::PhaseImage image;                                  ///< its notes name the container; empty with gray walls
+    geometry::PhaseImage image;                              ///< its notes name the container; empty with gray walls
     std::shared_ptr<const pore_space::GraySolid> gray = {};  ///< with gray walls
     packing::Container container = {};
     results::ImageFile file = {};

@@ -18,6 +18,7 @@
 
 namespace porepack::stages {
 using namespace core;
+using namespace geometry;
 using namespace converters;
 using namespace pore_space;
 using namespace pores;

@@ -39,7 +39,7 @@ std::vector<bool> whole_grains(const Packing& packing) {
     std::vector<bool> whole;
     for (const auto& capsules : capsules_of(packing)) {
         shapes::Bounds bounds;
-        for (const auto& capsule : capsules) bounds.add(capsule);
+        for (const auto& capsule : capsules) add(bounds, capsule);
         whole.push_back(bounds.low.z() >= 0.0 && bounds.high.z() <= packing.container.height());
     }
     return whole;

@@ -20,6 +20,7 @@
 
 namespace porepack::stages {
 using namespace core;
+using namespace geometry;
 using namespace converters;
 using namespace pore_space;
 using namespace imaging;
@@ -93,23 +94,14 @@ std::vector<std::uint32_t> with_edges(const Grid& grid, std::vector<std::uint32_
     std::vector<std::size_t> front, next;
     for (std::size_t cell = 0; cell < label.size(); ++cell)
         if (label[cell] != 0) front.push_back(cell);
-    const std::size_t row = static_cast<std::size_t>(grid.cells[0]), layer = grid.index(0, 0, 1);
     for (int step = 0; step < steps; ++step) {
         next.clear();
-        for (const std::size_t cell : front) {
-            const std::size_t i = cell % row, j = cell / row % static_cast<std::size_t>(grid.cells[1]), k = cell / layer;
-            const auto give = [&](bool exists, std::size_t other) {
-                if (!exists || label[other] != 0) return;
+        for (const std::size_t cell : front)
+            grid.for_neighbours(cell, [&](std::size_t other) {
+                if (label[other] != 0) return;
                 label[other] = label[cell];
                 next.push_back(other);
-            };
-            give(i > 0, cell - 1);
-            give(i + 1 < row, cell + 1);
-            give(j > 0, cell - row);
-            give(j + 1 < static_cast<std::size_t>(grid.cells[1]), cell + row);
-            give(k > 0, cell - layer);
-            give(k + 1 < static_cast<std::size_t>(grid.cells[2]), cell + layer);
-        }
+            });
         front.swap(next);
     }
     return label;

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "core/grid.hpp"
+#include "geometry/grid.hpp"
 #include "io/image.hpp"
 
 namespace porepack::stages {
@@ -14,7 +14,7 @@ namespace porepack::stages {
 /// Pictures of the vertical slice through the middle, z up; pixels of a voxel's size, enlarged for small images.
 class SlicePicture {
 public:
-    explicit SlicePicture(const core::Grid& grid) : grid_(grid), zoom_(std::max(1, 600 / std::max(grid.cells[0], 1))) {
+    explicit SlicePicture(const geometry::Grid& grid) : grid_(grid), zoom_(std::max(1, 600 / std::max(grid.cells[0], 1))) {
         pixels_.assign(static_cast<std::size_t>(width() * height() * 3), 0);
     }
     [[nodiscard]] int row() const { return grid_.cells[1] / 2; }
@@ -36,7 +36,7 @@ public:
 private:
     [[nodiscard]] int width() const { return grid_.cells[0] * zoom_; }
     [[nodiscard]] int height() const { return grid_.cells[2] * zoom_; }
-    const core::Grid& grid_;
+    const geometry::Grid& grid_;
     int zoom_;
     std::vector<std::uint8_t> pixels_;
 };

@@ -15,6 +15,7 @@
 
 namespace porepack::stages {
 using namespace core;
+using namespace geometry;
 using namespace io;
 using namespace shapes;
 using namespace packing;

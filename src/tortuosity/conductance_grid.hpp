@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "geometry/grid.hpp"
+
 namespace porepack::tortuosity {
 
 /// Finite volumes for Laplace's equation: conductance of the face between a cell and the next one along each axis (0: closed), and between
@@ -24,10 +26,7 @@ struct ConductanceGrid {
     [[nodiscard]] std::array<std::size_t, 3> strides() const {
         return {1, static_cast<std::size_t>(n[0]), static_cast<std::size_t>(n[0]) * static_cast<std::size_t>(n[1])};
     }
-    [[nodiscard]] std::array<int, 3> place(std::size_t i) const {
-        const auto nx = static_cast<std::size_t>(n[0]), ny = static_cast<std::size_t>(n[1]);
-        return {static_cast<int>(i % nx), static_cast<int>(i / nx % ny), static_cast<int>(i / (nx * ny))};
-    }
+    [[nodiscard]] std::array<int, 3> place(std::size_t i) const { return geometry::place_in(n, i); }
     [[nodiscard]] std::size_t plane_index(const std::array<int, 3>& at) const {
         const std::size_t u = axis == 0 ? 1 : 0, v = axis == 2 ? 1 : 2;
         return static_cast<std::size_t>(at[v]) * static_cast<std::size_t>(n[u]) + static_cast<std::size_t>(at[u]);

@@ -15,6 +15,7 @@
 
 namespace porepack::tortuosity {
 using namespace core;
+using namespace geometry;
 using namespace pore_space;
 namespace {
 
@@ -156,7 +157,7 @@ private:
     std::vector<std::uint8_t> open_;
     std::vector<float> above_;
     std::vector<Interval> parts_;
-    std::unique_ptr<packing::SolidProbe> probe_;
+    std::unique_ptr<geometry::SolidProbe> probe_;
 };
 
 // Rounding leaves tiny open fractions of closed faces.
@@ -225,7 +226,7 @@ bool beside_whole_solid(const std::vector<std::uint8_t>& roles, const PhaseImage
     for (int z = -1; z <= 1; ++z)
         for (int y = -1; y <= 1; ++y)
             for (int x = -1; x <= 1; ++x) {
-                Place at = place_in_grid(image.grid, cell);
+                Place at = image.grid.place(cell);
                 if (step_in_grid(image.grid, drive, at, {x, y, z}) && roles[image.grid.index(at[0], at[1], at[2])] == Role::whole_solid)
                     return true;
             }

@@ -15,7 +15,7 @@ struct CutCells {
 };
 /// Cells whose centre is solid conduct too, where a part of their faces is open. `image` has the phases of the cell centres; of its pores
 /// only those that hang together with `percolation` conduct.
-[[nodiscard]] CutCells cut_cells(const core::PhaseImage& image, const pore_space::Percolation& percolation,
+[[nodiscard]] CutCells cut_cells(const geometry::PhaseImage& image, const pore_space::Percolation& percolation,
                                  const pore_space::LinkCuts& cuts, const pore_space::FlowWalls& walls, const pore_space::Drive& drive);
 
 }  // namespace porepack::tortuosity

@@ -14,6 +14,7 @@
 
 namespace porepack::tortuosity {
 using namespace core;
+using namespace geometry;
 using namespace pore_space;
 namespace {
 

@@ -9,6 +9,7 @@
 
 namespace porepack::tortuosity {
 using namespace core;
+using namespace geometry;
 using namespace shapes;
 using namespace packing;
 using namespace converters;

@@ -7,6 +7,7 @@
 
 namespace porepack::tortuosity {
 using namespace core;
+using namespace geometry;
 using namespace packing;
 
 double hydraulic_tortuosity(const FlowImage& flow, const Section& section, int axis) {

@@ -5,6 +5,7 @@
 
 namespace porepack::tortuosity {
 using namespace core;
+using namespace geometry;
 namespace {
 
 // For each of the 256 patterns of pore cells among the eight at a corner (bit x + 2 y + 4 z): are they connected through faces?

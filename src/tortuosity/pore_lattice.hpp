@@ -25,10 +25,7 @@ struct Lattice {
                    static_cast<std::size_t>(corners(0)) +
                static_cast<std::size_t>(at[0]);
     }
-    [[nodiscard]] Corner corner(std::size_t index) const {
-        const auto nx = static_cast<std::size_t>(corners(0)), ny = static_cast<std::size_t>(corners(1));
-        return {static_cast<int>(index % nx), static_cast<int>(index / nx % ny), static_cast<int>(index / (nx * ny))};
-    }
+    [[nodiscard]] Corner corner(std::size_t index) const { return geometry::place_in({corners(0), corners(1), corners(2)}, index); }
     // False beyond the walls; across a periodic side the corner is the one on the other side.
     [[nodiscard]] bool wrap(Corner& at) const {
         for (std::size_t a = 0; a < 3; ++a) {
@@ -48,7 +45,7 @@ struct Lattice {
 // two pores meet only in an edge or a corner, nor through the faces between pores that `cuts` closes.
 class VoxelSight {
 public:
-    VoxelSight(const core::PhaseImage& image, const Lattice& lattice, const pore_space::LinkCuts& cuts)
+    VoxelSight(const geometry::PhaseImage& image, const Lattice& lattice, const pore_space::LinkCuts& cuts)
         : image_(image), lattice_(lattice), cuts_(cuts) {}
     // The corner is in pore space, whose cells here are all connected through faces.
     [[nodiscard]] bool open(const Corner& at) const;
@@ -64,7 +61,7 @@ private:
     [[nodiscard]] bool along_edge(const Corner& from, const Corner& step, std::size_t axis) const;
     [[nodiscard]] bool along_face(const Corner& from, const Corner& step, std::size_t normal) const;
     [[nodiscard]] bool through_cells(const Corner& from, const Corner& step) const;
-    const core::PhaseImage& image_;
+    const geometry::PhaseImage& image_;
     const Lattice& lattice_;
     const pore_space::LinkCuts& cuts_;
 };

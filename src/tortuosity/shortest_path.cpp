@@ -15,6 +15,7 @@
 
 namespace porepack::tortuosity {
 using namespace core;
+using namespace geometry;
 using namespace shapes;
 using namespace packing;
 using namespace pore_space;

@@ -27,7 +27,7 @@ struct GeometricPaperResult {
 [[nodiscard]] GeometricPaperResult geometric_paper_on_slices(const converters::SliceStack& slices, const TortuosityConfig& config);
 
 /// <|u|> / <u_axis> over the section's fluid (Duda, Koza & Matyka 2011). Throws NumericalError when nothing flows along the axis.
-[[nodiscard]] double hydraulic_tortuosity(const core::FlowImage& flow, const packing::Section& section, int axis);
+[[nodiscard]] double hydraulic_tortuosity(const geometry::FlowImage& flow, const packing::Section& section, int axis);
 
 /// Length of the shortest path through the pores from a point of the first end plane to the other plane / the section's length: the mean
 /// over starting points evenly distributed on the pores of the first plane, and the minimum. Exactly 1 without grains, never below.
@@ -46,7 +46,7 @@ struct ShortestPathResult {
 [[nodiscard]] ShortestPathResult shortest_path(const pore_space::PoreSpace& space, double voxel_size_m, core::Axis axis,
                                                long maximum_starts = 1000);
 /// Between voxels treated as cubes: round surfaces become staircases, and the path is somewhat longer.
-[[nodiscard]] ShortestPathResult shortest_path(const core::PhaseImage& image, int axis, std::array<bool, 3> periodic);
+[[nodiscard]] ShortestPathResult shortest_path(const geometry::PhaseImage& image, int axis, std::array<bool, 3> periodic);
 [[nodiscard]] double shortest_path_memory_bytes(double cells);
 
 /// Tortuosity factor eps D0/D_eff: ratio of the diffusivity in straight pores of the same porosity to that along the axis. Never below 1
@@ -69,7 +69,7 @@ struct DiffusiveOptions {
 };
 /// Finite volumes on the pore voxels, conjugate gradients with a multigrid preconditioner. Throws DoesNotPercolate when the pores do not
 /// percolate, NumericalError when the tolerance is not reached in `maximum_iterations`. Nothing passes the links of `cuts`.
-[[nodiscard]] DiffusiveResult diffusive_tortuosity(const core::PhaseImage& image, int axis, std::array<bool, 3> periodic,
+[[nodiscard]] DiffusiveResult diffusive_tortuosity(const geometry::PhaseImage& image, int axis, std::array<bool, 3> periodic,
                                                    const DiffusiveOptions& options = {}, const pore_space::LinkCuts& cuts = {});
 [[nodiscard]] double diffusive_memory_bytes(double cells);
 /// In a pore space on cells of this size. Where the solid is known exactly, the faces of the cells are cut by its walls (cut_cells.hpp):

@@ -15,13 +15,14 @@
 
 #include "core/error.hpp"
 #include "core/files.hpp"
-#include "core/grid.hpp"
 #include "core/process.hpp"
+#include "geometry/grid.hpp"
 #include "support/basics.hpp"
 
 // Tests see all of the library.
 namespace porepack {
 namespace core {}
+namespace geometry {}
 namespace record {}
 namespace io {}
 namespace shapes {}
@@ -45,6 +46,7 @@ namespace stages {}
 namespace study {}
 namespace design {}
 using namespace core;
+using namespace geometry;
 using namespace record;
 using namespace io;
 using namespace shapes;

@@ -7,6 +7,7 @@
 
 namespace porepack::test {
 using namespace core;
+using namespace geometry;
 using namespace lbm;
 using namespace shapes;
 using namespace packing;

@@ -12,7 +12,7 @@ namespace porepack::test {
 struct KnownFlow {
     std::string name;
     packing::Packing packing;  ///< of an array
-    std::shared_ptr<const packing::Solid> solid;
+    std::shared_ptr<const geometry::Solid> solid;
     packing::Container container;
     core::Axis direction = core::Axis::z;
     double permeability_m2 = 0.0;

@@ -7,6 +7,7 @@
 
 namespace porepack::test {
 using namespace core;
+using namespace geometry;
 using namespace pore_space;
 using namespace packing;
 

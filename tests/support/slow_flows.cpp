@@ -9,6 +9,7 @@
 
 namespace porepack::test {
 using namespace core;
+using namespace geometry;
 using namespace lbm;
 using namespace shapes;
 using namespace packing;

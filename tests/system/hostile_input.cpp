@@ -106,7 +106,7 @@ TEST(HostileImage, WhatWasWrongInSilence) {
 TEST(HostileImage, GrayImagesAndTheirFlags) {
     const test::Folder folder;
     const Packing packing = three_spheres("box:0.03,0.03,0.036");
-    const core::GrayImage scan = test::simulated_scan(Grains(packing), packing.container, 1e-3, {.blur_voxels = 0.6, .noise = 0.02});
+    const geometry::GrayImage scan = test::simulated_scan(Grains(packing), packing.container, 1e-3, {.blur_voxels = 0.6, .noise = 0.02});
     imaging::write_volume(folder.path() / "scan.nrrd", scans::scan_of(scan, 30.0, 180.0));
     const std::string file = quoted(folder.path() / "scan.nrrd"), threshold = " --image-threshold volume";
     const std::string out = " --output " + quoted(folder.path() / "out");

@@ -20,7 +20,7 @@ using core::UserError;
 
 double gray_permeability(const test::KnownFlow& flow, double voxels, double blur, double noise,
                          std::optional<core::Interval>* interval = nullptr) {
-    const core::GrayImage scan = test::simulated_scan(*flow.solid, flow.container, flow.diameter_m / voxels, {blur, noise, 3});
+    const geometry::GrayImage scan = test::simulated_scan(*flow.solid, flow.container, flow.diameter_m / voxels, {blur, noise, 3});
     const scans::GrayInput input =
         scans::read_gray(scan_of(scan, 0.0, 1.0), {.threshold = "volume", .gray_levels = {0.0, 1.0}}, flow.container, flow.name);
     const pore_space::PoreSpace space = pore_space_of(input.solid, flow.container, {0.0, flow.container.height()}, flow.name);
@@ -72,7 +72,7 @@ TEST(GrayWalls, TheIntervalOfTheTortuosityFactorHoldsBlurAndContacts) {
                                                 {std::sqrt(3.0) * std::numbers::pi / 8.0, 1.4763, test::body_centred()}})
         for (const double blur : {0.5, 1.1}) {
             const auto flow = test::sphere_array(solid, 1.0, centres, {0.2, 0.6, 0.3});
-            const core::GrayImage scan = test::simulated_scan(*flow.solid, flow.container, flow.diameter_m / 15.0, {blur, 0.02, 4});
+            const geometry::GrayImage scan = test::simulated_scan(*flow.solid, flow.container, flow.diameter_m / 15.0, {blur, 0.02, 4});
             const scans::GrayInput input =
                 scans::read_gray(scan_of(scan, 0.0, 1.0), {.threshold = "volume", .gray_levels = {0.0, 1.0}}, flow.container, flow.name);
             const pore_space::PoreSpace space = pore_space_of(input.solid, flow.container, {0.0, flow.container.height()}, flow.name);
@@ -91,11 +91,11 @@ TEST(GrayWalls, TheIntervalOfTheTortuosityFactorHoldsBlurAndContacts) {
 TEST(GrayWalls, TheAveragedImageIsThatOfLargerVoxels) {
     const auto flow = test::sphere_array(0.343, 15.39949, test::simple_cubic(), {0.13, 0.29, 0.41});
     const auto input_of = [&](double voxels, double blur) {
-        const core::GrayImage scan = test::simulated_scan(*flow.solid, flow.container, flow.diameter_m / voxels, {blur, 0.0, 3});
+        const geometry::GrayImage scan = test::simulated_scan(*flow.solid, flow.container, flow.diameter_m / voxels, {blur, 0.0, 3});
         return scans::read_gray(scan_of(scan, 0.0, 1.0), {.threshold = "volume", .gray_levels = {0.0, 1.0}}, flow.container, flow.name);
     };
     const scans::GrayInput fine = input_of(16.0, 1.4), coarse = input_of(8.0, 0.7);
-    const core::GrayImage means = pore_space::averaged(*fine.solid->image(), 2);
+    const geometry::GrayImage means = pore_space::averaged(*fine.solid->image(), 2);
     const auto& cells = coarse.solid->image()->grid.cells;
     ASSERT_EQ(means.grid.cells, cells);
     double difference = 0.0;
@@ -127,7 +127,7 @@ TEST(GrayWalls, LevelsAreFoundAndTheTubeIsSubtracted) {
     const packing::Grains solid(packing);
     const double exact = packing::porosity(solid, tube, {0.0, 0.04}).value;
     for (const double noise : {0.0, 0.05}) {
-        const core::GrayImage image =
+        const geometry::GrayImage image =
             test::simulated_scan(solid, tube, 4e-4, {.blur_voxels = 0.8, .noise = noise, .seed = 7, .tube = true});
         const scans::GrayInput input = scans::read_gray(scan_of(image, 40.0, 180.0), {.threshold = "volume"}, tube, "scan");
         EXPECT_NEAR(input.notes.pore_level, 40.0, 0.3);
@@ -157,7 +157,7 @@ TEST(GrayWalls, RingsHardlyChangeThePorosity) {
     }
     const packing::Grains solid(packing);
     const double exact = packing::porosity(solid, tube, {0.0, 0.04}).value;
-    core::GrayImage image = test::simulated_scan(solid, tube, 4e-4, {.blur_voxels = 0.7, .noise = 0.02, .seed = 7, .tube = true});
+    geometry::GrayImage image = test::simulated_scan(solid, tube, 4e-4, {.blur_voxels = 0.7, .noise = 0.02, .seed = 7, .tube = true});
     std::normal_distribution<double> gain(0.0, 0.05);
     std::vector<double> ring(200);
     for (double& value : ring) value = gain(random);
@@ -167,7 +167,7 @@ TEST(GrayWalls, RingsHardlyChangeThePorosity) {
             const auto radius = static_cast<std::size_t>(std::hypot(i + 0.5 - 0.5 * grid.cells[0], j + 0.5 - 0.5 * grid.cells[1]));
             for (int k = 0; k < grid.cells[2]; ++k) {
                 const std::size_t cell = grid.index(i, j, k);
-                image.packed[cell] = core::GrayImage::pack(image.at(cell) + ring[radius]);
+                image.packed[cell] = geometry::GrayImage::pack(image.at(cell) + ring[radius]);
             }
         }
     const scans::GrayInput input = scans::read_gray(scan_of(image, 40.0, 180.0), {.threshold = "volume"}, tube, "scan");
@@ -178,9 +178,9 @@ TEST(GrayWalls, RingsHardlyChangeThePorosity) {
 }
 
 TEST(GrayWalls, WhatCannotBeRightIsRefused) {
-    core::GrayImage image;
+    geometry::GrayImage image;
     image.grid = {.cells = {20, 20, 20}, .origin_m = {0, 0, 0}, .spacing_m = {1e-3, 1e-3, 1e-3}};
-    image.packed.assign(8000, core::GrayImage::pack(0.0));
+    image.packed.assign(8000, geometry::GrayImage::pack(0.0));
     const packing::Container box{.kind = packing::Container::Kind::box, .size_m = {0.02, 0.02, 0.02}};
     const auto message = [&](const ImageConfig& config) -> std::string {
         try {
@@ -193,9 +193,9 @@ TEST(GrayWalls, WhatCannotBeRightIsRefused) {
     EXPECT_TRUE(test::has(message({.threshold = "volume"}), "all values of the image are 10"));
     std::mt19937 random(1);
     std::normal_distribution<double> noise(0.3, 0.05);  // one phase
-    for (std::size_t i = 0; i < image.packed.size(); ++i) image.packed[i] = core::GrayImage::pack(noise(random));
+    for (std::size_t i = 0; i < image.packed.size(); ++i) image.packed[i] = geometry::GrayImage::pack(noise(random));
     EXPECT_TRUE(test::has(message({.threshold = "volume"}), "not two peaks"));
-    for (std::size_t i = 0; i < 4000; ++i) image.packed[i] = core::GrayImage::pack(1.0);
+    for (std::size_t i = 0; i < 4000; ++i) image.packed[i] = geometry::GrayImage::pack(1.0);
     EXPECT_TRUE(test::has(message({.threshold = "middle"}), "neither a number nor one of its words"));
     EXPECT_TRUE(test::has(message({.threshold = 500.0}), "not between the gray levels"));
     EXPECT_TRUE(test::has(message({.threshold = "volume", .gray_levels = {90.0, 10.0}}), "do not fit pore_side"));

@@ -497,11 +497,11 @@ TEST(Images, CropBinAndPhases) {
         test::has(test::message_of<UserError>([&] { (void)segmented(open_volume(file, gray), gray, "l"); }), "no threshold is given"));
     gray.threshold = 100;
     const SegmentedImage found = segmented(open_volume(file, gray), gray, "l");
-    EXPECT_EQ(std::count(found.image.phase.begin(), found.image.phase.end(), core::Phase::grain), 7);
+    EXPECT_EQ(std::count(found.image.phase.begin(), found.image.phase.end(), geometry::Phase::grain), 7);
     EXPECT_EQ(found.pore_level, "values below 100");
     gray.pore_side = PoreSide::above;
     const SegmentedImage swapped = segmented(open_volume(file, gray), gray, "l");
-    EXPECT_EQ(std::count(swapped.image.phase.begin(), swapped.image.phase.end(), core::Phase::pore), 7);
+    EXPECT_EQ(std::count(swapped.image.phase.begin(), swapped.image.phase.end(), geometry::Phase::pore), 7);
     gray.threshold = 500;
     EXPECT_TRUE(test::has(test::message_of<UserError>([&] { (void)segmented(open_volume(file, gray), gray, "l"); }),
                           "nothing of the image is pore"));
@@ -593,7 +593,7 @@ TEST(Images, NothingIsTakenInSilence) {
     ImageConfig rounded = raw(ValueType::float64);
     rounded.pore = 0.1;
     const SegmentedImage found = segmented(open_volume(file, rounded), rounded, "l");
-    EXPECT_EQ(std::count(found.image.phase.begin(), found.image.phase.end(), core::Phase::pore), 90);
+    EXPECT_EQ(std::count(found.image.phase.begin(), found.image.phase.end(), geometry::Phase::pore), 90);
     rounded.pore = {0.1, 3};
     fault([&] { (void)segmented(open_volume(file, rounded), rounded, "l"); }, "no voxel of the pore value 3");
 }

@@ -22,7 +22,7 @@ TEST(WallDistance, IsThatOfTheExactGeometry) {
     ASSERT_GT(scene.domain.walls.size(), 10000U);
     int not_exact = 0;
     for (const WallLink& link : scene.domain.walls) {
-        const auto here = place_in_grid(scene.domain.grid, scene.domain.cells.cell(link.node));
+        const auto here = scene.domain.grid.place(scene.domain.cells.cell(link.node));
         const auto& c = d3q19::c[link.q];
         const Vec3 way(c[0], c[1], c[2]);
         Vec3 at = (Vec3(here[0] + 0.5, here[1] + 0.5, here[2] + 0.5) + link.fraction() * way) / n;

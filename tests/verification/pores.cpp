@@ -12,8 +12,8 @@
 namespace porepack {
 namespace {
 
-using core::Phase;
-using core::PhaseImage;
+using geometry::Phase;
+using geometry::PhaseImage;
 using namespace pores;
 
 constexpr std::array<bool, 3> all_periodic = {true, true, true};

@@ -9,6 +9,7 @@
 
 using namespace porepack;
 using namespace porepack::core;
+using namespace porepack::geometry;
 using namespace porepack::shapes;
 using namespace porepack::packing;
 using namespace porepack::converters;

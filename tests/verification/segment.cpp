@@ -12,10 +12,10 @@
 namespace porepack {
 namespace {
 
-using core::GrayImage;
 using core::Json;
 using core::Path;
 using core::UserError;
+using geometry::GrayImage;
 using shapes::Vec3;
 
 // Spheres of 8 mm in contact, 20 voxels each, in a tube of 32 mm: four layers of five, the lowest and the highest cut by the ends.
@@ -42,7 +42,7 @@ TEST(Segment, GrainsTubeCavitiesAndCutGrains) {
     const packing::Packing packing = stacked_spheres();
     // A cavity in one grain, and dust in the water.
     const Path scan = write_scan(folder, packing, [](GrayImage& image) {
-        const core::Grid& grid = image.grid;
+        const geometry::Grid& grid = image.grid;
         const auto ball = [&](const Vec3& centre, double radius, double value) {
             for (int k = 0; k < grid.cells[2]; ++k)
                 for (int j = 0; j < grid.cells[1]; ++j)

@@ -115,7 +115,7 @@ std::int64_t closed_links(const PhaseImage& image, const Drive& drive, const pac
     std::int64_t count = 0;
     for (std::size_t cell = 0; cell < grid.size(); ++cell) {
         if (image.phase[cell] != Phase::pore) continue;
-        const auto at = place_in_grid(grid, cell);
+        const auto at = grid.place(cell);
         for (std::size_t q = 1; q < d3q19::directions; ++q) {
             auto there = at;
             if (!step_in_grid(grid, drive, there, d3q19::c[q]) || image.phase[grid.index(there[0], there[1], there[2])] != Phase::pore)

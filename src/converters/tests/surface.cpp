@@ -10,6 +10,7 @@
 
 namespace porepack {
 using namespace core;
+using namespace geometry;
 using namespace io;
 using namespace shapes;
 using namespace packing;

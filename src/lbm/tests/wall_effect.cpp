@@ -18,13 +18,13 @@ TEST(Wall, ProfileOfAnAnnulus) {
         return r > a && r < radius ? radius * radius - r * r + (radius * radius - a * a) * std::log(r / radius) / std::log(radius / a)
                                    : 0.0;
     };
-    core::FlowImage flow;
+    geometry::FlowImage flow;
     flow.grid.cells = {400, 400, 2};
     flow.grid.origin_m = {-1.0, -1.0, 0.0};
     flow.grid.spacing_m = {0.005, 0.005, 0.5};
     flow.velocity_m_per_s.assign(3 * flow.grid.size(), 0.0F);
     for (std::size_t cell = 0; cell < flow.grid.size(); ++cell) {
-        const auto at = pore_space::place_in_grid(flow.grid, cell);
+        const auto at = flow.grid.place(cell);
         flow.velocity_m_per_s[3 * cell + 2] = static_cast<float>(speed(std::hypot(flow.grid.centre(0, at[0]), flow.grid.centre(1, at[1]))));
     }
     const auto integral = [&](double r0, double r1) {  // of u r, by 2000 midpoints

@@ -8,6 +8,7 @@
 
 namespace porepack {
 using namespace core;
+using namespace geometry;
 using namespace shapes;
 using namespace packing;
 using namespace pore_space;

@@ -11,6 +11,7 @@
 
 namespace porepack {
 using namespace core;
+using namespace geometry;
 using namespace shapes;
 using namespace packing;
 using namespace pore_space;
@@ -22,7 +23,7 @@ using test::message_of;
 // A section whose buffer ends at the floor: whole voxels may begin half a voxel below it, and rounding must not matter.
 TEST(Voxels, MayBeginHalfAVoxelBelowTheFloor) {
     const Container container = parse_container("box:0.03,0.03,0.1");
-    core::Grid grid{.cells = {30, 30, 60}, .origin_m = {0.0, 0.0, 0.0}, .spacing_m = {1e-3, 1e-3, 1e-3}};
+    geometry::Grid grid{.cells = {30, 30, 60}, .origin_m = {0.0, 0.0, 0.0}, .spacing_m = {1e-3, 1e-3, 1e-3}};
     const auto check = [&](double bottom_m) {
         grid.origin_m[2] = bottom_m;
         pore_space::require_fit(grid, container, {0.02, 0.04}, "here", false);

@@ -178,7 +178,7 @@ private:
     void arrive() {
         std::size_t x = 0;
         domain_.cells.for_each([&](std::size_t cell) {
-            const auto here = place_in_grid(domain_.grid, cell);
+            const auto here = domain_.grid.place(cell);
             for (int q = 0; q < directions; ++q) {
                 auto from = here;
                 if (domain_.cuts.closed(cell, c[static_cast<std::size_t>(opposite(q))])) continue;

@@ -1,0 +1,31 @@
+#include "geometry/solid.hpp"
+
+#include <algorithm>
+
+namespace porepack::geometry {
+using core::Interval;
+
+void unite(std::vector<Interval>& parts) {
+    std::sort(parts.begin(), parts.end(), [](const Interval& p, const Interval& q) { return p.low < q.low; });
+    std::size_t last = 0;
+    for (std::size_t i = 1; i < parts.size(); ++i) {
+        if (parts[i].low <= parts[last].high)
+            parts[last].high = std::max(parts[last].high, parts[i].high);
+        else
+            parts[++last] = parts[i];
+    }
+    if (!parts.empty()) parts.resize(last + 1);
+}
+
+void Solid::near_column(double, double, double length, std::vector<Interval>& parts) const {
+    const Bounds box = bounds();
+    parts = {{box.low.z() - length, box.high.z() + length}};
+}
+
+bool Solid::contains(const Vec3& point) const {
+    thread_local std::vector<Interval> parts;
+    column(point.x(), point.y(), parts);
+    return std::any_of(parts.begin(), parts.end(), [&](const Interval& part) { return part.low <= point.z() && point.z() <= part.high; });
+}
+
+}  // namespace porepack::geometry
