@@ -6,6 +6,7 @@
 
 #include "core/files.hpp"
 #include "openfoam/foam.hpp"
+#include "core/json.hpp"
 
 namespace porepack::benchmarks {
 

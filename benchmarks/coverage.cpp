@@ -9,6 +9,7 @@
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "support/known_flows.hpp"
+#include "core/json.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

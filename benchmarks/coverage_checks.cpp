@@ -13,6 +13,7 @@
 #include "core/log.hpp"
 #include "core/table.hpp"
 #include "openfoam/foam.hpp"
+#include "core/json.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

@@ -13,6 +13,7 @@
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "lbm/permeability.hpp"
+#include "core/json.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/table.hpp"
+#include "core/json.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

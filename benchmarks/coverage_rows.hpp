@@ -6,6 +6,7 @@
 
 #include "core/files.hpp"
 #include "lbm/permeability.hpp"
+#include "core/json.hpp"
 
 namespace porepack::benchmarks {
 

@@ -16,6 +16,7 @@
 #include "falling_head/simulated_noise.hpp"
 #include "support/turned_arrays.hpp"
 #include "tortuosity/tortuosity.hpp"
+#include "core/json.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

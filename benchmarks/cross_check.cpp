@@ -9,6 +9,7 @@
 #include "openfoam/foam_field.hpp"
 #include "stages/case.hpp"
 #include "study/case_pipeline.hpp"
+#include "core/json.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

@@ -12,6 +12,7 @@
 #include "core/table.hpp"
 #include "design/scatter.hpp"
 #include "uncertainty/sample.hpp"
+#include "core/members_json.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

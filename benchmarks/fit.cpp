@@ -14,12 +14,11 @@
 #include "scans/scanner.hpp"
 #include "scans/shape_points.hpp"
 #include "stages/fit.hpp"
+#include "core/members_json.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;
-using namespace converters;
 using namespace scans;
-using namespace pore_space;
 using namespace packing;
 using namespace stages;
 using shapes::Vec3;

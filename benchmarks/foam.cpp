@@ -10,6 +10,7 @@
 #include "core/log.hpp"
 #include "stages/stages.hpp"
 #include "support/known_flows.hpp"
+#include "core/json.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;
@@ -17,7 +18,6 @@ using namespace shapes;
 using namespace packing;
 using namespace converters;
 using namespace pore_space;
-using namespace lbm;
 using namespace test;
 using namespace openfoam;
 

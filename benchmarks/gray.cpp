@@ -8,6 +8,7 @@
 #include "core/log.hpp"
 #include "core/median.hpp"
 #include "stages/gray_parts.hpp"
+#include "core/members_json.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

@@ -12,6 +12,7 @@
 #include "lbm/mean_flow.hpp"
 #include "lbm/sequence.hpp"
 #include "support/known_flows.hpp"
+#include "core/json.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

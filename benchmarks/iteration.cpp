@@ -7,6 +7,7 @@
 #include "benchmarks/benchmarks.hpp"
 #include "core/table.hpp"
 #include "support/slow_flows.hpp"
+#include "core/json.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

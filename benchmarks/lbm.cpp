@@ -7,6 +7,7 @@
 #include "core/log.hpp"
 #include "report/plot.hpp"
 #include "support/known_flows.hpp"
+#include "core/json.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

@@ -9,6 +9,7 @@
 #include "core/median.hpp"
 #include "lbm/domain.hpp"
 #include "lbm/flow.hpp"
+#include "core/json.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "benchmarks/benchmarks.hpp"
+#include "core/json.hpp"
 
 namespace porepack::benchmarks {
 

@@ -12,6 +12,7 @@
 #include "core/interrupt.hpp"
 #include "core/machine.hpp"
 #include "core/passive_waiting.hpp"
+#include "core/json.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

@@ -11,6 +11,7 @@
 #include "lbm/permeability.hpp"
 #include "pore_space/pore_space.hpp"
 #include "stages/stages.hpp"
+#include "core/json.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

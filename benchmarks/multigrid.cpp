@@ -14,6 +14,7 @@
 #include "lbm/permeability.hpp"
 #include "lbm/sequence.hpp"
 #include "lbm/start.hpp"
+#include "core/json.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

@@ -14,6 +14,7 @@
 #include "pouring/dem/capsule_pour.hpp"
 #include "report/plot.hpp"
 #include "stages/stages.hpp"
+#include "core/json.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;
@@ -23,7 +24,6 @@ using namespace packing;
 using namespace pouring;
 using namespace pouring::dem;
 using namespace pouring::liggghts;
-using namespace converters;
 using namespace pore_space;
 using namespace report;
 

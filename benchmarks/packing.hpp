@@ -5,6 +5,7 @@
 
 #include "pouring/dem/capsule_dem.hpp"
 #include "pouring/liggghts/liggghts.hpp"
+#include "core/json.hpp"
 
 namespace porepack::benchmarks {
 

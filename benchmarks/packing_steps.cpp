@@ -9,6 +9,7 @@
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "pouring/dem/capsule_pour.hpp"
+#include "core/json.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

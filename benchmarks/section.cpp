@@ -15,6 +15,7 @@
 #include "lbm/sequence.hpp"
 #include "report/plot.hpp"
 #include "support/known_flows.hpp"
+#include "core/members_json.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

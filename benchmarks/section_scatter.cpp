@@ -15,6 +15,7 @@
 #include "lbm/permeability.hpp"
 #include "report/plot.hpp"
 #include "uncertainty/sample.hpp"
+#include "core/members_json.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

@@ -12,14 +12,13 @@
 #include "stages/inputs.hpp"
 #include "stages/segment.hpp"
 #include "support/simulated_scan.hpp"
+#include "core/members_json.hpp"
 
 namespace porepack::benchmarks {
 using namespace test;
 using namespace core;
 using namespace geometry;
-using namespace converters;
 using namespace scans;
-using namespace pore_space;
 using namespace packing;
 using namespace stages;
 namespace {

@@ -9,13 +9,13 @@
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
+#include "core/json.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;
 using namespace shapes;
 using namespace packing;
 using namespace converters;
-using namespace pore_space;
 // Error and time of the measures against tolerance, of the inverse, and of CGAL's surfaces against their number of triangles.
 Json shapes_benchmark() {
     Json measures = Json::array(), inverses = Json::array(), surfaces = Json::array();

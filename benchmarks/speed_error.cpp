@@ -16,6 +16,7 @@
 #include "stages/stages.hpp"
 #include "study/case_pipeline.hpp"
 #include "support/known_flows.hpp"
+#include "core/json.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

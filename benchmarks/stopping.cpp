@@ -9,6 +9,7 @@
 #include "core/parallel.hpp"
 #include "core/table.hpp"
 #include "uncertainty/sample.hpp"
+#include "core/json.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

@@ -13,6 +13,7 @@
 #include "stages/stages.hpp"
 #include "support/known_flows.hpp"
 #include "tortuosity/tortuosity.hpp"
+#include "core/json.hpp"
 
 namespace porepack::benchmarks {
 using namespace test;

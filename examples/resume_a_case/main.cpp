@@ -7,6 +7,8 @@
 #include <porepack/core/error.hpp>
 #include <porepack/study/case_pipeline.hpp>
 
+#include "core/json.hpp"
+
 using namespace porepack;
 
 int main(int argc, char** argv) try {

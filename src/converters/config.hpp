@@ -1,6 +1,7 @@
 // Table [geometry] of case.toml.
 #pragma once
 
+#include "core/choice.hpp"
 #include "core/config.hpp"
 
 namespace porepack::converters {

@@ -25,7 +25,6 @@
 
 namespace porepack::converters {
 using namespace core;
-using namespace io;
 using namespace shapes;
 namespace pmp = CGAL::Polygon_mesh_processing;
 namespace {

@@ -11,6 +11,7 @@
 #include "core/machine.hpp"
 #include "io/image.hpp"
 #include "pore_space/voxels.hpp"
+#include "core/json.hpp"
 
 namespace porepack::converters {
 using namespace core;

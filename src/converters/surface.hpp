@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "core/interval.hpp"
 #include "io/stl.hpp"
 #include "pore_space/pore_space.hpp"
 

@@ -1,4 +1,6 @@
 #include "core/config.hpp"
+#include "core/json.hpp"
+#include "core/resolved_config.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

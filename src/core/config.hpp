@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "core/choice.hpp"
-#include "core/files.hpp"
+#include "core/json_fwd.hpp"
 
 namespace porepack::core {
 
@@ -99,14 +99,6 @@ public:
 using Describe = std::function<void(ConfigVisitor&)>;
 /// Values from the command line by key; they take precedence over the file.
 using Flags = std::map<std::string, std::string>;
-
-/// The resolved values, in the order of the list.
-[[nodiscard]] Json resolved(const Describe& describe);
-/// The resolved values of a table's struct.
-template <typename Config>
-[[nodiscard]] Json resolved_config(Config config) {
-    return resolved([&](ConfigVisitor& v) { describe(v, config); });
-}
 
 /// One row per key, for help and for the reference page.
 struct KeyRow {

@@ -3,14 +3,14 @@
 
 #include <filesystem>
 #include <functional>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
+
+#include "core/json_fwd.hpp"
 
 namespace porepack::core {
 
 using Path = std::filesystem::path;
-using Json = nlohmann::ordered_json;
 
 /// Throws UserError when `path` is missing, no regular file (a folder, a pipe, a device), or larger than `largest_bytes`.
 void require_file(const Path& path, double largest_bytes = 1e12);

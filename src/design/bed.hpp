@@ -5,6 +5,7 @@
 #include <string>
 
 #include "core/config.hpp"
+#include "core/files.hpp"
 #include "design/design.hpp"
 
 namespace porepack::design {

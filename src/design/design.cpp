@@ -18,6 +18,7 @@
 #include "record/toml_file.hpp"
 #include "report/page.hpp"
 #include "study/case_pipeline.hpp"
+#include "core/json.hpp"
 
 namespace porepack::design {
 using namespace core;

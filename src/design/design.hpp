@@ -5,6 +5,11 @@
 #include <string>
 #include <vector>
 
+#include "core/choice.hpp"
+#include "core/files.hpp"
+#include "core/interval.hpp"
+#include "core/json.hpp"
+#include "core/members.hpp"
 #include "core/sides.hpp"
 #include "design/candidates.hpp"
 

@@ -15,6 +15,7 @@
 #include "report/plot.hpp"
 #include "stages/stages.hpp"
 #include "study/grain_sheet.hpp"
+#include "core/members_json.hpp"
 
 namespace porepack::design {
 using namespace core;

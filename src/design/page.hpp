@@ -1,6 +1,7 @@
 // Files of a design: proposals.csv, design.json, design.html with its figures.
 #pragma once
 
+#include "core/files.hpp"
 #include "design/design.hpp"
 
 namespace porepack::design {

@@ -1,7 +1,9 @@
 // Table [image] of case.toml, and the flags --image-*: a scan or a segmented image as the solid.
 #pragma once
 
+#include "core/choice.hpp"
 #include "core/config.hpp"
+#include "core/json.hpp"
 
 namespace porepack::imaging {
 

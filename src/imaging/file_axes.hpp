@@ -1,6 +1,7 @@
 // What a file says, before its axes are put into the order x, y, z.
 #pragma once
 
+#include "core/files.hpp"
 #include "imaging/volume.hpp"
 
 namespace porepack::imaging {

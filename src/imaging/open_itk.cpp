@@ -23,6 +23,7 @@
 #include "core/own_process.hpp"
 #include "imaging/file_axes.hpp"
 #include "imaging/layer_files.hpp"
+#include "core/json.hpp"
 
 namespace porepack::imaging {
 using namespace core;

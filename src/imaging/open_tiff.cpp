@@ -10,6 +10,7 @@
 
 #include "core/error.hpp"
 #include "imaging/file_axes.hpp"
+#include "core/json.hpp"
 
 namespace porepack::imaging {
 using namespace core;

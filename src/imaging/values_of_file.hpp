@@ -1,6 +1,7 @@
 // The values of a file that follow each other without structure.
 #pragma once
 
+#include "core/files.hpp"
 #include "imaging/file_axes.hpp"
 
 namespace porepack::imaging {

@@ -1,6 +1,7 @@
 // Images written layer by layer, and cut or binned on the way.
 #pragma once
 
+#include "core/files.hpp"
 #include "geometry/grid.hpp"
 #include "imaging/volume.hpp"
 

@@ -1,6 +1,7 @@
 // Rendered images of surfaces. Needs a display, or xvfb-run around the program.
 #pragma once
 
+#include "core/files.hpp"
 #include "io/stl.hpp"
 
 namespace porepack::io {

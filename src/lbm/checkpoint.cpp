@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "core/error.hpp"
+#include "core/members_json.hpp"
 
 namespace porepack::lbm {
 using namespace core;

@@ -4,6 +4,7 @@
 #include <span>
 
 #include "core/error.hpp"
+#include "core/files.hpp"
 #include "lbm/permeability.hpp"
 
 namespace porepack::lbm {

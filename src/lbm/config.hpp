@@ -1,6 +1,7 @@
 // Table [lbm] of case.toml.
 #pragma once
 
+#include "core/choice.hpp"
 #include "core/config.hpp"
 #include "lbm/scheme.hpp"
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/members.hpp"
 #include "lbm/permeability.hpp"
 
 namespace porepack::lbm {

@@ -3,9 +3,7 @@
 #include <fmt/format.h>
 
 namespace porepack::lbm {
-using namespace core;
 using namespace geometry;
-using namespace pore_space;
 namespace {
 
 constexpr double water_viscosity_Pa_s = 1e-3;

@@ -3,6 +3,9 @@
 
 #include <optional>
 
+#include "core/files.hpp"
+#include "core/interval.hpp"
+#include "core/members.hpp"
 #include "lbm/config.hpp"
 #include "lbm/solver.hpp"
 #include "pore_space/pore_space.hpp"

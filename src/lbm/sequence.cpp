@@ -9,7 +9,9 @@
 
 #include "core/error.hpp"
 #include "core/interrupt.hpp"
+#include "core/json.hpp"
 #include "core/log.hpp"
+#include "core/resolved_config.hpp"
 #include "lbm/layered_flow.hpp"
 
 namespace porepack::lbm {

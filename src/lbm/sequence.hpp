@@ -1,6 +1,7 @@
 // Solves a sequence of grids, each started from the previous one; resumes from a checkpoint.
 #pragma once
 
+#include "core/files.hpp"
 #include "core/log.hpp"
 #include "lbm/checkpoint.hpp"
 #include "lbm/start.hpp"

@@ -6,7 +6,6 @@
 namespace porepack::lbm {
 using namespace core;
 using namespace geometry;
-using namespace pore_space;
 namespace {
 
 // Where there is no fluid the velocity is zero, and the density that of the other nodes.

@@ -6,6 +6,8 @@
 #include <span>
 
 #include "converters/surface.hpp"
+#include "core/files.hpp"
+#include "core/interval.hpp"
 #include "core/members.hpp"
 #include "openfoam/config.hpp"
 #include "pore_space/pore_space.hpp"

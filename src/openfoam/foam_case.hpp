@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "core/files.hpp"
 #include "core/process.hpp"
 #include "openfoam/foam.hpp"
 

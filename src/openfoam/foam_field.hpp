@@ -5,6 +5,8 @@
 #include <vector>
 
 #include "converters/surface.hpp"
+#include "core/choice.hpp"
+#include "core/files.hpp"
 
 namespace porepack::openfoam {
 

@@ -8,6 +8,7 @@
 #include "core/config.hpp"
 #include "core/error.hpp"
 #include "packing/packing.hpp"
+#include "core/json.hpp"
 
 namespace porepack::packing {
 using namespace core;

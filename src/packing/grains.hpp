@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "core/interval.hpp"
 #include "geometry/solid.hpp"
 #include "packing/packing.hpp"
 #include "shapes/bins.hpp"

@@ -16,6 +16,7 @@
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "packing/grains.hpp"
+#include "core/json.hpp"
 
 namespace porepack::packing {
 using namespace core;

@@ -6,7 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "core/choice.hpp"
 #include "core/config.hpp"
+#include "core/files.hpp"
+#include "core/json.hpp"
 #include "shapes/shape.hpp"
 
 namespace porepack::packing {

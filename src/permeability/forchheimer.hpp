@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "core/interval.hpp"
 #include "core/members.hpp"
 
 namespace porepack::permeability {

@@ -9,6 +9,7 @@
 #include "core/error.hpp"
 #include "core/machine.hpp"
 #include "record/digest.hpp"
+#include "core/json.hpp"
 
 namespace porepack::pipeline {
 using namespace core;

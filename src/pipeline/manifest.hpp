@@ -7,6 +7,7 @@
 
 #include "core/choice.hpp"
 #include "core/files.hpp"
+#include "core/json.hpp"
 
 namespace porepack::pipeline {
 

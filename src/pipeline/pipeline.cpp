@@ -15,6 +15,7 @@
 #include "core/process.hpp"
 #include "pipeline/running_folder.hpp"
 #include "record/digest.hpp"
+#include "core/json.hpp"
 
 namespace porepack::pipeline {
 using namespace core;

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "core/files.hpp"
+#include "core/json.hpp"
 #include "pipeline/manifest.hpp"
 #include "pipeline/stage.hpp"
 

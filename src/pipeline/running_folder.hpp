@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/file_lock.hpp"
+#include "core/files.hpp"
 
 namespace porepack::pipeline {
 

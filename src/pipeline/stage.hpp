@@ -5,7 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "core/files.hpp"
 #include "core/members.hpp"
+#include "core/members_json.hpp"
 
 namespace porepack::pipeline {
 

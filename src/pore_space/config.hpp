@@ -1,6 +1,7 @@
 // Table [section] of case.toml.
 #pragma once
 
+#include "core/choice.hpp"
 #include "core/config.hpp"
 
 namespace porepack::pore_space {

@@ -3,6 +3,7 @@
 
 #include <optional>
 
+#include "core/interval.hpp"
 #include "geometry/gray_image.hpp"
 #include "pore_space/pore_space.hpp"
 

@@ -1,6 +1,7 @@
 // Pore cells that the flow can reach.
 #pragma once
 
+#include "core/choice.hpp"
 #include "core/error.hpp"
 #include "geometry/grid.hpp"
 #include "packing/packing.hpp"

@@ -7,7 +7,6 @@ namespace porepack::pore_space {
 using namespace core;
 using namespace geometry;
 using namespace shapes;
-using namespace packing;
 namespace {
 
 class StretchedProbe : public SolidProbe {

@@ -3,6 +3,7 @@
 
 #include <optional>
 
+#include "core/interval.hpp"
 #include "geometry/grid.hpp"
 #include "packing/grains.hpp"
 

@@ -7,7 +7,9 @@
 #include <numbers>
 
 #include "core/error.hpp"
+#include "core/json.hpp"
 #include "core/machine.hpp"
+#include "core/resolved_config.hpp"
 #include "pouring/batches.hpp"
 #include "record/digest.hpp"
 

@@ -10,6 +10,7 @@
 
 #include "core/error.hpp"
 #include "core/log.hpp"
+#include "core/members_json.hpp"
 
 namespace porepack::record {
 using namespace core;

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "core/config.hpp"
+#include "core/files.hpp"
 
 namespace porepack::record {
 

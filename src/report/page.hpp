@@ -5,6 +5,9 @@
 #include <utility>
 #include <vector>
 
+#include "core/files.hpp"
+#include "core/interval.hpp"
+#include "core/json.hpp"
 #include "core/sides.hpp"
 #include "results/report.hpp"
 

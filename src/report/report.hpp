@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "core/files.hpp"
+#include "core/json.hpp"
 #include "permeability/fluid.hpp"
 #include "results/report.hpp"
 #include "results/results.hpp"

@@ -4,6 +4,7 @@
 
 #include "permeability/permeability.hpp"
 #include "report/section.hpp"
+#include "core/json.hpp"
 
 namespace porepack::report {
 using namespace core;

@@ -5,6 +5,8 @@
 
 #include <optional>
 
+#include "core/files.hpp"
+#include "core/interval.hpp"
 #include "report/page.hpp"
 #include "report/report.hpp"
 

@@ -4,6 +4,7 @@
 #include "core/log.hpp"
 #include "report/plot.hpp"
 #include "report/section.hpp"
+#include "core/members_json.hpp"
 
 namespace porepack::report {
 using namespace core;

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "core/interval.hpp"
+#include "core/json.hpp"
 #include "core/members.hpp"
 #include "falling_head/causes.hpp"
 

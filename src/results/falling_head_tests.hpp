@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/interval.hpp"
 #include "core/members.hpp"
 
 namespace porepack::results {

@@ -5,6 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "core/interval.hpp"
+#include "core/json.hpp"
+#include "core/members.hpp"
 #include "results/image.hpp"
 #include "scans/refine.hpp"
 

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "core/interval.hpp"
+#include "core/members.hpp"
 #include "openfoam/foam.hpp"
 #include "results/permeability.hpp"
 

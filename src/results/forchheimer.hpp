@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/interval.hpp"
 #include "core/members.hpp"
 #include "lbm/inertia.hpp"
 #include "permeability/forchheimer.hpp"

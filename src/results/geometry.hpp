@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "core/interval.hpp"
 #include "core/members.hpp"
 #include "results/pack.hpp"
 

@@ -7,6 +7,7 @@
 
 #include "core/members.hpp"
 #include "scans/gray_input.hpp"
+#include "core/json.hpp"
 
 namespace porepack::results {
 

@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "core/choice.hpp"
+#include "core/interval.hpp"
+#include "core/members.hpp"
 #include "lbm/permeability.hpp"
 #include "results/permeability.hpp"
 #include "results/tensor.hpp"

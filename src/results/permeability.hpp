@@ -3,6 +3,7 @@
 
 #include <optional>
 
+#include "core/interval.hpp"
 #include "core/members.hpp"
 #include "permeability/permeability.hpp"
 

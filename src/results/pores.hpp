@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "core/interval.hpp"
 #include "core/members.hpp"
 
 namespace porepack::results {

@@ -3,6 +3,7 @@
 
 #include <array>
 
+#include "core/interval.hpp"
 #include "results/results.hpp"
 
 namespace porepack::results {

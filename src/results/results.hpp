@@ -4,6 +4,9 @@
 
 #include <filesystem>
 
+#include "core/files.hpp"
+#include "core/members.hpp"
+#include "core/members_json.hpp"
 #include "results/descriptors.hpp"
 #include "results/falling_head.hpp"
 #include "results/foam.hpp"

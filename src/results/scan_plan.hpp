@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/interval.hpp"
 #include "core/members.hpp"
 
 namespace porepack::results {

@@ -4,6 +4,9 @@
 #include <optional>
 #include <string>
 
+#include "core/interval.hpp"
+#include "core/json.hpp"
+#include "core/members.hpp"
 #include "results/image.hpp"
 
 namespace porepack::results {

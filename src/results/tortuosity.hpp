@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/choice.hpp"
+#include "core/interval.hpp"
 #include "core/members.hpp"
 
 namespace porepack::results {

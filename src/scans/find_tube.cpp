@@ -11,7 +11,6 @@
 
 namespace porepack::scans {
 using namespace core;
-using namespace geometry;
 using namespace imaging;
 namespace {
 

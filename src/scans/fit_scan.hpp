@@ -1,6 +1,7 @@
 // A scan whose grains are fitted, of any size.
 #pragma once
 
+#include "core/files.hpp"
 #include "imaging/volume.hpp"
 #include "scans/gray_input.hpp"
 #include "scans/refine.hpp"

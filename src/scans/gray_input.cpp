@@ -9,7 +9,7 @@
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "core/median.hpp"
-#include "core/members.hpp"
+#include "core/members_json.hpp"
 
 namespace porepack::scans {
 using namespace core;

@@ -9,6 +9,7 @@
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
+#include "core/json.hpp"
 
 namespace porepack::scans {
 using namespace core;

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 
+#include "core/interval.hpp"
 #include "shapes/capsule.hpp"
 
 namespace porepack::shapes {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/choice.hpp"
+#include "core/interval.hpp"
 #include "shapes/capsule.hpp"
 
 namespace porepack::shapes {

@@ -12,7 +12,6 @@
 
 namespace porepack::stages {
 using namespace core;
-using namespace lbm;
 using namespace falling_head;
 using namespace report;
 namespace {

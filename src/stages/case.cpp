@@ -8,6 +8,8 @@
 #include <stdexcept>
 
 #include "core/error.hpp"
+#include "core/json.hpp"
+#include "core/resolved_config.hpp"
 #include "record/toml_file.hpp"
 
 namespace porepack::stages {

@@ -5,6 +5,7 @@
 
 #include "converters/config.hpp"
 #include "core/config.hpp"
+#include "core/files.hpp"
 #include "core/members.hpp"
 #include "falling_head/config.hpp"
 #include "imaging/config.hpp"

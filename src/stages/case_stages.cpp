@@ -4,7 +4,6 @@
 
 namespace porepack::stages {
 using namespace core;
-using namespace lbm;
 using namespace pipeline;
 
 namespace {

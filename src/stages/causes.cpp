@@ -7,7 +7,9 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "core/json.hpp"
 #include "core/log.hpp"
+#include "core/resolved_config.hpp"
 #include "core/table.hpp"
 #include "falling_head/column.hpp"
 #include "lbm/paper_scheme.hpp"

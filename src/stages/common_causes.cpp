@@ -16,6 +16,7 @@
 #include "record/toml_file.hpp"
 #include "report/plot.hpp"
 #include "results/falling_head.hpp"
+#include "core/members_json.hpp"
 
 namespace porepack::stages {
 using namespace core;

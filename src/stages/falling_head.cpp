@@ -16,7 +16,6 @@
 
 namespace porepack::stages {
 using namespace core;
-using namespace lbm;
 using namespace permeability;
 using namespace falling_head;
 using namespace pipeline;

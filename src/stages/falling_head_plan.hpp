@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/config.hpp"
+#include "core/files.hpp"
 #include "falling_head/plan.hpp"
 #include "results/falling_head_tests.hpp"
 

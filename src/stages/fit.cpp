@@ -22,7 +22,6 @@
 namespace porepack::stages {
 using namespace core;
 using namespace geometry;
-using namespace converters;
 using namespace imaging;
 using namespace packing;
 using namespace pore_space;

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "core/config.hpp"
+#include "core/files.hpp"
 #include "imaging/config.hpp"
 #include "packing/packing.hpp"
 #include "results/fit.hpp"

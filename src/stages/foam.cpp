@@ -16,7 +16,6 @@ namespace porepack::stages {
 using namespace core;
 using namespace converters;
 using namespace pore_space;
-using namespace lbm;
 using namespace openfoam;
 using namespace pipeline;
 namespace {

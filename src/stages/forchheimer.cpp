@@ -10,6 +10,8 @@
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
+#include "core/members_json.hpp"
+#include "core/resolved_config.hpp"
 #include "core/table.hpp"
 #include "lbm/inertia.hpp"
 #include "openfoam/foam.hpp"

@@ -5,6 +5,7 @@
 
 #include "converters/config.hpp"
 #include "core/config.hpp"
+#include "core/files.hpp"
 #include "imaging/volume.hpp"
 #include "pore_space/config.hpp"
 #include "pore_space/pore_space.hpp"

@@ -21,7 +21,6 @@ using namespace core;
 using namespace io;
 using namespace packing;
 using namespace converters;
-using namespace scans;
 using namespace pore_space;
 using namespace lbm;
 using namespace pipeline;

@@ -13,6 +13,7 @@
 #include "record/digest.hpp"
 #include "stages/fit.hpp"
 #include "stages/stages.hpp"
+#include "core/json.hpp"
 
 namespace porepack::stages {
 using namespace core;

@@ -6,6 +6,8 @@
 #include <numbers>
 
 #include "core/error.hpp"
+#include "core/json.hpp"
+#include "core/resolved_config.hpp"
 #include "core/table.hpp"
 #include "packing/structure.hpp"
 #include "pouring/dem/relax.hpp"

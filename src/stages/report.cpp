@@ -8,11 +8,11 @@
 #include "core/log.hpp"
 #include "permeability/fluid.hpp"
 #include "stages/stages.hpp"
+#include "core/json.hpp"
 
 namespace porepack::stages {
 using namespace core;
 using namespace packing;
-using namespace lbm;
 using namespace report;
 using namespace pipeline;
 namespace fs = std::filesystem;

@@ -12,6 +12,7 @@
 #include "scans/shape_points.hpp"
 #include "stages/fit.hpp"
 #include "stages/stages.hpp"
+#include "core/members_json.hpp"
 
 namespace porepack::stages {
 using namespace core;

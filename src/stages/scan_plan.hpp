@@ -1,6 +1,7 @@
 // Which scan is good enough? Scans of a packing simulated at several settings, its grains fitted, porosity and k compared with the truth.
 #pragma once
 
+#include "core/files.hpp"
 #include "results/scan_plan.hpp"
 #include "scans/scanner.hpp"
 

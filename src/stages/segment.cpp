@@ -21,7 +21,6 @@
 namespace porepack::stages {
 using namespace core;
 using namespace geometry;
-using namespace converters;
 using namespace pore_space;
 using namespace imaging;
 using namespace scans;

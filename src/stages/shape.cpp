@@ -14,7 +14,6 @@ using namespace core;
 using namespace io;
 using namespace shapes;
 using namespace converters;
-using namespace lbm;
 using namespace pipeline;
 namespace {
 

@@ -6,8 +6,10 @@
 #include <numbers>
 
 #include "core/error.hpp"
+#include "core/json.hpp"
 #include "core/log.hpp"
 #include "core/process.hpp"
+#include "core/resolved_config.hpp"
 #include "imaging/volume.hpp"
 #include "io/stl.hpp"
 #include "pouring/pour.hpp"
@@ -20,7 +22,6 @@ using namespace shapes;
 using namespace packing;
 using namespace pouring;
 using namespace pore_space;
-using namespace lbm;
 namespace fs = std::filesystem;
 
 std::string solid_stage(const Case& c) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "core/files.hpp"
 #include "geometry/grid.hpp"
 #include "io/image.hpp"
 

@@ -8,6 +8,9 @@
 #include <vector>
 
 #include "converters/surface.hpp"
+#include "core/choice.hpp"
+#include "core/files.hpp"
+#include "core/json.hpp"
 #include "pipeline/stage.hpp"
 #include "pore_space/pore_space.hpp"
 #include "results/falling_head_tests.hpp"

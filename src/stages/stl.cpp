@@ -13,7 +13,6 @@ using namespace io;
 using namespace packing;
 using namespace converters;
 using namespace pore_space;
-using namespace lbm;
 using namespace pipeline;
 namespace {
 

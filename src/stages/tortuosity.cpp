@@ -12,6 +12,7 @@
 #include "openfoam/foam_field.hpp"
 #include "scans/gray_input.hpp"
 #include "stages/stages.hpp"
+#include "core/members_json.hpp"
 
 namespace porepack::stages {
 using namespace core;

@@ -16,7 +16,6 @@
 namespace porepack::stages {
 using namespace core;
 using namespace pore_space;
-using namespace permeability;
 using namespace uncertainty;
 using namespace pipeline;
 namespace fs = std::filesystem;

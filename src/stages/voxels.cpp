@@ -16,7 +16,6 @@ using namespace io;
 using namespace packing;
 using namespace converters;
 using namespace pore_space;
-using namespace lbm;
 using namespace pipeline;
 
 namespace {

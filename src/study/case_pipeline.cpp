@@ -5,7 +5,6 @@
 
 namespace porepack::study {
 using namespace pouring;
-using namespace lbm;
 using namespace pipeline;
 using namespace stages;
 

@@ -12,6 +12,7 @@
 #include "core/table.hpp"
 #include "report/plot.hpp"
 #include "results/report.hpp"
+#include "core/members_json.hpp"
 
 namespace porepack::study {
 using namespace core;

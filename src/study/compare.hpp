@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/files.hpp"
+#include "core/json.hpp"
 
 namespace porepack::study {
 

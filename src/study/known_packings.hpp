@@ -5,6 +5,9 @@
 #include <optional>
 #include <vector>
 
+#include "core/files.hpp"
+#include "core/interval.hpp"
+#include "core/sides.hpp"
 #include "results/quantities.hpp"
 #include "stages/case.hpp"
 #include "uncertainty/regression.hpp"

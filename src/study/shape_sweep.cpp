@@ -13,6 +13,7 @@
 #include "report/plot.hpp"
 #include "shapes/shape.hpp"
 #include "study/grain_sheet.hpp"
+#include "core/json.hpp"
 
 namespace porepack::study {
 using namespace core;

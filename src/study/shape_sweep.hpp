@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/files.hpp"
+#include "core/json.hpp"
 
 namespace porepack::study {
 

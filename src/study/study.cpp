@@ -15,6 +15,7 @@
 #include "record/digest.hpp"
 #include "record/toml_file.hpp"
 #include "study/case_pipeline.hpp"
+#include "core/json.hpp"
 
 namespace porepack::study {
 using namespace core;

@@ -5,7 +5,10 @@
 #include <utility>
 #include <vector>
 
+#include "core/choice.hpp"
 #include "core/config.hpp"
+#include "core/files.hpp"
+#include "core/json.hpp"
 #include "pipeline/stage.hpp"
 #include "stages/case.hpp"
 

@@ -1,6 +1,7 @@
 // A study for a workflow engine.
 #pragma once
 
+#include "core/files.hpp"
 #include "study/study.hpp"
 
 namespace porepack::study {

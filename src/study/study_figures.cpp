@@ -15,6 +15,7 @@
 #include "study/study_fits.hpp"
 #include "study/study_run.hpp"
 #include "study/study_table.hpp"
+#include "core/json.hpp"
 
 namespace porepack::study {
 using namespace core;

@@ -3,6 +3,7 @@
 
 #include <functional>
 
+#include "core/files.hpp"
 #include "core/interval.hpp"
 #include "study/study.hpp"
 #include "study/study_table.hpp"

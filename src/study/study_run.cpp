@@ -15,6 +15,7 @@
 #include "study/case_pipeline.hpp"
 #include "study/scheduler.hpp"
 #include "study/study_table.hpp"
+#include "core/json.hpp"
 
 namespace porepack::study {
 using namespace core;

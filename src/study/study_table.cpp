@@ -14,12 +14,11 @@
 #include "record/digest.hpp"
 #include "results/quantities.hpp"
 #include "stages/stages.hpp"
+#include "core/json.hpp"
 
 namespace porepack::study {
 using namespace core;
 using namespace record;
-using namespace permeability;
-using namespace uncertainty;
 using namespace stages;
 namespace fs = std::filesystem;
 namespace {

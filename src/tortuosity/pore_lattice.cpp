@@ -4,7 +4,6 @@
 #include <numeric>
 
 namespace porepack::tortuosity {
-using namespace core;
 using namespace geometry;
 namespace {
 

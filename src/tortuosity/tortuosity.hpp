@@ -2,6 +2,8 @@
 #pragma once
 
 #include "converters/slices.hpp"
+#include "core/choice.hpp"
+#include "core/interval.hpp"
 #include "pore_space/pore_space.hpp"
 #include "tortuosity/config.hpp"
 

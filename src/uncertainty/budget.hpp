@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "core/choice.hpp"
+#include "core/interval.hpp"
 #include "core/members.hpp"
 #include "core/sides.hpp"
 #include "uncertainty/sample.hpp"

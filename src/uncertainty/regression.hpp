@@ -5,6 +5,8 @@
 #include <optional>
 #include <span>
 
+#include "core/interval.hpp"
+#include "core/sides.hpp"
 #include "uncertainty/sample.hpp"
 
 namespace porepack::uncertainty {

@@ -4,6 +4,7 @@
 #include <optional>
 #include <span>
 
+#include "core/interval.hpp"
 #include "core/sides.hpp"
 
 namespace porepack::uncertainty {

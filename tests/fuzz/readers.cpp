@@ -15,6 +15,7 @@
 #include "pore_space/pore_space.hpp"
 #include "stages/case.hpp"
 #include "support/helpers.hpp"
+#include "core/json.hpp"
 
 namespace porepack {
 namespace {

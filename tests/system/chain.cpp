@@ -8,6 +8,7 @@
 #include "packing/packing.hpp"
 #include "support/cases.hpp"
 #include "support/helpers.hpp"
+#include "core/json.hpp"
 
 namespace porepack {
 namespace {

@@ -6,6 +6,7 @@
 #include "stages/case.hpp"
 #include "support/cases.hpp"
 #include "support/helpers.hpp"
+#include "core/json.hpp"
 
 namespace porepack {
 namespace {

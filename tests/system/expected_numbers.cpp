@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "support/helpers.hpp"
+#include "core/json.hpp"
 
 namespace porepack {
 namespace {

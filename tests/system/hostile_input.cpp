@@ -11,6 +11,7 @@
 #include "scans/gray_levels.hpp"
 #include "support/helpers.hpp"
 #include "support/simulated_scan.hpp"
+#include "core/json.hpp"
 
 namespace porepack {
 namespace {

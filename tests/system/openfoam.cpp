@@ -5,6 +5,7 @@
 
 #include "openfoam/foam.hpp"
 #include "support/helpers.hpp"
+#include "core/json.hpp"
 
 namespace porepack {
 namespace {

@@ -5,6 +5,7 @@
 #include "study/study.hpp"
 #include "support/cases.hpp"
 #include "support/helpers.hpp"
+#include "core/json.hpp"
 
 namespace porepack {
 namespace {

@@ -12,6 +12,7 @@
 #include "scans/shape_points.hpp"
 #include "support/helpers.hpp"
 #include "support/simulated_scan.hpp"
+#include "core/members_json.hpp"
 
 namespace porepack {
 namespace {

@@ -11,6 +11,7 @@
 #include "support/helpers.hpp"
 #include "support/known_flows.hpp"
 #include "support/simulated_scan.hpp"
+#include "core/members_json.hpp"
 
 namespace porepack {
 namespace {

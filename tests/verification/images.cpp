@@ -24,6 +24,7 @@
 #include "pore_space/pore_space.hpp"
 #include "scans/phases.hpp"
 #include "support/helpers.hpp"
+#include "core/json.hpp"
 
 namespace porepack {
 namespace {

@@ -8,6 +8,7 @@
 #include "support/known_flows.hpp"
 #include "tortuosity/tortuosity.hpp"
 #include "uncertainty/section_scatter.hpp"
+#include "core/json.hpp"
 
 namespace porepack {
 namespace {

@@ -8,6 +8,7 @@
 #include "stages/inputs.hpp"
 #include "support/helpers.hpp"
 #include "support/simulated_scan.hpp"
+#include "core/members_json.hpp"
 
 namespace porepack {
 namespace {

@@ -16,6 +16,7 @@
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "stages/stages.hpp"
+#include "core/json.hpp"
 
 namespace porepack::apps {
 using namespace core;

@@ -9,6 +9,7 @@
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "study/case_pipeline.hpp"
+#include "core/members_json.hpp"
 
 namespace porepack::apps {
 using namespace core;

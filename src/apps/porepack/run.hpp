@@ -6,6 +6,8 @@
 #include <string>
 
 #include "apps/porepack/command_line.hpp"
+#include "core/files.hpp"
+#include "core/members_json.hpp"
 #include "pipeline/loose.hpp"
 #include "record/toml_file.hpp"
 #include "stages/stages.hpp"

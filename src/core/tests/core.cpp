@@ -7,6 +7,7 @@
 #include "core/pages.hpp"
 #include "core/table.hpp"
 #include "support/basics.hpp"
+#include "core/json.hpp"
 
 namespace porepack {
 using namespace core;

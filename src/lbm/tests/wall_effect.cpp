@@ -5,9 +5,6 @@
 #include "support/basics.hpp"
 
 namespace porepack {
-using namespace core;
-using namespace packing;
-using namespace lbm;
 namespace {
 
 // Flow in an annulus between a rod of radius a and the tube, u = R^2 - r^2 + (R^2 - a^2) ln(r/R) / ln(R/a), whose integral over a ring is

@@ -8,6 +8,7 @@
 #include "pipeline/pipeline.hpp"
 #include "record/digest.hpp"
 #include "support/basics.hpp"
+#include "core/json.hpp"
 
 namespace porepack {
 using namespace core;

@@ -12,7 +12,6 @@
 namespace porepack {
 using namespace core;
 using namespace geometry;
-using namespace shapes;
 using namespace packing;
 using namespace pore_space;
 namespace {

@@ -1,6 +1,7 @@
 // Packing by the built-in DEM of exact capsules.
 #pragma once
 
+#include "core/files.hpp"
 #include "pouring/dem/capsule_dem.hpp"
 #include "pouring/pour.hpp"
 

@@ -1,6 +1,7 @@
 // Data shared by the writing and the reading of a LIGGGHTS run. Only for the sources of this folder.
 #pragma once
 
+#include "core/files.hpp"
 #include "pouring/liggghts/liggghts.hpp"
 
 namespace porepack::pouring::liggghts {

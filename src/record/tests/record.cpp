@@ -6,6 +6,7 @@
 #include "record/digest.hpp"
 #include "record/toml_file.hpp"
 #include "support/basics.hpp"
+#include "core/json.hpp"
 
 namespace porepack {
 using namespace core;

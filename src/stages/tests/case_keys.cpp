@@ -6,7 +6,6 @@
 
 namespace porepack {
 using namespace core;
-using namespace stages;
 namespace {
 
 using test::has;

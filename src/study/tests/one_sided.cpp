@@ -7,10 +7,10 @@
 #include "study/compare.hpp"
 #include "support/basics.hpp"
 #include "uncertainty/budget.hpp"
+#include "core/members_json.hpp"
 
 namespace porepack {
 using namespace core;
-using namespace uncertainty;
 using namespace report;
 using namespace stages;
 using namespace study;

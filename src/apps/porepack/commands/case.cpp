@@ -7,6 +7,8 @@
 #include "core/escape.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
+#include "core/members_json.hpp"
+#include "core/resolved_config.hpp"
 #include "results/report.hpp"
 #include "stages/relax.hpp"
 #include "study/case_pipeline.hpp"

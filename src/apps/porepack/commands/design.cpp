@@ -9,6 +9,7 @@
 #include "core/data_file.hpp"
 #include "core/escape.hpp"
 #include "design/design.hpp"
+#include "core/json.hpp"
 
 namespace porepack::apps {
 using namespace core;

@@ -4,6 +4,8 @@
 #include <limits>
 
 #include "apps/porepack/run.hpp"
+#include "core/json.hpp"
+#include "core/resolved_config.hpp"
 #include "stages/common_causes.hpp"
 #include "stages/falling_head_plan.hpp"
 

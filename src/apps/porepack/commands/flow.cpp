@@ -1,5 +1,7 @@
 // Commands that compute permeabilities: lbm, foam, forchheimer.
 #include "apps/porepack/run.hpp"
+#include "core/json.hpp"
+#include "core/resolved_config.hpp"
 
 namespace porepack::apps {
 using namespace core;

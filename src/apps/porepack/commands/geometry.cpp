@@ -1,5 +1,7 @@
 // Commands that turn grains into a surface, voxels and slices.
 #include "apps/porepack/run.hpp"
+#include "core/members_json.hpp"
+#include "core/resolved_config.hpp"
 
 namespace porepack::apps {
 using namespace core;

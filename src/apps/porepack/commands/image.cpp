@@ -7,7 +7,9 @@
 
 #include "apps/porepack/run.hpp"
 #include "core/error.hpp"
+#include "core/json.hpp"
 #include "core/log.hpp"
+#include "core/resolved_config.hpp"
 #include "imaging/write_volume.hpp"
 #include "results/image_info.hpp"
 #include "scans/gray_levels.hpp"

@@ -1,5 +1,7 @@
 // Command `pores`.
 #include "apps/porepack/run.hpp"
+#include "core/json.hpp"
+#include "core/resolved_config.hpp"
 
 namespace porepack::apps {
 using namespace core;

@@ -1,6 +1,8 @@
 // The command shape: measures of a grain, of an STL file; the sweep over sphericities.
 #include "apps/porepack/run.hpp"
+#include "core/json.hpp"
 #include "core/log.hpp"
+#include "core/resolved_config.hpp"
 #include "study/shape_sweep.hpp"
 
 namespace porepack::apps {

@@ -10,6 +10,7 @@
 #include "study/study_export.hpp"
 #include "study/study_figures.hpp"
 #include "study/study_run.hpp"
+#include "core/members_json.hpp"
 
 namespace porepack::apps {
 using namespace core;

@@ -4,6 +4,8 @@
 #include "apps/porepack/run.hpp"
 #include "core/error.hpp"
 #include "core/log.hpp"
+#include "core/members_json.hpp"
+#include "core/resolved_config.hpp"
 
 namespace porepack::apps {
 using namespace core;

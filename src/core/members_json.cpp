@@ -1,4 +1,4 @@
-#include "core/members.hpp"
+#include "core/members_json.hpp"
 
 #include <fmt/format.h>
 

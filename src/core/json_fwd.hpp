@@ -1,0 +1,8 @@
+// The name of JSON documents, for headers that only pass them on; core/json.hpp is for those that look inside.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+
+namespace porepack::core {
+using Json = nlohmann::ordered_json;
+}  // namespace porepack::core
