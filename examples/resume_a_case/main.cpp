@@ -5,9 +5,8 @@
 #include <porepack/core/context.hpp>
 #include <porepack/core/data_file.hpp>
 #include <porepack/core/error.hpp>
+#include <porepack/core/json.hpp>
 #include <porepack/study/case_pipeline.hpp>
-
-#include "core/json.hpp"
 
 using namespace porepack;
 

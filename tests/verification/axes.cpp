@@ -5,22 +5,10 @@
 #include "pore_space/voxels.hpp"
 #include "scans/phases.hpp"
 #include "support/helpers.hpp"
+#include "support/l_shaped.hpp"
 
 namespace porepack {
 namespace {
-
-// A body without symmetry: a long arm along +x, a shorter one along +y, an arm along +z, in a corner of the box.
-Packing l_shaped() {
-    Packing packing;
-    packing.container.kind = Container::Kind::box;
-    packing.container.size_m = Vec3(0.06, 0.05, 0.04);
-    packing.shapes.push_back(
-        {.id = "L",
-         .capsules = {
-             {Vec3::Zero(), Vec3(0.03, 0, 0), 0.003}, {Vec3::Zero(), Vec3(0, 0.02, 0), 0.003}, {Vec3::Zero(), Vec3(0, 0, 0.012), 0.003}}});
-    packing.bodies.push_back({.shape = 0, .position_m = Vec3(0.01, 0.012, 0.014)});
-    return packing;
-}
 
 struct Extent {
     Vec3 low = Vec3::Constant(1e300), high = Vec3::Constant(-1e300);
@@ -49,7 +37,7 @@ Extent extent_of(const Grid& grid, const std::vector<std::uint8_t>& phase) {
 
 TEST(Axes, TheLStandsRightInEveryFile) {
     const test::Folder folder;
-    write_packing(folder.path() / "packing.json", l_shaped());
+    write_packing(folder.path() / "packing.json", test::l_shaped());
     const Packing packing = read_packing(folder.path() / "packing.json");
     const Grains grains(packing);
     const Section whole{0.0, 0.04};

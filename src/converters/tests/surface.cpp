@@ -7,6 +7,7 @@
 #include "converters/surface.hpp"
 #include "core/error.hpp"
 #include "support/basics.hpp"
+#include "support/l_shaped.hpp"
 
 namespace porepack {
 using namespace core;
@@ -20,19 +21,6 @@ namespace {
 
 using test::has;
 using test::message_of;
-
-// A body without symmetry: a long arm along +x, a shorter one along +y, an arm along +z, in a corner of the box.
-Packing l_shaped() {
-    Packing packing;
-    packing.container.kind = Container::Kind::box;
-    packing.container.size_m = Vec3(0.06, 0.05, 0.04);
-    packing.shapes.push_back(
-        {.id = "L",
-         .capsules = {
-             {Vec3::Zero(), Vec3(0.03, 0, 0), 0.003}, {Vec3::Zero(), Vec3(0, 0.02, 0), 0.003}, {Vec3::Zero(), Vec3(0, 0, 0.012), 0.003}}});
-    packing.bodies.push_back({.shape = 0, .position_m = Vec3(0.01, 0.012, 0.014)});
-    return packing;
-}
 
 // Two triangles on each side, in millimetres.
 std::string block_stl(const std::string& name, const std::array<double, 6>& box, const std::string& first_number = {}) {
@@ -106,8 +94,8 @@ TEST(Surface, PorosityOfABlockIsExact) {
         EXPECT_LT(found.uncertainty, 3e-7);
     }
     // Against lines, of a surface with facets in all directions.
-    const TriangleSurface surface = make_surface(l_shaped(), {}).surface;
-    const SurfaceSolid closed(surface, l_shaped().container);
+    const TriangleSurface surface = make_surface(test::l_shaped(), {}).surface;
+    const SurfaceSolid closed(surface, test::l_shaped().container);
     const double whole = closed.volume_between(-1.0, 1.0).value();
     EXPECT_NEAR(whole / check_surface(surface).volume_m3, 1.0, 1e-9);
     const double low = closed.bounds().low.z(), high = closed.bounds().high.z();
@@ -119,7 +107,7 @@ TEST(Surface, PorosityOfABlockIsExact) {
 
 TEST(Stl, FaultsAreNamed) {
     const test::Folder folder;
-    Packing packing = l_shaped();
+    Packing packing = test::l_shaped();
     const TriangleSurface surface = make_surface(packing, {}).surface;
     const Path good = folder.path() / "good.stl";
     write_stl(good, surface);

@@ -7,6 +7,7 @@
 #include "packing/packing.hpp"
 #include "packing/structure.hpp"
 #include "support/basics.hpp"
+#include "support/l_shaped.hpp"
 
 namespace porepack {
 using namespace core;
@@ -17,22 +18,9 @@ namespace {
 using test::has;
 using test::message_of;
 
-// A body without symmetry: a long arm along +x, a shorter one along +y, an arm along +z, in a corner of the box.
-Packing l_shaped() {
-    Packing packing;
-    packing.container.kind = Container::Kind::box;
-    packing.container.size_m = Vec3(0.06, 0.05, 0.04);
-    packing.shapes.push_back(
-        {.id = "L",
-         .capsules = {
-             {Vec3::Zero(), Vec3(0.03, 0, 0), 0.003}, {Vec3::Zero(), Vec3(0, 0.02, 0), 0.003}, {Vec3::Zero(), Vec3(0, 0, 0.012), 0.003}}});
-    packing.bodies.push_back({.shape = 0, .position_m = Vec3(0.01, 0.012, 0.014)});
-    return packing;
-}
-
 TEST(Packing, IsReadBackAsWritten) {
     const test::Folder folder;
-    Packing packing = l_shaped();
+    Packing packing = test::l_shaped();
     packing.overlap_allowed = true;  // it reaches through the wall
     packing.bodies[0].orientation = Quaternion(0.5, 0.5, -0.5, 0.5);
     write_packing(folder.path() / "a.json", packing);
