@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "core/files.hpp"
-#include "openfoam/foam.hpp"
 #include "core/json.hpp"
+#include "openfoam/foam.hpp"
 
 namespace porepack::benchmarks {
 

@@ -7,9 +7,9 @@
 #include "benchmarks/benchmarks.hpp"
 #include "benchmarks/coverage_rows.hpp"
 #include "core/error.hpp"
+#include "core/json.hpp"
 #include "core/log.hpp"
 #include "support/known_flows.hpp"
-#include "core/json.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

@@ -10,10 +10,10 @@
 #include "benchmarks/random_beds.hpp"
 #include "core/data_file.hpp"
 #include "core/error.hpp"
+#include "core/json.hpp"
 #include "core/log.hpp"
 #include "core/table.hpp"
 #include "openfoam/foam.hpp"
-#include "core/json.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

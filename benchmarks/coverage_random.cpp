@@ -11,9 +11,9 @@
 #include "benchmarks/coverage_rows.hpp"
 #include "benchmarks/random_beds.hpp"
 #include "core/error.hpp"
+#include "core/json.hpp"
 #include "core/log.hpp"
 #include "lbm/permeability.hpp"
-#include "core/json.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/table.hpp"
 #include "core/json.hpp"
+#include "core/table.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "core/files.hpp"
-#include "lbm/permeability.hpp"
 #include "core/json.hpp"
+#include "lbm/permeability.hpp"
 
 namespace porepack::benchmarks {
 

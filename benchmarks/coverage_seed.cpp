@@ -9,6 +9,7 @@
 #include "benchmarks/binomial_interval.hpp"
 #include "benchmarks/gray_run.hpp"
 #include "core/error.hpp"
+#include "core/json.hpp"
 #include "core/log.hpp"
 #include "core/median.hpp"
 #include "falling_head/causes.hpp"
@@ -16,7 +17,6 @@
 #include "falling_head/simulated_noise.hpp"
 #include "support/turned_arrays.hpp"
 #include "tortuosity/tortuosity.hpp"
-#include "core/json.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

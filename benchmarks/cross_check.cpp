@@ -5,11 +5,11 @@
 
 #include "benchmarks/benchmarks.hpp"
 #include "core/error.hpp"
+#include "core/json.hpp"
 #include "io/image.hpp"
 #include "openfoam/foam_field.hpp"
 #include "stages/case.hpp"
 #include "study/case_pipeline.hpp"
-#include "core/json.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

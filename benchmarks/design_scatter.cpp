@@ -8,11 +8,11 @@
 #include <random>
 
 #include "benchmarks/benchmarks.hpp"
+#include "core/members_json.hpp"
 #include "core/parallel.hpp"
 #include "core/table.hpp"
 #include "design/scatter.hpp"
 #include "uncertainty/sample.hpp"
-#include "core/members_json.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

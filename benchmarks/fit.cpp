@@ -6,21 +6,21 @@
 #include <fstream>
 #include <sstream>
 
+#include "analysis/fit.hpp"
 #include "benchmarks/benchmarks.hpp"
 #include "core/data_file.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
+#include "core/members_json.hpp"
 #include "imaging/write_volume.hpp"
 #include "scans/scanner.hpp"
 #include "scans/shape_points.hpp"
-#include "stages/fit.hpp"
-#include "core/members_json.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;
 using namespace scans;
 using namespace packing;
-using namespace stages;
+using namespace analysis;
 using shapes::Vec3;
 namespace {
 
@@ -133,8 +133,8 @@ Json fit_benchmark(bool quick, const Path& given) {
         make_folder(target);
         watch = {};
         reset_peak_memory();
-        const results::Fit found =
-            fit_image(scan, {.find_container = true, .fit_memory_bytes = scene.memory_bytes}, std::nullopt, scene.packing.shapes, target);
+        const results::Fit found = written(
+            fit_image(scan, {.find_container = true, .fit_memory_bytes = scene.memory_bytes}, std::nullopt, scene.packing.shapes), target);
         const double seconds = watch.seconds();
         const Packing fitted = read_packing(target / "packing.json");
         const Errors errors = errors_of(scene, fitted, stated_errors(target / "grains.csv"));

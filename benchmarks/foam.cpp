@@ -7,10 +7,10 @@
 #include "benchmarks/benchmarks.hpp"
 #include "core/data_file.hpp"
 #include "core/error.hpp"
+#include "core/json.hpp"
 #include "core/log.hpp"
 #include "stages/stages.hpp"
 #include "support/known_flows.hpp"
-#include "core/json.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

@@ -3,11 +3,11 @@
 
 #include <cmath>
 
+#include "analysis/gray_parts.hpp"
 #include "benchmarks/benchmarks.hpp"
 #include "benchmarks/gray_run.hpp"
 #include "core/log.hpp"
 #include "core/median.hpp"
-#include "stages/gray_parts.hpp"
 #include "core/members_json.hpp"
 
 namespace porepack::benchmarks {
@@ -18,7 +18,7 @@ using namespace pore_space;
 using namespace lbm;
 using namespace test;
 using namespace scans;
-using namespace stages;
+using namespace analysis;
 namespace {
 
 struct Row {

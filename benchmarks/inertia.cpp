@@ -6,13 +6,13 @@
 
 #include "benchmarks/benchmarks.hpp"
 #include "core/error.hpp"
+#include "core/json.hpp"
 #include "core/log.hpp"
 #include "core/table.hpp"
 #include "lbm/inertia.hpp"
 #include "lbm/mean_flow.hpp"
 #include "lbm/sequence.hpp"
 #include "support/known_flows.hpp"
-#include "core/json.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

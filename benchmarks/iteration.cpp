@@ -5,9 +5,9 @@
 #include <cmath>
 
 #include "benchmarks/benchmarks.hpp"
+#include "core/json.hpp"
 #include "core/table.hpp"
 #include "support/slow_flows.hpp"
-#include "core/json.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

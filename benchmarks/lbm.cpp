@@ -4,10 +4,10 @@
 #include <cmath>
 
 #include "benchmarks/lbm_speed.hpp"
+#include "core/json.hpp"
 #include "core/log.hpp"
 #include "report/plot.hpp"
 #include "support/known_flows.hpp"
-#include "core/json.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

@@ -5,11 +5,11 @@
 #include <numbers>
 #include <random>
 
+#include "core/json.hpp"
 #include "core/log.hpp"
 #include "core/median.hpp"
 #include "lbm/domain.hpp"
 #include "lbm/flow.hpp"
-#include "core/json.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

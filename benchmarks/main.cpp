@@ -10,9 +10,9 @@
 #include "core/build.hpp"
 #include "core/error.hpp"
 #include "core/interrupt.hpp"
+#include "core/json.hpp"
 #include "core/machine.hpp"
 #include "core/passive_waiting.hpp"
-#include "core/json.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

@@ -7,11 +7,11 @@
 
 #include "benchmarks/lbm_speed.hpp"
 #include "core/error.hpp"
+#include "core/json.hpp"
 #include "core/machine.hpp"
 #include "lbm/permeability.hpp"
 #include "pore_space/pore_space.hpp"
 #include "stages/stages.hpp"
-#include "core/json.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

@@ -9,12 +9,12 @@
 #include "benchmarks/benchmarks.hpp"
 #include "core/data_file.hpp"
 #include "core/error.hpp"
+#include "core/json.hpp"
 #include "core/log.hpp"
 #include "lbm/layer_balance.hpp"
 #include "lbm/permeability.hpp"
 #include "lbm/sequence.hpp"
 #include "lbm/start.hpp"
-#include "core/json.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

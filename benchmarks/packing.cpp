@@ -7,6 +7,7 @@
 #include "benchmarks/benchmarks.hpp"
 #include "benchmarks/packing.hpp"
 #include "core/data_file.hpp"
+#include "core/json.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "core/process.hpp"
@@ -14,7 +15,6 @@
 #include "pouring/dem/capsule_pour.hpp"
 #include "report/plot.hpp"
 #include "stages/stages.hpp"
-#include "core/json.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

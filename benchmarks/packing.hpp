@@ -3,9 +3,9 @@
 
 #include <array>
 
+#include "core/json.hpp"
 #include "pouring/dem/capsule_dem.hpp"
 #include "pouring/liggghts/liggghts.hpp"
-#include "core/json.hpp"
 
 namespace porepack::benchmarks {
 

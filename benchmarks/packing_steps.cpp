@@ -6,10 +6,10 @@
 
 #include "benchmarks/packing.hpp"
 #include "core/error.hpp"
+#include "core/json.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "pouring/dem/capsule_pour.hpp"
-#include "core/json.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

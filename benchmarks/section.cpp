@@ -10,12 +10,12 @@
 #include "core/data_file.hpp"
 #include "core/error.hpp"
 #include "core/log.hpp"
+#include "core/members_json.hpp"
 #include "core/table.hpp"
 #include "lbm/permeability.hpp"
 #include "lbm/sequence.hpp"
 #include "report/plot.hpp"
 #include "support/known_flows.hpp"
-#include "core/members_json.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

@@ -11,11 +11,11 @@
 #include "benchmarks/benchmarks.hpp"
 #include "core/data_file.hpp"
 #include "core/log.hpp"
+#include "core/members_json.hpp"
 #include "core/table.hpp"
 #include "lbm/permeability.hpp"
 #include "report/plot.hpp"
 #include "uncertainty/sample.hpp"
-#include "core/members_json.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

@@ -3,16 +3,15 @@
 
 #include <cmath>
 
+#include "analysis/segment.hpp"
 #include "benchmarks/benchmarks.hpp"
 #include "core/data_file.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
+#include "core/members_json.hpp"
 #include "imaging/write_volume.hpp"
 #include "scans/gray_levels.hpp"
-#include "stages/inputs.hpp"
-#include "stages/segment.hpp"
 #include "support/simulated_scan.hpp"
-#include "core/members_json.hpp"
 
 namespace porepack::benchmarks {
 using namespace test;
@@ -20,7 +19,7 @@ using namespace core;
 using namespace geometry;
 using namespace scans;
 using namespace packing;
-using namespace stages;
+using namespace analysis;
 namespace {
 
 struct Scene {
@@ -98,7 +97,7 @@ Json segment_benchmark(bool quick, const Path& given) {
         make_folder(target);
         Stopwatch watch;
         const results::Segment found =
-            segment_image(scan, {.find_container = true}, std::nullopt, {.separation = scene.separation}, target);
+            written(segment_image(scan, {.find_container = true}, std::nullopt, {.separation = scene.separation}), target);
         const double seconds = watch.seconds();
         const imaging::VolumeSource labels = imaging::open_volume(target / "labels.vti", {.unit_m = 1.0, .field = "label"});
         std::vector<float> label(static_cast<std::size_t>(labels.header.count()));

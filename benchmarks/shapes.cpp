@@ -7,9 +7,9 @@
 #include "converters/surface.hpp"
 #include "core/build.hpp"
 #include "core/error.hpp"
+#include "core/json.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
-#include "core/json.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

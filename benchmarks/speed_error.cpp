@@ -9,6 +9,7 @@
 #include "benchmarks/benchmarks.hpp"
 #include "core/data_file.hpp"
 #include "core/error.hpp"
+#include "core/json.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "core/table.hpp"
@@ -16,7 +17,6 @@
 #include "stages/stages.hpp"
 #include "study/case_pipeline.hpp"
 #include "support/known_flows.hpp"
-#include "core/json.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

@@ -6,10 +6,10 @@
 #include <random>
 
 #include "benchmarks/benchmarks.hpp"
+#include "core/json.hpp"
 #include "core/parallel.hpp"
 #include "core/table.hpp"
 #include "uncertainty/sample.hpp"
-#include "core/json.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

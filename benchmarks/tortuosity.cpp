@@ -7,13 +7,13 @@
 
 #include "benchmarks/benchmarks.hpp"
 #include "core/data_file.hpp"
+#include "core/json.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "report/plot.hpp"
 #include "stages/stages.hpp"
 #include "support/known_flows.hpp"
 #include "tortuosity/tortuosity.hpp"
-#include "core/json.hpp"
 
 namespace porepack::benchmarks {
 using namespace test;

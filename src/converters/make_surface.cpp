@@ -244,6 +244,10 @@ void require_volume(double volume_m3, const Grains& grains, const Container& con
 
 }  // namespace
 
+SurfaceOptions surface_options(const GeometryConfig& geometry) {
+    return {.deviation_m = geometry.surface_deviation_m, .contact_gap_m = geometry.contact_gap_m};
+}
+
 SurfaceResult make_surface(const Packing& packing, const SurfaceOptions& options) {
     if (packing.bodies.empty()) throw UserError("the packing has no grain");
     const double d = finest_diameter(packing);

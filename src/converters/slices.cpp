@@ -7,11 +7,11 @@
 #include "converters/slices.hpp"
 #include "core/error.hpp"
 #include "core/interrupt.hpp"
+#include "core/json.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "io/image.hpp"
 #include "pore_space/voxels.hpp"
-#include "core/json.hpp"
 
 namespace porepack::converters {
 using namespace core;

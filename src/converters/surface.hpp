@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "converters/config.hpp"
 #include "core/interval.hpp"
 #include "io/stl.hpp"
 #include "pore_space/pore_space.hpp"
@@ -39,6 +40,8 @@ struct SurfaceOptions {
     /// Of the surface against the grains, relative. Facets and bridges change the volume. Not checked in periodic containers.
     double largest_volume_error = 0.01;
 };
+/// Those of [geometry].
+[[nodiscard]] SurfaceOptions surface_options(const GeometryConfig& geometry);
 
 struct SurfaceResult {
     io::TriangleSurface surface;

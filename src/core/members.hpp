@@ -12,7 +12,6 @@
 #include <utility>
 #include <vector>
 
-
 namespace porepack::core {
 
 /// `Self` is T or const T.

@@ -32,7 +32,8 @@ void refuse_value(const Place& place, const Json& json, const char* expected) {
     std::string found = json.dump();
     constexpr std::size_t longest = 60;
     if (found.size() > longest) found = found.substr(0, longest) + "...";
-    throw UserError(fmt::format("`{}` is {}", path.empty() ? "the document" : path, found), {.where = document, .allowed = expected, .fix = fix});
+    throw UserError(fmt::format("`{}` is {}", path.empty() ? "the document" : path, found),
+                    {.where = document, .allowed = expected, .fix = fix});
 }
 
 }  // namespace porepack::core::members_detail

@@ -21,7 +21,9 @@ concept List = requires(const T& list) {
 }
 &&!std::is_convertible_v<T, std::string_view> && !std::is_same_v<T, Json>;
 template <typename T>
-concept EigenVector = requires { typename T::PlainObject; };
+concept EigenVector = requires {
+    typename T::PlainObject;
+};
 
 /// Where a value stands in a document: a chain of keys on the stack.
 struct Place {

@@ -33,13 +33,9 @@ std::string Table::csv() const {
         return text + "\n";
     };
     std::string text = line(columns_);
+    if (!note.empty()) text += "# " + note + "\n";
     for (const auto& row : rows_) text += line(row);
     return text;
-}
-
-std::string Table::csv_with_note(const std::string& note) const {
-    std::string text = csv();
-    return text.insert(text.find('\n') + 1, "# " + note + "\n");
 }
 
 void Table::write(const Path& path) const {

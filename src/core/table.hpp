@@ -31,11 +31,10 @@ public:
 
     [[nodiscard]] std::size_t rows() const { return rows_.size(); }
     [[nodiscard]] std::string csv() const;
-    /// With a comment line ("# note") below the header.
-    [[nodiscard]] std::string csv_with_note(const std::string& note) const;
     void write(const Path& path) const;
 
     int digits = 9;
+    std::string note = {};  ///< a comment line ("# note") below the header
 
     [[nodiscard]] std::string field(double value) const;
     [[nodiscard]] std::string field(const std::string& text) const;

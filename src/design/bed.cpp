@@ -5,16 +5,11 @@
 #include <cmath>
 #include <numbers>
 
+#include "design/uses.hpp"
 #include "pouring/pour.hpp"
 #include "record/toml_file.hpp"
 
 namespace porepack::design {
-using namespace core;
-using namespace record;
-using namespace packing;
-using namespace pouring;
-using namespace shapes;
-using namespace stages;
 namespace fs = std::filesystem;
 namespace {
 

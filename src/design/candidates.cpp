@@ -8,10 +8,9 @@
 
 #include "core/error.hpp"
 #include "core/parallel.hpp"
+#include "design/uses.hpp"
 
 namespace porepack::design {
-using namespace core;
-using namespace shapes;
 namespace {
 
 constexpr int preset_steps = 150;

@@ -9,26 +9,19 @@
 
 #include "core/error.hpp"
 #include "core/file_lock.hpp"
+#include "core/json.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "core/owned_names.hpp"
 #include "design/bed.hpp"
 #include "design/page.hpp"
+#include "design/uses.hpp"
 #include "pouring/pour.hpp"
 #include "record/toml_file.hpp"
 #include "report/page.hpp"
 #include "study/case_pipeline.hpp"
-#include "core/json.hpp"
 
 namespace porepack::design {
-using namespace core;
-using namespace record;
-using namespace packing;
-using namespace pipeline;
-using namespace report;
-using namespace shapes;
-using namespace stages;
-using namespace study;
 namespace fs = std::filesystem;
 namespace {
 
@@ -115,7 +108,7 @@ public:
                        {"porosity", expected.porosity.value},
                        {"porosity_deviation", expected.porosity.standard_deviation},
                        {"extrapolated", expected.extrapolated},
-                       {"cost", pipeline::text_of(cost, slowness())}}},
+                       {"cost", core::text_of(cost, slowness())}}},
                      {"beds_known", known_.size()},
                      {"expected_half_width", expected_half_widths().permeability}};
         // How well the beds predict each other.

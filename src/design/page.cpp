@@ -9,18 +9,17 @@
 #include "core/build.hpp"
 #include "core/error.hpp"
 #include "core/log.hpp"
+#include "core/members_json.hpp"
 #include "core/owned_names.hpp"
 #include "core/table.hpp"
+#include "design/uses.hpp"
 #include "report/page.hpp"
+#include "report/picture.hpp"
 #include "report/plot.hpp"
 #include "stages/stages.hpp"
 #include "study/grain_sheet.hpp"
-#include "core/members_json.hpp"
 
 namespace porepack::design {
-using namespace core;
-using namespace report;
-using namespace shapes;
 using study::grain_sheet;
 namespace {
 
@@ -107,7 +106,7 @@ bool draw_grains(const DesignResult& result, const Path& folder) {
     }
     if (grains.empty()) return false;
     io::write_stl(folder / "grains.stl", grain_sheet(grains, static_cast<long>(grains.size()), 1.1 * largest));
-    return stages::draw_picture(folder / "grains.stl", folder / "grains.png", {"--front"});
+    return report::draw_picture(folder / "grains.stl", folder / "grains.png", {"--front"});
 }
 
 ReportSection proposals_section(const DesignResult& result) {

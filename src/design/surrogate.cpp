@@ -4,14 +4,11 @@
 #include <numbers>
 
 #include "core/error.hpp"
+#include "design/uses.hpp"
 #include "study/study_table.hpp"
 #include "uncertainty/sample.hpp"
 
 namespace porepack::design {
-using namespace core;
-using namespace packing;
-using namespace shapes;
-using namespace study;
 namespace {
 
 Eigen::VectorXd coordinates(const GrainForm& form, double wall) {

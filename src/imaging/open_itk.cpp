@@ -18,12 +18,12 @@
 #include <sstream>
 
 #include "core/error.hpp"
+#include "core/json.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "core/own_process.hpp"
 #include "imaging/file_axes.hpp"
 #include "imaging/layer_files.hpp"
-#include "core/json.hpp"
 
 namespace porepack::imaging {
 using namespace core;

@@ -9,8 +9,8 @@
 #include <memory>
 
 #include "core/error.hpp"
-#include "imaging/file_axes.hpp"
 #include "core/json.hpp"
+#include "imaging/file_axes.hpp"
 
 namespace porepack::imaging {
 using namespace core;

@@ -7,8 +7,8 @@
 
 #include "core/config.hpp"
 #include "core/error.hpp"
-#include "packing/packing.hpp"
 #include "core/json.hpp"
+#include "packing/packing.hpp"
 
 namespace porepack::packing {
 using namespace core;

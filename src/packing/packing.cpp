@@ -14,9 +14,9 @@
 #include <numeric>
 
 #include "core/error.hpp"
+#include "core/json.hpp"
 #include "core/log.hpp"
 #include "packing/grains.hpp"
-#include "core/json.hpp"
 
 namespace porepack::packing {
 using namespace core;

@@ -8,6 +8,7 @@
 
 #include "core/error.hpp"
 #include "core/interrupt.hpp"
+#include "core/json.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "core/owned_names.hpp"
@@ -15,7 +16,6 @@
 #include "pipeline/manifest.hpp"
 #include "pipeline/running_folder.hpp"
 #include "record/digest.hpp"
-#include "core/json.hpp"
 
 namespace porepack::pipeline {
 using namespace core;

@@ -7,9 +7,9 @@
 
 #include "core/build.hpp"
 #include "core/error.hpp"
+#include "core/json.hpp"
 #include "core/machine.hpp"
 #include "record/digest.hpp"
-#include "core/json.hpp"
 
 namespace porepack::pipeline {
 using namespace core;

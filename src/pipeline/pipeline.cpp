@@ -9,13 +9,13 @@
 #include "core/error.hpp"
 #include "core/escape.hpp"
 #include "core/interrupt.hpp"
+#include "core/json.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "core/owned_names.hpp"
 #include "core/process.hpp"
 #include "pipeline/running_folder.hpp"
 #include "record/digest.hpp"
-#include "core/json.hpp"
 
 namespace porepack::pipeline {
 using namespace core;
@@ -246,14 +246,6 @@ Json run_pipeline(const Pipeline& pipeline, const std::string& last) {
     }
     if (failure) std::rethrow_exception(failure);
     return result;
-}
-
-std::string text_of(const Expectation& expected, double slowness) {
-    std::vector<std::string> parts;
-    if (expected.memory_bytes > 0.0) parts.push_back("memory about " + human_bytes(expected.memory_bytes));
-    if (expected.wall_time_s > 0.0) parts.push_back("time about " + human_time(expected.wall_time_s * slowness));
-    if (expected.disk_bytes > 0.0) parts.push_back("disk about " + human_bytes(expected.disk_bytes));
-    return fmt::format("{}{}{}", expected.text, expected.text.empty() || parts.empty() ? "" : "; ", fmt::join(parts, ", "));
 }
 
 namespace {

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/expectation.hpp"
 #include "core/files.hpp"
 #include "core/json.hpp"
 #include "pipeline/manifest.hpp"
@@ -42,7 +43,7 @@ struct StageStatus {
 core::Json run_pipeline(const Pipeline& pipeline, const std::string& last = {});
 
 /// What the stages that would run need together: the largest memory, the sums of times and disk space.
-[[nodiscard]] Expectation expected_of(const Pipeline& pipeline, const std::string& last = {});
+[[nodiscard]] core::Expectation expected_of(const Pipeline& pipeline, const std::string& last = {});
 /// The stages that would run, with the expected memory, time and disk space of each and of all; times are multiplied by `slowness`.
 [[nodiscard]] core::Json plan_pipeline(const Pipeline& pipeline, const std::string& last = {}, double slowness = 1.0);
 

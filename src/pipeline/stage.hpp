@@ -5,21 +5,12 @@
 #include <string>
 #include <vector>
 
+#include "core/expectation.hpp"
 #include "core/files.hpp"
 #include "core/members.hpp"
 #include "core/members_json.hpp"
 
 namespace porepack::pipeline {
-
-/// What a stage will need. The time is that on the machine of core::slowness() = 1; zeros are not shown.
-struct Expectation {
-    std::string text = {};
-    double memory_bytes = 0.0;
-    double wall_time_s = 0.0;
-    double disk_bytes = 0.0;
-};
-/// "...; memory about 1.2 GiB, time about 40 s, disk about 30 MiB", with the time multiplied by `slowness`.
-[[nodiscard]] std::string text_of(const Expectation& expected, double slowness = 1.0);
 
 struct Stage {
     std::string name;
@@ -28,7 +19,7 @@ struct Stage {
     std::vector<core::Path> files = {};         ///< files of the user that it reads
     std::vector<std::string> outputs = {};      ///< files whose change makes it stale, "*.png" for all such; result.json is always included
     core::JsonFunction<const core::Path&> run;  ///< writes into the folder, returns what result.json holds
-    std::function<Expectation()> expect = [] { return Expectation{.text = "seconds"}; };  ///< for a dry run
+    std::function<core::Expectation()> expect = [] { return core::Expectation{.text = "seconds"}; };  ///< for a dry run
     bool optional = false;    ///< if it fails, the stages that need it run without its result
     bool resumes = false;     ///< run() resumes from the files of an interrupted run in its folder; else they are removed
     long result_version = 1;  ///< raised when the stage's numbers can change: older results are stale then

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <tuple>
 
+#include "core/members_json.hpp"
 #include "permeability/permeability.hpp"
 #include "report/section.hpp"
-#include "core/members_json.hpp"
 
 namespace porepack::report {
 using namespace core;

@@ -2,9 +2,9 @@
 #include <cmath>
 #include <tuple>
 
+#include "core/json.hpp"
 #include "permeability/permeability.hpp"
 #include "report/section.hpp"
-#include "core/json.hpp"
 
 namespace porepack::report {
 using namespace core;

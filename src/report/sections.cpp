@@ -2,9 +2,9 @@
 #include <cmath>
 
 #include "core/log.hpp"
+#include "core/members_json.hpp"
 #include "report/plot.hpp"
 #include "report/section.hpp"
-#include "core/members_json.hpp"
 
 namespace porepack::report {
 using namespace core;

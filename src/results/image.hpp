@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <string>
 
+#include "core/json.hpp"
 #include "core/members.hpp"
 #include "scans/gray_input.hpp"
-#include "core/json.hpp"
 
 namespace porepack::results {
 

@@ -7,9 +7,9 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "core/json.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
-#include "core/json.hpp"
 
 namespace porepack::scans {
 using namespace core;

@@ -3,65 +3,12 @@
 
 #include <map>
 
-#include "converters/config.hpp"
 #include "core/config.hpp"
 #include "core/files.hpp"
-#include "core/members.hpp"
-#include "falling_head/config.hpp"
-#include "imaging/config.hpp"
-#include "lbm/config.hpp"
-#include "openfoam/config.hpp"
-#include "packing/container_config.hpp"
-#include "permeability/config.hpp"
-#include "pore_space/config.hpp"
-#include "pouring/config.hpp"
-#include "report/config.hpp"
 #include "results/results.hpp"
-#include "shapes/config.hpp"
-#include "tortuosity/config.hpp"
+#include "stages/settings.hpp"
 
 namespace porepack::stages {
-
-/// All tables; a table that is absent has the defaults.
-struct Settings {
-    shapes::ShapeConfig shape;
-    imaging::ImageConfig image;
-    packing::ContainerConfig container;
-    pouring::PackingConfig packing;
-    pouring::PackingsConfig packings;
-    converters::GeometryConfig geometry;
-    pore_space::SectionConfig section;
-    converters::StlConfig stl;
-    lbm::LbmConfig lbm;
-    openfoam::FoamConfig openfoam;
-    tortuosity::TortuosityConfig tortuosity;
-    permeability::ForchheimerConfig forchheimer;
-    falling_head::FallingHeadConfig falling_head;
-    report::ReportConfig report;
-
-    /// The list of keys of one table.
-    [[nodiscard]] core::Describe describe_table(const std::string& table);
-    [[nodiscard]] static const std::vector<std::string>& tables();
-    /// The resolved values, table by table: all of them, or those named.
-    [[nodiscard]] core::Json resolved_tables(const std::vector<std::string>& names = tables()) const;
-};
-template <core::MembersOf<Settings> Self, typename Visit>
-void visit_members(Self& settings, const Visit& visit) {
-    visit("shape", settings.shape);
-    visit("image", settings.image);
-    visit("container", settings.container);
-    visit("packing", settings.packing);
-    visit("packings", settings.packings);
-    visit("geometry", settings.geometry);
-    visit("section", settings.section);
-    visit("stl", settings.stl);
-    visit("lbm", settings.lbm);
-    visit("openfoam", settings.openfoam);
-    visit("tortuosity", settings.tortuosity);
-    visit("forchheimer", settings.forchheimer);
-    visit("falling_head", settings.falling_head);
-    visit("report", settings.report);
-}
 
 struct Case {
     core::Path folder;

@@ -1,10 +1,9 @@
 // The chain of a case.
 #include "core/error.hpp"
 #include "stages/stages.hpp"
+#include "stages/uses.hpp"
 
 namespace porepack::stages {
-using namespace core;
-using namespace pipeline;
 
 namespace {
 

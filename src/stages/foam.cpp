@@ -1,105 +1,9 @@
 // Permeability by OpenFOAM.
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <cmath>
-#include <numbers>
-
-#include "core/data_file.hpp"
-#include "core/error.hpp"
-#include "core/machine.hpp"
-#include "openfoam/foam.hpp"
-#include "openfoam/foam_cost.hpp"
+#include "analysis/foam.hpp"
 #include "stages/stages.hpp"
+#include "stages/uses.hpp"
 
 namespace porepack::stages {
-using namespace core;
-using namespace converters;
-using namespace pore_space;
-using namespace openfoam;
-using namespace pipeline;
-namespace {
-
-double cell_size_m(const PoreSpace& space, const FoamConfig& config) {
-    if (config.cell_size_m > 0.0) return config.cell_size_m;
-    if (std::isfinite(space.known_grain_diameter_m())) return space.known_grain_diameter_m() / 4.0;
-    throw UserError("the cell size is missing", {.fix = "--cell-size (metres), or cell_size_m in [openfoam]"});
-}
-
-Expectation expect(const PoreSpace& space, double cell_size_m, double pores, const FoamConfig& config) {
-    const auto block = background_cells(space.container, space.computed(), cell_size_m);
-    Expectation expected{.text = fmt::format("background {} x {} x {}", block[0], block[1], block[2])};
-    for (long mesh = 0; mesh < config.meshes; ++mesh) {
-        const double cells =
-            expected_foam_cells(space, cell_size_m * std::pow(config.mesh_ratio, static_cast<double>(mesh)), config.surface_level, pores);
-        if (mesh == 0) expected.text += fmt::format(", about {:.2g} cells in the finest mesh", cells);
-        if (mesh < 2) expected.memory_bytes += foam_memory_bytes(cells);  // the coarser meshes, one after the other, beside the finest
-        expected.disk_bytes += foam_disk_bytes(cells);
-        // Measured: 0.4 ms per cell for meshing and solving.
-        const double seconds = 0.4e-3 * cells / std::min(2.0, static_cast<double>(mesh == 0 ? config.processes : 1));
-        if (mesh == 0 || thread_count() == 1) expected.wall_time_s += seconds;
-    }
-    return expected;
-}
-
-const char* interval_meaning(const FoamConfig& config, const std::optional<FoamExtrapolation>& extrapolation) {
-    if (config.meshes == 1 || !extrapolation) return "one mesh: no uncertainty";
-    if (extrapolation->lost_pores)
-        return "not extrapolated: the coarser mesh lacks pores; k of the finest mesh, the interval holds all meshes and the extrapolated k";
-    if (config.meshes == 2) return "extrapolated from two meshes with order 1.5; the interval covers orders 1 to 2";
-    if (!extrapolation->observed_order) return "three meshes without an order: the finest one, and three times the maximum change";
-    return "extrapolated from three meshes with the observed order, the interval covers half an order more and less; or, if that order is "
-           "outside 1.5 to 2.5, with order 2, covering 1 to 3";
-}
-
-}  // namespace
-
-Expectation expect_foam(const PoreSpace& space, const FoamConfig& config) {
-    if (space.image || space.gray)
-        throw UserError("OpenFOAM needs a surface, and the input is an image",
-                        {.where = space.source, .fix = "porepack lbm, or porepack image segment, which writes solid.stl"});
-    return expect(space, cell_size_m(space, config), space.porosity(4000).value, config);
-}
-
-results::Foam run_foam(const PoreSpace& space, const GeometryConfig& geometry, const FoamConfig& config, const Path& folder) {
-    if (space.image || space.gray)
-        throw UserError("OpenFOAM needs a surface, and the input is an image",
-                        {.where = space.source, .fix = "porepack lbm, or porepack image segment, which writes solid.stl"});
-    const double cell = cell_size_m(space, config);
-    if (space.ends == Ends::paper)
-        throw UserError("OpenFOAM has no ends of the paper",
-                        {.allowed = "in_situ, planes", .fix = "disable OpenFOAM, or choose other ends"});
-    const auto cells = background_cells(space.container, space.computed(), cell);
-    const double count = static_cast<double>(cells[0]) * cells[1] * cells[2];
-    if (cell > space.grain_size_m || count > 2e8)
-        throw UserError(fmt::format("a background cell of {:g} m does not fit the scene: {} x {} x {} cells, capsule diameter {:g} m", cell,
-                                    cells[0], cells[1], cells[2], space.grain_size_m),
-                        {.allowed = "cells smaller than the capsules, at most 2e8 of them", .fix = "the cell size is in metres"});
-    const double exact = space.porosity().value;
-    const Expectation expected = expect(space, cell, exact, config);
-    require_memory(expected.memory_bytes, "the OpenFOAM mesh", "use larger cells or a shorter section");
-
-    const double coarsest = cell * std::pow(config.mesh_ratio, static_cast<double>(config.meshes - 1));
-    const FoamScene scene = foam_scene(space, surface_options(geometry), coarsest);
-    const FoamResult result = foam_permeability(scene, config, cell, data_file("openfoam_cases"), folder);
-    const auto& extrapolation = result.extrapolation;
-    const auto converged = [](const FoamMeshResult& mesh) { return mesh.converged; };
-    return {.permeability = {result.permeability_m2, extrapolation ? std::optional(extrapolation->interval) : std::nullopt},
-            .method = "OpenFOAM simpleFoam, creeping flow, snappyHexMesh",
-            .repeat_by_hand = "cd mesh_fine && ./Allclean && ./Allrun",
-            .interval_meaning = interval_meaning(config, extrapolation),
-            .observed_order = extrapolation ? extrapolation->observed_order : std::nullopt,
-            .grid_convergence_index = extrapolation ? extrapolation->grid_convergence_index : std::nullopt,
-            .section_m = space.section.interval(),
-            .ends = space.container.periodic[2] ? "periodic" : std::string(name_of(space.ends)),
-            .buffers_m = space.buffers_m,
-            .converged = std::all_of(result.meshes.begin(), result.meshes.end(), converged),
-            .cells = result.fine().cells,
-            .iterations = result.fine().iterations,
-            .fine = result.fine(),
-            .meshes = result.meshes,
-            .expected_memory_bytes = expected.memory_bytes};
-}
 
 Stage make_foam_stage(const Case& c) {
     Stage stage{
@@ -111,8 +15,8 @@ Stage make_foam_stage(const Case& c) {
             [c] {
                 const PoreSpace space = expected_pore_space(c);
                 const FoamConfig& config = c.settings.openfoam;
-                return expect(space, config.cell_size_m > 0.0 ? config.cell_size_m : space.grain_size_m / 4.0, expected_porosity(c),
-                              config);
+                return expect_foam(space, config, config.cell_size_m > 0.0 ? config.cell_size_m : space.grain_size_m / 4.0,
+                                   expected_porosity(c));
             },
         .optional = true,  // a cross-check
         .resumes = true,

@@ -2,14 +2,12 @@
 #include "io/image.hpp"
 #include "core/error.hpp"
 #include "imaging/volume.hpp"
+#include "inputs/image_input.hpp"
 #include "pore_space/gray_solid.hpp"
 #include "stages/stages.hpp"
+#include "stages/uses.hpp"
 
 namespace porepack::stages {
-using namespace core;
-using namespace geometry;
-using namespace packing;
-using namespace pipeline;
 namespace fs = std::filesystem;
 
 std::optional<Container> container_of_image(const Case& c) {

@@ -3,18 +3,16 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-
+#include "core/json.hpp"
 #include "core/log.hpp"
 #include "permeability/fluid.hpp"
+#include "record/engine_versions.hpp"
+#include "report/picture.hpp"
+#include "report/slip.hpp"
 #include "stages/stages.hpp"
-#include "core/json.hpp"
+#include "stages/uses.hpp"
 
 namespace porepack::stages {
-using namespace core;
-using namespace packing;
-using namespace report;
-using namespace pipeline;
 namespace fs = std::filesystem;
 namespace {
 
@@ -36,21 +34,6 @@ bool draw_packing(const Case& c, const results::CaseResults& results, const Path
     return draw_picture(c.stage_folder("stl") / "solid.stl", folder / "packing.png", more);
 }
 
-// A gas in narrow pores: the molecules slip on the walls.
-void add_slip_note(ReportInput& input, const ReportConfig& config) {
-    if (!input.results.lbm) return;
-    const double k = input.results.lbm->permeability.m2, eps = input.results.lbm->porosity;
-    const auto knudsen = permeability::knudsen_number(config.fluid, config.temperature_C, k, eps);
-    if (!knudsen || *knudsen <= permeability::largest_knudsen_number) return;
-    input.notes.push_back(fmt::format(
-        "{}: the mean free path of its molecules is {:.2g} times the pore size (sqrt(32 k/porosity) = {:.2g} m). The k of this report is "
-        "that of a liquid. Slip on the walls makes k of this gas about {:.2g} % larger, if the pores are like straight tubes; above a "
-        "ratio of "
-        "0.1 this is a rough estimate.",
-        input.fluid_text, *knudsen, std::sqrt(32.0 * k / eps), 800.0 * *knudsen));
-    log_warning(input.notes.back());
-}
-
 results::Report run_report(const Case& c, const std::vector<std::string>& shown, const Path& folder) {
     ReportInput input{.title = title_of(c), .configuration = c.settings.resolved_tables()};
     for (const std::string& stage : shown) {
@@ -68,11 +51,14 @@ results::Report run_report(const Case& c, const std::vector<std::string>& shown,
     const ReportConfig& config = c.settings.report;
     input.fluid = permeability::fluid_at(config.fluid, config.temperature_C);
     input.fluid_text = fmt::format("{} at {:g} °C", name_of(config.fluid), config.temperature_C);
-    input.versions = engine_versions();
+    input.versions = record::engine_versions();
     input.stage_folders = c.results();
     if (config.pictures && !c.from_image() && !draw_packing(c, input.results, folder))
         input.notes.push_back("No picture of the packing: rendering failed, see results/report/log.picture.");
-    add_slip_note(input, config);
+    if (const auto note = slip_note(input, config)) {
+        input.notes.push_back(*note);
+        log_warning(*note);
+    }
     return write_report(input, folder);
 }
 

@@ -1,12 +1,11 @@
 #include "study/case_pipeline.hpp"
 
+#include "record/engine_versions.hpp"
 #include "stages/stages.hpp"
 #include "study/seeds.hpp"
+#include "study/uses.hpp"
 
 namespace porepack::study {
-using namespace pouring;
-using namespace pipeline;
-using namespace stages;
 
 Pipeline case_pipeline(const Case& c) {
     std::vector<Stage> studies;
@@ -14,7 +13,7 @@ Pipeline case_pipeline(const Case& c) {
         studies.push_back(make_seeds_stage(c));
     return {.results = c.results(),
             .stages = case_stages(c, std::move(studies)),
-            .versions = engine_versions,
+            .versions = record::engine_versions,
             .left_out =
                 "stages that a case can disable: foam ([openfoam] enabled), forchheimer ([forchheimer] enabled), causes "
                 "([falling_head] causes), seeds ([packings] seeds or until_sure), pack (of an STL file); a case with an image has image, "

@@ -8,14 +8,14 @@
 
 #include "core/error.hpp"
 #include "core/escape.hpp"
+#include "core/members_json.hpp"
 #include "core/owned_names.hpp"
 #include "core/table.hpp"
 #include "report/plot.hpp"
 #include "results/report.hpp"
-#include "core/members_json.hpp"
+#include "study/uses.hpp"
 
 namespace porepack::study {
-using namespace core;
 namespace fs = std::filesystem;
 namespace {
 

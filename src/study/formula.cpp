@@ -8,9 +8,9 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "study/uses.hpp"
 
 namespace porepack::study {
-using namespace core;
 
 struct Formula::Parser {
     mu::Parser parser;

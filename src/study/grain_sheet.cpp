@@ -4,10 +4,9 @@
 
 #include "converters/surface.hpp"
 #include "packing/packing.hpp"
+#include "study/uses.hpp"
 
 namespace porepack::study {
-using namespace packing;
-using namespace shapes;
 
 namespace {
 

@@ -10,12 +10,9 @@
 #include "core/table.hpp"
 #include "permeability/permeability.hpp"
 #include "stages/stages.hpp"
+#include "study/uses.hpp"
 
 namespace porepack::study {
-using namespace core;
-using namespace permeability;
-using namespace uncertainty;
-using namespace stages;
 namespace {
 
 constexpr std::size_t permeability = 0, porosity = 1;  // of the quantities

@@ -2,14 +2,12 @@
 
 #include <fmt/format.h>
 
+#include "core/json.hpp"
 #include "record/toml_file.hpp"
 #include "study/case_pipeline.hpp"
-#include "core/json.hpp"
+#include "study/uses.hpp"
 
 namespace porepack::study {
-using namespace core;
-using namespace record;
-using namespace stages;
 namespace fs = std::filesystem;
 std::vector<std::string> set_arguments(const Case& c) {
     const Json in_file = read_case(c.folder).settings.resolved_tables(), wanted = c.settings.resolved_tables();

@@ -13,9 +13,9 @@
 #include "core/error.hpp"
 #include "core/machine.hpp"
 #include "core/process.hpp"
+#include "study/uses.hpp"
 
 namespace porepack::study {
-using namespace core;
 namespace {
 
 // The last error of a log, without its advice; else its last line.

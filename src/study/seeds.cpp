@@ -12,14 +12,9 @@
 #include "study/case_pipeline.hpp"
 #include "study/known_packings.hpp"
 #include "study/members.hpp"
+#include "study/uses.hpp"
 
 namespace porepack::study {
-using namespace core;
-using namespace lbm;
-using namespace permeability;
-using namespace uncertainty;
-using namespace pipeline;
-using namespace stages;
 namespace {
 
 constexpr const char *last_stage = "tortuosity", *pour_stage = "pack";

@@ -7,19 +7,16 @@
 #include <map>
 
 #include "core/error.hpp"
+#include "core/json.hpp"
 #include "core/log.hpp"
 #include "core/parallel.hpp"
 #include "core/table.hpp"
 #include "report/plot.hpp"
 #include "shapes/shape.hpp"
 #include "study/grain_sheet.hpp"
-#include "core/json.hpp"
+#include "study/uses.hpp"
 
 namespace porepack::study {
-using namespace core;
-using namespace io;
-using namespace shapes;
-using namespace report;
 namespace {
 
 constexpr std::array kinds = {ShapeKind::tetrahedron, ShapeKind::dolos, ShapeKind::tetrapod};

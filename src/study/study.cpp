@@ -9,18 +9,16 @@
 
 #include "core/error.hpp"
 #include "core/escape.hpp"
+#include "core/json.hpp"
 #include "core/log.hpp"
 #include "core/owned_names.hpp"
 #include "core/parallel.hpp"
 #include "record/digest.hpp"
 #include "record/toml_file.hpp"
 #include "study/case_pipeline.hpp"
-#include "core/json.hpp"
+#include "study/uses.hpp"
 
 namespace porepack::study {
-using namespace core;
-using namespace record;
-using namespace stages;
 namespace fs = std::filesystem;
 namespace {
 
@@ -360,7 +358,7 @@ Case write_point(const Study& study, const Point& point) {
     return read_case(file);
 }
 
-pipeline::Expectation expectation_of(const Study& study, const Point& point) {
+core::Expectation expectation_of(const Study& study, const Point& point) {
     try {
         return pipeline::expected_of(case_pipeline(point.planned), study.config.up_to);
     } catch (const Error& error) {

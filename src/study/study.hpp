@@ -107,6 +107,6 @@ struct Study {
 stages::Case write_point(const Study& study, const Point& point);
 
 /// What the stages of the point that are not done will need. A point that cannot be run fails when it is run; here, the text says why.
-[[nodiscard]] pipeline::Expectation expectation_of(const Study& study, const Point& point);
+[[nodiscard]] core::Expectation expectation_of(const Study& study, const Point& point);
 
 }  // namespace porepack::study

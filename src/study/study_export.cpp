@@ -4,9 +4,9 @@
 
 #include "core/data_file.hpp"
 #include "core/owned_names.hpp"
+#include "study/uses.hpp"
 
 namespace porepack::study {
-using namespace core;
 
 // What is written into it may become old, except for the list of points: a point that is done ends at once.
 Path write_snakefile(const Study& study) {

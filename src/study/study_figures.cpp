@@ -8,6 +8,7 @@
 
 #include "core/build.hpp"
 #include "core/error.hpp"
+#include "core/json.hpp"
 #include "core/owned_names.hpp"
 #include "report/page.hpp"
 #include "report/plot.hpp"
@@ -15,11 +16,9 @@
 #include "study/study_fits.hpp"
 #include "study/study_run.hpp"
 #include "study/study_table.hpp"
-#include "core/json.hpp"
+#include "study/uses.hpp"
 
 namespace porepack::study {
-using namespace core;
-using namespace report;
 namespace fs = std::filesystem;
 namespace {
 

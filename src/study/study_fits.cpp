@@ -12,10 +12,10 @@
 #include "core/error.hpp"
 #include "core/table.hpp"
 #include "study/formula.hpp"
+#include "study/uses.hpp"
 #include "uncertainty/sample.hpp"
 
 namespace porepack::study {
-using namespace core;
 namespace {
 
 struct Points {

@@ -10,17 +10,15 @@
 
 #include "core/error.hpp"
 #include "core/file_lock.hpp"
+#include "core/json.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "study/case_pipeline.hpp"
 #include "study/scheduler.hpp"
 #include "study/study_table.hpp"
-#include "core/json.hpp"
+#include "study/uses.hpp"
 
 namespace porepack::study {
-using namespace core;
-using namespace pipeline;
-using namespace stages;
 namespace fs = std::filesystem;
 namespace {
 

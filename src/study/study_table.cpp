@@ -7,19 +7,18 @@
 #include <cmath>
 #include <set>
 
+#include "analysis/shape.hpp"
 #include "core/build.hpp"
 #include "core/error.hpp"
 #include "core/file_lock.hpp"
+#include "core/json.hpp"
 #include "core/table.hpp"
 #include "record/digest.hpp"
 #include "results/quantities.hpp"
 #include "stages/stages.hpp"
-#include "core/json.hpp"
+#include "study/uses.hpp"
 
 namespace porepack::study {
-using namespace core;
-using namespace record;
-using namespace stages;
 namespace fs = std::filesystem;
 namespace {
 
@@ -183,7 +182,8 @@ StudyRow row_of(const Point& point, const Case& made) {
     Results results = results::read_results(made.results(), [&](const std::string& stage) {
         return stage != results::Shape::stage && std::find(stages.begin(), stages.end(), stage) != stages.end();
     });
-    if (!made.from_stl() && !made.from_image()) results.shape = measure_shape(made.settings.shape, made.settings.packing.density_kg_per_m3);
+    if (!made.from_stl() && !made.from_image())
+        results.shape = analysis::measure_shape(made.settings.shape, made.settings.packing.density_kg_per_m3);
     StudyRow row = {{"point", point.name},
                     {"current", "yes"},
                     {"shape", std::string(name_of(made.settings.shape.kind))},

@@ -8,6 +8,7 @@
 #include <random>
 
 #include "converters/surface.hpp"
+#include "core/json.hpp"
 #include "falling_head/level_curve.hpp"
 #include "imaging/write_volume.hpp"
 #include "io/image.hpp"
@@ -15,7 +16,6 @@
 #include "pore_space/pore_space.hpp"
 #include "stages/case.hpp"
 #include "support/helpers.hpp"
-#include "core/json.hpp"
 
 namespace porepack {
 namespace {

@@ -42,6 +42,8 @@ namespace scans {}
 namespace falling_head {}
 namespace report {}
 namespace pipeline {}
+namespace inputs {}
+namespace analysis {}
 namespace stages {}
 namespace study {}
 namespace design {}
@@ -65,6 +67,8 @@ using namespace scans;
 using namespace falling_head;
 using namespace report;
 using namespace pipeline;
+using namespace inputs;
+using namespace analysis;
 using namespace stages;
 using namespace study;
 using namespace design;

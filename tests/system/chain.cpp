@@ -4,11 +4,11 @@
 #include <map>
 #include <thread>
 
+#include "core/json.hpp"
 #include "core/table.hpp"
 #include "packing/packing.hpp"
 #include "support/cases.hpp"
 #include "support/helpers.hpp"
-#include "core/json.hpp"
 
 namespace porepack {
 namespace {

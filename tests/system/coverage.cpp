@@ -1,6 +1,6 @@
 // The benchmark of intervals on cases that a seed draws: every kind runs, and every case is counted once.
-#include "support/helpers.hpp"
 #include "core/json.hpp"
+#include "support/helpers.hpp"
 
 namespace porepack {
 namespace {

@@ -1,8 +1,8 @@
 // Lattice Boltzmann and OpenFOAM on the same packing.
 #include <cmath>
 
-#include "support/helpers.hpp"
 #include "core/json.hpp"
+#include "support/helpers.hpp"
 
 namespace porepack {
 namespace {

@@ -2,11 +2,11 @@
 #include <algorithm>
 #include <numbers>
 
+#include "core/json.hpp"
 #include "core/table.hpp"
 #include "stages/case.hpp"
 #include "support/cases.hpp"
 #include "support/helpers.hpp"
-#include "core/json.hpp"
 
 namespace porepack {
 namespace {

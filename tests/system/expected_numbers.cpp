@@ -2,8 +2,8 @@
 // beside a case.toml lists them, with their place in result.json).
 #include <cmath>
 
-#include "support/helpers.hpp"
 #include "core/json.hpp"
+#include "support/helpers.hpp"
 
 namespace porepack {
 namespace {

@@ -1,7 +1,7 @@
 // The falling head from the command line: simulate, analyse, and a whole case with its causes.
+#include "core/json.hpp"
 #include "packing/packing.hpp"
 #include "support/helpers.hpp"
-#include "core/json.hpp"
 
 namespace porepack {
 namespace {

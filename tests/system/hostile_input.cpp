@@ -5,13 +5,13 @@
 #include <cstring>
 
 #include "converters/surface.hpp"
+#include "core/json.hpp"
 #include "imaging/write_volume.hpp"
 #include "io/image.hpp"
 #include "packing/packing.hpp"
 #include "scans/gray_levels.hpp"
 #include "support/helpers.hpp"
 #include "support/simulated_scan.hpp"
-#include "core/json.hpp"
 
 namespace porepack {
 namespace {

@@ -3,9 +3,9 @@
 
 #include <algorithm>
 
+#include "core/json.hpp"
 #include "support/cases.hpp"
 #include "support/helpers.hpp"
-#include "core/json.hpp"
 
 namespace porepack {
 namespace {

@@ -3,9 +3,9 @@
 #include <cmath>
 #include <thread>
 
+#include "core/json.hpp"
 #include "openfoam/foam.hpp"
 #include "support/helpers.hpp"
-#include "core/json.hpp"
 
 namespace porepack {
 namespace {

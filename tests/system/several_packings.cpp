@@ -2,10 +2,10 @@
 #include <cmath>
 #include <map>
 
+#include "core/json.hpp"
 #include "core/table.hpp"
 #include "support/cases.hpp"
 #include "support/helpers.hpp"
-#include "core/json.hpp"
 
 namespace porepack {
 namespace {

@@ -1,7 +1,7 @@
 // Mixtures, the extra surfaces and figure 7, through the program.
+#include "core/json.hpp"
 #include "packing/packing.hpp"
 #include "support/helpers.hpp"
-#include "core/json.hpp"
 
 namespace porepack {
 namespace {

@@ -1,11 +1,11 @@
 // Studies: points, rows, failures, several runners, figures, Snakemake.
 #include <algorithm>
 
+#include "core/json.hpp"
 #include "core/table.hpp"
 #include "study/study.hpp"
 #include "support/cases.hpp"
 #include "support/helpers.hpp"
-#include "core/json.hpp"
 
 namespace porepack {
 namespace {

@@ -4,11 +4,11 @@
 #include <numbers>
 #include <random>
 
+#include "analysis/inertia.hpp"
 #include "lbm/inertia.hpp"
 #include "lbm/mean_flow.hpp"
 #include "permeability/forchheimer.hpp"
 #include "permeability/inertial_laws.hpp"
-#include "stages/stages.hpp"
 #include "support/arrays.hpp"
 #include "support/helpers.hpp"
 
@@ -265,9 +265,9 @@ TEST(Inertia, MeansInTimeStateTheErrorOfTheirWalls) {
     const PoreSpace space = pore_space_of(array.packing);
     const test::Folder folder;
     ForchheimerConfig config{.reynolds = {0.5, 5.0, 10.0, 20.0}, .grids = 1, .openfoam = false};
-    const results::Forchheimer steady = stages::run_forchheimer(space, {}, config, folder.path());
+    const results::Forchheimer steady = flows_with_inertia(space, {}, config, folder.path()).result;
     config.mean_in_time = true;
-    const results::Forchheimer mean = stages::run_forchheimer(space, {}, config, folder.path());
+    const results::Forchheimer mean = flows_with_inertia(space, {}, config, folder.path()).result;
     const double truth = steady.inertial_permeability_m;
     const Interval interval = mean.inertial_permeability_interval_m;
     std::printf("  k_in %.3g m, by means in time %.3g m (%.3g to %.3g)\n", truth, mean.inertial_permeability_m, interval.low,

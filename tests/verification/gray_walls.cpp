@@ -3,15 +3,15 @@
 #include <numbers>
 #include <random>
 
+#include "analysis/gray_parts.hpp"
+#include "analysis/tortuosity.hpp"
+#include "core/members_json.hpp"
 #include "imaging/write_volume.hpp"
 #include "scans/find_tube.hpp"
 #include "scans/gray_input.hpp"
-#include "stages/gray_parts.hpp"
-#include "stages/stages.hpp"
 #include "support/helpers.hpp"
 #include "support/known_flows.hpp"
 #include "support/simulated_scan.hpp"
-#include "core/members_json.hpp"
 
 namespace porepack {
 namespace {
@@ -77,7 +77,7 @@ TEST(GrayWalls, TheIntervalOfTheTortuosityFactorHoldsBlurAndContacts) {
             const scans::GrayInput input =
                 scans::read_gray(scan_of(scan, 0.0, 1.0), {.threshold = "volume", .gray_levels = {0.0, 1.0}}, flow.container, flow.name);
             const pore_space::PoreSpace space = pore_space_of(input.solid, flow.container, {0.0, flow.container.height()}, flow.name);
-            const results::Diffusive found = stages::run_diffusive(space, {}, core::Axis::z);
+            const results::Diffusive found = diffusive_of(space, {}, core::Axis::z);
             ASSERT_TRUE(found.interval);
             const auto [low, high] = *found.interval;
             std::printf("  %s, blur %g: %.4f (%.4f to %.4f), exact %.4f\n", flow.name.c_str(), blur, found.tortuosity_factor, low, high,

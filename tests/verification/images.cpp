@@ -19,12 +19,12 @@
 #include <fstream>
 #include <random>
 
+#include "core/json.hpp"
 #include "imaging/write_volume.hpp"
 #include "io/image.hpp"
 #include "pore_space/pore_space.hpp"
 #include "scans/phases.hpp"
 #include "support/helpers.hpp"
-#include "core/json.hpp"
 
 namespace porepack {
 namespace {

@@ -1,6 +1,7 @@
 // Sequences of grids: tolerance and interval, initial fields from coarser grids, the tensor, ends, parts of a section.
 #include <cmath>
 
+#include "analysis/flow.hpp"
 #include "core/machine.hpp"
 #include "lbm/start.hpp"
 #include "stages/stages.hpp"
@@ -26,7 +27,7 @@ TEST(Memory, IsUsedAsPredicted) {
         const double before = peak_memory_bytes();
         const results::Lbm result = stages::run_lbm(space, geometry, config, folder.path(), {});
         const double used = result.peak_memory_bytes - before, nodes = static_cast<double>(result.fine.nodes),
-                     predicted = stages::expect_lbm(space, geometry, config).memory_bytes - program_bytes;
+                     predicted = expect_flow(space, geometry, config).memory_bytes - program_bytes;
         std::printf("  %s: %.1f bytes per node of %.3g nodes, predicted %.1f\n", std::string(name_of(precision)).c_str(), used / nodes,
                     nodes, predicted / nodes);
         EXPECT_NEAR(used / predicted, 1.0, 0.05);  // runs are refused on the basis of this prediction

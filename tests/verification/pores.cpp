@@ -1,14 +1,13 @@
 // The pore space described, against exact answers.
 #include <random>
 
+#include "core/json.hpp"
 #include "pore_space/pore_space.hpp"
 #include "pores/pores.hpp"
-#include "stages/stages.hpp"
 #include "support/helpers.hpp"
 #include "support/known_flows.hpp"
 #include "tortuosity/tortuosity.hpp"
 #include "uncertainty/section_scatter.hpp"
-#include "core/json.hpp"
 
 namespace porepack {
 namespace {

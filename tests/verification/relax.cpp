@@ -5,10 +5,10 @@
 #include <numeric>
 #include <random>
 
+#include "analysis/relax.hpp"
 #include "packing/grains.hpp"
 #include "packing/structure.hpp"
 #include "pouring/dem/capsule_pour.hpp"
-#include "stages/relax.hpp"
 #include "support/helpers.hpp"
 
 namespace porepack {
@@ -78,16 +78,13 @@ TEST(Relax, HoldsWhatReachesThroughACutFloor) {
 }
 
 TEST(Relax, RefusesWhatItCannotDo) {
-    const test::Folder folder;
     Packing two{.container = parse_container("box:0.05,0.05,0.05"), .shapes = {make_preset(ShapeKind::sphere, d, 0.0)}, .bodies = {}};
     two.bodies = {{.position_m = {0.02, 0.02, 0.01}}, {.position_m = {0.0215, 0.02, 0.01}}};
     EXPECT_TRUE(has(message_of<core::UserError>([&] { (void)relax(two, {}); }), "grains 0 and 1 overlap by 0.63"));
-    const Path file = folder.path() / "packing.json";
-    write_packing(file, displaced(poured(), 0.0));
+    const Packing given = displaced(poured(), 0.0);
+    EXPECT_TRUE(has(message_of<core::UserError>([&] { (void)relax_packing(given, {.seed = 7}); }), "`seed` has no effect"));
     EXPECT_TRUE(
-        has(message_of<core::UserError>([&] { (void)stages::relax_packing(file, {.seed = 7}, folder.path()); }), "`seed` has no effect"));
-    EXPECT_TRUE(has(message_of<core::UserError>([&] { (void)stages::relax_packing(file, {.engine = Engine::liggghts}, folder.path()); }),
-                    "DEM of exact capsules"));
+        has(message_of<core::UserError>([&] { (void)relax_packing(given, {.engine = Engine::liggghts}); }), "DEM of exact capsules"));
 }
 
 }  // namespace

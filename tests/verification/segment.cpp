@@ -1,14 +1,14 @@
 // Segmentation of simulated scans whose grains are known.
-#include "stages/segment.hpp"
+#include "analysis/segment.hpp"
 #include "converters/surface.hpp"
+#include "core/members_json.hpp"
 #include "imaging/separate.hpp"
 #include "imaging/write_volume.hpp"
+#include "inputs/pore_space_input.hpp"
 #include "io/stl.hpp"
 #include "scans/gray_levels.hpp"
-#include "stages/inputs.hpp"
 #include "support/helpers.hpp"
 #include "support/simulated_scan.hpp"
-#include "core/members_json.hpp"
 
 namespace porepack {
 namespace {
@@ -56,7 +56,7 @@ TEST(Segment, GrainsTubeCavitiesAndCutGrains) {
     });
     const Path target = folder.path() / "out";
     std::filesystem::create_directory(target);
-    const results::Segment found = stages::segment_image(scan, {.find_container = true}, std::nullopt, {}, target);
+    const results::Segment found = written(segment_image(scan, {.find_container = true}, std::nullopt, {}), target);
     EXPECT_NEAR(found.container["diameter_m"].get<double>(), 0.032, 2e-4);
     EXPECT_EQ(found.grains.whole, 10) << json_of(found).dump(1);
     EXPECT_EQ(found.grains.cut, 10);
@@ -73,11 +73,11 @@ TEST(Segment, GrainsTubeCavitiesAndCutGrains) {
     EXPECT_NEAR(section.z1, 0.0196, 9e-4);
     EXPECT_NEAR(*found.porosity, packing::porosity(packing::Grains(packing), packing.container, section).value, 0.004);
     // Every later stage takes the files.
-    const pore_space::PoreSpace gray = stages::load_pore_space(target / "gray.vti");
+    const pore_space::PoreSpace gray = load_pore_space(target / "gray.vti");
     ASSERT_TRUE(gray.gray);
     EXPECT_NEAR(gray.section.z0, section.z0, 1e-9);
     EXPECT_NEAR(gray.porosity().value, *found.porosity, 1e-3);
-    const pore_space::PoreSpace voxels = stages::load_pore_space(target / "pore.vti");
+    const pore_space::PoreSpace voxels = load_pore_space(target / "pore.vti");
     ASSERT_TRUE(voxels.image);
     EXPECT_NEAR(voxels.porosity().value, gray.porosity().value, 0.01);
     const auto surface = io::read_stl(target / "solid.stl");
@@ -106,9 +106,7 @@ TEST(Segment, MergedAndSplitGrainsAreFlagged) {
     const test::Folder folder;
     const Path scan = write_scan(folder, packing);
     const auto counted = [&](double separation) {
-        const Path target = folder.path() / std::to_string(separation);
-        std::filesystem::create_directory(target);
-        return stages::segment_image(scan, {}, packing.container, {.separation = separation}, target).grains;
+        return segment_image(scan, {}, packing.container, {.separation = separation}).outcome.result.grains;
     };
     const results::SegmentedGrains merged = counted(0.6), apart = counted(0.2);
     EXPECT_EQ(merged.merged, 1);
@@ -124,7 +122,7 @@ TEST(Segment, EmptyScansAndScansWithoutATubeAreNamed) {
     const Path scan = write_scan(folder, packing);
     const auto message = [&](const imaging::ImageConfig& image, const std::optional<packing::Container>& container) -> std::string {
         try {
-            (void)stages::segment_image(scan, image, container, {}, folder.path());
+            (void)segment_image(scan, image, container, {});
         } catch (const UserError& error) {
             return error.what();
         }
@@ -134,8 +132,7 @@ TEST(Segment, EmptyScansAndScansWithoutATubeAreNamed) {
     EXPECT_TRUE(test::has(message({.find_container = true}, packing.container), "exclude each other"));
     GrayImage open = test::simulated_scan(packing::Grains(packing), packing.container, 4e-4, {.blur_voxels = 0.7});
     imaging::write_volume(folder.path() / "open.nrrd", scans::scan_of(open, 60.0, 180.0, imaging::ValueType::uint8));
-    EXPECT_THROW((void)stages::segment_image(folder.path() / "open.nrrd", {.find_container = true}, std::nullopt, {}, folder.path()),
-                 UserError);
+    EXPECT_THROW((void)segment_image(folder.path() / "open.nrrd", {.find_container = true}, std::nullopt, {}), UserError);
 }
 
 }  // namespace

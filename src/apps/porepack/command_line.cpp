@@ -11,16 +11,16 @@
 #include <sstream>
 #include <system_error>
 
+#include "apps/porepack/uses.hpp"
 #include "core/build.hpp"
 #include "core/escape.hpp"
+#include "core/json.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
+#include "record/engine_versions.hpp"
 #include "stages/stages.hpp"
-#include "core/json.hpp"
 
 namespace porepack::apps {
-using namespace core;
-using namespace stages;
 namespace {
 
 void add_common(CLI::App& command, Common& common, const std::string& example) {
@@ -38,7 +38,7 @@ void add_common(CLI::App& command, Common& common, const std::string& example) {
 
 std::string version_text() {
     std::string text = fmt::format("porepack {} ({})\n", program_version(), git_hash());
-    const Json versions = engine_versions();
+    const Json versions = record::engine_versions();
     for (const auto& [name, version] : versions.items())
         text += fmt::format("  {:<10} {}\n", name, version.get<std::string>().empty() ? "not found" : version.get<std::string>());
     text.pop_back();

@@ -11,9 +11,9 @@
 #include "core/error.hpp"
 #include "core/escape.hpp"
 #include "core/interrupt.hpp"
+#include "core/json.hpp"
 #include "core/machine.hpp"
 #include "core/passive_waiting.hpp"
-#include "core/json.hpp"
 
 namespace {
 

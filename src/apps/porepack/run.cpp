@@ -5,20 +5,15 @@
 #include <algorithm>
 #include <map>
 
+#include "apps/porepack/uses.hpp"
 #include "core/escape.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
-#include "study/case_pipeline.hpp"
 #include "core/members_json.hpp"
+#include "record/engine_versions.hpp"
+#include "study/case_pipeline.hpp"
 
 namespace porepack::apps {
-using namespace core;
-using namespace record;
-using namespace packing;
-using namespace pore_space;
-using namespace pipeline;
-using namespace stages;
-using namespace study;
 namespace {
 
 // Of "packing.seed=5" and the like, by table.
@@ -146,7 +141,7 @@ Path target_folder(const Common& common) {
 }
 
 void run_on_files(const Common& common, LooseRun run) {
-    run.versions = engine_versions;
+    run.versions = record::engine_versions;
     if (common.dry_run) return print_result(common, {{"configuration", run.configuration}, {"stage", run.stage}, {"expected", "seconds"}});
     print_stage(common, run.stage, run_loose(run), run.target / (run.stage + ".manifest.json"));
 }

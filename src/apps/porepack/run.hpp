@@ -8,6 +8,7 @@
 #include "apps/porepack/command_line.hpp"
 #include "core/files.hpp"
 #include "core/members_json.hpp"
+#include "inputs/pore_space_input.hpp"
 #include "pipeline/loose.hpp"
 #include "record/toml_file.hpp"
 #include "stages/stages.hpp"
@@ -43,8 +44,8 @@ struct LooseCommand {
     converters::GeometryConfig geometry = {};
     pore_space::SectionConfig section = {.ends = pore_space::Ends::planes};
     core::Json configuration = {};
-    core::JsonFunction<const pore_space::PoreSpace&, const core::Path&> work;        ///< writes into the folder
-    std::function<pipeline::Expectation(const pore_space::PoreSpace&)> expect = {};  ///< for --dry-run; "seconds" when empty
+    core::JsonFunction<const pore_space::PoreSpace&, const core::Path&> work;    ///< writes into the folder
+    std::function<core::Expectation(const pore_space::PoreSpace&)> expect = {};  ///< for --dry-run; "seconds" when empty
     bool whole_bed = false;
     bool resumes = false;
 };

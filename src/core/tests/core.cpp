@@ -3,11 +3,11 @@
 
 #include "core/error.hpp"
 #include "core/escape.hpp"
+#include "core/json.hpp"
 #include "core/owned_names.hpp"
 #include "core/pages.hpp"
 #include "core/table.hpp"
 #include "support/basics.hpp"
-#include "core/json.hpp"
 
 namespace porepack {
 using namespace core;

@@ -1,7 +1,7 @@
 // Structs to JSON and back.
 #include "core/error.hpp"
-#include "support/basics.hpp"
 #include "core/members_json.hpp"
+#include "support/basics.hpp"
 
 namespace porepack {
 using namespace core;

@@ -3,12 +3,12 @@
 
 #include "core/context.hpp"
 #include "core/error.hpp"
+#include "core/json.hpp"
 #include "core/log.hpp"
 #include "pipeline/manifest.hpp"
 #include "pipeline/pipeline.hpp"
 #include "record/digest.hpp"
 #include "support/basics.hpp"
-#include "core/json.hpp"
 
 namespace porepack {
 using namespace core;

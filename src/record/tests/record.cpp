@@ -2,11 +2,11 @@
 #include "core/config.hpp"
 #include "core/context.hpp"
 #include "core/error.hpp"
+#include "core/json.hpp"
 #include "core/log.hpp"
 #include "record/digest.hpp"
 #include "record/toml_file.hpp"
 #include "support/basics.hpp"
-#include "core/json.hpp"
 
 namespace porepack {
 using namespace core;

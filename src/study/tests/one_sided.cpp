@@ -1,13 +1,13 @@
 // Errors of known sign, from the budget to the statements, `compare` and the report.
 #include <cmath>
 
+#include "core/members_json.hpp"
 #include "report/page.hpp"
 #include "report/report.hpp"
 #include "stages/stages.hpp"
 #include "study/compare.hpp"
 #include "support/basics.hpp"
 #include "uncertainty/budget.hpp"
-#include "core/members_json.hpp"
 
 namespace porepack {
 using namespace core;

@@ -3,23 +3,19 @@
 
 #include <memory>
 
+#include "analysis/relax.hpp"
 #include "apps/porepack/run.hpp"
+#include "apps/porepack/uses.hpp"
 #include "core/escape.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "core/members_json.hpp"
 #include "core/resolved_config.hpp"
 #include "results/report.hpp"
-#include "stages/relax.hpp"
 #include "study/case_pipeline.hpp"
 #include "study/compare.hpp"
 
 namespace porepack::apps {
-using namespace core;
-using namespace record;
-using namespace pipeline;
-using namespace stages;
-using namespace study;
 namespace {
 
 void print_main_numbers(const Case& c, const results::Report& report) {
@@ -62,7 +58,9 @@ void pack(const Common& common, const std::string& from) {
                           .target = common.output.empty() ? Path("relaxed") : Path(common.output),
                           .configuration = {{"packing", resolved_config(config)}},
                           .inputs = {from},
-                          .work = [&](const Path& folder) { return relax_packing(from, config, folder); }});
+                          .work = [&](const Path& folder) {
+                              return written(analysis::relax_packing(packing::read_packing(from), config), folder);
+                          }});
 }
 
 void compare(const Common& common, const std::vector<std::string>& folders) {

@@ -6,14 +6,13 @@
 #include <sstream>
 
 #include "apps/porepack/run.hpp"
+#include "apps/porepack/uses.hpp"
 #include "core/data_file.hpp"
 #include "core/escape.hpp"
-#include "design/design.hpp"
 #include "core/json.hpp"
+#include "design/design.hpp"
 
 namespace porepack::apps {
-using namespace core;
-using namespace porepack::design;
 using shapes::ShapeKind;
 namespace {
 

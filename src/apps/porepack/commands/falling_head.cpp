@@ -3,17 +3,16 @@
 
 #include <limits>
 
+#include "analysis/common_causes.hpp"
+#include "analysis/falling_head.hpp"
+#include "analysis/falling_head_plan.hpp"
+#include "analysis/level_curves.hpp"
 #include "apps/porepack/run.hpp"
+#include "apps/porepack/uses.hpp"
 #include "core/json.hpp"
 #include "core/resolved_config.hpp"
-#include "stages/common_causes.hpp"
-#include "stages/falling_head_plan.hpp"
 
 namespace porepack::apps {
-using namespace core;
-using namespace record;
-using namespace falling_head;
-using namespace stages;
 namespace {
 
 struct SimulateOptions {
@@ -24,13 +23,13 @@ struct SimulateOptions {
 void simulate(const Common& common, const SimulateOptions& options) {
     const auto config = config_from_flags<FallingHeadConfig>(common.flags);
     if (common.output.empty() && !common.dry_run)
-        return print_result(common, simulate_falling_head(options.permeability_m2, options.inertial_permeability_m, config, nullptr));
+        return print_result(common, simulate_falling_head(options.permeability_m2, options.inertial_permeability_m, config, false).result);
     Json configuration = resolved_config(config);
     configuration["permeability_m2"] = options.permeability_m2;
     configuration["inertial_permeability_m"] = fmt::format("{:g}", options.inertial_permeability_m);
     run_on_files(common,
                  {.stage = "falling-head", .target = common.output, .configuration = configuration, .work = [&](const Path& folder) {
-                      return simulate_falling_head(options.permeability_m2, options.inertial_permeability_m, config, &folder);
+                      return written(simulate_falling_head(options.permeability_m2, options.inertial_permeability_m, config, true), folder);
                   }});
 }
 
@@ -50,7 +49,8 @@ void plan(const Common& common, const SimulateOptions& options) {
                           .target = common.output.empty() ? Path("falling_head_plan") : Path(common.output),
                           .configuration = configuration,
                           .work = [&](const Path& folder) {
-                              return plan_falling_head(options.permeability_m2, options.inertial_permeability_m, apparatus, config, folder);
+                              return written(plan_falling_head(options.permeability_m2, options.inertial_permeability_m, apparatus, config),
+                                             folder);
                           }});
 }
 
@@ -62,7 +62,11 @@ void analyse(const Common& common, const std::vector<std::string>& files) {
                           .target = common.output.empty() ? Path(".") : Path(common.output),
                           .configuration = resolved_config(config),
                           .inputs = curves,
-                          .work = [&](const Path& folder) { return analyse_falling_head(curves, config, folder); }});
+                          .work = [&](const Path& folder) {
+                              std::vector<LevelCurve> levels;
+                              for (const Path& curve : curves) levels.push_back(read_level_curve(curve));
+                              return written(analyse_level_curves(levels, config), folder);
+                          }});
 }
 
 struct TwoSamples {
@@ -76,7 +80,7 @@ void compare(const Common& common, const TwoSamples& options) {
                           .target = common.output.empty() ? Path("common_causes") : Path(common.output),
                           .configuration = {{"factors", options.factors}},
                           .inputs = results_of_causes(samples),
-                          .work = [&](const Path& folder) { return compare_causes(samples, options.factors, folder); }});
+                          .work = [&](const Path& folder) { return written(compare_causes(samples, options.factors), folder); }});
 }
 
 }  // namespace

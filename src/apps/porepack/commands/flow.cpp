@@ -1,16 +1,13 @@
 // Commands that compute permeabilities: lbm, foam, forchheimer.
+#include "analysis/flow.hpp"
+#include "analysis/foam.hpp"
+#include "analysis/inertia.hpp"
 #include "apps/porepack/run.hpp"
+#include "apps/porepack/uses.hpp"
 #include "core/json.hpp"
 #include "core/resolved_config.hpp"
 
 namespace porepack::apps {
-using namespace core;
-using namespace converters;
-using namespace pore_space;
-using namespace lbm;
-using namespace openfoam;
-using namespace permeability;
-using namespace stages;
 namespace {
 
 void run_lbm_command(const Common& common) {
@@ -29,7 +26,7 @@ void run_lbm_command(const Common& common) {
                                   return run_lbm(space, geometry, config, folder,
                                                  space.image ? Path() : target_folder(common) / "lbm.checkpoint");
                               },
-                          .expect = [&](const PoreSpace& space) { return expect_lbm(space, geometry, config); }});
+                          .expect = [&](const PoreSpace& space) { return expect_flow(space, geometry, config); }});
 }
 
 void run_foam_command(const Common& common) {
@@ -59,16 +56,16 @@ void run_forchheimer_command(const Common& common) {
     const auto geometry = config_of<GeometryConfig>(common.flags);
     const auto section = config_of<SectionConfig>(common.flags);
     const auto config = config_of<ForchheimerConfig>(common.flags);
-    run_on_input(common,
-                 {.stage = "forchheimer",
-                  .geometry = geometry,
-                  .section = section,
-                  .configuration = {{"geometry", resolved_config(geometry)},
-                                    {"section", resolved_config(section)},
-                                    {"forchheimer", resolved_config(config)}},
-                  .work = [&](const PoreSpace& space, const Path& folder) { return run_forchheimer(space, geometry, config, folder); },
-                  .expect = [&](const PoreSpace& space) { return expect_forchheimer(space, config); },
-                  .resumes = true});
+    run_on_input(common, {.stage = "forchheimer",
+                          .geometry = geometry,
+                          .section = section,
+                          .configuration = {{"geometry", resolved_config(geometry)},
+                                            {"section", resolved_config(section)},
+                                            {"forchheimer", resolved_config(config)}},
+                          .work = [&](const PoreSpace& space,
+                                      const Path& folder) { return written(flows_with_inertia(space, geometry, config, folder), folder); },
+                          .expect = [&](const PoreSpace& space) { return expect_inertia(space, config); },
+                          .resumes = true});
 }
 
 }  // namespace

@@ -1,13 +1,11 @@
 // Commands that turn grains into a surface, voxels and slices.
+#include "analysis/surfaces.hpp"
 #include "apps/porepack/run.hpp"
+#include "apps/porepack/uses.hpp"
 #include "core/members_json.hpp"
 #include "core/resolved_config.hpp"
 
 namespace porepack::apps {
-using namespace core;
-using namespace converters;
-using namespace pore_space;
-using namespace stages;
 namespace {
 
 constexpr const char* inputs = "a case, packing.json[.gz] or an STL file";
@@ -16,12 +14,12 @@ void run_stl(const Common& common) {
     if (is_case(common.input)) return run_in_case(common, "stl", "stl");
     const auto geometry = config_of<GeometryConfig>(common.flags);
     const auto extras = config_of<StlConfig>(common.flags);
-    run_on_input(common,
-                 {.stage = "stl",
-                  .geometry = geometry,
-                  .configuration = {{"geometry", resolved_config(geometry)}, {"stl", resolved_config(extras)}},
-                  .work = [&](const PoreSpace& space, const Path& folder) { return write_surfaces(space, geometry, extras, folder); },
-                  .whole_bed = !extras.pores && !extras.clip});
+    run_on_input(common, {.stage = "stl",
+                          .geometry = geometry,
+                          .configuration = {{"geometry", resolved_config(geometry)}, {"stl", resolved_config(extras)}},
+                          .work = [&](const PoreSpace& space,
+                                      const Path& folder) { return analysis::write_surfaces(space, geometry, extras, folder); },
+                          .whole_bed = !extras.pores && !extras.clip});
 }
 
 results::Slices write_slices_folder(const PoreSpace& space, const GeometryConfig& geometry, const Path& folder) {

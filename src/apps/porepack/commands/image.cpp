@@ -5,7 +5,11 @@
 #include <cmath>
 #include <memory>
 
+#include "analysis/fit.hpp"
+#include "analysis/scan_plan.hpp"
+#include "analysis/segment.hpp"
 #include "apps/porepack/run.hpp"
+#include "apps/porepack/uses.hpp"
 #include "core/error.hpp"
 #include "core/json.hpp"
 #include "core/log.hpp"
@@ -15,16 +19,8 @@
 #include "scans/gray_levels.hpp"
 #include "scans/scanner.hpp"
 #include "shapes/config.hpp"
-#include "stages/fit.hpp"
-#include "stages/scan_plan.hpp"
-#include "stages/segment.hpp"
 
 namespace porepack::apps {
-using namespace core;
-using namespace record;
-using namespace imaging;
-using namespace scans;
-using namespace stages;
 namespace {
 
 ImageConfig config_of(const Common& common) {
@@ -135,12 +131,13 @@ std::vector<shapes::Shape> shapes_of(const std::string& text, const Flags& flags
 void fit(const Common& common, const std::string& shape) {
     const ImageConfig image = config_of(common);
     const std::vector<shapes::Shape> shapes = shapes_of(shape, common.flags);
-    run_on_files(common,
-                 {.stage = "fit",
-                  .target = common.output.empty() ? Path("fitted") : Path(common.output),
-                  .configuration = {{"image", resolved_config(image)}, {"shape", shape}},
-                  .inputs = open_volume(common.input, image).header.files,
-                  .work = [&](const Path& folder) { return fit_image(common.input, image, container_of(common), shapes, folder); }});
+    run_on_files(common, {.stage = "fit",
+                          .target = common.output.empty() ? Path("fitted") : Path(common.output),
+                          .configuration = {{"image", resolved_config(image)}, {"shape", shape}},
+                          .inputs = open_volume(common.input, image).header.files,
+                          .work = [&](const Path& folder) {
+                              return written(fit_image(common.input, image, container_of(common), shapes), folder);
+                          }});
 }
 
 // "z0,z1"
@@ -187,7 +184,7 @@ void plan(const Common& common, const std::string& text) {
                           .target = common.output.empty() ? Path("scan_plan") : Path(common.output),
                           .configuration = configuration,
                           .inputs = {common.input},
-                          .work = [&](const Path& folder) { return plan_scan(packing, part, scanner, config, folder); }});
+                          .work = [&](const Path& folder) { return written(plan_scan(packing, part, scanner, config, folder), folder); }});
 }
 
 Box box_of(const std::string& text) {
@@ -207,12 +204,13 @@ Box box_of(const std::string& text) {
 void segment(const Common& common) {
     const auto config = config_from_flags<SegmentConfig>(common.flags);
     const ImageConfig image = config_of(common);
-    run_on_files(common,
-                 {.stage = "segment",
-                  .target = common.output.empty() ? Path("segmented") : Path(common.output),
-                  .configuration = {{"segment", resolved_config(config)}, {"image", resolved_config(image)}},
-                  .inputs = open_volume(common.input, image).header.files,
-                  .work = [&](const Path& folder) { return segment_image(common.input, image, container_of(common), config, folder); }});
+    run_on_files(common, {.stage = "segment",
+                          .target = common.output.empty() ? Path("segmented") : Path(common.output),
+                          .configuration = {{"segment", resolved_config(config)}, {"image", resolved_config(image)}},
+                          .inputs = open_volume(common.input, image).header.files,
+                          .work = [&](const Path& folder) {
+                              return written(segment_image(common.input, image, container_of(common), config), folder);
+                          }});
 }
 
 }  // namespace

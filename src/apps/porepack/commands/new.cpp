@@ -6,12 +6,12 @@
 #include <memory>
 
 #include "apps/porepack/run.hpp"
+#include "apps/porepack/uses.hpp"
 #include "core/data_file.hpp"
 #include "core/error.hpp"
 #include "core/escape.hpp"
 
 namespace porepack::apps {
-using namespace core;
 namespace fs = std::filesystem;
 namespace {
 

@@ -1,17 +1,16 @@
 // The command shape: measures of a grain, of an STL file; the sweep over sphericities.
+#include "analysis/shape.hpp"
 #include "apps/porepack/run.hpp"
+#include "apps/porepack/uses.hpp"
 #include "core/json.hpp"
 #include "core/log.hpp"
 #include "core/resolved_config.hpp"
+#include "io/stl.hpp"
+#include "record/engine_versions.hpp"
+#include "report/picture.hpp"
 #include "study/shape_sweep.hpp"
 
 namespace porepack::apps {
-using namespace core;
-using namespace record;
-using namespace shapes;
-using namespace pipeline;
-using namespace stages;
-using namespace study;
 namespace {
 
 struct ShapeOptions {
@@ -30,7 +29,7 @@ void sweep(const Common& common) {
                                    .configuration = {{"volume_m3", volume}},
                                    .work = [&](const Path& folder) { return run_shape_sweep(volume, folder); },
                                    .versions = engine_versions});
-    if (!draw_picture(target / "grains.stl", target / "grains.png", {"--front"}))
+    if (!report::draw_picture(target / "grains.stl", target / "grains.png", {"--front"}))
         log_warning("no picture of the grains: see " + (target / "log.picture").string());
     print_result(common, result);
 }
@@ -54,7 +53,8 @@ ShapeConfig read_shape(const Common& common, const ShapeOptions& options) {
 
 void measure_one(const Common& common, const ShapeOptions& options) {
     if (options.capsules_file.empty() && is_surface(common.input))
-        return print_result(common, measure_surface_shape(common.input, common.unit_m, options.density_kg_per_m3));
+        return print_result(common,
+                            measure_surface_shape(io::read_stl(common.input, common.unit_m), common.input, options.density_kg_per_m3));
     const ShapeConfig config = read_shape(common, options);
     const auto work = [&](const Path&) { return measure_shape(config, options.density_kg_per_m3); };
     if (common.output.empty() && !common.dry_run) return print_result(common, work({}));

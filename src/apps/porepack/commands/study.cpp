@@ -5,16 +5,15 @@
 #include <memory>
 
 #include "apps/porepack/run.hpp"
+#include "apps/porepack/uses.hpp"
 #include "core/escape.hpp"
 #include "core/machine.hpp"
+#include "core/members_json.hpp"
 #include "study/study_export.hpp"
 #include "study/study_figures.hpp"
 #include "study/study_run.hpp"
-#include "core/members_json.hpp"
 
 namespace porepack::apps {
-using namespace core;
-using namespace study;
 namespace {
 
 // One line per point; `last`: the member shown at its end.

@@ -5,14 +5,11 @@
 #include <cstdlib>
 
 #include "apps/porepack/run.hpp"
+#include "apps/porepack/uses.hpp"
 #include "core/process.hpp"
 #include "io/render.hpp"
 
 namespace porepack::apps {
-using namespace core;
-using namespace io;
-using namespace packing;
-using namespace stages;
 namespace {
 
 // Replaces this process; returns only when that failed.
@@ -49,7 +46,8 @@ void render_under_some_display(const std::vector<std::string>& arguments) {
 void draw(const Common& common, const std::vector<std::string>& arguments, bool front) {
     const Path target = common.output.empty() ? Path(common.input).replace_extension(".png") : Path(common.output);
     if (common.dry_run) return print_result(common, {{"picture", target.string()}, {"expected", "seconds"}});
-    if (!is_surface(common.input)) throw UserError("not an STL file: " + common.input, {.fix = "make one: porepack stl packing.json"});
+    if (!inputs::is_surface(common.input))
+        throw UserError("not an STL file: " + common.input, {.fix = "make one: porepack stl packing.json"});
     render_under_some_display(arguments);
     const TriangleSurface surface = read_stl(common.input, common.unit_m);
     PictureStyle style = style_for(surface);

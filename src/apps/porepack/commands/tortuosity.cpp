@@ -1,18 +1,16 @@
 // The command tortuosity.
 #include <fmt/format.h>
 
+#include "analysis/tortuosity.hpp"
 #include "apps/porepack/run.hpp"
+#include "apps/porepack/uses.hpp"
+#include "converters/slices.hpp"
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "core/members_json.hpp"
 #include "core/resolved_config.hpp"
 
 namespace porepack::apps {
-using namespace core;
-using namespace converters;
-using namespace pore_space;
-using namespace tortuosity;
-using namespace stages;
 namespace {
 
 // Only diffusion needs the bed beyond the section.
@@ -45,20 +43,20 @@ void run_kind(const Common& common, TortuosityKind kind) {
                                      .configuration = resolved_config(config),
                                      .inputs = {common.input},
                                      .work = [&](const Path& folder) {
-                                         return of_slices ? json_of(geometric_paper_of_slices(common.input, config, folder))
+                                         return of_slices ? json_of(written(geometric_paper_of(read_slices(common.input), config), folder))
                                                           : json_of(hydraulic_tortuosity_of(common.input, geometry.section_m));
                                      }});
-    run_on_input(common,
-                 {.stage = "tortuosity." + name,
-                  .geometry = geometry,
-                  .section = section,
-                  .configuration = {{"tortuosity", resolved_config(config)}, {"section", resolved_config(section)}},
-                  .work = [&](const PoreSpace& space, const Path& folder) { return run_tortuosity(kind, space, geometry, config, folder); },
-                  .expect = [&](const PoreSpace& space) -> pipeline::Expectation {
-                      if (kind == TortuosityKind::geometric_paper) return {.text = "seconds"};
-                      const VoxelPlan plan = space.plan_at(space.voxel_size_m(geometry.voxel_size_m));
-                      return expect_tortuosity(kind, static_cast<double>(plan.grid.size()));
-                  }});
+    run_on_input(common, {.stage = "tortuosity." + name,
+                          .geometry = geometry,
+                          .section = section,
+                          .configuration = {{"tortuosity", resolved_config(config)}, {"section", resolved_config(section)}},
+                          .work = [&](const PoreSpace& space,
+                                      const Path& folder) { return written(tortuosity_of(kind, space, geometry, config), folder); },
+                          .expect = [&](const PoreSpace& space) -> core::Expectation {
+                              if (kind == TortuosityKind::geometric_paper) return {.text = "seconds"};
+                              const VoxelPlan plan = space.plan_at(space.voxel_size_m(geometry.voxel_size_m));
+                              return expect_tortuosity(kind, static_cast<double>(plan.grid.size()));
+                          }});
 }
 
 }  // namespace

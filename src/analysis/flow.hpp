@@ -1,0 +1,27 @@
+// Permeability by lattice Boltzmann, with its flow field.
+#pragma once
+
+#include "analysis/outcome.hpp"
+#include "converters/config.hpp"
+#include "core/expectation.hpp"
+#include "geometry/grid.hpp"
+#include "lbm/config.hpp"
+#include "pore_space/pore_space.hpp"
+#include "results/lbm.hpp"
+
+namespace porepack::analysis {
+
+struct ComputedFlow {
+    Outcome<results::Lbm> outcome;     ///< with the tables history.csv and, of a flow along z, gradient.csv
+    geometry::LayeredFlow field = {};  ///< empty where config.fields is none
+};
+/// Resumes from the file `checkpoint` if it exists, and updates it until the end. Throws UserError as lbm_permeability().
+[[nodiscard]] ComputedFlow compute_flow(const pore_space::PoreSpace& space, const converters::GeometryConfig& geometry,
+                                        const lbm::LbmConfig& config, const core::Path& checkpoint = {});
+[[nodiscard]] core::Expectation expect_flow(const pore_space::PoreSpace& space, const converters::GeometryConfig& geometry,
+                                            const lbm::LbmConfig& config);
+/// Of a pore space that need not exist yet.
+[[nodiscard]] core::Expectation expect_flow(const pore_space::PoreSpace& space, const lbm::LbmConfig& config, double voxel_size_m,
+                                            double porosity);
+
+}  // namespace porepack::analysis

@@ -1,0 +1,44 @@
+#include "analysis/gray_parts.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "analysis/uses.hpp"
+#include "core/log.hpp"
+#include "pore_space/gray_solid.hpp"
+#include "scans/gray_input.hpp"
+
+namespace porepack::analysis {
+
+void add_gray_parts(lbm::LbmResult& result, const PoreSpace& space, const lbm::LbmConfig& config) {
+    if (!space.gray || !result.half_width || result.grids.size() < 2) return;
+    const lbm::LbmGridResult& middle = result.grids[result.grids.size() - 2];
+    lbm::LbmConfig one = config;
+    one.grids = 1;
+    one.tolerance = 0.0;
+    one.fields = lbm::FieldFiles::none;
+    one.relaxation_time = config.collision == lbm::Collision::trt ? middle.relaxation_time : config.relaxation_time;
+    // Change of k with another solid, on the same grid; all of k where that does not percolate.
+    const auto change = [&](std::shared_ptr<const GraySolid> other) {
+        try {
+            return lbm_permeability(with_gray(space, std::move(other)), middle.voxel_size_m, one).permeability_m2 / middle.permeability_m2 -
+                   1.0;
+        } catch (const DoesNotPercolate&) {
+            return -1.0;
+        }
+    };
+    log_info("gray levels, blur and resolution: three more runs on voxels of {:.4g} m", middle.voxel_size_m);
+    const GrayVariants variants = gray_variants(*space.gray, space.container);
+    const double k = result.permeability_m2;
+    if (variants.averaged) result.averaged_image_change = change(variants.averaged);
+    if (variants.other_level) result.half_width->threshold_m2 = std::abs(change(variants.other_level)) * k;
+    if (variants.blurred) {
+        // Contacts that the blur has closed change no more, and their share is judged: on spheres in contact it is about this part of sigma
+        // / d.
+        constexpr double closed_contacts = 0.85;
+        const double blur = variants.blur_voxels * space.image_voxel_size_m / space.grain_size_m;
+        result.half_width->blur_m2 = std::max(GrayVariants::blur_part * std::abs(change(variants.blurred)) * k, closed_contacts * blur * k);
+    }
+}
+
+}  // namespace porepack::analysis

@@ -1,0 +1,15 @@
+#include "analysis/outcome.hpp"
+
+#include "io/image.hpp"
+
+namespace porepack::analysis {
+
+void write_files(const Files& files, const core::Path& folder) {
+    for (const auto& [file, table] : files.tables) table.write(folder / file);
+    for (const Plot& plot : files.plots) report::draw_plot(folder / plot.file, plot.script, plot.values, plot.size);
+    for (const Picture& picture : files.pictures)
+        io::write_colour_png(folder / picture.file, picture.width, picture.height, picture.pixels);
+    for (const auto& [file, lines] : files.lines) io::write_vtp(folder / file, lines);
+}
+
+}  // namespace porepack::analysis

@@ -1,0 +1,122 @@
+#include "analysis/pour.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "analysis/uses.hpp"
+#include "core/data_file.hpp"
+#include "core/error.hpp"
+#include "core/json.hpp"
+#include "core/log.hpp"
+#include "pouring/dem/capsule_pour.hpp"
+#include "pouring/liggghts/liggghts.hpp"
+
+namespace porepack::analysis {
+namespace {
+
+// Cost and errors of the clump of spheres; LIGGGHTS is still given the exact mass and inertia.
+results::Clump clump_of(const Shape& shape, double surface_tolerance) {
+    const double tolerance = surface_tolerance * smallest_diameter(shape);
+    Shape clump{.id = shape.id, .capsules = sphere_clump(shape, tolerance), .cavity = shape.cavity};
+    const ShapeMeasures exact = measure(shape, 1e-6), of_clump = measure(clump, 1e-6);
+    const double solid = exact.volume_m3 - (shape.cavity == Cavity::filled ? exact.cavity_volume_m3 : 0.0);
+    return {.shape = shape.id,
+            .spheres = clump.capsules.size(),
+            .largest_surface_error_m = tolerance,
+            .volume_error = of_clump.volume_m3 / solid - 1.0,
+            .area_error = of_clump.surface_area_m2 / exact.surface_area_m2 - 1.0};
+}
+
+// Carman-Kozeny, Ergun and the report use the shape of the case: it must be that of the packing.
+void require_same_shape(const std::vector<ShapeShare>& shapes, const Packing& packing, const std::string& file) {
+    for (const auto& other : packing.shapes) {
+        const double volume = measure(other, 1e-6).volume_m3;
+        if (std::none_of(shapes.begin(), shapes.end(),
+                         [&](const ShapeShare& share) { return std::abs(volume / measure(share.shape, 1e-6).volume_m3 - 1.0) < 1e-3; }))
+            throw UserError(fmt::format("the grain of the case is not the one of the packing: {:.4g} m3, `{}` has {:.4g} m3",
+                                        measure(shapes.front().shape, 1e-6).volume_m3, other.id, volume),
+                            {.where = file, .fix = "let [shape] describe the packing's grain"});
+    }
+}
+
+results::Pour result_of(const PourResult& pour, const std::vector<ShapeShare>& shapes, const PackingConfig& config) {
+    results::Pour result{.batches = pour.batches,
+                         .thinned_batches = pour.thinned_batches,
+                         .steps = pour.steps,
+                         .kinetic_energy_per_grain_J = pour.kinetic_energy_per_grain_J,
+                         .rest_limit_J = pour.rest_limit_J,
+                         .at_rest = pour.at_rest(),
+                         .coordination_number = pour.coordination_number,
+                         .mean_force_over_weight = pour.mean_force_over_weight,
+                         .largest_force_over_weight = pour.largest_force_over_weight,
+                         .engine_wall_time_s = pour.wall_time_s};
+    if (config.engine == Engine::liggghts) {
+        const double d = finest_diameter(pour.packing);
+        result.pose_error_relative_to_diameter = *pour.pose_error_m / d;
+        result.largest_clump_overlap_relative_to_diameter = *pour.largest_clump_overlap_m / d;
+        result.clumps.emplace();
+        for (const auto& share : shapes) result.clumps->push_back(clump_of(share.shape, config.surface_tolerance));
+        result.repeat_by_hand = "cd run && " + pour.command;
+    }
+    return result;
+}
+
+// The spheres of LIGGGHTS's clumps lie within surface_tolerance of the grains, so the exact grains may overlap by more than soft contacts.
+void allow_clump_overlaps(Packing& packing, const PackingConfig& config) {
+    const Overlaps overlaps = find_overlaps(packing);
+    const double d = finest_diameter(packing), largest = std::max(overlaps.largest_between_grains_m, overlaps.largest_with_wall_m);
+    packing.overlap_allowed = largest > largest_overlap_of_diameter * d && largest <= config.surface_tolerance * d;
+    if (packing.overlap_allowed)
+        log_warning(fmt::format("grains overlap by up to {:.2g} of the thinnest capsule's diameter: surface_tolerance is {:g}", largest / d,
+                                config.surface_tolerance));
+}
+
+}  // namespace
+
+void add_grains(results::Pack& pack, const Packing& packing) {
+    const Overlaps overlaps = find_overlaps(packing);
+    const double d = finest_diameter(packing);
+    pack.grains = packing.bodies.size();
+    if (packing.shapes.size() > 1) {
+        std::vector<long> count(packing.shapes.size(), 0);
+        for (const auto& body : packing.bodies) ++count[body.shape];
+        pack.grains_of_shape.emplace();
+        for (std::size_t i = 0; i < count.size(); ++i) pack.grains_of_shape->emplace_back(packing.shapes[i].id, count[i]);
+    }
+    pack.largest_overlap_relative_to_diameter = overlaps.largest_between_grains_m / d;
+    pack.mean_overlap_relative_to_diameter = overlaps.mean_between_grains_m / d;
+    pack.largest_wall_overlap_relative_to_diameter = overlaps.largest_with_wall_m / d;
+    pack.contacts = overlaps.contacts;
+}
+
+void require_same_bed(const std::vector<ShapeShare>& shapes, const Container& container, const Packing& packing, const std::string& file) {
+    if (to_json(packing.container) != to_json(container))
+        throw UserError(
+            "the container of the packing is not the one of the case",
+            {.where = file, .allowed = to_json(container).dump(), .fix = "[container] must say " + to_json(packing.container).dump()});
+    require_same_shape(shapes, packing, file);
+}
+
+Poured pour(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config, const Path& folder) {
+    const PourResult pour = config.engine == Engine::liggghts
+                                ? liggghts::pour_with_liggghts(shapes, container, config, data_file("liggghts_templates"), folder / "run")
+                                : dem::pour_with_capsules(shapes, container, config, folder);
+    Poured poured{.result = {.engine = std::string(name_of(config.engine)), .seed = config.seed}, .packing = pour.packing};
+    poured.result.pour = result_of(pour, shapes, config);
+    if (config.engine == Engine::liggghts) allow_clump_overlaps(poured.packing, config);
+    return poured;
+}
+
+Expectation expect_pour(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config) {
+    const PourPlan plan = plan_pour(shapes, container, config);
+    const std::string engine = config.engine == Engine::liggghts
+                                   ? fmt::format("LIGGGHTS, up to {} grains of {} spheres", plan.maximum_grains, plan.clump_spheres)
+                                   : fmt::format("capsules, up to {} grains", plan.maximum_grains);
+    return {.text = fmt::format("{}, time step {:.2e} s", engine, plan.time_step_s),
+            .memory_bytes = plan.expected_memory_bytes,
+            .wall_time_s = plan.expected_wall_time_s};
+}
+
+}  // namespace porepack::analysis

@@ -1,0 +1,112 @@
+#include "analysis/shape.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "analysis/uses.hpp"
+#include "converters/surface.hpp"
+#include "core/error.hpp"
+
+namespace porepack::analysis {
+namespace {
+
+std::array<double, 3> array_of(const Vec3& v) {
+    return {v.x(), v.y(), v.z()};
+}
+
+results::Inertia inertia_of(const Eigen::Matrix3d& inertia) {
+    results::Inertia found;
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(inertia);
+    found.principal_moments_kg_m2 = array_of(axes.eigenvalues());
+    for (int i = 0; i < 3; ++i) {
+        found.inertia_kg_m2[static_cast<std::size_t>(i)] = array_of(inertia.row(i).transpose());
+        found.principal_axes[static_cast<std::size_t>(i)] = array_of(axes.eigenvectors().col(i));
+    }
+    return found;
+}
+
+// The mixture's own numbers are means over the grains, by number; its sphericity is the one that gives the mixture's specific
+// surface (6 V/A = sphericity times the equal-volume diameter), as the Carman-Kozeny equation requires.
+results::Shape measure_mixture(const ShapeConfig& config, double density) {
+    results::Shape mixture{.kind = "mixture", .relative_error = 0.0, .components = std::vector<results::Shape>()};
+    (void)make_shapes(config);  // its errors are reported before anything is measured
+    for (const auto& part : config.component) {
+        results::Shape& component = mixture.components->emplace_back(measure_shape(part, density));
+        component.number_fraction = part.number_fraction;
+        mixture.volume_m3 += part.number_fraction * component.volume_m3;
+        mixture.surface_area_m2 += part.number_fraction * component.surface_area_m2;
+        mixture.relative_error = std::max(*mixture.relative_error, *component.relative_error);
+    }
+    const double volume = mixture.volume_m3;
+    mixture.sphericity = std::cbrt(36.0 * std::numbers::pi * volume * volume) / mixture.surface_area_m2;
+    mixture.equal_volume_diameter_m = std::cbrt(6.0 * volume / std::numbers::pi);
+    return mixture;
+}
+
+}  // namespace
+
+results::Shape measure_shape(const ShapeConfig& config, double density) {
+    if (config.kind == ShapeKind::mixture) return measure_mixture(config, density);
+    const Shape shape = make_shape(config);
+    const ShapeMeasures m = measure(shape);
+    const HullMeasures convex = hull(shape.capsules);
+    results::Shape found{.kind = std::string(name_of(config.kind)),
+                         .volume_m3 = m.volume_m3,
+                         .surface_area_m2 = m.surface_area_m2,
+                         .sphericity = m.sphericity,
+                         .equal_volume_diameter_m = std::cbrt(6.0 * m.volume_m3 / std::numbers::pi),
+                         .relative_error = m.relative_error,
+                         .convexity = std::min(1.0, m.volume_m3 / convex.volume_m3),
+                         .convex_hull_volume_m3 = convex.volume_m3,
+                         .convex_hull_area_m2 = convex.surface_area_m2,
+                         .centre_of_mass_m = array_of(m.centre_of_mass_m),
+                         .density_kg_per_m3 = density,
+                         .mass_kg = density * m.volume_m3,
+                         .inertia = inertia_of(density * m.inertia_per_density_m5),
+                         .bounding_radius_m = m.bounding_radius_m,
+                         .maximum_feret_diameter_m = m.maximum_feret_diameter_m,
+                         .cavity = std::string(name_of(shape.cavity)),
+                         .capsules = shape.capsules.size(),
+                         .cavity_volume_m3 = m.cavity_volume_m3,
+                         .cavity_area_m2 = m.cavity_area_m2};
+    if (config.kind != ShapeKind::capsules) {
+        found.diameter_m = 2.0 * shape.capsules.front().radius;
+        found.length_m = (shape.capsules.front().b - shape.capsules.front().a).norm();
+    }
+    if (m.cavity_volume_m3 > 0.0) {
+        const bool filled = shape.cavity == Cavity::filled;
+        found.with_cavity = {.volume_filled_m3 = m.volume_m3 + (filled ? 0.0 : m.cavity_volume_m3),
+                             .volume_open_m3 = m.volume_m3 - (filled ? m.cavity_volume_m3 : 0.0),
+                             .surface_area_filled_m2 = m.surface_area_m2 - (filled ? 0.0 : m.cavity_area_m2),
+                             .surface_area_open_m2 = m.surface_area_m2 + (filled ? m.cavity_area_m2 : 0.0)};
+    }
+    return found;
+}
+
+// The correlations need the sphericity of one grain, which several bodies together do not have.
+results::Shape measure_surface_shape(const TriangleSurface& surface, const std::string& name, double density) {
+    const SurfaceCheck check = check_surface(surface);
+    require_sound(check, name);
+    const SurfaceMeasures m = measure_surface(surface);
+    return {.kind = "stl",
+            .volume_m3 = m.volume_m3,
+            .surface_area_m2 = m.area_m2,
+            .convexity = std::min(1.0, m.volume_m3 / m.hull_volume_m3),
+            .convex_hull_volume_m3 = m.hull_volume_m3,
+            .convex_hull_area_m2 = m.hull_area_m2,
+            .centre_of_mass_m = array_of(m.centre_of_mass_m),
+            .density_kg_per_m3 = density,
+            .mass_kg = density * m.volume_m3,
+            .inertia = inertia_of(density * m.inertia_per_density_m5),
+            .bounding_radius_m = m.bounding_radius_m,
+            .maximum_feret_diameter_m = m.maximum_feret_diameter_m,
+            .shells = check.shells,
+            .low_m = array_of(check.low),
+            .high_m = array_of(check.high),
+            .sphericity_of_all = m.sphericity};
+}
+
+}  // namespace porepack::analysis

@@ -1,0 +1,17 @@
+// The grain itself: volume, surface, sphericity, inertia.
+#pragma once
+
+#include <string>
+
+#include "io/stl.hpp"
+#include "results/shape.hpp"
+#include "shapes/config.hpp"
+
+namespace porepack::analysis {
+
+/// Of a mixture: means over the grains, by number, and the measures of each component. Throws UserError as make_shape().
+[[nodiscard]] results::Shape measure_shape(const shapes::ShapeConfig& config, double density_kg_per_m3);
+/// Of a closed surface; `name` for messages. Throws UserError where it is not sound.
+[[nodiscard]] results::Shape measure_surface_shape(const io::TriangleSurface& surface, const std::string& name, double density_kg_per_m3);
+
+}  // namespace porepack::analysis

@@ -1,0 +1,25 @@
+// Names of the folders below this one. Only for the sources of this folder.
+#pragma once
+
+namespace porepack {
+namespace core {}
+namespace record {}
+namespace shapes {}
+namespace packing {}
+namespace pouring {}
+namespace report {}
+namespace pipeline {}
+namespace stages {}
+namespace study {}
+namespace design {
+using namespace core;
+using namespace record;
+using namespace shapes;
+using namespace packing;
+using namespace pouring;
+using namespace report;
+using namespace pipeline;
+using namespace stages;
+using namespace study;
+}  // namespace design
+}  // namespace porepack

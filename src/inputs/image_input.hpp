@@ -1,0 +1,36 @@
+// A scan or a segmented image, put into its container.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "core/files.hpp"
+#include "imaging/volume.hpp"
+#include "packing/packing.hpp"
+#include "pore_space/gray_solid.hpp"
+#include "results/image.hpp"
+
+namespace porepack::inputs {
+
+/// An image as load_pore_space() takes it: in the container's frame, with what lies outside left out.
+struct ImageInput {
+    geometry::PhaseImage image;                              ///< its notes name the container; empty with gray walls
+    std::shared_ptr<const pore_space::GraySolid> gray = {};  ///< with gray walls
+    packing::Container container = {};
+    results::ImageFile file = {};
+    bool own = false;                                 ///< written by PorePack
+    std::string pores = {};                           ///< what of the image they are
+    std::optional<scans::GrayNotes> gray_notes = {};  ///< with gray walls
+};
+[[nodiscard]] ImageInput read_image(const core::Path& file, const imaging::ImageConfig& config,
+                                    const std::optional<packing::Container>& container);
+/// The same of an image that is open; `file` names it in messages.
+[[nodiscard]] ImageInput read_image(const imaging::VolumeSource& source, const imaging::ImageConfig& config,
+                                    const std::optional<packing::Container>& container, const core::Path& file);
+
+/// Walls at the gray values' threshold. Throws UserError where they are asked for without one.
+[[nodiscard]] bool has_gray_walls(const imaging::ImageConfig& config);
+
+}  // namespace porepack::inputs

@@ -1,0 +1,181 @@
+#include "inputs/pore_space_input.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "converters/slices.hpp"
+#include "converters/surface.hpp"
+#include "core/error.hpp"
+#include "core/json.hpp"
+#include "core/log.hpp"
+#include "core/resolved_config.hpp"
+#include "inputs/image_input.hpp"
+#include "io/stl.hpp"
+#include "scans/bed.hpp"
+#include "scans/doubts.hpp"
+#include "scans/find_tube.hpp"
+#include "scans/gray_input.hpp"
+#include "scans/phases.hpp"
+
+namespace porepack::inputs {
+using namespace core;
+using namespace geometry;
+using namespace io;
+using namespace packing;
+using namespace converters;
+using namespace scans;
+using namespace pore_space;
+namespace {
+
+constexpr const char* container_flag = "--container cylinder:D,H or box:X,Y,Z[:periodic] (metres)";
+
+PoreSpace load_surface(const Path& input, const InputOptions& options) {
+    if (!options.container) throw UserError("an STL file needs a container", {.where = input.string(), .allowed = container_flag});
+    return pore_space_of(read_stl(input, options.unit_m), *options.container, input.string());
+}
+
+// Standard uncertainty: of the gray levels; where a wall was subtracted, its place is known to about 0.15 voxels, judged on simulated scans
+// as the half width of 95 %.
+double porosity_error(const GrayNotes& notes, const PoreSpace& space) {
+    constexpr double wall_voxels = 0.15;
+    const double wall = notes.tube_removed ? 4.0 * wall_voxels * space.image_voxel_size_m / space.container.diameter_m : 0.0;
+    return std::hypot(notes.fraction_error, 0.5 * wall);
+}
+
+PoreSpace load_image(const Path& file, const InputOptions& options) {
+    ImageInput found = read_image(file, options.image, options.container);
+    const Grid& grid = found.gray ? found.gray->image()->grid : found.image.grid;
+    if (!found.own)
+        log_info("image: {}, {} x {} x {} voxels of {:.4g} m ({}), {}; pores: {}", found.file.format, grid.cells[0], grid.cells[1],
+                 grid.cells[2], grid.spacing_m[2], found.file.voxel_size_from, found.file.orientation, found.pores);
+    if (found.gray_notes) {
+        const GrayNotes& gray = *found.gray_notes;
+        log_info("gray values: pores {:.5g}, solid {:.5g}, noise {:.2g} %, smoothed by {:.2g} voxels, then blur {:.2g} voxels{}",
+                 gray.pore_level, gray.solid_level, 100.0 * gray.noise, gray.smoothing_voxels, gray.blur_voxels,
+                 gray.tube_removed ? "; the container's wall is visible and was subtracted" : "");
+    }
+    const auto& notes = found.gray ? found.gray->image()->notes : found.image.notes;
+    Section section{grid.origin_m[2], grid.origin_m[2] + grid.cells[2] * grid.spacing_m[2]};
+    if (const auto& given = options.geometry.section_m; given.size() == 2) {
+        section = {given[0], given[1]};
+        if (const auto note = notes.find("section"); found.gray && note != notes.end()) {
+            const Section complete = section_of_note(note->second, file);
+            if (section.z0 < complete.z0 - 1e-9 || section.z1 > complete.z1 + 1e-9)
+                log_warning(fmt::format("{}: grains were removed beyond the section from {:g} to {:g} m, and the given one reaches further",
+                                        file.string(), complete.z0, complete.z1));
+        }
+    } else if (const auto note = notes.find("section"); note != notes.end()) {
+        section = section_of_note(note->second, file);
+    }
+    if (!found.container.periodic[2]) {
+        const LayerProfile profile = found.gray ? profile_of(*found.gray, found.container) : profile_of(found.image);
+        if (options.geometry.section_m.empty() && !notes.contains("section"))
+            section = default_section(profile, file.string());
+        else
+            warn_beyond_bed(profile, section, file.string());
+    }
+    if (found.gray) {
+        PoreSpace space = pore_space_of(found.gray, found.container, section, file.string());
+        space.image_porosity_error = porosity_error(*found.gray_notes, space);
+        return space;
+    }
+    if (!found.own)
+        for (const std::string& doubt : scans::doubts_of(found.image)) log_warning(fmt::format("{}: {}", file.string(), doubt));
+    return pore_space_of(std::move(found.image), found.container, section, file.string());
+}
+
+PoreSpace load_slices(const Path& folder, const InputOptions& options) {
+    SliceStack stack = read_slices(folder);
+    PoreSpace space{.container = stack.container, .section = stack.section};
+    space.image = std::make_shared<const PhaseImage>(PhaseImage{.grid = stack.grid, .phase = std::move(stack.phase), .notes = {}});
+    if (const auto& given = options.geometry.section_m; given.size() == 2) space.section = {given[0], given[1]};
+    return space;
+}
+
+// A single stone in a tube, or grains that hang in the air, are solved as well as a bed is, and mean something else.
+void warn_of_no_bed(const PoreSpace& space) {
+    if (space.container.any_periodic() || space.container.cut_ends) return;
+    if (space.bed_bottom_m > 0.25 * space.maximum_feret_diameter_m)
+        log_warning(fmt::format("{}: the lowest grain lies {:.3g} m above the floor", space.source, space.bed_bottom_m));
+    constexpr double least = 0.1;
+    if (const double solid = 1.0 - space.porosity(4000).value; solid < least)
+        log_warning(fmt::format("{}: solid fills {:.2g} % of the section: k is that of single bodies in a container, not of a bed",
+                                space.source, 100.0 * solid));
+}
+
+PoreSpace with_ends(const PoreSpace& space, const SectionConfig& section) {
+    PoreSpace ready = space.with_ends(section.ends, section.buffer_m);
+    if (section.ends != Ends::in_situ || space.container.periodic[2]) return ready;
+    if (ready.ends == Ends::planes)
+        log_warning(
+            fmt::format("{}: the image ends at the section, so planes of constant pressure or concentration lie there; k is too high and "
+                        "the tortuosity factor too low where they cut grains",
+                        space.source));
+    return ready;
+}
+
+}  // namespace
+
+bool is_packing(const Path& input) {
+    const std::string name = input.filename().string();
+    return name.ends_with(".json") || name.ends_with(".json.gz");
+}
+
+bool is_surface(const Path& input) {
+    return input.extension() == ".stl" || input.extension() == ".STL";
+}
+
+bool is_image(const Path& input) {
+    return std::filesystem::exists(input / "slices.json") || imaging::is_volume(input);
+}
+
+bool is_case(const Path& input) {
+    return std::filesystem::is_directory(input) ? std::filesystem::exists(input / "case.toml") : input.extension() == ".toml";
+}
+
+PoreSpace load_pore_space(const Path& input, const InputOptions& options) {
+    if (!(options.unit_m >= 1e-12 && options.unit_m <= 1e6))
+        throw UserError(fmt::format("a unit of {:g} m is not possible", options.unit_m), {.allowed = "1e-12 to 1e6 (0.001: millimetres)"});
+    PoreSpace space;
+    if (!imaging::is_volume(input) && resolved_config(options.image) != resolved_config(imaging::ImageConfig()))
+        throw UserError("--image-... have no effect here: they belong to images", {.where = input.string(), .fix = "remove them"});
+    if (is_packing(input))
+        space = pore_space_of(read_packing(input));
+    else if (is_surface(input))
+        space = load_surface(input, options);
+    else if (is_image(input))
+        space = std::filesystem::exists(input / "slices.json") ? load_slices(input, options) : load_image(input, options);
+    else
+        throw UserError(
+            "cannot tell what " + input.string() + " is",
+            {.allowed = "packing.json, packing.json.gz, an .stl file, an image (docs/images.md), a folder of slices, or a case"});
+    space.source = input.string();
+    if (options.whole_bed) return space;
+    if (space.image || space.gray) return with_ends(space, options.section);
+    const GeometryConfig& geometry = options.geometry;
+    space.section = choose_section(space.container, {.section_m = geometry.section_m, .trim_m = geometry.trim_m},
+                                   {space.bed_bottom_m, space.bed_top_m}, space.maximum_feret_diameter_m);
+    if (space.porosity(2000).value == 1.0 && space.porosity().value == 1.0)  // few lines may miss small grains
+        throw UserError(
+            fmt::format("there is no grain in the section from {:g} to {:g} m", space.section.z0, space.section.z1),
+            {.allowed = fmt::format("a section in the bed, which reaches from {:g} to {:g} m", space.bed_bottom_m, space.bed_top_m)});
+    space.reservoir_m = geometry.reservoir_m;
+    warn_of_no_bed(space);
+    if (space.section.length() < space.maximum_feret_diameter_m && !space.container.periodic[2])
+        log_warning(fmt::format(
+            "the section is {:.3g} m long, less than one grain's maximum Feret diameter ({:.3g} m): it hardly represents the packing",
+            space.section.length(), space.maximum_feret_diameter_m));
+    return with_ends(space, options.section);
+}
+
+Section section_of_note(const std::string& note, const Path& file) {
+    Section section;
+    if (std::sscanf(note.c_str(), "%lf,%lf", &section.z0, &section.z1) != 2 || !std::isfinite(section.z0) || !std::isfinite(section.z1))
+        throw UserError("the image's field data `section` is not \"z0,z1\": " + note,
+                        {.where = file.string(), .fix = "--section z0,z1 (metres)"});
+    return section;
+}
+
+}  // namespace porepack::inputs

@@ -1,0 +1,107 @@
+// Container, packing and pore space of a case, as far as they exist.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/error.hpp"
+#include "core/json.hpp"
+#include "core/log.hpp"
+#include "imaging/volume.hpp"
+#include "inputs/pore_space_input.hpp"
+#include "io/stl.hpp"
+#include "pouring/pour.hpp"
+#include "stages/stages.hpp"
+#include "stages/uses.hpp"
+
+namespace porepack::stages {
+namespace fs = std::filesystem;
+
+std::string solid_stage(const Case& c) {
+    return c.from_image() ? "image" : c.from_stl() ? "stl" : "pack";
+}
+
+PoreSpace case_pore_space(const Case& c, bool with_surface) {
+    if (c.from_image())
+        return load_pore_space(c.stage_folder("image") / image_file(c), {.geometry = c.settings.geometry, .section = c.settings.section});
+    const InputOptions options{.container = case_container(c), .geometry = c.settings.geometry, .section = c.settings.section};
+    const Path surface = c.stage_folder("stl") / "solid.stl";
+    if (c.from_stl()) return load_pore_space(surface, options);
+    PoreSpace space = load_pore_space(c.stage_folder("pack") / "packing.json", options);
+    if (with_surface) space.surface = std::make_shared<const TriangleSurface>(read_stl(surface));
+    return space;
+}
+
+Container case_container(const Case& c) {
+    if (!c.from_fit()) return make_container(c.settings.container);
+    if (const Path made = c.stage_folder("pack") / "packing.json"; fs::exists(made)) return read_packing(made).container;
+    if (const auto given = container_of_image(c)) return *given;
+    const imaging::VolumeHeader scan = imaging::open_volume(c.resolve(c.settings.image.file), c.settings.image).header;
+    Container box{.kind = Container::Kind::box};
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto a = static_cast<std::size_t>(axis);
+        box.size_m[axis] = static_cast<double>(scan.voxels[a]) * scan.spacing_m[a];
+    }
+    return box;
+}
+
+bool has_packing(const Case& c) {
+    const Path manifest = c.stage_folder("pack") / "manifest.json";
+    return !c.from_stl() && !c.from_image() && fs::exists(manifest) && fs::exists(c.stage_folder("pack") / "packing.json") &&
+           read_json(manifest).value("configuration", Json()) == make_pack_stage(c).configuration;
+}
+
+double expected_porosity(const Case& c) {
+    if (has_packing(c)) return c.result<results::Pack>().bed.porosity_bed;
+    return c.from_stl() || c.from_image() ? 0.6 : 1.0 - poured_solid_fraction(make_shapes(c.settings.shape), case_container(c));
+}
+
+// 4 volume / surface, as of a checked surface.
+double grain_size_of(const io::TriangleSurface& surface) {
+    double volume = 0.0, area = 0.0;
+    for (const auto& triangle : surface.triangles) {
+        const auto corner = [&](std::size_t c) {
+            const auto& p = surface.points[static_cast<std::size_t>(triangle[c])];
+            return Vec3(p[0], p[1], p[2]);
+        };
+        const Vec3 a = corner(0), normal = (corner(1) - a).cross(corner(2) - a);
+        volume += a.dot(normal) / 6.0;
+        area += 0.5 * normal.norm();
+    }
+    return area > 0.0 ? 4.0 * std::abs(volume) / area : 0.0;
+}
+
+// The section before the packing exists: the height at which pouring stops, minus one grain at both ends.
+PoreSpace expected_pore_space(const Case& c) {
+    const auto& settings = c.settings;
+    if (has_packing(c)) return case_pore_space(c);
+    if (c.from_image())  // read again where the stage has not run: an image takes seconds
+        return load_pore_space(c.resolve(c.settings.image.file), {.container = container_of_image(c),
+                                                                  .geometry = c.settings.geometry,
+                                                                  .section = c.settings.section,
+                                                                  .image = c.settings.image});
+    PoreSpace space{.container = case_container(c), .section = {}};
+    double top = c.from_fit() ? space.container.height() : space.container.height() / 2.0;
+    if (!c.from_stl()) {
+        const std::vector<ShapeShare> shapes = make_shapes(settings.shape);
+        for (const auto& [shape, share] : shapes) {
+            space.maximum_feret_diameter_m = std::max(space.maximum_feret_diameter_m, maximum_feret_diameter(shape));
+            space.grain_size_m = std::min(space.grain_size_m, smallest_diameter(shape));
+        }
+        space.equivalent_diameter_m = std::cbrt(6.0 * mean_volume_m3(shapes) / std::numbers::pi);
+        if (settings.packing.fill_height_m > 0.0) top = settings.packing.fill_height_m;
+        if (settings.packing.grains > 0)
+            top = std::min(space.container.height(), poured_height_m(shapes, space.container, settings.packing.grains));
+    } else {
+        space.grain_size_m = grain_size_of(io::read_stl(c.resolve(settings.shape.file), settings.shape.unit_m));
+    }
+    space.section =
+        choose_section(space.container, {.section_m = settings.geometry.section_m, .trim_m = settings.geometry.trim_m, .bed_known = false},
+                       {0.0, top}, space.maximum_feret_diameter_m);
+    space.reservoir_m = settings.geometry.reservoir_m;
+    space.bed_top_m = top;
+    return space.with_ends(settings.section.ends, settings.section.buffer_m);
+}
+
+}  // namespace porepack::stages
