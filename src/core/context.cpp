@@ -5,19 +5,23 @@
 namespace porepack::core {
 namespace {
 
-Context& current() {
-    static Context context;
-    return context;
+const Context& defaults() {
+    static const Context none;
+    return none;
 }
+
+thread_local const Context* of_this_thread = nullptr;
 
 }  // namespace
 
-void set_context(Context context) {
-    current() = std::move(context);
+const Context& context() {
+    return of_this_thread != nullptr ? *of_this_thread : defaults();
 }
 
-const Context& context() {
-    return current();
+ContextScope::ContextScope(const Context& context) : before_(std::exchange(of_this_thread, &context)) {}
+
+ContextScope::~ContextScope() {
+    of_this_thread = before_;
 }
 
 }  // namespace porepack::core

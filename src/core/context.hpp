@@ -1,4 +1,4 @@
-// Log, progress and cancellation: the interface between the library and its host program, which may replace each function.
+// Log, progress and cancellation of a run: the interface between the library and its host program, which may replace each function.
 #pragma once
 
 #include <functional>
@@ -20,8 +20,22 @@ struct Context {
     std::function<bool()> interrupted;
 };
 
-/// The context of this process. Replace it before work begins; an empty function means the default.
-void set_context(Context context);
+/// What this thread works for: its own scope's context, or one whose functions are all empty, which means the defaults.
 [[nodiscard]] const Context& context();
+
+/// The work of this thread belongs to a run with this context, until the scope ends; several threads may each have a run of their own. A
+/// thread that is started for a run begins with such a scope of the context() of the thread that starts it; parallel_for() does so.
+class ContextScope {
+public:
+    /// `context` must outlive the scope.
+    explicit ContextScope(const Context& context);
+    explicit ContextScope(Context&&) = delete;
+    ~ContextScope();
+    ContextScope(const ContextScope&) = delete;
+    ContextScope& operator=(const ContextScope&) = delete;
+
+private:
+    const Context* before_;
+};
 
 }  // namespace porepack::core

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <exception>
 
+#include "core/context.hpp"
 #include "core/interrupt.hpp"
 
 namespace porepack::core {
@@ -12,8 +13,10 @@ namespace porepack::core {
 template <typename Body>
 void parallel_for(std::size_t count, const Body& body) {
     std::exception_ptr fault;
+    const Context& run = context();
 #pragma omp parallel for schedule(dynamic, 1)
     for (std::size_t i = 0; i < count; ++i) {
+        const ContextScope here(run);
         if (interrupted()) continue;
         try {
             body(i);

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <future>
 
+#include "core/context.hpp"
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "openfoam/foam_case.hpp"
@@ -172,7 +173,8 @@ FoamResult foam_permeability(const FoamScene& scene, const FoamConfig& config, d
     make_folder(folder);
     fs::copy_file(cases / "runFunctions", folder / "runFunctions", fs::copy_options::overwrite_existing);
     // The coarser meshes at the same time as the finest: each uses one core.
-    auto coarser = std::async(config.meshes > 1 ? std::launch::async : std::launch::deferred, [&] {
+    auto coarser = std::async(config.meshes > 1 ? std::launch::async : std::launch::deferred, [&, &run = context()] {
+        const ContextScope here(run);
         std::vector<FoamMeshResult> meshes;
         if (config.meshes > 2)
             meshes.push_back(solve_on_mesh(scene, config, config.mesh_ratio * config.mesh_ratio * cell_size_m, cases,

@@ -10,6 +10,7 @@
 #include <sstream>
 #include <thread>
 
+#include "core/context.hpp"
 #include "core/error.hpp"
 #include "core/machine.hpp"
 #include "core/process.hpp"
@@ -35,7 +36,11 @@ public:
         : program_(require_porepack()), threads_(std::max(1, thread_count() / at_once)), next_(next), ended_(ended) {
         std::vector<std::thread> threads;
         threads.reserve(static_cast<std::size_t>(at_once));
-        for (int i = 0; i < at_once; ++i) threads.emplace_back([this] { work(); });
+        for (int i = 0; i < at_once; ++i)
+            threads.emplace_back([this, &run = context()] {
+                const ContextScope here(run);
+                work();
+            });
         for (std::thread& thread : threads) thread.join();
         if (fault_) std::rethrow_exception(fault_);
     }

@@ -3,6 +3,7 @@
 #include <numbers>
 
 #include "core/error.hpp"
+#include "core/context.hpp"
 #include "core/interrupt.hpp"
 #include "core/log.hpp"
 #include "tortuosity/tortuosity.hpp"
@@ -102,8 +103,10 @@ GeometricPaperResult average(const std::vector<Vec2>& dots, int slices, double z
     long points = 0, rejected = 0, done = 0;
     Progress progress("tortuosity (geometric_paper)");
     // No exception may leave a parallel loop: an interrupt ends the loop early and is thrown after it.
+    const Context& run = context();
 #pragma omp parallel for schedule(dynamic, 1)
     for (std::size_t d = 0; d < dots.size(); ++d) {
+        const ContextScope here(run);
         if (interrupted()) continue;
         DotPath path = follow(dots[d], slices, z0, spacing, angle_deg * std::numbers::pi / 180.0, closest_void);
 #pragma omp critical

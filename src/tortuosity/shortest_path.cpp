@@ -7,6 +7,7 @@
 #include <queue>
 
 #include "core/error.hpp"
+#include "core/context.hpp"
 #include "core/interrupt.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
@@ -246,8 +247,10 @@ ShortestPathResult summarise(const Lattice& lattice, const VoxelSight& sight, st
     const std::size_t keep_every = 1 + values.size() / 100;
     std::pair<double, std::size_t> best = {1e300, 0};
     // No exception may leave a parallel loop.
+    const Context& run = context();
 #pragma omp parallel for schedule(dynamic, 1)
     for (std::size_t n = 0; n < values.size(); ++n) {
+        const ContextScope here(run);
         if (interrupted()) continue;
         const Start& start = starts[every / 2 + n * every];
         std::vector<Vec3> path;

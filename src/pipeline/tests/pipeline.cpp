@@ -1,10 +1,13 @@
 // What runs, what is done already, and what a failure leaves.
+#include <atomic>
 #include <cmath>
+#include <thread>
 
 #include "core/context.hpp"
 #include "core/error.hpp"
 #include "core/json.hpp"
 #include "core/log.hpp"
+#include "core/parallel.hpp"
 #include "pipeline/manifest.hpp"
 #include "pipeline/pipeline.hpp"
 #include "record/digest.hpp"
@@ -154,11 +157,20 @@ TEST(Manifest, KnowsDoneStaleAndOfAnotherResultVersion) {
 TEST(Context, AHostGetsLogAndProgressAndEndsTheWork) {
     std::vector<std::string> lines;
     bool stop = false;
-    set_context(
-        {.log = [&](LogLevel level,
-                    std::string_view line) { lines.push_back((level == LogLevel::warning ? "warning: " : "") + std::string(line)); },
-         .progress = {},
-         .interrupted = [&] { return stop; }});
+    const Context run{
+        .log = [&](LogLevel level,
+                   std::string_view line) { lines.push_back((level == LogLevel::warning ? "warning: " : "") + std::string(line)); },
+        .progress = {},
+        .interrupted = [&] { return stop; }};
+    const ContextScope scope(run);
+    std::thread([] {  // another run in the same process: nothing of it comes here, on any of its threads
+        std::atomic<int> heard = 0;
+        const Context other{.log = [&](LogLevel, std::string_view) { ++heard; }, .progress = {}, .interrupted = {}};
+        const ContextScope its(other);
+        parallel_for(8, [](std::size_t) { log_info("of the other run"); });
+        EXPECT_EQ(heard, 8);
+    })
+        .join();
     log_info("step {}", 1);
     log_warning("careful");
     EXPECT_EQ(lines, (std::vector<std::string>{"step 1", "warning: careful"}));
@@ -167,7 +179,6 @@ TEST(Context, AHostGetsLogAndProgressAndEndsTheWork) {
     stop = true;
     EXPECT_THROW(run_pipeline(chain.pipeline()), MachineError);
     EXPECT_EQ(chain.runs_of_number, 0);
-    set_context({});
 }
 
 }  // namespace

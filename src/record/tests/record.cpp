@@ -105,7 +105,8 @@ void describe(ConfigVisitor& v, Renamed& c) {
 TEST(Config, ReadsAKeysOldNameWithAWarning) {
     const test::Folder folder;
     std::vector<std::string> lines;
-    set_context({.log = [&](LogLevel, std::string_view line) { lines.emplace_back(line); }, .progress = {}, .interrupted = {}});
+    const Context run{.log = [&](LogLevel, std::string_view line) { lines.emplace_back(line); }, .progress = {}, .interrupted = {}};
+    const ContextScope scope(run);
     const auto read = [&](const std::string& text) {
         Renamed config;
         TomlFile(folder.write("case.toml", text)).read("screen", [&](ConfigVisitor& v) { describe(v, config); });
@@ -114,7 +115,6 @@ TEST(Config, ReadsAKeysOldNameWithAWarning) {
     EXPECT_EQ(read("[screen]\nmesh_wire_m = 0.5\n"), 0.5);
     EXPECT_TRUE(has(lines.at(0), "line 2: `screen.mesh_wire_m` is now called `wire_m`"));
     EXPECT_THROW((void)read("[screen]\nmesh_wire_m = 0.5\nwire_m = 0.4\n"), UserError);
-    set_context({});
 }
 
 }  // namespace

@@ -50,7 +50,8 @@ TEST(Config, ReadsAKeyFromItsOldTableWithAWarning) {
     const std::string start =
         "[shape]\nkind = \"sphere\"\ndiameter_m = 0.01\n[container]\nkind = \"cylinder\"\ndiameter_m = 0.1\nheight_m = 0.2\n";
     std::vector<std::string> lines;
-    set_context({.log = [&](LogLevel, std::string_view line) { lines.emplace_back(line); }, .progress = {}, .interrupted = {}});
+    const Context run{.log = [&](LogLevel, std::string_view line) { lines.emplace_back(line); }, .progress = {}, .interrupted = {}};
+    const ContextScope scope(run);
     const auto ends_of = [&](const std::string& text) {
         folder.write("case.toml", start + text);
         return stages::read_case(folder.path()).settings.section.ends;
@@ -62,7 +63,6 @@ TEST(Config, ReadsAKeyFromItsOldTableWithAWarning) {
     EXPECT_EQ(ends_of("[lbm]\nends = \"paper\"\n"), pore_space::Ends::paper);
     EXPECT_THROW((void)ends_of("[lbm]\nends = \"paper\"\n[section]\nends = \"planes\"\n"), UserError);
     EXPECT_THROW((void)ends_of("[lbm]\nends = \"planar\"\n"), UserError);
-    set_context({});
 }
 
 }  // namespace
