@@ -10,10 +10,10 @@
 #include "core/error.hpp"
 #include "core/json.hpp"
 #include "core/log.hpp"
-#include "core/resolved_config.hpp"
 #include "falling_head/column.hpp"
 #include "lbm/paper_scheme.hpp"
 #include "lbm/wall_effect.hpp"
+#include "record/resolved_config.hpp"
 
 namespace porepack::analysis {
 namespace {

@@ -12,7 +12,6 @@
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "core/members_json.hpp"
-#include "core/resolved_config.hpp"
 #include "core/table.hpp"
 #include "lbm/inertia.hpp"
 #include "openfoam/foam.hpp"
@@ -20,6 +19,7 @@
 #include "permeability/forchheimer.hpp"
 #include "permeability/inertial_laws.hpp"
 #include "permeability/permeability.hpp"
+#include "record/resolved_config.hpp"
 
 namespace porepack::analysis {
 namespace {

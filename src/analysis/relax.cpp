@@ -9,10 +9,10 @@
 #include "core/error.hpp"
 #include "core/json.hpp"
 #include "core/median.hpp"
-#include "core/resolved_config.hpp"
 #include "core/table.hpp"
 #include "packing/structure.hpp"
 #include "pouring/dem/relax.hpp"
+#include "record/resolved_config.hpp"
 
 namespace porepack::analysis {
 namespace {

@@ -14,14 +14,14 @@ struct ScanPlanConfig {
     std::vector<double> counts = {};
     double within = 0.01;
 };
-inline void describe(core::ConfigVisitor& v, ScanPlanConfig& c) {
-    v.numbers("voxel_sizes_m", c.voxel_sizes_m, {0, 20}, core::length_range(),
+inline void describe(record::ConfigVisitor& v, ScanPlanConfig& c) {
+    v.numbers("voxel_sizes_m", c.voxel_sizes_m, {0, 20}, record::length_range(),
               "voxel sizes to try; auto: 1/12, 1/8 and 1/6 of the thinnest capsule's diameter");
-    v.numbers("views", c.views, {0, 20}, core::between(0.0, 20000.0),
+    v.numbers("views", c.views, {0, 20}, record::between(0.0, 20000.0),
               "numbers of projections to try (0: 1.6 per pixel of a detector row); auto: 0");
-    v.numbers("counts", c.counts, {0, 20}, core::between(0.0, 1e9),
+    v.numbers("counts", c.counts, {0, 20}, record::between(0.0, 1e9),
               "photons per pixel and view to try (0: no noise); auto: 20000 and 2000");
-    v.number("within", c.within, core::between(1e-5, 1.0), "wanted largest relative error of k");
+    v.number("within", c.within, record::between(1e-5, 1.0), "wanted largest relative error of k");
 }
 
 /// Combinations of the values to try; an empty list counts with its standard values.

@@ -4,11 +4,11 @@
 #include <optional>
 
 #include "analysis/outcome.hpp"
-#include "core/config.hpp"
 #include "core/files.hpp"
 #include "geometry/gray_image.hpp"
 #include "imaging/config.hpp"
 #include "packing/packing.hpp"
+#include "record/config.hpp"
 #include "results/segment.hpp"
 
 namespace porepack::analysis {
@@ -20,16 +20,16 @@ struct SegmentConfig {
     bool keep_cavities = false;
     double smallest_grain = 0.05;
 };
-inline void describe(core::ConfigVisitor& v, SegmentConfig& c) {
+inline void describe(record::ConfigVisitor& v, SegmentConfig& c) {
     v.number(
-        "separation", c.separation, core::between(0.02, 1.0),
+        "separation", c.separation, record::between(0.02, 1.0),
         "by how much a maximum of the distance to the surface must stand out to be a grain of its own, over half the grains' thickness; "
         "0.1 to 0.25 for long arms, 0.25 to 0.5 for round grains");
     v.boolean("keep_cut_grains", c.keep_cut_grains, "keep the grains that the first and the last layer of the image cut");
     v.boolean("on_floor", c.on_floor,
               "the first layer lies on the container's floor: grains that reach it are whole, however broad they stand on it");
     v.boolean("keep_cavities", c.keep_cavities, "cavities in the grains stay pores");
-    v.number("smallest_grain", c.smallest_grain, core::between(0.0, 1.0), "smaller pieces are removed; volume over the median volume");
+    v.number("smallest_grain", c.smallest_grain, record::between(0.0, 1.0), "smaller pieces are removed; volume over the median volume");
 }
 
 struct Segmented {

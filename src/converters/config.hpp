@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/choice.hpp"
-#include "core/config.hpp"
+#include "record/config.hpp"
 
 namespace porepack::converters {
 
@@ -33,7 +33,7 @@ struct StlConfig {
     bool millimetres = false;
 };
 
-inline void describe(core::ConfigVisitor& v, StlConfig& c) {
+inline void describe(record::ConfigVisitor& v, StlConfig& c) {
     v.boolean("pores", c.pores,
               "pores.stl: the boundary of the pore space of the section inside the container, with regions inlet, outlet, wall, grains");
     v.boolean("clip", c.clip, "clipped.stl: the grains clipped at the section's planes, closed");
@@ -43,23 +43,23 @@ inline void describe(core::ConfigVisitor& v, StlConfig& c) {
     v.boolean("millimetres", c.millimetres, "solid_mm.stl: the same surface in millimetres, for 3D printing");
 }
 
-inline void describe(core::ConfigVisitor& v, GeometryConfig& c) {
-    v.number("voxel_size_m", c.voxel_size_m, core::length_range_or_auto(),
+inline void describe(record::ConfigVisitor& v, GeometryConfig& c) {
+    v.number("voxel_size_m", c.voxel_size_m, record::length_range_or_auto(),
              "edge length of the cubic voxels; auto: the smallest capsule diameter / 10. Adjusted so that the section is a whole number of "
              "voxels");
-    v.number("surface_deviation_m", c.surface_deviation_m, core::length_range_or_auto(),
+    v.number("surface_deviation_m", c.surface_deviation_m, record::length_range_or_auto(),
              "maximum distance between the triangles and the exact surface; auto: 0.5 % of the capsule's diameter");
-    v.number("contact_gap_m", c.contact_gap_m, core::length_range_or_auto(),
+    v.number("contact_gap_m", c.contact_gap_m, record::length_range_or_auto(),
              "grains that overlap, or whose gap is below this length, become one body; if the surface of other grains intersects itself "
              "after rounding to single precision, these grains are made thinner by this length; auto: 1e-4 of the capsule's diameter");
-    v.numbers("section_m", c.section_m, {2, 2}, core::not_negative(),
+    v.numbers("section_m", c.section_m, {2, 2}, record::not_negative(),
               "z0 and z1 of the section that is evaluated; auto: the bed without a length of trim_m at each end");
-    v.number("trim_m", c.trim_m, core::length_range_or_auto(),
+    v.number("trim_m", c.trim_m, record::length_range_or_auto(),
              "length removed at each end of the bed; auto: 30 mm or one maximum Feret diameter of a grain, whichever is smaller");
-    v.number("reservoir_m", c.reservoir_m, core::between(0.0, 1e6),
+    v.number("reservoir_m", c.reservoir_m, record::between(0.0, 1e6),
              "length of the container without grains that is added beyond each end of the section in flow computations");
-    v.number("slice_spacing_m", c.slice_spacing_m, core::length_range(), "distance between two slices");
-    v.number("slice_pixel_m", c.slice_pixel_m, core::length_range(), "edge length of the square pixels of the slices");
+    v.number("slice_spacing_m", c.slice_spacing_m, record::length_range(), "distance between two slices");
+    v.number("slice_pixel_m", c.slice_pixel_m, record::length_range(), "edge length of the square pixels of the slices");
 }
 
 }  // namespace porepack::converters

@@ -4,9 +4,9 @@
 #include <map>
 #include <string>
 
-#include "core/config.hpp"
 #include "core/files.hpp"
 #include "design/design.hpp"
+#include "record/config.hpp"
 
 namespace porepack::design {
 
@@ -32,10 +32,10 @@ public:
     [[nodiscard]] stages::Case planned(const SizedCandidate& grain, long packings) const;
 
 private:
-    [[nodiscard]] std::map<std::string, core::Flags> keys(const SizedCandidate& grain, bool full, long packings) const;
+    [[nodiscard]] std::map<std::string, record::Flags> keys(const SizedCandidate& grain, bool full, long packings) const;
     [[nodiscard]] bool too_high(double drop_height_m, const SizedCandidate& grain, bool full) const;
     [[nodiscard]] double fill_height() const;
-    [[nodiscard]] core::Flags container_flags(double shrunk, double height_m) const;
+    [[nodiscard]] record::Flags container_flags(double shrunk, double height_m) const;
 
     const DesignGoal& goal_;
     core::Path base_;

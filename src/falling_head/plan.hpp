@@ -22,15 +22,15 @@ struct TestPlanConfig {
     double celsius = 20.0;
     double within = 0.05;
 };
-inline void describe(core::ConfigVisitor& v, TestPlanConfig& c) {
-    v.numbers("glycerol_fractions", c.glycerol_fractions, {1, 20}, core::between(0.0, 1.0), "fluids to try: mass of glycerol in water");
-    v.numbers("sample_lengths_m", c.sample_lengths_m, {0, 20}, core::length_range(),
+inline void describe(record::ConfigVisitor& v, TestPlanConfig& c) {
+    v.numbers("glycerol_fractions", c.glycerol_fractions, {1, 20}, record::between(0.0, 1.0), "fluids to try: mass of glycerol in water");
+    v.numbers("sample_lengths_m", c.sample_lengths_m, {0, 20}, record::length_range(),
               "lengths to try; auto: sample_length_m, and 2 and 4 times");
-    v.numbers("window_tops_m", c.window_tops_m, {0, 20}, core::length_range(),
+    v.numbers("window_tops_m", c.window_tops_m, {0, 20}, record::length_range(),
               "upper ends of the window to try, with the given lower end; auto: that of window_m, and a third of it");
-    v.integer("runs", c.runs, core::between(1, 100), "curves that are recorded and analysed together");
-    v.number("celsius", c.celsius, core::between(0.0, 60.0), "temperature");
-    v.number("within", c.within, core::between(1e-3, 1.0), "wanted half width of the interval of k, relative");
+    v.integer("runs", c.runs, record::between(1, 100), "curves that are recorded and analysed together");
+    v.number("celsius", c.celsius, record::between(0.0, 60.0), "temperature");
+    v.number("within", c.within, record::between(1e-3, 1.0), "wanted half width of the interval of k, relative");
 }
 
 struct PlannedTest {

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "core/choice.hpp"
-#include "core/config.hpp"
 #include "core/json.hpp"
+#include "record/config.hpp"
 
 namespace porepack::imaging {
 
@@ -56,18 +56,18 @@ struct ImageConfig {
     double fit_memory_bytes = 0.0;
 };
 
-inline void describe(core::ConfigVisitor& v, ImageConfig& c) {
+inline void describe(record::ConfigVisitor& v, ImageConfig& c) {
     v.text("file", c.file, "a scan or a segmented image, relative to the case (docs/images.md lists the formats)");
-    v.numbers("dims", c.dims, {3, 3}, core::between(1, 1e9), "raw file: number of voxels along the file's axes, the fastest first");
+    v.numbers("dims", c.dims, {3, 3}, record::between(1, 1e9), "raw file: number of voxels along the file's axes, the fastest first");
     v.choice("type", c.type, "raw file: type of its values");
     v.choice("byte_order", c.byte_order, "raw file: order of the bytes of a value");
-    v.integer("header_bytes", c.header_bytes, core::between(0, 1e9), "raw file: bytes before the first value");
+    v.integer("header_bytes", c.header_bytes, record::between(0, 1e9), "raw file: bytes before the first value");
     v.text("axes", c.axes,
            "names of the file's axes, the fastest first: \"zyx\" for an array [x, y, z] in C order; a minus sign turns an axis round: "
            "\"xy-z\"");
-    v.numbers("voxel_size_m", c.voxel_size_m, {1, 3}, core::length_range(),
+    v.numbers("voxel_size_m", c.voxel_size_m, {1, 3}, record::length_range(),
               "edge length of the voxels, or lengths along x, y, z; needed where the file does not state it with a unit");
-    v.number("unit_m", c.unit_m, core::length_range_or_auto(),
+    v.number("unit_m", c.unit_m, record::length_range_or_auto(),
              "length of the unit of the file's voxel size (0.001: millimetres); auto: as the file states");
     v.text("field", c.field, "array of a .vti file; auto: the only one, or `phase`");
     v.any("pore", c.pore, "number, or list of numbers", "values of the pores in a segmented image; all others are solid");
@@ -80,7 +80,7 @@ inline void describe(core::ConfigVisitor& v, ImageConfig& c) {
              "auto: gray with a threshold, half_way with pore values");
     v.number("smoothing_voxels", c.smoothing_voxels, {.low = -1.0, .high = 5.0},
              "standard deviation of the Gaussian that smooths the gray values first; -1: as much as the measured noise needs");
-    v.numbers("gray_levels", c.gray_levels, {2, 2}, core::between(-1e9, 1e9),
+    v.numbers("gray_levels", c.gray_levels, {2, 2}, record::between(-1e9, 1e9),
               "gray values of pores and solid, for instance of air and of a solid block in the same scan; auto: found in the image, which "
               "needs pores and grains that are wider than six standard deviations of the blur");
     v.boolean("find_container", c.find_container,
@@ -88,7 +88,7 @@ inline void describe(core::ConfigVisitor& v, ImageConfig& c) {
     v.boolean("fit", c.fit, "case: grains of [shape] are found in the scan, and their exact poses are the packing of all later stages");
     v.boolean("fitted_sizes", c.fitted_sizes,
               "fit: the packing has the fitted radii and lengths instead of the given ones; both are reported");
-    v.number("fit_memory_bytes", c.fit_memory_bytes, core::positive_or_auto(),
+    v.number("fit_memory_bytes", c.fit_memory_bytes, record::positive_or_auto(),
              "fit: memory that it may take; grains of a larger scan are searched on binned voxels and fitted slab by slab; auto: most of "
              "what is free");
 }

@@ -10,9 +10,9 @@
 #include "core/error.hpp"
 #include "core/json.hpp"
 #include "core/log.hpp"
-#include "core/resolved_config.hpp"
 #include "inputs/image_input.hpp"
 #include "io/stl.hpp"
+#include "record/resolved_config.hpp"
 #include "scans/bed.hpp"
 #include "scans/doubts.hpp"
 #include "scans/find_tube.hpp"
@@ -139,7 +139,7 @@ PoreSpace load_pore_space(const Path& input, const InputOptions& options) {
     if (!(options.unit_m >= 1e-12 && options.unit_m <= 1e6))
         throw UserError(fmt::format("a unit of {:g} m is not possible", options.unit_m), {.allowed = "1e-12 to 1e6 (0.001: millimetres)"});
     PoreSpace space;
-    if (!imaging::is_volume(input) && resolved_config(options.image) != resolved_config(imaging::ImageConfig()))
+    if (!imaging::is_volume(input) && record::resolved_config(options.image) != record::resolved_config(imaging::ImageConfig()))
         throw UserError("--image-... have no effect here: they belong to images", {.where = input.string(), .fix = "remove them"});
     if (is_packing(input))
         space = pore_space_of(read_packing(input));

@@ -4,11 +4,11 @@
 #include <optional>
 
 #include "converters/config.hpp"
-#include "core/config.hpp"
 #include "core/files.hpp"
 #include "imaging/volume.hpp"
 #include "pore_space/config.hpp"
 #include "pore_space/pore_space.hpp"
+#include "record/config.hpp"
 
 namespace porepack::inputs {
 

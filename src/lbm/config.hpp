@@ -2,8 +2,8 @@
 #pragma once
 
 #include "core/choice.hpp"
-#include "core/config.hpp"
 #include "lbm/scheme.hpp"
+#include "record/config.hpp"
 
 namespace porepack::lbm {
 
@@ -47,7 +47,7 @@ struct LbmConfig {
     double checkpoint_minutes = 10.0;
 };
 
-inline void describe(core::ConfigVisitor& v, LbmConfig& c) {
+inline void describe(record::ConfigVisitor& v, LbmConfig& c) {
     v.choice("direction", c.direction, "direction of the flow; x and y in periodic boxes only");
     v.choice("walls", c.walls, "interpolated: walls at their exact distance, second order; bounce_back: half-way between nodes (paper)");
     v.choice("collision", c.collision, "trt: two relaxation times; bgk: one, as in the paper (k then depends on relaxation_time)");
@@ -70,14 +70,14 @@ inline void describe(core::ConfigVisitor& v, LbmConfig& c) {
     v.number("iteration_tolerance", c.iteration_tolerance, {.low = 1e-12, .high = 0.1, .zero_is_auto = true},
              "relative iteration error of k at which the run on a grid stops; auto: a tenth of the tolerance, or 1e-4");
     v.integer("max_steps", c.max_steps, {.low = 1, .high = 1e9}, "a run that is not steady after this number of time steps is an error");
-    v.integer("grids", c.grids, core::between(1, 6),
+    v.integer("grids", c.grids, record::between(1, 6),
               "number of grids, from coarse to fine; with three or more, an interval is given, and coarser grids (of 5 voxels per "
               "grain diameter or more) are added until the coarsest has at most 6; with fewer than three, no interval is given");
     v.number("grid_ratio", c.grid_ratio, {.low = 1.1, .high = 4.0}, "voxel size of a grid / that of the next finer one");
     v.boolean("tensor", c.tensor, "three runs give the whole permeability tensor; only for a box that is periodic in x, y and z");
-    v.integer("subsections", c.subsections, core::between(1, 1000), "number of parts along z whose permeabilities are reported as well");
+    v.integer("subsections", c.subsections, record::between(1, 1000), "number of parts along z whose permeabilities are reported as well");
     v.choice("fields", c.fields, "vti: flow.vti is written; none: it is not written");
-    v.number("superficial_velocity_m_per_s", c.superficial_velocity_m_per_s, core::between(1e-12, 1e3),
+    v.number("superficial_velocity_m_per_s", c.superficial_velocity_m_per_s, record::between(1e-12, 1e3),
              "superficial velocity to which flow.vti is scaled; the liquid is water with 1e-6 m2/s and 1000 kg/m3");
     v.number("checkpoint_minutes", c.checkpoint_minutes, {.low = 1e-4, .high = 1e6},
              "minutes between checkpoints; an interrupted run resumes from the last one");

@@ -11,8 +11,8 @@
 #include "core/interrupt.hpp"
 #include "core/json.hpp"
 #include "core/log.hpp"
-#include "core/resolved_config.hpp"
 #include "lbm/layered_flow.hpp"
+#include "record/resolved_config.hpp"
 
 namespace porepack::lbm {
 using namespace core;
@@ -66,7 +66,7 @@ std::string identity_of(const PoreSpace& space, LbmConfig config, const Domain& 
     const auto hash = [](const auto& list) {
         return std::hash<std::string_view>{}({reinterpret_cast<const char*>(list.data()), list.size() * sizeof(list[0])});
     };
-    return fmt::format("{} {} {} {} {:016x} {:016x}", resolved_config(config).dump(), name_of(space.ends), space.section.z0,
+    return fmt::format("{} {} {} {} {:016x} {:016x}", record::resolved_config(config).dump(), name_of(space.ends), space.section.z0,
                        space.section.z1, hash(domain.cells.words()), hash(distances));
 }
 

@@ -1,7 +1,7 @@
 // Table [openfoam] of case.toml.
 #pragma once
 
-#include "core/config.hpp"
+#include "record/config.hpp"
 
 namespace porepack::openfoam {
 
@@ -19,16 +19,16 @@ struct FoamConfig {
     long processes = 1;
 };
 
-inline void describe(core::ConfigVisitor& v, FoamConfig& c) {
+inline void describe(record::ConfigVisitor& v, FoamConfig& c) {
     v.boolean("enabled", c.enabled, "run the OpenFOAM cross-check");
-    v.number("cell_size_m", c.cell_size_m, core::length_range_or_auto(),
+    v.number("cell_size_m", c.cell_size_m, record::length_range_or_auto(),
              "size of the background cells of the finest mesh; auto: the smallest capsule diameter / 4");
-    v.integer("meshes", c.meshes, core::between(1, 3),
+    v.integer("meshes", c.meshes, record::between(1, 3),
               "1: one mesh, and no uncertainty is given; 2: also a coarser mesh, and k is extrapolated; 3: three meshes, and the observed "
               "order and the grid convergence index are computed");
     v.number("mesh_ratio", c.mesh_ratio, {.low = 1.2, .high = 3.0},
              "size of the background cells of a mesh / size of those of the next finer mesh");
-    v.integer("surface_level", c.surface_level, core::between(0, 3),
+    v.integer("surface_level", c.surface_level, record::between(0, 3),
               "cells at grains and wall are 2^level times finer; 2 where gaps are narrower than two cells");
     v.number("relaxation_velocity", c.relaxation_velocity, {.low = 0.1, .high = 0.99},
              "relaxation factor of the velocity U; lower it when the run diverges");
@@ -36,9 +36,9 @@ inline void describe(core::ConfigVisitor& v, FoamConfig& c) {
              "relaxation factor of the pressure p; 3 (1 - relaxation_velocity) is best, much larger values diverge");
     v.number("residual", c.residual, {.low = 1e-12, .high = 1e-2},
              "residual of U and p at which the solver stops; the relative error of the flux is then about the same");
-    v.integer("max_iterations", c.max_iterations, core::between(2, 1000000),
+    v.integer("max_iterations", c.max_iterations, record::between(2, 1000000),
               "a run that has not converged after this number of iterations is an error");
-    v.integer("processes", c.processes, core::between(1, 256),
+    v.integer("processes", c.processes, record::between(1, 256),
               "processes (mpirun) that mesh and solve the finest mesh, each number with a slightly different mesh; the coarser meshes are "
               "computed "
               "at the same time, on one process");

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/config.hpp"
 #include "core/error.hpp"
 #include "core/json.hpp"
 #include "packing/packing.hpp"
+#include "record/config.hpp"
 
 namespace porepack::packing {
 using namespace core;
@@ -80,7 +80,7 @@ std::vector<double> parse_numbers(const std::string& text, std::size_t count, co
     }
     if (values.size() != count) throw UserError("not a container: " + whole, {.allowed = forms});
     for (const double value : values)
-        if (!length_range().holds(value)) throw UserError("a container's sizes must be from 1e-12 to 1e6 m: " + whole, {.allowed = forms});
+        if (!record::length_range().holds(value)) throw UserError("a container's sizes must be from 1e-12 to 1e6 m: " + whole, {.allowed = forms});
     return values;
 }
 
@@ -119,7 +119,7 @@ Json to_json(const Container& container) {
 
 Container container_from_json(const Json& json, const std::string& where) {
     const auto positive_number = [&](const Json& value, const char* key) {
-        if (!value.is_number() || !length_range().holds(value.get<double>()))
+        if (!value.is_number() || !record::length_range().holds(value.get<double>()))
             throw UserError(fmt::format("`{}` must be a number from 1e-12 to 1e6 (metres)", key), {.where = where});
         return value.get<double>();
     };

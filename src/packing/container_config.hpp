@@ -5,9 +5,9 @@
 
 #include <algorithm>
 
-#include "core/config.hpp"
 #include "core/error.hpp"
 #include "packing/packing.hpp"
+#include "record/config.hpp"
 
 namespace porepack::packing {
 
@@ -19,11 +19,11 @@ struct ContainerConfig {
     std::vector<bool> periodic = {false, false, false};
 };
 
-inline void describe(core::ConfigVisitor& v, ContainerConfig& c) {
+inline void describe(record::ConfigVisitor& v, ContainerConfig& c) {
     v.choice("kind", c.kind, "upright cylinder (axis x = y = 0) or box (corner at the origin); floor at z = 0");
-    v.number("diameter_m", c.diameter_m, core::length_range_or_auto(), "inner diameter of the cylinder");
-    v.number("height_m", c.height_m, core::length_range_or_auto(), "inner height of the cylinder");
-    v.numbers("size_m", c.size_m, {3, 3}, core::length_range(), "inner size of the box");
+    v.number("diameter_m", c.diameter_m, record::length_range_or_auto(), "inner diameter of the cylinder");
+    v.number("height_m", c.height_m, record::length_range_or_auto(), "inner height of the cylinder");
+    v.numbers("size_m", c.size_m, {3, 3}, record::length_range(), "inner size of the box");
     v.booleans("periodic", c.periodic, 3, "true where the box is periodic along x, y, z");
 }
 

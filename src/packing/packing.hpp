@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "core/choice.hpp"
-#include "core/config.hpp"
 #include "core/files.hpp"
 #include "core/json.hpp"
+#include "record/config.hpp"
 #include "shapes/shape.hpp"
 
 namespace porepack::packing {

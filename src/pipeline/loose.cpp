@@ -13,9 +13,9 @@
 #include "core/machine.hpp"
 #include "core/owned_names.hpp"
 #include "core/process.hpp"
-#include "pipeline/manifest.hpp"
 #include "pipeline/running_folder.hpp"
 #include "record/digest.hpp"
+#include "record/manifest.hpp"
 
 namespace porepack::pipeline {
 using namespace core;

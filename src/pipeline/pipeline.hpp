@@ -8,8 +8,8 @@
 #include "core/expectation.hpp"
 #include "core/files.hpp"
 #include "core/json.hpp"
-#include "pipeline/manifest.hpp"
 #include "pipeline/stage.hpp"
+#include "record/manifest.hpp"
 
 namespace porepack::pipeline {
 
@@ -24,7 +24,7 @@ struct Pipeline {
 
 struct StageStatus {
     std::string name;
-    StageState state = StageState::missing;
+    record::StageState state = record::StageState::missing;
     std::string why = {};  ///< why it is not done
     double wall_time_s = 0.0;
 };

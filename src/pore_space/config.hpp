@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/choice.hpp"
-#include "core/config.hpp"
+#include "record/config.hpp"
 
 namespace porepack::pore_space {
 
@@ -22,7 +22,7 @@ struct SectionConfig {
     double buffer_m = 0.0;
 };
 
-inline void describe(core::ConfigVisitor& v, SectionConfig& c) {
+inline void describe(record::ConfigVisitor& v, SectionConfig& c) {
     v.moved_here("lbm", "ends");
     v.choice(
         "ends", c.ends,
@@ -30,7 +30,7 @@ inline void describe(core::ConfigVisitor& v, SectionConfig& c) {
         "flow; planes (or pressure): constant pressure on the planes of the section, which cut grains, so k is too high; paper: as in "
         "the paper, Poiseuille profile of the tube at the first plane (needs a reservoir), constant pressure and zero gradient of the "
         "normal velocity at the second plane (lattice Boltzmann only)");
-    v.number("buffer_m", c.buffer_m, core::length_range_or_auto(),
+    v.number("buffer_m", c.buffer_m, record::length_range_or_auto(),
              "in_situ: length of the bed beyond each plane of the section in which the flow is computed too; auto: 1.5 diameters of the "
              "sphere with the mean volume of a grain, at most half the width of the container. It ends where "
              "the bed ends");

@@ -9,9 +9,9 @@
 #include "core/error.hpp"
 #include "core/json.hpp"
 #include "core/machine.hpp"
-#include "core/resolved_config.hpp"
 #include "pouring/batches.hpp"
 #include "record/digest.hpp"
+#include "record/resolved_config.hpp"
 
 namespace porepack::pouring {
 using namespace packing;

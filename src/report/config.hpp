@@ -1,8 +1,8 @@
 // Table [report] of case.toml.
 #pragma once
 
-#include "core/config.hpp"
 #include "permeability/fluid.hpp"
+#include "record/config.hpp"
 
 namespace porepack::report {
 
@@ -13,11 +13,11 @@ struct ReportConfig {
     double temperature_C = 20.0;
 };
 
-inline void describe(core::ConfigVisitor& v, ReportConfig& c) {
+inline void describe(record::ConfigVisitor& v, ReportConfig& c) {
     v.text("title", c.title, "title of the report; default: the folder's name");
     v.boolean("pictures", c.pictures, "render the packing (needs xvfb-run if there is no display)");
     v.choice("fluid", c.fluid, "fluid for which the report states the hydraulic conductivity K = k rho g / mu");
-    v.number("temperature_C", c.temperature_C, core::between(0.0, 100.0), "temperature of this fluid");
+    v.number("temperature_C", c.temperature_C, record::between(0.0, 100.0), "temperature of this fluid");
 }
 
 }  // namespace porepack::report

@@ -8,6 +8,7 @@
 
 namespace porepack::shapes {
 using namespace core;
+using namespace record;
 namespace {
 
 void describe_point(ConfigVisitor& v, const char* key, Vec3& point, const char* meaning) {

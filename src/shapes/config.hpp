@@ -1,7 +1,7 @@
 // Table [shape] of case.toml: one shape, or a mixture of several.
 #pragma once
 
-#include "core/config.hpp"
+#include "record/config.hpp"
 #include "shapes/shape.hpp"
 
 namespace porepack::shapes {
@@ -23,7 +23,7 @@ struct ShapeConfig {
 };
 
 /// Lists the keys.
-void describe(core::ConfigVisitor& v, ShapeConfig& c);
+void describe(record::ConfigVisitor& v, ShapeConfig& c);
 
 /// The shape with its cavities. Throws UserError when the keys do not determine a shape, or overdetermine it.
 [[nodiscard]] Shape make_shape(const ShapeConfig& config);

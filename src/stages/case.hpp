@@ -3,8 +3,8 @@
 
 #include <map>
 
-#include "core/config.hpp"
 #include "core/files.hpp"
+#include "record/config.hpp"
 #include "results/results.hpp"
 #include "stages/settings.hpp"
 
@@ -35,9 +35,9 @@ struct Case {
 
 /// `path` is the case's folder or its case.toml. `flags` of the table `flag_table`, and those of [geometry] and [section], win over the
 /// file. `set`: by table, keys that win over the file too; all of them must exist. Throws UserError with file and line.
-[[nodiscard]] Case read_case(const core::Path& path, const std::string& flag_table = {}, const core::Flags& flags = {},
-                             const std::map<std::string, core::Flags>& set = {});
+[[nodiscard]] Case read_case(const core::Path& path, const std::string& flag_table = {}, const record::Flags& flags = {},
+                             const std::map<std::string, record::Flags>& set = {});
 /// The case with other values of keys, by table, an empty value to leave a key out: as if its file had been written so.
-[[nodiscard]] Case read_changed_case(const core::Path& path, const std::map<std::string, core::Flags>& changes);
+[[nodiscard]] Case read_changed_case(const core::Path& path, const std::map<std::string, record::Flags>& changes);
 
 }  // namespace porepack::stages

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
-#include "core/resolved_config.hpp"
+#include "record/resolved_config.hpp"
 #include "stages/uses.hpp"
 
 namespace porepack::stages {

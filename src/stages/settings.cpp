@@ -3,7 +3,7 @@
 #include <stdexcept>
 
 #include "core/json.hpp"
-#include "core/resolved_config.hpp"
+#include "record/resolved_config.hpp"
 #include "stages/stages.hpp"
 #include "stages/uses.hpp"
 

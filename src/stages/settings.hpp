@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "converters/config.hpp"
-#include "core/config.hpp"
 #include "core/json_fwd.hpp"
 #include "core/members.hpp"
 #include "falling_head/config.hpp"
@@ -16,6 +15,7 @@
 #include "permeability/config.hpp"
 #include "pore_space/config.hpp"
 #include "pouring/config.hpp"
+#include "record/config.hpp"
 #include "report/config.hpp"
 #include "shapes/config.hpp"
 #include "tortuosity/config.hpp"
@@ -40,7 +40,7 @@ struct Settings {
     report::ReportConfig report;
 
     /// The list of keys of one table.
-    [[nodiscard]] core::Describe describe_table(const std::string& table);
+    [[nodiscard]] record::Describe describe_table(const std::string& table);
     [[nodiscard]] static const std::vector<std::string>& tables();
     /// The resolved values, table by table: all of them, or those named.
     [[nodiscard]] core::Json resolved_tables(const std::vector<std::string>& names = tables()) const;

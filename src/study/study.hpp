@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "core/choice.hpp"
-#include "core/config.hpp"
 #include "core/files.hpp"
 #include "core/json.hpp"
 #include "pipeline/stage.hpp"
+#include "record/config.hpp"
 #include "stages/case.hpp"
 
 namespace porepack::study {
@@ -27,13 +27,13 @@ struct AxisConfig {
     long number = 0;
     Spacing spacing = Spacing::linear;
 };
-void describe(core::ConfigVisitor& v, AxisConfig& c);
+void describe(record::ConfigVisitor& v, AxisConfig& c);
 
 /// A column that follows from others.
 struct ColumnConfig {
     std::string name, formula;
 };
-void describe(core::ConfigVisitor& v, ColumnConfig& c);
+void describe(record::ConfigVisitor& v, ColumnConfig& c);
 
 enum class CurveForm { polynomial, exponential, power, logarithmic, given };
 constexpr std::array<core::Choice<CurveForm>, 5> choices_of(CurveForm) {
@@ -52,7 +52,7 @@ struct FitConfig {
     std::string formula;    ///< of x, form = given
     bool relative = false;  ///< form = given: residuals of ln y
 };
-void describe(core::ConfigVisitor& v, FitConfig& c);
+void describe(record::ConfigVisitor& v, FitConfig& c);
 
 struct FigureConfig {
     std::string name, x, y, by;
@@ -61,7 +61,7 @@ struct FigureConfig {
     core::Json curves;  ///< {title, formula of x} each
     core::Json marks;   ///< {title, x, y} each
 };
-void describe(core::ConfigVisitor& v, FigureConfig& c);
+void describe(record::ConfigVisitor& v, FigureConfig& c);
 
 struct StudyConfig {
     std::string base = ".";
@@ -72,7 +72,7 @@ struct StudyConfig {
     std::vector<FitConfig> fits;
     std::vector<FigureConfig> figures;
 };
-void describe(core::ConfigVisitor& v, StudyConfig& c);
+void describe(record::ConfigVisitor& v, StudyConfig& c);
 
 /// A case of a study: "tetrapod_0.53".
 struct Point {

@@ -2,8 +2,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/error.hpp"
 #include "core/context.hpp"
+#include "core/error.hpp"
 #include "core/interrupt.hpp"
 #include "core/log.hpp"
 #include "tortuosity/tortuosity.hpp"

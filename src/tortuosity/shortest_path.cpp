@@ -6,8 +6,8 @@
 #include <cmath>
 #include <queue>
 
-#include "core/error.hpp"
 #include "core/context.hpp"
+#include "core/error.hpp"
 #include "core/interrupt.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/config.hpp"
+#include "record/config.hpp"
 #include "stages/case.hpp"
 
 namespace CLI {
@@ -64,8 +64,8 @@ struct Common {
     std::string container;
     double unit_m = 1.0;
     std::string input;
-    core::Flags flags;             ///< keys of the configuration given as flags
-    core::Flags image_flags;       ///< --image-...: keys of [image]
+    record::Flags flags;           ///< keys of the configuration given as flags
+    record::Flags image_flags;     ///< --image-...: keys of [image]
     std::vector<std::string> set;  ///< "table.key=value", in commands on cases
 };
 
@@ -89,7 +89,7 @@ public:
     /// Every key of a table is a flag: voxel_size_m is --voxel-size, in metres. The rules of the file check the value. A key's name in an
     /// earlier version is a hidden flag that warns.
     void add_keys(Command command, const std::string& table, const std::vector<std::string>& leave_out = {});
-    void add_keys(Command command, const core::Describe& describe, const std::vector<std::string>& leave_out = {});
+    void add_keys(Command command, const record::Describe& describe, const std::vector<std::string>& leave_out = {});
     /// Another name for the flag of `key`, which the command has.
     void add_alias(Command command, const std::string& flag, const std::string& key);
     void add_case(Command command);
@@ -103,7 +103,7 @@ public:
 
 private:
     [[nodiscard]] std::string command_path() const;
-    CLI::Option* add_key(Command command, const core::KeyRow& row, const std::string& flag,
+    CLI::Option* add_key(Command command, const record::KeyRow& row, const std::string& flag,
                          const std::function<void(const std::string&)>& set);
 
     std::unique_ptr<CLI::App> app_;

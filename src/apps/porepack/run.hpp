@@ -24,16 +24,16 @@ void print_result(const Common& common, const Result& result) {
 void print_stage(const Common& common, const std::string& stage, const core::Json& result, const core::Path& manifest);
 /// Runs the case's stage `stage`, or reports what would run; `table` is the table of the command's flags.
 void run_in_case(const Common& common, const std::string& stage, const std::string& table);
-[[nodiscard]] stages::Case open_case(const Common& common, const std::string& table = {}, const core::Flags& flags = {});
+[[nodiscard]] stages::Case open_case(const Common& common, const std::string& table = {}, const record::Flags& flags = {});
 /// Times are multiplied by `slowness`.
 [[nodiscard]] core::Json plan_case(const stages::Case& c, const std::string& last, double slowness);
 
 /// The keys of `flags` that belong to a table: a command may have those of two tables.
 template <typename Config>
-[[nodiscard]] Config config_of(const core::Flags& flags) {
+[[nodiscard]] Config config_of(const record::Flags& flags) {
     Config config;
-    core::Flags own;
-    for (const auto& row : core::key_rows([&](core::ConfigVisitor& v) { describe(v, config); }))
+    record::Flags own;
+    for (const auto& row : record::key_rows([&](record::ConfigVisitor& v) { describe(v, config); }))
         if (const auto found = flags.find(row.key); found != flags.end()) own.insert(*found);
     return record::config_from_flags<Config>(own);
 }

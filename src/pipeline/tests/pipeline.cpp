@@ -8,9 +8,9 @@
 #include "core/json.hpp"
 #include "core/log.hpp"
 #include "core/parallel.hpp"
-#include "pipeline/manifest.hpp"
 #include "pipeline/pipeline.hpp"
 #include "record/digest.hpp"
+#include "record/manifest.hpp"
 #include "support/basics.hpp"
 
 namespace porepack {

@@ -1,9 +1,9 @@
 // Keys of configuration files and flags; digests.
-#include "core/config.hpp"
 #include "core/context.hpp"
 #include "core/error.hpp"
 #include "core/json.hpp"
 #include "core/log.hpp"
+#include "record/config.hpp"
 #include "record/digest.hpp"
 #include "record/toml_file.hpp"
 #include "support/basics.hpp"

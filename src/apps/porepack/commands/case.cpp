@@ -10,7 +10,7 @@
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "core/members_json.hpp"
-#include "core/resolved_config.hpp"
+#include "record/resolved_config.hpp"
 #include "results/report.hpp"
 #include "study/case_pipeline.hpp"
 #include "study/compare.hpp"

@@ -3,7 +3,7 @@
 #include "apps/porepack/run.hpp"
 #include "apps/porepack/uses.hpp"
 #include "core/json.hpp"
-#include "core/resolved_config.hpp"
+#include "record/resolved_config.hpp"
 
 namespace porepack::apps {
 

@@ -4,9 +4,9 @@
 #include "apps/porepack/uses.hpp"
 #include "core/json.hpp"
 #include "core/log.hpp"
-#include "core/resolved_config.hpp"
 #include "io/stl.hpp"
 #include "record/engine_versions.hpp"
+#include "record/resolved_config.hpp"
 #include "report/picture.hpp"
 #include "study/shape_sweep.hpp"
 

@@ -8,7 +8,7 @@
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "core/members_json.hpp"
-#include "core/resolved_config.hpp"
+#include "record/resolved_config.hpp"
 
 namespace porepack::apps {
 namespace {

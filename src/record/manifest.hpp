@@ -9,7 +9,7 @@
 #include "core/files.hpp"
 #include "core/json.hpp"
 
-namespace porepack::pipeline {
+namespace porepack::record {
 
 struct Manifest {
     std::string stage;
@@ -40,4 +40,4 @@ constexpr std::array<core::Choice<StageState>, 5> choices_of(StageState) {
 /// Compares the manifest in `folder` with the one expected now; `why` says what differs.
 [[nodiscard]] StageState state_of(const core::Path& folder, const Manifest& expected, std::string* why = nullptr);
 
-}  // namespace porepack::pipeline
+}  // namespace porepack::record

@@ -1,6 +1,6 @@
-#include "core/config.hpp"
+#include "record/config.hpp"
 #include "core/json.hpp"
-#include "core/resolved_config.hpp"
+#include "record/resolved_config.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -9,7 +9,8 @@
 #include <cmath>
 #include <numeric>
 
-namespace porepack::core {
+namespace porepack::record {
+using namespace core;
 
 bool Range::holds(double value) const {
     if (!std::isfinite(value)) return false;
@@ -162,4 +163,4 @@ std::map<std::string, std::string> renamed_keys(const Describe& describe) {
     return writer.old_names;
 }
 
-}  // namespace porepack::core
+}  // namespace porepack::record

@@ -1,4 +1,4 @@
-#include "pipeline/manifest.hpp"
+#include "record/manifest.hpp"
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
@@ -11,9 +11,8 @@
 #include "core/machine.hpp"
 #include "record/digest.hpp"
 
-namespace porepack::pipeline {
+namespace porepack::record {
 using namespace core;
-using namespace record;
 
 std::string key_of(const Manifest& manifest) {
     const Json decisive = {{"stage", manifest.stage},
@@ -88,4 +87,4 @@ StageState state_of(const Path& folder, const Manifest& expected, std::string* w
     }
 }
 
-}  // namespace porepack::pipeline
+}  // namespace porepack::record

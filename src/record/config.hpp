@@ -14,7 +14,7 @@
 #include "core/choice.hpp"
 #include "core/json_fwd.hpp"
 
-namespace porepack::core {
+namespace porepack::record {
 
 /// Allowed values of a number; always finite.
 struct Range {
@@ -62,22 +62,22 @@ public:
     /// One of a few names.
     virtual void word(const char* key, std::string& value, const std::vector<std::string>& allowed, const char* meaning) = 0;
     /// An enum with names (core/choice.hpp).
-    template <NamedEnum Enum>
+    template <core::NamedEnum Enum>
     void choice(const char* key, Enum& value, const char* meaning) {
         std::vector<std::string> names;
         for (const auto& one : choices_of(value)) names.emplace_back(one.name);
-        std::string name(name_of(value));
+        std::string name(core::name_of(value));
         word(key, name, names, meaning);
-        value = choice_named<Enum>(name).value();
+        value = core::choice_named<Enum>(name).value();
     }
     /// Only these choices are allowed.
-    template <NamedEnum Enum>
+    template <core::NamedEnum Enum>
     void choice(const char* key, Enum& value, const std::vector<Enum>& allowed, const char* meaning) {
         std::vector<std::string> names;
-        for (const Enum one : allowed) names.emplace_back(name_of(one));
-        std::string name(name_of(value));
+        for (const Enum one : allowed) names.emplace_back(core::name_of(one));
+        std::string name(core::name_of(value));
         word(key, name, names, meaning);
-        value = choice_named<Enum>(name).value();
+        value = core::choice_named<Enum>(name).value();
     }
     /// A key's name in an earlier version: still read for one version, with a warning.
     virtual void renamed(const char* old_key, const char* key) = 0;
@@ -90,7 +90,7 @@ public:
                          const char* meaning) = 0;
     virtual void booleans(const char* key, std::vector<bool>& values, std::size_t size, const char* meaning) = 0;
     /// A value of any type, which the owner of the struct checks; null stands for "not given".
-    virtual void any(const char* key, Json& value, const char* type, const char* meaning) = 0;
+    virtual void any(const char* key, core::Json& value, const char* type, const char* meaning) = 0;
     /// An array of tables; `resize` sets the number of entries, `describe_one` lists the keys of entry i.
     virtual void tables(const char* key, const std::function<std::size_t(std::size_t)>& resize,
                         const std::function<void(std::size_t, ConfigVisitor&)>& describe_one, const char* meaning) = 0;
@@ -117,4 +117,4 @@ struct KeyRow {
 /// "perhaps `word`", or empty: how to fix an unknown word.
 [[nodiscard]] std::string perhaps(const std::string& near);
 
-}  // namespace porepack::core
+}  // namespace porepack::record
