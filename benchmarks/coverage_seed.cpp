@@ -13,7 +13,7 @@
 #include "core/log.hpp"
 #include "core/median.hpp"
 #include "falling_head/causes.hpp"
-#include "falling_head/fit.hpp"
+#include "falling_head/least_squares.hpp"
 #include "falling_head/simulated_noise.hpp"
 #include "support/turned_arrays.hpp"
 #include "tortuosity/tortuosity.hpp"

@@ -6,7 +6,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "analysis/fit.hpp"
+#include "analysis/fit_image.hpp"
 #include "benchmarks/benchmarks.hpp"
 #include "core/data_file.hpp"
 #include "core/log.hpp"

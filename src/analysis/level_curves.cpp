@@ -7,7 +7,7 @@
 #include "analysis/uses.hpp"
 #include "core/log.hpp"
 #include "core/table.hpp"
-#include "falling_head/analysis.hpp"
+#include "falling_head/curve_analysis.hpp"
 
 namespace porepack::analysis {
 namespace {

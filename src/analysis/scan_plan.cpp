@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "analysis/fit.hpp"
+#include "analysis/fit_image.hpp"
 #include "analysis/flow.hpp"
 #include "analysis/uses.hpp"
 #include "core/error.hpp"

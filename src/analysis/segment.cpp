@@ -16,6 +16,7 @@
 #include "inputs/image_input.hpp"
 #include "io/image.hpp"
 #include "io/iso_surface.hpp"
+#include "pore_space/gray_measures.hpp"
 #include "scans/gray_input.hpp"
 
 namespace porepack::analysis {

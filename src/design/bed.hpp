@@ -13,6 +13,9 @@ namespace porepack::design {
 /// A container wider than this, in d_v, is replaced by one of this width: its beds would be as large as it, and the wall matters little.
 constexpr double widest_bed = 12.0;
 
+/// The stage up to which a proposal runs.
+constexpr const char* last_stage = "seeds";
+
 class DesignBed {
 public:
     /// `goal` must outlive it.

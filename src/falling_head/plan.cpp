@@ -10,7 +10,7 @@
 #include "core/sides.hpp"
 #include "falling_head/causes.hpp"
 #include "falling_head/falling_head.hpp"
-#include "falling_head/fit.hpp"
+#include "falling_head/least_squares.hpp"
 
 namespace porepack::falling_head {
 using namespace core;

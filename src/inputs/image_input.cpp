@@ -8,10 +8,10 @@
 #include "core/error.hpp"
 #include "core/json.hpp"
 #include "core/log.hpp"
-#include "scans/bed.hpp"
 #include "scans/doubts.hpp"
 #include "scans/find_tube.hpp"
 #include "scans/gray_input.hpp"
+#include "scans/layer_profile.hpp"
 #include "scans/phases.hpp"
 
 namespace porepack::inputs {

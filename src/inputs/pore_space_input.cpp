@@ -13,10 +13,10 @@
 #include "inputs/image_input.hpp"
 #include "io/stl.hpp"
 #include "record/resolved_config.hpp"
-#include "scans/bed.hpp"
 #include "scans/doubts.hpp"
 #include "scans/find_tube.hpp"
 #include "scans/gray_input.hpp"
+#include "scans/layer_profile.hpp"
 #include "scans/phases.hpp"
 
 namespace porepack::inputs {

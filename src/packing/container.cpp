@@ -80,7 +80,8 @@ std::vector<double> parse_numbers(const std::string& text, std::size_t count, co
     }
     if (values.size() != count) throw UserError("not a container: " + whole, {.allowed = forms});
     for (const double value : values)
-        if (!record::length_range().holds(value)) throw UserError("a container's sizes must be from 1e-12 to 1e6 m: " + whole, {.allowed = forms});
+        if (!record::length_range().holds(value))
+            throw UserError("a container's sizes must be from 1e-12 to 1e6 m: " + whole, {.allowed = forms});
     return values;
 }
 

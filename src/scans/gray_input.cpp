@@ -10,6 +10,8 @@
 #include "core/log.hpp"
 #include "core/median.hpp"
 #include "core/members_json.hpp"
+#include "geometry/gray_filters.hpp"
+#include "pore_space/gray_measures.hpp"
 
 namespace porepack::scans {
 using namespace core;

@@ -8,6 +8,7 @@
 
 #include "core/log.hpp"
 #include "core/parallel.hpp"
+#include "scans/fitted_model.hpp"
 
 namespace porepack::scans {
 using namespace core;
@@ -17,10 +18,6 @@ namespace {
 
 constexpr double band_deviations = 3.0;
 constexpr double gross = 0.25;  ///< larger residuals count less: something else is there
-
-double normal_below(double x) {
-    return 0.5 * std::erfc(-x / std::numbers::sqrt2);
-}
 
 struct Surface {
     double distance = 1e300;
@@ -139,7 +136,7 @@ public:
         return -surface.distance / blur - blur * surface.curvature;
     }
     [[nodiscard]] double fraction(const Surface& surface) const {
-        return surface.distance > 2.0 * band() ? 0.0 : normal_below(argument(surface));
+        return surface.distance > 2.0 * band() ? 0.0 : inside_of_edge(argument(surface));
     }
     // d fraction / d argument
     [[nodiscard]] double density(const Surface& surface) const {
@@ -368,13 +365,6 @@ private:
 
 }  // namespace
 
-std::vector<Capsule> resized(const std::vector<Capsule>& capsules, double radius_change_m, double length_factor) {
-    std::vector<Capsule> all;
-    for (const Capsule& capsule : capsules)
-        all.push_back({length_factor * capsule.a, length_factor * capsule.b, capsule.radius + radius_change_m});
-    return all;
-}
-
 Refined refine(const GrayImage& image, const packing::Container& container, const std::vector<ShapePoints>& shapes,
                std::vector<FittedGrain> grains, Common start, std::size_t moving) {
     Refined found{.grains = std::move(grains), .common = std::move(start), .residual = 0.0};
@@ -393,37 +383,6 @@ Refined refine(const GrayImage& image, const packing::Container& container, cons
     fit.sweep();
     fit.judge();
     return found;
-}
-
-std::vector<std::uint8_t> rendered(const Grid& grid, const std::vector<ShapePoints>& shapes, const Refined& found, double blur_m) {
-    std::vector<std::uint8_t> fractions(grid.size(), 0);
-    const double reach = 4.0 * blur_m;
-    for (const FittedGrain& grain : found.grains) {
-        const Common::OfShape& sizes = found.common.shapes[grain.shape];
-        const auto capsules =
-            placed(resized(shapes[grain.shape].capsules, sizes.radius_change_m.value, sizes.length_factor.value), grain.pose);
-        Bounds bounds;
-        for (const Capsule& capsule : capsules) add(bounds, capsule);
-        std::array<int, 3> low{}, high{};
-        for (std::size_t a = 0; a < 3; ++a) {
-            const auto axis = static_cast<Eigen::Index>(a);
-            low[a] = std::max(0, static_cast<int>(std::floor((bounds.low[axis] - reach - grid.origin_m[a]) / grid.spacing_m[a])));
-            high[a] =
-                std::min(grid.cells[a], static_cast<int>(std::ceil((bounds.high[axis] + reach - grid.origin_m[a]) / grid.spacing_m[a])));
-        }
-        if (low[2] >= high[2]) continue;
-        parallel_for(static_cast<std::size_t>(high[2] - low[2]), [&](std::size_t layer) {
-            const int k = low[2] + static_cast<int>(layer);
-            for (int j = low[1]; j < high[1]; ++j)
-                for (int i = low[0]; i < high[0]; ++i) {
-                    const double s = signed_distance(capsules, Vec3(grid.centre(0, i), grid.centre(1, j), grid.centre(2, k)));
-                    if (s > reach) continue;
-                    std::uint8_t& fraction = fractions[grid.index(i, j, k)];
-                    fraction = static_cast<std::uint8_t>(std::min(255L, fraction + std::lround(255.0 * normal_below(-s / blur_m))));
-                }
-        });
-    }
-    return fractions;
 }
 
 }  // namespace porepack::scans

@@ -54,12 +54,4 @@ struct Refined {
 [[nodiscard]] Refined refine(const geometry::GrayImage& image, const packing::Container& container, const std::vector<ShapePoints>& shapes,
                              std::vector<FittedGrain> grains, Common start, std::size_t moving = std::numeric_limits<std::size_t>::max());
 
-/// The shape with fitted radii and lengths.
-[[nodiscard]] std::vector<shapes::Capsule> resized(const std::vector<shapes::Capsule>& capsules, double radius_change_m,
-                                                   double length_factor);
-
-/// Solid fractions of the fitted grains, as an image of this blur would show them: 0 to 255.
-[[nodiscard]] std::vector<std::uint8_t> rendered(const geometry::Grid& grid, const std::vector<ShapePoints>& shapes, const Refined& found,
-                                                 double blur_m);
-
 }  // namespace porepack::scans

@@ -8,8 +8,8 @@
 
 #include "shapes/clearance.hpp"
 #include "shapes/meridian.hpp"
+#include "shapes/passages.hpp"
 #include "shapes/shape.hpp"
-#include "shapes/throats.hpp"
 #include "shapes/void_grid.hpp"
 
 namespace porepack::shapes {

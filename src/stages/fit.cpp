@@ -1,5 +1,5 @@
 // Grains found in a scan: the stage pack of a case with fit = true.
-#include "analysis/fit.hpp"
+#include "analysis/fit_image.hpp"
 
 #include "analysis/porosity.hpp"
 #include "analysis/pour.hpp"

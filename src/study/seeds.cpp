@@ -9,9 +9,9 @@
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
+#include "study/case_jobs.hpp"
 #include "study/case_pipeline.hpp"
 #include "study/known_packings.hpp"
-#include "study/members.hpp"
 #include "study/uses.hpp"
 
 namespace porepack::study {

@@ -26,7 +26,7 @@ from pathlib import Path
 try:
     import numpy as np
 
-    for module in ("PIL", "pydicom", "tifffile"):  # used by images.py
+    for module in ("PIL", "pydicom", "tifffile"):  # used by images.py and dicom.py
         importlib.import_module(module)
 except ImportError as missing:
     required = os.environ.get("POREPACK_PACKAGES") == "required"
@@ -153,6 +153,7 @@ def main():
     program = str(Path(options.program).resolve())
     os.environ.setdefault("POREPACK_HOME", str(Path(__file__).resolve().parents[2]))
 
+    import dicom
     import files
     import headers
     import images
@@ -161,7 +162,7 @@ def main():
     import volumes
 
     counts, bad, started, total = {}, [], time.time(), 0
-    for module in (images, headers, volumes, surfaces_and_curves, files, numbers_and_names):
+    for module in (images, dicom, headers, volumes, surfaces_and_curves, files, numbers_and_names):
         for kind, make in module.kinds(program).items():
             if options.kind and not any(part in kind for part in options.kind):
                 continue

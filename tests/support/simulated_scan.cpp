@@ -4,6 +4,7 @@
 #include <random>
 
 #include "core/parallel.hpp"
+#include "geometry/gray_filters.hpp"
 
 namespace porepack::test {
 using namespace core;

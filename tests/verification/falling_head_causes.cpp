@@ -8,7 +8,7 @@
 #include "falling_head/causes.hpp"
 #include "falling_head/column.hpp"
 #include "falling_head/falling_head.hpp"
-#include "falling_head/fit.hpp"
+#include "falling_head/least_squares.hpp"
 #include "falling_head/plan.hpp"
 #include "support/helpers.hpp"
 

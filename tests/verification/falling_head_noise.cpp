@@ -4,9 +4,9 @@
 #include <cstdio>
 #include <vector>
 
-#include "falling_head/analysis.hpp"
 #include "falling_head/column.hpp"
-#include "falling_head/fit.hpp"
+#include "falling_head/curve_analysis.hpp"
+#include "falling_head/least_squares.hpp"
 #include "falling_head/simulated_noise.hpp"
 #include "support/helpers.hpp"
 

@@ -1,5 +1,5 @@
 // Poses fitted to simulated scans of grains that are known exactly.
-#include "analysis/fit.hpp"
+#include "analysis/fit_image.hpp"
 
 #include <cmath>
 #include <numbers>

@@ -6,6 +6,7 @@
 #include "analysis/gray_parts.hpp"
 #include "analysis/tortuosity.hpp"
 #include "core/members_json.hpp"
+#include "geometry/gray_filters.hpp"
 #include "imaging/write_volume.hpp"
 #include "scans/find_tube.hpp"
 #include "scans/gray_input.hpp"
@@ -96,7 +97,7 @@ TEST(GrayWalls, TheAveragedImageIsThatOfLargerVoxels) {
         return scans::read_gray(scan_of(scan, 0.0, 1.0), {.threshold = "volume", .gray_levels = {0.0, 1.0}}, flow.container, flow.name);
     };
     const scans::GrayInput fine = input_of(16.0, 1.4), coarse = input_of(8.0, 0.7);
-    const geometry::GrayImage means = pore_space::averaged(*fine.solid->image(), 2);
+    const geometry::GrayImage means = averaged(*fine.solid->image(), 2);
     const auto& cells = coarse.solid->image()->grid.cells;
     ASSERT_EQ(means.grid.cells, cells);
     double difference = 0.0;

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <memory>
 
-#include "analysis/fit.hpp"
+#include "analysis/fit_image.hpp"
 #include "analysis/scan_plan.hpp"
 #include "analysis/segment.hpp"
 #include "apps/porepack/run.hpp"

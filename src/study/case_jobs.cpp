@@ -1,4 +1,4 @@
-#include "study/members.hpp"
+#include "study/case_jobs.hpp"
 
 #include <fmt/format.h>
 

@@ -2,7 +2,7 @@
 // 0.87 cells deep, because the path's void points lie in those cells. So the search follows the path between two parts whose narrowest
 // cell is the widest, tries a short straight line there, which is rotated and shifted until it is free, and closes the cells
 // there when none is found, until no path is left.
-#include "shapes/throats.hpp"
+#include "shapes/passages.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "design/page.hpp"
+#include "design/design_page.hpp"
 
 #include <fmt/format.h>
 

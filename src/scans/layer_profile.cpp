@@ -1,4 +1,4 @@
-#include "scans/bed.hpp"
+#include "scans/layer_profile.hpp"
 
 #include <fmt/format.h>
 
@@ -6,6 +6,7 @@
 
 #include "core/log.hpp"
 #include "core/median.hpp"
+#include "pore_space/gray_measures.hpp"
 #include "scans/gray_input.hpp"
 
 namespace porepack::scans {

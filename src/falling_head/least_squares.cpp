@@ -1,4 +1,4 @@
-#include "falling_head/fit.hpp"
+#include "falling_head/least_squares.hpp"
 
 #include <fmt/format.h>
 #include <Eigen/Dense>

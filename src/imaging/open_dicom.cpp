@@ -1,4 +1,4 @@
-// Formats that ITK reads: PNG, DICOM.
+// Series of DICOM files.
 #include <fmt/format.h>
 #include <gdcm-3.0/gdcmReader.h>
 #include <gdcm-3.0/gdcmSequenceOfFragments.h>
@@ -6,13 +6,10 @@
 #include <gdcm-3.0/gdcmTrace.h>
 #include <itkGDCMImageIO.h>
 #include <itkGDCMSeriesFileNames.h>
-#include <itkPNGImageIO.h>
 
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <cstring>
-#include <fstream>
 #include <iostream>
 #include <memory>
 #include <sstream>
@@ -20,51 +17,11 @@
 #include "core/error.hpp"
 #include "core/json.hpp"
 #include "core/log.hpp"
-#include "core/machine.hpp"
-#include "core/own_process.hpp"
-#include "imaging/file_axes.hpp"
-#include "imaging/layer_files.hpp"
+#include "imaging/itk_files.hpp"
 
 namespace porepack::imaging {
 using namespace core;
 namespace {
-
-using Type = itk::CommonEnums::IOComponent;
-
-ValueType type_of(const itk::ImageIOBase& io, const Path& path) {
-    static const std::map<Type, ValueType> types = {{Type::UCHAR, ValueType::uint8},   {Type::CHAR, ValueType::int8},
-                                                    {Type::USHORT, ValueType::uint16}, {Type::SHORT, ValueType::int16},
-                                                    {Type::UINT, ValueType::uint32},   {Type::INT, ValueType::int32},
-                                                    {Type::FLOAT, ValueType::float32}, {Type::DOUBLE, ValueType::float64}};
-    const auto found = types.find(io.GetComponentType());
-    if (found == types.end() || io.GetNumberOfComponents() != 1)
-        throw UserError(fmt::format("the image has {} values of type {} per voxel", io.GetNumberOfComponents(),
-                                    itk::ImageIOBase::GetComponentTypeAsString(io.GetComponentType())),
-                        {.where = path.string(), .allowed = "one value per voxel: 8, 16 or 32 bits, or floating point"});
-    return found->second;
-}
-
-// ITK and the libraries below it abort on some damaged files, print their own remarks, and name their own sources in errors.
-// file(): the one that is being read.
-std::string with_itk(const std::function<Path()>& file, const std::function<std::string()>& work) {
-    const auto what = [&] { return "the image cannot be read: " + file().string(); };
-    return in_own_process(
-        [&]() -> std::string {
-            try {
-                return work();
-            } catch (const itk::ExceptionObject&) {
-                throw UserError(what(), {.fix = "the file may be incomplete or damaged: write it again"});
-            }
-        },
-        what);
-}
-
-void require_memory(double bytes, const Path& path) {
-    if (const double free = available_memory_bytes(); free > 0.0 && bytes > 0.9 * free)
-        throw MachineError(fmt::format("the image needs {}, and {} are free", human_bytes(bytes), human_bytes(free)),
-                           {.where = path.string(),
-                            .fix = "convert it on a larger machine to a format that is read layer by layer: porepack image convert"});
-}
 
 void take_geometry(FileVolume& volume, const itk::ImageIOBase& io) {
     volume.spacing.emplace();
@@ -79,128 +36,6 @@ void take_geometry(FileVolume& volume, const itk::ImageIOBase& io) {
         }
     }
 }
-
-// All of the image, in its own type.
-void read_all(itk::ImageIOBase& io, std::span<char> bytes, const Path& path) {
-    if (static_cast<std::size_t>(io.GetImageSizeInBytes()) != bytes.size())
-        throw UserError("the image has another size than its first layer", {.where = path.string()});
-    itk::ImageIORegion region(io.GetNumberOfDimensions());
-    for (unsigned i = 0; i < io.GetNumberOfDimensions(); ++i) region.SetSize(i, io.GetDimensions(i));
-    io.SetIORegion(region);
-    io.Read(bytes.data());
-}
-
-// Layers with a file each, read block by block in a process that may crash.
-class LayerFiles {
-public:
-    using ReadOne = std::function<void(const Path& file, std::int64_t z, std::span<char> bytes)>;
-    LayerFiles(std::vector<Path> files, ValueType type, std::int64_t values_per_layer, ReadOne read_one)
-        : files_(std::move(files)),
-          type_(type),
-          values_(static_cast<std::size_t>(values_per_layer)),
-          bytes_(values_ * size_of(type)),
-          read_one_(std::move(read_one)),
-          per_block_(std::clamp<std::int64_t>(static_cast<std::int64_t>(block_bytes / std::max<std::size_t>(bytes_, 1)), 1,
-                                              static_cast<std::int64_t>(files_.size()))) {}
-
-    void read(std::int64_t z, std::span<float> values) {
-        for (std::size_t done = 0; done < values.size(); done += values_, ++z) {
-            if (z / per_block_ != block_) read_block(z / per_block_);
-            const auto layer = static_cast<std::size_t>(z % per_block_);
-            to_float(shared_->bytes().subspan(layer * bytes_, bytes_).data(), type_, values.subspan(done, values_),
-                     files_[static_cast<std::size_t>(z)]);
-        }
-    }
-
-private:
-    static constexpr std::size_t block_bytes = 64U << 20U;
-
-    void read_block(std::int64_t block) {
-        block_ = -1;
-        if (!shared_) {
-            require_memory(static_cast<double>(bytes_) * static_cast<double>(per_block_), files_.front());
-            shared_.emplace(bytes_ * static_cast<std::size_t>(per_block_));
-        }
-        const std::int64_t first = block * per_block_, end = std::min(first + per_block_, static_cast<std::int64_t>(files_.size()));
-        const SharedBytes place(sizeof first);  // of the layer that is being read, where the process ends in it
-        const auto file = [&] {
-            std::int64_t z = 0;
-            std::memcpy(&z, place.bytes().data(), sizeof z);
-            return files_[static_cast<std::size_t>(z)];
-        };
-        (void)with_itk(file, [&] {
-            for (std::int64_t z = first; z < end; ++z) {
-                std::memcpy(place.bytes().data(), &z, sizeof z);
-                read_one_(files_[static_cast<std::size_t>(z)], z,
-                          shared_->bytes().subspan(static_cast<std::size_t>(z - first) * bytes_, bytes_));
-            }
-            return std::string();
-        });
-        block_ = block;
-    }
-
-    std::vector<Path> files_;
-    ValueType type_;
-    std::size_t values_, bytes_;
-    ReadOne read_one_;
-    std::int64_t per_block_, block_ = -1;
-    std::optional<SharedBytes> shared_;
-};
-
-}  // namespace
-
-namespace {
-
-// Byte 25 of the file: 0 gray, 2 colours, 3 a lookup table, 4 and 6 with transparency.
-void require_gray_png(const Path& path) {
-    std::array<char, 26> start{};
-    std::ifstream file(path, std::ios::binary);
-    if (!file.read(start.data(), start.size()) || start[25] == 0) return;  // too short: the reader says so
-    throw UserError(start[25] == 3 ? "the values of the image are places in a lookup table of colours" : "the image is in colours",
-                    {.where = path.string(),
-                     .allowed = "gray values, without transparency",
-                     .fix = "save it as gray values: in ImageJ Image > Lookup Tables > Grays (the values stay), then save as TIFF"});
-}
-
-}  // namespace
-
-FileVolume open_png_stack(const std::vector<Path>& files) {
-    const auto open = [](const Path& path) {
-        const auto io = itk::PNGImageIO::New();
-        if (!io->CanReadFile(path.c_str())) throw UserError("not a PNG image, or a damaged one: " + path.string());
-        require_gray_png(path);
-        io->SetFileName(path.string());
-        io->ReadImageInformation();
-        return io;
-    };
-    const Json header = Json::parse(with_itk([&] { return files.front(); },
-                                             [&] {
-                                                 const auto first = open(files.front());
-                                                 return Json{{"size", {first->GetDimensions(0), first->GetDimensions(1)}},
-                                                             {"type", name_of(type_of(*first, files.front()))}}
-                                                     .dump();
-                                             }));
-    const auto type = choice_named<ValueType>(header["type"].get<std::string>()).value();
-    FileVolume volume{
-        .voxels = {header["size"][0].get<std::int64_t>(), header["size"][1].get<std::int64_t>(), static_cast<std::int64_t>(files.size())},
-        .type = type,
-        .files = files};
-    volume.format = fmt::format("PNG, {}, {} files, {} to {}", name_of(type), files.size(), files.front().filename().string(),
-                                files.back().filename().string());
-    const auto read_one = [open, type, n = volume.voxels, first = files.front().filename().string()](const Path& path, std::int64_t,
-                                                                                                     std::span<char> bytes) {
-        const auto io = open(path);
-        if (static_cast<std::int64_t>(io->GetDimensions(0)) != n[0] || static_cast<std::int64_t>(io->GetDimensions(1)) != n[1] ||
-            type_of(*io, path) != type)
-            throw UserError("the image has another size or type than " + first, {.where = path.string()});
-        read_all(*io, bytes, path);
-    };
-    volume.read = [layers = std::make_shared<LayerFiles>(files, type, volume.voxels[0] * volume.voxels[1], read_one)](
-                      std::int64_t z, std::span<float> values) { layers->read(z, values); };
-    return volume;
-}
-
-namespace {
 
 // What a DICOM file states; ITK and GDCM invent what is missing, and take what contradicts itself.
 struct DicomHeader {

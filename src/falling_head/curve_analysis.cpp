@@ -1,4 +1,4 @@
-#include "falling_head/analysis.hpp"
+#include "falling_head/curve_analysis.hpp"
 
 #include <fmt/format.h>
 

@@ -1,7 +1,7 @@
 // Measured falling-head curves, evaluated as in the paper and by least squares: each separately, and those of one packing together.
 #pragma once
 
-#include "falling_head/fit.hpp"
+#include "falling_head/least_squares.hpp"
 #include "falling_head/paper_evaluation.hpp"
 
 namespace porepack::falling_head {

@@ -1,4 +1,4 @@
-#include "analysis/fit.hpp"
+#include "analysis/fit_image.hpp"
 
 #include <fmt/format.h>
 
@@ -12,12 +12,14 @@
 #include "core/log.hpp"
 #include "core/median.hpp"
 #include "core/table.hpp"
+#include "geometry/gray_filters.hpp"
 #include "inputs/image_input.hpp"
 #include "packing/grains.hpp"
 #include "scans/detect.hpp"
 #include "scans/find_tube.hpp"
-#include "scans/fit_scan.hpp"
+#include "scans/fitted_model.hpp"
 #include "scans/gray_input.hpp"
+#include "scans/large_scan.hpp"
 #include "scans/refine.hpp"
 
 namespace porepack::analysis {

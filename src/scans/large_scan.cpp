@@ -1,4 +1,4 @@
-#include "scans/fit_scan.hpp"
+#include "scans/large_scan.hpp"
 
 #include <fmt/format.h>
 
