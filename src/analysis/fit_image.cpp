@@ -9,6 +9,7 @@
 #include "analysis/slice_picture.hpp"
 #include "analysis/uses.hpp"
 #include "core/error.hpp"
+#include "core/json.hpp"
 #include "core/log.hpp"
 #include "core/median.hpp"
 #include "core/table.hpp"

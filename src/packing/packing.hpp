@@ -8,7 +8,7 @@
 
 #include "core/choice.hpp"
 #include "core/files.hpp"
-#include "core/json.hpp"
+#include "core/json_fwd.hpp"
 #include "record/config.hpp"
 #include "shapes/shape.hpp"
 

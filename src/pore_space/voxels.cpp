@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "core/error.hpp"
+#include "core/json.hpp"
 #include "core/machine.hpp"
 
 namespace porepack::pore_space {

@@ -1,6 +1,7 @@
 // A scan or a segmented image, read and put into the container.
 #include "io/image.hpp"
 #include "core/error.hpp"
+#include "core/json.hpp"
 #include "imaging/volume.hpp"
 #include "inputs/image_input.hpp"
 #include "pore_space/gray_solid.hpp"

@@ -134,7 +134,7 @@ TEST(Poses, AMixtureInAnXRayScanIsFound) {
     Container box;
     box.kind = Container::Kind::box;
     box.size_m = Vec3(width, width, scan.grid.cells[2] * h);
-    const results::Fit found = fit_image(folder.path() / "scan.nrrd", {}, box, exact.shapes).outcome.result;
+    const results::Fit found = written(fit_image(folder.path() / "scan.nrrd", {}, box, exact.shapes), folder.path());
     Packing fitted = read_packing(folder.path() / "packing.json");
     for (Body& body : fitted.bodies) body.position_m -= Vec3(0.5 * (width - 0.045), 0.5 * (width - 0.045), 0.0);
     EXPECT_EQ(fitted.bodies.size(), 20U);
@@ -157,7 +157,7 @@ TEST(Poses, WrongSizesAndMirrorImagesAreNamed) {
     const Path scan = folder.path() / "scan.nrrd";
     write_volume(scan, scans::scan_of(image, 40.0, 200.0));
     const auto fit = [&](const Shape& shape, const std::string& axes) {
-        return fit_image(scan, {.axes = axes, .fitted_sizes = true}, exact.container, {shape}).outcome.result;
+        return written(fit_image(scan, {.axes = axes, .fitted_sizes = true}, exact.container, {shape}), folder.path());
     };
     Shape wrong = chiral();
     for (Capsule& capsule : wrong.capsules) {
@@ -186,7 +186,7 @@ TEST(Poses, LargeScansAreFittedSlabBySlab) {
     const Path scan = folder.path() / "scan.nrrd";
     write_volume(scan, scans::scan_of(image, 40.0, 200.0));
     const auto fit = [&](double memory_bytes) {
-        const results::Fit found = fit_image(scan, {.fit_memory_bytes = memory_bytes}, exact.container, exact.shapes).outcome.result;
+        const results::Fit found = written(fit_image(scan, {.fit_memory_bytes = memory_bytes}, exact.container, exact.shapes), folder.path());
         EXPECT_TRUE(found.doubts.empty()) << json_of(found.doubts);
         EXPECT_NEAR(found.blur_m.value, std::hypot(0.8, std::sqrt(1.0 / 12.0)) * h, 0.02 * h);
         EXPECT_NEAR(find(found.sizes, "chiral")->length_factor.value, 1.0, 0.0005);
@@ -208,7 +208,7 @@ TEST(Poses, HardCases) {
     const auto fit = [&](const Packing& packing, const test::ScanSettings& settings, const imaging::ImageConfig& image = {}) {
         const GrayImage scan = test::simulated_scan(Grains(packing), packing.container, d / 8.0, settings);
         write_volume(file, scans::scan_of(scan, 40.0, 200.0));
-        return fit_image(file, image, packing.container, {bent()}).outcome.result;
+        return written(fit_image(file, image, packing.container, {bent()}), folder.path());
     };
     const Packing exact = random_bed({bent()}, 14, 0.04, 11);
     for (const auto& settings : {test::ScanSettings{.blur_voxels = 0.8, .noise = 0.1}, {.blur_voxels = 1.5, .noise = 0.03}}) {
