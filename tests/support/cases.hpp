@@ -22,7 +22,7 @@ voxel_size_m = 1e-3
 surface_deviation_m = 2e-4
 section_m = [0.004, 0.016]
 [openfoam]
-cell_size_m = 0.0015
+cell_size_m = 0.002
 meshes = 1
 )";
 

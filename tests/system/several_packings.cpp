@@ -18,7 +18,7 @@ using test::small_case;
 // A case without OpenFOAM and pictures, with the keys of several packings.
 std::string case_of_packings(const std::string& packings, const std::string& lbm = {}) {
     std::string text = small_case;
-    text.replace(text.find("cell_size_m = 0.0015\nmeshes = 1"), 31, "enabled = false");
+    text.replace(text.find("cell_size_m = 0.002\nmeshes = 1"), 30, "enabled = false");
     return text + "[packings]\n" + packings + "\n[lbm]\nfields = \"none\"\n" + lbm + "[report]\npictures = false\n";
 }
 
