@@ -18,7 +18,7 @@ endif()
 # the same name.
 install(CODE "
   file(GLOB_RECURSE headers RELATIVE \"${PROJECT_SOURCE_DIR}/src\" \"${PROJECT_SOURCE_DIR}/src/*.hpp\")
-  list(FILTER headers EXCLUDE REGEX \"^apps/\")
+  list(FILTER headers EXCLUDE REGEX \"^apps/|/uses.hpp$\")
   foreach(header IN LISTS headers)
     file(READ \"${PROJECT_SOURCE_DIR}/src/\${header}\" text)
     string(REGEX REPLACE \"#include \\\"([a-z_]+/)\" \"#include \\\"porepack/\\\\1\" text \"\${text}\")

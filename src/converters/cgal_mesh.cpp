@@ -1,9 +1,9 @@
 #include "converters/cgal_mesh.hpp"
+#include "converters/uses.hpp"
 
 #include <CGAL/Polygon_mesh_processing/polygon_soup_to_polygon_mesh.h>
 
 namespace porepack::converters {
-using namespace io;
 namespace pmp = CGAL::Polygon_mesh_processing;
 
 std::optional<Mesh> mesh_of(const TriangleSurface& surface) {

@@ -13,15 +13,11 @@
 
 #include "converters/mesh_intersections.hpp"
 #include "converters/surface.hpp"
+#include "converters/uses.hpp"
 #include "core/error.hpp"
 #include "core/parallel.hpp"
 
 namespace porepack::converters {
-using namespace core;
-using namespace geometry;
-using namespace io;
-using namespace shapes;
-using namespace packing;
 namespace pmp = CGAL::Polygon_mesh_processing;
 namespace {
 

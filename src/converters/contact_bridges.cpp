@@ -13,12 +13,10 @@
 #include <numeric>
 
 #include "converters/grain_mesh.hpp"
+#include "converters/uses.hpp"
 #include "shapes/segments.hpp"
 
 namespace porepack::converters {
-using namespace core;
-using namespace shapes;
-using namespace packing;
 namespace pmp = CGAL::Polygon_mesh_processing;
 namespace {
 

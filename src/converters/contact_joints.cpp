@@ -20,12 +20,11 @@
 
 #include "converters/grain_mesh.hpp"
 #include "converters/mesh_intersections.hpp"
+#include "converters/uses.hpp"
 #include "core/parallel.hpp"
 #include "shapes/bins.hpp"
 
 namespace porepack::converters {
-using namespace core;
-using namespace shapes;
 namespace pmp = CGAL::Polygon_mesh_processing;
 namespace {
 

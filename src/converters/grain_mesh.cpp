@@ -13,13 +13,11 @@
 #include <numbers>
 
 #include "converters/mesh_intersections.hpp"
+#include "converters/uses.hpp"
 #include "core/error.hpp"
 #include "core/interrupt.hpp"
 
 namespace porepack::converters {
-using namespace core;
-using namespace geometry;
-using namespace shapes;
 namespace pmp = CGAL::Polygon_mesh_processing;
 namespace {
 

@@ -11,16 +11,13 @@
 #include "converters/grain_mesh.hpp"
 #include "converters/mesh_intersections.hpp"
 #include "converters/surface.hpp"
+#include "converters/uses.hpp"
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "core/parallel.hpp"
 
 namespace porepack::converters {
-using namespace core;
-using namespace io;
-using namespace shapes;
-using namespace packing;
 namespace {
 
 constexpr double largest_change = 0.1;  // deviation and contact gap, of the smallest capsule diameter

@@ -6,10 +6,9 @@
 
 #include "converters/cgal_mesh.hpp"
 #include "converters/surface.hpp"
+#include "converters/uses.hpp"
 
 namespace porepack::converters {
-using namespace io;
-using namespace shapes;
 namespace pmp = CGAL::Polygon_mesh_processing;
 
 SurfaceMeasures measure_surface(const TriangleSurface& surface) {

@@ -8,13 +8,10 @@
 #include "converters/mesh_intersections.hpp"
 #include "converters/single_precision.hpp"
 #include "converters/surface.hpp"
+#include "converters/uses.hpp"
 #include "core/error.hpp"
 
 namespace porepack::converters {
-using namespace core;
-using namespace io;
-using namespace shapes;
-using namespace packing;
 namespace pmp = CGAL::Polygon_mesh_processing;
 namespace {
 

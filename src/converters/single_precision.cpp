@@ -1,4 +1,5 @@
 #include "converters/single_precision.hpp"
+#include "converters/uses.hpp"
 
 #include <CGAL/Polygon_mesh_processing/repair_degeneracies.h>
 
@@ -8,7 +9,6 @@
 #include <numbers>
 
 namespace porepack::converters {
-using namespace io;
 namespace pmp = CGAL::Polygon_mesh_processing;
 namespace {
 

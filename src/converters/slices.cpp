@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "converters/slices.hpp"
+#include "converters/uses.hpp"
 #include "core/error.hpp"
 #include "core/interrupt.hpp"
 #include "core/json.hpp"
@@ -14,12 +15,6 @@
 #include "pore_space/voxels.hpp"
 
 namespace porepack::converters {
-using namespace core;
-using namespace geometry;
-using namespace io;
-using namespace shapes;
-using namespace packing;
-using namespace pore_space;
 
 int write_slices(const Path& folder, const Solid& solid, const Container& container, const Section& section, double spacing_m,
                  double pixel_m) {

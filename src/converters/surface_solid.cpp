@@ -4,16 +4,11 @@
 #include <cmath>
 
 #include "converters/surface.hpp"
+#include "converters/uses.hpp"
 #include "core/error.hpp"
 #include "core/log.hpp"
 
 namespace porepack::converters {
-using namespace pore_space;
-using namespace core;
-using namespace geometry;
-using namespace io;
-using namespace shapes;
-using namespace packing;
 
 struct SurfaceSolid::Bins {
     struct Triangle {

@@ -8,9 +8,9 @@
 
 #include "core/error.hpp"
 #include "core/log.hpp"
+#include "imaging/uses.hpp"
 
 namespace porepack::imaging {
-using namespace core;
 namespace fs = std::filesystem;
 
 bool HeaderFields::read_line(std::ifstream& file, std::string& line) {

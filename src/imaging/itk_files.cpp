@@ -9,9 +9,9 @@
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
+#include "imaging/uses.hpp"
 
 namespace porepack::imaging {
-using namespace core;
 
 ValueType type_of(const itk::ImageIOBase& io, const Path& path) {
     using Type = itk::CommonEnums::IOComponent;

@@ -8,9 +8,9 @@
 #include <optional>
 
 #include "core/error.hpp"
+#include "imaging/uses.hpp"
 
 namespace porepack::imaging {
-using namespace core;
 namespace fs = std::filesystem;
 namespace {
 

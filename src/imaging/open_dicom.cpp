@@ -18,9 +18,9 @@
 #include "core/json.hpp"
 #include "core/log.hpp"
 #include "imaging/itk_files.hpp"
+#include "imaging/uses.hpp"
 
 namespace porepack::imaging {
-using namespace core;
 namespace {
 
 void take_geometry(FileVolume& volume, const itk::ImageIOBase& io) {

@@ -6,10 +6,10 @@
 #include "core/error.hpp"
 #include "imaging/file_axes.hpp"
 #include "imaging/header_fields.hpp"
+#include "imaging/uses.hpp"
 #include "imaging/values_of_file.hpp"
 
 namespace porepack::imaging {
-using namespace core;
 namespace fs = std::filesystem;
 namespace {
 

@@ -8,9 +8,9 @@
 #include "core/error.hpp"
 #include "core/json.hpp"
 #include "imaging/itk_files.hpp"
+#include "imaging/uses.hpp"
 
 namespace porepack::imaging {
-using namespace core;
 namespace {
 
 // Byte 25 of the file: 0 gray, 2 colours, 3 a lookup table, 4 and 6 with transparency.

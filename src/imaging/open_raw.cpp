@@ -10,10 +10,10 @@
 
 #include "core/error.hpp"
 #include "imaging/file_axes.hpp"
+#include "imaging/uses.hpp"
 #include "imaging/values_of_file.hpp"
 
 namespace porepack::imaging {
-using namespace core;
 namespace fs = std::filesystem;
 
 FileVolume open_raw(const Path& path, const ImageConfig& config) {

@@ -11,9 +11,9 @@
 #include "core/error.hpp"
 #include "core/json.hpp"
 #include "imaging/file_axes.hpp"
+#include "imaging/uses.hpp"
 
 namespace porepack::imaging {
-using namespace core;
 namespace {
 
 struct Close {

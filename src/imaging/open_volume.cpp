@@ -11,9 +11,9 @@
 #include "core/machine.hpp"
 #include "imaging/file_axes.hpp"
 #include "imaging/layer_files.hpp"
+#include "imaging/uses.hpp"
 
 namespace porepack::imaging {
-using namespace core;
 namespace fs = std::filesystem;
 namespace {
 

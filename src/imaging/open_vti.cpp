@@ -2,10 +2,10 @@
 
 #include "core/error.hpp"
 #include "imaging/file_axes.hpp"
+#include "imaging/uses.hpp"
 #include "io/vti_volume.hpp"
 
 namespace porepack::imaging {
-using namespace core;
 
 // PorePack's own images name their container: they are in metres.
 FileVolume open_vti(const Path& path, const std::string& field) {

@@ -14,10 +14,9 @@
 
 #include "core/error.hpp"
 #include "core/machine.hpp"
+#include "imaging/uses.hpp"
 
 namespace porepack::imaging {
-using namespace core;
-using namespace geometry;
 namespace {
 
 using Mask = itk::Image<std::uint8_t, 3>;

@@ -7,9 +7,9 @@
 
 #include "core/error.hpp"
 #include "imaging/file_axes.hpp"
+#include "imaging/uses.hpp"
 
 namespace porepack::imaging {
-using namespace core;
 namespace {
 
 constexpr double largest_whole = 16777216.0;  // 2^24: beyond it, single precision leaves whole numbers out

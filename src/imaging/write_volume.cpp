@@ -8,10 +8,9 @@
 
 #include "core/error.hpp"
 #include "core/log.hpp"
+#include "imaging/uses.hpp"
 
 namespace porepack::imaging {
-using namespace core;
-using namespace geometry;
 namespace fs = std::filesystem;
 namespace {
 

@@ -8,6 +8,7 @@
 #include "core/error.hpp"
 #include "core/json.hpp"
 #include "core/log.hpp"
+#include "inputs/uses.hpp"
 #include "scans/doubts.hpp"
 #include "scans/find_tube.hpp"
 #include "scans/gray_input.hpp"
@@ -15,10 +16,6 @@
 #include "scans/phases.hpp"
 
 namespace porepack::inputs {
-using namespace core;
-using namespace geometry;
-using namespace packing;
-using namespace scans;
 namespace {
 
 constexpr const char* container_flag = "--container cylinder:D,H or box:X,Y,Z[:periodic] (metres)";

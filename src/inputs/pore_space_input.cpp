@@ -11,6 +11,7 @@
 #include "core/json.hpp"
 #include "core/log.hpp"
 #include "inputs/image_input.hpp"
+#include "inputs/uses.hpp"
 #include "io/stl.hpp"
 #include "record/resolved_config.hpp"
 #include "scans/doubts.hpp"
@@ -20,13 +21,6 @@
 #include "scans/phases.hpp"
 
 namespace porepack::inputs {
-using namespace core;
-using namespace geometry;
-using namespace io;
-using namespace packing;
-using namespace converters;
-using namespace scans;
-using namespace pore_space;
 namespace {
 
 constexpr const char* container_flag = "--container cylinder:D,H or box:X,Y,Z[:periodic] (metres)";

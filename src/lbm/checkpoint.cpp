@@ -6,9 +6,9 @@
 
 #include "core/error.hpp"
 #include "core/members_json.hpp"
+#include "lbm/uses.hpp"
 
 namespace porepack::lbm {
-using namespace core;
 namespace {
 
 constexpr const char* key = "porepack_checkpoint";

@@ -9,12 +9,9 @@
 #include "core/machine.hpp"
 #include "core/parallel.hpp"
 #include "lbm/neighbours.hpp"
+#include "lbm/uses.hpp"
 
 namespace porepack::lbm {
-using namespace core;
-using namespace geometry;
-using namespace shapes;
-using namespace pore_space;
 
 double expected_links_per_node(double porosity, double voxels) {
     return std::min(18.0, 23.0 * (1.0 - porosity) / (porosity * std::max(1.0, voxels)));

@@ -11,11 +11,9 @@
 #include "core/log.hpp"
 #include "lbm/mean_flow.hpp"
 #include "lbm/sequence.hpp"
+#include "lbm/uses.hpp"
 
 namespace porepack::lbm {
-using namespace core;
-using namespace geometry;
-using namespace pore_space;
 namespace {
 
 constexpr double largest_wall_error = 0.25;  // of means in time; the correction is known to a half of it

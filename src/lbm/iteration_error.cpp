@@ -1,10 +1,10 @@
 #include "lbm/iteration_error.hpp"
+#include "lbm/uses.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 namespace porepack::lbm {
-using namespace pore_space;
 namespace {
 
 double first_order_change(const ConvergencePoint& point) {

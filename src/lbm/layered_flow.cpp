@@ -1,9 +1,9 @@
 #include "lbm/layered_flow.hpp"
+#include "lbm/uses.hpp"
 
 #include <fmt/format.h>
 
 namespace porepack::lbm {
-using namespace geometry;
 namespace {
 
 constexpr double water_viscosity_Pa_s = 1e-3;

@@ -1,11 +1,11 @@
 #include "lbm/layers.hpp"
+#include "lbm/uses.hpp"
 
 #include <algorithm>
 #include <numeric>
 #include <utility>
 
 namespace porepack::lbm {
-using namespace pore_space;
 
 Layers measure_layers(const Flow& flow, const Domain& domain) {
     const auto count = static_cast<std::size_t>(domain.grid.cells[static_cast<std::size_t>(domain.drive.axis)]);

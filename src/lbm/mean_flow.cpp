@@ -11,9 +11,9 @@
 #include "core/log.hpp"
 #include "lbm/layers.hpp"
 #include "lbm/solver.hpp"
+#include "lbm/uses.hpp"
 
 namespace porepack::lbm {
-using namespace core;
 namespace {
 
 constexpr double samples_per_turnover = 10.0, turnovers_of_start = 20.0, fastest_possible_lu = 0.577;  // the speed of sound

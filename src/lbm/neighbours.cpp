@@ -1,9 +1,9 @@
 #include "lbm/neighbours.hpp"
+#include "lbm/uses.hpp"
 
 #include <bit>
 
 namespace porepack::lbm {
-using namespace pore_space;
 namespace {
 
 constexpr auto none = static_cast<std::size_t>(-2);  // no cell, nor the one before a cell

@@ -6,12 +6,10 @@
 #include <numbers>
 
 #include "lbm/permeability.hpp"
+#include "lbm/uses.hpp"
 #include "packing/grains.hpp"
 
 namespace porepack::lbm {
-using namespace shapes;
-using namespace packing;
-using namespace pore_space;
 namespace {
 
 // Spheres in body-centred order in a periodic cube of side 1.

@@ -9,12 +9,9 @@
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "lbm/sequence.hpp"
+#include "lbm/uses.hpp"
 
 namespace porepack::lbm {
-using namespace core;
-using namespace shapes;
-using namespace packing;
-using namespace pore_space;
 namespace {
 
 constexpr double body_force_lu = 1e-3;  // arbitrary: Stokes flow is linear, and populations are deviations from rest

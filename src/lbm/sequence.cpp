@@ -12,13 +12,10 @@
 #include "core/json.hpp"
 #include "core/log.hpp"
 #include "lbm/layered_flow.hpp"
+#include "lbm/uses.hpp"
 #include "record/resolved_config.hpp"
 
 namespace porepack::lbm {
-using namespace core;
-using namespace geometry;
-using namespace packing;
-using namespace pore_space;
 namespace {
 
 constexpr double nodes_of_search = 2e5;  // the best viscosity is searched on at most about this number of nodes

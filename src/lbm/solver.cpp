@@ -9,10 +9,9 @@
 #include "core/error.hpp"
 #include "core/interrupt.hpp"
 #include "core/log.hpp"
+#include "lbm/uses.hpp"
 
 namespace porepack::lbm {
-using namespace core;
-using namespace pore_space;
 namespace {
 
 // Hydraulic tortuosity and kinetic energy of the section, and the sum of all velocities.

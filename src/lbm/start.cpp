@@ -1,11 +1,10 @@
 #include "lbm/start.hpp"
+#include "lbm/uses.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 namespace porepack::lbm {
-using namespace core;
-using namespace geometry;
 namespace {
 
 // Where there is no fluid the velocity is zero, and the density that of the other nodes.

@@ -5,12 +5,9 @@
 #include <limits>
 
 #include "lbm/permeability.hpp"
+#include "lbm/uses.hpp"
 
 namespace porepack::lbm {
-using namespace core;
-using namespace geometry;
-using namespace packing;
-using namespace pore_space;
 namespace {
 
 // visit(radius, axial velocity) for each cell in the section and the tube.

@@ -12,13 +12,9 @@
 #include "core/log.hpp"
 #include "openfoam/foam_case.hpp"
 #include "openfoam/foam_field.hpp"
+#include "openfoam/uses.hpp"
 
 namespace porepack::openfoam {
-using namespace core;
-using namespace geometry;
-using namespace shapes;
-using namespace packing;
-using namespace pore_space;
 namespace fs = std::filesystem;
 namespace {
 

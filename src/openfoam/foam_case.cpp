@@ -10,14 +10,10 @@
 
 #include "core/error.hpp"
 #include "core/log.hpp"
+#include "openfoam/uses.hpp"
 #include "record/digest.hpp"
 
 namespace porepack::openfoam {
-using namespace core;
-using namespace record;
-using namespace io;
-using namespace shapes;
-using namespace packing;
 namespace fs = std::filesystem;
 namespace {
 

@@ -1,11 +1,10 @@
 #include "openfoam/foam_cost.hpp"
+#include "openfoam/uses.hpp"
 
 #include <cmath>
 #include <numbers>
 
 namespace porepack::openfoam {
-using namespace pore_space;
-using namespace packing;
 
 double expected_foam_cells(const PoreSpace& space, double cell_size_m, long surface_level, double porosity) {
     const Container& container = space.container;

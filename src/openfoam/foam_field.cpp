@@ -9,11 +9,9 @@
 
 #include "core/error.hpp"
 #include "core/process.hpp"
+#include "openfoam/uses.hpp"
 
 namespace porepack::openfoam {
-using namespace core;
-using namespace shapes;
-using namespace packing;
 namespace fs = std::filesystem;
 namespace {
 

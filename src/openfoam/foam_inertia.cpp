@@ -8,9 +8,9 @@
 #include "core/log.hpp"
 #include "openfoam/foam_case.hpp"
 #include "openfoam/foam_field.hpp"
+#include "openfoam/uses.hpp"
 
 namespace porepack::openfoam {
-using namespace core;
 namespace fs = std::filesystem;
 namespace {
 

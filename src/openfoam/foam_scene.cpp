@@ -2,11 +2,9 @@
 #include <cmath>
 
 #include "openfoam/foam.hpp"
+#include "openfoam/uses.hpp"
 
 namespace porepack::openfoam {
-using namespace packing;
-using namespace converters;
-using namespace pore_space;
 namespace {
 
 // The grains that extend into the computed part; in a periodic box all of them.

@@ -9,12 +9,9 @@
 #include "core/error.hpp"
 #include "core/median.hpp"
 #include "core/parallel.hpp"
+#include "pore_space/uses.hpp"
 
 namespace porepack::pore_space {
-using namespace core;
-using namespace geometry;
-using namespace packing;
-using namespace shapes;
 namespace {
 
 // Columns of voxels inside the container, at most about `most` of them, evenly spread.

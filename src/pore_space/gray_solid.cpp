@@ -9,12 +9,9 @@
 #include "core/error.hpp"
 #include "core/median.hpp"
 #include "core/parallel.hpp"
+#include "pore_space/uses.hpp"
 
 namespace porepack::pore_space {
-using namespace core;
-using namespace geometry;
-using namespace packing;
-using namespace shapes;
 
 GraySolid::GraySolid(std::shared_ptr<const GrayImage> image, const Container& container)
     : image_(std::move(image)), periodic_(container.periodic), level_(image_->level) {}

@@ -5,11 +5,9 @@
 #include <numbers>
 
 #include "core/parallel.hpp"
+#include "pore_space/uses.hpp"
 
 namespace porepack::pore_space {
-using namespace core;
-using namespace geometry;
-using namespace shapes;
 
 LinkCuts::LinkCuts(const Grid& grid, std::vector<Cut> cuts) {
     if (cuts.empty()) return;

@@ -9,11 +9,9 @@
 
 #include "core/error.hpp"
 #include "pore_space/link_cuts.hpp"
+#include "pore_space/uses.hpp"
 
 namespace porepack::pore_space {
-using namespace core;
-using namespace geometry;
-using namespace packing;
 
 bool step_in_grid(const Grid& grid, const Drive& drive, std::array<int, 3>& at, const std::array<int, 3>& step) {
     for (std::size_t a = 0; a < 3; ++a) {

@@ -8,12 +8,9 @@
 
 #include "core/error.hpp"
 #include "core/log.hpp"
+#include "pore_space/uses.hpp"
 
 namespace porepack::pore_space {
-using namespace core;
-using namespace geometry;
-using namespace shapes;
-using namespace packing;
 namespace {
 
 // The image covers the container's cross-section, within two voxels.

@@ -1,12 +1,10 @@
 #include "pore_space/stretched_solid.hpp"
+#include "pore_space/uses.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 namespace porepack::pore_space {
-using namespace core;
-using namespace geometry;
-using namespace shapes;
 namespace {
 
 class StretchedProbe : public SolidProbe {

@@ -9,13 +9,9 @@
 #include "core/error.hpp"
 #include "core/json.hpp"
 #include "core/machine.hpp"
+#include "pore_space/uses.hpp"
 
 namespace porepack::pore_space {
-using namespace core;
-using namespace geometry;
-using namespace shapes;
-using namespace packing;
-
 namespace {
 
 // Cubic voxels of a box whose axes are stretched; its volume stays. Sides that are not periodic stay as they are.

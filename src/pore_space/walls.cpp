@@ -1,12 +1,9 @@
 #include "pore_space/walls.hpp"
+#include "pore_space/uses.hpp"
 
 #include <algorithm>
 
 namespace porepack::pore_space {
-using namespace core;
-using namespace geometry;
-using namespace shapes;
-using namespace packing;
 
 WallFinder::WallFinder(const FlowWalls& walls, const Grid& grid, const Drive& drive)
     : walls_(walls), drive_(drive), reach_(1.001 * std::ranges::max(grid.spacing_m)), probe_(walls.solid.probe()) {

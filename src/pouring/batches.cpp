@@ -5,11 +5,9 @@
 #include <random>
 
 #include "core/error.hpp"
+#include "pouring/uses.hpp"
 
 namespace porepack::pouring {
-using namespace packing;
-using namespace core;
-using namespace shapes;
 namespace {
 
 // The standard library's distributions differ between implementations; these do not.

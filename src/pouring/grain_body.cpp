@@ -1,9 +1,9 @@
 #include "pouring/grain_body.hpp"
+#include "pouring/uses.hpp"
 
 #include <cmath>
 
 namespace porepack::pouring {
-using namespace shapes;
 namespace {
 
 double rounded(double value, double size) {

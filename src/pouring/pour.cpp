@@ -10,14 +10,11 @@
 #include "core/json.hpp"
 #include "core/machine.hpp"
 #include "pouring/batches.hpp"
+#include "pouring/uses.hpp"
 #include "record/digest.hpp"
 #include "record/resolved_config.hpp"
 
 namespace porepack::pouring {
-using namespace packing;
-using namespace core;
-using namespace record;
-using namespace shapes;
 namespace {
 
 double contact_time(double mass, const PackingConfig& config) {

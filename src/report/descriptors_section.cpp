@@ -1,10 +1,9 @@
 // Dimensionless numbers of the bed, the part of the wall, and the friction factor beside correlations.
 #include "report/plot.hpp"
 #include "report/section.hpp"
+#include "report/uses.hpp"
 
 namespace porepack::report {
-using namespace core;
-
 namespace {
 
 void add_pictures(const ReportInput& input, const Path& folder, ReportSection& section) {

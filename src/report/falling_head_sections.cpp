@@ -3,9 +3,9 @@
 
 #include "report/plot.hpp"
 #include "report/section.hpp"
+#include "report/uses.hpp"
 
 namespace porepack::report {
-using namespace core;
 namespace {
 
 // "n = 0.14 (0.05 to 0.2)"

@@ -7,9 +7,9 @@
 #include "core/data_file.hpp"
 #include "core/escape.hpp"
 #include "report/page.hpp"
+#include "report/uses.hpp"
 
 namespace porepack::report {
-using namespace core;
 namespace {
 
 std::string base64(const std::string& bytes) {

@@ -1,9 +1,9 @@
 // The report in Markdown.
 #include "core/escape.hpp"
 #include "report/page.hpp"
+#include "report/uses.hpp"
 
 namespace porepack::report {
-using namespace core;
 
 std::string markdown_page(const Page& page) {
     std::string text = "# " + for_markdown(page.title) + "\n\n";

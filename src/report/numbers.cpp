@@ -3,10 +3,10 @@
 #include <regex>
 
 #include "report/section.hpp"
+#include "report/uses.hpp"
 #include "uncertainty/sample.hpp"
 
 namespace porepack::report {
-using namespace core;
 
 std::string with_powers_of_ten(const std::string& text) {
     static const std::regex power("([0-9])e([+-])0*([0-9]+)");  // of a number

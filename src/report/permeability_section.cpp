@@ -5,9 +5,9 @@
 #include "permeability/permeability.hpp"
 #include "report/plot.hpp"
 #include "report/section.hpp"
+#include "report/uses.hpp"
 
 namespace porepack::report {
-using namespace core;
 namespace fs = std::filesystem;
 namespace {
 

@@ -4,9 +4,9 @@
 #include <optional>
 
 #include "core/process.hpp"
+#include "report/uses.hpp"
 
 namespace porepack::report {
-using namespace core;
 namespace fs = std::filesystem;
 
 bool draw_picture(const Path& stl, const Path& png, const std::vector<std::string>& more) {

@@ -7,9 +7,9 @@
 #include "core/escape.hpp"
 #include "core/log.hpp"
 #include "core/process.hpp"
+#include "report/uses.hpp"
 
 namespace porepack::report {
-using namespace core;
 bool draw_plot(const Path& picture, const std::string& script_name, const PlotValues& values, const PlotSize& size) {
     if (!find_program("gnuplot")) {
         log_warning("no plots: gnuplot is not installed (apt-get install gnuplot-nox)");

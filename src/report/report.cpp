@@ -8,9 +8,9 @@
 #include "core/members_json.hpp"
 #include "permeability/permeability.hpp"
 #include "report/section.hpp"
+#include "report/uses.hpp"
 
 namespace porepack::report {
-using namespace core;
 namespace {
 
 std::vector<results::MainNumber> main_numbers_of(const ReportInput& input) {

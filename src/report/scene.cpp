@@ -5,9 +5,9 @@
 #include "core/json.hpp"
 #include "permeability/permeability.hpp"
 #include "report/section.hpp"
+#include "report/uses.hpp"
 
 namespace porepack::report {
-using namespace core;
 namespace {
 
 std::string length_text(double metres) {

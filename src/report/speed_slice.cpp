@@ -5,11 +5,9 @@
 #include "io/image.hpp"
 #include "report/plot.hpp"
 #include "report/report.hpp"
+#include "report/uses.hpp"
 
 namespace porepack::report {
-using namespace core;
-using namespace geometry;
-using namespace io;
 
 bool draw_speed_slice(const Path& flow_vti, const Path& folder) {
     const FlowImage flow = read_flow_image(flow_vti);

@@ -2,11 +2,10 @@
 #include "core/table.hpp"
 #include "report/plot.hpp"
 #include "report/section.hpp"
+#include "report/uses.hpp"
 #include "results/quantities.hpp"
 
 namespace porepack::report {
-using namespace core;
-using namespace uncertainty;
 namespace {
 
 const results::Statements* statements_about(const ReportInput& input, const std::string& quantity) {

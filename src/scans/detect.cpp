@@ -7,11 +7,9 @@
 #include "core/log.hpp"
 #include "core/parallel.hpp"
 #include "pores/pores.hpp"
+#include "scans/uses.hpp"
 
 namespace porepack::scans {
-using namespace core;
-using namespace geometry;
-using namespace shapes;
 namespace {
 
 constexpr double expected_depth = 0.7;  ///< of an axis, in radii: voxels and rotations are finite

@@ -1,4 +1,5 @@
 #include "scans/doubts.hpp"
+#include "scans/uses.hpp"
 
 #include <fmt/format.h>
 
@@ -6,7 +7,6 @@
 #include <cmath>
 
 namespace porepack::scans {
-using namespace geometry;
 namespace {
 
 // Visits all cells of one layer across `axis`.

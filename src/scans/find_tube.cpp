@@ -8,10 +8,9 @@
 
 #include "core/error.hpp"
 #include "core/median.hpp"
+#include "scans/uses.hpp"
 
 namespace porepack::scans {
-using namespace core;
-using namespace imaging;
 namespace {
 
 // Solid fractions, averaged over all layers.

@@ -5,11 +5,9 @@
 #include <numbers>
 
 #include "core/parallel.hpp"
+#include "scans/uses.hpp"
 
 namespace porepack::scans {
-using namespace core;
-using namespace geometry;
-using namespace shapes;
 
 double inside_of_edge(double x) {
     return 0.5 * std::erfc(-x / std::numbers::sqrt2);

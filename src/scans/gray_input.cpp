@@ -12,13 +12,9 @@
 #include "core/members_json.hpp"
 #include "geometry/gray_filters.hpp"
 #include "pore_space/gray_measures.hpp"
+#include "scans/uses.hpp"
 
 namespace porepack::scans {
-using namespace core;
-using namespace geometry;
-using namespace pore_space;
-using namespace imaging;
-using namespace packing;
 namespace {
 
 constexpr double margin_voxels = 3.0;

@@ -7,11 +7,9 @@
 
 #include "core/error.hpp"
 #include "scans/phases.hpp"
+#include "scans/uses.hpp"
 
 namespace porepack::scans {
-using namespace core;
-using namespace geometry;
-using namespace imaging;
 namespace {
 
 constexpr std::size_t most_bins = 1024;

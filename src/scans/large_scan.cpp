@@ -10,12 +10,9 @@
 #include "core/machine.hpp"
 #include "imaging/write_volume.hpp"
 #include "scans/refine_slabs.hpp"
+#include "scans/uses.hpp"
 
 namespace porepack::scans {
-using namespace core;
-using namespace geometry;
-using namespace imaging;
-using namespace packing;
 namespace {
 
 constexpr double smallest_voxels = 4.0;  ///< per diameter: fewer do not show the grains

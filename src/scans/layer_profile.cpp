@@ -8,11 +8,9 @@
 #include "core/median.hpp"
 #include "pore_space/gray_measures.hpp"
 #include "scans/gray_input.hpp"
+#include "scans/uses.hpp"
 
 namespace porepack::scans {
-using namespace core;
-using namespace geometry;
-using namespace packing;
 
 LayerProfile profile_of(const PhaseImage& image) {
     const Grid& grid = image.grid;

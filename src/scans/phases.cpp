@@ -10,11 +10,9 @@
 #include "core/json.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
+#include "scans/uses.hpp"
 
 namespace porepack::scans {
-using namespace core;
-using namespace geometry;
-using namespace imaging;
 namespace {
 
 constexpr double cube_tolerance = 1e-3;

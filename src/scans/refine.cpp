@@ -9,11 +9,9 @@
 #include "core/log.hpp"
 #include "core/parallel.hpp"
 #include "scans/fitted_model.hpp"
+#include "scans/uses.hpp"
 
 namespace porepack::scans {
-using namespace core;
-using namespace geometry;
-using namespace shapes;
 namespace {
 
 constexpr double band_deviations = 3.0;

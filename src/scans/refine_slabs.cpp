@@ -4,10 +4,9 @@
 #include <cmath>
 
 #include "core/log.hpp"
+#include "scans/uses.hpp"
 
 namespace porepack::scans {
-using namespace core;
-using namespace geometry;
 namespace {
 
 constexpr double bytes_per_voxel = 2.0;

@@ -12,11 +12,9 @@
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "core/parallel.hpp"
+#include "scans/uses.hpp"
 
 namespace porepack::scans {
-using namespace core;
-using namespace geometry;
-using namespace packing;
 using shapes::Capsule;
 using shapes::Vec3;
 namespace {

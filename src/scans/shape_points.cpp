@@ -5,10 +5,9 @@
 #include <numbers>
 
 #include "packing/grains.hpp"
+#include "scans/uses.hpp"
 
 namespace porepack::scans {
-using namespace core;
-using namespace shapes;
 namespace {
 
 // Evenly spread directions: a spiral on the sphere.

@@ -7,9 +7,9 @@
 #include "core/interrupt.hpp"
 #include "core/log.hpp"
 #include "tortuosity/multigrid.hpp"
+#include "tortuosity/uses.hpp"
 
 namespace porepack::tortuosity {
-using namespace core;
 
 // The usual symbols: r residual, p search direction, q = A p, rho = r M r with the preconditioner M (one V-cycle).
 ConjugateGradientResult solve_by_conjugate_gradients(std::vector<ConductanceGrid>& grids, std::vector<double> b, std::vector<double>& x,

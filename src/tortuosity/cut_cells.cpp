@@ -12,11 +12,9 @@
 #include <vector>
 
 #include "core/parallel.hpp"
+#include "tortuosity/uses.hpp"
 
 namespace porepack::tortuosity {
-using namespace core;
-using namespace geometry;
-using namespace pore_space;
 namespace {
 
 using Place = std::array<int, 3>;

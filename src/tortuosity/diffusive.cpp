@@ -11,11 +11,9 @@
 #include "tortuosity/cut_cells.hpp"
 #include "tortuosity/multigrid.hpp"
 #include "tortuosity/tortuosity.hpp"
+#include "tortuosity/uses.hpp"
 
 namespace porepack::tortuosity {
-using namespace core;
-using namespace geometry;
-using namespace pore_space;
 namespace {
 
 double volume_of_cell(const Grid& cells) {

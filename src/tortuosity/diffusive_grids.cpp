@@ -7,10 +7,9 @@
 #include "core/machine.hpp"
 #include "pore_space/percolation.hpp"
 #include "tortuosity/tortuosity.hpp"
+#include "tortuosity/uses.hpp"
 
 namespace porepack::tortuosity {
-using namespace core;
-using namespace pore_space;
 
 DiffusiveLimit diffusive_limit(const std::array<double, 3>& sizes, const std::array<double, 3>& values) {
     const auto limit_of = [&](std::size_t coarse) {

@@ -7,13 +7,9 @@
 #include "core/interrupt.hpp"
 #include "core/log.hpp"
 #include "tortuosity/tortuosity.hpp"
+#include "tortuosity/uses.hpp"
 
 namespace porepack::tortuosity {
-using namespace core;
-using namespace geometry;
-using namespace shapes;
-using namespace packing;
-using namespace converters;
 namespace {
 
 using Vec2 = Eigen::Vector2d;

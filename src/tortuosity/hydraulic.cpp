@@ -4,11 +4,9 @@
 
 #include "core/error.hpp"
 #include "tortuosity/tortuosity.hpp"
+#include "tortuosity/uses.hpp"
 
 namespace porepack::tortuosity {
-using namespace core;
-using namespace geometry;
-using namespace packing;
 
 double hydraulic_tortuosity(const FlowImage& flow, const Section& section, int axis) {
     double speed = 0.0, along = 0.0;

@@ -1,10 +1,10 @@
 #include "tortuosity/pore_lattice.hpp"
+#include "tortuosity/uses.hpp"
 
 #include <cstdlib>
 #include <numeric>
 
 namespace porepack::tortuosity {
-using namespace geometry;
 namespace {
 
 // For each of the 256 patterns of pore cells among the eight at a corner (bit x + 2 y + 4 z): are they connected through faces?

@@ -13,13 +13,9 @@
 #include "core/machine.hpp"
 #include "tortuosity/pore_lattice.hpp"
 #include "tortuosity/tortuosity.hpp"
+#include "tortuosity/uses.hpp"
 
 namespace porepack::tortuosity {
-using namespace core;
-using namespace geometry;
-using namespace shapes;
-using namespace packing;
-using namespace pore_space;
 namespace {
 
 struct Neighbour {

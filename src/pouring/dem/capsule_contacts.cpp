@@ -3,9 +3,9 @@
 #include <cmath>
 
 #include "pouring/dem/capsule_state.hpp"
+#include "pouring/uses.hpp"
 
 namespace porepack::pouring::dem {
-using namespace shapes;
 
 // The contact law: the force on the second of two bodies. The tangential displacement is kept in the tangent plane.
 Vec3 CapsuleDem::State::contact_force(const Approach& at, Vec3& displacement, bool first) const {

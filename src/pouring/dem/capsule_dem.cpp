@@ -5,11 +5,9 @@
 
 #include "core/error.hpp"
 #include "pouring/dem/capsule_state.hpp"
+#include "pouring/uses.hpp"
 
 namespace porepack::pouring::dem {
-using namespace packing;
-using namespace core;
-using namespace shapes;
 
 CapsuleDem::State::State(const Container& container, const std::vector<Shape>& shapes, double density_kg_per_m3, const ContactLaw& law,
                          const DemOptions& options)

@@ -3,9 +3,9 @@
 #include <set>
 
 #include "pouring/dem/capsule_state.hpp"
+#include "pouring/uses.hpp"
 
 namespace porepack::pouring::dem {
-using namespace shapes;
 
 // Calls visit(first body, pair, contact) for every contact between grains.
 template <typename Visit>

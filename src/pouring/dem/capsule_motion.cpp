@@ -4,9 +4,9 @@
 
 #include "core/log.hpp"
 #include "pouring/dem/capsule_state.hpp"
+#include "pouring/uses.hpp"
 
 namespace porepack::pouring::dem {
-using namespace shapes;
 namespace {
 
 constexpr std::int32_t quiet_steps = 50;

@@ -7,10 +7,9 @@
 #include <set>
 
 #include "pouring/dem/capsule_state.hpp"
+#include "pouring/uses.hpp"
 
 namespace porepack::pouring::dem {
-using namespace core;
-using namespace shapes;
 
 long CapsuleDem::State::cell_of(const Vec3& place) const {
     std::array<long, 3> at{};

@@ -10,11 +10,9 @@
 #include "core/interrupt.hpp"
 #include "core/log.hpp"
 #include "pouring/batches.hpp"
+#include "pouring/uses.hpp"
 
 namespace porepack::pouring::dem {
-using namespace packing;
-using namespace core;
-using namespace shapes;
 namespace {
 
 constexpr long part = 500;  // steps between two checks

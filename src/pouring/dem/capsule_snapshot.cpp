@@ -4,9 +4,9 @@
 
 #include "core/error.hpp"
 #include "pouring/dem/capsule_state.hpp"
+#include "pouring/uses.hpp"
 
 namespace porepack::pouring::dem {
-using namespace core;
 namespace {
 
 constexpr std::uint64_t state_mark = 0x31307374'61746570ULL;

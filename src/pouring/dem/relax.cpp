@@ -9,11 +9,9 @@
 #include "core/interrupt.hpp"
 #include "core/log.hpp"
 #include "pouring/dem/capsule_pour.hpp"
+#include "pouring/uses.hpp"
 
 namespace porepack::pouring::dem {
-using namespace packing;
-using namespace core;
-using namespace shapes;
 namespace {
 
 constexpr double largest_overlap_of_diameter_here = 0.5;

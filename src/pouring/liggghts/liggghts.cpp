@@ -11,12 +11,10 @@
 #include "pouring/batches.hpp"
 #include "pouring/liggghts/liggghts_log.hpp"
 #include "pouring/liggghts/liggghts_run.hpp"
+#include "pouring/uses.hpp"
 #include "record/digest.hpp"
 
 namespace porepack::pouring::liggghts {
-using namespace packing;
-using namespace core;
-using namespace shapes;
 namespace {
 
 // Rows of a LIGGGHTS dump of `columns` numbers behind "ITEM: ENTRIES" or "ITEM: ATOMS".

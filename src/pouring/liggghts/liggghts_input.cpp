@@ -8,11 +8,9 @@
 #include "pouring/batches.hpp"
 #include "pouring/grain_body.hpp"
 #include "pouring/liggghts/liggghts_run.hpp"
+#include "pouring/uses.hpp"
 
 namespace porepack::pouring::liggghts {
-using namespace packing;
-using namespace core;
-using namespace shapes;
 ClumpBody clump_body(const Shape& shape, const PackingConfig& config) {
     const GrainBody grain = grain_body(shape, config.density_kg_per_m3);
     ClumpBody body{.spheres = {}, .mass = grain.mass_kg, .inertia = grain.inertia_kg_m2, .centre = grain.centre_m, .turn = grain.turn};

@@ -8,10 +8,9 @@
 #include "core/parallel.hpp"
 #include "lbm/lattice.hpp"
 #include "lbm/neighbours.hpp"
+#include "lbm/uses.hpp"
 
 namespace porepack::lbm::cpu {
-using namespace core;
-using namespace shapes;
 namespace {
 
 using d3q19::opposite;

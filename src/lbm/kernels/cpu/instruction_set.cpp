@@ -6,9 +6,9 @@
 
 #include "core/error.hpp"
 #include "lbm/kernels/cpu/kernel.hpp"
+#include "lbm/uses.hpp"
 
 namespace porepack::lbm::cpu {
-using namespace core;
 
 namespace baseline {
 extern const KernelFunctions<float> single_precision;

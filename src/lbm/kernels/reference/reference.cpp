@@ -1,10 +1,9 @@
 // Direct implementation of the method: two copies of the populations, one node after the other, double precision. The fast
 // kernel must agree with it to rounding error.
 #include "lbm/kernels/reference/reference.hpp"
+#include "lbm/uses.hpp"
 
 namespace porepack::lbm::reference {
-using namespace pore_space;
-
 namespace {
 
 using d3q19::c;

@@ -1,0 +1,21 @@
+// Names of the folders below this one. Only for the sources of this folder.
+#pragma once
+
+namespace porepack {
+namespace core {}
+namespace geometry {}
+namespace io {}
+namespace packing {}
+namespace pore_space {}
+namespace converters {}
+namespace scans {}
+namespace inputs {
+using namespace core;
+using namespace geometry;
+using namespace io;
+using namespace packing;
+using namespace pore_space;
+using namespace converters;
+using namespace scans;
+}  // namespace inputs
+}  // namespace porepack

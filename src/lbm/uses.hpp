@@ -1,0 +1,17 @@
+// Names of the folders below this one. Only for the sources of this folder.
+#pragma once
+
+namespace porepack {
+namespace core {}
+namespace geometry {}
+namespace shapes {}
+namespace packing {}
+namespace pore_space {}
+namespace lbm {
+using namespace core;
+using namespace geometry;
+using namespace shapes;
+using namespace packing;
+using namespace pore_space;
+}  // namespace lbm
+}  // namespace porepack

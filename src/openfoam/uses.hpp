@@ -1,0 +1,23 @@
+// Names of the folders below this one. Only for the sources of this folder.
+#pragma once
+
+namespace porepack {
+namespace core {}
+namespace geometry {}
+namespace record {}
+namespace io {}
+namespace shapes {}
+namespace packing {}
+namespace pore_space {}
+namespace converters {}
+namespace openfoam {
+using namespace core;
+using namespace geometry;
+using namespace record;
+using namespace io;
+using namespace shapes;
+using namespace packing;
+using namespace pore_space;
+using namespace converters;
+}  // namespace openfoam
+}  // namespace porepack

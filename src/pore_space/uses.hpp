@@ -1,0 +1,15 @@
+// Names of the folders below this one. Only for the sources of this folder.
+#pragma once
+
+namespace porepack {
+namespace core {}
+namespace geometry {}
+namespace shapes {}
+namespace packing {}
+namespace pore_space {
+using namespace core;
+using namespace geometry;
+using namespace shapes;
+using namespace packing;
+}  // namespace pore_space
+}  // namespace porepack

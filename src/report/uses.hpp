@@ -1,0 +1,15 @@
+// Names of the folders below this one. Only for the sources of this folder.
+#pragma once
+
+namespace porepack {
+namespace core {}
+namespace geometry {}
+namespace io {}
+namespace uncertainty {}
+namespace report {
+using namespace core;
+using namespace geometry;
+using namespace io;
+using namespace uncertainty;
+}  // namespace report
+}  // namespace porepack

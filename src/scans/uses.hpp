@@ -1,0 +1,19 @@
+// Names of the folders below this one. Only for the sources of this folder.
+#pragma once
+
+namespace porepack {
+namespace core {}
+namespace geometry {}
+namespace imaging {}
+namespace shapes {}
+namespace packing {}
+namespace pore_space {}
+namespace scans {
+using namespace core;
+using namespace geometry;
+using namespace imaging;
+using namespace shapes;
+using namespace packing;
+using namespace pore_space;
+}  // namespace scans
+}  // namespace porepack
