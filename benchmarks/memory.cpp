@@ -12,6 +12,7 @@
 #include "lbm/permeability.hpp"
 #include "pore_space/pore_space.hpp"
 #include "stages/stages.hpp"
+#include "stages/work.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

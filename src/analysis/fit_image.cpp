@@ -192,6 +192,52 @@ std::vector<std::string> doubts_of(const Refined& found, const Unexplained& rest
     return doubts;
 }
 
+// In the image, coarser where the scan is large. Throws UserError where there are none, or their mirror images.
+std::vector<FittedGrain> search_all(const GrayImage& gray, const Scan& scan, const Container& container,
+                                    const std::vector<ShapePoints>& points, const std::vector<shapes::Shape>& shapes, const Path& file) {
+    const auto search = [&](const std::vector<ShapePoints>& of) {
+        DistanceMap map = distance_map(scan.search_bin > 1 ? averaged(gray, scan.search_bin) : gray);
+        std::vector<FittedGrain> grains;
+        for (const Found& one : detect(map, of)) grains.push_back({.shape = one.shape, .pose = one.pose, .cut = one.cut});
+        return grains;
+    };
+    std::vector<FittedGrain> grains = search(points);
+    double volume = 0.0;
+    for (const FittedGrain& grain : grains) volume += points[grain.shape].volume_m3;
+    if (volume < 0.5 * solid_volume(gray, container)) {
+        const std::size_t mirrored = search(mirrored_points(shapes)).size();
+        if (mirrored > 2 * grains.size() + 2)
+            throw UserError(
+                fmt::format("the image shows mirror images of the grains: {} of them, and {} as given", mirrored, grains.size()),
+                {.where = file.string(), .fix = "--image-axes with a minus sign (xy-z) if the stack is in the wrong order"});
+    }
+    if (grains.empty())
+        throw UserError(
+            "no grain of this shape was found",
+            {.where = file.string(), .fix = "check shape, voxel size and threshold (porepack image segment shows what is solid)"});
+    return grains;
+}
+
+// How many grains are cut, how well the poses of the others are known, and the sizes of all.
+void add_poses(results::Fit& result, const std::vector<shapes::Shape>& shapes, const Refined& found) {
+    std::vector<double> positions, ends;
+    for (const FittedGrain& grain : found.grains) {
+        if (grain.cut) {
+            ++result.grains.cut;
+            continue;
+        }
+        positions.push_back(grain.position_error_m);
+        ends.push_back(grain.end_error_m);
+    }
+    if (!positions.empty()) {
+        result.position_uncertainty_m = median(positions);
+        result.end_uncertainty_m = median(ends);
+    }
+    for (std::size_t s = 0; s < shapes.size(); ++s)
+        result.sizes.emplace_back(shapes[s].id, results::FittedSizes{.radius_change_m = found.common.shapes[s].radius_change_m,
+                                                                     .length_factor = found.common.shapes[s].length_factor});
+}
+
 }  // namespace
 
 Fitted fit_image(const Path& file, ImageConfig image, const std::optional<Container>& given, const std::vector<shapes::Shape>& shapes) {
@@ -209,29 +255,9 @@ Fitted fit_image(const Path& file, ImageConfig image, const std::optional<Contai
     const GrayNotes& notes = *input.gray_notes;
     const GrayImage& gray = *input.gray->image();
     const double h = gray.grid.spacing_m[0];
-    const auto search = [&](const std::vector<ShapePoints>& of) {
-        DistanceMap map = distance_map(scan.search_bin > 1 ? averaged(gray, scan.search_bin) : gray);
-        std::vector<FittedGrain> grains;
-        for (const Found& one : detect(map, of)) grains.push_back({.shape = one.shape, .pose = one.pose, .cut = one.cut});
-        return grains;
-    };
     Stopwatch watch;
-    std::vector<FittedGrain> grains = search(points);
+    std::vector<FittedGrain> grains = search_all(gray, scan, input.container, points, shapes, file);
     const double seconds_of_search = watch.seconds();
-    double volume = 0.0;
-    for (const FittedGrain& grain : grains) volume += points[grain.shape].volume_m3;
-    const double solid = solid_volume(gray, input.container);
-    if (volume < 0.5 * solid) {
-        const std::size_t mirrored = search(mirrored_points(shapes)).size();
-        if (mirrored > 2 * grains.size() + 2)
-            throw UserError(
-                fmt::format("the image shows mirror images of the grains: {} of them, and {} as given", mirrored, grains.size()),
-                {.where = file.string(), .fix = "--image-axes with a minus sign (xy-z) if the stack is in the wrong order"});
-    }
-    if (grains.empty())
-        throw UserError(
-            "no grain of this shape was found",
-            {.where = file.string(), .fix = "check shape, voxel size and threshold (porepack image segment shows what is solid)"});
     watch = {};
     Refined found = refine(gray, input.container, points, std::move(grains), Common{.blur_m = {notes.blur_voxels * h}});
     const double blur_of_picture_m = found.common.blur_m.value;
@@ -257,21 +283,10 @@ Fitted fit_image(const Path& file, ImageConfig image, const std::optional<Contai
     const Packing packing = packing_of(container, shapes, found, image.fitted_sizes);
     const Overlaps overlaps = find_overlaps(packing);
 
-    std::vector<double> positions, ends;
-    long cut = 0;
-    for (const FittedGrain& grain : found.grains) {
-        cut += grain.cut ? 1 : 0;
-        if (grain.cut) continue;
-        positions.push_back(grain.position_error_m);
-        ends.push_back(grain.end_error_m);
-    }
-    const auto median_or_none = [](const std::vector<double>& values) {
-        return values.empty() ? std::nullopt : std::optional(median(values));
-    };
     results::Fit result{.file = input.file,
                         .gray = notes,
                         .container = to_json(packing.container),
-                        .grains = {.found = found.grains.size(), .cut = cut, .dropped = refined - found.grains.size()},
+                        .grains = {.found = found.grains.size(), .dropped = refined - found.grains.size()},
                         .solid_change = solid_change(shapes, found),
                         .blur_m = found.common.blur_m,
                         .pores = found.common.pores,
@@ -279,8 +294,6 @@ Fitted fit_image(const Path& file, ImageConfig image, const std::optional<Contai
                         .residual = found.residual,
                         .residual_median = usual,
                         .noise = notes.noise,
-                        .position_uncertainty_m = median_or_none(positions),
-                        .end_uncertainty_m = median_or_none(ends),
                         .unexplained_solid = rest.inside / rest.solid_voxels,
                         .unexplained_solid_at_ends = rest.at_ends / rest.solid_voxels,
                         .grain_without_solid = rest.missing / rest.solid_voxels,
@@ -289,9 +302,7 @@ Fitted fit_image(const Path& file, ImageConfig image, const std::optional<Contai
                         .doubts = doubts_of(found, rest, points, shapes, smallest / (h * h * h), overlaps),
                         .search_s = seconds_of_search,
                         .poses_s = seconds_of_poses};
-    for (std::size_t s = 0; s < shapes.size(); ++s)
-        result.sizes.emplace_back(shapes[s].id, results::FittedSizes{.radius_change_m = found.common.shapes[s].radius_change_m,
-                                                                     .length_factor = found.common.shapes[s].length_factor});
+    add_poses(result, shapes, found);
     if (const Section complete{rest.complete_from * h, rest.complete_to * h}; complete.length() > 2.0 * h) {
         result.section_m = complete.interval();
         result.porosity = porosity(Grains(packing), packing.container, complete).value;

@@ -17,6 +17,12 @@
 namespace porepack::analysis {
 namespace {
 
+void require_surface(const PoreSpace& space) {
+    if (!space.packing && !space.surface)
+        throw UserError("OpenFOAM needs a surface, and the input is an image",
+                        {.where = space.source, .fix = "porepack lbm, or porepack image segment, which writes solid.stl"});
+}
+
 double cell_size_m(const PoreSpace& space, const FoamConfig& config) {
     if (config.cell_size_m > 0.0) return config.cell_size_m;
     if (std::isfinite(space.known_grain_diameter_m())) return space.known_grain_diameter_m() / 4.0;
@@ -52,16 +58,12 @@ Expectation expect_foam(const PoreSpace& space, const FoamConfig& config, double
 }
 
 Expectation expect_foam(const PoreSpace& space, const FoamConfig& config) {
-    if (space.image || space.gray)
-        throw UserError("OpenFOAM needs a surface, and the input is an image",
-                        {.where = space.source, .fix = "porepack lbm, or porepack image segment, which writes solid.stl"});
+    require_surface(space);
     return expect_foam(space, config, cell_size_m(space, config), space.porosity(4000).value);
 }
 
-results::Foam run_foam(const PoreSpace& space, const GeometryConfig& geometry, const FoamConfig& config, const Path& folder) {
-    if (space.image || space.gray)
-        throw UserError("OpenFOAM needs a surface, and the input is an image",
-                        {.where = space.source, .fix = "porepack lbm, or porepack image segment, which writes solid.stl"});
+results::Foam compute_foam_flow(const PoreSpace& space, const GeometryConfig& geometry, const FoamConfig& config, const Path& folder) {
+    require_surface(space);
     const double cell = cell_size_m(space, config);
     if (space.ends == Ends::paper)
         throw UserError("OpenFOAM has no ends of the paper",

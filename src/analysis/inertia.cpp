@@ -234,8 +234,8 @@ results::InertiaByFoam foam_part(const PoreSpace& space, const GeometryConfig& g
 
 }  // namespace
 
-Outcome<results::Forchheimer> flows_with_inertia(const PoreSpace& given, const GeometryConfig& geometry, const ForchheimerConfig& config,
-                                                 const Path& folder) {
+Outcome<results::Forchheimer> compute_inertial_flows(const PoreSpace& given, const GeometryConfig& geometry,
+                                                     const ForchheimerConfig& config, const Path& folder) {
     for (std::size_t i = 1; i < config.reynolds.size(); ++i)
         if (!(config.reynolds[i] > config.reynolds[i - 1]))
             throw UserError("the Reynolds numbers do not rise", {.where = "reynolds", .fix = "sort them, each once"});

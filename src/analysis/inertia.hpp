@@ -12,9 +12,9 @@ namespace porepack::analysis {
 
 /// Permeability against the Reynolds number, of the section between two layers of free water. Grids that are done, and OpenFOAM's case, are
 /// kept in `folder`, from which an interrupted run resumes. Throws UserError for an image, and for keys without effect.
-[[nodiscard]] Outcome<results::Forchheimer> flows_with_inertia(const pore_space::PoreSpace& space,
-                                                               const converters::GeometryConfig& geometry,
-                                                               const permeability::ForchheimerConfig& config, const core::Path& folder);
+[[nodiscard]] Outcome<results::Forchheimer> compute_inertial_flows(const pore_space::PoreSpace& space,
+                                                                   const converters::GeometryConfig& geometry,
+                                                                   const permeability::ForchheimerConfig& config, const core::Path& folder);
 [[nodiscard]] core::Expectation expect_inertia(const pore_space::PoreSpace& space, const permeability::ForchheimerConfig& config);
 
 }  // namespace porepack::analysis

@@ -1,6 +1,7 @@
 #include "analysis/outcome.hpp"
 
 #include "io/image.hpp"
+#include "io/stl.hpp"
 
 namespace porepack::analysis {
 

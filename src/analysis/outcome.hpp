@@ -9,7 +9,6 @@
 
 #include "core/files.hpp"
 #include "core/table.hpp"
-#include "io/stl.hpp"
 #include "report/plot.hpp"
 
 namespace porepack::analysis {
@@ -26,11 +25,13 @@ struct Picture {
     int width = 0, height = 0;
     std::vector<std::uint8_t> pixels = {};
 };
+/// Points in metres.
+using Line = std::vector<std::array<double, 3>>;
 struct Files {
     std::vector<std::pair<std::string, core::Table>> tables = {};  ///< by the name of the file
     std::vector<Plot> plots = {};
     std::vector<Picture> pictures = {};
-    std::vector<std::pair<std::string, std::vector<io::Line>>> lines = {};  ///< .vtp
+    std::vector<std::pair<std::string, std::vector<Line>>> lines = {};  ///< .vtp
 };
 
 template <typename Result>

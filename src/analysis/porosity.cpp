@@ -34,8 +34,8 @@ results::BedPorosity bed_porosity(const PoreSpace& bed) {
 Voxels voxelise(const PoreSpace& space, const GeometryConfig& geometry) {
     const double size = space.voxel_size_m(geometry.voxel_size_m);
     const VoxelPlan plan = space.plan_at(size);
-    Voxels voxels{.outcome = {.result = {}, .files = {.tables = {{"porosity.csv", porosity_profile(space)}}}},
-                  .image = space.voxelise_at(size)};
+    Voxels voxels{.outcome = {}, .image = space.voxelise_at(size)};
+    voxels.outcome.files.tables.emplace_back("porosity.csv", porosity_profile(space));
     std::array<double, 3> count = {0, 0, 0};
     const PoreSpace section = pore_space_of(voxels.image, space.container, space.section, space.source).section_only();
     for (const auto phase : section.image->phase) count[phase] += 1.0;

@@ -41,20 +41,6 @@ void require_used_keys(const PackingConfig& config) {
         throw UserError("given grains relax in the DEM of exact capsules", {.where = "pack --from", .fix = "remove --engine"});
 }
 
-// Neither at a cut end nor held: all neighbours are in the packing.
-std::vector<bool> whole_grains(const Packing& packing) {
-    std::vector<bool> whole;
-    for (const Body& body : packing.bodies) {
-        double low = 1e300, high = -1e300;
-        for (const shapes::Capsule& capsule : world_capsules(packing, body)) {
-            low = std::min({low, capsule.a.z() - capsule.radius, capsule.b.z() - capsule.radius});
-            high = std::max({high, capsule.a.z() + capsule.radius, capsule.b.z() + capsule.radius});
-        }
-        whole.push_back(!packing.container.cut_ends || (low >= 0.0 && high <= packing.container.height()));
-    }
-    return whole;
-}
-
 }  // namespace
 
 Relaxation relax_packing(const Packing& given, const PackingConfig& config) {

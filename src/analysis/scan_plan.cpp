@@ -14,6 +14,7 @@
 #include "core/table.hpp"
 #include "imaging/write_volume.hpp"
 #include "inputs/pore_space_input.hpp"
+#include "packing/structure.hpp"
 #include "scans/shape_points.hpp"
 
 namespace porepack::analysis {
@@ -31,16 +32,6 @@ std::vector<std::vector<shapes::Capsule>> capsules_of(const Packing& packing) {
     std::vector<std::vector<shapes::Capsule>> all;
     for (const Body& body : packing.bodies) all.push_back(world_capsules(packing, body));
     return all;
-}
-
-std::vector<bool> whole_grains(const Packing& packing) {
-    std::vector<bool> whole;
-    for (const auto& capsules : capsules_of(packing)) {
-        shapes::Bounds bounds;
-        for (const auto& capsule : capsules) add(bounds, capsule);
-        whole.push_back(bounds.low.z() >= 0.0 && bounds.high.z() <= packing.container.height());
-    }
-    return whole;
 }
 
 // Whole grains of the truth whose capsules' ends all lie within half a radius of a fitted grain's, and fitted grains that are near none.

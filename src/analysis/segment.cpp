@@ -139,6 +139,42 @@ Table grain_table(const std::vector<Grain>& grains, double voxel_m) {
     return table;
 }
 
+Table volume_table(const std::vector<Grain>& grains, double voxel_m3, double median_m3) {
+    Table volumes({"# volume / median volume"});
+    volumes.digits = 6;
+    for (std::size_t g = 1; g < grains.size(); ++g)
+        if (grains[g].kind != Kind::cut && grains[g].voxels > 0.0) volumes.add(grains[g].voxels * voxel_m3 / median_m3);
+    return volumes;
+}
+
+std::vector<std::uint8_t> solid_voxels(const GrayImage& gray, const Container& container) {
+    const Grid& grid = gray.grid;
+    const std::uint16_t level = GrayImage::pack(gray.level);
+    std::vector<std::uint8_t> solid(gray.packed.size());
+    for (int j = 0; j < grid.cells[1]; ++j)
+        for (int i = 0; i < grid.cells[0]; ++i)
+            if (container.contains_column(grid.centre(0, i), grid.centre(1, j)))
+                for (int k = 0; k < grid.cells[2]; ++k) {
+                    const std::size_t cell = grid.index(i, j, k);
+                    solid[cell] = gray.packed[cell] > level ? 1 : 0;
+                }
+    return solid;
+}
+
+template <typename IsGrain>
+PhaseImage phases_of(const Grid& grid, const Container& container, const IsGrain& is_grain) {
+    PhaseImage phases{.grid = grid, .phase = std::vector<std::uint8_t>(grid.size(), Phase::outside), .notes = {}};
+    for (int j = 0; j < grid.cells[1]; ++j)
+        for (int i = 0; i < grid.cells[0]; ++i) {
+            if (!container.contains_column(grid.centre(0, i), grid.centre(1, j))) continue;
+            for (int k = 0; k < grid.cells[2]; ++k) {
+                const std::size_t cell = grid.index(i, j, k);
+                phases.phase[cell] = is_grain(cell) ? Phase::grain : Phase::pore;
+            }
+        }
+    return phases;
+}
+
 // Of the grains that are kept.
 double median_height(const std::vector<Grain>& grains) {
     std::vector<double> heights;
@@ -182,17 +218,9 @@ Segmented segment_image(const Path& file, ImageConfig image, const std::optional
     GrayImage gray = *input.gray->image();
     const Grid& grid = gray.grid;
     require_fit(grid, input.container, {0.0, grid.cells[2] * grid.spacing_m[2]}, file.string(), gray.notes.contains("shows_wall"));
-    const std::uint16_t level = GrayImage::pack(gray.level);
     Files files{.pictures = {scan_picture(open_volume(file, image), notes, grid)}};
 
-    std::vector<std::uint8_t> solid(gray.packed.size());
-    for (int j = 0; j < grid.cells[1]; ++j)
-        for (int i = 0; i < grid.cells[0]; ++i)
-            if (input.container.contains_column(grid.centre(0, i), grid.centre(1, j)))
-                for (int k = 0; k < grid.cells[2]; ++k) {
-                    const std::size_t cell = grid.index(i, j, k);
-                    solid[cell] = gray.packed[cell] > level ? 1 : 0;
-                }
+    std::vector<std::uint8_t> solid = solid_voxels(gray, input.container);
     const auto at = [&](int i, int k) { return grid.index(i, middle_row(grid), k); };
     files.pictures.push_back(slice_picture(
         "step_2_threshold.png", grid, [&](int i, int k) { return gray_colour(gray.at(at(i, k))); },
@@ -211,7 +239,7 @@ Segmented segment_image(const Path& file, ImageConfig image, const std::optional
     const GrayMeasures measures = measure_gray(*input.gray, input.container);
     const double half_thickness = 2.0 * measures.solid_fraction / measures.area_per_volume_m;
     log_info("watershed: half the grains' thickness is {:.3g} m, {:.1f} voxels", half_thickness, half_thickness / grid.spacing_m[0]);
-    const Separated found = separate_grains(grid, solid, config.separation * half_thickness);
+    Separated found = separate_grains(grid, solid, config.separation * half_thickness);
     std::vector<Grain> grains = grains_of(grid, found);
     grains[0] = {};
     classify(grains, grid.cells[2], config);
@@ -228,15 +256,10 @@ Segmented segment_image(const Path& file, ImageConfig image, const std::optional
 
     const int edge = 1 + static_cast<int>(std::ceil(3.0 * notes.blur_voxels));
     const std::vector<std::uint32_t> owner = with_edges(grid, found.label, edge);
-    PhaseImage phases{.grid = grid, .phase = std::vector<std::uint8_t>(solid.size(), Phase::outside), .notes = {}};
-    for (int j = 0; j < grid.cells[1]; ++j)
-        for (int i = 0; i < grid.cells[0]; ++i)
-            for (int k = 0; k < grid.cells[2]; ++k) {
-                const std::size_t cell = grid.index(i, j, k);
-                if (removed(owner[cell])) gray.packed[cell] = GrayImage::pack(0.0);
-                if (!input.container.contains_column(grid.centre(0, i), grid.centre(1, j))) continue;
-                phases.phase[cell] = found.label[cell] != 0 && !removed(found.label[cell]) ? Phase::grain : Phase::pore;
-            }
+    for (std::size_t cell = 0; cell < owner.size(); ++cell)
+        if (removed(owner[cell])) gray.packed[cell] = GrayImage::pack(0.0);
+    PhaseImage phases =
+        phases_of(grid, input.container, [&](std::size_t cell) { return found.label[cell] != 0 && !removed(found.label[cell]); });
     files.pictures.push_back(slice_picture(
         "step_5_kept.png", grid,
         [&](int i, int k) {
@@ -260,11 +283,7 @@ Segmented segment_image(const Path& file, ImageConfig image, const std::optional
     gray.notes["container"] = phases.notes["container"] = to_json(input.container).dump();
     files.tables.emplace_back("grains.csv", grain_table(grains, grid.spacing_m[0]));
     const double voxel = std::pow(grid.spacing_m[0], 3.0), median = median_by_volume(grains) * voxel;
-    Table volumes({"# volume / median volume"});
-    volumes.digits = 6;
-    for (std::size_t g = 1; g < grains.size(); ++g)
-        if (grains[g].kind != Kind::cut && grains[g].voxels > 0.0) volumes.add(grains[g].voxels * voxel / median);
-    files.tables.emplace_back("volumes.dat", volumes);
+    files.tables.emplace_back("volumes.dat", volume_table(grains, voxel, median));
     if (median > 0.0) files.plots.push_back({"volumes.svg", "volumes"});
 
     results::Segment result{
@@ -280,7 +299,7 @@ Segmented segment_image(const Path& file, ImageConfig image, const std::optional
         result.section_m = section->interval();
         result.porosity = porosity(GraySolid(std::make_shared<GrayImage>(gray), input.container), input.container, *section).value;
     }
-    return {.outcome = {result, std::move(files)}, .gray = std::move(gray), .phases = std::move(phases), .labels = found.label};
+    return {.outcome = {result, std::move(files)}, .gray = std::move(gray), .phases = std::move(phases), .labels = std::move(found.label)};
 }
 
 results::Segment written(const Segmented& segmented, const Path& folder) {

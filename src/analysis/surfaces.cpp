@@ -72,7 +72,7 @@ bool same_triangles(const TriangleSurface& p, const TriangleSurface& q) {
 }  // namespace
 
 results::Stl write_surfaces(const PoreSpace& space, const GeometryConfig& geometry, const StlConfig& extras, const Path& folder) {
-    if (space.image || space.gray)
+    if (!space.packing && !space.surface)
         throw UserError("a surface is made of a packing or an STL file, not of an image",
                         {.where = space.source, .fix = "porepack image segment writes solid.stl"});
     results::Stl result;

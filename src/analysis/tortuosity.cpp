@@ -90,7 +90,7 @@ Sides gray_errors(const DiffusiveEstimate& estimate, const PoreSpace& space, Axi
 
 }  // namespace
 
-results::Diffusive diffusive_of(const PoreSpace& space, const GeometryConfig& geometry, Axis direction) {
+results::Diffusive compute_diffusive_tortuosity(const PoreSpace& space, const GeometryConfig& geometry, Axis direction) {
     const Ends ends = direction == Axis::z && space.ends == Ends::in_situ ? Ends::in_situ : Ends::planes;
     const DiffusiveEstimate estimate = diffusive_tortuosity(space, space.voxel_size_m(geometry.voxel_size_m), direction);
     results::Diffusive result = result_of(estimate, direction, ends);
@@ -107,7 +107,7 @@ results::Diffusive diffusive_of(const PoreSpace& space, const GeometryConfig& ge
     return result;
 }
 
-Outcome<results::ShortestPath> shortest_path_of(const PoreSpace& space, const GeometryConfig& geometry, Axis direction) {
+Outcome<results::ShortestPath> compute_shortest_path(const PoreSpace& space, const GeometryConfig& geometry, Axis direction) {
     const double voxel = space.voxel_size_m(geometry.voxel_size_m);
     const ShortestPathResult found = shortest_path(space, voxel, direction);
     const char* paths = "paths_shortest.vtp";
@@ -125,16 +125,16 @@ Outcome<results::ShortestPath> shortest_path_of(const PoreSpace& space, const Ge
             {.lines = {{paths, lines_of(found.paths_m)}}}};
 }
 
-Outcome<results::GeometricPaper> geometric_paper_of(const SliceStack& stack, const TortuosityConfig& config) {
+Outcome<results::GeometricPaper> compute_geometric_paper(const SliceStack& stack, const TortuosityConfig& config) {
     auto found = found_of(geometric_paper_on_slices(stack, config), "pixels", "paths_geometric_paper_pixels.vtp");
     found.result.pixel_m = stack.grid.spacing_m[0];
     return found;
 }
 
-Outcome<results::GeometricPaper> geometric_paper_of(const PoreSpace& space, const TortuosityConfig& config) {
+Outcome<results::GeometricPaper> compute_geometric_paper(const PoreSpace& space, const TortuosityConfig& config) {
     if (space.image || space.gray) {  // its layers are the slices
         PhaseImage layers = space.section_only().voxelise_at(space.voxel_size_m(0.0));
-        return geometric_paper_of(
+        return compute_geometric_paper(
             SliceStack{.grid = layers.grid, .phase = std::move(layers.phase), .container = space.container, .section = space.section},
             config);
     }
@@ -149,14 +149,15 @@ Outcome<results::GeometricPaper> geometric_paper_of(const PoreSpace& space, cons
     return found;
 }
 
-Outcome<Json> tortuosity_of(TortuosityKind kind, const PoreSpace& space, const GeometryConfig& geometry, const TortuosityConfig& config) {
+Outcome<Json> compute_tortuosity(TortuosityKind kind, const PoreSpace& space, const GeometryConfig& geometry,
+                                 const TortuosityConfig& config) {
     const auto as_json = [](auto found) { return Outcome<Json>{json_of(found.result), std::move(found.files)}; };
-    if (kind == TortuosityKind::geometric_paper) return as_json(geometric_paper_of(space, config));
-    if (kind == TortuosityKind::diffusive) return {json_of(diffusive_of(space, geometry, config.direction))};
-    return as_json(shortest_path_of(space, geometry, config.direction));
+    if (kind == TortuosityKind::geometric_paper) return as_json(compute_geometric_paper(space, config));
+    if (kind == TortuosityKind::diffusive) return {json_of(compute_diffusive_tortuosity(space, geometry, config.direction))};
+    return as_json(compute_shortest_path(space, geometry, config.direction));
 }
 
-results::HydraulicTortuosity hydraulic_tortuosity_of(const Path& file, const std::vector<double>& section_m) {
+results::HydraulicTortuosity compute_hydraulic_tortuosity(const Path& file, const std::vector<double>& section_m) {
     Section section{-1e300, 1e300};
     if (section_m.size() == 2) section = {section_m[0], section_m[1]};
     if (std::filesystem::exists(file / "system" / "controlDict")) {

@@ -24,20 +24,21 @@ constexpr std::array<core::Choice<TortuosityKind>, 4> choices_of(TortuosityKind)
              {TortuosityKind::diffusive, "diffusive"}}};
 }
 
-[[nodiscard]] results::Diffusive diffusive_of(const pore_space::PoreSpace& space, const converters::GeometryConfig& geometry,
-                                              core::Axis direction);
-[[nodiscard]] Outcome<results::ShortestPath> shortest_path_of(const pore_space::PoreSpace& space,
+[[nodiscard]] results::Diffusive compute_diffusive_tortuosity(const pore_space::PoreSpace& space,
                                                               const converters::GeometryConfig& geometry, core::Axis direction);
+[[nodiscard]] Outcome<results::ShortestPath> compute_shortest_path(const pore_space::PoreSpace& space,
+                                                                   const converters::GeometryConfig& geometry, core::Axis direction);
 /// The paper's dots: in exact grains, or on the layers of an image.
-[[nodiscard]] Outcome<results::GeometricPaper> geometric_paper_of(const pore_space::PoreSpace& space,
-                                                                  const tortuosity::TortuosityConfig& config);
-[[nodiscard]] Outcome<results::GeometricPaper> geometric_paper_of(const converters::SliceStack& slices,
-                                                                  const tortuosity::TortuosityConfig& config);
+[[nodiscard]] Outcome<results::GeometricPaper> compute_geometric_paper(const pore_space::PoreSpace& space,
+                                                                       const tortuosity::TortuosityConfig& config);
+[[nodiscard]] Outcome<results::GeometricPaper> compute_geometric_paper(const converters::SliceStack& slices,
+                                                                       const tortuosity::TortuosityConfig& config);
 /// Any of these kinds, as JSON; not the hydraulic one, which needs a flow.
-[[nodiscard]] Outcome<core::Json> tortuosity_of(TortuosityKind kind, const pore_space::PoreSpace& space,
-                                                const converters::GeometryConfig& geometry, const tortuosity::TortuosityConfig& config);
+[[nodiscard]] Outcome<core::Json> compute_tortuosity(TortuosityKind kind, const pore_space::PoreSpace& space,
+                                                     const converters::GeometryConfig& geometry,
+                                                     const tortuosity::TortuosityConfig& config);
 /// Of flow.vti, or of an OpenFOAM case that has run. `section_m`: two heights, or empty: those that flow.vti names.
-[[nodiscard]] results::HydraulicTortuosity hydraulic_tortuosity_of(const core::Path& flow, const std::vector<double>& section_m);
+[[nodiscard]] results::HydraulicTortuosity compute_hydraulic_tortuosity(const core::Path& flow, const std::vector<double>& section_m);
 
 [[nodiscard]] core::Expectation expect_tortuosity(TortuosityKind kind, double cells);
 

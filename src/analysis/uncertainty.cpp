@@ -10,6 +10,7 @@
 #include "analysis/uses.hpp"
 #include "core/table.hpp"
 #include "results/quantities.hpp"
+#include "results/results.hpp"
 #include "uncertainty/budget.hpp"
 
 namespace porepack::analysis {
@@ -28,8 +29,9 @@ Sides both(double width) {
 // Grains that touch overlap in the computation, so their union is smaller than the sum of their volumes. Two spheres of radius R that
 // overlap by s share pi R s^2 / 2, crossing cylinders pi R s^2 / sin(angle), on average 2.5 times as much; the mean square of the overlaps
 // is about twice the square of their mean. Nothing where grains overlap on purpose: that is the geometry.
-std::optional<double> overlap_of_solid(const PoreSpace& space, const results::Pack& pack) {
-    if (pack.overlap_allowed.value_or(false)) return std::nullopt;
+std::optional<double> overlap_of_solid(const std::optional<PoreSpace>& bed, const results::Pack& pack) {
+    if (!bed) return std::nullopt;
+    const PoreSpace& space = *bed;
     const double d = space.grain_size_m, solid = (1.0 - pack.bed.porosity_bed) * space.container.inner_area_m2() * pack.bed.bed_height_m;
     constexpr double cylinders_over_spheres = 2.5;
     return cylinders_over_spheres * static_cast<double>(pack.contacts) * std::numbers::pi * 0.5 * d *
@@ -54,7 +56,7 @@ void add_parts(std::vector<BudgetRow>& rows, const results::Lbm& lbm) {
     add("blur", parts.blur, Evidence::judged, "k with twice the variance of the blur; blur makes k too large", false);
 }
 
-void add_packing(std::vector<BudgetRow>& rows, const PoreSpace& space, const results::Pack& pack, double porosity) {
+void add_packing(std::vector<BudgetRow>& rows, const std::optional<PoreSpace>& space, const results::Pack& pack, double porosity) {
     if (const auto share = overlap_of_solid(space, pack))
         rows.push_back({overlap_row, both(permeability_change(porosity, *share) / coverage_factor), Part::numerical, Evidence::bounded,
                         fmt::format("{:.1e} of the solid lies in two grains", *share)});
@@ -88,7 +90,7 @@ std::vector<BudgetRow> rows_of_permeability(const results::CaseResults& results,
             {solver_row, both(between_methods(k, lbm.permeability.interval_m2, foam->permeability.m2, foam->permeability.interval_m2)),
              Part::numerical, Evidence::judged,
              fmt::format("OpenFOAM is {:+.1f} % off; what both intervals leave unexplained", 100.0 * (foam->permeability.m2 / k - 1.0))});
-    if (results.pack) add_packing(rows, *bed.space, *results.pack, lbm.porosity);
+    if (results.pack) add_packing(rows, bed.space, *results.pack, lbm.porosity);
     if (const auto& section = bed.section)
         rows.push_back({section_row, both(section->relative), Part::hint, Evidence::measured,
                         fmt::format("{:.2g} % ({:.2g} to {:.2g} %, from a section of {:.1f} grain diameters)", 100.0 * section->relative,

@@ -6,13 +6,17 @@
 
 #include "pore_space/pore_space.hpp"
 #include "pouring/config.hpp"
-#include "results/results.hpp"
+#include "results/uncertainty.hpp"
 #include "uncertainty/section_scatter.hpp"
+
+namespace porepack::results {
+struct CaseResults;
+}
 
 namespace porepack::analysis {
 
 struct BedOfCase {
-    std::optional<pore_space::PoreSpace> space = {};  ///< of a packing
+    std::optional<pore_space::PoreSpace> space = {};  ///< of a packing whose grains may not overlap
     pouring::PackingConfig packing = {};
     std::optional<uncertainty::SectionScatter> section = {};  ///< from the gradient along z
 };

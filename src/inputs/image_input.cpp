@@ -16,12 +16,20 @@
 #include "scans/phases.hpp"
 
 namespace porepack::inputs {
+
+Container box_of(const imaging::VolumeHeader& image) {
+    Container box{.kind = Container::Kind::box};
+    for (const int axis : {0, 1, 2}) {
+        const auto a = static_cast<std::size_t>(axis);
+        box.size_m[axis] = static_cast<double>(image.voxels[a]) * image.spacing_m[a];
+    }
+    return box;
+}
+
 namespace {
 
-constexpr const char* container_flag = "--container cylinder:D,H or box:X,Y,Z[:periodic] (metres)";
-
 // --container, the image's own, or the box that the image fills.
-Container container_of_image(const imaging::VolumeHeader& image, const std::optional<Container>& given, const Path& file) {
+Container container_shown_by(const imaging::VolumeHeader& image, const std::optional<Container>& given, const Path& file) {
     const auto note = image.notes.find("container");
     if (given && note == image.notes.end()) {
         for (const int axis : {0, 1}) {
@@ -45,12 +53,7 @@ Container container_of_image(const imaging::VolumeHeader& image, const std::opti
                             {.where = file.string(), .fix = "remove --container, or [container]"});
         return own;
     }
-    Container box{.kind = Container::Kind::box};
-    for (const int axis : {0, 1, 2}) {
-        const auto a = static_cast<std::size_t>(axis);
-        box.size_m[axis] = static_cast<double>(image.voxels[a]) * image.spacing_m[a];
-    }
-    return box;
+    return box_of(image);
 }
 
 // What lies outside a cylinder is no pore, whatever the image shows there.
@@ -70,6 +73,8 @@ bool has_gray_walls(const imaging::ImageConfig& config) {
         throw UserError("gray walls need a threshold", {.where = "[image], --image-walls", .fix = "--image-threshold volume"});
     return config.walls != imaging::ImageWalls::half_way && !config.threshold.is_null();
 }
+
+namespace {
 
 // A key that would change nothing is an error.
 void require_effect(const imaging::ImageConfig& config, bool own_fractions, const Path& file) {
@@ -92,6 +97,8 @@ void require_effect(const imaging::ImageConfig& config, bool own_fractions, cons
     refuse(own_fractions && config.find_container, "find_container", "the image states its container");
 }
 
+}  // namespace
+
 ImageInput read_image(const Path& file, const imaging::ImageConfig& config, const std::optional<Container>& container) {
     return read_image(imaging::open_volume(file, config), config, container, file);
 }
@@ -110,7 +117,7 @@ ImageInput read_image(const imaging::VolumeSource& source, const imaging::ImageC
         log_info("container: a tube of {:.5g} m, its axis at voxel {:.2f}, {:.2f} (edges {:.2g} voxels off)", input.container.diameter_m,
                  tube.x_voxels, tube.y_voxels, tube.residual_voxels);
     } else {
-        input.container = container_of_image(header, container, file);
+        input.container = container_shown_by(header, container, file);
     }
     const bool own_fractions = header.own_fractions && config.threshold.is_null() && config.pore.is_null();
     input.file = {.format = header.format,

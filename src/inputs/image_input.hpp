@@ -7,12 +7,16 @@
 #include <string>
 
 #include "core/files.hpp"
+#include "imaging/config.hpp"
 #include "imaging/volume.hpp"
 #include "packing/packing.hpp"
 #include "pore_space/gray_solid.hpp"
 #include "results/image.hpp"
 
 namespace porepack::inputs {
+
+/// How a container is given on the command line, for messages.
+constexpr const char* container_flag = "--container cylinder:D,H or box:X,Y,Z[:periodic] (metres)";
 
 /// An image as load_pore_space() takes it: in the container's frame, with what lies outside left out.
 struct ImageInput {
@@ -30,6 +34,8 @@ struct ImageInput {
 [[nodiscard]] ImageInput read_image(const imaging::VolumeSource& source, const imaging::ImageConfig& config,
                                     const std::optional<packing::Container>& container, const core::Path& file);
 
+/// The box that an image fills.
+[[nodiscard]] packing::Container box_of(const imaging::VolumeHeader& image);
 /// Walls at the gray values' threshold. Throws UserError where they are asked for without one.
 [[nodiscard]] bool has_gray_walls(const imaging::ImageConfig& config);
 

@@ -23,8 +23,6 @@
 namespace porepack::inputs {
 namespace {
 
-constexpr const char* container_flag = "--container cylinder:D,H or box:X,Y,Z[:periodic] (metres)";
-
 PoreSpace load_surface(const Path& input, const InputOptions& options) {
     if (!options.container) throw UserError("an STL file needs a container", {.where = input.string(), .allowed = container_flag});
     return pore_space_of(read_stl(input, options.unit_m), *options.container, input.string());

@@ -159,4 +159,17 @@ Structure structure_of(const Packing& packing, double contact_gap_m, double rang
     return found;
 }
 
+std::vector<bool> whole_grains(const Packing& packing) {
+    std::vector<bool> whole;
+    for (const Body& body : packing.bodies) {
+        double low = 1e300, high = -1e300;
+        for (const Capsule& capsule : world_capsules(packing, body)) {
+            low = std::min({low, capsule.a.z() - capsule.radius, capsule.b.z() - capsule.radius});
+            high = std::max({high, capsule.a.z() + capsule.radius, capsule.b.z() + capsule.radius});
+        }
+        whole.push_back(!packing.container.cut_ends || (low >= 0.0 && high <= packing.container.height()));
+    }
+    return whole;
+}
+
 }  // namespace porepack::packing

@@ -30,4 +30,7 @@ struct Structure {
 /// random points are always the same. Only the nearest periodic image of a grain counts: sides must be twice as wide as the grains.
 [[nodiscard]] Structure structure_of(const Packing& packing, double contact_gap_m, double range_m, long bins);
 
+/// Of each grain: it does not reach through a cut end of the container.
+[[nodiscard]] std::vector<bool> whole_grains(const Packing& packing);
+
 }  // namespace porepack::packing

@@ -277,6 +277,7 @@ TomlFile TomlFile::with(const std::map<std::string, Flags>& set) const {
     toml::table& all = changed.content_->table;
     for (const auto& [name, keys] : set) {
         if (!all.contains(name)) all.insert(name, toml::table{});
+        if (!all[name].is_table()) throw UserError("`" + name + "` is no table", {.where = content_->path});
         toml::table& table = *all[name].as_table();
         for (const auto& [key, value] : keys) {
             if (value.empty()) {

@@ -59,6 +59,8 @@ void visit_members(Self& point, const Visit& visit) {
 
 struct Descriptors {
     static constexpr const char* stage = "descriptors";
+    /// Raised when these numbers can change, or a key is added: older results are out of date then.
+    static constexpr long version = 1;
     double porosity = 0.0, permeability_m2 = 0.0;
     std::optional<double> equivalent_diameter_m{};
     double surface_per_solid_per_m = 0.0;  ///< NaN: not known

@@ -27,6 +27,8 @@ void visit_members(Self& correlations, const Visit& visit) {
 
 struct FallingHead {
     static constexpr const char* stage = "falling-head";
+    /// Raised when these numbers can change, or a key is added: older results are out of date then.
+    static constexpr long version = 1;
     double permeability_m2 = 0.0;
     double inertial_permeability_m = 0.0;  ///< infinite: Darcy's law alone
     double sample_length_m = 0.0, start_level_m = 0.0;
@@ -125,6 +127,8 @@ void visit_members(Self& effects, const Visit& visit) {
 
 struct Causes {
     static constexpr const char* stage = "causes";
+    /// Raised when these numbers can change, or a key is added: older results are out of date then.
+    static constexpr long version = 1;
     double permeability_m2 = 0.0, inertial_permeability_m = 0.0;
     double porosity_central = 0.0;
     double inertia_coefficient = 1.0;

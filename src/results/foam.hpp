@@ -15,6 +15,8 @@ namespace porepack::results {
 
 struct Foam {
     static constexpr const char* stage = "foam";
+    /// Raised when these numbers can change, or a key is added: older results are out of date then.
+    static constexpr long version = 3;
     Permeability permeability;
     std::string method;
     std::string repeat_by_hand;

@@ -53,6 +53,8 @@ void visit_members(Self& made, const Visit& visit) {
 /// Properties of solid.stl as written, in single precision.
 struct Stl {
     static constexpr const char* stage = "stl";
+    /// Raised when these numbers can change, or a key is added: older results are out of date then.
+    static constexpr long version = 1;
     core::OptionalKey<SurfaceOfGrains> made = {};  ///< not of a user's surface
     std::size_t triangles = 0;
     long shells = 0;
@@ -90,6 +92,8 @@ void visit_members(Self& stl, const Visit& visit) {
 
 struct Voxelise {
     static constexpr const char* stage = "voxelise";
+    /// Raised when these numbers can change, or a key is added: older results are out of date then.
+    static constexpr long version = 3;
     double voxel_size_m = 0.0;
     std::array<int, 3> cells{};
     core::Interval section_m, bed_m;
@@ -118,6 +122,8 @@ void visit_members(Self& voxels, const Visit& visit) {
 
 struct Slices {
     static constexpr const char* stage = "slices";
+    /// Raised when these numbers can change, or a key is added: older results are out of date then.
+    static constexpr long version = 1;
     int slices = 0;
     double spacing_m = 0.0, pixel_m = 0.0;
     core::Interval section_m;

@@ -29,6 +29,8 @@ void visit_members(Self& image, const Visit& visit) {
 
 struct Image {
     static constexpr const char* stage = "image";
+    /// Raised when these numbers can change, or a key is added: older results are out of date then.
+    static constexpr long version = 1;
     ImageFile file;
     std::string pores;                              ///< what of the image they are: "values below 100"
     core::OptionalKey<scans::GrayNotes> gray = {};  ///< with walls from gray values

@@ -69,6 +69,8 @@ void visit_members(Self& pour, const Visit& visit) {
 
 struct Pack {
     static constexpr const char* stage = "pack";
+    /// Raised when these numbers can change, or a key is added: older results are out of date then.
+    static constexpr long version = 1;
     std::string engine;  ///< "fit": found in a scan
     core::OptionalKey<long> seed = {};
     core::OptionalKey<Fit> fit = {};

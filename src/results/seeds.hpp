@@ -95,6 +95,8 @@ void visit_members(Self& until, const Visit& visit) {
 
 struct Seeds {
     static constexpr const char* stage = "seeds";
+    /// Raised when these numbers can change, or a key is added: older results are out of date then.
+    static constexpr long version = 6;
     std::size_t packings = 0;
     core::ByName<SeedsQuantity> quantities;  ///< results/quantities.hpp
     double porosity_mean = 0.0, porosity_standard_deviation = 0.0;

@@ -38,6 +38,8 @@ void visit_members(Self& cavity, const Visit& visit) {
 /// One grain of spherocylinders; all bodies of a surface ("stl"); or the means over a mixture's grains, by number.
 struct Shape {
     static constexpr const char* stage = "shape";
+    /// Raised when these numbers can change, or a key is added: older results are out of date then.
+    static constexpr long version = 1;
     std::string kind;
     double volume_m3 = 0.0, surface_area_m2 = 0.0;
     /// Of a mixture, the one that gives its specific surface: 6 V/A = sphericity times the equal-volume diameter. Not of a surface.

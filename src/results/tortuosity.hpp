@@ -136,6 +136,8 @@ void visit_members(Self& found, const Visit& visit) {
 
 struct Tortuosity {
     static constexpr const char* stage = "tortuosity";
+    /// Raised when these numbers can change, or a key is added: older results are out of date then.
+    static constexpr long version = 4;
     core::OptionalKey<GeometricPaper> geometric_paper_exact = {}, geometric_paper_pixels = {};
     core::OptionalKey<ShortestPath> shortest_path = {};
     core::OptionalKey<Diffusive> diffusive = {};

@@ -53,6 +53,8 @@ void visit_members(Self& statements, const Visit& visit) {
 
 struct Uncertainty {
     static constexpr const char* stage = "uncertainty";
+    /// Raised when these numbers can change, or a key is added: older results are out of date then.
+    static constexpr long version = 3;
     std::vector<uncertainty::BudgetRow> budget_of_permeability;
     core::ByName<Statements> statements;  ///< by quantity (results/quantities.hpp)
     std::string meaning;

@@ -9,14 +9,35 @@
 #include "core/json.hpp"
 #include "core/log.hpp"
 #include "imaging/volume.hpp"
+#include "inputs/image_input.hpp"
 #include "inputs/pore_space_input.hpp"
 #include "io/stl.hpp"
 #include "pouring/pour.hpp"
+#include "stages/case_space.hpp"
 #include "stages/stages.hpp"
 #include "stages/uses.hpp"
 
 namespace porepack::stages {
 namespace fs = std::filesystem;
+
+namespace {
+
+// 4 volume / surface, as of a checked surface.
+double grain_size_of(const io::TriangleSurface& surface) {
+    double volume = 0.0, area = 0.0;
+    for (const auto& triangle : surface.triangles) {
+        const auto corner = [&](std::size_t c) {
+            const auto& p = surface.points[static_cast<std::size_t>(triangle[c])];
+            return Vec3(p[0], p[1], p[2]);
+        };
+        const Vec3 a = corner(0), normal = (corner(1) - a).cross(corner(2) - a);
+        volume += a.dot(normal) / 6.0;
+        area += 0.5 * normal.norm();
+    }
+    return area > 0.0 ? 4.0 * std::abs(volume) / area : 0.0;
+}
+
+}  // namespace
 
 std::string solid_stage(const Case& c) {
     return c.from_image() ? "image" : c.from_stl() ? "stl" : "pack";
@@ -37,13 +58,7 @@ Container case_container(const Case& c) {
     if (!c.from_fit()) return make_container(c.settings.container);
     if (const Path made = c.stage_folder("pack") / "packing.json"; fs::exists(made)) return read_packing(made).container;
     if (const auto given = container_of_image(c)) return *given;
-    const imaging::VolumeHeader scan = imaging::open_volume(c.resolve(c.settings.image.file), c.settings.image).header;
-    Container box{.kind = Container::Kind::box};
-    for (int axis = 0; axis < 3; ++axis) {
-        const auto a = static_cast<std::size_t>(axis);
-        box.size_m[axis] = static_cast<double>(scan.voxels[a]) * scan.spacing_m[a];
-    }
-    return box;
+    return box_of(imaging::open_volume(c.resolve(c.settings.image.file), c.settings.image).header);
 }
 
 bool has_packing(const Case& c) {
@@ -55,21 +70,6 @@ bool has_packing(const Case& c) {
 double expected_porosity(const Case& c) {
     if (has_packing(c)) return c.result<results::Pack>().bed.porosity_bed;
     return c.from_stl() || c.from_image() ? 0.6 : 1.0 - poured_solid_fraction(make_shapes(c.settings.shape), case_container(c));
-}
-
-// 4 volume / surface, as of a checked surface.
-double grain_size_of(const io::TriangleSurface& surface) {
-    double volume = 0.0, area = 0.0;
-    for (const auto& triangle : surface.triangles) {
-        const auto corner = [&](std::size_t c) {
-            const auto& p = surface.points[static_cast<std::size_t>(triangle[c])];
-            return Vec3(p[0], p[1], p[2]);
-        };
-        const Vec3 a = corner(0), normal = (corner(1) - a).cross(corner(2) - a);
-        volume += a.dot(normal) / 6.0;
-        area += 0.5 * normal.norm();
-    }
-    return area > 0.0 ? 4.0 * std::abs(volume) / area : 0.0;
 }
 
 // The section before the packing exists: the height at which pouring stops, minus one grain at both ends.

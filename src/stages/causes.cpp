@@ -1,5 +1,6 @@
 // Causes of the difference between measured and computed permeabilities.
-#include "analysis/causes.hpp"
+#include "analysis/falling_head/causes.hpp"
+#include "stages/case_space.hpp"
 #include "stages/falling_head.hpp"
 #include "stages/stages.hpp"
 #include "stages/uses.hpp"
@@ -28,11 +29,12 @@ Stage make_causes_stage(const Case& c) {
                 [c](const Path& folder) {
                     const InertialPermeability inertial = inertial_permeability(c, c.result<results::Voxelise>().porosity);
                     results::Causes result =
-                        written(find_causes(case_pore_space(c).section_only(), flows_of(c, inertial.value_m), apparatus_of(c)), folder);
+                        written(find_causes(case_pore_space(c).section_only(), flows_of(c, inertial.value_m), case_apparatus(c)), folder);
                     result.inertial_permeability_from = inertial.from;
                     return result;
                 },
-            .expect = [] { return Expectation{.text = "about 8500 simulated tests and three coarse flows", .wall_time_s = 60.0}; }};
+            .expect = [] { return Expectation{.text = "about 8500 simulated tests and three coarse flows", .wall_time_s = 60.0}; },
+            .result_version = results::Causes::version};
 }
 
 }  // namespace porepack::stages

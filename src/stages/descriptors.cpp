@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "io/image.hpp"
+#include "stages/case_space.hpp"
 #include "stages/stages.hpp"
 #include "stages/uses.hpp"
 
@@ -14,7 +15,8 @@ results::Descriptors run_descriptors(const Case& c, const Path& folder) {
     const PoreSpace space = case_pore_space(c);
     const Path file = c.stage_folder("lbm") / "flow.vti";
     std::optional<geometry::FlowImage> flow;
-    if (space.container.kind == Container::Kind::cylinder && std::filesystem::exists(file)) flow = io::read_flow_image(file);
+    if (space.container.kind == Container::Kind::cylinder && space.equivalent_diameter_m > 0.0 && std::filesystem::exists(file))
+        flow = io::read_flow_image(file);
     std::optional<results::Forchheimer> forchheimer;
     if (c.settings.forchheimer.enabled) forchheimer = c.result<results::Forchheimer>();
     return written(describe_bed(space, c.result<results::Lbm>(), flow ? &*flow : nullptr, forchheimer), folder);
@@ -27,7 +29,8 @@ Stage make_descriptors_stage(const Case& c) {
                 .needs = {solid_stage(c), "lbm"},
                 .configuration = deciding_keys(c, {"container"}, {}, true),
                 .outputs = {"*.csv"},
-                .run = [c](const Path& folder) { return run_descriptors(c, folder); }};
+                .run = [c](const Path& folder) { return run_descriptors(c, folder); },
+                .result_version = results::Descriptors::version};
     if (c.settings.forchheimer.enabled) stage.needs.emplace_back("forchheimer");
     return stage;
 }

@@ -5,8 +5,9 @@
 #include <filesystem>
 #include <limits>
 
-#include "analysis/falling_head.hpp"
+#include "analysis/falling_head/simulation.hpp"
 #include "permeability/permeability.hpp"
+#include "stages/case_space.hpp"
 #include "stages/stages.hpp"
 #include "stages/uses.hpp"
 
@@ -25,7 +26,7 @@ results::FallingHead run_case_falling_head(const Case& c, const Path& folder) {
     const InertialPermeability inertial = inertial_permeability(c, pores);
     const bool whole_bed = lbm.permeability_bed_m2.has_value();
     const double k = lbm.permeability_bed_m2.value_or(lbm.permeability.m2);
-    results::FallingHead result = written(simulate_falling_head(k, inertial.value_m, apparatus_of(c), true), folder);
+    results::FallingHead result = written(simulate_falling_head(k, inertial.value_m, case_apparatus(c), true), folder);
     result.permeability_from = whole_bed ? "lbm, the whole bed with its free ends" : "lbm, the section";
     result.inertial_permeability_from = inertial.from;
     result.correlations = correlations_of(grain_of(c), pores);
@@ -44,14 +45,14 @@ InertialPermeability inertial_permeability(const Case& c, double pores) {
     return {ergun_inertial_m(grain->sphericity, grain->equal_volume_diameter_m, pores), "Ergun"};
 }
 
-FallingHeadConfig apparatus_of(const Case& c) {
+FallingHeadConfig case_apparatus(const Case& c) {
     FallingHeadConfig config = c.settings.falling_head;
     if (config.inertia_coefficient > 0.0 || !fs::exists(c.stage_folder("voxelise") / "result.json")) return config;
     const double pores = c.result<results::Voxelise>().porosity;
-    config.inertia_coefficient = std::pow(pores, -1.5);
+    std::optional<double> factor;
     if (c.settings.tortuosity.diffusive && fs::exists(c.stage_folder("tortuosity") / "result.json"))
-        if (const auto kinds = c.result<results::Tortuosity>(); kinds.diffusive)
-            config.inertia_coefficient = kinds.diffusive->tortuosity_factor / pores;
+        if (const auto kinds = c.result<results::Tortuosity>(); kinds.diffusive) factor = kinds.diffusive->tortuosity_factor;
+    config.inertia_coefficient = estimated_inertia_coefficient(pores, factor);
     return config;
 }
 
@@ -68,7 +69,8 @@ Stage make_falling_head_stage(const Case& c) {
             .needs = falling_head_needs(c),
             .configuration = c.settings.resolved_tables({"falling_head"}),
             .outputs = {"falling_head.csv"},
-            .run = [c](const Path& folder) { return run_case_falling_head(c, folder); }};
+            .run = [c](const Path& folder) { return run_case_falling_head(c, folder); },
+            .result_version = results::FallingHead::version};
 }
 
 }  // namespace porepack::stages

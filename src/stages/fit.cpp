@@ -5,6 +5,7 @@
 #include "analysis/pour.hpp"
 #include "core/json.hpp"
 #include "imaging/volume.hpp"
+#include "stages/case_space.hpp"
 #include "stages/stages.hpp"
 #include "stages/uses.hpp"
 
@@ -34,7 +35,8 @@ Stage make_fit_stage(const Case& c) {
             .files = scan_of(c).files,
             .outputs = {"packing.json"},
             .run = [c](const Path& folder) { return run_fit(c, folder); },
-            .expect = [c] { return expect_fit(static_cast<double>(scan_of(c).count())); }};
+            .expect = [c] { return expect_fit(static_cast<double>(scan_of(c).count())); },
+            .result_version = results::Pack::version};
 }
 
 }  // namespace porepack::stages

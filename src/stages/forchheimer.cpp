@@ -1,5 +1,6 @@
 // Flows with inertia.
 #include "analysis/inertia.hpp"
+#include "stages/case_space.hpp"
 #include "stages/stages.hpp"
 #include "stages/uses.hpp"
 
@@ -12,14 +13,14 @@ Stage make_forchheimer_stage(const Case& c) {
             .outputs = {"forchheimer.csv"},
             .run =
                 [c](const Path& folder) {
-                    return written(flows_with_inertia(case_pore_space(c), c.settings.geometry, c.settings.forchheimer, folder), folder);
+                    return written(compute_inertial_flows(case_pore_space(c), c.settings.geometry, c.settings.forchheimer, folder), folder);
                 },
             .expect = [c]() -> Expectation {
                 if (!has_packing(c) && !c.from_stl()) return {.text = "as soon as there is a packing"};
                 return expect_inertia(case_pore_space(c), c.settings.forchheimer);
             },
             .resumes = true,
-            .result_version = 3};
+            .result_version = results::Forchheimer::version};
 }
 
 }  // namespace porepack::stages

@@ -1,10 +1,12 @@
 // A scan or a segmented image, read and put into the container.
 #include "io/image.hpp"
+
+#include "analysis/image.hpp"
 #include "core/error.hpp"
 #include "core/json.hpp"
 #include "imaging/volume.hpp"
 #include "inputs/image_input.hpp"
-#include "pore_space/gray_solid.hpp"
+#include "stages/case_space.hpp"
 #include "stages/stages.hpp"
 #include "stages/uses.hpp"
 
@@ -19,29 +21,13 @@ std::optional<Container> container_of_image(const Case& c) {
 
 namespace {
 
-constexpr const char* gray_meaning =
-    "porosity of the level set in the container; the image is put with its middle on the container's axis, its first layer on the floor";
-
 results::Image run_image(const Case& c, const Path& folder) {
     const ImageInput input = read_image(c.resolve(c.settings.image.file), c.settings.image, container_of_image(c));
-    results::Image result{
-        .file = input.file, .pores = input.pores, .gray = input.gray_notes, .container = to_json(input.container), .meaning = gray_meaning};
-    if (input.gray) {
+    if (input.gray)
         io::write_gray_image(folder / "gray.vti", *input.gray->image());
-        const double height = input.gray->image()->grid.cells[2] * input.gray->image()->grid.spacing_m[2];
-        result.porosity_bed = porosity(*input.gray, input.container, {0.0, height}).value;
-        return result;
-    }
-    io::write_phase_image(folder / "pore.vti", input.image);
-    double pores = 0.0, inside = 0.0;
-    for (const std::uint8_t phase : input.image.phase) {
-        pores += phase == Phase::pore ? 1.0 : 0.0;
-        inside += phase != Phase::outside ? 1.0 : 0.0;
-    }
-    result.porosity_bed = pores / inside;
-    result.meaning =
-        "porosity of all voxels in the container; the image is put with its middle on the container's axis, its first layer on the floor";
-    return result;
+    else
+        io::write_phase_image(folder / "pore.vti", input.image);
+    return analysis::describe_image(input);
 }
 
 }  // namespace
@@ -60,7 +46,8 @@ Stage make_image_stage(const Case& c) {
             .configuration = c.settings.resolved_tables({"image", "container"}),
             .files = imaging::open_volume(file, c.settings.image).header.files,
             .outputs = {image_file(c)},
-            .run = [c](const Path& folder) { return run_image(c, folder); }};
+            .run = [c](const Path& folder) { return run_image(c, folder); },
+            .result_version = results::Image::version};
 }
 
 }  // namespace porepack::stages

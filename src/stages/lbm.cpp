@@ -5,16 +5,19 @@
 #include "core/log.hpp"
 #include "io/image.hpp"
 #include "lbm/checkpoint.hpp"
+#include "stages/case_space.hpp"
 #include "stages/stages.hpp"
 #include "stages/uses.hpp"
+#include "stages/work.hpp"
 
 namespace porepack::stages {
 
 results::Lbm run_lbm(const PoreSpace& space, const GeometryConfig& geometry, const LbmConfig& config, const Path& folder,
                      const Path& checkpoint) {
     ComputedFlow flow = compute_flow(space, geometry, config, checkpoint);
+    results::Lbm result = written(std::move(flow.outcome), folder);
     if (config.fields != FieldFiles::none) io::write_flow_image(folder / "flow.vti", flow.field);
-    return written(std::move(flow.outcome), folder);
+    return result;
 }
 
 Stage make_lbm_stage(const Case& c) {
@@ -22,7 +25,7 @@ Stage make_lbm_stage(const Case& c) {
                 .needs = {solid_stage(c)},
                 .configuration = deciding_keys(c, {"container", "section", "lbm"}, {"voxel_size_m", "reservoir_m"}, true),
                 .outputs = {"history.csv"},
-                .result_version = 7};
+                .result_version = results::Lbm::version};
     if (c.settings.lbm.direction == Axis::z) stage.outputs.emplace_back("gradient.csv");
     if (c.settings.lbm.fields != FieldFiles::none) stage.outputs.emplace_back("flow.vti");
     stage.run = [c](const Path& folder) {

@@ -6,6 +6,7 @@
 #include "core/error.hpp"
 #include "core/json.hpp"
 #include "record/digest.hpp"
+#include "stages/case_space.hpp"
 #include "stages/stages.hpp"
 #include "stages/uses.hpp"
 
@@ -56,6 +57,7 @@ Stage make_pack_stage(const Case& c) {
                 .run = [c](const Path& folder) { return run_pack(c, folder); },
                 .expect = [c] { return expect_pack(c); },
                 .resumes = config.engine != Engine::none,
+                .result_version = results::Pack::version,
                 .processes = config.processes};
     if (config.engine == Engine::none && !config.file.empty()) stage.files = {c.resolve(config.file)};
     for (const Path& file : stage.files) (void)record::sha256_of_file(file);  // a missing file is named before anything runs

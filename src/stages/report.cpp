@@ -9,6 +9,7 @@
 #include "record/engine_versions.hpp"
 #include "report/picture.hpp"
 #include "report/slip.hpp"
+#include "stages/case_space.hpp"
 #include "stages/stages.hpp"
 #include "stages/uses.hpp"
 
@@ -70,7 +71,7 @@ Stage make_report_stage(const Case& c, const std::vector<std::string>& needs, co
             .configuration = c.settings.resolved_tables({"report"}),
             .outputs = {"report.html", "report.md"},
             .run = [c, shown](const Path& folder) { return run_report(c, shown, folder); },
-            .result_version = 3,
+            .result_version = results::Report::version,
             .published = {{"report.html", "report.html"}, {"report.md", "report.md"}, {"result.json", "merged.json"}}};
 }
 

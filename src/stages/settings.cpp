@@ -4,6 +4,7 @@
 
 #include "core/json.hpp"
 #include "record/resolved_config.hpp"
+#include "stages/case_space.hpp"
 #include "stages/stages.hpp"
 #include "stages/uses.hpp"
 

@@ -9,7 +9,7 @@ namespace porepack::stages {
 
 Stage make_shape_stage(const Case& c) {
     const double density = c.settings.packing.density_kg_per_m3;
-    Stage stage{.name = "shape", .configuration = c.settings.resolved_tables({"shape"})};
+    Stage stage{.name = "shape", .configuration = c.settings.resolved_tables({"shape"}), .result_version = results::Shape::version};
     if (c.from_stl()) {
         const Path file = c.resolve(c.settings.shape.file);
         stage.files = {file};

@@ -1,6 +1,7 @@
 // The grains as one closed triangle surface.
 #include "analysis/surfaces.hpp"
 #include "inputs/pore_space_input.hpp"
+#include "stages/case_space.hpp"
 #include "stages/stages.hpp"
 #include "stages/uses.hpp"
 
@@ -12,7 +13,8 @@ Stage make_stl_stage(const Case& c) {
     Stage stage{.name = "stl",
                 .needs = c.from_stl() ? std::vector<std::string>{} : std::vector<std::string>{"pack"},
                 .configuration = deciding_keys(c, {"container", "shape", "stl"}, {"surface_deviation_m", "contact_gap_m"}, with_planes),
-                .outputs = {"solid.stl"}};
+                .outputs = {"solid.stl"},
+                .result_version = results::Stl::version};
     if (c.from_stl()) stage.files = {user_file};
     stage.run = [c, user_file, with_planes](const Path& folder) {
         const InputOptions options{.container = case_container(c),

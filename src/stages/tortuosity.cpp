@@ -1,5 +1,6 @@
 // Tortuosities of the case's section.
 #include "analysis/tortuosity.hpp"
+#include "stages/case_space.hpp"
 #include "stages/stages.hpp"
 #include "stages/uses.hpp"
 
@@ -12,18 +13,18 @@ results::Tortuosity run_case_tortuosity(const Case& c, const Path& folder) {
     const PoreSpace space = case_pore_space(c);
     results::Tortuosity result;
     if (c.from_image()) {
-        result.geometric_paper_pixels = written(geometric_paper_of(space, config), folder);
+        result.geometric_paper_pixels = written(compute_geometric_paper(space, config), folder);
     } else {
-        if (!c.from_stl()) result.geometric_paper_exact = written(geometric_paper_of(space, config), folder);
-        result.geometric_paper_pixels = written(geometric_paper_of(read_slices(c.stage_folder("slices")), config), folder);
+        if (!c.from_stl()) result.geometric_paper_exact = written(compute_geometric_paper(space, config), folder);
+        result.geometric_paper_pixels = written(compute_geometric_paper(read_slices(c.stage_folder("slices")), config), folder);
     }
-    if (config.shortest_path) result.shortest_path = written(shortest_path_of(space, geometry, config.direction), folder);
-    if (config.diffusive) result.diffusive = diffusive_of(space, geometry, config.direction);
+    if (config.shortest_path) result.shortest_path = written(compute_shortest_path(space, geometry, config.direction), folder);
+    if (config.diffusive) result.diffusive = compute_diffusive_tortuosity(space, geometry, config.direction);
     if (c.settings.lbm.fields == lbm::FieldFiles::none) {
         const auto lbm = c.result<results::Lbm>();
         result.hydraulic = {.direction = lbm.direction, .tortuosity = lbm.hydraulic_tortuosity};
     } else {
-        result.hydraulic = hydraulic_tortuosity_of(c.stage_folder("lbm") / "flow.vti", {});
+        result.hydraulic = compute_hydraulic_tortuosity(c.stage_folder("lbm") / "flow.vti", {});
     }
     return result;
 }
@@ -54,7 +55,7 @@ Stage make_tortuosity_stage(const Case& c) {
                 .outputs = {"*.vtp"},
                 .run = [c](const Path& folder) { return run_case_tortuosity(c, folder); },
                 .expect = [c] { return expect_case(c); },
-                .result_version = 4};
+                .result_version = results::Tortuosity::version};
     if (c.from_image()) stage.needs = {"image", "lbm"};
     if (!c.from_stl() && !c.from_image()) stage.needs.insert(stage.needs.begin(), "pack");
     return stage;

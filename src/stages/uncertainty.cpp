@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "core/table.hpp"
+#include "stages/case_space.hpp"
 #include "stages/stages.hpp"
 #include "stages/uses.hpp"
 
@@ -33,11 +34,14 @@ Stage make_uncertainty_stage(const Case& c, const std::vector<std::string>& stag
         const auto needed = [&](const std::string& stage) { return std::find(needs.begin(), needs.end(), stage) != needs.end(); };
         const results::CaseResults results = results::read_results(c.results(), needed);  // an optional stage may have failed
         analysis::BedOfCase bed{.packing = c.settings.packing, .section = section_scatter_of(c)};
-        if (results.pack) bed.space = case_pore_space(c);
+        if (results.pack && !results.pack->overlap_allowed.value_or(false)) bed.space = case_pore_space(c);
         return analysis::state_uncertainty(results, bed);
     };
-    return {
-        .name = "uncertainty", .needs = needs, .configuration = deciding_keys(c, {"container"}, {}, true), .run = run, .result_version = 3};
+    return {.name = "uncertainty",
+            .needs = needs,
+            .configuration = deciding_keys(c, {"container"}, {}, true),
+            .run = run,
+            .result_version = results::Uncertainty::version};
 }
 
 }  // namespace porepack::stages

@@ -1,10 +1,10 @@
-// Voxels and slices of the section.
+// Voxels of the section.
 #include "analysis/porosity.hpp"
-#include "converters/slices.hpp"
-#include "core/error.hpp"
 #include "io/image.hpp"
+#include "stages/case_space.hpp"
 #include "stages/stages.hpp"
 #include "stages/uses.hpp"
+#include "stages/work.hpp"
 
 namespace porepack::stages {
 
@@ -14,28 +14,13 @@ results::Voxelise write_voxels(const PoreSpace& space, const GeometryConfig& geo
     return written(std::move(voxels.outcome), folder);
 }
 
-results::Slices write_slice_images(const PoreSpace& space, const GeometryConfig& geometry, const Path& folder) {
-    if (!space.solid) throw UserError("slices are made of a packing or an STL file, not of an image", {.where = space.source});
-    const int count = write_slices(folder, *space.solid, space.container, space.section, geometry.slice_spacing_m, geometry.slice_pixel_m);
-    return {
-        .slices = count, .spacing_m = geometry.slice_spacing_m, .pixel_m = geometry.slice_pixel_m, .section_m = space.section.interval()};
-}
-
 Stage make_voxelise_stage(const Case& c) {
     return {.name = "voxelise",
             .needs = {solid_stage(c)},
             .configuration = deciding_keys(c, {"container", "section"}, {"voxel_size_m", "reservoir_m"}, true),
             .outputs = {"pore.vti", "porosity.csv"},
             .run = [c](const Path& folder) { return write_voxels(case_pore_space(c), c.settings.geometry, folder); },
-            .result_version = 3};
-}
-
-Stage make_slices_stage(const Case& c) {
-    return {.name = "slices",
-            .needs = {solid_stage(c)},
-            .configuration = deciding_keys(c, {"container"}, {"slice_spacing_m", "slice_pixel_m"}, true),
-            .outputs = {"slices.json", "*.png"},
-            .run = [c](const Path& folder) { return write_slice_images(case_pore_space(c), c.settings.geometry, folder); }};
+            .result_version = results::Voxelise::version};
 }
 
 }  // namespace porepack::stages

@@ -9,6 +9,7 @@
 #include "core/log.hpp"
 #include "core/table.hpp"
 #include "permeability/permeability.hpp"
+#include "stages/case_space.hpp"
 #include "stages/stages.hpp"
 #include "study/uses.hpp"
 

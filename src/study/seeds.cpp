@@ -9,6 +9,7 @@
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
+#include "stages/case_space.hpp"
 #include "study/case_jobs.hpp"
 #include "study/case_pipeline.hpp"
 #include "study/known_packings.hpp"
@@ -233,7 +234,7 @@ Stage make_seeds_stage(const Case& c) {
             .outputs = outputs,
             .run = [c](const Path& folder) { return SeedsStudy(c).run(folder); },
             .expect = [c] { return expect(c); },
-            .result_version = 6};
+            .result_version = results::Seeds::version};
 }
 
 }  // namespace porepack::study

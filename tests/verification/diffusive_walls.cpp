@@ -114,7 +114,7 @@ TEST(DiffusiveWalls, NeverBelowOne) {
 // (3 - eps)/2 is the least of isotropic packings: pores along rods are below it, those across rods and between spheres are not.
 TEST(DiffusiveWalls, AValueBelowTheIsotropicLimitCarriesANote) {
     const auto note_of = [](const test::TurnedArray& array, Axis direction) {
-        return diffusive_of(array.space(), {.voxel_size_m = array.diameter() / 10.0}, direction).note.value_or("");
+        return compute_diffusive_tortuosity(array.space(), {.voxel_size_m = array.diameter() / 10.0}, direction).note.value_or("");
     };
     const test::TurnedArray rods{.solid_fraction = 0.3}, spheres{.grain = test::TurnedArray::Grain::simple_cubic, .solid_fraction = 0.3};
     EXPECT_TRUE(test::has(note_of(rods, Axis::z), "below (3 - porosity)/2 = 1.15"));

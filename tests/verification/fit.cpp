@@ -186,7 +186,8 @@ TEST(Poses, LargeScansAreFittedSlabBySlab) {
     const Path scan = folder.path() / "scan.nrrd";
     write_volume(scan, scans::scan_of(image, 40.0, 200.0));
     const auto fit = [&](double memory_bytes) {
-        const results::Fit found = written(fit_image(scan, {.fit_memory_bytes = memory_bytes}, exact.container, exact.shapes), folder.path());
+        const results::Fit found =
+            written(fit_image(scan, {.fit_memory_bytes = memory_bytes}, exact.container, exact.shapes), folder.path());
         EXPECT_TRUE(found.doubts.empty()) << json_of(found.doubts);
         EXPECT_NEAR(found.blur_m.value, std::hypot(0.8, std::sqrt(1.0 / 12.0)) * h, 0.02 * h);
         EXPECT_NEAR(find(found.sizes, "chiral")->length_factor.value, 1.0, 0.0005);

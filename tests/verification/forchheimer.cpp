@@ -135,7 +135,7 @@ TEST(Inertia, SetsInWithTheSquareOfTheReynoldsNumber) {
     const test::KnownFlow array = test::sphere_array(0.343, 15.39949, test::simple_cubic());
     const std::array<double, 3> reynolds = {0.5, 1.0, 2.0};
     const InertialSeries series = lbm_inertial_flows(array.space(), 1.0 / 24, reynolds, array.diameter_m, {.tolerance = 1e-6});
-    ASSERT_EQ(series.flows.size(), 2U) << series.stopped_by.value_or("");
+    ASSERT_EQ(series.flows.size(), 3U) << series.stopped_by.value_or("");
     EXPECT_NEAR(series.creeping_permeability_m2 / array.permeability_m2, 1.0, 0.005);
     std::array<double, 3> loss{};
     for (std::size_t i = 0; i < 3; ++i) {
@@ -265,9 +265,9 @@ TEST(Inertia, MeansInTimeStateTheErrorOfTheirWalls) {
     const PoreSpace space = pore_space_of(array.packing);
     const test::Folder folder;
     ForchheimerConfig config{.reynolds = {0.5, 5.0, 10.0, 20.0}, .grids = 1, .openfoam = false};
-    const results::Forchheimer steady = flows_with_inertia(space, {}, config, folder.path()).result;
+    const results::Forchheimer steady = compute_inertial_flows(space, {}, config, folder.path()).result;
     config.mean_in_time = true;
-    const results::Forchheimer mean = flows_with_inertia(space, {}, config, folder.path()).result;
+    const results::Forchheimer mean = compute_inertial_flows(space, {}, config, folder.path()).result;
     const double truth = steady.inertial_permeability_m;
     const Interval interval = mean.inertial_permeability_interval_m;
     std::printf("  k_in %.3g m, by means in time %.3g m (%.3g to %.3g)\n", truth, mean.inertial_permeability_m, interval.low,
@@ -308,7 +308,7 @@ TEST(Inertia, MeansInTimeNeedAPeriodicBox) {
 // Spheres in contact at Re of some hundreds: the flow does not become steady, and its mean is known with a statistical error.
 TEST(Inertia, FlowsThatAreNotSteadyHaveAMean) {
     const test::KnownFlow array = test::sphere_array(std::numbers::pi / 6.0, 42.1005, test::simple_cubic());
-    const std::array<double, 3> reynolds = {60.0, 240.0};
+    const std::array<double, 2> reynolds = {60.0, 240.0};
     const InertialSeries series = lbm_inertial_flows(array.space(), array.diameter_m / 28.0, reynolds, array.diameter_m,
                                                      {.in_time = InertialCriterion::InTime{.tolerance = 0.05, .most_turnovers = 400.0}});
     ASSERT_EQ(series.flows.size(), 2U) << series.stopped_by.value_or("");

@@ -78,7 +78,7 @@ TEST(GrayWalls, TheIntervalOfTheTortuosityFactorHoldsBlurAndContacts) {
             const scans::GrayInput input =
                 scans::read_gray(scan_of(scan, 0.0, 1.0), {.threshold = "volume", .gray_levels = {0.0, 1.0}}, flow.container, flow.name);
             const pore_space::PoreSpace space = pore_space_of(input.solid, flow.container, {0.0, flow.container.height()}, flow.name);
-            const results::Diffusive found = diffusive_of(space, {}, core::Axis::z);
+            const results::Diffusive found = compute_diffusive_tortuosity(space, {}, core::Axis::z);
             ASSERT_TRUE(found.interval);
             const auto [low, high] = *found.interval;
             std::printf("  %s, blur %g: %.4f (%.4f to %.4f), exact %.4f\n", flow.name.c_str(), blur, found.tortuosity_factor, low, high,

@@ -5,6 +5,7 @@
 #include "core/machine.hpp"
 #include "lbm/start.hpp"
 #include "stages/stages.hpp"
+#include "stages/work.hpp"
 #include "support/arrays.hpp"
 #include "support/helpers.hpp"
 

@@ -3,14 +3,15 @@
 
 #include <limits>
 
-#include "analysis/common_causes.hpp"
-#include "analysis/falling_head.hpp"
-#include "analysis/falling_head_plan.hpp"
-#include "analysis/level_curves.hpp"
+#include "analysis/falling_head/common_causes.hpp"
+#include "analysis/falling_head/level_curves.hpp"
+#include "analysis/falling_head/plan.hpp"
+#include "analysis/falling_head/simulation.hpp"
 #include "apps/porepack/run.hpp"
 #include "apps/porepack/uses.hpp"
 #include "core/json.hpp"
 #include "record/resolved_config.hpp"
+#include "stages/case_space.hpp"
 
 namespace porepack::apps {
 namespace {
@@ -56,7 +57,7 @@ void plan(const Common& common, const SimulateOptions& options) {
 
 void analyse(const Common& common, const std::vector<std::string>& files) {
     const FallingHeadConfig config = common.input.empty() ? config_from_flags<FallingHeadConfig>(common.flags)
-                                                          : apparatus_of(read_case(common.input, "falling_head", common.flags));
+                                                          : case_apparatus(read_case(common.input, "falling_head", common.flags));
     const std::vector<Path> curves(files.begin(), files.end());
     run_on_files(common, {.stage = "falling-head-analysis",
                           .target = common.output.empty() ? Path(".") : Path(common.output),

@@ -6,6 +6,7 @@
 #include "apps/porepack/uses.hpp"
 #include "core/json.hpp"
 #include "record/resolved_config.hpp"
+#include "stages/work.hpp"
 
 namespace porepack::apps {
 namespace {
@@ -43,7 +44,7 @@ void run_foam_command(const Common& common) {
                           .work =
                               [&](const PoreSpace& space, const Path& folder) {
                                   make_folder(folder / "foam");
-                                  results::Foam result = run_foam(space, geometry, config, folder / "foam");
+                                  results::Foam result = compute_foam_flow(space, geometry, config, folder / "foam");
                                   result.repeat_by_hand = "cd foam/" + result.repeat_by_hand.substr(3);
                                   return result;
                               },
@@ -56,16 +57,17 @@ void run_forchheimer_command(const Common& common) {
     const auto geometry = config_of<GeometryConfig>(common.flags);
     const auto section = config_of<SectionConfig>(common.flags);
     const auto config = config_of<ForchheimerConfig>(common.flags);
-    run_on_input(common, {.stage = "forchheimer",
-                          .geometry = geometry,
-                          .section = section,
-                          .configuration = {{"geometry", resolved_config(geometry)},
-                                            {"section", resolved_config(section)},
-                                            {"forchheimer", resolved_config(config)}},
-                          .work = [&](const PoreSpace& space,
-                                      const Path& folder) { return written(flows_with_inertia(space, geometry, config, folder), folder); },
-                          .expect = [&](const PoreSpace& space) { return expect_inertia(space, config); },
-                          .resumes = true});
+    run_on_input(common,
+                 {.stage = "forchheimer",
+                  .geometry = geometry,
+                  .section = section,
+                  .configuration = {{"geometry", resolved_config(geometry)},
+                                    {"section", resolved_config(section)},
+                                    {"forchheimer", resolved_config(config)}},
+                  .work = [&](const PoreSpace& space,
+                              const Path& folder) { return written(compute_inertial_flows(space, geometry, config, folder), folder); },
+                  .expect = [&](const PoreSpace& space) { return expect_inertia(space, config); },
+                  .resumes = true});
 }
 
 }  // namespace

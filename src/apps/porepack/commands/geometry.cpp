@@ -4,6 +4,7 @@
 #include "apps/porepack/uses.hpp"
 #include "core/members_json.hpp"
 #include "record/resolved_config.hpp"
+#include "stages/work.hpp"
 
 namespace porepack::apps {
 namespace {

@@ -43,15 +43,16 @@ void run_kind(const Common& common, TortuosityKind kind) {
                                      .configuration = resolved_config(config),
                                      .inputs = {common.input},
                                      .work = [&](const Path& folder) {
-                                         return of_slices ? json_of(written(geometric_paper_of(read_slices(common.input), config), folder))
-                                                          : json_of(hydraulic_tortuosity_of(common.input, geometry.section_m));
+                                         return of_slices
+                                                    ? json_of(written(compute_geometric_paper(read_slices(common.input), config), folder))
+                                                    : json_of(compute_hydraulic_tortuosity(common.input, geometry.section_m));
                                      }});
     run_on_input(common, {.stage = "tortuosity." + name,
                           .geometry = geometry,
                           .section = section,
                           .configuration = {{"tortuosity", resolved_config(config)}, {"section", resolved_config(section)}},
                           .work = [&](const PoreSpace& space,
-                                      const Path& folder) { return written(tortuosity_of(kind, space, geometry, config), folder); },
+                                      const Path& folder) { return written(compute_tortuosity(kind, space, geometry, config), folder); },
                           .expect = [&](const PoreSpace& space) -> core::Expectation {
                               if (kind == TortuosityKind::geometric_paper) return {.text = "seconds"};
                               const VoxelPlan plan = space.plan_at(space.voxel_size_m(geometry.voxel_size_m));

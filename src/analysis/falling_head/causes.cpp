@@ -1,11 +1,11 @@
-#include "analysis/causes.hpp"
+#include "analysis/falling_head/causes.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "analysis/cause_figures.hpp"
+#include "analysis/falling_head/cause_figures.hpp"
 #include "analysis/uses.hpp"
 #include "core/error.hpp"
 #include "core/json.hpp"

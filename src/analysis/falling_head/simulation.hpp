@@ -14,6 +14,9 @@ namespace porepack::analysis {
 [[nodiscard]] Outcome<results::FallingHead> simulate_falling_head(double permeability_m2, double inertial_permeability_m,
                                                                   const falling_head::FallingHeadConfig& config, bool with_curve);
 
+/// m of a sample: tortuosity factor / porosity, or porosity^-1.5 without one (Bruggeman).
+[[nodiscard]] double estimated_inertia_coefficient(double porosity, std::optional<double> tortuosity_factor);
+
 struct GrainForm {
     double sphericity, equal_volume_diameter_m, volume_m3;
 };

@@ -1,4 +1,4 @@
-#include "analysis/level_curves.hpp"
+#include "analysis/falling_head/level_curves.hpp"
 
 #include <fmt/format.h>
 

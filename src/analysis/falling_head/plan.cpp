@@ -1,4 +1,4 @@
-#include "analysis/falling_head_plan.hpp"
+#include "analysis/falling_head/plan.hpp"
 
 #include <fmt/format.h>
 

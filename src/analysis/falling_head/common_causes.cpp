@@ -1,4 +1,4 @@
-#include "analysis/common_causes.hpp"
+#include "analysis/falling_head/common_causes.hpp"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "analysis/falling_head.hpp"
+#include "analysis/falling_head/simulation.hpp"
 
 #include <fmt/format.h>
 
@@ -17,8 +17,13 @@ namespace porepack::analysis {
 namespace {
 
 constexpr double maximum_rows = 20000.0;
+constexpr double paper_volume_m3 = 7.33e-7;  ///< of its grains, for which alone its fit holds
 
 }  // namespace
+
+double estimated_inertia_coefficient(double porosity, std::optional<double> tortuosity_factor) {
+    return tortuosity_factor ? *tortuosity_factor / porosity : std::pow(porosity, -1.5);
+}
 
 std::optional<GrainForm> grain_form(const results::Shape& shape) {
     if (!shape.sphericity) return std::nullopt;
@@ -30,7 +35,7 @@ results::Correlations correlations_of(const std::optional<GrainForm>& grain, dou
     const double psi = grain->sphericity, d = grain->equal_volume_diameter_m;
     results::Correlations found{.carman_kozeny_150_m2 = carman_kozeny_m2(psi, d, porosity, 150.0),
                                 .carman_kozeny_180_m2 = carman_kozeny_m2(psi, d, porosity, 180.0)};
-    if (std::abs(grain->volume_m3 / 7.33e-7 - 1.0) < 0.01) found.paper_fit_m2 = paper_fit_m2(porosity);
+    if (std::abs(grain->volume_m3 / paper_volume_m3 - 1.0) < 0.01) found.paper_fit_m2 = paper_fit_m2(porosity);
     return found;
 }
 

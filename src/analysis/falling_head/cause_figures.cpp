@@ -1,4 +1,4 @@
-#include "analysis/cause_figures.hpp"
+#include "analysis/falling_head/cause_figures.hpp"
 
 #include <fmt/format.h>
 
