@@ -1,3 +1,4 @@
+// A range of values, or an interval of confidence.
 #pragma once
 
 namespace porepack::core {

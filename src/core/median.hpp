@@ -1,3 +1,4 @@
+// The median, with one convention for even numbers of values.
 #pragma once
 
 #include <algorithm>

@@ -282,8 +282,14 @@ InertialFlow next_flow(Series& series, const InertialSeries& known, const Inerti
         state.speed = mean.superficial_velocity_lu;
         flow.converged = mean.converged;
         flow.fastest_lu = mean.fastest_lu;
-        flow.in_time = {mean.steady,        mean.half_width, mean.fluctuation,           mean.kinetic_energy_factor,
-                        mean.lateral_share, mean.turnovers,  mean.correlation_turnovers, walls};
+        flow.in_time = {.steady = mean.steady,
+                        .half_width = mean.half_width,
+                        .fluctuation = mean.fluctuation,
+                        .kinetic_energy_factor = mean.kinetic_energy_factor,
+                        .lateral_share = mean.lateral_share,
+                        .turnovers = mean.turnovers,
+                        .correlation_turnovers = mean.correlation_turnovers,
+                        .wall_error = walls};
         flow.steps = mean.steps;
         flow.seconds = mean.seconds;
         if (!flow.converged)

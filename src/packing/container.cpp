@@ -47,7 +47,7 @@ std::optional<double> Container::wall_hit(const Vec3& from, const Vec3& step) co
     if (kind == Kind::cylinder) {
         const Eigen::Vector2d p = from.head<2>(), s = step.head<2>();
         const double a = s.squaredNorm(), half_b = p.dot(s), c = p.squaredNorm() - diameter_m * diameter_m / 4.0;
-        const double root = half_b * half_b - a * c;
+        const double root = half_b * half_b - a * c;  // |p + t s| = D/2 is a t^2 + 2 half_b t + c = 0; its larger t leaves the cylinder
         if (a > 0.0 && root >= 0.0) first = std::max(0.0, (std::sqrt(root) - half_b) / a);
     } else {
         for (int axis = 0; axis < 2; ++axis) {

@@ -9,7 +9,6 @@
 #include "core/choice.hpp"
 #include "core/files.hpp"
 #include "core/json_fwd.hpp"
-#include "record/config.hpp"
 #include "shapes/shape.hpp"
 
 namespace porepack::packing {

@@ -5,13 +5,16 @@
 #include <memory>
 #include <optional>
 
-#include "io/stl.hpp"
 #include "pore_space/config.hpp"
 #include "pore_space/link_cuts.hpp"
 #include "pore_space/percolation.hpp"
 #include "pore_space/stretched_solid.hpp"
 #include "pore_space/voxels.hpp"
 #include "pore_space/walls.hpp"
+
+namespace porepack::io {
+struct TriangleSurface;
+}
 
 namespace porepack::pore_space {
 

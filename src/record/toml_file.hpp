@@ -20,11 +20,10 @@ public:
     /// Reads table `name` ("" = the top level) into what `describe` lists. An unknown key, a wrong type and a value out
     /// of range throw UserError with file, line, what is allowed and the nearest known key. `flags` (--voxel-size) and `set`
     /// (--set table.key) take precedence over the file.
-    void read(std::string_view name, const record::Describe& describe, const record::Flags& flags = {},
-              const record::Flags& set = {}) const;
+    void read(std::string_view name, const Describe& describe, const Flags& flags = {}, const Flags& set = {}) const;
     [[nodiscard]] bool has(std::string_view name) const;
     /// The file with other values of keys by table; each value is written as in TOML ("0.5", "\"box\""), and an empty one removes the key.
-    [[nodiscard]] TomlFile with(const std::map<std::string, record::Flags>& set) const;
+    [[nodiscard]] TomlFile with(const std::map<std::string, Flags>& set) const;
     [[nodiscard]] std::string text() const;  ///< without comments
     /// The keys of a table, each with its place ("case.toml, line 12").
     [[nodiscard]] std::map<std::string, std::string> keys_of(std::string_view name) const;
@@ -41,10 +40,10 @@ private:
 
 /// Reads flags into a table's struct with the rules of the file.
 template <typename Config>
-[[nodiscard]] Config config_from_flags(const record::Flags& flags) {
+[[nodiscard]] Config config_from_flags(const Flags& flags) {
     Config config;
     TomlFile().read(
-        "", [&](record::ConfigVisitor& v) { describe(v, config); }, flags);
+        "", [&](ConfigVisitor& v) { describe(v, config); }, flags);
     return config;
 }
 

@@ -57,17 +57,17 @@ struct Lbm {
     core::OptionalKey<ReachedTolerance> reached = {};
     core::OptionalKey<double> permeability_bed_m2 = {};  ///< of the whole bed with its free ends, where the flow goes through all of it
     double permeability_by_volume_average_m2 = 0.0;
-    std::string method;
+    std::string method;  ///< lattice, collision, walls and precision in words, for the report
     core::Axis direction = core::Axis::z;
-    std::string driven_by;
+    std::string driven_by;  ///< "body force", "pressure planes" or "the inlet's flow rate"
     core::Interval section_m;
-    double porosity = 0.0;  ///< of the section
-    std::string ends;
-    std::array<double, 2> buffers_m{};
+    double porosity = 0.0;                                  ///< of the section
+    std::string ends;                                       ///< "periodic", "in_situ", "planes" or "paper"
+    std::array<double, 2> buffers_m{};                      ///< of the bed below and above the section that are computed with it
     core::OptionalKey<double> permeability_planes_m2 = {};  ///< with planes of constant pressure at the section
     bool converged = false;
     double iteration_error = 0.0, iteration_tolerance = 0.0;  ///< relative, of k
-    double flow_imbalance = 0.0;
+    double flow_imbalance = 0.0;                              ///< maximum relative difference of the flow rate between layers
     double hydraulic_tortuosity = 0.0;
     double inertia_coefficient_quasi_steady = 0.0;
     double magic_parameter = 0.0;

@@ -1,3 +1,4 @@
+// A symmetric tensor of a result, as of the permeability.
 #pragma once
 
 #include <array>

@@ -5,7 +5,7 @@
 
 #include "analysis/outcome.hpp"
 #include "core/files.hpp"
-#include "results/falling_head_tests.hpp"
+#include "results/falling_head_evaluation.hpp"
 
 namespace porepack::analysis {
 

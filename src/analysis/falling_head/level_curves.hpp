@@ -6,7 +6,7 @@
 #include "analysis/outcome.hpp"
 #include "falling_head/config.hpp"
 #include "falling_head/level_curve.hpp"
-#include "results/falling_head_tests.hpp"
+#include "results/falling_head_evaluation.hpp"
 
 namespace porepack::analysis {
 

@@ -3,7 +3,7 @@
 
 #include "analysis/outcome.hpp"
 #include "falling_head/plan.hpp"
-#include "results/falling_head_tests.hpp"
+#include "results/falling_head_evaluation.hpp"
 
 namespace porepack::analysis {
 
