@@ -79,8 +79,5 @@ add_custom_target(check
   COMMAND ${RUN_CLANG_TIDY} -quiet -p ${PROJECT_BINARY_DIR} "${PROJECT_SOURCE_DIR}/src/.*"
   WORKING_DIRECTORY ${PROJECT_SOURCE_DIR} VERBATIM)
 
-option(BUILD_TESTING "Build the tests (they need GoogleTest)" ON)
-if(BUILD_TESTING)
-  enable_testing()
-  add_subdirectory(tests)
-endif()
+enable_testing()
+add_subdirectory(tests)
