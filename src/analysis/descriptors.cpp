@@ -9,7 +9,6 @@
 #include "analysis/uses.hpp"
 #include "core/table.hpp"
 #include "lbm/wall_effect.hpp"
-#include "openfoam/foam.hpp"
 #include "packing/structure.hpp"
 #include "permeability/descriptors.hpp"
 
@@ -79,7 +78,7 @@ std::optional<results::BedStructure> bed_structure(const PoreSpace& space, Files
 // The flows with inertia beside correlations for beds.
 std::vector<results::FrictionPoint> friction_points(const results::Forchheimer& forchheimer, const PackedBed& bed,
                                                     const BedNumbers& numbers, const Container& container, Files& files) {
-    constexpr double viscosity = water_viscosity_m2_per_s;
+    constexpr double viscosity = 1e-6;  // of water; the friction factor depends on the Reynolds number alone
     const double relative = container.kind == Container::Kind::cylinder ? numbers.sauter_diameter_m / container.diameter_m
                                                                         : unknown;  // a correction for cylinders
     Table table({"reynolds_modified", "friction_factor", "ergun", "carman_1937", "eisfeld_schnitzlein"});

@@ -167,7 +167,7 @@ TEST(Tensor, IsSymmetricAndTurnsWithTheGrain) {
                     .bodies = {{.position_m = Vec3(0.5, 0.52, 0.47)}}};
     KnownFlow cell{.name = "rod", .packing = packing, .solid = std::make_unique<Grains>(packing), .container = packing.container};
     cell.diameter_m = 0.34;
-    const TensorResult tensor = lbm_tensor(cell.space(), 1.0 / 24, {.iteration_tolerance = 1e-6, .grids = 3});
+    const TensorResult tensor = lbm_tensor(cell.space(), 1.0 / 32, {.iteration_tolerance = 1e-6, .grids = 3});
     const auto& k = tensor.permeability_m2;
     for (std::size_t i = 0; i < 3; ++i)
         for (std::size_t j = 0; j < i; ++j) EXPECT_NEAR(k[i][j], k[j][i], tensor.runs[0].half_width->sum()) << i << j;
