@@ -13,6 +13,7 @@
 #include "core/json.hpp"
 #include "core/log.hpp"
 #include "core/table.hpp"
+#include "lbm/permeability.hpp"
 #include "openfoam/foam.hpp"
 
 namespace porepack::benchmarks {

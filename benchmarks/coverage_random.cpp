@@ -14,6 +14,7 @@
 #include "core/json.hpp"
 #include "core/log.hpp"
 #include "lbm/permeability.hpp"
+#include "pore_space/pore_space.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

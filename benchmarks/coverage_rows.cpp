@@ -5,6 +5,9 @@
 
 #include "core/json.hpp"
 #include "core/table.hpp"
+#include "lbm/grid_result.hpp"
+#include "lbm/permeability.hpp"
+#include "pore_space/pore_space.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

@@ -15,6 +15,7 @@
 #include "falling_head/causes.hpp"
 #include "falling_head/least_squares.hpp"
 #include "falling_head/simulated_noise.hpp"
+#include "lbm/permeability.hpp"
 #include "support/turned_arrays.hpp"
 #include "tortuosity/tortuosity.hpp"
 

@@ -9,6 +9,8 @@
 #include "core/error.hpp"
 #include "core/json.hpp"
 #include "core/log.hpp"
+#include "openfoam/foam.hpp"
+#include "pore_space/pore_space.hpp"
 #include "stages/stages.hpp"
 #include "support/known_flows.hpp"
 

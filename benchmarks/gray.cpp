@@ -9,6 +9,8 @@
 #include "core/log.hpp"
 #include "core/median.hpp"
 #include "core/members_json.hpp"
+#include "pore_space/pore_space.hpp"
+#include "scans/gray_input.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

@@ -12,6 +12,9 @@
 #include "lbm/inertia.hpp"
 #include "lbm/mean_flow.hpp"
 #include "lbm/sequence.hpp"
+#include "pore_space/percolation.hpp"
+#include "pore_space/pore_space.hpp"
+#include "pore_space/walls.hpp"
 #include "support/known_flows.hpp"
 
 namespace porepack::benchmarks {
@@ -70,7 +73,7 @@ void try_collisions(const Array& array, double nodes_per_diameter, const std::ve
             MeanFlow mean;
             try {
                 mean = average_in_time(*flow, domain, area,
-                                       {.tolerance = 0.05, .turnover_steps = d * porosity / speed, .most_turnovers = 50.0});
+                                       {.tolerance = 0.05, .turnover_steps = d * porosity / speed, .max_turnovers = 50.0});
             } catch (const FlowDiverged&) {
                 end = "diverged";
             }
@@ -98,7 +101,7 @@ Json inertia_benchmark(bool quick, const Path& output) {
             const std::vector<double> reynolds = {5, 10, 20, 35, 50, 75, 100, 150, 200, 300, 400, 500};
             const InertialSeries series =
                 lbm_inertial_flows(array.flow.space(), array.flow.diameter_m / nodes, reynolds, array.flow.diameter_m,
-                                   {.in_time = InertialCriterion::InTime{.tolerance = 0.01, .most_turnovers = quick ? 100.0 : 800.0}});
+                                   {.in_time = InertialCriterion::InTime{.tolerance = 0.01, .max_turnovers = quick ? 100.0 : 800.0}});
             for (const InertialFlow& flow : series.flows)
                 friction.add(array.name, nodes, flow.reynolds, flow.permeability_m2, series.creeping_permeability_m2,
                              flow.in_time->half_width, flow.in_time->steady ? 1 : 0, flow.in_time->fluctuation, flow.in_time->turnovers,

@@ -6,6 +6,7 @@
 #include "benchmarks/lbm_speed.hpp"
 #include "core/json.hpp"
 #include "core/log.hpp"
+#include "pore_space/pore_space.hpp"
 #include "report/plot.hpp"
 #include "support/known_flows.hpp"
 

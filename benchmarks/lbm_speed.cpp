@@ -10,6 +10,10 @@
 #include "core/median.hpp"
 #include "lbm/domain.hpp"
 #include "lbm/flow.hpp"
+#include "packing/grains.hpp"
+#include "packing/packing.hpp"
+#include "pore_space/percolation.hpp"
+#include "pore_space/walls.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

@@ -15,6 +15,8 @@
 #include "lbm/permeability.hpp"
 #include "lbm/sequence.hpp"
 #include "lbm/start.hpp"
+#include "pore_space/percolation.hpp"
+#include "pore_space/pore_space.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;
@@ -132,7 +134,7 @@ std::vector<Point> run(const Level& fine, const Level& coarse, const FlowField& 
     const auto flow = (variant.fine_steps > 0 ? fine.plan : fine.fast)->start(scheme);
     start_from(*flow, fine.domain, scheme, start);
     const LayerBalance balance(fine.domain, scheme, fine.section.area_cells, true);
-    LayerBalance::State state;
+    BalanceState state;
     const double coarse_share = static_cast<double>(coarse.domain.nodes()) / static_cast<double>(fine.domain.nodes());
     std::vector<Point> points;
     double work = 0.0;

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <random>
 
+#include "pore_space/pore_space.hpp"
 #include "pouring/dem/capsule_pour.hpp"
 
 namespace porepack::benchmarks {

@@ -14,6 +14,9 @@
 #include "core/table.hpp"
 #include "lbm/permeability.hpp"
 #include "lbm/sequence.hpp"
+#include "pore_space/percolation.hpp"
+#include "pore_space/pore_space.hpp"
+#include "pore_space/walls.hpp"
 #include "report/plot.hpp"
 #include "support/known_flows.hpp"
 

@@ -14,6 +14,7 @@
 #include "core/members_json.hpp"
 #include "core/table.hpp"
 #include "lbm/permeability.hpp"
+#include "pore_space/pore_space.hpp"
 #include "report/plot.hpp"
 #include "uncertainty/sample.hpp"
 

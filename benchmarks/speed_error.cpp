@@ -13,6 +13,8 @@
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "core/table.hpp"
+#include "openfoam/foam.hpp"
+#include "pore_space/pore_space.hpp"
 #include "report/plot.hpp"
 #include "stages/stages.hpp"
 #include "study/case_pipeline.hpp"

@@ -30,7 +30,7 @@ Outcome run_sequence(const std::function<double()>& draw, double mean, double wa
     do {
         values.push_back(draw());
         sample = sample_of(values);
-    } while (values.size() < least_packings || relative_half_width(sample, 0.0) > wanted);
+    } while (values.size() < min_packings || relative_half_width(sample, 0.0) > wanted);
     const auto holds = [&](const std::optional<Interval>& interval) { return interval->low <= mean && mean <= interval->high; };
     const double another = draw();
     const auto next = interval_of_next(sample, {}, StudyEnd::when_sure);

@@ -13,6 +13,7 @@
 #include "core/machine.hpp"
 #include "core/members_json.hpp"
 #include "core/table.hpp"
+#include "lbm/domain.hpp"
 #include "lbm/inertia.hpp"
 #include "openfoam/foam.hpp"
 #include "openfoam/foam_cost.hpp"
@@ -81,7 +82,7 @@ std::vector<InertialSeries> lattice_series(const PoreSpace& space, const Forchhe
             }
         const double voxel = finest_voxel(space, config) * std::pow(config.grid_ratio, static_cast<double>(config.grids - grid));
         InertialCriterion criterion{.tolerance = config.tolerance, .max_steps = config.max_steps};
-        if (config.mean_in_time) criterion.in_time = {.tolerance = config.statistical_tolerance, .most_turnovers = config.max_turnovers};
+        if (config.mean_in_time) criterion.in_time = {.tolerance = config.statistical_tolerance, .max_turnovers = config.max_turnovers};
         all.push_back(lbm_inertial_flows(pores, voxel, config.reynolds, length_m, criterion));
         write_json(file_of(grid), {{"settings", settings}, {"series", json_of(all.back())}});
     }

@@ -1,7 +1,6 @@
 // What an analysis finds: its result, and the tables and pictures that belong to it, all in memory.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <string>
 #include <utility>
@@ -9,6 +8,7 @@
 
 #include "core/files.hpp"
 #include "core/table.hpp"
+#include "io/stl.hpp"
 #include "report/plot.hpp"
 
 namespace porepack::analysis {
@@ -25,13 +25,11 @@ struct Picture {
     int width = 0, height = 0;
     std::vector<std::uint8_t> pixels = {};
 };
-/// Points in metres.
-using Line = std::vector<std::array<double, 3>>;
 struct Files {
     std::vector<std::pair<std::string, core::Table>> tables = {};  ///< by the name of the file
     std::vector<Plot> plots = {};
     std::vector<Picture> pictures = {};
-    std::vector<std::pair<std::string, std::vector<Line>>> lines = {};  ///< .vtp
+    std::vector<std::pair<std::string, std::vector<io::Line>>> lines = {};  ///< .vtp
 };
 
 template <typename Result>

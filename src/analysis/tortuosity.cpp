@@ -18,8 +18,8 @@
 namespace porepack::analysis {
 namespace {
 
-std::vector<Line> lines_of(const std::vector<std::vector<Vec3>>& paths) {
-    std::vector<Line> lines;
+std::vector<io::Line> lines_of(const std::vector<std::vector<Vec3>>& paths) {
+    std::vector<io::Line> lines;
     for (const auto& path : paths) {
         lines.emplace_back();
         for (const Vec3& point : path) lines.back().push_back({point.x(), point.y(), point.z()});

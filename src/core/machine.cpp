@@ -32,9 +32,9 @@ double read_number(const char* path) {
 }  // namespace
 
 void require_stack() {
-    constexpr rlim_t least = rlim_t{1} << 20U;
+    constexpr rlim_t minimum = rlim_t{1} << 20U;
     rlimit stack{};
-    if (getrlimit(RLIMIT_STACK, &stack) == 0 && stack.rlim_cur != RLIM_INFINITY && stack.rlim_cur < least)
+    if (getrlimit(RLIMIT_STACK, &stack) == 0 && stack.rlim_cur != RLIM_INFINITY && stack.rlim_cur < minimum)
         throw MachineError(fmt::format("the stack is limited to {}", human_bytes(static_cast<double>(stack.rlim_cur))),
                            {.allowed = "1 MB or more", .fix = "ulimit -s 8192"});
 }
@@ -105,12 +105,12 @@ int usable_cores() {
 }
 
 void set_thread_count(int threads) {
-    constexpr int most_threads = 1024;
+    constexpr int max_threads = 1024;
     if (threads == 0 && std::getenv("OMP_NUM_THREADS") != nullptr) {
         threads = omp_get_max_threads();
-        if (threads > most_threads)
+        if (threads > max_threads)
             throw UserError(fmt::format("{} threads are too many", threads),
-                            {.where = "OMP_NUM_THREADS", .allowed = fmt::format("1 to {}", most_threads), .fix = "unset it"});
+                            {.where = "OMP_NUM_THREADS", .allowed = fmt::format("1 to {}", max_threads), .fix = "unset it"});
     }
     omp_set_num_threads(threads > 0 ? threads : usable_cores());
 }

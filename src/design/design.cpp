@@ -26,7 +26,7 @@ namespace {
 
 // Below this chance of every candidate, the search ends; the goal counts as out of reach if it is so many standard deviations away.
 constexpr double smallest_chance = 0.02, far_off = 2.0;
-constexpr long most_packings = 4;
+constexpr long max_packings = 4;
 
 double middle(const Interval& interval) {
     return 0.5 * (interval.low + interval.high);
@@ -106,17 +106,17 @@ private:
         return std::nullopt;
     }
 
-    // As many packings as the goal says; more, up to most_packings times as many, where the goal lies in an interval that is too wide, or
+    // As many packings as the goal says; more, up to max_packings times as many, where the goal lies in an interval that is too wide, or
     // where it takes a narrow one only: the bed can be magnified to any k.
     [[nodiscard]] Proposal compute(const SizedCandidate& grain, long n, const std::vector<Proposal>& computed) const {
         if (const std::optional<Proposal> known = magnified(grain, n, computed)) return *known;
         Proposal proposal = compute(grain, n, goal_.packings);
         const bool any_k = goal_.volume_m3 == 0.0 && bed_.shrink(grain.size_m) < 1.0;
         while (proposal.error.empty() && !out_of_time() && (any_k || meets_goal(proposal)) &&
-               proposal.permeability_half_width() > goal_.within && proposal.bed.packings < most_packings * goal_.packings) {
+               proposal.permeability_half_width() > goal_.within && proposal.bed.packings < max_packings * goal_.packings) {
             const double more = std::pow(1.05 * proposal.permeability_half_width() / goal_.within, 2);
             const long wanted = std::lround(std::ceil(more * static_cast<double>(proposal.bed.packings)));
-            proposal = compute(grain, n, std::min(wanted, most_packings * goal_.packings));
+            proposal = compute(grain, n, std::min(wanted, max_packings * goal_.packings));
         }
         proposal.hit = is_hit(proposal);
         return proposal;

@@ -80,7 +80,7 @@ Scenario draw_scenario(const std::vector<UncertainCause>& causes, const Scenario
         const double centre = cause.absent ? std::clamp(*cause.absent, cause.low, cause.high) : 0.5 * (cause.low + cause.high);
         std::uniform_real_distribution<double> value(centre + range_factor * (cause.low - centre),
                                                      centre + range_factor * (cause.high - centre));
-        cause.apply(scenario, std::clamp(value(cause.common ? shared : own), cause.least, cause.most));
+        cause.apply(scenario, std::clamp(value(cause.common ? shared : own), cause.minimum, cause.maximum));
     }
     return scenario;
 }

@@ -40,8 +40,8 @@ void add_physics_of_the_sample(Causes& causes, const SampleTruth& truth, const F
                  s.apparatus.inertial_exponent = n;
                  s.apparatus.inertial_reference_speed_m_per_s = reference;
              },
-         .least = 0.0,
-         .most = 0.8,
+         .minimum = 0.0,
+         .maximum = 0.8,
          .common = true});
     causes.push_back({.name = "turbulent viscous term",
                       .what = "part of the change of both coefficients from Forchheimer's regime to turbulence: 1/k x 1.24, 1/k_in x 0.84",
@@ -49,7 +49,7 @@ void add_physics_of_the_sample(Causes& causes, const SampleTruth& truth, const F
                       .high = 1.0,
                       .source = "Fand, Kim, Lam & Phan 1987 (spheres)",
                       .apply = [](Scenario& s, double part) { multiply(s.resistance, 1.0 + 0.24 * part, 1.0 - 0.16 * part); },
-                      .least = -1.0,
+                      .minimum = -1.0,
                       .common = true});
     const double straight = 1.0 / truth.porosity, usual = std::max(straight, inertia_coefficient(config));
     causes.push_back({.name = "inertia of the water",
@@ -64,7 +64,7 @@ void add_physics_of_the_sample(Causes& causes, const SampleTruth& truth, const F
                               s.apparatus.inertia_coefficient = m;
                           },
                       .absent = std::nullopt,
-                      .least = 1.0});
+                      .minimum = 1.0});
     causes.push_back({.name = "structure at the ends",
                       .what = "share of the change of 1/k and 1/k_in by the packing's porosity profile",
                       .low = 0.5,
@@ -76,7 +76,7 @@ void add_physics_of_the_sample(Causes& causes, const SampleTruth& truth, const F
                               multiply(s.resistance, 1.0 + share * (truth.ends_viscous - 1.0), 1.0 + share * (truth.ends_inertial - 1.0));
                           },
                       .absent = std::nullopt,
-                      .least = 0.0});
+                      .minimum = 0.0});
     causes.push_back({.name = "grains aligned at the wire screen",
                       .what = "share of a lowest layer, one grain high, that is 0.1 less porous",
                       .low = 0.0,
@@ -88,7 +88,7 @@ void add_physics_of_the_sample(Causes& causes, const SampleTruth& truth, const F
                               multiply(s.resistance, 1.0 + share * (truth.aligned_viscous - 1.0),
                                        1.0 + share * (truth.aligned_inertial - 1.0));
                           },
-                      .least = 0.0});
+                      .minimum = 0.0});
     causes.push_back({.name = "trapped gas",
                       .what = "part of the pore volume; k and k_in x (1 - s)^3",
                       .low = 0.0,
@@ -100,8 +100,8 @@ void add_physics_of_the_sample(Causes& causes, const SampleTruth& truth, const F
                               const double open = std::pow(1.0 - gas, -3.0);
                               multiply(s.resistance, open, open);
                           },
-                      .least = 0.0,
-                      .most = 0.5});
+                      .minimum = 0.0,
+                      .maximum = 0.5});
 }
 
 void add_apparatus(Causes& causes, const SampleTruth& truth, const FallingHeadConfig& config) {
@@ -127,7 +127,7 @@ void add_apparatus(Causes& causes, const SampleTruth& truth, const FallingHeadCo
                                   screens(s);
                               },
                           .absent = std::nullopt,
-                          .least = 0.05 * wire,
+                          .minimum = 0.05 * wire,
                           .common = true});
         causes.push_back({.name = "screen below partly covered",
                           .what = "part of its openings that grains cover",
@@ -140,8 +140,8 @@ void add_apparatus(Causes& causes, const SampleTruth& truth, const FallingHeadCo
                                   screens(s);
                                   s.apparatus.screen_free_fraction = 1.0 - covered;
                               },
-                          .least = 0.0,
-                          .most = 0.9});
+                          .minimum = 0.0,
+                          .maximum = 0.9});
     }
     if (config.loss_coefficient > 0.0)
         causes.push_back({.name = "inlet and outlet",
@@ -152,7 +152,7 @@ void add_apparatus(Causes& causes, const SampleTruth& truth, const FallingHeadCo
                           .judged = true,
                           .apply = [](Scenario& s, double loss) { s.apparatus.loss_coefficient = loss; },
                           .absent = std::nullopt,
-                          .least = 0.0,
+                          .minimum = 0.0,
                           .common = true});
     const double speed = middle_speed(truth, config), nu = config.kinematic_viscosity_m2_per_s, D = truth.tube_diameter_m;
     const double friction = 0.316 * std::pow(speed * D / nu, -0.25) / D;
@@ -164,7 +164,7 @@ void add_apparatus(Causes& causes, const SampleTruth& truth, const FallingHeadCo
                       .source = "Blasius 1913; 1.5 times for a flow that still develops",
                       .judged = true,
                       .apply = [](Scenario& s, double value) { s.apparatus.column_friction_per_m = value; },
-                      .least = 0.0,
+                      .minimum = 0.0,
                       .common = true});
     const double film = 0.94 * capillary_length_m * std::pow(water_density * nu * speed / surface_tension, 2.0 / 3.0);
     causes.push_back({.name = "water left on the tube's wall",
@@ -174,8 +174,8 @@ void add_apparatus(Causes& causes, const SampleTruth& truth, const FallingHeadCo
                       .source = "Landau & Levich 1942, at the middle of the window, beyond their small capillary numbers",
                       .judged = true,
                       .apply = [](Scenario& s, double part) { multiply(s.resistance, 1.0 - part, (1.0 - part) * (1.0 - part)); },
-                      .least = 0.0,
-                      .most = 0.5,
+                      .minimum = 0.0,
+                      .maximum = 0.5,
                       .common = true});
     const double radius = config.screen_opening_m > 0.0 ? 0.5 * config.screen_opening_m : 4e-3;
     causes.push_back({.name = "pressure in the jets below",
@@ -185,7 +185,7 @@ void add_apparatus(Causes& causes, const SampleTruth& truth, const FallingHeadCo
                       .high = surface_tension / (radius * water_density * config.gravity_m_per_s2),
                       .source = fmt::format("Laplace 1806, jets of {:g} mm radius", 1e3 * radius),
                       .apply = [](Scenario& s, double height) { s.apparatus.level_offset_m -= height; },
-                      .least = 0.0,
+                      .minimum = 0.0,
                       .common = true});
     const double latest = std::max(config.window_m[0], config.window_m[1]) + 0.02;
     if (config.start_level_m > latest)
@@ -202,7 +202,7 @@ void add_apparatus(Causes& causes, const SampleTruth& truth, const FallingHeadCo
                                   s.apparatus.start_level_m = level;
                               },
                           .absent = config.start_level_m,
-                          .least = latest});
+                          .minimum = latest});
 }
 
 void add_readings(Causes& causes, const FallingHeadConfig& config) {
@@ -224,7 +224,7 @@ void add_readings(Causes& causes, const FallingHeadConfig& config) {
                       .source = "Batchelor 1967; receding contact angle of 50 degrees on acrylic",
                       .judged = true,
                       .apply = [offset](Scenario& s, double height) { offset(s, -height); },
-                      .least = 0.0,
+                      .minimum = 0.0,
                       .common = true});
     causes.push_back({.name = "scale",
                       .what = "true distances are longer, about the middle of the window",
@@ -254,7 +254,7 @@ void add_readings(Causes& causes, const FallingHeadConfig& config) {
                               s.apparatus.sample_length_m += longer;
                               s.apparatus.level_offset_m -= longer;
                           },
-                      .least = -0.5 * config.sample_length_m});
+                      .minimum = -0.5 * config.sample_length_m});
     causes.push_back({.name = "temperature",
                       .what = "true temperature; evaluated with the viscosity at 20 C",
                       .unit = "C",
@@ -264,8 +264,8 @@ void add_readings(Causes& causes, const FallingHeadConfig& config) {
                       .judged = true,
                       .apply = [](Scenario& s, double t) { s.apparatus.kinematic_viscosity_m2_per_s *= water_viscosity_ratio(t); },
                       .absent = 20.0,
-                      .least = 0.0,
-                      .most = 40.0,
+                      .minimum = 0.0,
+                      .maximum = 40.0,
                       .common = true});
     causes.push_back({.name = "noise of the frames",
                       .what = "standard deviation of each level",
@@ -275,14 +275,14 @@ void add_readings(Causes& causes, const FallingHeadConfig& config) {
                       .source = "one pixel of a camera that sees 2 m",
                       .judged = true,
                       .apply = [](Scenario& s, double noise) { s.apparatus.noise_m = noise; },
-                      .least = 0.0});
+                      .minimum = 0.0});
 }
 
 }  // namespace
 
-double water_viscosity_ratio(double celsius) {
-    const double below = 20.0 - celsius;
-    return std::pow(10.0, below / (celsius + 96.0) * (1.2364 - 1.37e-3 * below + 5.7e-6 * below * below));
+double water_viscosity_ratio(double temperature_celsius) {
+    const double below = 20.0 - temperature_celsius;
+    return std::pow(10.0, below / (temperature_celsius + 96.0) * (1.2364 - 1.37e-3 * below + 5.7e-6 * below * below));
 }
 
 std::vector<UncertainCause> uncertain_causes(const SampleTruth& truth, const FallingHeadConfig& config) {

@@ -54,9 +54,9 @@ struct UncertainCause {
     std::string source;   ///< of the range
     bool judged = false;  ///< the range is a judgement
     std::function<void(Scenario&, double)> apply;
-    std::optional<double> absent = 0.0;   ///< value without the cause; none: it is always there
-    double least = -1e300, most = 1e300;  ///< beyond them values make no sense, also in wider ranges
-    bool common = false;                  ///< the same in tests of different grains in one apparatus
+    std::optional<double> absent = 0.0;        ///< value without the cause; none: it is always there
+    double minimum = -1e300, maximum = 1e300;  ///< beyond them values make no sense, also in wider ranges
+    bool common = false;                       ///< the same in tests of different grains in one apparatus
 };
 
 /// The causes of one sample in one apparatus, in the order of the report. `config` describes the apparatus as it was built.
@@ -122,6 +122,6 @@ struct ProfileFactors {
 [[nodiscard]] ProfileFactors profile_factors(const std::vector<double>& layers, double central);
 
 /// Viscosity of water at a temperature over that at 20 C, at 1 bar, 0 to 40 C (Kestin, Sokolov & Wakeham 1978).
-[[nodiscard]] double water_viscosity_ratio(double celsius);
+[[nodiscard]] double water_viscosity_ratio(double temperature_celsius);
 
 }  // namespace porepack::falling_head

@@ -16,8 +16,8 @@ namespace porepack::falling_head {
 using namespace core;
 namespace {
 
-constexpr double most_settling_times = 2e4;
-constexpr long most_steps = 100000;
+constexpr double max_settling_times = 2e4;
+constexpr long max_steps = 100000;
 
 double correction(double reynolds) {
     constexpr std::array<double, 8> re = {50, 100, 150, 200, 300, 400, 500, 1000}, k = {1.44, 1.24, 1.13, 1.08, 1.03, 1.01, 1.01, 1.0};
@@ -122,7 +122,7 @@ std::vector<double> Column::levels(const Resistance& resistance, double start_s,
                            2.0 * steady_speed(resistance, level_m) * resistance.inverse_inertial_permeability_per_m;
     const double start_level = water_level(level_m);
     const double settling = config_.sample_length_m * damping / (start_level + inertia_length_) * (times_s.back() - start_s);
-    const bool inertia = config_.column_inertia && !(settling > most_settling_times);
+    const bool inertia = config_.column_inertia && !(settling > max_settling_times);
     const auto rate = [&](const State& x, State& d, double) {
         // A water level that has reached the sample is not computed further.
         if (x[0] <= 0.0) {
@@ -145,7 +145,7 @@ std::vector<double> Column::levels(const Resistance& resistance, double start_s,
     for (const double time : times_s) {
         while (stepper.current_time() < time) {
             stepper.do_step(rate);
-            if (++steps > most_steps || !std::isfinite(stepper.current_state()[0]))
+            if (++steps > max_steps || !std::isfinite(stepper.current_state()[0]))
                 throw NumericalError(fmt::format("the falling water level could not be computed: 1/k = {:g} 1/m2, 1/k_in = {:g} 1/m",
                                                  resistance.inverse_permeability_per_m2, resistance.inverse_inertial_permeability_per_m),
                                      {.fix = "check k, k_in and the lengths: SI units"});

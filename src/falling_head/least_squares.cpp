@@ -33,11 +33,11 @@ std::array<double, first_curve> uncertainties(const FallingHeadConfig& c) {
             c.inertial_exponent_uncertainty};
 }
 
-constexpr std::size_t most_points = 5000;  // of a curve in the fit
+constexpr std::size_t max_points = 5000;  // of a curve in the fit
 
 // Means of groups of consecutive frames, for long curves: their information is the same, and within a group the level is a straight line.
 LevelCurve averaged(const LevelCurve& curve) {
-    const std::size_t frames = curve.time_s.size(), group = (frames + most_points - 1) / most_points;
+    const std::size_t frames = curve.time_s.size(), group = (frames + max_points - 1) / max_points;
     if (group == 1) return curve;
     LevelCurve means{.name = curve.name, .packing = curve.packing, .time_s = {}, .level_m = {}};
     for (std::size_t first = 0; first + group <= frames; first += group) {
@@ -181,13 +181,13 @@ public:
 
     // The bound of parameter p on the side `sign` where the sum of squares is higher by `rise`; `width` is the linear estimate. Infinite if
     // it is not found.
-    double bound(Eigen::Index p, double sign, double least, double rise, double width) {
+    double bound(Eigen::Index p, double sign, double minimum, double rise, double width) {
         const Eigen::VectorXd best = at_;
         const std::vector<Eigen::Index> all = free_;
         std::erase(free_, p);
         const auto excess = [&](double distance) {
             at_[p] = best[p] + sign * distance;
-            return std::sqrt(std::max(0.0, solve() - least) / rise) - 1.0;
+            return std::sqrt(std::max(0.0, solve() - minimum) / rise) - 1.0;
         };
         // sqrt of the increase is nearly linear in the distance, and zero at zero distance.
         double near = 0.0, at_near = -1.0, far = width, at_far = excess(far);
@@ -268,18 +268,18 @@ FallingHeadFit fit_falling_head(std::span<const LevelCurve> curves, const Fallin
     std::vector<LevelCurve> fitted_curves;
     for (const LevelCurve& curve : curves) fitted_curves.push_back(averaged(curve));
     Problem problem(fitted_curves, config);
-    double least = problem.solve();
-    const auto variance_of = [&] { return std::max(1e-16, least / static_cast<double>(problem.freedom())); };
-    if (problem.weigh(std::sqrt(variance_of()))) least = problem.solve();
+    double minimum = problem.solve();
+    const auto variance_of = [&] { return std::max(1e-16, minimum / static_cast<double>(problem.freedom())); };
+    if (problem.weigh(std::sqrt(variance_of()))) minimum = problem.solve();
     LinearisedFit linear = problem.linearised();
     NoiseJudgement noise = judge_noise(linear, 2);
     const double variance = variance_of();
-    if (!std::isfinite(least) || std::sqrt(variance) > 1.0)
+    if (!std::isfinite(minimum) || std::sqrt(variance) > 1.0)
         throw NumericalError("no falling-head equation is close to the data",
                              {.where = curves.front().name, .fix = "check the curve: units, jumps, a rising water level?"});
     // Correlated levels tell less, against the priors.
     if (problem.weigh(std::sqrt(variance) * noise.widths[viscous].widening)) {
-        least = problem.solve();
+        minimum = problem.solve();
         linear = problem.linearised();
         noise = judge_noise(linear, 2);
     }
@@ -303,9 +303,9 @@ FallingHeadFit fit_falling_head(std::span<const LevelCurve> curves, const Fallin
                        .levels_m = {}};
     const auto fitted = [&](Eigen::Index p) {
         const double width = noise.widths[static_cast<std::size_t>(p)].value, rise = width * width / inverse(p, p);
-        return FittedValue{
-            problem.unit(p) * problem.at(p),
-            {problem.unit(p) * problem.bound(p, -1.0, least, rise, width), problem.unit(p) * problem.bound(p, 1.0, least, rise, width)}};
+        return FittedValue{problem.unit(p) * problem.at(p),
+                           {problem.unit(p) * problem.bound(p, -1.0, minimum, rise, width),
+                            problem.unit(p) * problem.bound(p, 1.0, minimum, rise, width)}};
     };
     fit.inverse_permeability_per_m2 = fitted(viscous);
     fit.inverse_inertial_permeability_per_m = fitted(inertial);

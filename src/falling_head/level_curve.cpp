@@ -165,14 +165,14 @@ LevelCurve read_level_curve(const Path& csv) {
 
 LevelCurve take_window(const LevelCurve& curve, const FallingHeadConfig& config) {
     const double low = std::min(config.window_m[0], config.window_m[1]), high = std::max(config.window_m[0], config.window_m[1]);
-    const auto [least, most] = std::minmax_element(curve.level_m.begin(), curve.level_m.end());
+    const auto [lowest, highest] = std::minmax_element(curve.level_m.begin(), curve.level_m.end());
     const auto outside = [&](const std::string& what) {
         throw UserError(what, {.where = curve.name,
-                               .allowed = fmt::format("the levels of the file reach from {:g} to {:g} m", *least, *most),
+                               .allowed = fmt::format("the levels of the file reach from {:g} to {:g} m", *lowest, *highest),
                                .fix = "window_m (--window, two levels in metres), or the unit in the file's header"});
     };
-    if (*most <= 0.0) outside("the level starts below the top of the sample");
-    if (*least > high || *most < low) outside(fmt::format("no level lies in the window {:g} to {:g} m", low, high));
+    if (*highest <= 0.0) outside("the level starts below the top of the sample");
+    if (*lowest > high || *highest < low) outside(fmt::format("no level lies in the window {:g} to {:g} m", low, high));
     std::size_t first = 0, end = curve.time_s.size();
     while (first < end && curve.level_m[first] > high) ++first;
     while (end > first && curve.level_m[end - 1] < low) --end;

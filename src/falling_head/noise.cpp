@@ -15,8 +15,8 @@ using Eigen::Index, Eigen::Matrix2d, Eigen::MatrixXd, Eigen::Vector2d, Eigen::Ve
 // In double precision: the tail of each of the models' distributions is computed many times.
 using StudentsT = boost::math::students_t_distribution<double, boost::math::policies::policy<boost::math::policies::promote_double<false>>>;
 
-constexpr Index most_means = 128;  // of a curve
-constexpr double white_prior = 0.75, slow_part = 0.25, least_deviation_m = 1e-8;
+constexpr Index max_means = 128;  // of a curve
+constexpr double white_prior = 0.75, slow_part = 0.25, minimum_deviation_m = 1e-8;
 constexpr int correlation_times = 7;
 constexpr std::array<double, 8> correlated_parts = {0.03, 0.1, 0.25, 0.5, 0.75, 0.9, 0.97, 1.0};  // of the variance
 
@@ -37,7 +37,7 @@ Means means_of(const LinearisedFit& fit, const MatrixXd& estimator) {
     Means means;
     Index rows = 0, points = 0;
     for (const auto& times : fit.times_s) {
-        const auto count = static_cast<Index>(times.size()), groups = std::min(count, most_means);
+        const auto count = static_cast<Index>(times.size()), groups = std::min(count, max_means);
         const double length_s = times.back() - times.front();
         if (length_s > means.longest_s) means.shortest_s = length_s / static_cast<double>(groups);
         means.longest_s = std::max(means.longest_s, length_s);
@@ -147,8 +147,8 @@ void judge(Model& model, const std::vector<Transitions>& steps, const Means& mea
     const Eigen::LLT<MatrixXd> normal(white_basis.transpose() * white_basis);
     half_logarithm += normal.matrixLLT().diagonal().array().log().sum();
     const VectorXd explained = normal.matrixL().solve(white_basis.transpose() * white);
-    const double least = freedom * least_deviation_m * least_deviation_m / means.usual_size;
-    const double squares = std::max(least, white.squaredNorm() - explained.squaredNorm());
+    const double minimum = freedom * minimum_deviation_m * minimum_deviation_m / means.usual_size;
+    const double squares = std::max(minimum, white.squaredNorm() - explained.squaredNorm());
     model.log_likelihood = std::log(model.prior) - half_logarithm - 0.5 * freedom * std::log(squares);
     model.variance *= squares / freedom;
 }
@@ -202,7 +202,7 @@ double half_width(const std::vector<Model>& models, double freedom, const Varian
 void scale_priors(Means& means, double prior_deviation) {
     if (means.priors == 0) return;
     const Index noisy = means.residuals.size() - means.priors;
-    const double mean_deviation = std::max(least_deviation_m, means.residuals.head(noisy).norm() / std::sqrt(static_cast<double>(noisy)));
+    const double mean_deviation = std::max(minimum_deviation_m, means.residuals.head(noisy).norm() / std::sqrt(static_cast<double>(noisy)));
     means.jacobian.bottomRows(means.priors) *= mean_deviation / prior_deviation;
     means.residuals.tail(means.priors) *= mean_deviation / prior_deviation;
 }
@@ -231,7 +231,7 @@ NoiseJudgement judge_noise(const LinearisedFit& fit, Index parameters) {
 
     const Index points = fit.residuals.size() - means.priors;
     const auto points_freedom = static_cast<double>(fit.residuals.size() - factors.rank());
-    const double white_m = std::max(least_deviation_m, fit.residuals.head(points).norm() / std::sqrt(points_freedom)) *
+    const double white_m = std::max(minimum_deviation_m, fit.residuals.head(points).norm() / std::sqrt(points_freedom)) *
                            boost::math::quantile(StudentsT(points_freedom), 0.975);
     NoiseJudgement judgement{.widths = {}, .white_probability = models[0].weight};
     for (const Model& model : models)

@@ -16,7 +16,7 @@ namespace porepack::falling_head {
 using namespace core;
 namespace {
 
-constexpr double most_frames = 400.0;  // of a curve: a slow test needs fewer frames per second
+constexpr double max_frames = 400.0;  // of a curve: a slow test needs fewer frames per second
 
 void measure(PlannedTest& test, const Resistance& sample, const FallingHeadConfig& apparatus, long runs) {
     std::vector<LevelCurve> curves;
@@ -38,8 +38,8 @@ void measure(PlannedTest& test, const Resistance& sample, const FallingHeadConfi
 
 }  // namespace
 
-GlycerolSolution glycerol_solution(double fraction, double celsius) {
-    const double T = celsius, C = fraction;
+GlycerolSolution glycerol_solution(double fraction, double temperature_celsius) {
+    const double T = temperature_celsius, C = fraction;
     const double water = 1.790e-3 * std::exp((-1230.0 - T) * T / (36100.0 + 360.0 * T));
     const double glycerol = 12.1 * std::exp((-1233.0 + T) * T / (9900.0 + 70.0 * T));
     const double a = 0.705 - 0.0017 * T, b = (4.9 + 0.036 * T) * std::pow(a, 2.5);
@@ -55,7 +55,7 @@ FallingHeadConfig apparatus_of(const PlannedTest& test, const Resistance& sample
     apparatus.window_m = test.window_m;
     apparatus.start_level_m = std::min(apparatus.start_level_m, 1.25 * test.window_m[1]);
     const FallingHead ideal(1.0 / sample.inverse_permeability_per_m2, 1.0 / sample.inverse_inertial_permeability_per_m, apparatus);
-    apparatus.frames_per_s = std::min(apparatus.frames_per_s, most_frames / ideal.time_at(test.window_m[0]));
+    apparatus.frames_per_s = std::min(apparatus.frames_per_s, max_frames / ideal.time_at(test.window_m[0]));
     return apparatus;
 }
 
@@ -73,15 +73,15 @@ std::vector<PlannedTest> plan_tests(const Resistance& sample, const FallingHeadC
     if (tops.back() > apparatus.start_level_m)
         throw UserError(fmt::format("a window that begins at {:g} m lies above the start of the test", tops.back()),
                         {.where = "window_tops_m", .allowed = fmt::format("at most start_level_m, {:g} m", apparatus.start_level_m)});
-    const double water = glycerol_solution(0.0, config.celsius).kinematic_viscosity_m2_per_s;
+    const double water = glycerol_solution(0.0, config.temperature_celsius).kinematic_viscosity_m2_per_s;
     std::vector<PlannedTest> tests;
     for (const double fluid : fluids)
         for (const double length : lengths)
             for (const double high : tops) {
                 PlannedTest test{.glycerol_fraction = fluid,
-                                 .kinematic_viscosity_m2_per_s = apparatus.kinematic_viscosity_m2_per_s *
-                                                                 glycerol_solution(fluid, config.celsius).kinematic_viscosity_m2_per_s /
-                                                                 water,
+                                 .kinematic_viscosity_m2_per_s =
+                                     apparatus.kinematic_viscosity_m2_per_s *
+                                     glycerol_solution(fluid, config.temperature_celsius).kinematic_viscosity_m2_per_s / water,
                                  .sample_length_m = length,
                                  .window_m = {bottom, high},
                                  .half_width = {},

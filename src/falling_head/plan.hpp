@@ -12,15 +12,15 @@ namespace porepack::falling_head {
 struct GlycerolSolution {
     double kinematic_viscosity_m2_per_s, density_kg_per_m3;
 };
-[[nodiscard]] GlycerolSolution glycerol_solution(double fraction, double celsius);
+[[nodiscard]] GlycerolSolution glycerol_solution(double fraction, double temperature_celsius);
 
 struct TestPlanConfig {
     std::vector<double> glycerol_fractions = {0.0, 0.4, 0.6, 0.75, 0.85};
     std::vector<double> sample_lengths_m = {};
     std::vector<double> window_tops_m = {};
     long runs = 3;
-    double celsius = 20.0;
-    double within = 0.05;
+    double temperature_celsius = 20.0;
+    double half_width = 0.05;
 };
 inline void describe(record::ConfigVisitor& v, TestPlanConfig& c) {
     v.numbers("glycerol_fractions", c.glycerol_fractions, {1, 20}, record::between(0.0, 1.0), "fluids to try: mass of glycerol in water");
@@ -29,8 +29,8 @@ inline void describe(record::ConfigVisitor& v, TestPlanConfig& c) {
     v.numbers("window_tops_m", c.window_tops_m, {0, 20}, record::length_range(),
               "upper ends of the window to try, with the given lower end; auto: that of window_m, and a third of it");
     v.integer("runs", c.runs, record::between(1, 100), "curves that are recorded and analysed together");
-    v.number("celsius", c.celsius, record::between(0.0, 60.0), "temperature");
-    v.number("within", c.within, record::between(1e-3, 1.0), "wanted half width of the interval of k, relative");
+    v.number("celsius", c.temperature_celsius, record::between(0.0, 60.0), "temperature");
+    v.number("within", c.half_width, record::between(1e-3, 1.0), "wanted half width of the interval of k, relative");
 }
 
 struct PlannedTest {

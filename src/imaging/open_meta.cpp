@@ -3,6 +3,7 @@
 #include <cmath>
 #include <fstream>
 
+#include "core/files.hpp"
 #include "core/error.hpp"
 #include "imaging/file_axes.hpp"
 #include "imaging/header_fields.hpp"
@@ -77,7 +78,7 @@ void take_places(FileVolume& volume, const HeaderFields& fields) {
 // The data stand behind the header, or in a file of their own. (ITK's MetaIO does not survive damaged headers.)
 FileVolume open_meta(const Path& path) {
     std::ifstream file(path, std::ios::binary);
-    if (!fs::is_regular_file(path)) throw UserError("not a regular file: " + path.string());
+    require_file(path);
     const HeaderFields fields = read_header(file, path);
     const auto expect = [&](const char* key, const char* standard, const char* only) {
         if (fields.text(key, standard) != only) fields.refuse(key, only);

@@ -7,6 +7,7 @@
 #include <set>
 #include <sstream>
 
+#include "core/files.hpp"
 #include "core/error.hpp"
 #include "imaging/file_axes.hpp"
 #include "imaging/header_fields.hpp"
@@ -130,7 +131,7 @@ std::optional<double> unit_of(const HeaderFields& fields) {
 // The data stand behind the header, or in a file of their own. (ITK's reader does not survive damaged headers, and takes surplus data.)
 FileVolume open_nrrd(const Path& path) {
     std::ifstream file(path, std::ios::binary);
-    if (!fs::is_regular_file(path)) throw UserError("not a regular file: " + path.string());
+    require_file(path);
     const HeaderFields fields = read_header(file, path);
     require_axes_of_space(fields);
     FileVolume volume{.type = type_of(fields)};

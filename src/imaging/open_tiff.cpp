@@ -8,6 +8,7 @@
 #include <fstream>
 #include <memory>
 
+#include "core/files.hpp"
 #include "core/error.hpp"
 #include "core/json.hpp"
 #include "imaging/file_axes.hpp"
@@ -39,7 +40,7 @@ void count_loop(const char* /*module*/, const char* format, va_list /*values*/) 
 }
 
 File open(const Path& path) {
-    if (!std::filesystem::is_regular_file(path)) throw UserError("not a regular file: " + path.string());
+    require_file(path);
     TIFFSetWarningHandler(count_loop);
     TIFFSetErrorHandler(count_error);
     File file(TIFFOpen(path.c_str(), "r"));

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <memory>
 
+#include "core/files.hpp"
 #include "core/error.hpp"
 #include "imaging/uses.hpp"
 
@@ -21,7 +22,7 @@ class Bytes {
 public:
     Bytes(Path path, std::uint64_t start, bool packed)
         : path_(std::move(path)), start_(start), packed_(packed), input_(packed ? chunk : 0) {
-        if (!fs::is_regular_file(path_)) throw UserError("not a regular file: " + path_.string());
+        require_file(path_);
         file_.open(path_, std::ios::binary);
         if (!file_) throw UserError("the file cannot be opened: " + path_.string());
         if (packed_) rewind();

@@ -91,8 +91,8 @@ void warn_of_no_bed(const PoreSpace& space) {
     if (space.container.any_periodic() || space.container.cut_ends) return;
     if (space.bed_bottom_m > 0.25 * space.maximum_feret_diameter_m)
         log_warning(fmt::format("{}: the lowest grain lies {:.3g} m above the floor", space.source, space.bed_bottom_m));
-    constexpr double least = 0.1;
-    if (const double solid = 1.0 - space.porosity(4000).value; solid < least)
+    constexpr double minimum = 0.1;
+    if (const double solid = 1.0 - space.porosity(4000).value; solid < minimum)
         log_warning(fmt::format("{}: solid fills {:.2g} % of the section: k is that of single bodies in a container, not of a bed",
                                 space.source, 100.0 * solid));
 }

@@ -13,6 +13,7 @@
 #include <sstream>
 #include <vector>
 
+#include "core/files.hpp"
 #include "core/error.hpp"
 #include "io/vti_file.hpp"
 
@@ -154,7 +155,7 @@ void read_layers(File& file, const VtiVolume& volume, const std::array<std::int6
 VtiVolume open_vti_volume(const Path& path, const std::string& field) {
     const auto file = std::make_shared<File>();
     file->path = path;
-    if (!std::filesystem::is_regular_file(path)) throw UserError("not a regular file: " + path.string());
+    require_file(path);
     file->stream.open(path, std::ios::binary);
     file->parser->SetStream(&file->stream);
     file->parser->SetIgnoreCharacterData(1);

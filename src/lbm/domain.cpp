@@ -10,6 +10,9 @@
 #include "core/parallel.hpp"
 #include "lbm/neighbours.hpp"
 #include "lbm/uses.hpp"
+#include "pore_space/find_cuts.hpp"
+#include "pore_space/percolation.hpp"
+#include "pore_space/walls.hpp"
 
 namespace porepack::lbm {
 

@@ -5,8 +5,12 @@
 #include <span>
 #include <vector>
 
+#include "pore_space/drive.hpp"
 #include "pore_space/link_cuts.hpp"
-#include "pore_space/walls.hpp"
+
+namespace porepack::pore_space {
+struct FlowWalls;
+}
 
 namespace porepack::lbm {
 

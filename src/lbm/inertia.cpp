@@ -12,6 +12,9 @@
 #include "lbm/mean_flow.hpp"
 #include "lbm/sequence.hpp"
 #include "lbm/uses.hpp"
+#include "pore_space/percolation.hpp"
+#include "pore_space/pore_space.hpp"
+#include "pore_space/walls.hpp"
 
 namespace porepack::lbm {
 namespace {
@@ -134,7 +137,7 @@ public:
         MeanFlow mean = average_in_time(*flow, domain_, section_.area_cells,
                                         {.tolerance = criterion.tolerance,
                                          .turnover_steps = length_lu * porosity / wanted_speed,
-                                         .most_turnovers = criterion.most_turnovers});
+                                         .max_turnovers = criterion.max_turnovers});
         gradient_ = resistance_ = force;
         kinetic_share_ = 0.0;
         keep(*flow);
@@ -294,7 +297,8 @@ InertialFlow next_flow(Series& series, const InertialSeries& known, const Inerti
         flow.seconds = mean.seconds;
         if (!flow.converged)
             throw NumericalError(
-                fmt::format("the mean velocity is known to {:.2g} % only after {:.0f} turnovers", 100.0 * mean.half_width, mean.turnovers));
+                fmt::format("the mean velocity is known to {:.2g} % only after {:.0f} turnovers", 100.0 * mean.half_width, mean.turnovers),
+                {.fix = "raise forchheimer.max_turnovers, or accept less certain means with statistical_tolerance"});
     } else {
         const StokesRun run = series.solve(viscosity, force, Model::navier_stokes, faster, denser, state.permeability / viscosity);
         state.speed = run.superficial_velocity_lu;
@@ -305,7 +309,8 @@ InertialFlow next_flow(Series& series, const InertialSeries& known, const Inerti
         flow.seconds = run.seconds;
         if (!flow.converged)
             throw NumericalError(fmt::format("no steady flow within {} steps (iteration error {:.1e}, tolerance {:.1e})", run.steps,
-                                             run.iteration_error, criterion.tolerance));
+                                             run.iteration_error, criterion.tolerance),
+                                 {.fix = "compute the flow's mean in time (forchheimer.mean_in_time) on a periodic packing"});
     }
     state.viscosity = viscosity;
     state.force = force;

@@ -1,95 +1,16 @@
 // Flows with inertia: the apparent permeability against the Reynolds number, by the full equilibrium.
 #pragma once
 
-#include <cmath>
+#include <optional>
 #include <span>
-#include <string>
-#include <vector>
 
-#include "core/members.hpp"
-#include "lbm/permeability.hpp"
+#include "lbm/inertial_series.hpp"
+
+namespace porepack::pore_space {
+struct PoreSpace;
+}
 
 namespace porepack::lbm {
-
-/// A flow at Re = U length / nu, U being the superficial velocity: steady, or the mean in time.
-struct InertialFlow {
-    double reynolds = 0.0;
-    /// Apparent permeability. In situ: nu U / (gradient of the flux-weighted total pressure p + u^2/2 between the planes). Else
-    /// nu U / (drag of grains and walls / volume of the section).
-    double permeability_m2 = 0.0;
-    double momentum_share = 0.0;        ///< fraction of the pressure drop that accelerates the water between the end planes
-    double kinetic_energy_share = 0.0;  ///< in situ: fraction of the drop of the total pressure that is due to the flux of kinetic energy
-    double iteration_error = 0.0;
-    bool converged = false;
-    double relaxation_time = 0.0;
-    double fastest_lu = 0.0;  ///< maximum velocity on a node; compressibility errors grow with its square
-    /// Of a mean in time, else nothing. The scheme of these flows has less accurate walls; what they do to k is measured on creeping flow
-    /// at the same viscosity, and removed from the permeability.
-    struct InTime {
-        bool steady = false;                 ///< the flow does not change any more
-        double half_width = 0.0;             ///< relative, of the 95 % interval of the mean velocity: statistical
-        double fluctuation = 0.0;            ///< standard deviation of the mean velocity in time, over its mean
-        double kinetic_energy_factor = 0.0;  ///< <u^2> / <u_z>^2 over the fluid
-        double lateral_share = 0.0;          ///< velocity across the flow over that along it
-        double turnovers = 0.0;              ///< time, in passages of the mean velocity in the pores by one grain diameter
-        double correlation_turnovers = 0.0;
-        double wall_error = 0.0;  ///< k of creeping flow by this scheme over that by the steady one, minus 1
-        /// Relative. After the correction, at most a quarter of the wall error was left (simple cubic spheres, Re up to 20).
-        [[nodiscard]] double wall_half_width() const { return 0.5 * std::abs(wall_error); }
-    };
-    std::optional<InTime> in_time = {};
-    long steps = 0;
-    double seconds = 0.0;
-    /// Of the permeability, relative, independent of the other flows: iteration error, or the standard error of the mean in time.
-    [[nodiscard]] double error() const { return in_time ? in_time->half_width / 1.96 : iteration_error; }
-};
-template <core::MembersOf<InertialFlow::InTime> Self, typename Visit>
-void visit_members(Self& mean, const Visit& visit) {
-    visit("steady", mean.steady);
-    visit("statistical_half_width", mean.half_width);
-    visit("velocity_fluctuation", mean.fluctuation);
-    visit("kinetic_energy_factor", mean.kinetic_energy_factor);
-    visit("lateral_velocity_share", mean.lateral_share);
-    visit("turnovers", mean.turnovers);
-    visit("correlation_turnovers", mean.correlation_turnovers);
-    visit("wall_error", mean.wall_error);
-    double half_width = mean.wall_half_width();
-    visit("wall_half_width", half_width);
-}
-template <core::MembersOf<InertialFlow> Self, typename Visit>
-void visit_members(Self& flow, const Visit& visit) {
-    visit("reynolds", flow.reynolds);
-    visit("permeability_m2", flow.permeability_m2);
-    visit("momentum_share", flow.momentum_share);
-    visit("kinetic_energy_share", flow.kinetic_energy_share);
-    visit("iteration_error", flow.iteration_error);
-    visit("converged", flow.converged);
-    visit("relaxation_time", flow.relaxation_time);
-    visit("fastest_lattice_velocity", flow.fastest_lu);
-    visit("mean_in_time", flow.in_time);
-    visit("steps", flow.steps);
-    visit("wall_time_s", flow.seconds);
-}
-
-struct InertialSeries {
-    double voxel_size_m = 0.0;
-    std::optional<pore_space::Stretch> stretch = {};  ///< of a periodic box, to whole numbers of voxels
-    std::size_t nodes = 0;
-    double creeping_permeability_m2 = 0.0;
-    double peak_over_mean = 0.0;            ///< maximum velocity / superficial velocity, creeping flow
-    std::vector<InertialFlow> flows;        ///< rising
-    std::optional<std::string> stopped_by;  ///< why the next flow has no result; nothing when all were found
-};
-template <core::MembersOf<InertialSeries> Self, typename Visit>
-void visit_members(Self& series, const Visit& visit) {
-    visit("voxel_size_m", series.voxel_size_m);
-    visit("stretch", series.stretch);
-    visit("nodes", series.nodes);
-    visit("creeping_permeability_m2", series.creeping_permeability_m2);
-    visit("peak_over_mean_velocity", series.peak_over_mean);
-    visit("stopped_by", series.stopped_by);
-    visit("flows", series.flows);
-}
 
 struct InertialCriterion {
     double tolerance = 1e-3;  ///< of the estimated relative iteration error of the apparent permeability; lower it to see
@@ -97,8 +18,8 @@ struct InertialCriterion {
     long max_steps = 100000;  ///< per flow; a flow that is not steady then ends the series
     /// Means in time instead of steady flows, in a cell that is periodic along the flow.
     struct InTime {
-        double tolerance = 0.02;      ///< relative half width of the 95 % interval of the mean velocity
-        double most_turnovers = 800;  ///< a flow whose mean is not known then ends the series
+        double tolerance = 0.02;     ///< relative half width of the 95 % interval of the mean velocity
+        double max_turnovers = 800;  ///< a flow whose mean is not known then ends the series
     };
     std::optional<InTime> in_time = {};
 };

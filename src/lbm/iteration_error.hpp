@@ -4,7 +4,6 @@
 #include <optional>
 #include <vector>
 
-#include "core/members.hpp"
 #include "lbm/layers.hpp"
 
 namespace porepack::lbm {
@@ -15,27 +14,6 @@ struct FlowSection {
     int first_layer = 0;
     int last_layer = 0;  ///< inclusive
 };
-
-/// One check of the run's state, the history of the convergence plot.
-struct ConvergencePoint {
-    long step = 0;
-    double permeability_lu = 0.0;         ///< by the flow rate through the planes of the section
-    double permeability_volume_lu = 0.0;  ///< by the mean flow rate of its layers
-    double expected_lu = 0.0,
-           expected_volume_lu = 0.0;  ///< the same in the steady state, to first order; with inertia not known: as they are
-    double iteration_error = 0.0;     ///< relative
-    double flow_imbalance = 0.0;      ///< maximum relative difference of the flow rate between layers
-};
-template <core::MembersOf<ConvergencePoint> Self, typename Visit>
-void visit_members(Self& point, const Visit& visit) {
-    visit("step", point.step);
-    visit("permeability_lu", point.permeability_lu);
-    visit("permeability_volume_lu", point.permeability_volume_lu);
-    visit("expected_lu", point.expected_lu);
-    visit("expected_volume_lu", point.expected_volume_lu);
-    visit("iteration_error", point.iteration_error);
-    visit("flow_imbalance", point.flow_imbalance);
-}
 
 /// Relative difference between the present and the steady permeability of a Stokes flow, from two states that are `steps` apart. Exact
 /// to first order in this difference, for any mixture of modes, as far as walls conserve mass.

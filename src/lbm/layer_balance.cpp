@@ -65,7 +65,7 @@ void LayerBalance::begin(Flow& flow) const {
     add(flow, added);
 }
 
-void LayerBalance::correct(Flow& flow, const Layers& layers, double permeability_lu, long steps, State& state) const {
+void LayerBalance::correct(Flow& flow, const Layers& layers, double permeability_lu, long steps, BalanceState& state) const {
     const std::vector<double> before = std::exchange(state.density, layers.density);
     std::vector<double> added(layers.flow.size(), 0.0);
     if (balance_ && !before.empty() && permeability_lu > 0.0) {

@@ -1,7 +1,6 @@
 // Corrections of the pressure during the iteration that leave the steady state as it is.
 #pragma once
 
-#include "core/members.hpp"
 #include "lbm/layers.hpp"
 
 namespace porepack::lbm {
@@ -17,16 +16,10 @@ public:
     /// `area_cells`: cross-section of the container. `balance` false: only the mean density is corrected.
     LayerBalance(const Domain& domain, const Scheme& scheme, double area_cells, bool balance);
 
-    /// What a correction must know of the one before.
-    struct State {
-        std::vector<double> density = {};  ///< of the layers, after the correction
-        double unsteady = 0.0;             ///< scatter of the unsteady part of the layers' flow rates
-        double share = 0.7;  ///< upper limit of the fraction of the correction that is applied; smaller when the unsteady part grows
-    };
     /// Sets a flow at rest to the pressures that the layers' conductances give.
     void begin(Flow& flow) const;
     /// `steps` after the last call, which left `state`.
-    void correct(Flow& flow, const Layers& layers, double permeability_lu, long steps, State& state) const;
+    void correct(Flow& flow, const Layers& layers, double permeability_lu, long steps, BalanceState& state) const;
 
 private:
     [[nodiscard]] std::vector<double> pressure_steps(const Layers& layers, const std::vector<double>& unsteady, double share) const;
@@ -39,11 +32,4 @@ private:
     bool closed_, balance_;
     std::size_t first_ = 0, end_ = 0;  // layers of the bed: what is outside is nearly free water
 };
-template <core::MembersOf<LayerBalance::State> Self, typename Visit>
-void visit_members(Self& state, const Visit& visit) {
-    visit("layer_density", state.density);
-    visit("layer_unsteady", state.unsteady);
-    visit("layer_share", state.share);
-}
-
 }  // namespace porepack::lbm

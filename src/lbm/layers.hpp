@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "lbm/flow.hpp"
+#include "lbm/stokes_run.hpp"
 
 namespace porepack::lbm {
 
@@ -25,16 +26,6 @@ private:
     std::size_t layer_ = 0, first_cell_ = 0, cells_ = 0;
 };
 
-/// For each layer of cells normal to the flow axis: its number of nodes, sums over them, and their mean density deviation. Lattice units.
-struct Layers {
-    std::vector<double> nodes;
-    std::vector<double> flow;          ///< velocity along the axis
-    std::vector<double> power;         ///< velocity along the axis times density deviation
-    std::vector<double> kinetic;       ///< energy: u^2 / 2
-    std::vector<double> kinetic_flux;  ///< velocity along the axis times u^2 / 2
-    std::vector<double> elastic;       ///< energy of the density deviation: density^2 / 6, since the square of the speed of sound is 1/3
-    std::vector<double> density;       ///< mean
-};
 [[nodiscard]] Layers measure_layers(const Flow& flow, const Domain& domain);
 /// Mean over all nodes, from the number of nodes and the mean of each layer.
 [[nodiscard]] double mean_density(const std::vector<double>& nodes, const std::vector<double>& density);

@@ -32,13 +32,13 @@ Moment moment_of(std::span<const double> samples) {
 // Number of samples from whose end on the mean has the smallest standard error, in steps of a hundredth.
 std::size_t beginning_of(std::span<const double> samples) {
     std::size_t best = 0;
-    double least = std::numeric_limits<double>::max();
+    double minimum = std::numeric_limits<double>::max();
     const std::size_t step = std::max<std::size_t>(1, samples.size() / 100);
     for (std::size_t left_out = 0; 2 * left_out <= samples.size(); left_out += step) {
         const auto rest = samples.subspan(left_out);
         const double error = moment_of(rest).variance / static_cast<double>(rest.size());
-        if (error < least) {
-            least = error;
+        if (error < minimum) {
+            minimum = error;
             best = left_out;
         }
     }
@@ -130,18 +130,18 @@ public:
         energy_.push_back(sample.squares * nodes / (sample.along * sample.along));
         lateral_.push_back(std::hypot(sample.lateral[0], sample.lateral[1]) / sample.along);
         steady_ = turnovers() > turnovers_of_start && is_steady(velocity_, criterion_.steady_change);
-        if (steady_ || turnovers() >= std::min(next_look_, criterion_.most_turnovers)) {
+        if (steady_ || turnovers() >= std::min(next_look_, criterion_.max_turnovers)) {
             series_ = mean_of_series(velocity_);
             next_look_ = 1.1 * turnovers();
         }
     }
-    [[nodiscard]] bool ended() const { return converged() || turnovers() >= criterion_.most_turnovers; }
+    [[nodiscard]] bool ended() const { return converged() || turnovers() >= criterion_.max_turnovers; }
     [[nodiscard]] long samples() const { return static_cast<long>(velocity_.size()); }
     [[nodiscard]] double last() const { return velocity_.back(); }
     [[nodiscard]] double turnovers() const { return static_cast<double>(velocity_.size()) / per_turnover_; }
     // Estimate from the half width so far, which falls with the square root of time.
     [[nodiscard]] double turnovers_needed() const {
-        double needed = criterion_.most_turnovers;
+        double needed = criterion_.max_turnovers;
         if (std::isfinite(series_.half_width) && series_.mean > 0.0)
             needed = std::min(needed, turnovers() * std::pow(series_.half_width / (criterion_.tolerance * series_.mean), 2.0));
         return std::max({needed, criterion_.least_turnovers, turnovers()});

@@ -8,6 +8,7 @@
 #include "lbm/permeability.hpp"
 #include "lbm/uses.hpp"
 #include "packing/grains.hpp"
+#include "pore_space/pore_space.hpp"
 
 namespace porepack::lbm {
 namespace {

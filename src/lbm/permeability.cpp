@@ -10,6 +10,9 @@
 #include "core/machine.hpp"
 #include "lbm/sequence.hpp"
 #include "lbm/uses.hpp"
+#include "packing/packing.hpp"
+#include "pore_space/percolation.hpp"
+#include "pore_space/pore_space.hpp"
 
 namespace porepack::lbm {
 namespace {

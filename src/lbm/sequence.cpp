@@ -13,6 +13,10 @@
 #include "core/log.hpp"
 #include "lbm/layered_flow.hpp"
 #include "lbm/uses.hpp"
+#include "packing/packing.hpp"
+#include "pore_space/percolation.hpp"
+#include "pore_space/pore_space.hpp"
+#include "pore_space/walls.hpp"
 #include "record/resolved_config.hpp"
 
 namespace porepack::lbm {

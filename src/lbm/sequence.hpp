@@ -5,6 +5,7 @@
 #include "core/log.hpp"
 #include "lbm/checkpoint.hpp"
 #include "lbm/start.hpp"
+#include "packing/grains.hpp"
 
 namespace porepack::lbm {
 

@@ -9,6 +9,7 @@
 #include "core/error.hpp"
 #include "core/interrupt.hpp"
 #include "core/log.hpp"
+#include "lbm/layer_balance.hpp"
 #include "lbm/uses.hpp"
 
 namespace porepack::lbm {

@@ -7,29 +7,9 @@
 
 #include "core/error.hpp"
 #include "lbm/iteration_error.hpp"
-#include "lbm/layer_balance.hpp"
+#include "lbm/stokes_run.hpp"
 
 namespace porepack::lbm {
-
-struct StokesRun {
-    double permeability_lu = 0.0;         ///< by the flow rate through the planes of the section, for the area of `area_cells`
-    double permeability_volume_lu = 0.0;  ///< by the volume average between the planes
-    double superficial_velocity_lu = 0.0;
-    double gradient_lu = 0.0;            ///< driving pressure gradient over the section
-    double hydraulic_tortuosity = 0.0;   ///< sum |u| / sum u_axis over the section's fluid
-    double kinetic_energy_factor = 0.0;  ///< <u^2> / <u_axis>^2, means over the section's fluid
-    std::array<double, 3> velocity_sum_lu = {0, 0, 0};
-    double iteration_error = 0.0;  ///< estimated at the last check, plus drift_per_imbalance
-    double flow_imbalance = 0.0;
-    double mass_leak = 0.0;  ///< of a cell without end planes: density that the walls add per step, over that of the driving gradient
-    bool converged = false;
-    long steps = 0;
-    double seconds = 0.0;
-    double updates_per_second = 0.0;
-    Layers layers = {};
-    LayerBalance::State balance = {};
-    std::vector<ConvergencePoint> history = {};
-};
 
 /// Not steady, and not becoming so: another viscosity may help.
 struct FlowDiverged : core::NumericalError {

@@ -235,9 +235,9 @@ FoamExtrapolation extrapolate_meshes(std::span<const double> cells, std::span<co
 }
 
 FoamExtrapolation without_lost_pores(FoamExtrapolation found, std::span<const double> values, std::span<const double> volume_ratios) {
-    constexpr double least_volume = 0.97;
+    constexpr double min_volume_ratio = 0.97;
     const std::size_t n = values.size();
-    if (volume_ratios[n - 2] >= least_volume || values[n - 1] <= values[n - 2]) return found;
+    if (volume_ratios[n - 2] >= min_volume_ratio || values[n - 1] <= values[n - 2]) return found;
     const auto [low, high] = std::minmax_element(values.begin(), values.end());
     return {.value = values[n - 1],
             .interval = {std::min({*low, found.value, found.interval.low}), std::max({*high, found.value, found.interval.high})},

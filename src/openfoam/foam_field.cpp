@@ -99,7 +99,9 @@ double plane_pressure(std::span<const FoamCell> cells, double z_m, double reach_
         pz += weight * cell.pressure * z;
     }
     const double spread = weights * z2 - z1 * z1;
-    if (!(spread > 0.0)) throw NumericalError(fmt::format("no cells with flow at the plane z = {:g} m", z_m));
+    if (!(spread > 0.0))
+        throw NumericalError(fmt::format("no cells with flow at the plane z = {:g} m", z_m),
+                             {.fix = "use smaller cells (foam.cell_size_m), or a section whose planes lie inside the meshed bed"});
     return (z2 * p1 - z1 * pz) / spread;
 }
 
@@ -113,7 +115,9 @@ FoamTortuosity hydraulic_tortuosity(std::span<const FoamCell> cells, const Secti
     }
     int axis = 2;
     const double along = mean.cwiseAbs().maxCoeff(&axis);
-    if (!(along > 0.0)) throw NumericalError("nothing flows in this OpenFOAM case");
+    if (!(along > 0.0))
+        throw NumericalError("nothing flows in this OpenFOAM case",
+                             {.fix = "check that the solver has run (log.simpleFoam) and that the section lies inside the mesh"});
     return {.axis = static_cast<Axis>(axis), .value = speed / along};
 }
 

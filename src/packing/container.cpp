@@ -36,10 +36,10 @@ bool Container::contains_column(double x, double y) const {
 
 double Container::wall_distance(const Vec3& point) const {
     if (kind == Kind::cylinder) return diameter_m / 2.0 - std::hypot(point.x(), point.y());
-    double least = 1e300;
+    double minimum = 1e300;
     for (int axis = 0; axis < 2; ++axis)
-        if (!periodic[static_cast<std::size_t>(axis)]) least = std::min({least, point[axis], size_m[axis] - point[axis]});
-    return least;
+        if (!periodic[static_cast<std::size_t>(axis)]) minimum = std::min({minimum, point[axis], size_m[axis] - point[axis]});
+    return minimum;
 }
 
 std::optional<double> Container::wall_hit(const Vec3& from, const Vec3& step) const {

@@ -202,20 +202,20 @@ void Grains::line_parts(const Image& image, const Vec3& origin, const Vec3& dire
 }
 
 double Grains::distance(const Vec3& point, double cap) const {
-    double least = cap;
+    double minimum = cap;
     const int reach = 1 + static_cast<int>(cap / bin_size_);
     for (int dj = -reach; dj <= reach; ++dj)
         for (int di = -reach; di <= reach; ++di)
             for (const int g : near(point.x() + di * bin_size_, point.y() + dj * bin_size_)) {
                 const Image& image = images_[static_cast<std::size_t>(g)];
-                if (((image.bounds.low - point).array() > least).any() || ((point - image.bounds.high).array() > least).any()) continue;
+                if (((image.bounds.low - point).array() > minimum).any() || ((point - image.bounds.high).array() > minimum).any()) continue;
                 double own = signed_distance(image.capsules, point);
                 if (own > 0.0 && has_filled_cavity(shape_of(image)) &&
                     in_cavity(shape_of(image), orientation_[image.body].conjugate() * (point - image.shift - position_[image.body])))
                     own = -own;  // the way out leads through the wall of the cavity
-                least = std::min(least, own);
+                minimum = std::min(minimum, own);
             }
-    return least;
+    return minimum;
 }
 
 Section choose_section(const Container& container, const SectionChoice& choice, const Section& bed, double maximum_feret_diameter_m) {

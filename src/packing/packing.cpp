@@ -177,15 +177,15 @@ void leave_out_unused_shapes(Packing& packing, const Path& path) {
 
 // Bodies of a periodic box into the box.
 void bring_in(Packing& packing, const Path& path) {
-    constexpr double most_boxes = 1e6;  // beyond them, a double does not know the place in the box
+    constexpr double max_boxes = 1e6;  // beyond them, a double does not know the place in the box
     for (std::size_t i = 0; i < packing.bodies.size(); ++i)
         for (int axis = 0; axis < 3; ++axis) {
             if (!packing.container.periodic[static_cast<std::size_t>(axis)]) continue;
             double& x = packing.bodies[i].position_m[axis];
             const double boxes = std::floor(x / packing.container.size_m[axis]);
-            if (std::abs(boxes) > most_boxes)
+            if (std::abs(boxes) > max_boxes)
                 throw UserError(fmt::format("body {} lies {:g} boxes away from the periodic box", i, boxes),
-                                {.where = path.string(), .allowed = fmt::format("at most {:g}", most_boxes)});
+                                {.where = path.string(), .allowed = fmt::format("at most {:g}", max_boxes)});
             if (std::abs(boxes) > 1.0) x -= boxes * packing.container.size_m[axis];
         }
 }
@@ -254,9 +254,9 @@ void write_packing(const Path& path, const Packing& packing) {
 }
 
 double finest_diameter(const Packing& packing) {
-    double least = 1e300;
-    for (const auto& shape : packing.shapes) least = std::min(least, smallest_diameter(shape));
-    return least;
+    double minimum = 1e300;
+    for (const auto& shape : packing.shapes) minimum = std::min(minimum, smallest_diameter(shape));
+    return minimum;
 }
 
 std::vector<Capsule> world_capsules(const Packing& packing, const Body& body) {
@@ -291,14 +291,14 @@ Overlaps find_overlaps(const Packing& packing) {
             if (((all[i].bounds.high - all[j].bounds.low).array() < 0.0).any() ||
                 ((all[j].bounds.high - all[i].bounds.low).array() < 0.0).any())
                 continue;
-            double least = 1e300;
+            double minimum = 1e300;
             for (const auto& first : all[i].capsules)
-                for (const auto& second : all[j].capsules) least = std::min(least, gap(first, second));
-            if (least >= 0.0) continue;
+                for (const auto& second : all[j].capsules) minimum = std::min(minimum, gap(first, second));
+            if (minimum >= 0.0) continue;
             ++overlaps.contacts;
-            sum -= least;
-            if (-least <= overlaps.largest_between_grains_m) continue;
-            overlaps.largest_between_grains_m = -least;
+            sum -= minimum;
+            if (-minimum <= overlaps.largest_between_grains_m) continue;
+            overlaps.largest_between_grains_m = -minimum;
             overlaps.grains = {std::min(all[i].body, all[j].body), std::max(all[i].body, all[j].body)};
         }
     }

@@ -66,18 +66,18 @@ ForchheimerFit fit_forchheimer(double permeability_m2, double length_m, std::spa
         {{(y[n - 1] - y[n - 2]) / (x[n - 1] - x[n - 2]), (error_of(n - 1) + error_of(n - 2)) / (x[n - 1] - x[n - 2])},
          {(y[n - 1] - 1.0 / permeability_m2) / x[n - 1], error_of(n - 1) / x[n - 1]},
          {line.slope, (error_of(n - 1) + error_of(0)) / (x[n - 1] - x[0])}}};
-    double least = line.slope, low = line.slope, high = line.slope;
+    double minimum = line.slope, low = line.slope, high = line.slope;
     for (const Slope& slope : slopes) {
-        least = std::min(least, slope.value);
+        minimum = std::min(minimum, slope.value);
         low = std::min(low, slope.value - slope.error);
         high = std::max(high, slope.value + slope.error);
     }
-    if (!(least > 0.0))
+    if (!(minimum > 0.0))
         throw NumericalError("the permeability does not fall with the Reynolds number: no inertial permeability",
                              {.fix = "reduce the tolerance, or use larger Reynolds numbers"});
     fit.intercept_permeability_m2 = 1.0 / line.intercept;
     fit.inertial_permeability_m = 1.0 / line.slope;
-    fit.inertial_interval_m = {1.0 / (high * (1.0 + relative_error)), 1.0 / std::max(low * (1.0 - relative_error), 0.2 * least)};
+    fit.inertial_interval_m = {1.0 / (high * (1.0 + relative_error)), 1.0 / std::max(low * (1.0 - relative_error), 0.2 * minimum)};
     fit.extrapolated_interval_m = {fit.inertial_interval_m.low * (1.0 - turbulent_change),
                                    fit.inertial_interval_m.high / (1.0 - turbulent_change)};
     fit.inertial_factor = std::sqrt(permeability_m2) / fit.inertial_permeability_m;

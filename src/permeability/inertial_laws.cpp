@@ -71,14 +71,14 @@ LawParameter best_power(std::span<const Excess> flows, double low, double high, 
     for (double step = (high - low) / steps; step > 1e-7; step *= 0.5)
         for (const double next : {best - step, best + step})
             if (next >= low && next <= high && squares(next) < squares(best)) best = next;
-    const double least = squares(best), freedom = static_cast<double>(flows.size()) - static_cast<double>(parameters);
-    const double more = deviations * deviations * std::max(1.0, freedom > 0.0 ? least / freedom : 1.0);
+    const double minimum = squares(best), freedom = static_cast<double>(flows.size()) - static_cast<double>(parameters);
+    const double more = deviations * deviations * std::max(1.0, freedom > 0.0 ? minimum / freedom : 1.0);
     const auto limit = [&](double end) {
-        if (squares(end) <= least + more) return end;
+        if (squares(end) <= minimum + more) return end;
         double inside = best, outside = end;
         while (std::abs(outside - inside) > 1e-6) {
             const double middle = 0.5 * (inside + outside);
-            (squares(middle) <= least + more ? inside : outside) = middle;
+            (squares(middle) <= minimum + more ? inside : outside) = middle;
         }
         return inside;
     };

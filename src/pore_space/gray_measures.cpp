@@ -16,7 +16,7 @@ namespace {
 
 // Columns of voxels inside the container, at most about `most` of them, evenly spread.
 using Columns = std::vector<std::array<int, 2>>;
-Columns columns_in(const Grid& grid, const Container& container, double margin_voxels, std::size_t most) {
+Columns columns_in(const Grid& grid, const Container& container, double margin_voxels, std::size_t maximum) {
     const bool round = container.kind == Container::Kind::cylinder;
     const double radius = 0.5 * container.diameter_m - margin_voxels * grid.spacing_m[0];
     Columns all;
@@ -24,14 +24,14 @@ Columns columns_in(const Grid& grid, const Container& container, double margin_v
         for (int i = 0; i < grid.cells[0]; ++i)
             if (!round || std::hypot(grid.centre(0, i), grid.centre(1, j)) < radius) all.push_back({i, j});
     if (all.empty()) throw UserError("the image is too small: no voxel lies away from the container's wall");
-    if (all.size() <= most) return all;
+    if (all.size() <= maximum) return all;
     Columns some;
-    const double step = static_cast<double>(all.size()) / static_cast<double>(most);
+    const double step = static_cast<double>(all.size()) / static_cast<double>(maximum);
     for (double at = 0.5 * step; at < static_cast<double>(all.size()); at += step) some.push_back(all[static_cast<std::size_t>(at)]);
     return some;
 }
 
-constexpr std::size_t most_columns = 20000;
+constexpr std::size_t max_columns = 20000;
 
 // Fraction of the columns' voxels inside the level set, on four lines per voxel.
 double solid_fraction(const GraySolid& solid, const Columns& columns) {
@@ -103,12 +103,12 @@ double area_per_volume(const GrayImage& image, double level, const Columns& colu
 }  // namespace
 
 double solid_fraction(const GraySolid& solid, const Container& container, double margin_voxels) {
-    return solid_fraction(solid, columns_in(solid.image()->grid, container, margin_voxels, most_columns));
+    return solid_fraction(solid, columns_in(solid.image()->grid, container, margin_voxels, max_columns));
 }
 
 GrayMeasures measure_gray(const GraySolid& solid, const Container& container, double margin_voxels) {
     const GrayImage& image = *solid.image();
-    const Columns columns = columns_in(image.grid, container, margin_voxels, most_columns);
+    const Columns columns = columns_in(image.grid, container, margin_voxels, max_columns);
     GrayMeasures found{.blur = blur_of(solid, columns),
                        .area_per_volume_m = area_per_volume(image, solid.level(), columns),
                        .solid_fraction = solid_fraction(solid, columns),
@@ -133,13 +133,13 @@ Plateaus plateaus(const GraySolid& solid, const Container& container, int depth_
         return container.periodic[static_cast<std::size_t>(a)] ? ((i % n) + n) % n : std::clamp(i, 0, n - 1);
     };
     for (int step = 1; step <= depth_voxels; ++step) {
-        const int most = step % 2 == 1 ? 1 : 3;  // of the three coordinates that differ
+        const int maximum = step % 2 == 1 ? 1 : 3;  // of the three coordinates that differ
         const auto near_other = [&](int i, int j, int k, std::size_t cell) {
             const bool phase = image.packed[cell] > level;
             for (int c = -1; c <= 1; ++c)
                 for (int b = -1; b <= 1; ++b)
                     for (int a = -1; a <= 1; ++a) {
-                        if (std::abs(a) + std::abs(b) + std::abs(c) > most) continue;
+                        if (std::abs(a) + std::abs(b) + std::abs(c) > maximum) continue;
                         const std::size_t other = grid.index(neighbour(0, i + a), neighbour(1, j + b), neighbour(2, k + c));
                         if (step == 1 ? (image.packed[other] > level) != phase : depth[other] < step) return true;
                     }
@@ -190,7 +190,7 @@ Plateaus plateaus(const GraySolid& solid, const Container& container, int depth_
 
 // The volume falls with the level: regula falsi, kept inside the bracket by bisection.
 double volume_keeping_level(const GraySolid& solid, const Container& container, double margin_voxels) {
-    const Columns columns = columns_in(solid.image()->grid, container, margin_voxels, most_columns);
+    const Columns columns = columns_in(solid.image()->grid, container, margin_voxels, max_columns);
     const double wanted = gray_fraction(*solid.image(), columns);
     const auto surplus = [&](double level) { return solid_fraction(solid.with_level(level), columns) - wanted; };
     double low = 0.1, high = 0.9, at_low = surplus(low), at_high = surplus(high);

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "pore_space/cell_set.hpp"
-#include "pore_space/walls.hpp"
 
 namespace porepack::pore_space {
 
@@ -40,10 +39,5 @@ private:
     CellSet cells_;
     std::vector<std::uint32_t> links_;  // by member of cells_
 };
-
-/// By exact hits. The solid must be that of the image; through an open end of the grid its mirror image follows (see WallFinder).
-[[nodiscard]] LinkCuts find_cuts(const geometry::PhaseImage& image, const FlowWalls& walls, const Drive& drive);
-/// Of an image: the links across an edge whose other two voxels are both solid.
-[[nodiscard]] LinkCuts find_cuts(const geometry::PhaseImage& image, const Drive& drive);
 
 }  // namespace porepack::pore_space

@@ -8,6 +8,7 @@
 
 #include "core/error.hpp"
 #include "core/log.hpp"
+#include "pore_space/find_cuts.hpp"
 #include "pore_space/uses.hpp"
 
 namespace porepack::pore_space {

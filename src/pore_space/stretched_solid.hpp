@@ -1,21 +1,11 @@
 // Space stretched along the axes, so that a periodic box becomes whole numbers of cubic voxels.
 #pragma once
 
-#include <optional>
-
 #include "core/interval.hpp"
-#include "geometry/grid.hpp"
 #include "packing/grains.hpp"
+#include "pore_space/stretch.hpp"
 
 namespace porepack::pore_space {
-
-/// Factors of the axes x, y and z.
-using Stretch = std::array<double, 3>;
-/// That makes the grid's cells cubes of the same volume; none where they are cubes.
-[[nodiscard]] std::optional<Stretch> stretch_to_cubes(const geometry::Grid& grid);
-void stretch_grid(geometry::Grid& grid, const Stretch& stretch);
-/// Largest |factor - 1|.
-[[nodiscard]] double strain_of(const std::optional<Stretch>& stretch);
 
 /// The image of `inner`. The map keeps fractions of segments: all answers are those of the inner solid at the points divided by the
 /// factors.

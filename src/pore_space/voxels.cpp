@@ -46,16 +46,16 @@ public:
         constexpr double largest_strain = 0.03, cost_of_strain = 20.0, cost_of_divisor = 1.0;
         const double count = count_of(asked);
         PeriodicFit best;
-        double least = std::numeric_limits<double>::infinity();
-        for (double apart = 0.0; std::log1p(apart / count) - largest_strain < least; ++apart)
+        double minimum = std::numeric_limits<double>::infinity();
+        for (double apart = 0.0; std::log1p(apart / count) - largest_strain < minimum; ++apart)
             for (const double n : {count + apart, count - apart}) {
                 if (n < 1.0) continue;
                 const bool divides = are_whole(smallest_ / n);
                 const PeriodicFit fit = divides ? PeriodicFit{.voxel_size_m = smallest_ / n} : rounded(n);
                 const double cost =
                     std::abs(std::log(fit.voxel_size_m / asked)) + (divides ? cost_of_divisor : cost_of_strain * fit.strain());
-                if (cost >= least || fit.strain() > largest_strain || (!divides && divisor(fit.voxel_size_m))) continue;
-                least = cost;
+                if (cost >= minimum || fit.strain() > largest_strain || (!divides && divisor(fit.voxel_size_m))) continue;
+                minimum = cost;
                 best = fit;
             }
         return best;

@@ -78,9 +78,9 @@ Batch make_batch(const std::vector<ShapeShare>& shapes, const Container& contain
 }  // namespace
 
 double finest_diameter(const std::vector<ShapeShare>& shapes) {
-    double least = 1e300;
-    for (const auto& share : shapes) least = std::min(least, smallest_diameter(share.shape));
-    return least;
+    double minimum = 1e300;
+    for (const auto& share : shapes) minimum = std::min(minimum, smallest_diameter(share.shape));
+    return minimum;
 }
 
 double maximum_feret_diameter(const std::vector<ShapeShare>& shapes) {

@@ -49,8 +49,8 @@ void add_expected_cost(PourPlan& plan, const std::vector<ShapeShare>& shapes, co
     } else {
         double arms = 0.0;
         for (const auto& [shape, share] : shapes) arms += share * static_cast<double>(shape.capsules.size());
-        constexpr double fewest_for_threads = 500.0, gain_of_a_thread = 0.6, most_threads = 4.0;
-        const double threads = grains < fewest_for_threads ? 1.0 : std::min(most_threads, static_cast<double>(thread_count()));
+        constexpr double min_grains_for_threads = 500.0, gain_of_a_thread = 0.6, max_threads = 4.0;
+        const double threads = grains < min_grains_for_threads ? 1.0 : std::min(max_threads, static_cast<double>(thread_count()));
         plan.expected_wall_time_s = 0.1e-6 * 0.4 * grains * arms * steps / (1.0 + gain_of_a_thread * (threads - 1.0));
         plan.expected_memory_bytes = 20e6 + grains * (2000.0 + 4000.0 * arms);
     }
@@ -58,7 +58,7 @@ void add_expected_cost(PourPlan& plan, const std::vector<ShapeShare>& shapes, co
 
 }  // namespace
 
-ContactTimes contact_times(double lightest_kg, double heaviest_kg, double diameter_m, std::size_t most_capsules,
+ContactTimes contact_times(double lightest_kg, double heaviest_kg, double diameter_m, std::size_t max_capsules,
                            const PackingConfig& config) {
     const double static_overlap = heaviest_kg * config.gravity_m_per_s2 / (config.normal_stiffness_N_per_m / 2.0) / diameter_m;
     if (static_overlap > 0.01)
@@ -72,7 +72,7 @@ ContactTimes contact_times(double lightest_kg, double heaviest_kg, double diamet
     const double mass = lightest_kg / 2.0;
     const double rate = std::max(config.normal_damping * std::sqrt(2.0 * config.normal_stiffness_N_per_m / mass),
                                  config.tangential_damping * std::sqrt(2.0 * config.tangential_stiffness_N_per_m / mass));
-    const double crowd = std::sqrt(std::max(1.0, static_cast<double>(most_capsules) / 6.0));
+    const double crowd = std::sqrt(std::max(1.0, static_cast<double>(max_capsules) / 6.0));
     const double automatic = std::min(times.contact_time_s / 45.0, rate > 0.0 ? 0.06 / rate : 1e300) / crowd;
     times.time_step_s = config.time_step_s > 0.0 ? config.time_step_s : automatic;
     if (times.time_step_s > times.contact_time_s / 30.0)
@@ -97,12 +97,12 @@ PourPlan plan_pour(const std::vector<ShapeShare>& shapes, const Container& conta
             {.allowed = "a container wider than one maximum Feret diameter and higher than two",
              .fix = "check the units (metres), use a larger container or smaller grains"});
     PourPlan plan;
-    std::size_t most_capsules = 0;
+    std::size_t max_capsules = 0;
     double mean_volume = 0.0, largest_volume = 0.0, smallest_volume = 1e300, mean_spheres = 0.0;
     for (const auto& [shape, share] : shapes) {
         const double volume = measure(shape, 1e-6).volume_m3;
         mean_volume += share * volume;
-        most_capsules = std::max(most_capsules, shape.capsules.size());
+        max_capsules = std::max(max_capsules, shape.capsules.size());
         largest_volume = std::max(largest_volume, volume);
         smallest_volume = std::min(smallest_volume, volume);
         if (config.engine != Engine::liggghts) continue;
@@ -111,7 +111,7 @@ PourPlan plan_pour(const std::vector<ShapeShare>& shapes, const Container& conta
     }
     plan.grain_mass_kg = config.density_kg_per_m3 * mean_volume;
     const ContactTimes times =
-        contact_times(config.density_kg_per_m3 * smallest_volume, config.density_kg_per_m3 * largest_volume, d, most_capsules, config);
+        contact_times(config.density_kg_per_m3 * smallest_volume, config.density_kg_per_m3 * largest_volume, d, max_capsules, config);
     plan.contact_time_s = times.contact_time_s;
     plan.time_step_s = times.time_step_s;
     plan.fill_height_m = config.fill_height_m > 0.0 ? config.fill_height_m : container.height() / 2.0;
@@ -122,10 +122,10 @@ PourPlan plan_pour(const std::vector<ShapeShare>& shapes, const Container& conta
                         {.allowed = fmt::format("a fill height up to {:.4g} m", plan.drop_height_m - extent),
                          .fix = "use a higher container or a lower fill_height_m"});
     // Poured grains of these shapes fill at most 3/4 of the space.
-    const double most = 0.75 * container.inner_area_m2() * plan.drop_height_m / mean_volume;
-    if (static_cast<double>(config.grains) > most)
+    const double maximum = 0.75 * container.inner_area_m2() * plan.drop_height_m / mean_volume;
+    if (static_cast<double>(config.grains) > maximum)
         throw UserError(fmt::format("{} grains do not fit below the drop height", config.grains),
-                        {.allowed = fmt::format("at most about {:.0f}", most), .fix = "use a higher container or fewer grains"});
+                        {.allowed = fmt::format("at most about {:.0f}", maximum), .fix = "use a higher container or fewer grains"});
     const double densest = 0.75 * container.inner_area_m2() * plan.fill_height_m / mean_volume;
     plan.maximum_grains = config.grains > 0 ? config.grains : std::max(1L, static_cast<long>(densest));
     plan.clump_spheres = std::lround(mean_spheres);

@@ -52,7 +52,7 @@ std::string perhaps(const std::string& near) {
 
 std::string nearest(std::string_view word, const std::vector<std::string>& known) {
     std::string best;
-    std::size_t least = std::max<std::size_t>(3, word.size() / 2);
+    std::size_t minimum = std::max<std::size_t>(3, word.size() / 2);
     for (const auto& candidate : known) {
         if (split_unit(candidate).first == word) return candidate;  // only the unit is missing
         std::vector<std::size_t> row(candidate.size() + 1);
@@ -66,8 +66,8 @@ std::string nearest(std::string_view word, const std::vector<std::string>& known
                 row[j + 1] = std::min({change, row[j] + 1, diagonal + 1});
             }
         }
-        if (row.back() < least) {
-            least = row.back();
+        if (row.back() < minimum) {
+            minimum = row.back();
             best = candidate;
         }
     }

@@ -224,7 +224,7 @@ void visit_members(Self& found, const Visit& visit) {
 struct FallingHeadPlan {
     double within = 0.0;                    ///< wanted half width of 1/k
     std::optional<PlannedTest> cheapest{};  ///< that reaches it
-    std::optional<PlannedTest> most_certain{};
+    std::optional<PlannedTest> narrowest{};
     std::string verdict;
     std::vector<PlannedTest> tests;
     std::string meaning =
@@ -235,7 +235,7 @@ template <core::MembersOf<FallingHeadPlan> Self, typename Visit>
 void visit_members(Self& found, const Visit& visit) {
     visit("within", found.within);
     visit("cheapest", found.cheapest);
-    visit("most_certain", found.most_certain);
+    visit("most_certain", found.narrowest);
     visit("verdict", found.verdict);
     visit("tests", found.tests);
     visit("meaning", found.meaning);

@@ -9,7 +9,7 @@
 #include "core/json.hpp"
 #include "core/members.hpp"
 #include "results/image.hpp"
-#include "scans/refine.hpp"
+#include "scans/estimate.hpp"
 
 namespace porepack::results {
 

@@ -8,7 +8,7 @@
 
 #include "core/interval.hpp"
 #include "core/members.hpp"
-#include "openfoam/foam.hpp"
+#include "openfoam/foam_result.hpp"
 #include "results/permeability.hpp"
 
 namespace porepack::results {

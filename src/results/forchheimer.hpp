@@ -8,7 +8,7 @@
 
 #include "core/interval.hpp"
 #include "core/members.hpp"
-#include "lbm/inertia.hpp"
+#include "lbm/inertial_series.hpp"
 #include "permeability/forchheimer.hpp"
 #include "permeability/inertial_laws.hpp"
 

@@ -7,7 +7,7 @@
 
 #include "core/json.hpp"
 #include "core/members.hpp"
-#include "scans/gray_input.hpp"
+#include "scans/gray_notes.hpp"
 
 namespace porepack::results {
 

@@ -9,7 +9,7 @@
 #include "core/choice.hpp"
 #include "core/interval.hpp"
 #include "core/members.hpp"
-#include "lbm/permeability.hpp"
+#include "lbm/grid_result.hpp"
 #include "results/permeability.hpp"
 #include "results/tensor.hpp"
 

@@ -195,7 +195,7 @@ private:
         std::sort(scores.begin(), scores.end(), std::greater<>());
         Pose best = pose;
         std::vector<Quaternion> tried = {pose.orientation};
-        constexpr std::size_t most = 8;
+        constexpr std::size_t maximum = 8;
         const double alike = std::cos(0.25);  // half of an angle of rotation
         for (const auto& [value, r] : scores) {
             if (std::any_of(tried.begin(), tried.end(), [&](const Quaternion& known) { return std::abs(known.dot(rotations[r])) > alike; }))
@@ -206,7 +206,7 @@ private:
                 cost = other_cost;
                 best = other;
             }
-            if (tried.size() > most) break;
+            if (tried.size() > maximum) break;
         }
         return best;
     }

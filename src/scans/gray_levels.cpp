@@ -12,7 +12,7 @@
 namespace porepack::scans {
 namespace {
 
-constexpr std::size_t most_bins = 1024;
+constexpr std::size_t max_bins = 1024;
 
 struct Bins {
     double low = 0.0, width = 1.0;
@@ -23,10 +23,10 @@ struct Bins {
 Bins bins_for(ValueType type, double low, double high) {
     const bool whole = type != ValueType::float32 && type != ValueType::float64;
     if (whole) {
-        const double width = std::max(1.0, std::ceil((high - low + 1.0) / static_cast<double>(most_bins)));
+        const double width = std::max(1.0, std::ceil((high - low + 1.0) / static_cast<double>(max_bins)));
         return {low - 0.5, width, static_cast<std::size_t>((high - low) / width) + 1};
     }
-    return {low, (high - low) / static_cast<double>(most_bins - 1), most_bins};
+    return {low, (high - low) / static_cast<double>(max_bins - 1), max_bins};
 }
 
 double otsu_threshold(const std::vector<std::int64_t>& bins, double low, double width) {
@@ -67,11 +67,11 @@ std::optional<Peak> fit_peak(const std::vector<std::int64_t>& bins, std::size_t 
         return b < static_cast<long>(begin) || b >= static_cast<long>(end) ? 0.0 : static_cast<double>(bins[static_cast<std::size_t>(b)]);
     };
     long best = static_cast<long>(begin);
-    double most = -1.0;
+    double maximum = -1.0;
     for (long b = static_cast<long>(begin); b < static_cast<long>(end); ++b) {
         const double around = count(b - 2) + 2.0 * count(b - 1) + 3.0 * count(b) + 2.0 * count(b + 1) + count(b + 2);
-        if (around > most) {
-            most = around;
+        if (around > maximum) {
+            maximum = around;
             best = b;
         }
     }

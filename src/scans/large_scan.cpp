@@ -43,13 +43,13 @@ Scan open_scan(const Path& file, const ImageConfig& image, double thinnest_m) {
                (bytes_per_voxel + bytes_per_voxel_of_search / std::pow(search_bin(thinnest_m / (h * wide)), 3.0));
     };
     while (bytes_of(scan.bin) > scan.memory_bytes) ++scan.bin;
-    const auto most = static_cast<std::int64_t>(std::max(1.0, std::floor(thinnest_m / (wanted_voxels * h) + 1e-6)));
-    if (scan.bin > most)
-        throw MachineError(
-            fmt::format("the search needs {} on the fewest voxels by which grains are found (6 per diameter)", human_bytes(bytes_of(most))),
-            {.where = file.string(),
-             .allowed = human_bytes(scan.memory_bytes),
-             .fix = "raise `fit_memory_bytes`, or fit parts of the scan (porepack image crop)"});
+    const auto maximum = static_cast<std::int64_t>(std::max(1.0, std::floor(thinnest_m / (wanted_voxels * h) + 1e-6)));
+    if (scan.bin > maximum)
+        throw MachineError(fmt::format("the search needs {} on the fewest voxels by which grains are found (6 per diameter)",
+                                       human_bytes(bytes_of(maximum))),
+                           {.where = file.string(),
+                            .allowed = human_bytes(scan.memory_bytes),
+                            .fix = "raise `fit_memory_bytes`, or fit parts of the scan (porepack image crop)"});
     scan.search_bin = search_bin(thinnest_m / (h * static_cast<double>(scan.bin)));
     if (scan.bin > 1)
         log_info("the scan needs {} and may take {}: the grains are searched on voxels of {:.4g} m, then fitted slab by slab",

@@ -63,10 +63,10 @@ LayerProfile profile_of(const pore_space::GraySolid& solid, const Container& con
 std::optional<Section> bed_of(const LayerProfile& profile) {
     const std::vector<double>& fraction = profile.solid_fraction;
     if (fraction.empty()) return std::nullopt;
-    const double most = *std::max_element(fraction.begin(), fraction.end());
+    const double maximum = *std::max_element(fraction.begin(), fraction.end());
     std::vector<double> filled;
     for (const double one : fraction)
-        if (one > 0.25 * most) filled.push_back(one);
+        if (one > 0.25 * maximum) filled.push_back(one);
     if (filled.empty()) return std::nullopt;
     const double usual = median(filled);
     const auto in_bed = [&](double one) { return one >= 0.5 * usual; };

@@ -49,10 +49,10 @@ Grid usable_grid(const VolumeHeader& header, const std::string& where, double by
         throw UserError(
             fmt::format("the voxels are no cubes: {:g} x {:g} x {:g} m", header.spacing_m[0], header.spacing_m[1], header.spacing_m[2]),
             {.where = where, .fix = "resample the image to cubic voxels; binning makes equal factors only"});
-    constexpr std::int64_t most = 4000000000;  // pores, throats and paths have 32-bit numbers of voxels; all else has 64
+    constexpr std::int64_t maximum = 4000000000;  // pores, throats and paths have 32-bit numbers of voxels; all else has 64
     const double count = static_cast<double>(header.count()), bytes = bytes_per_voxel * count;
-    if (count > static_cast<double>(most))
-        throw UserError(fmt::format("the image has {:.4g} voxels, and the solvers hold {}", count, most),
+    if (count > static_cast<double>(maximum))
+        throw UserError(fmt::format("the image has {:.4g} voxels, and the solvers hold {}", count, maximum),
                         {.where = where, .fix = "porepack image crop, or porepack image bin"});
     if (const double free = available_memory_bytes(); free > 0.0 && bytes > 0.9 * free)
         throw UserError(fmt::format("the image needs {}, and {} are free", human_bytes(bytes), human_bytes(free)),

@@ -224,8 +224,8 @@ public:
     void fit_common() {
         const std::size_t unknowns = 3 + 2 * shapes_.size();
         const auto n = static_cast<Eigen::Index>(unknowns);
-        constexpr std::size_t most = 120;
-        const std::size_t every = 1 + moving_ / most;
+        constexpr std::size_t maximum = 120;
+        const std::size_t every = 1 + moving_ / maximum;
         std::vector<std::size_t> chosen;
         for (std::size_t g = 0; g < moving_; g += every)
             if (!found_.grains[g].cut) chosen.push_back(g);

@@ -3,22 +3,12 @@
 
 #include <limits>
 
-#include "core/members.hpp"
 #include "geometry/gray_image.hpp"
 #include "packing/packing.hpp"
+#include "scans/estimate.hpp"
 #include "scans/shape_points.hpp"
 
 namespace porepack::scans {
-
-/// A value with its standard uncertainty.
-struct Estimate {
-    double value = 0.0, uncertainty = 0.0;
-};
-template <core::MembersOf<Estimate> Self, typename Visit>
-void visit_members(Self& estimate, const Visit& visit) {
-    visit("value", estimate.value);
-    visit("standard_uncertainty", estimate.uncertainty);
-}
 
 /// What is the same for all grains of an image. A grain's gray value at signed distance s from its surface, whose mean curvature there is
 /// H: pores + (solid - pores) Phi(-s / blur - blur H), by which a surface that blur has moved inward is where it was.

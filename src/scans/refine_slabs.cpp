@@ -82,8 +82,8 @@ Refined refine_slabs(const ReadLayers& read, const Grid& grid, const packing::Co
                      const Refined& start, double slab_bytes) {
     const double blur = start.common.blur_m.value, h = grid.spacing_m[2];
     const int margin = margin_layers(grid, shapes, blur);
-    const int most = static_cast<int>(std::min(slab_bytes / layer_bytes(grid), 1.0 * grid.cells[2])) - 2 * margin;
-    const int slabs = (grid.cells[2] + std::max(most, margin) - 1) / std::max(most, margin);
+    const int maximum = static_cast<int>(std::min(slab_bytes / layer_bytes(grid), 1.0 * grid.cells[2])) - 2 * margin;
+    const int slabs = (grid.cells[2] + std::max(maximum, margin) - 1) / std::max(maximum, margin);
     const int core = (grid.cells[2] + slabs - 1) / slabs;
     Refined found = start;
     CommonMean mean{.pores = {}, .solid = {}, .blur = {}, .shapes = std::vector<CommonMean::OfShape>(shapes.size())};

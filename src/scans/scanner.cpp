@@ -304,12 +304,12 @@ private:
         std::mt19937_64 random((static_cast<std::uint64_t>(config_.seed) << 40U) + static_cast<std::uint64_t>(view) * 100003U +
                                static_cast<std::uint64_t>(row));
         std::vector<float> line(static_cast<std::size_t>(size_), 0.0F);
-        const double least = config_.counts > 0.0 ? 0.5 / config_.counts : 1e-9;
+        const double minimum = config_.counts > 0.0 ? 0.5 / config_.counts : 1e-9;
         for (int i = 0; i < pixels_; ++i) {
             double share = beam[i];
             if (config_.counts > 0.0)
                 share = static_cast<double>(std::poisson_distribution<long>(config_.counts * share)(random)) / config_.counts;
-            line[static_cast<std::size_t>(i)] = -std::log(static_cast<float>(std::max(least, share * gain[i])));
+            line[static_cast<std::size_t>(i)] = -std::log(static_cast<float>(std::max(minimum, share * gain[i])));
         }
         std::vector<std::complex<float>> transformed;
         fft.fwd(transformed, line);

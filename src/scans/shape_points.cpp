@@ -23,7 +23,7 @@ std::vector<Vec3> directions(int count) {
 
 // Distance from a point in the solid to the surface: the shortest way out, in many directions.
 double depth_of(const Shape& shape, const Vec3& point) {
-    double least = 1e300;
+    double minimum = 1e300;
     std::vector<Interval> parts;
     for (const Vec3& direction : directions(200)) {
         parts.clear();
@@ -33,9 +33,9 @@ double depth_of(const Shape& shape, const Vec3& point) {
         double way = 0.0;
         for (const Interval& part : parts)
             if (part.low <= 0.0 && part.high > 0.0) way = part.high;
-        least = std::min(least, way);
+        minimum = std::min(minimum, way);
     }
-    return least;
+    return minimum;
 }
 
 bool inside(const std::vector<Capsule>& capsules, const Vec3& point, double tolerance) {
@@ -85,11 +85,11 @@ std::vector<Capsule> placed(const std::vector<Capsule>& capsules, const Pose& po
 double largest_difference_m(const std::vector<Capsule>& first, const std::vector<Capsule>& second) {
     double largest = 0.0;
     for (const Capsule& one : first) {
-        double least = 1e300;
+        double minimum = 1e300;
         for (const Capsule& other : second)
-            least = std::min({least, std::max((one.a - other.a).norm(), (one.b - other.b).norm()),
-                              std::max((one.a - other.b).norm(), (one.b - other.a).norm())});
-        largest = std::max(largest, least);
+            minimum = std::min({minimum, std::max((one.a - other.a).norm(), (one.b - other.b).norm()),
+                                std::max((one.a - other.b).norm(), (one.b - other.a).norm())});
+        largest = std::max(largest, minimum);
     }
     return largest;
 }

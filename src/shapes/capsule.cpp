@@ -20,9 +20,9 @@ double signed_distance(const Capsule& capsule, const Vec3& point) {
 }
 
 double signed_distance(const std::vector<Capsule>& capsules, const Vec3& point) {
-    double least = 1e300;
-    for (const auto& capsule : capsules) least = std::min(least, signed_distance(capsule, point));
-    return least;
+    double minimum = 1e300;
+    for (const auto& capsule : capsules) minimum = std::min(minimum, signed_distance(capsule, point));
+    return minimum;
 }
 
 namespace {

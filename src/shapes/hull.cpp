@@ -146,10 +146,10 @@ HullMeasures hull(const std::vector<Capsule>& capsules) {
             // Three arcs end at each triangle.
             const Vec3 n = arc.normal(phi);
             std::size_t third = arc.i;
-            double most = -1e300;
+            double maximum = -1e300;
             for (std::size_t m = 0; m < spheres.size(); ++m)
-                if (m != arc.i && m != arc.j && support(m, n) > most) {
-                    most = support(m, n);
+                if (m != arc.i && m != arc.j && support(m, n) > maximum) {
+                    maximum = support(m, n);
                     third = m;
                 }
             const auto touch = [&](std::size_t m) { return Vec3(spheres[m].centre + spheres[m].radius * n); };

@@ -100,7 +100,7 @@ public:
             error_ += stretch.error;
             open.push(stretch);
         }
-        while (error_ > tolerance_ && evaluations_ < (tolerance_ < exacting ? most_evaluations : most_evaluations / 8)) {
+        while (error_ > tolerance_ && evaluations_ < (tolerance_ < exacting ? max_evaluations : max_evaluations / 8)) {
             const Stretch worst = open.top();
             open.pop();
             total_ -= worst.value;
@@ -125,7 +125,7 @@ public:
     [[nodiscard]] long evaluations() const { return evaluations_; }
 
 private:
-    static constexpr long most_evaluations = 1'000'000;
+    static constexpr long max_evaluations = 1'000'000;
     static constexpr double exacting = 1e-7;  // a tolerance below this uses all of them, otherwise an eighth
 
     // The exposed parts at `phi` as a hash of the surfaces at their ends.

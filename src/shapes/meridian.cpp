@@ -184,11 +184,11 @@ std::uint32_t ExposedSurface::tag_at(std::size_t own, const Vec3& x) const {
     // rounding must not appear as a change of the pattern.
     constexpr double slack = 1e-8;
     std::size_t nearest = own;
-    double least = 1e300;
+    double minimum = 1e300;
     for (const std::size_t j : near_[own]) {
         const double distance = std::abs(signed_distance(capsules_[j], x)) / capsules_[j].radius;
-        if (distance < least - slack) {
-            least = distance;
+        if (distance < minimum - slack) {
+            minimum = distance;
             nearest = j;
         }
     }

@@ -88,10 +88,10 @@ Dimensions solve(const UnitPreset& preset, double sphericity, double volume_m3) 
     // Tolerances of the search for a bracket, of the slope, and of the answer.
     double coarse = preset.cavity == Cavity::filled ? 1e-5 : 1e-3;
     constexpr double middling = 1e-6, fine = 3e-9;
-    const double least = preset.at(std::log(largest_aspect), middling).sphericity;
-    if (sphericity < least)
+    const double minimum = preset.at(std::log(largest_aspect), middling).sphericity;
+    if (sphericity < minimum)
         throw UserError(fmt::format("no {} has sphericity {:g}", name_of(preset.kind), sphericity),
-                        {.allowed = fmt::format("{:.4f} (at L/d = {:g}) to 1", least, largest_aspect)});
+                        {.allowed = fmt::format("{:.4f} (at L/d = {:g}) to 1", minimum, largest_aspect)});
 
     // The sphericity decreases with L/d: first a bracket, then the secant method on values of increasing accuracy.
     const auto excess = [&](double log_aspect) { return preset.at(log_aspect, coarse).sphericity - sphericity; };
@@ -198,9 +198,9 @@ std::vector<Capsule> sphere_clump(const Shape& shape, double tolerance) {
 }
 
 double smallest_diameter(const Shape& shape) {
-    double least = 1e300;
-    for (const auto& capsule : shape.capsules) least = std::min(least, 2.0 * capsule.radius);
-    return least;
+    double minimum = 1e300;
+    for (const auto& capsule : shape.capsules) minimum = std::min(minimum, 2.0 * capsule.radius);
+    return minimum;
 }
 
 double maximum_feret_diameter(const Shape& shape) {

@@ -61,7 +61,7 @@ double KnownPackings::porosity_of_flow(long index) const {
 }
 
 long KnownPackings::flows_of_first_look() const {
-    return static_cast<long>(many_pours() ? least_flows : least_packings);
+    return static_cast<long>(many_pours() ? min_flows : min_packings);
 }
 
 std::vector<double> KnownPackings::values_of(std::size_t quantity) const {

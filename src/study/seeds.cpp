@@ -192,7 +192,7 @@ Expectation expect(const Case& c) {
         const auto found =
             pours ? flows_for(usual_share_about_line * scatter, std::sqrt(1.0 - std::pow(usual_share_about_line, 2.0)) * scatter, wanted,
                               static_cast<std::size_t>(config.pours_per_flow))
-                  : packings_for(scatter, config.until_sure, numerical_share * config.until_sure).value_or(least_packings);
+                  : packings_for(scatter, config.until_sure, numerical_share * config.until_sure).value_or(min_packings);
         return std::min(config.max_packings, static_cast<long>(found));
     };
     const double flows = static_cast<double>(number(usual_scatter[1]) - 1),

@@ -22,7 +22,7 @@ namespace porepack::study {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr long most_points = 100000;
+constexpr long max_points = 100000;
 
 // The values of an axis: one row per step, one value per key.
 struct Axis {
@@ -160,7 +160,7 @@ void cross(Study& study, const std::vector<Axis>& axes, const Path& base, const 
     long total = 1;
     for (const Axis& axis : axes) {
         total *= static_cast<long>(axis.rows.size());
-        if (total > most_points) throw UserError(fmt::format("more than {} points", most_points), {.where = file});
+        if (total > max_points) throw UserError(fmt::format("more than {} points", max_points), {.where = file});
     }
     std::map<std::string, long> names;
     for (long index = 0; index < total; ++index) {
@@ -196,7 +196,7 @@ void describe(ConfigVisitor& v, AxisConfig& c) {
     v.any("values", c.values, "list", "values of the key; of several keys, a list of values for each step");
     v.number("from", c.from, {}, "first value of a range, instead of values");
     v.number("to", c.to, {}, "last value of the range");
-    v.integer("number", c.number, between(0, most_points), "number of values of the range");
+    v.integer("number", c.number, between(0, max_points), "number of values of the range");
     v.choice("spacing", c.spacing, "of the range");
 }
 

@@ -160,8 +160,8 @@ private:
 
 // Rounding leaves tiny open fractions of closed faces.
 float open_fraction(double found) {
-    constexpr double least = 1e-6;
-    return found < least ? 0.0F : static_cast<float>(std::min(found, 1.0));
+    constexpr double minimum = 1e-6;
+    return found < minimum ? 0.0F : static_cast<float>(std::min(found, 1.0));
 }
 
 // Open fractions of the faces of one row of cells.

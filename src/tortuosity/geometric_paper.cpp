@@ -34,8 +34,8 @@ std::vector<Vec2> grid_of_dots(const Container& container, const TortuosityConfi
     std::vector<Vec2> dots;
     const Vec3 low = container.low(), high = container.high();
     const Vec3 middle = 0.5 * (low + high);
-    constexpr double most_dots = 1e7;
-    if ((high.x() - low.x()) / spacing * ((high.y() - low.y()) / spacing) > most_dots)
+    constexpr double max_dots = 1e7;
+    if ((high.x() - low.x()) / spacing * ((high.y() - low.y()) / spacing) > max_dots)
         throw UserError(fmt::format("a dot spacing of {:g} m makes too many dots", spacing),
                         {.allowed = "at most 1e7 dots", .fix = "the spacing is in metres"});
     const int nx = static_cast<int>(std::ceil((high.x() - low.x()) / spacing)),
@@ -117,7 +117,9 @@ GeometricPaperResult average(const std::vector<Vec2>& dots, int slices, double z
         }
     }
     check_interrupt();
-    if (values.empty()) throw NumericalError("no path crosses the packing: some slices have no void point near any dot");
+    if (values.empty())
+        throw NumericalError("no path crosses the packing: some slices have no void point near any dot",
+                             {.fix = "use a smaller dot_spacing_m or slice_spacing_m, or the shortest path, which needs no dots"});
     std::sort(values.begin(), values.end());  // the sum does not depend on the order in which threads finish
     std::erase_if(result.paths_m, [](const auto& path) { return path.empty(); });
     result.paths = static_cast<long>(values.size());
@@ -276,8 +278,8 @@ std::vector<NearSolid> solid_of_slices(const Grains& grains, const Section& sect
 
 GeometricPaperResult geometric_paper_exact(const Grains& grains, const Container& container, const Section& section,
                                            const TortuosityConfig& config) {
-    constexpr double most_slices = 1e6;
-    if (section.length() / config.slice_spacing_m > most_slices)
+    constexpr double max_slices = 1e6;
+    if (section.length() / config.slice_spacing_m > max_slices)
         throw UserError(fmt::format("a slice spacing of {:g} m makes too many slices", config.slice_spacing_m),
                         {.allowed = "at most 1e6 slices", .fix = "the spacing is in metres"});
     const int slices = 1 + static_cast<int>(std::floor(section.length() / config.slice_spacing_m + 1e-9));
@@ -329,10 +331,10 @@ GeometricPaperResult geometric_paper_on_slices(const SliceStack& slices, const T
         if (is_void(i0, j0, slice)) return from;
         double best = 1e300;
         Vec2 point = from;
-        const int most = std::max(grid.cells[0], grid.cells[1]);
+        const int maximum = std::max(grid.cells[0], grid.cells[1]);
         const double pixel = grid.spacing_m[0];
         // Ring by ring; a ring at distance n has no point closer than (n - 1/2) pixels.
-        for (int n = 1; n < most && (n - 0.5) * pixel < best; ++n)
+        for (int n = 1; n < maximum && (n - 0.5) * pixel < best; ++n)
             for (int j = j0 - n; j <= j0 + n; ++j)
                 for (int i = i0 - n; i <= i0 + n; i += (j == j0 - n || j == j0 + n) ? 1 : 2 * n) {
                     if (!is_void(i, j, slice)) continue;

@@ -160,7 +160,7 @@ std::vector<Vec3> resampled(const std::vector<Vec3>& path, double spacing) {
 
 // A thread between grains: its points move to the middle of their neighbours (over-relaxed) and are put back on the grains' surface
 // if they are inside. The last point slides on the end plane.
-void relax_thread(std::vector<Vec3>& path, int axis, const Grains& grains, double spacing, int most_sweeps) {
+void relax_thread(std::vector<Vec3>& path, int axis, const Grains& grains, double spacing, int max_sweeps) {
     constexpr double overrelaxation = 1.6;
     std::vector<std::vector<Capsule>> near(path.size());
     const auto out_of_grains = [&](Vec3& point, const std::vector<Capsule>& capsules) {
@@ -176,7 +176,7 @@ void relax_thread(std::vector<Vec3>& path, int axis, const Grains& grains, doubl
             if (!inside) return;
         }
     };
-    for (int sweep = 0; sweep < most_sweeps; ++sweep) {
+    for (int sweep = 0; sweep < max_sweeps; ++sweep) {
         double farthest = 0.0;
         for (std::size_t i = 1; i < path.size(); ++i) {
             if (sweep % 8 == 0) {
@@ -213,7 +213,7 @@ double pull_taut(std::vector<Vec3>& path, int axis, const Grains& grains, double
 
 // The path from every start, or from an even selection of a large number of starts, and their mean.
 template <typename Finish>
-ShortestPathResult summarise(const Lattice& lattice, const VoxelSight& sight, std::size_t axis, std::size_t most, const Finish& finish) {
+ShortestPathResult summarise(const Lattice& lattice, const VoxelSight& sight, std::size_t axis, std::size_t maximum, const Finish& finish) {
     const Paths paths(lattice, sight, axis);
     const std::size_t u = (axis + 1) % 3, v = (axis + 2) % 3;
     struct Start {
@@ -236,7 +236,7 @@ ShortestPathResult summarise(const Lattice& lattice, const VoxelSight& sight, st
         }
     if (starts.empty())
         throw NumericalError("no path crosses the pores: the section does not percolate", {.fix = "use finer voxels if it should"});
-    const std::size_t every = 1 + (starts.size() - 1) / most;
+    const std::size_t every = 1 + (starts.size() - 1) / maximum;
     const double length = lattice.cells[axis] * lattice.spacing_m[static_cast<int>(axis)];
     std::vector<std::pair<double, double>> values((starts.size() - every / 2 + every - 1) / every);  // with their weights
     std::vector<std::vector<Vec3>> kept(values.size());

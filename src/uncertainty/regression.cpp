@@ -91,7 +91,7 @@ Interval MeanAtInput::interval_of_next(const Sides& numerical) const {
 }
 
 std::size_t flows_for(double about_line, double along_line, double half_width, std::size_t pours_per_flow) {
-    std::size_t flows = least_flows;
+    std::size_t flows = min_flows;
     const auto reached = [&] {
         const auto n = static_cast<double>(flows);
         return std::hypot(after_looks(flows) * about_line / std::sqrt(n),

@@ -60,8 +60,8 @@ struct MeanAtInput {
     [[nodiscard]] core::Interval interval_of_next(const core::Sides& numerical) const;
 };
 
-/// Flows that the first look needs: their line has as many degrees of freedom as the mean of least_packings.
-inline constexpr std::size_t least_flows = least_packings + 1;
+/// Flows that the first look needs: their line has as many degrees of freedom as the mean of min_packings.
+inline constexpr std::size_t min_flows = min_packings + 1;
 
 /// Number of flows after which half_width() is expected to be `half_width`, with `pours_per_flow` pours each; deviations about the line and
 /// along it.

@@ -69,7 +69,7 @@ double unseen_share(std::size_t packings) {
 std::optional<std::size_t> packings_for(double relative_deviation, double relative_half_width, double numerical_half_width) {
     if (numerical_half_width >= relative_half_width) return std::nullopt;
     const double wanted = std::sqrt(relative_half_width * relative_half_width - numerical_half_width * numerical_half_width);
-    std::size_t packings = least_packings;
+    std::size_t packings = min_packings;
     while (after_looks(relative_deviation, static_cast<double>(packings)) > wanted) packings += 1 + packings / 100;
     return packings;
 }

@@ -40,7 +40,7 @@ enum class StudyEnd { at_number, when_sure };
 /// interval is narrow covers the mean in only 92 to 95 %, because it ends early where the scatter seems small by chance. The half width
 /// is therefore t s / sqrt(n) (1 + 2/n): it covers the mean in at least 94 % of normal and log-normal packings, and in less where a few
 /// packings differ much from all others (`porepack_benchmark stopping`).
-inline constexpr std::size_t least_packings = 5;
+inline constexpr std::size_t min_packings = 5;
 [[nodiscard]] double half_width_after_looks(const Sample& sample);  ///< infinite for one packing
 /// Relative half width of the mean after repeated looks, the numerical part (its wider side) included.
 [[nodiscard]] double relative_half_width(const Sample& sample, double numerical_half_width);

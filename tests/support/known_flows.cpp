@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "pore_space/pore_space.hpp"
+
 namespace porepack::test {
 using namespace core;
 using namespace geometry;

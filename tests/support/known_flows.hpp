@@ -6,6 +6,7 @@
 
 #include "lbm/permeability.hpp"
 #include "packing/grains.hpp"
+#include "pore_space/pore_space.hpp"
 
 namespace porepack::test {
 

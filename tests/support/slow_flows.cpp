@@ -6,6 +6,10 @@
 
 #include "core/error.hpp"
 #include "lbm/sequence.hpp"
+#include "packing/packing.hpp"
+#include "pore_space/percolation.hpp"
+#include "pore_space/pore_space.hpp"
+#include "pore_space/walls.hpp"
 
 namespace porepack::test {
 using namespace core;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "lbm/permeability.hpp"
+#include "pore_space/pore_space.hpp"
 
 namespace porepack::test {
 

@@ -7,6 +7,7 @@
 #include "core/json.hpp"
 #include "core/table.hpp"
 #include "packing/packing.hpp"
+#include "scans/gray_input.hpp"
 #include "support/cases.hpp"
 #include "support/helpers.hpp"
 

@@ -4,6 +4,9 @@
 
 #include "core/machine.hpp"
 #include "io/image.hpp"
+#include "lbm/grid_result.hpp"
+#include "lbm/permeability.hpp"
+#include "lbm/solver.hpp"
 #include "lbm/wall_effect.hpp"
 #include "support/arrays.hpp"
 #include "support/helpers.hpp"

@@ -310,7 +310,7 @@ TEST(Inertia, FlowsThatAreNotSteadyHaveAMean) {
     const test::KnownFlow array = test::sphere_array(std::numbers::pi / 6.0, 42.1005, test::simple_cubic());
     const std::array<double, 2> reynolds = {60.0, 240.0};
     const InertialSeries series = lbm_inertial_flows(array.space(), array.diameter_m / 28.0, reynolds, array.diameter_m,
-                                                     {.in_time = InertialCriterion::InTime{.tolerance = 0.05, .most_turnovers = 400.0}});
+                                                     {.in_time = InertialCriterion::InTime{.tolerance = 0.05, .max_turnovers = 400.0}});
     ASSERT_EQ(series.flows.size(), 2U) << series.stopped_by.value_or("");
     const InertialFlow& last = series.flows.back();
     std::printf("  Re %.0f: k/k0 %.4f +- %.4f, varies by %.4f, %.0f turnovers, %.1f s\n", last.reynolds,

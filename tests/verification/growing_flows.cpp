@@ -5,6 +5,11 @@
 #include <random>
 
 #include "lbm/sequence.hpp"
+#include "openfoam/foam.hpp"
+#include "packing/packing.hpp"
+#include "pore_space/percolation.hpp"
+#include "pore_space/pore_space.hpp"
+#include "pore_space/walls.hpp"
 #include "support/arrays.hpp"
 #include "support/helpers.hpp"
 

@@ -2,6 +2,10 @@
 #include <cmath>
 
 #include "lbm/sequence.hpp"
+#include "packing/packing.hpp"
+#include "pore_space/percolation.hpp"
+#include "pore_space/pore_space.hpp"
+#include "pore_space/walls.hpp"
 #include "support/arrays.hpp"
 #include "support/helpers.hpp"
 #include "support/slow_flows.hpp"

@@ -2,6 +2,13 @@
 #include <cmath>
 #include <random>
 
+#include "lbm/iteration_error.hpp"
+#include "lbm/permeability.hpp"
+#include "lbm/solver.hpp"
+#include "packing/packing.hpp"
+#include "pore_space/percolation.hpp"
+#include "pore_space/pore_space.hpp"
+#include "pore_space/walls.hpp"
 #include "support/arrays.hpp"
 #include "support/helpers.hpp"
 

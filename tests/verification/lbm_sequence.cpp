@@ -3,6 +3,7 @@
 
 #include "analysis/flow.hpp"
 #include "core/machine.hpp"
+#include "lbm/permeability.hpp"
 #include "lbm/start.hpp"
 #include "stages/stages.hpp"
 #include "stages/work.hpp"

@@ -2,6 +2,9 @@
 #include <cmath>
 
 #include "converters/surface.hpp"
+#include "lbm/permeability.hpp"
+#include "lbm/solver.hpp"
+#include "pore_space/find_cuts.hpp"
 #include "pore_space/link_cuts.hpp"
 #include "shapes/segments.hpp"
 #include "support/arrays.hpp"

@@ -19,7 +19,7 @@ Outcome<results::FallingHeadPlan> plan_falling_head(double permeability_m2, doub
     Table table({"glycerol_fraction", "kinematic_viscosity_m2_per_s", "sample_length_m", "window_low_m", "window_high_m", "duration_s",
                  "fastest_m_per_s", "viscous_share_of_head", "half_width_k", "half_width_k_in"});
     table.digits = 4;
-    results::FallingHeadPlan plan{.within = config.within, .verdict = "none of these tests tells k so well"};
+    results::FallingHeadPlan plan{.within = config.half_width, .verdict = "none of these tests tells k so well"};
     for (const PlannedTest& test : plan_tests({1.0 / permeability_m2, 1.0 / inertial_permeability_m}, apparatus, config)) {
         table.add(test.glycerol_fraction, test.kinematic_viscosity_m2_per_s, test.sample_length_m, test.window_m[0], test.window_m[1],
                   test.duration_s, test.fastest_m_per_s, test.viscous_share, test.half_width, test.half_width_inertial);
@@ -27,8 +27,8 @@ Outcome<results::FallingHeadPlan> plan_falling_head(double permeability_m2, doub
             results::PlannedTest{test.glycerol_fraction, test.kinematic_viscosity_m2_per_s, test.sample_length_m, test.window_m,
                                  test.duration_s, test.fastest_m_per_s, test.viscous_share, test.half_width, test.half_width_inertial});
         if (!row.half_width_k) continue;
-        if (!plan.cheapest && *row.half_width_k <= config.within) plan.cheapest = row;
-        if (!plan.most_certain || *row.half_width_k < *plan.most_certain->half_width_k) plan.most_certain = row;
+        if (!plan.cheapest && *row.half_width_k <= config.half_width) plan.cheapest = row;
+        if (!plan.narrowest || *row.half_width_k < *plan.narrowest->half_width_k) plan.narrowest = row;
     }
     if (const auto& best = plan.cheapest)
         plan.verdict = fmt::format("cheapest: {:.0f} % of glycerol, a sample of {:g} m, levels from {:g} to {:g} m: k to {:.2g} %",

@@ -27,8 +27,8 @@ struct Scale {
 Scale scale_of(const Packing& packing, const PackingConfig& config) {
     double smallest = 1e300, largest = 0.0, sum = 0.0;
     std::vector<double> volumes;
-    std::size_t most_capsules = 0;
-    for (const Shape& shape : packing.shapes) most_capsules = std::max(most_capsules, shape.capsules.size());
+    std::size_t max_capsules = 0;
+    for (const Shape& shape : packing.shapes) max_capsules = std::max(max_capsules, shape.capsules.size());
     for (const Shape& shape : packing.shapes) volumes.push_back(measure(shape, 1e-4).volume_m3);
     for (const Body& body : packing.bodies) {
         smallest = std::min(smallest, volumes[body.shape]);
@@ -36,7 +36,7 @@ Scale scale_of(const Packing& packing, const PackingConfig& config) {
         sum += volumes[body.shape];
     }
     const double rho = config.density_kg_per_m3, g = config.gravity_m_per_s2, d = finest_diameter(packing);
-    return {.times = contact_times(rho * smallest, rho * largest, d, most_capsules, config),
+    return {.times = contact_times(rho * smallest, rho * largest, d, max_capsules, config),
             .weight_overlap_m = rho * largest * g / (0.5 * config.normal_stiffness_N_per_m),
             .rest_limit_J = config.rest_energy_fraction * rho * sum / static_cast<double>(packing.bodies.size()) * g * d};
 }
@@ -109,8 +109,8 @@ Relaxed relax(const Packing& packing, const PackingConfig& config) {
     require_small_overlaps(packing);
     const Stopwatch watch;
     const Scale scale = scale_of(packing, config);
-    constexpr double most_steps = 1e9;
-    if (config.settle_time_s / scale.times.time_step_s > most_steps)
+    constexpr double max_steps = 1e9;
+    if (config.settle_time_s / scale.times.time_step_s > max_steps)
         throw UserError(
             fmt::format("the time step {:.3g} s is too short: {:g} s would need {:.2g} steps", scale.times.time_step_s,
                         config.settle_time_s, config.settle_time_s / scale.times.time_step_s),

@@ -53,12 +53,12 @@ double pose_error(const Run& run, const Packing& packing, const std::vector<std:
             const ClumpBody& clump = run.bodies[body.shape];
             Sphere there;
             there << body.position_m + body.orientation * (clump.centre + clump.turn * sphere.a), sphere.radius;
-            double least = 1e300;
+            double minimum = 1e300;
             auto at = std::lower_bound(real.begin(), real.end(), there, by_z);
-            for (auto up = at; up != real.end() && up->z() - there.z() < least; ++up) least = std::min(least, (*up - there).norm());
-            for (auto down = at; down != real.begin() && there.z() - std::prev(down)->z() < least; --down)
-                least = std::min(least, (*std::prev(down) - there).norm());
-            worst = std::max(worst, least);
+            for (auto up = at; up != real.end() && up->z() - there.z() < minimum; ++up) minimum = std::min(minimum, (*up - there).norm());
+            for (auto down = at; down != real.begin() && there.z() - std::prev(down)->z() < minimum; --down)
+                minimum = std::min(minimum, (*std::prev(down) - there).norm());
+            worst = std::max(worst, minimum);
         }
     return worst;
 }
@@ -133,9 +133,9 @@ void require_sound(const Run& run, const PourLog& said, const Path& log) {
                 log, keep_them);
     }
     const double energy = said.kinetic_J + said.rotational_J;
-    if (!(energy <= run.most_energy_J))
+    if (!(energy <= run.max_energy_J))
         throw NumericalError(fmt::format("energy grows: the kinetic energy is {:.3g} J at step {}, the initial potential energy {:.3g} J",
-                                         energy, said.step, run.most_energy_J),
+                                         energy, said.step, run.max_energy_J),
                              {.where = log.string(), .fix = "shorten time_step_s"});
 }
 

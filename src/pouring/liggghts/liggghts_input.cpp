@@ -61,7 +61,7 @@ void write_batches(Run& run, const Pour& pour) {
     run.top_m = pour.top_m;
     for (const Batch& batch : pour.batches)
         for (const Newcomer& grain : batch)
-            run.most_energy_J +=
+            run.max_energy_J +=
                 run.bodies[grain.shape].mass * (run.config.gravity_m_per_s2 * (grain.position_m.z() + maximum_feret_diameter(run.shapes)) +
                                                 0.5 * grain.velocity_m_per_s.squaredNorm());
 }

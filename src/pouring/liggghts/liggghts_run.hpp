@@ -33,7 +33,7 @@ struct Run {
     core::Path folder;
     double top_m = 0.0;                                  // no grain is created above it
     std::vector<std::vector<std::size_t>> batches = {};  // the shapes of each batch's grains, in the order of creation
-    double most_energy_J = 0.0;                          // total potential energy of all grains
+    double max_energy_J = 0.0;                           // total potential energy of all grains
 
     [[nodiscard]] long grains_after(long batch) const;
     [[nodiscard]] long spheres_after(long batch) const;

@@ -147,7 +147,7 @@ Sequence run_sequence(const Draw& draw, double mean, double wanted, std::size_t 
         y.push_back(k);
         all.push_back(porosity);
         for (std::size_t i = 1; i < pours_per_flow; ++i) all.push_back(draw().first);
-        if (y.size() < least_flows) continue;
+        if (y.size() < min_flows) continue;
         const RegressedMean found{fit_line(x, y).value(), sample_of(all)};
         if (found.half_width() > wanted * found.mean()) continue;
         return {holds(found.interval_of_mean({}), mean), holds(found.interval_of_next({}), draw().second), y.size()};

@@ -35,7 +35,7 @@ TEST(Sample, IntervalsOfFivePackings) {
 TEST(Sample, NumberOfPackingsForAWidth) {
     // t s / sqrt(n) (1 + 2/n) with s = 0.1: 18 packings give 0.0552, 20 give 0.0515, 21 give 0.0498.
     EXPECT_EQ(packings_for(0.1, 0.05), 21U);
-    EXPECT_EQ(packings_for(0.001, 0.05), least_packings);
+    EXPECT_EQ(packings_for(0.001, 0.05), min_packings);
     EXPECT_FALSE(packings_for(0.1, 0.05, 0.05)) << "the numerical part alone is as large";
     EXPECT_GT(packings_for(0.1, 0.05, 0.03).value(), packings_for(0.1, 0.05).value());
 }
@@ -54,7 +54,7 @@ TEST(Sample, TheRuleOfUntilSureCoversTheMean) {
             do {
                 values.push_back(1.0 + scatter * normal(random));
                 sample = sample_of(values);
-            } while (values.size() < least_packings || relative_half_width(sample, 0.0) > 0.1);
+            } while (values.size() < min_packings || relative_half_width(sample, 0.0) > 0.1);
             const auto held = [](const std::optional<core::Interval>& interval) { return interval->low <= 1.0 && 1.0 <= interval->high; };
             covered += held(interval_of_mean(sample, {}, StudyEnd::when_sure)) ? 1 : 0;
             plain += held(interval_of_mean(sample, {})) ? 1 : 0;
@@ -84,8 +84,8 @@ TEST(Sample, PackingsOfAnotherKindAreNotInTheInterval) {
             seen = seen || outlier;
             values.push_back((outlier ? 1.5 : 1.0) * (1.0 + 0.05 * normal(random)));
             sample = sample_of(values);
-            if (values.size() == least_packings && !seen) ++none_seen;
-        } while (values.size() < least_packings || relative_half_width(sample, 0.0) > 0.1);
+            if (values.size() == min_packings && !seen) ++none_seen;
+        } while (values.size() < min_packings || relative_half_width(sample, 0.0) > 0.1);
         const auto interval = interval_of_mean(sample, {}, StudyEnd::when_sure);
         covered += interval->low <= 1.05 && 1.05 <= interval->high ? 1 : 0;
     }

@@ -84,11 +84,11 @@ results::VolumeValues values_of(const Common& common, const VolumeSource& source
 
 void draw(const results::Histogram& histogram) {
     const auto& fractions = histogram.fractions;
-    const double most = *std::max_element(fractions.begin(), fractions.end());
+    const double maximum = *std::max_element(fractions.begin(), fractions.end());
     fmt::print("histogram (class from, part of the voxels):\n");
     for (std::size_t c = 0; c < fractions.size(); ++c)
         fmt::print("{:>12.5g} {:>6.2f} % {}\n", histogram.from + static_cast<double>(c) * histogram.class_width, 100.0 * fractions[c],
-                   std::string(static_cast<std::size_t>(std::lround(50.0 * fractions[c] / most)), '#'));
+                   std::string(static_cast<std::size_t>(std::lround(50.0 * fractions[c] / maximum)), '#'));
 }
 
 void info(const Common& common) {
