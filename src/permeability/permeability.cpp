@@ -21,6 +21,10 @@ double paper_fit_m2(double porosity) {
     return 5.3e-9 * std::exp(7.3 * porosity);
 }
 
+double velocity_at_onset_m_per_s(double part, double permeability_m2, double inertial_permeability_m, double kinematic_viscosity_m2_per_s) {
+    return part / (1.0 - part) * kinematic_viscosity_m2_per_s * inertial_permeability_m / permeability_m2;
+}
+
 double ergun_inertial_m(double sphericity, double equal_diameter_m, double porosity) {
     return porosity * porosity * porosity * sphericity * equal_diameter_m / (1.75 * (1.0 - porosity));
 }

@@ -16,6 +16,10 @@ inline constexpr double darcy_m2 = 9.869233e-13;
 [[nodiscard]] double paper_fit_m2(double porosity);
 /// Ergun: k_in = eps^3 Psi d / (1.75 (1 - eps)), metres.
 [[nodiscard]] double ergun_inertial_m(double sphericity, double equal_diameter_m, double porosity);
+/// Superficial velocity at which inertia makes the apparent permeability smaller than k by the fraction `part`, from
+/// k_apparent / k = 1 / (1 + (U/nu) k / k_in).
+[[nodiscard]] double velocity_at_onset_m_per_s(double part, double permeability_m2, double inertial_permeability_m,
+                                               double kinematic_viscosity_m2_per_s);
 /// Hydraulic conductivity for nu = 1e-6 m2/s (water at about 20 degrees Celsius; fluid.hpp has other fluids), m/s: k g / nu.
 [[nodiscard]] double conductivity_m_per_s(double permeability_m2);
 

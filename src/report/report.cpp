@@ -11,6 +11,15 @@
 #include "report/uses.hpp"
 
 namespace porepack::report {
+namespace fs = std::filesystem;
+
+bool take_file(const ReportInput& input, const Path& file, const Path& folder) {
+    const Path from = input.stage_folders / file;
+    if (!fs::exists(from)) return false;
+    fs::copy_file(from, folder / from.filename(), fs::copy_options::overwrite_existing);
+    return true;
+}
+
 namespace {
 
 std::vector<results::MainNumber> main_numbers_of(const ReportInput& input) {

@@ -75,9 +75,8 @@ std::optional<GradientLimit> gradient_limit(const ReportInput& input) {
         velocity = *inertia->lbm.fit.onset_reynolds * nu / inertia->length_m;
         from = "as computed";
     } else if (bed && std::isfinite(bed->numbers.sauter_diameter_m)) {
-        // k_apparent / k = 1 / (1 + (U/nu) k / k_in)
         const double k_in = permeability::ergun_inertial_m(1.0, bed->numbers.sauter_diameter_m, lbm.porosity);
-        velocity = part / (1.0 - part) * nu * k_in / k;
+        velocity = permeability::velocity_at_onset_m_per_s(part, k, k_in, nu);
         from = "by Ergun's correlation";
     } else {
         return std::nullopt;

@@ -50,6 +50,8 @@ inline constexpr const char* dash = "–";  ///< of what is not known
 /// The same of the bed whose porosity was measured.
 [[nodiscard]] std::string measured_bed_text(const ReportInput& input, const std::string& quantity);
 
+/// The paper's text about a quantity of this grain ("porosity", "tortuosity"); empty where it states nothing.
+[[nodiscard]] std::string paper_number(const ReportInput& input, const std::string& quantity);
 /// Of the whole bed, or of the whole image.
 [[nodiscard]] std::optional<double> bed_porosity_of(const results::CaseResults& results);
 
