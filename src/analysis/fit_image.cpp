@@ -111,6 +111,7 @@ Unexplained unexplained_of(const GrayImage& image, const Container& container, c
                 if (fitted - value > 0.5) found.missing += 1.0;
             }
         }
+    // Connected pieces by a flood fill with a stack; a voxel is cleared when it is pushed, so that it is pushed once.
     std::vector<std::size_t> stack;
     for (std::size_t start = 0; start < open.size(); ++start) {
         if (open[start] == 0) continue;
@@ -132,6 +133,7 @@ Unexplained unexplained_of(const GrayImage& image, const Container& container, c
             highest = std::max(highest, k);
         }
         const bool at_bottom = lowest == 0, at_top = highest + 1 == grid.cells[2], at_end = at_bottom || at_top;
+        // Where a larger piece is missing at an end, the packing is complete only beyond it.
         if (at_bottom && size > speck_voxels) found.complete_from = std::max(found.complete_from, highest + 1);
         if (at_top && size > speck_voxels) found.complete_to = std::min(found.complete_to, lowest);
         (at_end ? found.at_ends : found.inside) += size;
@@ -196,6 +198,7 @@ std::vector<std::string> doubts_of(const Refined& found, const Unexplained& rest
 std::vector<FittedGrain> search_all(const GrayImage& gray, const Scan& scan, const Container& container,
                                     const std::vector<ShapePoints>& points, const std::vector<shapes::Shape>& shapes, const Path& file) {
     const auto search = [&](const std::vector<ShapePoints>& of) {
+        // A new map for each search, because detect() changes it.
         DistanceMap map = distance_map(scan.search_bin > 1 ? averaged(gray, scan.search_bin) : gray);
         std::vector<FittedGrain> grains;
         for (const Found& one : detect(map, of)) grains.push_back({.shape = one.shape, .pose = one.pose, .cut = one.cut});
@@ -204,6 +207,8 @@ std::vector<FittedGrain> search_all(const GrayImage& gray, const Scan& scan, con
     std::vector<FittedGrain> grains = search(points);
     double volume = 0.0;
     for (const FittedGrain& grain : grains) volume += points[grain.shape].volume_m3;
+    // Less than half of the solid found: a stack in the wrong order shows mirror images, which a chiral shape does not fit. The mirrored
+    // shapes are searched for to give the right advice.
     if (volume < 0.5 * solid_volume(gray, container)) {
         const std::size_t mirrored = search(mirrored_points(shapes)).size();
         if (mirrored > 2 * grains.size() + 2)
@@ -260,6 +265,7 @@ Fitted fit_image(const Path& file, ImageConfig image, const std::optional<Contai
     const double seconds_of_search = watch.seconds();
     watch = {};
     Refined found = refine(gray, input.container, points, std::move(grains), Common{.blur_m = {notes.blur_voxels * h}});
+    // The model is compared with the reduced image, so it is rendered with this image's blur, not with that of the full size.
     const double blur_of_picture_m = found.common.blur_m.value;
     if (scan.bin > 1) found = refine_at_full_size(scan, gray, notes, input.container, points, std::move(found), file.string());
     const double seconds_of_poses = watch.seconds();

@@ -43,6 +43,8 @@ std::vector<Grain> grains_of(const Grid& grid, const Separated& found) {
                 grain.voxels += 1.0;
                 grain.sum += shapes::Vec3(grid.centre(0, i), grid.centre(1, j), grid.centre(2, k));
                 grain.lowest = std::min(grain.lowest, k);
+                // Layers are visited in ascending order: the count begins again with each new layer of the grain, and is the highest
+                // layer's in the end.
                 if (grain.highest != k) grain.in_highest = 0.0;
                 grain.highest = k;
                 grain.in_highest += 1.0;
@@ -73,6 +75,7 @@ void classify(std::vector<Grain>& grains, int layers, const SegmentConfig& confi
         const bool at_top = grain.highest == layers - 1 && grain.in_highest > touches * grain.in_widest;
         if (at_floor || at_top) grain.kind = Kind::cut;
     }
+    // After the ends are known: grains that they cut do not count in the median.
     const double median = median_by_volume(grains);
     for (Grain& grain : grains) {
         if (grain.voxels < config.smallest_grain * median) grain.kind = Kind::speck;
@@ -237,10 +240,12 @@ Segmented segment_image(const Path& file, ImageConfig image, const std::optional
             [&](int i, int k) { return solid[at(i, k)]; }, orange));
     }
     const GrayMeasures measures = measure_gray(*input.gray, input.container);
+    // For a long cylinder V/A = r/2, hence twice the ratio of the whole solid.
     const double half_thickness = 2.0 * measures.solid_fraction / measures.area_per_volume_m;
     log_info("watershed: half the grains' thickness is {:.3g} m, {:.1f} voxels", half_thickness, half_thickness / grid.spacing_m[0]);
     Separated found = separate_grains(grid, solid, config.separation * half_thickness);
     std::vector<Grain> grains = grains_of(grid, found);
+    // Label 0, the pores, is no grain.
     grains[0] = {};
     classify(grains, grid.cells[2], config);
     const auto removed = [&](std::uint32_t label) {
@@ -254,6 +259,8 @@ Segmented segment_image(const Path& file, ImageConfig image, const std::optional
         "step_4_grains.png", grid, [&](int i, int k) { return label_colour(found.label[at(i, k)]); },
         [&](int i, int k) { return found.label[at(i, k)]; }, black));
 
+    // The blurred edge of a removed grain lies below the threshold but would remain as a shell of gray values: it is removed with its
+    // grain, as far as the blur reaches and no other grain is nearer.
     const int edge = 1 + static_cast<int>(std::ceil(3.0 * notes.blur_voxels));
     const std::vector<std::uint32_t> owner = with_edges(grid, found.label, edge);
     for (std::size_t cell = 0; cell < owner.size(); ++cell)

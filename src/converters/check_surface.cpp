@@ -44,6 +44,9 @@ std::string doubled_triangles(const TriangleSurface& surface, SurfaceCheck& chec
 
 // Every edge of a closed surface has exactly two triangles that run along it in opposite directions.
 std::string edge_fault(const TriangleSurface& surface, SurfaceCheck& check) {
+    // The sorted list brings the triangles of an edge together. Their directions sum up to zero if they are paired. An odd number of
+    // triangles leaves the surface open; two in the same direction are twisted; an even number above two means that bodies meet in the
+    // edge.
     std::vector<std::pair<std::pair<int, int>, int>> sides;  // of each edge, with its direction
     sides.reserve(3 * surface.triangles.size());
     for (const auto& triangle : surface.triangles)
@@ -91,6 +94,8 @@ std::string point_fault(const TriangleSurface& surface, SurfaceCheck& check) {
     for (std::size_t p = 0; p < around.size(); ++p) {
         auto& edges = around[p];
         std::sort(edges.begin(), edges.end());
+        // The opposite edges of a regular point form one closed chain. It is followed from the first edge; if it closes before all edges
+        // are used, several surfaces meet in the point.
         std::size_t length = edges.empty() ? 0 : 1;
         for (int at = edges.empty() ? 0 : edges.front().second; length < edges.size() && at != edges.front().first; ++length) {
             const auto next = std::lower_bound(edges.begin(), edges.end(), std::pair(at, -1));
@@ -132,6 +137,7 @@ std::string misplaced_shell(const Mesh& mesh, const ShellMap& shell, long shells
         const Point& corner = part.point(*part.vertices().begin());
         for (const auto& other : parts)
             if (&other != &part && CGAL::Side_of_triangle_mesh<Mesh, Kernel>(other)(corner) == CGAL::ON_BOUNDED_SIDE) ++depth;
+        // A shell inside an even number of others bounds solid, one inside an odd number a cavity.
         const bool outward = pmp::volume(part) > 0.0;
         if (outward == (depth % 2 == 0)) continue;
         return fmt::format("the shell {} is turned {} although {} shells enclose it", place_text({corner.x(), corner.y(), corner.z()}),
@@ -141,6 +147,8 @@ std::string misplaced_shell(const Mesh& mesh, const ShellMap& shell, long shells
 }
 
 // Pairs of faces that cross each other. Slabs of the surface are searched in parallel: a face belongs to all slabs that it reaches.
+// Faces that cross share a height, so both belong to the slab that contains it, and no pair is missed. A pair found in two slabs counts
+// once in the set. The limits are quantiles of the faces' heights, which gives the slabs about equal numbers.
 std::set<FacePair> crossings_of(const Mesh& mesh) {
     std::vector<std::pair<double, double>> reach;  // of the faces, in z
     std::vector<double> middles;
@@ -190,6 +198,8 @@ void add_crossings_elsewhere(SurfaceCheck& check, const TriangleSurface& surface
 
 }  // namespace
 
+// From the cheap checks to the expensive ones, and each only where those before it hold: edges, then points, which allow a mesh; crossings
+// of faces; orientations of the shells, which have a meaning only without crossings.
 SurfaceCheck check_surface(const TriangleSurface& surface) {
     SurfaceCheck check;
     check.low = Vec3::Constant(1e300);
@@ -258,6 +268,7 @@ void require_plausible_size(const SurfaceCheck& check, const Container& containe
     if (ratio < 0.002)
         throw UserError("the surface is much smaller than the container: " + numbers,
                         {.where = where, .fix = "check the unit with --unit (metres per unit)"});
+    // Grains press into a wall a little; in a periodic container they may reach into the next period.
     const Vec3 slack = 0.02 * size + (container.any_periodic() ? size : Vec3(Vec3::Zero()));
     if (((check.low - container.low() + slack).array() < 0.0).any() || ((container.high() + slack - check.high).array() < 0.0).any())
         throw UserError("the surface sticks out of the container: " + numbers,

@@ -10,6 +10,7 @@
 
 namespace porepack::converters {
 
+// Two searches over the triangles: a grid of columns seen from above for vertical lines, and boxes in space for segments in any direction.
 struct SurfaceSolid::Bins {
     struct Triangle {
         Vec3 a, b, c;
@@ -53,6 +54,7 @@ SurfaceSolid::SurfaceSolid(const TriangleSurface& surface, const Container& cont
     }
     bins.boxes = SpatialBins(boxes);
     const Vec3 size = bins.bounds.high - bins.bounds.low;
+    // About as large as a mean triangle, so that a cell holds few of them; at most 1025 x 1025 cells.
     bins.size = std::max(extent, size.head<2>().maxCoeff() / 1024.0);
     bins.columns = 1 + static_cast<int>(size.x() / bins.size);
     bins.rows = 1 + static_cast<int>(size.y() / bins.size);
@@ -95,10 +97,12 @@ public:
             const Vec3 e1 = triangle.b - triangle.a, e2 = triangle.c - triangle.a;
             const Vec3 p = step.cross(e2);
             const double determinant = e1.dot(p);
+            // The determinant is positive where the segment runs against the outward normal: it enters the solid.
             if (determinant <= 0.0) continue;
             const Vec3 s = from - shift - triangle.a;
             const Vec3 q = s.cross(e1);
             const double u = s.dot(p) / determinant, v = step.dot(q) / determinant, at = e2.dot(q) / determinant;
+            // A hit on a shared edge must not be missed by both of its triangles.
             constexpr double slack = 1e-9;
             if (u < -slack || v < -slack || u + v > 1.0 + slack || at < -slack || at > 1.0) continue;
             first = std::min(first, std::max(0.0, at));
@@ -140,6 +144,8 @@ double mean_above(double level, const std::array<double, 3>& z) {
 }  // namespace
 
 // Gauss' theorem with the field (0, 0, min(max(z, z0), z1)).
+// Its divergence is 1 between the planes and 0 elsewhere. It equals z0 + max(0, z - z0) - max(0, z - z1); the constant has no flux through
+// a closed surface, and mean_above() integrates the other two terms exactly.
 std::optional<double> SurfaceSolid::volume_between(double z0, double z1) const {
     const Container& container = bins_->container;
     if (container.any_periodic()) return std::nullopt;
@@ -167,6 +173,9 @@ void SurfaceSolid::Bins::collect(double x, double y, double lift, std::vector<Cr
                              static_cast<std::size_t>(clamp_cell(x, bounds.low.x(), columns))];
     for (const int t : cell) {
         const Triangle& s = triangles[static_cast<std::size_t>(t)];
+        // Twice the signed areas of the three triangles that the line makes with the edges, seen from above. They have equal signs if the
+        // line passes inside, and are the weights of the corners' heights. A triangle seen from its outside (area > 0) is where the line
+        // leaves the solid.
         const auto side = [&](const Vec3& p, const Vec3& q) { return (q.x() - p.x()) * (y - p.y()) - (q.y() - p.y()) * (x - p.x()); };
         const double u = side(s.b, s.c), v = side(s.c, s.a), w = side(s.a, s.b);
         const double area = u + v + w;
@@ -194,6 +203,7 @@ void SurfaceSolid::column(double x, double y, std::vector<Interval>& parts) cons
         if (sum == 0) break;
     }
     std::sort(crossings.begin(), crossings.end(), [](const auto& p, const auto& q) { return p.z < q.z; });
+    // Where solids overlap, as periodic images may, the depth exceeds 1; a part ends where it returns to 0.
     int depth = 0;
     for (const auto& crossing : crossings) {
         if (depth == 0 && crossing.step > 0) parts.push_back({crossing.z, crossing.z});
@@ -215,6 +225,7 @@ void SurfaceSolid::near_column(double x, double y, double length, std::vector<In
         if (px < low.x() - reach || px > high.x() + reach || py < low.y() - reach || py > high.y() + reach) return;
         Interval part{low.z() - reach, high.z() + reach};
         const Vec3 normal = (t.b - t.a).cross(t.c - t.a).normalized();  // 0 for a triangle without area: then the box counts
+        // The distance to the plane is at_zero + slope z; a vertical plane has the same distance at all heights.
         const double at_zero = normal.dot(Vec3(px, py, 0.0) - t.a), slope = normal.z();
         if (std::abs(slope) > 1e-9) {
             const double one = (-reach - at_zero) / slope, other = (reach - at_zero) / slope;

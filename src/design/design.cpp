@@ -52,6 +52,7 @@ public:
             log_info("design: proposal {} of at most {}: {}", n, goal_.max_proposals, description(*next));
             result.proposals.push_back(compute(*next, n, result.proposals));
             const Proposal& made = result.proposals.back();
+            // A magnified bed is no new observation.
             if (made.error.empty() && made.magnified_from == 0) forecaster_.learn(made.bed);
             log_info("design: proposal {}: {}", n,
                      made.error.empty() ? fmt::format("k = {:.3g} m2 {}, porosity {:.3f}{}", made.permeability_m2,
@@ -114,6 +115,7 @@ private:
         const bool any_k = goal_.volume_m3 == 0.0 && bed_.shrink(grain.size_m) < 1.0;
         while (proposal.error.empty() && !out_of_time() && (any_k || meets_goal(proposal)) &&
                proposal.permeability_half_width() > goal_.within && proposal.bed.packings < max_packings * goal_.packings) {
+            // The half width falls with the square root of the number of packings; 5 % in reserve.
             const double more = std::pow(1.05 * proposal.permeability_half_width() / goal_.within, 2);
             const long wanted = std::lround(std::ceil(more * static_cast<double>(proposal.bed.packings)));
             proposal = compute(grain, n, std::min(wanted, max_packings * goal_.packings));
@@ -127,6 +129,7 @@ private:
         const std::string name = fmt::format("proposal_{}", n);
         const Case made = prepared(grain, name, false, packings);
         try {
+            // A fault of the machine or of an engine says nothing about the grain, and ends the search. Other errors belong to this grain.
             (void)run_pipeline(case_pipeline(made), last_stage);
         } catch (const MachineError&) {
             throw;
@@ -168,6 +171,7 @@ private:
 
     // Whatever the width of its interval.
     [[nodiscard]] bool meets_goal(const Proposal& p) const {
+        // A single wanted value must lie in the interval that is known; a wanted range must contain the value.
         const auto within = [](double value, const Interval& known, const Interval& wanted) {
             if (wanted.low == wanted.high) return known.low <= wanted.low && wanted.high <= known.high;
             return wanted.low <= value && value <= wanted.high;

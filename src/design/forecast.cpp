@@ -107,6 +107,7 @@ SizedCandidate Forecaster::forecast(const Candidate& candidate, double size_m, c
     one.chance = chance_of(log_k, wanted, std::min(expected.permeability, goal_.within));
     one.distance = distance_of(log_k, wanted);
     if (goal_.porosity) {
+        // k and porosity count as independent.
         one.chance *= chance_of(prediction.porosity, *goal_.porosity, expected.porosity);
         one.distance = std::hypot(one.distance, distance_of(prediction.porosity, *goal_.porosity));
     }
@@ -137,6 +138,7 @@ std::vector<SizedCandidate> Forecaster::forecasts(const std::vector<Proposal>& c
         // With the volume free, the size gives the permeability; the wall ratio, which depends on it, changes it little.
         if (goal_.volume_m3 == 0.0) {
             size_m = 1e-2;
+            // Fixed-point iteration for the size from k = d_v^2 exp(log_permeability(d_v)), at the geometric mean of the wanted range.
             const double wanted = std::sqrt(goal_.permeability_m2.low * goal_.permeability_m2.high);
             for (int pass = 0; pass < 20; ++pass) size_m = std::sqrt(wanted / std::exp(prediction(size_m).log_permeability.value));
         }
@@ -150,6 +152,7 @@ std::optional<SizedCandidate> best(const std::vector<SizedCandidate>& all, const
     std::optional<SizedCandidate> found;
     for (const SizedCandidate& one : all) {
         if (std::any_of(computed.begin(), computed.end(), [&](const Proposal& before) { return is_tried(one, before); })) continue;
+        // Chances too small to be told apart are ranked by distance.
         const auto worse = [](const SizedCandidate& a, const SizedCandidate& b) {
             constexpr double tiny = 1e-6;
             return a.chance < tiny && b.chance < tiny ? a.distance > b.distance : a.chance < b.chance;

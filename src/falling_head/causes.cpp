@@ -111,6 +111,7 @@ void add_apparatus(Causes& causes, const SampleTruth& truth, const FallingHeadCo
             s.apparatus.screen_opening_m = config.screen_opening_m;
             s.apparatus.screens_below = config.screens_below;
             s.apparatus.screens_above = config.screens_above;
+            // Another cause may have drawn the wires already.
             if (s.apparatus.screen_wire_m == 0.0)
                 s.apparatus.screen_wire_m = config.screen_wire_m > 0.0 ? config.screen_wire_m : 0.2 * config.screen_opening_m;
         };
@@ -155,6 +156,7 @@ void add_apparatus(Causes& causes, const SampleTruth& truth, const FallingHeadCo
                           .minimum = 0.0,
                           .common = true});
     const double speed = middle_speed(truth, config), nu = config.kinematic_viscosity_m2_per_s, D = truth.tube_diameter_m;
+    // Blasius' friction factor of smooth tubes at the middle of the window.
     const double friction = 0.316 * std::pow(speed * D / nu, -0.25) / D;
     causes.push_back({.name = "friction on the tube's wall",
                       .what = "friction factor over diameter",
@@ -166,6 +168,8 @@ void add_apparatus(Causes& causes, const SampleTruth& truth, const FallingHeadCo
                       .apply = [](Scenario& s, double value) { s.apparatus.column_friction_per_m = value; },
                       .minimum = 0.0,
                       .common = true});
+    // A film of thickness t covers 4 t / D of the area. The speed in the sample is then (1 - part) times that of the level. In terms of the
+    // level's speed, the viscous resistance shrinks by this factor and the inertial one by its square.
     const double film = 0.94 * capillary_length_m * std::pow(water_density * nu * speed / surface_tension, 2.0 / 3.0);
     causes.push_back({.name = "water left on the tube's wall",
                       .what = "part of the tube's area",
@@ -177,6 +181,7 @@ void add_apparatus(Causes& causes, const SampleTruth& truth, const FallingHeadCo
                       .minimum = 0.0,
                       .maximum = 0.5,
                       .common = true});
+    // Surface tension raises the pressure in a cylindrical jet by sigma / r, which acts against the head.
     const double radius = config.screen_opening_m > 0.0 ? 0.5 * config.screen_opening_m : 4e-3;
     causes.push_back({.name = "pressure in the jets below",
                       .what = "as a height of water that the head lacks",
@@ -187,6 +192,7 @@ void add_apparatus(Causes& causes, const SampleTruth& truth, const FallingHeadCo
                       .apply = [](Scenario& s, double height) { s.apparatus.level_offset_m -= height; },
                       .minimum = 0.0,
                       .common = true});
+    // The outlet must be open before the level enters the window.
     const double latest = std::max(config.window_m[0], config.window_m[1]) + 0.02;
     if (config.start_level_m > latest)
         causes.push_back({.name = "opening of the outlet",
@@ -206,6 +212,7 @@ void add_apparatus(Causes& causes, const SampleTruth& truth, const FallingHeadCo
 }
 
 void add_readings(Causes& causes, const FallingHeadConfig& config) {
+    // Added, not set: several causes act on the same reading.
     const auto offset = [](Scenario& s, double metres) { s.apparatus.level_offset_m += metres; };
     const auto scale = [](Scenario& s, double part) { s.apparatus.scale_error += part; };
     causes.push_back({.name = "zero of the level",
@@ -252,6 +259,7 @@ void add_readings(Causes& causes, const FallingHeadConfig& config) {
                       .apply =
                           [](Scenario& s, double longer) {
                               s.apparatus.sample_length_m += longer;
+                              // A longer sample reaches higher on the scale, so the level above its top is lower.
                               s.apparatus.level_offset_m -= longer;
                           },
                       .minimum = -0.5 * config.sample_length_m});

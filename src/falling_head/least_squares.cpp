@@ -68,6 +68,8 @@ public:
         }
         noise_ = weight_ = noise;
         points_ = rows_;
+        // Units of the resistances: those that alone would need the whole head at the mean speed. The fit starts with shares of 0.2 and
+        // 0.8.
         viscous_unit_ = head / (config.sample_length_m * config.kinematic_viscosity_m2_per_s * speed);
         inertial_unit_ = head / (config.sample_length_m * speed * speed);
         at_.resize(first_curve + 2 * static_cast<Eigen::Index>(curves.size()));
@@ -105,6 +107,7 @@ public:
     using JacobianType = Eigen::MatrixXd;
     [[nodiscard]] int values() const { return static_cast<int>(rows_); }
     [[nodiscard]] int inputs() const { return static_cast<int>(free_.size()); }
+    // A prior is one more row of the sum of squares: the deviation over its uncertainty, in units of the residuals' standard deviation.
     int operator()(const Eigen::VectorXd& x, Eigen::VectorXd& residuals) {
         set(x);
         for (std::size_t c = 0; c < curves_.size(); ++c) fill(c, residuals);
@@ -114,6 +117,7 @@ public:
     int df(const Eigen::VectorXd& x, Eigen::MatrixXd& jacobian) {
         set(x);
         jacobian.setZero();
+        // Central differences; the start values of a curve change only its own rows.
         Eigen::VectorXd up(rows_), down(rows_);
         for (std::size_t j = 0; j < free_.size(); ++j) {
             const Eigen::Index p = free_[j];
@@ -181,6 +185,9 @@ public:
 
     // The bound of parameter p on the side `sign` where the sum of squares is higher by `rise`; `width` is the linear estimate. Infinite if
     // it is not found.
+    // Profile likelihood: p is held at a distance from its best value, all others are fitted again, and the secant method finds the
+    // distance at which the sum of squares has risen by `rise`. The linear estimate is the first trial; the bound also holds where the
+    // problem is not linear.
     double bound(Eigen::Index p, double sign, double minimum, double rise, double width) {
         const Eigen::VectorXd best = at_;
         const std::vector<Eigen::Index> all = free_;
@@ -268,6 +275,8 @@ FallingHeadFit fit_falling_head(std::span<const LevelCurve> curves, const Fallin
     std::vector<LevelCurve> fitted_curves;
     for (const LevelCurve& curve : curves) fitted_curves.push_back(averaged(curve));
     Problem problem(fitted_curves, config);
+    // Priors are weighed against the residuals, whose size is known only after a fit, and their correlation only after another: hence up to
+    // three fits.
     double minimum = problem.solve();
     const auto variance_of = [&] { return std::max(1e-16, minimum / static_cast<double>(problem.freedom())); };
     if (problem.weigh(std::sqrt(variance_of()))) minimum = problem.solve();
@@ -302,6 +311,7 @@ FallingHeadFit fit_falling_head(std::span<const LevelCurve> curves, const Fallin
                        .points = static_cast<long>(problem.points()),
                        .levels_m = {}};
     const auto fitted = [&](Eigen::Index p) {
+        // In a linear problem this rise lies at the distance `width`: the noise model gives the width, the profile its asymmetry.
         const double width = noise.widths[static_cast<std::size_t>(p)].value, rise = width * width / inverse(p, p);
         return FittedValue{problem.unit(p) * problem.at(p),
                            {problem.unit(p) * problem.bound(p, -1.0, minimum, rise, width),
@@ -309,6 +319,7 @@ FallingHeadFit fit_falling_head(std::span<const LevelCurve> curves, const Fallin
     };
     fit.inverse_permeability_per_m2 = fitted(viscous);
     fit.inverse_inertial_permeability_per_m = fitted(inertial);
+    // Averaged over the fall of the level, not over time: slow parts of the curve would dominate otherwise.
     double share = 0.0, weight = 0.0;
     for (std::size_t c = 0; c < curves.size(); ++c) {
         fit.levels_m.push_back(problem.levels(c, curves[c].time_s));

@@ -58,6 +58,7 @@ std::string excerpt(const std::string& line) {
 // The whole file, with Unix line ends.
 std::string text_of(const Path& csv) {
     if (std::filesystem::is_directory(csv)) throw UserError(csv.string() + " is a folder", {.fix = "name the CSV files in it"});
+    // Spreadsheets write UTF-16, a byte order mark, or carriage returns: the first is refused, the others are removed.
     std::string text = read_text(csv, 100e6);
     if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF"))
         throw UserError("the file is UTF-16", {.where = csv.string(), .fix = "save it as CSV (UTF-8)"});
@@ -191,6 +192,7 @@ LevelCurve take_window(const LevelCurve& curve, const FallingHeadConfig& config)
     const double fall = (std::accumulate(part.level_m.begin(), part.level_m.begin() + fifth, 0.0) -
                          std::accumulate(part.level_m.end() - fifth, part.level_m.end(), 0.0)) /
                         static_cast<double>(fifth);
+    // Four standard errors of the difference between two means of a fifth of the points.
     if (fall < std::max(1e-9, 4.0 * noise * std::sqrt(2.0 / static_cast<double>(fifth))))
         outside(fmt::format("the level does not fall: {:g} m at first, {:g} m at last", part.level_m.front(), part.level_m.back()));
     const auto note = [&](const std::string& text) { part.warnings.push_back(curve.name + ": " + text); };
@@ -219,6 +221,8 @@ LevelCurve take_window(const LevelCurve& curve, const FallingHeadConfig& config)
     for (std::size_t i = 0; i + 1 < n; ++i) {
         if (steps[i] > 5.0 * step && steps[i] > 0.02 * (part.time_s.back() - part.time_s.front()))
             note(fmt::format("a gap of {:.3g} s after {:.4g} s", steps[i], part.time_s[i]));
+        // The median speed of seven steps, which a single jump does not change. A jump must exceed eight times the noise, 5 mm, and half of
+        // the usual fall of a step.
         const std::size_t from = i > 3 ? i - 3 : 0, to = std::min(falls.size(), i + 4);
         const double usual = median({falls.begin() + static_cast<std::ptrdiff_t>(from), falls.begin() + static_cast<std::ptrdiff_t>(to)});
         const double jump = (falls[i] - usual) * steps[i];

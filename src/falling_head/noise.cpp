@@ -73,6 +73,8 @@ Means means_of(const LinearisedFit& fit, const MatrixXd& estimator) {
 enum class Shape { exponential, smooth };
 
 // From each mean of a curve to the next. A state is the correlated noise and, where it is smooth, its scaled rate; both have variance 1.
+// Both correlations belong to Markov processes: exp(-lag), and (1 + x) exp(-x) with x = 2 lag for the smooth one, whose state includes its
+// rate. A filter along the curve then replaces the factorisation of the full covariance matrix: the cost is linear in the number of points.
 using Transitions = std::vector<Matrix2d>;
 
 Transitions transitions(const Means::Curve& curve, Shape shape, double time_s) {
@@ -105,6 +107,7 @@ double whiten(Eigen::Ref<MatrixXd> rows, const Means::Curve& curve, const Transi
         if (i > 0) {
             const Matrix2d& step = steps[static_cast<std::size_t>(i) - 1];
             state = step * state;
+            // The process is stationary: without data the spread returns to `correlated` times the identity.
             spread = step * (spread - correlated * Matrix2d::Identity()) * step.transpose() + correlated * Matrix2d::Identity();
         }
         const double variance = spread(0, 0) + (1.0 - correlated) * curve.white[i] + 1e-9;  // smooth noise alone: nearly singular
@@ -131,6 +134,9 @@ double variance_of_sum(const Eigen::Ref<const VectorXd>& weights, const Means::C
 
 // `basis` spans the columns of the Jacobian of the means; there are transitions for each curve.
 void judge(Model& model, const std::vector<Transitions>& steps, const Means& means, const MatrixXd& basis, double freedom) {
+    // Restricted likelihood: with whitened rows, generalised least squares becomes ordinary. The logarithms of the determinants of the
+    // covariance and of the normal matrix enter, and the variance is profiled out. The fit itself stays as it is; the model tells how large
+    // its error is.
     MatrixXd rows(basis.rows(), basis.cols() + 1);
     rows << basis, means.residuals;
     double half_logarithm = 0.0;
@@ -161,6 +167,7 @@ std::vector<Model> judged_models(const Means& means, const MatrixXd& basis, doub
         for (const Means::Curve& curve : means.curves) steps.push_back(transitions(curve, shape, time_s));
         return steps;
     };
+    // The first model is white: its correlated part is zero, and the transitions have no effect.
     judge(models[0], steps_of(Shape::exponential, means.shortest_s), means, basis, freedom);
     std::vector<double> times;
     for (int i = 0; i < correlation_times; ++i)
@@ -187,6 +194,7 @@ double half_width(const std::vector<Model>& models, double freedom, const Varian
     const StudentsT t(freedom);
     double widest = 0.0;
     for (const Model& model : models) widest = std::max(widest, std::sqrt(variance(model)));
+    // Bisection: the widest of the distributions bounds the width of the weighted sum.
     double low = 0.0, high = widest * boost::math::quantile(t, 0.975);
     while (high - low > 1e-4 * high) {
         const double middle = 0.5 * (low + high);
@@ -221,10 +229,12 @@ std::vector<Model> slow_only(std::vector<Model> models, double longest_s) {
 NoiseJudgement judge_noise(const LinearisedFit& fit, Index parameters) {
     // A start speed that decays immediately gives a column of zeros.
     const MatrixXd inverse = (fit.jacobian.transpose() * fit.jacobian).completeOrthogonalDecomposition().pseudoInverse();
+    // Column p of the estimator holds the weights with which the rows enter parameter p; those of the points of a group are summed.
     const MatrixXd estimator = fit.jacobian * inverse.leftCols(parameters);
     Means means = means_of(fit, estimator);
     scale_priors(means, fit.prior_deviation);
     const Eigen::ColPivHouseholderQR<MatrixXd> factors(means.jacobian);
+    // An orthonormal basis of the columns: parameters without effect drop out, and units do not matter.
     const MatrixXd basis = factors.householderQ() * MatrixXd::Identity(means.jacobian.rows(), factors.rank());
     const auto freedom = static_cast<double>(means.jacobian.rows() - factors.rank());
     const std::vector<Model> models = judged_models(means, basis, freedom), slow = slow_only(models, means.longest_s);

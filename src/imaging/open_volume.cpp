@@ -101,6 +101,8 @@ AxisMap map_of(const FileVolume& file, const ImageConfig& config, const Path& pa
 }
 
 // In metres, along the file's axes.
+// Two sources may state the size. What the file states needs a unit, its own or a given one. A given size wins, but must agree with the
+// file where that says anything: a contradiction points to a wrong unit or file, and k grows as the square of the size.
 std::array<double, 3> spacing_m(const FileVolume& file, const AxisMap& map, const ImageConfig& config, const Path& path,
                                 std::string& source) {
     const char* flag = "--image-voxel-size in metres";
@@ -132,6 +134,7 @@ std::array<double, 3> spacing_m(const FileVolume& file, const AxisMap& map, cons
         }
         return *stated;
     }
+    // Given along x, y, z of the image; the file's sizes follow the axes of the file.
     std::array<double, 3> given{};
     for (std::size_t i = 0; i < 3; ++i)
         given[i] = config.voxel_size_m.size() == 3 ? config.voxel_size_m[map.axis[i]] : config.voxel_size_m[0];
@@ -162,6 +165,8 @@ struct Places {
     std::int64_t start = 0;
 };
 
+// Permutation and mirroring are one affine index: start + x step[0] + y step[1] + z step[2]. A reversed axis starts at its far end with a
+// negative step.
 Places places_of(const std::array<std::int64_t, 3>& n, const AxisMap& map) {
     const std::array<std::int64_t, 3> stride = {1, n[0], n[0] * n[1]};
     Places places;
@@ -187,10 +192,12 @@ void copy_layers(const std::vector<float>& from, const Places& p, std::int64_t f
 void connect(VolumeSource& source, FileVolume file, const AxisMap& map, const Path& path) {
     const std::array<std::int64_t, 3> n = file.voxels;  // along the file's axes
     const bool by_layer = map.axis[2] == 2 && !(map.reversed[2] && file.sequential);
+    // The file's order is that of the image: its reader is used without a copy.
     if (by_layer && map.axis[0] == 0 && map.reversed == std::array{false, false, false}) {
         source.read = std::move(file.read);
         return;
     }
+    // Only the axes within a layer differ: each layer is rearranged when it is read.
     if (by_layer) {
         source.read = [file = std::move(file), map, places = places_of({n[0], n[1], 1}, map), n](std::int64_t first,
                                                                                                  std::span<float> values) {
@@ -354,6 +361,8 @@ VolumeStatistics statistics_of(const VolumeSource& source) {
                             .maximum = -std::numeric_limits<double>::infinity(),
                             .values = std::map<double, std::int64_t>()};
     std::vector<float> layer(static_cast<std::size_t>(header.layer()));
+    // Sums about the first value: the variance of large, nearly equal values would cancel otherwise. Values are counted in runs, which
+    // saves a look-up per voxel, up to 256 different values.
     double sum = 0.0, squares = 0.0, shift = 0.0;
     for (std::int64_t z = 0; z < header.voxels[2]; ++z) {
         source.read(z, layer);

@@ -52,6 +52,7 @@ std::string in_mm(const std::array<double, 3>& lengths_m, double offset = 0.0, c
                        1e3 * (lengths_m[2] + offset * step_m[2]));
 }
 
+// MetaImage and NRRD place the centre of the first voxel, VTK the corner of the image: hence half a voxel is added to the origin here.
 std::string mhd_header(const VolumeHeader& h, const std::string& data) {
     static const std::map<ValueType, const char*> names = {{ValueType::uint8, "MET_UCHAR"},   {ValueType::int8, "MET_CHAR"},
                                                            {ValueType::uint16, "MET_USHORT"}, {ValueType::int16, "MET_SHORT"},
@@ -85,6 +86,8 @@ std::string npy_header(const VolumeHeader& h) {
     if (type[0] != '|') type.insert(0, big() ? ">" : "<");
     std::string text =
         fmt::format("{{'descr': '{}', 'fortran_order': False, 'shape': ({}, {}, {}), }}", type, h.voxels[2], h.voxels[1], h.voxels[0]);
+    // The format: magic (6 bytes), version (2), length of the text (2, little-endian), then the text, padded so that the data begin at a
+    // multiple of 64 bytes.
     text.append(63 - (10 + text.size()) % 64, ' ');
     text += '\n';
     std::string head = "\x93NUMPY";
@@ -106,6 +109,7 @@ std::string vti_header(const VolumeHeader& h) {
         "</Piece>\n</ImageData>\n<AppendedData encoding=\"raw\">\n_",
         big() ? "BigEndian" : "LittleEndian", extent, h.origin_m[0], h.origin_m[1], h.origin_m[2], h.spacing_m[0], h.spacing_m[1],
         h.spacing_m[2], extent, names.at(h.type));
+    // Appended raw data begin after the underscore with their length in bytes (header_type UInt64).
     const std::uint64_t bytes = static_cast<std::uint64_t>(h.count()) * size_of(h.type);
     text.append(reinterpret_cast<const char*>(&bytes), sizeof(bytes));
     return text;
@@ -226,6 +230,7 @@ void write_volume(const Path& path, const VolumeSource& source) {
         for (const Path& read : source.header.files)
             if (fs::exists(read) && fs::equivalent(written, read))
                 throw UserError("the image would be written over itself: " + written.string(), {.fix = "choose another name"});
+        // The pair of an earlier run may be replaced; a .raw file that does not belong to this header may not.
         if (written == data && kind == ".mhd" && !names_data(path, data))
             throw UserError("the values of the image would be written over another file: " + data.string(), {.fix = "choose another name"});
     }
@@ -237,6 +242,7 @@ void write_volume(const Path& path, const VolumeSource& source) {
         file.close();
         if (!file) throw MachineError("cannot write " + data.string(), {.fix = "free some disk space, or choose another folder"});
     });
+    // Last, when the values that it names are complete.
     if (kind == ".mhd") write_text(path, mhd_header(source.header, data.filename().string()));
 }
 

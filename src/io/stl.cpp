@@ -17,6 +17,8 @@ namespace porepack::io {
 using namespace core;
 namespace {
 
+// Binary STL: 80 bytes of text, the number of triangles (4 bytes), and for each triangle its normal and three corners (12 single-precision
+// numbers) and 2 unused bytes.
 constexpr std::size_t header_size = 84;
 constexpr std::size_t record_size = 50;
 
@@ -33,6 +35,8 @@ struct PointHash {
     }
 };
 
+// An STL file repeats a corner in each of its triangles. Corners with equal coordinates in single precision are one point, before the
+// scaling to metres: no tolerance can join points that are distinct in the file.
 using Corners = std::array<std::array<float, 3>, 3>;
 
 class Welder {
@@ -71,6 +75,7 @@ void require_finite(const Corners& corners, std::size_t triangle, const Path& pa
 void read_binary(const std::string& bytes, std::uint32_t count, const Path& path, Welder& welder) {
     for (std::size_t t = 0; t < count; ++t) {
         Corners corners{};
+        // The 12 bytes of the normal are skipped: it follows from the corners.
         std::memcpy(corners.data(), bytes.data() + header_size + t * record_size + 12, sizeof corners);
         require_finite(corners, t, path);
         welder.add(corners);
@@ -137,6 +142,7 @@ private:
         if (word.empty()) refuse(word);
         const char *start = word.data() + (word.starts_with('+') ? 1 : 0), *stop = word.data() + word.size();
         double value = 0.0;
+        // Independent of the locale's decimal sign.
         const auto [end, fault] = std::from_chars(start, stop, value);
         // Too small or too large for double precision: 0, or not finite.
         if (fault == std::errc::result_out_of_range && end == stop) value = std::strtod(start, nullptr);
@@ -243,6 +249,7 @@ TriangleSurface read_stl(const Path& path, double unit_m) {
     std::uint32_t count = 0;
     if (bytes.size() >= header_size) std::memcpy(&count, bytes.data() + 80, sizeof count);
     const std::size_t expected = header_size + record_size * static_cast<std::size_t>(count);
+    // Binary files may begin with "solid" as well. The size decides: a file as long as its number of triangles says is binary.
     const std::string start = lower(bytes.substr(0, 1000));
     const std::size_t first = start.find_first_not_of(" \t\r\n");
     const bool ascii = bytes.size() != expected && first != std::string::npos && start.compare(first, 5, "solid") == 0 &&

@@ -84,6 +84,8 @@ void take_extent(vtkXMLDataElement* element, const char* name, bool at_points, s
 }
 
 // Pieces may share points, but not cells, and must fill the whole.
+// Boxes inside the whole that do not overlap fill it exactly if their volumes sum up to it. Points count by the intervals between them, so
+// that shared planes have no volume. The products are whole numbers below 2^53, exact in double precision.
 void require_cover(const std::vector<Piece>& pieces, const std::array<std::int64_t, 3>& low, const std::array<std::int64_t, 3>& count,
                    bool at_points, const Path& path) {
     const std::int64_t shared = at_points ? 1 : 0;
@@ -111,6 +113,7 @@ void require_cover(const std::vector<Piece>& pieces, const std::array<std::int64
 
 std::map<std::string, std::string> notes_of(const Path& path) {
     std::map<std::string, std::string> notes;
+    // VTK reads the field data alone: all arrays are disabled.
     vtkNew<vtkXMLImageDataReader> reader;
     reader->SetFileName(path.c_str());
     reader->UpdateInformation();
@@ -133,6 +136,7 @@ void read_layers(File& file, const VtiVolume& volume, const std::array<std::int6
                            end = std::min(first + count + low[2], piece.low[2] + piece.count[2]);
         if (begin >= end) continue;
         const std::int64_t layer = piece.count[0] * piece.count[1], number = layer * (end - begin);
+        // A piece as wide as the image is read into place; others row by row, by way of a buffer.
         const bool whole = piece.count[0] == volume.values[0] && piece.count[1] == volume.values[1];
         char* target = into + static_cast<std::size_t>((begin - low[2] - first) * volume.values[0] * volume.values[1]) * volume.bytes;
         if (!whole) slab.resize(static_cast<std::size_t>(number) * volume.bytes);
@@ -158,6 +162,7 @@ VtiVolume open_vti_volume(const Path& path, const std::string& field) {
     require_file(path);
     file->stream.open(path, std::ios::binary);
     file->parser->SetStream(&file->stream);
+    // Only the structure is parsed here. The values are read later from the file, layer by layer, because an image may exceed the memory.
     file->parser->SetIgnoreCharacterData(1);
     vtkXMLDataElement* root = file->parser->Parse() == 1 ? file->parser->GetRootElement() : nullptr;
     if (file->parser->too_deep()) refuse(path, "its elements are nested too deep");
@@ -176,6 +181,7 @@ VtiVolume open_vti_volume(const Path& path, const std::string& field) {
         refuse(path, "WholeExtent has more than 1e15 values");
     volume.has_spacing = image->GetAttribute("Spacing") != nullptr;
     const auto origin = numbers_of<double, 3>(image, "Origin", path, "0 0 0");
+    // A matrix row by row; its column i is the direction of axis i.
     const auto rows = numbers_of<double, 9>(image, "Direction", path, "1 0 0 0 1 0 0 0 1");
     for (std::size_t i = 0; i < 3; ++i) {
         volume.origin[i] = origin[i];
@@ -183,6 +189,7 @@ VtiVolume open_vti_volume(const Path& path, const std::string& field) {
             volume.direction[i][axis] = rows[3 * axis + i];
         }
     }
+    // The file's origin is the point of index 0, and an extent may begin elsewhere. Cell values lie half a cell further.
     for (std::size_t axis = 0; axis < 3; ++axis)
         for (std::size_t i = 0; i < 3; ++i)
             volume.origin[axis] += rows[3 * axis + i] * volume.spacing[i] * (static_cast<double>(low[i]) + (volume.at_points ? 0.0 : 0.5));

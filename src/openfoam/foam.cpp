@@ -28,6 +28,9 @@ double evaluated_length_over_drop(const FoamScene& scene, const Path& folder, do
     return scene.evaluated->length() / drop;
 }
 
+// The cases have a viscosity of 1, and a pressure drop 1 between the ends or gradient 1 in a periodic box. By Darcy's law k is then the
+// flow rate over the area, times the length for a drop. Where only a part is evaluated, the drop over this part is taken from the pressure
+// field.
 void judge_flow(const FoamScene& scene, const FoamConfig& config, const Path& folder, FoamMeshResult& result) {
     const Path log = folder / "log.simpleFoam";
     const Path post = folder / "postProcessing";
@@ -42,6 +45,7 @@ void judge_flow(const FoamScene& scene, const FoamConfig& config, const Path& fo
         flow = read_series(post / "outletFlow", "surfaceFieldValue.dat", 1);
         const auto inlet = read_series(post / "inletFlow", "surfaceFieldValue.dat", 1);
         if (flow.empty() || inlet.empty()) reject_foam("no flow rate was written", log);
+        // Fluxes are positive outward: at the inlet negative.
         result.flow_imbalance = std::abs(inlet.back() + flow.back()) / std::abs(flow.back());
         result.permeability_m2 = flow.back() * length / area;
     }
@@ -125,6 +129,7 @@ Vec3 find_pore_point(const PhaseImage& image, const Container& container) {
     for (std::size_t cell = 0; cell < image.grid.size(); ++cell) {
         const auto at = image.grid.place(cell);
         bool edge = false;
+        // The image's edge counts like a wall, so the point keeps away from the sides of the block.
         for (std::size_t a = 0; a < 3; ++a) edge = edge || at[a] == 0 || at[a] == image.grid.cells[a] - 1;
         if (reached[cell] == 1 && !edge) continue;
         seen[cell] = 1;
@@ -203,6 +208,7 @@ FoamResult foam_permeability(const FoamScene& scene, const FoamConfig& config, d
     return result;
 }
 
+// Richardson's extrapolation: the error is proportional to s^p, with the cell size s from the number of cells, s ~ cells^(-1/3).
 FoamExtrapolation extrapolate_meshes(std::span<const double> cells, std::span<const double> values) {
     const std::size_t n = cells.size();
     const double k = values[n - 1], change = k - values[n - 2], ratio = std::cbrt(cells[n - 1] / cells[n - 2]);
@@ -212,6 +218,7 @@ FoamExtrapolation extrapolate_meshes(std::span<const double> cells, std::span<co
     };
     if (n == 2) return {with_order(1.5), between_orders(1.0, 2.0), std::nullopt, std::nullopt};
     const double before = values[1] - values[0];
+    // Changes of opposite signs, or none: no order explains them.
     if (!(before * change > 0.0)) {
         const double half = 3.0 * std::max(std::abs(before), std::abs(change));
         return {k, {k - half, k + half}, std::nullopt, half / k};
@@ -228,6 +235,7 @@ FoamExtrapolation extrapolate_meshes(std::span<const double> cells, std::span<co
     const bool plausible = low >= 1.5 && low <= 2.5;
     const double order = plausible ? low : 2.0, spread = plausible ? 0.5 : 1.0;
     FoamExtrapolation found{with_order(order), between_orders(order - spread, order + spread), low, std::nullopt};
+    // Roache's safety factors: 1.25 with an observed order, 3 with an assumed one.
     found.grid_convergence_index = (plausible ? 1.25 : 3.0) * std::abs(found.value / k - 1.0);
     found.interval.low = std::min(found.interval.low, 0.995 * found.value);
     found.interval.high = std::max(found.interval.high, 1.005 * found.value);

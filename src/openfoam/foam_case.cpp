@@ -36,6 +36,8 @@ FoamBlock background_block(const Container& container, const Section& section, d
         const double extent = block.high[axis] - block.low[axis];
         int count = std::max(1, static_cast<int>(std::lround(extent / cell)));
         if (container.kind == Container::Kind::cylinder && axis < 2) {
+            // An even number of cells about the axis: the mesh of a cylinder is symmetric, with at least one cell beyond the wall on each
+            // side.
             count = 2 * static_cast<int>(std::ceil(extent / (2.0 * cell))) + 2;
             block.low[axis] = -0.5 * count * cell;
             block.high[axis] = 0.5 * count * cell;
@@ -99,6 +101,7 @@ std::vector<double> read_series(const Path& object, const char* file, int column
         for (const auto& entry : fs::directory_iterator(object)) starts[std::atof(entry.path().filename().c_str())] = entry.path() / file;
     std::map<double, double> by_time;
     for (const auto& [start, path] : starts) {
+        // A resumed run begins at an earlier time than the last one that was written: what follows is computed again.
         by_time.erase(by_time.upper_bound(start), by_time.end());
         std::ifstream in(path);
         for (std::string line; std::getline(in, line);) {
@@ -172,6 +175,7 @@ FoamState solving_state(const Path& folder, double residual) {
     FoamState state{std::nullopt, fmt::format("solving, iteration {}", seconds.size())};
     const std::size_t n = std::min(logs.size(), seconds.size()), half = n / 2;
     if (n < 10) return state;
+    // The second half of the iterations alone: at first the residual does not fall steadily.
     const double fall = (logs[half] - logs[n - 1]) / static_cast<double>(n - 1 - half);
     if (fall <= 0.0) return state;
     const double iterations = std::max(0.0, (logs[n - 1] - std::log(residual)) / fall);

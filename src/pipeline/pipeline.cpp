@@ -23,6 +23,8 @@ using namespace record;
 namespace fs = std::filesystem;
 namespace {
 
+// The inputs of a stage are the digests of its files and of the results that it needs. The digest of a result covers the key of its stage,
+// hence that stage's own inputs: a change anywhere before makes all later stages stale. The words for absent manifests match no digest.
 std::map<std::string, std::string> digests_of(const Pipeline& pipeline, const Stage& stage) {
     std::map<std::string, std::string> digests;
     for (const auto& file : stage.files) digests[file.filename().string()] = sha256_of_file(file);
@@ -66,6 +68,8 @@ bool is_done_without(const Pipeline& pipeline, const std::string& need) {
     });
 }
 
+// Without the results that it needs, a stage cannot be compared with its manifest; what it left is stale. Failed and running folders count
+// only where no complete result is current.
 StageState state_in(const Pipeline& pipeline, const Stage& stage, std::string& why) {
     const Path folder = stage_folder(pipeline, stage.name);
     for (const auto& need : stage.needs)
@@ -121,6 +125,9 @@ void publish(const Pipeline& pipeline, const Stage& stage) {
 
 // A stage that fails keeps its folder as .failed.
 Json run_stage(const Pipeline& pipeline, const Stage& stage, const std::string& number) {
+    // A result appears in one step: the stage works in a hidden folder, the manifest is written last, and the folder is then renamed. A
+    // stage that is interrupted leaves the old result untouched. The inputs' digests are taken before the run: a file that changes during
+    // the run makes the result stale.
     const Path running = pipeline.results / ("." + stage.name + ".running"), final = stage_folder(pipeline, stage.name),
                failed = failed_folder(pipeline, stage.name);
     if (!stage.resumes) fs::remove_all(running);
@@ -158,6 +165,7 @@ Json run_stage(const Pipeline& pipeline, const Stage& stage, const std::string& 
 std::vector<const Stage*> stages_up_to(const Pipeline& pipeline, const std::string& last) {
     if (pipeline.stages.empty()) throw std::logic_error("a pipeline without stages");
     const std::string wanted = last.empty() ? pipeline.stages.back().name : last;
+    // Each stage stands after those that it needs, so one pass from the last to the first collects all of them.
     std::set<std::string> needed = {wanted};
     bool found = false;
     for (auto stage = pipeline.stages.rbegin(); stage != pipeline.stages.rend(); ++stage) {
@@ -182,6 +190,7 @@ std::vector<StageStatus> status_of(const Pipeline& pipeline) {
     for (const Stage& stage : pipeline.stages) {
         StageStatus status{.name = stage.name};
         status.state = state_in(pipeline, stage, status.why);
+        // The manifest proves agreement with the results that are there; a stage whose inputs are stale themselves is stale too.
         if (status.state == StageState::done) {
             status.wall_time_s = read_json(stage_folder(pipeline, stage.name) / "manifest.json").value("wall_time_s", 0.0);
             for (const auto& need : stage.needs)
@@ -223,6 +232,7 @@ Json run_pipeline(const Pipeline& pipeline, const std::string& last) {
     std::exception_ptr failure;
     const std::vector<const Stage*> stages = stages_up_to(pipeline, last);
     require_room(pipeline, stages);
+    // By reference: the address in `stages` gives the number of the stage.
     for (const Stage* const& stage : stages) {
         check_interrupt();
         std::string why;
@@ -235,6 +245,7 @@ Json run_pipeline(const Pipeline& pipeline, const std::string& last) {
             try {
                 result = run_stage(pipeline, *stage, fmt::format("{} of {}", &stage - stages.data() + 1, stages.size()));
             } catch (const Error&) {
+                // An interruption is no failure of the stage.
                 if (!stage->optional || interrupted()) throw;
                 fs::remove_all(stage_folder(pipeline, stage->name));
                 log_warning(fmt::format("{} failed; the other stages run without its result", stage->name));
@@ -242,6 +253,7 @@ Json run_pipeline(const Pipeline& pipeline, const std::string& last) {
                 continue;
             }
         }
+        // Also for stages that were done: their published files may have been changed or removed.
         publish(pipeline, *stage);
     }
     if (failure) std::rethrow_exception(failure);
@@ -291,6 +303,7 @@ Json plan_pipeline(const Pipeline& pipeline, const std::string& last, double slo
     });
     plan["expected"] = text_of(all, slowness);
     plan["memory_available"] = human_bytes(memory);
+    // Before the first run the folder does not exist: its nearest parent is on the same disk.
     Path disk = fs::absolute(pipeline.results);
     while (!fs::exists(disk)) disk = disk.parent_path();
     const auto room = static_cast<double>(fs::space(disk).available);

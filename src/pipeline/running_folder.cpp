@@ -15,6 +15,9 @@ FileLock locked(const Path& folder) {
 }
 
 void keep_what_is_left(const Path& running, const Path& failed, bool resumes) {
+    // The exception in flight is thrown again to find its type. Errors of the file system are ignored here: they must not hide the cause.
+    // The message names files of the running folder, which has just been renamed, so their paths are replaced; a new error of the same type
+    // keeps the exit code.
     std::error_code ignored;
     try {
         throw;

@@ -37,6 +37,7 @@ Json json_of(const toml::node& node) {
     if (const auto whole = node.value_exact<std::int64_t>()) return *whole;
     if (const auto number = node.value_exact<double>()) return *number;
     if (const auto boolean = node.value_exact<bool>()) return *boolean;
+    // Dates and times have no JSON type: as text.
     std::ostringstream text;
     node.visit([&](const auto& date_or_time) { text << date_or_time; });
     return text.str();
@@ -157,6 +158,8 @@ private:
     }
 
     // A value from the command line is parsed with the same rules as a value from the file.
+    // Order of precedence: --set, the command's own flag, an old place or name in the file, the file. Each key that is asked for is
+    // recorded, so that the keys left over are the unknown ones.
     const toml::node* find(const char* key, bool list = false) {
         known_.emplace_back(key);
         for (const Flags* values : {&set_, &flags_})
@@ -172,9 +175,11 @@ private:
 
     const toml::node* parse_flag(const std::string& value, const std::string& place) {
         try {
+            // Nodes are returned by address: a deque does not move its elements when it grows.
             from_flags_.push_back(toml::parse("value = " + value));
             if (from_flags_.back().size() > 1) throw UserError("more than one value: " + value, {.where = place});
         } catch (const toml::parse_error&) {
+            // Text without quotes, as users type it, is not TOML: it is taken as a string.
             from_flags_.emplace_back();
             from_flags_.back().insert_or_assign("value", value);
         }
@@ -188,6 +193,7 @@ private:
         if (!range.holds(value)) fail(key, node, fmt::format("is out of range: {:g}", value), range.text());
         return value;
     }
+    // No conversion from numbers or text: 0 and "false" are errors.
     bool boolean_of(const toml::node& node, const char* key) {
         if (!node.is_boolean()) fail(key, node, "is neither true nor false", "true, false");
         return *node.value<bool>();

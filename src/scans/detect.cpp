@@ -36,6 +36,8 @@ struct Pattern {
     std::vector<std::vector<Point>> of_rotation;
 };
 
+// The score of a pose is read from the distance map at the rotated axis points. Rounded to whole voxels once per rotation, these points
+// serve every anchor voxel: the search itself neither rotates nor interpolates.
 Pattern pattern_of(const ShapePoints& shape, const Vec3& anchor, double step_m, double h) {
     Pattern pattern{.rotations = rotations_of(shape, anchor, step_m), .of_rotation = {}};
     for (const Quaternion& q : pattern.rotations) {
@@ -77,12 +79,17 @@ private:
     [[nodiscard]] double top() const { return map_.grid.origin_m[2] + map_.grid.cells[2] * h_; }
     [[nodiscard]] double bottom() const { return map_.grid.origin_m[2]; }
 
+    // Anchors are tried on a coarser lattice of voxels, a fraction of the thinnest radius apart: the least-squares fit removes the rest of
+    // the offset. Only voxels nearly as deep as the anchor are scored, and each keeps its best rotation alone. Layers run in parallel and
+    // are joined in their order, so the candidates do not depend on the number of threads.
     void add_candidates(const ShapePoints& shape, const Vec3& anchor, double depth, const Pattern& pattern, const Demands& demands,
                         std::vector<Candidate>& candidates) const {
         const std::vector<Quaternion>& rotations = pattern.rotations;
         const Grid& grid = map_.grid;
         const int step = std::max(1, static_cast<int>(std::floor((demands.only_cut ? 0.5 : 0.25) * shape.thinnest_radius_m / h_)));
+        // Less than the full depth: the voxel that is tried may lie beside the anchor, and the map knows the surface to about half a voxel.
         const auto needed = static_cast<float>(-0.75 * depth + 0.5 * h_);
+        // A grain that the ends cut has its anchor within its own reach of one of them.
         const int near_end = static_cast<int>(std::ceil(shape.reach_m / h_));
         std::vector<std::vector<Candidate>> of_layer(static_cast<std::size_t>(grid.cells[2]));
         parallel_for(of_layer.size(), [&](std::size_t layer) {
@@ -122,6 +129,8 @@ private:
             }
             const bool outside = x < 0 || x >= grid.cells[0] || y < 0 || y >= grid.cells[1];
             const float depth = outside ? -1.0F : -map_.distance_m[grid.index(x, y, z)];
+            // A point in a pore costs twice as much as one at the surface: an axis must not leave the solid. Axis points are stored with
+            // the farthest from the anchor first, so wrong rotations exceed the allowed loss after few points.
             loss += depth <= 0.0F ? 2.0 : std::max(0.0, 1.0 - static_cast<double>(depth / point.depth_m));
             if (loss > allowed) return 0.0;
         }
@@ -151,10 +160,13 @@ private:
         });
     }
 
+    // A pose is judged by two shares. `on_surface` compares the outline; `solid_inside` also tests the interior, where an axis point weighs
+    // as much as four surface points. Points beyond the first and the last layer are unknown and are left out of both.
     [[nodiscard]] Found judged(std::size_t shape, const Pose& pose) const {
         const ShapePoints& points = shapes_[shape];
         Found found{.shape = shape, .pose = pose};
         long shown = 0, solid = 0, surface = 0, on = 0;
+        // Not below about one voxel: the map resolves the surface no finer.
         const double near = std::max(0.35 * points.thinnest_radius_m, 1.2 * h_);
         for (const Vec3& point : points.surface) {
             const Vec3 at = pose.position_m + pose.orientation * point;
@@ -214,6 +226,9 @@ private:
     // The best candidates in batches, whose anchors are apart; each batch in parallel, then one by one.
     void take(std::size_t shape, const std::vector<Candidate>& candidates, const Demands& demands) {
         const ShapePoints& points = shapes_[shape];
+        // The fits within a batch run in parallel, so they must not depend on each other: their anchors are apart, and no two start from
+        // nearly the same pose. Only after its fits does the batch accept grains, the best first, so that of two that clash the better one
+        // stays.
         constexpr std::size_t batch_size = 64;
         std::vector<std::uint8_t> done(candidates.size(), 0);
         std::vector<std::vector<Capsule>> tried;
@@ -243,6 +258,7 @@ private:
                 Pose pose = candidates[batch[b]].pose;
                 const double cost = fit_to_surface(map_, points, pose);
                 fitted[b] = judged(shape, pose);
+                // A first, weaker test: other rotations are fitted only for poses that may still reach the demands.
                 if (fitted[b].solid_inside < 0.8 * demands.inside || fitted[b].on_surface < 0.8 * demands.surface) return;
                 fitted[b] = judged(shape, best_rotation(points, of_middle_[shape], pose, cost));
             });
@@ -255,10 +271,12 @@ private:
                 if (!clashes(shape, capsules, one.pose)) found_.push_back(one);
             }
         }
+        // The map changes only here, at the end of a pass: until then is_taken() and clashes() keep grains apart.
         for (const Found& one : found_)
             if (one.shape == shape) mask(placed(points.capsules, one.pose), points.thinnest_radius_m);
     }
 
+    // Any positive distance makes a voxel a pore for later candidates. The distances around it are not computed again.
     void mask(const std::vector<Capsule>& capsules, double radius) {
         Bounds bounds;
         for (const Capsule& capsule : capsules) add(bounds, capsule);
@@ -309,6 +327,7 @@ DistanceMap distance_map(const GrayImage& image) {
     PhaseImage phases{.grid = image.grid, .phase = std::vector<std::uint8_t>(image.packed.size()), .notes = {}};
     const std::uint16_t level = GrayImage::pack(image.level);
     constexpr std::array<bool, 3> open = {false, false, false};
+    // Two transforms with the phases exchanged: the first gives the distances in the pores, the second those in the solid.
     for (const bool solid : {false, true}) {
         for (std::size_t cell = 0; cell < phases.phase.size(); ++cell)
             phases.phase[cell] = (image.packed[cell] > level) == solid ? Phase::pore : Phase::grain;
@@ -324,6 +343,9 @@ DistanceMap distance_map(const GrayImage& image) {
 }
 
 double fit_to_surface(const DistanceMap& map, const ShapePoints& shape, Pose& pose) {
+    // Levenberg-Marquardt on the map's distance at each point of the grain's surface. A rigid motion (t, w) moves a point by
+    // t + w x offset, so the derivative of its distance is [slope, offset x slope]. Huber weights limit points that lie off the surface;
+    // points beyond `clamped` cost a constant and have no weight in the step.
     const double h = map.grid.spacing_m[0], r = shape.thinnest_radius_m, clamped = 1.5 * r, huber = 0.3 * r;
     const double bottom = map.grid.origin_m[2], top = bottom + map.grid.cells[2] * h;
     const auto sums = [&](const Pose& at, StepMatrix* H, Step* g) {
@@ -358,9 +380,11 @@ double fit_to_surface(const DistanceMap& map, const ShapePoints& shape, Pose& po
         bool better = false;
         for (int trial = 0; trial < 6 && !better; ++trial) {
             StepMatrix A = H;
+            // Rotations about an axis of symmetry have no curvature: the floor keeps the matrix regular.
             const double floor = 1e-9 * H.diagonal().maxCoeff() + 1e-300;
             for (int d = 0; d < 6; ++d) A(d, d) += damping * H(d, d) + floor * (d < 3 ? 1.0 : r * r);
             Step step = -A.ldlt().solve(g);
+            // No point moves much farther than a radius: beyond, the linearised distance is wrong.
             const double largest = std::max(step.head<3>().norm() / (0.5 * r), step.tail<3>().norm() * shape.reach_m / r);
             if (largest > 1.0) step /= largest;
             const Pose next = moved_by(pose, step);
@@ -387,6 +411,7 @@ std::vector<Found> detect(DistanceMap& map, const std::vector<ShapePoints>& shap
               [&](std::size_t one, std::size_t other) { return shapes[one].volume_m3 > shapes[other].volume_m3; });
     Search search(map, shapes);
     // All passes of a larger shape before a smaller one, which might lie in an arm of a larger grain that is not found yet.
+    // Falling demands: clear grains are found and masked first, so that fewer wrong candidates remain for the weaker demands.
     for (const std::size_t shape : order)
         for (const Demands& demands : {Demands{0.92, 0.95, 0.75, false}, Demands{0.84, 0.92, 0.7, false}, Demands{0.75, 0.9, 0.65, false}})
             search.pass(shape, demands);

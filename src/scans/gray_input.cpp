@@ -68,8 +68,10 @@ struct Levels {
     double pores = 0.0, solid = 1.0, pore_error = 0.0, solid_error = 0.0;
     bool pores_are_deep = false, solid_is_deep = false;  ///< some of their voxels are as far from walls as blur reaches
 };
+// The image moves into a shared pointer and back, because a GraySolid shares it: no copy is made.
 Levels refine_levels(GrayImage& image, const Container& container, double blur_voxels) {
     const auto shared = std::make_shared<GrayImage>(std::move(image));
+    // Three standard deviations of the blur with that of the voxel itself, 1/sqrt(12) = 0.3.
     const int depth = std::clamp(static_cast<int>(std::ceil(3.0 * std::hypot(blur_voxels, 0.3))), 1, 12);
     const Plateaus found = plateaus(GraySolid(shared, container), container, depth);
     image = std::move(*shared);
@@ -108,6 +110,7 @@ bool remove_tube(GrayImage& image, const Container& container, double blur_voxel
     const bool visible = tube > 0.2 && static_cast<double>(thin) < 0.05 * static_cast<double>(wall.size());
     for (int j = 0; j < grid.cells[1]; ++j)
         for (int i = 0; i < grid.cells[0]; ++i) {
+            // Up to three widths beyond the wall, the blurred edge of a visible tube is subtracted. Farther out, all voxels are pores.
             const double r = distance(i, j), part = blurred_step((r - radius) / width);
             if (part < 1e-6 || (!visible && r < radius + 3.0 * width)) continue;
             for (int k = 0; k < grid.cells[2]; ++k) {
@@ -127,6 +130,9 @@ void place(Grid& grid, const Container& container, const Axis& on_axis) {
     grid.origin_m[2] = 0.0;
 }
 
+// The steps depend on each other in this order. The peaks of the histogram give solid fractions; their noise decides the smoothing; the
+// blur is measured on the smoothed image. The blur tells how deep a voxel must lie to show its phase undisturbed, and thus refines the
+// levels. With final levels the tube is subtracted; a threshold that keeps the volume follows last, because the tube would count as solid.
 GrayInput read_gray(const VolumeSource& source, const ImageConfig& config, const Container& container, const std::string& where,
                     const Axis& axis) {
     require_threshold(config.threshold);
@@ -161,6 +167,7 @@ GrayInput read_gray(const VolumeSource& source, const ImageConfig& config, const
     notes.smoothing_voxels = config.smoothing_voxels >= 0.0 ? config.smoothing_voxels : needed_smoothing(notes.noise);
     smooth(*image, notes.smoothing_voxels, container.periodic);
     notes.blur_voxels = measure_gray(GraySolid(image, container), container).blur;
+    // Levels that the user gives count as known to 0.2 % of the contrast.
     constexpr double error_of_given = 0.002;
     const Levels fine =
         given ? Levels{.pore_error = error_of_given, .solid_error = error_of_given} : refine_levels(*image, container, notes.blur_voxels);
@@ -191,6 +198,7 @@ GrayInput read_gray(const VolumeSource& source, const ImageConfig& config, const
     const auto solid = std::make_shared<const GraySolid>(image, container);
     const GrayMeasures found = measure_gray(*solid, container);
     notes.slope = found.slope;
+    // The fraction f = (g - pores) / (solid - pores) changes by -(1 - f) and -f per unit error of the two levels.
     notes.fraction_error = std::hypot((1.0 - found.gray_fraction) * fine.pore_error, found.gray_fraction * fine.solid_error);
     image->notes["container"] = to_json(container).dump();
     if (notes.tube_removed) image->notes["shows_wall"] = "true";
@@ -244,11 +252,13 @@ GrayVariants gray_variants(const GraySolid& solid, const Container& container) {
     const auto& cells = solid.image()->grid.cells;
     if (std::all_of(cells.begin(), cells.end(), [](int n) { return n >= 8 && n % 2 == 0; }))
         variants.averaged = kept_level(GraySolid(std::make_shared<GrayImage>(averaged(*solid.image(), 2)), container));
+    // The solid fraction falls with the level (slope < 0): this level changes it by two standard errors.
     if (notes.fraction_error > 0.0 && notes.slope < 0.0)
         variants.other_level = std::make_shared<const GraySolid>(
             solid.with_level(std::clamp(solid.level() - 2.0 * notes.fraction_error / notes.slope, 0.05, 0.95)));
     if (notes.blur_voxels > 0.0) {
         auto image = std::make_shared<GrayImage>(*solid.image());
+        // Variances add: smoothing with the image's own blur doubles its variance.
         smooth(*image, notes.blur_voxels, container.periodic);
         if (!notes.levels_given) (void)refine_levels(*image, container, std::numbers::sqrt2 * notes.blur_voxels);
         variants.blurred = kept_level(GraySolid(image, container));

@@ -29,6 +29,7 @@ Bins bins_for(ValueType type, double low, double high) {
     return {low, (high - low) / static_cast<double>(max_bins - 1), max_bins};
 }
 
+// Otsu's criterion: the threshold that maximises the variance between the two classes, n1 n2 (mean1 - mean2)^2.
 double otsu_threshold(const std::vector<std::int64_t>& bins, double low, double width) {
     double all = 0.0, sum = 0.0;
     for (std::size_t b = 0; b < bins.size(); ++b) {
@@ -84,9 +85,12 @@ std::optional<Peak> fit_peak(const std::vector<std::int64_t>& bins, std::size_t 
             square += count(b) * away * away;
             weight += count(b);
         }
+        // From the outer flank alone, which partial volumes do not reach.
         peak.deviation = weight > 0.0 ? std::sqrt(square / weight) : 0.0;
         if (peak.deviation < 1.0) break;  // a peak of a few bins: its mean follows below
         // Weighted least squares of ln(count) = a + b x + c x^2.
+        // The variance of ln n is about 1/n for counts, hence the weights n. The maximum of the parabola, -b / (2 c), is the new mean; a
+        // step is limited to one deviation. The normal equations are solved by Cramer's rule.
         double s[5] = {}, t[3] = {};
         for (long b = static_cast<long>(begin); b < static_cast<long>(end); ++b) {
             const double x = (static_cast<double>(b) - peak.mean) / peak.deviation, n = count(b);
@@ -148,6 +152,7 @@ GrayLevels fit_gray_levels(const VolumeSource& source, PoreSide pores, const Col
     if (!(found.maximum > found.minimum))
         throw UserError(fmt::format("all values of the image are {:g}", found.minimum), {.where = where, .fix = "porepack image info"});
     const Bins bins = bins_for(header.type, found.minimum, found.maximum);
+    // One histogram per octant: the scatter of their peaks gives the errors of the means, including slow drifts of the gray values.
     std::vector<std::vector<std::int64_t>> parts(8, std::vector<std::int64_t>(bins.count, 0));
     std::vector<float> layer(static_cast<std::size_t>(header.layer()));
     for (std::int64_t z = 0; z < header.voxels[2]; ++z) {
@@ -178,6 +183,7 @@ GrayLevels fit_gray_levels(const VolumeSource& source, PoreSide pores, const Col
             squares[1] += std::pow(own->solid - levels->solid, 2.0);
             count += 1.0;
         }
+    // Standard error of a mean of `count` values; where fewer than two octants have two peaks, it stays finite.
     const double number = std::max(2.0, count) * std::max(1.0, count - 1.0);
     levels->only_two_values = found.values && found.values->size() == 2;
     levels->pore_error = std::sqrt(squares[0] / number);

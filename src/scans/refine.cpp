@@ -32,6 +32,7 @@ Surface surface_of(const Capsule& capsule, const Vec3& x) {
     const double distance = away.norm();
     if (distance > 1e-12) found.normal = away / distance;
     found.distance = distance - capsule.radius;
+    // The mean of the principal curvatures: 1/r and 0 on the cylinder, 1/r twice on a cap.
     found.curvature = (length2 > 0.0 && along > 0.0 && along < 1.0 ? 0.5 : 1.0) / capsule.radius;
     return found;
 }
@@ -82,7 +83,9 @@ public:
             if (o == c) continue;
             const Surface other = surface_of(own[o], x);
             const double farther = other.distance - surface.distance;
+            // Of two capsules at the same distance the first counts, so that a voxel is visited once.
             if (farther < (o < c ? 1e-12 : 0.0)) return false;
+            // A crease only where the axis points are apart: at a joint both capsules have the same one.
             if (farther < 1.5 * found_.common.blur_m.value && (other.axis_point - surface.axis_point).norm() > 0.5 * own[c].radius)
                 return false;
         }
@@ -103,6 +106,7 @@ public:
                              to = std::max(own[c].a[axis], own[c].b[axis]) + r;
                 low[a] = std::max(0, static_cast<int>(std::ceil((from - grid.origin_m[a]) / h_ - 0.5)));
                 high[a] = std::min(grid.cells[a] - 1, static_cast<int>(std::floor((to - grid.origin_m[a]) / h_ - 0.5)));
+                // Multiples of the stride in the image, whatever the pose: trial poses are compared on the same voxels.
                 low[a] += (stride - low[a] % stride) % stride;
             }
             std::vector<const std::vector<Capsule>*> near;
@@ -146,6 +150,9 @@ public:
     }
 
     // Normal equations of one grain's pose; returns the mean square.
+    // The model of a voxel is the gray level of the grain's own blurred edge plus the solid fractions of its neighbours, limited to 1. Its
+    // derivative by the pose is that of the edge alone: contrast x normal density / blur, times the outward motion of the surface. Where
+    // the sum is limited, the voxel does not depend on the pose and adds only to the cost.
     double pose_sums(const FittedGrain& grain, const Pose& pose, const std::vector<std::vector<Capsule>>& others, StepMatrix* H, Step* g,
                      std::unordered_map<std::uint64_t, Step>* blocks = nullptr) const {
         const double contrast = found_.common.solid.value - found_.common.pores.value, blur = found_.common.blur_m.value;
@@ -165,6 +172,7 @@ public:
             *H += weight * J * J.transpose();
             *g += weight * residual * J;
             if (blocks != nullptr) {
+                // 21 bits per axis. Residuals of neighbouring voxels are correlated; the sums over blocks are taken as independent.
                 const int block = std::max(4, static_cast<int>(2.0 * shapes_[grain.shape].thinnest_radius_m / h_));
                 const auto key = static_cast<std::uint64_t>(voxel.cell[0] / block) << 42U |
                                  static_cast<std::uint64_t>(voxel.cell[1] / block) << 21U |
@@ -175,6 +183,8 @@ public:
         return count > 0 ? cost / static_cast<double>(count) : 1e300;
     }
 
+    // Levenberg-Marquardt in translation and rotation. Steps as long as the thinnest diameter, and steps that are not finite, are refused
+    // without an evaluation: the linear model does not hold so far from the surface.
     void fit_pose(std::size_t g, Pose& pose) const {
         const FittedGrain& grain = found_.grains[g];
         const auto others = neighbours_of(g);
@@ -221,6 +231,9 @@ public:
     }
 
     // Gray levels, blur, radii and lengths, from voxels that other grains do not reach.
+    // Gauss-Newton over all common parameters at once, with limited steps. The grains are the independent samples: the covariance is H^-1
+    // (sum of g g^T over grains) H^-1, so that errors shared by the voxels of a grain enter with their full weight. A selection of about
+    // 120 grains, evenly spread over the list, bounds the cost.
     void fit_common() {
         const std::size_t unknowns = 3 + 2 * shapes_.size();
         const auto n = static_cast<Eigen::Index>(unknowns);
@@ -233,6 +246,7 @@ public:
             for (std::size_t g = 0; g < moving_; ++g) chosen.push_back(g);
         Eigen::MatrixXd H(n, n), scatter(n, n);
         for (int iteration = 0; iteration < 8; ++iteration) {
+            // Summed below in the order of the grains: the result does not depend on the threads.
             std::vector<Eigen::MatrixXd> parts(chosen.size(), Eigen::MatrixXd::Zero(n, n));
             std::vector<Eigen::VectorXd> gradients(chosen.size(), Eigen::VectorXd::Zero(n));
             parallel_for(chosen.size(), [&](std::size_t at) { common_sums(chosen[at], parts[at], gradients[at]); });
@@ -277,6 +291,9 @@ public:
     }
 
     // Of one grain, with its pose eliminated (Schur complement): lengths and radii move poses, too.
+    // The unknowns are ordered as gray level of the pores, of the solid, blur, then radius change and length factor of each shape. The rows
+    // follow from the edge model: a larger radius moves the surface along its normal, a longer axis moves each axis point away from the
+    // position in proportion to its distance.
     void common_sums(std::size_t g, Eigen::MatrixXd& H, Eigen::VectorXd& gradient) const {
         const FittedGrain& grain = found_.grains[g];
         const double contrast = found_.common.solid.value - found_.common.pores.value, blur = found_.common.blur_m.value;
@@ -298,10 +315,13 @@ public:
             J[first] = slope / blur;
             J[first + 1] = slope / blur * voxel.surface.normal.dot(lever);
             J.segment<3>(n) = slope / blur * voxel.surface.normal;
+            // Rotations in units of the displacement at the grain's reach: the eigenvalues below are then comparable with those of
+            // translations.
             J.segment<3>(n + 3) = slope / blur / reach * (voxel.centre - grain.pose.position_m).cross(voxel.surface.normal);
             all += J * J.transpose();
             sums += residual * J;
         });
+        // Pseudo-inverse of the pose's block: a rotation about an axis of symmetry has no eigenvalue to divide by.
         Eigen::SelfAdjointEigenSolver<StepMatrix> solver(StepMatrix(all.bottomRightCorner<6, 6>()));
         Step inverse = Step::Zero();
         for (int d = 0; d < 6; ++d)
@@ -313,6 +333,8 @@ public:
     }
 
     // The last step: residual and uncertainty of each grain.
+    // Sandwich estimate per grain: H^-1 (sum over blocks of s s^T) H^-1, with s the sum of a block's weighted gradients. The uncertainty of
+    // an end follows from the covariance of translation and rotation through its displacement t + w x lever.
     void judge() {
         std::vector<double> squares(moving_);
         parallel_for(moving_, [&](std::size_t g) {
@@ -367,6 +389,7 @@ Refined refine(const GrayImage& image, const packing::Container& container, cons
                std::vector<FittedGrain> grains, Common start, std::size_t moving) {
     Refined found{.grains = std::move(grains), .common = std::move(start), .residual = 0.0};
     found.common.shapes.resize(shapes.size());
+    // The edge model divides by the blur.
     found.common.blur_m.value = std::max(found.common.blur_m.value, 0.3 * image.grid.spacing_m[0]);
     moving = std::min(moving, found.grains.size());
     if (moving == 0) return found;

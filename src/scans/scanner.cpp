@@ -44,6 +44,7 @@ Grid grid_of(const Container& container, const Section& part, const ScannerConfi
     for (const int axis : {0, 1}) {
         const auto a = static_cast<std::size_t>(axis);
         const double half = container.kind == Container::Kind::cylinder ? outer_radius(container, config) : 0.5 * container.size_m[axis];
+        // An even number, so that the axis lies between two voxels.
         grid.cells[a] = 2 * static_cast<int>(std::ceil(half / h + margin_voxels - 1.0));
         grid.origin_m[a] = middle[axis] - 0.5 * grid.cells[a] * h;
     }
@@ -80,6 +81,8 @@ struct HollowGrain {
 };
 
 // Length of each ray in the grains.
+// The intervals of a ray in all capsules are united before their lengths are summed, so that overlaps of capsules count once. Grains with a
+// filled cavity are united on their own first, to join the parts on both sides of their cavities.
 class Chords {
 public:
     explicit Chords(const Detector& detector) : detector_(detector), parts_(static_cast<std::size_t>(detector.columns * detector.rows)) {}
@@ -141,6 +144,7 @@ private:
 
 // Length of a ray in an endless cylinder about `axis` through the origin.
 double chord_of_cylinder(const Vec3& axis, double radius, const Vec3& origin, const Vec3& direction) {
+    // Both projected onto the plane normal to the axis, in which the cylinder is a circle; the ray's parameter remains its length.
     const Vec3 d = direction - direction.dot(axis) * axis, o = origin - origin.dot(axis) * axis;
     const double a = d.squaredNorm(), b = d.dot(o), c = o.squaredNorm() - radius * radius;
     const double square = b * b - a * c;
@@ -148,6 +152,7 @@ double chord_of_cylinder(const Vec3& axis, double radius, const Vec3& origin, co
 }
 
 void blur_rows(std::vector<float>& values, int columns, int rows, double sigma) {
+    // The Gaussian is separable: one pass along the rows, one across. Beyond the edges the last value continues.
     if (sigma <= 0.0) return;
     const int reach = static_cast<int>(std::ceil(4.0 * sigma));
     std::vector<float> kernel;
@@ -172,6 +177,8 @@ void blur_rows(std::vector<float>& values, int columns, int rows, double sigma) 
 }
 
 // Ramachandran & Lakshminarayanan's kernel for pixels of unit width, transformed.
+// The kernel is even, so its transform is real. Rows are padded with zeros to twice their length (size_): the cyclic convolution of the
+// transforms then equals the linear one.
 std::vector<float> filter_of(int size) {
     std::vector<float> kernel(static_cast<std::size_t>(size), 0.0F);
     kernel[0] = 0.25F;
@@ -234,6 +241,9 @@ public:
 
 private:
     // Filtered projections of a block of rows, one after another for each view.
+    // The order is that of the physics: chords, attenuation, the detector's blur on intensities, and only then counts, gains and the
+    // logarithm. The block is projected with a halo of four standard deviations of the blur above and below, so that its rows do not depend
+    // on where blocks end.
     void project_block(int first, int rows) {
         const double h = config_.voxel_size_m;
         const int all = rows + 2 * halo_;
@@ -247,6 +257,7 @@ private:
         std::vector<HollowGrain> hollow;
         std::copy_if(hollow_.begin(), hollow_.end(), std::back_inserter(hollow),
                      [&](const HollowGrain& grain) { return std::any_of(grain.capsules.begin(), grain.capsules.end(), is_near); });
+        // A pixel keeps its gain in all views: that is what makes a ring. Seeds depend on the row, not on the block or the thread.
         std::vector<float> gains(static_cast<std::size_t>(rows * pixels_), 1.0F);
         for (int row = 0; row < rows; ++row) {
             std::mt19937_64 random(static_cast<std::uint64_t>(config_.seed) * 1000003U + static_cast<std::uint64_t>(first + row));
@@ -293,6 +304,7 @@ private:
                     share = std::exp(-attenuation_ * depth);
                 else
                     for (std::size_t e = 0; e < shares.size(); ++e) share += shares[e] * std::exp(-attenuation_ * hardness[e] * depth);
+                // Intensities are averaged over a pixel, not depths: attenuation is not linear.
                 beam[static_cast<std::size_t>(j / rays_of_pixel * pixels_ + i / rays_of_pixel)] +=
                     static_cast<float>(share / (rays_of_pixel * rays_of_pixel));
             }
@@ -304,6 +316,7 @@ private:
         std::mt19937_64 random((static_cast<std::uint64_t>(config_.seed) << 40U) + static_cast<std::uint64_t>(view) * 100003U +
                                static_cast<std::uint64_t>(row));
         std::vector<float> line(static_cast<std::size_t>(size_), 0.0F);
+        // A pixel without photons has no logarithm: it counts as half a photon.
         const double minimum = config_.counts > 0.0 ? 0.5 / config_.counts : 1e-9;
         for (int i = 0; i < pixels_; ++i) {
             double share = beam[i];
@@ -319,6 +332,8 @@ private:
     }
 
     void reconstruct_block(int rows, std::vector<float>& values) const {
+        // Back projection: each voxel sums the filtered projections at the pixel that its centre is projected to, linearly interpolated.
+        // Along a row of voxels this place advances by a constant step, so only its beginning is computed.
         const std::size_t layer = grid_.index(0, 0, 1), start = values.size();
         values.resize(start + static_cast<std::size_t>(rows) * layer, 0.0F);
         const double h = config_.voxel_size_m;
@@ -343,6 +358,7 @@ private:
                     }
                 }
             }
+            // The integral over the angle has the step pi / views; 1 / h because the filter is that of pixels of unit width.
             const auto scale = static_cast<float>(std::numbers::pi / (static_cast<double>(views_) * h));
             for (int j = j0; j < j1; ++j)
                 for (int i = 0; i < grid_.cells[0]; ++i) {

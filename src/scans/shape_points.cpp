@@ -98,6 +98,9 @@ namespace {
 
 // Rotations about the origin that map the capsules onto themselves: those that map two ends onto two ends as far apart.
 std::vector<Quaternion> symmetries_of(const std::vector<Capsule>& capsules, double tolerance) {
+    // Two ends that are not parallel define a frame, and a rotation is known from the frames before and after it. So every pair of ends
+    // with the same lengths and distance is a candidate, and a comparison of all capsules confirms it. The two ends of that frame span the
+    // largest area with the first, which makes the frame accurate. Without two such ends (a sphere, a rod) only the identity is returned.
     std::vector<Vec3> ends;
     for (const Capsule& capsule : capsules)
         for (const Vec3& end : {capsule.a, capsule.b})
@@ -178,6 +181,7 @@ ShapePoints points_of(const Shape& shape) {
     });
     std::vector<Vec3> all;
     for (const Capsule& capsule : shape.capsules) add_points(capsule, 0.5 * found.thinnest_radius_m, all);
+    // Points that another capsule hides, or that lie in a filled cavity, are not on the outer surface of the grain.
     for (const Vec3& point : all)
         if (!inside(shape.capsules, point, -1e-3 * found.thinnest_radius_m) && !in_cavity(shape, point)) found.surface.push_back(point);
     found.volume_m3 = measure(shape, 1e-4, Effort::once).volume_m3;
@@ -192,6 +196,7 @@ std::vector<Quaternion> rotations_of(const ShapePoints& shape, const Vec3& ancho
         for (const Vec3& end : {capsules.back().a, capsules.back().b})
             if (end.norm() > farthest.norm()) farthest = end;
     }
+    // All ends near the anchor: no rotation moves them by a step.
     const double lever = farthest.norm();
     if (lever < 0.25 * step_m) return {Quaternion::Identity()};
     const double angle = std::min(std::numbers::pi, step_m / lever);
@@ -200,6 +205,7 @@ std::vector<Quaternion> rotations_of(const ShapePoints& shape, const Vec3& ancho
         for (const Vec3& end : {capsule.a, capsule.b}) across = std::max(across, farthest.cross(end).norm() / lever);
     std::vector<Quaternion> kept;
     if (across < 0.25 * step_m) {  // a rod: its axis in all directions
+        // A cap of this half angle is the fraction (1 - cos angle) / 2 of the sphere; six directions per cap.
         const auto count = static_cast<int>(std::ceil(6.0 * 2.0 / (1.0 - std::cos(angle))));
         for (const Vec3& direction : directions(count)) kept.emplace_back(Quaternion::FromTwoVectors(farthest, direction));
         return kept;
@@ -208,6 +214,7 @@ std::vector<Quaternion> rotations_of(const ShapePoints& shape, const Vec3& ancho
     // that the symmetry makes equal, the one of the smallest angle.
     const std::vector<Quaternion> symmetries = symmetries_of(capsules, 0.01 * shape.thinnest_radius_m);
     const auto count = static_cast<long>(std::ceil(3.0 * std::numbers::pi / (angle - std::sin(angle))));
+    // The constant of the spirals: the real root above 1 of psi^4 = psi + 4.
     constexpr double psi = 1.533751168755204288118041;
     for (long i = 0; i < count; ++i) {
         const double s = static_cast<double>(i) + 0.5, t = s / static_cast<double>(count), d = 2.0 * std::numbers::pi * s;

@@ -47,6 +47,7 @@ std::vector<Sphere> end_spheres(const std::vector<Capsule>& capsules) {
         if (!inside) kept.push_back(all[i]);
     }
     for (std::size_t i = 0; i < kept.size(); ++i) {
+        // A fixed pseudo-random sequence: the same shape always gives the same numbers.
         const double scattered = 43758.5453 * std::sin(12.9898 * static_cast<double>(i + 1));
         kept[i].radius *= 1.0 - 1e-9 * (scattered - std::floor(scattered));
     }
@@ -67,6 +68,8 @@ void add_arcs(const std::vector<Sphere>& spheres, std::size_t i, std::size_t j, 
     for (std::size_t m = 0; m < spheres.size(); ++m) {
         if (m == i || m == j) continue;
         // Sphere m lies further out where p cos phi + q sin phi > limit.
+        // The support of sphere m in the direction n is centre . n + radius. Its difference to that of sphere i along the arc is a cosine
+        // of phi.
         const Vec3 w = spheres[m].centre - spheres[i].centre;
         const double p = arc.s * w.dot(arc.e1), q = arc.s * w.dot(arc.e2);
         const double limit = spheres[i].radius - spheres[m].radius - arc.c * w.dot(arc.e0);
@@ -128,6 +131,8 @@ HullMeasures hull(const std::vector<Capsule>& capsules) {
     const double unit = 0.5 * (bounds.high - bounds.low).maxCoeff();
     std::vector<Sphere> spheres = end_spheres(capsules);
     for (auto& sphere : spheres) sphere = {(sphere.centre - about) / unit, sphere.radius / unit};
+    // The volume is one third of the integral of the support function over the surface (divergence theorem for the field x / 3). The three
+    // kinds of pieces are summed one after another: strips of cones, triangles, parts of spheres.
     double volume = 0.0, area = 0.0;
     const auto support = [&](std::size_t i, const Vec3& n) { return spheres[i].centre.dot(n) + spheres[i].radius; };
 
@@ -165,6 +170,8 @@ HullMeasures hull(const std::vector<Capsule>& capsules) {
         double solid_angle = spheres.size() == 1 ? 2.0 * full_turn : 0.0;
         Vec3 mean = Vec3::Zero();  // integral of the normal
         Vec3 pole = Vec3::Zero();
+        // The pole points away from the neighbour that covers the largest part of this sphere, so that -pole lies in the part that is
+        // covered.
         double clearest = -1e300;
         for (std::size_t j = 0; j < spheres.size(); ++j) {
             if (j == i) continue;

@@ -22,6 +22,8 @@ namespace {
 constexpr int quantities = 11;
 using Sums = Eigen::Array<double, 2 * quantities, 1>;
 
+// Each volume integral as a flux: the fields x / 3, x_i^2 / 2 e_i, x_i^3 / 3 e_i and x_i^2 x_j / 2 e_i have the divergences 1, x_i, x_i^2
+// and x_i x_j.
 void add_point(Sums& sums, int offset, const Vec3& x, const Vec3& normal, double dA) {
     const Vec3 n = dA * normal;
     sums[offset] += dA;
@@ -89,6 +91,7 @@ public:
                 total_ += first.back().value;
             }
         // Reference values of the relative errors.
+        // The first estimate of the whole shape; before it the scale is 1, because no stretch knows the sum.
         scale_.setZero();
         for (const int offset : {0, quantities}) {
             scale_[0] += std::abs(total_[offset]);
@@ -100,6 +103,7 @@ public:
             error_ += stretch.error;
             open.push(stretch);
         }
+        // Global adaptivity: the stretch with the largest error is divided until the sum of the errors is small enough.
         while (error_ > tolerance_ && evaluations_ < (tolerance_ < exacting ? max_evaluations : max_evaluations / 8)) {
             const Stretch worst = open.top();
             open.pop();
@@ -206,6 +210,8 @@ private:
     }
 
     [[nodiscard]] std::vector<Stretch> split(const Stretch& stretch) {
+        // The integrand is not smooth where the pattern changes. The change is located by bisection and becomes an end of both halves; a
+        // change too near to an end is ignored, and the stretch is halved.
         if (stretch.change_high > stretch.change_low) {
             double low = stretch.change_low, high = stretch.change_high;
             const std::uint64_t at_low = pattern(stretch.own, low);
@@ -251,6 +257,7 @@ Integrated integrate(const Shape& scaled, double tolerance, bool twice) {
     constexpr int fewest_pieces = 6, rounds = 4;
     int pieces = fewest_pieces;
     for (int round = 0; round < rounds; ++round, pieces *= 3) {
+        // The second pass begins at an irrational fraction of an interval: its meridians are nowhere those of the first.
         const std::array<double, 2> turn = {0.0, 0.7548776662466927 * 2.0 * std::numbers::pi / pieces};
         parallel_for(twice ? 2 : 1, [&](std::size_t pass) { passes[pass].run(pieces, turn[pass]); });
         result.total = total;
@@ -295,6 +302,7 @@ ShapeMeasures measure(const Shape& shape, double tolerance, Effort effort) {
                   effort == Effort::twice);
     const auto& total = integral.total;
     Eigen::Array<double, quantities, 1> sums = total.head<quantities>();
+    // The walls of a filled cavity do not belong to the surface; the flux through the outer surface alone includes the cavity's volume.
     if (shape.cavity == Cavity::open) sums += total.tail<quantities>();
 
     ShapeMeasures measures;

@@ -14,6 +14,8 @@ constexpr double tie = 1e-13;
 constexpr std::uint32_t natural_end = 0xffffffff;
 
 // Polynomial of degree 4 in t = tan(angle / 2), for angles from 0 to a right angle.
+// A circle meets a cylinder where a trigonometric polynomial of second order vanishes. In t = tan(angle / 2) this is a quartic, whose real
+// roots in [0, 1] are isolated by bisection with bounds of its derivatives: closed formulas would lose digits at double roots.
 struct Quartic {
     double a0, a1, a2, a3, a4;
 
@@ -83,6 +85,7 @@ struct ExposedSurface::Arc {
 
 ExposedSurface::ExposedSurface(const std::vector<Capsule>& capsules) {
     for (std::size_t i = 0; i < capsules.size(); ++i) {
+        // Of two capsules that contain each other the first stays.
         bool dropped = false;
         for (std::size_t j = 0; j < capsules.size() && !dropped; ++j)
             dropped = j != i && is_inside(capsules[i], capsules[j]) && (j < i || !is_inside(capsules[j], capsules[i]));
@@ -137,6 +140,7 @@ void ExposedSurface::hide_arc(std::size_t own, std::size_t other, const Arc& arc
     cuts.clear();
     for (const Vec3& end : {capsule.a, capsule.b}) {
         const Vec3 w = arc.centre - end;
+        // Where |x - end|^2 = R^2 for x = centre + r (cos t pole + sin t radial).
         if (w.norm() > tie * R)
             add_linear_roots(2.0 * r * w.dot(arc.pole), 2.0 * r * w.dot(arc.radial), R * R - r * r - w.squaredNorm(), cuts);
         // On a shared sphere the other capsule's cylinder begins at the plane through the centre.
@@ -146,6 +150,7 @@ void ExposedSurface::hide_arc(std::size_t own, std::size_t other, const Arc& arc
     if (frame.length > 0.0) {
         const Vec3 w = arc.centre - capsule.a;
         const Vec3 across = w - w.dot(frame.axis) * frame.axis;
+        // Where the distance from the axis is R: the square of the part of x - a across the axis, as a sum of cos, sin, cos 2t and sin 2t.
         const double p = arc.pole.dot(frame.axis), q = arc.radial.dot(frame.axis);
         Quartic::of_trigonometric(across.squaredNorm() - R * R + r * r * (1.0 - 0.5 * (p * p + q * q)), 2.0 * r * across.dot(arc.pole),
                                   2.0 * r * across.dot(arc.radial), -0.5 * r * r * (p * p - q * q), -r * r * p * q)
@@ -202,6 +207,7 @@ std::uint32_t ExposedSurface::tag_at(std::size_t own, const Vec3& x) const {
 void ExposedSurface::add_parts(std::size_t own, double phi, Piece piece, double end, std::vector<Interval>& hidden,
                                std::vector<ExposedPart>& parts) const {
     std::sort(hidden.begin(), hidden.end(), [](const Interval& p, const Interval& q) { return p.low < q.low; });
+    // The exposed parts are the gaps between the hidden ones, which may overlap.
     double at = 0.0;
     std::uint32_t tag = natural_end;
     const auto tag_of = [&](double parameter) { return tag_at(own, point(own, phi, piece, parameter).x); };

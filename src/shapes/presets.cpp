@@ -11,6 +11,7 @@ namespace porepack::shapes {
 using namespace core;
 namespace {
 
+// The arms point to four corners of a cube, no two of which share an edge: (1, 1, 1) has the length sqrt(3).
 std::vector<Capsule> tetrapod(double r, double L) {
     const double s = L / std::sqrt(3.0);
     const Vec3 o = Vec3::Zero();
@@ -23,6 +24,7 @@ std::vector<Capsule> dolos(double r, double L) {
 }
 
 std::vector<Capsule> tetrahedron(double r, double L) {
+    // The same corners; two of them are sqrt(8) apart.
     const double s = L / std::sqrt(8.0);
     const Vec3 corners[4] = {{s, s, s}, {s, -s, -s}, {-s, s, -s}, {-s, -s, s}};
     std::vector<Capsule> edges;
@@ -71,6 +73,8 @@ double rounded(double value, int digits) {
 }
 
 // A preset with diameter 1, whose measures depend only on L/d.
+// Sphericity has no dimension, so it fixes L/d alone; the volume then fixes the scale. The measures come from a numerical integration whose
+// cost grows with its accuracy: the bracket is found with coarse values, the root with fine ones.
 struct UnitPreset {
     ShapeKind kind;
     long arms;
@@ -189,6 +193,7 @@ std::vector<Capsule> sphere_clump(const Shape& shape, double tolerance) {
     for (const auto& capsule : shape.capsules) {
         const double r = capsule.radius;
         if (tolerance >= r) throw UserError("the clump's surface tolerance must be smaller than the capsule's radius");
+        // Neighbouring spheres meet in a circle of radius r - tolerance, half a spacing from their centres.
         const double spacing = 2.0 * std::sqrt(r * r - (r - tolerance) * (r - tolerance));
         const double length = (capsule.b - capsule.a).norm();
         const int pieces = std::max(1, static_cast<int>(std::ceil(length / spacing - 1e-9)));
@@ -222,6 +227,7 @@ void validate(const Shape& shape) {
             !(capsules[i].radius >= smallest_radius_m && capsules[i].radius <= largest_length_m))
             throw UserError(fmt::format("capsule {} of shape `{}` is not possible: radius {:g} m", i, shape.id, capsules[i].radius),
                             {.allowed = "coordinates within 1e6 m, radius_m from 1e-9 to 1e6"});
+    // Breadth-first search over the capsules that overlap or touch.
     std::vector<std::size_t> reached = {0};
     std::vector<bool> seen(capsules.size(), false);
     seen[0] = true;

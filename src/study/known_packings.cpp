@@ -94,6 +94,9 @@ double KnownPackings::numerical_half_width_m2() const {
 }
 
 // k of the flows on the Kozeny function of their porosity, at the mean of all pours.
+// A flow costs far more than a pour. So k is computed for some packings, and the porosity for many: the regression line on the Kozeny
+// function transfers the mean porosity of all pours to the mean k. Its error has two independent parts, the scatter about the line and that
+// of the mean along the line.
 std::optional<RegressedMean> KnownPackings::regressed() const {
     if (!many_pours()) return std::nullopt;
     std::vector<double> x, all;
@@ -123,6 +126,7 @@ bool KnownPackings::sure() const {
 }
 
 long KnownPackings::flows_expected() const {
+    // The half widths add in quadrature: packings may use what the numerical part leaves of the limit.
     const double k = mean_permeability(), numerical = numerical_half_width_m2() / k;
     if (const auto found = regressed())
         return static_cast<long>(flows_for(found->line.residual_deviation / k, std::abs(found->line.slope) * found->pours.deviation / k,
@@ -146,6 +150,8 @@ std::optional<MeanAtInput> KnownPackings::at_friction(std::size_t quantity) cons
 }
 
 KnownPackings::Estimate KnownPackings::estimate(std::size_t quantity) const {
+    // Friction that varies between the packings would count as scatter, so its line comes first. Then the line on the pours, for k alone;
+    // else the plain sample. The interval of the sample also depends on how the number of packings was decided.
     const Sides numerical = mean_half_widths(quantity).value_or(Sides{});
     if (const auto found = at_friction(quantity))
         return {found->mean(), found->line.residual_deviation, found->interval_of_mean(numerical), found->interval_of_next(numerical)};
@@ -179,6 +185,7 @@ results::MeasuredBed KnownPackings::measured_bed() const {
     for (const Member& one : members_) {
         porosities.push_back(one.measured_part_porosity);
         x.push_back(std::log(kozeny_function(one.measured_part_porosity)));
+        // In logarithms a Kozeny law is a line of slope 1; the fitted slope shows the deviation from it.
         y.push_back(std::log(*one.values[permeability]));
     }
     const std::string part(name_of(config_.measured_part));
@@ -193,6 +200,7 @@ results::MeasuredBed KnownPackings::measured_bed() const {
                                   config_.measured_between_m[1]));
     const auto [low, high] = std::minmax_element(porosities.begin(), porosities.end());
     bed.porosity_range = Interval{*low, *high};
+    // No extrapolation: the line is known only between the porosities of the packings.
     if (value < *low || value > *high)
         return refuse(fmt::format(
             "the packings do not bracket it: their porosities ({}) are {:.4f} to {:.4f}, and {:g} was measured. Check `measured_part`. "

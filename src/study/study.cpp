@@ -142,6 +142,7 @@ Json identity_of_numbers(const Case& c, const std::string& last) {
 
 // Each point as a case. A thousand take about a second.
 void plan_points(Study& study, const Path& base) {
+    // In blocks, so that the progress is shown between parallel loops.
     constexpr std::size_t at_once = 256;
     Progress progress("reading the points of the study");
     for (std::size_t first = 0; first < study.points.size(); first += at_once) {
@@ -165,6 +166,7 @@ void cross(Study& study, const std::vector<Axis>& axes, const Path& base, const 
     std::map<std::string, long> names;
     for (long index = 0; index < total; ++index) {
         Point point;
+        // The index in mixed radix: each axis takes its digit, the last one the lowest.
         long rest = index, of_axis = total;
         for (const Axis& axis : axes) {
             of_axis /= static_cast<long>(axis.rows.size());
@@ -175,6 +177,7 @@ void cross(Study& study, const std::vector<Axis>& axes, const Path& base, const 
                 point.name += (point.name.empty() ? "" : "_") + name_part(row[k]);
             }
         }
+        // Before the names are compared: points that are left out may have any.
         if (std::any_of(study.config.left_out.begin(), study.config.left_out.end(),
                         [&](const Json& entry) { return matches(entry, point.values); }))
             continue;
@@ -308,6 +311,7 @@ std::vector<Point> chosen_points(const Study& study, const std::string& names) {
                          .allowed = fmt::format("names, or numbers from 1 to {}: {}", known.size(), fmt::join(known, ", ")),
                          .fix = perhaps(nearest(name, known))});
     };
+    // A name is tried first, because a point may have a name such as "7" or "10-12". Numbers and ranges must use up the whole word (%n).
     std::vector<Point> chosen;
     for (std::size_t at = 0; at <= names.size();) {
         const std::size_t comma = std::min(names.find(',', at), names.size());
@@ -341,6 +345,7 @@ std::vector<std::string> stages_left_out(const Study& study) {
 }
 
 Case write_point(const Study& study, const Point& point) {
+    // The point's case must not depend on the study: all keys of the base case with the point's values.
     const Path base = study.folder / study.config.base, folder = study.folder_of(point);
     std::map<std::string, Flags> set = set_of(point.values);
     // Files are named relative to the case.

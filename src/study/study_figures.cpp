@@ -55,6 +55,7 @@ struct Curve {
     std::string title, lines;
 };
 
+// A range of more than a decade is sampled in equal ratios, so that a curve on a logarithmic axis is as smooth at its lower end.
 std::string sampled(const std::function<double(double)>& value, double low, double high) {
     std::string lines;
     for (int i = 0; i < curve_points; ++i) {
@@ -174,6 +175,8 @@ bool draw_figure(const Study& study, const FigureConfig& figure, RowChoice choic
                          {"groups", static_cast<double>(groups.size())},
                          {"curves", static_cast<double>(curves.size())},
                          {"marks", static_cast<double>(figure.marks.size())}};
+    // One data set for each group, curve and mark, in this order. Two blank lines separate data sets, which gnuplot addresses by their
+    // index.
     std::string data = "# x, y, low, high\n";
     for (std::size_t i = 0; i < groups.size(); ++i) {
         values.emplace_back(fmt::format("group_{}", i + 1), groups[i].name);

@@ -59,6 +59,8 @@ struct LeastSquares {
 };
 
 LeastSquares least_squares(const Eigen::MatrixXd& terms, const Eigen::VectorXd& y) {
+    // QR for the coefficients, because the normal equations square the condition number of polynomial terms. The covariance is residual^2
+    // (T^T T)^-1, with the residual's degrees of freedom.
     LeastSquares result;
     const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> factor(terms);
     result.coefficients = factor.solve(y);
@@ -101,6 +103,7 @@ FittedCurve fitted(const FitConfig& fit, const Points& points) {
     for (Eigen::Index j = 0; j < count; ++j) {
         const double value = solved.coefficients[j], half = t * solved.deviations[j];
         Coefficient one{.name = fmt::format("c{}", j), .value = value, .interval = {value - half, value + half}};
+        // ln c0 was fitted: its interval is transformed back, and is not symmetric about c0.
         if (curve.in_logarithm && j == 0) one = {one.name, std::exp(value), {std::exp(one.interval.low), std::exp(one.interval.high)}};
         curve.coefficients.push_back(one);
     }
@@ -160,9 +163,11 @@ std::vector<StudyRow> with_columns(std::vector<StudyRow> rows, const StudyConfig
         if (column.name.empty()) throw UserError("a column needs a name", {.where = "study.toml, [[column]]"});
         if (names.contains(column.name))
             throw UserError(fmt::format("study.csv has a column `{}` of its own", column.name), {.where = where});
+        // Columns of earlier [[column]] tables are among the variables, because the rows already hold them.
         const Formula formula(column.formula, variables, where);
         const std::vector<std::string> used = formula.used();
         for (StudyRow& row : rows) {
+            // Only variables that the formula uses are read: other columns may hold text. Their value, 1, has no effect.
             std::vector<double> values(variables.size(), 1.0);
             for (const std::string& name : used)
                 values[static_cast<std::size_t>(std::find(variables.begin(), variables.end(), name) - variables.begin())] =

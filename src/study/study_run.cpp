@@ -81,11 +81,15 @@ public:
 private:
     [[nodiscard]] double largest_memory() const {
         double largest = 0.0;
+        // Evenly spread over the points: the axes are crossed, so neighbours are alike.
         const std::size_t step = (todo_.size() + points_asked - 1) / points_asked;
         for (std::size_t i = 0; i < todo_.size(); i += step) largest = std::max(largest, expectation_of(study_, todo_[i]).memory_bytes);
         return largest;
     }
 
+    // Several processes may run one study. A process takes the lock of a point before it begins it, and keeps it until the row is written;
+    // points that are locked are left to their owner. The table is read again under the lock, because the owner may have ended the point
+    // since. A point whose stages are done but which has no row, as after an interruption between the two, gets its row without a run.
     std::optional<Job> next() {
         while (begun_ < todo_.size() && (options_.max_time_s <= 0.0 || watch_.seconds() < options_.max_time_s)) {
             const Point& point = todo_[begun_++];
@@ -202,6 +206,7 @@ private:
 };
 
 // 0 to count - 1, each once, so that any number of the first ones is spread over all.
+// Steps of the golden section spread the first values evenly. A step without a common divisor with `count` visits each number once.
 std::vector<std::size_t> spread_order(std::size_t count) {
     auto step = static_cast<std::size_t>(0.618 * static_cast<double>(count)) + 1;
     while (std::gcd(step, count) != 1) ++step;
@@ -221,6 +226,7 @@ StudyPlan plan_study(const Study& study, const StudyRunOptions& options) {
     plan.points.resize(points.size());
     Expectation all;
     const double slow = slowness();
+    // Expected times depend on the number of threads: those of one job.
     set_thread_count(share);
     Expectations expectations(study);
     Progress progress("expected time and memory");
@@ -245,6 +251,7 @@ StudyPlan plan_study(const Study& study, const StudyRunOptions& options) {
     }
     set_thread_count(threads);
     const int at_once = std::min(jobs_at_once(all.memory_bytes), std::max(1, threads / share));
+    // Times and disk space grow with the number of points; memory with the number of points at once.
     const double of_asked = asked > 0 ? static_cast<double>(to_run) / static_cast<double>(asked) : 1.0;
     all.memory_bytes *= at_once;
     all.wall_time_s *= of_asked / at_once;

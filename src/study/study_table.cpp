@@ -167,6 +167,8 @@ std::string text_of_key(const Json& value) {
 
 }  // namespace
 
+// Only stages of the point's identity count. A folder may hold results of later stages, from a run on its own; these are not covered by the
+// digest and may belong to other settings.
 StudyRow row_of(const Point& point, const Case& made) {
     std::vector<std::string> versions, stages;
     double seconds = 0.0, memory = 0.0;
@@ -206,12 +208,14 @@ StudyRow row_of(const Point& point, const Case& made) {
 }
 
 void add_row(const Study& study, const StudyRow& row) {
+    // The rows are read under the lock: rows that another process adds meanwhile would be lost otherwise.
     const FileLock lock = FileLock::wait_for(study.folder / ".study.lock");
     std::vector<StudyRow> rows = read_rows(study);
     std::erase_if(rows, [&](const StudyRow& old) { return old.at("point") == row.at("point") && old.at("digest") == row.at("digest"); });
     rows.push_back(row);
     std::map<std::string, std::pair<std::size_t, std::string>> wanted;  // name -> place and digest
     for (std::size_t i = 0; i < study.points.size(); ++i) wanted[study.points[i].name] = {i, study.points[i].digest};
+    // Current rows stand in the order of the points; rows of other points or settings follow, marked as not current.
     const auto place = [&](const StudyRow& one) {
         const auto found = wanted.find(one.at("point"));
         return found == wanted.end() || found->second.second != one.at("digest") ? wanted.size() : found->second.first;

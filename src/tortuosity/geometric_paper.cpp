@@ -59,6 +59,9 @@ struct DotPath {
 };
 
 // Follows one dot from slice to slice. `shift` is the line dot -> moved dot.
+// In each slice the path goes through the void point closest to the dot. Where the line from the dot to this point makes more than the
+// largest angle with the line to the point in the slice before, the closest point has changed to another side of a grain: it is rejected,
+// and the search begins again halfway between the dot and the previous point.
 DotPath follow(const Vec2& dot, int slices, double z0, double spacing, double largest_angle, const ClosestVoid& closest_void) {
     DotPath path;
     Vec2 before = Vec2::Zero(), first = Vec2::Zero();
@@ -200,6 +203,7 @@ std::optional<Vec2> closest_exit(const RayExit& exit, const Vec2& from) {
     for (int i = 0; i < directions; ++i) {
         if (at(i) > std::min(at(i - 1), at(i + 1)) || at(i) >= 1e300) continue;
         double low = (i - 1) * step, high = low + 2.0 * step;
+        // Golden-section search needs no derivative: the exit distance has kinks where the ray passes from one capsule to another.
         constexpr double golden = 0.6180339887498949;
         double p = high - golden * (high - low), q = low + golden * (high - low);
         double fp = exit(p), fq = exit(q);
@@ -285,6 +289,7 @@ GeometricPaperResult geometric_paper_exact(const Grains& grains, const Container
     const int slices = 1 + static_cast<int>(std::floor(section.length() / config.slice_spacing_m + 1e-9));
     const std::vector<NearSolid> cut = solid_of_slices(grains, section, slices, config.slice_spacing_m);
     const double reach = (container.high() - container.low()).norm();
+    // The first radius of the search below: about a grain's thickness, and some pixels.
     double nearest_reach = reach;
     for (const auto& image : grains.images())
         for (const Capsule& capsule : image.capsules) nearest_reach = std::min(nearest_reach, 2.0 * capsule.radius);
@@ -310,6 +315,7 @@ GeometricPaperResult geometric_paper_exact(const Grains& grains, const Container
                 found = closest_pixel(near, container, at, config.dot_pixel_m);
             else if (near.contains(at))
                 found = closest_exit(RayExit(near, container, at), from);
+            // Solid that was left out lies at least `around` away: it cannot cover a point found closer than that.
             if (found && (*found - from).norm() + 2.0 * config.dot_pixel_m < around) return found;
         }
         return std::nullopt;

@@ -78,6 +78,8 @@ bool VoxelSight::open(const Corner& at) const {
     return joined[mask] && (cuts_.empty() || all_joined({at[0] - 1, at[1] - 1, at[2] - 1}, {2, 2, 2}));
 }
 
+// A step with a common divisor passes through corners on the way, where it must be possible to turn: it is divided there. Each part then
+// runs along an edge (two components are zero), within a plane of faces (one), or through the interior of cells.
 bool VoxelSight::visible(const Corner& from, const Corner& step) const {
     const int parts = std::gcd(std::gcd(std::abs(step[0]), std::abs(step[1])), std::abs(step[2]));
     if (parts == 0) return true;
@@ -118,6 +120,7 @@ bool VoxelSight::along_edge(const Corner& from, const Corner& step, std::size_t 
         return all_joined(low, size);
     }
     const bool p = pore_at(-1, -1), q = pore_at(0, -1), r = pore_at(-1, 0), s = pore_at(0, 0);
+    // Two pores across the edge's diagonal need a third one that joins them by faces; otherwise any pore leaves the edge free.
     return (p && s) || (q && r) ? (p && q) || (q && s) || (s && r) || (r && p) : p || q || r || s;
 }
 
@@ -157,6 +160,8 @@ bool VoxelSight::along_face(const Corner& from, const Corner& step, std::size_t 
 
 bool VoxelSight::through_cells(const Corner& from, const Corner& step) const {
     Corner cell = from;
+    // The m-th plane across axis a is crossed at the fraction m / n[a] of the path. Multiplied by n[0] n[1] n[2], all crossings are whole
+    // numbers, so that paths exactly through an edge or a corner are recognised without rounding.
     std::array<long, 3> n{}, crossed{1, 1, 1};
     for (std::size_t a = 0; a < 3; ++a) {
         n[a] = std::abs(step[a]);

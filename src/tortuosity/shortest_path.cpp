@@ -100,6 +100,9 @@ private:
         }
     }
 
+    // The anchor is the point at which the path to `here` last turned. If the neighbour is visible from the anchor, the path goes there
+    // straight, and `here` drops out; otherwise it turns at `here`. The straight length is a lower bound of both, so corners that it cannot
+    // improve need no test of sight.
     void relax(const Corner& here, std::size_t index, const Neighbour& neighbour, Queue& queue) {
         Corner there = {here[0] + neighbour.step[0], here[1] + neighbour.step[1], here[2] + neighbour.step[2]};
         if (!lattice_.wrap(there)) return;
@@ -109,6 +112,7 @@ private:
         const Corner from_anchor = {back[0] + neighbour.step[0], back[1] + neighbour.step[1], back[2] + neighbour.step[2]};
         const double anchor = static_cast<double>(length_[index]) - length_of({back[0], back[1], back[2]});
         const double straight = anchor + length_of(from_anchor), bent = length_[index] + neighbour.length;
+        // Lengths are stored in single precision: smaller gains are rounding.
         const double known = length_[other] * (1.0 - 1e-6);
         if (straight >= known) return;
         if (!sight_.open(there)) {
@@ -116,6 +120,7 @@ private:
             return;
         }
         const Corner place = {here[0] - back[0], here[1] - back[1], here[2] - back[2]};
+        // Steps are stored in 16 bits.
         constexpr int farthest = 32000;
         const bool near = std::abs(from_anchor[0]) < farthest && std::abs(from_anchor[1]) < farthest && std::abs(from_anchor[2]) < farthest;
         const auto set = [&](double length, const Corner& step) {
@@ -164,6 +169,7 @@ void relax_thread(std::vector<Vec3>& path, int axis, const Grains& grains, doubl
     constexpr double overrelaxation = 1.6;
     std::vector<std::vector<Capsule>> near(path.size());
     const auto out_of_grains = [&](Vec3& point, const std::vector<Capsule>& capsules) {
+        // Out of one capsule may be into the next: some rounds, at a joint or a contact.
         for (int round = 0; round < 6; ++round) {
             bool inside = false;
             for (const Capsule& capsule : capsules) {
@@ -187,6 +193,7 @@ void relax_thread(std::vector<Vec3>& path, int axis, const Grains& grains, doubl
             Vec3 middle = last ? path[i - 1] : Vec3(0.5 * (path[i - 1] + path[i + 1]));
             if (last) middle[axis] = path[i][axis];
             Vec3 move = overrelaxation * (middle - path[i]);
+            // Short moves, so that no point passes through a grain.
             if (const double size = move.norm(); size > 0.5 * spacing) move *= 0.5 * spacing / size;
             Vec3 there = path[i] + move;
             if (!near[i].empty()) out_of_grains(there, near[i]);
@@ -236,11 +243,14 @@ ShortestPathResult summarise(const Lattice& lattice, const VoxelSight& sight, st
         }
     if (starts.empty())
         throw NumericalError("no path crosses the pores: the section does not percolate", {.fix = "use finer voxels if it should"});
+    // Every n-th start of the list, the first one half a step from its beginning.
     const std::size_t every = 1 + (starts.size() - 1) / maximum;
     const double length = lattice.cells[axis] * lattice.spacing_m[static_cast<int>(axis)];
     std::vector<std::pair<double, double>> values((starts.size() - every / 2 + every - 1) / every);  // with their weights
     std::vector<std::vector<Vec3>> kept(values.size());
+    // Of the other paths only about a hundred are kept.
     const std::size_t keep_every = 1 + values.size() / 100;
+    // Value and number of the shortest path: ties go to the lower number, whatever the order of the threads.
     std::pair<double, std::size_t> best = {1e300, 0};
     // No exception may leave a parallel loop.
     const Context& run = context();

@@ -27,6 +27,8 @@ CapsuleDem::State::Kind CapsuleDem::State::make_kind(const Shape& shape, double 
     Kind kind{.body = grain_body(shape, density_kg_per_m3), .arms = {}, .nodes = {}};
     kind.diameter = smallest_diameter(shape);
     const Vec3& inertia = kind.body.inertia_kg_m2;
+    // With three equal moments the angular velocity is parallel to the angular momentum, whatever the rotation. Differences by rounding are
+    // removed.
     kind.isotropic = inertia.maxCoeff() - inertia.minCoeff() < 1e-6 * inertia.maxCoeff();
     if (kind.isotropic) kind.body.inertia_kg_m2.setConstant(inertia.mean());
     for (const Capsule& capsule : shape.capsules) {
@@ -56,11 +58,13 @@ CapsuleDem::State::Kind CapsuleDem::State::make_kind(const Shape& shape, double 
 }
 
 void CapsuleDem::State::make_cells(double widest) {
+    // Grains whose gap is below twice the skin have centres at most this far apart: they lie in the same cell or in neighbouring ones.
     cell_size_ = 2.0 * widest + 2.0 * skin_;
     const Vec3 low = container_.low(), high = container_.high();
     cell_low_ = low;
     for (int axis = 0; axis < 3; ++axis) {
         const auto a = static_cast<std::size_t>(axis);
+        // A pair keeps one periodic shift, so two images of a grain must not be near another grain at the same time.
         const double extent = high[axis] - low[axis];
         if (container_.periodic[a] && extent < 4.0 * widest + 2.0 * skin_)
             throw UserError(
@@ -93,11 +97,13 @@ void CapsuleDem::State::add(std::size_t shape, const Vec3& position_m, const Qua
     body.x = position_m + orientation * kind.body.centre_m;
     body.v = body.v_contact = velocity;
     body.omega = angular_velocity;
+    // The inertia is constant in the body's frame alone: into this frame, times inertia, and back.
     body.momentum = body.q * (kind.body.inertia_kg_m2.cwiseProduct(body.q.conjugate() * angular_velocity));
     body.force = Vec3::Zero();
     body.first_arm = static_cast<std::uint32_t>(arms_.size());
     body.first_wall = static_cast<std::uint32_t>(walls_.size());
     arms_.resize(arms_.size() + kind.arms.size());
+    // Each node has its own history for each plane, and one for the cylinder.
     walls_.resize(walls_.size() + kind.nodes.size() * (planes_.size() + 1));
     bodies_.push_back(body);
     verlet_lists_.emplace_back();

@@ -23,6 +23,8 @@ struct PourProgress {
     long settled_at = 0;                // step at which the last batch was created
 };
 
+// The key comes first, so that a snapshot of other settings is recognised before its content is read. The file replaces the earlier one
+// only when it is complete.
 void write_snapshot(const Path& file, const std::string& key, const CapsuleDem& dem, const PourProgress& at) {
     write_whole(file, [&](const Path& temporary) {
         std::ofstream out(temporary, std::ios::binary);
@@ -113,6 +115,7 @@ private:
         make_folder(snapshot_.parent_path());
         if (read_snapshot(snapshot_, key_, dem_, at_)) {
             log_info("pour: resumes from {:.2f} s with {} grains", dem_.time_s(), dem_.size());
+            // A snapshot of the second phase continues with all grains awake.
             dem_.set_sleep(config_.sleep && !at_.calm);
         } else {
             log_info("pour: at most {} grains of exact capsules, time step {:.2e} s", plan_.maximum_grains, plan_.time_step_s);
@@ -135,6 +138,7 @@ private:
 
     // Steps until the next check or the next batch.
     void advance(Progress& progress) {
+        // Steps end exactly at the next batch, because run() inserts it at this step only.
         const long until = at_.poured ? dem_.steps() + part : std::min(dem_.steps() / part * part + part, at_.next_batch * interval_);
         dem_.step(until - dem_.steps());
         check_interrupt();
@@ -153,9 +157,11 @@ private:
         rest_ = dem_.rest();
         require_falling_energy();
         const bool last_phase = !config_.sleep || at_.calm;
+        // Net forces are judged with all grains awake only.
         const bool balanced = !last_phase || rest_.mean_force_over_weight < rest_force_limit;
         if (rest_.kinetic_energy_per_grain_J < limit_J_ && balanced && dem_.steps() - at_.settled_at > interval_) {
             if (last_phase) return true;
+            // The second phase has its own settling time.
             at_.calm = true;
             at_.settled_at = dem_.steps();
             dem_.set_sleep(false);

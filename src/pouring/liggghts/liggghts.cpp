@@ -18,6 +18,8 @@ namespace porepack::pouring::liggghts {
 namespace {
 
 // Rows of a LIGGGHTS dump of `columns` numbers behind "ITEM: ENTRIES" or "ITEM: ATOMS".
+// A file may hold several dumps: the last one counts. Rows are sorted by their first column, the number of the body or sphere, because
+// their order in the file is not that of creation.
 std::vector<std::vector<double>> read_dump(const Path& file, std::size_t columns) {
     std::ifstream in(file);
     std::vector<std::vector<double>> rows;
@@ -40,6 +42,9 @@ std::vector<std::vector<double>> read_dump(const Path& file, std::size_t columns
 }
 
 // Predicts every clump sphere from the poses and compares it with the sphere's position in LIGGGHTS.
+// A check of all conventions at once (order of the bodies, direction of the rotations, principal axes). Both lists are compared without
+// numbers: for each predicted sphere the nearest real one, searched upward and downward in z until z alone is farther than the nearest so
+// far.
 double pose_error(const Run& run, const Packing& packing, const std::vector<std::vector<double>>& spheres) {
     using Sphere = Eigen::Vector4d;  // centre and radius
     std::vector<Sphere> real;
@@ -81,6 +86,7 @@ Packing read_packing_back(const Run& run, const std::vector<std::vector<double>>
         const auto& row = bodies[b];
         const ClumpBody& clump = run.bodies[order[b]];
         Body body{.shape = order[b]};
+        // LIGGGHTS works in the clump's principal axes about its centre of mass: its rotation is the shape's times `turn`.
         const Quaternion q(row[4], row[5], row[6], row[7]);
         body.orientation = (q * clump.turn.conjugate()).normalized();
         body.position_m = Vec3(row[1], row[2], row[3]) - body.orientation * clump.centre;
@@ -100,6 +106,7 @@ void measure_rest(const Run& run, const std::vector<std::vector<double>>& bodies
     }
     result.mean_force_over_weight = sum / static_cast<double>(bodies.size());
     result.largest_force_over_weight = largest;
+    // Contacts are those of the spheres that LIGGGHTS saw, not those of the exact capsules.
     Packing clumps = result.packing;
     for (std::size_t s = 0; s < clumps.shapes.size(); ++s) {
         clumps.shapes[s].capsules.clear();
@@ -114,6 +121,7 @@ void measure_rest(const Run& run, const std::vector<std::vector<double>>& bodies
 }
 
 std::vector<std::string> command_for(long processes) {
+    // Line by line, so that the output can be followed while the program runs.
     std::vector<std::string> command = {"stdbuf", "-oL"};
     if (processes > 1) command.insert(command.end(), {"mpirun", "--oversubscribe", "-np", std::to_string(processes)});
     command.insert(command.end(), {"liggghts", "-in", "pour.in"});
@@ -166,6 +174,8 @@ void remove_snapshots(const Path& folder) {
 }
 
 // The last snapshot of an earlier run with the same settings; snapshots with other settings are removed.
+// The key covers shapes, container and settings. The name of a snapshot holds the state of the script: batches poured, checks done while
+// settling, consecutive calm checks, and the step.
 Snapshot find_snapshot(const Path& folder, const std::string& scene) {
     const Path key = folder / "scene.sha256";
     if (!std::filesystem::exists(key) || read_text(key) != scene + "\n") remove_snapshots(folder);
@@ -182,6 +192,7 @@ Snapshot find_snapshot(const Path& folder, const std::string& scene) {
 
 std::string not_at_rest(const Run& run, const PourLog& said) {
     const double n = static_cast<double>(run.grains_after(said.poured));
+    // The energies of a quarter of the settling time, from its middle and from its end: is there still a trend?
     const auto& energies = said.settling_J;
     const std::size_t window = std::max<std::size_t>(1, energies.size() / 4);
     double before = 0.0, after = 0.0;
@@ -226,6 +237,7 @@ PourResult pour_with_liggghts(const std::vector<ShapeShare>& shapes, const Conta
     const Pour pour = given ? *given : make_batches(shapes, container, config, run.plan.drop_height_m, run.plan.maximum_grains);
     result.thinned_batches = pour.thinned;
     write_batches(run, pour);
+    // Given poses are not part of the key.
     if (given) remove_snapshots(folder);
     const Snapshot snapshot = find_snapshot(folder, scene_key(shapes, container, config));
     write_parameters(run, snapshot);
@@ -248,6 +260,7 @@ PourResult pour_with_liggghts(const std::vector<ShapeShare>& shapes, const Conta
     if (!said.done) fail_with_log("LIGGGHTS ended with exit code 0, but before the end of its script", log);
     if (said.poured < 1 || said.poured > static_cast<long>(run.batches.size()))
         fail_with_log(fmt::format("LIGGGHTS reports {} poured batches of {}", said.poured, run.batches.size()), log);
+    // The pour ends early when the bed reaches the fill height: later batches were never created.
     run.batches.resize(static_cast<std::size_t>(said.poured));
     result.grains = run.grains_after(said.poured);
     if (const long spheres = run.spheres_after(said.poured); said.end_spheres != spheres)

@@ -15,6 +15,7 @@ ClumpBody clump_body(const Shape& shape, const PackingConfig& config) {
     const GrainBody grain = grain_body(shape, config.density_kg_per_m3);
     ClumpBody body{.spheres = {}, .mass = grain.mass_kg, .inertia = grain.inertia_kg_m2, .centre = grain.centre_m, .turn = grain.turn};
     for (auto sphere : sphere_clump(shape, config.surface_tolerance * smallest_diameter(shape))) {
+        // About the centre of mass, in the principal axes: the inertia tensor in the template is then diagonal.
         sphere.a = sphere.b = grain.turn.conjugate() * (sphere.a - body.centre);
         body.spheres.push_back(sphere);
     }
@@ -29,6 +30,7 @@ namespace {
 
 void write_batch(const Path& file, const Batch& batch, const std::vector<ClumpBody>& bodies) {
     std::string text = "# Creates one batch, each grain at its given pose.\n";
+    // LIGGGHTS places grains at random in a region. A region of 2 nm fixes the place; `orientation constant` fixes the rotation.
     const double h = 1e-9;
     for (std::size_t g = 0; g < batch.size(); ++g) {
         const ClumpBody& body = bodies[batch[g].shape];
@@ -45,6 +47,7 @@ void write_batch(const Path& file, const Batch& batch, const std::vector<ClumpBo
             g, q.w(), q.x(), q.y(), q.z(), batch[g].velocity_m_per_s.x(), batch[g].velocity_m_per_s.y(), batch[g].velocity_m_per_s.z(),
             batch[g].shape + 1);
     }
+    // One step creates the batch; its regions and fixes are of no further use.
     text += "run 1\n";
     for (std::size_t g = 0; g < batch.size(); ++g) text += fmt::format("unfix new{0}\nregion at{0} delete\n", g);
     write_text(file, text);
@@ -58,6 +61,7 @@ void write_batches(Run& run, const Pour& pour) {
         for (const auto& grain : batch) run.batches.back().push_back(grain.shape);
         write_batch(run.folder / fmt::format("batch_{}.in", run.batches.size()), batch, run.bodies);
     }
+    // The energy that the pour supplies is bounded by the potential energy of each grain's highest point and its initial kinetic energy.
     run.top_m = pour.top_m;
     for (const Batch& batch : pour.batches)
         for (const Newcomer& grain : batch)
@@ -86,6 +90,7 @@ void write_parameters(const Run& run, const Snapshot& snapshot) {
     const double margin = d;
     const Vec3 low = run.container.low(), high = run.container.high();
     const double dt = run.plan.time_step_s;
+    // Per sphere, because the script knows the number of spheres, not that of grains.
     double limit = 1e300;  // per sphere; for a mixture the lowest
     for (std::size_t s = 0; s < run.bodies.size(); ++s)
         limit = std::min(limit, c.rest_energy_fraction * run.bodies[s].mass * c.gravity_m_per_s2 * smallest_diameter(run.shapes[s].shape) /
@@ -117,6 +122,7 @@ void write_parameters(const Run& run, const Snapshot& snapshot) {
     whole("settle_parts", settle_parts);
     number("fill_height", c.grains > 0 ? 1e30 : run.plan.fill_height_m - d / 2.0);
     number("energy_limit_per_sphere", limit);
+    // A sphere may spin in place without end: where there are spheres, the criterion of rest leaves the rotation out.
     const bool spheres = std::any_of(run.shapes.begin(), run.shapes.end(), [](const ShapeShare& share) {
         return share.shape.capsules.size() == 1 && share.shape.capsules.front().a == share.shape.capsules.front().b;
     });
@@ -130,6 +136,7 @@ void write_parameters(const Run& run, const Snapshot& snapshot) {
     whole("settled", snapshot.settled);
     whole("calm", snapshot.calm);
     const auto batches = static_cast<long>(run.batches.size());
+    // Once settling has begun no batch follows, even where not all of them were poured.
     whole("first_batch", snapshot.settled > 0 ? batches + 1 : snapshot.poured + 1);
     whole("first_part", std::min(snapshot.settled + 1, settle_parts));
     write_text(run.folder / "parameters.in", text);
