@@ -77,7 +77,7 @@ void set(Check& check, const Reference& found) {
 void bounce_back(Check& check, const RandomBed& bed) {
     const PoreSpace space = pore_space_of(bed, 0);
     const double pores = space.porosity(4000).value * space.container.inner_area_m2() *
-                         (space.container.periodic[2] ? space.section.length() : space.computed().length());
+                         (space.container.periodic()[2] ? space.section.length() : space.computed().length());
     const LbmResult found = lbm_permeability(space, std::cbrt(pores / reference_nodes),
                                              {.walls = Walls::bounce_back, .iteration_tolerance = 2e-4, .grids = 2, .grid_ratio = 1.35});
     set(check, {found.permeability_m2, found.half_width.value().sum() / found.permeability_m2});

@@ -75,7 +75,7 @@ Reference reference_of(const CoverageRow& row) {
 
 LbmResult reference_run(const PoreSpace& space, double nodes) {
     const double pores = space.porosity(4000).value * space.container.inner_area_m2() *
-                         (space.container.periodic[2] ? space.section.length() : space.computed().length());
+                         (space.container.periodic()[2] ? space.section.length() : space.computed().length());
     return lbm_permeability(space, std::cbrt(pores / nodes), {.iteration_tolerance = 2e-4, .grids = 3, .grid_ratio = 1.35});
 }
 

@@ -17,6 +17,7 @@ using namespace geometry;
 using namespace io;
 using namespace shapes;
 using namespace packing;
+using namespace vessels;
 using namespace openfoam;
 using namespace stages;
 using namespace study;
@@ -47,7 +48,7 @@ struct Profiles {
         const double z = (place.z() - section.z0) / section.length();
         const double side = std::max(std::abs((place.x() - low.x()) / (high.x() - low.x()) - 0.5),
                                      std::abs((place.y() - low.y()) / (high.y() - low.y()) - 0.5));
-        const double r = container.kind == Container::Kind::cylinder ? place.head<2>().norm() / (0.5 * container.diameter_m) : 2.0 * side;
+        const double r = container.tube_diameter() ? place.head<2>().norm() / (0.5 * *container.tube_diameter()) : 2.0 * side;
         if (z < 0.0 || z >= 1.0) return;
         flow += velocity.z() * volume;
         along_z[static_cast<std::size_t>(z * bins)] += velocity.norm() * volume;

@@ -20,6 +20,7 @@ namespace porepack::benchmarks {
 using namespace core;
 using namespace scans;
 using namespace packing;
+using namespace vessels;
 using namespace analysis;
 using shapes::Vec3;
 namespace {
@@ -158,7 +159,7 @@ Json fit_benchmark(bool quick, const Path& given) {
             {"porosity", porosity(Grains(fitted), fitted.container, inner).value},
             {"porosity_exact",
              porosity(Grains(scene.packing), scene.packing.container, {scene.part.z0 + inner.z0, scene.part.z0 + inner.z1}).value},
-            {"diameter_error_m", fitted.container.diameter_m - scene.packing.container.diameter_m},
+            {"diameter_error_m", *fitted.container.tube_diameter() - *scene.packing.container.tube_diameter()},
             {"sizes", json_of(found.sizes)},
             {"residual", found.residual},
             {"doubts", json_of(found.doubts)},

@@ -18,6 +18,7 @@ namespace porepack::benchmarks {
 using namespace core;
 using namespace shapes;
 using namespace packing;
+using namespace vessels;
 using namespace converters;
 using namespace pore_space;
 using namespace test;
@@ -53,7 +54,7 @@ Json foam_benchmark(const Path& output) {
     add_empty("square duct", "box:0.01,0.01,0.1", 1e-4, 0.03514425e-4, 0.01 / 32);
     add_empty("pipe", "cylinder:0.01,0.1", std::numbers::pi * 0.25e-4, 1e-4 / 32.0, 0.01 / 28);
     const auto add = [&](const KnownFlow& known, double cells_per_diameter) {
-        list.push_back({known.name, foam_scene_of(known.packing, {0.0, known.container.size_m.z()}, known.diameter_m),
+        list.push_back({known.name, foam_scene_of(known.packing, {0.0, known.container.size().z()}, known.diameter_m),
                         known.permeability_m2, known.diameter_m / cells_per_diameter});
     };
     const Vec3 place(0.21, 0.37, 0.11);

@@ -14,11 +14,13 @@
 #include "packing/packing.hpp"
 #include "pore_space/percolation.hpp"
 #include "pore_space/walls.hpp"
+#include "vessels/config.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;
 using namespace shapes;
 using namespace packing;
+using namespace vessels;
 using namespace converters;
 using namespace pore_space;
 using namespace lbm;

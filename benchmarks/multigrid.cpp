@@ -22,6 +22,7 @@ namespace porepack::benchmarks {
 using namespace core;
 using namespace geometry;
 using namespace packing;
+using namespace vessels;
 using namespace converters;
 using namespace pore_space;
 using namespace lbm;

@@ -21,6 +21,7 @@ using namespace core;
 using namespace geometry;
 using namespace shapes;
 using namespace packing;
+using namespace vessels;
 using namespace pouring;
 using namespace pouring::dem;
 using namespace pouring::liggghts;
@@ -59,7 +60,7 @@ Bed measure_bed(const Packing& packing, double seconds) {
     for (int k = 0; k < image.grid.cells[2]; ++k)
         for (int j = 0; j < image.grid.cells[1]; ++j)
             for (int i = 0; i < image.grid.cells[0]; ++i) {
-                const double r = std::hypot(image.grid.centre(0, i), image.grid.centre(1, j)) / (0.5 * container.diameter_m);
+                const double r = std::hypot(image.grid.centre(0, i), image.grid.centre(1, j)) / (0.5 * *container.tube_diameter());
                 if (r >= 1.0) continue;
                 const auto ring = static_cast<std::size_t>(r * r * Bed::rings);
                 all[ring] += 1.0;

@@ -20,7 +20,7 @@ struct Bed {
 
 struct PackingBench {
     core::Path folder;
-    packing::Container container;
+    vessels::Container container;
     long grains = 100;
     bool quick = false;
 

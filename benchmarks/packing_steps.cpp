@@ -15,6 +15,7 @@ namespace porepack::benchmarks {
 using namespace core;
 using namespace shapes;
 using namespace packing;
+using namespace vessels;
 using namespace pouring;
 using namespace pouring::dem;
 namespace {
@@ -111,21 +112,20 @@ Json step_costs(const PackingBench& bench) {
 
 Json cost_by_grains(const PackingBench& bench) {
     const auto shape = paper_shape(ShapeKind::tetrapod, 0.81);
-    Container tile = parse_container("box:0.06,0.06,0.3");
-    tile.periodic = {true, true, false};
+    const Container tile = vessels::make_box({0.06, 0.06, 0.3}, {true, true, false});
     const PackingConfig lattice{.fill = Fill::lattice, .grains = 100};
     const Packing bed = pour_with_capsules(shape, tile, lattice, bench.folder / "capsule").packing;
     Json rows = Json::array();
     for (const long side : bench.quick ? std::vector<long>{1, 3} : std::vector<long>{1, 2, 3, 5, 7, 10}) {
         // Copies of a settled bed that is periodic, side by side: settled as well.
-        Container container = tile;
-        container.size_m.head<2>() *= static_cast<double>(side);
+        const auto sides = static_cast<double>(side);
+        const Container container = tile.resized({sides * tile.size().x(), sides * tile.size().y(), tile.height()});
         Pour pour{.batches = {{}}};
         for (long x = 0; x < side; ++x)
             for (long y = 0; y < side; ++y)
                 for (const Body& body : bed.bodies)
                     pour.batches[0].push_back(
-                        {0, body.position_m + Vec3(static_cast<double>(x) * tile.size_m.x(), static_cast<double>(y) * tile.size_m.y(), 0.0),
+                        {0, body.position_m + Vec3(static_cast<double>(x) * tile.size().x(), static_cast<double>(y) * tile.size().y(), 0.0),
                          body.orientation, Vec3::Zero()});
         const auto grains = static_cast<double>(pour.batches[0].size());
         Json row = {{"grains", pour.batches[0].size()}};

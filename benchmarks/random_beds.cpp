@@ -14,6 +14,7 @@ namespace porepack::benchmarks {
 using namespace core;
 using namespace shapes;
 using namespace packing;
+using namespace vessels;
 using namespace pouring;
 using namespace pore_space;
 namespace {
@@ -34,19 +35,15 @@ Shape shape_of(int kind) {
 }
 
 Container container_of(Sides sides, double width, double height) {
-    if (sides == Sides::cylinder) return {.kind = Container::Kind::cylinder, .diameter_m = width, .height_m = height};
-    Container box{.kind = Container::Kind::box, .size_m = Vec3(width, width, height)};
-    if (sides == Sides::periodic) {
-        box.size_m.z() = 5.0 * d;
-        box.periodic = {true, true, true};
-    }
-    return box;
+    if (sides == Sides::cylinder) return vessels::make_cylinder(width, height);
+    if (sides == Sides::periodic) return vessels::make_box({width, width, 5.0 * d}, {true, true, true});
+    return vessels::make_box({width, width, height});
 }
 
 double gap_of(const Packing& packing, const Body& first, const Body& second) {
     Body nearest = second;
     for (int axis = 0; axis < 3; ++axis)
-        if (const double side = packing.container.size_m[axis]; packing.container.periodic[static_cast<std::size_t>(axis)])
+        if (const double side = packing.container.size()[axis]; packing.container.periodic()[static_cast<std::size_t>(axis)])
             nearest.position_m[axis] += side * std::round((first.position_m[axis] - second.position_m[axis]) / side);
     double least = 1e300;
     for (const Capsule& one : world_capsules(packing, first))
@@ -59,7 +56,7 @@ bool inside(const Packing& packing, const Body& body) {
     for (const Capsule& capsule : world_capsules(packing, body))
         for (const Vec3& end : {capsule.a, capsule.b}) {
             if (container.wall_distance(end) < capsule.radius) return false;
-            if (!container.periodic[2] && (end.z() < capsule.radius || end.z() > container.height() - capsule.radius)) return false;
+            if (!container.periodic()[2] && (end.z() < capsule.radius || end.z() > container.height() - capsule.radius)) return false;
         }
     return true;
 }
@@ -138,22 +135,22 @@ RandomBed random_bed(int index, const Path& folder, double wide_diameters) {
 PoreSpace pore_space_of(const RandomBed& bed, int position) {
     Packing packing = bed.packing;
     const Container& container = packing.container;
-    if (position > 0 && container.kind == Container::Kind::cylinder) {
+    if (position > 0 && container.tube_diameter()) {
         const Quaternion turn(Eigen::AngleAxisd(0.6, Vec3::UnitZ()));
         for (Body& body : packing.bodies) {
             body.position_m = turn * body.position_m;
             body.orientation = turn * body.orientation;
         }
-    } else if (position > 0 && container.periodic[2]) {
+    } else if (position > 0 && container.periodic()[2]) {
         for (Body& body : packing.bodies)
             for (int axis = 0; axis < 3; ++axis) {
                 double& x = body.position_m[axis];
                 x += (0.137 + 0.211 * axis) * d;
-                x -= container.size_m[axis] * std::floor(x / container.size_m[axis]);
+                x -= container.size()[axis] * std::floor(x / container.size()[axis]);
             }
     }
     PoreSpace space = pore_space::pore_space_of(std::move(packing));
-    if (position > 0 && container.kind == Container::Kind::box && !container.periodic[2]) space.grain_size_m /= 1.05;
+    if (position > 0 && !container.tube_diameter() && !container.periodic()[2]) space.grain_size_m /= 1.05;
     if (bed.section_diameters == 0.0) return space;
     const double middle = 0.5 * (space.bed_bottom_m + space.bed_top_m), half = 0.5 * bed.section_diameters * d;
     return space.with_section({middle - half, middle + half}).with_ends(Ends::in_situ);

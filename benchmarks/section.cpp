@@ -24,6 +24,7 @@ namespace porepack::benchmarks {
 using namespace core;
 using namespace geometry;
 using namespace packing;
+using namespace vessels;
 using namespace converters;
 using namespace pore_space;
 using namespace lbm;
@@ -56,8 +57,9 @@ LbmResult flow_through(const Bed& bed, const Section& section, Ends ends, double
 
 // Spheres of diameter 1, placed at random without overlap, periodic in x and y.
 PoreSpace random_spheres() {
-    Packing packing{.container = parse_container("box:4,4,10"), .shapes = {make_preset(ShapeKind::sphere, 1.0, 0.0)}, .bodies = {}};
-    packing.container.periodic = {true, true, false};
+    Packing packing{.container = vessels::make_box({4.0, 4.0, 10.0}, {true, true, false}),
+                    .shapes = {make_preset(ShapeKind::sphere, 1.0, 0.0)},
+                    .bodies = {}};
     std::mt19937 random(1);
     const auto uniform = [&](double length) { return length * static_cast<double>(random()) / 4294967296.0; };
     for (int attempt = 0; attempt < 200000 && packing.bodies.size() < 95; ++attempt) {

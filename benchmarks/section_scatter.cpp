@@ -21,6 +21,7 @@
 namespace porepack::benchmarks {
 using namespace core;
 using namespace packing;
+using namespace vessels;
 using namespace converters;
 using namespace pore_space;
 using namespace lbm;

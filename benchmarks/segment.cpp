@@ -19,6 +19,7 @@ using namespace core;
 using namespace geometry;
 using namespace scans;
 using namespace packing;
+using namespace vessels;
 using namespace analysis;
 namespace {
 

@@ -10,11 +10,13 @@
 #include "core/json.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
+#include "vessels/config.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;
 using namespace shapes;
 using namespace packing;
+using namespace vessels;
 using namespace converters;
 // Error and time of the measures against tolerance, of the inverse, and of CGAL's surfaces against their number of triangles.
 Json shapes_benchmark() {

@@ -21,6 +21,7 @@ using namespace core;
 using namespace geometry;
 using namespace shapes;
 using namespace packing;
+using namespace vessels;
 using namespace converters;
 using namespace pore_space;
 using namespace tortuosity;

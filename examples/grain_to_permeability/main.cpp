@@ -4,6 +4,7 @@
 #include <porepack/core/error.hpp>
 #include <porepack/lbm/permeability.hpp>
 #include <porepack/shapes/shape.hpp>
+#include <porepack/vessels/container.hpp>
 
 using namespace porepack;
 
@@ -12,7 +13,7 @@ int main() try {
     const shapes::Shape tetrapod = shapes::make_preset(shapes::ShapeKind::tetrapod, 4e-3, 6e-3);
 
     // Four of them in a periodic box of 20 mm.
-    packing::Packing packing{.container = packing::parse_container("box:0.02,0.02,0.02:periodic"), .shapes = {tetrapod}, .bodies = {}};
+    packing::Packing packing{.container = vessels::make_box({0.02, 0.02, 0.02}, {true, true, true}), .shapes = {tetrapod}, .bodies = {}};
     for (const double x : {0.004, 0.014})
         for (const double z : {0.005, 0.015}) packing.bodies.push_back({.shape = 0, .position_m = shapes::Vec3(x, x, z)});
 

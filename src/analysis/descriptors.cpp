@@ -17,14 +17,6 @@ namespace {
 
 constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
-double wall_per_bed_per_m(const Container& container) {
-    if (container.kind == Container::Kind::cylinder) return 4.0 / container.diameter_m;
-    double sum = 0.0;
-    for (const int axis : {0, 1})
-        if (!container.periodic[static_cast<std::size_t>(axis)]) sum += 2.0 / container.size_m[axis];
-    return sum;
-}
-
 PackedBed bed_of(const PoreSpace& space, const results::Lbm& lbm) {
     // Of a surface, grain_size_m is 4 volume / area. Grains that overlap on purpose hide an unknown part of their area.
     double surface = 4.0 / space.grain_size_m;
@@ -33,13 +25,13 @@ PackedBed bed_of(const PoreSpace& space, const results::Lbm& lbm) {
             .permeability_m2 = lbm.permeability.m2,
             .equivalent_diameter_m = space.equivalent_diameter_m,
             .surface_per_solid_per_m = surface,
-            .wall_per_bed_per_m = wall_per_bed_per_m(space.container)};
+            .wall_per_bed_per_m = space.container.vessel().side_per_volume()};
 }
 
 // In a cylinder, from the flow field: profiles against the radius, and k of the core.
 std::optional<results::WallEffect> wall_effect(const PoreSpace& space, const FlowImage* flow, double permeability_m2, Files& files) {
-    const double grain = space.equivalent_diameter_m, diameter = space.container.diameter_m;
-    if (space.container.kind != Container::Kind::cylinder || flow == nullptr || !(grain > 0.0)) return std::nullopt;
+    const double grain = space.equivalent_diameter_m, diameter = space.container.tube_diameter().value_or(0.0);
+    if (diameter == 0.0 || flow == nullptr || !(grain > 0.0)) return std::nullopt;
     const long rings = std::clamp(std::lround(2.0 * diameter / grain), 6L, 40L);  // of about a quarter of a grain's diameter
     Table table({"r0_m", "r1_m", "porosity", "relative_velocity"});
     for (const Ring& ring : radial_profile(*flow, space.section, diameter, rings))
@@ -79,8 +71,8 @@ std::optional<results::BedStructure> bed_structure(const PoreSpace& space, Files
 std::vector<results::FrictionPoint> friction_points(const results::Forchheimer& forchheimer, const PackedBed& bed,
                                                     const BedNumbers& numbers, const Container& container, Files& files) {
     constexpr double viscosity = 1e-6;  // of water; the friction factor depends on the Reynolds number alone
-    const double relative = container.kind == Container::Kind::cylinder ? numbers.sauter_diameter_m / container.diameter_m
-                                                                        : unknown;  // a correction for cylinders
+    const double relative =
+        container.tube_diameter() ? numbers.sauter_diameter_m / *container.tube_diameter() : unknown;  // a correction for cylinders
     Table table({"reynolds_modified", "friction_factor", "ergun", "carman_1937", "eisfeld_schnitzlein"});
     std::vector<results::FrictionPoint> points;
     for (const InertialFlow& flow : forchheimer.lbm.grids.back().flows) {

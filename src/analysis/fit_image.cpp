@@ -49,7 +49,7 @@ double solid_change(const std::vector<shapes::Shape>& shapes, const Refined& fou
 
 Packing packing_of(const Container& container, const std::vector<shapes::Shape>& shapes, const Refined& found, bool fitted_sizes) {
     Packing packing{.container = container, .shapes = shapes, .bodies = {}};
-    packing.container.cut_ends = true;
+    packing.container = container.with_cut_ends();
     for (std::size_t s = 0; s < shapes.size() && fitted_sizes; ++s) {
         const Common::OfShape& sizes = found.common.shapes[s];
         packing.shapes[s].capsules = resized(shapes[s].capsules, sizes.radius_change_m.value, sizes.length_factor.value);
@@ -279,10 +279,10 @@ Fitted fit_image(const Path& file, ImageConfig image, const std::optional<Contai
     Container container = input.container;
     if (image.find_container) {  // again, without the grains: they shift the edge
         const Tube tube = find_tube(scan.reduced(), image.pore_side, file.string(), model);
-        container.diameter_m = 2.0 * tube.radius_voxels * h;
+        container = vessels::make_cylinder(2.0 * tube.radius_voxels * h, container.height());
         const shapes::Vec3 axis(gray.grid.origin_m[0] + tube.x_voxels * h, gray.grid.origin_m[1] + tube.y_voxels * h, 0.0);
         for (FittedGrain& grain : found.grains) grain.pose.position_m -= axis;
-        log_info("container: {:.5g} m without the grains, its axis moved by {:.2g} voxels", container.diameter_m, axis.norm() / h);
+        log_info("container: {:.5g} m without the grains, its axis moved by {:.2g} voxels", *container.tube_diameter(), axis.norm() / h);
     }
     const Unexplained rest = unexplained_of(gray, input.container, model, 0.01 * smallest / (h * h * h));
 

@@ -17,7 +17,7 @@ struct Fitted {
     packing::Packing packing;       ///< in the container's frame, with the image's first layer on the floor
 };
 /// Without a threshold, `volume`. Throws UserError as read_gray(), and where no grain is found.
-[[nodiscard]] Fitted fit_image(const core::Path& file, imaging::ImageConfig image, const std::optional<packing::Container>& container,
+[[nodiscard]] Fitted fit_image(const core::Path& file, imaging::ImageConfig image, const std::optional<vessels::Container>& container,
                                const std::vector<shapes::Shape>& shapes);
 /// packing.json beside the table and the picture.
 [[nodiscard]] results::Fit written(const Fitted& fitted, const core::Path& folder);

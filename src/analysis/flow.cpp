@@ -48,7 +48,7 @@ std::string interval_meaning(const LbmResult& result, const PoreSpace& space, co
 // In a box that is periodic in x and y, the upper plane moves to a layer of voxels.
 Section evaluated_section(const PoreSpace& space, const LbmGridResult& grid) {
     Section section = space.section;
-    if (!space.container.any_periodic() || space.container.periodic[2]) return section;
+    if (!space.container.any_periodic() || space.container.periodic()[2]) return section;
     section.z1 = section.z0 + std::max(1.0, std::round(section.length() / grid.voxel_size_m)) * grid.voxel_size_m;
     return section;
 }

@@ -90,7 +90,7 @@ results::Foam compute_foam_flow(const PoreSpace& space, const GeometryConfig& ge
             .observed_order = extrapolation ? extrapolation->observed_order : std::nullopt,
             .grid_convergence_index = extrapolation ? extrapolation->grid_convergence_index : std::nullopt,
             .section_m = space.section.interval(),
-            .ends = space.container.periodic[2] ? "periodic" : std::string(name_of(space.ends)),
+            .ends = space.container.periodic()[2] ? "periodic" : std::string(name_of(space.ends)),
             .buffers_m = space.buffers_m,
             .converged = std::all_of(result.meshes.begin(), result.meshes.end(), converged),
             .cells = result.fine().cells,

@@ -51,7 +51,7 @@ double finest_cell(const PoreSpace& space, const ForchheimerConfig& config) {
 // Free water beyond the section and its buffers, where the grains are cut off: end planes through grains would differ in their open area,
 // and the water would gain momentum between them, or find no steady state.
 double water_depth(const PoreSpace& space) {
-    return space.container.periodic[2] ? 0.0 : 1.5 * space.grain_size_m;
+    return space.container.periodic()[2] ? 0.0 : 1.5 * space.grain_size_m;
 }
 
 // The section in its bed, or alone where the case asks for planes.
@@ -240,7 +240,7 @@ Outcome<results::Forchheimer> compute_inertial_flows(const PoreSpace& given, con
     for (std::size_t i = 1; i < config.reynolds.size(); ++i)
         if (!(config.reynolds[i] > config.reynolds[i - 1]))
             throw UserError("the Reynolds numbers do not rise", {.where = "reynolds", .fix = "sort them, each once"});
-    const auto& periodic = given.container.periodic;
+    const auto& periodic = given.container.periodic();
     if (config.openfoam && (periodic[0] || periodic[1] || periodic[2]))
         throw UserError("OpenFOAM computes flows with inertia in containers without periodic faces only",
                         {.where = "openfoam in [forchheimer]", .fix = "--openfoam false"});

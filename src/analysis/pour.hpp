@@ -17,15 +17,15 @@ struct Poured {
     packing::Packing packing;
 };
 /// By the engine of `config`, not `none`. What an interrupted pour resumes from, and LIGGGHTS's run, lie in `folder`.
-[[nodiscard]] Poured pour(const std::vector<shapes::ShapeShare>& shapes, const packing::Container& container,
+[[nodiscard]] Poured pour(const std::vector<shapes::ShapeShare>& shapes, const vessels::Container& container,
                           const pouring::PackingConfig& config, const core::Path& folder);
-[[nodiscard]] core::Expectation expect_pour(const std::vector<shapes::ShapeShare>& shapes, const packing::Container& container,
+[[nodiscard]] core::Expectation expect_pour(const std::vector<shapes::ShapeShare>& shapes, const vessels::Container& container,
                                             const pouring::PackingConfig& config);
 
 /// Numbers of the grains, their contacts and overlaps.
 void add_grains(results::Pack& pack, const packing::Packing& packing);
 /// A given packing must be the one that `shapes` and `container` describe; `file` for the messages of UserError.
-void require_same_bed(const std::vector<shapes::ShapeShare>& shapes, const packing::Container& container, const packing::Packing& packing,
+void require_same_bed(const std::vector<shapes::ShapeShare>& shapes, const vessels::Container& container, const packing::Packing& packing,
                       const std::string& file);
 
 }  // namespace porepack::analysis

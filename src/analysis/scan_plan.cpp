@@ -133,7 +133,7 @@ Outcome<results::ScanPlan> plan_scan(const Packing& packing, const Section& part
                 imaging::write_volume(scan, imaging::source_of(image.grid, image.values));
                 const Stopwatch watch;
                 try {
-                    const bool tube = packing.container.kind == Container::Kind::cylinder && scanner.tube_wall_m > 0.0;
+                    const bool tube = packing.container.tube_diameter() && scanner.tube_wall_m > 0.0;
                     const results::Fit found = written(
                         fit_image(scan, {.find_container = tube}, tube ? std::nullopt : std::optional(truth.container), packing.shapes),
                         work);

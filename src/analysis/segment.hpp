@@ -40,7 +40,7 @@ struct Segmented {
 };
 /// Without a threshold, `volume`. Throws UserError as read_gray(), and where no grain is left.
 [[nodiscard]] Segmented segment_image(const core::Path& file, imaging::ImageConfig image,
-                                      const std::optional<packing::Container>& container, const SegmentConfig& config);
+                                      const std::optional<vessels::Container>& container, const SegmentConfig& config);
 /// gray.vti, pore.vti, labels.vti and solid.stl beside the tables and pictures.
 [[nodiscard]] results::Segment written(const Segmented& segmented, const core::Path& folder);
 

@@ -20,7 +20,7 @@ double surface_deviation(const PoreSpace& space, const GeometryConfig& geometry)
 // The files requested by the table [stl] besides solid.stl.
 void write_extra_surfaces(const PoreSpace& space, double deviation, const StlConfig& extras, const TriangleSurface& solid,
                           const Path& folder, results::Stl& result) {
-    const double section_volume = space.container.inner_area_m2() * space.section.length();
+    const double section_volume = space.container.vessel().mean_area(space.section.interval()) * space.section.length();
     if (extras.pores) {
         const PoreSurface pores = make_pore_surface(solid, space.container, space.section, deviation);
         write_stl_regions(folder / "pores.stl", pores.surface, pores.region, {"inlet", "outlet", "wall", "grains"});
@@ -38,8 +38,10 @@ void write_extra_surfaces(const PoreSpace& space, double deviation, const StlCon
     if (extras.one_file_per_grain) {
         if (!space.packing) throw UserError("an STL file's grains cannot be told apart", {.fix = "remove one_file_per_grain"});
         make_folder(folder / "grains");
-        Packing one{.container = space.packing->container, .shapes = space.packing->shapes, .bodies = {}};
-        one.container.periodic = {false, false, false};
+        const Container& container = space.packing->container;
+        Packing one{.container = container.any_periodic() ? vessels::make_box(container.size()) : container,
+                    .shapes = space.packing->shapes,
+                    .bodies = {}};
         for (std::size_t b = 0; b < space.packing->bodies.size(); ++b) {
             one.bodies = {space.packing->bodies[b]};
             write_stl(folder / "grains" / fmt::format("grain_{:05}.stl", b + 1), make_surface(one, {.deviation_m = deviation}).surface);
@@ -84,7 +86,8 @@ results::Stl write_surfaces(const PoreSpace& space, const GeometryConfig& geomet
         write_stl(file, made.surface);
         const shapes::Bounds bounds = space.grains->bounds();  // grains may reach through the ends of a scan
         const Section all{std::min(0.0, bounds.low.z()), std::max(space.container.height(), bounds.high.z())};
-        const double solid = (1.0 - porosity(*space.grains, space.container, all).value) * space.container.inner_area_m2() * all.length();
+        const double solid =
+            (1.0 - porosity(*space.grains, space.container, all).value) * space.container.vessel().mean_area(all.interval()) * all.length();
         result.made = {.largest_deviation_m = made.deviation_m,
                        .contact_gap_m = made.contact_gap_m,
                        .joined_grains = made.joined_grains,

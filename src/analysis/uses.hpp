@@ -9,6 +9,7 @@ namespace io {}
 namespace imaging {}
 namespace shapes {}
 namespace packing {}
+namespace vessels {}
 namespace pouring {}
 namespace pouring::dem {}
 namespace pore_space {}
@@ -30,6 +31,7 @@ using namespace io;
 using namespace imaging;
 using namespace shapes;
 using namespace packing;
+using namespace vessels;
 using namespace pouring;
 using namespace pouring::dem;
 using namespace pore_space;

@@ -231,7 +231,7 @@ void repair_crossings(TriangleSurface& surface, SurfaceCheck& check, double reac
 void require_volume(double volume_m3, const Grains& grains, const Container& container, double largest_error) {
     if (container.any_periodic()) return;
     const Section all{std::min(0.0, grains.bounds().low.z()), std::max(container.height(), grains.bounds().high.z())};
-    const double exact = (1.0 - porosity(grains, container, all).value) * container.inner_area_m2() * all.length();
+    const double exact = (1.0 - porosity(grains, container, all).value) * container.vessel().mean_area(all.interval()) * all.length();
     const double error = volume_m3 / exact - 1.0;
     if (std::abs(error) > largest_error)
         throw UserError(

@@ -38,16 +38,11 @@ Mesh prism(const std::vector<std::array<double, 2>>& base, double z0, double z1)
     return mesh;
 }
 
-// The cylinder's wall as a polygon with the area of the circle and a deviation of at most `deviation`.
 std::vector<std::array<double, 2>> base_of(const Container& container, double deviation) {
-    if (container.kind == Container::Kind::box)
-        return {{0.0, 0.0}, {container.size_m.x(), 0.0}, {container.size_m.x(), container.size_m.y()}, {0.0, container.size_m.y()}};
-    const double r = container.diameter_m / 2.0;
-    const int n = std::max(24, static_cast<int>(std::ceil(std::numbers::pi / std::acos(1.0 - std::min(0.5, deviation / r)))));
-    const double step = 2.0 * std::numbers::pi / n;
-    const double corner = r * std::sqrt(step / std::sin(step));
-    std::vector<std::array<double, 2>> base;
-    for (int i = 0; i < n; ++i) base.push_back({corner * std::cos((i + 0.31) * step), corner * std::sin((i + 0.31) * step)});
+    auto base = container.vessel().outline(deviation);
+    if (base.empty())
+        throw UserError("the pore space has no surface here: the cross-section of this vessel changes with height",
+                        {.where = to_json(container).dump(), .fix = "use the surface of the grains alone"});
     return base;
 }
 

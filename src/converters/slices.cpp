@@ -13,6 +13,7 @@
 #include "core/machine.hpp"
 #include "io/image.hpp"
 #include "pore_space/voxels.hpp"
+#include "vessels/config.hpp"
 
 namespace porepack::converters {
 

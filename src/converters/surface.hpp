@@ -78,13 +78,13 @@ struct PoreSurface {
     io::TriangleSurface surface;
     std::vector<int> region;  ///< by triangle: 0 inlet (z0), 1 outlet (z1), 2 wall, 3 grains
 };
-[[nodiscard]] PoreSurface make_pore_surface(const io::TriangleSurface& grains, const packing::Container& container,
+[[nodiscard]] PoreSurface make_pore_surface(const io::TriangleSurface& grains, const vessels::Container& container,
                                             const packing::Section& section, double deviation_m);
 
 /// A closed triangle surface as a solid; `periodic` repeats it.
 class SurfaceSolid : public geometry::Solid {
 public:
-    SurfaceSolid(const io::TriangleSurface& surface, const packing::Container& container);
+    SurfaceSolid(const io::TriangleSurface& surface, const vessels::Container& container);
     ~SurfaceSolid() override;
     /// Uses the winding number along the line: overlapping shells are joined.
     void column(double x, double y, std::vector<core::Interval>& parts) const override;
@@ -102,10 +102,10 @@ private:
 
 /// The pore space around a user's closed surface; the section is the whole bed. Throws UserError when the surface is faulty or does not
 /// fit the container; `where` names it.
-[[nodiscard]] pore_space::PoreSpace pore_space_of(io::TriangleSurface surface, const packing::Container& container,
+[[nodiscard]] pore_space::PoreSpace pore_space_of(io::TriangleSurface surface, const vessels::Container& container,
                                                   const std::string& where);
 
 /// Throws UserError when the surface is probably not in metres: much larger or smaller than the container.
-void require_plausible_size(const SurfaceCheck& check, const packing::Container& container, const std::string& where);
+void require_plausible_size(const SurfaceCheck& check, const vessels::Container& container, const std::string& where);
 
 }  // namespace porepack::converters

@@ -79,11 +79,11 @@ public:
     void move_to(const Vec3& point, double reach) override {
         near_.clear();
         const Container& container = bins_.container;
-        const auto around = [&](int axis) { return container.periodic[static_cast<std::size_t>(axis)] ? 1 : 0; };
+        const auto around = [&](int axis) { return container.periodic()[static_cast<std::size_t>(axis)] ? 1 : 0; };
         for (int i = -around(0); i <= around(0); ++i)
             for (int j = -around(1); j <= around(1); ++j)
                 for (int k = -around(2); k <= around(2); ++k) {
-                    const Vec3 shift(i * container.size_m.x(), j * container.size_m.y(), k * container.size_m.z());
+                    const Vec3 shift(i * container.size().x(), j * container.size().y(), k * container.size().z());
                     found_.clear();
                     bins_.boxes.near(point - shift, reach, found_);
                     for (const int t : found_) near_.push_back({t, shift});
@@ -149,16 +149,11 @@ double mean_above(double level, const std::array<double, 3>& z) {
 std::optional<double> SurfaceSolid::volume_between(double z0, double z1) const {
     const Container& container = bins_->container;
     if (container.any_periodic()) return std::nullopt;
-    const double radius = 0.5 * container.diameter_m;
-    const Vec3 low = container.low(), high = container.high();
+    const double slack = 0.5e-6 * container.size().head<2>().minCoeff();  // rounding of an STL file
     double volume = 0.0;
     for (const auto& t : bins_->triangles) {
         for (const Vec3& p : {t.a, t.b, t.c}) {
-            const bool inside = container.kind == Container::Kind::cylinder
-                                    ? p.head<2>().norm() <= radius * (1.0 + 1e-6)
-                                    : ((p - low).array() > -1e-6 * (high - low).array()).head<2>().all() &&
-                                          ((high - p).array() > -1e-6 * (high - low).array()).head<2>().all();
-            if (!inside) return std::nullopt;
+            if (container.wall_distance(p) < -slack) return std::nullopt;
         }
         const std::array<double, 3> z = {t.a.z(), t.b.z(), t.c.z()};
         const double area = 0.5 * (t.b - t.a).cross(t.c - t.a).z();  // seen from above
@@ -193,11 +188,11 @@ void SurfaceSolid::column(double x, double y, std::vector<Interval>& parts) cons
     for (int attempt = 0; attempt < 8; ++attempt) {
         crossings.clear();
         const double px = x + (1.13e-9 + 2.7e-9 * attempt) * extent, py = y + (0.71e-9 - 1.9e-9 * attempt) * extent;
-        const auto around = [&](int axis) { return container.periodic[static_cast<std::size_t>(axis)] ? 1 : 0; };
+        const auto around = [&](int axis) { return container.periodic()[static_cast<std::size_t>(axis)] ? 1 : 0; };
         for (int i = -around(0); i <= around(0); ++i)
             for (int j = -around(1); j <= around(1); ++j)
                 for (int k = -around(2); k <= around(2); ++k)
-                    bins_->collect(px + i * container.size_m.x(), py + j * container.size_m.y(), k * container.size_m.z(), crossings);
+                    bins_->collect(px + i * container.size().x(), py + j * container.size().y(), k * container.size().z(), crossings);
         int sum = 0;
         for (const auto& crossing : crossings) sum += crossing.step;
         if (sum == 0) break;
@@ -219,7 +214,7 @@ void SurfaceSolid::near_column(double x, double y, double length, std::vector<In
     const Bins& bins = *bins_;
     const Container& container = bins.container;
     const double reach = 0.5 * length * (1.0 + 1e-9);
-    const auto around = [&](int axis) { return container.periodic[static_cast<std::size_t>(axis)] ? 1 : 0; };
+    const auto around = [&](int axis) { return container.periodic()[static_cast<std::size_t>(axis)] ? 1 : 0; };
     const auto add = [&](const Bins::Triangle& t, double px, double py, double lift) {
         const Vec3 low = t.a.cwiseMin(t.b).cwiseMin(t.c), high = t.a.cwiseMax(t.b).cwiseMax(t.c);
         if (px < low.x() - reach || px > high.x() + reach || py < low.y() - reach || py > high.y() + reach) return;
@@ -237,7 +232,7 @@ void SurfaceSolid::near_column(double x, double y, double length, std::vector<In
     };
     for (int i = -around(0); i <= around(0); ++i)
         for (int j = -around(1); j <= around(1); ++j) {
-            const double px = x + i * container.size_m.x(), py = y + j * container.size_m.y();
+            const double px = x + i * container.size().x(), py = y + j * container.size().y();
             if (px < bins.bounds.low.x() - reach || px > bins.bounds.high.x() + reach || py < bins.bounds.low.y() - reach ||
                 py > bins.bounds.high.y() + reach)
                 continue;
@@ -248,7 +243,7 @@ void SurfaceSolid::near_column(double x, double y, double length, std::vector<In
                     for (const int t : bins.cells[static_cast<std::size_t>(row) * static_cast<std::size_t>(bins.columns) +
                                                   static_cast<std::size_t>(column)])
                         for (int k = -around(2); k <= around(2); ++k)
-                            add(bins.triangles[static_cast<std::size_t>(t)], px, py, k * container.size_m.z());
+                            add(bins.triangles[static_cast<std::size_t>(t)], px, py, k * container.size().z());
         }
     unite(parts);
 }
@@ -257,10 +252,11 @@ namespace {
 
 // The bounding box has been checked; a cylinder is rounder. Poured grains press into the wall a little.
 void require_inside_cylinder(const TriangleSurface& surface, const Container& container, const std::string& where) {
-    if (container.kind != Container::Kind::cylinder) return;
+    const std::optional<double> tube = container.tube_diameter();
+    if (!tube) return;
     double farthest = 0.0;
     for (const auto& point : surface.points) farthest = std::max(farthest, std::hypot(point[0], point[1]));
-    const double radius = 0.5 * container.diameter_m;
+    const double radius = 0.5 * *tube;
     if (farthest > 1.02 * radius)
         throw UserError(fmt::format("the surface reaches through the wall of the cylinder: to {:.6g} m from its axis", farthest),
                         {.where = where,
@@ -274,7 +270,7 @@ void warn_of_free_space(const SurfaceCheck& check, const Container& container) {
     for (int axis = 0; axis < 2; ++axis)
         for (const auto& [side, gap] :
              {std::pair("low", check.low[axis] - container.low()[axis]), std::pair("high", container.high()[axis] - check.high[axis])})
-            if (gap > 0.05 * size[axis] && !container.periodic[static_cast<std::size_t>(axis)])
+            if (gap > 0.05 * size[axis] && !container.periodic()[static_cast<std::size_t>(axis)])
                 log_warning(
                     fmt::format("there is {:.3g} m of free space between the grains and the wall on the {} side of {}: is the "
                                 "container the right one?",

@@ -7,6 +7,7 @@ namespace geometry {}
 namespace io {}
 namespace shapes {}
 namespace packing {}
+namespace vessels {}
 namespace pore_space {}
 namespace converters {
 using namespace core;
@@ -14,6 +15,7 @@ using namespace geometry;
 using namespace io;
 using namespace shapes;
 using namespace packing;
+using namespace vessels;
 using namespace pore_space;
 }  // namespace converters
 }  // namespace porepack

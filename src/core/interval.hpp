@@ -6,6 +6,7 @@ namespace porepack::core {
 struct Interval {
     double low = 0.0;
     double high = 0.0;
+    [[nodiscard]] bool operator==(const Interval&) const = default;
 };
 
 }  // namespace porepack::core

@@ -58,18 +58,20 @@ double DesignBed::fill_height() const {
 }
 
 Flags DesignBed::container_flags(double shrunk, double height_m) const {
-    const Container& c = goal_.container;
-    if (c.kind == Container::Kind::cylinder)
-        return {{"kind", "\"cylinder\""},
-                {"diameter_m", fmt::format("{:.12g}", c.diameter_m * shrunk)},
-                {"height_m", fmt::format("{:.12g}", height_m)},
-                {"size_m", ""},
-                {"periodic", ""}};
-    return {{"kind", "\"box\""},
-            {"diameter_m", ""},
-            {"height_m", ""},
-            {"size_m", fmt::format("[{:.12g}, {:.12g}, {:.12g}]", c.size_m[0] * shrunk, c.size_m[1] * shrunk, height_m)},
-            {"periodic", fmt::format("[{}, {}, false]", c.periodic[0], c.periodic[1])}};
+    const Vec3 size = goal_.container.size();
+    const Json json = to_json(goal_.container.resized({size.x() * shrunk, size.y() * shrunk, height_m}));
+    Flags flags;
+    for (const record::KeyRow& row : record::key_rows([](record::ConfigVisitor& v) {
+             vessels::ContainerConfig none;
+             describe(v, none);
+         })) {
+        std::string text;  // empty: the key is removed
+        if (json.contains(row.key))
+            for (const Json& value : json[row.key].is_array() ? json[row.key] : Json::array({json[row.key]}))
+                text += (text.empty() ? "" : ", ") + (value.is_number() ? fmt::format("{:.12g}", value.get<double>()) : value.dump());
+        flags[row.key] = json.contains(row.key) && json[row.key].is_array() ? "[" + text + "]" : text;
+    }
+    return flags;
 }
 
 std::map<std::string, Flags> DesignBed::keys(const SizedCandidate& grain, bool full, long packings) const {

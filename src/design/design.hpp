@@ -19,7 +19,7 @@ namespace porepack::design {
 struct DesignGoal {
     core::Interval permeability_m2;
     std::optional<core::Interval> porosity;    ///< none: any
-    packing::Container container;              ///< of the finished bed
+    vessels::Container container;              ///< of the finished bed
     double volume_m3 = 0.0;                    ///< of a grain; 0: free
     std::vector<shapes::ShapeKind> kinds;      ///< presets to choose from
     core::Path own_shape;                      ///< TOML file with [[capsule]] tables; empty: none

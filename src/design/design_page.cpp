@@ -141,7 +141,7 @@ Json to_json(const DesignGoal& goal) {
     const auto pair = [](const Interval& x) { return Json({x.low, x.high}); };
     Json json = {{"permeability_m2", pair(goal.permeability_m2)},
                  {"porosity", goal.porosity ? pair(*goal.porosity) : Json(nullptr)},
-                 {"container", packing::to_json(goal.container)},
+                 {"container", vessels::to_json(goal.container)},
                  {"volume_m3", goal.volume_m3 > 0.0 ? Json(goal.volume_m3) : Json("free")},
                  {"shapes", Json::array()},
                  {"sphericity", pair(goal.sphericity)},

@@ -117,8 +117,7 @@ SizedCandidate Forecaster::forecast(const Candidate& candidate, double size_m, c
 bool Forecaster::allowed(const SizedCandidate& one) const {
     const GrainForm& form = one.candidate.form;
     const double mass = bed_.density_kg_per_m3() * std::numbers::pi / 6.0 * std::pow(one.size_m, 3);
-    const double width = goal_.container.kind == Container::Kind::cylinder ? goal_.container.diameter_m
-                                                                           : std::min(goal_.container.size_m[0], goal_.container.size_m[1]);
+    const double width = std::min(goal_.container.size().x(), goal_.container.size().y());
     return form.convexity >= goal_.convexity.low && form.convexity <= goal_.convexity.high &&
            form.thickness * one.size_m >= goal_.thinnest_m && mass >= goal_.mass_kg.low && mass <= goal_.mass_kg.high &&
            form.feret * one.size_m <= largest_feret * width;

@@ -91,10 +91,7 @@ std::vector<BedScatter> scatters(const std::vector<KnownBed>& beds, double Known
 }  // namespace
 
 double wall_ratio(double equal_volume_diameter_m, const Container& container) {
-    if (container.kind == Container::Kind::cylinder) return equal_volume_diameter_m / container.diameter_m;
-    const double x = container.size_m[0], y = container.size_m[1];
-    const double perimeter = (container.periodic[0] ? 0.0 : 2.0 * y) + (container.periodic[1] ? 0.0 : 2.0 * x);
-    return equal_volume_diameter_m * perimeter / (4.0 * x * y);
+    return 0.25 * equal_volume_diameter_m * container.vessel().side_per_volume();
 }
 
 std::vector<KnownBed> known_beds(const Study& study) {

@@ -33,7 +33,7 @@ struct KnownBed {
 };
 
 /// d_v / D, with D the container's diameter, or 4 area / perimeter of the sides of a box that are walls; 0 where no side is a wall.
-[[nodiscard]] double wall_ratio(double equal_volume_diameter_m, const packing::Container& container);
+[[nodiscard]] double wall_ratio(double equal_volume_diameter_m, const vessels::Container& container);
 
 /// Those of the study's table, of any version. Throws UserError when none has all columns that are needed.
 [[nodiscard]] std::vector<KnownBed> known_beds(const study::Study& study);

@@ -6,6 +6,7 @@ namespace core {}
 namespace record {}
 namespace shapes {}
 namespace packing {}
+namespace vessels {}
 namespace pouring {}
 namespace report {}
 namespace pipeline {}
@@ -16,6 +17,7 @@ using namespace core;
 using namespace record;
 using namespace shapes;
 using namespace packing;
+using namespace vessels;
 using namespace pouring;
 using namespace report;
 using namespace pipeline;

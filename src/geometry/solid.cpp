@@ -28,4 +28,14 @@ bool Solid::contains(const Vec3& point) const {
     return std::any_of(parts.begin(), parts.end(), [&](const Interval& part) { return part.low <= point.z() && point.z() <= part.high; });
 }
 
+void intersect(std::vector<Interval>& parts, const std::vector<Interval>& others) {
+    std::vector<Interval> common;
+    for (std::size_t p = 0, o = 0; p < parts.size() && o < others.size();) {
+        const double low = std::max(parts[p].low, others[o].low), high = std::min(parts[p].high, others[o].high);
+        if (low < high) common.push_back({low, high});
+        parts[p].high < others[o].high ? ++p : ++o;
+    }
+    parts = std::move(common);
+}
+
 }  // namespace porepack::geometry

@@ -39,5 +39,7 @@ public:
 
 /// Sorts and joins overlapping intervals in place.
 void unite(std::vector<core::Interval>& parts);
+/// Keeps what lies in `others` too; both sorted and disjoint.
+void intersect(std::vector<core::Interval>& parts, const std::vector<core::Interval>& others);
 
 }  // namespace porepack::geometry

@@ -14,16 +14,17 @@
 #include "scans/gray_input.hpp"
 #include "scans/layer_profile.hpp"
 #include "scans/phases.hpp"
+#include "vessels/config.hpp"
 
 namespace porepack::inputs {
 
 Container box_of(const imaging::VolumeHeader& image) {
-    Container box{.kind = Container::Kind::box};
+    Vec3 size;
     for (const int axis : {0, 1, 2}) {
         const auto a = static_cast<std::size_t>(axis);
-        box.size_m[axis] = static_cast<double>(image.voxels[a]) * image.spacing_m[a];
+        size[axis] = static_cast<double>(image.voxels[a]) * image.spacing_m[a];
     }
-    return box;
+    return vessels::make_box(size);
 }
 
 namespace {
@@ -56,14 +57,19 @@ Container container_shown_by(const imaging::VolumeHeader& image, const std::opti
     return box_of(image);
 }
 
-// What lies outside a cylinder is no pore, whatever the image shows there.
+// What lies outside the vessel is no pore, whatever the image shows there.
 void leave_out_outside(PhaseImage& image, const Container& container) {
-    if (container.kind != Container::Kind::cylinder) return;
+    if (container.vessel().fills_bounds()) return;
     const Grid& grid = image.grid;
+    std::vector<Interval> inside;
     for (int j = 0; j < grid.cells[1]; ++j)
-        for (int i = 0; i < grid.cells[0]; ++i)
-            if (!container.contains_column(grid.centre(0, i), grid.centre(1, j)))
-                for (int k = 0; k < grid.cells[2]; ++k) image.phase[grid.index(i, j, k)] = Phase::outside;
+        for (int i = 0; i < grid.cells[0]; ++i) {
+            container.vessel().column(grid.centre(0, i), grid.centre(1, j), inside);
+            for (int k = 0; k < grid.cells[2]; ++k)
+                if (const double z = grid.centre(2, k);
+                    std::none_of(inside.begin(), inside.end(), [z](const Interval& part) { return part.low <= z && z <= part.high; }))
+                    image.phase[grid.index(i, j, k)] = Phase::outside;
+        }
 }
 
 }  // namespace
@@ -112,10 +118,10 @@ ImageInput read_image(const imaging::VolumeSource& source, const imaging::ImageC
         if (container) throw UserError("a given container and --image-find-container exclude each other", {.where = file.string()});
         const scans::Tube tube = scans::find_tube(source, config.pore_side, file.string());
         axis = {tube.x_voxels, tube.y_voxels};
-        input.container.diameter_m = 2.0 * tube.radius_voxels * header.spacing_m[0];
-        input.container.height_m = static_cast<double>(header.voxels[2]) * header.spacing_m[2];
-        log_info("container: a tube of {:.5g} m, its axis at voxel {:.2f}, {:.2f} (edges {:.2g} voxels off)", input.container.diameter_m,
-                 tube.x_voxels, tube.y_voxels, tube.residual_voxels);
+        const double diameter = 2.0 * tube.radius_voxels * header.spacing_m[0];
+        input.container = vessels::make_cylinder(diameter, static_cast<double>(header.voxels[2]) * header.spacing_m[2]);
+        log_info("container: a tube of {:.5g} m, its axis at voxel {:.2f}, {:.2f} (edges {:.2g} voxels off)", diameter, tube.x_voxels,
+                 tube.y_voxels, tube.residual_voxels);
     } else {
         input.container = container_shown_by(header, container, file);
     }

@@ -22,20 +22,20 @@ constexpr const char* container_flag = "--container cylinder:D,H or box:X,Y,Z[:p
 struct ImageInput {
     geometry::PhaseImage image;                              ///< its notes name the container; empty with gray walls
     std::shared_ptr<const pore_space::GraySolid> gray = {};  ///< with gray walls
-    packing::Container container = {};
+    vessels::Container container = {};
     results::ImageFile file = {};
     bool own = false;                                 ///< written by PorePack
     std::string pores = {};                           ///< what of the image they are
     std::optional<scans::GrayNotes> gray_notes = {};  ///< with gray walls
 };
 [[nodiscard]] ImageInput read_image(const core::Path& file, const imaging::ImageConfig& config,
-                                    const std::optional<packing::Container>& container);
+                                    const std::optional<vessels::Container>& container);
 /// The same of an image that is open; `file` names it in messages.
 [[nodiscard]] ImageInput read_image(const imaging::VolumeSource& source, const imaging::ImageConfig& config,
-                                    const std::optional<packing::Container>& container, const core::Path& file);
+                                    const std::optional<vessels::Container>& container, const core::Path& file);
 
 /// The box that an image fills.
-[[nodiscard]] packing::Container box_of(const imaging::VolumeHeader& image);
+[[nodiscard]] vessels::Container box_of(const imaging::VolumeHeader& image);
 /// Walls at the gray values' threshold. Throws UserError where they are asked for without one.
 [[nodiscard]] bool has_gray_walls(const imaging::ImageConfig& config);
 

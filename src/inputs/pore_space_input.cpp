@@ -32,7 +32,7 @@ PoreSpace load_surface(const Path& input, const InputOptions& options) {
 // as the half width of 95 %.
 double porosity_error(const GrayNotes& notes, const PoreSpace& space) {
     constexpr double wall_voxels = 0.15;
-    const double wall = notes.tube_removed ? 4.0 * wall_voxels * space.image_voxel_size_m / space.container.diameter_m : 0.0;
+    const double wall = notes.tube_removed ? 4.0 * wall_voxels * space.image_voxel_size_m / *space.container.tube_diameter() : 0.0;
     return std::hypot(notes.fraction_error, 0.5 * wall);
 }
 
@@ -61,7 +61,7 @@ PoreSpace load_image(const Path& file, const InputOptions& options) {
     } else if (const auto note = notes.find("section"); note != notes.end()) {
         section = section_of_note(note->second, file);
     }
-    if (!found.container.periodic[2]) {
+    if (!found.container.periodic()[2]) {
         const LayerProfile profile = found.gray ? profile_of(*found.gray, found.container) : profile_of(found.image);
         if (options.geometry.section_m.empty() && !notes.contains("section"))
             section = default_section(profile, file.string());
@@ -88,7 +88,7 @@ PoreSpace load_slices(const Path& folder, const InputOptions& options) {
 
 // A single stone in a tube, or grains that hang in the air, are solved as well as a bed is, and mean something else.
 void warn_of_no_bed(const PoreSpace& space) {
-    if (space.container.any_periodic() || space.container.cut_ends) return;
+    if (space.container.any_periodic() || space.container.cut_ends()) return;
     if (space.bed_bottom_m > 0.25 * space.maximum_feret_diameter_m)
         log_warning(fmt::format("{}: the lowest grain lies {:.3g} m above the floor", space.source, space.bed_bottom_m));
     constexpr double minimum = 0.1;
@@ -99,7 +99,7 @@ void warn_of_no_bed(const PoreSpace& space) {
 
 PoreSpace with_ends(const PoreSpace& space, const SectionConfig& section) {
     PoreSpace ready = space.with_ends(section.ends, section.buffer_m);
-    if (section.ends != Ends::in_situ || space.container.periodic[2]) return ready;
+    if (section.ends != Ends::in_situ || space.container.periodic()[2]) return ready;
     if (ready.ends == Ends::planes)
         log_warning(
             fmt::format("{}: the image ends at the section, so planes of constant pressure or concentration lie there; k is too high and "
@@ -155,7 +155,7 @@ PoreSpace load_pore_space(const Path& input, const InputOptions& options) {
             {.allowed = fmt::format("a section in the bed, which reaches from {:g} to {:g} m", space.bed_bottom_m, space.bed_top_m)});
     space.reservoir_m = geometry.reservoir_m;
     warn_of_no_bed(space);
-    if (space.section.length() < space.maximum_feret_diameter_m && !space.container.periodic[2])
+    if (space.section.length() < space.maximum_feret_diameter_m && !space.container.periodic()[2])
         log_warning(fmt::format(
             "the section is {:.3g} m long, less than one grain's maximum Feret diameter ({:.3g} m): it hardly represents the packing",
             space.section.length(), space.maximum_feret_diameter_m));

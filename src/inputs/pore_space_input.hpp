@@ -13,7 +13,7 @@
 namespace porepack::inputs {
 
 struct InputOptions {
-    std::optional<packing::Container> container = {};  ///< of a surface, or of an image that does not name its own
+    std::optional<vessels::Container> container = {};  ///< of a surface, or of an image that does not name its own
     double unit_m = 1.0;                               ///< length of a surface's unit in metres
     converters::GeometryConfig geometry = {};          ///< section, trim and reservoir
     pore_space::SectionConfig section = {};            ///< ends and buffers of a flow

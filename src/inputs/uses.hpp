@@ -6,6 +6,7 @@ namespace core {}
 namespace geometry {}
 namespace io {}
 namespace packing {}
+namespace vessels {}
 namespace pore_space {}
 namespace converters {}
 namespace scans {}
@@ -14,6 +15,7 @@ using namespace core;
 using namespace geometry;
 using namespace io;
 using namespace packing;
+using namespace vessels;
 using namespace pore_space;
 using namespace converters;
 using namespace scans;

@@ -79,7 +79,7 @@ class Series {
 public:
     Series(const PoreSpace& space, double voxel_size_m, const InertialCriterion& criterion)
         : criterion_(criterion),
-          in_situ_(space.ends == Ends::in_situ && !space.container.periodic[2]),
+          in_situ_(space.ends == Ends::in_situ && !space.container.periodic()[2]),
           drive_(choose_drive(space.container, Axis::z)) {
         CubicVoxels voxels = cubic_voxels(space, voxel_size_m);
         image_ = std::move(voxels.image);
@@ -326,7 +326,7 @@ InertialFlow next_flow(Series& series, const InertialSeries& known, const Inerti
 
 InertialSeries lbm_inertial_flows(const PoreSpace& space, double voxel_size_m, std::span<const double> reynolds, double length_m,
                                   const InertialCriterion& criterion) {
-    if (criterion.in_time && !space.container.periodic[2])
+    if (criterion.in_time && !space.container.periodic()[2])
         throw UserError("means in time need a box that is periodic along z: end planes would disturb a flow that is not steady",
                         {.fix = "leave mean_in_time out, or use a periodic packing"});
     Series series(space, voxel_size_m, criterion);

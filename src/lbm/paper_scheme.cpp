@@ -16,7 +16,7 @@ namespace {
 // Spheres in body-centred order in a periodic cube of side 1.
 PoreSpace body_centred_spheres(double solid_fraction) {
     const double r = std::cbrt(3.0 * solid_fraction / (8.0 * std::numbers::pi));
-    const Packing packing{.container = {.kind = Container::Kind::box, .size_m = Vec3::Ones(), .periodic = {true, true, true}},
+    const Packing packing{.container = vessels::make_box(Vec3::Ones(), {true, true, true}),
                           .shapes = {{.id = "grain", .capsules = {{Vec3::Zero(), Vec3::Zero(), r}}}},
                           .bodies = {{.shape = 0, .position_m = Vec3::Constant(0.25)}, {.shape = 0, .position_m = Vec3::Constant(0.75)}}};
     return pore_space_of(std::make_shared<const Grains>(packing), packing.container, {0.0, 1.0}, 2.0 * r);

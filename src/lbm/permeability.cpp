@@ -116,8 +116,9 @@ private:
     [[nodiscard]] double first_nodes() const {
         const double diameter = space_.known_grain_diameter_m();
         if (config_.max_time_s <= 0.0 || !std::isfinite(diameter)) return first_nodes_per_grain;
-        const Section part = space_.container.periodic[2] ? space_.section : space_.computed();
-        const double cells = space_.container.inner_area_m2() * part.length() / std::pow(diameter / first_nodes_per_grain, 3.0);
+        const Section part = space_.container.periodic()[2] ? space_.section : space_.computed();
+        const double cells =
+            space_.container.vessel().mean_area(part.interval()) * part.length() / std::pow(diameter / first_nodes_per_grain, 3.0);
         const double three_grids = 21.0 * cells * 0.5 * 500.0 / 2e7;
         return std::clamp(first_nodes_per_grain * std::pow(0.5 * config_.max_time_s / three_grids, 0.25), 2.0, first_nodes_per_grain);
     }
@@ -323,9 +324,9 @@ double grid_half_width(const Extrapolation& found, double nodes, double grains, 
 double grains_of(const PoreSpace& space, const LbmGridResult& grid) {
     const double diameter = space.known_grain_diameter_m();
     if (space.gray || !std::isfinite(diameter)) return 1.0;
-    const double length = space.container.periodic[2] ? space.section.length() : space.computed().length(),
+    const double length = space.container.periodic()[2] ? space.section.length() : space.computed().length(),
                  fluid = static_cast<double>(grid.nodes) * std::pow(grid.voxel_size_m, 3.0);
-    return (space.container.inner_area_m2() * length - fluid) / std::pow(diameter, 3.0);
+    return (space.container.vessel().mean_area(space.computed().interval()) * length - fluid) / std::pow(diameter, 3.0);
 }
 
 LbmResult lbm_permeability(const PoreSpace& given_space, double voxel_size_m, const LbmConfig& given, const LbmRun& run) {
@@ -343,8 +344,8 @@ LbmResult lbm_permeability(const PoreSpace& given_space, double voxel_size_m, co
 }
 
 TensorResult lbm_tensor(const PoreSpace& space, double voxel_size_m, const LbmConfig& config, const LbmRun& run) {
-    const auto& periodic = space.container.periodic;
-    if (space.container.kind != Container::Kind::box || !(periodic[0] && periodic[1] && periodic[2]))
+    const auto& periodic = space.container.periodic();
+    if (!(periodic[0] && periodic[1] && periodic[2]))
         throw UserError("the permeability tensor needs a box that is periodic in x, y and z", {.fix = "tensor = false"});
     TensorResult result;
     for (const auto& [axis, name] : choices_of(Axis::x)) {

@@ -8,10 +8,7 @@
 #include "lbm/config.hpp"
 #include "lbm/grid_result.hpp"
 #include "lbm/solver.hpp"
-
-namespace porepack::pore_space {
-struct PoreSpace;
-}
+#include "pore_space/pore_space.hpp"
 
 namespace porepack::lbm {
 

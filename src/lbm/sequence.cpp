@@ -95,11 +95,11 @@ FlowSection flow_section(const PhaseImage& image, const Container& container, co
     const double h = grid.spacing_m[axis];
     FlowSection flow{.last_layer = grid.cells[axis] - 1};
     if (drive.axis == 2) {
-        flow.area_cells = container.inner_area_m2() / (h * h);
+        flow.area_cells = container.vessel().mean_area(section.interval()) / (h * h);
         flow.first_layer = std::max(0, static_cast<int>(std::lround((section.z0 - grid.origin_m[2]) / h)));
         flow.last_layer = std::min(flow.last_layer, static_cast<int>(std::lround((section.z1 - grid.origin_m[2]) / h)) - 1);
     } else {
-        flow.area_cells = container.size_m[1 - drive.axis] * container.size_m.z() / (h * h);
+        flow.area_cells = container.size()[1 - drive.axis] * container.size().z() / (h * h);
     }
     return flow;
 }
@@ -203,7 +203,7 @@ bool Sequence::solve_once(double voxel_size_m, bool coarsest_of_many, double max
     grid_watch_ = {};
     const Scheme scheme = scheme_for(voxel_size_m, drive);
     const std::optional<FlowWalls> walls = scheme.walls == Walls::interpolated ? space.walls() : std::nullopt;
-    const double radius = space.ends == Ends::paper ? 0.5 * space.container.diameter_m / image.grid.spacing_m[2] : 0.0;
+    const double radius = space.ends == Ends::paper ? 0.5 * *space.container.tube_diameter() / image.grid.spacing_m[2] : 0.0;
     Domain domain = build_domain(image, drive, walls ? &*walls : nullptr, radius);
     const FlowSection section = flow_section(image, space.container, space.section, drive);
     image = {};
@@ -290,7 +290,7 @@ std::shared_ptr<const FlowPlan> Sequence::plan(const Domain& domain) const {
 
 void Sequence::require_paper_ends(const Drive& drive, const Grid& grid) const {
     const bool reservoir = grid.origin_m[2] < space_.section.z0 - 0.5 * grid.spacing_m[2];
-    if (drive.axis != 2 || !drive.by_pressure() || space_.container.kind != Container::Kind::cylinder || !reservoir)
+    if (drive.axis != 2 || !drive.by_pressure() || !space_.container.tube_diameter() || !reservoir)
         throw UserError("the ends of the paper need a cylinder with a reservoir before the section",
                         {.fix = "set reservoir_m in [geometry], or ends = \"in_situ\" in [section]"});
 }

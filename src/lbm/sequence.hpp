@@ -6,11 +6,12 @@
 #include "lbm/checkpoint.hpp"
 #include "lbm/start.hpp"
 #include "packing/grains.hpp"
+#include "packing/section.hpp"
 
 namespace porepack::lbm {
 
 /// Area of the container and the layers of the section, in cells of the image.
-[[nodiscard]] FlowSection flow_section(const geometry::PhaseImage& image, const packing::Container& container,
+[[nodiscard]] FlowSection flow_section(const geometry::PhaseImage& image, const vessels::Container& container,
                                        const packing::Section& section, const pore_space::Drive& drive);
 
 /// Iteration error of k at which the run on a grid stops: that of the configuration, or what auto means.

@@ -6,12 +6,14 @@ namespace core {}
 namespace geometry {}
 namespace shapes {}
 namespace packing {}
+namespace vessels {}
 namespace pore_space {}
 namespace lbm {
 using namespace core;
 using namespace geometry;
 using namespace shapes;
 using namespace packing;
+using namespace vessels;
 using namespace pore_space;
 }  // namespace lbm
 }  // namespace porepack

@@ -36,7 +36,7 @@ void judge_flow(const FoamScene& scene, const FoamConfig& config, const Path& fo
     const Path post = folder / "postProcessing";
     const double length = scene.section.length(), area = scene.container.inner_area_m2();
     std::vector<double> flow;
-    if (scene.container.periodic[2]) {
+    if (scene.container.periodic()[2]) {
         flow = read_series(post / "meanVelocity", "volFieldValue.dat", 3);
         if (flow.empty()) reject_foam("no flow rate was written", log);
         for (double& q : flow) q /= length;  // volume integral of u_z / length: mean flow rate
@@ -80,8 +80,8 @@ std::string side_parameters(const FoamScene& scene) {
     std::string text;
     for (const std::size_t axis : {0, 1}) {
         const char name = "XY"[axis];
-        text += scene.container.periodic[axis] ? fmt::format("sides{0} cyclic; velocity{0} cyclic; pressure{0} cyclic;\n", name)
-                                               : fmt::format("sides{0} wall; velocity{0} noSlip; pressure{0} zeroGradient;\n", name);
+        text += scene.container.periodic()[axis] ? fmt::format("sides{0} cyclic; velocity{0} cyclic; pressure{0} cyclic;\n", name)
+                                                 : fmt::format("sides{0} wall; velocity{0} noSlip; pressure{0} zeroGradient;\n", name);
     }
     return text;
 }
@@ -89,7 +89,7 @@ std::string side_parameters(const FoamScene& scene) {
 FoamMeshResult solve_on_mesh(const FoamScene& scene, const FoamConfig& config, double cell, const Path& cases, const Path& folder,
                              long processes, const char* label) {
     FoamMeshResult result{.cell_size_m = cell, .processes = processes};
-    const bool periodic = scene.container.periodic[2];
+    const bool periodic = scene.container.periodic()[2];
     prepare_foam_case(scene,
                       common_parameters(scene, config, cell, processes) +
                           "// The fields are those of water (1e-6 m2/s, 1000 kg/m3) at a pressure drop of 1 mPa (periodic: per metre): U "
@@ -119,7 +119,7 @@ std::array<int, 3> background_cells(const Container& container, const Section& s
 }
 
 Vec3 find_pore_point(const PhaseImage& image, const Container& container) {
-    const Drive drive{.axis = 2, .periodic = container.periodic};
+    const Drive drive{.axis = 2, .periodic = container.periodic()};
     std::vector<std::uint8_t> reached(image.grid.size(), 0);
     const Percolation percolation = find_percolating_cells(image, drive);
     percolation.cells.for_each([&](std::size_t cell) { reached[cell] = 1; });
@@ -166,7 +166,7 @@ void require_foam() {
 
 FoamResult foam_permeability(const FoamScene& scene, const FoamConfig& config, double cell_size_m, const Path& cases, const Path& folder) {
     require_foam();
-    const auto& periodic = scene.container.periodic;
+    const auto& periodic = scene.container.periodic();
     if (periodic[2] && !(periodic[0] && periodic[1]))
         throw UserError("OpenFOAM runs need a box that is not periodic along z, or periodic in all directions",
                         {.fix = "use the lattice Boltzmann solver: porepack lbm"});

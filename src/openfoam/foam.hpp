@@ -15,7 +15,7 @@ namespace porepack::openfoam {
 
 struct FoamScene {
     io::TriangleSurface surface;  ///< the grains; for a periodic box with the images that extend into it
-    packing::Container container;
+    vessels::Container container;
     packing::Section section;                         ///< meshed: from the inlet to the outlet
     std::optional<packing::Section> evaluated = {};   ///< part that k refers to, inside the flow; without it, all of `section`
     double pore_volume_m3 = 0.0;                      ///< exact, of what is meshed
@@ -44,9 +44,9 @@ struct FoamScene {
                                                    std::span<const double> volume_ratios);
 
 /// Number of background cells.
-[[nodiscard]] std::array<int, 3> background_cells(const packing::Container& container, const packing::Section& section, double cell_size_m);
+[[nodiscard]] std::array<int, 3> background_cells(const vessels::Container& container, const packing::Section& section, double cell_size_m);
 /// The pore cell of the image that flow reaches and that is farthest from all other cells, slightly off its centre.
-[[nodiscard]] shapes::Vec3 find_pore_point(const geometry::PhaseImage& image, const packing::Container& container);
+[[nodiscard]] shapes::Vec3 find_pore_point(const geometry::PhaseImage& image, const vessels::Container& container);
 
 /// Runs in `folder`/mesh_fine, mesh_coarse and mesh_coarsest, config.meshes of them; runs resume from the files of an interrupted one
 /// there. `cases` is the folder openfoam_cases/. Throws EngineError when OpenFOAM is missing, fails, or has bad output; NumericalError when

@@ -35,12 +35,13 @@ FoamBlock background_block(const Container& container, const Section& section, d
     for (int axis = 0; axis < 3; ++axis) {
         const double extent = block.high[axis] - block.low[axis];
         int count = std::max(1, static_cast<int>(std::lround(extent / cell)));
-        if (container.kind == Container::Kind::cylinder && axis < 2) {
+        if (!container.vessel().fills_bounds() && axis < 2) {
             // An even number of cells about the axis: the mesh of a cylinder is symmetric, with at least one cell beyond the wall on each
             // side.
             count = 2 * static_cast<int>(std::ceil(extent / (2.0 * cell))) + 2;
-            block.low[axis] = -0.5 * count * cell;
-            block.high[axis] = 0.5 * count * cell;
+            const double middle = 0.5 * (block.low[axis] + block.high[axis]);
+            block.low[axis] = middle - 0.5 * count * cell;
+            block.high[axis] = middle + 0.5 * count * cell;
         }
         block.cells[static_cast<std::size_t>(axis)] = count;
     }
@@ -62,8 +63,8 @@ std::string common_parameters(const FoamScene& scene, const FoamConfig& config, 
 
 double wall_radius_m(const FoamScene& scene) {
     const Container& container = scene.container;
-    return container.kind == Container::Kind::cylinder ? container.diameter_m / 2.0
-                                                       : 2.0 * container.low().norm() + 2.0 * container.high().norm();
+    const std::optional<double> tube = container.tube_diameter();
+    return tube ? *tube / 2.0 : 2.0 * container.low().norm() + 2.0 * container.high().norm();
 }
 
 void prepare_foam_case(const FoamScene& scene, const std::string& parameters, const Path& source, const Path& folder) {

@@ -15,7 +15,7 @@ struct FoamBlock {
     std::array<int, 3> cells;
 };
 /// A cylinder's background block is wider than the cylinder by one cell.
-[[nodiscard]] FoamBlock background_block(const packing::Container& container, const packing::Section& section, double cell_size_m);
+[[nodiscard]] FoamBlock background_block(const vessels::Container& container, const packing::Section& section, double cell_size_m);
 
 /// The lines of caseParameters that all cases share: block, refinement, point in the pores, relaxation, processes.
 [[nodiscard]] std::string common_parameters(const FoamScene& scene, const FoamConfig& config, double cell_size_m, long processes);

@@ -22,7 +22,7 @@ double expected_foam_cells(const PoreSpace& space, double cell_size_m, long surf
         surface_to_solid = area / solid;
     }
     // A box's own sides are faces of the background block, which are not refined.
-    const double wall = container.kind == Container::Kind::cylinder ? std::numbers::pi * container.diameter_m * length : 0.0;
+    const double wall = container.vessel().fills_bounds() ? 0.0 : container.vessel().side_per_volume() * volume;
     const double surface = surface_to_solid * (1.0 - porosity) * volume + wall;
     double cells = 0.0, refined_before = 1.0;
     for (long level = 0; level <= surface_level; ++level) {

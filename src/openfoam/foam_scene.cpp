@@ -1,6 +1,7 @@
 // The scene that OpenFOAM meshes.
 #include <cmath>
 
+#include "core/error.hpp"
 #include "openfoam/foam.hpp"
 #include "openfoam/uses.hpp"
 
@@ -25,11 +26,14 @@ double narrow_pores(const PoreSpace& space, double voxel_size_m) {
 }
 
 FoamScene foam_scene(const PoreSpace& space, const SurfaceOptions& surface, double coarsest_cell_m) {
+    if (!space.container.tube_diameter() && !space.container.vessel().fills_bounds())
+        throw UserError("the cases of OpenFOAM have walls of cylinders and boxes, not of other vessels",
+                        {.where = to_json(space.container).dump(), .fix = "leave OpenFOAM out ([openfoam] enabled = false)"});
     const PoreSpace meshed = space.with_section(space.computed()).section_only();
     FoamScene scene{.surface = space.surface ? *space.surface : make_surface(grains_near(space), surface).surface,
                     .container = space.container,
                     .section = meshed.section};
-    if (space.ends == Ends::in_situ && !space.container.periodic[2]) scene.evaluated = space.section;
+    if (space.ends == Ends::in_situ && !space.container.periodic()[2]) scene.evaluated = space.section;
     scene.pore_volume_m3 = meshed.porosity().value * space.container.inner_area_m2() * meshed.section.length();
     scene.grain_size_m = space.grain_size_m;
     scene.pores = meshed;

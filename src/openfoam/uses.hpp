@@ -8,6 +8,7 @@ namespace record {}
 namespace io {}
 namespace shapes {}
 namespace packing {}
+namespace vessels {}
 namespace pore_space {}
 namespace converters {}
 namespace openfoam {
@@ -17,6 +18,7 @@ using namespace record;
 using namespace io;
 using namespace shapes;
 using namespace packing;
+using namespace vessels;
 using namespace pore_space;
 using namespace converters;
 }  // namespace openfoam

@@ -11,6 +11,7 @@ namespace porepack::packing {
 using namespace core;
 using namespace geometry;
 using namespace shapes;
+using namespace vessels;
 
 Grains::Grains(const Packing& packing) : container_(packing.container), shapes_(packing.shapes) {
     for (const auto& body : packing.bodies) {
@@ -34,15 +35,15 @@ void Grains::capsules_near(const Vec3& point, double reach, std::vector<Capsule>
     std::array<int, 3> low{}, high{};
     for (int axis = 0; axis < 3; ++axis) {
         const auto a = static_cast<std::size_t>(axis);
-        if (!container_.periodic[a]) continue;
-        low[a] = point[axis] > container_.size_m[axis] - reach ? -1 : 0;
+        if (!container_.periodic()[a]) continue;
+        low[a] = point[axis] > container_.size()[axis] - reach ? -1 : 0;
         high[a] = point[axis] < reach ? 1 : 0;
     }
     thread_local std::vector<int> indices;
     for (int i = low[0]; i <= high[0]; ++i)
         for (int j = low[1]; j <= high[1]; ++j)
             for (int k = low[2]; k <= high[2]; ++k) {
-                const Vec3 shift = Vec3(i, j, k).cwiseProduct(container_.size_m);
+                const Vec3 shift = Vec3(i, j, k).cwiseProduct(container_.size());
                 indices.clear();
                 capsule_bins_.near(point + shift, reach, indices);
                 for (const int c : indices) {
@@ -96,15 +97,15 @@ void Grains::add_images(const Packing& packing) {
         for (int axis = 0; axis < 3; ++axis) {
             auto& list = steps[static_cast<std::size_t>(axis)];
             list = {0};
-            if (!container.periodic[static_cast<std::size_t>(axis)]) continue;
-            const double size = container.size_m[axis];
+            if (!container.periodic()[static_cast<std::size_t>(axis)]) continue;
+            const double size = container.size()[axis];
             for (int k = 1; own.high[axis] - k * size > 0.0; ++k) list.push_back(-k);
             for (int k = 1; own.low[axis] + k * size < size; ++k) list.push_back(k);
         }
         for (const int i : steps[0])
             for (const int j : steps[1])
                 for (const int k : steps[2]) {
-                    const Vec3 shift(i * container.size_m.x(), j * container.size_m.y(), k * container.size_m.z());
+                    const Vec3 shift(i * container.size().x(), j * container.size().y(), k * container.size().z());
                     Image image{.capsules = capsules, .bounds = {}, .body = b, .shift = shift, .image = count++};
                     for (auto& capsule : image.capsules) {
                         capsule.a += shift;
@@ -216,119 +217,6 @@ double Grains::distance(const Vec3& point, double cap) const {
                 minimum = std::min(minimum, own);
             }
     return minimum;
-}
-
-Section choose_section(const Container& container, const SectionChoice& choice, const Section& bed, double maximum_feret_diameter_m) {
-    if (choice.section_m.size() == 2) {
-        const Section section{choice.section_m[0], choice.section_m[1]};
-        if (container.periodic[2] && (section.z0 > 1e-9 * container.height() || section.z1 < container.height() * (1.0 - 1e-9)))
-            throw UserError("a cell that is periodic along z is taken as a whole: it has no section",
-                            {.allowed = fmt::format("0,{:g} or nothing", container.height()), .fix = "leave the section out"});
-        if (section.length() <= 0.0 || section.z0 < 0.0 || section.z1 > container.height() * (1.0 + 1e-9))
-            throw UserError(fmt::format("the section from {:g} to {:g} m is not possible", section.z0, section.z1),
-                            {.allowed = fmt::format("0 <= z0 < z1 <= {:g} m (the container's height); the bed is {:g} m high",
-                                                    container.height(), bed.z1)});
-        const double rounding = 1e-6 * container.height();
-        if (choice.bed_known && !container.periodic[2] && (section.z0 < bed.z0 - rounding || section.z1 > bed.z1 + rounding))
-            throw UserError(
-                fmt::format("the section from {:g} to {:g} m is not in the bed: free space would count as pores", section.z0, section.z1),
-                {.allowed = fmt::format("{:.6g} <= z0 < z1 <= {:.6g} m (lowest and highest point of the grains)", bed.z0, bed.z1)});
-        return section;
-    }
-    if (container.periodic[2]) return {0.0, container.size_m.z()};
-    const double trim = choice.trim_m > 0.0 ? choice.trim_m : std::min(0.03, maximum_feret_diameter_m);
-    const double top = std::min(bed.z1, container.height());
-    if (top - bed.z0 - 2.0 * trim <= 0.0)
-        throw UserError(fmt::format("nothing is left of the bed: it {} {:.4g} m high, and {:.4g} m are trimmed at both ends",
-                                    choice.bed_known ? "is" : "will be about", bed.length(), trim),
-                        {.allowed = "in [geometry]: section_m (--section z0,z1), trim_m (--trim)",
-                         .fix = "use a smaller trim_m, a section_m, or more grains"});
-    return {bed.z0 + trim, top - trim};
-}
-
-namespace {
-
-struct LatticeSum {
-    double solid = 0.0;
-    long lines = 0;
-    double area = 0.0;  // of the cells of the lines
-};
-
-LatticeSum sum_on_lattice(const Solid& solid, const Container& container, const Section& section, double spacing, double shift) {
-    const Vec3 low = container.low();
-    const Vec3 high = container.high();
-    const int nx = static_cast<int>(std::ceil((high.x() - low.x()) / spacing));
-    const int ny = static_cast<int>(std::ceil((high.y() - low.y()) / spacing));
-    const double hx = (high.x() - low.x()) / nx;
-    const double hy = (high.y() - low.y()) / ny;
-    // A sum per row: the same on any number of threads.
-    std::vector<LatticeSum> rows(static_cast<std::size_t>(ny));
-#pragma omp parallel for schedule(dynamic, 8)
-    for (int j = 0; j < ny; ++j) {
-        LatticeSum& row = rows[static_cast<std::size_t>(j)];
-        std::vector<Interval> parts;
-        for (int i = 0; i < nx; ++i) {
-            const double x = low.x() + (i + shift) * hx;
-            const double y = low.y() + (j + shift) * hy;
-            if (!container.contains_column(x, y)) continue;
-            ++row.lines;
-            solid.column(x, y, parts);
-            for (const auto& part : parts) row.solid += std::max(0.0, std::min(part.high, section.z1) - std::max(part.low, section.z0));
-        }
-    }
-    double sum = 0.0;
-    long lines = 0;
-    for (const LatticeSum& row : rows) {
-        sum += row.solid;
-        lines += row.lines;
-    }
-    return {sum, lines, static_cast<double>(lines) * hx * hy};
-}
-
-}  // namespace
-
-Packing cut_out(const Packing& packing, const Section& part) {
-    Packing cut{.container = packing.container, .shapes = packing.shapes, .bodies = {}, .overlap_allowed = packing.overlap_allowed};
-    cut.container.cut_ends = true;
-    (cut.container.kind == Container::Kind::cylinder ? cut.container.height_m : cut.container.size_m.z()) = part.length();
-    for (Body body : packing.bodies) {
-        body.position_m.z() -= part.z0;
-        Bounds bounds;
-        for (const Capsule& capsule : world_capsules(packing, body)) add(bounds, capsule);
-        if (bounds.high.z() > 0.0 && bounds.low.z() < part.length()) cut.bodies.push_back(body);
-    }
-    return cut;
-}
-
-Section whole_bed(const Container& container, const Section& bed) {
-    return container.periodic[2] ? Section{0.0, container.height()} : Section{bed.z0, std::min(bed.z1, container.height())};
-}
-
-std::array<bool, 3> periodic_sides(const Container& container, const Section& section) {
-    return {container.periodic[0], container.periodic[1], container.periodic[2] && section.length() > 0.999 * container.height()};
-}
-
-Porosity porosity(const Solid& solid, const Container& container, const Section& section, long lines) {
-    if (const std::optional<double> volume = solid.volume_between(section.z0, section.z1)) {
-        const double fraction = *volume / (container.inner_area_m2() * section.length());
-        constexpr double rounding = 3.0 * 0x1p-24;  // of the three coordinates of an STL file
-        return {.value = 1.0 - fraction, .uncertainty = rounding * fraction};
-    }
-    const double spacing = std::sqrt(2.0 * container.inner_area_m2() / static_cast<double>(lines));
-    double values[2], area = 0.0;
-    long used = 0;
-    for (int lattice = 0; lattice < 2; ++lattice) {
-        const LatticeSum sum = sum_on_lattice(solid, container, section, spacing, 0.25 + 0.5 * lattice);
-        values[lattice] = 1.0 - sum.solid / (static_cast<double>(sum.lines) * section.length());
-        used += sum.lines;
-        area += sum.area;
-    }
-    // The number of lines stands for the area: for grains away from the walls, its error is that of the solid volume.
-    const double area_error = (1.0 - 0.5 * (values[0] + values[1])) * std::abs(area / (2.0 * container.inner_area_m2()) - 1.0);
-    return {.value = 0.5 * (values[0] + values[1]),
-            .uncertainty = 0.5 * std::abs(values[0] - values[1]) + area_error,
-            .line_spacing_m = spacing,
-            .lines = used};
 }
 
 }  // namespace porepack::packing

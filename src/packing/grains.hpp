@@ -44,7 +44,7 @@ private:
     void add_images(const Packing& packing);
     void sort_into_bins();
 
-    const Container container_;
+    const vessels::Container container_;
     const std::vector<shapes::Shape> shapes_;
     std::vector<std::size_t> shape_of_body_;
     std::vector<shapes::Quaternion> orientation_;
@@ -58,41 +58,5 @@ private:
     std::vector<shapes::Capsule> capsules_;  ///< of all images
     shapes::SpatialBins capsule_bins_{{}};
 };
-
-/// The part of the bed that is evaluated, between two horizontal planes.
-struct Section {
-    double z0 = 0.0;
-    double z1 = 0.0;
-    [[nodiscard]] double length() const { return z1 - z0; }
-    [[nodiscard]] core::Interval interval() const { return {z0, z1}; }
-};
-
-/// The part of a packing between two planes, with cut ends and its floor at z = 0; grains that reach into it are kept whole.
-[[nodiscard]] Packing cut_out(const Packing& packing, const Section& part);
-
-struct SectionChoice {
-    std::vector<double> section_m;  ///< z0, z1; empty: chosen from the bed
-    double trim_m = 0.0;            ///< 0: the smaller of 30 mm and one grain's maximum Feret diameter
-    bool bed_known = true;          ///< else `bed` is an estimate, and a section need not lie in it
-};
-/// The default is `bed` (lowest to highest point of the grains) without the trim at both ends; a container that is periodic along z is
-/// used as a whole. Throws UserError with the bed's height when nothing is left.
-[[nodiscard]] Section choose_section(const Container& container, const SectionChoice& choice, const Section& bed,
-                                     double maximum_feret_diameter_m);
-
-/// The bed, inside the container; the whole container if it is periodic along z.
-[[nodiscard]] Section whole_bed(const Container& container, const Section& bed);
-/// Periodic sides of the section; along z only when it is the whole box.
-[[nodiscard]] std::array<bool, 3> periodic_sides(const Container& container, const Section& section);
-
-struct Porosity {
-    double value = 0.0;
-    double uncertainty = 0.0;  ///< half the difference between two shifted lattices of lines, or that of single precision
-    double line_spacing_m = 0.0;
-    long lines = 0;  ///< 0: the volume is exact
-};
-/// Pore volume / inner container volume of the section: exact for a closed surface inside its container, else from exact intervals on
-/// about `lines` vertical lines.
-[[nodiscard]] Porosity porosity(const geometry::Solid& solid, const Container& container, const Section& section, long lines = 60000);
 
 }  // namespace porepack::packing

@@ -17,10 +17,12 @@
 #include "core/json.hpp"
 #include "core/log.hpp"
 #include "packing/grains.hpp"
+#include "vessels/config.hpp"
 
 namespace porepack::packing {
 using namespace core;
 using namespace shapes;
+using namespace vessels;
 namespace {
 
 constexpr std::size_t largest_text = 2'000'000'000;  // bytes
@@ -147,7 +149,7 @@ void require_plausible(const Packing& packing, const Path& path) {
             for (int k = 0; k <= 16; ++k) {
                 const Vec3 x = capsule.a + (capsule.b - capsule.a) * (k / 16.0);
                 const bool in_height =
-                    packing.container.periodic[2] || (x.z() > -capsule.radius && x.z() < packing.container.height() + capsule.radius);
+                    packing.container.periodic()[2] || (x.z() > -capsule.radius && x.z() < packing.container.height() + capsule.radius);
                 reaches_in = reaches_in || (in_height && packing.container.wall_distance(x) > -capsule.radius);
             }
         if (!reaches_in)
@@ -180,13 +182,13 @@ void bring_in(Packing& packing, const Path& path) {
     constexpr double max_boxes = 1e6;  // beyond them, a double does not know the place in the box
     for (std::size_t i = 0; i < packing.bodies.size(); ++i)
         for (int axis = 0; axis < 3; ++axis) {
-            if (!packing.container.periodic[static_cast<std::size_t>(axis)]) continue;
+            if (!packing.container.periodic()[static_cast<std::size_t>(axis)]) continue;
             double& x = packing.bodies[i].position_m[axis];
-            const double boxes = std::floor(x / packing.container.size_m[axis]);
+            const double boxes = std::floor(x / packing.container.size()[axis]);
             if (std::abs(boxes) > max_boxes)
                 throw UserError(fmt::format("body {} lies {:g} boxes away from the periodic box", i, boxes),
                                 {.where = path.string(), .allowed = fmt::format("at most {:g}", max_boxes)});
-            if (std::abs(boxes) > 1.0) x -= boxes * packing.container.size_m[axis];
+            if (std::abs(boxes) > 1.0) x -= boxes * packing.container.size()[axis];
         }
 }
 
@@ -280,7 +282,8 @@ Overlaps find_overlaps(const Packing& packing) {
         for (const auto& capsule : all[i].capsules)
             for (const Vec3& end : {capsule.a, capsule.b}) {
                 double outside = capsule.radius - packing.container.wall_distance(end);
-                if (!packing.container.periodic[2] && !packing.container.cut_ends) outside = std::max(outside, capsule.radius - end.z());
+                if (!packing.container.periodic()[2] && !packing.container.cut_ends())
+                    outside = std::max(outside, capsule.radius - end.z());
                 if (all[i].image != 0 || outside <= overlaps.largest_with_wall_m) continue;
                 overlaps.largest_with_wall_m = outside;
                 overlaps.grain_at_wall = all[i].body;

@@ -10,37 +10,9 @@
 #include "core/files.hpp"
 #include "core/json_fwd.hpp"
 #include "shapes/shape.hpp"
+#include "vessels/container.hpp"
 
 namespace porepack::packing {
-
-/// A cylinder has its axis at x = y = 0 and its floor at z = 0; a box has its corner at the origin.
-struct Container {
-    enum class Kind { cylinder, box };
-    friend constexpr std::array<core::Choice<Kind>, 2> choices_of(Kind) { return {{{Kind::cylinder, "cylinder"}, {Kind::box, "box"}}}; }
-    Kind kind = Kind::cylinder;
-    double diameter_m = 0.0;
-    double height_m = 0.0;
-    shapes::Vec3 size_m = shapes::Vec3::Zero();
-    std::array<bool, 3> periodic = {false, false, false};
-    bool cut_ends = false;  ///< the bed goes on below the floor and above the top, as in a scan of a part: grains may reach through both
-
-    [[nodiscard]] double inner_area_m2() const;
-    [[nodiscard]] double height() const { return kind == Kind::cylinder ? height_m : size_m.z(); }
-    [[nodiscard]] bool any_periodic() const { return periodic[0] || periodic[1] || periodic[2]; }
-    /// Lowest and highest corner of the inner space.
-    [[nodiscard]] shapes::Vec3 low() const;
-    [[nodiscard]] shapes::Vec3 high() const;
-    [[nodiscard]] bool contains_column(double x, double y) const;
-    /// Distance to the nearest wall from inside; negative outside. Periodic faces and open ends are not walls.
-    [[nodiscard]] double wall_distance(const shapes::Vec3& point) const;
-    /// Fraction of the segment from `from` (inside) to `from + step` at which it meets a side wall, if it does.
-    [[nodiscard]] std::optional<double> wall_hit(const shapes::Vec3& from, const shapes::Vec3& step) const;
-};
-
-/// "cylinder:D,H" or "box:X,Y,Z[:periodic]", in metres. Throws UserError with the allowed forms.
-[[nodiscard]] Container parse_container(const std::string& text);
-[[nodiscard]] core::Json to_json(const Container& container);
-[[nodiscard]] Container container_from_json(const core::Json& json, const std::string& where);
 
 struct Body {
     std::size_t shape = 0;
@@ -49,7 +21,7 @@ struct Body {
 };
 
 struct Packing {
-    Container container;
+    vessels::Container container;
     std::vector<shapes::Shape> shapes;
     std::vector<Body> bodies;
     bool overlap_allowed = false;  ///< grains may overlap each other and the walls at will (Boolean models); else see require_no_overlap()

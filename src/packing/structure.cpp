@@ -10,6 +10,7 @@
 
 namespace porepack::packing {
 using namespace shapes;
+using namespace vessels;
 namespace {
 
 constexpr std::size_t random_points = 4000;
@@ -18,8 +19,8 @@ constexpr std::size_t random_points = 4000;
 Vec3 apart(const Container& container, const Vec3& from, const Vec3& to) {
     Vec3 step = to - from;
     for (int axis = 0; axis < 3; ++axis)
-        if (container.periodic[static_cast<std::size_t>(axis)])
-            step[axis] -= container.size_m[axis] * std::round(step[axis] / container.size_m[axis]);
+        if (container.periodic()[static_cast<std::size_t>(axis)])
+            step[axis] -= container.size()[axis] * std::round(step[axis] / container.size()[axis]);
     return step;
 }
 
@@ -48,7 +49,7 @@ void for_pairs(const Container& container, const std::vector<Vec3>& centres, dou
     std::sort(order.begin(), order.end(), [&](std::size_t i, std::size_t j) { return centres[i].z() < centres[j].z(); });
     for (std::size_t n = 0; n < order.size(); ++n)
         for (std::size_t m = n + 1; m < order.size(); ++m) {
-            if (!container.periodic[2] && centres[order[m]].z() - centres[order[n]].z() > reach) break;
+            if (!container.periodic()[2] && centres[order[m]].z() - centres[order[n]].z() > reach) break;
             const Vec3 step = apart(container, centres[order[n]], centres[order[m]]);
             if (step.squaredNorm() < reach * reach) visit(order[n], order[m], step);
         }
@@ -111,8 +112,8 @@ std::vector<Vec3> random_points_like(const Container& container, const std::vect
     std::vector<Vec3> points(random_points);
     for (Vec3& point : points) {
         for (int axis = 0; axis < 3; ++axis)
-            point[axis] = container.periodic[static_cast<std::size_t>(axis)] ? uniform(0.0, container.size_m[axis]) : any()[axis];
-        if (container.kind != Container::Kind::cylinder) continue;
+            point[axis] = container.periodic()[static_cast<std::size_t>(axis)] ? uniform(0.0, container.size()[axis]) : any()[axis];
+        if (!container.tube_diameter()) continue;
         const double radius = any().head<2>().norm(), angle = uniform(0.0, 2.0 * std::numbers::pi);
         point.head<2>() = radius * Eigen::Vector2d(std::cos(angle), std::sin(angle));
     }
@@ -167,7 +168,7 @@ std::vector<bool> whole_grains(const Packing& packing) {
             low = std::min({low, capsule.a.z() - capsule.radius, capsule.b.z() - capsule.radius});
             high = std::max({high, capsule.a.z() + capsule.radius, capsule.b.z() + capsule.radius});
         }
-        whole.push_back(!packing.container.cut_ends || (low >= 0.0 && high <= packing.container.height()));
+        whole.push_back(!packing.container.cut_ends() || (low >= 0.0 && high <= packing.container.height()));
     }
     return whole;
 }

@@ -78,6 +78,8 @@ private:
 
 LinkCuts find_cuts(const PhaseImage& image, const FlowWalls& walls, const Drive& drive) {
     const Grid& grid = image.grid;
+    const Vessel& vessel = walls.container.vessel();
+    const bool convex = vessel.convex_walls().has_value();  // no segment between two points inside meets such walls
     const double h = grid.spacing_m[2], longest = std::numbers::sqrt2 * std::ranges::max(grid.spacing_m);
     std::vector<std::vector<Cut>> parts(static_cast<std::size_t>(grid.cells[1]));
     parallel_for(parts.size(), [&](std::size_t row) {
@@ -85,6 +87,10 @@ LinkCuts find_cuts(const PhaseImage& image, const FlowWalls& walls, const Drive&
         CutFinder finder(image, walls, drive);
         std::vector<Interval> near;
         for (int i = 0; i < grid.cells[0]; ++i) {
+            for (int k = 0; !convex && k < grid.cells[2]; ++k)
+                if (image.phase[grid.index(i, j, k)] == Phase::pore &&
+                    vessel.distance({grid.centre(0, i), grid.centre(1, j), grid.centre(2, k)}) <= longest)
+                    finder.add_cuts_of({i, j, k}, parts[row]);
             walls.solid.near_column(grid.centre(0, i), grid.centre(1, j), longest, near);
             for (const Interval& part : near) {
                 const double first = grid.centre(2, 0), last = grid.cells[2] - 1.0;

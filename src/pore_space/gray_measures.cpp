@@ -17,12 +17,12 @@ namespace {
 // Columns of voxels inside the container, at most about `most` of them, evenly spread.
 using Columns = std::vector<std::array<int, 2>>;
 Columns columns_in(const Grid& grid, const Container& container, double margin_voxels, std::size_t maximum) {
-    const bool round = container.kind == Container::Kind::cylinder;
-    const double radius = 0.5 * container.diameter_m - margin_voxels * grid.spacing_m[0];
+    const std::optional<double> tube = container.tube_diameter();
+    const double radius = 0.5 * tube.value_or(0.0) - margin_voxels * grid.spacing_m[0];
     Columns all;
     for (int j = 0; j < grid.cells[1]; ++j)
         for (int i = 0; i < grid.cells[0]; ++i)
-            if (!round || std::hypot(grid.centre(0, i), grid.centre(1, j)) < radius) all.push_back({i, j});
+            if (!tube || std::hypot(grid.centre(0, i), grid.centre(1, j)) < radius) all.push_back({i, j});
     if (all.empty()) throw UserError("the image is too small: no voxel lies away from the container's wall");
     if (all.size() <= maximum) return all;
     Columns some;
@@ -130,7 +130,7 @@ Plateaus plateaus(const GraySolid& solid, const Container& container, int depth_
     const std::uint16_t level = GrayImage::pack(solid.level());
     const auto neighbour = [&](int a, int i) {
         const int n = grid.cells[static_cast<std::size_t>(a)];
-        return container.periodic[static_cast<std::size_t>(a)] ? ((i % n) + n) % n : std::clamp(i, 0, n - 1);
+        return container.periodic()[static_cast<std::size_t>(a)] ? ((i % n) + n) % n : std::clamp(i, 0, n - 1);
     };
     for (int step = 1; step <= depth_voxels; ++step) {
         const int maximum = step % 2 == 1 ? 1 : 3;  // of the three coordinates that differ

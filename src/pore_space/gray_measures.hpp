@@ -16,7 +16,7 @@ struct GrayMeasures {
     double slope = 0.0;              ///< change of the level set's solid fraction with the level
 };
 /// In the container, without `margin_voxels` at a cylinder's wall.
-[[nodiscard]] GrayMeasures measure_gray(const GraySolid& solid, const packing::Container& container, double margin_voxels = 3.0);
+[[nodiscard]] GrayMeasures measure_gray(const GraySolid& solid, const vessels::Container& container, double margin_voxels = 3.0);
 
 /// Means of the voxels that lie so deep in pores and solid that blur does not reach them, with their standard errors from eight parts of
 /// the image; nothing for a phase that has less than 64 such voxels.
@@ -27,11 +27,11 @@ struct Plateaus {
     };
     std::optional<Mean> pores, solid;
 };
-[[nodiscard]] Plateaus plateaus(const GraySolid& solid, const packing::Container& container, int depth_voxels, double margin_voxels = 3.0);
+[[nodiscard]] Plateaus plateaus(const GraySolid& solid, const vessels::Container& container, int depth_voxels, double margin_voxels = 3.0);
 /// Volume of the level set over that of the container, without the margin, as measure_gray().
-[[nodiscard]] double solid_fraction(const GraySolid& solid, const packing::Container& container, double margin_voxels = 3.0);
+[[nodiscard]] double solid_fraction(const GraySolid& solid, const vessels::Container& container, double margin_voxels = 3.0);
 
 /// The level whose solid has the volume of the gray values, whatever their blur. Throws UserError where there is none between 0.1 and 0.9.
-[[nodiscard]] double volume_keeping_level(const GraySolid& solid, const packing::Container& container, double margin_voxels = 3.0);
+[[nodiscard]] double volume_keeping_level(const GraySolid& solid, const vessels::Container& container, double margin_voxels = 3.0);
 
 }  // namespace porepack::pore_space

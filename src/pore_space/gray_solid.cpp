@@ -14,7 +14,7 @@
 namespace porepack::pore_space {
 
 GraySolid::GraySolid(std::shared_ptr<const GrayImage> image, const Container& container)
-    : image_(std::move(image)), periodic_(container.periodic), level_(image_->level) {}
+    : image_(std::move(image)), periodic_(container.periodic()), level_(image_->level) {}
 
 GraySolid::Place GraySolid::place(int axis, double coordinate) const {
     const auto a = static_cast<std::size_t>(axis);

@@ -13,7 +13,7 @@ namespace porepack::pore_space {
 class GraySolid : public geometry::Solid {
 public:
     /// Solid above image.level.
-    GraySolid(std::shared_ptr<const geometry::GrayImage> image, const packing::Container& container);
+    GraySolid(std::shared_ptr<const geometry::GrayImage> image, const vessels::Container& container);
     void column(double x, double y, std::vector<core::Interval>& parts) const override;
     void near_column(double x, double y, double length, std::vector<core::Interval>& parts) const override;
     [[nodiscard]] shapes::Bounds bounds() const override;
@@ -41,7 +41,7 @@ private:
 
 /// A gray image in its container; its voxels are the voxel size by default. Throws UserError where image, container and section do not
 /// agree in size; `where` names the image.
-[[nodiscard]] pore_space::PoreSpace pore_space_of(std::shared_ptr<const GraySolid> solid, const packing::Container& container,
+[[nodiscard]] pore_space::PoreSpace pore_space_of(std::shared_ptr<const GraySolid> solid, const vessels::Container& container,
                                                   const packing::Section& section, const std::string& where);
 
 }  // namespace porepack::pore_space

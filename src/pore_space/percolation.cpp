@@ -180,7 +180,7 @@ private:
 
 Drive choose_drive(const Container& container, Axis direction) {
     const auto axis = static_cast<int>(direction);
-    Drive drive{.axis = axis, .periodic = container.periodic};
+    Drive drive{.axis = axis, .periodic = container.periodic()};
     if (axis != 2 && drive.by_pressure())
         throw UserError(fmt::format("flow along {0} needs a box that is periodic along {0}", name_of(direction)),
                         {.allowed = "direction z, or a periodic box"});

@@ -10,7 +10,7 @@
 namespace porepack::pore_space {
 
 /// Throws UserError for a flow direction that the container does not allow.
-[[nodiscard]] Drive choose_drive(const packing::Container& container, core::Axis direction);
+[[nodiscard]] Drive choose_drive(const vessels::Container& container, core::Axis direction);
 
 class LinkCuts;  // link_cuts.hpp
 

@@ -20,8 +20,8 @@ void require_same_width(const Grid& grid, const Container& container, const std:
     for (const int axis : {0, 1}) {
         const auto a = static_cast<std::size_t>(axis);
         const double width = grid.cells[a] * grid.spacing_m[a];
-        const double allowed = container.periodic[a] ? 0.01 : 2.01;  // voxels; a periodic image of another size is another medium
-        if (shows_wall && container.kind == Container::Kind::cylinder && width > inner[axis]) continue;
+        const double allowed = container.periodic()[a] ? 0.01 : 2.01;  // voxels; a periodic image of another size is another medium
+        if (shows_wall && container.tube_diameter() && width > inner[axis]) continue;
         if (std::abs(width - inner[axis]) > allowed * grid.spacing_m[a])
             throw UserError(fmt::format("the image is {:g} m wide along axis {}, the container {:g} m", width, axis, inner[axis]),
                             {.where = where, .fix = "give the container that the image shows (--container, metres)"});
@@ -81,7 +81,7 @@ PhaseImage PoreSpace::voxelise_at(double voxel_size_m) const {
 PoreSpace PoreSpace::stretched(const Stretch& stretch) const {
     PoreSpace space = *this;
     const double up = stretch[2];
-    space.container.size_m = container.size_m.cwiseProduct(Vec3(stretch.data()));
+    space.container = container.resized(container.size().cwiseProduct(Vec3(stretch.data())));
     space.section = {up * section.z0, up * section.z1};
     space.bed_bottom_m *= up;
     space.bed_top_m *= up;
@@ -123,7 +123,7 @@ LinkCuts PoreSpace::link_cuts(const PhaseImage& phases, const Drive& drive) cons
 
 bool PoreSpace::computes_whole_bed() const {
     const double rounding = 1e-9 * container.height();
-    return ends == Ends::in_situ && !image && image_voxel_size_m == 0.0 && !container.periodic[2] &&
+    return ends == Ends::in_situ && !image && image_voxel_size_m == 0.0 && !container.periodic()[2] &&
            std::abs(computed().z0 - bed_bottom_m) < rounding && std::abs(computed().z1 - bed_top_m) < rounding;
 }
 
@@ -144,7 +144,7 @@ PoreSpace PoreSpace::with_ends(Ends wanted, double buffer_m) const {
     PoreSpace part = *this;
     part.ends = wanted;
     part.buffers_m = {0.0, 0.0};
-    if (wanted != Ends::in_situ || container.periodic[2]) return part;
+    if (wanted != Ends::in_situ || container.periodic()[2]) return part;
     const double longest = buffer_m > 0.0 ? buffer_m : default_buffer_m();
     part.buffers_m = {std::clamp(section.z0 - bed_bottom_m, 0.0, longest), std::clamp(bed_top_m - section.z1, 0.0, longest)};
     const double voxel = image ? image->grid.spacing_m[2] : image_voxel_size_m;
@@ -169,13 +169,16 @@ bool PoreSpace::certainly_blocked(double voxel_size_m, const Drive& drive) const
         for (Capsule& capsule : shape.capsules) capsule.radius -= 0.5 * std::numbers::sqrt3 * h;
         if (shape.capsules.empty()) return false;
     }
-    // Voxels at the wall, whose centres lie outside, count too; the grid of a box ends at its walls or beyond.
-    if (container.kind == Container::Kind::cylinder) thinner.container.diameter_m += std::numbers::sqrt2 * h;
     PoreSpace space = pore_space_of(std::move(thinner)).with_section(computed());
     PhaseImage blocked = space.voxelise_at(plan.voxel_size_m);
-    if (container.kind == Container::Kind::box)
-        std::replace(blocked.phase.begin(), blocked.phase.end(), static_cast<std::uint8_t>(Phase::outside),
-                     static_cast<std::uint8_t>(Phase::pore));
+    // Voxels that reach into the vessel count too, although their centres lie outside.
+    const Grid& grid = blocked.grid;
+    for (std::size_t cell = 0; cell < grid.size(); ++cell) {
+        if (blocked.phase[cell] != Phase::outside) continue;
+        const auto [i, j, k] = grid.place(cell);
+        const double outside = -container.wall_distance({grid.centre(0, i), grid.centre(1, j), grid.centre(2, k)});
+        if (outside <= 0.5 * std::numbers::sqrt3 * h) blocked.phase[cell] = Phase::pore;
+    }
     try {
         (void)find_percolating_cells(blocked, drive);
     } catch (const DoesNotPercolate&) {
@@ -240,7 +243,7 @@ void require_fit(const Grid& grid, const Container& container, const Section& se
     if (z0 < -1.01 * h || z1 > container.height() + 1.01 * h)
         throw UserError(fmt::format("the image reaches from {:g} to {:g} m, the container from 0 to {:g} m", z0, z1, container.height()),
                         {.where = where, .fix = "give the container that the image shows (--container, metres)"});
-    if (container.periodic[2] && (section.z0 > z0 + 0.5 * h || section.z1 < z1 - 0.5 * h))
+    if (container.periodic()[2] && (section.z0 > z0 + 0.5 * h || section.z1 < z1 - 0.5 * h))
         throw UserError("a section of an image that is periodic along z is not periodic",
                         {.where = where, .fix = "leave out --section, or give a container that is not periodic along z"});
 }

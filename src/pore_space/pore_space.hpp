@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 
+#include "packing/porosity.hpp"
 #include "pore_space/config.hpp"
 #include "pore_space/link_cuts.hpp"
 #include "pore_space/percolation.hpp"
@@ -23,7 +24,7 @@ class GraySolid;
 /// A container, the section of it that is evaluated, and the solid in it. It gives voxels of any size and, where the
 /// solid is known exactly, the exact wall positions. Copies share the solid, which is never changed.
 struct PoreSpace {
-    packing::Container container;
+    vessels::Container container;
     packing::Section section;
     Ends ends = Ends::planes;                      ///< see with_ends()
     std::array<double, 2> buffers_m = {0.0, 0.0};  ///< below and above the section: parts of the bed in which the flow is computed too
@@ -104,14 +105,14 @@ struct CubicVoxels {
 /// Exact grains; the section is the whole bed. Throws UserError when the packing is empty.
 [[nodiscard]] PoreSpace pore_space_of(packing::Packing packing);
 /// An image in its container. Throws UserError when image, container and section do not agree in size; `where` names the image.
-[[nodiscard]] PoreSpace pore_space_of(geometry::PhaseImage image, const packing::Container& container, const packing::Section& section,
+[[nodiscard]] PoreSpace pore_space_of(geometry::PhaseImage image, const vessels::Container& container, const packing::Section& section,
                                       const std::string& where);
 /// Throws UserError where an image on this grid, the container and the section do not agree in size; `where` names the image.
 /// With `shows_wall` it may be wider than a cylinder.
-void require_fit(const geometry::Grid& grid, const packing::Container& container, const packing::Section& section, const std::string& where,
+void require_fit(const geometry::Grid& grid, const vessels::Container& container, const packing::Section& section, const std::string& where,
                  bool shows_wall = false);
 /// Any other exact solid.
-[[nodiscard]] PoreSpace pore_space_of(std::shared_ptr<const geometry::Solid> solid, const packing::Container& container,
+[[nodiscard]] PoreSpace pore_space_of(std::shared_ptr<const geometry::Solid> solid, const vessels::Container& container,
                                       const packing::Section& section, double grain_size_m);
 
 }  // namespace porepack::pore_space

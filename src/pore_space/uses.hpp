@@ -6,10 +6,12 @@ namespace core {}
 namespace geometry {}
 namespace shapes {}
 namespace packing {}
+namespace vessels {}
 namespace pore_space {
 using namespace core;
 using namespace geometry;
 using namespace shapes;
 using namespace packing;
+using namespace vessels;
 }  // namespace pore_space
 }  // namespace porepack

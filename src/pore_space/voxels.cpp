@@ -33,7 +33,7 @@ class PeriodicSides {
 public:
     PeriodicSides(const Container& container, const Near& near) : size_(container.high() - container.low()), near_(near) {
         for (const int axis : {0, 1, 2})
-            if (container.periodic[static_cast<std::size_t>(axis)]) axes_.push_back(axis);
+            if (container.periodic()[static_cast<std::size_t>(axis)]) axes_.push_back(axis);
         for (const int axis : axes_) smallest_ = std::min(smallest_, size_[axis]);
     }
 
@@ -125,7 +125,7 @@ VoxelPlan plan_voxels(const Container& container, const Section& section, double
     for (std::size_t a = 0; a < 3; ++a) plan.grid.spacing_m[a] = fit.voxel_size_m / fit.stretch[static_cast<int>(a)];
     const auto& [dx, dy, dz] = plan.grid.spacing_m;
     const double layers = std::max(1.0, std::round(section.length() / dz));
-    if (beyond.reservoir_m > 0.0 && container.periodic[2])
+    if (beyond.reservoir_m > 0.0 && container.periodic()[2])
         throw UserError("a periodic cell has no reservoir: it would put void into the cell", {.fix = "leave reservoir_m out"});
     const auto layers_of = [&](double length) { return std::ceil(length / dz - 1e-9); };
     const double below = layers_of(beyond.buffers_m[0] + beyond.reservoir_m), above = layers_of(beyond.buffers_m[1] + beyond.reservoir_m);
@@ -137,16 +137,17 @@ VoxelPlan plan_voxels(const Container& container, const Section& section, double
     plan.grid.origin_m[2] = section.z0 - below * dz;
     for (std::size_t axis = 0; axis < 2; ++axis) {
         const double extent = size[static_cast<int>(axis)], h = plan.grid.spacing_m[axis];
-        if (container.kind == Container::Kind::cylinder) {
+        if (!container.vessel().fills_bounds()) {
             plan.grid.cells[axis] = 2 * static_cast<int>(std::ceil(extent / (2.0 * h) - 1e-9));
-            plan.grid.origin_m[axis] = -0.5 * plan.grid.cells[axis] * h;
+            const int a = static_cast<int>(axis);
+            plan.grid.origin_m[axis] = 0.5 * (container.low()[a] + container.high()[a]) - 0.5 * plan.grid.cells[axis] * h;
             continue;
         }
         const double count = std::round(extent / h);
         plan.grid.cells[axis] =
             static_cast<int>(std::max(1.0, std::abs(count * h - extent) < 1e-6 * extent ? count : std::ceil(extent / h)));
         // Exactly the corner of a periodic box: a face must not lie outside by rounding.
-        if (!container.periodic[axis]) plan.grid.origin_m[axis] = 0.5 * (extent - plan.grid.cells[axis] * h);
+        if (!container.periodic()[axis]) plan.grid.origin_m[axis] = 0.5 * (extent - plan.grid.cells[axis] * h);
     }
     plan.memory_bytes = static_cast<double>(plan.grid.size());
     return plan;
@@ -154,36 +155,48 @@ VoxelPlan plan_voxels(const Container& container, const Section& section, double
 
 namespace {
 
-// Fills a column of cells whose centres lie in the intervals.
-void fill_column(std::uint8_t* first, std::size_t stride, int cells, double z_first, double h, const std::vector<Interval>& parts,
-                 const Section& section) {
-    for (const auto& part : parts) {
-        const double low = std::max(part.low, section.z0);
-        const double high = std::min(part.high, section.z1);
-        if (high <= low) continue;
-        const int from = std::max(0, static_cast<int>(std::ceil((low - z_first) / h)));
-        const int to = std::min(cells - 1, static_cast<int>(std::floor((high - z_first) / h)));
-        for (int k = from; k <= to; ++k) first[static_cast<std::size_t>(k) * stride] = Phase::grain;
+// A column of cells along z.
+struct Column {
+    std::uint8_t* first;
+    std::size_t stride;
+    int cells;
+    double z_first, h;
+    // Sets the cells whose centres lie in the parts between two heights.
+    void fill(const std::vector<Interval>& parts, const Section& between, std::uint8_t phase) const {
+        for (const auto& part : parts) {
+            const double low = std::max(part.low, between.z0);
+            const double high = std::min(part.high, between.z1);
+            if (high <= low) continue;
+            const int from = static_cast<int>(std::clamp(std::ceil((low - z_first) / h), 0.0, static_cast<double>(cells)));
+            const int to = static_cast<int>(std::clamp(std::floor((high - z_first) / h), -1.0, cells - 1.0));
+            for (int k = from; k <= to; ++k) first[static_cast<std::size_t>(k) * stride] = phase;
+        }
     }
-}
+};
 
 }  // namespace
 
 void fill_phases(std::vector<std::uint8_t>& phase, const Grid& grid, const Solid& solid, const Container& container,
                  const Section& section) {
     const auto stride = static_cast<std::size_t>(grid.cells[0]) * static_cast<std::size_t>(grid.cells[1]);
+    constexpr double endless = std::numeric_limits<double>::infinity();
+    const Interval everywhere{-endless, endless};
+    const Section all{-endless, endless};
     const double z_first = grid.centre(2, 0);
 #pragma omp parallel for schedule(dynamic, 4)
     for (int j = 0; j < grid.cells[1]; ++j) {
-        std::vector<Interval> parts;
+        std::vector<Interval> inside, parts;
         for (int i = 0; i < grid.cells[0]; ++i) {
-            std::uint8_t* column = phase.data() + grid.index(i, j, 0);
+            const Column column{phase.data() + grid.index(i, j, 0), stride, grid.cells[2], z_first, grid.spacing_m[2]};
             const double x = grid.centre(0, i), y = grid.centre(1, j);
-            const bool inside = container.contains_column(x, y);
-            for (int k = 0; k < grid.cells[2]; ++k) column[static_cast<std::size_t>(k) * stride] = inside ? Phase::pore : Phase::outside;
-            if (!inside) continue;
+            container.vessel().column(x, y, inside);
+            const bool whole = inside.size() == 1 && inside[0] == everywhere;
+            column.fill({everywhere}, all, whole ? Phase::pore : Phase::outside);
+            if (!whole) column.fill(inside, all, Phase::pore);
+            if (inside.empty()) continue;
             solid.column(x, y, parts);
-            fill_column(column, stride, grid.cells[2], z_first, grid.spacing_m[2], parts, section);
+            if (!whole) intersect(parts, inside);
+            column.fill(parts, section, Phase::grain);
         }
     }
 }

@@ -5,6 +5,7 @@
 
 #include "geometry/grid.hpp"
 #include "packing/grains.hpp"
+#include "packing/section.hpp"
 
 namespace porepack::pore_space {
 
@@ -23,17 +24,17 @@ struct BeyondSection {
 };
 /// A size that divides all periodic sides is used within 0.65 to 1.55 times the requested one; with `round_sides` only within 0.85 to 1.18
 /// times. Throws UserError when the periodic sides are no whole numbers of such voxels, or the voxel is larger than `grain_size_m`.
-[[nodiscard]] VoxelPlan plan_voxels(const packing::Container& container, const packing::Section& section, double voxel_size_m,
+[[nodiscard]] VoxelPlan plan_voxels(const vessels::Container& container, const packing::Section& section, double voxel_size_m,
                                     const BeyondSection& beyond, double grain_size_m, bool round_sides = false);
 
 /// Phase of every cell; solid beyond the planes of `kept` (default: the section) is left out. Notes: the container and the section.
-[[nodiscard]] geometry::PhaseImage voxelise(const geometry::Solid& solid, const packing::Container& container,
+[[nodiscard]] geometry::PhaseImage voxelise(const geometry::Solid& solid, const vessels::Container& container,
                                             const packing::Section& section, const VoxelPlan& plan,
                                             std::optional<packing::Section> kept = std::nullopt);
 
 /// Phases of the cells of any grid by their centres, where solid beyond the section's planes is left out.
 void fill_phases(std::vector<std::uint8_t>& phase, const geometry::Grid& grid, const geometry::Solid& solid,
-                 const packing::Container& container, const packing::Section& section);
+                 const vessels::Container& container, const packing::Section& section);
 
 /// Fraction of the pore volume that lies in gaps of at most `cells` voxels between solids, along x, y or z.
 [[nodiscard]] double narrow_fraction(const geometry::PhaseImage& image, int cells);

@@ -19,10 +19,10 @@ void WallFinder::move_to(const Vec3& centre) {
 
 // The container's side, or the solid between the section's planes; a plane that cuts a grain is a wall there.
 std::optional<double> WallFinder::straight(const Vec3& from, const Vec3& step) const {
-    std::optional<double> first = walls_.container.wall_hit(from, step);
+    std::optional<double> first = walls_.container.vessel().first_hit(from, step);
     const Section& section = walls_.section;
     double enter = 0.0, leave = 1.0;
-    if (walls_.container.periodic[2]) {
+    if (walls_.container.periodic()[2]) {
         // No planes.
     } else if (step.z() != 0.0) {
         const double a = (section.z0 - from.z()) / step.z(), b = (section.z1 - from.z()) / step.z();

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "packing/grains.hpp"
+#include "packing/section.hpp"
 #include "pore_space/percolation.hpp"
 
 namespace porepack::pore_space {
@@ -12,7 +13,7 @@ namespace porepack::pore_space {
 /// The walls that bound the flow.
 struct FlowWalls {
     const geometry::Solid& solid;
-    const packing::Container& container;
+    const vessels::Container& container;
     packing::Section section;  ///< solid beyond its planes is left out
 };
 

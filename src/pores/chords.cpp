@@ -8,6 +8,7 @@ namespace porepack::pores {
 using namespace core;
 using namespace geometry;
 using namespace packing;
+using namespace vessels;
 namespace {
 
 Chords summarised(std::vector<double> lengths) {
@@ -62,7 +63,7 @@ Chords vertical_chords(const Solid& solid, const Container& container, const Sec
         for (double x = low.x() + 0.5 * step; x < low.x() + size.x(); x += step) {
             if (!container.contains_column(x, y)) continue;
             solid.column(x, y, parts);
-            if (container.periodic[2]) {
+            if (container.periodic()[2]) {
                 std::vector<Interval> once;
                 for (const Interval& part : parts)
                     if (part.high > 0.0 && part.low < size.z()) once.push_back({std::max(0.0, part.low), std::min(size.z(), part.high)});
@@ -70,7 +71,7 @@ Chords vertical_chords(const Solid& solid, const Container& container, const Sec
                 if (!parts.empty()) parts.push_back({parts.front().low + size.z(), parts.front().high + size.z()});
             }
             for (std::size_t p = 0; p + 1 < parts.size(); ++p)
-                if (const bool whole = container.periodic[2] || (parts[p].high >= section.z0 && parts[p + 1].low <= section.z1);
+                if (const bool whole = container.periodic()[2] || (parts[p].high >= section.z0 && parts[p + 1].low <= section.z1);
                     whole && parts[p + 1].low > parts[p].high)
                     lengths.push_back(parts[p + 1].low - parts[p].high);
         }

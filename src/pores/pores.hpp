@@ -7,6 +7,7 @@
 
 #include "geometry/grid.hpp"
 #include "packing/grains.hpp"
+#include "packing/section.hpp"
 
 namespace porepack::pores {
 
@@ -19,7 +20,7 @@ struct Chords {
 /// On all rows of voxels along an axis.
 [[nodiscard]] Chords chords_of_voxels(const geometry::PhaseImage& image, int axis, bool periodic);
 /// On about `lines` vertical lines, exact. A container that is periodic along z is taken as a whole, and nothing is cut.
-[[nodiscard]] Chords vertical_chords(const geometry::Solid& solid, const packing::Container& container, const packing::Section& section,
+[[nodiscard]] Chords vertical_chords(const geometry::Solid& solid, const vessels::Container& container, const packing::Section& section,
                                      long lines = 40000);
 
 /// Distance from the centre of each pore voxel to the nearest wall, which lies half a voxel before the centre of the nearest other voxel; 0
@@ -28,7 +29,7 @@ struct Chords {
 
 /// The same from exact grains and the container's exact walls.
 [[nodiscard]] std::vector<float> wall_distance_m(const geometry::PhaseImage& image, const packing::Grains& grains,
-                                                 const packing::Container& container);
+                                                 const vessels::Container& container);
 
 /// Diameter of the largest sphere in the pores that contains the voxel's centre (Hildebrand & Ruegsegger 1997); 0 outside the pores.
 [[nodiscard]] std::vector<float> pore_diameter_m(const geometry::PhaseImage& image, const std::vector<float>& distance_m,

@@ -80,7 +80,7 @@ std::vector<float> wall_distance_m(const PhaseImage& image, const std::array<boo
     return squares;
 }
 
-std::vector<float> wall_distance_m(const PhaseImage& image, const packing::Grains& grains, const packing::Container& container) {
+std::vector<float> wall_distance_m(const PhaseImage& image, const packing::Grains& grains, const vessels::Container& container) {
     const Grid& grid = image.grid;
     const shapes::Vec3 low = container.low(), high = container.high();
     std::vector<float> distance(image.phase.size(), 0.0F);
@@ -91,12 +91,7 @@ std::vector<float> wall_distance_m(const PhaseImage& image, const packing::Grain
                 const std::size_t cell = grid.index(i, j, k);
                 if (image.phase[cell] != Phase::pore) continue;
                 const shapes::Vec3 at(grid.centre(0, i), grid.centre(1, j), grid.centre(2, k));
-                double wall = 0.5 * (high - low).norm();
-                if (container.kind == packing::Container::Kind::cylinder)
-                    wall = 0.5 * container.diameter_m - std::hypot(at.x(), at.y());
-                else
-                    for (const int a : {0, 1})
-                        if (!container.periodic[static_cast<std::size_t>(a)]) wall = std::min({wall, at[a] - low[a], high[a] - at[a]});
+                const double wall = std::min(0.5 * (high - low).norm(), container.wall_distance(at));
                 distance[cell] = static_cast<float>(std::max(0.0, grains.distance(at, wall)));
             }
     });

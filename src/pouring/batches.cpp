@@ -97,7 +97,7 @@ Pour make_lattice(const std::vector<ShapeShare>& shapes, const Container& contai
     const double pitch = 1.02 * maximum_feret_diameter(shapes);
     const Vec3 low = container.low(), high = container.high();
     const auto count = [&](int axis) {
-        const bool periodic = container.periodic[static_cast<std::size_t>(axis)];
+        const bool periodic = container.periodic()[static_cast<std::size_t>(axis)];
         return std::max(1L, static_cast<long>((high[axis] - low[axis]) / pitch + (periodic ? 1e-9 : 0.0)));
     };
     const long nx = count(0), ny = count(1);

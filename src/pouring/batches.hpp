@@ -24,7 +24,7 @@ struct Pour {
 /// All batches of a pour of at most `grains` grains: random poses in a slab of one maximum Feret diameter at drop height, no contact with
 /// walls or grains; as many per batch as fit. Or, with fill = "lattice", one batch on a lattice above the floor. Depends only on
 /// the seed. Throws UserError when no grain fits.
-[[nodiscard]] Pour make_batches(const std::vector<shapes::ShapeShare>& shapes, const packing::Container& container,
+[[nodiscard]] Pour make_batches(const std::vector<shapes::ShapeShare>& shapes, const vessels::Container& container,
                                 const PackingConfig& config, double drop_height_m, long grains);
 
 /// Minimum capsule diameter and maximum Feret diameter of all shapes.

@@ -84,7 +84,7 @@ ContactTimes contact_times(double lightest_kg, double heaviest_kg, double diamet
 }
 
 PourPlan plan_pour(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config) {
-    if (container.periodic[2])
+    if (container.periodic()[2])
         throw UserError("grains fall along z: the container cannot be periodic there",
                         {.fix = "periodic = [true, true, false] with engine = \"capsule\"; or give a packing.json with engine = \"none\""});
     const double d = finest_diameter(shapes);

@@ -16,9 +16,9 @@ using packing::Packing;
 /// Solid fraction in the middle of a poured bed, before it is poured: 0.67 C^0.45, with the convexity C (volume / volume of the convex
 /// hull), less 0.36 maximum Feret diameters / width of the container for the loose layer at its wall. Within 10 % for the packings of
 /// docs/packing.md (C from 0.2 to 1).
-[[nodiscard]] double poured_solid_fraction(const std::vector<shapes::ShapeShare>& shapes, const packing::Container& container);
+[[nodiscard]] double poured_solid_fraction(const std::vector<shapes::ShapeShare>& shapes, const vessels::Container& container);
 /// Height of the bed of so many grains, by this solid fraction; its loose top adds 0.6 maximum Feret diameters.
-[[nodiscard]] double poured_height_m(const std::vector<shapes::ShapeShare>& shapes, const packing::Container& container, long grains);
+[[nodiscard]] double poured_height_m(const std::vector<shapes::ShapeShare>& shapes, const vessels::Container& container, long grains);
 
 struct ContactTimes {
     double contact_time_s = 0.0;  ///< pi / sqrt((s_n/2)/m_ij (1 - eta_n^2)), m_ij = m/2 (consistent with Eq. 9), of the lightest grain
@@ -44,14 +44,14 @@ struct PourPlan {
 
 /// The plan of a pour. Throws UserError when the grain does not fit into the container, the stiffness is too low for its mass, or the step
 /// is too long for it.
-[[nodiscard]] PourPlan plan_pour(const std::vector<shapes::ShapeShare>& shapes, const packing::Container& container,
+[[nodiscard]] PourPlan plan_pour(const std::vector<shapes::ShapeShare>& shapes, const vessels::Container& container,
                                  const PackingConfig& config);
 
 /// At rest the mean net force on a grain is below this fraction of its weight: this excludes grains at a turning point.
 constexpr double rest_force_limit = 0.02;
 
 /// Digest of all inputs of a pour: a run resumes from a snapshot only if their digests agree.
-[[nodiscard]] std::string scene_key(const std::vector<shapes::ShapeShare>& shapes, const packing::Container& container,
+[[nodiscard]] std::string scene_key(const std::vector<shapes::ShapeShare>& shapes, const vessels::Container& container,
                                     const PackingConfig& config);
 
 struct PourResult {

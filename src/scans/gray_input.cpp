@@ -23,9 +23,10 @@ using Axis = std::optional<std::array<double, 2>>;  // in voxels from the corner
 
 // Columns of the image that lie inside a cylinder.
 ColumnMask mask_of(const VolumeHeader& header, const Container& container, const Axis& axis) {
-    if (container.kind != Container::Kind::cylinder) return {};
+    const std::optional<double> tube = container.tube_diameter();
+    if (!tube) return {};
     ColumnMask mask(static_cast<std::size_t>(header.layer()));
-    const double radius = 0.5 * container.diameter_m - margin_voxels * header.spacing_m[0];
+    const double radius = 0.5 * *tube - margin_voxels * header.spacing_m[0];
     std::size_t at = 0;
     for (std::int64_t j = 0; j < header.voxels[1]; ++j)
         for (std::int64_t i = 0; i < header.voxels[0]; ++i) {
@@ -94,9 +95,10 @@ Levels refine_levels(GrayImage& image, const Container& container, double blur_v
 
 // A tube that attenuates like the grains would join them and count as solid. Blur is linear, so the blurred tube can be subtracted.
 bool remove_tube(GrayImage& image, const Container& container, double blur_voxels) {
-    if (container.kind != Container::Kind::cylinder) return false;
+    const std::optional<double> diameter = container.tube_diameter();
+    if (!diameter) return false;
     const Grid& grid = image.grid;
-    const double h = grid.spacing_m[0], radius = 0.5 * container.diameter_m / h;
+    const double h = grid.spacing_m[0], radius = 0.5 * *diameter / h;
     const double width = std::sqrt(blur_voxels * blur_voxels + 1.0 / 12.0);
     std::vector<double> wall;
     const auto distance = [&](int i, int j) { return std::hypot(grid.centre(0, i), grid.centre(1, j)) / h; };
@@ -165,7 +167,7 @@ GrayInput read_gray(const VolumeSource& source, const ImageConfig& config, const
     notes.noise = given ? noise_of(*image) : levels.noise();
     place(image->grid, container, axis);
     notes.smoothing_voxels = config.smoothing_voxels >= 0.0 ? config.smoothing_voxels : needed_smoothing(notes.noise);
-    smooth(*image, notes.smoothing_voxels, container.periodic);
+    smooth(*image, notes.smoothing_voxels, container.periodic());
     notes.blur_voxels = measure_gray(GraySolid(image, container), container).blur;
     // Levels that the user gives count as known to 0.2 % of the contrast.
     constexpr double error_of_given = 0.002;
@@ -259,7 +261,7 @@ GrayVariants gray_variants(const GraySolid& solid, const Container& container) {
     if (notes.blur_voxels > 0.0) {
         auto image = std::make_shared<GrayImage>(*solid.image());
         // Variances add: smoothing with the image's own blur doubles its variance.
-        smooth(*image, notes.blur_voxels, container.periodic);
+        smooth(*image, notes.blur_voxels, container.periodic());
         if (!notes.levels_given) (void)refine_levels(*image, container, std::numbers::sqrt2 * notes.blur_voxels);
         variants.blurred = kept_level(GraySolid(image, container));
         variants.blur_voxels = notes.blur_voxels;

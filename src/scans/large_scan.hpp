@@ -25,7 +25,7 @@ struct Scan {
 /// Poses at the scan's own resolution. `found`: from binned voxels; `reduced`, `notes`: of these. Throws MachineError where not even a slab
 /// fits into memory.
 [[nodiscard]] Refined refine_at_full_size(const Scan& scan, const geometry::GrayImage& reduced, const GrayNotes& notes,
-                                          const packing::Container& container, const std::vector<ShapePoints>& points, Refined found,
+                                          const vessels::Container& container, const std::vector<ShapePoints>& points, Refined found,
                                           const std::string& where);
 
 }  // namespace porepack::scans

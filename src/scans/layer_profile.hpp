@@ -17,7 +17,7 @@ struct LayerProfile {
     double z0_m = 0.0, spacing_m = 1.0;
 };
 [[nodiscard]] LayerProfile profile_of(const geometry::PhaseImage& image);
-[[nodiscard]] LayerProfile profile_of(const pore_space::GraySolid& solid, const packing::Container& container);
+[[nodiscard]] LayerProfile profile_of(const pore_space::GraySolid& solid, const vessels::Container& container);
 
 /// The layers from the first to the last with at least half the usual solid. Nothing if no end of the image has more than half a grain's
 /// size of emptier layers: then the whole image is bed, as far as the layers tell.

@@ -48,7 +48,7 @@ struct Voxel {
 
 class Fit {
 public:
-    Fit(const GrayImage& image, const packing::Container& container, const std::vector<ShapePoints>& shapes, Refined& found,
+    Fit(const GrayImage& image, const vessels::Container& container, const std::vector<ShapePoints>& shapes, Refined& found,
         std::size_t moving)
         : image_(image), container_(container), shapes_(shapes), found_(found), moving_(moving), h_(image.grid.spacing_m[0]) {}
 
@@ -376,7 +376,7 @@ public:
 
 private:
     const GrayImage& image_;
-    const packing::Container& container_;
+    const vessels::Container& container_;
     const std::vector<ShapePoints>& shapes_;
     Refined& found_;
     const std::size_t moving_;
@@ -385,7 +385,7 @@ private:
 
 }  // namespace
 
-Refined refine(const GrayImage& image, const packing::Container& container, const std::vector<ShapePoints>& shapes,
+Refined refine(const GrayImage& image, const vessels::Container& container, const std::vector<ShapePoints>& shapes,
                std::vector<FittedGrain> grains, Common start, std::size_t moving) {
     Refined found{.grains = std::move(grains), .common = std::move(start), .residual = 0.0};
     found.common.shapes.resize(shapes.size());

@@ -41,7 +41,7 @@ struct Refined {
     double residual = 0.0;  ///< root mean square, all grains
 };
 /// Only the first `moving` grains move; the others are neighbours of theirs. `start`: its blur must be known, the shapes may be missing.
-[[nodiscard]] Refined refine(const geometry::GrayImage& image, const packing::Container& container, const std::vector<ShapePoints>& shapes,
+[[nodiscard]] Refined refine(const geometry::GrayImage& image, const vessels::Container& container, const std::vector<ShapePoints>& shapes,
                              std::vector<FittedGrain> grains, Common start, std::size_t moving = std::numeric_limits<std::size_t>::max());
 
 }  // namespace porepack::scans

@@ -78,7 +78,7 @@ double smallest_slab_bytes(const Grid& grid, const std::vector<ShapePoints>& sha
     return layer_bytes(grid) * std::min(grid.cells[2], 3 * margin_layers(grid, shapes, blur_m));
 }
 
-Refined refine_slabs(const ReadLayers& read, const Grid& grid, const packing::Container& container, const std::vector<ShapePoints>& shapes,
+Refined refine_slabs(const ReadLayers& read, const Grid& grid, const vessels::Container& container, const std::vector<ShapePoints>& shapes,
                      const Refined& start, double slab_bytes) {
     const double blur = start.common.blur_m.value, h = grid.spacing_m[2];
     const int margin = margin_layers(grid, shapes, blur);

@@ -16,7 +16,7 @@ using ReadLayers = std::function<geometry::GrayImage(int first, int count)>;
 /// refine() for grains that are known well, for instance from a binned image: each slab of layers fits the grains whose middle it holds;
 /// neighbours from beyond it stay. Common parameters are means over the slabs, weighted by their grains. `grid`: of the whole scan.
 /// A slab takes at most `slab_bytes`, or the smallest that is possible.
-[[nodiscard]] Refined refine_slabs(const ReadLayers& read, const geometry::Grid& grid, const packing::Container& container,
+[[nodiscard]] Refined refine_slabs(const ReadLayers& read, const geometry::Grid& grid, const vessels::Container& container,
                                    const std::vector<ShapePoints>& shapes, const Refined& start, double slab_bytes);
 
 }  // namespace porepack::scans

@@ -25,8 +25,8 @@ constexpr double margin_voxels = 4.0;
 constexpr std::array<double, 3> shares = {0.30, 0.45, 0.25}, hardness = {1.27, 0.93, 0.80};
 
 double outer_radius(const Container& container, const ScannerConfig& config) {
-    if (container.kind == Container::Kind::cylinder) return 0.5 * container.diameter_m + config.tube_wall_m;
-    return 0.5 * std::hypot(container.size_m.x(), container.size_m.y());
+    if (const auto tube = container.tube_diameter()) return 0.5 * *tube + config.tube_wall_m;
+    return 0.5 * std::hypot(container.size().x(), container.size().y());
 }
 
 int pixels_of(const Container& container, const ScannerConfig& config) {
@@ -43,7 +43,7 @@ Grid grid_of(const Container& container, const Section& part, const ScannerConfi
     Grid grid;
     for (const int axis : {0, 1}) {
         const auto a = static_cast<std::size_t>(axis);
-        const double half = container.kind == Container::Kind::cylinder ? outer_radius(container, config) : 0.5 * container.size_m[axis];
+        const double half = container.tube_diameter() ? outer_radius(container, config) : 0.5 * container.size()[axis];
         // An even number, so that the axis lies between two voxels.
         grid.cells[a] = 2 * static_cast<int>(std::ceil(half / h + margin_voxels - 1.0));
         grid.origin_m[a] = middle[axis] - 0.5 * grid.cells[a] * h;
@@ -288,8 +288,8 @@ private:
     // Share of the photons that reach each pixel.
     [[nodiscard]] std::vector<float> intensities(const Detector& detector, const View& view, const std::vector<double>& lengths,
                                                  int rows) const {
-        const bool tube = container_.kind == Container::Kind::cylinder && config_.tube_wall_m > 0.0;
-        const double inner = 0.5 * container_.diameter_m, outer = inner + config_.tube_wall_m;
+        const bool tube = container_.tube_diameter() && config_.tube_wall_m > 0.0;
+        const double inner = 0.5 * container_.tube_diameter().value_or(0.0), outer = inner + config_.tube_wall_m;
         std::vector<float> beam(static_cast<std::size_t>(rows * pixels_), 0.0F);
         for (int j = 0; j < detector.rows; ++j)
             for (int i = 0; i < detector.columns; ++i) {

@@ -3,6 +3,7 @@
 
 #include "geometry/grid.hpp"
 #include "packing/grains.hpp"
+#include "packing/section.hpp"
 #include "record/config.hpp"
 
 namespace porepack::scans {
@@ -50,6 +51,6 @@ struct SimulatedScan {
 /// container, and MachineError without memory.
 [[nodiscard]] SimulatedScan scan_packing(const packing::Packing& packing, const packing::Section& part, const ScannerConfig& config);
 /// Memory that it needs, of which 4 bytes per voxel are the image.
-[[nodiscard]] double scan_memory_bytes(const packing::Container& container, const packing::Section& part, const ScannerConfig& config);
+[[nodiscard]] double scan_memory_bytes(const vessels::Container& container, const packing::Section& part, const ScannerConfig& config);
 
 }  // namespace porepack::scans

@@ -7,6 +7,7 @@ namespace geometry {}
 namespace imaging {}
 namespace shapes {}
 namespace packing {}
+namespace vessels {}
 namespace pore_space {}
 namespace scans {
 using namespace core;
@@ -14,6 +15,7 @@ using namespace geometry;
 using namespace imaging;
 using namespace shapes;
 using namespace packing;
+using namespace vessels;
 using namespace pore_space;
 }  // namespace scans
 }  // namespace porepack

@@ -25,9 +25,9 @@ namespace porepack::stages {
 /// Scatter of k of sections of this length, from the gradient along z of the lbm stage; none without one.
 [[nodiscard]] std::optional<uncertainty::SectionScatter> section_scatter_of(const Case& c);
 /// That of [container]; of a packing found in a scan its own, and before the fit the box of the scan.
-[[nodiscard]] packing::Container case_container(const Case& c);
+[[nodiscard]] vessels::Container case_container(const Case& c);
 /// [container] of a case with an image; none if the image names it, or fills a box.
-[[nodiscard]] std::optional<packing::Container> container_of_image(const Case& c);
+[[nodiscard]] std::optional<vessels::Container> container_of_image(const Case& c);
 /// Name of the file that stage `image` writes: gray.vti with gray walls, else pore.vti.
 [[nodiscard]] std::string image_file(const Case& c);
 /// The stage that makes the solid: "pack", "stl" of a user's surface, or "image".

@@ -15,7 +15,7 @@ results::Descriptors run_descriptors(const Case& c, const Path& folder) {
     const PoreSpace space = case_pore_space(c);
     const Path file = c.stage_folder("lbm") / "flow.vti";
     std::optional<geometry::FlowImage> flow;
-    if (space.container.kind == Container::Kind::cylinder && space.equivalent_diameter_m > 0.0 && std::filesystem::exists(file))
+    if (space.container.tube_diameter() && space.equivalent_diameter_m > 0.0 && std::filesystem::exists(file))
         flow = io::read_flow_image(file);
     std::optional<results::Forchheimer> forchheimer;
     if (c.settings.forchheimer.enabled) forchheimer = c.result<results::Forchheimer>();

@@ -30,8 +30,7 @@ bool draw_packing(const Case& c, const results::CaseResults& results, const Path
     // The empty part above the bed is not shown.
     const double shown = std::min(container.height(), 1.15 * (bed ? bed->bed_height_m : container.height()));
     std::vector<std::string> more;
-    if (container.kind == Container::Kind::cylinder)
-        more = {"--container", fmt::format("cylinder:{:.9g},{:.9g}", container.diameter_m, shown)};
+    if (const auto tube = container.tube_diameter()) more = {"--container", fmt::format("cylinder:{:.9g},{:.9g}", *tube, shown)};
     return draw_picture(c.stage_folder("stl") / "solid.stl", folder / "packing.png", more);
 }
 

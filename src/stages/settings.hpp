@@ -11,7 +11,6 @@
 #include "imaging/config.hpp"
 #include "lbm/config.hpp"
 #include "openfoam/config.hpp"
-#include "packing/container_config.hpp"
 #include "permeability/config.hpp"
 #include "pore_space/config.hpp"
 #include "pouring/config.hpp"
@@ -19,6 +18,7 @@
 #include "report/config.hpp"
 #include "shapes/config.hpp"
 #include "tortuosity/config.hpp"
+#include "vessels/config.hpp"
 
 namespace porepack::stages {
 
@@ -26,7 +26,7 @@ namespace porepack::stages {
 struct Settings {
     shapes::ShapeConfig shape;
     imaging::ImageConfig image;
-    packing::ContainerConfig container;
+    vessels::ContainerConfig container;
     pouring::PackingConfig packing;
     pouring::PackingsConfig packings;
     converters::GeometryConfig geometry;

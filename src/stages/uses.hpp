@@ -8,6 +8,7 @@ namespace record {}
 namespace io {}
 namespace shapes {}
 namespace packing {}
+namespace vessels {}
 namespace pouring {}
 namespace pore_space {}
 namespace converters {}
@@ -27,6 +28,7 @@ using namespace record;
 using namespace io;
 using namespace shapes;
 using namespace packing;
+using namespace vessels;
 using namespace pouring;
 using namespace pore_space;
 using namespace converters;

@@ -22,7 +22,6 @@ Vec3 middle_of(const std::vector<Capsule>& capsules) {
 io::TriangleSurface grain_sheet(const std::vector<Shape>& grains, long columns, double pitch_m) {
     const Quaternion turned(Eigen::AngleAxisd(0.45, Vec3::UnitX()) * Eigen::AngleAxisd(0.5, Vec3::UnitZ()));
     Packing sheet;
-    sheet.container.kind = Container::Kind::box;
     sheet.shapes = grains;
     for (std::size_t i = 0; i < grains.size(); ++i) {
         const auto place = static_cast<long>(i);
@@ -31,7 +30,7 @@ io::TriangleSurface grain_sheet(const std::vector<Shape>& grains, long columns, 
         sheet.bodies.push_back({.shape = i, .position_m = middle - turned * middle_of(grains[i].capsules), .orientation = turned});
     }
     const auto rows = static_cast<double>((static_cast<long>(grains.size()) + columns - 1) / columns);
-    sheet.container.size_m = Vec3(static_cast<double>(columns) * pitch_m, pitch_m, rows * pitch_m);
+    sheet.container = vessels::make_box({static_cast<double>(columns) * pitch_m, pitch_m, rows * pitch_m});
     return converters::make_surface(sheet, {.deviation_m = 0.01 * smallest_diameter(grains.back())}).surface;
 }
 

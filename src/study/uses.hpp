@@ -7,6 +7,7 @@ namespace record {}
 namespace io {}
 namespace shapes {}
 namespace packing {}
+namespace vessels {}
 namespace pouring {}
 namespace lbm {}
 namespace permeability {}
@@ -20,6 +21,7 @@ using namespace record;
 using namespace io;
 using namespace shapes;
 using namespace packing;
+using namespace vessels;
 using namespace pouring;
 using namespace lbm;
 using namespace permeability;

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "core/parallel.hpp"
@@ -111,21 +112,31 @@ private:
         };
         const Vec3 lowest = point({x, y, 0});
         const double px = along_side(0, lowest.x()), py = along_side(1, lowest.y());
-        const bool inside = walls_.container.contains_column(px, py);
+        walls_.container.vessel().column(px, py, inside_);
         const auto [open_begin, open_end] = line(open_);
         const auto [above_begin, above_end] = line(above_);
-        std::fill(open_begin, open_end, inside ? 1 : 0);
-        std::fill(above_begin, above_end, inside ? 1.0F : 0.0F);
-        if (!inside) return;
-        walls_.solid.column(px, py, parts_);
+        std::fill(open_begin, open_end, inside_.empty() ? 0 : 1);
+        std::fill(above_begin, above_end, inside_.empty() ? 0.0F : 1.0F);
+        if (inside_.empty()) return;
         const double step = grid_.spacing_m[2] / squares;
-        for (const Interval& part : parts_) {
-            const double from = (std::max(part.low, walls_.section.z0) - grid_.origin_m[2]) / step,
-                         to = (std::min(part.high, walls_.section.z1) - grid_.origin_m[2]) / step;
+        const auto close = [&](double low, double high) {
+            const double from = std::max(-1.0, (low - grid_.origin_m[2]) / step),
+                         to = std::min(heights_ + 0.0, (high - grid_.origin_m[2]) / step);
             for (int k = std::max(0, static_cast<int>(std::ceil(from))); k <= std::min<double>(heights_ - 1, to); ++k) open_begin[k] = 0;
             for (int k = std::max(0, static_cast<int>(std::floor(from))); k < std::min<double>(heights_ - 1, to); ++k)
                 above_begin[k] -= static_cast<float>(std::max(0.0, std::min(to, k + 1.0) - std::max(from, k + 0.0)));
+        };
+        walls_.solid.column(px, py, parts_);
+        intersect(parts_, inside_);
+        for (const Interval& part : parts_) close(std::max(part.low, walls_.section.z0), std::min(part.high, walls_.section.z1));
+        // What lies between the sides' intervals is outside the vessel.
+        constexpr double endless = std::numeric_limits<double>::infinity();
+        double end = -endless;
+        for (const Interval& part : inside_) {
+            if (part.low > end) close(end, part.low);
+            end = part.high;
         }
+        if (end < endless) close(end, endless);
     }
     double square(const Place& corner, std::size_t u, std::size_t v) {
         const std::array<Place, 4> corners = {corner, moved(corner, u, 1, v, 0), moved(corner, u, 1, v, 1), moved(corner, u, 0, v, 1)};
@@ -144,7 +155,7 @@ private:
         step[static_cast<int>(along)] = (from_low ? 1.0 : -1.0) * grid_.spacing_m[along] / squares;
         double open = 1.0;
         if (const auto hit = probe_->first_hit(from, step)) open = *hit;
-        if (const auto wall = walls_.container.wall_hit(from, step)) open = std::min(open, *wall);
+        if (const auto wall = walls_.container.vessel().first_hit(from, step)) open = std::min(open, *wall);
         return open;
     }
 
@@ -154,7 +165,7 @@ private:
     int columns_, heights_, row_ = -1;
     std::vector<std::uint8_t> open_;
     std::vector<float> above_;
-    std::vector<Interval> parts_;
+    std::vector<Interval> inside_, parts_;
     std::unique_ptr<geometry::SolidProbe> probe_;
 };
 

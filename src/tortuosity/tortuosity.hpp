@@ -23,7 +23,7 @@ struct GeometricPaperResult {
 
 /// With exact geometry: the closest void point is found on rays in the slice's plane (exact intervals), minimised over the
 /// direction to 1e-7. With `dot_pixel_m` it is the centre of the closest void pixel, as on images of that pixel size.
-[[nodiscard]] GeometricPaperResult geometric_paper_exact(const packing::Grains& grains, const packing::Container& container,
+[[nodiscard]] GeometricPaperResult geometric_paper_exact(const packing::Grains& grains, const vessels::Container& container,
                                                          const packing::Section& section, const TortuosityConfig& config);
 /// On images: the centre of the closest void pixel. The result increases with the pixel size.
 [[nodiscard]] GeometricPaperResult geometric_paper_on_slices(const converters::SliceStack& slices, const TortuosityConfig& config);

@@ -6,6 +6,7 @@ namespace core {}
 namespace geometry {}
 namespace shapes {}
 namespace packing {}
+namespace vessels {}
 namespace pore_space {}
 namespace converters {}
 namespace tortuosity {
@@ -13,6 +14,7 @@ using namespace core;
 using namespace geometry;
 using namespace shapes;
 using namespace packing;
+using namespace vessels;
 using namespace pore_space;
 using namespace converters;
 }  // namespace tortuosity

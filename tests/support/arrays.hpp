@@ -5,6 +5,7 @@
 
 #include "support/helpers.hpp"
 #include "support/known_flows.hpp"
+#include "vessels/config.hpp"
 
 namespace porepack::test {
 

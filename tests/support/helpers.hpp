@@ -27,6 +27,7 @@ namespace record {}
 namespace io {}
 namespace shapes {}
 namespace packing {}
+namespace vessels {}
 namespace pouring {
 namespace dem {}
 namespace liggghts {}
@@ -53,6 +54,7 @@ using namespace record;
 using namespace io;
 using namespace shapes;
 using namespace packing;
+using namespace vessels;
 using namespace pouring;
 using namespace pouring::dem;
 using namespace pouring::liggghts;

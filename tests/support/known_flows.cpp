@@ -13,6 +13,7 @@ using namespace geometry;
 using namespace lbm;
 using namespace shapes;
 using namespace packing;
+using namespace vessels;
 using namespace pore_space;
 namespace {
 
@@ -59,9 +60,7 @@ KnownFlow of_packing(std::string name, Packing packing, double permeability, dou
 }
 
 Packing box_of(const std::vector<Capsule>& capsules, const Vec3& size) {
-    return {.container = {.kind = Container::Kind::box, .size_m = size, .periodic = {true, true, true}},
-            .shapes = {{.id = "grain", .capsules = capsules}},
-            .bodies = {}};
+    return {.container = vessels::make_box(size, {true, true, true}), .shapes = {{.id = "grain", .capsules = capsules}}, .bodies = {}};
 }
 
 double sphere_radius(double solid_fraction, std::size_t spheres) {
@@ -85,7 +84,7 @@ std::span<const CylinderDrag> cylinder_drags() {
 }
 
 PoreSpace KnownFlow::space() const {
-    return pore_space_of(solid, container, {0.0, container.size_m.z()}, diameter_m);
+    return pore_space_of(solid, container, {0.0, container.size().z()}, diameter_m);
 }
 
 KnownFlow sphere_array(double solid_fraction, double drag, const std::vector<Vec3>& centres, const Vec3& shift) {
@@ -124,7 +123,7 @@ KnownFlow turned_array(double solid_fraction, double drag) {
 KnownFlow three_layers(double solid_fraction, double drag) {
     const double r = sphere_radius(solid_fraction, 1);
     Packing packing = box_of({{Vec3::Zero(), Vec3::Zero(), r}}, Vec3(1, 1, 6));
-    packing.container.periodic[2] = false;
+    packing.container = vessels::make_box(packing.container.size(), {true, true, false});
     for (const double z : {1.5, 2.5, 3.5}) packing.bodies.push_back({.shape = 0, .position_m = {0.5, 0.5, z}});
     return of_packing(fmt::format("three layers of spheres {:.3f}", solid_fraction), std::move(packing),
                       2.0 * r * r / (9.0 * solid_fraction * drag), 2.0 * r);
@@ -135,7 +134,7 @@ KnownFlow duct(const std::string& name, std::function<double(double, double)> de
     flow.name = name;
     flow.permeability_m2 = flow_rate;
     flow.diameter_m = width;
-    flow.container = {.kind = Container::Kind::box, .size_m = {1, 1, height}, .periodic = {true, true, true}};
+    flow.container = vessels::make_box({1, 1, height}, {true, true, true});
     flow.solid = std::make_shared<const Duct>(std::move(depth));
     return flow;
 }

@@ -14,7 +14,7 @@ struct KnownFlow {
     std::string name;
     packing::Packing packing;  ///< of an array
     std::shared_ptr<const geometry::Solid> solid;
-    packing::Container container;
+    vessels::Container container;
     core::Axis direction = core::Axis::z;
     double permeability_m2 = 0.0;
     double diameter_m = 0.0;  ///< diameter of a grain, or width of a duct

@@ -9,8 +9,7 @@ namespace porepack::test {
 [[nodiscard]] inline packing::Packing l_shaped() {
     using shapes::Vec3;
     packing::Packing packing;
-    packing.container.kind = packing::Container::Kind::box;
-    packing.container.size_m = Vec3(0.06, 0.05, 0.04);
+    packing.container = vessels::make_box(Vec3(0.06, 0.05, 0.04));
     packing.shapes.push_back(
         {.id = "L",
          .capsules = {

@@ -11,6 +11,7 @@ using namespace core;
 using namespace geometry;
 using namespace pore_space;
 using namespace packing;
+using namespace vessels;
 
 GrayImage simulated_scan(const Solid& solid, const Container& container, double voxel_size_m, const ScanSettings& settings) {
     GrayImage image;
@@ -61,7 +62,7 @@ GrayImage simulated_scan(const Solid& solid, const Container& container, double 
                 image.packed[grid.index(i, j, k)] = GrayImage::pack(fraction[static_cast<std::size_t>(k)]);
         }
     });
-    smooth(image, settings.blur_voxels, container.periodic);
+    smooth(image, settings.blur_voxels, container.periodic());
     if (settings.noise > 0.0) {
         std::mt19937 random(settings.seed);
         std::normal_distribution<double> noise(0.0, settings.noise);

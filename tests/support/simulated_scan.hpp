@@ -14,7 +14,7 @@ struct ScanSettings {
 };
 /// `tube`: solid outside a cylinder. The container from low() to high() in cubic voxels of about this size, changed so that a periodic box
 /// is a whole number of voxels. Solid fractions are exact along z, and on 4 x 4 lines per voxel.
-[[nodiscard]] geometry::GrayImage simulated_scan(const geometry::Solid& solid, const packing::Container& container, double voxel_size_m,
+[[nodiscard]] geometry::GrayImage simulated_scan(const geometry::Solid& solid, const vessels::Container& container, double voxel_size_m,
                                                  const ScanSettings& settings);
 
 }  // namespace porepack::test

@@ -10,6 +10,7 @@
 #include "pore_space/percolation.hpp"
 #include "pore_space/pore_space.hpp"
 #include "pore_space/walls.hpp"
+#include "vessels/config.hpp"
 
 namespace porepack::test {
 using namespace core;
@@ -17,6 +18,7 @@ using namespace geometry;
 using namespace lbm;
 using namespace shapes;
 using namespace packing;
+using namespace vessels;
 using namespace pore_space;
 namespace {
 
@@ -46,8 +48,7 @@ private:
     int between(int low, int high) { return low + static_cast<int>(random_() % static_cast<unsigned>(high - low + 1)); }
 
     static Packing box(const Vec3& size, bool periodic_z) {
-        return {
-            .container = {.kind = Container::Kind::box, .size_m = size, .periodic = {true, true, periodic_z}}, .shapes = {}, .bodies = {}};
+        return {.container = vessels::make_box(size, {true, true, periodic_z}), .shapes = {}, .bodies = {}};
     }
     static void add(Packing& packing, const Vec3& at, const Vec3& half_axis, double radius) {
         packing.shapes.push_back({.id = "grain " + std::to_string(packing.shapes.size()), .capsules = {{-half_axis, half_axis, radius}}});
@@ -89,12 +90,12 @@ private:
         Packing packing = box({1.0, 1.0, length}, chance(0.2));
         if (chance(0.3)) packing.container = parse_container("cylinder:1," + std::to_string(length));
         const double spheres = uniform(0.25, 0.9) * length / (std::numbers::pi / 6.0 * diameter * diameter * diameter);
-        const double low = packing.container.kind == Container::Kind::box ? 0.0 : -0.5;
+        const double low = packing.container.low().x();
         for (int i = 0; i < static_cast<int>(spheres); ++i) {
             const double x = low + uniform(0.0, 1.0), y = low + uniform(0.0, 1.0), z = uniform(0.0, length);
             add(packing, {x, y, z}, Vec3::Zero(), 0.5 * diameter);
         }
-        const bool periodic = packing.container.periodic[2];
+        const bool periodic = packing.container.periodic()[2];
         SlowFlow bed = flow("long bed", std::move(packing), cells);
         if (!periodic && chance(0.5))
             bed.space =

@@ -7,6 +7,7 @@ namespace porepack::test {
 using namespace core;
 using namespace shapes;
 using namespace packing;
+using namespace vessels;
 using namespace pore_space;
 
 double across_cylinders(double f) {
@@ -50,7 +51,7 @@ PoreSpace TurnedArray::space() const {
     const double side = turn == Turn::none ? 1.0 : turn == Turn::about_z ? 5.0 : 3.0;
     const Vec3 size(side, side, turn == Turn::about_z ? 1.0 : side);
     Packing packing;
-    packing.container = {.kind = Container::Kind::box, .size_m = size, .periodic = {true, true, true}};
+    packing.container = vessels::make_box(size, {true, true, true});
     const bool rods = grain == Grain::rod;
     packing.shapes = {make_preset(rods ? ShapeKind::rod : ShapeKind::sphere, diameter(), rods ? 1.0 : 0.0)};
     const Capsule& axis = packing.shapes.front().capsules.front();

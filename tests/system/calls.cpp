@@ -9,6 +9,7 @@
 #include "packing/packing.hpp"
 #include "support/cases.hpp"
 #include "support/helpers.hpp"
+#include "vessels/config.hpp"
 
 namespace porepack {
 namespace {

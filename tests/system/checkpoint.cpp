@@ -4,6 +4,7 @@
 #include "packing/packing.hpp"
 #include "record/digest.hpp"
 #include "support/helpers.hpp"
+#include "vessels/config.hpp"
 
 namespace porepack {
 namespace {

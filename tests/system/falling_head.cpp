@@ -2,6 +2,7 @@
 #include "core/json.hpp"
 #include "packing/packing.hpp"
 #include "support/helpers.hpp"
+#include "vessels/config.hpp"
 
 namespace porepack {
 namespace {

@@ -12,6 +12,7 @@
 #include "scans/gray_levels.hpp"
 #include "support/helpers.hpp"
 #include "support/simulated_scan.hpp"
+#include "vessels/config.hpp"
 
 namespace porepack {
 namespace {

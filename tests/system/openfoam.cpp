@@ -6,6 +6,7 @@
 #include "core/json.hpp"
 #include "openfoam/foam.hpp"
 #include "support/helpers.hpp"
+#include "vessels/config.hpp"
 
 namespace porepack {
 namespace {

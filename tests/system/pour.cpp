@@ -3,11 +3,13 @@
 #include <thread>
 
 #include "packing/grains.hpp"
+#include "packing/porosity.hpp"
 #include "pouring/batches.hpp"
 #include "pouring/dem/capsule_pour.hpp"
 #include "pouring/liggghts/liggghts.hpp"
 #include "record/digest.hpp"
 #include "support/helpers.hpp"
+#include "vessels/config.hpp"
 
 namespace porepack {
 namespace {
@@ -71,8 +73,7 @@ TEST(Pour, ASmallPackingHasTheSameBytesEverywhere) {
 
 TEST(Pour, PeriodicSidesAndMixtures) {
     const test::Folder folder;
-    Container box = parse_container("box:0.07,0.07,0.25");
-    box.periodic = {true, true, false};
+    const Container box = vessels::make_box({0.07, 0.07, 0.25}, {true, true, false});
     std::vector<ShapeShare> mixture = {{.shape = paper_shape(ShapeKind::tetrapod, 0.81), .number_fraction = 0.5},
                                        {.shape = paper_shape(ShapeKind::sphere, 1.0), .number_fraction = 0.5}};
     const PourResult result = pour_with_capsules(mixture, box, {.fill = Fill::lattice, .grains = 60}, folder.path() / "run");
@@ -90,8 +91,8 @@ TEST(Pour, PeriodicSidesAndMixtures) {
         across = across || bounds.low.x() < -0.001 || bounds.high.x() > 0.071;
     }
     EXPECT_TRUE(across);
-    box.periodic[2] = true;
-    EXPECT_TRUE(has(test::message_of<UserError>([&] { (void)pour_with_capsules(mixture, box, {.grains = 5}, folder.path() / "z"); }),
+    const Container closed = vessels::make_box(box.size(), {true, true, true});
+    EXPECT_TRUE(has(test::message_of<UserError>([&] { (void)pour_with_capsules(mixture, closed, {.grains = 5}, folder.path() / "z"); }),
                     "cannot be periodic"));
 }
 

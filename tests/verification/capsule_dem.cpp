@@ -13,6 +13,7 @@
 #include "shapes/segments.hpp"
 #include "shapes/shape.hpp"
 #include "support/helpers.hpp"
+#include "vessels/config.hpp"
 
 namespace porepack {
 namespace {

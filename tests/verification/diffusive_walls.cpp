@@ -86,10 +86,9 @@ TEST(DiffusiveWalls, IntervalsHoldOnTurnedArrays) {
 // The same array from a section that cuts the spheres: in situ the array's value; between planes of given concentration too low.
 TEST(DiffusiveWalls, ASectionInSituIsThatOfTheArray) {
     const double f = 0.343, exact = (1.0 - f) / test::among_spheres(f, false);
-    Packing packing{.container = parse_container("box:1,1,7"),
+    Packing packing{.container = vessels::make_box({1.0, 1.0, 7.0}, {true, true, false}),
                     .shapes = {make_preset(ShapeKind::sphere, std::cbrt(6.0 * f / std::numbers::pi), 0.0)},
                     .bodies = {}};
-    packing.container.periodic = {true, true, false};
     for (int layer = 0; layer < 7; ++layer) packing.bodies.push_back({.shape = 0, .position_m = {0.5, 0.5, layer + 0.5}});
     const PoreSpace bed = pore_space_of(packing).with_section({2.27, 4.27});
     const double in_situ = diffusive_tortuosity(bed.with_ends(Ends::in_situ, 1.5), 1.0 / 20, Axis::z).value();

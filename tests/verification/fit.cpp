@@ -13,11 +13,13 @@
 #include "scans/shape_points.hpp"
 #include "support/helpers.hpp"
 #include "support/simulated_scan.hpp"
+#include "vessels/config.hpp"
 
 namespace porepack {
 namespace {
 
 using namespace packing;
+using namespace vessels;
 using namespace shapes;
 using test::has;
 using test::message_of;
@@ -42,8 +44,7 @@ double gap_of(const std::vector<Capsule>& first, const std::vector<Capsule>& sec
 // Grains at random in a box, most of them moved until they touch another one.
 Packing random_bed(const std::vector<Shape>& shapes, std::size_t grains, double side, unsigned seed) {
     Packing packing;
-    packing.container.kind = Container::Kind::box;
-    packing.container.size_m = Vec3(side, side, side);
+    packing.container = vessels::make_box(Vec3::Constant(side));
     packing.shapes = shapes;
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> place(0.0, side);
@@ -131,9 +132,7 @@ TEST(Poses, AMixtureInAnXRayScanIsFound) {
     const test::Folder folder;
     imaging::write_volume(folder.path() / "scan.nrrd", imaging::source_of(scan.grid, scan.values));
     const double width = scan.grid.cells[0] * h;
-    Container box;
-    box.kind = Container::Kind::box;
-    box.size_m = Vec3(width, width, scan.grid.cells[2] * h);
+    const Container box = vessels::make_box({width, width, scan.grid.cells[2] * h});
     const results::Fit found = written(fit_image(folder.path() / "scan.nrrd", {}, box, exact.shapes), folder.path());
     Packing fitted = read_packing(folder.path() / "packing.json");
     for (Body& body : fitted.bodies) body.position_m -= Vec3(0.5 * (width - 0.045), 0.5 * (width - 0.045), 0.0);
@@ -257,7 +256,7 @@ TEST(Poses, FromAPackingToAScanAndBack) {
     EXPECT_TRUE(fitted.json()["doubts"].empty()) << fitted.out;
     EXPECT_NEAR(fitted.json()["container"]["diameter_m"].get<double>(), 0.04, 8e-5);
     Packing found = read_packing(folder.path() / "fitted" / "packing.json");
-    EXPECT_TRUE(found.container.cut_ends);
+    EXPECT_TRUE(found.container.cut_ends());
     for (Body& body : found.bodies) body.position_m.z() += 0.004;
     EXPECT_EQ(errors_of(exact, found).found, found.bodies.size());  // no false grain
     EXPECT_GE(found.bodies.size(), 8U);                             // of the other ones hardly anything is shown

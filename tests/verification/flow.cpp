@@ -211,7 +211,7 @@ TEST(SphereArrays, HydraulicTortuosityIsTheKnownOne) {
 TEST(PressurePlanes, GiveThePeriodicAnswerOnASymmetricCell) {
     // Half-way between two layers of an SC array the pressure is constant by symmetry, so pressure planes there have no effect.
     KnownFlow open = sphere_array(0.343, 15.39949, simple_cubic());
-    open.container.periodic = open.packing.container.periodic = {true, true, false};
+    open.container = open.packing.container = vessels::make_box(open.container.size(), {true, true, false});
     open.solid = std::make_shared<const Grains>(open.packing);
     const LbmConfig config{.iteration_tolerance = 1e-6, .grids = 1};
     const LbmGridResult planes = solve(open, 32, config).fine();

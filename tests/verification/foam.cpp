@@ -5,6 +5,7 @@
 #include "openfoam/foam.hpp"
 #include "openfoam/foam_field.hpp"
 #include "support/helpers.hpp"
+#include "vessels/config.hpp"
 
 namespace porepack {
 namespace {

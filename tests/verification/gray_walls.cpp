@@ -13,6 +13,7 @@
 #include "support/helpers.hpp"
 #include "support/known_flows.hpp"
 #include "support/simulated_scan.hpp"
+#include "vessels/config.hpp"
 
 namespace porepack {
 namespace {
@@ -118,7 +119,7 @@ TEST(GrayWalls, TheAveragedImageIsThatOfLargerVoxels) {
 }
 
 TEST(GrayWalls, LevelsAreFoundAndTheTubeIsSubtracted) {
-    const packing::Container tube = packing::parse_container("cylinder:0.04,0.04");
+    const vessels::Container tube = vessels::parse_container("cylinder:0.04,0.04");
     packing::Packing packing{.container = tube, .shapes = {shapes::make_preset(shapes::ShapeKind::sphere, 0.008, 0.0)}, .bodies = {}};
     const double a = 0.0082;
     for (int k = 0; k < 4; ++k)
@@ -148,7 +149,7 @@ TEST(GrayWalls, LevelsAreFoundAndTheTubeIsSubtracted) {
 // Detector pixels of wrong gain make rings about the axis, the same in all layers: 5 % of the contrast is 15 times those of the simulated
 // scanner.
 TEST(GrayWalls, RingsHardlyChangeThePorosity) {
-    const packing::Container tube = packing::parse_container("cylinder:0.04,0.04");
+    const vessels::Container tube = vessels::parse_container("cylinder:0.04,0.04");
     packing::Packing packing{.container = tube, .shapes = {shapes::make_preset(shapes::ShapeKind::sphere, 0.008, 0.0)}, .bodies = {}};
     std::mt19937 random(5);
     std::uniform_real_distribution<double> unit(0.0, 1.0);
@@ -183,7 +184,7 @@ TEST(GrayWalls, WhatCannotBeRightIsRefused) {
     geometry::GrayImage image;
     image.grid = {.cells = {20, 20, 20}, .origin_m = {0, 0, 0}, .spacing_m = {1e-3, 1e-3, 1e-3}};
     image.packed.assign(8000, geometry::GrayImage::pack(0.0));
-    const packing::Container box{.kind = packing::Container::Kind::box, .size_m = {0.02, 0.02, 0.02}};
+    const vessels::Container box = vessels::make_box({0.02, 0.02, 0.02});
     const auto message = [&](const ImageConfig& config) -> std::string {
         try {
             (void)scans::read_gray(scan_of(image, 10.0, 90.0), config, box, "scan");

@@ -32,9 +32,7 @@ Bottleneck random_bottleneck(unsigned seed) {
     const int grains = 1 + static_cast<int>(uniform(0, 3)), ends = static_cast<int>(uniform(0, 4));
     const bool plates = uniform(0, 1) < 0.6, spheres = uniform(0, 1) < 0.2;
     const double depth = spheres ? 1.0 : 0.5, length = std::round(grains * uniform(0.8, 4));
-    Packing packing{.container = {.kind = Container::Kind::box, .size_m = {1.0, depth, length}, .periodic = {!plates, true, ends == 0}},
-                    .shapes = {},
-                    .bodies = {}};
+    Packing packing{.container = vessels::make_box({1.0, depth, length}, {!plates, true, ends == 0}), .shapes = {}, .bodies = {}};
     std::string gaps;
     for (int grain = 0; grain < grains; ++grain) {
         const double gap = 0.06 * std::pow(6.0, uniform(0, 1)), radius = 0.5 * (1.0 - gap);
@@ -117,9 +115,7 @@ TEST(Growth, SlowFlowsThroughBottlenecksAreNotStopped) {
 
 // Rods with gaps of 0.073 and 0.098, about a node wide on the coarse grids.
 TEST(Growth, TheSearchOfARelaxationTimeSolvesSlowFlows) {
-    Packing packing{.container = {.kind = Container::Kind::box, .size_m = {1.0, 0.25, 2.0}, .periodic = {true, true, true}},
-                    .shapes = {},
-                    .bodies = {}};
+    Packing packing{.container = vessels::make_box({1.0, 0.25, 2.0}, {true, true, true}), .shapes = {}, .bodies = {}};
     for (const auto& [x, z, radius] : {std::array{0.361538, 0.563722, 0.4634}, {0.926643, 1.506, 0.450861}}) {
         packing.bodies.push_back({.shape = packing.shapes.size(), .position_m = {x, 0.125, z}});
         packing.shapes.push_back({.id = "rod", .capsules = {{Vec3(0, -1, 0), Vec3(0, 1, 0), radius}}});

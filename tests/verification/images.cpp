@@ -207,7 +207,7 @@ TEST(Images, CropBinAndPhases) {
     gray.pore = {10, 11, 12};
     EXPECT_EQ(segmented(open_volume(file, gray), gray, "l").pore_level, "value 10, 11, 12");
     // A segmented image is its own grid.
-    const packing::Container box{.kind = packing::Container::Kind::box, .size_m = {n[0] * h, n[1] * h, n[2] * h}};
+    const vessels::Container box = vessels::make_box({n[0] * h, n[1] * h, n[2] * h});
     const pore_space::PoreSpace space = pore_space_of(found.image, box, {0.0, n[2] * h}, "l.raw");
     EXPECT_EQ(space.voxel_size_m(0.0), h);
     EXPECT_EQ(space.voxel_size_m(h), h);

@@ -72,8 +72,7 @@ TEST(IterationError, TellsTheShareOfTheSteps) {
 }
 
 TEST(IterationError, OfTwoLayersOfRodsIsCovered) {
-    Packing packing{.container = parse_container("box:1,0.125,6"), .shapes = {}, .bodies = {}};
-    packing.container.periodic = {true, true, false};
+    Packing packing{.container = vessels::make_box({1.0, 0.125, 6.0}, {true, true, false}), .shapes = {}, .bodies = {}};
     for (const auto& [gap, z] : {std::pair{0.36, 1.5}, {0.06, 4.5}}) {
         packing.bodies.push_back({.shape = packing.shapes.size(), .position_m = {0.5, 0.0625, z}});
         packing.shapes.push_back({.id = "rod", .capsules = {{Vec3(0, -1, 0), Vec3(0, 1, 0), 0.5 * (1.0 - gap)}}});

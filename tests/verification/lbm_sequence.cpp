@@ -87,7 +87,7 @@ TEST(Tolerance, TheIntervalsOfFastKnownFlowsCover) {
     int covered = 0, solved = 0;
     for (const KnownFlow& known : random_known_flows(11)) {
         // Dilute arrays need most of the time; `porepack benchmark coverage` includes them.
-        if (known.permeability_m2 > 0.02 && known.container.size_m.z() == 1.0) continue;
+        if (known.permeability_m2 > 0.02 && known.container.size().z() == 1.0) continue;
         const LbmResult result =
             lbm_permeability(known.space(), 0.1, {.direction = known.direction, .tolerance = 0.02, .max_time_s = 200.0});
         if (!result.half_width) continue;

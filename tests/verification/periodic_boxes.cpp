@@ -7,6 +7,7 @@
 #include "support/helpers.hpp"
 #include "support/known_flows.hpp"
 #include "tortuosity/tortuosity.hpp"
+#include "vessels/config.hpp"
 
 namespace porepack {
 namespace {
@@ -14,7 +15,7 @@ namespace {
 using namespace test;
 
 Packing spheres(const Vec3& size, double radius, const std::vector<Vec3>& centres, bool periodic_z = true) {
-    Packing packing{.container = {.kind = Container::Kind::box, .size_m = size, .periodic = {true, true, periodic_z}},
+    Packing packing{.container = vessels::make_box(size, {true, true, periodic_z}),
                     .shapes = {{.id = "sphere", .capsules = {{Vec3::Zero(), Vec3::Zero(), radius}}}},
                     .bodies = {}};
     for (const Vec3& centre : centres) packing.bodies.push_back({.shape = 0, .position_m = centre});
@@ -60,7 +61,7 @@ TEST(PeriodicBoxes, KIsInItsIntervalAndAllGridsDiffer) {
                 // Boxes of whole cubes of the same volume.
                 for (std::size_t a = 0; a < 3; ++a) {
                     const double factor = grid.stretch ? (*grid.stretch)[a] : 1.0;
-                    EXPECT_NEAR(grid.cells[a] * grid.voxel_size_m / (factor * space.container.size_m[static_cast<int>(a)]), 1.0, 1e-12);
+                    EXPECT_NEAR(grid.cells[a] * grid.voxel_size_m / (factor * space.container.size()[static_cast<int>(a)]), 1.0, 1e-12);
                 }
                 if (grid.stretch) EXPECT_NEAR((*grid.stretch)[0] * (*grid.stretch)[1] * (*grid.stretch)[2], 1.0, 1e-12);
             }
@@ -126,7 +127,7 @@ TEST(PeriodicBoxes, EverySizeIsFoundOrTheMessageNamesOneThatWorks) {
                 EXPECT_LT(size, 1.55 * asked) << text;
             } catch (const UserError& refusal) {
                 ++refused;
-                EXPECT_LT(box.size_m.minCoeff(), 4.0 * asked) << text << ", " << asked;
+                EXPECT_LT(box.size().minCoeff(), 4.0 * asked) << text << ", " << asked;
                 const std::string said = refusal.what();
                 ASSERT_TRUE(has(said, " m is the nearest size that fits")) << said;
                 const std::size_t end = said.find(" m is the nearest"), start = said.find_last_of(" \n", end - 1) + 1;
@@ -136,7 +137,7 @@ TEST(PeriodicBoxes, EverySizeIsFoundOrTheMessageNamesOneThatWorks) {
             EXPECT_NEAR(found.voxel_size_m / size, 1.0, 1e-5) << "six digits are printed; " << text << ", " << asked;
             for (int axis = 0; axis < 3; ++axis) {
                 const auto a = static_cast<std::size_t>(axis);
-                EXPECT_NEAR(found.grid.cells[a] * found.grid.spacing_m[a], box.size_m[axis], 1e-9);
+                EXPECT_NEAR(found.grid.cells[a] * found.grid.spacing_m[a], box.size()[axis], 1e-9);
                 EXPECT_NEAR(found.grid.spacing_m[a] / found.voxel_size_m, 1.0, 0.031) << text << ", " << asked;  // 1 / 0.97
             }
             stretched += stretch_to_cubes(found.grid) ? 1 : 0;

@@ -20,7 +20,7 @@ constexpr std::array<bool, 3> all_periodic = {true, true, true};
 
 // Spheres of radius 1 at random places of a periodic box: lengths of chords are exponential with mean 1/(pi n), the correlation is known.
 packing::Packing overlapping_spheres(double side, int count) {
-    packing::Packing packing{.container = {.kind = packing::Container::Kind::box, .size_m = {side, side, side}, .periodic = all_periodic},
+    packing::Packing packing{.container = vessels::make_box({side, side, side}, all_periodic),
                              .shapes = {shapes::make_preset(shapes::ShapeKind::sphere, 2.0, 0.0)},
                              .bodies = {}};
     std::mt19937 random(11);
@@ -144,7 +144,7 @@ TEST(Pores, TheThroatBetweenSpheresInContact) {
 
 // A simple cubic array of spheres in contact: one pore per cell, sqrt(3) - 1 diameters wide, and six throats of sqrt(2) - 1 diameters.
 TEST(Pores, NetworkOfACubicArrayOfSpheres) {
-    packing::Packing array{.container = {.kind = packing::Container::Kind::box, .size_m = {3.0, 3.0, 3.0}, .periodic = all_periodic},
+    packing::Packing array{.container = vessels::make_box({3.0, 3.0, 3.0}, all_periodic),
                            .shapes = {shapes::make_preset(shapes::ShapeKind::sphere, 1.0, 0.0)},
                            .bodies = {}};
     for (int cell = 0; cell < 27; ++cell)
@@ -197,7 +197,7 @@ TEST(Pores, DistancesAreExact) {
 // cuts them on all sides.
 std::vector<double> layers_of_random_spheres(double diameters, double solid, unsigned seed) {
     const double margin = 2.0, wide = 8.0, high = 2.0 * diameters;
-    packing::Packing packing{.container = {.kind = packing::Container::Kind::box, .size_m = {wide, wide, high}},
+    packing::Packing packing{.container = vessels::make_box({wide, wide, high}),
                              .shapes = {shapes::make_preset(shapes::ShapeKind::sphere, 2.0, 0.0)},
                              .bodies = {}};
     std::mt19937 random(seed);

@@ -7,14 +7,17 @@
 
 #include "analysis/relax.hpp"
 #include "packing/grains.hpp"
+#include "packing/section.hpp"
 #include "packing/structure.hpp"
 #include "pouring/dem/capsule_pour.hpp"
 #include "support/helpers.hpp"
+#include "vessels/config.hpp"
 
 namespace porepack {
 namespace {
 
 using namespace packing;
+using namespace vessels;
 using namespace pouring;
 using namespace pouring::dem;
 using namespace shapes;

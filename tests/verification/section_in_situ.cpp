@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "core/data_file.hpp"
+#include "core/error.hpp"
 #include "lbm/layers.hpp"
 #include "lbm/permeability.hpp"
 #include "openfoam/foam_field.hpp"
@@ -12,6 +13,7 @@ using namespace porepack::core;
 using namespace porepack::geometry;
 using namespace porepack::shapes;
 using namespace porepack::packing;
+using namespace porepack::vessels;
 using namespace porepack::converters;
 using namespace porepack::pore_space;
 using namespace porepack::lbm;

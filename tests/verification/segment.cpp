@@ -9,6 +9,7 @@
 #include "scans/gray_levels.hpp"
 #include "support/helpers.hpp"
 #include "support/simulated_scan.hpp"
+#include "vessels/config.hpp"
 
 namespace porepack {
 namespace {
@@ -21,7 +22,7 @@ using shapes::Vec3;
 
 // Spheres of 8 mm in contact, 20 voxels each, in a tube of 32 mm: four layers of five, the lowest and the highest cut by the ends.
 packing::Packing stacked_spheres() {
-    packing::Packing packing{.container = packing::parse_container("cylinder:0.032,0.024"),
+    packing::Packing packing{.container = vessels::parse_container("cylinder:0.032,0.024"),
                              .shapes = {shapes::make_preset(shapes::ShapeKind::sphere, 0.008, 0.0)},
                              .bodies = {}};
     for (int k = 0; k < 4; ++k)
@@ -97,7 +98,7 @@ TEST(Segment, GrainsTubeCavitiesAndCutGrains) {
 
 TEST(Segment, MergedAndSplitGrainsAreFlagged) {
     // Two spheres that overlap deeply stay one grain of twice the volume beside five of one.
-    packing::Packing packing{.container = packing::parse_container("cylinder:0.032,0.032"),
+    packing::Packing packing{.container = vessels::parse_container("cylinder:0.032,0.032"),
                              .shapes = {shapes::make_preset(shapes::ShapeKind::sphere, 0.008, 0.0)},
                              .bodies = {}};
     for (const auto& at : {Vec3(0.009, 0.0, 0.01), Vec3(-0.009, 0.0, 0.01), Vec3(0.0, 0.009, 0.01), Vec3(0.0, -0.009, 0.01),
@@ -120,7 +121,7 @@ TEST(Segment, EmptyScansAndScansWithoutATubeAreNamed) {
     packing::Packing packing = stacked_spheres();
     packing.bodies.resize(5);
     const Path scan = write_scan(folder, packing);
-    const auto message = [&](const imaging::ImageConfig& image, const std::optional<packing::Container>& container) -> std::string {
+    const auto message = [&](const imaging::ImageConfig& image, const std::optional<vessels::Container>& container) -> std::string {
         try {
             (void)segment_image(scan, image, container, {});
         } catch (const UserError& error) {

@@ -6,6 +6,7 @@
 #include "shapes/shape.hpp"
 #include "support/helpers.hpp"
 #include "tortuosity/tortuosity.hpp"
+#include "vessels/config.hpp"
 
 namespace porepack {
 namespace {

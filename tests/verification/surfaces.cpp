@@ -6,6 +6,7 @@
 #include "core/data_file.hpp"
 #include "shapes/shape.hpp"
 #include "support/helpers.hpp"
+#include "vessels/config.hpp"
 
 namespace porepack {
 namespace {

@@ -9,6 +9,7 @@
 #include "pore_space/percolation.hpp"
 #include "support/helpers.hpp"
 #include "tortuosity/tortuosity.hpp"
+#include "vessels/config.hpp"
 
 namespace porepack {
 namespace {

@@ -59,7 +59,8 @@ results::ComputationEffects effects_on_the_computation(const PoreSpace& space, d
 }  // namespace
 
 Outcome<results::Causes> find_causes(const PoreSpace& space, const FlowsOfSample& flows, const FallingHeadConfig& config) {
-    if (space.container.kind != Container::Kind::cylinder || !space.packing)
+    const std::optional<double> tube = space.container.tube_diameter();
+    if (!tube || !space.packing)
         throw UserError("the causes are those of a packing in a tube", {.where = "[falling_head] causes", .fix = "causes = false"});
     if (space.bed_top_m < config.sample_length_m)
         throw UserError(fmt::format("the bed is {:g} m high, the sample {:g} m", space.bed_top_m, config.sample_length_m),
@@ -77,7 +78,7 @@ Outcome<results::Causes> find_causes(const PoreSpace& space, const FlowsOfSample
                              .ends_inertial = ends.inertial,
                              .aligned_viscous = 1.0 + share * (dense.viscous - 1.0),
                              .aligned_inertial = 1.0 + share * (dense.inertial - 1.0),
-                             .tube_diameter_m = space.container.diameter_m,
+                             .tube_diameter_m = *tube,
                              .grain_diameter_m = grain,
                              .largest_reynolds = flows.largest_reynolds,
                              .quasi_steady_inertia = flows.quasi_steady_inertia};
@@ -93,7 +94,7 @@ Outcome<results::Causes> find_causes(const PoreSpace& space, const FlowsOfSample
                            .inertia_coefficient = inertia_coefficient(config),
                            .porosity_layers = layers,
                            .viscous_share_of_head = study.viscous_share,
-                           .reynolds = {reynolds(grain), reynolds(space.container.diameter_m)},
+                           .reynolds = {reynolds(grain), reynolds(*tube)},
                            .evaluation_alone = study.evaluation_alone,
                            .darcy_alone = study.darcy_alone,
                            .to_explain = wanted > 0.0 ? std::optional(wanted) : std::nullopt,

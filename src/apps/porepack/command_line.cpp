@@ -13,6 +13,7 @@
 
 #include "apps/porepack/uses.hpp"
 #include "core/build.hpp"
+#include "core/error.hpp"
 #include "core/escape.hpp"
 #include "core/json.hpp"
 #include "core/log.hpp"

@@ -1,4 +1,5 @@
 #include "apps/porepack/run.hpp"
+#include "core/error.hpp"
 
 #include <fmt/format.h>
 

@@ -51,7 +51,7 @@ struct LooseCommand {
 };
 void run_on_input(const Common& common, const LooseCommand& command);
 void run_on_files(const Common& common, pipeline::LooseRun run);
-[[nodiscard]] std::optional<packing::Container> container_of(const Common& common);
+[[nodiscard]] std::optional<vessels::Container> container_of(const Common& common);
 /// Folder for the files of a loose run: --output, else that of the input.
 [[nodiscard]] core::Path target_folder(const Common& common);
 

@@ -8,6 +8,7 @@ namespace io {}
 namespace imaging {}
 namespace shapes {}
 namespace packing {}
+namespace vessels {}
 namespace pore_space {}
 namespace converters {}
 namespace lbm {}
@@ -29,6 +30,7 @@ using namespace io;
 using namespace imaging;
 using namespace shapes;
 using namespace packing;
+using namespace vessels;
 using namespace pore_space;
 using namespace converters;
 using namespace lbm;

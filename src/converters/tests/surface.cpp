@@ -8,6 +8,7 @@
 #include "core/error.hpp"
 #include "support/basics.hpp"
 #include "support/l_shaped.hpp"
+#include "vessels/config.hpp"
 
 namespace porepack {
 using namespace core;
@@ -15,6 +16,7 @@ using namespace geometry;
 using namespace io;
 using namespace shapes;
 using namespace packing;
+using namespace vessels;
 using namespace pore_space;
 using namespace converters;
 namespace {
@@ -169,8 +171,7 @@ TEST(Stl, IsReadAsWritersLeaveIt) {
 TEST(Porosity, AFilledCavityIsSolid) {
     for (const Cavity cavity : {Cavity::filled, Cavity::open}) {
         Packing packing;
-        packing.container.kind = Container::Kind::box;
-        packing.container.size_m = Vec3::Constant(8.0);
+        packing.container = vessels::make_box(Vec3::Constant(8.0));
         packing.shapes.push_back(make_preset(ShapeKind::tetrahedron, 2.0, 3.3));
         packing.shapes[0].cavity = cavity;
         find_cavities(packing.shapes[0]);

@@ -1,5 +1,6 @@
 // What `porepack design` predicts by, and the grains among which it chooses.
 #include "design/surrogate.hpp"
+#include "core/error.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -13,7 +14,7 @@ namespace {
 
 using namespace design;
 using namespace shapes;
-using packing::Container;
+using vessels::Container;
 
 double smooth(double x, double y) {
     return std::sin(3.0 * x) + 0.5 * y * y;
@@ -124,13 +125,11 @@ TEST(Surrogate, FindsTheKozenyConstant) {
 }
 
 TEST(Surrogate, WallRatios) {
-    Container box{.kind = Container::Kind::box, .size_m = Vec3(0.1, 0.2, 0.5)};
-    EXPECT_NEAR(wall_ratio(0.01, {.diameter_m = 0.1, .height_m = 1.0}), 0.1, 1e-15);
-    EXPECT_NEAR(wall_ratio(0.01, box), 0.01 * 0.6 / 0.08, 1e-15);
-    box.periodic = {true, false, false};
-    EXPECT_NEAR(wall_ratio(0.01, box), 0.01 * 0.2 / 0.08, 1e-15);
-    box.periodic = {true, true, false};
-    EXPECT_EQ(wall_ratio(0.01, box), 0.0);
+    const auto box = [](bool x, bool y) { return vessels::make_box({0.1, 0.2, 0.5}, {x, y, false}); };
+    EXPECT_NEAR(wall_ratio(0.01, vessels::make_cylinder(0.1, 1.0)), 0.1, 1e-15);
+    EXPECT_NEAR(wall_ratio(0.01, box(false, false)), 0.01 * 0.6 / 0.08, 1e-15);
+    EXPECT_NEAR(wall_ratio(0.01, box(true, false)), 0.01 * 0.2 / 0.08, 1e-15);
+    EXPECT_EQ(wall_ratio(0.01, box(true, true)), 0.0);
 }
 
 TEST(Candidates, PresetsHaveUnitSizeAndTheirSphericity) {

@@ -5,14 +5,17 @@
 #include "core/error.hpp"
 #include "packing/grains.hpp"
 #include "packing/packing.hpp"
+#include "packing/porosity.hpp"
 #include "packing/structure.hpp"
 #include "support/basics.hpp"
 #include "support/l_shaped.hpp"
+#include "vessels/config.hpp"
 
 namespace porepack {
 using namespace core;
 using namespace shapes;
 using namespace packing;
+using namespace vessels;
 namespace {
 
 using test::has;
@@ -48,24 +51,16 @@ TEST(Packing, FaultsAreNamedWithTheirPlace) {
     EXPECT_TRUE(has(message_of<UserError>([&] { (void)read_packing(folder.path() / "none.json"); }), "no such file"));
 }
 
-TEST(Container, IsParsed) {
-    EXPECT_NEAR(parse_container("cylinder:0.1,0.7").inner_area_m2(), std::numbers::pi * 0.0025, 1e-12);
-    EXPECT_TRUE(parse_container("box:1,2,3:periodic").periodic[2]);
-    for (const char* bad : {"", "box", "box:1,2", "cylinder:1", "cylinder:0,1", "box:1,2,nan", "box:1,2,3:open", "cylinder:1,2x"})
-        EXPECT_TRUE(has(message_of<UserError>([&] { (void)parse_container(bad); }), "container")) << bad;
-}
-
 TEST(Porosity, OneSphereInABoxAndAcrossAPeriodicCorner) {
     Packing packing;
-    packing.container.kind = Container::Kind::box;
-    packing.container.size_m = Vec3::Ones();
+    packing.container = vessels::make_box(Vec3::Ones());
     packing.shapes.push_back({.id = "sphere", .capsules = {{Vec3::Zero(), Vec3::Zero(), 0.4}}});
     packing.bodies.push_back({.shape = 0, .position_m = Vec3::Constant(0.5)});
     const double exact = 1.0 - 4.0 / 3.0 * std::numbers::pi * 0.064;
     const Porosity middle = porosity(Grains(packing), packing.container, {0.0, 1.0});
     EXPECT_NEAR(middle.value, exact, 1e-4);
     EXPECT_LT(middle.uncertainty, 1e-3);
-    packing.container.periodic = {true, true, true};
+    packing.container = vessels::make_box(Vec3::Ones(), {true, true, true});
     packing.bodies[0].position_m = Vec3::Zero();
     EXPECT_NEAR(porosity(Grains(packing), packing.container, {0.0, 1.0}).value, exact, 1e-4);
 }
@@ -85,6 +80,7 @@ TEST(Section, DefaultsTrimAndTheEmptyOneIsNamed) {
 // A cubic lattice of touching spheres in a periodic box, and rods that all lie along z.
 TEST(Structure, OfALatticeAndOfParallelRods) {
     using namespace packing;
+    using namespace vessels;
     using shapes::Vec3;
     Packing lattice{.container = parse_container("box:4,4,4:periodic"),
                     .shapes = {shapes::make_preset(shapes::ShapeKind::sphere, 1.0, 0.0)},

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/error.hpp"
 #include "pore_space/percolation.hpp"
 #include "pore_space/voxels.hpp"
 #include "support/basics.hpp"

@@ -8,11 +8,13 @@
 #include "pore_space/pore_space.hpp"
 #include "pore_space/voxels.hpp"
 #include "support/basics.hpp"
+#include "vessels/config.hpp"
 
 namespace porepack {
 using namespace core;
 using namespace geometry;
 using namespace packing;
+using namespace vessels;
 using namespace pore_space;
 namespace {
 

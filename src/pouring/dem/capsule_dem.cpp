@@ -66,7 +66,7 @@ void CapsuleDem::State::make_cells(double widest) {
         const auto a = static_cast<std::size_t>(axis);
         // A pair keeps one periodic shift, so two images of a grain must not be near another grain at the same time.
         const double extent = high[axis] - low[axis];
-        if (container_.periodic[a] && extent < 4.0 * widest + 2.0 * skin_)
+        if (container_.periodic()[a] && extent < 4.0 * widest + 2.0 * skin_)
             throw UserError(
                 fmt::format("the periodic box is {:g} m wide along axis {}, too narrow for grains of radius {:g} m", extent, axis, widest),
                 {.allowed = fmt::format("{:g} m or more, so that no two grains have two contacts", 4.0 * widest + 2.0 * skin_)});
@@ -76,16 +76,13 @@ void CapsuleDem::State::make_cells(double widest) {
 }
 
 void CapsuleDem::State::make_walls() {
-    if (!container_.periodic[2] && !container_.cut_ends) planes_.push_back({Vec3::UnitZ(), 0.0});
-    if (container_.kind == Container::Kind::cylinder) {
-        cylinder_radius_ = container_.diameter_m / 2.0;
-    } else {
-        for (int axis = 0; axis < 2; ++axis) {
-            if (container_.periodic[static_cast<std::size_t>(axis)]) continue;
-            planes_.push_back({Vec3::Unit(axis), 0.0});
-            planes_.push_back({-Vec3::Unit(axis), -container_.size_m[axis]});
-        }
-    }
+    const std::optional<ConvexWalls> walls = container_.vessel().convex_walls();
+    if (!walls)
+        throw UserError("grains cannot be poured into this vessel: its walls are not planes or a tube that enclose a convex space",
+                        {.where = to_json(container_).dump()});
+    if (!container_.periodic()[2] && !container_.cut_ends()) planes_.push_back({Vec3::UnitZ(), container_.low().z()});
+    for (const ConvexWalls::Plane& plane : walls->planes) planes_.push_back({plane.normal, plane.offset_m});
+    cylinder_radius_ = walls->tube_radius_m;
 }
 
 void CapsuleDem::State::add(std::size_t shape, const Vec3& position_m, const Quaternion& orientation, const Vec3& velocity,
@@ -130,8 +127,8 @@ Body CapsuleDem::State::pose(std::size_t body) const {
     pose.orientation = (state.q * grain.turn.conjugate()).normalized();
     pose.position_m = state.x - pose.orientation * grain.centre_m;
     for (int axis = 0; axis < 3; ++axis)
-        if (container_.periodic[static_cast<std::size_t>(axis)])
-            pose.position_m[axis] -= container_.size_m[axis] * std::floor(pose.position_m[axis] / container_.size_m[axis]);
+        if (container_.periodic()[static_cast<std::size_t>(axis)])
+            pose.position_m[axis] -= container_.size()[axis] * std::floor(pose.position_m[axis] / container_.size()[axis]);
     return pose;
 }
 
@@ -144,8 +141,8 @@ Packing CapsuleDem::State::packing() const {
 Vec3 CapsuleDem::State::image_shift(const Vec3& between) const {
     Vec3 shift = Vec3::Zero();
     for (int axis = 0; axis < 3; ++axis)
-        if (container_.periodic[static_cast<std::size_t>(axis)])
-            shift[axis] = -container_.size_m[axis] * std::round(between[axis] / container_.size_m[axis]);
+        if (container_.periodic()[static_cast<std::size_t>(axis)])
+            shift[axis] = -container_.size()[axis] * std::round(between[axis] / container_.size()[axis]);
     return shift;
 }
 

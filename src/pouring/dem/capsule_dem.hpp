@@ -77,7 +77,7 @@ struct DemRest {
 class CapsuleDem {
 public:
     /// Throws UserError for a periodic box narrower than two grains.
-    CapsuleDem(const packing::Container& container, const std::vector<shapes::Shape>& shapes, double density_kg_per_m3,
+    CapsuleDem(const vessels::Container& container, const std::vector<shapes::Shape>& shapes, double density_kg_per_m3,
                const ContactLaw& law, const DemOptions& options);
     ~CapsuleDem();
     CapsuleDem(CapsuleDem&&) noexcept;

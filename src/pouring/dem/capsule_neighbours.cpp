@@ -16,7 +16,7 @@ long CapsuleDem::State::cell_of(const Vec3& place) const {
     for (int axis = 0; axis < 3; ++axis) {
         const auto a = static_cast<std::size_t>(axis);
         double x = place[axis] - cell_low_[axis];
-        const double extent = container_.periodic[a] ? container_.size_m[axis] : 0.0;
+        const double extent = container_.periodic()[a] ? container_.size()[axis] : 0.0;
         if (extent > 0.0) x -= extent * std::floor(x / extent);
         const double width = extent > 0.0 ? extent / static_cast<double>(cell_count_[a]) : cell_size_;
         at[a] = std::clamp(static_cast<long>(std::clamp(x / width, 0.0, 1e6)), 0L, cell_count_[a] - 1);
@@ -54,7 +54,7 @@ void CapsuleDem::State::search_one(std::size_t i) {
     for (std::size_t a = 0; a < 3; ++a)
         for (const long step : {-1L, 0L, 1L}) {
             long c = at[a] + step;
-            if (container_.periodic[a]) c = (c + cell_count_[a]) % cell_count_[a];
+            if (container_.periodic()[a]) c = (c + cell_count_[a]) % cell_count_[a];
             if (c >= 0 && c < cell_count_[a]) around[a].insert(c);
         }
     for (const long z : around[2])

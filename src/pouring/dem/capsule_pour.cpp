@@ -55,7 +55,7 @@ void require_all_inside(const CapsuleDem& dem, const Container& container, doubl
         const Vec3& x = dem.centre_of_mass(i);
         bool inside = x.allFinite() && x.z() > -0.5 * feret_diameter;
         for (int axis = 0; axis < 2; ++axis)
-            if (!container.periodic[static_cast<std::size_t>(axis)])
+            if (!container.periodic()[static_cast<std::size_t>(axis)])
                 inside = inside && x[axis] > low[axis] - 0.5 * feret_diameter && x[axis] < high[axis] + 0.5 * feret_diameter;
         if (!inside)
             throw NumericalError(

@@ -11,7 +11,7 @@ namespace porepack::pouring::dem {
 
 /// Uses the same batches as LIGGGHTS. Resumes from `folder`/snapshot.bin of an interrupted run with the same settings, and
 /// removes it at the end. Throws NumericalError when grains are lost, energy grows, or the grains do not come to rest.
-[[nodiscard]] PourResult pour_with_capsules(const std::vector<shapes::ShapeShare>& shapes, const packing::Container& container,
+[[nodiscard]] PourResult pour_with_capsules(const std::vector<shapes::ShapeShare>& shapes, const vessels::Container& container,
                                             const PackingConfig& config, const core::Path& folder);
 
 }  // namespace porepack::pouring::dem

@@ -19,7 +19,7 @@ using packing::Packing;
 
 class CapsuleDem::State {
 public:
-    State(const packing::Container& container, const std::vector<shapes::Shape>& shapes, double density_kg_per_m3, const ContactLaw& law,
+    State(const vessels::Container& container, const std::vector<shapes::Shape>& shapes, double density_kg_per_m3, const ContactLaw& law,
           const DemOptions& options);
 
     /// Bodies are assigned to load slots in blocks; each slot sums its own loads, and the slots are added in their order: so the sums do
@@ -162,7 +162,7 @@ private:
     void for_contacts(const Visit& visit) const;
     [[nodiscard]] double wall_energy(const BodyState& body, double elastic_J) const;
 
-    packing::Container container_;
+    vessels::Container container_;
     std::vector<shapes::Shape> shapes_;
     ContactLaw law_;
     DemOptions options_;

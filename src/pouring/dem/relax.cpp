@@ -97,7 +97,7 @@ std::vector<bool> standing_below(const Packing& packing) {
         double low = 1e300;
         for (const Capsule& capsule : world_capsules(packing, body))
             low = std::min({low, capsule.a.z() - capsule.radius, capsule.b.z() - capsule.radius});
-        held.push_back(packing.container.cut_ends && low < 0.0);
+        held.push_back(packing.container.cut_ends() && low < 0.0);
     }
     return held;
 }
@@ -146,8 +146,8 @@ Relaxed relax(const Packing& packing, const PackingConfig& config) {
         const Vec3 centre = dem.grain(from.shape).centre_m;
         Vec3 step = to.position_m + to.orientation * centre - from.position_m - from.orientation * centre;
         for (int axis = 0; axis < 3; ++axis)
-            if (packing.container.periodic[static_cast<std::size_t>(axis)])
-                step[axis] -= packing.container.size_m[axis] * std::round(step[axis] / packing.container.size_m[axis]);
+            if (packing.container.periodic()[static_cast<std::size_t>(axis)])
+                step[axis] -= packing.container.size()[axis] * std::round(step[axis] / packing.container.size()[axis]);
         found.moved_m.push_back(step.norm());
         found.turned_rad.push_back(from.orientation.angularDistance(to.orientation));
     }

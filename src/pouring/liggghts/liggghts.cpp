@@ -225,6 +225,8 @@ PourResult pour_with_liggghts(const std::vector<ShapeShare>& shapes, const Conta
             .bodies = {},
             .folder = folder};
     for (const auto& share : shapes) run.bodies.push_back(clump_body(share.shape, config));
+    if (!container.tube_diameter() && !container.vessel().fills_bounds())
+        throw UserError("LIGGGHTS pours into cylinders and boxes", {.where = to_json(container).dump(), .fix = "engine = \"capsule\""});
     if (container.any_periodic())
         throw UserError("LIGGGHTS pours into a container with walls, this one is periodic",
                         {.fix = "engine = \"capsule\" pours into boxes that are periodic in x and y; or use a container with walls"});

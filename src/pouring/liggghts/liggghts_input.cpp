@@ -99,10 +99,11 @@ void write_parameters(const Run& run, const Snapshot& snapshot) {
     std::string text = "# Written by porepack; SI units. Contact law, Eq. 9: stiffness s_n/2, dashpot 2 eta sqrt((s_n/2)/m_ij) per m_ij.\n";
     const auto number = [&](const char* name, double value) { text += fmt::format("variable {} equal {:.17g}\n", name, value); };
     const auto whole = [&](const char* name, long value) { text += fmt::format("variable {} equal {}\n", name, value); };
-    text += fmt::format("variable container string {}\n", run.container.kind == Container::Kind::cylinder ? "cylinder" : "box");
-    number("radius", run.container.diameter_m / 2.0);
-    number("size_x", run.container.size_m.x());
-    number("size_y", run.container.size_m.y());
+    const std::optional<double> tube = run.container.tube_diameter();
+    text += fmt::format("variable container string {}\n", tube ? "cylinder" : "box");
+    number("radius", tube.value_or(0.0) / 2.0);
+    number("size_x", tube ? 0.0 : run.container.size().x());
+    number("size_y", tube ? 0.0 : run.container.size().y());
     number("x_low", low.x() - margin);
     number("x_high", high.x() + margin);
     number("y_low", low.y() - margin);

@@ -26,7 +26,7 @@ struct Snapshot {
 
 struct Run {
     const std::vector<shapes::ShapeShare>& shapes;
-    const packing::Container& container;
+    const vessels::Container& container;
     const PackingConfig& config;
     PourPlan plan;
     std::vector<ClumpBody> bodies;  // by shape

@@ -1,5 +1,6 @@
 // Derived columns, formulas and fits of a study.
 #include "study/study_fits.hpp"
+#include "core/error.hpp"
 
 #include <array>
 #include <cmath>

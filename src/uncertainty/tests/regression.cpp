@@ -3,6 +3,7 @@
 #include <cmath>
 #include <random>
 
+#include "core/error.hpp"
 #include "core/table.hpp"
 #include "permeability/permeability.hpp"
 #include "support/basics.hpp"

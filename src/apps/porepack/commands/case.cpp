@@ -6,6 +6,7 @@
 #include "analysis/relax.hpp"
 #include "apps/porepack/run.hpp"
 #include "apps/porepack/uses.hpp"
+#include "core/error.hpp"
 #include "core/escape.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"

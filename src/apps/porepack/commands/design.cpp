@@ -8,6 +8,7 @@
 #include "apps/porepack/run.hpp"
 #include "apps/porepack/uses.hpp"
 #include "core/data_file.hpp"
+#include "core/error.hpp"
 #include "core/escape.hpp"
 #include "core/json.hpp"
 #include "design/design.hpp"

@@ -141,7 +141,7 @@ void fit(const Common& common, const std::string& shape) {
 }
 
 // "z0,z1"
-packing::Section part_of(const std::string& text, const packing::Container& container) {
+packing::Section part_of(const std::string& text, const vessels::Container& container) {
     packing::Section part{0.0, container.height()};
     if (text.empty()) return part;
     int used = 0;

@@ -2,6 +2,7 @@
 #include "analysis/pores.hpp"
 #include "apps/porepack/run.hpp"
 #include "apps/porepack/uses.hpp"
+#include "core/error.hpp"
 #include "core/json.hpp"
 #include "record/resolved_config.hpp"
 

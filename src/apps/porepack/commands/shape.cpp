@@ -2,6 +2,7 @@
 #include "analysis/shape.hpp"
 #include "apps/porepack/run.hpp"
 #include "apps/porepack/uses.hpp"
+#include "core/error.hpp"
 #include "core/json.hpp"
 #include "core/log.hpp"
 #include "io/stl.hpp"

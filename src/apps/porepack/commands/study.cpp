@@ -6,6 +6,7 @@
 
 #include "apps/porepack/run.hpp"
 #include "apps/porepack/uses.hpp"
+#include "core/error.hpp"
 #include "core/escape.hpp"
 #include "core/machine.hpp"
 #include "core/members_json.hpp"

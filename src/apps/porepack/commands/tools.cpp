@@ -6,6 +6,7 @@
 
 #include "apps/porepack/run.hpp"
 #include "apps/porepack/uses.hpp"
+#include "core/error.hpp"
 #include "core/process.hpp"
 #include "io/render.hpp"
 
@@ -52,8 +53,8 @@ void draw(const Common& common, const std::vector<std::string>& arguments, bool 
     const TriangleSurface surface = read_stl(common.input, common.unit_m);
     PictureStyle style = style_for(surface);
     style.front = front;
-    if (const auto container = container_of(common); container && container->kind == Container::Kind::cylinder)
-        style = {.cylinder_diameter_m = container->diameter_m, .cylinder_height_m = container->height_m};
+    if (const auto container = container_of(common); container && container->tube_diameter())
+        style = {.cylinder_diameter_m = *container->tube_diameter(), .cylinder_height_m = container->height()};
     render_surface(target, surface, style);
     print_result(common, {{"picture", target.string()}});
 }

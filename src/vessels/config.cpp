@@ -1,0 +1,231 @@
+#include "vessels/config.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include "core/error.hpp"
+#include "core/json.hpp"
+#include "vessels/box.hpp"
+#include "vessels/cylinder.hpp"
+#include "vessels/uses.hpp"
+
+namespace porepack::vessels {
+namespace {
+
+// All that the program knows about a kind of vessel besides its class. A new kind is one more entry, and its keys in ContainerConfig.
+struct VesselKind {
+    std::string name;
+    std::vector<std::string> needed, optional;  // keys of ContainerConfig
+    std::string missing;                        // what to say where a needed key is not given
+    std::string form;                           // on the command line: name:numbers
+    std::size_t numbers;                        // that the command line gives
+    bool may_be_periodic;
+    void (*fill)(ContainerConfig& config, const std::vector<double>& numbers);
+    std::shared_ptr<const Vessel> (*make)(const ContainerConfig& config);
+};
+
+const std::vector<VesselKind>& all_kinds() {
+    static const std::vector<VesselKind> kinds = {
+        {.name = "cylinder",
+         .needed = {"diameter_m", "height_m"},
+         .optional = {},
+         .missing = "a cylinder needs diameter_m and height_m",
+         .form = "cylinder:D,H",
+         .numbers = 2,
+         .may_be_periodic = false,
+         .fill =
+             [](ContainerConfig& config, const std::vector<double>& numbers) {
+                 config.diameter_m = numbers[0];
+                 config.height_m = numbers[1];
+             },
+         .make = [](const ContainerConfig& c) -> std::shared_ptr<const Vessel> {
+             return std::make_shared<const Cylinder>(c.diameter_m, c.height_m);
+         }},
+        {.name = "box",
+         .needed = {"size_m"},
+         .optional = {"periodic"},
+         .missing = "a box needs size_m",
+         .form = "box:X,Y,Z",
+         .numbers = 3,
+         .may_be_periodic = true,
+         .fill = [](ContainerConfig& config, const std::vector<double>& numbers) { config.size_m = numbers; },
+         .make = [](const ContainerConfig& c) -> std::shared_ptr<const Vessel> {
+             return std::make_shared<const Box>(Vec3(c.size_m[0], c.size_m[1], c.size_m[2]),
+                                                std::array<bool, 3>{c.periodic[0], c.periodic[1], c.periodic[2]});
+         }}};
+    return kinds;
+}
+
+const VesselKind* kind_named(const std::string& name) {
+    const auto found = std::find_if(all_kinds().begin(), all_kinds().end(), [&](const VesselKind& kind) { return kind.name == name; });
+    return found == all_kinds().end() ? nullptr : &*found;
+}
+
+bool contains(const std::vector<std::string>& list, const std::string& word) {
+    return std::find(list.begin(), list.end(), word) != list.end();
+}
+
+// The keys that are given.
+class GivenKeys : public record::ConfigVisitor {
+public:
+    std::vector<std::string> keys;
+    void number(const char* key, double& value, const record::Range&, const char*) override { add(key, value != 0.0); }
+    void numbers(const char* key, std::vector<double>& values, std::pair<std::size_t, std::size_t>, const record::Range&,
+                 const char*) override {
+        add(key, !values.empty());
+    }
+    void booleans(const char* key, std::vector<bool>& values, std::size_t, const char*) override {
+        add(key, std::find(values.begin(), values.end(), true) != values.end());
+    }
+    void integer(const char*, long&, const record::Range&, const char*) override {}
+    void boolean(const char*, bool&, const char*) override {}
+    void text(const char*, std::string&, const char*) override {}
+    void word(const char*, std::string&, const std::vector<std::string>&, const char*) override {}
+    void renamed(const char*, const char*) override {}
+    void any(const char*, Json&, const char*, const char*) override {}
+    void tables(const char*, const std::function<std::size_t(std::size_t)>&, const std::function<void(std::size_t, ConfigVisitor&)>&,
+                const char*) override {}
+
+private:
+    void add(const char* key, bool given) {
+        if (given) keys.emplace_back(key);
+    }
+};
+
+// The values of an object, each checked as a case's are.
+class JsonReader : public GivenKeys {
+public:
+    JsonReader(const Json& json, const std::string& where) : json_(json), where_(where) {}
+    void number(const char* key, double& value, const record::Range&, const char*) override {
+        if (json_.contains(key)) value = positive_number(json_.at(key), key);
+    }
+    void numbers(const char* key, std::vector<double>& values, std::pair<std::size_t, std::size_t> sizes, const record::Range&,
+                 const char*) override {
+        if (!json_.contains(key)) return;
+        const Json& list = json_.at(key);
+        if (!list.is_array() || list.size() != sizes.first) refuse(fmt::format("`{}` must be a list of {} numbers", key, sizes.first));
+        for (const Json& entry : list) values.push_back(positive_number(entry, key));
+    }
+    void booleans(const char* key, std::vector<bool>& values, std::size_t size, const char*) override {
+        if (!json_.contains(key)) return;
+        const Json& list = json_.at(key);
+        const bool good = list.is_array() && list.size() == size &&
+                          std::all_of(list.begin(), list.end(), [](const Json& one) { return one.is_boolean(); });
+        if (!good) refuse(fmt::format("`{}` must be a list of {} values true or false", key, size));
+        values = list.get<std::vector<bool>>();
+    }
+
+private:
+    [[noreturn]] void refuse(const std::string& what) const { throw UserError(what, {.where = where_}); }
+    [[nodiscard]] double positive_number(const Json& value, const char* key) const {
+        if (!value.is_number() || !record::length_range().holds(value.get<double>()))
+            refuse(fmt::format("`{}` must be a number from 1e-12 to 1e6 (metres)", key));
+        return value.get<double>();
+    }
+
+    const Json& json_;
+    const std::string& where_;
+};
+
+std::string forms() {
+    std::string text;
+    for (const VesselKind& kind : all_kinds()) {
+        text += (text.empty() ? "" : " or ") + kind.form;
+        if (kind.may_be_periodic) text += " or " + kind.form + ":periodic";
+    }
+    return text + " (metres, for instance cylinder:0.1,0.7)";
+}
+
+std::vector<double> parse_numbers(const std::string& text, std::size_t count, const std::string& whole) {
+    std::vector<double> values;
+    std::size_t at = 0;
+    while (at <= text.size()) {
+        const std::size_t comma = std::min(text.find(',', at), text.size());
+        try {
+            std::size_t used = 0;
+            const std::string part = text.substr(at, comma - at);
+            values.push_back(std::stod(part, &used));
+            if (used != part.size()) throw std::invalid_argument(part);
+        } catch (const std::exception&) {
+            throw UserError("not a container: " + whole, {.allowed = forms()});
+        }
+        at = comma + 1;
+    }
+    if (values.size() != count) throw UserError("not a container: " + whole, {.allowed = forms()});
+    for (const double value : values)
+        if (!record::length_range().holds(value))
+            throw UserError("a container's sizes must be from 1e-12 to 1e6 m: " + whole, {.allowed = forms()});
+    return values;
+}
+
+}  // namespace
+
+const std::vector<std::string>& kinds_of_vessels() {
+    static const std::vector<std::string> names = [] {
+        std::vector<std::string> list;
+        for (const VesselKind& kind : all_kinds()) list.push_back(kind.name);
+        return list;
+    }();
+    return names;
+}
+
+Container make_container(const ContainerConfig& config) {
+    ContainerConfig copy = config;
+    GivenKeys given;
+    describe(given, copy);
+    const VesselKind& kind = *kind_named(config.kind);
+    for (const std::string& key : given.keys) {
+        if (contains(kind.needed, key) || contains(kind.optional, key)) continue;
+        const auto owner = std::find_if(all_kinds().begin(), all_kinds().end(),
+                                        [&](const VesselKind& k) { return contains(k.needed, key) || contains(k.optional, key); });
+        throw UserError(fmt::format("`{}` has no effect here: it belongs to kind = \"{}\"", key, owner->name),
+                        {.where = "[container]", .fix = "remove it, or change kind"});
+    }
+    for (const std::string& key : kind.needed)
+        if (!contains(given.keys, key))
+            throw UserError(kind.missing, {.where = "[container]", .fix = fmt::format("give {} in metres", fmt::join(kind.needed, ", "))});
+    return Container(kind.make(config));
+}
+
+Container parse_container(const std::string& text) {
+    const std::size_t colon = text.find(':');
+    const VesselKind* const kind = colon == std::string::npos ? nullptr : kind_named(text.substr(0, colon));
+    if (kind == nullptr) throw UserError("not a container: " + text, {.allowed = forms()});
+    ContainerConfig config{.kind = kind->name};
+    std::string numbers = text.substr(colon + 1);
+    if (const auto end = numbers.find(':'); end != std::string::npos) {
+        if (!kind->may_be_periodic || numbers.substr(end) != ":periodic") throw UserError("not a container: " + text, {.allowed = forms()});
+        numbers.resize(end);
+        config.periodic = {true, true, true};
+    }
+    kind->fill(config, parse_numbers(numbers, kind->numbers, text));
+    return Container(kind->make(config));
+}
+
+Container container_from_json(const Json& json, const std::string& where) {
+    const auto refuse = [&](const std::string& what, const std::string& allowed = {}) {
+        throw UserError(what, {.where = where, .allowed = allowed});
+    };
+    if (!json.is_object() || !json.contains("kind")) refuse("`kind` is missing");
+    ContainerConfig config{.kind = json.at("kind").is_string() ? json.at("kind").get<std::string>() : ""};
+    const VesselKind* const kind = kind_named(config.kind);
+    if (kind == nullptr) refuse("unknown kind of container: " + config.kind, fmt::format("{}", fmt::join(kinds_of_vessels(), ", ")));
+    std::vector<std::string> known = {"kind"};
+    known.insert(known.end(), kind->needed.begin(), kind->needed.end());
+    known.insert(known.end(), kind->optional.begin(), kind->optional.end());
+    known.emplace_back("ends");
+    for (const auto& [key, value] : json.items())
+        if (!contains(known, key)) refuse(fmt::format("unknown key `{}`", key), fmt::format("{}", fmt::join(known, ", ")));
+    for (const std::string& key : kind->needed)
+        if (!json.contains(key)) refuse(fmt::format("`{}` is missing", key));
+    JsonReader reader(json, where);
+    describe(reader, config);
+    if (!json.contains("ends")) return Container(kind->make(config));
+    if (json["ends"] != "cut") refuse("`ends` must be \"cut\", or be left out");
+    if (config.periodic[2]) refuse("a container that is periodic along z has no cut ends");
+    return Container(kind->make(config), true);
+}
+
+}  // namespace porepack::vessels

@@ -1,0 +1,40 @@
+// Table [container] of case.toml, and the kinds of vessels: what is read from a case, from packing.json and from the command line.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/json_fwd.hpp"
+#include "record/config.hpp"
+#include "vessels/container.hpp"
+
+namespace porepack::vessels {
+
+/// The keys of all kinds; each kind allows some of them. 0 and empty lists: not given.
+struct ContainerConfig {
+    std::string kind = "cylinder";
+    double diameter_m = 0.0;
+    double height_m = 0.0;
+    std::vector<double> size_m;
+    std::vector<bool> periodic = {false, false, false};
+};
+
+/// Names of the kinds, in the order of the documentation.
+[[nodiscard]] const std::vector<std::string>& kinds_of_vessels();
+
+inline void describe(record::ConfigVisitor& v, ContainerConfig& c) {
+    v.word("kind", c.kind, kinds_of_vessels(), "upright cylinder (axis x = y = 0) or box (corner at the origin); floor at z = 0");
+    v.number("diameter_m", c.diameter_m, record::length_range_or_auto(), "inner diameter of the cylinder");
+    v.number("height_m", c.height_m, record::length_range_or_auto(), "inner height of the cylinder");
+    v.numbers("size_m", c.size_m, {3, 3}, record::length_range(), "inner size of the box");
+    v.booleans("periodic", c.periodic, 3, "true where the box is periodic along x, y, z");
+}
+
+/// Throws UserError for a key that the kind needs, or that has no effect on it.
+[[nodiscard]] Container make_container(const ContainerConfig& config);
+/// "cylinder:D,H" or "box:X,Y,Z[:periodic]", in metres. Throws UserError with the allowed forms.
+[[nodiscard]] Container parse_container(const std::string& text);
+/// What to_json() writes. Throws UserError with `where`, the name of the file.
+[[nodiscard]] Container container_from_json(const core::Json& json, const std::string& where);
+
+}  // namespace porepack::vessels

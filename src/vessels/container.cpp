@@ -1,0 +1,49 @@
+#include "vessels/container.hpp"
+
+#include <fmt/format.h>
+
+#include "core/error.hpp"
+#include "core/json.hpp"
+#include "vessels/box.hpp"
+#include "vessels/cylinder.hpp"
+#include "vessels/uses.hpp"
+
+namespace porepack::vessels {
+
+Container::Container(std::shared_ptr<const Vessel> vessel, bool cut_ends)
+    : vessel_(std::move(vessel)), periodic_(vessel_->periodic()), cut_ends_(cut_ends) {
+    const Bounds bounds = vessel_->bounds();
+    low_ = bounds.low;
+    high_ = bounds.high;
+    size_ = high_ - low_;
+}
+
+bool Container::contains_column(double x, double y) const {
+    thread_local std::vector<Interval> parts;
+    vessel_->column(x, y, parts);
+    return !parts.empty();
+}
+
+Container Container::resized(const Vec3& size_m) const {
+    auto vessel = vessel_->resized(size_m);
+    if (vessel == nullptr)
+        throw UserError(
+            fmt::format("this vessel cannot be {:g} x {:g} x {:g} m: {}", size_m.x(), size_m.y(), size_m.z(), vessel_->to_json().dump()));
+    return Container(std::move(vessel), cut_ends_);
+}
+
+Container make_cylinder(double diameter_m, double height_m) {
+    return Container(std::make_shared<const Cylinder>(diameter_m, height_m));
+}
+
+Container make_box(const Vec3& size_m, const std::array<bool, 3>& periodic) {
+    return Container(std::make_shared<const Box>(size_m, periodic));
+}
+
+Json to_json(const Container& container) {
+    Json json = container.vessel().to_json();
+    if (container.cut_ends()) json["ends"] = "cut";
+    return json;
+}
+
+}  // namespace porepack::vessels

@@ -1,0 +1,95 @@
+// Containers as they are read and written, and the geometry of the vessels.
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "core/error.hpp"
+#include "core/json.hpp"
+#include "support/basics.hpp"
+#include "vessels/config.hpp"
+#include "vessels/uses.hpp"
+
+namespace porepack::vessels {
+namespace {
+
+using test::has;
+using test::message_of;
+
+TEST(Containers, AreReadAsTheyAreWritten) {
+    for (const char* text : {"cylinder:0.1,0.7", "box:1,2,3", "box:1,2,3:periodic"}) {
+        const Container container = parse_container(text);
+        const Container again = container_from_json(to_json(container), "here");
+        EXPECT_EQ(to_json(again), to_json(container)) << text;
+        EXPECT_EQ(again.periodic(), container.periodic()) << text;
+    }
+    EXPECT_TRUE(container_from_json(to_json(make_cylinder(0.1, 0.2).with_cut_ends()), "here").cut_ends());
+}
+
+TEST(Containers, SayWhatIsWrongWithThem) {
+    const auto fault = [](const char* json) {
+        return message_of<UserError>([&] { (void)container_from_json(Json::parse(json), "here"); });
+    };
+    EXPECT_TRUE(has(fault(R"({"diameter_m":1})"), "`kind` is missing"));
+    EXPECT_TRUE(has(fault(R"({"kind":"sphere"})"), "unknown kind of container: sphere"));
+    EXPECT_TRUE(has(fault(R"({"kind":"cylinder","diameter_m":1})"), "`height_m` is missing"));
+    EXPECT_TRUE(has(fault(R"({"kind":"cylinder","diameter_m":1,"height_m":-1})"), "`height_m` must be a number"));
+    EXPECT_TRUE(has(fault(R"({"kind":"cylinder","diameter_m":1,"height_m":1,"size_m":[1,1,1]})"), "unknown key `size_m`"));
+    EXPECT_TRUE(has(fault(R"({"kind":"box","size_m":[1,1]})"), "`size_m` must be a list of 3 numbers"));
+    EXPECT_TRUE(has(fault(R"({"kind":"box","size_m":[1,1,1],"periodic":[1,0,0]})"), "`periodic` must be a list of 3 values"));
+    EXPECT_TRUE(has(fault(R"({"kind":"box","size_m":[1,1,1],"ends":"open"})"), "`ends` must be"));
+    EXPECT_TRUE(has(fault(R"({"kind":"box","size_m":[1,1,1],"periodic":[true,true,true],"ends":"cut"})"), "no cut ends"));
+    const auto of_case = [](const ContainerConfig& config) { return message_of<UserError>([&] { (void)make_container(config); }); };
+    EXPECT_TRUE(has(of_case({.kind = "box", .diameter_m = 1.0, .size_m = {1, 1, 1}}), "belongs to kind = \"cylinder\""));
+    EXPECT_TRUE(has(of_case({.kind = "cylinder", .diameter_m = 1.0}), "a cylinder needs diameter_m and height_m"));
+    EXPECT_TRUE(has(message_of<UserError>([] { (void)make_cylinder(1.0, 1.0).resized({1.0, 2.0, 1.0}); }), "cannot be 1 x 2 x 1 m"));
+}
+
+TEST(Containers, AreParsed) {
+    EXPECT_NEAR(parse_container("cylinder:0.1,0.7").inner_area_m2(), std::numbers::pi * 0.0025, 1e-12);
+    EXPECT_TRUE(parse_container("box:1,2,3:periodic").periodic()[2]);
+    for (const char* bad : {"", "box", "box:1,2", "cylinder:1", "cylinder:0,1", "box:1,2,nan", "box:1,2,3:open", "cylinder:1,2x"})
+        EXPECT_TRUE(has(message_of<UserError>([&] { (void)parse_container(bad); }), "container")) << bad;
+}
+
+// Along any segment from inside, the distance is 0 at the hit and the sides that are crossed are those of the column.
+TEST(Vessels, DistanceHitAndColumnAgree) {
+    for (const Container& container :
+         {make_cylinder(0.1, 0.2), make_box({0.1, 0.15, 0.2}), make_box({0.1, 0.15, 0.2}, {true, false, false})})
+        for (int i = 0; i < 50; ++i) {
+            const Vec3 inside = container.low() + Vec3(0.3 + 0.008 * i, 0.7 - 0.008 * i, 0.5).cwiseProduct(container.size());
+            const double angle = 0.37 * i;
+            const Vec3 step = 0.2 * Vec3(std::cos(angle), std::sin(angle), 0.3);
+            const auto hit = container.vessel().first_hit(inside, step);
+            if (!hit) {  // along the periodic axis only
+                EXPECT_TRUE(container.periodic()[0]);
+                continue;
+            }
+            EXPECT_NEAR(container.wall_distance(inside + *hit * step), 0.0, 1e-15);
+            const auto contained = [&](double part) {
+                const Vec3 point = inside + part * *hit * step;
+                return container.contains_column(container.periodic()[0] ? 0.05 : point.x(), point.y());
+            };
+            EXPECT_TRUE(contained(1.0 - 1e-9));
+            EXPECT_FALSE(contained(1.0 + 1e-9));
+        }
+}
+
+TEST(Vessels, AreasAndOutlines) {
+    const Container tube = make_cylinder(0.1, 0.7), box = make_box({0.1, 0.2, 0.3}, {true, false, false});
+    EXPECT_NEAR(tube.inner_area_m2(), std::numbers::pi * 0.0025, 1e-17);
+    EXPECT_NEAR(tube.vessel().side_per_volume(), 40.0, 1e-12);
+    EXPECT_NEAR(box.vessel().side_per_volume(), 10.0, 1e-12);
+    for (const Container& container : {tube, box}) {
+        const auto corners = container.vessel().outline(1e-4);
+        double area = 0.0;
+        for (std::size_t i = 0; i < corners.size(); ++i) {
+            const auto [x, y] = corners[i];
+            const auto [u, v] = corners[(i + 1) % corners.size()];
+            area += 0.5 * (x * v - u * y);
+        }
+        EXPECT_NEAR(area / container.inner_area_m2(), 1.0, 1e-12);
+    }
+}
+
+}  // namespace
+}  // namespace porepack::vessels

@@ -1,0 +1,141 @@
+// Vessels that are no prisms, or whose cross-section has two pieces: porosity, flow and diffusion in them.
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "core/json.hpp"
+#include "lbm/permeability.hpp"
+#include "packing/grains.hpp"
+#include "packing/porosity.hpp"
+#include "support/helpers.hpp"
+#include "tortuosity/tortuosity.hpp"
+#include "vessels/container.hpp"
+
+namespace porepack::test {
+namespace {
+
+constexpr double endless = std::numeric_limits<double>::infinity();
+
+// Round, its radius grows along z.
+class Funnel : public geometry::Vessel {
+public:
+    Funnel(double lower, double upper, double height) : lower_(lower), slope_((upper - lower) / height), height_(height) {}
+    [[nodiscard]] Json to_json() const override { return {{"kind", "funnel"}}; }
+    [[nodiscard]] Bounds bounds() const override {
+        const double r = radius(height_);
+        return {Vec3(-r, -r, 0.0), Vec3(r, r, height_)};
+    }
+    void column(double x, double y, std::vector<Interval>& parts) const override {
+        parts = {{(std::hypot(x, y) - lower_) / slope_, endless}};
+    }
+    // |p + t s| = lower + slope (z + t dz)
+    [[nodiscard]] std::optional<double> first_hit(const Vec3& from, const Vec3& step) const override {
+        const double r = radius(from.z()), dr = slope_ * step.z();
+        const double a = step.head<2>().squaredNorm() - dr * dr, half_b = from.head<2>().dot(step.head<2>()) - r * dr,
+                     c = from.head<2>().squaredNorm() - r * r, root = half_b * half_b - a * c;
+        if (root < 0.0) return std::nullopt;
+        double first = 2.0;
+        for (const double sign : {-1.0, 1.0})
+            if (const double t = a != 0.0 ? (-half_b + sign * std::sqrt(root)) / a : -0.5 * c / half_b; t >= 0.0)
+                first = std::min(first, t);
+        return first <= 1.0 ? std::optional(first) : std::nullopt;
+    }
+    [[nodiscard]] double distance(const Vec3& point) const override {
+        return (radius(point.z()) - point.head<2>().norm()) / std::hypot(1.0, slope_);
+    }
+    [[nodiscard]] double mean_area(const Interval& z) const override {
+        const double r = radius(z.low), s = radius(z.high);
+        return std::numbers::pi * (r * r + r * s + s * s) / 3.0;
+    }
+    [[nodiscard]] double side_per_volume() const override { return std::numeric_limits<double>::quiet_NaN(); }
+
+private:
+    [[nodiscard]] double radius(double z) const { return lower_ + slope_ * z; }
+    double lower_, slope_, height_;
+};
+
+// Two square ducts of side 1 side by side, periodic along them.
+class TwoDucts : public geometry::Vessel {
+public:
+    explicit TwoDucts(double between) : between_(between) {}
+    [[nodiscard]] Json to_json() const override { return {{"kind", "two ducts"}}; }
+    [[nodiscard]] Bounds bounds() const override { return {Vec3::Zero(), Vec3(2.0 + between_, 1.0, 0.25)}; }
+    [[nodiscard]] std::array<bool, 3> periodic() const override { return {false, false, true}; }
+    void column(double x, double y, std::vector<Interval>& parts) const override {
+        parts.clear();
+        if (distance({x, y, 0.0}) >= 0.0) parts = {{-endless, endless}};
+    }
+    [[nodiscard]] std::optional<double> first_hit(const Vec3& from, const Vec3& step) const override {
+        const double start = from.x() > 1.0 + 0.5 * between_ ? 1.0 + between_ : 0.0;
+        double first = 2.0;
+        for (const auto& [at, way, low] : {std::tuple(from.x(), step.x(), start), std::tuple(from.y(), step.y(), 0.0)})
+            if (way != 0.0) first = std::min(first, std::max(0.0, (low + (way > 0.0 ? 1.0 : 0.0) - at) / way));
+        return first <= 1.0 ? std::optional(first) : std::nullopt;
+    }
+    [[nodiscard]] double distance(const Vec3& p) const override {
+        const double x = p.x() > 1.0 + 0.5 * between_ ? p.x() - 1.0 - between_ : p.x();
+        return std::min({x, 1.0 - x, p.y(), 1.0 - p.y()});
+    }
+    [[nodiscard]] double mean_area(const Interval&) const override { return 2.0; }
+    [[nodiscard]] double side_per_volume() const override { return 4.0; }
+
+private:
+    double between_;
+};
+
+packing::Grains sphere(const Container& container, const Vec3& centre, double radius) {
+    return packing::Grains(Packing{.container = container,
+                                   .shapes = {{.id = "s", .capsules = {{Vec3::Zero(), Vec3::Zero(), radius}}}},
+                                   .bodies = {{.position_m = centre}}});
+}
+
+TEST(Vessels, PorosityInAFunnel) {
+    const Container funnel(std::make_shared<Funnel>(0.5, 1.0, 2.0));
+    const packing::Grains solid = sphere(funnel, {0.1, 0.0, 1.0}, 0.4);
+    const double volume = funnel.vessel().mean_area({0.0, 2.0}) * 2.0, exact = 1.0 - 4.0 / 3.0 * std::numbers::pi * 0.064 / volume;
+    for (const long lines : {2000L, 20000L, 200000L}) {
+        const Porosity found = porosity(solid, funnel, {0.0, 2.0}, lines);
+        EXPECT_NEAR(found.value, exact, 2.0 * found.uncertainty + 1e-6) << lines;
+        EXPECT_LT(found.uncertainty, 30.0 / static_cast<double>(lines));
+    }
+    const PoreSpace pores = pore_space_of(std::make_shared<const packing::Grains>(solid), funnel, {0.0, 2.0}, 0.8);
+    const PhaseImage image = pores.voxelise_at(0.02);
+    double pore = 0.0, outside = 0.0;
+    for (const std::uint8_t phase : image.phase) {
+        pore += phase == Phase::pore ? 1.0 : 0.0;
+        outside += phase == Phase::outside ? 1.0 : 0.0;
+    }
+    EXPECT_NEAR(pore / (static_cast<double>(image.phase.size()) - outside), exact, 2e-3);  // cells of 1/40 of the grain
+}
+
+// A slender funnel is a chain of resistances 1 / area, times 1 + slope^2 / 2 for the flow across (Zwanzig 1992, J. Phys. Chem. 96, 3926);
+// at its ends, where the planes are flat, less.
+TEST(Vessels, DiffusionThroughAFunnel) {
+    const Container funnel(std::make_shared<Funnel>(1.0, 1.2, 4.0));
+    const packing::Grains solid = sphere(funnel, {0.0, 0.0, 2.0}, 1e-6);
+    const PoreSpace pores = pore_space_of(std::make_shared<const packing::Grains>(solid), funnel, {0.0, 4.0}, 1.0);
+    const double slender = (1.0 + 1.2 + 1.44) / (3.0 * 1.2) * (1.0 + 0.5 * 0.05 * 0.05);
+    for (const double voxel : {0.2, 0.1, 0.05})
+        EXPECT_NEAR(tortuosity::diffusive_on_grid(pores, voxel, Axis::z).value, slender, 2e-4 + 0.05 * voxel * voxel) << voxel;
+}
+
+// The wall between the ducts is thinner than a voxel: no link may pass through it.
+TEST(Vessels, TwoDuctsCarryWhatTheyCarryAlone) {
+    constexpr double square_duct = 0.0351443;  // k of side 1
+    for (const double between : {0.02, 0.3}) {
+        const Container ducts(std::make_shared<TwoDucts>(between));
+        const packing::Grains solid = sphere(ducts, {0.5, 0.5, 0.1}, 1e-6);
+        const PoreSpace pores = pore_space_of(std::make_shared<const packing::Grains>(solid), ducts, {0.0, 0.25}, 1.0);
+        double before = 1.0;
+        for (const int voxels : {8, 16, 32}) {
+            const double k = lbm::lbm_permeability(pores, 1.0 / voxels, {.iteration_tolerance = 1e-6, .grids = 1}).fine().permeability_m2;
+            const double error = std::abs(k / square_duct - 1.0);
+            EXPECT_LT(error, 2.0 / (voxels * voxels)) << between << ' ' << voxels;
+            before = error;
+        }
+        EXPECT_LT(before, 2e-3);
+    }
+}
+
+}  // namespace
+}  // namespace porepack::test
