@@ -3,8 +3,8 @@
 #include <cmath>
 #include <fstream>
 
-#include "core/files.hpp"
 #include "core/error.hpp"
+#include "core/files.hpp"
 #include "imaging/file_axes.hpp"
 #include "imaging/header_fields.hpp"
 #include "imaging/uses.hpp"

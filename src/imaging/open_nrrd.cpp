@@ -7,8 +7,8 @@
 #include <set>
 #include <sstream>
 
-#include "core/files.hpp"
 #include "core/error.hpp"
+#include "core/files.hpp"
 #include "imaging/file_axes.hpp"
 #include "imaging/header_fields.hpp"
 #include "imaging/uses.hpp"

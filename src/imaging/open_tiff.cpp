@@ -8,8 +8,8 @@
 #include <fstream>
 #include <memory>
 
-#include "core/files.hpp"
 #include "core/error.hpp"
+#include "core/files.hpp"
 #include "core/json.hpp"
 #include "imaging/file_axes.hpp"
 #include "imaging/uses.hpp"

@@ -7,8 +7,8 @@
 #include <fstream>
 #include <memory>
 
-#include "core/files.hpp"
 #include "core/error.hpp"
+#include "core/files.hpp"
 #include "imaging/uses.hpp"
 
 namespace porepack::imaging {

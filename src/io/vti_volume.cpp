@@ -13,8 +13,8 @@
 #include <sstream>
 #include <vector>
 
-#include "core/files.hpp"
 #include "core/error.hpp"
+#include "core/files.hpp"
 #include "io/vti_file.hpp"
 
 namespace porepack::io {

@@ -196,8 +196,8 @@ DiffusiveResult diffusive_on_grid(const PoreSpace& space, double voxel_size_m, A
     const std::optional<FlowWalls> walls = space.walls();
     if (!walls) return on_voxels(image, drive, first, last, options, cuts);
     const Percolation percolation = find_percolating_cells(image, drive, cuts);
-    const double h = grid.spacing_m[axis],
-                 area_m2 = axis == 2 ? space.container.vessel().mean_area(space.section.interval()) : space.container.size()[axis == 0 ? 1 : 0] * grid.cells[2] * h;
+    const double h = grid.spacing_m[axis], area_m2 = axis == 2 ? space.container.vessel().mean_area(space.section.interval())
+                                                               : space.container.size()[axis == 0 ? 1 : 0] * grid.cells[2] * h;
     const double porosity = options.porosity > 0.0 ? options.porosity : space.porosity().value;
     const double faces = area_m2 * h / volume_of_cell(grid);
     CutCells cut = cut_cells(image, percolation, cuts, *walls, drive);
