@@ -52,7 +52,7 @@ double Domain::narrow_share() const {
 
 namespace {
 
-constexpr std::size_t most_nodes = 4000000000;  // links hold 32-bit numbers of nodes
+constexpr std::size_t max_nodes = 4000000000;  // links hold 32-bit numbers of nodes
 
 // Node next to the mirror image along c_q at an open end, or -1: a wall or the side of the container.
 std::int64_t beyond_open_end(const Domain& domain, const std::array<int, 3>& here, int q) {
@@ -161,9 +161,9 @@ Domain build_domain(const PhaseImage& image, const Drive& drive, const FlowWalls
         domain.cells = std::move(percolation.cells);
     }
     const std::size_t n = domain.nodes();
-    if (n > most_nodes)
+    if (n > max_nodes)
         throw UserError(fmt::format("{} fluid nodes are too many for this solver", n),
-                        {.allowed = fmt::format("up to {}", most_nodes), .fix = "use a larger voxel size"});
+                        {.allowed = fmt::format("up to {}", max_nodes), .fix = "use a larger voxel size"});
 
     constexpr std::size_t share = 16384;
     std::vector<Links> parts((n + share - 1) / share);

@@ -25,8 +25,8 @@ public:
     virtual void advance_two_steps() = 0;
     /// Moments of the nodes [first, first + moments.size()): a whole number of chunks, or up to the last node.
     virtual void moments(std::size_t first, std::span<Moments> moments) const = 0;
-    /// Force on the walls by momentum exchange, lattice units.
-    [[nodiscard]] virtual std::array<double, 3> drag() const = 0;
+    /// Force of each node on the walls by momentum exchange, lattice units; nodes as in `moments`.
+    virtual void wall_forces(std::size_t first, std::span<std::array<double, 3>> forces) const = 0;
     /// Sets nodes, numbered as in `moments`, to local equilibrium.
     virtual void set_moments(std::size_t first, std::span<const Moments> moments) = 0;
     /// Adds to the density of nodes, numbered as in `moments`; velocities and stresses stay.

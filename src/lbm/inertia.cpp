@@ -10,6 +10,7 @@
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "lbm/mean_flow.hpp"
+#include "lbm/ordered_sums.hpp"
 #include "lbm/sequence.hpp"
 #include "lbm/uses.hpp"
 #include "pore_space/percolation.hpp"
@@ -59,7 +60,7 @@ public:
         flow_->set_boundary_links(added_);
     }
     void moments(std::size_t first, std::span<Moments> moments) const override { flow_->moments(first, moments); }
-    [[nodiscard]] std::array<double, 3> drag() const override { return flow_->drag(); }
+    void wall_forces(std::size_t first, std::span<std::array<double, 3>> forces) const override { flow_->wall_forces(first, forces); }
     void set_moments(std::size_t first, std::span<const Moments> moments) override { flow_->set_moments(first, moments); }
     void set_boundary_links(std::span<const double> added) override { flow_->set_boundary_links(added); }
     [[nodiscard]] std::span<std::byte> state() override { return flow_->state(); }
@@ -112,7 +113,7 @@ public:
         // Drag of walls and grains per volume: of the deviation from the mean gradient, and the buoyancy of that gradient.
         // All of it belongs to the section, because free water has almost no resistance.
         const double layers = image_.grid.cells[2], volume = section_.area_cells * layers;
-        gradient_ = force + (flow->drag()[2] - force * static_cast<double>(domain_.nodes())) / volume;
+        gradient_ = force + (drag_of(*flow, domain_)[2] - force * static_cast<double>(domain_.nodes())) / volume;
         const double evaluated = section_.last_layer - section_.first_layer + 1;
         resistance_ = gradient_ * layers / evaluated;
         if (in_situ_) {

@@ -67,10 +67,10 @@ double iteration_error(const std::vector<ConvergencePoint>& history) {
 }
 
 bool grows(const std::vector<ConvergencePoint>& history, double tolerance) {
-    constexpr std::size_t parts = 4, fewest_checks = 20;  // of 40 steps
+    constexpr std::size_t parts = 4, min_checks = 20;  // of 40 steps
     constexpr double growth = 1.5;
     const std::size_t n = history.size(), checks = n / (2 * parts);
-    if (n < fewest_checks) return false;
+    if (n < min_checks) return false;
     double before = 0.0;
     for (std::size_t first = n - 1 - parts * checks; first + 1 < n; first += checks) {
         double low = history[first].expected_lu, high = low;

@@ -1,4 +1,5 @@
 #include "lbm/layers.hpp"
+#include "lbm/ordered_sums.hpp"
 #include "lbm/uses.hpp"
 
 #include <algorithm>
@@ -7,56 +8,88 @@
 
 namespace porepack::lbm {
 
+namespace {
+
+constexpr std::array quantities = {&Layers::nodes,        &Layers::flow,    &Layers::power,  &Layers::kinetic,
+                                   &Layers::kinetic_flux, &Layers::elastic, &Layers::density};
+
+// Of the layers [low_, high_); the last one that was visited is in `open_`, whose sums a processor can keep at hand.
+class LayerSums {
+public:
+    LayerSums(const Domain& domain, const Layers& zero)
+        : layer_of_(domain), axis_(static_cast<std::size_t>(domain.drive.axis)), layers_(zero), low_(zero.flow.size()) {}
+
+    void visit(std::size_t cell, const Moments& here) {
+        if (const std::size_t now = layer_of_.of(cell); now != layer_) {
+            close();
+            layer_ = now;
+        }
+        const auto& u = here.velocity;
+        const double along = u[axis_], energy = 0.5 * (u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
+        const std::array<double, 7> values = {
+            1.0, along, along * here.density, energy, along * energy, here.density * here.density / 6.0, here.density};
+        for (std::size_t v = 0; v < values.size(); ++v) open_[v] += values[v];
+    }
+    void add(LayerSums& other) {
+        other.close();
+        for (const auto quantity : quantities)
+            for (std::size_t l = other.low_; l < other.high_; ++l) (layers_.*quantity)[l] += (other.layers_.*quantity)[l];
+        low_ = std::min(low_, other.low_);
+        high_ = std::max(high_, other.high_);
+    }
+    void clear() {
+        close();
+        for (const auto quantity : quantities)
+            for (std::size_t l = low_; l < high_; ++l) (layers_.*quantity)[l] = 0.0;
+        low_ = layers_.flow.size();
+        high_ = 0;
+    }
+    [[nodiscard]] Layers& layers() { return layers_; }
+
+private:
+    void close() {
+        if (open_[0] == 0.0) return;
+        for (std::size_t v = 0; v < quantities.size(); ++v) (layers_.*quantities[v])[layer_] += std::exchange(open_[v], 0.0);
+        low_ = std::min(low_, layer_);
+        high_ = std::max(high_, layer_ + 1);
+    }
+
+    LayerFinder layer_of_;
+    std::size_t axis_;
+    Layers layers_;
+    std::size_t layer_ = 0, low_, high_ = 0;
+    std::array<double, 7> open_{};
+};
+
+}  // namespace
+
 Layers measure_layers(const Flow& flow, const Domain& domain) {
     const auto count = static_cast<std::size_t>(domain.grid.cells[static_cast<std::size_t>(domain.drive.axis)]);
     const std::vector<double> none(count, 0.0);
-    const Layers empty{none, none, none, none, none, none, none};
-    // Sums of one layer; they are added to `layers` when the next one begins.
-    struct Sums {
-        LayerFinder layer_of;
-        std::size_t axis;
-        Layers layers;
-        std::size_t layer = 0;
-        double nodes = 0.0, flow = 0.0, power = 0.0, kinetic = 0.0, kinetic_flux = 0.0, elastic = 0.0, density = 0.0;
-        void visit(std::size_t cell, const Moments& here) {
-            if (const std::size_t now = layer_of.of(cell); now != layer) {
-                add_to_layer();
-                layer = now;
-            }
-            const auto& u = here.velocity;
-            const double along = u[axis], energy = 0.5 * (u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
-            nodes += 1.0;
-            flow += along;
-            power += along * here.density;
-            kinetic += energy;
-            kinetic_flux += along * energy;
-            elastic += here.density * here.density / 6.0;
-            density += here.density;
-        }
-        void add_to_layer() {
-            layers.nodes[layer] += std::exchange(nodes, 0.0);
-            layers.flow[layer] += std::exchange(flow, 0.0);
-            layers.power[layer] += std::exchange(power, 0.0);
-            layers.kinetic[layer] += std::exchange(kinetic, 0.0);
-            layers.kinetic_flux[layer] += std::exchange(kinetic_flux, 0.0);
-            layers.elastic[layer] += std::exchange(elastic, 0.0);
-            layers.density[layer] += std::exchange(density, 0.0);
-        }
-    };
-    Layers all = empty;
-    for_all_moments(
-        flow, domain,
-        [&] {
-            return Sums{LayerFinder(domain), static_cast<std::size_t>(domain.drive.axis), empty};
-        },
-        [&](Sums& sums) {
-            sums.add_to_layer();
-            for (const auto quantity : {&Layers::nodes, &Layers::flow, &Layers::power, &Layers::kinetic, &Layers::kinetic_flux,
-                                        &Layers::elastic, &Layers::density})
-                for (std::size_t l = 0; l < count; ++l) (all.*quantity)[l] += (sums.layers.*quantity)[l];
-        });
+    LayerSums sums = sum_moments(flow, domain, LayerSums(domain, {none, none, none, none, none, none, none}));
+    Layers all = std::move(sums.layers());
     for (std::size_t l = 0; l < count; ++l) all.density[l] /= std::max(1.0, all.nodes[l]);
     return all;
+}
+
+std::array<double, 3> drag_of(const Flow& flow, const Domain& domain) {
+    struct Force {
+        std::array<double, 3> sum{};
+        void add(const Force& other) {
+            for (std::size_t a = 0; a < 3; ++a) sum[a] += other.sum[a];
+        }
+        void clear() { sum = {}; }
+    };
+    return sum_in_order(domain, Force{},
+                        [&](Force& force, std::size_t begin, std::size_t end) {
+                            visit_nodes<std::array<double, 3>>(
+                                domain, begin, end,
+                                [&](std::size_t first, std::span<std::array<double, 3>> forces) { flow.wall_forces(first, forces); },
+                                [&](std::size_t, const std::array<double, 3>& one) {
+                                    for (std::size_t a = 0; a < 3; ++a) force.sum[a] += one[a];
+                                });
+                        })
+        .sum;
 }
 
 double mean_density(const std::vector<double>& nodes, const std::vector<double>& density) {

@@ -45,25 +45,4 @@ enum class PlanePressure {
 [[nodiscard]] double gradient_between(double force, const pore_space::Drive& drive, const Layers& layers, std::size_t first,
                                       std::size_t last, PlanePressure pressure = PlanePressure::flux_weighted);
 
-/// visit(cell, moments) over all nodes; each thread has its own visitor, created by `make` and passed to `finish`.
-template <typename Make, typename Finish>
-void for_all_moments(const Flow& flow, const Domain& domain, const Make& make, const Finish& finish) {
-    const std::size_t nodes = domain.nodes();
-#pragma omp parallel
-    {
-        auto visitor = make();
-        std::array<Moments, Flow::chunk> moments;
-        std::array<std::size_t, Flow::chunk> cells;
-#pragma omp for schedule(static) nowait
-        for (std::size_t first = 0; first < nodes; first += Flow::chunk) {
-            const std::size_t count = std::min(Flow::chunk, nodes - first);
-            flow.moments(first, std::span(moments).first(count));
-            domain.cells.list(first, std::span(cells).first(count));
-            for (std::size_t i = 0; i < count; ++i) visitor.visit(cells[i], moments[i]);
-        }
-#pragma omp critical(porepack_moments)
-        finish(visitor);
-    }
-}
-
 }  // namespace porepack::lbm

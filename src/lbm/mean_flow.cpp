@@ -9,7 +9,7 @@
 
 #include "core/interrupt.hpp"
 #include "core/log.hpp"
-#include "lbm/layers.hpp"
+#include "lbm/ordered_sums.hpp"
 #include "lbm/solver.hpp"
 #include "lbm/uses.hpp"
 
@@ -72,7 +72,16 @@ Sample sample_of(const Flow& flow, const Domain& domain) {
     const auto axis = static_cast<std::size_t>(domain.drive.axis);
     struct Sums {
         std::size_t axis;
-        Sample sample;
+        Sample sample{};
+        void clear() { sample = {}; }
+        void add(const Sums& other) {
+            const Sample& part = other.sample;
+            sample.along += part.along;
+            for (std::size_t a = 0; a < 2; ++a) sample.lateral[a] += part.lateral[a];
+            sample.squares += part.squares;
+            sample.density += part.density;
+            sample.fastest = part.fastest > sample.fastest || std::isnan(part.fastest) ? part.fastest : sample.fastest;
+        }
         void visit(std::size_t, const Moments& here) {
             const auto& u = here.velocity;
             const double square = u[0] * u[0] + u[1] * u[1] + u[2] * u[2];
@@ -84,20 +93,7 @@ Sample sample_of(const Flow& flow, const Domain& domain) {
             sample.fastest = square > sample.fastest || std::isnan(square) ? square : sample.fastest;
         }
     };
-    Sample all;
-    for_all_moments(
-        flow, domain,
-        [&] {
-            return Sums{axis, {}};
-        },
-        [&](const Sums& sums) {
-            const Sample& part = sums.sample;
-            all.along += part.along;
-            for (std::size_t a = 0; a < 2; ++a) all.lateral[a] += part.lateral[a];
-            all.squares += part.squares;
-            all.density += part.density;
-            all.fastest = part.fastest > all.fastest || std::isnan(part.fastest) ? part.fastest : all.fastest;
-        });
+    Sample all = sum_moments(flow, domain, Sums{axis}).sample;
     all.fastest = std::sqrt(all.fastest);
     return all;
 }
@@ -122,7 +118,7 @@ bool is_steady(std::span<const double> samples, double change) {
 class Record {
 public:
     Record(const MeanFlowCriterion& criterion, double per_turnover)
-        : criterion_(criterion), per_turnover_(per_turnover), next_look_(criterion.least_turnovers) {}
+        : criterion_(criterion), per_turnover_(per_turnover), next_look_(criterion.min_turnovers) {}
 
     void add(const Sample& sample, double velocity, double nodes) {
         fastest_ = std::max(fastest_, sample.fastest);
@@ -144,7 +140,7 @@ public:
         double needed = criterion_.max_turnovers;
         if (std::isfinite(series_.half_width) && series_.mean > 0.0)
             needed = std::min(needed, turnovers() * std::pow(series_.half_width / (criterion_.tolerance * series_.mean), 2.0));
-        return std::max({needed, criterion_.least_turnovers, turnovers()});
+        return std::max({needed, criterion_.min_turnovers, turnovers()});
     }
     [[nodiscard]] MeanFlow mean() const {
         const std::size_t from = steady_ ? velocity_.size() - 1 : series_.discarded;

@@ -24,7 +24,7 @@ struct SeriesMean {
 struct MeanFlowCriterion {
     double tolerance = 0.01;       ///< of the relative half width of the mean velocity; a smaller one takes longer with its inverse square
     double turnover_steps = 1000;  ///< steps in which the mean velocity in the pores passes one grain diameter
-    double least_turnovers = 40;   ///< that are always computed: slow fluctuations must have a chance to show
+    double min_turnovers = 40;     ///< that are always computed: slow fluctuations must have a chance to show
     double max_turnovers = 800;    ///< then the run ends without having met the tolerance
     double steady_change = 1e-4;   ///< a flow whose velocity varies by less than this (relative) over ten turnovers is steady
 };

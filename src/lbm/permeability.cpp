@@ -66,12 +66,12 @@ void find_interval(const PoreSpace& space, const LbmConfig& config, LbmResult& r
 // walls in narrow pores leak, and the flow needs thousands of steps.
 long count_grids(const PoreSpace& space, double voxel_size_m, const LbmConfig& config) {
     long grids = config.grids;
-    constexpr double least_nodes = 5.0;
+    constexpr double min_nodes = 5.0;
     const auto nodes = [&](long count) {
         return space.known_grain_diameter_m() / (voxel_size_m * std::pow(config.grid_ratio, static_cast<double>(count - 1)));
     };
     while (config.grids > 2 && std::isfinite(space.known_grain_diameter_m()) && nodes(grids) > first_nodes_per_grain &&
-           nodes(grids + 1) > least_nodes)
+           nodes(grids + 1) > min_nodes)
         ++grids;
     return grids;
 }

@@ -10,6 +10,7 @@
 #include "core/interrupt.hpp"
 #include "core/log.hpp"
 #include "lbm/layer_balance.hpp"
+#include "lbm/ordered_sums.hpp"
 #include "lbm/uses.hpp"
 
 namespace porepack::lbm {
@@ -33,23 +34,22 @@ void measure_velocities(const Flow& flow, const Domain& domain, const FlowSectio
             nodes += 1.0;
             along += u[static_cast<std::size_t>(domain.drive.axis)];
         }
+        void add(const Sums& other) {
+            speed += other.speed;
+            along += other.along;
+            squares += other.squares;
+            nodes += other.nodes;
+            for (std::size_t a = 0; a < 3; ++a) velocity[a] += other.velocity[a];
+        }
+        void clear() {
+            speed = along = squares = nodes = 0.0;
+            velocity = {};
+        }
     };
-    double speed = 0.0, along = 0.0, squares = 0.0, nodes = 0.0;
-    run.velocity_sum_lu = {0, 0, 0};
-    for_all_moments(
-        flow, domain,
-        [&] {
-            return Sums{domain, section};
-        },
-        [&](const Sums& sums) {
-            speed += sums.speed;
-            along += sums.along;
-            squares += sums.squares;
-            nodes += sums.nodes;
-            for (std::size_t a = 0; a < 3; ++a) run.velocity_sum_lu[a] += sums.velocity[a];
-        });
-    run.hydraulic_tortuosity = speed / along;
-    run.kinetic_energy_factor = squares * nodes / (along * along);
+    const Sums sums = sum_moments(flow, domain, Sums{domain, section});
+    run.velocity_sum_lu = sums.velocity;
+    run.hydraulic_tortuosity = sums.speed / sums.along;
+    run.kinetic_energy_factor = sums.squares * sums.nodes / (sums.along * sums.along);
 }
 
 // k and everything else that a check computes, from the layers now and `apart` steps before.

@@ -10,7 +10,7 @@ using namespace core;
 namespace {
 
 constexpr double deviations = 1.96, smallest_error = 1e-5;
-constexpr double least_exponent = -0.9, most_exponent = 0.9;
+constexpr double min_exponent = -0.9, max_exponent = 0.9;
 
 struct Excess {
     double reynolds, value, error;  ///< of k/k_apparent - 1
@@ -94,7 +94,7 @@ std::optional<FittedLaw> weak_law(std::span<const Excess> flows) {
 
 std::optional<FittedLaw> power_law(std::span<const Excess> flows) {
     if (flows.size() < 3) return std::nullopt;
-    const LawParameter power = best_power(flows, 1.0 - most_exponent, 1.0 - least_exponent, true, 3);
+    const LawParameter power = best_power(flows, 1.0 - max_exponent, 1.0 - min_exponent, true, 3);
     FittedLaw law = law_of(flows, power.value, true, 3);
     law.exponent = LawParameter{1.0 - power.value, {1.0 - power.interval.high, 1.0 - power.interval.low}};
     return law;

@@ -83,7 +83,7 @@ void visit_members(Self& part, const Visit& visit) {
 struct Forchheimer {
     static constexpr const char* stage = "forchheimer";
     /// Raised when these numbers can change, or a key is added: older results are out of date then.
-    static constexpr long version = 3;
+    static constexpr long version = 4;
     double length_m = 0.0;  ///< of the Reynolds numbers
     std::string length_is;
     double porosity = 0.0;

@@ -49,7 +49,7 @@ void visit_members(Self& reached, const Visit& visit) {
 struct Lbm {
     static constexpr const char* stage = "lbm";
     /// Raised when these numbers can change, or a key is added: older results are out of date then.
-    static constexpr long version = 7;
+    static constexpr long version = 8;
     Permeability permeability;
     std::optional<HalfWidthParts> half_width_parts_m2{};
     core::OptionalKey<double> averaged_image_change = {};  ///< of a gray image: see lbm::LbmResult

@@ -254,8 +254,8 @@ Integrated integrate(const Shape& scaled, double tolerance, bool twice) {
     std::array<Integral, 2> passes = {Integral(scaled, tolerance), Integral(scaled, tolerance)};
     const Sums &total = passes[0].total(), &other = passes[1].total();
     Integrated result;
-    constexpr int fewest_pieces = 6, rounds = 4;
-    int pieces = fewest_pieces;
+    constexpr int min_pieces = 6, rounds = 4;
+    int pieces = min_pieces;
     for (int round = 0; round < rounds; ++round, pieces *= 3) {
         // The second pass begins at an irrational fraction of an interval: its meridians are nowhere those of the first.
         const std::array<double, 2> turn = {0.0, 0.7548776662466927 * 2.0 * std::numbers::pi / pieces};

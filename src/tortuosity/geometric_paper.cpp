@@ -19,9 +19,9 @@ using ClosestVoid = std::function<std::optional<Vec2>(const Vec2& from, int slic
 
 // A narrow container, for instance that of a small image, gets dots that are closer.
 double spacing_of_dots(const Container& container, const TortuosityConfig& config) {
-    constexpr double fewest_across = 3.0, across_narrow = 8.0;
+    constexpr double min_across = 3.0, across_narrow = 8.0;
     const double width = (container.high() - container.low()).head<2>().minCoeff();
-    if (config.dot_spacing_m * fewest_across <= width) return config.dot_spacing_m;
+    if (config.dot_spacing_m * min_across <= width) return config.dot_spacing_m;
     const double spacing = width / across_narrow;
     log_info("the container is {:.4g} m wide: the dots of geometric_paper are {:.4g} m apart, not {:.4g} m", width, spacing,
              config.dot_spacing_m);

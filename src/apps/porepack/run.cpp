@@ -85,10 +85,10 @@ void print_summary(const std::string& stage, const Json& result) {
 void print_stage(const Common& common, const std::string& stage, const Json& result, const Path& manifest) {
     if (common.json || common.verbose) return print_result(common, result);
     print_summary(stage, result);
-    constexpr std::size_t most_files = 6;
+    constexpr std::size_t max_files = 6;
     const Json written = read_json(manifest);
     const Json& files = written.at("outputs_sha256");
-    if (files.size() > most_files)
+    if (files.size() > max_files)
         fmt::print("written: {} files in {}\n", files.size(), for_terminal(manifest.parent_path().lexically_normal().string()));
     else
         for (const auto& [file, digest] : files.items())

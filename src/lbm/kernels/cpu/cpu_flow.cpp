@@ -79,10 +79,8 @@ public:
         store_.release(slot_of(0, first), last ? store_.size() : slot_of(0, end / chunk_nodes * chunk_nodes));
     }
     [[nodiscard]] std::span<std::byte> state() override { return std::as_writable_bytes(std::span(store_.data(), store_.size())); }
-    [[nodiscard]] std::array<double, 3> drag() const override {
-        std::array<double, 3> force = {0.0, 0.0, 0.0};
-        kernel_.drag(data_, force.data());
-        return force;
+    void wall_forces(std::size_t first, std::span<std::array<double, 3>> forces) const override {
+        kernel_.wall_forces(data_, first, forces.data()->data(), forces.size());
     }
     [[nodiscard]] double bytes() const override {
         return static_cast<double>(store_.size() * sizeof(Real)) + plan_->addresses.bytes() + plan_->walls.bytes() +

@@ -285,8 +285,17 @@ struct Sweep {
         }
     }
 
-    // Momentum exchange at the walls of one chunk.
-    void drag(std::size_t c, double* force) const {
+    // Momentum exchange at the walls, three numbers per node.
+    void wall_forces(std::size_t first, double* forces, std::size_t count) const {
+        for (std::size_t done = 0; done < count; done += chunk) {
+            alignas(vector_bytes) double of_chunk[3 * chunk] = {};
+            wall_forces_of_chunk((first + done) / chunk, of_chunk);
+            std::memcpy(forces + 3 * done, of_chunk, 3 * smaller(chunk, count - done) * sizeof(double));
+        }
+    }
+
+    void wall_forces_of_chunk(std::size_t c, double* force) const {
+        if (data.first_wall[c] == data.first_wall[c + 1] && data.first_gap[c] == data.first_gap[c + 1]) return;
         Buffer<Real> before, after;
         AtWalls<Real> at;
         std::memcpy(before.f, chunk_rows(c), directions * chunk * sizeof(Real));
@@ -310,7 +319,7 @@ struct Sweep {
         const auto give = [&](int q, std::size_t i) {
             const double given = static_cast<double>(after.f[static_cast<std::size_t>(q) * chunk + i]) +
                                  static_cast<double>(before.f[static_cast<std::size_t>(opposite(q)) * chunk + i]);
-            for (int a = 0; a < 3; ++a) force[a] += lattice.c[q][a] * given;
+            for (std::size_t a = 0; a < 3; ++a) force[3 * i + a] += lattice.c[q][a] * given;
         };
         for (std::uint64_t l = data.first_wall[c]; l < data.first_wall[c + 1]; ++l)
             give(data.wall_row[l] / static_cast<int>(chunk), data.wall_row[l] % chunk);
@@ -352,27 +361,17 @@ void add_density(const KernelData<Real>& data, std::size_t first, const double* 
 }
 
 template <typename Real>
-void drag(const KernelData<Real>& data, double* force) {
-    double x = 0.0, y = 0.0, z = 0.0;
-#pragma omp parallel for schedule(static) reduction(+ : x, y, z)
-    for (std::size_t c = 0; c < data.chunks; ++c) {
-        double part[3] = {0.0, 0.0, 0.0};
-        Sweep<Real>{data}.drag(c, part);
-        x += part[0];
-        y += part[1];
-        z += part[2];
-    }
-    force[0] += x;
-    force[1] += y;
-    force[2] += z;
+void wall_forces(const KernelData<Real>& data, std::size_t first, double* forces, std::size_t count) {
+    Sweep<Real>{data}.wall_forces(first, forces, count);
 }
 
 }  // namespace
 
 extern const KernelFunctions<float> single_precision;
 extern const KernelFunctions<double> double_precision;
-constexpr KernelFunctions<float> single_precision = {two_steps<float>, moments<float>, set_moments<float>, add_density<float>, drag<float>};
+constexpr KernelFunctions<float> single_precision = {two_steps<float>, moments<float>, set_moments<float>, add_density<float>,
+                                                     wall_forces<float>};
 constexpr KernelFunctions<double> double_precision = {two_steps<double>, moments<double>, set_moments<double>, add_density<double>,
-                                                      drag<double>};
+                                                      wall_forces<double>};
 
 }  // namespace porepack::lbm::cpu::POREPACK_SET

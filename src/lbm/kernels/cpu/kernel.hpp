@@ -60,7 +60,8 @@ struct KernelFunctions {
     /// Adds to the density of the nodes [first, first + count); velocities and stresses stay.
     void (*add_density)(const KernelData<Real>& data, std::size_t first, const double* added, std::size_t count);
     /// Adds the force on the walls of all chunks to `force`.
-    void (*drag)(const KernelData<Real>& data, double* force);
+    /// Three numbers per node.
+    void (*wall_forces)(const KernelData<Real>& data, std::size_t first, double* forces, std::size_t count);
 };
 
 struct InstructionSet {

@@ -123,13 +123,14 @@ public:
         }
     }
 
-    [[nodiscard]] std::array<double, 3> drag() const override {
-        std::array<double, 3> total{};
-        for (const WallLink& link : domain_.walls) {
-            const double given = collide(before_[link.node], scheme_)[link.q] + before_[link.node][out(link)];
-            for (std::size_t a = 0; a < 3; ++a) total[a] += c[link.q][a] * given;
+    void wall_forces(std::size_t first, std::span<std::array<double, 3>> forces) const override {
+        std::fill(forces.begin(), forces.end(), std::array<double, 3>{});
+        const auto by_node = [](const WallLink& link, std::size_t node) { return link.node < node; };
+        for (auto link = std::lower_bound(domain_.walls.begin(), domain_.walls.end(), first, by_node);
+             link != domain_.walls.end() && link->node < first + forces.size(); ++link) {
+            const double given = collide(before_[link->node], scheme_)[link->q] + before_[link->node][out(*link)];
+            for (std::size_t a = 0; a < 3; ++a) forces[link->node - first][a] += c[link->q][a] * given;
         }
-        return total;
     }
 
     void set_moments(std::size_t first, std::span<const Moments> moments) override {
