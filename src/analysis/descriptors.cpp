@@ -20,7 +20,7 @@ constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 PackedBed bed_of(const PoreSpace& space, const results::Lbm& lbm) {
     // Of a surface, grain_size_m is 4 volume / area. Grains that overlap on purpose hide an unknown part of their area.
     double surface = 4.0 / space.grain_size_m;
-    if (space.packing) surface = space.packing->overlap_allowed ? unknown : 6.0 / grain_means(*space.packing).sauter_diameter_m;
+    if (space.packing()) surface = space.packing()->overlap_allowed ? unknown : 6.0 / grain_means(*space.packing()).sauter_diameter_m;
     return {.porosity = lbm.porosity,
             .permeability_m2 = lbm.permeability.m2,
             .equivalent_diameter_m = space.equivalent_diameter_m,
@@ -50,12 +50,12 @@ std::optional<results::Tensor> tensor_of(const Eigen::Matrix3d& matrix) {
 
 // How the grains of the whole bed lie and touch.
 std::optional<results::BedStructure> bed_structure(const PoreSpace& space, Files& files) {
-    if (!space.packing) return std::nullopt;
+    if (!space.packing()) return std::nullopt;
     constexpr double gap_of_diameter = 1e-3;  // grains that only just touch, as in a given packing
     const Container& container = space.container;
     const Vec3 inner = container.high() - container.low();
     const double range = std::min(4.0 * space.equivalent_diameter_m, 0.5 * std::min(inner.x(), inner.y()));
-    const Structure found = structure_of(*space.packing, gap_of_diameter * space.grain_size_m, range, 40);
+    const Structure found = structure_of(*space.packing(), gap_of_diameter * space.grain_size_m, range, 40);
     Table contacts({"neighbours", "grains"}), distribution({"r0_m", "r1_m", "radial_distribution"});
     for (std::size_t n = 0; n < found.grains_with_neighbours.size(); ++n) contacts.add(n, found.grains_with_neighbours[n]);
     for (const RadialBin& bin : found.radial_distribution) distribution.add(bin.r0_m, bin.r1_m, bin.distribution);

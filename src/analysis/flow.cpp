@@ -38,7 +38,7 @@ Table gradients_of(const LbmResult& result) {
 
 std::string interval_meaning(const LbmResult& result, const PoreSpace& space, const Scheme& scheme) {
     if (!result.half_width) return "too few grids: no uncertainty";
-    if (space.gray) return "three grids, gray levels and blur; judged on spheres (docs/images.md)";
+    if (space.gray()) return "three grids, gray levels and blur; judged on spheres (docs/images.md)";
     std::string meaning = scheme.walls == Walls::interpolated ? "three grids: covers the exact value in at least 95 % of the known cases"
                                                               : "two grids, first order, at least 6 %: held in 90 of 100 arrays and ducts";
     if (result.half_width->stretch_m2 > 0.0) meaning += "; with the stretch of the periodic box to whole voxels";
@@ -77,7 +77,7 @@ results::Lbm result_of(const LbmResult& result, const PoreSpace& space, const Lb
     const Scheme scheme = scheme_of(config, space.has_exact_walls(), {});
     const double porosity = space.porosity().value;
     results::Lbm found{.permeability = {result.permeability_m2, result.interval_m2()},
-                       .half_width_parts_m2 = half_width_parts(result, space.gray != nullptr),
+                       .half_width_parts_m2 = half_width_parts(result, space.gray() != nullptr),
                        .averaged_image_change = result.averaged_image_change,
                        .interval_meaning = interval_meaning(result, space, scheme),
                        .permeability_bed_m2 = result.bed_permeability_m2(),
@@ -117,7 +117,7 @@ results::Lbm result_of(const LbmResult& result, const PoreSpace& space, const Lb
 Expectation expect_flow(const PoreSpace& space, const LbmConfig& config, double voxel_size_m, double pores) {
     (void)choose_drive(space.container, config.direction);  // throws for a direction that is not possible
     const double across = std::isfinite(space.grain_size_m) ? space.grain_size_m : 10.0 * voxel_size_m;
-    const VoxelPlan plan = space.image
+    const VoxelPlan plan = space.image()
                                ? space.plan_at(voxel_size_m)
                                : plan_voxels(space.container, space.section, voxel_size_m, {space.buffers_m, space.reservoir_m}, across);
     const double cells = static_cast<double>(plan.grid.size());
@@ -127,7 +127,7 @@ Expectation expect_flow(const PoreSpace& space, const LbmConfig& config, double 
     Expectation expected{.memory_bytes = lbm_memory_bytes({.cells = cells,
                                                            .nodes = fluid,
                                                            .links_per_node = expected_links_per_node(pores, across / plan.voxel_size_m),
-                                                           .bytes_a_number = bytes_of(config.precision)})};
+                                                           .bytes_per_number = bytes_of(config.precision)})};
     // With a relaxation time that follows the voxel size, a grid needs as many steps as the others; otherwise the steps grow with the
     // square of the pores' width in voxels. The search on the coarsest of several grids takes about five runs on it.
     const bool tuned = config.relaxation_time == 0.0 && config.collision == Collision::trt;

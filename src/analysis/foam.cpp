@@ -18,7 +18,7 @@ namespace porepack::analysis {
 namespace {
 
 void require_surface(const PoreSpace& space) {
-    if (!space.packing && !space.surface)
+    if (!space.packing() && !space.surface())
         throw UserError("OpenFOAM needs a surface, and the input is an image",
                         {.where = space.source, .fix = "porepack lbm, or porepack image segment, which writes solid.stl"});
 }
@@ -62,8 +62,9 @@ Expectation expect_foam(const PoreSpace& space, const FoamConfig& config) {
     return expect_foam(space, config, cell_size_m(space, config), space.porosity(4000).value);
 }
 
-results::Foam compute_foam_flow(const PoreSpace& space, const GeometryConfig& geometry, const FoamConfig& config, const Path& folder) {
-    require_surface(space);
+results::Foam compute_foam_flow(const PoreSpace& space, const GeometryConfig& geometry, const FoamConfig& config, const Path& folder,
+                                const TriangleSurface* made) {
+    if (made == nullptr) require_surface(space);
     const double cell = cell_size_m(space, config);
     if (space.ends == Ends::paper)
         throw UserError("OpenFOAM has no ends of the paper",
@@ -79,7 +80,7 @@ results::Foam compute_foam_flow(const PoreSpace& space, const GeometryConfig& ge
     require_memory(expected.memory_bytes, "the OpenFOAM mesh", "use larger cells or a shorter section");
 
     const double coarsest = cell * std::pow(config.mesh_ratio, static_cast<double>(config.meshes - 1));
-    const FoamScene scene = foam_scene(space, surface_options(geometry), coarsest);
+    const FoamScene scene = foam_scene(space, surface_options(geometry), coarsest, made);
     const FoamResult result = foam_permeability(scene, config, cell, data_file("openfoam_cases"), folder);
     const auto& extrapolation = result.extrapolation;
     const auto converged = [](const FoamMeshResult& mesh) { return mesh.converged; };

@@ -11,7 +11,7 @@
 namespace porepack::analysis {
 
 void add_gray_parts(lbm::LbmResult& result, const PoreSpace& space, const lbm::LbmConfig& config) {
-    if (!space.gray || !result.half_width || result.grids.size() < 2) return;
+    if (!space.gray() || !result.half_width || result.grids.size() < 2) return;
     const lbm::LbmGridResult& middle = result.grids[result.grids.size() - 2];
     lbm::LbmConfig one = config;
     one.grids = 1;
@@ -28,7 +28,7 @@ void add_gray_parts(lbm::LbmResult& result, const PoreSpace& space, const lbm::L
         }
     };
     log_info("gray levels, blur and resolution: three more runs on voxels of {:.4g} m", middle.voxel_size_m);
-    const GrayVariants variants = gray_variants(*space.gray, space.container);
+    const GrayVariants variants = gray_variants(*space.gray(), space.container);
     const double k = result.permeability_m2;
     if (variants.averaged) result.averaged_image_change = change(variants.averaged);
     if (variants.other_level) result.half_width->threshold_m2 = std::abs(change(variants.other_level)) * k;

@@ -167,7 +167,7 @@ Outcome<results::Pores> describe_pores(const PoreSpace& space, const GeometryCon
 
     log_info("pores: sizes");
     const std::vector<float> distance =
-        space.grains ? wall_distance_m(image, *space.grains, space.container) : wall_distance_m(image, periodic);
+        space.grains() ? wall_distance_m(image, *space.grains(), space.container) : wall_distance_m(image, periodic);
     const std::vector<float> diameter = pore_diameter_m(image, distance, periodic);
     Sizes sizes;
     for (std::size_t cell = 0; cell < diameter.size(); ++cell)
@@ -192,7 +192,7 @@ Outcome<results::Pores> describe_pores(const PoreSpace& space, const GeometryCon
     result.pore_diameter_median_m = sizes.quantile(0.5);
     result.pore_diameter_10_percent_m = sizes.quantile(0.1);
     result.pore_diameter_90_percent_m = sizes.quantile(0.9);
-    result.critical_diameter_uncertainty_m = (space.grains ? 1.5 : 2.0) * h;
+    result.critical_diameter_uncertainty_m = (space.grains() ? 1.5 : 2.0) * h;
     result.surface_per_volume_per_m = correlation.surface_per_volume_m();
     if (const auto scatter = uncertainty::porosity_scatter(layer_porosities(image), space.section.length(), space.equivalent_diameter_m)) {
         result.porosity_scatter_of_such_sections = scatter->deviation;

@@ -73,6 +73,19 @@ void allow_clump_overlaps(Packing& packing, const PackingConfig& config) {
                                 config.surface_tolerance));
 }
 
+PourResult pour_with_engine(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config,
+                            const Path& folder) {
+    switch (config.engine) {
+        case Engine::liggghts:
+            return liggghts::pour_with_liggghts(shapes, container, config, data_file("liggghts_templates"), folder / "run");
+        case Engine::capsule:
+            return dem::pour_with_capsules(shapes, container, config, folder);
+        case Engine::none:
+            break;
+    }
+    throw std::logic_error("no engine pours this packing");
+}
+
 }  // namespace
 
 void add_grains(results::Pack& pack, const Packing& packing) {
@@ -100,9 +113,7 @@ void require_same_bed(const std::vector<ShapeShare>& shapes, const Container& co
 }
 
 Poured pour(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config, const Path& folder) {
-    const PourResult pour = config.engine == Engine::liggghts
-                                ? liggghts::pour_with_liggghts(shapes, container, config, data_file("liggghts_templates"), folder / "run")
-                                : dem::pour_with_capsules(shapes, container, config, folder);
+    const PourResult pour = pour_with_engine(shapes, container, config, folder);
     Poured poured{.result = {.engine = std::string(name_of(config.engine)), .seed = config.seed}, .packing = pour.packing};
     poured.result.pour = result_of(pour, shapes, config);
     if (config.engine == Engine::liggghts) allow_clump_overlaps(poured.packing, config);

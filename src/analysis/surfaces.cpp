@@ -36,17 +36,17 @@ void write_extra_surfaces(const PoreSpace& space, double deviation, const StlCon
         result.clipped = {.section_m = space.section.interval(), .volume_m3 = measure_surface(clipped).volume_m3};
     }
     if (extras.one_file_per_grain) {
-        if (!space.packing) throw UserError("an STL file's grains cannot be told apart", {.fix = "remove one_file_per_grain"});
+        if (!space.packing()) throw UserError("an STL file's grains cannot be told apart", {.fix = "remove one_file_per_grain"});
         make_folder(folder / "grains");
-        const Container& container = space.packing->container;
+        const Container& container = space.packing()->container;
         Packing one{.container = container.any_periodic() ? vessels::make_box(container.size()) : container,
-                    .shapes = space.packing->shapes,
+                    .shapes = space.packing()->shapes,
                     .bodies = {}};
-        for (std::size_t b = 0; b < space.packing->bodies.size(); ++b) {
-            one.bodies = {space.packing->bodies[b]};
+        for (std::size_t b = 0; b < space.packing()->bodies.size(); ++b) {
+            one.bodies = {space.packing()->bodies[b]};
             write_stl(folder / "grains" / fmt::format("grain_{:05}.stl", b + 1), make_surface(one, {.deviation_m = deviation}).surface);
         }
-        result.grain_files = space.packing->bodies.size();
+        result.grain_files = space.packing()->bodies.size();
     }
     if (extras.also == SurfaceFiles::ply || extras.also == SurfaceFiles::both) write_ply(folder / "solid.ply", solid);
     if (extras.also == SurfaceFiles::vtp || extras.also == SurfaceFiles::both) write_vtp(folder / "solid.vtp", solid);
@@ -74,20 +74,20 @@ bool same_triangles(const TriangleSurface& p, const TriangleSurface& q) {
 }  // namespace
 
 results::Stl write_surfaces(const PoreSpace& space, const GeometryConfig& geometry, const StlConfig& extras, const Path& folder) {
-    if (!space.packing && !space.surface)
+    if (!space.packing() && !space.surface())
         throw UserError("a surface is made of a packing or an STL file, not of an image",
                         {.where = space.source, .fix = "porepack image segment writes solid.stl"});
     results::Stl result;
     const Path file = folder / "solid.stl";
     std::optional<TriangleSurface> checked;
     SurfaceCheck check;
-    if (space.packing) {
-        SurfaceResult made = make_surface(*space.packing, surface_options(geometry));
+    if (space.packing()) {
+        SurfaceResult made = make_surface(*space.packing(), surface_options(geometry));
         write_stl(file, made.surface);
-        const shapes::Bounds bounds = space.grains->bounds();  // grains may reach through the ends of a scan
+        const shapes::Bounds bounds = space.grains()->bounds();  // grains may reach through the ends of a scan
         const Section all{std::min(0.0, bounds.low.z()), std::max(space.container.height(), bounds.high.z())};
-        const double solid =
-            (1.0 - porosity(*space.grains, space.container, all).value) * space.container.vessel().mean_area(all.interval()) * all.length();
+        const double solid = (1.0 - porosity(*space.grains(), space.container, all).value) *
+                             space.container.vessel().mean_area(all.interval()) * all.length();
         result.made = {.largest_deviation_m = made.deviation_m,
                        .contact_gap_m = made.contact_gap_m,
                        .joined_grains = made.joined_grains,
@@ -97,7 +97,7 @@ results::Stl write_surfaces(const PoreSpace& space, const GeometryConfig& geomet
         checked = std::move(made.surface);
         check = std::move(made.check);
     } else {
-        write_stl(file, *space.surface);
+        write_stl(file, *space.surface());
     }
     // The reported properties are checked on the file as written, in single precision.
     const TriangleSurface written = read_stl(file);
@@ -120,7 +120,7 @@ results::Stl write_surfaces(const PoreSpace& space, const GeometryConfig& geomet
             (exact - check.volume_m3) / (space.container.inner_area_m2() * std::min(space.bed_top_m, space.container.height()));
     }
     write_extra_surfaces(space, surface_deviation(space, geometry), extras, written, folder, result);
-    if (!space.packing) result.bed = bed_porosity(space);
+    if (!space.packing()) result.bed = bed_porosity(space);
     return result;
 }
 

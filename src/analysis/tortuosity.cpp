@@ -74,7 +74,7 @@ results::Diffusive result_of(const DiffusiveEstimate& estimate, Axis direction, 
 // side. Blur closes the pores around contacts, which makes the value too large; a second blur does not show it. Their part of
 // sigma / d (value - 1) was 1.1 on poured tetrapods and 3.1 to 4.8 on simple and body-centred cubic spheres in contact.
 Sides gray_errors(const DiffusiveEstimate& estimate, const PoreSpace& space, Axis direction) {
-    const GrayVariants variants = gray_variants(*space.gray, space.container);
+    const GrayVariants variants = gray_variants(*space.gray(), space.container);
     const DiffusiveGrid& middle = estimate.grids.at(1);
     const auto change = [&](std::shared_ptr<const GraySolid> other) {
         const PoreSpace varied = with_gray(space, std::move(other));
@@ -94,7 +94,7 @@ results::Diffusive compute_diffusive_tortuosity(const PoreSpace& space, const Ge
     const Ends ends = direction == Axis::z && space.ends == Ends::in_situ ? Ends::in_situ : Ends::planes;
     const DiffusiveEstimate estimate = diffusive_tortuosity(space, space.voxel_size_m(geometry.voxel_size_m), direction);
     results::Diffusive result = result_of(estimate, direction, ends);
-    if (!space.gray || !estimate.limit) return result;
+    if (!space.gray() || !estimate.limit) return result;
     try {
         const Sides gray = gray_errors(estimate, space, direction);
         const Interval grids = *estimate.interval();
@@ -112,7 +112,7 @@ Outcome<results::ShortestPath> compute_shortest_path(const PoreSpace& space, con
     const ShortestPathResult found = shortest_path(space, voxel, direction);
     const char* paths = "paths_shortest.vtp";
     return {{.direction = direction,
-             .geometry = space.grains ? "exact" : "voxels",
+             .geometry = space.grains() ? "exact" : "voxels",
              .voxel_size_m = space.section_only().plan_at(voxel).voxel_size_m,
              .tortuosity = found.value,
              .standard_error = found.standard_deviation / std::sqrt(static_cast<double>(std::max(1L, found.starts))),
@@ -132,18 +132,18 @@ Outcome<results::GeometricPaper> compute_geometric_paper(const SliceStack& stack
 }
 
 Outcome<results::GeometricPaper> compute_geometric_paper(const PoreSpace& space, const TortuosityConfig& config) {
-    if (space.image || space.gray) {  // its layers are the slices
+    if (space.image() || space.gray()) {  // its layers are the slices
         PhaseImage layers = space.section_only().voxelise_at(space.voxel_size_m(0.0));
         return compute_geometric_paper(
             SliceStack{.grid = layers.grid, .phase = std::move(layers.phase), .container = space.container, .section = space.section},
             config);
     }
-    if (!space.grains)
+    if (!space.grains())
         throw UserError(
             "the exact dot method needs a packing",
             {.fix = "make slices of the STL file and give their folder: porepack slices, then porepack tortuosity geometric_paper SLICES"});
     const bool on_pixels = config.dot_pixel_m > 0.0;
-    auto found = found_of(geometric_paper_exact(*space.grains, space.container, space.section, config), on_pixels ? "pixels" : "exact",
+    auto found = found_of(geometric_paper_exact(*space.grains(), space.container, space.section, config), on_pixels ? "pixels" : "exact",
                           "paths_geometric_paper.vtp");
     if (on_pixels) found.result.pixel_m = config.dot_pixel_m;
     return found;

@@ -84,7 +84,7 @@ struct PoreSurface {
 /// A closed triangle surface as a solid; `periodic` repeats it.
 class SurfaceSolid : public geometry::Solid {
 public:
-    SurfaceSolid(const io::TriangleSurface& surface, const vessels::Container& container);
+    SurfaceSolid(io::TriangleSurface surface, const vessels::Container& container);
     ~SurfaceSolid() override;
     /// Uses the winding number along the line: overlapping shells are joined.
     void column(double x, double y, std::vector<core::Interval>& parts) const override;
@@ -93,10 +93,12 @@ public:
     [[nodiscard]] std::optional<double> volume_between(double z0, double z1) const override;
     [[nodiscard]] shapes::Bounds bounds() const override;
     [[nodiscard]] std::unique_ptr<geometry::SolidProbe> probe() const override;
+    [[nodiscard]] const io::TriangleSurface* surface() const override { return &surface_; }
 
 private:
     class Probe;
     struct Bins;
+    const io::TriangleSurface surface_;
     std::unique_ptr<Bins> bins_;
 };
 

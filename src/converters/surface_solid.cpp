@@ -34,16 +34,17 @@ struct SurfaceSolid::Bins {
     void collect(double x, double y, double lift, std::vector<Crossing>& crossings) const;
 };
 
-SurfaceSolid::SurfaceSolid(const TriangleSurface& surface, const Container& container) : bins_(std::make_unique<Bins>()) {
+SurfaceSolid::SurfaceSolid(TriangleSurface surface, const Container& container)
+    : surface_(std::move(surface)), bins_(std::make_unique<Bins>()) {
     Bins& bins = *bins_;
     bins.container = container;
     const auto point = [&](int i) {
-        const auto& p = surface.points[static_cast<std::size_t>(i)];
+        const auto& p = surface_.points[static_cast<std::size_t>(i)];
         return Vec3(p[0], p[1], p[2]);
     };
     double extent = 0.0;
     std::vector<Bounds> boxes;
-    for (const auto& t : surface.triangles) {
+    for (const auto& t : surface_.triangles) {
         bins.triangles.push_back({point(t[0]), point(t[1]), point(t[2])});
         const auto& last = bins.triangles.back();
         const Vec3 low = last.a.cwiseMin(last.b).cwiseMin(last.c), high = last.a.cwiseMax(last.b).cwiseMax(last.c);
@@ -286,8 +287,7 @@ PoreSpace pore_space_of(TriangleSurface surface, const Container& container, con
     require_inside_cylinder(surface, container, where);
     warn_of_free_space(check, container);
     PoreSpace space{.container = container, .section = {}};
-    space.solid = std::make_shared<const SurfaceSolid>(surface, container);
-    space.surface = std::make_shared<const TriangleSurface>(std::move(surface));
+    space.solid = std::make_shared<const SurfaceSolid>(std::move(surface), container);
     space.grain_size_m = 4.0 * check.volume_m3 / check.area_m2;
     space.bed_bottom_m = std::max(0.0, check.low.z());
     space.bed_top_m = check.high.z();

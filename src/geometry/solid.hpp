@@ -6,7 +6,12 @@
 #include <vector>
 
 #include "core/interval.hpp"
+#include "geometry/grid.hpp"
 #include "geometry/vector.hpp"
+
+namespace porepack::io {
+struct TriangleSurface;
+}
 
 namespace porepack::geometry {
 
@@ -20,7 +25,8 @@ public:
     [[nodiscard]] virtual std::optional<double> first_hit(const Vec3& from, const Vec3& step) const = 0;
 };
 
-/// A solid that can be intersected with vertical lines: grains or a closed triangle surface.
+/// A solid that can be intersected with vertical lines: grains, a closed triangle surface, the level set of an image, or an image's voxels.
+/// What a solid does not offer (the functions with a default) is refused, or replaced by its voxels, where it is asked for.
 class Solid {
 public:
     virtual ~Solid() = default;
@@ -34,6 +40,19 @@ public:
     /// Lowest and highest point.
     [[nodiscard]] virtual Bounds bounds() const = 0;
     [[nodiscard]] virtual std::unique_ptr<SolidProbe> probe() const = 0;
+
+    /// The walls are known between the centres of any cells; otherwise they lie half-way between the cells of own_voxels().
+    [[nodiscard]] virtual bool has_exact_walls() const { return true; }
+    /// The only grid on which the solid is known; null: any grid.
+    [[nodiscard]] virtual const PhaseImage* own_voxels() const { return nullptr; }
+    /// From the surface, at most `cap`; negative inside, where a bound is enough: no point is deeper.
+    [[nodiscard]] virtual std::optional<double> distance(const Vec3& /*point*/, double /*cap*/) const { return std::nullopt; }
+    /// A solid of which every point lies deeper than `depth` in this one: what blocks the flow there blocks it on voxels of that half
+    /// diagonal. Null: not known.
+    [[nodiscard]] virtual std::shared_ptr<const Solid> thinned(double /*depth*/) const { return nullptr; }
+    /// The closed surface that bounds it, if it is given as one.
+    [[nodiscard]] virtual const io::TriangleSurface* surface() const { return nullptr; }
+
     [[nodiscard]] bool contains(const Vec3& point) const;
 };
 

@@ -13,6 +13,7 @@
 #include "inputs/image_input.hpp"
 #include "inputs/uses.hpp"
 #include "io/stl.hpp"
+#include "pore_space/image_solid.hpp"
 #include "record/resolved_config.hpp"
 #include "scans/doubts.hpp"
 #include "scans/find_tube.hpp"
@@ -81,7 +82,7 @@ PoreSpace load_image(const Path& file, const InputOptions& options) {
 PoreSpace load_slices(const Path& folder, const InputOptions& options) {
     SliceStack stack = read_slices(folder);
     PoreSpace space{.container = stack.container, .section = stack.section};
-    space.image = std::make_shared<const PhaseImage>(PhaseImage{.grid = stack.grid, .phase = std::move(stack.phase), .notes = {}});
+    space.solid = std::make_shared<const ImageSolid>(PhaseImage{.grid = stack.grid, .phase = std::move(stack.phase), .notes = {}});
     if (const auto& given = options.geometry.section_m; given.size() == 2) space.section = {given[0], given[1]};
     return space;
 }
@@ -145,7 +146,7 @@ PoreSpace load_pore_space(const Path& input, const InputOptions& options) {
             {.allowed = "packing.json, packing.json.gz, an .stl file, an image (docs/images.md), a folder of slices, or a case"});
     space.source = input.string();
     if (options.whole_bed) return space;
-    if (space.image || space.gray) return with_ends(space, options.section);
+    if (space.image() || space.gray()) return with_ends(space, options.section);
     const GeometryConfig& geometry = options.geometry;
     space.section = choose_section(space.container, {.section_m = geometry.section_m, .trim_m = geometry.trim_m},
                                    {space.bed_bottom_m, space.bed_top_m}, space.maximum_feret_diameter_m);

@@ -26,7 +26,7 @@ double lbm_memory_bytes(const RunSize& size) {
     // (0.14 to 0.2 on spheres and tetrapods of 8 to 40 nodes).
     const double addresses = 18.0 * 12.0 / 16.0 + 8.0 * 0.2 * size.links_per_node, walls = 4.1 * size.links_per_node;
     const double running =
-        size.nodes * (19.0 * size.bytes_a_number + addresses + walls) + set_of_cells * size.cells + size.coarser_nodes * 16.0;
+        size.nodes * (19.0 * size.bytes_per_number + addresses + walls) + set_of_cells * size.cells + size.coarser_nodes * 16.0;
     // Voxels and their runs, and the links twice: decides where little of the grid is fluid.
     const double set_up = 2.0 * size.cells + size.nodes * 2.0 * 8.0 * size.links_per_node;
     return program_bytes + std::max(running, set_up);

@@ -38,7 +38,7 @@ struct Domain {
     geometry::Grid grid;
     pore_space::Drive drive;
     pore_space::CellSet cells;                 ///< of the nodes, which have their numbers
-    pore_space::LinkCuts cuts;                 ///< links between nodes that end at walls all the same
+    pore_space::LinkCuts cuts;                 ///< links between two nodes that a wall crosses
     std::vector<WallLink> walls;               ///< by node
     std::vector<BoundaryLink> boundary_links;  ///< by node
     std::vector<double> layer_conductance;     ///< of each layer normal to the flow: nodes^3 / wall links^2 (Kozeny), for estimates
@@ -53,7 +53,7 @@ struct Domain {
     }
     /// Fraction of the wall links that lie in a gap of one node.
     [[nodiscard]] double narrow_share() const;
-    /// Frees the links, which a plan of the flow needs no more.
+    /// Frees the links, once a plan of the flow is made.
     void forget_links();
 };
 
@@ -61,7 +61,7 @@ struct Domain {
 struct RunSize {
     double cells = 0.0, nodes = 0.0;
     double links_per_node = 1.0;  ///< wall links
-    double bytes_a_number = 8.0;
+    double bytes_per_number = 8.0;
     double coarser_nodes = 0.0;  ///< of a coarser grid whose flow is kept during the run
 };
 /// Wall links per node of grains that are `voxels` wide (long capsules): 23 (1 - porosity) / (porosity voxels). A surface of area A crosses

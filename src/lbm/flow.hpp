@@ -1,8 +1,10 @@
 // The state of a flow on a domain, independent of the kernel.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "lbm/domain.hpp"
@@ -33,7 +35,7 @@ public:
     virtual void add_density(std::size_t first, std::span<const double> added) = 0;
     /// Replaces Domain::boundary_links' `added`, link by link.
     virtual void set_boundary_links(std::span<const double> added) = 0;
-    /// The populations of the nodes [first, end) are needed no more, and no step follows: their memory may be given back.
+    /// No step follows, and nothing reads the populations of the nodes [first, end) any more: their memory may be returned.
     virtual void forget(std::size_t /*first*/, std::size_t /*end*/) {}
     /// Everything that a later step depends on, in its memory layout.
     [[nodiscard]] virtual std::span<std::byte> state() = 0;
@@ -53,7 +55,7 @@ public:
     /// A flow at rest. It keeps the plan.
     [[nodiscard]] virtual std::unique_ptr<Flow> start(const Scheme& scheme) const = 0;
 };
-/// The plan needs the domain no more: its wall links, which are large, may be freed before a flow is started.
+/// The plan does not refer to the domain: its wall links, which are large, may be freed before a flow is started.
 [[nodiscard]] std::shared_ptr<const FlowPlan> plan_flow(Kernel kernel, const Domain& domain);
 /// One flow at rest.
 [[nodiscard]] std::unique_ptr<Flow> make_flow(Kernel kernel, const Domain& domain, const Scheme& scheme);

@@ -160,7 +160,7 @@ private:
         return lbm_memory_bytes({.cells = cells,
                                  .nodes = share * cells,
                                  .links_per_node = static_cast<double>(last.wall_links) / nodes * size / last.voxel_size_m,
-                                 .bytes_a_number = bytes_of(config_.precision),
+                                 .bytes_per_number = bytes_of(config_.precision),
                                  .coarser_nodes = config_.max_time_s > 0.0 ? nodes : 0.0});
     }
 
@@ -191,7 +191,7 @@ private:
                                    {.fix = "check the section, and that grains do not overlap"});
         const double next = finer(size);
         const double cells = static_cast<double>(space_.plan_at(next).grid.size());
-        if (lbm_memory_bytes({.cells = cells, .nodes = 0.5 * cells, .bytes_a_number = bytes_of(config_.precision)}) >
+        if (lbm_memory_bytes({.cells = cells, .nodes = 0.5 * cells, .bytes_per_number = bytes_of(config_.precision)}) >
             available_memory_bytes())
             throw blocked;
         log_info("lattice Boltzmann: no path leads through voxels of {:.3g} m; finer voxels are tried", size);
@@ -263,8 +263,8 @@ void solve_grids(Sequence& sequence, const PoreSpace& space, const std::vector<d
 
 // Limits of the pore space: an image has cubic voxels of one size.
 LbmConfig fitted_to(const PoreSpace& space, LbmConfig config) {
-    if (space.image) {
-        const auto& h = space.image->grid.spacing_m;
+    if (space.image()) {
+        const auto& h = space.image()->grid.spacing_m;
         for (const double spacing : h)
             if (std::abs(spacing / h[0] - 1.0) > 1e-6)
                 throw UserError(fmt::format("the voxels are not cubic: {:g} x {:g} x {:g} m", h[0], h[1], h[2]),
@@ -323,7 +323,7 @@ double grid_half_width(const Extrapolation& found, double nodes, double grains, 
 
 double grains_of(const PoreSpace& space, const LbmGridResult& grid) {
     const double diameter = space.known_grain_diameter_m();
-    if (space.gray || !std::isfinite(diameter)) return 1.0;
+    if (space.gray() || !std::isfinite(diameter)) return 1.0;
     const double length = space.container.periodic()[2] ? space.section.length() : space.computed().length(),
                  fluid = static_cast<double>(grid.nodes) * std::pow(grid.voxel_size_m, 3.0);
     return (space.container.vessel().mean_area(space.computed().interval()) * length - fluid) / std::pow(diameter, 3.0);

@@ -239,7 +239,7 @@ bool Sequence::solve_flow(Solved& solved, const FlowPlan& plan, const Domain& do
                                          .stop_when_growing = tuned(),
                                          .progress = [this](auto steps, auto share, auto detail) { show_progress(steps, share, detail); }};
     const bool small =
-        static_cast<double>(domain.nodes()) <= nodes_of_search || domain.drive.axis != 2 || !domain.drive.by_pressure() || space_.image;
+        static_cast<double>(domain.nodes()) <= nodes_of_search || domain.drive.axis != 2 || !domain.drive.by_pressure() || space_.image();
     if (!saved_ && tuned() && search && small) {
         solved = fastest(plan, domain, solved.scheme, section, criterion);
     } else {

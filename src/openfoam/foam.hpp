@@ -25,7 +25,9 @@ struct FoamScene {
 };
 /// The section of a pore space with its buffers, its surface within `surface` of the exact one (a user's surface is used unchanged).
 /// `coarsest_cell_m` is the background cell of the coarsest mesh.
-[[nodiscard]] FoamScene foam_scene(const pore_space::PoreSpace& space, const converters::SurfaceOptions& surface, double coarsest_cell_m);
+/// With `made`, that surface of the grains is used.
+[[nodiscard]] FoamScene foam_scene(const pore_space::PoreSpace& space, const converters::SurfaceOptions& surface, double coarsest_cell_m,
+                                   const io::TriangleSurface* made = nullptr);
 /// The same between two layers of free water; the grains are cut off where the buffers end.
 [[nodiscard]] FoamScene foam_scene_in_water(const pore_space::PoreSpace& space, const converters::SurfaceOptions& surface, double cell_m,
                                             double water_m);

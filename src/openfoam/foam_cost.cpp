@@ -10,15 +10,15 @@ double expected_foam_cells(const PoreSpace& space, double cell_size_m, long surf
     const Container& container = space.container;
     const double length = space.computed().length() + 2.0 * space.reservoir_m, volume = container.inner_area_m2() * length;
     double surface_to_solid = 4.0 / space.grain_size_m;  // of long capsules
-    if (space.packing) {
+    if (space.packing()) {
         double area = 0.0, solid = 0.0;
         std::vector<double> areas, volumes;
-        for (const auto& shape : space.packing->shapes) {
+        for (const auto& shape : space.packing()->shapes) {
             const auto measures = shapes::measure(shape, 1e-4);
             areas.push_back(measures.surface_area_m2);
             volumes.push_back(measures.volume_m3);
         }
-        for (const auto& body : space.packing->bodies) area += areas[body.shape], solid += volumes[body.shape];
+        for (const auto& body : space.packing()->bodies) area += areas[body.shape], solid += volumes[body.shape];
         surface_to_solid = area / solid;
     }
     // A box's own sides are faces of the background block, which are not refined.

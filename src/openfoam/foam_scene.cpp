@@ -10,7 +10,7 @@ namespace {
 
 // The grains that extend into the computed part; in a periodic box all of them.
 Packing grains_near(const PoreSpace& space) {
-    Packing near = *space.packing;
+    Packing near = *space.packing();
     if (!space.container.any_periodic())
         std::erase_if(near.bodies, [&](const Body& body) {
             return body.position_m.z() < space.computed().z0 - space.maximum_feret_diameter_m ||
@@ -25,12 +25,13 @@ double narrow_pores(const PoreSpace& space, double voxel_size_m) {
     return narrow_fraction(space.section_only().voxelise_at(voxel_size_m), 2);
 }
 
-FoamScene foam_scene(const PoreSpace& space, const SurfaceOptions& surface, double coarsest_cell_m) {
+FoamScene foam_scene(const PoreSpace& space, const SurfaceOptions& surface, double coarsest_cell_m, const TriangleSurface* made) {
+    if (made == nullptr) made = space.surface();
     if (!space.container.tube_diameter() && !space.container.vessel().fills_bounds())
         throw UserError("the cases of OpenFOAM have walls of cylinders and boxes, not of other vessels",
                         {.where = to_json(space.container).dump(), .fix = "leave OpenFOAM out ([openfoam] enabled = false)"});
     const PoreSpace meshed = space.with_section(space.computed()).section_only();
-    FoamScene scene{.surface = space.surface ? *space.surface : make_surface(grains_near(space), surface).surface,
+    FoamScene scene{.surface = made != nullptr ? *made : make_surface(grains_near(space), surface).surface,
                     .container = space.container,
                     .section = meshed.section};
     if (space.ends == Ends::in_situ && !space.container.periodic()[2]) scene.evaluated = space.section;

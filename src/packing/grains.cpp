@@ -13,13 +13,8 @@ using namespace geometry;
 using namespace shapes;
 using namespace vessels;
 
-Grains::Grains(const Packing& packing) : container_(packing.container), shapes_(packing.shapes) {
-    for (const auto& body : packing.bodies) {
-        shape_of_body_.push_back(body.shape);
-        orientation_.push_back(body.orientation);
-        position_.push_back(body.position_m);
-    }
-    add_images(packing);
+Grains::Grains(Packing packing) : packing_(std::move(packing)) {
+    add_images();
     sort_into_bins();
     std::vector<Bounds> boxes;
     for (const auto& image : images_)
@@ -35,15 +30,15 @@ void Grains::capsules_near(const Vec3& point, double reach, std::vector<Capsule>
     std::array<int, 3> low{}, high{};
     for (int axis = 0; axis < 3; ++axis) {
         const auto a = static_cast<std::size_t>(axis);
-        if (!container_.periodic()[a]) continue;
-        low[a] = point[axis] > container_.size()[axis] - reach ? -1 : 0;
+        if (!packing_.container.periodic()[a]) continue;
+        low[a] = point[axis] > packing_.container.size()[axis] - reach ? -1 : 0;
         high[a] = point[axis] < reach ? 1 : 0;
     }
     thread_local std::vector<int> indices;
     for (int i = low[0]; i <= high[0]; ++i)
         for (int j = low[1]; j <= high[1]; ++j)
             for (int k = low[2]; k <= high[2]; ++k) {
-                const Vec3 shift = Vec3(i, j, k).cwiseProduct(container_.size());
+                const Vec3 shift = Vec3(i, j, k).cwiseProduct(packing_.container.size());
                 indices.clear();
                 capsule_bins_.near(point + shift, reach, indices);
                 for (const int c : indices) {
@@ -87,7 +82,10 @@ std::unique_ptr<SolidProbe> Grains::probe() const {
     return std::make_unique<CapsuleProbe>(*this);
 }
 
-void Grains::add_images(const Packing& packing) {
+// A grain that reaches through a periodic side appears again a period away, so that no query has to look around the box. Only images that
+// reach into the box are kept; a grain in a corner has up to eight.
+void Grains::add_images() {
+    const Packing& packing = packing_;
     const Container& container = packing.container;
     for (std::size_t b = 0; b < packing.bodies.size(); ++b) {
         const auto capsules = world_capsules(packing, packing.bodies[b]);
@@ -121,6 +119,7 @@ void Grains::add_images(const Packing& packing) {
     }
 }
 
+// Seen from above, in squares of a quarter of a mean grain: a vertical line meets the grains of one bin only. At most 512 x 512 bins.
 void Grains::sort_into_bins() {
     if (images_.empty()) {
         bounds_ = {Vec3::Zero(), Vec3::Zero()};
@@ -198,11 +197,11 @@ void Grains::line_parts(const Image& image, const Vec3& origin, const Vec3& dire
     const Shape& shape = shape_of(image);
     if (!has_filled_cavity(shape)) return;
     unite(parts);
-    const Quaternion to_shape = orientation_[image.body].conjugate();
-    join_over_cavities(shape, to_shape * (origin - image.shift - position_[image.body]), to_shape * direction, parts);
+    const Quaternion to_shape = packing_.bodies[image.body].orientation.conjugate();
+    join_over_cavities(shape, to_shape * (origin - image.shift - packing_.bodies[image.body].position_m), to_shape * direction, parts);
 }
 
-double Grains::distance(const Vec3& point, double cap) const {
+std::optional<double> Grains::distance(const Vec3& point, double cap) const {
     double minimum = cap;
     const int reach = 1 + static_cast<int>(cap / bin_size_);
     for (int dj = -reach; dj <= reach; ++dj)
@@ -212,11 +211,22 @@ double Grains::distance(const Vec3& point, double cap) const {
                 if (((image.bounds.low - point).array() > minimum).any() || ((point - image.bounds.high).array() > minimum).any()) continue;
                 double own = signed_distance(image.capsules, point);
                 if (own > 0.0 && has_filled_cavity(shape_of(image)) &&
-                    in_cavity(shape_of(image), orientation_[image.body].conjugate() * (point - image.shift - position_[image.body])))
+                    in_cavity(shape_of(image), packing_.bodies[image.body].orientation.conjugate() *
+                                                   (point - image.shift - packing_.bodies[image.body].position_m)))
                     own = -own;  // the way out leads through the wall of the cavity
                 minimum = std::min(minimum, own);
             }
     return minimum;
+}
+
+std::shared_ptr<const Solid> Grains::thinned(double depth) const {
+    Packing thinner = packing_;
+    for (Shape& shape : thinner.shapes) {
+        std::erase_if(shape.capsules, [&](const Capsule& capsule) { return capsule.radius <= depth; });
+        for (Capsule& capsule : shape.capsules) capsule.radius -= depth;
+        if (shape.capsules.empty()) return nullptr;
+    }
+    return std::make_shared<const Grains>(std::move(thinner));
 }
 
 }  // namespace porepack::packing

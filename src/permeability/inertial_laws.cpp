@@ -12,6 +12,9 @@ namespace {
 constexpr double deviations = 1.96, smallest_error = 1e-5;
 constexpr double min_exponent = -0.9, max_exponent = 0.9;
 
+// Each law says how the excess k/k_apparent - 1 grows with Re: Forchheimer's as c Re, the cubic law of weak inertia as c Re^2, a power as
+// c Re^n. All are lines in Re^power, fitted by weighted least squares; the weights are the errors of the flows. Flows are divided
+// where the excess exceeds strong_inertia: the weak law belongs to those below, the others to those above.
 struct Excess {
     double reynolds, value, error;  ///< of k/k_apparent - 1
 };

@@ -221,7 +221,6 @@ PoreSpace pore_space_of(std::shared_ptr<const GraySolid> solid, const Container&
                         {.where = where, .fix = "porepack image info shows the values"});
     // 4 volume / area is the diameter of a long capsule, as for surfaces.
     PoreSpace space = pore_space::pore_space_of(solid, container, section, 4.0 * found.solid_fraction / found.area_per_volume_m);
-    space.gray = std::move(solid);
     space.image_voxel_size_m = grid.spacing_m[2];
     space.bed_bottom_m = grid.origin_m[2];
     space.bed_top_m = grid.origin_m[2] + grid.cells[2] * grid.spacing_m[2];

@@ -9,6 +9,8 @@
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "pore_space/find_cuts.hpp"
+#include "pore_space/gray_solid.hpp"
+#include "pore_space/image_solid.hpp"
 #include "pore_space/uses.hpp"
 
 namespace porepack::pore_space {
@@ -47,13 +49,26 @@ PhaseImage cropped(const PhaseImage& image, const Section& section) {
 
 }  // namespace
 
+const Grains* PoreSpace::grains() const {
+    return dynamic_cast<const Grains*>(solid.get());
+}
+
+const Packing* PoreSpace::packing() const {
+    const Grains* const found = grains();
+    return found ? &found->packing() : nullptr;
+}
+
+const GraySolid* PoreSpace::gray() const {
+    return dynamic_cast<const GraySolid*>(solid.get());
+}
+
 double PoreSpace::known_grain_diameter_m() const {
-    return solid && (grains || !surface) ? grain_size_m : std::numeric_limits<double>::infinity();
+    return has_exact_walls() && !surface() ? grain_size_m : std::numeric_limits<double>::infinity();
 }
 
 double PoreSpace::voxel_size_m(double asked_m) const {
-    if (image) {
-        const double own = image->grid.spacing_m[0];
+    if (const PhaseImage* const voxels = image()) {
+        const double own = voxels->grid.spacing_m[0];
         if (asked_m > 0.0 && std::abs(asked_m / own - 1.0) > 1e-6)
             throw UserError(
                 fmt::format("a segmented image is its own grid of {:g} m: a voxel size of {:g} m has no effect", own, asked_m),
@@ -62,19 +77,19 @@ double PoreSpace::voxel_size_m(double asked_m) const {
     }
     if (asked_m > 0.0) return asked_m;
     if (image_voxel_size_m > 0.0) return image_voxel_size_m;
-    if (grains) return grain_size_m / 10.0;
+    if (grains()) return grain_size_m / 10.0;
     throw UserError("the voxel size is missing: an STL file does not contain the grain diameter",
                     {.fix = "--voxel-size (metres), or voxel_size_m in [geometry]"});
 }
 
 VoxelPlan PoreSpace::plan_at(double voxel_size_m) const {
-    if (!image) return plan_voxels(container, section, voxel_size_m, {buffers_m, reservoir_m}, grain_size_m, round_sides);
-    const Grid grid = cropped_grid(image->grid, computed());
+    if (!image()) return plan_voxels(container, section, voxel_size_m, {buffers_m, reservoir_m}, grain_size_m, round_sides);
+    const Grid grid = cropped_grid(image()->grid, computed());
     return {.grid = grid, .voxel_size_m = grid.spacing_m[2], .memory_bytes = static_cast<double>(grid.size())};
 }
 
 PhaseImage PoreSpace::voxelise_at(double voxel_size_m) const {
-    if (image) return cropped(*image, computed());
+    if (image()) return cropped(*image(), computed());
     return voxelise(*solid, container, section, plan_at(voxel_size_m), kept_solid());
 }
 
@@ -85,17 +100,13 @@ PoreSpace PoreSpace::stretched(const Stretch& stretch) const {
     space.section = {up * section.z0, up * section.z1};
     space.bed_bottom_m *= up;
     space.bed_top_m *= up;
-    space.grains = nullptr;
-    space.packing = nullptr;
-    space.surface = nullptr;
-    space.gray = nullptr;
     space.solid = std::make_shared<const StretchedSolid>(solid, stretch);
     return space;
 }
 
 CubicVoxels cubic_voxels(const PoreSpace& space, double voxel_size_m) {
     CubicVoxels voxels{.image = space.voxelise_at(voxel_size_m), .space = space};
-    if (space.image) return voxels;
+    if (space.image()) return voxels;
     voxels.stretch = stretch_to_cubes(voxels.image.grid);
     if (!voxels.stretch) return voxels;
     const auto& [x, y, z] = *voxels.stretch;
@@ -112,7 +123,7 @@ Section PoreSpace::kept_solid() const {
 }
 
 std::optional<FlowWalls> PoreSpace::walls() const {
-    if (!solid) return std::nullopt;
+    if (!has_exact_walls()) return std::nullopt;
     return FlowWalls{*solid, container, kept_solid()};
 }
 
@@ -123,14 +134,14 @@ LinkCuts PoreSpace::link_cuts(const PhaseImage& phases, const Drive& drive) cons
 
 bool PoreSpace::computes_whole_bed() const {
     const double rounding = 1e-9 * container.height();
-    return ends == Ends::in_situ && !image && image_voxel_size_m == 0.0 && !container.periodic()[2] &&
+    return ends == Ends::in_situ && !image() && image_voxel_size_m == 0.0 && !container.periodic()[2] &&
            std::abs(computed().z0 - bed_bottom_m) < rounding && std::abs(computed().z1 - bed_top_m) < rounding;
 }
 
 PoreSpace PoreSpace::section_only() const {
     PoreSpace part = with_ends(Ends::planes);
     part.reservoir_m = 0.0;
-    if (image) part.image = std::make_shared<const PhaseImage>(cropped(*image, section));
+    if (image()) part.solid = std::make_shared<const ImageSolid>(cropped(*image(), section));
     return part;
 }
 
@@ -147,7 +158,7 @@ PoreSpace PoreSpace::with_ends(Ends wanted, double buffer_m) const {
     if (wanted != Ends::in_situ || container.periodic()[2]) return part;
     const double longest = buffer_m > 0.0 ? buffer_m : default_buffer_m();
     part.buffers_m = {std::clamp(section.z0 - bed_bottom_m, 0.0, longest), std::clamp(bed_top_m - section.z1, 0.0, longest)};
-    const double voxel = image ? image->grid.spacing_m[2] : image_voxel_size_m;
+    const double voxel = image() ? image()->grid.spacing_m[2] : image_voxel_size_m;
     if (std::min(part.buffers_m[0], part.buffers_m[1]) < voxel) return with_ends(Ends::planes);  // 0: no image
     return part;
 }
@@ -160,16 +171,11 @@ double PoreSpace::default_buffer_m() const {
 
 // A voxel whose centre is in a thinner grain lies completely in the grain: if the other voxels do not connect, nothing does.
 bool PoreSpace::certainly_blocked(double voxel_size_m, const Drive& drive) const {
-    if (!packing) return false;
     const VoxelPlan plan = plan_at(voxel_size_m);
     const double h = std::ranges::max(plan.grid.spacing_m);
-    Packing thinner = *packing;
-    for (Shape& shape : thinner.shapes) {
-        std::erase_if(shape.capsules, [&](const Capsule& capsule) { return capsule.radius <= 0.5 * std::numbers::sqrt3 * h; });
-        for (Capsule& capsule : shape.capsules) capsule.radius -= 0.5 * std::numbers::sqrt3 * h;
-        if (shape.capsules.empty()) return false;
-    }
-    PoreSpace space = pore_space_of(std::move(thinner)).with_section(computed());
+    PoreSpace space = with_section(computed());
+    space.solid = solid ? solid->thinned(0.5 * std::numbers::sqrt3 * h) : nullptr;
+    if (!space.solid) return false;
     PhaseImage blocked = space.voxelise_at(plan.voxel_size_m);
     // Voxels that reach into the vessel count too, although their centres lie outside.
     const Grid& grid = blocked.grid;
@@ -188,14 +194,14 @@ bool PoreSpace::certainly_blocked(double voxel_size_m, const Drive& drive) const
 }
 
 Porosity PoreSpace::porosity(long lines) const {
-    if (solid) {
+    if (!image()) {
         Porosity found = packing::porosity(*solid, container, section, lines);
         found.uncertainty = std::hypot(found.uncertainty, image_porosity_error);
         return found;
     }
     const PoreSpace part = section_only();
     double pores = 0.0, inside = 0.0;
-    for (const std::uint8_t phase : part.image->phase) {
+    for (const std::uint8_t phase : part.image()->phase) {
         pores += phase == Phase::pore ? 1.0 : 0.0;
         inside += phase != Phase::outside ? 1.0 : 0.0;
     }
@@ -212,12 +218,10 @@ PoreSpace pore_space_of(Packing packing) {
     space.grain_size_m = finest_diameter(packing);
     for (const auto& shape : packing.shapes)
         space.maximum_feret_diameter_m = std::max(space.maximum_feret_diameter_m, maximum_feret_diameter(shape));
-    space.grains = std::make_shared<const Grains>(packing);
-    space.solid = space.grains;
-    space.packing = std::make_shared<const Packing>(std::move(packing));
-    space.equivalent_diameter_m = grain_means(*space.packing).equivalent_diameter_m;
-    space.bed_bottom_m = std::max(0.0, space.grains->bounds().low.z());
-    space.bed_top_m = space.grains->bounds().high.z();
+    space.equivalent_diameter_m = grain_means(packing).equivalent_diameter_m;
+    space.solid = std::make_shared<const Grains>(std::move(packing));
+    space.bed_bottom_m = std::max(0.0, space.solid->bounds().low.z());
+    space.bed_top_m = space.solid->bounds().high.z();
     space.section = whole_bed(space.container, {space.bed_bottom_m, space.bed_top_m});
     return space;
 }
@@ -227,7 +231,7 @@ PoreSpace pore_space_of(PhaseImage image, const Container& container, const Sect
     PoreSpace space{.container = container, .section = section};
     space.bed_bottom_m = image.grid.origin_m[2];
     space.bed_top_m = image.grid.origin_m[2] + image.grid.cells[2] * image.grid.spacing_m[2];
-    space.image = std::make_shared<const PhaseImage>(std::move(image));
+    space.solid = std::make_shared<const ImageSolid>(std::move(image));
     return space;
 }
 

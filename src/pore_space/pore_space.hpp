@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 
+#include "packing/grains.hpp"
 #include "packing/porosity.hpp"
 #include "pore_space/config.hpp"
 #include "pore_space/link_cuts.hpp"
@@ -28,12 +29,7 @@ struct PoreSpace {
     packing::Section section;
     Ends ends = Ends::planes;                      ///< see with_ends()
     std::array<double, 2> buffers_m = {0.0, 0.0};  ///< below and above the section: parts of the bed in which the flow is computed too
-    std::shared_ptr<const geometry::Solid> solid = nullptr;        ///< exact; empty for an image
-    std::shared_ptr<const packing::Grains> grains = nullptr;       ///< the same solid, if it consists of capsules
-    std::shared_ptr<const packing::Packing> packing = nullptr;     ///< packing of these grains
-    std::shared_ptr<const io::TriangleSurface> surface = nullptr;  ///< the grains' closed surface, if there is one
-    std::shared_ptr<const GraySolid> gray = nullptr;               ///< the same solid, if it is a level set of a gray image
-    std::shared_ptr<const geometry::PhaseImage> image = nullptr;   ///< its voxels are the only available resolution
+    std::shared_ptr<const geometry::Solid> solid = nullptr;  ///< none in what is planned before there is one
 
     /// Diameter of the thinnest capsule; of a surface 4 volume / area, the diameter of a long capsule; infinite where unknown.
     double grain_size_m = std::numeric_limits<double>::infinity();
@@ -48,7 +44,15 @@ struct PoreSpace {
 
     std::string source = {};  ///< source file, for messages
 
-    [[nodiscard]] bool has_exact_walls() const { return solid != nullptr; }
+    [[nodiscard]] bool has_exact_walls() const { return solid && solid->has_exact_walls(); }
+    /// The solid, if it is of this kind; else null. The questions that only one kind answers are asked through these.
+    [[nodiscard]] const packing::Grains* grains() const;
+    [[nodiscard]] const packing::Packing* packing() const;
+    [[nodiscard]] const GraySolid* gray() const;
+    [[nodiscard]] const io::TriangleSurface* surface() const { return solid ? solid->surface() : nullptr; }
+    /// The voxels of an image, which are its only resolution.
+    [[nodiscard]] const geometry::PhaseImage* image() const { return solid ? solid->own_voxels() : nullptr; }
+
     /// The grain's diameter where it is known exactly; otherwise infinite.
     [[nodiscard]] double known_grain_diameter_m() const;
     /// `asked_m`, or when that is 0 the default: a tenth of the capsule's diameter, or the image's own voxels. Throws UserError for a

@@ -59,6 +59,9 @@ std::optional<double> critical_diameter_m(const PhaseImage& image, const std::ve
     return std::nullopt;
 }
 
+// Voxels are visited from the widest to the narrowest, as if water fell over a relief of distances. A voxel without a pore beside it is a
+// new maximum and opens a pore. One beside a pore joins it. One between two pores is the widest place between them, their throat; if it is
+// nearly as wide as the narrower of the two (one_pore), the two are one pore with a rough middle, and are joined.
 PoreNetwork pore_network(const PhaseImage& image, const std::vector<float>& distance_m, const std::array<bool, 3>& periodic) {
     constexpr auto none = std::numeric_limits<std::uint32_t>::max();
     constexpr double one_pore = 0.9;

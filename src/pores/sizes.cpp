@@ -50,6 +50,9 @@ private:
 
 }  // namespace
 
+// The squared distance to the nearest solid centre is separable: a transform of rows along one axis after another (Row), each the lower
+// envelope of the parabolas that the values before it place. A periodic axis is repeated three times, and the middle copy is kept. Half a
+// voxel is subtracted because the wall lies between the centres.
 std::vector<float> wall_distance_m(const PhaseImage& image, const std::array<bool, 3>& periodic) {
     const Grid& grid = image.grid;
     const double h = grid.spacing_m[0];
@@ -92,7 +95,7 @@ std::vector<float> wall_distance_m(const PhaseImage& image, const packing::Grain
                 if (image.phase[cell] != Phase::pore) continue;
                 const shapes::Vec3 at(grid.centre(0, i), grid.centre(1, j), grid.centre(2, k));
                 const double wall = std::min(0.5 * (high - low).norm(), container.wall_distance(at));
-                distance[cell] = static_cast<float>(std::max(0.0, grains.distance(at, wall)));
+                distance[cell] = static_cast<float>(std::max(0.0, *grains.distance(at, wall)));
             }
     });
     return distance;

@@ -31,7 +31,7 @@ std::string container_text(const Json& container) {
     if (const Json& size = container.value("size_m", Json()); size.is_array() && size.size() == 3)
         return fmt::format("a box of {} x {} x {}", length_text(size[0].get<double>()), length_text(size[1].get<double>()),
                            length_text(size[2].get<double>()));
-    return "its container";
+    return fmt::format("a vessel ({})", container.value("kind", "of its own"));
 }
 
 std::string solid_text(const ReportInput& input) {

@@ -271,8 +271,7 @@ GrayVariants gray_variants(const GraySolid& solid, const Container& container) {
 
 PoreSpace with_gray(const PoreSpace& space, std::shared_ptr<const GraySolid> other) {
     PoreSpace varied = space;
-    varied.solid = other;
-    varied.gray = std::move(other);
+    varied.solid = std::move(other);
     return varied;
 }
 

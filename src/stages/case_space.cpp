@@ -43,15 +43,13 @@ std::string solid_stage(const Case& c) {
     return c.from_image() ? "image" : c.from_stl() ? "stl" : "pack";
 }
 
-PoreSpace case_pore_space(const Case& c, bool with_surface) {
+PoreSpace case_pore_space(const Case& c) {
     if (c.from_image())
         return load_pore_space(c.stage_folder("image") / image_file(c), {.geometry = c.settings.geometry, .section = c.settings.section});
     const InputOptions options{.container = case_container(c), .geometry = c.settings.geometry, .section = c.settings.section};
     const Path surface = c.stage_folder("stl") / "solid.stl";
     if (c.from_stl()) return load_pore_space(surface, options);
-    PoreSpace space = load_pore_space(c.stage_folder("pack") / "packing.json", options);
-    if (with_surface) space.surface = std::make_shared<const TriangleSurface>(read_stl(surface));
-    return space;
+    return load_pore_space(c.stage_folder("pack") / "packing.json", options);
 }
 
 Container case_container(const Case& c) {

@@ -14,8 +14,8 @@ namespace porepack::stages {
 
 /// [falling_head] of a case, with the inertia coefficient m of its sample if that is known.
 [[nodiscard]] falling_head::FallingHeadConfig case_apparatus(const Case& c);
-/// The pore space of the geometry and flow stages. With `with_surface` it includes the surface of the stl stage.
-[[nodiscard]] pore_space::PoreSpace case_pore_space(const Case& c, bool with_surface = false);
+/// The pore space of the geometry and flow stages.
+[[nodiscard]] pore_space::PoreSpace case_pore_space(const Case& c);
 /// The packing of this configuration has been made.
 [[nodiscard]] bool has_packing(const Case& c);
 /// The pore space before a packing exists: the expected container and section, for dry runs. Its porosity is

@@ -1,5 +1,6 @@
 // Permeability by OpenFOAM.
 #include "analysis/foam.hpp"
+#include "io/stl.hpp"
 #include "stages/case_space.hpp"
 #include "stages/stages.hpp"
 #include "stages/uses.hpp"
@@ -12,7 +13,8 @@ Stage make_foam_stage(const Case& c) {
                 .configuration = deciding_keys(c, {"container", "section", "openfoam"}, {}, true),
                 .run =
                     [c](const Path& folder) {
-                        return compute_foam_flow(case_pore_space(c, true), c.settings.geometry, c.settings.openfoam, folder);
+                        const io::TriangleSurface made = io::read_stl(c.stage_folder("stl") / "solid.stl");
+                        return compute_foam_flow(case_pore_space(c), c.settings.geometry, c.settings.openfoam, folder, &made);
                     },
                 .expect =
                     [c] {

@@ -43,7 +43,7 @@ Stage make_lbm_stage(const Case& c) {
     stage.expect = [c] {
         const PoreSpace space = expected_pore_space(c);
         const double asked = c.settings.geometry.voxel_size_m;
-        return expect_flow(space, c.settings.lbm, asked > 0.0 || space.image ? space.voxel_size_m(asked) : space.grain_size_m / 10.0,
+        return expect_flow(space, c.settings.lbm, asked > 0.0 || space.image() ? space.voxel_size_m(asked) : space.grain_size_m / 10.0,
                            expected_porosity(c));
     };
     return stage;

@@ -116,9 +116,19 @@ public:
         if (!good) refuse(fmt::format("`{}` must be a list of {} values true or false", key, size));
         values = list.get<std::vector<bool>>();
     }
+    // Keys of these types: no kind of vessel has one yet, and none may be ignored.
+    void integer(const char* key, long&, const record::Range&, const char*) override { refuse_unread(key); }
+    void boolean(const char* key, bool&, const char*) override { refuse_unread(key); }
+    void text(const char* key, std::string&, const char*) override { refuse_unread(key); }
+    void word(const char* key, std::string&, const std::vector<std::string>&, const char*) override {
+        if (std::string_view(key) != "kind") refuse_unread(key);
+    }
 
 private:
     [[noreturn]] void refuse(const std::string& what) const { throw UserError(what, {.where = where_}); }
+    void refuse_unread(const char* key) const {
+        if (json_.contains(key)) refuse(fmt::format("`{}` of a container is not read from files yet", key));
+    }
     [[nodiscard]] double positive_number(const Json& value, const char* key) const {
         if (!value.is_number() || !record::length_range().holds(value.get<double>()))
             refuse(fmt::format("`{}` must be a number from 1e-12 to 1e6 (metres)", key));

@@ -205,7 +205,7 @@ TEST(Fuzz, Packings) {
         const Section all{0.0, space.container.height()};
         constexpr int points = 20000;
         const double expected = porosity_by_points(Json::parse(read_text(file)), points);
-        EXPECT_NEAR(porosity(*space.grains, space.container, all, 4000).value, expected, 5.0 * std::sqrt(0.25 / points));
+        EXPECT_NEAR(porosity(*space.grains(), space.container, all, 4000).value, expected, 5.0 * std::sqrt(0.25 / points));
     });
 }
 

@@ -156,10 +156,10 @@ TEST(FilledCavity, TheDistanceToTheGrainsIsNegativeInIt) {
     const Packing packing = closed_tetrahedra({{4.5, 4.5, 4.5}}, 3);
     const Grains filled(packing);
     // The centre is L/(2 sqrt 2) from the axes.
-    EXPECT_NEAR(filled.distance(Vec3::Constant(4.5), 9.0), -(3.03 / std::sqrt(8.0) - 1.0), 1e-9);
+    EXPECT_NEAR(*filled.distance(Vec3::Constant(4.5), 9.0), -(3.03 / std::sqrt(8.0) - 1.0), 1e-9);
     Packing other = packing;
     other.shapes[0].cavity = Cavity::open;
-    EXPECT_NEAR(Grains(other).distance(Vec3::Constant(4.5), 9.0), 3.03 / std::sqrt(8.0) - 1.0, 1e-9);
+    EXPECT_NEAR(*Grains(other).distance(Vec3::Constant(4.5), 9.0), 3.03 / std::sqrt(8.0) - 1.0, 1e-9);
 }
 
 }  // namespace

@@ -121,7 +121,7 @@ TEST(Pores, KatzThompsonOfSettledBeds) {
                            Bed{"tetrahedron_074", {0.15, 0.175}, 3.50e-8}}) {
         const core::Path file = core::Path(POREPACK_SOURCE_FOLDER) / "cases/paper_packing/settled" / (std::string(bed.name) + ".json.gz");
         const auto space = pore_space::pore_space_of(packing::read_packing(file)).with_section(bed.section);
-        expect_within_two_and_a_half(bed.name, katz_thompson_m2_of(space, *space.grains, 1.2e-3, 2), bed.permeability_m2);
+        expect_within_two_and_a_half(bed.name, katz_thompson_m2_of(space, *space.grains(), 1.2e-3, 2), bed.permeability_m2);
     }
 }
 
@@ -152,7 +152,7 @@ TEST(Pores, NetworkOfACubicArrayOfSpheres) {
     for (const int n : {12, 24}) {
         const auto space = pore_space::pore_space_of(array);
         const PhaseImage image = space.voxelise_at(1.0 / n);
-        const PoreNetwork network = pore_network(image, wall_distance_m(image, *space.grains, space.container), all_periodic);
+        const PoreNetwork network = pore_network(image, wall_distance_m(image, *space.grains(), space.container), all_periodic);
         ASSERT_EQ(network.pores.size(), 27U) << n;
         EXPECT_EQ(network.throats.size(), 81U) << n;
         double volume = 0.0;

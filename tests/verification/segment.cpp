@@ -75,11 +75,11 @@ TEST(Segment, GrainsTubeCavitiesAndCutGrains) {
     EXPECT_NEAR(*found.porosity, packing::porosity(packing::Grains(packing), packing.container, section).value, 0.004);
     // Every later stage takes the files.
     const pore_space::PoreSpace gray = load_pore_space(target / "gray.vti");
-    ASSERT_TRUE(gray.gray);
+    ASSERT_TRUE(gray.gray());
     EXPECT_NEAR(gray.section.z0, section.z0, 1e-9);
     EXPECT_NEAR(gray.porosity().value, *found.porosity, 1e-3);
     const pore_space::PoreSpace voxels = load_pore_space(target / "pore.vti");
-    ASSERT_TRUE(voxels.image);
+    ASSERT_TRUE(voxels.image());
     EXPECT_NEAR(voxels.porosity().value, gray.porosity().value, 0.01);
     const auto surface = io::read_stl(target / "solid.stl");
     double of_surface = 0.0;

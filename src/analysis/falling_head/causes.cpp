@@ -60,12 +60,12 @@ results::ComputationEffects effects_on_the_computation(const PoreSpace& space, d
 
 Outcome<results::Causes> find_causes(const PoreSpace& space, const FlowsOfSample& flows, const FallingHeadConfig& config) {
     const std::optional<double> tube = space.container.tube_diameter();
-    if (!tube || !space.packing)
+    if (!tube || !space.packing())
         throw UserError("the causes are those of a packing in a tube", {.where = "[falling_head] causes", .fix = "causes = false"});
     if (space.bed_top_m < config.sample_length_m)
         throw UserError(fmt::format("the bed is {:g} m high, the sample {:g} m", space.bed_top_m, config.sample_length_m),
                         {.where = "sample_length_m", .fix = "pour more grains, or shorten the sample"});
-    const double grain = grain_means(*space.packing).equivalent_diameter_m, central = space.porosity().value;
+    const double grain = grain_means(*space.packing()).equivalent_diameter_m, central = space.porosity().value;
     const std::vector<double> layers = porosity_layers(space, config.sample_length_m, 0.5 * grain);
     const ProfileFactors ends = profile_factors(layers, central);
     const ProfileFactors dense = profile_factors({std::max(0.1, central - 0.1)}, central);

@@ -52,9 +52,9 @@ void require_small_overlaps(const Packing& packing) {
     const Overlaps overlaps = find_overlaps(packing);
     const double d = finest_diameter(packing);
     const auto refuse = [&](const std::string& what, double overlap) {
-        throw UserError(
-            fmt::format("{} by {:.2g} of the thinnest capsule's diameter", what, overlap / d),
-            {.allowed = fmt::format("{:g}: beyond it there is no telling which way a grain has to go", largest_overlap_of_diameter_here)});
+        throw UserError(fmt::format("{} by {:.2g} of the thinnest capsule's diameter", what, overlap / d),
+                        {.allowed = fmt::format("{:g}: beyond it the direction in which a grain should move is not defined",
+                                                largest_overlap_of_diameter_here)});
     };
     if (overlaps.largest_between_grains_m > largest_overlap_of_diameter_here * d)
         refuse(fmt::format("grains {} and {} overlap", overlaps.grains[0], overlaps.grains[1]), overlaps.largest_between_grains_m);

@@ -25,7 +25,7 @@ void run_lbm_command(const Common& common) {
                           .work =
                               [&](const PoreSpace& space, const Path& folder) {
                                   return run_lbm(space, geometry, config, folder,
-                                                 space.image ? Path() : target_folder(common) / "lbm.checkpoint");
+                                                 space.image() ? Path() : target_folder(common) / "lbm.checkpoint");
                               },
                           .expect = [&](const PoreSpace& space) { return expect_flow(space, geometry, config); }});
 }

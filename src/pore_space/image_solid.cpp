@@ -1,0 +1,67 @@
+#include "pore_space/image_solid.hpp"
+
+#include <cmath>
+
+#include "pore_space/uses.hpp"
+
+namespace porepack::pore_space {
+namespace {
+
+// The voxel that holds a coordinate; outside the image less than 0, or the number of voxels or more.
+int voxel_at(const Grid& grid, std::size_t axis, double coordinate) {
+    return static_cast<int>(std::floor((coordinate - grid.origin_m[axis]) / grid.spacing_m[axis]));
+}
+
+bool is_inside(const Grid& grid, const std::array<int, 3>& at) {
+    for (std::size_t a = 0; a < 3; ++a)
+        if (at[a] < 0 || at[a] >= grid.cells[a]) return false;
+    return true;
+}
+
+}  // namespace
+
+class ImageSolid::Probe : public SolidProbe {
+public:
+    explicit Probe(const PhaseImage& image) : image_(image) {}
+    void move_to(const Vec3&, double) override {}
+    [[nodiscard]] std::optional<double> first_hit(const Vec3& from, const Vec3& step) const override {
+        const Vec3 end = from + step;
+        const std::array<int, 3> at = {voxel_at(image_.grid, 0, end.x()), voxel_at(image_.grid, 1, end.y()),
+                                       voxel_at(image_.grid, 2, end.z())};
+        if (!is_inside(image_.grid, at) || image_.phase[image_.grid.index(at[0], at[1], at[2])] != Phase::grain) return std::nullopt;
+        return 0.5;
+    }
+
+private:
+    const PhaseImage& image_;
+};
+
+std::unique_ptr<SolidProbe> ImageSolid::probe() const {
+    return std::make_unique<Probe>(image_);
+}
+
+void ImageSolid::column(double x, double y, std::vector<Interval>& parts) const {
+    parts.clear();
+    const Grid& grid = image_.grid;
+    const int i = voxel_at(grid, 0, x), j = voxel_at(grid, 1, y);
+    if (!is_inside(grid, {i, j, 0})) return;
+    for (int k = 0; k < grid.cells[2]; ++k) {
+        if (image_.phase[grid.index(i, j, k)] != Phase::grain) continue;
+        const double low = grid.origin_m[2] + k * grid.spacing_m[2];
+        while (k + 1 < grid.cells[2] && image_.phase[grid.index(i, j, k + 1)] == Phase::grain) ++k;
+        parts.push_back({low, grid.origin_m[2] + (k + 1) * grid.spacing_m[2]});
+    }
+}
+
+void ImageSolid::near_column(double, double, double, std::vector<Interval>& parts) const {
+    parts.clear();
+}
+
+Bounds ImageSolid::bounds() const {
+    const Vec3 low(image_.grid.origin_m.data());
+    const Vec3 size =
+        Vec3(image_.grid.spacing_m.data()).cwiseProduct(Vec3(image_.grid.cells[0], image_.grid.cells[1], image_.grid.cells[2]));
+    return {low, low + size};
+}
+
+}  // namespace porepack::pore_space
