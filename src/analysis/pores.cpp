@@ -138,6 +138,7 @@ Expectation expect_pores(const PoreSpace& space, const GeometryConfig& geometry)
 }
 
 Outcome<results::Pores> describe_pores(const PoreSpace& space, const GeometryConfig& geometry) {
+    vessels::require_prism(space.container, "the description of the pores");
     require_memory(expect_pores(space, geometry).memory_bytes, "the voxels of the pores", "use a larger voxel size or a shorter section");
     const PoreSpace part = space.section_only();
     const PhaseImage image = part.voxelise_at(space.voxel_size_m(geometry.voxel_size_m));
@@ -151,7 +152,7 @@ Outcome<results::Pores> describe_pores(const PoreSpace& space, const GeometryCon
     Outcome<results::Pores> found{{.voxel_size_m = h, .section_m = space.section.interval()}};
     auto& [result, files] = found;
     for (std::size_t a = 0; a < 3; ++a) {
-        const bool exact = a == 2 && space.solid;
+        const bool exact = a == 2 && space.has_exact_walls();
         chords[a] = exact ? vertical_chords(*space.solid, space.container, space.section)
                           : chords_of_voxels(image, static_cast<int>(a), periodic[a]);
         result.chords.emplace_back(std::string(1, axes[a]), results::ChordLengths{.chords = chords[a].lengths_m.size(),

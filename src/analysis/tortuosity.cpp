@@ -132,6 +132,7 @@ Outcome<results::GeometricPaper> compute_geometric_paper(const SliceStack& stack
 }
 
 Outcome<results::GeometricPaper> compute_geometric_paper(const PoreSpace& space, const TortuosityConfig& config) {
+    vessels::require_prism(space.container, "the paper's tortuosity");
     if (space.image() || space.gray()) {  // its layers are the slices
         PhaseImage layers = space.section_only().voxelise_at(space.voxel_size_m(0.0));
         return compute_geometric_paper(

@@ -51,7 +51,7 @@ SurfaceSolid::SurfaceSolid(TriangleSurface surface, const Container& container)
         bins.bounds.low = bins.bounds.low.cwiseMin(low);
         bins.bounds.high = bins.bounds.high.cwiseMax(high);
         boxes.push_back({low, high});
-        extent += (high - low).head<2>().maxCoeff() / static_cast<double>(surface.triangles.size());
+        extent += (high - low).head<2>().maxCoeff() / static_cast<double>(surface_.triangles.size());
     }
     bins.boxes = SpatialBins(boxes);
     const Vec3 size = bins.bounds.high - bins.bounds.low;
@@ -150,7 +150,8 @@ double mean_above(double level, const std::array<double, 3>& z) {
 std::optional<double> SurfaceSolid::volume_between(double z0, double z1) const {
     const Container& container = bins_->container;
     if (container.any_periodic()) return std::nullopt;
-    const double slack = 0.5e-6 * container.size().head<2>().minCoeff();  // rounding of an STL file
+    const double slack =
+        (container.vessel().fills_bounds() ? 1e-6 : 0.5e-6) * container.size().head<2>().maxCoeff();  // rounding of STL files
     double volume = 0.0;
     for (const auto& t : bins_->triangles) {
         for (const Vec3& p : {t.a, t.b, t.c}) {

@@ -59,7 +59,8 @@ double DesignBed::fill_height() const {
 
 Flags DesignBed::container_flags(double shrunk, double height_m) const {
     const Vec3 size = goal_.container.size();
-    const Json json = to_json(goal_.container.resized({size.x() * shrunk, size.y() * shrunk, height_m}));
+    Json json = to_json(goal_.container.resized({size.x() * shrunk, size.y() * shrunk, height_m}));
+    if (json.contains("periodic")) json["periodic"][2] = false;  // grains are poured along z
     Flags flags;
     for (const record::KeyRow& row : record::key_rows([](record::ConfigVisitor& v) {
              vessels::ContainerConfig none;

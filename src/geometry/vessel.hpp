@@ -26,7 +26,9 @@ struct ConvexWalls {
 
 /// The inner space of a vessel. Its floor and its top are horizontal, where its bounds end; its sides go on beyond both, so that free water
 /// may lie there. A side through which the vessel repeats itself is no wall; the period is the size of the bounds. What a vessel does not
-/// offer (the functions with a default) is refused where it is asked for, by a message.
+/// offer (the functions with a default) is refused where it is asked for, by a message. The floor lies at z = 0; periodic sides, and all
+/// sides of a vessel that fills its bounds, begin at 0. Voxels, porosity, flow and diffusion take any vessel; scans, chords and the paper's
+/// dots need an outline, LIGGGHTS and OpenFOAM a tube or a box.
 class Vessel {
 public:
     Vessel() = default;

@@ -65,6 +65,7 @@ void leave_out_outside(PhaseImage& image, const Container& container) {
     for (int j = 0; j < grid.cells[1]; ++j)
         for (int i = 0; i < grid.cells[0]; ++i) {
             container.vessel().column(grid.centre(0, i), grid.centre(1, j), inside);
+            if (inside.size() == 1 && std::isinf(inside[0].low) && std::isinf(inside[0].high)) continue;
             for (int k = 0; k < grid.cells[2]; ++k)
                 if (const double z = grid.centre(2, k);
                     std::none_of(inside.begin(), inside.end(), [z](const Interval& part) { return part.low <= z && z <= part.high; }))
@@ -124,6 +125,7 @@ ImageInput read_image(const imaging::VolumeSource& source, const imaging::ImageC
                  tube.y_voxels, tube.residual_voxels);
     } else {
         input.container = container_shown_by(header, container, file);
+        vessels::require_prism(input.container, "an image");
     }
     const bool own_fractions = header.own_fractions && config.threshold.is_null() && config.pore.is_null();
     input.file = {.format = header.format,

@@ -13,7 +13,7 @@ namespace {
 constexpr std::array quantities = {&Layers::nodes,        &Layers::flow,    &Layers::power,  &Layers::kinetic,
                                    &Layers::kinetic_flux, &Layers::elastic, &Layers::density};
 
-// Of the layers [low_, high_); the last one that was visited is in `open_`, whose sums a processor can keep at hand.
+// Of the layers [low_, high_); the last one that was visited is in `open_`, whose sums stay in registers.
 class LayerSums {
 public:
     LayerSums(const Domain& domain, const Layers& zero)

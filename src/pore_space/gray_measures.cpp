@@ -14,7 +14,7 @@
 namespace porepack::pore_space {
 namespace {
 
-// Columns of voxels inside the container, at most about `most` of them, evenly spread.
+// Columns of voxels inside the container, at most about `maximum` of them, evenly spread.
 using Columns = std::vector<std::array<int, 2>>;
 Columns columns_in(const Grid& grid, const Container& container, double margin_voxels, std::size_t maximum) {
     const std::optional<double> tube = container.tube_diameter();

@@ -179,12 +179,18 @@ bool PoreSpace::certainly_blocked(double voxel_size_m, const Drive& drive) const
     PhaseImage blocked = space.voxelise_at(plan.voxel_size_m);
     // Voxels that reach into the vessel count too, although their centres lie outside.
     const Grid& grid = blocked.grid;
-    for (std::size_t cell = 0; cell < grid.size(); ++cell) {
-        if (blocked.phase[cell] != Phase::outside) continue;
-        const auto [i, j, k] = grid.place(cell);
-        const double outside = -container.wall_distance({grid.centre(0, i), grid.centre(1, j), grid.centre(2, k)});
-        if (outside <= 0.5 * std::numbers::sqrt3 * h) blocked.phase[cell] = Phase::pore;
-    }
+    std::vector<Interval> parts;
+    for (int j = 0; j < grid.cells[1]; ++j)
+        for (int i = 0; i < grid.cells[0]; ++i) {
+            space.solid->column(grid.centre(0, i), grid.centre(1, j), parts);
+            for (int k = 0; k < grid.cells[2]; ++k) {
+                std::uint8_t& phase = blocked.phase[grid.index(i, j, k)];
+                const Vec3 centre(grid.centre(0, i), grid.centre(1, j), grid.centre(2, k));
+                if (phase != Phase::outside || container.wall_distance(centre) < -0.5 * std::numbers::sqrt3 * h) continue;
+                const auto holds = [z = centre.z()](const Interval& part) { return part.low <= z && z <= part.high; };
+                phase = std::any_of(parts.begin(), parts.end(), holds) ? Phase::grain : Phase::pore;
+            }
+        }
     try {
         (void)find_percolating_cells(blocked, drive);
     } catch (const DoesNotPercolate&) {

@@ -16,6 +16,7 @@ public:
     void near_column(double x, double y, double length, std::vector<core::Interval>& parts) const override;
     [[nodiscard]] shapes::Bounds bounds() const override;
     [[nodiscard]] std::unique_ptr<geometry::SolidProbe> probe() const override;
+    [[nodiscard]] bool has_exact_walls() const override { return inner_->has_exact_walls(); }
 
 private:
     void lift(std::vector<core::Interval>& parts) const;

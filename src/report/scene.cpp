@@ -31,7 +31,8 @@ std::string container_text(const Json& container) {
     if (const Json& size = container.value("size_m", Json()); size.is_array() && size.size() == 3)
         return fmt::format("a box of {} x {} x {}", length_text(size[0].get<double>()), length_text(size[1].get<double>()),
                            length_text(size[2].get<double>()));
-    return fmt::format("a vessel ({})", container.value("kind", "of its own"));
+    const std::string kind = container.value("kind", "");
+    return kind.empty() || kind == "cylinder" || kind == "box" ? "its container" : "a " + kind;
 }
 
 std::string solid_text(const ReportInput& input) {

@@ -69,9 +69,9 @@ std::pair<double, int> narrowest(const PhaseImage& image) {
                 for (std::size_t axis = 0; axis < 3; ++axis)
                     if (place[axis] + 1 == grid.cells[axis] || image.phase[at + stride[axis]] != Phase::pore) ends[axis] += 1.0;
             }
-    const auto maximum = static_cast<int>(std::max_element(ends.begin(), ends.end()) - ends.begin());
-    const double count = ends[static_cast<std::size_t>(maximum)];
-    return {count > 0.0 ? pores / count : 0.0, maximum};
+    const auto worst_axis = static_cast<int>(std::max_element(ends.begin(), ends.end()) - ends.begin());
+    const double count = ends[static_cast<std::size_t>(worst_axis)];
+    return {count > 0.0 ? pores / count : 0.0, worst_axis};
 }
 
 }  // namespace

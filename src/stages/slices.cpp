@@ -9,7 +9,7 @@
 namespace porepack::stages {
 
 results::Slices write_slice_images(const PoreSpace& space, const GeometryConfig& geometry, const Path& folder) {
-    if (!space.solid) throw UserError("slices are made of a packing or an STL file, not of an image", {.where = space.source});
+    if (!space.has_exact_walls()) throw UserError("slices are made of a packing or an STL file, not of an image", {.where = space.source});
     const int count = write_slices(folder, *space.solid, space.container, space.section, geometry.slice_spacing_m, geometry.slice_pixel_m);
     return {
         .slices = count, .spacing_m = geometry.slice_spacing_m, .pixel_m = geometry.slice_pixel_m, .section_m = space.section.interval()};

@@ -127,10 +127,11 @@ private:
                 above_begin[k] -= static_cast<float>(std::max(0.0, std::min(to, k + 1.0) - std::max(from, k + 0.0)));
         };
         walls_.solid.column(px, py, parts_);
-        intersect(parts_, inside_);
+        constexpr double endless = std::numeric_limits<double>::infinity();
+        const bool whole = inside_.size() == 1 && inside_[0] == Interval{-endless, endless};
+        if (!whole) intersect(parts_, inside_);
         for (const Interval& part : parts_) close(std::max(part.low, walls_.section.z0), std::min(part.high, walls_.section.z1));
         // What lies between the sides' intervals is outside the vessel.
-        constexpr double endless = std::numeric_limits<double>::infinity();
         double end = -endless;
         for (const Interval& part : inside_) {
             if (part.low > end) close(end, part.low);

@@ -63,6 +63,12 @@ const VesselKind* kind_named(const std::string& name) {
     return found == all_kinds().end() ? nullptr : &*found;
 }
 
+const VesselKind& known_kind(const std::string& name, const std::string& where) {
+    if (const VesselKind* const kind = kind_named(name)) return *kind;
+    throw UserError("unknown kind of container: " + name,
+                    {.where = where, .allowed = fmt::format("{}", fmt::join(kinds_of_vessels(), ", "))});
+}
+
 bool contains(const std::vector<std::string>& list, const std::string& word) {
     return std::find(list.begin(), list.end(), word) != list.end();
 }
@@ -185,7 +191,7 @@ Container make_container(const ContainerConfig& config) {
     ContainerConfig copy = config;
     GivenKeys given;
     describe(given, copy);
-    const VesselKind& kind = *kind_named(config.kind);
+    const VesselKind& kind = known_kind(config.kind, "[container]");
     for (const std::string& key : given.keys) {
         if (contains(kind.needed, key) || contains(kind.optional, key)) continue;
         const auto owner = std::find_if(all_kinds().begin(), all_kinds().end(),
@@ -220,8 +226,7 @@ Container container_from_json(const Json& json, const std::string& where) {
     };
     if (!json.is_object() || !json.contains("kind")) refuse("`kind` is missing");
     ContainerConfig config{.kind = json.at("kind").is_string() ? json.at("kind").get<std::string>() : ""};
-    const VesselKind* const kind = kind_named(config.kind);
-    if (kind == nullptr) refuse("unknown kind of container: " + config.kind, fmt::format("{}", fmt::join(kinds_of_vessels(), ", ")));
+    const VesselKind* const kind = &known_kind(config.kind, where);
     std::vector<std::string> known = {"kind"};
     known.insert(known.end(), kind->needed.begin(), kind->needed.end());
     known.insert(known.end(), kind->optional.begin(), kind->optional.end());

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <stdexcept>
+
 #include "core/error.hpp"
 #include "core/json.hpp"
 #include "vessels/box.hpp"
@@ -16,20 +18,28 @@ Container::Container(std::shared_ptr<const Vessel> vessel, bool cut_ends)
     low_ = bounds.low;
     high_ = bounds.high;
     size_ = high_ - low_;
+    for (int axis = 0; axis < 3; ++axis)
+        if ((axis == 2 || vessel_->fills_bounds() || periodic_[static_cast<std::size_t>(axis)]) && low_[axis] != 0.0)
+            throw std::logic_error("the floor of a vessel, and periodic sides, begin at 0");
+}
+
+const Vessel& Container::vessel() const {
+    if (vessel_ == nullptr) throw std::logic_error("a container without a vessel");
+    return *vessel_;
 }
 
 bool Container::contains_column(double x, double y) const {
     thread_local std::vector<Interval> parts;
-    vessel_->column(x, y, parts);
+    vessel().column(x, y, parts);
     return !parts.empty();
 }
 
 Container Container::resized(const Vec3& size_m) const {
-    auto vessel = vessel_->resized(size_m);
-    if (vessel == nullptr)
+    auto other = vessel().resized(size_m);
+    if (other == nullptr)
         throw UserError(
             fmt::format("this vessel cannot be {:g} x {:g} x {:g} m: {}", size_m.x(), size_m.y(), size_m.z(), vessel_->to_json().dump()));
-    return Container(std::move(vessel), cut_ends_);
+    return Container(std::move(other), cut_ends_);
 }
 
 Container make_cylinder(double diameter_m, double height_m) {
@@ -38,6 +48,11 @@ Container make_cylinder(double diameter_m, double height_m) {
 
 Container make_box(const Vec3& size_m, const std::array<bool, 3>& periodic) {
     return Container(std::make_shared<const Box>(size_m, periodic));
+}
+
+void require_prism(const Container& container, const std::string& what) {
+    if (container.vessel().outline(container.size().norm()).empty())
+        throw UserError(what + " needs a vessel whose cross-section is the same at all heights", {.where = to_json(container).dump()});
 }
 
 Json to_json(const Container& container) {

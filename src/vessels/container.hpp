@@ -17,7 +17,8 @@ public:
     Container() = default;
     explicit Container(std::shared_ptr<const geometry::Vessel> vessel, bool cut_ends = false);
 
-    [[nodiscard]] const geometry::Vessel& vessel() const { return *vessel_; }
+    /// Throws std::logic_error where there is none yet.
+    [[nodiscard]] const geometry::Vessel& vessel() const;
     /// Lowest and highest corner of the inner space.
     [[nodiscard]] const geometry::Vec3& low() const { return low_; }
     [[nodiscard]] const geometry::Vec3& high() const { return high_; }
@@ -29,9 +30,9 @@ public:
     [[nodiscard]] bool cut_ends() const { return cut_ends_; }
 
     /// Mean from the floor to the top.
-    [[nodiscard]] double inner_area_m2() const { return vessel_->mean_area({low_.z(), high_.z()}); }
-    [[nodiscard]] double wall_distance(const geometry::Vec3& point) const { return vessel_->distance(point); }
-    [[nodiscard]] std::optional<double> tube_diameter() const { return vessel_->tube_diameter(); }
+    [[nodiscard]] double inner_area_m2() const { return vessel().mean_area({low_.z(), high_.z()}); }
+    [[nodiscard]] double wall_distance(const geometry::Vec3& point) const { return vessel().distance(point); }
+    [[nodiscard]] std::optional<double> tube_diameter() const { return vessel().tube_diameter(); }
     /// A point of the vertical line at (x, y) lies inside.
     [[nodiscard]] bool contains_column(double x, double y) const;
 
@@ -49,6 +50,9 @@ private:
 
 [[nodiscard]] Container make_cylinder(double diameter_m, double height_m);
 [[nodiscard]] Container make_box(const geometry::Vec3& size_m, const std::array<bool, 3>& periodic = {false, false, false});
+
+/// Throws UserError unless the cross-section is the same at all heights and known as an outline; `what` needs that.
+void require_prism(const Container& container, const std::string& what);
 
 /// The vessel's, and `ends` = "cut" where the bed goes on.
 [[nodiscard]] core::Json to_json(const Container& container);

@@ -50,6 +50,7 @@ TEST(Calls, TheOnesThatAreDocumentedWork) {
     for (const char* file :
          {"solid.stl", "stl.manifest.json", "stl.result.json", "pore.vti", "flow.vti", "porosity.csv", "slices/slices.json"})
         EXPECT_TRUE(std::filesystem::exists(folder.path() / file)) << file;
+    EXPECT_TRUE(has(porepack("slices " + quoted(folder.path() / "pore.vti")).err, "not of an image"));
     const auto head = porepack(
         "falling-head simulate --permeability 8.931320185e-7 --inertial-permeability 3.873579470e-3 --sample-length 0.12 --start-level 1.6 "
         "--levels 1.3,0.7,0.1 --json");

@@ -319,7 +319,8 @@ TEST(Accuracy, DuctsAreOfSecondOrder) {
 TEST(Sums, AreTheSameOnAnyNumberOfThreads) {
     const int threads_before = omp_get_max_threads();
     for (const int axis : {0, 1, 2}) {
-        Scene bed(random_bed("box:1,1,1:periodic", 10, 0.08), {0.0, 1.0}, 1.0 / 40);
+        // 160 x 160 cells per plane: two blocks.
+        Scene bed(random_bed("box:1,1,0.1:periodic", 6, 0.04), {0.0, 0.1}, 1.0 / 160);
         bed.domain.drive.axis = axis;
         Scheme scheme;
         scheme.force = {};

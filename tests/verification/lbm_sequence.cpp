@@ -134,6 +134,18 @@ TEST(Tolerance, SaysAtOnceThatGrainsCloseTheBed) {
     EXPECT_FALSE(pore_space_of(open.packing).certainly_blocked(0.05, choose_drive(open.container, Axis::z)));
 }
 
+// A sphere wider than its tube: also the voxels that the wall cuts are blocked. One that leaves a gap as narrow as a voxel is not certain.
+TEST(Tolerance, SaysAtOnceThatAGrainClosesATube) {
+    for (const auto& [radius, blocked] : {std::pair(0.6, true), std::pair(0.49, false)}) {
+        const Packing plug{.container = parse_container("cylinder:1,2"),
+                           .shapes = {make_preset(ShapeKind::sphere, 2.0 * radius, 0.0)},
+                           .bodies = {{.position_m = {0.0, 0.0, 1.0}}},
+                           .overlap_allowed = true};
+        const PoreSpace space = pore_space_of(plug);
+        EXPECT_EQ(space.certainly_blocked(0.02, choose_drive(space.container, Axis::z)), blocked) << radius;
+    }
+}
+
 TEST(Tolerance, FitsBoxesThatAreNoCubes) {
     for (const double side : {0.6, 6.0 / 7.0}) {
         KnownFlow array = cylinder_array(0.3, 1.0, side, Vec3(0.2, 0.1, 0.0), Axis::x);

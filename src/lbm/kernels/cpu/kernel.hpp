@@ -59,8 +59,7 @@ struct KernelFunctions {
     void (*set_moments)(const KernelData<Real>& data, std::size_t first, const Moments* moments, std::size_t count);
     /// Adds to the density of the nodes [first, first + count); velocities and stresses stay.
     void (*add_density)(const KernelData<Real>& data, std::size_t first, const double* added, std::size_t count);
-    /// Adds the force on the walls of all chunks to `force`.
-    /// Three numbers per node.
+    /// Momentum exchange at the walls of the nodes [first, first + count), three numbers each.
     void (*wall_forces)(const KernelData<Real>& data, std::size_t first, double* forces, std::size_t count);
 };
 
