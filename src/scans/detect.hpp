@@ -1,19 +1,10 @@
 // Grains of known shape found in a distance map, one after another; what is found is masked.
 #pragma once
 
-#include "geometry/gray_image.hpp"
+#include "scans/distance_map.hpp"
 #include "scans/shape_points.hpp"
 
 namespace porepack::scans {
-
-/// Distance to the surface of the solid at the voxels' centres: negative in the solid. From voxels above the image's level.
-struct DistanceMap {
-    geometry::Grid grid;
-    std::vector<float> distance_m;
-    /// Interpolated; beyond the outermost centres the values stay.
-    [[nodiscard]] double at(const shapes::Vec3& point) const;
-};
-[[nodiscard]] DistanceMap distance_map(const geometry::GrayImage& image);
 
 struct Found {
     std::size_t shape = 0;
@@ -28,8 +19,5 @@ struct Found {
 /// falling demands, then one for grains that the ends of the image cut. Larger shapes first. Changes the map: grains that were found become
 /// pores.
 [[nodiscard]] std::vector<Found> detect(DistanceMap& map, const std::vector<ShapePoints>& shapes);
-
-/// Moves a grain so that its surface lies on that of the solid. Returns the mean of the squared distances; far points count less.
-double fit_to_surface(const DistanceMap& map, const ShapePoints& shape, Pose& pose);
 
 }  // namespace porepack::scans

@@ -8,6 +8,7 @@
 
 #include "core/log.hpp"
 #include "core/parallel.hpp"
+#include "scans/capsule_surface.hpp"
 #include "scans/fitted_model.hpp"
 #include "scans/uses.hpp"
 
@@ -16,26 +17,6 @@ namespace {
 
 constexpr double band_deviations = 3.0;
 constexpr double gross = 0.25;  ///< larger residuals count less: something else is there
-
-struct Surface {
-    double distance = 1e300;
-    Vec3 normal = Vec3::UnitZ(), axis_point = Vec3::Zero();
-    double curvature = 0.0;  ///< mean
-};
-
-Surface surface_of(const Capsule& capsule, const Vec3& x) {
-    const Vec3 axis = capsule.b - capsule.a;
-    const double length2 = axis.squaredNorm(), along = length2 > 0.0 ? (x - capsule.a).dot(axis) / length2 : 0.0;
-    Surface found;
-    found.axis_point = capsule.a + std::clamp(along, 0.0, 1.0) * axis;
-    const Vec3 away = x - found.axis_point;
-    const double distance = away.norm();
-    if (distance > 1e-12) found.normal = away / distance;
-    found.distance = distance - capsule.radius;
-    // The mean of the principal curvatures: 1/r and 0 on the cylinder, 1/r twice on a cap.
-    found.curvature = (length2 > 0.0 && along > 0.0 && along < 1.0 ? 0.5 : 1.0) / capsule.radius;
-    return found;
-}
 
 // One voxel near a grain's surface.
 struct Voxel {
