@@ -7,7 +7,8 @@
 
 namespace porepack::pouring::dem {
 
-// The contact law: the force on the second of two bodies. The tangential displacement is kept in the tangent plane.
+// The contact law: the force on the second of two bodies, Eq. 9 along the normal and Eq. 11 across it (docs/theory.md: corrections). The
+// tangential displacement is kept in the tangent plane.
 Vec3 CapsuleDem::State::contact_force(const Approach& at, Vec3& displacement, bool first) const {
     const double approach = at.velocity.dot(at.normal);
     const double elastic = at.share * 0.5 * law_.normal_stiffness_N_per_m * at.overlap;
