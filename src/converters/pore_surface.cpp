@@ -38,14 +38,6 @@ Mesh prism(const std::vector<std::array<double, 2>>& base, double z0, double z1)
     return mesh;
 }
 
-std::vector<std::array<double, 2>> base_of(const Container& container, double deviation) {
-    auto base = container.vessel().outline(deviation);
-    if (base.empty())
-        throw UserError("the pore space has no surface here: the cross-section of this vessel changes with height",
-                        {.where = to_json(container).dump(), .fix = "use the surface of the grains alone"});
-    return base;
-}
-
 }  // namespace
 
 TriangleSurface clip_surface(const TriangleSurface& surface, const Section& section) {
@@ -79,7 +71,8 @@ TriangleSurface clip_surface(const TriangleSurface& surface, const Section& sect
 PoreSurface make_pore_surface(const TriangleSurface& grains_surface, const Container& container, const Section& section,
                               double deviation_m) {
     if (container.any_periodic()) throw UserError("a periodic cell has no inlet, outlet or wall", {.fix = "use the grains alone"});
-    Mesh grains = sound_mesh_of(grains_surface), space = prism(base_of(container, deviation_m), section.z0, section.z1);
+    vessels::require_prism(container, "the surface of the pore space");
+    Mesh grains = sound_mesh_of(grains_surface), space = prism(container.vessel().outline(deviation_m), section.z0, section.z1);
     const auto pores = boolean_of(Boolean::subtract, space, grains);
     if (!pores)
         throw NumericalError("CGAL cannot subtract the grains from the container",
@@ -88,7 +81,7 @@ PoreSurface make_pore_surface(const TriangleSurface& grains_surface, const Conta
     append(result.surface, *pores);
     // A triangle lies on a plane of the section, or on one of the wall's planes, or is a grain's.
     const double slack = 1e-7 * (section.length() + container.high().norm());
-    const auto base = base_of(container, deviation_m);
+    const auto base = container.vessel().outline(deviation_m);
     const auto on_wall = [&](const std::array<std::array<double, 3>, 3>& corners) {
         for (std::size_t i = 0; i < base.size(); ++i) {
             const auto &p = base[i], &q = base[(i + 1) % base.size()];

@@ -150,8 +150,7 @@ double mean_above(double level, const std::array<double, 3>& z) {
 std::optional<double> SurfaceSolid::volume_between(double z0, double z1) const {
     const Container& container = bins_->container;
     if (container.any_periodic()) return std::nullopt;
-    const double slack =
-        (container.vessel().fills_bounds() ? 1e-6 : 0.5e-6) * container.size().head<2>().maxCoeff();  // rounding of STL files
+    const double slack = 1e-6 * container.size().head<2>().maxCoeff();  // rounding of STL files
     double volume = 0.0;
     for (const auto& t : bins_->triangles) {
         for (const Vec3& p : {t.a, t.b, t.c}) {

@@ -1,6 +1,7 @@
 #include "geometry/solid.hpp"
 
 #include <algorithm>
+#include <limits>
 
 namespace porepack::geometry {
 using core::Interval;
@@ -25,7 +26,16 @@ void Solid::near_column(double, double, double length, std::vector<Interval>& pa
 bool Solid::contains(const Vec3& point) const {
     thread_local std::vector<Interval> parts;
     column(point.x(), point.y(), parts);
-    return std::any_of(parts.begin(), parts.end(), [&](const Interval& part) { return part.low <= point.z() && point.z() <= part.high; });
+    return geometry::contains(parts, point.z());
+}
+
+bool contains(const std::vector<Interval>& parts, double z) {
+    return std::any_of(parts.begin(), parts.end(), [z](const Interval& part) { return part.low <= z && z <= part.high; });
+}
+
+bool is_whole_line(const std::vector<Interval>& parts) {
+    constexpr double endless = std::numeric_limits<double>::infinity();
+    return parts.size() == 1 && parts[0] == Interval{-endless, endless};
 }
 
 void intersect(std::vector<Interval>& parts, const std::vector<Interval>& others) {

@@ -58,6 +58,10 @@ public:
 
 /// Sorts and joins overlapping intervals in place.
 void unite(std::vector<core::Interval>& parts);
+/// z lies in one of them.
+[[nodiscard]] bool contains(const std::vector<core::Interval>& parts, double z);
+/// One part from minus to plus infinity: all of a line.
+[[nodiscard]] bool is_whole_line(const std::vector<core::Interval>& parts);
 /// Keeps what lies in `others` too; both sorted and disjoint.
 void intersect(std::vector<core::Interval>& parts, const std::vector<core::Interval>& others);
 

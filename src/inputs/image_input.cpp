@@ -65,11 +65,9 @@ void leave_out_outside(PhaseImage& image, const Container& container) {
     for (int j = 0; j < grid.cells[1]; ++j)
         for (int i = 0; i < grid.cells[0]; ++i) {
             container.vessel().column(grid.centre(0, i), grid.centre(1, j), inside);
-            if (inside.size() == 1 && std::isinf(inside[0].low) && std::isinf(inside[0].high)) continue;
+            if (is_whole_line(inside)) continue;
             for (int k = 0; k < grid.cells[2]; ++k)
-                if (const double z = grid.centre(2, k);
-                    std::none_of(inside.begin(), inside.end(), [z](const Interval& part) { return part.low <= z && z <= part.high; }))
-                    image.phase[grid.index(i, j, k)] = Phase::outside;
+                if (!geometry::contains(inside, grid.centre(2, k))) image.phase[grid.index(i, j, k)] = Phase::outside;
         }
 }
 

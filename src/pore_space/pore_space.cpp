@@ -187,8 +187,7 @@ bool PoreSpace::certainly_blocked(double voxel_size_m, const Drive& drive) const
                 std::uint8_t& phase = blocked.phase[grid.index(i, j, k)];
                 const Vec3 centre(grid.centre(0, i), grid.centre(1, j), grid.centre(2, k));
                 if (phase != Phase::outside || container.wall_distance(centre) < -0.5 * std::numbers::sqrt3 * h) continue;
-                const auto holds = [z = centre.z()](const Interval& part) { return part.low <= z && z <= part.high; };
-                phase = std::any_of(parts.begin(), parts.end(), holds) ? Phase::grain : Phase::pore;
+                phase = geometry::contains(parts, centre.z()) ? Phase::grain : Phase::pore;
             }
         }
     try {

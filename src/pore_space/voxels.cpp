@@ -190,7 +190,7 @@ void fill_phases(std::vector<std::uint8_t>& phase, const Grid& grid, const Solid
             const Column column{phase.data() + grid.index(i, j, 0), stride, grid.cells[2], z_first, grid.spacing_m[2]};
             const double x = grid.centre(0, i), y = grid.centre(1, j);
             container.vessel().column(x, y, inside);
-            const bool whole = inside.size() == 1 && inside[0] == everywhere;
+            const bool whole = is_whole_line(inside);
             column.fill({everywhere}, all, whole ? Phase::pore : Phase::outside);
             if (!whole) column.fill(inside, all, Phase::pore);
             if (inside.empty()) continue;

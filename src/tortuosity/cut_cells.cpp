@@ -128,8 +128,7 @@ private:
         };
         walls_.solid.column(px, py, parts_);
         constexpr double endless = std::numeric_limits<double>::infinity();
-        const bool whole = inside_.size() == 1 && inside_[0] == Interval{-endless, endless};
-        if (!whole) intersect(parts_, inside_);
+        if (!is_whole_line(inside_)) intersect(parts_, inside_);
         for (const Interval& part : parts_) close(std::max(part.low, walls_.section.z0), std::min(part.high, walls_.section.z1));
         // What lies between the sides' intervals is outside the vessel.
         double end = -endless;

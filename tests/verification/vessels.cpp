@@ -96,7 +96,7 @@ TEST(Vessels, PorosityInAFunnel) {
     for (const long lines : {2000L, 20000L, 200000L}) {
         const Porosity found = porosity(solid, funnel, {0.0, 2.0}, lines);
         EXPECT_NEAR(found.value, exact, 2.0 * found.uncertainty + 1e-6) << lines;
-        EXPECT_LT(found.uncertainty, 30.0 / static_cast<double>(lines));
+        EXPECT_LT(found.uncertainty, 30.0 / static_cast<double>(lines));  // of second order in the spacing of the lines
     }
     const PoreSpace pores = pore_space_of(std::make_shared<const packing::Grains>(solid), funnel, {0.0, 2.0}, 0.8);
     const PhaseImage image = pores.voxelise_at(0.02);
@@ -115,6 +115,7 @@ TEST(Vessels, DiffusionThroughAFunnel) {
     const packing::Grains solid = sphere(funnel, {0.0, 0.0, 2.0}, 1e-6);
     const PoreSpace pores = pore_space_of(std::make_shared<const packing::Grains>(solid), funnel, {0.0, 4.0}, 1.0);
     const double slender = (1.0 + 1.2 + 1.44) / (3.0 * 1.2) * (1.0 + 0.5 * 0.05 * 0.05);
+    // 2e-4: its ends and higher powers of the slope; the rest is of second order.
     for (const double voxel : {0.2, 0.1, 0.05})
         EXPECT_NEAR(tortuosity::diffusive_on_grid(pores, voxel, Axis::z).value, slender, 2e-4 + 0.05 * voxel * voxel) << voxel;
 }
@@ -126,14 +127,16 @@ TEST(Vessels, TwoDuctsCarryWhatTheyCarryAlone) {
         const Container ducts(std::make_shared<TwoDucts>(between));
         const packing::Grains solid = sphere(ducts, {0.5, 0.5, 0.1}, 1e-6);
         const PoreSpace pores = pore_space_of(std::make_shared<const packing::Grains>(solid), ducts, {0.0, 0.25}, 1.0);
-        double before = 1.0;
+        std::vector<double> errors;
         for (const int voxels : {8, 16, 32}) {
             const double k = lbm::lbm_permeability(pores, 1.0 / voxels, {.iteration_tolerance = 1e-6, .grids = 1}).fine().permeability_m2;
             const double error = std::abs(k / square_duct - 1.0);
             EXPECT_LT(error, 2.0 / (voxels * voxels)) << between << ' ' << voxels;
-            before = error;
+            errors.push_back(error);
         }
-        EXPECT_LT(before, 2e-3);
+        std::printf("  errors %.3f %.3f %.3f %%\n", 100.0 * errors[0], 100.0 * errors[1], 100.0 * errors[2]);
+        EXPECT_LT(errors[2], 2e-3);
+        EXPECT_GT(0.5 * std::log2(errors[0] / errors[2]), 1.7);  // 2.2 and 1.8: the walls lie differently in the grids
     }
 }
 

@@ -190,9 +190,9 @@ void CapsuleDem::State::wall_forces(std::size_t i, std::vector<Load>& loads) {
     };
     for (std::size_t w = 0; w < planes_.size(); ++w) {
         const Plane& plane = planes_[w];
-        if (plane.normal.dot(body.x) - plane.offset > kind.radius) continue;
+        if (plane.distance(body.x) > kind.radius) continue;
         for_nodes([&](std::size_t node, const Vec3& place) {
-            const double overlap = kind.nodes[node].radius - (plane.normal.dot(place) - plane.offset);
+            const double overlap = kind.nodes[node].radius - plane.distance(place);
             if (overlap > 0.0) press(node, w, place, -plane.normal, overlap);
         });
     }

@@ -81,7 +81,7 @@ void CapsuleDem::State::make_walls() {
         throw UserError("grains cannot be poured into this vessel: its walls are not planes or a tube that enclose a convex space",
                         {.where = to_json(container_).dump()});
     if (!container_.periodic()[2] && !container_.cut_ends()) planes_.push_back({Vec3::UnitZ(), container_.low().z()});
-    for (const ConvexWalls::Plane& plane : walls->planes) planes_.push_back({plane.normal, plane.offset_m});
+    planes_.insert(planes_.end(), walls->planes.begin(), walls->planes.end());
     cylinder_radius_ = walls->tube_radius_m;
 }
 

@@ -25,7 +25,7 @@ double CapsuleDem::State::wall_energy(const BodyState& body, double elastic_J) c
     for (std::size_t node = 0; node < kind.nodes.size(); ++node) {
         const Vec3 place = body.x + body.q * kind.nodes[node].place;
         for (std::size_t w = 0; w < walls; ++w) {
-            const double overlap = w < planes_.size()       ? kind.nodes[node].radius - planes_[w].normal.dot(place) + planes_[w].offset
+            const double overlap = w < planes_.size()       ? kind.nodes[node].radius - planes_[w].normal.dot(place) + planes_[w].offset_m
                                    : cylinder_radius_ > 0.0 ? place.head<2>().norm() + kind.nodes[node].radius - cylinder_radius_
                                                             : 0.0;
             if (overlap > 0.0)

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "geometry/vessel.hpp"
 #include "pouring/dem/capsule_dem.hpp"
 #include "pouring/dem/thread_choice.hpp"
 #include "shapes/segments.hpp"
@@ -85,10 +86,7 @@ public:
     struct Load {
         shapes::Vec3 force, torque;
     };
-    struct Plane {
-        shapes::Vec3 normal;  ///< inward
-        double offset;
-    };
+    using Plane = geometry::ConvexWalls::Plane;
     /// Input of the contact law.
     struct Approach {
         shapes::Vec3 normal;  ///< towards the second body
