@@ -68,7 +68,7 @@ Bed bed_of(double porosity, double nodes) {
     const FlowWalls walls{grains, packing.container, section};
     const Stopwatch watch;
     Bed bed;
-    bed.domain = build_domain(voxelise(grains, packing.container, section, plan_voxels(packing.container, section, 1.0 / cells, {}, 1.0)),
+    bed.domain = build_domain(voxelise(grains, packing.container, section, plan_voxels(packing.container, section, 1.0 / cells, {}, 1.0).grid),
                               choose_drive(packing.container, Axis::z), &walls);
     bed.seconds = watch.seconds();
     return bed;

@@ -49,7 +49,7 @@ Level level_of(const PoreSpace& space, double voxel_m) {
     Domain domain = build_domain(image, drive, &*walls);
     auto plan = plan_flow(Kernel::reference, domain);
     auto fast = plan_flow(Kernel::cpu_double, domain);
-    return {std::move(domain), flow_section(image, space.container, space.section, drive), std::move(plan), std::move(fast)};
+    return {std::move(domain), flow_section(image.grid, space.container, space.section, drive), std::move(plan), std::move(fast)};
 }
 
 double permeability_lu(const Layers& layers, const Level& level, const Scheme& scheme) {

@@ -55,7 +55,7 @@ Bed measure_bed(const Packing& packing, double seconds) {
             .overlap = overlaps.mean_between_grains_m / d,
             .largest_overlap = overlaps.largest_between_grains_m / d,
             .seconds = seconds};
-    const PhaseImage image = voxelise(grains, container, central, plan_voxels(container, central, d / 8.0, {}, 1.0));
+    const PhaseImage image = voxelise(grains, container, central, plan_voxels(container, central, d / 8.0, {}, 1.0).grid);
     std::array<double, Bed::rings> pores{}, all{};
     for (int k = 0; k < image.grid.cells[2]; ++k)
         for (int j = 0; j < image.grid.cells[1]; ++j)

@@ -87,7 +87,7 @@ struct Window {
         const Drive drive = choose_drive(space.container, Axis::z);
         Domain domain = build_domain(image, drive, &*exact);
         const Scheme scheme = scheme_of({.relaxation_time = 1.2}, true, drive);
-        const FlowSection section = flow_section(image, space.container, space.section, drive);
+        const FlowSection section = flow_section(image.grid, space.container, space.section, drive);
         const auto flow = make_flow(Kernel::cpu_double, domain, scheme);
         layers = run_to_steady(*flow, domain, scheme, section, {.tolerance = 1e-5}).layers;
         walls = domain.walls;

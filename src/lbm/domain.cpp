@@ -35,7 +35,18 @@ double lbm_memory_bytes(const RunSize& size) {
 std::size_t Domain::layer_of_cell(std::size_t here) const {
     // One of the three divisions of Grid::place(): layers are asked for in loops over all cells.
     const auto nx = static_cast<std::size_t>(grid.cells[0]), ny = static_cast<std::size_t>(grid.cells[1]);
-    return drive.axis == 0 ? here % nx : drive.axis == 1 ? here / nx % ny : here / (nx * ny);
+    return drive.axis == 0   ? here % nx
+           : drive.axis == 1 ? here / nx % ny
+                             : static_cast<std::size_t>(grid.layer(static_cast<int>(here / (nx * ny))));
+}
+
+std::int64_t Domain::node_beside(std::array<int, 3> place, const std::array<int, 3>& step) const {
+    const int k = place[2] + step[2];
+    const auto side = static_cast<std::size_t>(k < 0 ? 0 : 1);
+    if ((k >= 0 && k < grid.cells[2]) || !beyond[side].has_grid()) return step_in_grid(grid, drive, place, step) ? node_at(place) : -1;
+    if (!step_in_grid(grid, drive, place, {step[0], step[1], 0})) return -1;
+    const std::int64_t node = beyond[side].find(grid.index(place[0], place[1], 0));
+    return node < 0 ? -1 : static_cast<std::int64_t>(first_beyond(side)) + node;
 }
 
 // (`links = {}` would keep the memory.)
@@ -56,15 +67,10 @@ constexpr std::size_t max_nodes = 4000000000;  // links hold 32-bit numbers of n
 
 // Node next to the mirror image along c_q at an open end, or -1: a wall or the side of the container.
 std::int64_t beyond_open_end(const Domain& domain, const std::array<int, 3>& here, int q) {
-    if (!domain.drive.by_pressure()) return -1;
-    const auto& c = d3q19::c[static_cast<std::size_t>(q)];
-    const auto axis = static_cast<std::size_t>(domain.drive.axis);
-    const int beyond = here[axis] + c[axis];
-    if (beyond >= 0 && beyond < domain.grid.cells[axis]) return -1;
-    auto aside = here;
-    auto lateral = c;
-    lateral[axis] = 0;
-    return step_in_grid(domain.grid, domain.drive, aside, lateral) ? domain.node_at(aside) : -1;
+    auto lateral = d3q19::c[static_cast<std::size_t>(q)];
+    if (!through_open_end(domain.grid, domain.drive, here, lateral)) return -1;
+    lateral[static_cast<std::size_t>(domain.drive.axis)] = 0;
+    return domain.node_beside(here, lateral);
 }
 
 struct Links {
@@ -104,7 +110,7 @@ Links links_of(const Domain& domain, const FlowWalls* walls, double inlet_radius
                 const int in = d3q19::opposite(q);
                 const auto self = static_cast<std::uint32_t>(node);
                 const auto in_q = static_cast<std::uint8_t>(in), out_q = static_cast<std::uint8_t>(q);
-                if (inlet_radius > 0.0 && here[static_cast<std::size_t>(domain.drive.axis)] == 0)
+                if (inlet_radius > 0.0 && domain.layer_of_cell(cells[node - begin]) == 0)
                     links.open.push_back(
                         {self, self, in_q, out_q, 1, 6.0 * d3q19::w(in) * inlet_speed(domain.grid, inlet_radius, here, q)});
                 else
@@ -136,32 +142,49 @@ Links links_of(const Domain& domain, const FlowWalls* walls, double inlet_radius
 }
 
 std::vector<double> layer_conductance(const Domain& domain) {
-    const auto layers = static_cast<std::size_t>(domain.grid.cells[static_cast<std::size_t>(domain.drive.axis)]);
-    std::vector<double> nodes(layers, 0.0), links(layers, 1.0), conductance(layers);
+    const std::size_t layers = domain.layers();
+    std::vector<double> counts(2 * layers, 0.0), conductance(layers);  // nodes, then wall links
     std::size_t node = 0;
     auto link = domain.walls.begin();
-    domain.cells.for_each([&](std::size_t cell) {
-        const std::size_t layer = domain.layer_of_cell(cell);
-        nodes[layer] += 1.0;
-        for (; link != domain.walls.end() && link->node == node; ++link) links[layer] += 1.0;
-        ++node;
-    });
-    for (std::size_t layer = 0; layer < layers; ++layer) conductance[layer] = std::pow(nodes[layer], 3.0) / (links[layer] * links[layer]);
+    const auto count = [&] {
+        domain.cells.for_each([&](std::size_t cell) {
+            const std::size_t layer = domain.layer_of_cell(cell);
+            counts[layer] += 1.0;
+            for (; link != domain.walls.end() && link->node == node; ++link) counts[layers + layer] += 1.0;
+            ++node;
+        });
+    };
+    domain.slabs->in_turn(counts, count);
+    for (std::size_t layer = 0; layer < layers; ++layer) {
+        const double links = 1.0 + counts[layers + layer];
+        conductance[layer] = std::pow(counts[layer], 3.0) / (links * links);
+    }
     return conductance;
 }
 
 }  // namespace
 
-Domain build_domain(const PhaseImage& image, const Drive& drive, const FlowWalls* walls, double inlet_radius_cells) {
-    Domain domain{.grid = image.grid, .drive = drive, .cells = {}, .cuts = {}, .walls = {}, .boundary_links = {}, .layer_conductance = {}};
+Domain build_domain(const PhaseImage& image, const Drive& drive, const FlowWalls* walls, double inlet_radius_cells,
+                    const Communicator& slabs) {
+    Domain domain{.grid = image.grid.without_halo(),
+                  .drive = drive,
+                  .cells = {},
+                  .beyond = {},
+                  .cuts = {},
+                  .walls = {},
+                  .boundary_links = {},
+                  .layer_conductance = {},
+                  .slabs = &slabs};
     domain.cuts = walls != nullptr ? find_cuts(image, *walls, drive) : find_cuts(image, drive);
     {
-        Percolation percolation = find_percolating_cells(image, drive, domain.cuts);
+        Percolation percolation = find_percolating_cells(image, drive, domain.cuts, slabs);
         domain.isolated_cells = percolation.isolated_cells;
+        domain.all_nodes = percolation.all_cells;
         domain.cells = std::move(percolation.cells);
+        domain.beyond = std::move(percolation.beyond);
     }
     const std::size_t n = domain.nodes();
-    if (n > max_nodes)
+    if (domain.first_beyond(1) + static_cast<std::size_t>(domain.beyond[1].size()) > max_nodes)
         throw UserError(fmt::format("{} fluid nodes are too many for this solver", n),
                         {.allowed = fmt::format("up to {}", max_nodes), .fix = "use a larger voxel size"});
 

@@ -86,7 +86,7 @@ public:
         image_ = std::move(voxels.image);
         const std::optional<FlowWalls> walls = voxels.space.walls();
         domain_ = build_domain(image_, drive_, walls ? &*walls : nullptr);
-        section_ = flow_section(image_, voxels.space.container, voxels.space.section, drive_);
+        section_ = flow_section(image_.grid, voxels.space.container, voxels.space.section, drive_);
         stretch_ = voxels.stretch;
         moments_.assign(domain_.nodes(), {});
         log_info("flow with inertia: {} x {} x {} voxels of {:.4g} m, {} fluid nodes", image_.grid.cells[0], image_.grid.cells[1],

@@ -75,7 +75,7 @@ void LayerBalance::correct(Flow& flow, const Layers& layers, double permeability
                                                                           : std::min(largest_share, 1.05 * state.share);
         state.unsteady = size;
         // Velocities follow the pressure within about 3 k/(porosity nu) steps: a correction that comes more often is smaller.
-        const double porosity = static_cast<double>(domain_.nodes()) / (area_cells_ * static_cast<double>(layers.flow.size()));
+        const double porosity = static_cast<double>(domain_.all_nodes) / (area_cells_ * static_cast<double>(layers.flow.size()));
         // Darcy's law holds for small deviations: not while the flow begins, or while its direction changes.
         const auto bed = [&](std::size_t l) { return layers.flow.begin() + static_cast<std::ptrdiff_t>(l); };
         if (largest_deviation({bed(first_), bed(end_)}) <= 1.5)

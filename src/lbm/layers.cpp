@@ -13,11 +13,12 @@ namespace {
 constexpr std::array quantities = {&Layers::nodes,        &Layers::flow,    &Layers::power,  &Layers::kinetic,
                                    &Layers::kinetic_flux, &Layers::elastic, &Layers::density};
 
-// Of the layers [low_, high_); the last one that was visited is in `open_`, whose sums stay in registers.
+// Of the layers [low_, high_), all quantities of a layer side by side; the last one that was visited is in `open_`, whose sums stay in
+// registers.
 class LayerSums {
 public:
-    LayerSums(const Domain& domain, const Layers& zero)
-        : layer_of_(domain), axis_(static_cast<std::size_t>(domain.drive.axis)), layers_(zero), low_(zero.flow.size()) {}
+    explicit LayerSums(const Domain& domain)
+        : layer_of_(domain), axis_(static_cast<std::size_t>(domain.drive.axis)), sums_(domain.layers()), low_(sums_.size()) {}
 
     void visit(std::size_t cell, const Moments& here) {
         if (const std::size_t now = layer_of_.of(cell); now != layer_) {
@@ -26,49 +27,54 @@ public:
         }
         const auto& u = here.velocity;
         const double along = u[axis_], energy = 0.5 * (u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
-        const std::array<double, 7> values = {
-            1.0, along, along * here.density, energy, along * energy, here.density * here.density / 6.0, here.density};
+        const Quantities values = {1.0,         along, along * here.density, energy, along * energy, here.density * here.density / 6.0,
+                                   here.density};
         for (std::size_t v = 0; v < values.size(); ++v) open_[v] += values[v];
     }
     void add(LayerSums& other) {
         other.close();
-        for (const auto quantity : quantities)
-            for (std::size_t l = other.low_; l < other.high_; ++l) (layers_.*quantity)[l] += (other.layers_.*quantity)[l];
+        for (std::size_t l = other.low_; l < other.high_; ++l)
+            for (std::size_t v = 0; v < quantities.size(); ++v) sums_[l][v] += other.sums_[l][v];
         low_ = std::min(low_, other.low_);
         high_ = std::max(high_, other.high_);
     }
     void clear() {
         close();
-        for (const auto quantity : quantities)
-            for (std::size_t l = low_; l < high_; ++l) (layers_.*quantity)[l] = 0.0;
-        low_ = layers_.flow.size();
+        for (std::size_t l = low_; l < high_; ++l) sums_[l] = {};
+        low_ = sums_.size();
         high_ = 0;
     }
-    [[nodiscard]] Layers& layers() { return layers_; }
+    [[nodiscard]] std::span<double> numbers() { return {sums_.front().data(), sums_.size() * quantities.size()}; }
+    [[nodiscard]] std::vector<double> all(std::size_t quantity) const {
+        std::vector<double> list;
+        for (const Quantities& layer : sums_) list.push_back(layer[quantity]);
+        return list;
+    }
 
 private:
+    using Quantities = std::array<double, quantities.size()>;
+
     void close() {
         if (open_[0] == 0.0) return;
-        for (std::size_t v = 0; v < quantities.size(); ++v) (layers_.*quantities[v])[layer_] += std::exchange(open_[v], 0.0);
+        for (std::size_t v = 0; v < quantities.size(); ++v) sums_[layer_][v] += std::exchange(open_[v], 0.0);
         low_ = std::min(low_, layer_);
         high_ = std::max(high_, layer_ + 1);
     }
 
     LayerFinder layer_of_;
     std::size_t axis_;
-    Layers layers_;
+    std::vector<Quantities> sums_;
     std::size_t layer_ = 0, low_, high_ = 0;
-    std::array<double, 7> open_{};
+    Quantities open_{};
 };
 
 }  // namespace
 
 Layers measure_layers(const Flow& flow, const Domain& domain) {
-    const auto count = static_cast<std::size_t>(domain.grid.cells[static_cast<std::size_t>(domain.drive.axis)]);
-    const std::vector<double> none(count, 0.0);
-    LayerSums sums = sum_moments(flow, domain, LayerSums(domain, {none, none, none, none, none, none, none}));
-    Layers all = std::move(sums.layers());
-    for (std::size_t l = 0; l < count; ++l) all.density[l] /= std::max(1.0, all.nodes[l]);
+    const LayerSums sums = sum_moments(flow, domain, LayerSums(domain));
+    Layers all;
+    for (std::size_t v = 0; v < quantities.size(); ++v) all.*quantities[v] = sums.all(v);
+    for (std::size_t l = 0; l < all.nodes.size(); ++l) all.density[l] /= std::max(1.0, all.nodes[l]);
     return all;
 }
 
@@ -79,6 +85,7 @@ std::array<double, 3> drag_of(const Flow& flow, const Domain& domain) {
             for (std::size_t a = 0; a < 3; ++a) sum[a] += other.sum[a];
         }
         void clear() { sum = {}; }
+        [[nodiscard]] std::span<double> numbers() { return sum; }
     };
     return sum_in_order(domain, Force{},
                         [&](Force& force, std::size_t begin, std::size_t end) {

@@ -16,7 +16,7 @@ public:
         if (along_z_ && cell - first_cell_ < cells_) return layer_;
         layer_ = domain_.layer_of_cell(cell);
         cells_ = static_cast<std::size_t>(domain_.grid.cells[0]) * static_cast<std::size_t>(domain_.grid.cells[1]);
-        first_cell_ = layer_ * cells_;
+        first_cell_ = cell / cells_ * cells_;
         return layer_;
     }
 

@@ -69,33 +69,29 @@ struct Sample {
     double along = 0.0, lateral[2] = {0.0, 0.0}, squares = 0.0, density = 0.0, fastest = 0.0;
 };
 Sample sample_of(const Flow& flow, const Domain& domain) {
-    const auto axis = static_cast<std::size_t>(domain.drive.axis);
     struct Sums {
         std::size_t axis;
-        Sample sample{};
-        void clear() { sample = {}; }
+        std::array<double, 6> sums{};  // of the velocity along the flow and in two directions normal to it, its square, and the density;
+                                       // and the largest square
+        void clear() { sums = {}; }
         void add(const Sums& other) {
-            const Sample& part = other.sample;
-            sample.along += part.along;
-            for (std::size_t a = 0; a < 2; ++a) sample.lateral[a] += part.lateral[a];
-            sample.squares += part.squares;
-            sample.density += part.density;
-            sample.fastest = part.fastest > sample.fastest || std::isnan(part.fastest) ? part.fastest : sample.fastest;
+            for (std::size_t s = 0; s < 5; ++s) sums[s] += other.sums[s];
+            keep_largest(other.sums[5]);
         }
         void visit(std::size_t, const Moments& here) {
             const auto& u = here.velocity;
             const double square = u[0] * u[0] + u[1] * u[1] + u[2] * u[2];
-            sample.along += u[axis];
-            sample.lateral[0] += u[(axis + 1) % 3];
-            sample.lateral[1] += u[(axis + 2) % 3];
-            sample.squares += square;
-            sample.density += here.density;
-            sample.fastest = square > sample.fastest || std::isnan(square) ? square : sample.fastest;
+            for (std::size_t a = 0; a < 3; ++a) sums[a] += u[(axis + a) % 3];
+            sums[3] += square;
+            sums[4] += here.density;
+            keep_largest(square);
         }
+        void keep_largest(double square) { sums[5] = square > sums[5] || std::isnan(square) ? square : sums[5]; }
+        [[nodiscard]] std::span<double> numbers() { return sums; }
     };
-    Sample all = sum_moments(flow, domain, Sums{axis}).sample;
-    all.fastest = std::sqrt(all.fastest);
-    return all;
+    const auto [along, side, other_side, squares, density, largest] =
+        sum_moments(flow, domain, Sums{static_cast<std::size_t>(domain.drive.axis)}).sums;
+    return {.along = along, .lateral = {side, other_side}, .squares = squares, .density = density, .fastest = std::sqrt(largest)};
 }
 
 void add_everywhere(Flow& flow, const Domain& domain, double density) {
@@ -194,8 +190,8 @@ SeriesMean mean_of_series(std::span<const double> samples) {
 
 MeanFlow average_in_time(Flow& flow, const Domain& domain, double area_cells, const MeanFlowCriterion& criterion) {
     const long apart = std::max(2L, 2 * std::lround(0.5 * criterion.turnover_steps / samples_per_turnover));
-    const double layers = domain.grid.cells[static_cast<std::size_t>(domain.drive.axis)];
-    const auto nodes = static_cast<double>(domain.nodes());
+    const auto layers = static_cast<double>(domain.layers());
+    const auto nodes = static_cast<double>(domain.all_nodes);
     const Stopwatch watch;
     Progress line("lattice Boltzmann, mean in time");
     Record record(criterion, criterion.turnover_steps / static_cast<double>(apart));

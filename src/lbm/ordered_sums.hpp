@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <span>
+#include <vector>
 
 #include "lbm/flow.hpp"
 
@@ -13,7 +14,8 @@ namespace porepack::lbm {
 inline constexpr std::size_t cells_per_sum = 16384;
 
 /// Each block of cells is summed in the order of its cells by fill(sums, first node, end node); blocks are added in ascending order to the
-/// sum of their plane, and planes in ascending order to the total. `Sums` has `add(Sums&)` and `clear()`; `nothing` is an empty one.
+/// sum of their plane, and planes in ascending order to the total; those of a slab after those of the slabs below. `Sums` has `add(Sums&)`,
+/// `clear()`, and `numbers()`: all that was added, as a span. `nothing` is an empty one.
 template <typename Sums, typename Fill>
 [[nodiscard]] Sums sum_in_order(const Domain& domain, const Sums& nothing, const Fill& fill) {
     const auto& [nx, ny, nz] = domain.grid.cells;
@@ -23,6 +25,8 @@ template <typename Sums, typename Fill>
         return cell < domain.grid.size() ? static_cast<std::size_t>(domain.cells.rank(cell)) : domain.nodes();
     };
     Sums total = nothing, of_plane = nothing;
+    std::vector<Sums> planes;  // that wait for the slabs below
+    const bool waits = domain.slabs->part() > 0;
 #pragma omp parallel
     {
         Sums part = nothing;
@@ -36,12 +40,16 @@ template <typename Sums, typename Fill>
             {
                 of_plane.add(part);
                 if (n % blocks == blocks - 1) {
-                    total.add(of_plane);
+                    waits ? planes.push_back(of_plane) : total.add(of_plane);
                     of_plane.clear();
                 }
             }
         }
     }
+    if (domain.slabs->parts() > 1)
+        domain.slabs->in_turn(total.numbers(), [&] {
+            for (Sums& one : planes) total.add(one);
+        });
     return total;
 }
 

@@ -89,11 +89,10 @@ double iteration_tolerance(const LbmConfig& config) {
     return config.iteration_tolerance > 0.0 ? config.iteration_tolerance : config.tolerance > 0.0 ? 0.1 * config.tolerance : 1e-4;
 }
 
-FlowSection flow_section(const PhaseImage& image, const Container& container, const Section& section, const Drive& drive) {
+FlowSection flow_section(const Grid& grid, const Container& container, const Section& section, const Drive& drive) {
     const auto axis = static_cast<std::size_t>(drive.axis);
-    const Grid& grid = image.grid;
     const double h = grid.spacing_m[axis];
-    FlowSection flow{.last_layer = grid.cells[axis] - 1};
+    FlowSection flow{.last_layer = grid.whole_cells(axis) - 1};
     if (drive.axis == 2) {
         flow.area_cells = container.vessel().mean_area(section.interval()) / (h * h);
         flow.first_layer = std::max(0, static_cast<int>(std::lround((section.z0 - grid.origin_m[2]) / h)));
@@ -205,7 +204,7 @@ bool Sequence::solve_once(double voxel_size_m, bool coarsest_of_many, double max
     const std::optional<FlowWalls> walls = scheme.walls == Walls::interpolated ? space.walls() : std::nullopt;
     const double radius = space.ends == Ends::paper ? 0.5 * *space.container.tube_diameter() / image.grid.spacing_m[2] : 0.0;
     Domain domain = build_domain(image, drive, walls ? &*walls : nullptr, radius);
-    const FlowSection section = flow_section(image, space.container, space.section, drive);
+    const FlowSection section = flow_section(image.grid, space.container, space.section, drive);
     image = {};
     LbmGridResult grid{.voxel_size_m = domain.grid.spacing_m[2],
                        .cells = domain.grid.cells,
@@ -331,7 +330,8 @@ double Sequence::relaxation_time_of_piece(const Domain& domain, ConvergenceCrite
     try {
         const Domain small = build_domain(image, drive, walls ? &*walls : nullptr);
         criterion.max_seconds = 0.2 * criterion.max_seconds;
-        const Solved best = fastest(*plan(small), small, scheme, flow_section(image, piece.container, piece.section, drive), criterion);
+        const Solved best =
+            fastest(*plan(small), small, scheme, flow_section(image.grid, piece.container, piece.section, drive), criterion);
         log_info("lattice Boltzmann: relaxation time {:.3g}, found on {} nodes from the middle of the bed", best.scheme.tau, small.nodes());
         return best.scheme.tau;
     } catch (const DoesNotPercolate&) {

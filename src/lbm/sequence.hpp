@@ -10,9 +10,9 @@
 
 namespace porepack::lbm {
 
-/// Area of the container and the layers of the section, in cells of the image.
-[[nodiscard]] FlowSection flow_section(const geometry::PhaseImage& image, const vessels::Container& container,
-                                       const packing::Section& section, const pore_space::Drive& drive);
+/// Area of the container and the layers of the section, in cells of the grid; of a slab, those of the whole.
+[[nodiscard]] FlowSection flow_section(const geometry::Grid& grid, const vessels::Container& container, const packing::Section& section,
+                                       const pore_space::Drive& drive);
 
 /// Iteration error of k at which the run on a grid stops: that of the configuration, or what auto means.
 [[nodiscard]] double iteration_tolerance(const LbmConfig& config);

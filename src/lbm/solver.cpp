@@ -21,35 +21,28 @@ void measure_velocities(const Flow& flow, const Domain& domain, const FlowSectio
     struct Sums {
         const Domain& domain;
         const FlowSection& section;
-        double speed = 0.0, along = 0.0, squares = 0.0, nodes = 0.0;
-        std::array<double, 3> velocity{};
+        std::array<double, 7> sums{};  // of speed, velocity along the flow, square of the speed, nodes; of the velocity of all nodes
         void visit(std::size_t cell, const Moments& here) {
             const auto& u = here.velocity;
-            for (std::size_t a = 0; a < 3; ++a) velocity[a] += u[a];
+            for (std::size_t a = 0; a < 3; ++a) sums[4 + a] += u[a];
             const auto layer = static_cast<int>(domain.layer_of_cell(cell));
             if (layer < section.first_layer || layer > section.last_layer) return;
             const double square = u[0] * u[0] + u[1] * u[1] + u[2] * u[2];
-            speed += std::sqrt(square);
-            squares += square;
-            nodes += 1.0;
-            along += u[static_cast<std::size_t>(domain.drive.axis)];
+            sums[0] += std::sqrt(square);
+            sums[1] += u[static_cast<std::size_t>(domain.drive.axis)];
+            sums[2] += square;
+            sums[3] += 1.0;
         }
         void add(const Sums& other) {
-            speed += other.speed;
-            along += other.along;
-            squares += other.squares;
-            nodes += other.nodes;
-            for (std::size_t a = 0; a < 3; ++a) velocity[a] += other.velocity[a];
+            for (std::size_t s = 0; s < sums.size(); ++s) sums[s] += other.sums[s];
         }
-        void clear() {
-            speed = along = squares = nodes = 0.0;
-            velocity = {};
-        }
+        void clear() { sums = {}; }
+        [[nodiscard]] std::span<double> numbers() { return sums; }
     };
-    const Sums sums = sum_moments(flow, domain, Sums{domain, section});
-    run.velocity_sum_lu = sums.velocity;
-    run.hydraulic_tortuosity = sums.speed / sums.along;
-    run.kinetic_energy_factor = sums.squares * sums.nodes / (sums.along * sums.along);
+    const auto [speed, along, squares, nodes, x, y, z] = sum_moments(flow, domain, Sums{domain, section}).sums;
+    run.velocity_sum_lu = {x, y, z};
+    run.hydraulic_tortuosity = speed / along;
+    run.kinetic_energy_factor = squares * nodes / (along * along);
 }
 
 // k and everything else that a check computes, from the layers now and `apart` steps before.
@@ -81,7 +74,7 @@ void check(StokesRun& run, const Layers& before, long apart, const Domain& domai
     const double estimate = run.history.back().iteration_error = iteration_error(run.history);
     run.iteration_error = estimate + drift_per_imbalance * run.flow_imbalance;
     if (!drive.by_pressure() && force != 0.0) {
-        const double drop = 3.0 * force * static_cast<double>(domain.grid.cells[static_cast<std::size_t>(drive.axis)]);
+        const double drop = 3.0 * force * static_cast<double>(domain.layers());
         run.mass_leak = (mean_density(run.layers.nodes, run.layers.density) - mean_density(before.nodes, before.density)) /
                         (static_cast<double>(apart) * drop);
     }
@@ -128,7 +121,7 @@ StokesRun run_to_steady(Flow& flow, const Domain& domain, const Scheme& scheme, 
         run.layers = measure_layers(flow, domain);
         const double sum = std::accumulate(run.layers.flow.begin(), run.layers.flow.end(), 0.0);
         // The force cannot produce more momentum than this; a flow with more is an artefact of the scheme.
-        const double gain = force * static_cast<double>(steps_per_check) * static_cast<double>(domain.nodes());
+        const double gain = force * static_cast<double>(steps_per_check) * static_cast<double>(domain.all_nodes);
         if (momentum_bound == 0.0) momentum_bound = 10.0 * std::abs(sum);
         momentum_bound += 2.0 * gain;
         if (!std::isfinite(sum) || (force != 0.0 && std::abs(sum) > momentum_bound))
@@ -146,7 +139,7 @@ StokesRun run_to_steady(Flow& flow, const Domain& domain, const Scheme& scheme, 
     }
     run.seconds = seconds_before + watch.seconds();
     run.updates_per_second =
-        static_cast<double>(run.steps - steps_before) * static_cast<double>(domain.nodes()) / std::max(1e-9, watch.seconds());
+        static_cast<double>(run.steps - steps_before) * static_cast<double>(domain.all_nodes) / std::max(1e-9, watch.seconds());
     measure_velocities(flow, domain, section, run);
     return run;
 }

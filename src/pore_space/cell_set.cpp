@@ -1,10 +1,17 @@
 #include "pore_space/cell_set.hpp"
 
 #include <algorithm>
+#include <stdexcept>
+#include <utility>
 
 namespace porepack::pore_space {
 
 CellSet::CellSet(const geometry::Grid& grid) : words_((grid.size() + 63) / 64, 0) {}
+
+CellSet::CellSet(const geometry::Grid& grid, std::vector<std::uint64_t> words) : words_(std::move(words)) {
+    if (words_.size() != (grid.size() + 63) / 64) throw std::invalid_argument("the words are not of this grid");
+    finish();
+}
 
 void CellSet::insert_run(std::size_t row_cell, int first, int last) {
     const std::size_t begin = row_cell + static_cast<std::size_t>(first), end = row_cell + static_cast<std::size_t>(last);

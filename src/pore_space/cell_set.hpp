@@ -16,6 +16,8 @@ class CellSet {
 public:
     CellSet() = default;
     explicit CellSet(const geometry::Grid& grid);
+    /// From the words() of another set of the same grid; finished.
+    CellSet(const geometry::Grid& grid, std::vector<std::uint64_t> words);
 
     /// Adds the cells x = first .. last of the row of cells along x that begins at `row_cell`. Different rows share words: one thread.
     void insert_run(std::size_t row_cell, int first, int last);
@@ -24,6 +26,8 @@ public:
 
     [[nodiscard]] std::int64_t size() const { return size_; }
     [[nodiscard]] bool empty() const { return size_ == 0; }
+    /// Of a grid, not only declared.
+    [[nodiscard]] bool has_grid() const { return !words_.empty(); }
     [[nodiscard]] bool contains(std::size_t cell) const { return (words_[cell / 64] >> (cell % 64) & 1U) != 0; }
     /// Number of members below `cell`: the number of `cell` itself if it is a member.
     [[nodiscard]] std::int64_t rank(std::size_t cell) const {

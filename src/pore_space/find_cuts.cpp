@@ -31,8 +31,7 @@ struct Link {
 std::optional<Link> link_between_pores(const PhaseImage& image, const Drive& drive, Step at, const Step& step) {
     Link link{0, {-step[0], -step[1], -step[2]}};
     Step there = step;
-    const auto axis = static_cast<std::size_t>(drive.axis);
-    if (const int end = at[axis] + step[axis]; drive.by_pressure() && (end < 0 || end >= image.grid.cells[axis])) {
+    if (const auto axis = static_cast<std::size_t>(drive.axis); through_open_end(image.grid, drive, at, step)) {
         there[axis] = 0;
         link.back[axis] = step[axis];
     }
@@ -41,11 +40,15 @@ std::optional<Link> link_between_pores(const PhaseImage& image, const Drive& dri
     return image.phase[link.other] == Phase::pore ? std::optional(link) : std::nullopt;
 }
 
-// All cut lists as one.
+// All cut lists as one, of the cells that are not in a halo.
 LinkCuts joined(const Grid& grid, const std::vector<std::vector<Cut>>& parts) {
+    const Grid own = grid.without_halo();
+    const std::size_t first = grid.index(0, 0, grid.slab.halo[0]);
     std::vector<Cut> all;
-    for (const auto& part : parts) all.insert(all.end(), part.begin(), part.end());
-    return {grid, std::move(all)};
+    for (const auto& part : parts)
+        for (const Cut& cut : part)
+            if (cut.cell >= first && cut.cell - first < own.size()) all.push_back({cut.cell - first, cut.links});
+    return {own, std::move(all)};
 }
 
 // Whichever end of a closed link is nearer to the solid finds the wall in its half of the link; it closes the link for both.
@@ -80,7 +83,8 @@ LinkCuts find_cuts(const PhaseImage& image, const FlowWalls& walls, const Drive&
     const Grid& grid = image.grid;
     const Vessel& vessel = walls.container.vessel();
     const bool convex = vessel.convex_walls().has_value();  // no segment between two points inside meets such walls
-    const double h = grid.spacing_m[2], longest = std::numbers::sqrt2 * std::ranges::max(grid.spacing_m);
+    const double h = grid.spacing_m[2], first = grid.origin_m[2] + 0.5 * h, last = grid.whole_cells(2) - 1.0,
+                 longest = std::numbers::sqrt2 * std::ranges::max(grid.spacing_m);
     std::vector<std::vector<Cut>> parts(static_cast<std::size_t>(grid.cells[1]));
     parallel_for(parts.size(), [&](std::size_t row) {
         const int j = static_cast<int>(row);
@@ -93,11 +97,11 @@ LinkCuts find_cuts(const PhaseImage& image, const FlowWalls& walls, const Drive&
                     finder.add_cuts_of({i, j, k}, parts[row]);
             walls.solid.near_column(grid.centre(0, i), grid.centre(1, j), longest, near);
             for (const Interval& part : near) {
-                const double first = grid.centre(2, 0), last = grid.cells[2] - 1.0;
                 const auto from = static_cast<int>(std::clamp(std::ceil((part.low - first) / h), 0.0, last + 1.0));
                 const auto to = static_cast<int>(std::clamp(std::floor((part.high - first) / h), -1.0, last));
-                for (int k = from; k <= to; ++k)
+                grid.for_layers(from, to, [&](int k) {
                     if (image.phase[grid.index(i, j, k)] == Phase::pore) finder.add_cuts_of({i, j, k}, parts[row]);
+                });
             }
         }
     });

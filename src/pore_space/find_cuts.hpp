@@ -6,6 +6,7 @@
 
 namespace porepack::pore_space {
 
+/// Of a slab: the closed links of the cells without the halo, whose phases are needed.
 /// By exact hits. The solid must be that of the image; through an open end of the grid its mirror image follows (see WallFinder).
 [[nodiscard]] LinkCuts find_cuts(const geometry::PhaseImage& image, const FlowWalls& walls, const Drive& drive);
 /// Of an image: the links across an edge whose other two voxels are both solid.

@@ -40,11 +40,17 @@ Grid cropped_grid(Grid grid, const Section& section) {
     return grid;
 }
 
-PhaseImage cropped(const PhaseImage& image, const Section& section) {
-    const Grid grid = cropped_grid(image.grid, section);
+// The image on some layers of its grid, or on a slab of them.
+PhaseImage cropped(const PhaseImage& image, const Grid& grid) {
     const long low = std::lround((grid.origin_m[2] - image.grid.origin_m[2]) / grid.spacing_m[2]);
-    const auto first = image.phase.begin() + low * static_cast<std::ptrdiff_t>(grid.index(0, 0, 1));
-    return {.grid = grid, .phase = {first, first + static_cast<std::ptrdiff_t>(grid.size())}, .notes = image.notes};
+    const auto cells = static_cast<std::ptrdiff_t>(grid.index(0, 0, 1));
+    PhaseImage part{.grid = grid, .phase = {}, .notes = image.notes};
+    part.phase.reserve(grid.size());
+    for (int k = 0; k < grid.cells[2]; ++k) {
+        const auto first = image.phase.begin() + (low + grid.layer(k)) * cells;
+        part.phase.insert(part.phase.end(), first, first + cells);
+    }
+    return part;
 }
 
 }  // namespace
@@ -88,9 +94,12 @@ VoxelPlan PoreSpace::plan_at(double voxel_size_m) const {
     return {.grid = grid, .voxel_size_m = grid.spacing_m[2], .memory_bytes = static_cast<double>(grid.size())};
 }
 
+PhaseImage PoreSpace::phases_on(const Grid& grid) const {
+    return image() ? cropped(*image(), grid) : voxelise(*solid, container, section, grid, kept_solid());
+}
+
 PhaseImage PoreSpace::voxelise_at(double voxel_size_m) const {
-    if (image()) return cropped(*image(), computed());
-    return voxelise(*solid, container, section, plan_at(voxel_size_m), kept_solid());
+    return phases_on(plan_at(voxel_size_m).grid);
 }
 
 PoreSpace PoreSpace::stretched(const Stretch& stretch) const {
@@ -141,7 +150,7 @@ bool PoreSpace::computes_whole_bed() const {
 PoreSpace PoreSpace::section_only() const {
     PoreSpace part = with_ends(Ends::planes);
     part.reservoir_m = 0.0;
-    if (image()) part.solid = std::make_shared<const ImageSolid>(cropped(*image(), section));
+    if (image()) part.solid = std::make_shared<const ImageSolid>(cropped(*image(), cropped_grid(image()->grid, section)));
     return part;
 }
 

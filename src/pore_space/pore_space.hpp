@@ -62,6 +62,8 @@ struct PoreSpace {
     /// The grid at about this voxel size, adjusted as by plan_voxels: in a periodic box the voxels may differ from cubes. Throws UserError
     /// as plan_voxels.
     [[nodiscard]] VoxelPlan plan_at(double voxel_size_m) const;
+    /// Phases on the grid of plan_at(), or on a slab of it, for which no more memory is needed than it has cells.
+    [[nodiscard]] geometry::PhaseImage phases_on(const geometry::Grid& grid) const;
     /// Phases on plan_at(voxel_size_m), buffers and reservoirs included; for an image, its own voxels.
     [[nodiscard]] geometry::PhaseImage voxelise_at(double voxel_size_m) const;
     /// The same pore space stretched; its solid is known as such alone (not as grains, surface or gray

@@ -155,58 +155,48 @@ VoxelPlan plan_voxels(const Container& container, const Section& section, double
 
 namespace {
 
-// A column of cells along z.
-struct Column {
-    std::uint8_t* first;
-    std::size_t stride;
-    int cells;
-    double z_first, h;
-    // Sets the cells whose centres lie in the parts between two heights.
-    void fill(const std::vector<Interval>& parts, const Section& between, std::uint8_t phase) const {
-        for (const auto& part : parts) {
-            const double low = std::max(part.low, between.z0);
-            const double high = std::min(part.high, between.z1);
-            if (high <= low) continue;
-            const int from = static_cast<int>(std::clamp(std::ceil((low - z_first) / h), 0.0, static_cast<double>(cells)));
-            const int to = static_cast<int>(std::clamp(std::floor((high - z_first) / h), -1.0, cells - 1.0));
-            for (int k = from; k <= to; ++k) first[static_cast<std::size_t>(k) * stride] = phase;
-        }
+// Sets the cells of the column at (i, j) whose centres lie in the parts between two heights.
+void fill(std::vector<std::uint8_t>& phases, const Grid& grid, int i, int j, const std::vector<Interval>& parts, const Section& between,
+          std::uint8_t phase) {
+    const double h = grid.spacing_m[2], first = grid.origin_m[2] + 0.5 * h, cells = grid.whole_cells(2);
+    for (const auto& part : parts) {
+        const double low = std::max(part.low, between.z0), high = std::min(part.high, between.z1);
+        if (high <= low) continue;
+        const int from = static_cast<int>(std::clamp(std::ceil((low - first) / h), 0.0, cells)),
+                  to = static_cast<int>(std::clamp(std::floor((high - first) / h), -1.0, cells - 1.0));
+        grid.for_layers(from, to, [&](int k) { phases[grid.index(i, j, k)] = phase; });
     }
-};
+}
 
 }  // namespace
 
 void fill_phases(std::vector<std::uint8_t>& phase, const Grid& grid, const Solid& solid, const Container& container,
                  const Section& section) {
-    const auto stride = static_cast<std::size_t>(grid.cells[0]) * static_cast<std::size_t>(grid.cells[1]);
     constexpr double endless = std::numeric_limits<double>::infinity();
     const Interval everywhere{-endless, endless};
     const Section all{-endless, endless};
-    const double z_first = grid.centre(2, 0);
 #pragma omp parallel for schedule(dynamic, 4)
     for (int j = 0; j < grid.cells[1]; ++j) {
         std::vector<Interval> inside, parts;
         for (int i = 0; i < grid.cells[0]; ++i) {
-            const Column column{phase.data() + grid.index(i, j, 0), stride, grid.cells[2], z_first, grid.spacing_m[2]};
             const double x = grid.centre(0, i), y = grid.centre(1, j);
             container.vessel().column(x, y, inside);
             const bool whole = is_whole_line(inside);
-            column.fill({everywhere}, all, whole ? Phase::pore : Phase::outside);
-            if (!whole) column.fill(inside, all, Phase::pore);
+            fill(phase, grid, i, j, {everywhere}, all, whole ? Phase::pore : Phase::outside);
+            if (!whole) fill(phase, grid, i, j, inside, all, Phase::pore);
             if (inside.empty()) continue;
             solid.column(x, y, parts);
             if (!whole) intersect(parts, inside);
-            column.fill(parts, section, Phase::grain);
+            fill(phase, grid, i, j, parts, section, Phase::grain);
         }
     }
 }
 
-PhaseImage voxelise(const Solid& solid, const Container& container, const Section& section, const VoxelPlan& plan,
-                    std::optional<Section> kept) {
-    require_memory(plan.memory_bytes,
-                   fmt::format("the grid of {} x {} x {} voxels", plan.grid.cells[0], plan.grid.cells[1], plan.grid.cells[2]),
+PhaseImage voxelise(const Solid& solid, const Container& container, const Section& section, const Grid& grid, std::optional<Section> kept) {
+    require_memory(static_cast<double>(grid.size()),
+                   fmt::format("the grid of {} x {} x {} voxels", grid.cells[0], grid.cells[1], grid.cells[2]),
                    "choose a larger voxel size or a shorter section");
-    PhaseImage image{.grid = plan.grid, .phase = std::vector<std::uint8_t>(plan.grid.size()), .notes = {}};
+    PhaseImage image{.grid = grid, .phase = std::vector<std::uint8_t>(grid.size()), .notes = {}};
     image.notes["container"] = to_json(container).dump();
     image.notes["section"] = fmt::format("{:.17g},{:.17g}", section.z0, section.z1);
     image.notes["unit"] = "metre";

@@ -27,12 +27,13 @@ struct BeyondSection {
 [[nodiscard]] VoxelPlan plan_voxels(const vessels::Container& container, const packing::Section& section, double voxel_size_m,
                                     const BeyondSection& beyond, double grain_size_m, bool round_sides = false);
 
-/// Phase of every cell; solid beyond the planes of `kept` (default: the section) is left out. Notes: the container and the section.
+/// Phase of every cell of a grid or of a slab of it; solid beyond the planes of `kept` (default: the section) is left out. Notes: the
+/// container and the section.
 [[nodiscard]] geometry::PhaseImage voxelise(const geometry::Solid& solid, const vessels::Container& container,
-                                            const packing::Section& section, const VoxelPlan& plan,
+                                            const packing::Section& section, const geometry::Grid& grid,
                                             std::optional<packing::Section> kept = std::nullopt);
 
-/// Phases of the cells of any grid by their centres, where solid beyond the section's planes is left out.
+/// Phases of the cells of any grid or slab by their centres, where solid beyond the section's planes is left out.
 void fill_phases(std::vector<std::uint8_t>& phase, const geometry::Grid& grid, const geometry::Solid& solid,
                  const vessels::Container& container, const packing::Section& section);
 

@@ -9,7 +9,7 @@ WallFinder::WallFinder(const FlowWalls& walls, const Grid& grid, const Drive& dr
     : walls_(walls), drive_(drive), reach_(1.001 * std::ranges::max(grid.spacing_m)), probe_(walls.solid.probe()) {
     const auto axis = static_cast<std::size_t>(drive.axis);
     end_low_ = grid.origin_m[axis];
-    end_high_ = grid.origin_m[axis] + grid.cells[axis] * grid.spacing_m[axis];
+    end_high_ = grid.origin_m[axis] + grid.whole_cells(axis) * grid.spacing_m[axis];
 }
 
 void WallFinder::move_to(const Vec3& centre) {

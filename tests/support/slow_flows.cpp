@@ -159,7 +159,7 @@ struct Prepared {
         const std::optional<FlowWalls> walls = slow.space.walls();
         const Drive drive = choose_drive(slow.space.container, Axis::z);
         domain = build_domain(image, drive, &*walls);
-        section = flow_section(image, slow.space.container, slow.space.section, drive);
+        section = flow_section(image.grid, slow.space.container, slow.space.section, drive);
         scheme = scheme_of({.relaxation_time = slow.relaxation_time}, true, drive);
         flow = make_flow(slow.precision == Precision::single_precision ? Kernel::cpu_single : Kernel::cpu_double, domain, scheme);
     }

@@ -43,7 +43,7 @@ TEST(Axes, TheLStandsRightInEveryFile) {
     const Section whole{0.0, 0.04};
 
     const VoxelPlan plan = plan_voxels(packing.container, whole, 1e-3, {}, 0.006);
-    write_phase_image(folder.path() / "pore.vti", voxelise(grains, packing.container, whole, plan));
+    write_phase_image(folder.path() / "pore.vti", voxelise(grains, packing.container, whole, plan.grid));
     const PhaseImage image = scans::segmented(imaging::open_volume(folder.path() / "pore.vti"), {}, "pore.vti").image;
     extent_of(image.grid, image.phase).expect_l(1.1e-3);
 
@@ -82,7 +82,7 @@ TEST(Axes, TheLStandsRightInEveryFile) {
     }
 
     // The columns of the surface give the same voxels, except for those that its facets cross.
-    const PhaseImage from_stl = voxelise(SurfaceSolid(surface, packing.container), packing.container, whole, plan);
+    const PhaseImage from_stl = voxelise(SurfaceSolid(surface, packing.container), packing.container, whole, plan.grid);
     std::size_t different = 0, solid = 0;
     for (std::size_t cell = 0; cell < image.phase.size(); ++cell) {
         different += image.phase[cell] != from_stl.phase[cell] ? 1 : 0;

@@ -57,7 +57,7 @@ StokesRun run_of(const PoreSpace& space, double voxel_size_m, double tau, long m
     const Domain domain = build_domain(image, drive, &*walls);
     const Scheme scheme = scheme_of({.relaxation_time = tau}, true, drive);
     const auto flow = make_flow(Kernel::cpu_double, domain, scheme);
-    return run_to_steady(*flow, domain, scheme, flow_section(image, space.container, space.section, drive),
+    return run_to_steady(*flow, domain, scheme, flow_section(image.grid, space.container, space.section, drive),
                          {.max_steps = max_steps, .stop_when_growing = stop_when_growing});
 }
 

@@ -43,7 +43,7 @@ TEST(IterationError, TheEnergyRateIsTheRemainingChange) {
         const Scene bed(random_bed(kind > 0 ? "box:1,1,2" : "box:1,1,2:periodic", 12, 0.08), {0.0, 2.0}, 1.0 / 16);
         const Scheme scheme{.tau = 0.9, .force = {0, 0, 1e-3}};
         const FlowSection section =
-            flow_section(bed.image, bed.packing.container, {kind == 2 ? 0.5 : 0.0, kind == 2 ? 1.5 : 2.0}, bed.drive);
+            flow_section(bed.image.grid, bed.packing.container, {kind == 2 ? 0.5 : 0.0, kind == 2 ? 1.5 : 2.0}, bed.drive);
         const auto flow = make_flow(Kernel::cpu_double, bed.domain, scheme);
         const StokesRun run = run_to_steady(*flow, bed.domain, scheme, section, {.tolerance = 1e-9});
         ASSERT_TRUE(run.converged);
@@ -97,7 +97,7 @@ TEST(MassLeak, IsReportedAndItsDensityRemoved) {
     const Drive drive = choose_drive(space.container, Axis::z);
     const Domain domain = build_domain(image, drive, &walls);
     const Scheme scheme{.tau = 1.2, .force = {0, 0, 1e-3}};
-    const FlowSection section = flow_section(image, space.container, space.section, drive);
+    const FlowSection section = flow_section(image.grid, space.container, space.section, drive);
     const auto flow = make_flow(Kernel::cpu_double, domain, scheme);
     StokesRun run = run_to_steady(*flow, domain, scheme, section, {.tolerance = 1e-8});
     ASSERT_TRUE(run.converged);

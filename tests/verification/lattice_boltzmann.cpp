@@ -125,7 +125,7 @@ TEST(Kernels, AddedDensityLeavesTheVelocity) {
 TEST(Convergence, BalancedLayersSaveStepsInALongBed) {
     const Scene bed(random_bed("cylinder:1,5", 50, 0.08), {0.0, 5.0}, 1.0 / 12);
     const Scheme scheme{.tau = 1.2, .force = {0, 0, 1e-3}};
-    const FlowSection section = flow_section(bed.image, bed.packing.container, bed.section, bed.drive);
+    const FlowSection section = flow_section(bed.image.grid, bed.packing.container, bed.section, bed.drive);
     const auto solved = [&](bool balance, double tolerance) {
         const auto flow = make_flow(Kernel::cpu_double, bed.domain, scheme);
         return run_to_steady(*flow, bed.domain, scheme, section, {.tolerance = tolerance, .balance = balance});

@@ -1,8 +1,13 @@
 // Pores that are blocked, isolated, or wind.
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <random>
+#include <span>
 
+#include "core/communicator.hpp"
 #include "core/error.hpp"
+#include "pore_space/find_cuts.hpp"
 #include "pore_space/percolation.hpp"
 #include "pore_space/voxels.hpp"
 #include "support/basics.hpp"
@@ -61,6 +66,78 @@ TEST(Percolation, AChannelThatTurnsBackThroughAFaceDoesNotWind) {
                 EXPECT_THROW((void)find_percolating_cells(bar, drive), DoesNotPercolate);
         }
     }
+}
+
+// The percolating cells of a slab, in the numbers of the whole grid, with those beyond its faces.
+struct SlabCells {
+    std::vector<std::size_t> own, below, above;
+    std::int64_t isolated_cells = 0;
+};
+SlabCells percolating(const PhaseImage& whole, int first, int end, const Drive& drive, const Communicator& slabs) {
+    PhaseImage image{.grid = whole.grid.slab_of(first, end, drive.periodic[2]), .phase = {}, .notes = {}};
+    const std::size_t plane = whole.grid.index(0, 0, 1);
+    const auto of_layer = [&](int layer) { return static_cast<std::size_t>(layer) * plane; };
+    for (int k = 0; k < image.grid.cells[2]; ++k)
+        for (std::size_t cell = 0; cell < plane; ++cell) image.phase.push_back(whole.phase[of_layer(image.grid.layer(k)) + cell]);
+    const Percolation found = find_percolating_cells(image, drive, find_cuts(image, drive), slabs);
+    SlabCells cells{.isolated_cells = found.isolated_cells};
+    found.cells.for_each([&](std::size_t cell) { cells.own.push_back(of_layer(first) + cell); });
+    const int layers = whole.grid.cells[2];
+    if (found.beyond[0].has_grid())
+        found.beyond[0].for_each([&](std::size_t cell) { cells.below.push_back(of_layer((first + layers - 1) % layers) + cell); });
+    if (found.beyond[1].has_grid())
+        found.beyond[1].for_each([&](std::size_t cell) { cells.above.push_back(of_layer(end % layers) + cell); });
+    return cells;
+}
+
+// Near the threshold, where pieces wind through many slabs and round the box.
+TEST(Percolation, OfSlabsIsThatOfTheWholeGrid) {
+    std::mt19937 random(1);
+    std::uniform_real_distribution<double> unit(0.0, 1.0);
+    const auto up_to = [&](int end) { return static_cast<int>(unit(random) * end); };
+    int open = 0, closed = 0;
+    for (int trial = 0; trial < 600; ++trial) {
+        PhaseImage image{.grid = {.cells = {3 + up_to(6), 3 + up_to(6), 2 + up_to(8)}}, .phase = {}, .notes = {}};
+        const double share = 0.25 + 0.35 * unit(random);
+        for (std::size_t cell = 0; cell < image.grid.size(); ++cell)
+            image.phase.push_back(unit(random) < share ? Phase::pore : Phase::grain);
+        Drive drive{.axis = up_to(3), .periodic = {up_to(2) == 0, up_to(2) == 0, up_to(2) == 0}};
+        if (drive.axis != 2) drive.periodic[static_cast<std::size_t>(drive.axis)] = true;
+        std::vector<int> ends = {0};
+        while (ends.back() < image.grid.cells[2])
+            ends.push_back(std::min(image.grid.cells[2], ends.back() + 1 + up_to(image.grid.cells[2] - 1)));
+        const int slabs = static_cast<int>(ends.size()) - 1;
+        std::optional<SlabCells> whole;
+        try {
+            whole = percolating(image, 0, image.grid.cells[2], drive, no_communicator());
+            ++open;
+        } catch (const DoesNotPercolate&) {
+            ++closed;
+        }
+        if (slabs == 1) continue;
+        std::vector<SlabCells> parts(static_cast<std::size_t>(slabs));
+        const auto divide = [&] {
+            run_parts(slabs, [&](const Communicator& communicator) {
+                const auto part = static_cast<std::size_t>(communicator.part());
+                parts[part] = percolating(image, ends[part], ends[part + 1], drive, communicator);
+            });
+        };
+        if (!whole) {
+            EXPECT_THROW(divide(), DoesNotPercolate) << trial;
+            continue;
+        }
+        divide();
+        std::vector<std::size_t> all;
+        for (std::size_t part = 0; part < parts.size(); ++part) {
+            EXPECT_EQ(parts[part].isolated_cells, whole->isolated_cells) << trial;
+            all.insert(all.end(), parts[part].own.begin(), parts[part].own.end());
+            for (const std::vector<std::size_t>* beyond : {&parts[part].below, &parts[part].above})
+                EXPECT_TRUE(std::includes(whole->own.begin(), whole->own.end(), beyond->begin(), beyond->end())) << trial;
+        }
+        EXPECT_EQ(all, whole->own) << trial << ", slabs: " << slabs;
+    }
+    EXPECT_GT(open, 100);
+    EXPECT_GT(closed, 100);
 }
 
 }  // namespace

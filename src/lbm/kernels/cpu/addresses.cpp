@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <compare>
 #include <span>
 
 #include "core/parallel.hpp"
@@ -14,6 +15,48 @@ namespace porepack::lbm::cpu {
 namespace {
 
 using d3q19::opposite;
+
+// Nodes of other slabs begin with a chunk of their own.
+std::size_t stored(const Domain& domain, std::int64_t node) {
+    const auto here = static_cast<std::size_t>(node), own = domain.nodes();
+    return here < own ? here : chunks_for(own) * chunk_nodes + here - own;
+}
+
+// By the node of the lower or upper slab in whose slots they are, ascending, then by the direction from it: an order that both slabs know.
+std::array<SharedSlots, 2> find_shared(const Domain& domain) {
+    std::array<SharedSlots, 2> shared;
+    const Grid& grid = domain.grid;
+    for (const std::size_t side : {0U, 1U}) {
+        if (domain.beyond[side].empty() || domain.cells.empty()) continue;
+        const std::size_t plane = static_cast<std::size_t>(grid.cells[0]) * static_cast<std::size_t>(grid.cells[1]),
+                          first_cell = side == 0 ? 0 : grid.size() - plane;
+        const auto first = static_cast<std::size_t>(domain.cells.rank(first_cell)),
+                   end = side == 0 && grid.cells[2] > 1 ? static_cast<std::size_t>(domain.cells.rank(plane)) : domain.nodes();
+        const auto low = static_cast<std::int64_t>(domain.first_beyond(side)), high = low + domain.beyond[side].size();
+        struct Far {
+            std::int64_t node;
+            int q;  // from it
+            auto operator<=>(const Far&) const = default;
+        };
+        std::vector<Far> far;
+        Neighbours neighbours(domain);
+        std::vector<std::size_t> cells(end - first);
+        domain.cells.list(first, cells);
+        for (std::size_t node = first; node < end; ++node) {
+            const auto& near = neighbours.of(cells[node - first]);
+            for (int q = 1; q < d3q19::directions; ++q) {
+                const std::int64_t there = near[static_cast<std::size_t>(q)];
+                if (there < low || there >= high) continue;
+                shared[side].own.push_back(slot_of(static_cast<std::size_t>(opposite(q)), node));
+                far.push_back({there, opposite(q)});
+            }
+        }
+        std::sort(far.begin(), far.end());
+        for (const Far& one : far)
+            shared[side].beyond.push_back(slot_of(static_cast<std::size_t>(opposite(one.q)), stored(domain, one.node)));
+    }
+    return shared;
+}
 
 class Tracer {
 public:
@@ -29,7 +72,7 @@ public:
             const auto& near = neighbours_.of(cells[node - first]);
             for (std::size_t q = 1; q < d3q19::directions; ++q) {
                 const auto out = static_cast<std::size_t>(opposite(static_cast<int>(q)));
-                slots[q][node - first] = near[out] >= 0 ? slot_of(out, static_cast<std::size_t>(near[out])) : slot_of(q, node);
+                slots[q][node - first] = near[out] >= 0 ? slot_of(out, stored(domain_, near[out])) : slot_of(q, node);
             }
         }
         const auto by_node = [](const BoundaryLink& link, std::size_t node) { return link.node < node; };
@@ -92,10 +135,15 @@ void make_groups(std::span<const std::uint64_t> slots, std::size_t chunk, std::s
 }
 
 Addresses find_addresses(const Domain& domain) {
-    const std::size_t chunks = (domain.nodes() + chunk_nodes - 1) / chunk_nodes;
+    const std::size_t chunks = chunks_for(domain.nodes()),
+                      nodes_beyond = static_cast<std::size_t>(domain.beyond[0].size() + domain.beyond[1].size());
     constexpr std::size_t pairs = d3q19::directions - 1;
     constexpr std::size_t groups_per_chunk = chunk_nodes / group_nodes;
-    Addresses addresses{.slots = slot_of(0, chunks * chunk_nodes), .groups = {}, .singles = {}, .first_single = {0}};
+    Addresses addresses{.slots = slot_of(0, (chunks + chunks_for(nodes_beyond)) * chunk_nodes),
+                        .shared = find_shared(domain),
+                        .groups = {},
+                        .singles = {},
+                        .first_single = {0}};
     addresses.groups.resize(chunks * pairs * groups_per_chunk);
     constexpr std::size_t share = 256;
     struct Part {

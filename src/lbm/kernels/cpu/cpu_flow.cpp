@@ -2,7 +2,9 @@
 
 #include <algorithm>
 
+#include "core/communicator.hpp"
 #include "core/pages.hpp"
+#include "lbm/uses.hpp"
 
 namespace porepack::lbm::cpu {
 namespace {
@@ -24,8 +26,9 @@ class CpuPlan : public FlowPlan, public std::enable_shared_from_this<CpuPlan<Rea
 public:
     explicit CpuPlan(const Domain& domain)
         : kernel(kernel_of<Real>(chosen_instruction_set())),
+          slabs(*domain.slabs),
           nodes(domain.nodes()),
-          chunks((nodes + chunk_nodes - 1) / chunk_nodes),
+          chunks(chunks_for(nodes)),
           addresses(find_addresses(domain)),
           schedule(addresses, chunks),
           walls(domain) {
@@ -42,6 +45,7 @@ public:
     [[nodiscard]] std::unique_ptr<Flow> start(const Scheme& scheme) const override;
 
     const KernelFunctions<Real>& kernel;
+    const Communicator& slabs;
     const std::size_t nodes, chunks;
     const Addresses addresses;
     const Schedule schedule;
@@ -61,7 +65,14 @@ public:
         fill_data(scheme);
     }
 
-    void advance_two_steps() override { kernel_.two_steps(data_); }
+    void advance_two_steps() override {
+        const Schedule& schedule = plan_->schedule;
+        kernel_.two_steps(data_, 0, schedule.parts_alone);
+        if (plan_->slabs.parts() == 1) return;
+        exchange(&SharedSlots::own, &SharedSlots::beyond);
+        kernel_.two_steps(data_, schedule.parts_alone, schedule.parts.size());
+        exchange(&SharedSlots::beyond, &SharedSlots::own);
+    }
     void moments(std::size_t first, std::span<Moments> moments) const override {
         kernel_.moments(data_, first, moments.data(), moments.size());
     }
@@ -88,6 +99,23 @@ public:
     }
 
 private:
+    using Slots = std::vector<std::uint64_t> SharedSlots::*;
+    // Sends what the slots `from` hold to the slabs below and above, and puts what they send in the slots `to`.
+    void exchange(Slots from, Slots to) {
+        std::array<std::vector<Real>, 2> sent, received;
+        for (std::size_t side = 0; side < 2; ++side) {
+            const SharedSlots& shared = plan_->addresses.shared[side];
+            for (const std::uint64_t slot : shared.*from) sent[side].push_back(store_.data()[slot]);
+            received[side].resize((shared.*to).size());
+        }
+        plan_->slabs.exchange({bytes_of(sent[0]), bytes_of(sent[1])},
+                              {std::as_writable_bytes(std::span(received[0])), std::as_writable_bytes(std::span(received[1]))});
+        for (std::size_t side = 0; side < 2; ++side) {
+            const std::vector<std::uint64_t>& slots = plan_->addresses.shared[side].*to;
+            for (std::size_t s = 0; s < slots.size(); ++s) store_.data()[slots[s]] = received[side][s];
+        }
+    }
+
     void fill_data(const Scheme& scheme) {
         const WallRule rule = scheme.wall_rule();
         data_ = {.store = store_.data(),
@@ -104,7 +132,6 @@ private:
                  .first_boundary = plan_->first_boundary.data(),
                  .boundary = boundary_.data(),
                  .parts = plan_->schedule.parts.data(),
-                 .part_count = plan_->schedule.parts.size(),
                  .odd_order = plan_->schedule.odd_order.data(),
                  .interpolated = scheme.walls == Walls::interpolated,
                  .model = scheme.model,

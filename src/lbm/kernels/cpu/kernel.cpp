@@ -186,9 +186,9 @@ struct Sweep {
     // Both steps in one sweep: the odd step of a chunk follows when the even steps of all chunks that it accesses are done, while they
     // are still in a cache. Memory is then read and written once per two steps.
     template <Model model>
-    void two_steps() const {
+    void two_steps(std::size_t first_part, std::size_t end_part) const {
 #pragma omp parallel
-        for (std::size_t p = 0; p < data.part_count; ++p) {
+        for (std::size_t p = first_part; p < end_part; ++p) {
             const Schedule::Part& part = data.parts[p];
 #pragma omp for schedule(static) nowait
             for (std::size_t c = part.even; c < part.even_end; ++c) even_step<model>(c);
@@ -331,17 +331,17 @@ struct Sweep {
 };
 
 template <typename Real>
-void two_steps(const KernelData<Real>& data) {
+void two_steps(const KernelData<Real>& data, std::size_t first_part, std::size_t end_part) {
     const Sweep<Real> sweep{data};
     switch (data.model) {
         case Model::stokes:
-            return sweep.template two_steps<Model::stokes>();
+            return sweep.template two_steps<Model::stokes>(first_part, end_part);
         case Model::navier_stokes:
-            return sweep.template two_steps<Model::navier_stokes>();
+            return sweep.template two_steps<Model::navier_stokes>(first_part, end_part);
         case Model::regularised:
-            return sweep.template two_steps<Model::regularised>();
+            return sweep.template two_steps<Model::regularised>(first_part, end_part);
         case Model::recursive:
-            return sweep.template two_steps<Model::recursive>();
+            return sweep.template two_steps<Model::recursive>(first_part, end_part);
     }
 }
 

@@ -39,7 +39,6 @@ struct KernelData {
     const std::uint32_t* first_boundary;  ///< by chunk
     const BoundaryPlace<Real>* boundary;
     const Schedule::Part* parts;
-    std::size_t part_count;
     const std::uint32_t* odd_order;
     bool interpolated;
     Model model;
@@ -53,7 +52,8 @@ struct KernelData {
 /// The functions of one instruction set.
 template <typename Real>
 struct KernelFunctions {
-    void (*two_steps)(const KernelData<Real>& data);
+    /// These parts of the schedule.
+    void (*two_steps)(const KernelData<Real>& data, std::size_t first_part, std::size_t end_part);
     /// Moments of the nodes [first, first + count); `first` is a multiple of chunk_nodes.
     void (*moments)(const KernelData<Real>& data, std::size_t first, Moments* moments, std::size_t count);
     void (*set_moments)(const KernelData<Real>& data, std::size_t first, const Moments* moments, std::size_t count);

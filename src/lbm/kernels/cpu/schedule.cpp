@@ -11,7 +11,11 @@ namespace {
 
 constexpr std::size_t chunks_per_part = 128;
 
-// Part of the last chunk that the odd step of a chunk accesses.
+std::size_t parts_of(std::size_t chunks) {
+    return (chunks + chunks_per_part - 1) / chunks_per_part;
+}
+
+// Part of the last chunk that the odd step of a chunk accesses; the number of parts where that is a node of another slab.
 std::vector<std::uint32_t> last_parts(const Addresses& addresses, std::size_t chunks) {
     std::vector<std::uint32_t> last(chunks);
     const std::size_t groups = addresses.groups.size() / std::max<std::size_t>(1, chunks);
@@ -29,7 +33,8 @@ std::vector<std::uint32_t> last_parts(const Addresses& addresses, std::size_t ch
         }
         for (std::uint64_t s = addresses.first_single[c]; s < addresses.first_single[c + 1]; ++s)
             far = std::max<std::size_t>(far, addresses.singles[s] >> Addresses::place_bits);
-        last[c] = static_cast<std::uint32_t>(far / (d3q19::directions * chunk_nodes * chunks_per_part));
+        const std::size_t chunk = far / (d3q19::directions * chunk_nodes);
+        last[c] = static_cast<std::uint32_t>(chunk < chunks ? chunk / chunks_per_part : parts_of(chunks));
     }
     return last;
 }
@@ -41,7 +46,8 @@ Schedule::Schedule(const Addresses& addresses, std::size_t chunks) : odd_order(c
     std::iota(odd_order.begin(), odd_order.end(), 0U);
     std::stable_sort(odd_order.begin(), odd_order.end(), [&](std::uint32_t a, std::uint32_t b) { return last[a] < last[b]; });
     std::size_t odd = 0;
-    for (std::size_t t = 0; t <= (chunks + chunks_per_part - 1) / chunks_per_part; ++t) {
+    parts_alone = parts_of(chunks) + 1;
+    for (std::size_t t = 0; t <= parts_alone; ++t) {
         Part part{std::min(chunks, t * chunks_per_part), std::min(chunks, (t + 1) * chunks_per_part), odd, odd};
         while (part.odd_end < chunks && last[odd_order[part.odd_end]] < t) ++part.odd_end;
         odd = part.odd_end;

@@ -14,6 +14,7 @@ struct Schedule {
         std::size_t even, even_end, odd, odd_end;
     };
     std::vector<Part> parts;
+    std::size_t parts_alone = 0;  ///< the first of them: the others access nodes of other slabs
     std::vector<std::uint32_t> odd_order;
 
     Schedule(const Addresses& addresses, std::size_t chunks);

@@ -97,7 +97,7 @@ public:
           domain_(*kept_),
           scheme_(scheme),
           before_(domain_.nodes(), Populations{}),
-          after_(domain_.nodes(), Populations{}),
+          after_(domain_.first_beyond(1) + static_cast<std::size_t>(domain_.beyond[1].size()), Populations{}),
           stored_(domain_.walls.size(), 0.0) {
         const Domain& domain = domain_;
         for (std::size_t l = 0; l < domain.walls.size(); ++l)
@@ -111,6 +111,7 @@ public:
         for (int step = 0; step < 2; ++step) {
             for (std::size_t x = 0; x < domain_.nodes(); ++x) after_[x] = collide(before_[x], scheme_);
             meet_walls();
+            exchange();
             arrive();
         }
     }
@@ -175,16 +176,31 @@ private:
         }
     }
 
+    // The nodes of the first and last layer go to the slabs below and above.
+    void exchange() {
+        if (domain_.slabs->parts() == 1) return;
+        const Grid& grid = domain_.grid;
+        const auto rank = [&](int layer) {
+            return layer < grid.cells[2] ? static_cast<std::size_t>(domain_.cells.rank(grid.index(0, 0, layer))) : domain_.nodes();
+        };
+        const auto sent = [&](std::size_t side, std::size_t first, std::size_t end) {
+            return std::as_bytes(std::span(after_).subspan(first, domain_.beyond[side].has_grid() ? end - first : 0));
+        };
+        const auto received = [&](std::size_t side) {
+            return std::as_writable_bytes(
+                std::span(after_).subspan(domain_.first_beyond(side), static_cast<std::size_t>(domain_.beyond[side].size())));
+        };
+        domain_.slabs->exchange({sent(0, 0, rank(1)), sent(1, rank(grid.cells[2] - 1), domain_.nodes())}, {received(0), received(1)});
+    }
+
     void arrive() {
         std::size_t x = 0;
         domain_.cells.for_each([&](std::size_t cell) {
             const auto here = domain_.grid.place(cell);
             for (int q = 0; q < directions; ++q) {
-                auto from = here;
-                if (domain_.cuts.closed(cell, c[static_cast<std::size_t>(opposite(q))])) continue;
-                if (!step_in_grid(domain_.grid, domain_.drive, from, c[static_cast<std::size_t>(opposite(q))])) continue;
-                const auto other = domain_.node_at(from);
-                if (other >= 0)
+                const auto& back = c[static_cast<std::size_t>(opposite(q))];
+                if (domain_.cuts.closed(cell, back)) continue;
+                if (const auto other = domain_.node_beside(here, back); other >= 0)
                     before_[x][static_cast<std::size_t>(q)] = after_[static_cast<std::size_t>(other)][static_cast<std::size_t>(q)];
             }
             ++x;

@@ -1,0 +1,131 @@
+#include "core/communicator.hpp"
+
+#include <algorithm>
+#include <condition_variable>
+#include <exception>
+#include <mutex>
+#include <stdexcept>
+#include <thread>
+
+#include "core/context.hpp"
+#include "core/error.hpp"
+
+namespace porepack::core {
+namespace {
+
+class Alone : public Communicator {
+public:
+    [[nodiscard]] int parts() const override { return 1; }
+    [[nodiscard]] int part() const override { return 0; }
+    void exchange(const std::array<std::span<const std::byte>, 2>&, const std::array<std::span<std::byte>, 2>&) const override {}
+    [[nodiscard]] std::vector<Bytes> gather(std::span<const std::byte> mine) const override { return {Bytes(mine.begin(), mine.end())}; }
+    void in_turn(std::span<double>, const std::function<void()>& add) const override { add(); }
+};
+
+// What the threads of one run share.
+class Room {
+public:
+    explicit Room(int parts) : sent(static_cast<std::size_t>(parts)), parts_(sent.size()) {}
+
+    // Returns when all parts have come.
+    void meet() {
+        std::unique_lock lock(mutex_);
+        const long round = round_;
+        if (++waiting_ == parts_) {
+            waiting_ = 0;
+            ++round_;
+            changed_.notify_all();
+        }
+        changed_.wait(lock, [&] { return round_ != round || fault_; });
+        if (round_ == round) throw MachineError("another part of the computation failed");
+    }
+    void fail(const std::exception_ptr& fault) {
+        const std::scoped_lock lock(mutex_);
+        if (!fault_) fault_ = fault;
+        changed_.notify_all();
+    }
+    [[nodiscard]] std::exception_ptr fault() const { return fault_; }
+    [[nodiscard]] std::size_t parts() const { return parts_; }
+
+    std::vector<std::array<std::span<const std::byte>, 2>> sent;  // by part; read between two meetings
+    std::vector<double> numbers;
+
+private:
+    std::size_t parts_, waiting_ = 0;
+    long round_ = 0;
+    std::exception_ptr fault_;
+    std::mutex mutex_;
+    std::condition_variable changed_;
+};
+
+class Thread : public Communicator {
+public:
+    Thread(Room& room, int part) : room_(room), part_(static_cast<std::size_t>(part)) {}
+    [[nodiscard]] int parts() const override { return static_cast<int>(room_.parts()); }
+    [[nodiscard]] int part() const override { return static_cast<int>(part_); }
+
+    void exchange(const std::array<std::span<const std::byte>, 2>& to, const std::array<std::span<std::byte>, 2>& from) const override {
+        room_.sent[part_] = to;
+        room_.meet();
+        const std::size_t n = room_.parts();
+        receive(room_.sent[(part_ + n - 1) % n][1], from[0]);
+        receive(room_.sent[(part_ + 1) % n][0], from[1]);
+        room_.meet();
+    }
+    [[nodiscard]] std::vector<Bytes> gather(std::span<const std::byte> mine) const override {
+        room_.sent[part_][0] = mine;
+        room_.meet();
+        std::vector<Bytes> all;
+        for (const auto& sent : room_.sent) all.emplace_back(sent[0].begin(), sent[0].end());
+        room_.meet();
+        return all;
+    }
+    void in_turn(std::span<double> numbers, const std::function<void()>& add) const override {
+        const auto copy = [](std::span<const double> from, std::span<double> to) { std::copy(from.begin(), from.end(), to.begin()); };
+        for (std::size_t turn = 0; turn < room_.parts(); ++turn) {
+            if (turn == part_) {
+                if (turn > 0) copy(room_.numbers, numbers);
+                add();
+                room_.numbers.assign(numbers.begin(), numbers.end());
+            }
+            room_.meet();
+        }
+        copy(room_.numbers, numbers);
+        room_.meet();
+    }
+
+private:
+    static void receive(std::span<const std::byte> sent, std::span<std::byte> here) {
+        if (sent.size() != here.size()) throw std::logic_error("two parts expect messages of different lengths");
+        std::copy(sent.begin(), sent.end(), here.begin());
+    }
+    Room& room_;
+    std::size_t part_;
+};
+
+}  // namespace
+
+const Communicator& no_communicator() {
+    static const Alone alone;
+    return alone;
+}
+
+void run_parts(int parts, const std::function<void(const Communicator&)>& work) {
+    Room room(parts);
+    const Context& run = context();
+    {
+        std::vector<std::jthread> threads;
+        for (int part = 0; part < parts; ++part)
+            threads.emplace_back([&room, &run, &work, part] {
+                const ContextScope here(run);
+                try {
+                    work(Thread(room, part));
+                } catch (...) {
+                    room.fail(std::current_exception());
+                }
+            });
+    }
+    if (room.fault()) std::rethrow_exception(room.fault());
+}
+
+}  // namespace porepack::core
