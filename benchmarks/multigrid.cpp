@@ -146,7 +146,7 @@ std::vector<Point> run(const Level& fine, const Level& coarse, const FlowField& 
         if (variant.fine_steps > 0) before.assign(populations(*flow).begin(), populations(*flow).end());
         flow->advance_two_steps();
         work += static_cast<double>(apart);
-        const Layers layers = measure_layers(*flow, fine.domain);
+        const Layers layers = flow->layers(fine.domain);
         points.push_back({work, permeability_lu(layers, fine, scheme)});
         if (!std::isfinite(points.back().permeability_lu)) break;
         if (variant.fine_steps > 0) {
@@ -155,7 +155,7 @@ std::vector<Point> run(const Level& fine, const Level& coarse, const FlowField& 
         }
         balance.correct(*flow, layers, points.back().permeability_lu, apart, state);
         // What the coarse grid has added to the layers is no gain of mass by the steps.
-        if (variant.fine_steps > 0) state.density = measure_layers(*flow, fine.domain).density;
+        if (variant.fine_steps > 0) state.density = flow->layers(fine.domain).density;
     }
     return points;
 }

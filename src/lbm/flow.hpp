@@ -9,6 +9,7 @@
 
 #include "lbm/domain.hpp"
 #include "lbm/scheme.hpp"
+#include "lbm/stokes_run.hpp"
 
 namespace porepack::lbm {
 
@@ -18,6 +19,14 @@ struct Moments {
     std::array<double, 3> velocity;
 };
 
+/// Sums over the nodes of a flow: of all nodes, or of those in some layers normal to the flow. Lattice units.
+struct FlowSums {
+    std::array<double, 3> velocity{};                             ///< of all nodes
+    double density = 0.0;                                         ///< deviation, of all nodes
+    double fastest = 0.0;                                         ///< largest speed of all nodes; NaN if one is
+    double speed = 0.0, along = 0.0, squares = 0.0, nodes = 0.0;  ///< of the layers: speed, velocity along the flow, square of the speed
+};
+
 /// Populations are deviations from rest. A body force drives the flow; with constant pressure on end planes it is the
 /// constant part of the pressure gradient, and the density here is the remainder, zero on both planes.
 class Flow {
@@ -25,6 +34,16 @@ public:
     virtual ~Flow() = default;
     /// Two collisions and streamings of all nodes.
     virtual void advance_two_steps() = 0;
+
+    /// What solvers ask of a flow. Here it is computed from moments(), wall_forces() and add_density(), in the order of ordered_sums.hpp; a
+    /// flow whose populations are elsewhere has its own way. The domain is that of the flow; sums are of all slabs.
+    [[nodiscard]] virtual Layers layers(const Domain& domain) const;
+    [[nodiscard]] virtual FlowSums sums(const Domain& domain, int first_layer, int last_layer) const;
+    /// Force on the walls by momentum exchange.
+    [[nodiscard]] virtual std::array<double, 3> drag(const Domain& domain) const;
+    /// Adds to the density of all nodes in each layer normal to the flow; velocities and stresses stay.
+    virtual void add_to_layers(const Domain& domain, std::span<const double> added);
+
     /// Moments of the nodes [first, first + moments.size()): a whole number of chunks, or up to the last node.
     virtual void moments(std::size_t first, std::span<Moments> moments) const = 0;
     /// Force of each node on the walls by momentum exchange, lattice units; nodes as in `moments`.

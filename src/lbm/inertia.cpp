@@ -10,7 +10,6 @@
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "lbm/mean_flow.hpp"
-#include "lbm/ordered_sums.hpp"
 #include "lbm/sequence.hpp"
 #include "lbm/uses.hpp"
 #include "pore_space/percolation.hpp"
@@ -59,6 +58,12 @@ public:
         }
         flow_->set_boundary_links(added_);
     }
+    [[nodiscard]] Layers layers(const Domain& domain) const override { return flow_->layers(domain); }
+    [[nodiscard]] FlowSums sums(const Domain& domain, int first_layer, int last_layer) const override {
+        return flow_->sums(domain, first_layer, last_layer);
+    }
+    [[nodiscard]] std::array<double, 3> drag(const Domain& domain) const override { return flow_->drag(domain); }
+    void add_to_layers(const Domain& domain, std::span<const double> added) override { flow_->add_to_layers(domain, added); }
     void moments(std::size_t first, std::span<Moments> moments) const override { flow_->moments(first, moments); }
     void wall_forces(std::size_t first, std::span<std::array<double, 3>> forces) const override { flow_->wall_forces(first, forces); }
     void set_moments(std::size_t first, std::span<const Moments> moments) override { flow_->set_moments(first, moments); }
@@ -113,7 +118,7 @@ public:
         // Drag of walls and grains per volume: of the deviation from the mean gradient, and the buoyancy of that gradient.
         // All of it belongs to the section, because free water has almost no resistance.
         const double layers = image_.grid.cells[2], volume = section_.area_cells * layers;
-        gradient_ = force + (drag_of(*flow, domain_)[2] - force * static_cast<double>(domain_.nodes())) / volume;
+        gradient_ = force + (flow->drag(domain_)[2] - force * static_cast<double>(domain_.nodes())) / volume;
         const double evaluated = section_.last_layer - section_.first_layer + 1;
         resistance_ = gradient_ * layers / evaluated;
         if (in_situ_) {

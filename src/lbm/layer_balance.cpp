@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/median.hpp"
+#include "lbm/layers.hpp"
 
 namespace porepack::lbm {
 namespace {
@@ -62,7 +63,7 @@ void LayerBalance::begin(Flow& flow) const {
         added[l] = plane + 0.5 * step;
         plane += step;
     }
-    add(flow, added);
+    flow.add_to_layers(domain_, added);
 }
 
 void LayerBalance::correct(Flow& flow, const Layers& layers, double permeability_lu, long steps, BalanceState& state) const {
@@ -90,7 +91,7 @@ void LayerBalance::correct(Flow& flow, const Layers& layers, double permeability
             added[l] -= mean;
         }
     }
-    if (closed_ || balance_) add(flow, added);
+    if (closed_ || balance_) flow.add_to_layers(domain_, added);
 }
 
 // Density to be added to each layer. `unsteady`: of the layers of the bed.
@@ -139,19 +140,6 @@ void LayerBalance::smooth(std::vector<double>& flow) const {
             flow[l] = 0.25 * last + 0.5 * here + 0.25 * next;
             last = here;
         }
-    }
-}
-
-void LayerBalance::add(Flow& flow, const std::vector<double>& added) const {
-#pragma omp parallel for schedule(static)
-    for (std::size_t first = 0; first < domain_.nodes(); first += Flow::chunk) {
-        std::array<double, Flow::chunk> of_nodes;
-        std::array<std::size_t, Flow::chunk> cells;
-        LayerFinder layer_of(domain_);
-        const std::size_t count = std::min(Flow::chunk, domain_.nodes() - first);
-        domain_.cells.list(first, std::span(cells).first(count));
-        for (std::size_t i = 0; i < count; ++i) of_nodes[i] = added[layer_of.of(cells[i])];
-        flow.add_density(first, std::span(of_nodes).first(count));
     }
 }
 

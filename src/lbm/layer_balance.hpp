@@ -1,7 +1,7 @@
 // Corrections of the pressure during the iteration that leave the steady state as it is.
 #pragma once
 
-#include "lbm/layers.hpp"
+#include "lbm/flow.hpp"
 
 namespace porepack::lbm {
 
@@ -25,7 +25,6 @@ private:
     [[nodiscard]] std::vector<double> pressure_steps(const Layers& layers, const std::vector<double>& unsteady, double share) const;
     [[nodiscard]] std::vector<double> unsteady_flow(const Layers& layers, const std::vector<double>& before, long steps) const;
     void smooth(std::vector<double>& flow) const;
-    void add(Flow& flow, const std::vector<double>& added) const;
 
     const Domain& domain_;
     double viscosity_, force_, area_cells_;

@@ -1,32 +1,13 @@
-// Sums over the layers of cells normal to the flow: what k, its iteration error and the balance of the layers are computed from.
+// Pressure on planes through a flow, from the sums over its layers (Flow::layers).
 #pragma once
 
 #include <vector>
 
-#include "lbm/flow.hpp"
 #include "lbm/stokes_run.hpp"
+#include "pore_space/drive.hpp"
 
 namespace porepack::lbm {
 
-/// The layer of a cell, normal to the flow; fast for cells in ascending order. For one thread.
-class LayerFinder {
-public:
-    explicit LayerFinder(const Domain& domain) : domain_(domain), along_z_(domain.drive.axis == 2) {}
-    [[nodiscard]] std::size_t of(std::size_t cell) {
-        if (along_z_ && cell - first_cell_ < cells_) return layer_;
-        layer_ = domain_.layer_of_cell(cell);
-        cells_ = static_cast<std::size_t>(domain_.grid.cells[0]) * static_cast<std::size_t>(domain_.grid.cells[1]);
-        first_cell_ = cell / cells_ * cells_;
-        return layer_;
-    }
-
-private:
-    const Domain& domain_;
-    bool along_z_;
-    std::size_t layer_ = 0, first_cell_ = 0, cells_ = 0;
-};
-
-[[nodiscard]] Layers measure_layers(const Flow& flow, const Domain& domain);
 /// Mean over all nodes, from the number of nodes and the mean of each layer.
 [[nodiscard]] double mean_density(const std::vector<double>& nodes, const std::vector<double>& density);
 

@@ -9,7 +9,6 @@
 
 #include "core/interrupt.hpp"
 #include "core/log.hpp"
-#include "lbm/ordered_sums.hpp"
 #include "lbm/solver.hpp"
 #include "lbm/uses.hpp"
 
@@ -64,44 +63,6 @@ double students_t(double freedom) {
                    freedom;
 }
 
-// What a sample takes from the flow.
-struct Sample {
-    double along = 0.0, lateral[2] = {0.0, 0.0}, squares = 0.0, density = 0.0, fastest = 0.0;
-};
-Sample sample_of(const Flow& flow, const Domain& domain) {
-    struct Sums {
-        std::size_t axis;
-        std::array<double, 6> sums{};  // of the velocity along the flow and in two directions normal to it, its square, and the density;
-                                       // and the largest square
-        void clear() { sums = {}; }
-        void add(const Sums& other) {
-            for (std::size_t s = 0; s < 5; ++s) sums[s] += other.sums[s];
-            keep_largest(other.sums[5]);
-        }
-        void visit(std::size_t, const Moments& here) {
-            const auto& u = here.velocity;
-            const double square = u[0] * u[0] + u[1] * u[1] + u[2] * u[2];
-            for (std::size_t a = 0; a < 3; ++a) sums[a] += u[(axis + a) % 3];
-            sums[3] += square;
-            sums[4] += here.density;
-            keep_largest(square);
-        }
-        void keep_largest(double square) { sums[5] = square > sums[5] || std::isnan(square) ? square : sums[5]; }
-        [[nodiscard]] std::span<double> numbers() { return sums; }
-    };
-    const auto [along, side, other_side, squares, density, largest] =
-        sum_moments(flow, domain, Sums{static_cast<std::size_t>(domain.drive.axis)}).sums;
-    return {.along = along, .lateral = {side, other_side}, .squares = squares, .density = density, .fastest = std::sqrt(largest)};
-}
-
-void add_everywhere(Flow& flow, const Domain& domain, double density) {
-    std::array<double, Flow::chunk> added;
-    added.fill(density);
-#pragma omp parallel for schedule(static)
-    for (std::size_t first = 0; first < domain.nodes(); first += Flow::chunk)
-        flow.add_density(first, std::span(added).first(std::min(Flow::chunk, domain.nodes() - first)));
-}
-
 bool is_steady(std::span<const double> samples, double change) {
     const auto window = static_cast<std::size_t>(10.0 * samples_per_turnover);
     if (samples.size() < window) return false;
@@ -116,11 +77,11 @@ public:
     Record(const MeanFlowCriterion& criterion, double per_turnover)
         : criterion_(criterion), per_turnover_(per_turnover), next_look_(criterion.min_turnovers) {}
 
-    void add(const Sample& sample, double velocity, double nodes) {
+    void add(const FlowSums& sample, std::size_t axis, double velocity) {
         fastest_ = std::max(fastest_, sample.fastest);
         velocity_.push_back(velocity);
-        energy_.push_back(sample.squares * nodes / (sample.along * sample.along));
-        lateral_.push_back(std::hypot(sample.lateral[0], sample.lateral[1]) / sample.along);
+        energy_.push_back(sample.squares * sample.nodes / (sample.along * sample.along));
+        lateral_.push_back(std::hypot(sample.velocity[(axis + 1) % 3], sample.velocity[(axis + 2) % 3]) / sample.along);
         steady_ = turnovers() > turnovers_of_start && is_steady(velocity_, criterion_.steady_change);
         if (steady_ || turnovers() >= std::min(next_look_, criterion_.max_turnovers)) {
             series_ = mean_of_series(velocity_);
@@ -191,19 +152,22 @@ SeriesMean mean_of_series(std::span<const double> samples) {
 MeanFlow average_in_time(Flow& flow, const Domain& domain, double area_cells, const MeanFlowCriterion& criterion) {
     const long apart = std::max(2L, 2 * std::lround(0.5 * criterion.turnover_steps / samples_per_turnover));
     const auto layers = static_cast<double>(domain.layers());
-    const auto nodes = static_cast<double>(domain.all_nodes);
+    const double all_nodes = static_cast<double>(domain.all_nodes);
+    const auto axis = static_cast<std::size_t>(domain.drive.axis);
+    std::vector<double> added(domain.layers());
     const Stopwatch watch;
     Progress line("lattice Boltzmann, mean in time");
     Record record(criterion, criterion.turnover_steps / static_cast<double>(apart));
     while (!record.ended()) {
         for (long step = 0; step < apart && !interrupted(); step += 2) flow.advance_two_steps();
         check_interrupt();
-        const Sample sample = sample_of(flow, domain);
+        const FlowSums sample = flow.sums(domain, 0, static_cast<int>(domain.layers()) - 1);
         if (!(sample.fastest < fastest_possible_lu))  // NaN too
             throw FlowDiverged(fmt::format("the flow diverged within {} steps", apart * (record.samples() + 1)),
                                {.fix = "use smaller voxels, or a more stable collision"});
-        add_everywhere(flow, domain, -sample.density / nodes);
-        record.add(sample, sample.along / (area_cells * layers), nodes);
+        std::fill(added.begin(), added.end(), -sample.density / all_nodes);
+        flow.add_to_layers(domain, added);
+        record.add(sample, axis, sample.along / (area_cells * layers));
         line.update(std::min(0.99, record.turnovers() / record.turnovers_needed()),
                     fmt::format("turnover {:.1f}, velocity {:.4g}", record.turnovers(), record.last()));
     }

@@ -77,7 +77,4 @@ template <typename Sums>
     });
 }
 
-/// Force on the walls by momentum exchange, lattice units.
-[[nodiscard]] std::array<double, 3> drag_of(const Flow& flow, const Domain& domain);
-
 }  // namespace porepack::lbm

@@ -10,7 +10,6 @@
 #include "core/interrupt.hpp"
 #include "core/log.hpp"
 #include "lbm/layer_balance.hpp"
-#include "lbm/ordered_sums.hpp"
 #include "lbm/uses.hpp"
 
 namespace porepack::lbm {
@@ -18,31 +17,10 @@ namespace {
 
 // Hydraulic tortuosity and kinetic energy of the section, and the sum of all velocities.
 void measure_velocities(const Flow& flow, const Domain& domain, const FlowSection& section, StokesRun& run) {
-    struct Sums {
-        const Domain& domain;
-        const FlowSection& section;
-        std::array<double, 7> sums{};  // of speed, velocity along the flow, square of the speed, nodes; of the velocity of all nodes
-        void visit(std::size_t cell, const Moments& here) {
-            const auto& u = here.velocity;
-            for (std::size_t a = 0; a < 3; ++a) sums[4 + a] += u[a];
-            const auto layer = static_cast<int>(domain.layer_of_cell(cell));
-            if (layer < section.first_layer || layer > section.last_layer) return;
-            const double square = u[0] * u[0] + u[1] * u[1] + u[2] * u[2];
-            sums[0] += std::sqrt(square);
-            sums[1] += u[static_cast<std::size_t>(domain.drive.axis)];
-            sums[2] += square;
-            sums[3] += 1.0;
-        }
-        void add(const Sums& other) {
-            for (std::size_t s = 0; s < sums.size(); ++s) sums[s] += other.sums[s];
-        }
-        void clear() { sums = {}; }
-        [[nodiscard]] std::span<double> numbers() { return sums; }
-    };
-    const auto [speed, along, squares, nodes, x, y, z] = sum_moments(flow, domain, Sums{domain, section}).sums;
-    run.velocity_sum_lu = {x, y, z};
-    run.hydraulic_tortuosity = speed / along;
-    run.kinetic_energy_factor = squares * nodes / (along * along);
+    const FlowSums sums = flow.sums(domain, section.first_layer, section.last_layer);
+    run.velocity_sum_lu = sums.velocity;
+    run.hydraulic_tortuosity = sums.speed / sums.along;
+    run.kinetic_energy_factor = sums.squares * sums.nodes / (sums.along * sums.along);
 }
 
 // k and everything else that a check computes, from the layers now and `apart` steps before.
@@ -106,19 +84,19 @@ StokesRun run_to_steady(Flow& flow, const Domain& domain, const Scheme& scheme, 
     };
     const double force = scheme.force[static_cast<std::size_t>(domain.drive.axis)];
     const LayerBalance balance(domain, scheme, section.area_cells, criterion.balance);
-    if (run.steps == 0 && is_at_rest(measure_layers(flow, domain))) balance.begin(flow);
+    if (run.steps == 0 && is_at_rest(flow.layers(domain))) balance.begin(flow);
     constexpr long apart = 2;  // steps between the two states of a check
     double momentum_bound = 0.0;
     run.converged = is_steady(run.history, criterion.tolerance);
     while (run.steps < criterion.max_steps && !run.converged && watch.seconds() < criterion.max_seconds) {
         const long until = std::min((run.steps / steps_per_check + 1) * steps_per_check, criterion.max_steps + criterion.max_steps % 2);
         for (; run.steps < until - apart && !interrupted(); run.steps += 2) flow.advance_two_steps();
-        const Layers before = measure_layers(flow, domain);
+        const Layers before = flow.layers(domain);
         for (; run.steps < until && !interrupted(); run.steps += 2) flow.advance_two_steps();
         run.seconds = seconds_before + watch.seconds();
         if (run.steps < until && criterion.checkpoint) criterion.checkpoint(run);
         check_interrupt();
-        run.layers = measure_layers(flow, domain);
+        run.layers = flow.layers(domain);
         const double sum = std::accumulate(run.layers.flow.begin(), run.layers.flow.end(), 0.0);
         // The force cannot produce more momentum than this; a flow with more is an artefact of the scheme.
         const double gain = force * static_cast<double>(steps_per_check) * static_cast<double>(domain.all_nodes);

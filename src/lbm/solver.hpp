@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "core/error.hpp"
+#include "lbm/flow.hpp"
 #include "lbm/iteration_error.hpp"
 #include "lbm/stokes_run.hpp"
 

@@ -108,7 +108,7 @@ TEST(MassLeak, IsReportedAndItsDensityRemoved) {
     // The same flow with a density that has drifted for many steps.
     flow->add_density(0, std::vector<double>(domain.nodes(), drop));
     for (int i = 0; i < 10; ++i) flow->advance_two_steps();
-    const Layers layers = measure_layers(*flow, domain);
+    const Layers layers = flow->layers(domain);
     for (std::size_t l = 0; l < layers.flow.size(); ++l) EXPECT_NEAR(layers.flow[l] / run.layers.flow[l], 1.0, 1e-6);
 }
 

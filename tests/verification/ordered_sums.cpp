@@ -2,7 +2,6 @@
 #include <omp.h>
 
 #include "lbm/layers.hpp"
-#include "lbm/ordered_sums.hpp"
 #include "support/arrays.hpp"
 #include "support/helpers.hpp"
 
@@ -27,15 +26,15 @@ TEST(Sums, AreTheSameOnAnyNumberOfThreads) {
         std::array<double, 3> drag{};
         for (const int threads : {1, 2, 3, 5}) {
             omp_set_num_threads(threads);
-            const Layers layers = measure_layers(*flow, bed.domain);
+            const Layers layers = flow->layers(bed.domain);
             if (!alone) {
                 alone = layers;
-                drag = drag_of(*flow, bed.domain);
+                drag = flow->drag(bed.domain);
             }
             EXPECT_EQ(layers.flow, alone->flow) << axis << ' ' << threads;
             EXPECT_EQ(layers.power, alone->power) << axis << ' ' << threads;
             EXPECT_EQ(layers.density, alone->density) << axis << ' ' << threads;
-            EXPECT_EQ(drag_of(*flow, bed.domain), drag) << axis << ' ' << threads;
+            EXPECT_EQ(flow->drag(bed.domain), drag) << axis << ' ' << threads;
         }
         // Against one sum over all nodes: the number of nodes exactly, the flow to rounding.
         std::vector<Moments> all(bed.domain.nodes());

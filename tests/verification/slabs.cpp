@@ -4,7 +4,6 @@
 #include "core/communicator.hpp"
 #include "lbm/kernels/cpu/addresses.hpp"
 #include "lbm/layers.hpp"
-#include "lbm/ordered_sums.hpp"
 #include "lbm/sequence.hpp"
 #include "lbm/solver.hpp"
 #include "pore_space/pore_space.hpp"
@@ -93,7 +92,7 @@ Solution solve(const DividedScene& scene, const Grid& grid, Kernel kernel, const
                       .isolated_cells = domain.isolated_cells,
                       .all_nodes = domain.all_nodes,
                       .run = run_to_steady(*flow, domain, scheme, scene.section, criterion)};
-    solution.drag = drag_of(*flow, domain);
+    solution.drag = flow->drag(domain);
 
     std::size_t below = 0, cells_below = 0;  // nodes, cells
     const std::array<std::size_t, 1> own = {domain.nodes()};

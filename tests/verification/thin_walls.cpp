@@ -146,8 +146,8 @@ TEST(ThinWalls, AllLinksThatGrainsCrossAreFound) {
             const Packing packing = random_bed(container, 20, radius);
             const Grains grains(packing);
             const PoreSpace space = pore_space_of(packing).with_section(section);
-            const PhaseImage image =
-                voxelise(grains, packing.container, section, plan_voxels(packing.container, section, 0.05, {}, 1.0).grid, space.kept_solid());
+            const PhaseImage image = voxelise(grains, packing.container, section,
+                                              plan_voxels(packing.container, section, 0.05, {}, 1.0).grid, space.kept_solid());
             const Drive drive{.axis = 2, .periodic = packing.container.periodic()};
             const LinkCuts cuts = find_cuts(image, *space.walls(), drive);
             const std::int64_t expected = closed_links(image, drive, grains);
