@@ -45,7 +45,7 @@ struct Profiles {
     }
     void add(const Container& container, const Section& section, const Vec3& place, const Vec3& velocity, double volume) {
         const Vec3 low = container.low(), high = container.high();
-        const double z = (place.z() - section.z0) / section.length();
+        const double z = (place.z() - section.z0_m) / section.length();
         const double side = std::max(std::abs((place.x() - low.x()) / (high.x() - low.x()) - 0.5),
                                      std::abs((place.y() - low.y()) / (high.y() - low.y()) - 0.5));
         const double r = container.tube_diameter() ? place.head<2>().norm() / (0.5 * *container.tube_diameter()) : 2.0 * side;

@@ -48,7 +48,7 @@ Errors errors_of(const Scene& scene, const Packing& fitted, const std::vector<st
     std::vector<bool> used(found.size(), false);
     double centres = 0.0, ends = 0.0, stated = 0.0, stated_centres = 0.0, cut_ends = 0.0;
     for (Body body : scene.packing.bodies) {
-        body.position_m.z() -= scene.part.z0;
+        body.position_m.z() -= scene.part.z0_m;
         const auto exact = world_capsules(scene.packing, body);
         shapes::Bounds bounds;
         for (const auto& capsule : exact) add(bounds, capsule);
@@ -158,7 +158,7 @@ Json fit_benchmark(bool quick, const Path& given) {
             {"section_m", json_of(found.section_m)},
             {"porosity", porosity(Grains(fitted), fitted.container, inner).value},
             {"porosity_exact",
-             porosity(Grains(scene.packing), scene.packing.container, {scene.part.z0 + inner.z0, scene.part.z0 + inner.z1}).value},
+             porosity(Grains(scene.packing), scene.packing.container, {scene.part.z0_m + inner.z0_m, scene.part.z0_m + inner.z1_m}).value},
             {"diameter_error_m", *fitted.container.tube_diameter() - *scene.packing.container.tube_diameter()},
             {"sizes", json_of(found.sizes)},
             {"residual", found.residual},

@@ -109,7 +109,7 @@ Json segment_benchmark(bool quick, const Path& given) {
             grid.origin_m[a] = labels.header.origin_m[a];
             grid.spacing_m[a] = labels.header.spacing_m[a];
         }
-        const Scores scores = scores_of(grains, packing.bodies.size(), grid, label, scene.part.z0);
+        const Scores scores = scores_of(grains, packing.bodies.size(), grid, label, scene.part.z0_m);
         Json row = {{"packing", scene.packing},
                     {"voxel_size_m", grid.spacing_m[0]},
                     {"voxels", grid.cells},
@@ -122,7 +122,7 @@ Json segment_benchmark(bool quick, const Path& given) {
                     {"section_m", json_of(found.section_m)},
                     {"seconds", seconds}};
         if (found.section_m) {
-            const Section section{scene.part.z0 + found.section_m->low, scene.part.z0 + found.section_m->high};
+            const Section section{scene.part.z0_m + found.section_m->low, scene.part.z0_m + found.section_m->high};
             row["porosity_exact"] = porosity(grains, packing.container, section).value;
         }
         log_info("{}", row.dump());

@@ -49,7 +49,7 @@ std::string interval_meaning(const LbmResult& result, const PoreSpace& space, co
 Section evaluated_section(const PoreSpace& space, const LbmGridResult& grid) {
     Section section = space.section;
     if (!space.container.any_periodic() || space.container.periodic()[2]) return section;
-    section.z1 = section.z0 + std::max(1.0, std::round(section.length() / grid.voxel_size_m)) * grid.voxel_size_m;
+    section.z1_m = section.z0_m + std::max(1.0, std::round(section.length() / grid.voxel_size_m)) * grid.voxel_size_m;
     return section;
 }
 

@@ -69,8 +69,8 @@ PoreSpace without_reservoir(const PoreSpace& given) {
 std::vector<InertialSeries> lattice_series(const PoreSpace& space, const ForchheimerConfig& config, double length_m, const Path& folder) {
     PoreSpace pores = space;
     pores.reservoir_m = water_depth(space);
-    const std::string settings = resolved_config(config).dump() + fmt::format("walls measured {} {} {}", space.section.z0, space.section.z1,
-                                                                              json_of(space.buffers_m).dump());
+    const std::string settings = resolved_config(config).dump() + fmt::format("walls measured {} {} {}", space.section.z0_m,
+                                                                              space.section.z1_m, json_of(space.buffers_m).dump());
     const auto file_of = [&](long grid) { return folder / fmt::format("lattice_grid_{}.json", grid); };
     std::vector<InertialSeries> all;
     for (long grid = 1; grid <= config.grids; ++grid) {

@@ -19,7 +19,7 @@ Table porosity_profile(const PoreSpace& space) {
     for (int i = 0; i < layers; ++i) {
         const Section layer = {bottom + bed * i / layers, bottom + bed * (i + 1) / layers};
         const Porosity found = space.with_section(layer).porosity(4000);
-        table.add(layer.z0, layer.z1, found.value, found.uncertainty);
+        table.add(layer.z0_m, layer.z1_m, found.value, found.uncertainty);
     }
     return table;
 }
@@ -28,7 +28,7 @@ Table porosity_profile(const PoreSpace& space) {
 
 results::BedPorosity bed_porosity(const PoreSpace& bed) {
     const Porosity porosity = bed.porosity();
-    return {.bed_height_m = bed.section.z1, .porosity_bed = porosity.value, .porosity_bed_uncertainty = porosity.uncertainty};
+    return {.bed_height_m = bed.section.z1_m, .porosity_bed = porosity.value, .porosity_bed_uncertainty = porosity.uncertainty};
 }
 
 Voxels voxelise(const PoreSpace& space, const GeometryConfig& geometry) {

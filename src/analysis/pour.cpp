@@ -123,8 +123,8 @@ Poured pour(const std::vector<ShapeShare>& shapes, const Container& container, c
 Expectation expect_pour(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config) {
     const PourPlan plan = plan_pour(shapes, container, config);
     const std::string engine = config.engine == Engine::liggghts
-                                   ? fmt::format("LIGGGHTS, up to {} grains of {} spheres", plan.maximum_grains, plan.clump_spheres)
-                                   : fmt::format("capsules, up to {} grains", plan.maximum_grains);
+                                   ? fmt::format("LIGGGHTS, up to {} grains of {} spheres", plan.max_grains, plan.clump_spheres)
+                                   : fmt::format("capsules, up to {} grains", plan.max_grains);
     return {.text = fmt::format("{}, time step {:.2e} s", engine, plan.time_step_s),
             .memory_bytes = plan.expected_memory_bytes,
             .wall_time_s = plan.expected_wall_time_s};

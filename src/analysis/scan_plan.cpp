@@ -55,7 +55,7 @@ struct Numbers {
 };
 
 Numbers numbers_of(const Path& file, const Section& section, double voxel_size_m) {
-    const GeometryConfig geometry{.voxel_size_m = voxel_size_m, .section_m = {section.z0, section.z1}};
+    const GeometryConfig geometry{.voxel_size_m = voxel_size_m, .section_m = {section.z0_m, section.z1_m}};
     const PoreSpace space = inputs::load_pore_space(file, {.geometry = geometry, .section = {.ends = Ends::planes}});
     lbm::LbmConfig config;
     config.grids = 1;
@@ -118,7 +118,7 @@ Outcome<results::ScanPlan> plan_scan(const Packing& packing, const Section& part
     make_folder(work);
     write_packing(exact, truth);
     const Numbers flow = numbers_of(exact, inner, d / 10.0);
-    results::ScanPlan plan{.section_m = {part.z0 + inner.z0, part.z0 + inner.z1},
+    results::ScanPlan plan{.section_m = {part.z0_m + inner.z0_m, part.z0_m + inner.z1_m},
                            .porosity_exact = flow.porosity,
                            .permeability_exact_m2 = flow.permeability_m2,
                            .within = config.within};

@@ -281,7 +281,7 @@ Segmented segment_image(const Path& file, ImageConfig image, const std::optional
                         {.where = file.string(), .fix = "--keep-cut-grains, a longer scan, or another threshold (porepack image info)"});
     const auto section = complete_section(grains, grid, config.keep_cut_grains);
     if (section) {
-        const std::string note = fmt::format("{:.10g},{:.10g}", section->z0, section->z1);
+        const std::string note = fmt::format("{:.10g},{:.10g}", section->z0_m, section->z1_m);
         gray.notes["section"] = phases.notes["section"] = note;
     } else {
         log_warning("nothing is left of the bed between the grains that the ends of the image cut, or where the bed ends: give --section");

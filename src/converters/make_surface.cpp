@@ -298,7 +298,7 @@ SurfaceResult make_surface(const Packing& packing, const SurfaceOptions& options
     for (std::size_t i = 0; i < images.size(); ++i)
         if (plan.thinned[i] > 0) shrunk.insert(images[i].body);
     result.shrunk_grains = static_cast<long>(shrunk.size());
-    require_volume(result.check.volume_m3, grains, packing.container, options.largest_volume_error);
+    require_volume(result.check.volume_m3, grains, packing.container, options.max_volume_error);
     result.deviation_m = largest_deviation(result.surface, images, deviation, d);
     return result;
 }

@@ -52,15 +52,16 @@ TriangleSurface clip_surface(const TriangleSurface& surface, const Section& sect
                        {high.x() + margin.x(), low.y() - margin.y()},
                        {high.x() + margin.x(), high.y() + margin.y()},
                        {low.x() - margin.x(), high.y() + margin.y()}},
-                      section.z0, section.z1);
+                      section.z0_m, section.z1_m);
     const auto inside = boolean_of(Boolean::intersect, grains, slab);
     if (!inside) throw NumericalError("CGAL cannot clip the grains", {.fix = "move the section slightly"});
     // Where a plane passes close to a corner, it cuts edges at points that single precision cannot hold apart; OpenFOAM, too, merges points
     // that are as close as this.
     constexpr double steps = 20.0 * 6e-8;  // of single precision, relative
     const double smallest = steps * std::max(low.cwiseAbs().maxCoeff(), high.cwiseAbs().maxCoeff());
-    const Mesh apart = without_slivers(
-        *inside, smallest, [&](const Point& p) { return std::min(std::abs(p.z() - section.z0), std::abs(p.z() - section.z1)) < smallest; });
+    const Mesh apart = without_slivers(*inside, smallest, [&](const Point& p) {
+        return std::min(std::abs(p.z() - section.z0_m), std::abs(p.z() - section.z1_m)) < smallest;
+    });
     const TriangleSurface clipped = surface_of(facets_of(apart));
     if (const SurfaceCheck check = check_surface(clipped); !check.fault.empty())
         throw NumericalError("the clipped grains are not one closed surface in single precision: " + check.fault,
@@ -72,7 +73,7 @@ PoreSurface make_pore_surface(const TriangleSurface& grains_surface, const Conta
                               double deviation_m) {
     if (container.any_periodic()) throw UserError("a periodic cell has no inlet, outlet or wall", {.fix = "use the grains alone"});
     vessels::require_prism(container, "the surface of the pore space");
-    Mesh grains = sound_mesh_of(grains_surface), space = prism(container.vessel().outline(deviation_m), section.z0, section.z1);
+    Mesh grains = sound_mesh_of(grains_surface), space = prism(container.vessel().outline(deviation_m), section.z0_m, section.z1_m);
     const auto pores = boolean_of(Boolean::subtract, space, grains);
     if (!pores)
         throw NumericalError("CGAL cannot subtract the grains from the container",
@@ -98,8 +99,8 @@ PoreSurface make_pore_surface(const TriangleSurface& grains_surface, const Conta
         bool low = true, high = true;
         for (std::size_t c = 0; c < 3; ++c) {
             corners[c] = result.surface.points[static_cast<std::size_t>(triangle[c])];
-            low = low && std::abs(corners[c][2] - section.z0) < slack;
-            high = high && std::abs(corners[c][2] - section.z1) < slack;
+            low = low && std::abs(corners[c][2] - section.z0_m) < slack;
+            high = high && std::abs(corners[c][2] - section.z1_m) < slack;
         }
         result.region.push_back(low ? 0 : high ? 1 : on_wall(corners) ? 2 : 3);
     }

@@ -47,9 +47,9 @@ int write_slices(const Path& folder, const Solid& solid, const Container& contai
         Grid grid = layer;
         grid.cells[2] = std::min(block, count - first);
         grid.spacing_m[2] = spacing_m;
-        grid.origin_m[2] = section.z0 + (first - 0.5) * spacing_m;  // slice s lies at z0 + s spacing, the middle of its cell
+        grid.origin_m[2] = section.z0_m + (first - 0.5) * spacing_m;  // slice s lies at z0 + s spacing, the middle of its cell
         std::vector<std::uint8_t> phase(grid.size());
-        fill_phases(phase, grid, solid, container, {section.z0 - spacing_m, section.z1 + spacing_m});
+        fill_phases(phase, grid, solid, container, {section.z0_m - spacing_m, section.z1_m + spacing_m});
         const auto pixels = static_cast<std::size_t>(grid.cells[0]) * static_cast<std::size_t>(grid.cells[1]);
         for (auto& value : phase) value = value == Phase::grain ? 0 : value == Phase::pore ? 255 : 128;
         for (int k = 0; k < grid.cells[2]; ++k) {
@@ -65,10 +65,10 @@ int write_slices(const Path& folder, const Solid& solid, const Container& contai
                                         {"pixels", {layer.cells[0], layer.cells[1]}},
                                         {"pixel_m", pixel_m},
                                         {"spacing_m", spacing_m},
-                                        {"origin_m", {layer.origin_m[0], layer.origin_m[1], section.z0}},
+                                        {"origin_m", {layer.origin_m[0], layer.origin_m[1], section.z0_m}},
                                         {"values", {{"grain", 0}, {"pore", 255}, {"outside", 128}}},
                                         {"axes", "columns: +x to the right, rows: +y upwards, slice number: +z"},
-                                        {"section_m", {section.z0, section.z1}},
+                                        {"section_m", {section.z0_m, section.z1_m}},
                                         {"container", to_json(container)}});
     return count;
 }

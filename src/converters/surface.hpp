@@ -38,7 +38,7 @@ struct SurfaceOptions {
     /// grains are thinned where the surface crosses itself in single precision. Raise it when make_surface reports that faults remain.
     double contact_gap_m = 0.0;
     /// Of the surface against the grains, relative. Facets and bridges change the volume. Not checked in periodic containers.
-    double largest_volume_error = 0.01;
+    double max_volume_error = 0.01;
 };
 /// Those of [geometry].
 [[nodiscard]] SurfaceOptions surface_options(const GeometryConfig& geometry);
@@ -54,7 +54,7 @@ struct SurfaceResult {
 };
 
 /// One closed surface of the union of all grains. Throws NumericalError when CGAL cannot make one, UserError when deviation or contact gap
-/// are more than a tenth of the smallest capsule diameter or change the volume of the grains by more than largest_volume_error.
+/// are more than a tenth of the smallest capsule diameter or change the volume of the grains by more than max_volume_error.
 [[nodiscard]] SurfaceResult make_surface(const packing::Packing& packing, const SurfaceOptions& options);
 
 struct SurfaceMeasures {

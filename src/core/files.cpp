@@ -27,7 +27,7 @@ namespace {
 
 }  // namespace
 
-void require_file(const Path& path, double largest_bytes) {
+void require_file(const Path& path, double max_bytes) {
     std::error_code fault;
     const fs::file_status status = fs::status(path, fault);
     if (status.type() == fs::file_type::not_found) throw UserError("no such file: " + path.string(), {.fix = "check the path"});
@@ -36,13 +36,13 @@ void require_file(const Path& path, double largest_bytes) {
     if (!fs::is_regular_file(status))
         throw UserError(path.string() + " is a pipe or a device, a regular file is needed", {.fix = "write the content into a file first"});
     const auto bytes = static_cast<double>(fs::file_size(path));
-    if (bytes > largest_bytes)
+    if (bytes > max_bytes)
         throw UserError(fmt::format("{} has {:.3g} MB", path.string(), 1e-6 * bytes),
-                        {.allowed = fmt::format("at most {:.3g} MB", 1e-6 * largest_bytes), .fix = "check that this is the right file"});
+                        {.allowed = fmt::format("at most {:.3g} MB", 1e-6 * max_bytes), .fix = "check that this is the right file"});
 }
 
-std::string read_text(const Path& path, double largest_bytes) {
-    require_file(path, largest_bytes);
+std::string read_text(const Path& path, double max_bytes) {
+    require_file(path, max_bytes);
     std::ifstream in(path, std::ios::binary);
     std::string text;
     try {

@@ -12,10 +12,10 @@ namespace porepack::core {
 
 using Path = std::filesystem::path;
 
-/// Throws UserError when `path` is missing, no regular file (a folder, a pipe, a device), or larger than `largest_bytes`.
-void require_file(const Path& path, double largest_bytes = 1e12);
+/// Throws UserError when `path` is missing, no regular file (a folder, a pipe, a device), or larger than `max_bytes`.
+void require_file(const Path& path, double max_bytes = 1e12);
 /// The content of such a file. Throws MachineError, with the file's name, when memory does not suffice.
-[[nodiscard]] std::string read_text(const Path& path, double largest_bytes = 1e12);
+[[nodiscard]] std::string read_text(const Path& path, double max_bytes = 1e12);
 /// `source`: of the text, for messages. Throws UserError with the position of the error, and for an object with the same key twice.
 [[nodiscard]] Json parse_json(std::string_view text, const std::string& source);
 [[nodiscard]] Json read_json(const Path& path);

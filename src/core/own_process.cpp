@@ -39,10 +39,10 @@ std::string answer_of(const std::function<std::string()>& work) {
     }
 }
 
-[[noreturn]] void be_the_copy(int answer, const std::function<std::string()>& work, double longest_s) {
+[[noreturn]] void be_the_copy(int answer, const std::function<std::string()>& work, double max_processor_seconds) {
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     for (const int number : {SIGINT, SIGTERM, SIGABRT, SIGSEGV, SIGXCPU}) signal(number, SIG_DFL);
-    const rlimit none{0, 0}, time{static_cast<rlim_t>(longest_s), static_cast<rlim_t>(longest_s) + 1};
+    const rlimit none{0, 0}, time{static_cast<rlim_t>(max_processor_seconds), static_cast<rlim_t>(max_processor_seconds) + 1};
     setrlimit(RLIMIT_CORE, &none);
     setrlimit(RLIMIT_CPU, &time);
     const int nothing = open("/dev/null", O_RDWR);
@@ -69,7 +69,8 @@ SharedBytes::~SharedBytes() {
     munmap(data_, std::max<std::size_t>(size_, 1));
 }
 
-std::string in_own_process(const std::function<std::string()>& work, const std::function<std::string()>& what, double longest_s) {
+std::string in_own_process(const std::function<std::string()>& work, const std::function<std::string()>& what,
+                           double max_processor_seconds) {
     int ends[2];
     if (pipe2(ends, O_CLOEXEC) != 0) throw MachineError(std::string("cannot start another process: ") + std::strerror(errno));
     const pid_t copy = fork();
@@ -78,7 +79,7 @@ std::string in_own_process(const std::function<std::string()>& work, const std::
         close(ends[1]);
         throw MachineError(std::string("cannot start another process: ") + std::strerror(errno));
     }
-    if (copy == 0) be_the_copy(ends[1], work, longest_s);
+    if (copy == 0) be_the_copy(ends[1], work, max_processor_seconds);
     close(ends[1]);
     std::string answer;
     char part[4096];

@@ -23,8 +23,8 @@ private:
 
 /// Runs `work` in a copy of this process, without its standard output and error, and returns the text that it returns. An Error of `work`
 /// is thrown here. Throws UserError with what() when the copy ends in another way: by an abort, a fault of memory, or after
-/// `longest_s` seconds of processor time. `work` must not use threads.
+/// `max_processor_seconds` seconds of processor time. `work` must not use threads.
 [[nodiscard]] std::string in_own_process(const std::function<std::string()>& work, const std::function<std::string()>& what,
-                                         double longest_s = 600.0);
+                                         double max_processor_seconds = 600.0);
 
 }  // namespace porepack::core

@@ -30,7 +30,7 @@ struct Means {
     };
     std::vector<Curve> curves;
     Index priors = 0;
-    double longest_s = 0.0, shortest_s = 0.0, usual_size = 1.0;
+    double max_processor_seconds = 0.0, shortest_s = 0.0, usual_size = 1.0;
 };
 
 Means means_of(const LinearisedFit& fit, const MatrixXd& estimator) {
@@ -39,8 +39,8 @@ Means means_of(const LinearisedFit& fit, const MatrixXd& estimator) {
     for (const auto& times : fit.times_s) {
         const auto count = static_cast<Index>(times.size()), groups = std::min(count, max_means);
         const double length_s = times.back() - times.front();
-        if (length_s > means.longest_s) means.shortest_s = length_s / static_cast<double>(groups);
-        means.longest_s = std::max(means.longest_s, length_s);
+        if (length_s > means.max_processor_seconds) means.shortest_s = length_s / static_cast<double>(groups);
+        means.max_processor_seconds = std::max(means.max_processor_seconds, length_s);
         means.curves.push_back({rows, VectorXd(groups), VectorXd(groups)});
         points += count;
         rows += groups;
@@ -171,7 +171,7 @@ std::vector<Model> judged_models(const Means& means, const MatrixXd& basis, doub
     judge(models[0], steps_of(Shape::exponential, means.shortest_s), means, basis, freedom);
     std::vector<double> times;
     for (int i = 0; i < correlation_times; ++i)
-        times.push_back(means.shortest_s * std::pow(means.longest_s / means.shortest_s, i / (correlation_times - 1.0)));
+        times.push_back(means.shortest_s * std::pow(means.max_processor_seconds / means.shortest_s, i / (correlation_times - 1.0)));
     const double sum = std::accumulate(times.begin(), times.end(), 0.0) * 2.0 * static_cast<double>(correlated_parts.size());
     for (const Shape shape : {Shape::exponential, Shape::smooth})
         for (const double time : times) {
@@ -216,8 +216,8 @@ void scale_priors(Means& means, double prior_deviation) {
 }
 
 // Those with a correlation time above a quarter of the longest curve, given that one of them is true.
-std::vector<Model> slow_only(std::vector<Model> models, double longest_s) {
-    std::erase_if(models, [&](const Model& model) { return model.time_s <= slow_part * longest_s; });
+std::vector<Model> slow_only(std::vector<Model> models, double max_processor_seconds) {
+    std::erase_if(models, [&](const Model& model) { return model.time_s <= slow_part * max_processor_seconds; });
     double sum = 0.0;
     for (const Model& model : models) sum += model.weight;
     for (Model& model : models) model.weight /= std::max(1e-300, sum);
@@ -237,7 +237,7 @@ NoiseJudgement judge_noise(const LinearisedFit& fit, Index parameters) {
     // An orthonormal basis of the columns: parameters without effect drop out, and units do not matter.
     const MatrixXd basis = factors.householderQ() * MatrixXd::Identity(means.jacobian.rows(), factors.rank());
     const auto freedom = static_cast<double>(means.jacobian.rows() - factors.rank());
-    const std::vector<Model> models = judged_models(means, basis, freedom), slow = slow_only(models, means.longest_s);
+    const std::vector<Model> models = judged_models(means, basis, freedom), slow = slow_only(models, means.max_processor_seconds);
 
     const Index points = fit.residuals.size() - means.priors;
     const auto points_freedom = static_cast<double>(fit.residuals.size() - factors.rank());
@@ -245,7 +245,7 @@ NoiseJudgement judge_noise(const LinearisedFit& fit, Index parameters) {
                            boost::math::quantile(StudentsT(points_freedom), 0.975);
     NoiseJudgement judgement{.widths = {}, .white_probability = models[0].weight};
     for (const Model& model : models)
-        if (model.time_s > slow_part * means.longest_s) judgement.slow_probability += model.weight;
+        if (model.time_s > slow_part * means.max_processor_seconds) judgement.slow_probability += model.weight;
     for (Index p = 0; p < parameters; ++p) {
         const double prior = std::pow(fit.prior_deviation, 2) * estimator.col(p).tail(means.priors).squaredNorm();
         const auto noise = [&](const Model& model) { return model.variance[p]; };

@@ -55,9 +55,9 @@ PoreSpace load_image(const Path& file, const InputOptions& options) {
         section = {given[0], given[1]};
         if (const auto note = notes.find("section"); found.gray && note != notes.end()) {
             const Section complete = section_of_note(note->second, file);
-            if (section.z0 < complete.z0 - 1e-9 || section.z1 > complete.z1 + 1e-9)
+            if (section.z0_m < complete.z0_m - 1e-9 || section.z1_m > complete.z1_m + 1e-9)
                 log_warning(fmt::format("{}: grains were removed beyond the section from {:g} to {:g} m, and the given one reaches further",
-                                        file.string(), complete.z0, complete.z1));
+                                        file.string(), complete.z0_m, complete.z1_m));
         }
     } else if (const auto note = notes.find("section"); note != notes.end()) {
         section = section_of_note(note->second, file);
@@ -152,7 +152,7 @@ PoreSpace load_pore_space(const Path& input, const InputOptions& options) {
                                    {space.bed_bottom_m, space.bed_top_m}, space.maximum_feret_diameter_m);
     if (space.porosity(2000).value == 1.0 && space.porosity().value == 1.0)  // few lines may miss small grains
         throw UserError(
-            fmt::format("there is no grain in the section from {:g} to {:g} m", space.section.z0, space.section.z1),
+            fmt::format("there is no grain in the section from {:g} to {:g} m", space.section.z0_m, space.section.z1_m),
             {.allowed = fmt::format("a section in the bed, which reaches from {:g} to {:g} m", space.bed_bottom_m, space.bed_top_m)});
     space.reservoir_m = geometry.reservoir_m;
     warn_of_no_bed(space);
@@ -165,7 +165,8 @@ PoreSpace load_pore_space(const Path& input, const InputOptions& options) {
 
 Section section_of_note(const std::string& note, const Path& file) {
     Section section;
-    if (std::sscanf(note.c_str(), "%lf,%lf", &section.z0, &section.z1) != 2 || !std::isfinite(section.z0) || !std::isfinite(section.z1))
+    if (std::sscanf(note.c_str(), "%lf,%lf", &section.z0_m, &section.z1_m) != 2 || !std::isfinite(section.z0_m) ||
+        !std::isfinite(section.z1_m))
         throw UserError("the image's field data `section` is not \"z0,z1\": " + note,
                         {.where = file.string(), .fix = "--section z0,z1 (metres)"});
     return section;

@@ -84,7 +84,7 @@ struct RunSize {
 inline constexpr double program_bytes = 6e7;
 /// Bytes that a run needs, including set-up and the program.
 [[nodiscard]] double lbm_memory_bytes(const RunSize& size);
-/// Of the machine of core::slowness() = 1, in double precision with interpolated walls (docs/lattice-boltzmann.md).
+/// Of the machine of core::slowness() = 1, in double precision with interpolated walls (docs/lattice-boltzmann-speed.md).
 inline constexpr double lattice_updates_per_second = 5e7;
 
 /// Keeps the cells that flow can reach (find_percolating_cells). With `walls` the distances are exact, and solid between two nodes closes

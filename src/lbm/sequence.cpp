@@ -38,7 +38,7 @@ std::vector<SubsectionResult> subsections(const LbmGridResult& grid, const Domai
         for (std::size_t layer = first; layer < end; ++layer) flow += grid.run.layers.flow[layer];
         flow /= static_cast<double>(end - first);
         const double gradient = gradient_between(force, domain.drive, grid.run.layers, first, end - 1);
-        const double z0 = planes.z0 - section.first_layer * height;
+        const double z0 = planes.z0_m - section.first_layer * height;
         results.push_back({z0 + static_cast<double>(first) * height, z0 + static_cast<double>(end) * height,
                            flow * scheme.viscosity_lu() / (section.area_cells * gradient) * h * h});
     }
@@ -53,7 +53,7 @@ std::vector<LayerGradient> layer_gradients(const LbmGridResult& grid, const Doma
     const double force = scheme.force[2], height = grid.layer_height_m(),
                  mean = gradient_between(force, domain.drive, grid.run.layers, first, last);
     for (std::size_t layer = first; layer <= last; ++layer) {
-        const double z0 = planes.z0 + static_cast<double>(layer - first) * height;
+        const double z0 = planes.z0_m + static_cast<double>(layer - first) * height;
         gradients.push_back({z0, z0 + height, gradient_between(force, domain.drive, grid.run.layers, layer, layer) / mean});
     }
     return gradients;
@@ -67,8 +67,8 @@ std::string identity_of(const PoreSpace& space, LbmConfig config, const Domain& 
     const auto hash = [](const auto& list) {
         return std::hash<std::string_view>{}({reinterpret_cast<const char*>(list.data()), list.size() * sizeof(list[0])});
     };
-    return fmt::format("{} {} {} {} {:016x} {:016x}", record::resolved_config(config).dump(), name_of(space.ends), space.section.z0,
-                       space.section.z1, hash(domain.cells.words()), hash(distances));
+    return fmt::format("{} {} {} {} {:016x} {:016x}", record::resolved_config(config).dump(), name_of(space.ends), space.section.z0_m,
+                       space.section.z1_m, hash(domain.cells.words()), hash(distances));
 }
 
 // The many small lists of the set-up stay with the C library otherwise.
@@ -95,8 +95,8 @@ FlowSection flow_section(const Grid& grid, const Container& container, const Sec
     FlowSection flow{.last_layer = grid.whole_cells(axis) - 1};
     if (drive.axis == 2) {
         flow.area_cells = container.vessel().mean_area(section.interval()) / (h * h);
-        flow.first_layer = std::max(0, static_cast<int>(std::lround((section.z0 - grid.origin_m[2]) / h)));
-        flow.last_layer = std::min(flow.last_layer, static_cast<int>(std::lround((section.z1 - grid.origin_m[2]) / h)) - 1);
+        flow.first_layer = std::max(0, static_cast<int>(std::lround((section.z0_m - grid.origin_m[2]) / h)));
+        flow.last_layer = std::min(flow.last_layer, static_cast<int>(std::lround((section.z1_m - grid.origin_m[2]) / h)) - 1);
     } else {
         flow.area_cells = container.size()[1 - drive.axis] * container.size().z() / (h * h);
     }
@@ -161,9 +161,9 @@ Scheme Sequence::scheme_for(double voxel_size_m, const Drive& drive) const {
     if (space_.ends == Ends::paper) scheme.force = {0.0, 0.0, 0.0};
     if (saved_) return with_tau(scheme, saved_->relaxation_time);
     if (!tuned()) return scheme;
-    if (result_.grids.empty()) return with_tau(scheme, std::min(scheme.tau, largest_tau_));
+    if (result_.grids.empty()) return with_tau(scheme, std::min(scheme.tau, max_tau_));
     const LbmGridResult& coarse = result_.grids.back();
-    return with_tau(scheme, std::clamp(0.5 + (coarse.relaxation_time - 0.5) * viscosity_ratio(voxel_size_m), 0.55, largest_tau_));
+    return with_tau(scheme, std::clamp(0.5 + (coarse.relaxation_time - 0.5) * viscosity_ratio(voxel_size_m), 0.55, max_tau_));
 }
 
 // Of the next grid to the last one. Viscous modes decay with nu / h^2, pressure modes with 1 / (nu L^2): the best nu grows with 1/h. Where
@@ -186,8 +186,8 @@ bool Sequence::solve(double voxel_size_m, bool coarsest_of_many, double max_seco
             return solve_once(voxel_size_m, coarsest_of_many, max_seconds);
         } catch (const FlowDiverged& fault) {
             if (!tuned() || tau_ < 0.7) throw;
-            largest_tau_ = 0.5 + 0.5 * (tau_ - 0.5);
-            log_warning(fmt::format("{}; it is repeated with a relaxation time of at most {:.3g}", fault.what(), largest_tau_));
+            max_tau_ = 0.5 + 0.5 * (tau_ - 0.5);
+            log_warning(fmt::format("{}; it is repeated with a relaxation time of at most {:.3g}", fault.what(), max_tau_));
             saved_.reset();
         }
     }
@@ -288,7 +288,7 @@ std::shared_ptr<const FlowPlan> Sequence::plan(const Domain& domain) const {
 }
 
 void Sequence::require_paper_ends(const Drive& drive, const Grid& grid) const {
-    const bool reservoir = grid.origin_m[2] < space_.section.z0 - 0.5 * grid.spacing_m[2];
+    const bool reservoir = grid.origin_m[2] < space_.section.z0_m - 0.5 * grid.spacing_m[2];
     if (drive.axis != 2 || !drive.by_pressure() || !space_.container.tube_diameter() || !reservoir)
         throw UserError("the ends of the paper need a cylinder with a reservoir before the section",
                         {.fix = "set reservoir_m in [geometry], or ends = \"in_situ\" in [section]"});
@@ -320,7 +320,7 @@ StokesRun Sequence::saved_run(Flow& flow) const {
 // long bed, whose mode is much slower there, is balanced layer by layer.
 double Sequence::relaxation_time_of_piece(const Domain& domain, ConvergenceCriterion criterion) const {
     const Section computed = space_.computed();
-    const double h = domain.grid.spacing_m[2], middle = 0.5 * (computed.z0 + computed.z1),
+    const double h = domain.grid.spacing_m[2], middle = 0.5 * (computed.z0_m + computed.z1_m),
                  layers = std::max(8.0, std::round(domain.grid.cells[2] * nodes_of_search / static_cast<double>(domain.nodes())));
     const PoreSpace part = space_.with_section({middle - 0.5 * layers * h, middle + 0.5 * layers * h}).section_only();
     const auto [image, piece, stretch] = cubic_voxels(part, h);
@@ -364,7 +364,7 @@ Sequence::Solved Sequence::fastest(const FlowPlan& plan, const Domain& domain, c
         if (factor > 1.0 && diverged(best)) continue;
         while (true) {
             const double viscosity = factor * best.scheme.viscosity_lu();
-            if (0.5 + 3.0 * viscosity > largest_tau_ || viscosity < 0.02) break;
+            if (0.5 + 3.0 * viscosity > max_tau_ || viscosity < 0.02) break;
             criterion.max_steps = std::min(criterion.max_steps, best.run.converged ? best.run.steps : criterion.max_steps);
             Solved other = attempt(viscosity);
             if (!diverged(best) && (!other.run.converged || (best.run.converged && other.run.steps >= best.run.steps))) break;

@@ -71,8 +71,8 @@ private:
     long attempts_ = 0;
     std::optional<FlowField> field_;
     double force_ = 0.0;
-    double tau_ = 0.0;          ///< of the flow that runs
-    double largest_tau_ = 2.0;  ///< of those that are chosen automatically: above, walls in pores of a few nodes can be unstable
+    double tau_ = 0.0;      ///< of the flow that runs
+    double max_tau_ = 2.0;  ///< of those that are chosen automatically: above, walls in pores of a few nodes can be unstable
     LbmResult result_;
     void show_progress(long steps, std::optional<double> share, std::string_view detail);
     std::vector<double> announced_m_;

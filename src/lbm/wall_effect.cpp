@@ -16,7 +16,8 @@ void for_cells(const FlowImage& flow, const Section& section, double diameter_m,
     for (std::size_t cell = 0; cell < flow.grid.size(); ++cell) {
         const auto at = flow.grid.place(cell);
         const double r = std::hypot(flow.grid.centre(0, at[0]), flow.grid.centre(1, at[1])), z = flow.grid.centre(2, at[2]);
-        if (r < 0.5 * diameter_m && z > section.z0 && z < section.z1) visit(r, static_cast<double>(flow.velocity_m_per_s[3 * cell + 2]));
+        if (r < 0.5 * diameter_m && z > section.z0_m && z < section.z1_m)
+            visit(r, static_cast<double>(flow.velocity_m_per_s[3 * cell + 2]));
     }
 }
 

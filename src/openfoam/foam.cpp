@@ -24,7 +24,8 @@ double evaluated_length_over_drop(const FoamScene& scene, const Path& folder, do
     const auto pressure_at = [&](double z, double end, double end_pressure) {
         return std::abs(z - end) < 1e-6 * scene.section.length() ? end_pressure : plane_pressure(cells, z, 1.5 * cell_size_m);
     };
-    const double drop = pressure_at(scene.evaluated->z0, scene.section.z0, 1.0) - pressure_at(scene.evaluated->z1, scene.section.z1, 0.0);
+    const double drop =
+        pressure_at(scene.evaluated->z0_m, scene.section.z0_m, 1.0) - pressure_at(scene.evaluated->z1_m, scene.section.z1_m, 0.0);
     return scene.evaluated->length() / drop;
 }
 

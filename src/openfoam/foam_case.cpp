@@ -30,8 +30,8 @@ void copy_if_different(const Path& from, const Path& to) {
 
 FoamBlock background_block(const Container& container, const Section& section, double cell) {
     FoamBlock block{container.low(), container.high(), {}};
-    block.low.z() = section.z0;
-    block.high.z() = section.z1;
+    block.low.z() = section.z0_m;
+    block.high.z() = section.z1_m;
     for (int axis = 0; axis < 3; ++axis) {
         const double extent = block.high[axis] - block.low[axis];
         int count = std::max(1, static_cast<int>(std::lround(extent / cell)));

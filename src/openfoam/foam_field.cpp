@@ -109,7 +109,7 @@ FoamTortuosity hydraulic_tortuosity(std::span<const FoamCell> cells, const Secti
     double speed = 0.0;
     Vec3 mean = Vec3::Zero();
     for (const FoamCell& cell : cells) {
-        if (cell.centre_m.z() < section.z0 || cell.centre_m.z() > section.z1) continue;
+        if (cell.centre_m.z() < section.z0_m || cell.centre_m.z() > section.z1_m) continue;
         speed += cell.volume_m3 * cell.velocity.norm();
         mean += cell.volume_m3 * cell.velocity;
     }

@@ -19,7 +19,7 @@ double total_pressure_gradient(const FoamScene& scene, const Path& run, const Pa
     std::vector<FoamCell> cells = read_foam_cells(run, fields);
     for (FoamCell& cell : cells) cell.pressure += 0.5 * cell.velocity.squaredNorm();
     const double reach = 1.5 * cell_size_m;
-    return (plane_pressure(cells, scene.evaluated->z0, reach) - plane_pressure(cells, scene.evaluated->z1, reach)) /
+    return (plane_pressure(cells, scene.evaluated->z0_m, reach) - plane_pressure(cells, scene.evaluated->z1_m, reach)) /
            scene.evaluated->length();
 }
 

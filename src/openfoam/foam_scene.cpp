@@ -13,8 +13,8 @@ Packing grains_near(const PoreSpace& space) {
     Packing near = *space.packing();
     if (!space.container.any_periodic())
         std::erase_if(near.bodies, [&](const Body& body) {
-            return body.position_m.z() < space.computed().z0 - space.maximum_feret_diameter_m ||
-                   body.position_m.z() > space.computed().z1 + space.maximum_feret_diameter_m;
+            return body.position_m.z() < space.computed().z0_m - space.maximum_feret_diameter_m ||
+                   body.position_m.z() > space.computed().z1_m + space.maximum_feret_diameter_m;
         });
     return near;
 }
@@ -46,7 +46,7 @@ FoamScene foam_scene_in_water(const PoreSpace& space, const SurfaceOptions& surf
     FoamScene scene = foam_scene(space, surface, cell_m);
     scene.surface = clip_surface(scene.surface, space.computed());
     scene.pore_volume_m3 += 2.0 * water_m * space.container.inner_area_m2();
-    scene.section = {space.computed().z0 - water_m, space.computed().z1 + water_m};
+    scene.section = {space.computed().z0_m - water_m, space.computed().z1_m + water_m};
     return scene;
 }
 

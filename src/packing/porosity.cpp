@@ -37,15 +37,15 @@ LatticeSum sum_on_lattice(const Solid& solid, const Container& container, const 
             const double y = low.y() + (j + shift) * hy;
             container.vessel().column(x, y, inside);
             if (inside.empty()) continue;
-            const bool whole = inside.size() == 1 && inside[0].low <= section.z0 && inside[0].high >= section.z1;
+            const bool whole = inside.size() == 1 && inside[0].low <= section.z0_m && inside[0].high >= section.z1_m;
             if (whole) ++row.lines;
             solid.column(x, y, parts);
             if (!whole) {
                 for (const Interval& part : inside)
-                    row.partly += std::max(0.0, std::min(part.high, section.z1) - std::max(part.low, section.z0)) / section.length();
+                    row.partly += std::max(0.0, std::min(part.high, section.z1_m) - std::max(part.low, section.z0_m)) / section.length();
                 intersect(parts, inside);
             }
-            for (const auto& part : parts) row.solid += std::max(0.0, std::min(part.high, section.z1) - std::max(part.low, section.z0));
+            for (const auto& part : parts) row.solid += std::max(0.0, std::min(part.high, section.z1_m) - std::max(part.low, section.z0_m));
         }
     }
     LatticeSum sum;
@@ -62,7 +62,7 @@ LatticeSum sum_on_lattice(const Solid& solid, const Container& container, const 
 
 Porosity porosity(const Solid& solid, const Container& container, const Section& section, long lines) {
     const double inner_area = container.vessel().mean_area(section.interval());
-    if (const std::optional<double> volume = solid.volume_between(section.z0, section.z1)) {
+    if (const std::optional<double> volume = solid.volume_between(section.z0_m, section.z1_m)) {
         const double fraction = *volume / (inner_area * section.length());
         constexpr double rounding = 3.0 * 0x1p-24;  // of the three coordinates of an STL file
         return {.value = 1.0 - fraction, .uncertainty = rounding * fraction};

@@ -11,10 +11,10 @@ namespace porepack::packing {
 
 /// The part of the bed that is evaluated, between two horizontal planes.
 struct Section {
-    double z0 = 0.0;
-    double z1 = 0.0;
-    [[nodiscard]] double length() const { return z1 - z0; }
-    [[nodiscard]] core::Interval interval() const { return {z0, z1}; }
+    double z0_m = 0.0;
+    double z1_m = 0.0;
+    [[nodiscard]] double length() const { return z1_m - z0_m; }
+    [[nodiscard]] core::Interval interval() const { return {z0_m, z1_m}; }
 };
 
 /// The part of a packing between two planes, with cut ends and its floor at z = 0; grains that reach into it are kept whole.

@@ -27,7 +27,7 @@ struct Fluid {
 /// slip, diffuse reflection).
 [[nodiscard]] std::optional<double> knudsen_number(FluidName name, double temperature_C, double permeability_m2, double porosity);
 /// From this number on, k of a gas is not that of a liquid.
-inline constexpr double largest_knudsen_number = 0.01;
+inline constexpr double max_knudsen_number = 0.01;
 
 /// Hydraulic conductivity K = k rho g / mu, m/s, with g = 9.81 m/s2.
 [[nodiscard]] double hydraulic_conductivity_m_per_s(double permeability_m2, const Fluid& fluid);

@@ -34,7 +34,8 @@ void require_same_width(const Grid& grid, const Container& container, const std:
 Grid cropped_grid(Grid grid, const Section& section) {
     const double h = grid.spacing_m[2];
     const auto layer_at = [&](double z) { return static_cast<int>(std::lround((z - grid.origin_m[2]) / h)); };
-    const int low = std::clamp(layer_at(section.z0), 0, grid.cells[2] - 1), high = std::clamp(layer_at(section.z1), low + 1, grid.cells[2]);
+    const int low = std::clamp(layer_at(section.z0_m), 0, grid.cells[2] - 1),
+              high = std::clamp(layer_at(section.z1_m), low + 1, grid.cells[2]);
     grid.cells[2] = high - low;
     grid.origin_m[2] += low * h;
     return grid;
@@ -106,7 +107,7 @@ PoreSpace PoreSpace::stretched(const Stretch& stretch) const {
     PoreSpace space = *this;
     const double up = stretch[2];
     space.container = container.resized(container.size().cwiseProduct(Vec3(stretch.data())));
-    space.section = {up * section.z0, up * section.z1};
+    space.section = {up * section.z0_m, up * section.z1_m};
     space.bed_bottom_m *= up;
     space.bed_top_m *= up;
     space.solid = std::make_shared<const StretchedSolid>(solid, stretch);
@@ -144,7 +145,7 @@ LinkCuts PoreSpace::link_cuts(const PhaseImage& phases, const Drive& drive) cons
 bool PoreSpace::computes_whole_bed() const {
     const double rounding = 1e-9 * container.height();
     return ends == Ends::in_situ && !image() && image_voxel_size_m == 0.0 && !container.periodic()[2] &&
-           std::abs(computed().z0 - bed_bottom_m) < rounding && std::abs(computed().z1 - bed_top_m) < rounding;
+           std::abs(computed().z0_m - bed_bottom_m) < rounding && std::abs(computed().z1_m - bed_top_m) < rounding;
 }
 
 PoreSpace PoreSpace::section_only() const {
@@ -166,7 +167,7 @@ PoreSpace PoreSpace::with_ends(Ends wanted, double buffer_m) const {
     part.buffers_m = {0.0, 0.0};
     if (wanted != Ends::in_situ || container.periodic()[2]) return part;
     const double longest = buffer_m > 0.0 ? buffer_m : default_buffer_m();
-    part.buffers_m = {std::clamp(section.z0 - bed_bottom_m, 0.0, longest), std::clamp(bed_top_m - section.z1, 0.0, longest)};
+    part.buffers_m = {std::clamp(section.z0_m - bed_bottom_m, 0.0, longest), std::clamp(bed_top_m - section.z1_m, 0.0, longest)};
     const double voxel = image() ? image()->grid.spacing_m[2] : image_voxel_size_m;
     if (std::min(part.buffers_m[0], part.buffers_m[1]) < voxel) return with_ends(Ends::planes);  // 0: no image
     return part;
@@ -253,15 +254,15 @@ void require_fit(const Grid& grid, const Container& container, const Section& se
     require_same_width(grid, container, where, shows_wall);
     const double h = grid.spacing_m[2], z0 = grid.origin_m[2], z1 = z0 + grid.cells[2] * h;
     if (section.length() >= 0.0 && section.length() < h)
-        throw UserError(fmt::format("the section from {:g} to {:g} m is thinner than a voxel", section.z0, section.z1),
+        throw UserError(fmt::format("the section from {:g} to {:g} m is thinner than a voxel", section.z0_m, section.z1_m),
                         {.where = where, .allowed = fmt::format("{:g} m or more", h)});
-    if (section.z0 < z0 - 0.5 * h || section.z1 > z1 + 0.5 * h || section.length() < 0.0)
-        throw UserError(fmt::format("the section from {:g} to {:g} m is not in the image", section.z0, section.z1),
+    if (section.z0_m < z0 - 0.5 * h || section.z1_m > z1 + 0.5 * h || section.length() < 0.0)
+        throw UserError(fmt::format("the section from {:g} to {:g} m is not in the image", section.z0_m, section.z1_m),
                         {.where = where, .allowed = fmt::format("{:g} <= z0 < z1 <= {:g} m", z0, z1)});
     if (z0 < -1.01 * h || z1 > container.height() + 1.01 * h)
         throw UserError(fmt::format("the image reaches from {:g} to {:g} m, the container from 0 to {:g} m", z0, z1, container.height()),
                         {.where = where, .fix = "give the container that the image shows (--container, metres)"});
-    if (container.periodic()[2] && (section.z0 > z0 + 0.5 * h || section.z1 < z1 - 0.5 * h))
+    if (container.periodic()[2] && (section.z0_m > z0 + 0.5 * h || section.z1_m < z1 - 0.5 * h))
         throw UserError("a section of an image that is periodic along z is not periodic",
                         {.where = where, .fix = "leave out --section, or give a container that is not periodic along z"});
 }

@@ -77,7 +77,7 @@ struct PoreSpace {
     [[nodiscard]] LinkCuts link_cuts(const geometry::PhaseImage& phases, const Drive& drive) const;
 
     /// The section and its buffers: the part in which the flow is computed.
-    [[nodiscard]] packing::Section computed() const { return {section.z0 - buffers_m[0], section.z1 + buffers_m[1]}; }
+    [[nodiscard]] packing::Section computed() const { return {section.z0_m - buffers_m[0], section.z1_m + buffers_m[1]}; }
     /// The flow goes through the whole bed, from its lowest to its highest point.
     [[nodiscard]] bool computes_whole_bed() const;
     /// The same pore space without buffers and reservoirs; an image is cropped to the section.
@@ -88,7 +88,7 @@ struct PoreSpace {
     /// the image ends. A periodic direction of the flow has no ends. An image
     /// that ends at the section has nothing beyond it: `planes`.
     [[nodiscard]] PoreSpace with_ends(Ends wanted, double buffer_m = 0.0) const;
-    /// 1.5 equivalent diameters, but at most half the width of the container (docs/lattice-boltzmann.md shows that this is enough).
+    /// 1.5 equivalent diameters, but at most half the width of the container (docs/sections.md shows that this is enough).
     [[nodiscard]] double default_buffer_m() const;
     /// True if no path leads through the computed part along `drive`, whatever the voxel size: on voxels of this size, grains whose
     /// diameter is smaller by the diagonal of a voxel block it. False if that is not certain (always for images and surfaces).

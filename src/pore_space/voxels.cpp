@@ -134,7 +134,7 @@ VoxelPlan plan_voxels(const Container& container, const Section& section, double
         throw UserError(fmt::format("the grid would have {:.3g} cells", ahead),
                         {.allowed = "1e11 cells", .fix = "choose a larger voxel size (metres), a shorter section or a shorter reservoir"});
     plan.grid.cells[2] = static_cast<int>(layers + below + above);
-    plan.grid.origin_m[2] = section.z0 - below * dz;
+    plan.grid.origin_m[2] = section.z0_m - below * dz;
     for (std::size_t axis = 0; axis < 2; ++axis) {
         const double extent = size[static_cast<int>(axis)], h = plan.grid.spacing_m[axis];
         if (!container.vessel().fills_bounds()) {
@@ -160,7 +160,7 @@ void fill(std::vector<std::uint8_t>& phases, const Grid& grid, int i, int j, con
           std::uint8_t phase) {
     const double h = grid.spacing_m[2], first = grid.origin_m[2] + 0.5 * h, cells = grid.whole_cells(2);
     for (const auto& part : parts) {
-        const double low = std::max(part.low, between.z0), high = std::min(part.high, between.z1);
+        const double low = std::max(part.low, between.z0_m), high = std::min(part.high, between.z1_m);
         if (high <= low) continue;
         const int from = static_cast<int>(std::clamp(std::ceil((low - first) / h), 0.0, cells)),
                   to = static_cast<int>(std::clamp(std::floor((high - first) / h), -1.0, cells - 1.0));
@@ -198,7 +198,7 @@ PhaseImage voxelise(const Solid& solid, const Container& container, const Sectio
                    "choose a larger voxel size or a shorter section");
     PhaseImage image{.grid = grid, .phase = std::vector<std::uint8_t>(grid.size()), .notes = {}};
     image.notes["container"] = to_json(container).dump();
-    image.notes["section"] = fmt::format("{:.17g},{:.17g}", section.z0, section.z1);
+    image.notes["section"] = fmt::format("{:.17g},{:.17g}", section.z0_m, section.z1_m);
     image.notes["unit"] = "metre";
     fill_phases(image.phase, image.grid, solid, container, kept.value_or(section));
     return image;

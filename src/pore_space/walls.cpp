@@ -25,10 +25,10 @@ std::optional<double> WallFinder::straight(const Vec3& from, const Vec3& step) c
     if (walls_.container.periodic()[2]) {
         // No planes.
     } else if (step.z() != 0.0) {
-        const double a = (section.z0 - from.z()) / step.z(), b = (section.z1 - from.z()) / step.z();
+        const double a = (section.z0_m - from.z()) / step.z(), b = (section.z1_m - from.z()) / step.z();
         enter = std::max(enter, std::min(a, b));
         leave = std::min(leave, std::max(a, b));
-    } else if (from.z() < section.z0 || from.z() > section.z1) {
+    } else if (from.z() < section.z0_m || from.z() > section.z1_m) {
         return first;
     }
     if (enter > leave) return first;

@@ -71,7 +71,7 @@ Chords vertical_chords(const Solid& solid, const Container& container, const Sec
                 if (!parts.empty()) parts.push_back({parts.front().low + size.z(), parts.front().high + size.z()});
             }
             for (std::size_t p = 0; p + 1 < parts.size(); ++p)
-                if (const bool whole = container.periodic()[2] || (parts[p].high >= section.z0 && parts[p + 1].low <= section.z1);
+                if (const bool whole = container.periodic()[2] || (parts[p].high >= section.z0_m && parts[p + 1].low <= section.z1_m);
                     whole && parts[p + 1].low > parts[p].high)
                     lengths.push_back(parts[p + 1].low - parts[p].high);
         }

@@ -45,7 +45,7 @@ void add_expected_cost(PourPlan& plan, const std::vector<ShapeShare>& shapes, co
     if (config.engine == Engine::liggghts) {
         plan.expected_wall_time_s =
             0.4e-6 * 0.6 * grains * static_cast<double>(plan.clump_spheres) * steps / static_cast<double>(config.processes);
-        plan.expected_memory_bytes = 60e6 + 4000.0 * static_cast<double>(plan.maximum_grains * plan.clump_spheres);
+        plan.expected_memory_bytes = 60e6 + 4000.0 * static_cast<double>(plan.max_grains * plan.clump_spheres);
     } else {
         double arms = 0.0;
         for (const auto& [shape, share] : shapes) arms += share * static_cast<double>(shape.capsules.size());
@@ -127,7 +127,7 @@ PourPlan plan_pour(const std::vector<ShapeShare>& shapes, const Container& conta
         throw UserError(fmt::format("{} grains do not fit below the drop height", config.grains),
                         {.allowed = fmt::format("at most about {:.0f}", maximum), .fix = "use a higher container or fewer grains"});
     const double densest = 0.75 * container.inner_area_m2() * plan.fill_height_m / mean_volume;
-    plan.maximum_grains = config.grains > 0 ? config.grains : std::max(1L, static_cast<long>(densest));
+    plan.max_grains = config.grains > 0 ? config.grains : std::max(1L, static_cast<long>(densest));
     plan.clump_spheres = std::lround(mean_spheres);
     if (config.fill == Fill::lattice) plan.drop_height_m = 0.0;
     add_expected_cost(plan, shapes, container, config, densest / 0.75 * poured_solid_fraction(shapes, container));

@@ -36,8 +36,8 @@ struct PourPlan {
     double grain_mass_kg = 0.0;  ///< on average
     double fill_height_m = 0.0;
     double drop_height_m = 0.0;
-    long maximum_grains = 0;  ///< grains prepared; pouring may stop before
-    long clump_spheres = 0;   ///< per grain, on average; LIGGGHTS only
+    long max_grains = 0;     ///< grains prepared; pouring may stop before
+    long clump_spheres = 0;  ///< per grain, on average; LIGGGHTS only
     double expected_wall_time_s = 0.0;
     double expected_memory_bytes = 0.0;
 };

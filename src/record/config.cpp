@@ -20,7 +20,7 @@ bool Range::holds(double value) const {
 
 std::string Range::text() const {
     std::string text = "a finite number";
-    if (low == smallest_size && high == largest_size)
+    if (low == min_size && high == max_size)
         text = fmt::format("> 0, at most {:g}", high);
     else if (std::isfinite(low) && std::isfinite(high))
         text = fmt::format("{:g} {} value <= {:g}", low, low_open ? "<" : "<=", high);

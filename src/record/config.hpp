@@ -27,16 +27,16 @@ struct Range {
 };
 
 // Sizes beyond these limits are typing errors, and their powers would overflow.
-inline constexpr double smallest_size = 1e-30, largest_size = 1e12;
+inline constexpr double min_size = 1e-30, max_size = 1e12;
 
 [[nodiscard]] inline Range positive() {
-    return {.low = smallest_size, .high = largest_size};
+    return {.low = min_size, .high = max_size};
 }
 [[nodiscard]] inline Range positive_or_auto() {
-    return {.low = smallest_size, .high = largest_size, .zero_is_auto = true};
+    return {.low = min_size, .high = max_size, .zero_is_auto = true};
 }
 [[nodiscard]] inline Range not_negative() {
-    return {.low = 0.0, .high = largest_size};
+    return {.low = 0.0, .high = max_size};
 }
 /// A length in metres.
 [[nodiscard]] inline Range length_range() {

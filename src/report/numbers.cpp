@@ -36,7 +36,7 @@ std::string interval_text(const std::optional<Interval>& interval) {
 std::string percent_text(double value, const Interval& interval) {
     const Sides percent = 100.0 / std::abs(value) * half_widths(value, interval);
     // A porosity from exact grains has only the error of the quadrature: its digits would say nothing.
-    if (percent.wider() < smallest_percent_shown) return "(exact to these digits)";
+    if (percent.wider() < min_percent_shown) return "(exact to these digits)";
     constexpr double rounding = 1e-6;  // of a symmetric interval, far below the digits shown
     if (std::abs(percent.below - percent.above) <= rounding * percent.wider())
         return fmt::format("± {:.2g} %", 0.5 * (percent.below + percent.above));

@@ -33,7 +33,7 @@ struct Page {
 };
 
 /// Below this, an interval is narrower than half of the last of four digits.
-inline constexpr double smallest_percent_shown = 0.005;
+inline constexpr double min_percent_shown = 0.005;
 /// Of an interval about a value, in per cent of it: "± 1.2 %", or "(− 6.8 %, + 1.8 %)" where the sides differ in the digits shown;
 /// "(exact to these digits)" where it is narrower than those.
 [[nodiscard]] std::string percent_text(double value, const core::Interval& interval);

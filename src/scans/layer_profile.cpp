@@ -84,17 +84,17 @@ Section default_section(const LayerProfile& profile, const std::string& where) {
     if (!bed) return all;
     const double grain = profile.grain_size_m;
     Section section = all;
-    if (bed->z0 > all.z0 + 0.5 * grain) section.z0 = bed->z0 + grain;
-    if (bed->z1 < all.z1 - 0.5 * grain) section.z1 = bed->z1 - grain;
+    if (bed->z0_m > all.z0_m + 0.5 * grain) section.z0_m = bed->z0_m + grain;
+    if (bed->z1_m < all.z1_m - 0.5 * grain) section.z1_m = bed->z1_m - grain;
     if (section.length() < grain) {
         log_warning(fmt::format("{}: the bed reaches from {:.4g} to {:.4g} m only, and the section is the whole image: give --section",
-                                where, bed->z0, bed->z1));
+                                where, bed->z0_m, bed->z1_m));
         return all;
     }
     log_warning(
         fmt::format("{}: the bed ends inside the image, at {:.4g} and {:.4g} m; the section is {:.4g} to {:.4g} m (--section z0,z1 for "
                     "another)",
-                    where, bed->z0, bed->z1, section.z0, section.z1));
+                    where, bed->z0_m, bed->z1_m, section.z0_m, section.z1_m));
     return section;
 }
 
@@ -102,10 +102,10 @@ void warn_beyond_bed(const LayerProfile& profile, const Section& section, const 
     const std::optional<Section> bed = bed_of(profile);
     if (!bed) return;
     const double slack = 0.5 * profile.grain_size_m;
-    if (section.z0 < bed->z0 - slack || section.z1 > bed->z1 + slack)
+    if (section.z0_m < bed->z0_m - slack || section.z1_m > bed->z1_m + slack)
         log_warning(
             fmt::format("{}: the section from {:.4g} to {:.4g} m reaches beyond the bed ({:.4g} to {:.4g} m): k of the free space counts",
-                        where, section.z0, section.z1, bed->z0, bed->z1));
+                        where, section.z0_m, section.z1_m, bed->z0_m, bed->z1_m));
 }
 
 }  // namespace porepack::scans

@@ -50,7 +50,7 @@ Grid grid_of(const Container& container, const Section& part, const ScannerConfi
         grid.origin_m[a] = middle[axis] - 0.5 * grid.cells[a] * h;
     }
     grid.cells[2] = static_cast<int>(std::floor(part.length() / h + 1e-9));
-    grid.origin_m[2] = part.z0;
+    grid.origin_m[2] = part.z0_m;
     grid.spacing_m = {h, h, h};
     return grid;
 }
@@ -165,7 +165,7 @@ public:
           filter_(filter_of(size_)) {
         const Vec3 low = container_.low(), high = container_.high();
         attenuation_ = config.thickness_attenuation / (high.x() - low.x());
-        const Vec3 middle(0.5 * (low.x() + high.x()), 0.5 * (low.y() + high.y()), 0.5 * (part.z0 + part.z1));
+        const Vec3 middle(0.5 * (low.x() + high.x()), 0.5 * (low.y() + high.y()), 0.5 * (part.z0_m + part.z1_m));
         const Eigen::Matrix3d tilt(Eigen::AngleAxisd(config.tilt_deg * std::numbers::pi / 180.0, Vec3::UnitX()));
         axis_ = tilt * Vec3::UnitZ();
         const Vec3 back(0.0, 0.0, middle.z());

@@ -14,6 +14,7 @@ using geometry::Bounds;
 using geometry::Quaternion;
 using geometry::Vec3;
 
+/// Its axis from a to b and its radius, in one unit of length (metres in packings).
 struct Capsule {
     Vec3 a = Vec3::Zero();
     Vec3 b = Vec3::Zero();

@@ -38,9 +38,9 @@ Expectation expect_pack(const Case& c) {
     if (c.settings.packing.engine == Engine::none) return {.text = "seconds"};
     Expectation expected = expect_pour(make_shapes(c.settings.shape), make_container(c.settings.container), c.settings.packing);
     if (!c.settings.geometry.section_m.empty())
-        if (const PoreSpace bed = expected_pore_space(c); bed.section.z1 > bed.bed_top_m)
-            expected.text += fmt::format("; the section ends at {:g} m, above the expected top of the bed (about {:.2g} m)", bed.section.z1,
-                                         bed.bed_top_m);
+        if (const PoreSpace bed = expected_pore_space(c); bed.section.z1_m > bed.bed_top_m)
+            expected.text += fmt::format("; the section ends at {:g} m, above the expected top of the bed (about {:.2g} m)",
+                                         bed.section.z1_m, bed.bed_top_m);
     return expected;
 }
 

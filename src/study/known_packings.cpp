@@ -24,7 +24,7 @@ double measured_part_porosity(const Case& one, const pouring::PackingsConfig& co
     const pore_space::PoreSpace space = case_pore_space(one);
     if (config.measured_part == pouring::MeasuredPart::section) return space.porosity().value;
     const packing::Section part{config.measured_between_m[0], config.measured_between_m[1]};
-    return part.z1 > space.bed_top_m ? std::numeric_limits<double>::quiet_NaN() : space.with_section(part).porosity().value;
+    return part.z1_m > space.bed_top_m ? std::numeric_limits<double>::quiet_NaN() : space.with_section(part).porosity().value;
 }
 
 Member member_of(const Case& one, const pouring::PackingsConfig& config) {

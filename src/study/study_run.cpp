@@ -192,14 +192,14 @@ public:
         const std::string key = tables.dump();
         auto found = known_.find(key);
         if (found == known_.end()) {
-            if (!known_.empty() && watch_.seconds() > longest_s) return std::nullopt;
+            if (!known_.empty() && watch_.seconds() > max_processor_seconds) return std::nullopt;
             found = known_.emplace(key, expectation_of(study_, point)).first;
         }
         return found->second;
     }
 
 private:
-    static constexpr double longest_s = 30.0;
+    static constexpr double max_processor_seconds = 30.0;
     const Study& study_;
     std::map<std::string, Expectation> known_;
     Stopwatch watch_;

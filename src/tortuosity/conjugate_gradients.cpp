@@ -27,7 +27,7 @@ ConjugateGradientResult solve_by_conjugate_gradients(std::vector<ConductanceGrid
     result.residual = scale > 0.0 ? relative_residual() : 0.0;
     const double first = result.residual;
     double rho = 0.0;
-    while (result.residual > options.tolerance && result.iterations < options.maximum_iterations) {
+    while (result.residual > options.tolerance && result.iterations < options.max_iterations) {
         check_interrupt();
         for_cells(fine, [&](std::size_t i) { fine.b[i] = static_cast<float>(r[i]); });
         v_cycle(grids);

@@ -14,7 +14,7 @@ struct ConjugateGradientOptions {
     double tolerance = 1e-6;
     /// Upper limit on iterations; the multigrid preconditioner keeps their number nearly independent of the grid. Raise it only if a
     /// smaller tolerance or pores that are nearly closed need more.
-    long maximum_iterations = 500;
+    long max_iterations = 500;
     /// Name in the progress line.
     std::string label = "conjugate gradients";
 };

@@ -129,7 +129,7 @@ private:
         walls_.solid.column(px, py, parts_);
         constexpr double endless = std::numeric_limits<double>::infinity();
         if (!is_whole_line(inside_)) intersect(parts_, inside_);
-        for (const Interval& part : parts_) close(std::max(part.low, walls_.section.z0), std::min(part.high, walls_.section.z1));
+        for (const Interval& part : parts_) close(std::max(part.low, walls_.section.z0_m), std::min(part.high, walls_.section.z1_m));
         // What lies between the sides' intervals is outside the vessel.
         double end = -endless;
         for (const Interval& part : inside_) {

@@ -139,7 +139,7 @@ DiffusiveResult solve(ConductanceGrid finest, const Evaluated& section, const Di
     std::vector<double> x = drop.first_guess();
     const ConjugateGradientResult solution = solve_by_conjugate_gradients(
         grids, drop.right_hand_side(), x,
-        {.tolerance = options.tolerance, .maximum_iterations = options.maximum_iterations, .label = "tortuosity (diffusive)"});
+        {.tolerance = options.tolerance, .max_iterations = options.max_iterations, .label = "tortuosity (diffusive)"});
     if (!solution.converged)
         throw NumericalError(
             fmt::format("diffusion has not converged: residual {:.2e} after {} iterations", solution.residual, solution.iterations),
@@ -192,7 +192,7 @@ DiffusiveResult diffusive_on_grid(const PoreSpace& space, double voxel_size_m, A
     const Drive drive{.axis = static_cast<int>(axis), .periodic = space.periodic_sides()};
     const LinkCuts cuts = space.link_cuts(image, drive);
     const auto plane_at = [&](double z) { return static_cast<int>(std::lround((z - grid.origin_m[2]) / grid.spacing_m[2])); };
-    const int first = axis == 2 ? plane_at(space.section.z0) : 0, last = axis == 2 ? plane_at(space.section.z1) : grid.cells[axis];
+    const int first = axis == 2 ? plane_at(space.section.z0_m) : 0, last = axis == 2 ? plane_at(space.section.z1_m) : grid.cells[axis];
     const std::optional<FlowWalls> walls = space.walls();
     if (!walls) return on_voxels(image, drive, first, last, options, cuts);
     const Percolation percolation = find_percolating_cells(image, drive, cuts);

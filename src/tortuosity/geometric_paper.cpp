@@ -264,8 +264,8 @@ std::optional<Vec2> closest_pixel(const NearSolid& solid, const Container& conta
 std::vector<NearSolid> solid_of_slices(const Grains& grains, const Section& section, int slices, double spacing) {
     std::vector<NearSolid> cut(static_cast<std::size_t>(slices), NearSolid{.grains = grains});
     const auto add = [&](const Bounds& bounds, const auto& to_slice) {
-        const int from = std::max(0, static_cast<int>(std::ceil((bounds.low.z() - section.z0) / spacing)));
-        const int to = std::min(slices - 1, static_cast<int>(std::floor((bounds.high.z() - section.z0) / spacing)));
+        const int from = std::max(0, static_cast<int>(std::ceil((bounds.low.z() - section.z0_m) / spacing)));
+        const int to = std::min(slices - 1, static_cast<int>(std::floor((bounds.high.z() - section.z0_m) / spacing)));
         for (int s = from; s <= to; ++s) to_slice(cut[static_cast<std::size_t>(s)]);
     };
     for (const auto& image : grains.images()) {
@@ -295,7 +295,7 @@ GeometricPaperResult geometric_paper_exact(const Grains& grains, const Container
         for (const Capsule& capsule : image.capsules) nearest_reach = std::min(nearest_reach, 2.0 * capsule.radius);
     nearest_reach = std::max(nearest_reach, 4.0 * config.dot_pixel_m);
     const ClosestVoid closest = [&](const Vec2& from, int slice) -> std::optional<Vec2> {
-        const Vec3 at(from.x(), from.y(), section.z0 + slice * config.slice_spacing_m);
+        const Vec3 at(from.x(), from.y(), section.z0_m + slice * config.slice_spacing_m);
         thread_local std::vector<std::pair<double, const Capsule*>> all;
         const NearSolid& of_slice = cut[static_cast<std::size_t>(slice)];
         NearSolid near{.grains = grains};
@@ -320,7 +320,7 @@ GeometricPaperResult geometric_paper_exact(const Grains& grains, const Container
         }
         return std::nullopt;
     };
-    return average(grid_of_dots(container, config), slices, section.z0, config.slice_spacing_m, config.largest_angle_deg, closest);
+    return average(grid_of_dots(container, config), slices, section.z0_m, config.slice_spacing_m, config.largest_angle_deg, closest);
 }
 
 GeometricPaperResult geometric_paper_on_slices(const SliceStack& slices, const TortuosityConfig& config) {

@@ -12,7 +12,7 @@ double hydraulic_tortuosity(const FlowImage& flow, const Section& section, int a
     double speed = 0.0, along = 0.0;
     for (int k = 0; k < flow.grid.cells[2]; ++k) {
         const double z = flow.grid.centre(2, k);
-        if (z < section.z0 || z > section.z1) continue;
+        if (z < section.z0_m || z > section.z1_m) continue;
         for (int j = 0; j < flow.grid.cells[1]; ++j)
             for (int i = 0; i < flow.grid.cells[0]; ++i) {
                 const float* u = &flow.velocity_m_per_s[3 * flow.grid.index(i, j, k)];

@@ -314,7 +314,7 @@ ShortestPathResult shortest_path(const PhaseImage& image, int axis, std::array<b
     return along_corners(image, lattice, axis, {});
 }
 
-ShortestPathResult shortest_path(const PoreSpace& space, double voxel_size_m, Axis direction, long maximum_starts) {
+ShortestPathResult shortest_path(const PoreSpace& space, double voxel_size_m, Axis direction, long max_starts) {
     const PoreSpace section = space.section_only();
     const int axis = static_cast<int>(direction);
     require_memory(shortest_path_memory_bytes(static_cast<double>(section.plan_at(voxel_size_m).grid.size())),
@@ -323,7 +323,7 @@ ShortestPathResult shortest_path(const PoreSpace& space, double voxel_size_m, Ax
     const Lattice lattice = lattice_of(image, axis, section.periodic_sides());
     const LinkCuts cuts = section.image() ? LinkCuts() : section.link_cuts(image, {.axis = axis, .periodic = section.periodic_sides()});
     if (!section.grains()) return along_corners(image, lattice, axis, cuts);
-    return summarise(lattice, VoxelSight(image, lattice, cuts), static_cast<std::size_t>(axis), static_cast<std::size_t>(maximum_starts),
+    return summarise(lattice, VoxelSight(image, lattice, cuts), static_cast<std::size_t>(axis), static_cast<std::size_t>(max_starts),
                      [&](std::vector<Vec3>& path) { return pull_taut(path, axis, *section.grains(), 0.5 * section.grain_size_m); });
 }
 

@@ -43,10 +43,10 @@ struct ShortestPathResult {
     std::vector<std::vector<shapes::Vec3>> paths_m;  ///< about a hundred of the paths, the shortest first
 };
 /// Through a pore space on voxels of this size, across its periodic sides. Between exact grains the voxels only determine which path round
-/// the grains is short; up to `maximum_starts` evenly chosen paths are then pulled taut around the capsules. Other walls are those of the
+/// the grains is short; up to `max_starts` evenly chosen paths are then pulled taut around the capsules. Other walls are those of the
 /// voxels. Throws DoesNotPercolate when no path crosses the section.
 [[nodiscard]] ShortestPathResult shortest_path(const pore_space::PoreSpace& space, double voxel_size_m, core::Axis axis,
-                                               long maximum_starts = 1000);
+                                               long max_starts = 1000);
 /// Between voxels treated as cubes: round surfaces become staircases, and the path is somewhat longer.
 [[nodiscard]] ShortestPathResult shortest_path(const geometry::PhaseImage& image, int axis, std::array<bool, 3> periodic);
 [[nodiscard]] double shortest_path_memory_bytes(double cells);
@@ -64,13 +64,13 @@ struct DiffusiveResult {
     std::vector<double> concentration;  ///< of each voxel: 1 at the first plane, 0 at the last; on a periodic axis minus its mean slope
 };
 struct DiffusiveOptions {
-    double tolerance = 1e-6;        ///< of the residual over the right-hand side, see ConjugateGradientOptions
-    long maximum_iterations = 500;  ///< of the conjugate gradients; then the solver has failed
-    double porosity = 0.0;          ///< of the exact solid in the section, if it is known already; 0: computed
-    bool one_grid = false;          ///< no coarser grids, and so no limit
+    double tolerance = 1e-6;    ///< of the residual over the right-hand side, see ConjugateGradientOptions
+    long max_iterations = 500;  ///< of the conjugate gradients; then the solver has failed
+    double porosity = 0.0;      ///< of the exact solid in the section, if it is known already; 0: computed
+    bool one_grid = false;      ///< no coarser grids, and so no limit
 };
 /// Finite volumes on the pore voxels, conjugate gradients with a multigrid preconditioner. Throws DoesNotPercolate when the pores do not
-/// percolate, NumericalError when the tolerance is not reached in `maximum_iterations`. Nothing passes the links of `cuts`.
+/// percolate, NumericalError when the tolerance is not reached in `max_iterations`. Nothing passes the links of `cuts`.
 [[nodiscard]] DiffusiveResult diffusive_tortuosity(const geometry::PhaseImage& image, int axis, std::array<bool, 3> periodic,
                                                    const DiffusiveOptions& options = {}, const pore_space::LinkCuts& cuts = {});
 [[nodiscard]] double diffusive_memory_bytes(double cells);

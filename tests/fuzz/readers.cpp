@@ -214,7 +214,7 @@ TEST(Fuzz, Surfaces) {
     Packing packing{
         .container = parse_container("box:0.03,0.03,0.05"), .shapes = {make_preset(ShapeKind::sphere, 0.01, 0.0)}, .bodies = {}};
     packing.bodies.push_back({.shape = 0, .position_m = Vec3(0.015, 0.015, 0.01)});
-    write_stl(folder.path() / "good.stl", make_surface(packing, {.deviation_m = 4e-4, .largest_volume_error = 0.1}).surface);
+    write_stl(folder.path() / "good.stl", make_surface(packing, {.deviation_m = 4e-4, .max_volume_error = 0.1}).surface);
     // The volume by the triangles as they lie in the file: 80 bytes, their number, 50 bytes each.
     fuzz("grains.stl", read_text(folder.path() / "good.stl"), [](const Path& file) {
         const SurfaceCheck check = check_surface(read_stl(file));

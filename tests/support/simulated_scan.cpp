@@ -19,8 +19,8 @@ GrayImage simulated_scan(const Solid& solid, const Container& container, double 
     shapes::Vec3 low = container.low(), high = container.high();
     const double h = (high - low).x() / std::round((high - low).x() / voxel_size_m);
     if (settings.part) {
-        low.z() = settings.part->z0;
-        high.z() = settings.part->z1;
+        low.z() = settings.part->z0_m;
+        high.z() = settings.part->z1_m;
     }
     constexpr double shown_voxels = 6.0;
     if (settings.tube)

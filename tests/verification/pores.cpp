@@ -109,7 +109,7 @@ TEST(Pores, KatzThompsonOfArrays) {
             expect(test::cylinder_array(row.solid_fraction, row.along, 0.1, shapes::Vec3::Zero(), core::Axis::z));
 }
 
-// k of these sections by lattice Boltzmann: 0.87 on voxels of 0.6 mm (docs/lattice-boltzmann.md), the others on voxels of 0.9 mm
+// k of these sections by lattice Boltzmann: 0.87 on voxels of 0.6 mm (docs/sections.md), the others on voxels of 0.9 mm
 // (porepack lbm FILE --section 0.15,0.175 --voxel-size 9e-4 --relaxation-time 0.6). Voxels of 1.2 mm here, for speed.
 TEST(Pores, KatzThompsonOfSettledBeds) {
     struct Bed {

@@ -105,8 +105,8 @@ TEST(InSitu, BuffersEndWhereTheBedEnds) {
     EXPECT_EQ(in_situ.buffers_m, (std::array<double, 2>{0.25, 0.25}));
     EXPECT_FALSE(in_situ.computes_whole_bed());
     const PoreSpace whole = space.with_ends(Ends::in_situ, 5.0);
-    EXPECT_NEAR(whole.computed().z0, space.bed_bottom_m, 1e-12);
-    EXPECT_NEAR(whole.computed().z1, space.bed_top_m, 1e-12);
+    EXPECT_NEAR(whole.computed().z0_m, space.bed_bottom_m, 1e-12);
+    EXPECT_NEAR(whole.computed().z1_m, space.bed_top_m, 1e-12);
     EXPECT_TRUE(whole.computes_whole_bed());
     EXPECT_EQ(space.with_ends(Ends::planes).buffers_m, (std::array<double, 2>{0.0, 0.0}));
     // The grid has the section's planes on its layers.

@@ -70,13 +70,13 @@ TEST(Segment, GrainsTubeCavitiesAndCutGrains) {
     // No grain reaches from the removed ones into the section, so its porosity is that of the bed; four slices would be left out.
     ASSERT_TRUE(found.section_m);
     const packing::Section section{found.section_m->low, found.section_m->high};
-    EXPECT_NEAR(section.z0, 0.0044, 9e-4);
-    EXPECT_NEAR(section.z1, 0.0196, 9e-4);
+    EXPECT_NEAR(section.z0_m, 0.0044, 9e-4);
+    EXPECT_NEAR(section.z1_m, 0.0196, 9e-4);
     EXPECT_NEAR(*found.porosity, packing::porosity(packing::Grains(packing), packing.container, section).value, 0.004);
     // Every later stage takes the files.
     const pore_space::PoreSpace gray = load_pore_space(target / "gray.vti");
     ASSERT_TRUE(gray.gray());
-    EXPECT_NEAR(gray.section.z0, section.z0, 1e-9);
+    EXPECT_NEAR(gray.section.z0_m, section.z0_m, 1e-9);
     EXPECT_NEAR(gray.porosity().value, *found.porosity, 1e-3);
     const pore_space::PoreSpace voxels = load_pore_space(target / "pore.vti");
     ASSERT_TRUE(voxels.image());

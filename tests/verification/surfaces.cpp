@@ -32,7 +32,7 @@ TEST(Surface, ErrorFallsWithTheSquareOfTheEdge) {
         const ShapeMeasures exact = measure(shape);
         std::vector<double> volume, area, edge2;
         for (const double deviation : {0.04, 0.02, 0.01, 0.005}) {
-            const SurfaceResult result = make_surface(alone(shape), {.deviation_m = deviation, .largest_volume_error = 0.1});
+            const SurfaceResult result = make_surface(alone(shape), {.deviation_m = deviation, .max_volume_error = 0.1});
             const SurfaceMeasures m = measure_surface(result.surface);
             EXPECT_LE(result.deviation_m, deviation) << name_of(kind);
             // Triangles over a fixed area: their number is the inverse square of the edge.
@@ -60,7 +60,7 @@ TEST(Surface, ContactsComeOutAsTheGeometrySays) {
         const long bodies = gap > 0.0 ? 2 : 1;
         const auto shells = [&](const Shape& shape, const Vec3& direction, const Quaternion& turn) {
             const SurfaceResult result =
-                make_surface(pair_of(shape, (1.0 + gap) * direction, turn), {.deviation_m = 0.02, .largest_volume_error = 0.03});
+                make_surface(pair_of(shape, (1.0 + gap) * direction, turn), {.deviation_m = 0.02, .max_volume_error = 0.03});
             const SurfaceCheck check = check_surface(result.surface);
             EXPECT_EQ(check.fault, "");
             EXPECT_NEAR(check.volume_m3 / (2.0 * measure(shape).volume_m3), 1.0, 0.03);
@@ -75,7 +75,7 @@ TEST(Surface, ContactsComeOutAsTheGeometrySays) {
     }
     // A larger contact gap joins grains with smaller gaps.
     const SurfaceResult joined =
-        make_surface(pair_of(sphere, Vec3(1.001, 0, 0)), {.deviation_m = 0.02, .contact_gap_m = 0.01, .largest_volume_error = 0.05});
+        make_surface(pair_of(sphere, Vec3(1.001, 0, 0)), {.deviation_m = 0.02, .contact_gap_m = 0.01, .max_volume_error = 0.05});
     EXPECT_EQ(check_surface(joined.surface).shells, 1);
     EXPECT_EQ(joined.bridges, 1);
 }

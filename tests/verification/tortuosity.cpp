@@ -190,7 +190,7 @@ TEST(Diffusive, AFailedSolverIsNoBlockedPore) {
     // Decreasing numbers of iterations: a solver that fails on any grid is an error; an estimate is always complete.
     for (long iterations = 40; iterations > 0; iterations -= 3) {
         try {
-            const DiffusiveEstimate estimate = diffusive_tortuosity(space, 1.0 / 24, Axis::z, {.maximum_iterations = iterations});
+            const DiffusiveEstimate estimate = diffusive_tortuosity(space, 1.0 / 24, Axis::z, {.max_iterations = iterations});
             EXPECT_TRUE(estimate.limit) << estimate.no_limit_because;
         } catch (const DoesNotPercolate& fault) {
             ADD_FAILURE() << fault.what();

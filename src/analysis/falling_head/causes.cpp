@@ -51,7 +51,7 @@ std::vector<double> porosity_layers(const PoreSpace& space, double sample_length
 // What would change the computed k, not the measured one: the paper's scheme, and a computation without the wall.
 results::ComputationEffects effects_on_the_computation(const PoreSpace& space, double porosity, double grain_m) {
     log_info("causes: the paper's lattice Boltzmann scheme, and the wall");
-    const double middle = 0.5 * (space.section.z0 + space.section.z1), half = std::min(1.5 * grain_m, 0.5 * space.section.length());
+    const double middle = 0.5 * (space.section.z0_m + space.section.z1_m), half = std::min(1.5 * grain_m, 0.5 * space.section.length());
     return {.paper_scheme_over_porepack = paper_scheme_ratio(space.grain_size_m, 1.0 - porosity),
             .core_over_tube = core_over_tube_permeability(space.with_section({middle - half, middle + half}), grain_m)};
 }

@@ -68,8 +68,8 @@ TEST(Porosity, OneSphereInABoxAndAcrossAPeriodicCorner) {
 TEST(Section, DefaultsTrimAndTheEmptyOneIsNamed) {
     const Container container = parse_container("cylinder:0.1,0.7");
     const Section section = choose_section(container, {}, {0.0, 0.35}, 0.05);
-    EXPECT_EQ(section.z0, 0.03);
-    EXPECT_NEAR(section.z1, 0.32, 1e-15);
+    EXPECT_EQ(section.z0_m, 0.03);
+    EXPECT_NEAR(section.z1_m, 0.32, 1e-15);
     EXPECT_TRUE(has(message_of<UserError>([&] { (void)choose_section(container, {}, {0.0, 0.04}, 0.03); }), "it is 0.04 m high"));
     EXPECT_TRUE(has(message_of<UserError>([&] {
                         (void)choose_section(container, {.section_m = {0.3, 0.2}}, {0.0, 0.35}, 0.03);

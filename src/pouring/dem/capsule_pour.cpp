@@ -72,7 +72,7 @@ public:
         : container_(container),
           config_(config),
           plan_(plan_pour(shapes, container, config)),
-          pour_(make_batches(shapes, container, config, plan_.drop_height_m, plan_.maximum_grains)),
+          pour_(make_batches(shapes, container, config, plan_.drop_height_m, plan_.max_grains)),
           dem_(container, shapes_of(shapes), config.density_kg_per_m3, contact_law(config), options()),
           snapshot_(folder / "snapshot.bin"),
           key_(scene_key(shapes, container, config)),
@@ -118,7 +118,7 @@ private:
             // A snapshot of the second phase continues with all grains awake.
             dem_.set_sleep(config_.sleep && !at_.calm);
         } else {
-            log_info("pour: at most {} grains of exact capsules, time step {:.2e} s", plan_.maximum_grains, plan_.time_step_s);
+            log_info("pour: at most {} grains of exact capsules, time step {:.2e} s", plan_.max_grains, plan_.time_step_s);
         }
         next_snapshot_ = dem_.steps() + snapshot_steps_;
     }

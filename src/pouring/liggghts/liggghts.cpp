@@ -236,7 +236,7 @@ PourResult pour_with_liggghts(const std::vector<ShapeShare>& shapes, const Conta
     for (const char* name : {"pour.in", "begin_new.in", "begin_again.in", "snapshot.in", "walls_cylinder.in", "walls_box.in"})
         std::filesystem::copy_file(templates / name, folder / name, std::filesystem::copy_options::overwrite_existing);
     PourResult result;
-    const Pour pour = given ? *given : make_batches(shapes, container, config, run.plan.drop_height_m, run.plan.maximum_grains);
+    const Pour pour = given ? *given : make_batches(shapes, container, config, run.plan.drop_height_m, run.plan.max_grains);
     result.thinned_batches = pour.thinned;
     write_batches(run, pour);
     // Given poses are not part of the key.
@@ -250,7 +250,7 @@ PourResult pour_with_liggghts(const std::vector<ShapeShare>& shapes, const Conta
         log_info("pour: resumes from {:.2f} s with {} grains", static_cast<double>(snapshot.step) * run.plan.time_step_s,
                  run.grains_after(snapshot.poured));
     else
-        log_info("pour: at most {} grains of {} spheres, time step {:.2e} s", run.plan.maximum_grains, run.plan.clump_spheres,
+        log_info("pour: at most {} grains of {} spheres, time step {:.2e} s", run.plan.max_grains, run.plan.clump_spheres,
                  run.plan.time_step_s);
     const Path log = folder / "log.liggghts.screen";
     PourLog said(log);

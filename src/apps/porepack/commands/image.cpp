@@ -145,11 +145,11 @@ packing::Section part_of(const std::string& text, const vessels::Container& cont
     packing::Section part{0.0, container.height()};
     if (text.empty()) return part;
     int used = 0;
-    if (std::sscanf(text.c_str(), "%lf,%lf%n", &part.z0, &part.z1, &used) != 2 || static_cast<std::size_t>(used) != text.size() ||
-        !(part.z1 > part.z0))
+    if (std::sscanf(text.c_str(), "%lf,%lf%n", &part.z0_m, &part.z1_m, &used) != 2 || static_cast<std::size_t>(used) != text.size() ||
+        !(part.z1_m > part.z0_m))
         throw UserError(fmt::format("\"{}\" is no range of heights", text), {.where = "--part", .allowed = "z0,z1 in metres"});
-    if (const double slack = 1e-9 * container.height(); part.z0 < -slack || part.z1 > container.height() + slack)
-        throw UserError(fmt::format("the part from {:g} to {:g} m reaches out of the container", part.z0, part.z1),
+    if (const double slack = 1e-9 * container.height(); part.z0_m < -slack || part.z1_m > container.height() + slack)
+        throw UserError(fmt::format("the part from {:g} to {:g} m reaches out of the container", part.z0_m, part.z1_m),
                         {.where = "--part", .allowed = fmt::format("0 to {:g} m", container.height())});
     return part;
 }
