@@ -47,7 +47,9 @@ public:
     [[nodiscard]] std::exception_ptr fault() const { return fault_; }
     [[nodiscard]] std::size_t parts() const { return parts_; }
 
-    std::vector<std::array<std::span<const std::byte>, 2>> sent;  // by part; read between two meetings
+    // Copies: a part that fails takes its own memory with it while others still read. Written before a meeting, read between it and the
+    // next.
+    std::vector<std::array<Bytes, 2>> sent;  // by part
     std::vector<double> numbers;
 
 private:
@@ -65,7 +67,7 @@ public:
     [[nodiscard]] int part() const override { return static_cast<int>(part_); }
 
     void exchange(const std::array<std::span<const std::byte>, 2>& to, const std::array<std::span<std::byte>, 2>& from) const override {
-        room_.sent[part_] = to;
+        for (std::size_t side = 0; side < 2; ++side) room_.sent[part_][side].assign(to[side].begin(), to[side].end());
         room_.meet();
         const std::size_t n = room_.parts();
         receive(room_.sent[(part_ + n - 1) % n][1], from[0]);
@@ -73,10 +75,10 @@ public:
         room_.meet();
     }
     [[nodiscard]] std::vector<Bytes> gather(std::span<const std::byte> mine) const override {
-        room_.sent[part_][0] = mine;
+        room_.sent[part_][0].assign(mine.begin(), mine.end());
         room_.meet();
         std::vector<Bytes> all;
-        for (const auto& sent : room_.sent) all.emplace_back(sent[0].begin(), sent[0].end());
+        for (const auto& sent : room_.sent) all.push_back(sent[0]);
         room_.meet();
         return all;
     }

@@ -24,7 +24,7 @@ struct FlowSums {
     std::array<double, 3> velocity{};                             ///< of all nodes
     double density = 0.0;                                         ///< deviation, of all nodes
     double fastest = 0.0;                                         ///< largest speed of all nodes; NaN if one is
-    double speed = 0.0, along = 0.0, squares = 0.0, nodes = 0.0;  ///< of the layers: speed, velocity along the flow, square of the speed
+    double speed = 0.0, along = 0.0, squares = 0.0, nodes = 0.0;  ///< of the layers: speed, velocity along the flow, square of the speed, number
 };
 
 /// Populations are deviations from rest. A body force drives the flow; with constant pressure on end planes it is the

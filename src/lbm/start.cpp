@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 namespace porepack::lbm {
 namespace {
@@ -36,6 +37,7 @@ constexpr std::size_t block_nodes = std::size_t{1} << 17U;  // what is kept twic
 
 // Nodes [first, end) of the flow.
 void start_block(Flow& flow, const Domain& domain, const Scheme& scheme, const FlowField& coarse, std::size_t first, std::size_t end) {
+    if (domain.grid.is_slab()) throw std::logic_error("a slab cannot start from a coarser grid");
     const double ratio = coarse.domain.grid.spacing_m[0] / domain.grid.spacing_m[0], thicker = scheme.viscosity_lu() / coarse.viscosity_lu;
     const auto axis = static_cast<std::size_t>(domain.drive.axis);
     // A prescribed flow rate is the same in lattice units; the pressure then falls by nu u / k.
@@ -97,6 +99,7 @@ NodesAround nodes_around(const Domain& domain, const std::array<double, 3>& plac
 }
 
 FlowField take_field(Flow& flow, Domain&& domain, const Scheme& scheme) {
+    if (domain.grid.is_slab()) throw std::logic_error("a flow field is of a whole grid");
     FlowField field{.domain = std::move(domain), .viscosity_lu = scheme.viscosity_lu(), .moments = {}};
     field.domain.forget_links();
     field.moments = core::Pages<std::array<float, 4>>(field.domain.nodes());

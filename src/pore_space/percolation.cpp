@@ -6,6 +6,7 @@
 #include <limits>
 #include <numeric>
 #include <span>
+#include <stdexcept>
 #include <vector>
 
 #include "core/communicator.hpp"
@@ -317,6 +318,7 @@ Drive choose_drive(const Container& container, Axis direction) {
 }
 
 Percolation find_percolating_cells(const PhaseImage& image, const Drive& drive, const LinkCuts& cuts, const Communicator& parts) {
+    if (image.grid.is_slab() != (parts.parts() > 1)) throw std::logic_error("each slab of a grid needs the communicator of all slabs");
     Percolation result = RunImage(image, drive, cuts).percolation(parts);
     std::array<std::int64_t, 2> all{};
     const std::array<std::int64_t, 2> own = {result.cells.size(), result.isolated_cells};

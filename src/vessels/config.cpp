@@ -194,9 +194,10 @@ Container make_container(const ContainerConfig& config) {
     const VesselKind& kind = known_kind(config.kind, "[container]");
     for (const std::string& key : given.keys) {
         if (contains(kind.needed, key) || contains(kind.optional, key)) continue;
-        const auto owner = std::find_if(all_kinds().begin(), all_kinds().end(),
-                                        [&](const VesselKind& k) { return contains(k.needed, key) || contains(k.optional, key); });
-        throw UserError(fmt::format("`{}` has no effect here: it belongs to kind = \"{}\"", key, owner->name),
+        std::vector<std::string> owners;
+        for (const VesselKind& other : all_kinds())
+            if (contains(other.needed, key) || contains(other.optional, key)) owners.push_back(fmt::format("kind = \"{}\"", other.name));
+        throw UserError(fmt::format("`{}` has no effect here: it belongs to {}", key, fmt::join(owners, " and ")),
                         {.where = "[container]", .fix = "remove it, or change kind"});
     }
     for (const std::string& key : kind.needed)

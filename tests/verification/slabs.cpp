@@ -172,11 +172,14 @@ std::vector<DividedScene> scenes() {
 }
 
 TEST(Slabs, GiveTheBitsOfTheWholeGrid) {
+    std::int64_t isolated_cells = 0, closed_links = 0;
     for (const DividedScene& scene : scenes())
         for (const Kernel kernel : {Kernel::cpu_double, Kernel::reference}) {
             const Solution whole = solve(scene, scene.grid, kernel, no_communicator());
             EXPECT_GT(whole.run.permeability_lu, 0.0) << scene.name;
             EXPECT_GT(whole.run.steps, 40) << scene.name;
+            isolated_cells += whole.isolated_cells;
+            closed_links += std::count_if(whole.cuts.begin(), whole.cuts.end(), [](std::uint32_t links) { return links != 0; });
             for (const std::vector<int>& cuts : scene.cuts) {
                 const std::string where = scene.name + ", slabs: " + std::to_string(cuts.size() + 1);
                 const Solution divided = solve_divided(scene, cuts, kernel);
@@ -197,6 +200,13 @@ TEST(Slabs, GiveTheBitsOfTheWholeGrid) {
                 EXPECT_TRUE(divided.populations == whole.populations) << where;
             }
         }
+    EXPECT_GT(isolated_cells, 0);
+    EXPECT_GT(closed_links, 0);
+}
+
+TEST(Slabs, NeedTheCommunicatorOfAll) {
+    const DividedScene scene = scenes().front();
+    EXPECT_THROW((void)solve(scene, scene.grid.slab_of(0, 5, false), Kernel::cpu_double, no_communicator()), std::logic_error);
 }
 
 }  // namespace

@@ -7,7 +7,7 @@ namespace porepack::lbm::cpu {
 using d3q19::opposite;
 
 ChunkedWalls::ChunkedWalls(const Domain& domain) {
-    const std::size_t chunks = (domain.nodes() + chunk_nodes - 1) / chunk_nodes;
+    const std::size_t chunks = chunks_for(domain.nodes());
     first.reserve(chunks + 1);
     first_gap.reserve(chunks + 1);
     const auto narrow =
