@@ -52,7 +52,7 @@ results::Shape measure_shape(const ShapeConfig& config, double density) {
     if (config.kind == ShapeKind::mixture) return measure_mixture(config, density);
     const Shape shape = make_shape(config);
     const ShapeMeasures m = measure(shape);
-    const HullMeasures convex = hull(shape.capsules);
+    const HullMeasures convex = hull(shape);
     results::Shape found{.kind = std::string(name_of(config.kind)),
                          .volume_m3 = m.volume_m3,
                          .surface_area_m2 = m.surface_area_m2,
@@ -67,11 +67,19 @@ results::Shape measure_shape(const ShapeConfig& config, double density) {
                          .mass_kg = density * m.volume_m3,
                          .inertia = inertia_of(density * m.inertia_per_density_m5),
                          .bounding_radius_m = m.bounding_radius_m,
-                         .maximum_feret_diameter_m = m.maximum_feret_diameter_m,
-                         .cavity = std::string(name_of(shape.cavity)),
-                         .capsules = shape.capsules.size(),
-                         .cavity_volume_m3 = m.cavity_volume_m3,
-                         .cavity_area_m2 = m.cavity_area_m2};
+                         .maximum_feret_diameter_m = m.maximum_feret_diameter_m};
+    if (has_faces(config.kind)) {
+        const FacedGrain grain = make_faced(config);
+        found.rounding_m = grain.body->rounding();
+        found.scale_of_sizes = grain.scale;
+        found.sharp_surface_area_m2 = grain.sharp_area_m2;
+        found.sharp_sphericity = grain.sharp_sphericity;
+        return found;
+    }
+    found.cavity = std::string(name_of(shape.cavity));
+    found.capsules = shape.capsules.size();
+    found.cavity_volume_m3 = m.cavity_volume_m3;
+    found.cavity_area_m2 = m.cavity_area_m2;
     if (config.kind != ShapeKind::capsules) {
         found.diameter_m = 2.0 * shape.capsules.front().radius;
         found.length_m = (shape.capsules.front().b - shape.capsules.front().a).norm();

@@ -16,6 +16,7 @@
 #include "converters/uses.hpp"
 #include "core/error.hpp"
 #include "core/parallel.hpp"
+#include "vessels/config.hpp"
 
 namespace porepack::converters {
 namespace pmp = CGAL::Polygon_mesh_processing;
@@ -274,7 +275,7 @@ void require_plausible_size(const SurfaceCheck& check, const Container& containe
         throw UserError("the surface sticks out of the container: " + numbers,
                         {.where = fmt::format("{}: from ({:.4g}, {:.4g}, {:.4g}) to ({:.4g}, {:.4g}, {:.4g}) m", where, check.low.x(),
                                               check.low.y(), check.low.z(), check.high.x(), check.high.y(), check.high.z()),
-                         .allowed = "cylinder: axis x = y = 0, floor z = 0; box: corner at the origin",
+                         .allowed = vessels::container_frames(),
                          .fix = "move the surface, or give the right container and unit"});
 }
 

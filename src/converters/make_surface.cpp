@@ -247,6 +247,7 @@ SurfaceOptions surface_options(const GeometryConfig& geometry) {
 
 SurfaceResult make_surface(const Packing& packing, const SurfaceOptions& options) {
     if (packing.bodies.empty()) throw UserError("the packing has no grain");
+    for (const Shape& shape : packing.shapes) require_capsules(shape, "a closed surface");
     const double d = finest_diameter(packing);
     const double deviation = options.deviation_m > 0.0 ? options.deviation_m : 0.005 * d;
     SurfaceResult result;

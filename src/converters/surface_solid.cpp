@@ -7,6 +7,7 @@
 #include "converters/uses.hpp"
 #include "core/error.hpp"
 #include "core/log.hpp"
+#include "vessels/config.hpp"
 
 namespace porepack::converters {
 
@@ -251,18 +252,23 @@ void SurfaceSolid::near_column(double x, double y, double length, std::vector<In
 
 namespace {
 
-// The bounding box has been checked; a cylinder is rounder. Poured grains press into the wall a little.
-void require_inside_cylinder(const TriangleSurface& surface, const Container& container, const std::string& where) {
-    const std::optional<double> tube = container.tube_diameter();
-    if (!tube) return;
-    double farthest = 0.0;
-    for (const auto& point : surface.points) farthest = std::max(farthest, std::hypot(point[0], point[1]));
-    const double radius = 0.5 * *tube;
-    if (farthest > 1.02 * radius)
-        throw UserError(fmt::format("the surface reaches through the wall of the cylinder: to {:.6g} m from its axis", farthest),
+// The bounding box has been checked; most vessels are smaller. Poured grains press into the wall a little.
+void require_between_sides(const TriangleSurface& surface, const Container& container, const std::string& where) {
+    if (container.vessel().fills_bounds()) return;
+    double deepest = 0.0;
+    std::array<double, 3> there{};
+    for (const auto& point : surface.points)
+        if (const double depth = -container.wall_distance({point[0], point[1], point[2]}); depth > deepest) {
+            deepest = depth;
+            there = point;
+        }
+    const double allowed = 0.01 * std::min(container.size().x(), container.size().y());
+    if (deepest > allowed)
+        throw UserError(fmt::format("the surface reaches through the wall of the container: {:.6g} m deep at ({:.6g}, {:.6g}, {:.6g})",
+                                    deepest, there[0], there[1], there[2]),
                         {.where = where,
-                         .allowed = fmt::format("up to {:.6g} m, 1.02 times the radius", 1.02 * radius),
-                         .fix = "move the surface to the axis x = y = 0, or give the right diameter and unit"});
+                         .allowed = fmt::format("up to {:.6g} m, 1 % of the container's width", allowed),
+                         .fix = fmt::format("move the surface ({}), or give the right container and unit", vessels::container_frames())});
 }
 
 // Free space beside the grains makes k far too large, and usually means that the container or the unit is wrong.
@@ -284,7 +290,7 @@ PoreSpace pore_space_of(TriangleSurface surface, const Container& container, con
     const SurfaceCheck check = check_surface(surface);
     require_plausible_size(check, container, where);
     require_sound(check, where);
-    require_inside_cylinder(surface, container, where);
+    require_between_sides(surface, container, where);
     warn_of_free_space(check, container);
     PoreSpace space{.container = container, .section = {}};
     space.solid = std::make_shared<const SurfaceSolid>(std::move(surface), container);

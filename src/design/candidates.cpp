@@ -25,7 +25,7 @@ Candidate measured(std::string family, ShapeConfig config, std::vector<double> p
     return {.family = std::move(family),
             .shape = scaled(config, 1.0 / size),
             .form = {.sphericity = measures.sphericity,
-                     .convexity = std::min(1.0, measures.volume_m3 / hull(shape.capsules).volume_m3),
+                     .convexity = std::min(1.0, measures.volume_m3 / hull(shape).volume_m3),
                      .thickness = smallest_diameter(shape) / size,
                      .feret = maximum_feret_diameter(shape) / size},
             .parameters = std::move(parameters)};

@@ -45,7 +45,7 @@ public:
     virtual void column(double x, double y, std::vector<core::Interval>& parts) const = 0;
     /// Fraction of the segment from `from` (inside) to `from + step` at which it meets a side, if it does.
     [[nodiscard]] virtual std::optional<double> first_hit(const Vec3& from, const Vec3& step) const = 0;
-    /// From the nearest side; negative outside.
+    /// From the nearest side, exact inside; negative outside, where it may come nearer to zero than the distance is, beside edges.
     [[nodiscard]] virtual double distance(const Vec3& point) const = 0;
     /// Mean over the heights of an interval, m2: its volume over its length.
     [[nodiscard]] virtual double mean_area(const core::Interval& heights) const = 0;

@@ -14,7 +14,6 @@
 #include "scans/gray_input.hpp"
 #include "scans/layer_profile.hpp"
 #include "scans/phases.hpp"
-#include "vessels/config.hpp"
 
 namespace porepack::inputs {
 
@@ -47,7 +46,7 @@ Container container_shown_by(const imaging::VolumeHeader& image, const std::opti
         const Json json = Json::parse(note->second, nullptr, false);
         if (json.is_discarded())
             throw UserError("the image's field data `container` is not JSON: " + note->second,
-                            {.where = file.string(), .fix = container_flag});
+                            {.where = file.string(), .fix = container_flag()});
         const Container own = container_from_json(json, file.string());
         if (given && to_json(*given) != to_json(own))
             throw UserError("the image states another container than the one that is given: " + note->second,

@@ -12,11 +12,14 @@
 #include "packing/packing.hpp"
 #include "pore_space/gray_solid.hpp"
 #include "results/image.hpp"
+#include "vessels/config.hpp"
 
 namespace porepack::inputs {
 
 /// How a container is given on the command line, for messages.
-constexpr const char* container_flag = "--container cylinder:D,H or box:X,Y,Z[:periodic] (metres)";
+inline std::string container_flag() {
+    return "--container " + vessels::container_forms() + " (metres)";
+}
 
 /// An image as load_pore_space() takes it: in the container's frame, with what lies outside left out.
 struct ImageInput {

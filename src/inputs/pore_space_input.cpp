@@ -25,7 +25,7 @@ namespace porepack::inputs {
 namespace {
 
 PoreSpace load_surface(const Path& input, const InputOptions& options) {
-    if (!options.container) throw UserError("an STL file needs a container", {.where = input.string(), .allowed = container_flag});
+    if (!options.container) throw UserError("an STL file needs a container", {.where = input.string(), .allowed = container_flag()});
     return pore_space_of(read_stl(input, options.unit_m), *options.container, input.string());
 }
 

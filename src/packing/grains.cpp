@@ -16,16 +16,23 @@ using namespace vessels;
 Grains::Grains(Packing packing) : packing_(std::move(packing)) {
     add_images();
     sort_into_bins();
-    std::vector<Bounds> boxes;
-    for (const auto& image : images_)
-        for (const auto& capsule : image.capsules) {
+    std::vector<Bounds> boxes, body_boxes;
+    for (std::size_t i = 0; i < images_.size(); ++i) {
+        for (const auto& capsule : images_[i].capsules) {
             capsules_.push_back(capsule);
             boxes.push_back(bounds_of({capsule}));
         }
+        if (shape_of(images_[i]).body == nullptr) continue;
+        with_body_.push_back(i);
+        body_boxes.push_back(images_[i].bounds);
+    }
     capsule_bins_ = SpatialBins(boxes);
+    body_bins_ = SpatialBins(body_boxes);
 }
 
-void Grains::capsules_near(const Vec3& point, double reach, std::vector<Capsule>& found) const {
+// visit(index in the bins, shift of the periodic image).
+template <typename Visit>
+void Grains::for_near(const SpatialBins& bins, const Vec3& point, double reach, const Visit& visit) const {
     // Images across periodic faces: grains near one face also appear beyond the opposite face.
     std::array<int, 3> low{}, high{};
     for (int axis = 0; axis < 3; ++axis) {
@@ -40,25 +47,40 @@ void Grains::capsules_near(const Vec3& point, double reach, std::vector<Capsule>
             for (int k = low[2]; k <= high[2]; ++k) {
                 const Vec3 shift = Vec3(i, j, k).cwiseProduct(packing_.container.size());
                 indices.clear();
-                capsule_bins_.near(point + shift, reach, indices);
-                for (const int c : indices) {
-                    Capsule capsule = capsules_[static_cast<std::size_t>(c)];
-                    capsule.a -= shift;
-                    capsule.b -= shift;
-                    // Segments along a diagonal are longer than `reach`.
-                    if (signed_distance(capsule, point) <= 1.7321 * reach) found.push_back(capsule);
-                }
+                bins.near(point + shift, reach, indices);
+                for (const int c : indices) visit(static_cast<std::size_t>(c), shift);
             }
+}
+
+void Grains::capsules_near(const Vec3& point, double reach, std::vector<Capsule>& found) const {
+    for_near(capsule_bins_, point, reach, [&](std::size_t c, const Vec3& shift) {
+        Capsule capsule = capsules_[c];
+        capsule.a -= shift;
+        capsule.b -= shift;
+        // Segments along a diagonal are longer than `reach`.
+        if (signed_distance(capsule, point) <= 1.7321 * reach) found.push_back(capsule);
+    });
+}
+
+void Grains::bodies_near(const Vec3& point, double reach, std::vector<PlacedShape>& found) const {
+    if (with_body_.empty()) return;
+    for_near(body_bins_, point, reach, [&](std::size_t c, const Vec3& shift) {
+        PlacedShape grain = placed(images_[with_body_[c]]);
+        grain.position_m -= shift;
+        if (signed_distance(grain, point) <= 1.7321 * reach) found.push_back(grain);
+    });
 }
 
 namespace {
 
-class CapsuleProbe : public SolidProbe {
+class GrainProbe : public SolidProbe {
 public:
-    explicit CapsuleProbe(const Grains& grains) : grains_(grains) {}
+    explicit GrainProbe(const Grains& grains) : grains_(grains) {}
     void move_to(const Vec3& point, double reach) override {
         near_.clear();
+        near_bodies_.clear();
         grains_.capsules_near(point, reach, near_);
+        grains_.bodies_near(point, reach, near_bodies_);
     }
     [[nodiscard]] std::optional<double> first_hit(const Vec3& from, const Vec3& step) const override {
         const double length = step.norm();
@@ -68,18 +90,28 @@ public:
             const auto inside = line_interval(capsule, from, direction);
             if (inside && inside->high >= 0.0) first = std::min(first, std::max(0.0, inside->low));
         }
+        thread_local std::vector<Interval> parts;
+        for (const PlacedShape& grain : near_bodies_) {
+            grain.shape.body->line(grain.to_shape(from), grain.orientation.conjugate() * direction, 0.0, parts);
+            for (const Interval& part : parts) {
+                if (part.high < 0.0) continue;
+                first = std::min(first, std::max(0.0, part.low));
+                break;
+            }
+        }
         return first <= length ? std::optional(first / length) : std::nullopt;
     }
 
 private:
     const Grains& grains_;
     std::vector<Capsule> near_;
+    std::vector<PlacedShape> near_bodies_;
 };
 
 }  // namespace
 
 std::unique_ptr<SolidProbe> Grains::probe() const {
-    return std::make_unique<CapsuleProbe>(*this);
+    return std::make_unique<GrainProbe>(*this);
 }
 
 // A grain that reaches through a periodic side appears again a period away, so that no query has to look around the box. Only images that
@@ -89,7 +121,8 @@ void Grains::add_images() {
     const Container& container = packing.container;
     for (std::size_t b = 0; b < packing.bodies.size(); ++b) {
         const auto capsules = world_capsules(packing, packing.bodies[b]);
-        const Bounds own = bounds_of(capsules);
+        const PlacedShape grain{packing.shapes[packing.bodies[b].shape], packing.bodies[b].position_m, packing.bodies[b].orientation};
+        const Bounds own = bounds_of(grain);
         int count = 0;
         std::array<std::vector<int>, 3> steps;
         for (int axis = 0; axis < 3; ++axis) {
@@ -109,7 +142,7 @@ void Grains::add_images() {
                         capsule.a += shift;
                         capsule.b += shift;
                     }
-                    image.bounds = bounds_of(image.capsules);
+                    image.bounds = image.capsules.empty() ? Bounds{own.low + shift, own.high + shift} : bounds_of(image.capsules);
                     images_.push_back(image);
                 }
     }
@@ -166,6 +199,7 @@ void Grains::column(double x, double y, std::vector<Interval>& parts) const {
     unite(parts);
 }
 
+// Through a grain with faces: the nearer end is at most half the length away from it.
 // A segment that passes through a capsule passes through one of the spheres that it consists of. The nearer end of a chord of `length` is
 // at most half the length away from the foot of the centre's perpendicular, so that its distance to the sphere is at most this margin.
 void Grains::near_column(double x, double y, double length, std::vector<Interval>& parts) const {
@@ -182,6 +216,11 @@ void Grains::near_column(double x, double y, double length, std::vector<Interval
                 if (x < image.bounds.low.x() - reach || x > image.bounds.high.x() + reach || y < image.bounds.low.y() - reach ||
                     y > image.bounds.high.y() + reach)
                     continue;
+                if (shape_of(image).body != nullptr) {
+                    thread_local std::vector<Interval> own;
+                    body_parts(image, origin, Vec3::UnitZ(), reach * (1.0 + 1e-9), own);
+                    parts.insert(parts.end(), own.begin(), own.end());
+                }
                 for (Capsule capsule : image.capsules) {
                     capsule.radius = std::hypot(capsule.radius, reach) * (1.0 + 1e-9);
                     if (const auto part = line_interval(capsule, origin, Vec3::UnitZ())) parts.push_back(*part);
@@ -190,8 +229,14 @@ void Grains::near_column(double x, double y, double length, std::vector<Interval
     unite(parts);
 }
 
+void Grains::body_parts(const Image& image, const Vec3& origin, const Vec3& direction, double grown, std::vector<Interval>& parts) const {
+    const PlacedShape grain = placed(image);
+    grain.shape.body->line(grain.to_shape(origin), grain.orientation.conjugate() * direction, grown, parts);
+}
+
 void Grains::line_parts(const Image& image, const Vec3& origin, const Vec3& direction, std::vector<Interval>& parts) const {
     parts.clear();
+    if (shape_of(image).body != nullptr) return body_parts(image, origin, direction, 0.0, parts);
     for (const auto& capsule : image.capsules)
         if (const auto part = line_interval(capsule, origin, direction)) parts.push_back(*part);
     const Shape& shape = shape_of(image);
@@ -209,6 +254,10 @@ std::optional<double> Grains::distance(const Vec3& point, double cap) const {
             for (const int g : near(point.x() + di * bin_size_, point.y() + dj * bin_size_)) {
                 const Image& image = images_[static_cast<std::size_t>(g)];
                 if (((image.bounds.low - point).array() > minimum).any() || ((point - image.bounds.high).array() > minimum).any()) continue;
+                if (shape_of(image).body != nullptr) {
+                    minimum = std::min(minimum, signed_distance(placed(image), point));
+                    continue;
+                }
                 double own = signed_distance(image.capsules, point);
                 if (own > 0.0 && has_filled_cavity(shape_of(image)) &&
                     in_cavity(shape_of(image), packing_.bodies[image.body].orientation.conjugate() *
@@ -222,6 +271,11 @@ std::optional<double> Grains::distance(const Vec3& point, double cap) const {
 std::shared_ptr<const Solid> Grains::thinned(double depth) const {
     Packing thinner = packing_;
     for (Shape& shape : thinner.shapes) {
+        if (shape.body != nullptr) {
+            shape.body = shape.body->thinned(depth);
+            if (shape.body == nullptr) return nullptr;
+            continue;
+        }
         std::erase_if(shape.capsules, [&](const Capsule& capsule) { return capsule.radius <= depth; });
         for (Capsule& capsule : shape.capsules) capsule.radius -= depth;
         if (shape.capsules.empty()) return nullptr;

@@ -91,6 +91,12 @@ bool boolean_or_false(const Place& place, const char* key) {
 Shape shape_from(const Place& place) {
     Shape shape;
     shape.id = place.at("id").text();
+    if (place.json.contains("body")) {
+        place.only({"id", "body", "note"});
+        shape.body = body_from_json(place.at("body").json, place.at("body").path);
+        validate(shape);
+        return shape;
+    }
     place.only({"id", "cavity", "capsules", "disconnected", "note"});
     shape.may_be_disconnected = boolean_or_false(place, "disconnected");
     const std::string cavity = place.json.contains("cavity") ? place.at("cavity").text() : "filled";
@@ -145,18 +151,16 @@ void require_plausible(const Packing& packing, const Path& path) {
                             {.where = path.string()});
         // Every grain must reach into the container; it may protrude because of soft contacts and open tops.
         bool reaches_in = false;
+        const auto add_ball = [&](const Vec3& x, double radius) {
+            const bool in_height = packing.container.periodic()[2] || (x.z() > -radius && x.z() < packing.container.height() + radius);
+            reaches_in = reaches_in || (in_height && packing.container.wall_distance(x) > -radius);
+        };
+        for (const Ball& ball : balls_of(placed(packing, packing.bodies[i]))) add_ball(ball.centre, ball.radius);
         for (const auto& capsule : world_capsules(packing, packing.bodies[i]))
-            for (int k = 0; k <= 16; ++k) {
-                const Vec3 x = capsule.a + (capsule.b - capsule.a) * (k / 16.0);
-                const bool in_height =
-                    packing.container.periodic()[2] || (x.z() > -capsule.radius && x.z() < packing.container.height() + capsule.radius);
-                reaches_in = reaches_in || (in_height && packing.container.wall_distance(x) > -capsule.radius);
-            }
+            for (int k = 0; k <= 16; ++k) add_ball(capsule.a + (capsule.b - capsule.a) * (k / 16.0), capsule.radius);
         if (!reaches_in)
-            throw UserError(
-                fmt::format("body {} lies outside the container: at ({:g}, {:g}, {:g}) m", i, at.x(), at.y(), at.z()),
-                {.where = path.string(),
-                 .fix = "check the units (metres) and the frame: cylinder axis x = y = 0, box corner at the origin, floor z = 0"});
+            throw UserError(fmt::format("body {} lies outside the container: at ({:g}, {:g}, {:g}) m", i, at.x(), at.y(), at.z()),
+                            {.where = path.string(), .fix = "check the units (metres) and the frame: " + container_frames()});
     }
 }
 
@@ -236,6 +240,10 @@ void write_packing(const Path& path, const Packing& packing) {
                  {"bodies", Json::array()}};
     if (packing.overlap_allowed) json["overlap_allowed"] = true;
     for (const auto& shape : packing.shapes) {
+        if (shape.body != nullptr) {
+            json["shapes"].push_back({{"id", shape.id}, {"body", shape.body->to_json()}});
+            continue;
+        }
         Json entry = {{"id", shape.id}, {"cavity", shape.cavity == Cavity::filled ? "filled" : "open"}, {"capsules", Json::array()}};
         if (shape.may_be_disconnected) entry["disconnected"] = true;
         for (const auto& capsule : shape.capsules)
@@ -261,6 +269,10 @@ double finest_diameter(const Packing& packing) {
     return minimum;
 }
 
+PlacedShape placed(const Packing& packing, const Body& body) {
+    return {packing.shapes[body.shape], body.position_m, body.orientation};
+}
+
 std::vector<Capsule> world_capsules(const Packing& packing, const Body& body) {
     std::vector<Capsule> capsules;
     for (const auto& capsule : packing.shapes[body.shape].capsules) capsules.push_back(moved(capsule, body.position_m, body.orientation));
@@ -279,6 +291,14 @@ Overlaps find_overlaps(const Packing& packing) {
                      [&](std::size_t a, std::size_t b) { return all[a].bounds.low.z() < all[b].bounds.low.z(); });
     for (std::size_t n = 0; n < order.size(); ++n) {
         const std::size_t i = order[n];
+        if (const PlacedShape grain = grains.placed(all[i]); grain.shape.body != nullptr && all[i].image == 0) {
+            double outside = reach_beyond(grain, [&](const Vec3& x) { return packing.container.wall_distance(x); });
+            if (!packing.container.periodic()[2] && !packing.container.cut_ends()) outside = std::max(outside, -all[i].bounds.low.z());
+            if (outside > overlaps.largest_with_wall_m) {
+                overlaps.largest_with_wall_m = outside;
+                overlaps.grain_at_wall = all[i].body;
+            }
+        }
         for (const auto& capsule : all[i].capsules)
             for (const Vec3& end : {capsule.a, capsule.b}) {
                 double outside = capsule.radius - packing.container.wall_distance(end);
@@ -295,6 +315,8 @@ Overlaps find_overlaps(const Packing& packing) {
                 ((all[j].bounds.high - all[i].bounds.low).array() < 0.0).any())
                 continue;
             double minimum = 1e300;
+            if (grains.shape_of(all[i]).body != nullptr || grains.shape_of(all[j]).body != nullptr)
+                minimum = nearest(grains.placed(all[i]), grains.placed(all[j]), 0.0).gap_m;
             for (const auto& first : all[i].capsules)
                 for (const auto& second : all[j].capsules) minimum = std::min(minimum, gap(first, second));
             if (minimum >= 0.0) continue;

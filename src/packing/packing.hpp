@@ -10,6 +10,7 @@
 #include "core/files.hpp"
 #include "core/json_fwd.hpp"
 #include "shapes/shape.hpp"
+#include "shapes/touch.hpp"
 #include "vessels/container.hpp"
 
 namespace porepack::packing {
@@ -32,7 +33,7 @@ struct Packing {
 /// The same packing gives the same bytes.
 void write_packing(const core::Path& path, const Packing& packing);
 
-/// Minimum capsule diameter of all shapes.
+/// Minimum capsule diameter, or thickness of a body, of all shapes.
 [[nodiscard]] double finest_diameter(const Packing& packing);
 /// Means over a packing's grains.
 struct GrainMeans {
@@ -40,10 +41,11 @@ struct GrainMeans {
     double sauter_diameter_m;      ///< 6 volume / area: sphericity times the equal-volume diameter
 };
 [[nodiscard]] GrainMeans grain_means(const Packing& packing);
-/// All capsules of one body in the world frame.
+[[nodiscard]] shapes::PlacedShape placed(const Packing& packing, const Body& body);
+/// All capsules of one body in the world frame; none of a grain with faces.
 [[nodiscard]] std::vector<shapes::Capsule> world_capsules(const Packing& packing, const Body& body);
 
-/// Maximum overlap of two grains' exact capsules, and of a grain with the wall, in metres (0 when nothing overlaps).
+/// Maximum overlap of two grains' exact surfaces, and of a grain with the wall, in metres (0 when nothing overlaps).
 struct Overlaps {
     double largest_between_grains_m = 0.0;
     double mean_between_grains_m = 0.0;  ///< over the contacts

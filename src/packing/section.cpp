@@ -47,8 +47,7 @@ Packing cut_out(const Packing& packing, const Section& part) {
     cut.container = packing.container.resized({size.x(), size.y(), part.length()}).with_cut_ends();
     for (Body body : packing.bodies) {
         body.position_m.z() -= part.z0_m;
-        Bounds bounds;
-        for (const Capsule& capsule : world_capsules(packing, body)) add(bounds, capsule);
+        const Bounds bounds = bounds_of(placed(packing, body));
         if (bounds.high.z() > 0.0 && bounds.low.z() < part.length()) cut.bodies.push_back(body);
     }
     return cut;

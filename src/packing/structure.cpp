@@ -25,6 +25,7 @@ Vec3 apart(const Container& container, const Vec3& from, const Vec3& to) {
 }
 
 struct Grain {
+    PlacedShape placed;
     Vec3 centre;
     std::vector<Capsule> capsules;
     double radius;  // of the sphere about the centre that holds it
@@ -36,7 +37,8 @@ std::vector<Grain> grains_of(const Packing& packing) {
     std::vector<Grain> grains;
     for (const Body& body : packing.bodies) {
         const ShapeMeasures& of = measures[body.shape];
-        grains.push_back({body.position_m + body.orientation * of.centre_of_mass_m, world_capsules(packing, body), of.bounding_radius_m});
+        grains.push_back({placed(packing, body), body.position_m + body.orientation * of.centre_of_mass_m, world_capsules(packing, body),
+                          of.bounding_radius_m});
     }
     return grains;
 }
@@ -70,6 +72,16 @@ void find_contacts(const Container& container, const std::vector<Grain>& grains,
     for_pairs(container, centres, 2.0 * largest + contact_gap_m, [&](std::size_t i, std::size_t j, const Vec3& step) {
         const Vec3 shift = step - (centres[j] - centres[i]);
         bool touch = false;
+        if (grains[i].placed.shape.body != nullptr || grains[j].placed.shape.body != nullptr) {
+            PlacedShape other = grains[j].placed;
+            other.position_m += shift;
+            if (const Nearest place = nearest(grains[i].placed, other, 2.0 * contact_gap_m + 1e-12 * largest);
+                place.gap_m <= contact_gap_m) {
+                normals += place.normal * place.normal.transpose();
+                ++found.contact_points;
+                touch = true;
+            }
+        }
         for (const Capsule& one : grains[i].capsules)
             for (Capsule other : grains[j].capsules) {
                 other.a += shift;
@@ -120,6 +132,16 @@ std::vector<Vec3> random_points_like(const Container& container, const std::vect
     return points;
 }
 
+// The axis of a body: that whose moment of inertia differs from two that are equal; where all differ, that of the smallest moment. Zero:
+// none, as of a cube.
+Vec3 axis_of(const Shape& shape) {
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(measure(shape).inertia_per_density_m5);
+    const Vec3 moments = solver.eigenvalues();
+    const double equal = 1e-6 * moments[2];
+    if (moments[2] - moments[0] < equal) return Vec3::Zero();
+    return solver.eigenvectors().col(moments[1] - moments[0] < equal ? 2 : 0);
+}
+
 // Of one grain.
 Eigen::Matrix3d axes_of(const std::vector<Capsule>& capsules) {
     Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
@@ -131,6 +153,7 @@ Eigen::Matrix3d axes_of(const std::vector<Capsule>& capsules) {
 // Tetrapods, tetrahedra and stars are isotropic in this measure, however they lie.
 bool shows_orientation(const Packing& packing) {
     return std::any_of(packing.shapes.begin(), packing.shapes.end(), [](const Shape& shape) {
+        if (shape.body != nullptr) return axis_of(shape) != Vec3::Zero();
         const Eigen::Matrix3d sum = axes_of(shape.capsules);
         return (sum - sum.trace() / 3.0 * Eigen::Matrix3d::Identity()).norm() > 1e-6 * sum.norm();
     });
@@ -143,9 +166,13 @@ Structure structure_of(const Packing& packing, double contact_gap_m, double rang
     Eigen::Matrix3d axes = Eigen::Matrix3d::Zero();
     const std::vector<Grain> grains = grains_of(packing);
     std::vector<Vec3> centres;
-    for (const Grain& grain : grains) {
-        centres.push_back(grain.centre);
-        axes += axes_of(grain.capsules);
+    std::vector<Vec3> of_bodies;
+    for (const Shape& shape : packing.shapes) of_bodies.push_back(shape.body != nullptr ? axis_of(shape) : Vec3(Vec3::Zero()));
+    for (std::size_t i = 0; i < grains.size(); ++i) {
+        centres.push_back(grains[i].centre);
+        axes += axes_of(grains[i].capsules);
+        const Vec3 axis = packing.bodies[i].orientation * of_bodies[packing.bodies[i].shape];
+        axes += axis * axis.transpose();
     }
     if (shows_orientation(packing)) found.orientation = mean_of(axes);
     find_contacts(packing.container, grains, centres, contact_gap_m, found);
@@ -163,12 +190,8 @@ Structure structure_of(const Packing& packing, double contact_gap_m, double rang
 std::vector<bool> whole_grains(const Packing& packing) {
     std::vector<bool> whole;
     for (const Body& body : packing.bodies) {
-        double low = 1e300, high = -1e300;
-        for (const Capsule& capsule : world_capsules(packing, body)) {
-            low = std::min({low, capsule.a.z() - capsule.radius, capsule.b.z() - capsule.radius});
-            high = std::max({high, capsule.a.z() + capsule.radius, capsule.b.z() + capsule.radius});
-        }
-        whole.push_back(!packing.container.cut_ends() || (low >= 0.0 && high <= packing.container.height()));
+        const Bounds bounds = bounds_of(placed(packing, body));
+        whole.push_back(!packing.container.cut_ends() || (bounds.low.z() >= 0.0 && bounds.high.z() <= packing.container.height()));
     }
     return whole;
 }

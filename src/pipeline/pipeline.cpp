@@ -220,7 +220,7 @@ Json identity_of(const Pipeline& pipeline, const std::string& last) {
         for (const Path& file : stage->files) files[file.filename().string()] = sha256_of_file(file);
         stages.push_back({{"stage", stage->name},
                           {"result_version", stage->result_version},
-                          {"configuration", stage->configuration},
+                          {"configuration", given_values(stage->configuration)},
                           {"files_sha256", files}});
     }
     return stages;

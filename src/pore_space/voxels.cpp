@@ -117,7 +117,7 @@ VoxelPlan plan_voxels(const Container& container, const Section& section, double
             fmt::format("the voxel is larger than the grain: voxel {:g} m, capsule diameter {:g} m, section {:g} m", voxel_size_m,
                         grain_size_m, section.length()),
             {.allowed = fmt::format("up to {:.3g} m; 10 voxels per diameter are a good start", std::min(grain_size_m, section.length())),
-             .fix = "the voxel size is in metres"});
+             .fix = "the voxel size is in metres; where several grids are solved, their coarsest must fit too"});
     VoxelPlan plan;
     const Vec3 size = container.high() - container.low();
     const PeriodicFit fit = fitted(container, section, voxel_size_m, round_sides);

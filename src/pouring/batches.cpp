@@ -108,7 +108,7 @@ Pour make_lattice(const std::vector<ShapeShare>& shapes, const Container& contai
                              low.y() + (static_cast<double>(j) + 0.5) * (high.y() - low.y()) / static_cast<double>(ny), 0.0);
             if (container.wall_distance(place) >= 0.5 * pitch) places.push_back(place);
         }
-    if (places.empty()) places.push_back(0.5 * (low + high));
+    if (places.empty()) places.push_back(container.widest_place().at);
     Pour pour;
     pour.batches.emplace_back();
     for (long n = 0; n < grains; ++n) {

@@ -89,11 +89,11 @@ PourPlan plan_pour(const std::vector<ShapeShare>& shapes, const Container& conta
                         {.fix = "periodic = [true, true, false] with engine = \"capsule\"; or give a packing.json with engine = \"none\""});
     const double d = finest_diameter(shapes);
     const double extent = maximum_feret_diameter(shapes);
-    const Vec3 inner = container.high() - container.low();
-    if (extent > std::min(inner.x(), inner.y()) || 2.0 * extent > container.height())
+    const double width = container.widest_place().width_m;
+    if (extent > width || 2.0 * extent > container.height())
         throw UserError(
             fmt::format("the grain is too large for the container: it measures {:.4g} m, the container is {:.4g} m wide and {:.4g} m high",
-                        extent, std::min(inner.x(), inner.y()), container.height()),
+                        extent, width, container.height()),
             {.allowed = "a container wider than one maximum Feret diameter and higher than two",
              .fix = "check the units (metres), use a larger container or smaller grains"});
     PourPlan plan;
@@ -142,10 +142,8 @@ double mean_volume_m3(const std::vector<ShapeShare>& shapes) {
 
 double poured_solid_fraction(const std::vector<ShapeShare>& shapes, const Container& container) {
     double convexity = 0.0;
-    for (const auto& [shape, share] : shapes)
-        convexity += share * std::min(1.0, measure(shape, 1e-4).volume_m3 / hull(shape.capsules).volume_m3);
-    const Vec3 size = container.high() - container.low();
-    const double wall = maximum_feret_diameter(shapes) / std::min(size.x(), size.y());
+    for (const auto& [shape, share] : shapes) convexity += share * std::min(1.0, measure(shape, 1e-4).volume_m3 / hull(shape).volume_m3);
+    const double wall = maximum_feret_diameter(shapes) / container.widest_place().width_m;
     return 0.67 * std::pow(convexity, 0.45) * std::max(0.5, 1.0 - 0.36 * wall);
 }
 

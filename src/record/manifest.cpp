@@ -14,10 +14,21 @@
 namespace porepack::record {
 using namespace core;
 
+Json given_values(const Json& value) {
+    if (!value.is_object()) return value;
+    Json given = Json::object();
+    for (const auto& [key, entry] : value.items()) {
+        const Json inner = given_values(entry);
+        const bool zero = inner.is_null() || inner == Json(0) || inner == Json(false) || inner == Json("");
+        if (!zero && !((inner.is_array() || inner.is_object()) && inner.empty())) given[key] = inner;
+    }
+    return given;
+}
+
 std::string key_of(const Manifest& manifest) {
     const Json decisive = {{"stage", manifest.stage},
                            {"result_version", manifest.result_version},
-                           {"configuration", manifest.configuration},
+                           {"configuration", given_values(manifest.configuration)},
                            {"inputs", manifest.inputs}};
     return sha256(decisive.dump());
 }
@@ -51,8 +62,10 @@ std::string difference(const Json& found, const Manifest& expected) {
         return fmt::format("result version {}, this porepack computes version {}", version, expected.result_version);
     for (const auto& [name, digest] : expected.inputs)
         if (found["inputs_sha256"].value(name, "") != digest) return "input changed: " + name;
-    for (const auto& [key, value] : expected.configuration.items())
-        if (!found["configuration"].contains(key) || found["configuration"][key] != value) return "configuration changed: " + key;
+    const Json before = given_values(found["configuration"]), now = given_values(expected.configuration);
+    for (const Json* side : {&now, &before})
+        for (const auto& [key, value] : side->items())
+            if (before.value(key, Json()) != now.value(key, Json())) return "configuration changed: " + key;
     return "configuration changed";
 }
 

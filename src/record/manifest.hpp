@@ -24,7 +24,10 @@ struct Manifest {
     double peak_memory_bytes = 0.0;
 };
 
-/// Digest of all that determines the result: stage, result version, configuration and inputs.
+/// A configuration without zero, false and empty values, which stand for keys that are not given: results stay current when a later version
+/// adds such a key.
+[[nodiscard]] core::Json given_values(const core::Json& configuration);
+/// Digest of all that determines the result: stage, result version, given values of the configuration, inputs.
 [[nodiscard]] std::string key_of(const Manifest& manifest);
 [[nodiscard]] core::Json to_json(const Manifest& manifest);
 

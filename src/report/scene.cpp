@@ -6,6 +6,7 @@
 #include "permeability/permeability.hpp"
 #include "report/section.hpp"
 #include "report/uses.hpp"
+#include "vessels/config.hpp"
 
 namespace porepack::report {
 namespace {
@@ -24,20 +25,10 @@ std::string grains_text(const results::CaseResults& results) {
     return text + fmt::format(", {:.3g} mm³ each)", 1e9 * shape->volume_m3);
 }
 
-std::string container_text(const Json& container) {
-    if (container.value("kind", "") == "cylinder" && container.value("diameter_m", 0.0) > 0.0)
-        return fmt::format("a cylinder {} wide and {} high", length_text(container["diameter_m"].get<double>()),
-                           length_text(container.value("height_m", 0.0)));
-    if (const Json& size = container.value("size_m", Json()); size.is_array() && size.size() == 3)
-        return fmt::format("a box of {} x {} x {}", length_text(size[0].get<double>()), length_text(size[1].get<double>()),
-                           length_text(size[2].get<double>()));
-    const std::string kind = container.value("kind", "");
-    return kind.empty() || kind == "cylinder" || kind == "box" ? "its container" : "a " + kind;
-}
-
 std::string solid_text(const ReportInput& input) {
     const Json &all = input.configuration, packing = all.value("packing", Json::object()), image = all.value("image", Json::object());
-    const std::string container = container_text(all.value("container", Json::object())), file = image.value("file", std::string());
+    const std::string container = vessels::container_text(all.value("container", Json::object()), length_text);
+    const std::string file = image.value("file", std::string());
     if (!input.results.pack) {
         const auto surface = all.value("/shape/file"_json_pointer, std::string());
         if (!file.empty()) return fmt::format("The solid is that of the image {}.", file);

@@ -58,6 +58,8 @@ struct Shape {
     core::OptionalKey<std::size_t> capsules = {};
     core::OptionalKey<double> cavity_volume_m3 = {}, cavity_area_m2 = {};
     core::OptionalKey<CavityMeasures> with_cavity = {};
+    // Of a grain with faces: its rounding, and what that changes. `sharp`: with sharp edges, and the same volume.
+    core::OptionalKey<double> rounding_m = {}, scale_of_sizes = {}, sharp_surface_area_m2 = {}, sharp_sphericity = {};
     // Of a surface.
     core::OptionalKey<long> shells = {};
     core::OptionalKey<std::array<double, 3>> low_m = {}, high_m = {};
@@ -73,6 +75,10 @@ void visit_members(Self& shape, const Visit& visit) {
     visit("diameter_m", shape.diameter_m);
     visit("length_m", shape.length_m);
     visit("capsules", shape.capsules);
+    visit("rounding_m", shape.rounding_m);
+    visit("scale_of_sizes", shape.scale_of_sizes);
+    visit("sharp_surface_area_m2", shape.sharp_surface_area_m2);
+    visit("sharp_sphericity", shape.sharp_sphericity);
     visit("shells", shape.shells);
     visit("components", shape.components);
     visit("volume_m3", shape.volume_m3);

@@ -352,7 +352,8 @@ double scan_memory_bytes(const Container& container, const Section& part, const 
 
 SimulatedScan scan_packing(const Packing& packing, const Section& part, const ScannerConfig& config) {
     if (packing.container.any_periodic())
-        throw UserError("a periodic container cannot be scanned", {.fix = "give a cylinder or a box with walls"});
+        throw UserError("a periodic container cannot be scanned", {.fix = "a container without periodic sides"});
+    for (const shapes::Shape& shape : packing.shapes) require_capsules(shape, "the simulated scanner");
     if (!(config.voxel_size_m > 0.0)) throw UserError("no voxel size", {.where = "--voxel-size"});
     if (grid_of(packing.container, part, config).cells[2] < 1)
         throw UserError("the scanned part is lower than a voxel", {.where = "--part", .fix = "a longer part, or smaller voxels"});

@@ -135,6 +135,7 @@ std::vector<Quaternion> symmetries_of(const std::vector<Capsule>& capsules, doub
 }  // namespace
 
 ShapePoints points_of(const Shape& shape) {
+    require_capsules(shape, "the fit of poses");
     ShapePoints found;
     found.capsules = shape.capsules;
     found.thinnest_radius_m = 0.5 * smallest_diameter(shape);

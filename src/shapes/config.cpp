@@ -21,12 +21,25 @@ void describe_point(ConfigVisitor& v, const char* key, Vec3& point, const char* 
 void describe_shape(ConfigVisitor& v, ShapeConfig& c, const std::vector<ShapeKind>& kinds) {
     v.choice("kind", c.kind, kinds,
              "capsules: a union listed in [[shape.capsule]]; stl: the grains are a closed surface from `file`; mixture: several "
-             "shapes, listed in [[shape.component]]");
+             "shapes, listed in [[shape.component]]; cylinder to prism: grains with faces, cylinders with flat ends");
     v.number("sphericity", c.sphericity, {.low = 0.0, .high = 1.0, .low_open = true, .zero_is_auto = true},
-             "with volume_m3: determines diameter and length");
+             "with volume_m3: determines diameter and length; of a cylinder or prism diameter and height (the higher one of two)");
     v.number("volume_m3", c.volume_m3, Range{.low = 1e-36, .high = 1e18, .zero_is_auto = true}, "volume of one grain");
-    v.number("diameter_m", c.diameter_m, length_range_or_auto(), "diameter of the capsules (instead of sphericity and volume)");
+    v.number("diameter_m", c.diameter_m, length_range_or_auto(),
+             "diameter of the capsules (instead of sphericity and volume); of a cylinder, a ring, of the circle around a lobed grain or a "
+             "prism");
     v.number("length_m", c.length_m, between(0.0, 1e6), "length of the capsule axes");
+    v.number("height_m", c.height_m, length_range_or_auto(), "height of a cylinder, ring, lobed grain or prism");
+    v.number("inner_diameter_m", c.inner_diameter_m, length_range_or_auto(), "diameter of a ring's hole");
+    v.number("lobe_diameter_m", c.lobe_diameter_m, length_range_or_auto(), "diameter of each lobe of a lobed grain");
+    v.integer("lobes", c.lobes, Range{.low = 3, .high = 4, .zero_is_auto = true}, "of a lobed grain; auto: 3");
+    v.integer("sides", c.sides, Range{.low = 3, .high = 64, .zero_is_auto = true}, "of a prism's regular polygon");
+    v.numbers("size_m", c.size_m, {3, 3}, length_range(), "lengths of a box's edges");
+    v.number("side_m", c.side_m, length_range_or_auto(), "length of a cube's edges");
+    v.number(
+        "rounding_m", c.rounding_m, length_range_or_auto(),
+        "radius of the rounded edges of a grain with faces, inside the given sizes; auto: 2 % of the diameter of the sphere of the same "
+        "volume");
     v.integer("arms", c.arms, between(2, 64), "number of arms of a star, evenly distributed");
     v.choice("cavity", c.cavity, "filled: an enclosed void counts as solid (no fluid reaches it); open: it counts as void");
     v.boolean("disconnected", c.disconnected, "true: the capsules of a union may be disconnected and still form one rigid body");
@@ -69,7 +82,8 @@ void describe(ConfigVisitor& v, ShapeConfig& c) {
                          "number fraction of the grains");
             describe_shape(entry, c.component[i],
                            {ShapeKind::tetrapod, ShapeKind::dolos, ShapeKind::tetrahedron, ShapeKind::star, ShapeKind::sphere,
-                            ShapeKind::rod, ShapeKind::capsules});
+                            ShapeKind::rod, ShapeKind::cylinder, ShapeKind::ring, ShapeKind::box, ShapeKind::cube, ShapeKind::lobed,
+                            ShapeKind::prism, ShapeKind::capsules});
         },
         "the shapes of a mixture (kind = \"mixture\"): number_fraction and the keys of a shape");
 }
@@ -79,6 +93,8 @@ Shape make_shape(const ShapeConfig& c) {
     const bool by_sphericity = c.sphericity > 0.0, by_size = c.diameter_m > 0.0;
     if (c.kind == ShapeKind::mixture) throw UserError("a mixture is not one shape", {.fix = "choose one of its components"});
     if (c.kind == ShapeKind::stl) throw UserError("the shape is an STL file, not a union of capsules", {.fix = "start at the stl stage"});
+    if (has_faces(c.kind)) return {.id = std::string(name_of(c.kind)), .body = make_faced(c).body};
+    refuse_keys_of_faces(c);
     if (c.kind == ShapeKind::capsules) {
         shape.id = "capsules";
         shape.capsules = c.capsule;

@@ -18,6 +18,10 @@ struct ShapeConfig {
     long arms = 6;
     bool disconnected = false;
     std::vector<Capsule> capsule = {};
+    // Of grains with faces; 0 and empty lists: not given.
+    double height_m = 0.0, inner_diameter_m = 0.0, lobe_diameter_m = 0.0, side_m = 0.0, rounding_m = 0.0;
+    std::vector<double> size_m = {};
+    long sides = 0, lobes = 0;
     std::vector<ShapeConfig> component = {};
     double number_fraction = 0.0;
 };
@@ -27,6 +31,22 @@ void describe(record::ConfigVisitor& v, ShapeConfig& c);
 
 /// The shape with its cavities. Throws UserError when the keys do not determine a shape, or overdetermine it.
 [[nodiscard]] Shape make_shape(const ShapeConfig& config);
+
+/// Of a grain with faces, if its rounding is not given: the radius over the diameter of the sphere of the same volume.
+inline constexpr double default_rounding = 0.02;
+
+/// cylinder, ring, box, cube, lobed or prism.
+[[nodiscard]] bool has_faces(ShapeKind kind);
+/// A grain with faces. `body` has the volume of the grain with sharp edges and the given sizes.
+struct FacedGrain {
+    std::shared_ptr<const RoundedBody> body;
+    double scale = 1.0;  ///< of the given sizes, which keeps that volume
+    double sharp_area_m2 = 0.0, sharp_sphericity = 0.0;
+};
+/// Throws UserError when the keys do not determine it, or overdetermine it. By sphericity and volume: the higher one of two.
+[[nodiscard]] FacedGrain make_faced(const ShapeConfig& config);
+/// Throws UserError for a key that only grains with faces have.
+void refuse_keys_of_faces(const ShapeConfig& config);
 
 /// A mixture's shapes with their number fractions (sum 1); a single shape has the number fraction 1.
 struct ShapeShare {

@@ -125,7 +125,9 @@ double integrate(const Arc& arc, const Value& value) {
 
 }  // namespace
 
-HullMeasures hull(const std::vector<Capsule>& capsules) {
+HullMeasures hull(const Shape& shape) {
+    if (shape.body != nullptr) return shape.body->hull();
+    const std::vector<Capsule>& capsules = shape.capsules;
     const Bounds bounds = bounds_of(capsules);
     const Vec3 about = 0.5 * (bounds.low + bounds.high);
     const double unit = 0.5 * (bounds.high - bounds.low).maxCoeff();

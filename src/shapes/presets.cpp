@@ -203,12 +203,14 @@ std::vector<Capsule> sphere_clump(const Shape& shape, double tolerance) {
 }
 
 double smallest_diameter(const Shape& shape) {
+    if (shape.body != nullptr) return shape.body->thickness();
     double minimum = 1e300;
     for (const auto& capsule : shape.capsules) minimum = std::min(minimum, 2.0 * capsule.radius);
     return minimum;
 }
 
 double maximum_feret_diameter(const Shape& shape) {
+    if (shape.body != nullptr) return shape.body->maximum_feret_diameter();
     double largest = 0.0;
     for (const auto& first : shape.capsules)
         for (const auto& second : shape.capsules)
@@ -217,9 +219,23 @@ double maximum_feret_diameter(const Shape& shape) {
     return largest;
 }
 
+void require_capsules(const Shape& shape, const std::string& what) {
+    if (shape.body != nullptr)
+        throw UserError(fmt::format("{} takes grains of capsules; `{}` has faces", what, shape.id),
+                        {.allowed = "tetrapod, dolos, tetrahedron, star, sphere, rod, capsules"});
+}
+
 void validate(const Shape& shape) {
     constexpr double smallest_radius_m = 1e-9, largest_length_m = 1e6;
     const auto& capsules = shape.capsules;
+    if (shape.body != nullptr) {
+        const double reach = shape.body->reach_from(Vec3::Zero());
+        if (!(shape.body->thickness() >= 2.0 * smallest_radius_m) || !(reach <= largest_length_m))
+            throw UserError(
+                fmt::format("shape `{}` is not possible: {:g} m thick, reaching {:g} m", shape.id, shape.body->thickness(), reach),
+                {.allowed = "from 2e-9 m thick, within 1e6 m"});
+        return;
+    }
     if (capsules.empty()) throw UserError("shape `" + shape.id + "` has no capsule", {.fix = "give at least one [[shape.capsule]]"});
     if (capsules.size() > 64) throw UserError(fmt::format("shape `{}` has {} capsules", shape.id, capsules.size()), {.allowed = "1 to 64"});
     for (std::size_t i = 0; i < capsules.size(); ++i)

@@ -1,4 +1,4 @@
-// A grain's shape: a union of capsules in the shape's own frame, and its measures.
+// A grain's shape in its own frame, a union of capsules or a body with faces, and its measures.
 #pragma once
 
 #include <memory>
@@ -8,6 +8,7 @@
 #include "core/choice.hpp"
 #include "core/interval.hpp"
 #include "shapes/capsule.hpp"
+#include "shapes/rounded_body.hpp"
 
 namespace porepack::shapes {
 
@@ -17,15 +18,22 @@ constexpr std::array<core::Choice<Cavity>, 2> choices_of(Cavity) {
     return {{{Cavity::filled, "filled"}, {Cavity::open, "open"}}};
 }
 
-/// The presets (the paper's three, star, sphere, rod), a list of capsules, a user's surface, and a mixture of shapes.
-enum class ShapeKind { tetrapod, dolos, tetrahedron, star, sphere, rod, capsules, stl, mixture };
-constexpr std::array<core::Choice<ShapeKind>, 9> choices_of(ShapeKind) {
+/// The presets of capsules (the paper's three, star, sphere, rod) and with faces, a list of capsules, a user's surface, and a mixture of
+/// shapes.
+enum class ShapeKind { tetrapod, dolos, tetrahedron, star, sphere, rod, cylinder, ring, box, cube, lobed, prism, capsules, stl, mixture };
+constexpr std::array<core::Choice<ShapeKind>, 15> choices_of(ShapeKind) {
     return {{{ShapeKind::tetrapod, "tetrapod"},
              {ShapeKind::dolos, "dolos"},
              {ShapeKind::tetrahedron, "tetrahedron"},
              {ShapeKind::star, "star"},
              {ShapeKind::sphere, "sphere"},
              {ShapeKind::rod, "rod"},
+             {ShapeKind::cylinder, "cylinder"},
+             {ShapeKind::ring, "ring"},
+             {ShapeKind::box, "box"},
+             {ShapeKind::cube, "cube"},
+             {ShapeKind::lobed, "lobed"},
+             {ShapeKind::prism, "prism"},
              {ShapeKind::capsules, "capsules"},
              {ShapeKind::stl, "stl"},
              {ShapeKind::mixture, "mixture"}}};
@@ -41,7 +49,8 @@ struct VoidCells {
 
 struct Shape {
     std::string id;
-    std::vector<Capsule> capsules;
+    std::vector<Capsule> capsules = {};                 ///< empty with a body
+    std::shared_ptr<const RoundedBody> body = nullptr;  ///< a grain with faces
     Cavity cavity = Cavity::filled;
     bool may_be_disconnected = false;
     /// Points from which every point of the enclosed voids is visible; filled by find_cavities, empty when there are no voids.
@@ -55,7 +64,11 @@ struct Shape {
 /// The frame's origin is the centre of symmetry (tetrapod, tetrahedron, star, sphere, rod), of the middle capsule (dolos).
 [[nodiscard]] Shape make_preset(ShapeKind kind, double diameter, double length, long arms = 6);
 
-/// Throws UserError unless there is a capsule, all radii are positive, all numbers finite, and the union is connected (if required).
+/// Throws UserError where a shape has faces: `what` takes unions of capsules only.
+void require_capsules(const Shape& shape, const std::string& what);
+
+/// Throws UserError unless there is a body, or a capsule, all radii are positive, all numbers finite, and the union is connected (if
+/// required).
 void validate(const Shape& shape);
 
 /// Finds the voids that the union encloses and sets `cavity_points` and `cavity_bounds`. Voids are searched from every
@@ -105,16 +118,12 @@ struct Dimensions {
 /// 2 sqrt(r^2 - (r - tolerance)^2). Each is a capsule with a = b.
 [[nodiscard]] std::vector<Capsule> sphere_clump(const Shape& shape, double tolerance);
 
-/// Smallest capsule diameter.
+/// Smallest capsule diameter, or the thickness of a body.
 [[nodiscard]] double smallest_diameter(const Shape& shape);
-/// Maximum Feret diameter: exact for unions of capsules.
+/// Maximum Feret diameter: exact.
 [[nodiscard]] double maximum_feret_diameter(const Shape& shape);
 
-struct HullMeasures {
-    double volume_m3 = 0.0;
-    double surface_area_m2 = 0.0;
-};
-/// The convex hull, which is that of the end spheres: exact to about 1e-9.
-[[nodiscard]] HullMeasures hull(const std::vector<Capsule>& capsules);
+/// The convex hull, of capsules that of their end spheres: exact to about 1e-9.
+[[nodiscard]] HullMeasures hull(const Shape& shape);
 
 }  // namespace porepack::shapes

@@ -47,7 +47,7 @@ Json run_shape_sweep(double volume_m3, const Path& folder) {
         // Open: then every sphericity has one solution, and the three curves are the paper's.
         const ShapeKind kind = kinds[i / count];
         sizes[i] = dimensions_for(kind, sphericities[i % count], volume_m3, Cavity::open);
-        omega[i] = std::min(1.0, volume_m3 / hull(make_preset(kind, sizes[i].diameter_m, sizes[i].length_m).capsules).volume_m3);
+        omega[i] = std::min(1.0, volume_m3 / hull(make_preset(kind, sizes[i].diameter_m, sizes[i].length_m)).volume_m3);
 #pragma omp critical
         progress.update(++done / (3.0 * static_cast<double>(count)));
     });

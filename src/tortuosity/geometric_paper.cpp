@@ -136,11 +136,12 @@ GeometricPaperResult average(const std::vector<Vec2>& dots, int slices, double z
     return result;
 }
 
-// The solid near a point: capsules, and as a whole the grains that enclose a filled cavity. Such a cavity is solid: no dot moves into it.
+// The solid near a point: capsules, and as a whole the grains with faces and those that enclose a filled cavity. Such a cavity is solid: no
+// dot moves into it.
 struct NearSolid {
     const Grains& grains;
     std::vector<const Capsule*> capsules = {};
-    std::vector<const Grains::Image*> hollow = {};
+    std::vector<const Grains::Image*> whole = {};
 
     // The parts of a ray inside the solid: not joined, those before the origin left out; `parts` is overwritten.
     void ray_parts(const Vec3& origin, const Vec3& direction, std::vector<Interval>& parts) const {
@@ -149,7 +150,7 @@ struct NearSolid {
         for (const Capsule* capsule : capsules)
             if (const auto part = line_interval(*capsule, origin, direction))
                 if (part->high > 0.0) parts.push_back(*part);
-        for (const Grains::Image* image : hollow) {
+        for (const Grains::Image* image : whole) {
             grains.line_parts(*image, origin, direction, own);
             for (const Interval& part : own)
                 if (part.high > 0.0) parts.push_back(part);
@@ -158,7 +159,7 @@ struct NearSolid {
     [[nodiscard]] bool contains(const Vec3& point) const {
         if (std::any_of(capsules.begin(), capsules.end(), [&](const Capsule* c) { return signed_distance(*c, point) < 0.0; })) return true;
         thread_local std::vector<Interval> own;
-        return std::any_of(hollow.begin(), hollow.end(), [&](const Grains::Image* image) {
+        return std::any_of(whole.begin(), whole.end(), [&](const Grains::Image* image) {
             grains.line_parts(*image, point, Vec3::UnitX(), own);
             return std::any_of(own.begin(), own.end(), [](const Interval& part) { return part.low < 0.0 && part.high > 0.0; });
         });
@@ -269,8 +270,8 @@ std::vector<NearSolid> solid_of_slices(const Grains& grains, const Section& sect
         for (int s = from; s <= to; ++s) to_slice(cut[static_cast<std::size_t>(s)]);
     };
     for (const auto& image : grains.images()) {
-        if (has_filled_cavity(grains.shape_of(image))) {
-            add(image.bounds, [&](NearSolid& slice) { slice.hollow.push_back(&image); });
+        if (has_filled_cavity(grains.shape_of(image)) || grains.shape_of(image).body != nullptr) {
+            add(image.bounds, [&](NearSolid& slice) { slice.whole.push_back(&image); });
             continue;
         }
         for (const auto& capsule : image.capsules) add(bounds_of({capsule}), [&](NearSolid& slice) { slice.capsules.push_back(&capsule); });
@@ -291,6 +292,7 @@ GeometricPaperResult geometric_paper_exact(const Grains& grains, const Container
     const double reach = (container.high() - container.low()).norm();
     // The first radius of the search below: about a grain's thickness, and some pixels.
     double nearest_reach = reach;
+    for (const shapes::Shape& shape : grains.packing().shapes) nearest_reach = std::min(nearest_reach, smallest_diameter(shape));
     for (const auto& image : grains.images())
         for (const Capsule& capsule : image.capsules) nearest_reach = std::min(nearest_reach, 2.0 * capsule.radius);
     nearest_reach = std::max(nearest_reach, 4.0 * config.dot_pixel_m);
@@ -304,12 +306,12 @@ GeometricPaperResult geometric_paper_exact(const Grains& grains, const Container
         // Points farther than the closest void point have no effect.
         for (double around = nearest_reach; around < 2.0 * reach; around *= 2.0) {
             near.capsules.clear();
-            near.hollow.clear();
+            near.whole.clear();
             for (const auto& [distance, capsule] : all)
                 if (distance < around) near.capsules.push_back(capsule);
-            for (const Grains::Image* image : of_slice.hollow)
+            for (const Grains::Image* image : of_slice.whole)
                 if (((image->bounds.low - at).array() < around).all() && ((at - image->bounds.high).array() < around).all())
-                    near.hollow.push_back(image);
+                    near.whole.push_back(image);
             std::optional<Vec2> found = from;
             if (config.dot_pixel_m > 0.0)
                 found = closest_pixel(near, container, at, config.dot_pixel_m);

@@ -168,10 +168,23 @@ std::vector<Vec3> resampled(const std::vector<Vec3>& path, double spacing) {
 void relax_thread(std::vector<Vec3>& path, int axis, const Grains& grains, double spacing, int max_sweeps) {
     constexpr double overrelaxation = 1.6;
     std::vector<std::vector<Capsule>> near(path.size());
-    const auto out_of_grains = [&](Vec3& point, const std::vector<Capsule>& capsules) {
+    std::vector<std::vector<PlacedShape>> near_bodies(grains.has_bodies() ? path.size() : 0);
+    const auto out_of_bodies = [&](Vec3& point, const std::vector<PlacedShape>& bodies) {
+        bool inside = false;
+        for (const PlacedShape& body : bodies) {
+            Vec3 outward;
+            const double away = signed_distance(body, point, outward);
+            if (away >= 0.0) continue;
+            inside = true;
+            point -= away * (1.0 + 1e-12) * outward;
+        }
+        return inside;
+    };
+    const auto out_of_grains = [&](Vec3& point, std::size_t i) {
+        const std::vector<Capsule>& capsules = near[i];
         // Out of one capsule may be into the next: some rounds, at a joint or a contact.
         for (int round = 0; round < 6; ++round) {
-            bool inside = false;
+            bool inside = !near_bodies.empty() && out_of_bodies(point, near_bodies[i]);
             for (const Capsule& capsule : capsules) {
                 const Vec3 axis_point = closest_on_axis(capsule, point), away = point - axis_point;
                 const double distance = away.norm();
@@ -188,6 +201,10 @@ void relax_thread(std::vector<Vec3>& path, int axis, const Grains& grains, doubl
             if (sweep % 8 == 0) {
                 near[i].clear();
                 grains.capsules_near(path[i], 2.0 * spacing, near[i]);
+                if (!near_bodies.empty()) {
+                    near_bodies[i].clear();
+                    grains.bodies_near(path[i], 2.0 * spacing, near_bodies[i]);
+                }
             }
             const bool last = i + 1 == path.size();
             Vec3 middle = last ? path[i - 1] : Vec3(0.5 * (path[i - 1] + path[i + 1]));
@@ -196,7 +213,7 @@ void relax_thread(std::vector<Vec3>& path, int axis, const Grains& grains, doubl
             // Short moves, so that no point passes through a grain.
             if (const double size = move.norm(); size > 0.5 * spacing) move *= 0.5 * spacing / size;
             Vec3 there = path[i] + move;
-            if (!near[i].empty()) out_of_grains(there, near[i]);
+            if (!near[i].empty() || (!near_bodies.empty() && !near_bodies[i].empty())) out_of_grains(there, i);
             if (last) there[axis] = path[i][axis];
             farthest = std::max(farthest, (there - path[i]).norm());
             path[i] = there;

@@ -20,6 +20,8 @@ struct VesselKind {
     std::vector<std::string> needed, optional;  // keys of ContainerConfig
     std::string missing;                        // what to say where a needed key is not given
     std::string form;                           // on the command line: name:numbers
+    std::string frame;                          // where it lies, for help and messages
+    std::string text;                           // for the report, with the keys in braces
     std::size_t numbers;                        // that the command line gives
     bool may_be_periodic;
     void (*fill)(ContainerConfig& config, const std::vector<double>& numbers);
@@ -33,6 +35,8 @@ const std::vector<VesselKind>& all_kinds() {
          .optional = {},
          .missing = "a cylinder needs diameter_m and height_m",
          .form = "cylinder:D,H",
+         .frame = "a cylinder has its axis at x = y = 0",
+         .text = "a cylinder {diameter_m} wide and {height_m} high",
          .numbers = 2,
          .may_be_periodic = false,
          .fill =
@@ -48,6 +52,8 @@ const std::vector<VesselKind>& all_kinds() {
          .optional = {"periodic"},
          .missing = "a box needs size_m",
          .form = "box:X,Y,Z",
+         .frame = "a box has its corner at the origin",
+         .text = "a box of {size_m}",
          .numbers = 3,
          .may_be_periodic = true,
          .fill = [](ContainerConfig& config, const std::vector<double>& numbers) { config.size_m = numbers; },
@@ -145,13 +151,8 @@ private:
     const std::string& where_;
 };
 
-std::string forms() {
-    std::string text;
-    for (const VesselKind& kind : all_kinds()) {
-        text += (text.empty() ? "" : " or ") + kind.form;
-        if (kind.may_be_periodic) text += " or " + kind.form + ":periodic";
-    }
-    return text + " (metres, for instance cylinder:0.1,0.7)";
+std::string allowed_forms() {
+    return container_forms() + " (metres, for instance cylinder:0.1,0.7)";
 }
 
 std::vector<double> parse_numbers(const std::string& text, std::size_t count, const std::string& whole) {
@@ -165,14 +166,14 @@ std::vector<double> parse_numbers(const std::string& text, std::size_t count, co
             values.push_back(std::stod(part, &used));
             if (used != part.size()) throw std::invalid_argument(part);
         } catch (const std::exception&) {
-            throw UserError("not a container: " + whole, {.allowed = forms()});
+            throw UserError("not a container: " + whole, {.allowed = allowed_forms()});
         }
         at = comma + 1;
     }
-    if (values.size() != count) throw UserError("not a container: " + whole, {.allowed = forms()});
+    if (values.size() != count) throw UserError("not a container: " + whole, {.allowed = allowed_forms()});
     for (const double value : values)
         if (!record::length_range().holds(value))
-            throw UserError("a container's sizes must be from 1e-12 to 1e6 m: " + whole, {.allowed = forms()});
+            throw UserError("a container's sizes must be from 1e-12 to 1e6 m: " + whole, {.allowed = allowed_forms()});
     return values;
 }
 
@@ -185,6 +186,34 @@ const std::vector<std::string>& kinds_of_vessels() {
         return list;
     }();
     return names;
+}
+
+std::string container_forms() {
+    std::vector<std::string> list;
+    for (const VesselKind& kind : all_kinds()) list.push_back(kind.form + (kind.may_be_periodic ? "[:periodic]" : ""));
+    return fmt::format("{}", fmt::join(list, " or "));
+}
+
+std::string container_frames() {
+    std::vector<std::string> list;
+    for (const VesselKind& kind : all_kinds()) list.push_back(kind.frame);
+    return fmt::format("{}; the floor is at z = 0", fmt::join(list, ", "));
+}
+
+std::string container_text(const Json& container, const std::function<std::string(double)>& length_text) {
+    const VesselKind* const kind = kind_named(container.value("kind", ""));
+    if (kind == nullptr) return "its container";
+    std::string text = kind->text;
+    for (const std::string& key : kind->needed) {
+        const Json value = container.value(key, Json());
+        std::vector<std::string> sizes;
+        for (const Json& one : value.is_array() ? value : Json::array({value}))
+            if (one.is_number() && one.get<double>() > 0.0) sizes.push_back(length_text(one.get<double>()));
+        if (sizes.empty()) return "its container";
+        if (const auto at = text.find("{" + key + "}"); at != std::string::npos)
+            text.replace(at, key.size() + 2, fmt::format("{}", fmt::join(sizes, " x ")));
+    }
+    return text;
 }
 
 Container make_container(const ContainerConfig& config) {
@@ -209,11 +238,12 @@ Container make_container(const ContainerConfig& config) {
 Container parse_container(const std::string& text) {
     const std::size_t colon = text.find(':');
     const VesselKind* const kind = colon == std::string::npos ? nullptr : kind_named(text.substr(0, colon));
-    if (kind == nullptr) throw UserError("not a container: " + text, {.allowed = forms()});
+    if (kind == nullptr) throw UserError("not a container: " + text, {.allowed = allowed_forms()});
     ContainerConfig config{.kind = kind->name};
     std::string numbers = text.substr(colon + 1);
     if (const auto end = numbers.find(':'); end != std::string::npos) {
-        if (!kind->may_be_periodic || numbers.substr(end) != ":periodic") throw UserError("not a container: " + text, {.allowed = forms()});
+        if (!kind->may_be_periodic || numbers.substr(end) != ":periodic")
+            throw UserError("not a container: " + text, {.allowed = allowed_forms()});
         numbers.resize(end);
         config.periodic = {true, true, true};
     }

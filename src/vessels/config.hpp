@@ -1,6 +1,7 @@
 // Table [container] of case.toml, and the kinds of vessels: what is read from a case, from packing.json and from the command line.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -32,7 +33,13 @@ inline void describe(record::ConfigVisitor& v, ContainerConfig& c) {
 
 /// Throws UserError for a key that the kind needs, or that has no effect on it.
 [[nodiscard]] Container make_container(const ContainerConfig& config);
-/// "cylinder:D,H" or "box:X,Y,Z[:periodic]", in metres. Throws UserError with the allowed forms.
+/// "cylinder:D,H or box:X,Y,Z[:periodic]": what parse_container() takes, in metres.
+[[nodiscard]] std::string container_forms();
+/// "a cylinder has its axis at x = y = 0, ...": where each kind lies.
+[[nodiscard]] std::string container_frames();
+/// "a cylinder 100 mm wide and 0.7 m high": of the table [container]; "its container" where sizes are not given.
+[[nodiscard]] std::string container_text(const core::Json& container, const std::function<std::string(double)>& length_text);
+/// Of one of the container_forms(). Throws UserError with the allowed forms.
 [[nodiscard]] Container parse_container(const std::string& text);
 /// What to_json() writes. Throws UserError with `where`, the name of the file.
 [[nodiscard]] Container container_from_json(const core::Json& json, const std::string& where);

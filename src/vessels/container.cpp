@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <stdexcept>
 
 #include "core/error.hpp"
@@ -26,6 +27,20 @@ Container::Container(std::shared_ptr<const Vessel> vessel, bool cut_ends)
 const Vessel& Container::vessel() const {
     if (vessel_ == nullptr) throw std::logic_error("a container without a vessel");
     return *vessel_;
+}
+
+Container::WidestPlace Container::widest_place() const {
+    constexpr int steps = 50;
+    WidestPlace place{.at = 0.5 * (low_ + high_), .width_m = 0.0};
+    place.width_m = 2.0 * wall_distance(place.at);
+    for (int j = 0; j <= steps; ++j)
+        for (int i = 0; i <= steps; ++i) {
+            const Vec3 at(low_.x() + size_.x() * i / steps, low_.y() + size_.y() * j / steps, place.at.z());
+            if (const double width = 2.0 * wall_distance(at); width > (1.0 + 1e-9) * place.width_m) place = {at, width};
+        }
+    for (int axis = 0; axis < 2; ++axis)
+        if (periodic_[static_cast<std::size_t>(axis)]) place.width_m = std::min(place.width_m, size_[axis]);
+    return place;
 }
 
 bool Container::contains_column(double x, double y) const {

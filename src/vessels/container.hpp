@@ -33,6 +33,13 @@ public:
     [[nodiscard]] double inner_area_m2() const { return vessel().mean_area({low_.z(), high_.z()}); }
     [[nodiscard]] double wall_distance(const geometry::Vec3& point) const { return vessel().distance(point); }
     [[nodiscard]] std::optional<double> tube_diameter() const { return vessel().tube_diameter(); }
+    /// Where the largest sphere between the sides fits at half height (the middle, where that is as wide as any other place; elsewhere
+    /// within 2 % of the width), and its diameter, which is not above a periodic side.
+    struct WidestPlace {
+        geometry::Vec3 at;
+        double width_m;
+    };
+    [[nodiscard]] WidestPlace widest_place() const;
     /// A point of the vertical line at (x, y) lies inside.
     [[nodiscard]] bool contains_column(double x, double y) const;
 

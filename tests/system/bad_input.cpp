@@ -146,7 +146,7 @@ TEST(BadStl, EachHasItsMessage) {
     corner.bodies.push_back({.shape = 0, .position_m = Vec3(0.009, 0.009, 0.02)});
     write_packing(folder.path() / "corner.json", corner);
     ASSERT_EQ(porepack("stl --output " + quoted(folder.path() / "corner") + " " + quoted(folder.path() / "corner.json")).exit_code, 0);
-    fault(read_text(folder.path() / "corner" / "solid.stl"), container, "through the wall of the cylinder");
+    fault(read_text(folder.path() / "corner" / "solid.stl"), container, "through the wall of the container");
     EXPECT_TRUE(has(porepack("voxelise --container cylinder:1,1 " + quoted(folder.path())).err, "cannot tell what"));
     EXPECT_TRUE(has(porepack("voxelise --section 0.005,0.025 " + container + " " + quoted(folder.path() / "solid.stl")).err,
                     "voxel size is missing"));

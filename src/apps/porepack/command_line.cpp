@@ -20,6 +20,7 @@
 #include "core/machine.hpp"
 #include "record/engine_versions.hpp"
 #include "stages/stages.hpp"
+#include "vessels/config.hpp"
 
 namespace porepack::apps {
 namespace {
@@ -310,10 +311,8 @@ void CommandLine::add_case(Command command) {
 
 void CommandLine::add_input(Command command, const char* what) {
     command.add_option("input", common.input, what).type_name("path").required();
-    command
-        .add_option("--container", common.container,
-                    "container of an STL file: a cylinder has its axis at x = y = 0, a box its corner at the origin; the floor is at z = 0")
-        .type_name("cylinder:D,H or box:X,Y,Z[:periodic] [m]");
+    command.add_option("--container", common.container, "container of an STL file: " + vessels::container_frames())
+        .type_name(vessels::container_forms() + " [m]");
     add_unit(command);
     add_image_keys(command);
 }

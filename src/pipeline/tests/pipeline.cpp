@@ -148,6 +148,12 @@ TEST(Manifest, KnowsDoneStaleAndOfAnotherResultVersion) {
     old["program_version"] = "0.0.1";  // a new version alone does not make a stage stale
     write_json(folder.path() / "manifest.json", old);
     EXPECT_EQ(state_of(folder.path(), manifest, &why), StageState::done);
+    Manifest with_new_keys = manifest;  // a later version's, at the values that stand for "not given"
+    with_new_keys.configuration = {{"a", 1}, {"b", 0.0}, {"c", false}, {"d", ""}, {"e", Json::array()}, {"f", {{"g", nullptr}}}};
+    EXPECT_EQ(state_of(folder.path(), with_new_keys, &why), StageState::done);
+    with_new_keys.configuration["b"] = 2.0;
+    EXPECT_EQ(state_of(folder.path(), with_new_keys, &why), StageState::stale);
+    EXPECT_EQ(why, "configuration changed: b");
     Manifest newer = manifest;
     newer.result_version = 2;
     EXPECT_EQ(state_of(folder.path(), newer, &why), StageState::stale);

@@ -218,6 +218,7 @@ double check_poses(const Run& run, const Packing& packing) {
 
 PourResult pour_with_liggghts(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config,
                               const Path& templates, const Path& folder, const std::optional<Pour>& given) {
+    for (const auto& share : shapes) require_capsules(share.shape, "LIGGGHTS");
     Run run{.shapes = shapes,
             .container = container,
             .config = config,

@@ -1,4 +1,5 @@
 // Containers as they are read and written, and the geometry of the vessels.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <numbers>
@@ -6,6 +7,7 @@
 #include "core/error.hpp"
 #include "core/json.hpp"
 #include "support/basics.hpp"
+#include "vessels/box.hpp"
 #include "vessels/config.hpp"
 #include "vessels/uses.hpp"
 
@@ -49,6 +51,38 @@ TEST(Containers, AreParsed) {
     EXPECT_TRUE(parse_container("box:1,2,3:periodic").periodic()[2]);
     for (const char* bad : {"", "box", "box:1,2", "cylinder:1", "cylinder:0,1", "box:1,2,nan", "box:1,2,3:open", "cylinder:1,2x"})
         EXPECT_TRUE(has(message_of<UserError>([&] { (void)parse_container(bad); }), "container")) << bad;
+}
+
+TEST(Containers, AreNamedInTexts) {
+    EXPECT_EQ(container_forms(), "cylinder:D,H or box:X,Y,Z[:periodic]");
+    EXPECT_TRUE(has(container_frames(), "a cylinder has its axis at x = y = 0, a box has its corner at the origin"));
+    const auto text = [](const char* form) {
+        return container_text(to_json(parse_container(form)), [](double x) { return fmt::format("{:g} m", x); });
+    };
+    EXPECT_EQ(text("cylinder:0.1,0.7"), "a cylinder 0.1 m wide and 0.7 m high");
+    EXPECT_EQ(text("box:1,2,3"), "a box of 1 m x 2 m x 3 m");
+    EXPECT_EQ(container_text(Json::object(), [](double) { return ""; }), "its container");
+    EXPECT_EQ(container_text({{"kind", "cylinder"}, {"diameter_m", 0.0}}, [](double) { return ""; }), "its container");
+}
+
+// A corner of a box, cut off by a slanted side: its bounds' middle lies on that side.
+class CutCorner : public Box {
+public:
+    CutCorner() : Box({1.0, 1.0, 1.0}) {}
+    [[nodiscard]] bool fills_bounds() const override { return false; }
+    [[nodiscard]] double distance(const Vec3& point) const override {
+        return std::min(Box::distance(point), (1.0 - point.x() - point.y()) / std::sqrt(2.0));
+    }
+};
+
+TEST(Vessels, TheWidestPlaceHoldsTheLargestSphere) {
+    EXPECT_EQ(make_cylinder(0.1, 0.7).widest_place().width_m, 0.1);
+    EXPECT_EQ(make_cylinder(0.1, 0.7).widest_place().at, Vec3(0, 0, 0.35));
+    EXPECT_EQ(make_box({0.3, 0.2, 0.1}).widest_place().width_m, 0.2);
+    EXPECT_EQ(make_box({0.1, 0.2, 0.3}, {true, false, false}).widest_place().width_m, 0.1);
+    const auto corner = Container(std::make_shared<const CutCorner>()).widest_place();
+    EXPECT_NEAR(corner.width_m, 2.0 - std::sqrt(2.0), 0.02);  // twice the radius of the inscribed circle
+    EXPECT_NEAR(corner.at.x(), 1.0 - std::sqrt(0.5), 0.02);
 }
 
 // Along any segment from inside, the distance is 0 at the hit and the sides that are crossed are those of the column.

@@ -12,6 +12,7 @@
 #include "core/escape.hpp"
 #include "core/json.hpp"
 #include "design/design.hpp"
+#include "vessels/config.hpp"
 
 namespace porepack::apps {
 using shapes::ShapeKind;
@@ -40,7 +41,7 @@ void choose_shapes(DesignGoal& goal, const std::string& text) {
     std::istringstream words(text == "any" ? "tetrapod,dolos,tetrahedron" : text);
     for (std::string word; std::getline(words, word, ',');) {
         const auto kind = choice_named<ShapeKind>(word);
-        if (kind && *kind != ShapeKind::capsules && *kind != ShapeKind::stl && *kind != ShapeKind::mixture)
+        if (kind && !has_faces(*kind) && *kind != ShapeKind::capsules && *kind != ShapeKind::stl && *kind != ShapeKind::mixture)
             goal.kinds.push_back(*kind);
         else if (word.ends_with(".toml") && goal.own_shape.empty())
             goal.own_shape = word;
@@ -101,7 +102,7 @@ void add_design_command(CommandLine& line) {
         .required();
     command.add_option("--porosity", options->porosity, "wanted porosity: a value, or LOW,HIGH; any if left out")
         .type_name("number or range");
-    command.add_option("--container", common.container, "of the finished bed").type_name("cylinder:D,H or box:X,Y,Z").required();
+    command.add_option("--container", common.container, "of the finished bed").type_name(vessels::container_forms() + " [m]").required();
     command.add_option("--volume", options->volume, "of a grain in m3, or \"free\" (default): then the size follows from k")
         .type_name("number or free");
     command

@@ -19,6 +19,7 @@
 #include "scans/gray_levels.hpp"
 #include "scans/scanner.hpp"
 #include "shapes/config.hpp"
+#include "vessels/config.hpp"
 
 namespace porepack::apps {
 namespace {
@@ -241,7 +242,7 @@ void add_image_commands(CommandLine& line) {
         .type_name("path")
         .required();
     segmenter.add_option("--container", common.container, "container that the image shows; default: the box of the image")
-        .type_name("cylinder:D,H or box:X,Y,Z[:periodic] [m]");
+        .type_name(vessels::container_forms() + " [m]");
     line.add_keys(segmenter, [](ConfigVisitor& v) {
         static SegmentConfig config;
         describe(v, config);
@@ -261,7 +262,7 @@ void add_image_commands(CommandLine& line) {
         .type_name("name or path")
         .required();
     fitter.add_option("--container", common.container, "container that the image shows; default: the box of the image")
-        .type_name("cylinder:D,H or box:X,Y,Z [m]");
+        .type_name(vessels::container_forms() + " [m]");
     line.add_keys(fitter, "shape", {"kind", "file", "unit_m"});
     line.add_image_keys(fitter, {"pore", "walls"});
     const auto part = std::make_shared<std::string>();
@@ -269,7 +270,7 @@ void add_image_commands(CommandLine& line) {
         line.add_below(image, "simulate", "an X-ray scan of a packing: projections with noise, rings and blur, and the image from them",
                        "porepack image simulate packing.json scan.nrrd --voxel-size 3e-4 --part 0.02,0.08",
                        [&common, target, part] { simulate(common, *target, *part); });
-    simulator.add_option("input", common.input, "packing.json, in a cylinder or in a box with walls").type_name("path").required();
+    simulator.add_option("input", common.input, "packing.json, in a container without periodic sides").type_name("path").required();
     simulator.add_option("target", *target, ".raw, .mhd, .nrrd, .npy or .vti").type_name("path").required();
     simulator.add_option("--part", *part, "range of heights; default: the whole container").type_name("z0,z1 [m]");
     line.add_keys(simulator, [](ConfigVisitor& v) {
@@ -279,7 +280,7 @@ void add_image_commands(CommandLine& line) {
     auto planner = line.add_below(image, "plan", "scans at several settings simulated and fitted: which is good enough for k?",
                                   "porepack image plan packing.json --part 0.02,0.08 --voxel-sizes 3e-4,5e-4 --counts 20000,2000",
                                   [&common, part] { plan(common, *part); });
-    planner.add_option("input", common.input, "packing.json, in a cylinder or in a box with walls").type_name("path").required();
+    planner.add_option("input", common.input, "packing.json, in a container without periodic sides").type_name("path").required();
     planner.add_option("--part", *part, "range of heights; default: the whole container").type_name("z0,z1 [m]");
     line.add_keys(planner, [](ConfigVisitor& v) {
         static ScanPlanConfig config;

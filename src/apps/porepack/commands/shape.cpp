@@ -46,7 +46,9 @@ ShapeConfig read_shape(const Common& common, const ShapeOptions& options) {
         return config;
     }
     if (common.input.empty())
-        throw UserError("which shape?", {.allowed = "tetrapod, dolos, tetrahedron, star, sphere, rod, or --capsules FILE"});
+        throw UserError(
+            "which shape?",
+            {.allowed = "tetrapod, dolos, tetrahedron, star, sphere, rod, cylinder, ring, box, cube, lobed, prism, or --capsules FILE"});
     flags["kind"] = "\"" + common.input + "\"";
     TomlFile().read("", describe_it, flags);
     return config;

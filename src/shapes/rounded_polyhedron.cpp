@@ -1,0 +1,382 @@
+// Convex polyhedra with rounded edges. The body is the union of the core, of each face moved out by the rounding, and of a capsule along
+// each edge; all are convex and so is the body: a line passes through it once.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+
+#include "core/error.hpp"
+#include "core/json.hpp"
+#include "shapes/capsule.hpp"
+#include "shapes/quadrature.hpp"
+#include "shapes/rounded_body.hpp"
+
+namespace porepack::shapes {
+using namespace core;
+namespace {
+
+struct Face {
+    std::vector<int> corners;
+    Vec3 normal;
+    double height;               // of its plane along the normal
+    std::vector<Vec3> outwards;  // unit vector in the plane, out of the side from corner i to the next
+};
+
+struct Edge {
+    int a, b;
+    Vec3 normal_a, normal_b;  // of its two faces
+};
+
+class RoundedPolyhedron : public RoundedBody {
+public:
+    RoundedPolyhedron(std::vector<Vec3> corners, std::vector<Face> faces, std::vector<Edge> edges, double rounding)
+        : corners_(std::move(corners)), faces_(std::move(faces)), edges_(std::move(edges)), rounding_(rounding) {
+        centre_ = Vec3::Zero();
+        for (const Vec3& corner : corners_) centre_ += corner / static_cast<double>(corners_.size());
+        for (const Vec3& corner : corners_) radius_ = std::max(radius_, (corner - centre_).norm());
+        depth_ = 1e300;
+        for (const Face& face : faces_) depth_ = std::min(depth_, face.height - face.normal.dot(centre_));
+    }
+
+    [[nodiscard]] Json to_json() const override {
+        Json json = {{"kind", "polyhedron"}, {"corners_m", Json::array()}, {"faces", Json::array()}, {"rounding_m", rounding_}};
+        for (const Vec3& x : corners_) json["corners_m"].push_back({x.x(), x.y(), x.z()});
+        for (const Face& face : faces_) json["faces"].push_back(face.corners);
+        return json;
+    }
+
+    [[nodiscard]] double distance(const Vec3& point, Vec3* outward) const override {
+        double highest = -1e300;
+        const Face* over = nullptr;
+        for (const Face& face : faces_)
+            if (const double height = face.normal.dot(point) - face.height; height > highest) {
+                highest = height;
+                over = &face;
+            }
+        // Often the nearest point lies on the highest face; otherwise, on an edge.
+        if (highest <= 0.0 || within(*over, point)) {
+            if (outward != nullptr) *outward = over->normal;
+            return highest - rounding_;
+        }
+        double nearest2 = 1e300;
+        Vec3 from_nearest = over->normal;
+        for (const Face& face : faces_) {
+            const double height = face.normal.dot(point) - face.height;
+            if (height <= 0.0 || height * height >= nearest2) continue;
+            for (std::size_t i = 0; i < face.corners.size(); ++i) {
+                const Vec3 &a = corner(face, i), along = corner(face, i + 1) - a, from = point - a;
+                const double share = std::clamp(from.dot(along) / along.squaredNorm(), 0.0, 1.0);
+                const Vec3 away = from - share * along;
+                if (const double away2 = away.squaredNorm(); away2 < nearest2) {
+                    nearest2 = away2;
+                    from_nearest = away;
+                }
+            }
+        }
+        const double nearest = std::sqrt(nearest2);
+        if (outward != nullptr) *outward = nearest > 0.0 ? Vec3(from_nearest / nearest) : over->normal;
+        return nearest - rounding_;
+    }
+
+    void line(const Vec3& origin, const Vec3& direction, double grown, std::vector<Interval>& parts) const override {
+        parts.clear();
+        const double r = rounding_ + grown;
+        const Vec3 from_centre = origin - centre_;
+        if ((from_centre - from_centre.dot(direction) * direction).squaredNorm() >= (radius_ + r) * (radius_ + r)) return;
+        Interval whole{1e300, -1e300};
+        const auto join = [&](const Interval& part) {
+            if (part.low >= part.high) return;
+            whole = {std::min(whole.low, part.low), std::max(whole.high, part.high)};
+        };
+        Interval core{-1e300, 1e300};
+        for (const Face& face : faces_) clip(core, face.normal, face.height, origin, direction);
+        join(core);
+        if (r > 0.0) {
+            for (const Face& face : faces_) {
+                Interval part{-1e300, 1e300};
+                clip(part, face.normal, face.height + r, origin, direction);
+                clip(part, -face.normal, -face.height, origin, direction);
+                for (std::size_t i = 0; i < face.corners.size() && part.low < part.high; ++i)
+                    clip(part, face.outwards[i], face.outwards[i].dot(corner(face, i)), origin, direction);
+                join(part);
+            }
+            for (const Edge& edge : edges_)
+                if (const auto part = line_interval(Capsule{at(edge.a), at(edge.b), r}, origin, direction)) join(*part);
+        }
+        if (whole.low < whole.high) parts.push_back(whole);
+    }
+
+    [[nodiscard]] double support(const Vec3& direction) const override {
+        double highest = -1e300;
+        for (const Vec3& corner : corners_) highest = std::max(highest, corner.dot(direction));
+        return highest + rounding_;
+    }
+
+    // Below the rounding the core keeps its size; then it shrinks about its centre, where each plane comes nearer by the same share of its
+    // distance, which is `depth_` or more.
+    [[nodiscard]] std::shared_ptr<const RoundedBody> thinned(double depth) const override {
+        if (depth <= rounding_) return moved_and_scaled(1.0, rounding_ - depth);
+        const double factor = 1.0 - (depth - rounding_) / depth_;
+        return factor > 0.0 ? moved_and_scaled(factor, 0.0) : nullptr;
+    }
+
+    [[nodiscard]] std::shared_ptr<const RoundedBody> scaled(double factor) const override {
+        PolyhedronSize size{.corners_m = corners_, .faces = {}, .rounding_m = factor * rounding_};
+        for (Vec3& corner : size.corners_m) corner *= factor;
+        for (const Face& face : faces_) size.faces.push_back(face.corners);
+        return make_polyhedron(size);
+    }
+
+    void for_surface(const SurfacePoint& visit) const override {
+        for (const Face& face : faces_)
+            for (std::size_t i = 1; i + 1 < face.corners.size(); ++i)
+                on_triangle(corner(face, 0), corner(face, i), corner(face, i + 1), face.normal, visit);
+        if (rounding_ == 0.0) return;
+        for (const Edge& edge : edges_) on_edge(edge, visit);
+        for (std::size_t i = 0; i < corners_.size(); ++i) on_corner(static_cast<int>(i), visit);
+    }
+
+    [[nodiscard]] HullMeasures hull() const override {
+        HullMeasures convex;
+        for_surface([&](const Vec3& x, const Vec3& n, double area) {
+            convex.surface_area_m2 += area;
+            convex.volume_m3 += area * (x - centre_).dot(n) / 3.0;
+        });
+        return convex;
+    }
+
+    [[nodiscard]] std::vector<ContactCurve> contact_curves() const override {
+        std::vector<ContactCurve> curves;
+        for (const Vec3& corner : corners_) curves.push_back({.kind = ContactCurve::Kind::corner, .a = corner, .radius = rounding_});
+        for (const Edge& edge : edges_)
+            curves.push_back({.kind = ContactCurve::Kind::edge, .a = at(edge.a), .b = at(edge.b), .radius = rounding_});
+        return curves;
+    }
+
+    [[nodiscard]] double rounding() const override { return rounding_; }
+    [[nodiscard]] double thickness() const override { return 2.0 * (rounding_ + depth_); }
+    [[nodiscard]] double reach_from(const Vec3& point) const override {
+        double farthest = 0.0;
+        for (const Vec3& corner : corners_) farthest = std::max(farthest, (corner - point).norm());
+        return farthest + rounding_;
+    }
+    [[nodiscard]] double maximum_feret_diameter() const override {
+        double farthest = 0.0;
+        for (const Vec3& a : corners_)
+            for (const Vec3& b : corners_) farthest = std::max(farthest, (a - b).norm());
+        return farthest + 2.0 * rounding_;
+    }
+
+private:
+    [[nodiscard]] const Vec3& at(int i) const { return corners_[static_cast<std::size_t>(i)]; }
+    [[nodiscard]] const Vec3& corner(const Face& face, std::size_t i) const { return at(face.corners[i % face.corners.size()]); }
+
+    // The point projects onto the face.
+    [[nodiscard]] bool within(const Face& face, const Vec3& point) const {
+        for (std::size_t i = 0; i < face.corners.size(); ++i)
+            if (face.outwards[i].dot(point - corner(face, i)) > 0.0) return false;
+        return true;
+    }
+
+    // Keeps the part of the line below the plane.
+    static void clip(Interval& part, const Vec3& normal, double height, const Vec3& origin, const Vec3& direction) {
+        const double rise = normal.dot(direction), below = height - normal.dot(origin);
+        if (std::abs(rise) < 1e-14) {
+            if (below <= 0.0) part = {1.0, -1.0};
+        } else if (rise > 0.0) {
+            part.high = std::min(part.high, below / rise);
+        } else {
+            part.low = std::max(part.low, below / rise);
+        }
+    }
+
+    [[nodiscard]] std::shared_ptr<const RoundedBody> moved_and_scaled(double factor, double rounding) const {
+        std::vector<Vec3> corners = corners_;
+        for (Vec3& corner : corners) corner = centre_ + factor * (corner - centre_);
+        std::vector<Face> faces = faces_;
+        for (Face& face : faces) face.height = face.normal.dot(corners[static_cast<std::size_t>(face.corners[0])]);
+        return std::make_shared<const RoundedPolyhedron>(std::move(corners), std::move(faces), edges_, rounding);
+    }
+
+    // The triangle, as a square with one side drawn together.
+    void on_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& normal, const SurfacePoint& visit) const {
+        const double twice_area = (b - a).cross(c - a).norm();
+        for_gauss_points<4>(0.0, 1.0, [&](double u, double weight_u) {
+            for_gauss_points<4>(0.0, 1.0, [&](double v, double weight_v) {
+                const Vec3 x = a + u * ((1.0 - v) * (b - a) + v * (c - a));
+                visit(x + rounding_ * normal, normal, twice_area * u * weight_u * weight_v);
+            });
+        });
+    }
+
+    // A part of a cylinder about the edge, from the normal of one face to that of the other.
+    void on_edge(const Edge& edge, const SurfacePoint& visit) const {
+        const Vec3 along = at(edge.b) - at(edge.a);
+        const Vec3 across = (edge.normal_b - edge.normal_b.dot(edge.normal_a) * edge.normal_a).normalized();
+        const double turn = std::atan2(edge.normal_b.dot(across), edge.normal_b.dot(edge.normal_a));
+        for_gauss_points<20>(0.0, turn, [&](double angle, double weight) {
+            const Vec3 normal = std::cos(angle) * edge.normal_a + std::sin(angle) * across;
+            for_gauss_points<4>(0.0, 1.0, [&](double share, double weight_along) {
+                visit(at(edge.a) + share * along + rounding_ * normal, normal, rounding_ * weight * along.norm() * weight_along);
+            });
+        });
+    }
+
+    // A part of a sphere, between the normals of the faces around the corner.
+    void on_corner(int index, const SurfacePoint& visit) const {
+        std::vector<Vec3> normals = normals_around(index);
+        for (std::size_t i = 1; i + 1 < normals.size(); ++i) {
+            const Vec3 &a = normals[0], &b = normals[i], &c = normals[i + 1];
+            const Vec3 across = (b - a).cross(c - a);  // the flat triangle below that part; its area is half of this vector's length
+            for_gauss_points<20>(0.0, 1.0, [&](double u, double weight_u) {
+                for_gauss_points<20>(0.0, 1.0, [&](double v, double weight_v) {
+                    const Vec3 x = a + u * ((1.0 - v) * (b - a) + v * (c - a));
+                    const double away = x.norm(), solid_angle = std::abs(across.dot(x)) / (away * away * away) * u * weight_u * weight_v;
+                    visit(at(index) + rounding_ / away * x, x / away, rounding_ * rounding_ * solid_angle);
+                });
+            });
+        }
+    }
+
+    // In their order around the corner: the side before the corner in one face is the side after it in the next.
+    [[nodiscard]] std::vector<Vec3> normals_around(int index) const {
+        std::map<int, std::pair<int, const Face*>> by_next;  // corner after -> corner before, face
+        for (const Face& face : faces_) {
+            const auto found = std::find(face.corners.begin(), face.corners.end(), index);
+            if (found == face.corners.end()) continue;
+            const auto i = static_cast<std::size_t>(found - face.corners.begin());
+            by_next[face.corners[(i + 1) % face.corners.size()]] = {face.corners[(i + face.corners.size() - 1) % face.corners.size()],
+                                                                    &face};
+        }
+        std::vector<Vec3> normals;
+        int next = by_next.begin()->first;
+        for (std::size_t n = 0; n < by_next.size(); ++n) {
+            normals.push_back(by_next.at(next).second->normal);
+            next = by_next.at(next).first;
+        }
+        return normals;
+    }
+
+    std::vector<Vec3> corners_;
+    std::vector<Face> faces_;
+    std::vector<Edge> edges_;
+    double rounding_;
+    Vec3 centre_;
+    double radius_ = 0.0;  // of the sphere about the centre through the farthest corner
+    double depth_;         // of the centre below the nearest face
+};
+
+// The face with its plane (Newell's normal, which needs no good choice of three corners). Throws UserError where it is not flat or not
+// convex.
+Face plane_face(const std::vector<Vec3>& corners, const std::vector<int>& list, double size) {
+    const auto at = [&](std::size_t i) -> const Vec3& { return corners[static_cast<std::size_t>(list[i % list.size()])]; };
+    Vec3 normal = Vec3::Zero();
+    for (std::size_t i = 0; i < list.size(); ++i) normal += at(i).cross(at(i + 1));
+    if (list.size() < 3 || normal.norm() <= 1e-12 * size * size)
+        throw UserError("a face of the polyhedron has no area", {.fix = "three corners or more, not on one line"});
+    Face face{.corners = list, .normal = normal.normalized(), .height = 0.0, .outwards = {}};
+    for (std::size_t i = 0; i < list.size(); ++i) face.height += face.normal.dot(at(i)) / static_cast<double>(list.size());
+    for (std::size_t i = 0; i < list.size(); ++i) {
+        if (std::abs(face.normal.dot(at(i)) - face.height) > 1e-9 * size)
+            throw UserError("a face of the polyhedron is not flat", {.allowed = "corners within 1e-9 of its size from one plane"});
+        face.outwards.push_back((at(i + 1) - at(i)).cross(face.normal).normalized());
+    }
+    return face;
+}
+
+std::vector<Edge> edges_of(const std::vector<Face>& faces) {
+    std::map<std::pair<int, int>, const Face*> sides;
+    for (const Face& face : faces)
+        for (std::size_t i = 0; i < face.corners.size(); ++i)
+            if (!sides.emplace(std::pair(face.corners[i], face.corners[(i + 1) % face.corners.size()]), &face).second)
+                throw UserError("the polyhedron is not closed, or a face has the wrong direction",
+                                {.fix = "list the corners of each face counter-clockwise, seen from outside"});
+    std::vector<Edge> edges;
+    for (const auto& [side, face] : sides) {
+        const auto other = sides.find({side.second, side.first});
+        if (other == sides.end())
+            throw UserError(
+                fmt::format("the polyhedron is not closed: the edge from corner {} to {} has one face", side.first, side.second),
+                {.fix = "list all faces, their corners counter-clockwise, seen from outside"});
+        if (side.first < side.second) edges.push_back({side.first, side.second, face->normal, other->second->normal});
+    }
+    return edges;
+}
+
+}  // namespace
+
+std::shared_ptr<const RoundedBody> make_polyhedron(const PolyhedronSize& size) {
+    const auto count = static_cast<int>(size.corners_m.size());
+    if (count < 4 || size.faces.size() < 4) throw UserError("a polyhedron needs four corners and four faces, or more");
+    double extent = 0.0;
+    for (const Vec3& corner : size.corners_m) extent = std::max(extent, (corner - size.corners_m.front()).norm());
+    if (!(extent > 0.0) || !std::isfinite(extent)) throw UserError("the corners of the polyhedron are not finite numbers, or all the same");
+    if (!(size.rounding_m >= 0.0) || !std::isfinite(size.rounding_m))
+        throw UserError(fmt::format("the rounding of the polyhedron is {:g} m", size.rounding_m), {.allowed = "0 or more"});
+    std::vector<Face> faces;
+    for (const auto& list : size.faces) {
+        for (const int i : list)
+            if (i < 0 || i >= count)
+                throw UserError(fmt::format("a face of the polyhedron names corner {}", i), {.allowed = fmt::format("0 to {}", count - 1)});
+        faces.push_back(plane_face(size.corners_m, list, extent));
+    }
+    std::vector<Edge> edges = edges_of(faces);
+    for (const Face& face : faces)
+        for (const Vec3& corner : size.corners_m)
+            if (face.normal.dot(corner) - face.height > 1e-9 * extent)
+                throw UserError("the polyhedron is not convex: a corner lies outside of a face's plane",
+                                {.fix = "convex polyhedra only; check the direction of the faces"});
+    return std::make_shared<const RoundedPolyhedron>(size.corners_m, std::move(faces), std::move(edges), size.rounding_m);
+}
+
+namespace {
+
+// A prism over a polygon in the plane z = 0, counter-clockwise seen from above.
+PolyhedronSize prism_over(const std::vector<Eigen::Vector2d>& polygon, double half_height, double rounding_m) {
+    const auto n = static_cast<int>(polygon.size());
+    PolyhedronSize prism{.corners_m = {}, .faces = {}, .rounding_m = rounding_m};
+    for (const double z : {-half_height, half_height})
+        for (const auto& corner : polygon) prism.corners_m.emplace_back(corner.x(), corner.y(), z);
+    std::vector<int> bottom, top;
+    for (int i = 0; i < n; ++i) {
+        bottom.push_back(n - 1 - i);
+        top.push_back(n + i);
+        prism.faces.push_back({i, (i + 1) % n, n + (i + 1) % n, n + i});
+    }
+    prism.faces.push_back(bottom);
+    prism.faces.push_back(top);
+    return prism;
+}
+
+void require_sizes(const char* name, std::initializer_list<double> sizes, double rounding_m, double smallest) {
+    for (const double size : sizes)
+        if (!(size > 0.0) || !std::isfinite(size))
+            throw UserError(fmt::format("a size of the {} is {:g} m", name, size), {.allowed = "above 0"});
+    if (!(rounding_m >= 0.0) || rounding_m >= 0.5 * smallest)
+        throw UserError(fmt::format("the rounding of the {} is {:g} m", name, rounding_m),
+                        {.allowed = fmt::format("0 to below {:.6g} m, half of its smallest width", 0.5 * smallest)});
+}
+
+}  // namespace
+
+PolyhedronSize box_size(const Vec3& size_m, double rounding_m) {
+    require_sizes("box", {size_m.x(), size_m.y(), size_m.z()}, rounding_m, size_m.minCoeff());
+    const Vec3 half = 0.5 * size_m - Vec3::Constant(rounding_m);
+    return prism_over({{-half.x(), -half.y()}, {half.x(), -half.y()}, {half.x(), half.y()}, {-half.x(), half.y()}}, half.z(), rounding_m);
+}
+
+PolyhedronSize prism_size(long sides, double diameter_m, double height_m, double rounding_m) {
+    if (sides < 3 || sides > 64) throw UserError(fmt::format("a prism of {} sides", sides), {.allowed = "3 to 64"});
+    const double angle = std::numbers::pi / static_cast<double>(sides), inscribed = diameter_m * std::cos(angle);
+    require_sizes("prism", {diameter_m, height_m}, rounding_m, std::min(inscribed, height_m));
+    const double radius = 0.5 * diameter_m - rounding_m / std::cos(angle);
+    std::vector<Eigen::Vector2d> polygon;
+    for (long i = 0; i < sides; ++i)
+        polygon.emplace_back(radius * std::cos(2.0 * angle * static_cast<double>(i)),
+                             radius * std::sin(2.0 * angle * static_cast<double>(i)));
+    return prism_over(polygon, 0.5 * height_m - rounding_m, rounding_m);
+}
+
+}  // namespace porepack::shapes
