@@ -1,11 +1,13 @@
 #include "pouring/batches.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
 
 #include "core/error.hpp"
 #include "pouring/uses.hpp"
+#include "shapes/touch.hpp"
 
 namespace porepack::pouring {
 namespace {
@@ -44,6 +46,16 @@ Batch make_batch(const std::vector<ShapeShare>& shapes, const Container& contain
     const double clearance = 0.02 * finest_diameter(shapes);
     Batch batch;
     std::vector<std::vector<Capsule>> placed;
+    std::vector<PlacedShape> placed_bodies;
+    const auto body_fits = [&](const PlacedShape& grain) {
+        const auto wall = [&](const Vec3& x) { return container.wall_distance(x); };
+        if (reach_beyond(grain, wall) > -clearance) return false;
+        return std::all_of(placed_bodies.begin(), placed_bodies.end(), [&](const PlacedShape& other) {
+            const double far = maximum_feret_diameter(grain.shape) + maximum_feret_diameter(other.shape) + clearance;
+            return (grain.position_m - other.position_m).norm() > far || nearest(grain, other, clearance).gap_m >= clearance;
+        });
+    };
+    const bool faced = std::any_of(shapes.begin(), shapes.end(), [](const ShapeShare& share) { return share.shape.body != nullptr; });
     const auto fits = [&](const std::vector<Capsule>& grain) {
         for (const auto& capsule : grain)
             for (const Vec3& end : {capsule.a, capsule.b})
@@ -64,11 +76,13 @@ Batch make_batch(const std::vector<ShapeShare>& shapes, const Container& contain
             grain.orientation = random.rotation();
             std::vector<Capsule> capsules;
             for (const auto& capsule : shapes[kind].shape.capsules) capsules.push_back(moved(capsule, grain.position_m, grain.orientation));
-            if (!fits(capsules)) continue;
+            const PlacedShape body{shapes[kind].shape, grain.position_m, grain.orientation};
+            if (!(faced ? body_fits(body) : fits(capsules))) continue;
             grain.velocity_m_per_s.x() = random.uniform(-config.horizontal_speed_m_per_s, config.horizontal_speed_m_per_s);
             grain.velocity_m_per_s.y() = random.uniform(-config.horizontal_speed_m_per_s, config.horizontal_speed_m_per_s);
             batch.push_back(grain);
             placed.push_back(capsules);
+            placed_bodies.push_back(body);
             break;
         }
     }
@@ -118,7 +132,7 @@ Pour make_lattice(const std::vector<ShapeShare>& shapes, const Container& contai
             .shape = draw(shapes, random), .position_m = places[slot], .orientation = random.rotation(), .velocity_m_per_s = Vec3::Zero()};
         grain.position_m.z() = (static_cast<double>(layer) + 0.5) * pitch;
         // The middle of the grain, not the origin of its frame, is placed on the lattice point.
-        Bounds bounds = bounds_of(shapes[grain.shape].shape.capsules);
+        const Bounds bounds = bounds_of(PlacedShape{shapes[grain.shape].shape});
         grain.position_m -= grain.orientation * (0.5 * (bounds.low + bounds.high));
         const double speed = config.horizontal_speed_m_per_s;
         grain.velocity_m_per_s = {random.uniform(-speed, speed), random.uniform(-speed, speed), 0.0};

@@ -102,7 +102,9 @@ PourPlan plan_pour(const std::vector<ShapeShare>& shapes, const Container& conta
     for (const auto& [shape, share] : shapes) {
         const double volume = measure(shape, 1e-6).volume_m3;
         mean_volume += share * volume;
-        max_capsules = std::max(max_capsules, shape.capsules.size());
+        // Two faces are up to three times as stiff as a corner on a face.
+        constexpr std::size_t as_stiff_as_capsules = 12;
+        max_capsules = std::max(max_capsules, shape.body != nullptr ? as_stiff_as_capsules : shape.capsules.size());
         largest_volume = std::max(largest_volume, volume);
         smallest_volume = std::min(smallest_volume, volume);
         if (config.engine != Engine::liggghts) continue;
@@ -154,10 +156,12 @@ double poured_height_m(const std::vector<ShapeShare>& shapes, const Container& c
 
 std::string scene_key(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config) {
     Json key = {{"container", to_json(container)}, {"packing", resolved_config(config)}, {"shapes", Json::array()}};
-    for (const auto& [shape, share] : shapes)
+    for (const auto& [shape, share] : shapes) {
+        if (shape.body != nullptr) key["shapes"].push_back({share, shape.body->to_json()});
         for (const Capsule& capsule : shape.capsules)
             key["shapes"].push_back(
                 {share, capsule.a.x(), capsule.a.y(), capsule.a.z(), capsule.b.x(), capsule.b.y(), capsule.b.z(), capsule.radius});
+    }
     return sha256(key.dump());
 }
 

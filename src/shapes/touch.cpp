@@ -51,7 +51,8 @@ private:
 
 struct Lowest {
     double value;
-    double s = -1.0;  // -1: nowhere below the limit
+    double s = 0.0;      // on a closed curve it may lie below 0 or above 1
+    bool found = false;  // somewhere below the limit
 };
 
 // The lowest value below `limit` of a function whose slope along the path is at most 1: from the value in the middle of a stretch follows a
@@ -62,7 +63,7 @@ Lowest lowest_along(const Path& path, const F& f, double limit) {
     const double length = path.length();
     const auto visit = [&](double s) {
         const double value = f(path.at(s));
-        if (value < best.value) best = {value, s};
+        if (value < best.value) best = {value, s, true};
         return value;
     };
     if (length == 0.0) {
@@ -120,8 +121,9 @@ Lowest lowest_along(const Path& path, const F& f, double limit) {
     return best;
 }
 
-// Away from the nearest capsule's axis.
-double capsules_distance(const std::vector<Capsule>& capsules, const Vec3& point, Vec3& outward) {
+}  // namespace
+
+double signed_distance(const std::vector<Capsule>& capsules, const Vec3& point, Vec3& outward) {
     double nearest = 1e300;
     for (const Capsule& capsule : capsules) {
         const Vec3 away = point - closest_on_axis(capsule, point);
@@ -133,8 +135,6 @@ double capsules_distance(const std::vector<Capsule>& capsules, const Vec3& point
     return nearest;
 }
 
-}  // namespace
-
 double signed_distance(const PlacedShape& grain, const Vec3& point) {
     const Vec3 own = grain.to_shape(point);
     return grain.shape.body != nullptr ? grain.shape.body->distance(own) : signed_distance(grain.shape.capsules, own);
@@ -143,7 +143,7 @@ double signed_distance(const PlacedShape& grain, const Vec3& point) {
 double signed_distance(const PlacedShape& grain, const Vec3& point, Vec3& outward) {
     const Vec3 own = grain.to_shape(point);
     const double away =
-        grain.shape.body != nullptr ? grain.shape.body->distance(own, &outward) : capsules_distance(grain.shape.capsules, own, outward);
+        grain.shape.body != nullptr ? grain.shape.body->distance(own, &outward) : signed_distance(grain.shape.capsules, own, outward);
     outward = grain.orientation * outward;
     return away;
 }
@@ -179,7 +179,7 @@ Nearest nearest(const PlacedShape& first, const PlacedShape& second, double beyo
             const Path path(curve);
             const auto distance = [&](const Vec3& x) { return signed_distance(other, x); };
             const Lowest lowest = lowest_along(path, distance, found.gap_m + curve.radius);
-            if (lowest.s < 0.0) continue;
+            if (!lowest.found) continue;
             if (curve.kind == ContactCurve::Kind::axis) {
                 constexpr double at_end = 1e-6;
                 if (lowest.s < at_end || lowest.s > 1.0 - at_end || lowest.value <= curve.hole_radius) continue;
@@ -202,7 +202,7 @@ double reach_beyond(const PlacedShape& grain, const std::function<double(const V
     for (const ContactCurve& curve : contact_curves(grain)) {
         if (curve.kind == ContactCurve::Kind::axis) continue;
         const Lowest lowest = lowest_along(Path(curve), wall_distance, curve.radius - beyond);
-        if (lowest.s >= 0.0) beyond = curve.radius - lowest.value;
+        if (lowest.found) beyond = curve.radius - lowest.value;
     }
     return beyond;
 }

@@ -21,6 +21,8 @@ struct PlacedShape {
 [[nodiscard]] double signed_distance(const PlacedShape& grain, const Vec3& point);
 /// The same; `outward` becomes the direction in which the distance grows (unit vector).
 [[nodiscard]] double signed_distance(const PlacedShape& grain, const Vec3& point, Vec3& outward);
+/// The same of capsules, in their own frame.
+[[nodiscard]] double signed_distance(const std::vector<Capsule>& capsules, const Vec3& point, Vec3& outward);
 /// Exact, along the axes of the world.
 [[nodiscard]] Bounds bounds_of(const PlacedShape& grain);
 

@@ -98,7 +98,7 @@ void CapsuleDem::State::check_pairs(std::size_t i, std::vector<Contact>& contact
             continue;
         } else {
             pair.out_of_reach = body.travelled + other.travelled + gap;
-            if (body.asleep != 0 || other.asleep != 0) watch_sleeper(i, pair, Vec3::Zero());
+            if (body.asleep != 0 || other.asleep != 0) watch_sleeper(i, pair.other, pair.base_force, Vec3::Zero());
         }
         ++n;
     }
@@ -126,50 +126,62 @@ bool CapsuleDem::State::is_new(std::int64_t last_contact, const BodyState& body,
     return !slept_since(body) || !slept_since(other);
 }
 
-void CapsuleDem::State::watch_sleeper(std::size_t i, VerletPair& pair, const Vec3& force) {
-    const BodyState& sleeper = bodies_[i].asleep != 0 ? bodies_[i] : bodies_[pair.other];
-    if (sleeper.slept_at == steps_ - 1) pair.base_force = force;
+void CapsuleDem::State::watch_sleeper(std::size_t i, std::uint32_t other, Vec3& base_force, const Vec3& force) {
+    const BodyState& sleeper = bodies_[i].asleep != 0 ? bodies_[i] : bodies_[other];
+    if (sleeper.slept_at == steps_ - 1) base_force = force;
     const double weight = kinds_[sleeper.kind].body.mass_kg * options_.gravity_m_per_s2.norm();
-    if ((force - pair.base_force).norm() > options_.wake_fraction * weight)
-        woken_[i / block % load_slots].push_back(bodies_[i].asleep != 0 ? static_cast<std::uint32_t>(i) : pair.other);
+    if ((force - base_force).norm() > options_.wake_fraction * weight)
+        woken_[i / block % load_slots].push_back(bodies_[i].asleep != 0 ? static_cast<std::uint32_t>(i) : other);
+}
+
+template <typename Pair>
+Vec3 CapsuleDem::State::press(std::size_t i, Pair& pair, const Contact& contact, std::vector<Load>& loads) {
+    const BodyState& body = bodies_[i];
+    const double own_mass = kinds_[body.kind].body.mass_kg;
+    const BodyState& other = bodies_[pair.other];
+    const Vec3 lever = contact.at - body.x, other_lever = contact.at - other.x - contact.shift;
+    const Vec3 velocity = body.v_contact + body.omega.cross(lever) - other.v_contact - other.omega.cross(other_lever);
+    const double other_mass = kinds_[other.kind].body.mass_kg;
+    const double mass = other.held != 0 ? own_mass : body.held != 0 ? other_mass : own_mass * other_mass / (own_mass + other_mass);
+    const Vec3 force = contact_force({.normal = contact.normal,
+                                      .overlap = contact.overlap,
+                                      .velocity = velocity,
+                                      .mass = mass,
+                                      .friction = law_.friction,
+                                      .share = contact.share},
+                                     pair.tangential_displacement, is_new(pair.last_contact, body, other));
+    pair.last_contact = steps_;
+    loads[i].force -= force;
+    loads[i].torque -= lever.cross(force);
+    loads[pair.other].force += force;
+    loads[pair.other].torque += other_lever.cross(force);
+    return force;
 }
 
 void CapsuleDem::State::grain_forces(std::size_t i, std::vector<Load>& loads, std::size_t& looked_at, std::vector<Contact>& contacts) {
     if (rests_among_sleepers(i)) return;
     check_pairs(i, contacts, looked_at);
-    const BodyState& body = bodies_[i];
-    const double own_mass = kinds_[body.kind].body.mass_kg;
     for (const Contact& contact : contacts) {
         VerletPair& pair = verlet_lists_[i][contact.pair];
-        const BodyState& other = bodies_[pair.other];
-        const Vec3 lever = contact.at - body.x, other_lever = contact.at - other.x - contact.shift;
-        const Vec3 velocity = body.v_contact + body.omega.cross(lever) - other.v_contact - other.omega.cross(other_lever);
-        const double other_mass = kinds_[other.kind].body.mass_kg;
-        const double mass = other.held != 0 ? own_mass : body.held != 0 ? other_mass : own_mass * other_mass / (own_mass + other_mass);
-        const Vec3 force = contact_force({.normal = contact.normal,
-                                          .overlap = contact.overlap,
-                                          .velocity = velocity,
-                                          .mass = mass,
-                                          .friction = law_.friction,
-                                          .share = contact.share},
-                                         pair.tangential_displacement, is_new(pair.last_contact, body, other));
-        pair.last_contact = steps_;
-        loads[i].force -= force;
-        loads[i].torque -= lever.cross(force);
-        loads[pair.other].force += force;
-        loads[pair.other].torque += other_lever.cross(force);
-        if (body.asleep != 0 || other.asleep != 0)
-            watch_sleeper(i, pair, force);
+        const Vec3 force = press(i, pair, contact, loads);
+        if (bodies_[i].asleep != 0 || bodies_[pair.other].asleep != 0)
+            watch_sleeper(i, pair.other, pair.base_force, force);
         else if (options_.sleep)
             pair.base_force.setZero();
     }
+    if (!faced_) return;
+    check_piece_pairs(i, contacts, looked_at);
+    std::vector<Vec3>& forces = piece_forces_[i / block % load_slots];
+    forces.clear();
+    for (const Contact& contact : contacts) forces.push_back(press(i, piece_pairs_[i][contact.pair], contact, loads));
+    if (options_.sleep) watch_sleeping_neighbours(i, contacts, forces);
 }
 
 void CapsuleDem::State::wall_forces(std::size_t i, std::vector<Load>& loads) {
     const BodyState& body = bodies_[i];
     const Kind& kind = kinds_[body.kind];
     const std::size_t walls = planes_.size() + 1;
-    const auto press = [&](std::size_t node, std::size_t wall, const Vec3& place, const Vec3& outward, double overlap) {
+    const auto push = [&](std::size_t node, std::size_t wall, const Vec3& place, const Vec3& outward, double overlap) {
         const Vec3 lever = place + (kind.nodes[node].radius - overlap) * outward - body.x;
         WallContact& contact = walls_[body.first_wall + node * walls + wall];
         const Vec3 velocity = body.v_contact + body.omega.cross(lever);
@@ -193,14 +205,29 @@ void CapsuleDem::State::wall_forces(std::size_t i, std::vector<Load>& loads) {
         if (plane.distance(body.x) > kind.radius) continue;
         for_nodes([&](std::size_t node, const Vec3& place) {
             const double overlap = kind.nodes[node].radius - plane.distance(place);
-            if (overlap > 0.0) press(node, w, place, -plane.normal, overlap);
+            if (overlap > 0.0) push(node, w, place, -plane.normal, overlap);
         });
     }
     if (cylinder_radius_ > 0.0 && body.x.head<2>().norm() + kind.radius > cylinder_radius_)
         for_nodes([&](std::size_t node, const Vec3& place) {
             const double away = place.head<2>().norm(), overlap = away + kind.nodes[node].radius - cylinder_radius_;
-            if (overlap > 0.0) press(node, walls - 1, place, Vec3(place.x() / away, place.y() / away, 0.0), overlap);
+            if (overlap > 0.0) push(node, walls - 1, place, Vec3(place.x() / away, place.y() / away, 0.0), overlap);
         });
+    if (kind.shape.body == nullptr) return;
+    for_piece_wall_contacts(i, [&](std::size_t piece, std::size_t wall, const PieceContact& part, double share) {
+        const Vec3 lever = part.at - body.x;
+        WallContact& contact = walls_[body.first_wall + (kind.nodes.size() + piece) * walls + wall];
+        const Vec3 force = contact_force({.normal = -part.normal,
+                                          .overlap = part.overlap,
+                                          .velocity = body.v_contact + body.omega.cross(lever),
+                                          .mass = kind.body.mass_kg,
+                                          .friction = law_.wall_friction,
+                                          .share = share},
+                                         contact.tangential_displacement, is_new(contact.last_contact, body, body));
+        contact.last_contact = steps_;
+        loads[i].force -= force;
+        loads[i].torque -= lever.cross(force);
+    });
 }
 
 // `displacement_time` is the time over which tangential displacements grow: a step, or 0 where the forces of a changed state are computed

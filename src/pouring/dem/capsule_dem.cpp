@@ -17,10 +17,31 @@ CapsuleDem::State::State(const Container& container, const std::vector<Shape>& s
         kinds_.push_back(make_kind(shape, density_kg_per_m3));
         widest = std::max(widest, kinds_.back().radius);
         finest = std::min(finest, kinds_.back().diameter);
+        faced_ = faced_ || shape.body != nullptr;
     }
+    if (faced_) make_pieces();
     skin_ = options.skin_m > 0.0 ? options.skin_m : 0.25 * finest;
     make_cells(widest);
     make_walls();
+}
+
+// A body that is not convex may be near a curve at two places, about half a grain apart: the pieces are shorter than that.
+void CapsuleDem::State::make_pieces() {
+    bool convex = true;
+    double longest = 1e300;
+    for (std::size_t k = 0; k < kinds_.size(); ++k) {
+        const Shape& shape = shapes_[k];
+        kinds_[k].convex = measure(shape, 1e-4).volume_m3 > 0.999 * hull(shape).volume_m3;
+        convex = convex && kinds_[k].convex;
+        longest = std::min(longest, 0.25 * maximum_feret_diameter(shape));
+    }
+    for (std::size_t k = 0; k < kinds_.size(); ++k) {
+        kinds_[k].shape = shapes_[k];
+        kinds_[k].pieces = contact_pieces(shapes_[k], longest, convex ? 1e300 : longest);
+        if (kinds_[k].pieces.size() > 65535)
+            throw UserError(fmt::format("shape `{}` has {} corners and edges", shapes_[k].id, kinds_[k].pieces.size()),
+                            {.allowed = "65535; fewer where the smallest grain is not much smaller than the largest"});
+    }
 }
 
 CapsuleDem::State::Kind CapsuleDem::State::make_kind(const Shape& shape, double density_kg_per_m3) {
@@ -37,6 +58,7 @@ CapsuleDem::State::Kind CapsuleDem::State::make_kind(const Shape& shape, double 
         kind.arms.push_back({.start = a, .along = b - a, .radius = capsule.radius});
         kind.radius = std::max(kind.radius, std::max(a.norm(), b.norm()) + capsule.radius);
     }
+    if (shape.body != nullptr) kind.radius = shape.body->reach_from(kind.body.centre_m);
     // An end that lies on another arm's axis does not change the outline.
     for (std::size_t i = 0; i < kind.arms.size(); ++i)
         for (const std::size_t end : {0U, 1U}) {
@@ -101,12 +123,16 @@ void CapsuleDem::State::add(std::size_t shape, const Vec3& position_m, const Qua
     body.first_wall = static_cast<std::uint32_t>(walls_.size());
     arms_.resize(arms_.size() + kind.arms.size());
     // Each node has its own history for each plane, and one for the cylinder.
-    walls_.resize(walls_.size() + kind.nodes.size() * (planes_.size() + 1));
+    walls_.resize(walls_.size() + (kind.nodes.size() + kind.pieces.size()) * (planes_.size() + 1));
     bodies_.push_back(body);
     verlet_lists_.emplace_back();
     neighbours_.emplace_back();
+    if (faced_) {
+        piece_pairs_.emplace_back();
+        frames_.emplace_back();
+    }
     cell_of_body_.push_back(-1);
-    place_arms(body);
+    place_arms(bodies_.back());
     primed_ = false;
 }
 
@@ -151,6 +177,10 @@ void CapsuleDem::State::place_arms(const BodyState& body) {
     const Kind& kind = kinds_[body.kind];
     for (std::size_t a = 0; a < kind.arms.size(); ++a)
         arms_[body.first_arm + a] = {body.x + turn * kind.arms[a].start, turn * kind.arms[a].along};
+    if (!faced_) return;
+    Frame& frame = frames_[static_cast<std::size_t>(&body - bodies_.data())];
+    frame.turn = turn * kind.body.turn.conjugate().toRotationMatrix();
+    frame.origin = body.x - frame.turn * kind.body.centre_m;
 }
 
 std::size_t CapsuleDem::State::sleeping() const {

@@ -14,11 +14,15 @@ void CapsuleDem::State::for_contacts(const Visit& visit) const {
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
         find_contacts(i, contacts);
         for (const Contact& contact : contacts) visit(i, verlet_lists_[i][contact.pair], contact);
+        if (!faced_) continue;
+        find_piece_contacts(i, contacts);
+        for (const Contact& contact : contacts) visit(i, piece_pairs_[i][contact.pair], contact);
     }
 }
 
 // Returns `elastic_J` plus the energy of a body's contacts with walls.
-double CapsuleDem::State::wall_energy(const BodyState& body, double elastic_J) const {
+double CapsuleDem::State::wall_energy(std::size_t index, double elastic_J) const {
+    const BodyState& body = bodies_[index];
     const double kn = 0.5 * law_.normal_stiffness_N_per_m, kt = 0.5 * law_.tangential_stiffness_N_per_m;
     const std::size_t walls = planes_.size() + 1;
     const Kind& kind = kinds_[body.kind];
@@ -33,6 +37,11 @@ double CapsuleDem::State::wall_energy(const BodyState& body, double elastic_J) c
                              0.5 * kt * walls_[body.first_wall + node * walls + w].tangential_displacement.squaredNorm();
         }
     }
+    if (kind.shape.body == nullptr) return elastic_J;
+    for_piece_wall_contacts(index, [&](std::size_t piece, std::size_t wall, const PieceContact& part, double share) {
+        const WallContact& contact = walls_[body.first_wall + (kind.nodes.size() + piece) * walls + wall];
+        elastic_J += 0.5 * share * (kn * part.overlap * part.overlap + kt * contact.tangential_displacement.squaredNorm());
+    });
     return elastic_J;
 }
 
@@ -45,9 +54,9 @@ DemEnergy CapsuleDem::State::energy() const {
         energy.kinetic_J += 0.5 * kind.body.mass_kg * body.v.squaredNorm();
         energy.rotational_J += 0.5 * body.momentum.dot(omega_of(body, body.q, body.momentum));
         energy.potential_J -= kind.body.mass_kg * options_.gravity_m_per_s2.dot(body.x);
-        energy.elastic_J = wall_energy(body, energy.elastic_J);
+        energy.elastic_J = wall_energy(i, energy.elastic_J);
     }
-    for_contacts([&](std::size_t, const VerletPair& pair, const Contact& contact) {
+    for_contacts([&](std::size_t, const auto& pair, const Contact& contact) {
         energy.elastic_J +=
             0.5 * contact.share * (kn * contact.overlap * contact.overlap + kt * pair.tangential_displacement.squaredNorm());
     });
@@ -56,7 +65,8 @@ DemEnergy CapsuleDem::State::energy() const {
 
 DemRest CapsuleDem::State::rest() const {
     DemRest rest;
-    const bool spheres = std::all_of(kinds_.begin(), kinds_.end(), [](const Kind& kind) { return kind.nodes.size() == 1; });
+    const bool spheres =
+        std::all_of(kinds_.begin(), kinds_.end(), [](const Kind& kind) { return kind.nodes.size() == 1 && kind.shape.body == nullptr; });
     const double g = options_.gravity_m_per_s2.norm();
     std::size_t free = 0;
     for (const BodyState& body : bodies_) {
@@ -69,16 +79,21 @@ DemRest CapsuleDem::State::rest() const {
         const double net = g > 0.0 ? (body.force / kind.body.mass_kg + options_.gravity_m_per_s2).norm() / g : 0.0;
         rest.largest_force_over_weight = std::max(rest.largest_force_over_weight, net);
         rest.mean_force_over_weight += net;
-        if (body.v.norm() < 0.05)
+        if (body.v.norm() < 0.05) {
+            if (kind.shape.body != nullptr) {
+                const Frame& frame = frames_[static_cast<std::size_t>(&body - bodies_.data())];
+                rest.top_m = std::max(rest.top_m, frame.origin.z() + kind.shape.body->support(frame.turn.transpose() * Vec3::UnitZ()));
+            }
             for (std::size_t a = 0; a < kind.arms.size(); ++a) {
                 const WorldArm& arm = arms_[body.first_arm + a];
                 rest.top_m = std::max(rest.top_m, std::max(arm.start.z(), arm.start.z() + arm.along.z()) + kind.arms[a].radius);
             }
+        }
     }
     std::set<std::pair<std::size_t, std::size_t>> touching;
     long contacts = 0;
     std::size_t neighbours = 0;
-    for_contacts([&](std::size_t i, const VerletPair& pair, const Contact& contact) {
+    for_contacts([&](std::size_t i, const auto& pair, const Contact& contact) {
         if (touching.insert({i, pair.other}).second)
             neighbours += static_cast<std::size_t>(bodies_[i].held == 0) + static_cast<std::size_t>(bodies_[pair.other].held == 0);
         ++contacts;

@@ -154,6 +154,7 @@ void CapsuleDem::State::step(long steps) {
             if (bodies_[i].moves()) advance(bodies_[i]);
         search();
         forces(options_.time_step_s);
+        if (faced_) require_no_crossing();
 #pragma omp parallel for schedule(static, block) if (threads_.parallel())
         for (std::size_t i = 0; i < n; ++i)
             if (bodies_[i].moves()) {

@@ -35,6 +35,9 @@ void CapsuleDem::State::list_neighbours(std::size_t i) {
     others.clear();
     for (const VerletPair& pair : verlet_lists_[i])
         if (std::find(others.begin(), others.end(), pair.other) == others.end()) others.push_back(pair.other);
+    if (!faced_) return;
+    for (const PiecePair& pair : piece_pairs_[i])
+        if (std::find(others.begin(), others.end(), pair.other) == others.end()) others.push_back(pair.other);
 }
 
 void CapsuleDem::State::move_to_cell(std::size_t i, long cell) {
@@ -73,6 +76,7 @@ void CapsuleDem::State::add_pairs(std::size_t i, std::size_t other) {
     const Vec3 shift = image_shift(neighbour.x - body.x);
     const double reach = kind.radius + other_kind.radius + skin_;
     if ((neighbour.x + shift - body.x).squaredNorm() > reach * reach) return;
+    if (is_faced(i, other)) return add_piece_pairs(i, other, shift);
     const std::size_t owner = std::min<std::size_t>(i, other), second = std::max<std::size_t>(i, other);
     auto& list = verlet_lists_[owner];
     const std::size_t before = list.size();

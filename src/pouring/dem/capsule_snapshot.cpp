@@ -36,6 +36,9 @@ void CapsuleDem::State::save(std::ostream& out) const {
         put(out, bodies_[i]);
         put(out, verlet_lists_[i].size());
         for (const VerletPair& pair : verlet_lists_[i]) put(out, pair);
+        if (!faced_) continue;
+        put(out, piece_pairs_[i].size());
+        for (const PiecePair& pair : piece_pairs_[i]) put(out, pair);
     }
     for (const WallContact& contact : walls_) put(out, contact);
     for (const auto& cell : cells_) {  // their order determines the order of the pairs
@@ -65,6 +68,10 @@ void CapsuleDem::State::load(std::istream& in, const std::string& where) {
     get(in, primed_);
     bodies_.assign(count, {});
     verlet_lists_.assign(count, {});
+    if (faced_) {
+        piece_pairs_.assign(count, {});
+        frames_.resize(count);
+    }
     cell_of_body_.assign(count, -1);
     std::size_t arms = 0, walls = 0;
     for (std::size_t i = 0; i < count; ++i) {
@@ -74,8 +81,17 @@ void CapsuleDem::State::load(std::istream& in, const std::string& where) {
         if (!in || bodies_[i].kind >= kinds_.size() || pairs > 1000000) refuse();
         verlet_lists_[i].resize(pairs);
         for (VerletPair& pair : verlet_lists_[i]) get(in, pair);
+        if (faced_) {
+            get(in, pairs);
+            if (!in || pairs > 1000000) refuse();
+            piece_pairs_[i].resize(pairs);
+            for (PiecePair& pair : piece_pairs_[i]) {
+                get(in, pair);
+                if (!in || pair.other >= count) refuse();
+            }
+        }
         arms += kinds_[bodies_[i].kind].arms.size();
-        walls += kinds_[bodies_[i].kind].nodes.size() * (planes_.size() + 1);
+        walls += (kinds_[bodies_[i].kind].nodes.size() + kinds_[bodies_[i].kind].pieces.size()) * (planes_.size() + 1);
     }
     walls_.assign(walls, {});
     for (WallContact& contact : walls_) get(in, contact);

@@ -7,10 +7,12 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "geometry/vessel.hpp"
 #include "pouring/dem/capsule_dem.hpp"
+#include "pouring/dem/contact_pieces.hpp"
 #include "pouring/dem/thread_choice.hpp"
 #include "shapes/segments.hpp"
 
@@ -42,6 +44,9 @@ public:
         double radius = 0.0;    ///< of the bounding sphere about the centre of mass
         double diameter = 0.0;  ///< smallest
         bool isotropic = false;
+        shapes::Shape shape;               ///< for distances; only where a grain has faces
+        bool convex = true;                ///< likewise
+        std::vector<ContactPiece> pieces;  ///< likewise
     };
     struct Derivative {
         shapes::Vec3 v = shapes::Vec3::Zero(), a = shapes::Vec3::Zero(), torque = shapes::Vec3::Zero();
@@ -70,6 +75,19 @@ public:
         shapes::Vec3 tangential_displacement;
         shapes::Vec3 base_force;         ///< force when one of the two fell asleep
         std::int64_t last_contact = -2;  ///< last step in contact
+    };
+    struct PiecePair {  ///< a piece of one body and the surface of the other; in the list of the body with the lower number
+        std::uint32_t other;
+        std::uint16_t piece;
+        std::uint8_t own;  ///< 1: the piece belongs to the body with the list
+        double out_of_reach;
+        shapes::Vec3 tangential_displacement;
+        shapes::Vec3 base_force;
+        std::int64_t last_contact = -2;
+    };
+    struct Frame {  ///< of a body's shape in the world
+        Eigen::Matrix3d turn;
+        shapes::Vec3 origin;
     };
     struct Contact {
         std::size_t pair;                ///< in the body's Verlet list
@@ -122,6 +140,7 @@ public:
 private:
     // capsule_dem.cpp: set-up
     [[nodiscard]] static Kind make_kind(const shapes::Shape& shape, double density_kg_per_m3);
+    void make_pieces();
     void make_cells(double widest);
     void make_walls();
     [[nodiscard]] shapes::Vec3 omega_of(const BodyState& body, const shapes::Quaternion& q, const shapes::Vec3& momentum) const;
@@ -151,14 +170,29 @@ private:
     static void share_stiffness(const std::vector<VerletPair>& pairs, std::vector<Contact>& contacts, double reach);
     void grain_forces(std::size_t body, std::vector<Load>& loads, std::size_t& looked_at, std::vector<Contact>& contacts);
     [[nodiscard]] bool is_new(std::int64_t last_contact, const BodyState& body, const BodyState& other) const;
-    void watch_sleeper(std::size_t body, VerletPair& pair, const shapes::Vec3& force);
+    void watch_sleeper(std::size_t body, std::uint32_t other, shapes::Vec3& base_force, const shapes::Vec3& force);
+    template <typename Pair>
+    shapes::Vec3 press(std::size_t body, Pair& pair, const Contact& contact, std::vector<Load>& loads);
     void wall_forces(std::size_t body, std::vector<Load>& loads);
     [[nodiscard]] shapes::Vec3 contact_force(const Approach& approach, shapes::Vec3& displacement, bool first) const;
+
+    // faced_contacts.cpp: grains with faces
+    [[nodiscard]] bool is_faced(std::size_t body, std::size_t other) const;
+    [[nodiscard]] static Surface surface_of(const Kind& kind);
+    void add_piece_pairs(std::size_t body, std::size_t other, const shapes::Vec3& shift);
+    [[nodiscard]] bool piece_contact_of(std::size_t body, std::size_t pair, Contact& contact, PieceContact& part, double& gap) const;
+    void check_piece_pairs(std::size_t body, std::vector<Contact>& contacts, std::size_t& looked_at);
+    void find_piece_contacts(std::size_t body, std::vector<Contact>& contacts) const;
+    void watch_sleeping_neighbours(std::size_t body, const std::vector<Contact>& contacts, const std::vector<shapes::Vec3>& forces);
+    void require_no_crossing();
+    void share_potential(std::size_t body, const std::vector<PieceContact>& parts, std::vector<Contact>& contacts) const;
+    using VisitWall = std::function<void(std::size_t piece, std::size_t wall, const PieceContact& contact, double share)>;
+    void for_piece_wall_contacts(std::size_t body, const VisitWall& visit) const;
 
     // capsule_measures.cpp
     template <typename Visit>
     void for_contacts(const Visit& visit) const;
-    [[nodiscard]] double wall_energy(const BodyState& body, double elastic_J) const;
+    [[nodiscard]] double wall_energy(std::size_t body, double elastic_J) const;
 
     vessels::Container container_;
     std::vector<shapes::Shape> shapes_;
@@ -167,10 +201,15 @@ private:
     std::vector<Kind> kinds_;
     std::vector<BodyState> bodies_;
     std::vector<WorldArm> arms_;
-    std::vector<std::vector<VerletPair>> verlet_lists_;   // by the body of lower number
-    std::vector<std::vector<std::uint32_t>> neighbours_;  // the other bodies of each list, once
-    std::vector<WallContact> walls_;                      // by body, node and wall
-    std::vector<std::vector<Load>> loads_;                // by load slot
+    std::vector<std::vector<VerletPair>> verlet_lists_;  // by the body of lower number
+    bool faced_ = false;                                 // some grain has faces
+    std::vector<std::vector<PiecePair>> piece_pairs_;    // by the body of lower number; used if so
+    std::vector<Frame> frames_;                          // likewise
+    std::array<std::vector<shapes::Vec3>, load_slots> piece_forces_;
+    std::array<std::array<std::size_t, 3>, load_slots> too_deep_{};  // {found, body, other}
+    std::vector<std::vector<std::uint32_t>> neighbours_;             // the other bodies of each list, once
+    std::vector<WallContact> walls_;                                 // by body, node and wall
+    std::vector<std::vector<Load>> loads_;                           // by load slot
     std::vector<std::vector<std::uint32_t>> cells_;
     std::vector<long> cell_of_body_;
     std::array<long, 3> cell_count_{};

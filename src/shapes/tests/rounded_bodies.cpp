@@ -57,6 +57,12 @@ Vec3 random_direction(std::mt19937_64& random) {
     }
 }
 
+Quaternion random_rotation(std::mt19937_64& random) {
+    const Vec3 axis = random_direction(random);
+    const double angle = std::uniform_real_distribution<double>(0.0, pi)(random);
+    return Quaternion(Eigen::AngleAxisd(angle, axis));
+}
+
 Shape shape_of(const std::shared_ptr<const RoundedBody>& body) {
     return {.id = "body", .body = body};
 }
@@ -222,8 +228,8 @@ TEST(Touch, TheNearestPlaceIsNotBeatenByPointsOfTheSurface) {
     shapes.push_back(make_preset(ShapeKind::tetrapod, 0.3, 0.6));
     for (int i = 0; i < 300; ++i) {
         const Shape &a = shapes[random() % shapes.size()], &b = shapes[random() % shapes.size()];
-        const PlacedShape first{a, Vec3::Zero(), Quaternion(Eigen::Quaterniond::UnitRandom())};
-        const PlacedShape second{b, 1.3 * random_direction(random), Quaternion(Eigen::Quaterniond::UnitRandom())};
+        const PlacedShape first{a, Vec3::Zero(), random_rotation(random)};
+        const PlacedShape second{b, 1.3 * random_direction(random), random_rotation(random)};
         const Nearest place = nearest(first, second, 10.0), back = nearest(second, first, 10.0);
         EXPECT_NEAR(place.gap_m, back.gap_m, 1e-9);
         double brute = 1e300;
@@ -243,6 +249,22 @@ TEST(Touch, TheNearestPlaceIsNotBeatenByPointsOfTheSurface) {
             EXPECT_LE(place.gap_m, std::max(brute, -0.02)) << a.id << i;
         }
     }
+}
+
+TEST(Touch, ReachBeyondATubeIsThatOfTheSurface) {
+    std::mt19937_64 random(8);
+    for (const Named& one : bodies())
+        for (int i = 0; i < 50; ++i) {
+            const Shape shape = shape_of(one.body);
+            const Quaternion turned = random_rotation(random);
+            const PlacedShape grain{shape, 0.6 * random_direction(random), turned};
+            const double reach = reach_beyond(grain, [](const Vec3& x) { return 1.0 - x.head<2>().norm(); });
+            double farthest = -1e300;
+            one.body->for_surface(
+                [&](const Vec3& x, const Vec3&, double) { farthest = std::max(farthest, grain.to_world(x).head<2>().norm() - 1.0); });
+            EXPECT_GE(reach, farthest - 1e-12) << one.name;
+            EXPECT_LT(reach, farthest + 0.06) << one.name;
+        }
 }
 
 TEST(Touch, TwoBoxesFaceToFaceAndEdgeToEdge) {
