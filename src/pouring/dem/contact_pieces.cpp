@@ -115,9 +115,9 @@ NearPlaces near_places(const ContactPiece& piece, const Surface& surface) {
         const double from = static_cast<double>(i) / static_cast<double>(samples - 1),
                      to = static_cast<double>(i + 1) / static_cast<double>(samples - 1);
         if (rise[i] < 0.0 && rise[i + 1] > 0.0)
-            found.places[found.count++] = valley(slope, from, rise[i], to, rise[i + 1], piece.length, uncertain);
-        // A distance changes by no more than the length.
-        found.bound = std::min(found.bound, 0.5 * (away[i] + away[i + 1] - (to - from) * piece.length));
+            found.places[found.count++] = valley(slope, from, rise[i], to, rise[i + 1], piece.speed(0.0), uncertain);
+        // A distance changes by no more than the length; the parameter is fastest at the beginning.
+        found.bound = std::min(found.bound, 0.5 * (away[i] + away[i + 1] - (to - from) * piece.speed(0.0)));
     }
     std::sort(found.places.begin(), found.places.begin() + static_cast<std::ptrdiff_t>(found.count),
               [](const NearPlace& one, const NearPlace& other) { return one.distance < other.distance; });
@@ -155,12 +155,18 @@ double share_of_disc(const ContactPiece& piece, double s, double distance, doubl
 
 Vec3 ContactPiece::at(double s, Vec3* tangent) const {
     if (kind == Kind::arc) {
-        const double angle = from + s * turn, c = std::cos(angle), sine = std::sin(angle);
-        if (tangent != nullptr) *tangent = (c * v - sine * u) / (length / turn);
+        const double t = s * half_tangent, per = 1.0 / (1.0 + t * t), c = (1.0 - t * t) * per, sine = 2.0 * t * per;
+        if (tangent != nullptr) *tangent = (c * v - sine * u) / rim_radius;
         return start + c * u + sine * v;
     }
     if (tangent != nullptr) *tangent = along / length;
     return start + s * along;
+}
+
+double ContactPiece::speed(double s) const {
+    if (kind != Kind::arc) return length;
+    const double t = s * half_tangent;
+    return 2.0 * rim_radius * half_tangent / (1.0 + t * t);
 }
 
 ContactPiece ContactPiece::moved(const Eigen::Matrix3d& turn_by, const Vec3& shift) const {
@@ -226,18 +232,20 @@ std::vector<ContactPiece> contact_pieces(const Shape& shape, double longest_m, d
             }
             case ContactCurve::Kind::rim: {
                 constexpr int arcs = 8;
-                const Vec3 u = curve.rim_radius * curve.b.unitOrthogonal(), v = curve.b.cross(u);
+                const Vec3 first = curve.rim_radius * curve.b.unitOrthogonal(), second = curve.b.cross(first);
                 const double turn = 2.0 * std::numbers::pi / arcs;
-                for (int i = 0; i < arcs; ++i)
+                for (int i = 0; i < arcs; ++i) {
+                    const double c = std::cos(i * turn), sine = std::sin(i * turn);
                     pieces.push_back({.kind = ContactPiece::Kind::arc,
                                       .start = curve.a,
-                                      .u = u,
-                                      .v = v,
-                                      .from = i * turn,
-                                      .turn = turn,
+                                      .u = c * first + sine * second,
+                                      .v = c * second - sine * first,
+                                      .rim_radius = curve.rim_radius,
+                                      .half_tangent = std::tan(0.5 * turn),
                                       .length = turn * curve.rim_radius,
                                       .radius = curve.radius,
                                       .per_length = per_length});
+                }
                 break;
             }
         }
@@ -248,7 +256,7 @@ std::vector<ContactPiece> contact_pieces(const Shape& shape, double longest_m, d
 bool touch(const ContactPiece& piece, const Surface& surface, PieceContact& contact, double& gap) {
     if (piece.kind == ContactPiece::Kind::point) return touch_point(piece, surface, contact, gap);
     Vec3 outward, tangent;
-    gap = surface.distance(piece.at(0.5), outward) - 0.5 * piece.length - piece.radius;
+    gap = surface.distance(piece.at(0.5), outward) - 0.5 * piece.speed(0.0) - piece.radius;
     if (gap > 0.0) return false;
     const NearPlaces near = near_places(piece, surface);
     gap = std::max(0.0, near.bound - piece.radius);
@@ -270,12 +278,11 @@ bool touch(const ContactPiece& piece, const Surface& surface, PieceContact& cont
         // On both sides of the near place, where a curve often passes from one feature of the other body to the next.
         for (const auto& [from, to] : {std::pair(low, place.s), std::pair(place.s, high)}) {
             if (!(to > from)) continue;
-            const double length = (to - from) * piece.length / piece.per_length;
             for (std::size_t i = 0; i < gauss_point.size(); ++i) {
                 const double s = from + gauss_point[i] * (to - from);
                 const Vec3 x = piece.at(s, &tangent);
                 const double away = surface.distance(x, outward), overlap = std::max(0.0, piece.radius - away);
-                double part = gauss_weight[i] * length * seventh(overlap);
+                double part = gauss_weight[i] * (to - from) * piece.speed(s) / piece.per_length * seventh(overlap);
                 if (piece.kind == ContactPiece::Kind::axis) {
                     double slope = 0.0;
                     const double whole = part;

@@ -18,10 +18,12 @@ namespace porepack::pouring::dem {
 struct ContactPiece {
     enum class Kind { point, segment, arc, axis };
     Kind kind = Kind::point;
-    shapes::Vec3 start = shapes::Vec3::Zero();                        ///< the point; one end; the centre of an arc's circle
-    shapes::Vec3 along = shapes::Vec3::Zero();                        ///< from end to end of a segment or an axis
-    shapes::Vec3 u = shapes::Vec3::Zero(), v = shapes::Vec3::Zero();  ///< of an arc: start + cos u + sin v
-    double from = 0.0, turn = 0.0;                                    ///< of an arc: first angle, and how far it goes on
+    shapes::Vec3 start = shapes::Vec3::Zero();  ///< the point; one end; the centre of an arc's circle
+    shapes::Vec3 along = shapes::Vec3::Zero();  ///< from end to end of a segment or an axis
+    shapes::Vec3 u = shapes::Vec3::Zero(),
+                 v = shapes::Vec3::Zero();  ///< of an arc: the circle's radii to its beginning, and at right angles to that
+    double rim_radius = 0.0;
+    double half_tangent = 0.0;  ///< of an arc: tangent of half its angle
     double length = 0.0;
     double radius = 0.0;               ///< of the ball, or the disc of an axis
     double hole_radius = 0.0;          ///< of an axis
@@ -29,8 +31,11 @@ struct ContactPiece {
     double before = 0.0, after = 0.0;  ///< lengths of the axis before and after this piece of it
     double taper = 0.0;                ///< an axis loses its weight within this length of its ends, where the rims begin to touch
 
-    /// At 0 to 1; `tangent` (unit vector) only where it is not null.
+    /// At 0 to 1; on an arc the parameter is the tangent of half the angle from its beginning, so that no sine is needed; `tangent` (unit
+    /// vector) only where it is not null.
     [[nodiscard]] shapes::Vec3 at(double s, shapes::Vec3* tangent = nullptr) const;
+    /// Length per parameter.
+    [[nodiscard]] double speed(double s) const;
     [[nodiscard]] ContactPiece moved(const Eigen::Matrix3d& turn_by, const shapes::Vec3& shift) const;
 };
 

@@ -44,7 +44,7 @@ void CapsuleDem::State::add_piece_pairs(std::size_t i, std::size_t other, const 
         for (std::size_t p = 0; p < piece_kind.pieces.size(); ++p) {
             const ContactPiece& piece = piece_kind.pieces[p];
             const Vec3 middle = frame.origin + frame.turn * piece.at(0.5) + away;
-            const double half = 0.5 * piece.length + piece.radius, far = surface_kind.radius + half + skin_;
+            const double half = 0.5 * piece.speed(0.0) + piece.radius, far = surface_kind.radius + half + skin_;
             if (known[p] || (piece.kind == ContactPiece::Kind::axis && !round) || (middle - surface_body.x).squaredNorm() > far * far)
                 continue;
             const double gap = surface.distance(surface_frame.turn.transpose() * (middle - surface_frame.origin), outward) - half;
