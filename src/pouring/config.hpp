@@ -6,7 +6,7 @@
 
 namespace porepack::pouring {
 
-/// Source of the packing: the built-in DEM of exact capsules, LIGGGHTS with clumps of spheres, or none (a given file).
+/// Source of the packing: the built-in DEM of exact shapes, LIGGGHTS with clumps of spheres, or none (a given file).
 enum class Engine { capsule, liggghts, none };
 constexpr std::array<core::Choice<Engine>, 3> choices_of(Engine) {
     return {{{Engine::capsule, "capsule"}, {Engine::liggghts, "liggghts"}, {Engine::none, "none"}}};
@@ -60,7 +60,7 @@ struct PackingConfig {
 
 inline void describe(record::ConfigVisitor& v, PackingConfig& c) {
     v.choice("engine", c.engine,
-             "how the packing is made; capsule: built-in DEM of exact capsules; liggghts: clumps of spheres; none: read from `file`");
+             "how the packing is made; capsule: built-in DEM of exact shapes; liggghts: clumps of spheres; none: read from `file`");
     v.text("file", c.file, "a given packing.json or packing.json.gz (engine = \"none\"), relative to the case");
     v.choice("fill", c.fill,
              "batches: grains fall from drop_height_m, batch after batch (batch_grains = 1: one grain at a time); lattice: all grains fall "

@@ -63,7 +63,7 @@ std::string key_reference() {
     Settings settings;
     std::string text;
     for (const auto& table : Settings::tables()) {
-        text += "\n## [" + table + "]\n\n| key | type | default | allowed | meaning |\n|---|---|---|---|---|\n";
+        text += (text.empty() ? "## [" : "\n## [") + table + "]\n\n| key | type | default | allowed | meaning |\n|---|---|---|---|---|\n";
         for (const auto& row : key_rows(settings.describe_table(table)))
             text += fmt::format("| `{}` | {} | {} | {} | {} |\n", row.key, row.type, row.standard.empty() ? "–" : row.standard,
                                 row.allowed.empty() ? "–" : row.allowed, row.meaning);
