@@ -30,7 +30,7 @@ const Vessel& Container::vessel() const {
 }
 
 Container::WidestPlace Container::widest_place() const {
-    constexpr int steps = 50;
+    constexpr int steps = 100;
     WidestPlace place{.at = 0.5 * (low_ + high_), .width_m = 0.0};
     place.width_m = 2.0 * wall_distance(place.at);
     for (int j = 0; j <= steps; ++j)

@@ -88,7 +88,7 @@ TEST(BadFlags, EachHasItsMessage) {
     fault("lbm " + in + " --section 0.02,0.01 --voxel-size 1e-3", "0 <= z0 < z1");
     fault("voxelise " + in + " --voxel-size 1e-3 --trim 0.02", "nothing is left of the bed");
     fault("shape tetrapod --sphericity 1.5 --volume 1e-6", "--sphericity");
-    fault("shape cube --volume 1e-6", "is not known");
+    fault("shape heart --volume 1e-6", "is not known");
     fault("shape tetrapod", "size is missing");
     fault("benchmark nothing", "no such benchmark");
     fault("benchmark gray --seed 1", "--seed has no effect");

@@ -228,15 +228,25 @@ TEST(FacedDem, GivesTheSameBitsOnAnyNumberOfThreadsAndAfterASnapshot) {
         dem.save(out);
         return out.str();
     };
-    std::string one;
+    const auto state = [](const CapsuleDem& dem) {
+        std::vector<double> numbers;
+        for (std::size_t i = 0; i < dem.size(); ++i) {
+            const Body pose = dem.pose(i);
+            for (const Vec3& part : {pose.position_m, dem.velocity(i), dem.angular_momentum(i)})
+                numbers.insert(numbers.end(), part.data(), part.data() + 3);
+            for (int c = 0; c < 4; ++c) numbers.push_back(pose.orientation.coeffs()[c]);
+        }
+        return numbers;
+    };
+    std::vector<double> one;
     for (const int threads : {1, 2, 3}) {
         omp_set_num_threads(threads);
         CapsuleDem dem = filled();
         dem.step(3000);
         if (threads == 1)
-            one = bytes(dem);
+            one = state(dem);
         else
-            EXPECT_EQ(bytes(dem), one) << threads;
+            EXPECT_TRUE(state(dem) == one) << threads;
     }
     omp_set_num_threads(omp_get_num_procs());
     CapsuleDem dem = filled(), again = filled();
@@ -244,7 +254,7 @@ TEST(FacedDem, GivesTheSameBitsOnAnyNumberOfThreadsAndAfterASnapshot) {
     std::istringstream half(bytes(dem));
     again.load(half, "half");
     again.step(1500);
-    EXPECT_EQ(bytes(again), one);
+    EXPECT_TRUE(state(again) == one);
 }
 
 }  // namespace

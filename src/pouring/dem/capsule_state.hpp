@@ -79,7 +79,7 @@ public:
     struct PiecePair {  ///< a piece of one body and the surface of the other; in the list of the body with the lower number
         std::uint32_t other;
         std::uint16_t piece;
-        std::uint8_t own;  ///< 1: the piece belongs to the body with the list
+        std::uint16_t own;  ///< 1: the piece belongs to the body with the list
         double out_of_reach;
         shapes::Vec3 tangential_displacement;
         shapes::Vec3 base_force;

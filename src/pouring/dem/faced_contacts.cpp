@@ -51,7 +51,7 @@ void CapsuleDem::State::add_piece_pairs(std::size_t i, std::size_t other, const 
             if (gap > skin_) continue;
             list.push_back({.other = static_cast<std::uint32_t>(second),
                             .piece = static_cast<std::uint16_t>(p),
-                            .own = static_cast<std::uint8_t>(own),
+                            .own = static_cast<std::uint16_t>(own),
                             .out_of_reach = bodies_[owner].travelled + bodies_[second].travelled + gap,
                             .tangential_displacement = Vec3::Zero(),
                             .base_force = Vec3::Zero()});
