@@ -50,9 +50,11 @@ results::Shape measure_mixture(const ShapeConfig& config, double density) {
 
 results::Shape measure_shape(const ShapeConfig& config, double density) {
     if (config.kind == ShapeKind::mixture) return measure_mixture(config, density);
-    const Shape shape = make_shape(config);
+    std::optional<FacedGrain> faced;
+    if (has_faces(config.kind)) faced = make_faced(config);
+    const Shape shape = faced ? Shape{.id = std::string(name_of(config.kind)), .body = faced->body} : make_shape(config);
     const ShapeMeasures m = measure(shape);
-    const HullMeasures convex = hull(shape);
+    const SurfaceSizes convex = hull(shape);
     results::Shape found{.kind = std::string(name_of(config.kind)),
                          .volume_m3 = m.volume_m3,
                          .surface_area_m2 = m.surface_area_m2,
@@ -68,12 +70,11 @@ results::Shape measure_shape(const ShapeConfig& config, double density) {
                          .inertia = inertia_of(density * m.inertia_per_density_m5),
                          .bounding_radius_m = m.bounding_radius_m,
                          .maximum_feret_diameter_m = m.maximum_feret_diameter_m};
-    if (has_faces(config.kind)) {
-        const FacedGrain grain = make_faced(config);
-        found.rounding_m = grain.body->rounding();
-        found.scale_of_sizes = grain.scale;
-        found.sharp_surface_area_m2 = grain.sharp_area_m2;
-        found.sharp_sphericity = grain.sharp_sphericity;
+    if (faced) {
+        found.rounding_m = faced->body->rounding();
+        found.scale_of_sizes = faced->scale;
+        found.sharp_surface_area_m2 = faced->sharp_area_m2;
+        found.sharp_sphericity = faced->sharp_sphericity;
         return found;
     }
     found.cavity = std::string(name_of(shape.cavity));

@@ -121,8 +121,7 @@ void Grains::add_images() {
     const Container& container = packing.container;
     for (std::size_t b = 0; b < packing.bodies.size(); ++b) {
         const auto capsules = world_capsules(packing, packing.bodies[b]);
-        const PlacedShape grain{packing.shapes[packing.bodies[b].shape], packing.bodies[b].position_m, packing.bodies[b].orientation};
-        const Bounds own = bounds_of(grain);
+        const Bounds own = bounds_of(packing::placed(packing, packing.bodies[b]));
         int count = 0;
         std::array<std::vector<int>, 3> steps;
         for (int axis = 0; axis < 3; ++axis) {
@@ -199,7 +198,7 @@ void Grains::column(double x, double y, std::vector<Interval>& parts) const {
     unite(parts);
 }
 
-// Through a grain with faces: the nearer end is at most half the length away from it.
+// A segment that passes through a grain with faces has its nearer end at most half its length away from it.
 // A segment that passes through a capsule passes through one of the spheres that it consists of. The nearer end of a chord of `length` is
 // at most half the length away from the foot of the centre's perpendicular, so that its distance to the sphere is at most this margin.
 void Grains::near_column(double x, double y, double length, std::vector<Interval>& parts) const {

@@ -155,9 +155,11 @@ void require_plausible(const Packing& packing, const Path& path) {
             const bool in_height = packing.container.periodic()[2] || (x.z() > -radius && x.z() < packing.container.height() + radius);
             reaches_in = reaches_in || (in_height && packing.container.wall_distance(x) > -radius);
         };
-        for (const Ball& ball : balls_of(placed(packing, packing.bodies[i]))) add_ball(ball.centre, ball.radius);
-        for (const auto& capsule : world_capsules(packing, packing.bodies[i]))
-            for (int k = 0; k <= 16; ++k) add_ball(capsule.a + (capsule.b - capsule.a) * (k / 16.0), capsule.radius);
+        const PlacedShape grain = placed(packing, packing.bodies[i]);
+        for (const Ball& ball : balls_of(grain)) add_ball(ball.centre, ball.radius);
+        // All corners of a high grain may lie beyond two cut ends.
+        if (!reaches_in && grain.shape.body != nullptr)
+            grain.shape.body->for_surface([&](const Vec3& x, const Vec3&, double) { add_ball(grain.to_world(x), 0.0); });
         if (!reaches_in)
             throw UserError(fmt::format("body {} lies outside the container: at ({:g}, {:g}, {:g}) m", i, at.x(), at.y(), at.z()),
                             {.where = path.string(), .fix = "check the units (metres) and the frame: " + container_frames()});
@@ -334,7 +336,8 @@ Overlaps find_overlaps(const Packing& packing) {
 void require_no_overlap(const Packing& packing, const std::string& where) {
     const Overlaps overlaps = find_overlaps(packing);
     const double d = finest_diameter(packing), largest = largest_overlap_of_diameter * d;
-    const std::string allowed = fmt::format("up to {:g} m, {:g} of the thinnest capsule's diameter", largest, largest_overlap_of_diameter);
+    const std::string allowed =
+        fmt::format("up to {:g} m, {:g} of the thickness of the thinnest grain", largest, largest_overlap_of_diameter);
     const char* fix = "check units and poses; for grains that overlap on purpose, write \"overlap_allowed\": true into the file";
     if (overlaps.largest_between_grains_m > largest)
         throw UserError(

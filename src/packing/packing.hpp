@@ -56,9 +56,9 @@ struct Overlaps {
 };
 [[nodiscard]] Overlaps find_overlaps(const Packing& packing);
 
-/// Soft contacts of a pour overlap by less than this fraction of the thinnest capsule's diameter.
+/// Soft contacts of a pour overlap by less than this fraction of the thickness of the thinnest grain.
 inline constexpr double largest_overlap_of_diameter = 0.1;
-/// Throws UserError with the bodies when grains overlap each other or a wall by more than this fraction of the thinnest capsule's diameter.
+/// Throws UserError with the bodies when grains overlap each other or a wall by more than this fraction of it.
 /// `where` names the file.
 void require_no_overlap(const Packing& packing, const std::string& where);
 

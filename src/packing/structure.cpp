@@ -133,13 +133,13 @@ std::vector<Vec3> random_points_like(const Container& container, const std::vect
 }
 
 // The axis of a body: that whose moment of inertia differs from two that are equal; where all differ, that of the smallest moment. Zero:
-// none, as of a cube.
+// none, as of a cube. As long as the body.
 Vec3 axis_of(const Shape& shape) {
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(measure(shape).inertia_per_density_m5);
     const Vec3 moments = solver.eigenvalues();
     const double equal = 1e-6 * moments[2];
     if (moments[2] - moments[0] < equal) return Vec3::Zero();
-    return solver.eigenvectors().col(moments[1] - moments[0] < equal ? 2 : 0);
+    return maximum_feret_diameter(shape) * solver.eigenvectors().col(moments[1] - moments[0] < equal ? 2 : 0);
 }
 
 // Of one grain.
@@ -151,12 +151,13 @@ Eigen::Matrix3d axes_of(const std::vector<Capsule>& capsules) {
 }
 
 // Tetrapods, tetrahedra and stars are isotropic in this measure, however they lie.
-bool shows_orientation(const Packing& packing) {
-    return std::any_of(packing.shapes.begin(), packing.shapes.end(), [](const Shape& shape) {
-        if (shape.body != nullptr) return axis_of(shape) != Vec3::Zero();
-        const Eigen::Matrix3d sum = axes_of(shape.capsules);
-        return (sum - sum.trace() / 3.0 * Eigen::Matrix3d::Identity()).norm() > 1e-6 * sum.norm();
-    });
+bool shows_orientation(const Packing& packing, const std::vector<Vec3>& axes_of_bodies) {
+    for (std::size_t s = 0; s < packing.shapes.size(); ++s) {
+        const Eigen::Matrix3d sum = axes_of(packing.shapes[s].capsules);
+        if (axes_of_bodies[s] != Vec3::Zero()) return true;
+        if ((sum - sum.trace() / 3.0 * Eigen::Matrix3d::Identity()).norm() > 1e-6 * sum.norm()) return true;
+    }
+    return false;
 }
 
 }  // namespace
@@ -172,9 +173,9 @@ Structure structure_of(const Packing& packing, double contact_gap_m, double rang
         centres.push_back(grains[i].centre);
         axes += axes_of(grains[i].capsules);
         const Vec3 axis = packing.bodies[i].orientation * of_bodies[packing.bodies[i].shape];
-        axes += axis * axis.transpose();
+        if (axis.norm() > 0.0) axes += axis * axis.transpose() / axis.norm();
     }
-    if (shows_orientation(packing)) found.orientation = mean_of(axes);
+    if (shows_orientation(packing, of_bodies)) found.orientation = mean_of(axes);
     find_contacts(packing.container, grains, centres, contact_gap_m, found);
     if (grains.size() < 2) return found;
     const Container& container = packing.container;

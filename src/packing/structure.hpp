@@ -14,20 +14,20 @@ struct RadialBin {
 };
 
 struct Structure {
-    /// Mean of a a^T over the axes a of all capsules, weighted by their length: 1/3 on the diagonal where no direction is preferred. Zero
-    /// for shapes in which it is isotropic in every pose: spheres, tetrapods, tetrahedra, stars.
+    /// Mean of a a^T over the axes a of all capsules, and of grains with faces, weighted by their length: 1/3 on the diagonal where no
+    /// direction is preferred. Zero for shapes in which it is isotropic in every pose: spheres, tetrapods, tetrahedra, stars, cubes.
     Eigen::Matrix3d orientation = Eigen::Matrix3d::Zero();
     /// The same of the normals of all contacts between grains; zero without contacts.
     Eigen::Matrix3d contact_orientation = Eigen::Matrix3d::Zero();
     std::vector<long> neighbours;              ///< of each grain: others that it touches
     std::vector<long> grains_with_neighbours;  ///< [n]: number of grains that touch n others
     double mean_neighbours = 0.0;              ///< coordination number
-    long contact_points = 0;                   ///< two concave grains can touch at several
+    long contact_points = 0;                   ///< two concave grains can have several; one, if either has faces
     std::vector<RadialBin> radial_distribution;
 };
 
-/// Capsules closer than `contact_gap_m` touch. The radial distribution of the centres of mass goes up to `range_m`, in `bins` bins; its
-/// random points are always the same. Only the nearest periodic image of a grain counts: sides must be twice as wide as the grains.
+/// Grains closer than `contact_gap_m` are in contact. The radial distribution of the centres of mass goes up to `range_m`, in `bins` bins;
+/// its random points are always the same. Only the nearest periodic image of a grain counts: sides must be twice as wide as the grains.
 [[nodiscard]] Structure structure_of(const Packing& packing, double contact_gap_m, double range_m, long bins);
 
 /// Of each grain: it does not reach through a cut end of the container.

@@ -51,8 +51,8 @@ Batch make_batch(const std::vector<ShapeShare>& shapes, const Container& contain
         const auto wall = [&](const Vec3& x) { return container.wall_distance(x); };
         if (reach_beyond(grain, wall) > -clearance) return false;
         return std::all_of(placed_bodies.begin(), placed_bodies.end(), [&](const PlacedShape& other) {
-            const double far = maximum_feret_diameter(grain.shape) + maximum_feret_diameter(other.shape) + clearance;
-            return (grain.position_m - other.position_m).norm() > far || nearest(grain, other, clearance).gap_m >= clearance;
+            return (grain.position_m - other.position_m).norm() > 2.0 * slab + clearance ||
+                   nearest(grain, other, clearance).gap_m >= clearance;
         });
     };
     const bool faced = std::any_of(shapes.begin(), shapes.end(), [](const ShapeShare& share) { return share.shape.body != nullptr; });

@@ -89,7 +89,7 @@ inline void describe(record::ConfigVisitor& v, PackingConfig& c) {
         "its effect on k becomes a row of the budget; 0: friction is taken as known");
     v.number("time_step_s", c.time_step_s, record::positive_or_auto(),
              "time step; auto: the contact time / 45, or 0.06 / the rate of the stronger dashpot if that is smaller; shorter by "
-             "sqrt(n / 6) for grains of n > 6 capsules, which have many contacts at once");
+             "sqrt(n / 6) for grains of n > 6 capsules, which have many contacts at once, and by sqrt(2) for grains with faces");
     v.number("drop_height_m", c.drop_height_m, record::positive_or_auto(),
              "height above the floor at which grains are created; auto: one maximum Feret diameter below the rim");
     v.integer("batch_grains", c.batch_grains, record::between(1, 10000), "grains created together; fewer when not all fit without overlap");
@@ -98,7 +98,7 @@ inline void describe(record::ConfigVisitor& v, PackingConfig& c) {
              "each horizontal velocity component is random within +- this value");
     v.number("rest_energy_fraction", c.rest_energy_fraction, {.low = 1e-12, .high = 0.1},
              "criterion for rest: the kinetic energy per grain is below this fraction of m g d (m: mass of a grain, g: gravity, d: "
-             "smallest diameter of the capsules)");
+             "smallest diameter of the capsules, or thickness of a grain with faces)");
     v.number("settle_time_s", c.settle_time_s, record::between(1e-4, 1e4), "maximum simulated time after the last batch");
     v.integer("processes", c.processes, record::between(1, 256),
               "MPI processes of LIGGGHTS; another number gives another, statistically equivalent packing");

@@ -15,6 +15,11 @@ namespace porepack::record {
 using namespace core;
 
 Json given_values(const Json& value) {
+    if (value.is_array()) {  // as long as it was
+        Json list = Json::array();
+        for (const Json& entry : value) list.push_back(given_values(entry));
+        return list;
+    }
     if (!value.is_object()) return value;
     Json given = Json::object();
     for (const auto& [key, entry] : value.items()) {

@@ -65,6 +65,8 @@ void describe_shape(ConfigVisitor& v, ShapeConfig& c, const std::vector<ShapeKin
 void describe(ConfigVisitor& v, ShapeConfig& c) {
     std::vector<ShapeKind> kinds;
     for (const auto& kind : choices_of(c.kind)) kinds.push_back(kind.value);
+    std::vector<ShapeKind> of_components = kinds;
+    std::erase_if(of_components, [](ShapeKind kind) { return kind == ShapeKind::stl || kind == ShapeKind::mixture; });
     describe_shape(v, c, kinds);
     v.text("file", c.file, "STL file (kind = \"stl\"), relative to the case");
     v.number("unit_m", c.unit_m, length_range(), "length of the STL file's unit in metres: 0.001 for millimetres");
@@ -80,10 +82,7 @@ void describe(ConfigVisitor& v, ShapeConfig& c) {
         [&](std::size_t i, ConfigVisitor& entry) {
             entry.number("number_fraction", c.component[i].number_fraction, {.low = 0.0, .high = 1.0, .low_open = true},
                          "number fraction of the grains");
-            describe_shape(entry, c.component[i],
-                           {ShapeKind::tetrapod, ShapeKind::dolos, ShapeKind::tetrahedron, ShapeKind::star, ShapeKind::sphere,
-                            ShapeKind::rod, ShapeKind::cylinder, ShapeKind::ring, ShapeKind::box, ShapeKind::cube, ShapeKind::lobed,
-                            ShapeKind::prism, ShapeKind::capsules});
+            describe_shape(entry, c.component[i], of_components);
         },
         "the shapes of a mixture (kind = \"mixture\"): number_fraction and the keys of a shape");
 }

@@ -29,6 +29,19 @@ struct ShapeConfig {
 /// Lists the keys.
 void describe(record::ConfigVisitor& v, ShapeConfig& c);
 
+/// The sizes of one number each, by their keys.
+struct SizeKey {
+    const char* name;
+    double ShapeConfig::*size;
+};
+inline constexpr std::array<SizeKey, 7> size_keys = {{{"diameter_m", &ShapeConfig::diameter_m},
+                                                      {"length_m", &ShapeConfig::length_m},
+                                                      {"height_m", &ShapeConfig::height_m},
+                                                      {"inner_diameter_m", &ShapeConfig::inner_diameter_m},
+                                                      {"lobe_diameter_m", &ShapeConfig::lobe_diameter_m},
+                                                      {"side_m", &ShapeConfig::side_m},
+                                                      {"rounding_m", &ShapeConfig::rounding_m}}};
+
 /// The shape with its cavities. Throws UserError when the keys do not determine a shape, or overdetermine it.
 [[nodiscard]] Shape make_shape(const ShapeConfig& config);
 

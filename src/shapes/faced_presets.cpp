@@ -4,6 +4,8 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <boost/math/tools/minima.hpp>
+#include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
 #include <numbers>
 
@@ -21,71 +23,80 @@ struct Key {
     bool given;
 };
 
-// The keys that only grains with faces have, and the two that they share with others.
-std::vector<Key> size_keys(const ShapeConfig& c) {
-    return {{"diameter_m", c.diameter_m > 0.0},
-            {"inner_diameter_m", c.inner_diameter_m > 0.0},
-            {"lobe_diameter_m", c.lobe_diameter_m > 0.0},
-            {"lobes", c.lobes > 0},
-            {"sides", c.sides > 0},
-            {"height_m", c.height_m > 0.0},
-            {"size_m", !c.size_m.empty()},
-            {"side_m", c.side_m > 0.0}};
+// All that give sizes, but for the rounding and the length of capsules.
+std::vector<Key> keys_of_sizes(const ShapeConfig& c) {
+    std::vector<Key> keys = {{"lobes", c.lobes > 0}, {"sides", c.sides > 0}, {"size_m", !c.size_m.empty()}};
+    for (const SizeKey& key : size_keys)
+        if (key.size != &ShapeConfig::length_m && key.size != &ShapeConfig::rounding_m) keys.push_back({key.name, c.*key.size > 0.0});
+    return keys;
 }
 
 struct Preset {
     ShapeKind kind;
     std::vector<std::string> needed, optional;
     bool has_one_ratio;  // height over diameter: it may follow from the sphericity
+    Body (*make)(const ShapeConfig& sizes, double rounding_m);
 };
 
-const Preset& preset_of(ShapeKind kind) {
-    static const std::vector<Preset> presets = {{ShapeKind::cylinder, {"diameter_m", "height_m"}, {}, true},
-                                                {ShapeKind::prism, {"sides", "diameter_m", "height_m"}, {}, true},
-                                                {ShapeKind::ring, {"diameter_m", "inner_diameter_m", "height_m"}, {}, false},
-                                                {ShapeKind::lobed, {"diameter_m", "lobe_diameter_m", "height_m"}, {"lobes"}, false},
-                                                {ShapeKind::box, {"size_m"}, {}, false},
-                                                {ShapeKind::cube, {"side_m"}, {}, false}};
-    return *std::find_if(presets.begin(), presets.end(), [&](const Preset& preset) { return preset.kind == kind; });
+const std::vector<Preset>& presets() {
+    static const std::vector<Preset> all = {
+        {ShapeKind::cylinder,
+         {"diameter_m", "height_m"},
+         {},
+         true,
+         [](const ShapeConfig& c, double r) { return make_ring({.diameter_m = c.diameter_m, .height_m = c.height_m, .rounding_m = r}); }},
+        {ShapeKind::prism,
+         {"sides", "diameter_m", "height_m"},
+         {},
+         true,
+         [](const ShapeConfig& c, double r) { return make_polyhedron(prism_size(c.sides, c.diameter_m, c.height_m, r)); }},
+        {ShapeKind::ring,
+         {"diameter_m", "inner_diameter_m", "height_m"},
+         {},
+         false,
+         [](const ShapeConfig& c, double r) {
+             return make_ring({c.diameter_m, c.inner_diameter_m, c.height_m, r});
+         }},
+        {ShapeKind::lobed,
+         {"diameter_m", "lobe_diameter_m", "height_m"},
+         {"lobes"},
+         false,
+         [](const ShapeConfig& c, double r) {
+             return make_lobed({c.lobes > 0 ? c.lobes : 3, c.diameter_m, c.lobe_diameter_m, c.height_m, r});
+         }},
+        {ShapeKind::box,
+         {"size_m"},
+         {},
+         false,
+         [](const ShapeConfig& c, double r) {
+             return make_polyhedron(box_size({c.size_m[0], c.size_m[1], c.size_m[2]}, r));
+         }},
+        {ShapeKind::cube, {"side_m"}, {}, false, [](const ShapeConfig& c, double r) {
+             return make_polyhedron(box_size(Vec3::Constant(c.side_m), r));
+         }}};
+    return all;
+}
+
+// Null where the kind has no faces.
+const Preset* preset_of(ShapeKind kind) {
+    const auto found = std::find_if(presets().begin(), presets().end(), [&](const Preset& preset) { return preset.kind == kind; });
+    return found == presets().end() ? nullptr : &*found;
 }
 
 Body with_rounding(const ShapeConfig& c, double rounding_m) {
-    switch (c.kind) {
-        case ShapeKind::cylinder:
-            return make_ring({.diameter_m = c.diameter_m, .height_m = c.height_m, .rounding_m = rounding_m});
-        case ShapeKind::ring:
-            return make_ring({c.diameter_m, c.inner_diameter_m, c.height_m, rounding_m});
-        case ShapeKind::prism:
-            return make_polyhedron(prism_size(c.sides, c.diameter_m, c.height_m, rounding_m));
-        case ShapeKind::lobed:
-            return make_lobed({c.lobes > 0 ? c.lobes : 3, c.diameter_m, c.lobe_diameter_m, c.height_m, rounding_m});
-        case ShapeKind::box:
-            return make_polyhedron(box_size({c.size_m[0], c.size_m[1], c.size_m[2]}, rounding_m));
-        default:
-            return make_polyhedron(box_size(Vec3::Constant(c.side_m), rounding_m));
-    }
+    return preset_of(c.kind)->make(c, rounding_m);
 }
 
-struct Sizes {
-    double volume_m3 = 0.0, area_m2 = 0.0;
-    [[nodiscard]] double sphericity() const { return std::cbrt(36.0 * std::numbers::pi * volume_m3 * volume_m3) / area_m2; }
-};
-
-Sizes sizes_of(const RoundedBody& body) {
-    Sizes sizes;
-    body.for_surface([&](const Vec3& x, const Vec3& n, double area) {
-        sizes.area_m2 += area;
-        sizes.volume_m3 += area * x.dot(n) / 3.0;
-    });
-    return sizes;
+double sphericity_of(const SurfaceSizes& sizes) {
+    return std::cbrt(36.0 * std::numbers::pi * sizes.volume_m3 * sizes.volume_m3) / sizes.surface_area_m2;
 }
 
 FacedGrain of_sizes(const ShapeConfig& c) {
-    const Sizes sharp = sizes_of(*with_rounding(c, 0.0));
+    const SurfaceSizes sharp = surface_measures(*with_rounding(c, 0.0));
     const double rounding = c.rounding_m > 0.0 ? c.rounding_m : default_rounding * std::cbrt(6.0 * sharp.volume_m3 / std::numbers::pi);
     const Body body = with_rounding(c, rounding);
-    const double scale = std::cbrt(sharp.volume_m3 / sizes_of(*body).volume_m3);
-    return {.body = body->scaled(scale), .scale = scale, .sharp_area_m2 = sharp.area_m2, .sharp_sphericity = sharp.sphericity()};
+    const double scale = std::cbrt(sharp.volume_m3 / surface_measures(*body).volume_m3);
+    return {.body = body->scaled(scale), .scale = scale, .sharp_area_m2 = sharp.surface_area_m2, .sharp_sphericity = sphericity_of(sharp)};
 }
 
 // With the diameter 1, scaled to the volume.
@@ -94,7 +105,7 @@ FacedGrain of_aspect(const ShapeConfig& c, double height_over_diameter) {
     unit.diameter_m = 1.0;
     unit.height_m = height_over_diameter;
     unit.rounding_m = 0.0;
-    const double size = std::cbrt(c.volume_m3 / sizes_of(*with_rounding(unit, 0.0)).volume_m3);
+    const double size = std::cbrt(c.volume_m3 / surface_measures(*with_rounding(unit, 0.0)).volume_m3);
     unit.rounding_m = c.rounding_m / size;
     FacedGrain grain = of_sizes(unit);
     grain.body = grain.body->scaled(size);
@@ -102,59 +113,74 @@ FacedGrain of_aspect(const ShapeConfig& c, double height_over_diameter) {
     return grain;
 }
 
-// The sphericity rises to its maximum near a height of one diameter and falls on both sides: the grain higher than that is taken.
+// The sphericity rises to its maximum near a height of one diameter and falls on both sides: the grain higher than that is taken. A given
+// rounding does not fit into every grain.
 FacedGrain of_sphericity(const ShapeConfig& c) {
-    const auto sphericity_at = [&](double log_aspect) { return sizes_of(*of_aspect(c, std::exp(log_aspect)).body).sphericity(); };
-    constexpr double golden = 0.6180339887498949;
-    double low = std::log(0.3), high = std::log(3.0);
-    for (int step = 0; step < 40; ++step) {
-        const double a = high - golden * (high - low), b = low + golden * (high - low);
-        (sphericity_at(a) > sphericity_at(b) ? high : low) = sphericity_at(a) > sphericity_at(b) ? b : a;
+    const auto fits = [&](double log_aspect) {
+        try {
+            (void)of_aspect(c, std::exp(log_aspect));
+            return true;
+        } catch (const UserError&) {
+            return false;
+        }
+    };
+    const auto sphericity_at = [&](double log_aspect) {
+        return fits(log_aspect) ? sphericity_of(surface_measures(*of_aspect(c, std::exp(log_aspect)).body)) : 0.0;
+    };
+    constexpr int bits = 40;
+    const auto roundest =
+        boost::math::tools::brent_find_minima([&](double x) { return -sphericity_at(x); }, std::log(0.3), std::log(3.0), bits);
+    if (-roundest.second == 0.0)
+        throw UserError(fmt::format("a rounding of {:g} m does not fit into a {} of {:g} m3", c.rounding_m, name_of(c.kind), c.volume_m3),
+                        {.fix = "use a smaller rounding_m"});
+    double longest = std::log(50.0);
+    if (!fits(longest)) {
+        double low = roundest.first;
+        while (longest - low > 1e-6) {
+            const double middle = 0.5 * (low + longest);
+            (fits(middle) ? low : longest) = middle;
+        }
+        longest = low;
     }
-    const double highest = sphericity_at(low), longest = std::log(50.0);
-    if (c.sphericity > highest || c.sphericity < sphericity_at(longest))
+    const double highest = -roundest.second, lowest = sphericity_at(longest);
+    if (c.sphericity > highest || c.sphericity < lowest)
         throw UserError(fmt::format("no {} has sphericity {:g}", name_of(c.kind), c.sphericity),
-                        {.allowed = fmt::format("{:.4f} (50 diameters high) to {:.4f}", sphericity_at(longest), highest),
+                        {.allowed = fmt::format("{:.4f} ({:.3g} diameters high) to {:.4f}", lowest, std::exp(longest), highest),
                          .fix = "flat ones: give diameter_m and height_m"});
-    double from = low, to = longest;
-    for (int step = 0; step < 60; ++step) {
-        const double middle = 0.5 * (from + to);
-        (sphericity_at(middle) > c.sphericity ? from : to) = middle;
-    }
-    return of_aspect(c, std::exp(from));
+    const auto excess = [&](double x) { return sphericity_at(x) - c.sphericity; };
+    std::uintmax_t steps = 100;
+    const auto root = boost::math::tools::toms748_solve(excess, roundest.first, longest, highest - c.sphericity, lowest - c.sphericity,
+                                                        boost::math::tools::eps_tolerance<double>(bits), steps);
+    // Nine digits: a packing must not change with the last bits of a root.
+    return of_aspect(c, std::stod(fmt::format("{:.9g}", std::exp(root.first))));
 }
 
 }  // namespace
 
 bool has_faces(ShapeKind kind) {
-    switch (kind) {
-        case ShapeKind::cylinder:
-        case ShapeKind::ring:
-        case ShapeKind::box:
-        case ShapeKind::cube:
-        case ShapeKind::lobed:
-        case ShapeKind::prism:
-            return true;
-        default:
-            return false;
-    }
+    return preset_of(kind) != nullptr;
 }
 
 void refuse_keys_of_faces(const ShapeConfig& c) {
-    for (const Key& key : size_keys(c))
+    std::vector<std::string_view> names;
+    for (const Preset& preset : presets()) names.push_back(name_of(preset.kind));
+    for (const Key& key : keys_of_sizes(c))
         if (key.given && std::string(key.name) != "diameter_m")
             throw UserError(fmt::format("`{}` has no effect on a {}", key.name, name_of(c.kind)),
-                            {.fix = "remove it, or choose a kind with faces: cylinder, ring, box, cube, lobed, prism"});
+                            {.fix = fmt::format("remove it, or choose a kind with faces: {}", fmt::join(names, ", "))});
     if (c.rounding_m > 0.0)
         throw UserError(fmt::format("`rounding_m` has no effect on a {}", name_of(c.kind)), {.fix = "remove it: capsules are round"});
 }
 
 FacedGrain make_faced(const ShapeConfig& c) {
-    const Preset& preset = preset_of(c.kind);
+    const Preset& preset = *preset_of(c.kind);
     const auto contains = [](const std::vector<std::string>& list, const char* name) {
         return std::find(list.begin(), list.end(), name) != list.end();
     };
     const bool by_sphericity = c.sphericity > 0.0;
+    if (c.cavity == Cavity::open || c.disconnected)
+        throw UserError(fmt::format("`{}` has no effect on a {}", c.disconnected ? "disconnected" : "cavity", name_of(c.kind)),
+                        {.fix = "remove it"});
     if (!c.capsule.empty() || c.length_m > 0.0)
         throw UserError(
             fmt::format("a {} has no capsules", name_of(c.kind)),
@@ -166,7 +192,7 @@ FacedGrain make_faced(const ShapeConfig& c) {
         throw UserError(
             by_sphericity ? "sphericity also needs volume_m3" : "volume_m3 also needs sphericity",
             {.fix = fmt::format("give {}{}", fmt::join(preset.needed, ", "), preset.has_one_ratio ? "; or sphericity and volume_m3" : "")});
-    for (const Key& key : size_keys(c)) {
+    for (const Key& key : keys_of_sizes(c)) {
         const bool from_sphericity = by_sphericity && std::string(key.name) != "sides";
         if (key.given && from_sphericity)
             throw UserError(fmt::format("both sphericity and {} are given: they may contradict each other", key.name),

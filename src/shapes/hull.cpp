@@ -125,7 +125,7 @@ double integrate(const Arc& arc, const Value& value) {
 
 }  // namespace
 
-HullMeasures hull(const Shape& shape) {
+SurfaceSizes hull(const Shape& shape) {
     if (shape.body != nullptr) return shape.body->hull();
     const std::vector<Capsule>& capsules = shape.capsules;
     const Bounds bounds = bounds_of(capsules);

@@ -303,16 +303,20 @@ ShapeMeasures measures_of(const Eigen::Array<double, quantities, 1>& sums, const
 
 // Its pieces are known, and each is integrated by one Gauss rule.
 ShapeMeasures measure_body(const Shape& shape) {
-    const double unit = shape.body->reach_from(Vec3::Zero());
+    Vec3 about;  // the middle
+    for (int axis = 0; axis < 3; ++axis)
+        about[axis] = 0.5 * (shape.body->support(Vec3::Unit(axis)) - shape.body->support(-Vec3::Unit(axis)));
+    const double unit = shape.body->reach_from(about);
     Sums sums = Sums::Zero();
-    shape.body->for_surface([&](const Vec3& x, const Vec3& n, double area) { add_point(sums, 0, x / unit, n, area / (unit * unit)); });
+    shape.body->for_surface(
+        [&](const Vec3& x, const Vec3& n, double area) { add_point(sums, 0, (x - about) / unit, n, area / (unit * unit)); });
     // Moments that vanish by symmetry, but for rounding.
     for (int q = 2; q < quantities; ++q)
         if (std::abs(sums[q]) < 1e-14) sums[q] = 0.0;
-    ShapeMeasures measures = measures_of(sums.head<quantities>(), Vec3::Zero(), unit);
+    ShapeMeasures measures = measures_of(sums.head<quantities>(), about, unit);
     measures.bounding_radius_m = shape.body->reach_from(measures.centre_of_mass_m);
     measures.maximum_feret_diameter_m = shape.body->maximum_feret_diameter();
-    measures.relative_error = 1e-10;  // measured against closed forms: below 1e-12
+    measures.relative_error = 1e-9;  // 1e-12 against closed forms; the rest where lobes hardly overlap
     return measures;
 }
 

@@ -67,6 +67,17 @@ private:
 
 }  // namespace
 
+SurfaceSizes surface_measures(const RoundedBody& body) {
+    SurfaceSizes sizes;
+    Vec3 about;
+    body.for_surface([&](const Vec3& x, const Vec3& n, double area) {
+        if (sizes.surface_area_m2 == 0.0) about = x;  // far from the origin, digits would be lost
+        sizes.surface_area_m2 += area;
+        sizes.volume_m3 += area * (x - about).dot(n) / 3.0;
+    });
+    return sizes;
+}
+
 std::shared_ptr<const RoundedBody> body_from_json(const Json& json, const std::string& where) {
     if (!json.is_object() || !json.contains("kind") || !json.at("kind").is_string())
         throw UserError("`kind` is missing", {.where = where, .allowed = "cylinder, ring, lobed, polyhedron"});

@@ -124,6 +124,6 @@ struct Dimensions {
 [[nodiscard]] double maximum_feret_diameter(const Shape& shape);
 
 /// The convex hull, of capsules that of their end spheres: exact to about 1e-9.
-[[nodiscard]] HullMeasures hull(const Shape& shape);
+[[nodiscard]] SurfaceSizes hull(const Shape& shape);
 
 }  // namespace porepack::shapes

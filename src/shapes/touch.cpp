@@ -89,10 +89,9 @@ Lowest lowest_along(const Path& path, const F& f, double limit) {
         open.push_back({stretch.from, 0.5 * stretch.width, 0.0});
         open.push_back({stretch.from + 0.5 * stretch.width, 0.5 * stretch.width, 0.0});
     }
-    constexpr std::size_t searched = 4;
     std::sort(small.begin(), small.end(), [](const Stretch& one, const Stretch& other) { return one.middle < other.middle; });
-    if (small.size() > searched) small.resize(searched);
     for (const Stretch& stretch : small) {
+        if (stretch.middle - 0.5 * stretch.width * length >= best.value) continue;
         double low = stretch.from - stretch.width, high = stretch.from + 2.0 * stretch.width;
         if (!path.closed()) {
             low = std::max(0.0, low);

@@ -39,7 +39,7 @@ struct Nearest {
     Vec3 normal = Vec3::UnitZ();  ///< unit vector from the first grain to the second
 };
 /// The place where two grains are nearest, or overlap most; `gap_m` = `beyond_m` where they are farther apart than that. To about 1e-9 of
-/// their size, without the axes of grains with holes that are threaded.
+/// their size. What lies in the hole of a ring is near its wall, not its axis.
 [[nodiscard]] Nearest nearest(const PlacedShape& first, const PlacedShape& second, double beyond_m);
 
 /// How far the grain reaches beyond the zero of a function that is the distance from walls, positive between them; negative: how far it

@@ -291,11 +291,7 @@ GeometricPaperResult geometric_paper_exact(const Grains& grains, const Container
     const std::vector<NearSolid> cut = solid_of_slices(grains, section, slices, config.slice_spacing_m);
     const double reach = (container.high() - container.low()).norm();
     // The first radius of the search below: about a grain's thickness, and some pixels.
-    double nearest_reach = reach;
-    for (const shapes::Shape& shape : grains.packing().shapes) nearest_reach = std::min(nearest_reach, smallest_diameter(shape));
-    for (const auto& image : grains.images())
-        for (const Capsule& capsule : image.capsules) nearest_reach = std::min(nearest_reach, 2.0 * capsule.radius);
-    nearest_reach = std::max(nearest_reach, 4.0 * config.dot_pixel_m);
+    const double nearest_reach = std::max(std::min(reach, finest_diameter(grains.packing())), 4.0 * config.dot_pixel_m);
     const ClosestVoid closest = [&](const Vec2& from, int slice) -> std::optional<Vec2> {
         const Vec3 at(from.x(), from.y(), section.z0_m + slice * config.slice_spacing_m);
         thread_local std::vector<std::pair<double, const Capsule*>> all;

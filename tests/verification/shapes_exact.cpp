@@ -24,7 +24,7 @@ private:
     std::mt19937_64 engine_;
 };
 
-HullMeasures hull_of(const std::vector<Capsule>& capsules) {
+SurfaceSizes hull_of(const std::vector<Capsule>& capsules) {
     return hull(Shape{.id = "union", .capsules = capsules});
 }
 
@@ -78,7 +78,7 @@ TEST(ExactShape, NothingDependsOnFrameOrOrder) {
                                           0.7, 1.9)
                             : random_union(draw, 4 + i);
         const ShapeMeasures m = measure(shape);
-        const HullMeasures h = hull(shape);
+        const SurfaceSizes h = hull(shape);
         for (const double scale : {1.0, 1e-9, 1e3}) {
             const Quaternion turn = draw.rotation();
             const Vec3 shift = 5.0 * scale * draw.point(1.0);
@@ -87,7 +87,7 @@ TEST(ExactShape, NothingDependsOnFrameOrOrder) {
                 capsule = {shift + scale * (turn * capsule.a), shift + scale * (turn * capsule.b), scale * capsule.radius};
             std::shuffle(other.capsules.begin(), other.capsules.end(), draw.engine());
             const ShapeMeasures n = measure(other);
-            const HullMeasures g = hull(other);
+            const SurfaceSizes g = hull(other);
             EXPECT_NEAR(n.volume_m3 / std::pow(scale, 3) / m.volume_m3, 1.0, m.relative_error);
             EXPECT_NEAR(n.surface_area_m2 / std::pow(scale, 2) / m.surface_area_m2, 1.0, m.relative_error);
             EXPECT_NEAR(n.inertia_per_density_m5.trace() / std::pow(scale, 5) / m.inertia_per_density_m5.trace(), 1.0,
@@ -104,7 +104,7 @@ TEST(ExactShape, EveryUnionObeysTheInequalities) {
     for (int i = 0; i < 1000; ++i) {
         const Shape shape = random_union(draw, draw.count(1, 12));
         const ShapeMeasures m = measure(shape, 1e-5);
-        const HullMeasures h = hull(shape);
+        const SurfaceSizes h = hull(shape);
         double parts = 0.0;
         for (const auto& capsule : shape.capsules)
             parts += pi * capsule.radius * capsule.radius * ((capsule.b - capsule.a).norm() + 4.0 / 3.0 * capsule.radius);
@@ -142,12 +142,12 @@ TEST(ExactHull, ClosedForms) {
     EXPECT_NEAR(hull_of(cube).surface_area_m2 / (6.0 + 12.0 * pi / 2.0 * r + 4.0 * pi * r * r), 1.0, 1e-8);
     const double L = 1.7, exterior = pi - std::acos(1.0 / 3.0);
     const double V0 = L * L * L / (6.0 * std::sqrt(2.0)), A0 = std::sqrt(3.0) * L * L, M = 6.0 * L * exterior / 2.0;
-    const HullMeasures tetrahedron = hull(make_preset(ShapeKind::tetrahedron, 2.0 * r, L));
+    const SurfaceSizes tetrahedron = hull(make_preset(ShapeKind::tetrahedron, 2.0 * r, L));
     EXPECT_NEAR(tetrahedron.volume_m3 / (V0 + A0 * r + M * r * r + 4.0 / 3.0 * pi * r * r * r), 1.0, 1e-8);
     EXPECT_NEAR(tetrahedron.surface_area_m2 / (A0 + 2.0 * M * r + 4.0 * pi * r * r), 1.0, 1e-8);
     // Two unequal spheres: cap, frustum, cap; c and s are cosine and sine of the tangent cone's normals.
     const double a = 0.9, b = 0.3, D = 2.0, c = (a - b) / D, s = std::sqrt(1.0 - c * c);
-    const HullMeasures pair = hull_of({{Vec3::Zero(), Vec3::Zero(), a}, {Vec3(D, 0, 0), Vec3(D, 0, 0), b}});
+    const SurfaceSizes pair = hull_of({{Vec3::Zero(), Vec3::Zero(), a}, {Vec3(D, 0, 0), Vec3(D, 0, 0), b}});
     const double ha = a * (1.0 + c), hb = b * (1.0 - c), height = D - a * c + b * c;
     EXPECT_NEAR(pair.volume_m3 / (pi * ha * ha * (3.0 * a - ha) / 3.0 + pi * hb * hb * (3.0 * b - hb) / 3.0 +
                                   pi * height / 3.0 * s * s * (a * a + a * b + b * b)),

@@ -11,7 +11,7 @@ namespace porepack::pouring::dem {
 // tangential displacement is kept in the tangent plane.
 Vec3 CapsuleDem::State::contact_force(const Approach& at, Vec3& displacement, bool first) const {
     const double approach = at.velocity.dot(at.normal);
-    const double elastic = at.share * 0.5 * law_.normal_stiffness_N_per_m * at.overlap;
+    const double elastic = elastic_force(at.overlap, at.share);
     double force = elastic + at.share * law_.normal_damping * std::sqrt(2.0 * at.mass * law_.normal_stiffness_N_per_m) * approach;
     if (!law_.attraction) force = std::max(0.0, force);
     const double kt = at.share * 0.5 * law_.tangential_stiffness_N_per_m;
@@ -76,34 +76,20 @@ bool CapsuleDem::State::rests_among_sleepers(std::size_t i) const {
 
 // The contacts of a body's Verlet list; pairs that have separated are removed from it.
 void CapsuleDem::State::check_pairs(std::size_t i, std::vector<Contact>& contacts, std::size_t& looked_at) {
-    const BodyState& body = bodies_[i];
-    auto& list = verlet_lists_[i];
     contacts.clear();
-    const std::size_t before = list.size();
-    for (std::size_t n = 0; n < list.size();) {
-        VerletPair& pair = list[n];
-        const BodyState& other = bodies_[pair.other];
-        if (body.travelled + other.travelled < pair.out_of_reach || (body.asleep != 0 && other.asleep != 0)) {
-            ++n;
-            continue;
-        }
-        ++looked_at;
-        Contact contact;
-        double gap = 0.0;
-        if (contact_of(i, n, contact, gap)) {
+    auto& list = verlet_lists_[i];
+    look_at(
+        i, list, looked_at,
+        [&](std::size_t n, double& gap) {
+            Contact contact;
+            if (!contact_of(i, n, contact, gap)) return false;
             contacts.push_back(contact);
-        } else if (gap > 2.0 * skin_) {
-            pair = list.back();
-            list.pop_back();
-            continue;
-        } else {
-            pair.out_of_reach = body.travelled + other.travelled + gap;
-            if (body.asleep != 0 || other.asleep != 0) watch_sleeper(i, pair.other, pair.base_force, Vec3::Zero());
-        }
-        ++n;
-    }
-    if (list.size() < before) list_neighbours(i);
-    if (contacts.size() > 1) share_stiffness(list, contacts, 0.25 * kinds_[body.kind].diameter);
+            return true;
+        },
+        [&](VerletPair& pair) {
+            if (bodies_[i].asleep != 0 || bodies_[pair.other].asleep != 0) watch_sleeper(i, pair.other, pair.base_force, Vec3::Zero());
+        });
+    if (contacts.size() > 1) share_stiffness(list, contacts, 0.25 * kinds_[bodies_[i].kind].diameter);
 }
 
 void CapsuleDem::State::find_contacts(std::size_t i, std::vector<Contact>& contacts) const {
@@ -114,6 +100,7 @@ void CapsuleDem::State::find_contacts(std::size_t i, std::vector<Contact>& conta
         if (contact_of(i, n, contact, gap)) contacts.push_back(contact);
     }
     share_stiffness(verlet_lists_[i], contacts, 0.25 * kinds_[bodies_[i].kind].diameter);
+    for (Contact& contact : contacts) contact.square = contact.share * contact.overlap * contact.overlap;
 }
 
 // A contact that did not exist in the last step, unless both bodies slept: then it existed unchecked, and its
@@ -155,6 +142,11 @@ Vec3 CapsuleDem::State::press(std::size_t i, Pair& pair, const Contact& contact,
     loads[i].torque -= lever.cross(force);
     loads[pair.other].force += force;
     loads[pair.other].torque += other_lever.cross(force);
+    if (contact.twist != 0.0) {
+        const Vec3 torque = elastic_force(contact.overlap, contact.share) * contact.twist * contact.normal;
+        loads[i].torque -= torque;
+        loads[pair.other].torque += torque;
+    }
     return force;
 }
 
@@ -181,20 +173,23 @@ void CapsuleDem::State::wall_forces(std::size_t i, std::vector<Load>& loads) {
     const BodyState& body = bodies_[i];
     const Kind& kind = kinds_[body.kind];
     const std::size_t walls = planes_.size() + 1;
-    const auto push = [&](std::size_t node, std::size_t wall, const Vec3& place, const Vec3& outward, double overlap) {
-        const Vec3 lever = place + (kind.nodes[node].radius - overlap) * outward - body.x;
-        WallContact& contact = walls_[body.first_wall + node * walls + wall];
+    const auto push = [&](std::size_t history, const Vec3& at, const Vec3& outward, double overlap, double share) {
+        const Vec3 lever = at - body.x;
+        WallContact& contact = walls_[body.first_wall + history];
         const Vec3 velocity = body.v_contact + body.omega.cross(lever);
         const Vec3 force = contact_force({.normal = outward,
                                           .overlap = overlap,
                                           .velocity = velocity,
                                           .mass = kind.body.mass_kg,
                                           .friction = law_.wall_friction,
-                                          .share = 1.0},
+                                          .share = share},
                                          contact.tangential_displacement, is_new(contact.last_contact, body, body));
         contact.last_contact = steps_;
         loads[i].force -= force;
         loads[i].torque -= lever.cross(force);
+    };
+    const auto push_node = [&](std::size_t node, std::size_t wall, const Vec3& place, const Vec3& outward, double overlap) {
+        push(node * walls + wall, place + (kind.nodes[node].radius - overlap) * outward, outward, overlap, 1.0);
     };
     const auto for_nodes = [&](const auto& visit) {
         const Eigen::Matrix3d turn = body.q.toRotationMatrix();
@@ -205,29 +200,21 @@ void CapsuleDem::State::wall_forces(std::size_t i, std::vector<Load>& loads) {
         if (plane.distance(body.x) > kind.radius) continue;
         for_nodes([&](std::size_t node, const Vec3& place) {
             const double overlap = kind.nodes[node].radius - plane.distance(place);
-            if (overlap > 0.0) push(node, w, place, -plane.normal, overlap);
+            if (overlap > 0.0) push_node(node, w, place, -plane.normal, overlap);
         });
     }
     if (cylinder_radius_ > 0.0 && body.x.head<2>().norm() + kind.radius > cylinder_radius_)
         for_nodes([&](std::size_t node, const Vec3& place) {
             const double away = place.head<2>().norm(), overlap = away + kind.nodes[node].radius - cylinder_radius_;
-            if (overlap > 0.0) push(node, walls - 1, place, Vec3(place.x() / away, place.y() / away, 0.0), overlap);
+            if (overlap > 0.0) push_node(node, walls - 1, place, Vec3(place.x() / away, place.y() / away, 0.0), overlap);
         });
-    if (kind.shape.body == nullptr) return;
-    for_piece_wall_contacts(i, [&](std::size_t piece, std::size_t wall, const PieceContact& part, double share) {
-        const Vec3 lever = part.at - body.x;
-        WallContact& contact = walls_[body.first_wall + (kind.nodes.size() + piece) * walls + wall];
-        const Vec3 force = contact_force({.normal = -part.normal,
-                                          .overlap = part.overlap,
-                                          .velocity = body.v_contact + body.omega.cross(lever),
-                                          .mass = kind.body.mass_kg,
-                                          .friction = law_.wall_friction,
-                                          .share = share},
-                                         contact.tangential_displacement, is_new(contact.last_contact, body, body));
-        contact.last_contact = steps_;
-        loads[i].force -= force;
-        loads[i].torque -= lever.cross(force);
-    });
+    if (!has_faces(body)) return;
+    thread_local std::vector<PieceWallContact> found;
+    find_piece_wall_contacts(i, found);
+    for (const auto& [piece, wall, part, share, square] : found) {
+        push((kind.nodes.size() + piece) * walls + wall, part.at, -part.normal, part.overlap, share);
+        loads[i].torque += elastic_force(part.overlap, share) * part.twist * part.normal;
+    }
 }
 
 // `displacement_time` is the time over which tangential displacements grow: a step, or 0 where the forces of a changed state are computed

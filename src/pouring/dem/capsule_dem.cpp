@@ -25,21 +25,17 @@ CapsuleDem::State::State(const Container& container, const std::vector<Shape>& s
     make_walls();
 }
 
-// A body that is not convex may be near a curve at two places, about half a grain apart: the pieces are shorter than that.
+// Along a line shorter than the thinnest part of a grain that is not convex, the distance has one minimum.
 void CapsuleDem::State::make_pieces() {
-    bool convex = true;
-    double longest = 1e300;
+    std::vector<std::vector<ContactPiece>> pieces = pieces_of(shapes_);
     for (std::size_t k = 0; k < kinds_.size(); ++k) {
-        const Shape& shape = shapes_[k];
-        kinds_[k].convex = measure(shape, 1e-4).volume_m3 > 0.999 * hull(shape).volume_m3;
-        convex = convex && kinds_[k].convex;
-        longest = std::min(longest, 0.25 * maximum_feret_diameter(shape));
-    }
-    for (std::size_t k = 0; k < kinds_.size(); ++k) {
-        kinds_[k].shape = shapes_[k];
-        kinds_[k].pieces = contact_pieces(shapes_[k], longest, convex ? 1e300 : longest);
-        if (kinds_[k].pieces.size() > 65535)
-            throw UserError(fmt::format("shape `{}` has {} corners and edges", shapes_[k].id, kinds_[k].pieces.size()),
+        Kind& kind = kinds_[k];
+        kind.feature = is_convex(shapes_[k]) ? Surface::convex : kind.diameter;
+        kind.pieces = std::move(pieces[k]);
+        kind.round = std::any_of(kind.pieces.begin(), kind.pieces.end(),
+                                 [](const ContactPiece& piece) { return piece.kind == ContactPiece::Kind::axis; });
+        if (kind.pieces.size() > 65535)
+            throw UserError(fmt::format("shape `{}` has {} corners and edges", shapes_[k].id, kind.pieces.size()),
                             {.allowed = "65535; fewer where the smallest grain is not much smaller than the largest"});
     }
 }
@@ -132,7 +128,7 @@ void CapsuleDem::State::add(std::size_t shape, const Vec3& position_m, const Qua
         frames_.emplace_back();
     }
     cell_of_body_.push_back(-1);
-    place_arms(bodies_.back());
+    place_arms(bodies_.size() - 1);
     primed_ = false;
 }
 
@@ -172,13 +168,14 @@ Vec3 CapsuleDem::State::image_shift(const Vec3& between) const {
     return shift;
 }
 
-void CapsuleDem::State::place_arms(const BodyState& body) {
+void CapsuleDem::State::place_arms(std::size_t index) {
+    const BodyState& body = bodies_[index];
     const Eigen::Matrix3d turn = body.q.toRotationMatrix();
     const Kind& kind = kinds_[body.kind];
     for (std::size_t a = 0; a < kind.arms.size(); ++a)
         arms_[body.first_arm + a] = {body.x + turn * kind.arms[a].start, turn * kind.arms[a].along};
     if (!faced_) return;
-    Frame& frame = frames_[static_cast<std::size_t>(&body - bodies_.data())];
+    Frame& frame = frames_[index];
     frame.turn = turn * kind.body.turn.conjugate().toRotationMatrix();
     frame.origin = body.x - frame.turn * kind.body.centre_m;
 }
@@ -190,6 +187,7 @@ std::size_t CapsuleDem::State::sleeping() const {
 std::size_t CapsuleDem::State::watched_pairs() const {
     std::size_t count = 0;
     for (const auto& list : verlet_lists_) count += list.size();
+    for (const auto& list : piece_pairs_) count += list.size();
     return count;
 }
 

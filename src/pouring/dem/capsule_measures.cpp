@@ -37,11 +37,13 @@ double CapsuleDem::State::wall_energy(std::size_t index, double elastic_J) const
                              0.5 * kt * walls_[body.first_wall + node * walls + w].tangential_displacement.squaredNorm();
         }
     }
-    if (kind.shape.body == nullptr) return elastic_J;
-    for_piece_wall_contacts(index, [&](std::size_t piece, std::size_t wall, const PieceContact& part, double share) {
+    if (!has_faces(body)) return elastic_J;
+    std::vector<PieceWallContact> found;
+    find_piece_wall_contacts(index, found);
+    for (const auto& [piece, wall, part, share, square] : found) {
         const WallContact& contact = walls_[body.first_wall + (kind.nodes.size() + piece) * walls + wall];
-        elastic_J += 0.5 * share * (kn * part.overlap * part.overlap + kt * contact.tangential_displacement.squaredNorm());
-    });
+        elastic_J += 0.5 * (kn * square + kt * share * contact.tangential_displacement.squaredNorm());
+    }
     return elastic_J;
 }
 
@@ -57,19 +59,18 @@ DemEnergy CapsuleDem::State::energy() const {
         energy.elastic_J = wall_energy(i, energy.elastic_J);
     }
     for_contacts([&](std::size_t, const auto& pair, const Contact& contact) {
-        energy.elastic_J +=
-            0.5 * contact.share * (kn * contact.overlap * contact.overlap + kt * pair.tangential_displacement.squaredNorm());
+        energy.elastic_J += 0.5 * (kn * contact.square + kt * contact.share * pair.tangential_displacement.squaredNorm());
     });
     return energy;
 }
 
 DemRest CapsuleDem::State::rest() const {
     DemRest rest;
-    const bool spheres =
-        std::all_of(kinds_.begin(), kinds_.end(), [](const Kind& kind) { return kind.nodes.size() == 1 && kind.shape.body == nullptr; });
+    const bool spheres = !faced_ && std::all_of(kinds_.begin(), kinds_.end(), [](const Kind& kind) { return kind.nodes.size() == 1; });
     const double g = options_.gravity_m_per_s2.norm();
     std::size_t free = 0;
-    for (const BodyState& body : bodies_) {
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+        const BodyState& body = bodies_[i];
         if (body.held != 0) continue;
         ++free;
         const Kind& kind = kinds_[body.kind];
@@ -80,9 +81,10 @@ DemRest CapsuleDem::State::rest() const {
         rest.largest_force_over_weight = std::max(rest.largest_force_over_weight, net);
         rest.mean_force_over_weight += net;
         if (body.v.norm() < 0.05) {
-            if (kind.shape.body != nullptr) {
-                const Frame& frame = frames_[static_cast<std::size_t>(&body - bodies_.data())];
-                rest.top_m = std::max(rest.top_m, frame.origin.z() + kind.shape.body->support(frame.turn.transpose() * Vec3::UnitZ()));
+            if (has_faces(body)) {
+                const Frame& frame = frames_[i];
+                const double above = shapes_[body.kind].body->support(frame.turn.transpose() * Vec3::UnitZ());
+                rest.top_m = std::max(rest.top_m, frame.origin.z() + above);
             }
             for (std::size_t a = 0; a < kind.arms.size(); ++a) {
                 const WorldArm& arm = arms_[body.first_arm + a];

@@ -59,7 +59,6 @@ void CapsuleDem::State::advance(BodyState& body) {
         body.before = now;
     }
     body.travelled += (body.x - from).norm() + 1.01 * dt * std::max(omega.norm(), body.omega.norm()) * kind.radius;
-    place_arms(body);
 }
 
 // Adds the loads of all slots, in their order.
@@ -151,7 +150,10 @@ void CapsuleDem::State::step(long steps) {
         time_ += options_.time_step_s;
 #pragma omp parallel for schedule(static, block) if (threads_.parallel())
         for (std::size_t i = 0; i < n; ++i)
-            if (bodies_[i].moves()) advance(bodies_[i]);
+            if (bodies_[i].moves()) {
+                advance(bodies_[i]);
+                place_arms(i);
+            }
         search();
         forces(options_.time_step_s);
         if (faced_) require_no_crossing();

@@ -25,7 +25,7 @@ void get(std::istream& in, Value& value) {
 
 void CapsuleDem::State::save(std::ostream& out) const {
     put(out, state_mark);
-    put(out, sizeof(BodyState) + sizeof(VerletPair));
+    put(out, sizeof(BodyState) + sizeof(VerletPair) + sizeof(PiecePair));
     put(out, options_.time_step_s);
     put(out, kinds_.size());
     put(out, bodies_.size());
@@ -60,7 +60,7 @@ void CapsuleDem::State::load(std::istream& in, const std::string& where) {
     get(in, step);
     get(in, kinds);
     get(in, count);
-    if (!in || mark != state_mark || layout != sizeof(BodyState) + sizeof(VerletPair) || step != options_.time_step_s ||
+    if (!in || mark != state_mark || layout != sizeof(BodyState) + sizeof(VerletPair) + sizeof(PiecePair) || step != options_.time_step_s ||
         kinds != kinds_.size() || count > 100000000)
         refuse();
     get(in, time_);
@@ -112,7 +112,11 @@ void CapsuleDem::State::load(std::istream& in, const std::string& where) {
     neighbours_.assign(count, {});
     for (std::size_t i = 0; i < count; ++i) list_neighbours(i);
     arms_.assign(arms, {});
-    for (const BodyState& body : bodies_) place_arms(body);
+    for (std::size_t i = 0; i < count; ++i) {
+        for (const PiecePair& pair : faced_ ? piece_pairs_[i] : std::vector<PiecePair>())
+            if (pair.piece >= kinds_[bodies_[pair.own != 0 ? i : pair.other].kind].pieces.size()) refuse();
+        place_arms(i);
+    }
 }
 
 }  // namespace porepack::pouring::dem

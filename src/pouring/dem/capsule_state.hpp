@@ -44,9 +44,9 @@ public:
         double radius = 0.0;    ///< of the bounding sphere about the centre of mass
         double diameter = 0.0;  ///< smallest
         bool isotropic = false;
-        shapes::Shape shape;               ///< for distances; only where a grain has faces
-        bool convex = true;                ///< likewise
-        std::vector<ContactPiece> pieces;  ///< likewise
+        std::vector<ContactPiece> pieces;  ///< where a grain has faces
+        bool round = false;                ///< some piece is an axis
+        double feature = 0.0;              ///< of the surface
     };
     struct Derivative {
         shapes::Vec3 v = shapes::Vec3::Zero(), a = shapes::Vec3::Zero(), torque = shapes::Vec3::Zero();
@@ -93,6 +93,13 @@ public:
         std::size_t pair;                ///< in the body's Verlet list
         shapes::Vec3 shift, normal, at;  ///< periodic shift of the other body; towards it; point of the contact
         double overlap, share;           ///< share: fraction of the stiffness
+        double square;                   ///< elastic energy over a quarter of the stiffness
+        double twist = 0.0;              ///< torque about the normal over the elastic force
+    };
+    struct PieceWallContact {  ///< place, normal and share as of a contact
+        std::size_t piece, wall;
+        PieceContact part;
+        double share, square;
     };
     struct WallContact {
         shapes::Vec3 tangential_displacement = shapes::Vec3::Zero();
@@ -145,7 +152,7 @@ private:
     void make_walls();
     [[nodiscard]] shapes::Vec3 omega_of(const BodyState& body, const shapes::Quaternion& q, const shapes::Vec3& momentum) const;
     [[nodiscard]] shapes::Vec3 image_shift(const shapes::Vec3& between) const;
-    void place_arms(const BodyState& body);
+    void place_arms(std::size_t body);
 
     // capsule_motion.cpp
     void advance(BodyState& body);
@@ -166,6 +173,8 @@ private:
     void find_contacts(std::size_t body, std::vector<Contact>& contacts) const;
     [[nodiscard]] bool rests_among_sleepers(std::size_t body) const;
     void check_pairs(std::size_t body, std::vector<Contact>& contacts, std::size_t& looked_at);
+    template <typename Pair, typename Touches, typename Apart>
+    void look_at(std::size_t body, std::vector<Pair>& list, std::size_t& looked_at, const Touches& touches, const Apart& apart);
     [[nodiscard]] bool contact_of(std::size_t body, std::size_t pair, Contact& contact, double& gap) const;
     static void share_stiffness(const std::vector<VerletPair>& pairs, std::vector<Contact>& contacts, double reach);
     void grain_forces(std::size_t body, std::vector<Load>& loads, std::size_t& looked_at, std::vector<Contact>& contacts);
@@ -174,11 +183,12 @@ private:
     template <typename Pair>
     shapes::Vec3 press(std::size_t body, Pair& pair, const Contact& contact, std::vector<Load>& loads);
     void wall_forces(std::size_t body, std::vector<Load>& loads);
+    [[nodiscard]] double elastic_force(double overlap, double share) const { return share * 0.5 * law_.normal_stiffness_N_per_m * overlap; }
     [[nodiscard]] shapes::Vec3 contact_force(const Approach& approach, shapes::Vec3& displacement, bool first) const;
 
     // faced_contacts.cpp: grains with faces
     [[nodiscard]] bool is_faced(std::size_t body, std::size_t other) const;
-    [[nodiscard]] static Surface surface_of(const Kind& kind);
+    [[nodiscard]] bool has_faces(const BodyState& body) const { return shapes_[body.kind].body != nullptr; }
     void add_piece_pairs(std::size_t body, std::size_t other, const shapes::Vec3& shift);
     [[nodiscard]] bool piece_contact_of(std::size_t body, std::size_t pair, Contact& contact, PieceContact& part, double& gap) const;
     void check_piece_pairs(std::size_t body, std::vector<Contact>& contacts, std::size_t& looked_at);
@@ -186,8 +196,7 @@ private:
     void watch_sleeping_neighbours(std::size_t body, const std::vector<Contact>& contacts, const std::vector<shapes::Vec3>& forces);
     void require_no_crossing();
     void share_potential(std::size_t body, const std::vector<PieceContact>& parts, std::vector<Contact>& contacts) const;
-    using VisitWall = std::function<void(std::size_t piece, std::size_t wall, const PieceContact& contact, double share)>;
-    void for_piece_wall_contacts(std::size_t body, const VisitWall& visit) const;
+    void find_piece_wall_contacts(std::size_t body, std::vector<PieceWallContact>& found) const;
 
     // capsule_measures.cpp
     template <typename Visit>
@@ -224,5 +233,35 @@ private:
     ThreadChoice threads_;
     bool primed_ = false;  // forces of the current state are known
 };
+
+// Looks at those pairs of a body's list that may touch by now, and removes those that have separated. `touches` (number, gap) adds a
+// contact; `apart` (pair) is told of a pair that does not touch.
+template <typename Pair, typename Touches, typename Apart>
+void CapsuleDem::State::look_at(std::size_t i, std::vector<Pair>& list, std::size_t& looked_at, const Touches& touches,
+                                const Apart& apart) {
+    const BodyState& body = bodies_[i];
+    const std::size_t before = list.size();
+    for (std::size_t n = 0; n < list.size();) {
+        Pair& pair = list[n];
+        const BodyState& other = bodies_[pair.other];
+        if (body.travelled + other.travelled < pair.out_of_reach || (body.asleep != 0 && other.asleep != 0)) {
+            ++n;
+            continue;
+        }
+        ++looked_at;
+        double gap = 0.0;
+        if (!touches(n, gap)) {
+            if (gap > 2.0 * skin_) {
+                pair = list.back();
+                list.pop_back();
+                continue;
+            }
+            pair.out_of_reach = body.travelled + other.travelled + gap;
+            apart(pair);
+        }
+        ++n;
+    }
+    if (list.size() < before) list_neighbours(i);
+}
 
 }  // namespace porepack::pouring::dem

@@ -6,15 +6,10 @@
 #include <numbers>
 
 #include "pouring/uses.hpp"
+#include "shapes/quadrature.hpp"
 
 namespace porepack::pouring::dem {
 namespace {
-
-// Gauss' rule with eight points on 0 to 1.
-constexpr std::array<double, 8> gauss_point = {0.0198550717512319, 0.1016667612931866, 0.2372337950418355, 0.4082826787521751,
-                                               0.5917173212478249, 0.7627662049581645, 0.8983332387068134, 0.9801449282487681};
-constexpr std::array<double, 8> gauss_weight = {0.0506142681451881, 0.1111905172266872, 0.1568533229389436, 0.1813418916891810,
-                                                0.1813418916891810, 0.1568533229389436, 0.1111905172266872, 0.0506142681451881};
 
 double seventh(double x) {
     const double x2 = x * x;
@@ -43,38 +38,28 @@ double zero_between(const F& f, double a, double at_a, double b, double at_b, do
     return 0.5 * (a + b);
 }
 
-// A place nearer than those on both sides of it.
-struct NearPlace {
-    double s = 0.0, distance = 0.0;
-    bool inner = false;  // not at an end
+// A piece from one end to the other by places where the distance from a surface rises or falls only between neighbours.
+struct Place {
+    double s, distance;
 };
-
-// The near places of a piece, the nearest first: one before a convex surface; before any other, those that five samples tell apart.
-struct NearPlaces {
-    std::array<NearPlace, 6> places = {};
-    std::size_t count = 0;
-    double at_start = 0.0, at_end = 0.0;  // distances
-    double bound = 0.0;                   // no place is nearer
-
-    [[nodiscard]] const NearPlace& nearest() const { return places[0]; }
+struct Course {
+    std::vector<Place> places;
+    double bound = 0.0;  // no place of the piece is nearer
 };
 
 // Where the slope is zero, between a fall and a rise. `uncertain`: the distance there is not larger than the smallest one by more than
 // this.
 template <typename Slope>
-NearPlace valley(const Slope& slope, double low, double at_low, double high, double at_high, double length, double& uncertain) {
+Place valley(const Slope& slope, double low, double at_low, double high, double at_high, double length, double& uncertain) {
     constexpr double width = 1e-4, level = 1e-6;
-    NearPlace place{.s = low, .distance = 1e300, .inner = true};
+    Place place{.s = low, .distance = 1e300};
     uncertain = (high - low) * length;
     int side = 0;
     for (int step = 0; step < 40 && high - low > width; ++step) {
         const double s = std::clamp((low * at_high - high * at_low) / (at_high - at_low), low + 1e-6, high - 1e-6);
         double away = 0.0;
         const double here = slope(s, away);
-        if (away < place.distance) {
-            place.distance = away;
-            place.s = s;
-        }
+        if (away < place.distance) place = {s, away};
         uncertain = (high - low) * length;
         if (std::abs(here) < level) {
             uncertain = level * length;
@@ -95,37 +80,54 @@ NearPlace valley(const Slope& slope, double low, double at_low, double high, dou
     return place;
 }
 
-NearPlaces near_places(const ContactPiece& piece, const Surface& surface) {
+// Stretches that may be in contact are halved until they have one minimum at most.
+void follow(const ContactPiece& piece, const Surface& surface, Course& course) {
+    struct Sample {
+        double s, distance, slope;
+    };
     Vec3 outward, tangent;
-    const auto slope = [&](double s, double& away) {
+    const auto slope_at = [&](double s, double& away) {
         const Vec3 x = piece.at(s, &tangent);
         away = surface.distance(x, outward);
         return outward.dot(tangent);
     };
-    constexpr std::size_t most = 5;
-    const std::size_t samples = surface.convex ? 2 : most;
-    std::array<double, most> away{}, rise{};
-    for (std::size_t i = 0; i < samples; ++i) rise[i] = slope(static_cast<double>(i) / static_cast<double>(samples - 1), away[i]);
-    NearPlaces found{.at_start = away[0], .at_end = away[samples - 1]};
-    found.places[found.count++] =
-        found.at_start <= found.at_end ? NearPlace{.s = 0.0, .distance = found.at_start} : NearPlace{.s = 1.0, .distance = found.at_end};
-    double uncertain = 0.0;
-    found.bound = 1e300;
-    for (std::size_t i = 0; i + 1 < samples; ++i) {
-        const double from = static_cast<double>(i) / static_cast<double>(samples - 1),
-                     to = static_cast<double>(i + 1) / static_cast<double>(samples - 1);
-        if (rise[i] < 0.0 && rise[i + 1] > 0.0)
-            found.places[found.count++] = valley(slope, from, rise[i], to, rise[i + 1], piece.speed(0.0), uncertain);
-        // A distance changes by no more than the length; the parameter is fastest at the beginning.
-        found.bound = std::min(found.bound, 0.5 * (away[i] + away[i + 1] - (to - from) * piece.speed(0.0)));
+    const auto sample = [&](double s) {
+        Sample found{.s = s, .distance = 0.0, .slope = 0.0};
+        found.slope = slope_at(s, found.distance);
+        return found;
+    };
+    // The parameter is fastest at the beginning. A convex body may be near an arc at both of its ends.
+    const double speed = piece.speed(0.0);
+    const double feature = piece.kind == ContactPiece::Kind::arc ? std::min(surface.feature(), 0.5 * piece.rim_radius) : surface.feature();
+    thread_local std::vector<Sample> ends;  // of the stretches to come, the next one last
+    Sample from = sample(0.0);
+    ends.assign(1, sample(1.0));
+    course.places.assign(1, {from.s, from.distance});
+    course.bound = 1e300;
+    while (!ends.empty()) {
+        const Sample to = ends.back();
+        const double length = (to.s - from.s) * speed;
+        // From one point to another, the distance changes by no more than the way.
+        double bound = std::min({from.distance, to.distance, 0.5 * (from.distance + to.distance - length)});
+        if (bound < piece.radius && length > feature) {
+            ends.push_back(sample(0.5 * (from.s + to.s)));
+            continue;
+        }
+        if (from.slope < 0.0 && to.slope > 0.0 && bound < piece.radius) {
+            double uncertain = 0.0;
+            course.places.push_back(valley(slope_at, from.s, from.slope, to.s, to.slope, speed, uncertain));
+            bound = std::max(bound, std::min({from.distance, to.distance, course.places.back().distance - uncertain}));
+        } else if (surface.feature() == Surface::convex && piece.kind != ContactPiece::Kind::arc) {
+            bound = std::min(from.distance, to.distance);
+        }
+        course.bound = std::min(course.bound, bound);
+        course.places.push_back({to.s, to.distance});
+        from = to;
+        ends.pop_back();
     }
-    std::sort(found.places.begin(), found.places.begin() + static_cast<std::ptrdiff_t>(found.count),
-              [](const NearPlace& one, const NearPlace& other) { return one.distance < other.distance; });
-    if (surface.convex) found.bound = found.nearest().distance - uncertain;
-    return found;
 }
 
-bool touch_point(const ContactPiece& piece, const Surface& surface, PieceContact& contact, double& gap) {
+bool contact_of_point(const ContactPiece& piece, const Surface& surface, PieceContact& contact, double& gap) {
     const double overlap = piece.radius - surface.distance(piece.start, contact.normal);
     gap = -overlap;
     if (overlap <= 0.0) return false;
@@ -137,10 +139,10 @@ bool touch_point(const ContactPiece& piece, const Surface& surface, PieceContact
 }
 
 // What a disc of an axis counts where it is nearest to the other body in the direction `towards`: nothing if that lies beyond the ends of
-// the axis, where the rim or the flat end touches, or in the hole. Smoothly; `slope`: per length along the axis.
+// the axis, where the rim or the flat end is in contact. Smoothly; `slope`: per length along the axis.
 double share_of_disc(const ContactPiece& piece, double s, double distance, double towards_along, double& slope) {
     slope = 0.0;
-    // The radius at which the other body's nearest point lies must be in the outer half of the wall, or beyond.
+    // What lies in the hole is in contact with rims. Between the middle of the wall and the outside, overlaps stay below deepest_overlap.
     if (distance * std::sqrt(std::max(0.0, 1.0 - towards_along * towards_along)) <= 0.5 * (piece.radius + piece.hole_radius)) return 0.0;
     const double along = s * piece.length + piece.radius * towards_along;
     const double from_start = piece.before + along, from_end = piece.after + piece.length - along;
@@ -180,6 +182,9 @@ ContactPiece ContactPiece::moved(const Eigen::Matrix3d& turn_by, const Vec3& shi
     return piece;
 }
 
+namespace {
+
+// `longest_m`: of a piece of an edge; `longest_axis_m`: of an axis.
 std::vector<ContactPiece> contact_pieces(const Shape& shape, double longest_m, double longest_axis_m) {
     std::vector<ContactPiece> pieces;
     const double per_length = 0.1 * smallest_diameter(shape);
@@ -195,16 +200,17 @@ std::vector<ContactPiece> contact_pieces(const Shape& shape, double longest_m, d
                               .per_length = per_length});
     };
     if (shape.body == nullptr) {
-        std::vector<Vec3> ends;
+        std::vector<ContactPiece> ends;
         for (const Capsule& capsule : shape.capsules) {
             if (capsule.a != capsule.b) add_segment(capsule.a, capsule.b, capsule.radius);
             for (const Vec3& end : {capsule.a, capsule.b}) {
-                if (std::any_of(ends.begin(), ends.end(), [&](const Vec3& known) { return (known - end).norm() < 1e-6 * per_length; }))
-                    continue;
-                ends.push_back(end);
-                pieces.push_back({.start = end, .radius = capsule.radius});
+                const bool known = std::any_of(ends.begin(), ends.end(), [&](const ContactPiece& one) {
+                    return (one.start - end).norm() < 1e-6 * per_length && one.radius >= capsule.radius;
+                });
+                if (!known) ends.push_back({.start = end, .radius = capsule.radius});
             }
         }
+        pieces.insert(pieces.end(), ends.begin(), ends.end());
         return pieces;
     }
     for (const ContactCurve& curve : shape.body->contact_curves()) switch (curve.kind) {
@@ -253,65 +259,112 @@ std::vector<ContactPiece> contact_pieces(const Shape& shape, double longest_m, d
     return pieces;
 }
 
-bool touch(const ContactPiece& piece, const Surface& surface, PieceContact& contact, double& gap) {
-    if (piece.kind == ContactPiece::Kind::point) return touch_point(piece, surface, contact, gap);
+}  // namespace
+
+bool is_convex(const Shape& shape) {
+    return shape.body != nullptr ? shape.body->convex() : shape.capsules.size() == 1;
+}
+
+std::vector<std::vector<ContactPiece>> pieces_of(const std::vector<Shape>& shapes) {
+    std::vector<std::vector<ContactPiece>> pieces(shapes.size());
+    if (std::none_of(shapes.begin(), shapes.end(), [](const Shape& shape) { return shape.body != nullptr; })) return pieces;
+    double longest = 1e300;
+    for (const Shape& shape : shapes) longest = std::min(longest, 0.25 * maximum_feret_diameter(shape));
+    const bool convex = std::all_of(shapes.begin(), shapes.end(), is_convex);
+    for (std::size_t s = 0; s < shapes.size(); ++s) pieces[s] = contact_pieces(shapes[s], longest, convex ? 1e300 : longest);
+    return pieces;
+}
+
+namespace {
+
+// The sum over the parts of a piece of what a shift and a turn of the piece change.
+struct Integral {
+    Vec3 about;  // a point near the contact
+    Vec3 push = Vec3::Zero(), at = Vec3::Zero(), moment = Vec3::Zero();
+    double potential = 0.0, weight = 0.0;
+
+    void add(const Vec3& force, const Vec3& from_about) {
+        push += force;
+        moment += from_about.cross(force);
+    }
+};
+
+// The share S of a disc at s depends on s + R tau, with tau = -outward.t the part along the axis t of the direction in which the disc is
+// nearest: a shift of the disc changes tau by -H t, with H the second derivatives of the distance, and a turn by -t x outward.
+void add_change_of_share(const ContactPiece& piece, const Surface& surface, const Vec3& x, const Vec3& t, const Vec3& outward,
+                         double change, Integral& sum) {
+    const double step = 1e-6 * piece.radius;
+    Vec3 next;
+    (void)surface.distance(x + step * t, next);
+    sum.add(change / step * (next - outward), x - sum.about);
+    sum.moment += change * t.cross(outward);
+}
+
+// From one place to another, between which the overlap rises or falls.
+void add_part(const ContactPiece& piece, const Surface& surface, double from, double to, Integral& sum) {
     Vec3 outward, tangent;
+    shapes::for_gauss_points<16>(from, to, [&](double s, double width) {
+        const Vec3 x = piece.at(s, &tangent);
+        const double away = surface.distance(x, outward), overlap = std::max(0.0, piece.radius - away);
+        const Vec3 from_about = x - sum.about;
+        const double whole = width * piece.speed(s) / piece.per_length * seventh(overlap);
+        double part = whole;
+        if (piece.kind == ContactPiece::Kind::axis) {
+            double slope = 0.0;
+            part *= share_of_disc(piece, s, away, -outward.dot(tangent), slope);
+            if (slope != 0.0) add_change_of_share(piece, surface, x, tangent, outward, 0.125 * whole * overlap * slope * piece.radius, sum);
+        }
+        sum.potential += part * overlap;
+        sum.weight += part;
+        sum.add(part * outward, from_about);
+        sum.at += part * (from_about - (piece.radius - 0.5 * overlap) * outward);
+    });
+}
+
+}  // namespace
+
+bool contact_of(const ContactPiece& piece, const Surface& surface, PieceContact& contact, double& gap) {
+    if (piece.kind == ContactPiece::Kind::point) return contact_of_point(piece, surface, contact, gap);
+    Vec3 outward;
     gap = surface.distance(piece.at(0.5), outward) - 0.5 * piece.speed(0.0) - piece.radius;
     if (gap > 0.0) return false;
-    const NearPlaces near = near_places(piece, surface);
-    gap = std::max(0.0, near.bound - piece.radius);
+    thread_local Course course;
+    follow(piece, surface, course);
+    gap = std::max(0.0, course.bound - piece.radius);
 
+    const auto& places = course.places;
+    const auto nearest =
+        std::min_element(places.begin(), places.end(), [](const Place& one, const Place& other) { return one.distance < other.distance; });
+    if (nearest->distance >= piece.radius) return false;
     const auto overlap_at = [&](double s) { return piece.radius - surface.distance(piece.at(s), outward); };
-    const Vec3 about = piece.at(near.nearest().s);
-    Vec3 push = Vec3::Zero(), at = Vec3::Zero(), moment = Vec3::Zero();
-    double potential = 0.0, weight = 0.0, covered_low = 2.0, covered_high = -1.0;
-    for (std::size_t n = 0; n < near.count; ++n) {
-        const NearPlace& place = near.places[n];
-        const double deepest = piece.radius - place.distance;
-        if (deepest <= 0.0 || (place.s >= covered_low && place.s <= covered_high)) continue;
-        double low = piece.radius - near.at_start, high = piece.radius - near.at_end;  // overlaps at the ends
-        const double small = 0.01 * deepest;                                           // to the power 8
-        low = low >= 0.0 ? 0.0 : zero_between(overlap_at, 0.0, low, place.s, deepest, small);
-        high = high >= 0.0 ? 1.0 : zero_between(overlap_at, place.s, deepest, 1.0, high, small);
-        covered_low = std::min(covered_low, low);
-        covered_high = std::max(covered_high, high);
-        // On both sides of the near place, where a curve often passes from one feature of the other body to the next.
-        for (const auto& [from, to] : {std::pair(low, place.s), std::pair(place.s, high)}) {
-            if (!(to > from)) continue;
-            for (std::size_t i = 0; i < gauss_point.size(); ++i) {
-                const double s = from + gauss_point[i] * (to - from);
-                const Vec3 x = piece.at(s, &tangent);
-                const double away = surface.distance(x, outward), overlap = std::max(0.0, piece.radius - away);
-                double part = gauss_weight[i] * (to - from) * piece.speed(s) / piece.per_length * seventh(overlap);
-                if (piece.kind == ContactPiece::Kind::axis) {
-                    double slope = 0.0;
-                    const double whole = part;
-                    part *= share_of_disc(piece, s, away, -outward.dot(tangent), slope);
-                    push += 0.125 * whole * overlap * slope * tangent;
-                    if (part == 0.0) continue;
-                }
-                const Vec3 from_about = x - (piece.radius - 0.5 * overlap) * outward - about;
-                potential += part * overlap;
-                weight += part;
-                push += part * outward;
-                at += part * from_about;
-                moment += part * from_about.cross(outward);
-            }
-        }
+    const double small = 0.01 * (piece.radius - nearest->distance);  // to the power 8
+    Integral sum{.about = piece.at(nearest->s)};
+    for (std::size_t i = 0; i + 1 < places.size(); ++i) {
+        double from = places[i].s, to = places[i + 1].s;
+        const double at_from = piece.radius - places[i].distance, at_to = piece.radius - places[i + 1].distance;
+        if (std::max(at_from, at_to) <= small) continue;
+        if (at_from < 0.0) from = zero_between(overlap_at, from, at_from, to, at_to, small);
+        if (at_to < 0.0) to = zero_between(overlap_at, places[i].s, at_from, to, at_to, small);
+        if (to > from) add_part(piece, surface, from, to, sum);
     }
-    contact.weight = push.norm();
-    if (!(weight > 0.0) || !(contact.weight > 0.0)) return false;
-    contact.potential = potential;
-    contact.overlap = potential / weight;
-    contact.normal = push / contact.weight;
-    // One force in place of many, where it has their moment (but for a part about the normal).
-    at /= weight;
-    contact.at = about + at + contact.normal.cross(moment - at.cross(push)) / contact.weight;
+    contact.weight = sum.push.norm();
+    if (!(sum.weight > 0.0) || !(contact.weight > 0.0)) return false;
+    contact.potential = sum.potential;
+    contact.overlap = sum.potential / sum.weight;
+    contact.normal = sum.push / contact.weight;
+    // One force in place of many, where it has their moment, but for the part about the normal.
+    contact.twist = contact.normal.dot(sum.moment) / contact.weight;
+    const Vec3 at = sum.at / sum.weight;
+    contact.at = sum.about + at + contact.normal.cross(sum.moment - at.cross(sum.push)) / contact.weight;
     return true;
 }
 
 double share_of(const PieceContact& contact, double sum) {
     return contact.weight / (std::sqrt(std::sqrt(sum)) * std::sqrt(sum) * contact.overlap);
+}
+
+double square_of(const PieceContact& contact, double sum) {
+    return contact.potential / (std::sqrt(std::sqrt(sum)) * std::sqrt(sum));
 }
 
 }  // namespace porepack::pouring::dem

@@ -2,12 +2,11 @@
 //
 // Two grains repel each other with one potential, (s_n/4) O^2. O is a mean of all overlaps between the two: the sum of o^8 over corners,
 // and of the integral of o^8 over edges and rims per tenth of the grain's thickness, to the power 1/8. It is smooth, and hardly depends on
-// how finely a face is divided: corner against face, O is the overlap; face against face, up to 1.7 times it. The distance from the exact
-// surface inside the grain, down to the middle of its thinnest part, tells how deep a point is and which way leads out, also where the
+// how finely a face is divided: corner against face, O is the overlap; face against face, up to 1.7 times it. The distance from the
+// surface, inside the grain down to the middle of its thinnest part, tells how deep a point is and which way leads out, also where the
 // rounded edges have passed through each other.
 #pragma once
 
-#include <functional>
 #include <vector>
 
 #include "shapes/shape.hpp"
@@ -39,8 +38,10 @@ struct ContactPiece {
     [[nodiscard]] ContactPiece moved(const Eigen::Matrix3d& turn_by, const shapes::Vec3& shift) const;
 };
 
-/// `longest_m`: of a piece of an edge; `longest_axis_m`: of an axis.
-[[nodiscard]] std::vector<ContactPiece> contact_pieces(const shapes::Shape& shape, double longest_m, double longest_axis_m);
+/// Those of each shape, no longer than a quarter of the smallest grain; axes are whole where all shapes are convex. None at all without
+/// grains with faces.
+[[nodiscard]] std::vector<std::vector<ContactPiece>> pieces_of(const std::vector<shapes::Shape>& shapes);
+[[nodiscard]] bool is_convex(const shapes::Shape& shape);
 
 struct PieceContact {
     double potential = 0.0;                       ///< its part of O^8
@@ -48,18 +49,33 @@ struct PieceContact {
     double overlap = 0.0;                         ///< mean
     shapes::Vec3 normal = shapes::Vec3::UnitZ();  ///< of the force on the piece: out of the other body
     shapes::Vec3 at = shapes::Vec3::Zero();       ///< in the middle of the overlap
+    double twist = 0.0;                           ///< torque on the piece about `normal` over the force, which no lever gives
 };
-/// Distance from a surface, negative inside; with the direction in which it grows.
-using Distance = std::function<double(const shapes::Vec3& point, shapes::Vec3& outward)>;
-struct Surface {
-    Distance distance;
-    bool convex;  ///< along a line, the distance has one minimum
+
+/// What a piece may be in contact with: a grain, or a wall.
+class Surface {
+public:
+    /// `feature`: along a line shorter than this the distance has one minimum; any line, of a convex body.
+    explicit Surface(double feature) : feature_(feature) {}
+    Surface(const Surface&) = delete;
+    Surface& operator=(const Surface&) = delete;
+    virtual ~Surface() = default;
+    /// Negative inside; with the direction in which it grows (unit vector).
+    virtual double distance(const shapes::Vec3& point, shapes::Vec3& outward) const = 0;
+    [[nodiscard]] double feature() const { return feature_; }
+    static constexpr double convex = 1e300;
+
+private:
+    double feature_;
 };
-/// False where the piece does not touch; then `gap` is a lower bound of the gap, or 0.
-[[nodiscard]] bool touch(const ContactPiece& piece, const Surface& surface, PieceContact& contact, double& gap);
+
+/// False where the piece is not in contact; then `gap` is a lower bound of the gap, or 0.
+[[nodiscard]] bool contact_of(const ContactPiece& piece, const Surface& surface, PieceContact& contact, double& gap);
 
 /// Fraction of the stiffness that a contact has, given the sum of all potentials of the two bodies.
 [[nodiscard]] double share_of(const PieceContact& contact, double sum_of_potentials);
+/// Its part of O^2.
+[[nodiscard]] double square_of(const PieceContact& contact, double sum_of_potentials);
 
 /// Where overlaps exceed this fraction of the thinner grain's thickness the grains begin to pass through each other.
 inline constexpr double deepest_overlap = 0.4;

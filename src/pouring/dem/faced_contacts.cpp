@@ -10,15 +10,55 @@
 
 namespace porepack::pouring::dem {
 
-bool CapsuleDem::State::is_faced(std::size_t i, std::size_t other) const {
-    return faced_ && (kinds_[bodies_[i].kind].shape.body != nullptr || kinds_[bodies_[other].kind].shape.body != nullptr);
-}
+namespace {
 
-Surface CapsuleDem::State::surface_of(const Kind& kind) {
-    if (const RoundedBody* const body = kind.shape.body.get())
-        return {[body](const Vec3& point, Vec3& outward) { return body->distance(point, &outward); }, kind.convex};
-    return {[&capsules = kind.shape.capsules](const Vec3& point, Vec3& outward) { return signed_distance(capsules, point, outward); },
-            kind.convex};
+// In the shape's frame.
+class ShapeSurface : public Surface {
+public:
+    ShapeSurface(const Shape& shape, double feature) : Surface(feature), shape_(shape) {}
+    double distance(const Vec3& point, Vec3& outward) const override {
+        return shape_.body != nullptr ? shape_.body->distance(point, &outward) : signed_distance(shape_.capsules, point, outward);
+    }
+
+private:
+    const Shape& shape_;
+};
+
+// Walls in the frame of a grain's shape.
+class PlaneSurface : public Surface {
+public:
+    PlaneSurface(const Vec3& normal, double offset) : Surface(convex), normal_(normal), offset_(offset) {}
+    double distance(const Vec3& point, Vec3& outward) const override {
+        outward = normal_;
+        return offset_ + normal_.dot(point);
+    }
+
+private:
+    Vec3 normal_;
+    double offset_;
+};
+
+class TubeSurface : public Surface {
+public:
+    TubeSurface(const Eigen::Matrix3d& turn, const Vec3& origin, double radius)
+        : Surface(radius), turn_(turn), origin_(origin), radius_(radius) {}
+    double distance(const Vec3& point, Vec3& outward) const override {
+        const Vec3 x = origin_ + turn_ * point;
+        const double away = x.head<2>().norm();
+        outward = away > 0.0 ? Vec3(turn_.transpose() * Vec3(-x.x() / away, -x.y() / away, 0.0)) : Vec3(Vec3::UnitX());
+        return radius_ - away;
+    }
+
+private:
+    const Eigen::Matrix3d& turn_;
+    const Vec3& origin_;
+    double radius_;
+};
+
+}  // namespace
+
+bool CapsuleDem::State::is_faced(std::size_t i, std::size_t other) const {
+    return faced_ && (has_faces(bodies_[i]) || has_faces(bodies_[other]));
 }
 
 // Adds the pieces of each body that are near the other one.
@@ -33,19 +73,18 @@ void CapsuleDem::State::add_piece_pairs(std::size_t i, std::size_t other, const 
         const Kind &piece_kind = kinds_[piece_body.kind], &surface_kind = kinds_[surface_body.kind];
         const Frame &frame = frames_[of_piece], &surface_frame = frames_[of_surface];
         const Vec3 away = own ? Vec3(-to_second) : to_second;  // of the image of the piece's body that is near the surface's
-        // Other bodies touch a round side with corners and edges of their own.
-        const bool round = std::any_of(surface_kind.pieces.begin(), surface_kind.pieces.end(),
-                                       [](const ContactPiece& piece) { return piece.kind == ContactPiece::Kind::axis; });
         std::vector<bool> known(piece_kind.pieces.size(), false);
         for (std::size_t n = 0; n < before; ++n)
             if (list[n].other == second && (list[n].own != 0) == own) known[list[n].piece] = true;
-        const Surface surface = surface_of(surface_kind);
+        const ShapeSurface surface(shapes_[surface_body.kind], surface_kind.feature);
         Vec3 outward;
         for (std::size_t p = 0; p < piece_kind.pieces.size(); ++p) {
             const ContactPiece& piece = piece_kind.pieces[p];
             const Vec3 middle = frame.origin + frame.turn * piece.at(0.5) + away;
             const double half = 0.5 * piece.speed(0.0) + piece.radius, far = surface_kind.radius + half + skin_;
-            if (known[p] || (piece.kind == ContactPiece::Kind::axis && !round) || (middle - surface_body.x).squaredNorm() > far * far)
+            // Other bodies are in contact with a round side by corners and edges of their own.
+            if (known[p] || (piece.kind == ContactPiece::Kind::axis && !surface_kind.round) ||
+                (middle - surface_body.x).squaredNorm() > far * far)
                 continue;
             const double gap = surface.distance(surface_frame.turn.transpose() * (middle - surface_frame.origin), outward) - half;
             if (gap > skin_) continue;
@@ -66,17 +105,18 @@ bool CapsuleDem::State::piece_contact_of(std::size_t i, std::size_t n, Contact& 
     contact.shift = image_shift(bodies_[pair.other].x - bodies_[i].x);
     const bool own = pair.own != 0;
     const std::size_t of_piece = own ? i : pair.other, of_surface = own ? pair.other : i;
-    const Kind& surface_kind = kinds_[bodies_[of_surface].kind];
+    const std::uint32_t surface_kind = bodies_[of_surface].kind;
     const Frame &frame = frames_[of_piece], &surface = frames_[of_surface];
     const Vec3 away = own ? Vec3(-contact.shift) : contact.shift;
     const Eigen::Matrix3d turn = surface.turn.transpose() * frame.turn;
     const ContactPiece piece =
         kinds_[bodies_[of_piece].kind].pieces[pair.piece].moved(turn, surface.turn.transpose() * (frame.origin + away - surface.origin));
-    if (!touch(piece, surface_of(surface_kind), part, gap)) return false;
+    if (!dem::contact_of(piece, ShapeSurface(shapes_[surface_kind], kinds_[surface_kind].feature), part, gap)) return false;
     // Out of the surface means towards the piece's body.
     contact.normal = surface.turn * (own ? Vec3(-part.normal) : part.normal);
     contact.at = surface.origin + surface.turn * part.at + (own ? contact.shift : Vec3(Vec3::Zero()));
     contact.overlap = part.overlap;
+    contact.twist = part.twist;
     return true;
 }
 
@@ -88,42 +128,28 @@ void CapsuleDem::State::share_potential(std::size_t i, const std::vector<PieceCo
         for (std::size_t d = 0; d < contacts.size(); ++d)
             if (piece_pairs_[i][contacts[d].pair].other == other) sum += parts[d].potential;
         contacts[c].share = share_of(parts[c], sum);
+        contacts[c].square = square_of(parts[c], sum);
     }
 }
 
 void CapsuleDem::State::check_piece_pairs(std::size_t i, std::vector<Contact>& contacts, std::size_t& looked_at) {
-    const BodyState& body = bodies_[i];
-    auto& list = piece_pairs_[i];
     thread_local std::vector<PieceContact> parts;
     contacts.clear();
     parts.clear();
-    const std::size_t before = list.size();
-    for (std::size_t n = 0; n < list.size();) {
-        PiecePair& pair = list[n];
-        const BodyState& other = bodies_[pair.other];
-        if (body.travelled + other.travelled < pair.out_of_reach || (body.asleep != 0 && other.asleep != 0)) {
-            ++n;
-            continue;
-        }
-        ++looked_at;
-        Contact contact;
-        PieceContact part;
-        double gap = 0.0;
-        if (piece_contact_of(i, n, contact, part, gap)) {
+    look_at(
+        i, piece_pairs_[i], looked_at,
+        [&](std::size_t n, double& gap) {
+            Contact contact;
+            PieceContact part;
+            if (!piece_contact_of(i, n, contact, part, gap)) return false;
             contacts.push_back(contact);
             parts.push_back(part);
-            if (part.overlap > deepest_overlap * std::min(kinds_[body.kind].diameter, kinds_[other.kind].diameter))
-                too_deep_[i / block % load_slots] = {1, i, pair.other};
-        } else if (gap > 2.0 * skin_) {
-            pair = list.back();
-            list.pop_back();
-            continue;
-        } else {
-            pair.out_of_reach = body.travelled + other.travelled + gap;
-        }
-        ++n;
-    }
-    if (list.size() < before) list_neighbours(i);
+            const std::size_t other = piece_pairs_[i][n].other;
+            const double thickness = std::min(kinds_[bodies_[i].kind].diameter, kinds_[bodies_[other].kind].diameter);
+            if (part.overlap > deepest_overlap * thickness) too_deep_[i / block % load_slots] = {1, i, other};
+            return true;
+        },
+        [](const PiecePair&) {});
     share_potential(i, parts, contacts);
 }
 
@@ -170,47 +196,34 @@ void CapsuleDem::State::find_piece_contacts(std::size_t i, std::vector<Contact>&
 }
 
 // In the frame of the body's shape, where the pieces need not be moved; planes first, then the tube.
-void CapsuleDem::State::for_piece_wall_contacts(std::size_t i, const VisitWall& visit) const {
+void CapsuleDem::State::find_piece_wall_contacts(std::size_t i, std::vector<PieceWallContact>& found) const {
     const BodyState& body = bodies_[i];
     const Kind& kind = kinds_[body.kind];
     const Frame& frame = frames_[i];
-    std::vector<std::pair<std::size_t, PieceContact>> found;
-    const auto for_wall = [&](std::size_t wall, const Surface& surface) {
-        found.clear();
+    found.clear();
+    const auto add = [&](std::size_t wall, const Surface& surface) {
+        const std::size_t before = found.size();
         double sum = 0.0;
         for (std::size_t p = 0; p < kind.pieces.size(); ++p) {
             PieceContact part;
             double gap = 0.0;
-            if (kind.pieces[p].kind == ContactPiece::Kind::axis || !touch(kind.pieces[p], surface, part, gap)) continue;
+            if (kind.pieces[p].kind == ContactPiece::Kind::axis || !dem::contact_of(kind.pieces[p], surface, part, gap)) continue;
             sum += part.potential;
-            found.emplace_back(p, part);
+            found.push_back({p, wall, part, 0.0, 0.0});
         }
-        for (auto& [piece, part] : found) {
-            const double share = share_of(part, sum);
+        for (std::size_t n = before; n < found.size(); ++n) {
+            PieceContact& part = found[n].part;
+            found[n].share = share_of(part, sum);
+            found[n].square = square_of(part, sum);
             part.normal = frame.turn * part.normal;
             part.at = frame.origin + frame.turn * part.at;
-            visit(piece, wall, part, share);
         }
     };
-    for (std::size_t w = 0; w < planes_.size(); ++w) {
-        if (planes_[w].distance(body.x) > kind.radius) continue;
-        const Vec3 normal = frame.turn.transpose() * planes_[w].normal;
-        const double offset = planes_[w].distance(frame.origin);
-        for_wall(w, {[&](const Vec3& point, Vec3& outward) {
-                         outward = normal;
-                         return offset + normal.dot(point);
-                     },
-                     true});
-    }
-    if (cylinder_radius_ == 0.0 || body.x.head<2>().norm() + kind.radius <= cylinder_radius_) return;
-    for_wall(planes_.size(), {[&](const Vec3& point, Vec3& outward) {
-                                  const Vec3 x = frame.origin + frame.turn * point;
-                                  const double away = x.head<2>().norm();
-                                  outward = away > 0.0 ? Vec3(frame.turn.transpose() * Vec3(-x.x() / away, -x.y() / away, 0.0))
-                                                       : Vec3(Vec3::UnitX());
-                                  return cylinder_radius_ - away;
-                              },
-                              false});
+    for (std::size_t w = 0; w < planes_.size(); ++w)
+        if (planes_[w].distance(body.x) <= kind.radius)
+            add(w, PlaneSurface(frame.turn.transpose() * planes_[w].normal, planes_[w].distance(frame.origin)));
+    if (cylinder_radius_ > 0.0 && body.x.head<2>().norm() + kind.radius > cylinder_radius_)
+        add(planes_.size(), TubeSurface(frame.turn, frame.origin, cylinder_radius_));
 }
 
 void CapsuleDem::State::require_no_crossing() {

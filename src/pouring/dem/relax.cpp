@@ -27,8 +27,8 @@ struct Scale {
 Scale scale_of(const Packing& packing, const PackingConfig& config) {
     double smallest = 1e300, largest = 0.0, sum = 0.0;
     std::vector<double> volumes;
-    std::size_t max_capsules = 0;
-    for (const Shape& shape : packing.shapes) max_capsules = std::max(max_capsules, shape.capsules.size());
+    std::size_t at_once = 0;
+    for (const Shape& shape : packing.shapes) at_once = std::max(at_once, contacts_at_once(shape));
     for (const Shape& shape : packing.shapes) volumes.push_back(measure(shape, 1e-4).volume_m3);
     for (const Body& body : packing.bodies) {
         smallest = std::min(smallest, volumes[body.shape]);
@@ -36,7 +36,7 @@ Scale scale_of(const Packing& packing, const PackingConfig& config) {
         sum += volumes[body.shape];
     }
     const double rho = config.density_kg_per_m3, g = config.gravity_m_per_s2, d = finest_diameter(packing);
-    return {.times = contact_times(rho * smallest, rho * largest, d, max_capsules, config),
+    return {.times = contact_times(rho * smallest, rho * largest, d, at_once, config),
             .weight_overlap_m = rho * largest * g / (0.5 * config.normal_stiffness_N_per_m),
             .rest_limit_J = config.rest_energy_fraction * rho * sum / static_cast<double>(packing.bodies.size()) * g * d};
 }
@@ -93,12 +93,7 @@ Packing push_apart(const Packing& packing, const PackingConfig& config, const Sc
 
 std::vector<bool> standing_below(const Packing& packing) {
     std::vector<bool> held;
-    for (const Body& body : packing.bodies) {
-        double low = 1e300;
-        for (const Capsule& capsule : world_capsules(packing, body))
-            low = std::min({low, capsule.a.z() - capsule.radius, capsule.b.z() - capsule.radius});
-        held.push_back(packing.container.cut_ends() && low < 0.0);
-    }
+    for (const Body& body : packing.bodies) held.push_back(packing.container.cut_ends() && bounds_of(placed(packing, body)).low.z() < 0.0);
     return held;
 }
 

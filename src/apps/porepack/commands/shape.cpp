@@ -1,4 +1,6 @@
 // The command shape: measures of a grain, of an STL file; the sweep over sphericities.
+#include <fmt/format.h>
+
 #include "analysis/shape.hpp"
 #include "apps/porepack/run.hpp"
 #include "apps/porepack/uses.hpp"
@@ -45,10 +47,14 @@ ShapeConfig read_shape(const Common& common, const ShapeOptions& options) {
         file.read(file.has("shape") ? "shape" : "", describe_it, flags);
         return config;
     }
-    if (common.input.empty())
-        throw UserError(
-            "which shape?",
-            {.allowed = "tetrapod, dolos, tetrahedron, star, sphere, rod, cylinder, ring, box, cube, lobed, prism, or --capsules FILE"});
+    if (common.input.empty()) {
+        std::string kinds;
+        for (const auto& kind : choices_of(shapes::ShapeKind()))
+            if (kind.value != shapes::ShapeKind::capsules && kind.value != shapes::ShapeKind::stl &&
+                kind.value != shapes::ShapeKind::mixture)
+                kinds += fmt::format("{}, ", kind.name);
+        throw UserError("which shape?", {.allowed = kinds + "or --capsules FILE"});
+    }
     flags["kind"] = "\"" + common.input + "\"";
     TomlFile().read("", describe_it, flags);
     return config;
