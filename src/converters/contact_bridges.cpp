@@ -15,6 +15,7 @@
 #include "converters/grain_mesh.hpp"
 #include "converters/uses.hpp"
 #include "shapes/segments.hpp"
+#include "shapes/touch.hpp"
 
 namespace porepack::converters {
 namespace pmp = CGAL::Polygon_mesh_processing;
@@ -57,34 +58,70 @@ bool on_one_line(const Capsule& p, const Capsule& q) {
 
 }  // namespace
 
-std::vector<GrainContact> find_contacts(const std::vector<Grains::Image>& images, double reach) {
+namespace {
+
+// A ball in the grain that touches its surface at `place` from inside; `inward` is a unit vector. The smallest has the rounding's radius.
+Capsule ball_at(const PlacedShape& grain, const Vec3& place, const Vec3& inward) {
+    const double smallest = grain.shape.body != nullptr ? grain.shape.body->rounding() : 0.0;
+    double radius = 0.5 * smallest_diameter(grain.shape);
+    while (radius > smallest && signed_distance(grain, place + radius * inward) > -0.99 * radius) radius = std::max(smallest, 0.7 * radius);
+    const Vec3 centre = place + radius * inward;
+    return {centre, centre, radius};
+}
+
+void add_capsule_contacts(const Grains& grains, std::size_t i, std::size_t j, double reach, std::vector<GrainContact>& contacts) {
+    const auto& images = grains.images();
+    for (const auto& p : images[i].capsules)
+        for (const auto& q : images[j].capsules) {
+            const double between = gap(p, q);
+            if (between >= reach) continue;
+            const Vec3 nearest = closest_points({p.a, p.b - p.a}, {q.a, q.b - q.a}).on_first;
+            const GrainContact contact{.first = i,
+                                       .second = j,
+                                       .first_capsule = p,
+                                       .second_capsule = q,
+                                       .nearest = nearest,
+                                       .normal = direction_from(nearest, q),
+                                       .gap = between};
+            // Arms share their end spheres: the same contact is found several times.
+            const auto same = [&](const GrainContact& other) {
+                const double slack = 1e-6 * p.radius;
+                return other.first == i && other.second == j && (other.nearest - contact.nearest).norm() < slack &&
+                       (other.normal - contact.normal).norm() < 1e-6;
+            };
+            const auto recent = contacts.end() - static_cast<std::ptrdiff_t>(std::min<std::size_t>(contacts.size(), 64));
+            if (std::none_of(recent, contacts.end(), same)) contacts.push_back(contact);
+        }
+}
+
+void add_nearest_place(const Grains& grains, std::size_t i, std::size_t j, double reach, std::vector<GrainContact>& contacts) {
+    const PlacedShape first = grains.placed(grains.images()[i]), second = grains.placed(grains.images()[j]);
+    const Nearest found = nearest(first, second, reach);
+    if (found.gap_m >= reach) return;
+    const Vec3 half = 0.5 * found.gap_m * found.normal;
+    const Capsule ball = ball_at(first, found.point - half, -found.normal);
+    contacts.push_back({.first = i,
+                        .second = j,
+                        .first_capsule = ball,
+                        .second_capsule = ball_at(second, found.point + half, found.normal),
+                        .nearest = ball.a,
+                        .normal = found.normal,
+                        .gap = found.gap_m,
+                        .with_faces = true});
+}
+
+}  // namespace
+
+std::vector<GrainContact> find_contacts(const Grains& grains, double reach) {
     std::vector<GrainContact> contacts;
+    const auto& images = grains.images();
     for (std::size_t i = 0; i < images.size(); ++i)
         for (std::size_t j = i + 1; j < images.size(); ++j) {
             if (((images[i].bounds.high - images[j].bounds.low).array() < -reach).any() ||
                 ((images[j].bounds.high - images[i].bounds.low).array() < -reach).any())
                 continue;
-            for (const auto& p : images[i].capsules)
-                for (const auto& q : images[j].capsules) {
-                    const double between = gap(p, q);
-                    if (between >= reach) continue;
-                    const Vec3 nearest = closest_points({p.a, p.b - p.a}, {q.a, q.b - q.a}).on_first;
-                    const GrainContact contact{.first = i,
-                                               .second = j,
-                                               .first_capsule = p,
-                                               .second_capsule = q,
-                                               .nearest = nearest,
-                                               .normal = direction_from(nearest, q),
-                                               .gap = between};
-                    // Arms share their end spheres: the same contact is found several times.
-                    const auto same = [&](const GrainContact& other) {
-                        const double slack = 1e-6 * p.radius;
-                        return other.first == i && other.second == j && (other.nearest - contact.nearest).norm() < slack &&
-                               (other.normal - contact.normal).norm() < 1e-6;
-                    };
-                    const auto recent = contacts.end() - static_cast<std::ptrdiff_t>(std::min<std::size_t>(contacts.size(), 64));
-                    if (std::none_of(recent, contacts.end(), same)) contacts.push_back(contact);
-                }
+            const bool with_faces = grains.shape_of(images[i]).body != nullptr || grains.shape_of(images[j]).body != nullptr;
+            (with_faces ? add_nearest_place : add_capsule_contacts)(grains, i, j, reach, contacts);
         }
     return contacts;
 }
@@ -134,73 +171,76 @@ Mesh bridge_mesh(const Bridge& bridge) {
 
 namespace {
 
-// Corners of all facets near the contact: long facets have corners farther away.
-std::vector<Mesh::Vertex_index> corners_at(const Mesh& mesh, const Capsule& own, const GrainContact& contact, double deviation,
-                                           int variant) {
-    std::vector<Mesh::Vertex_index> corners;
-    // Corners of both grains lie outside by half the deviation at most: where the exact surfaces are farther apart, facets cannot meet.
-    const double grows = 1.2 * deviation - contact.gap;
-    if (grows <= 0.0) return corners;
-    const double reach = std::sqrt(2.0 * own.radius * grows) * (1.0 + 0.5 * variant);
-    const auto [from, to] = stretch_of(contact, grows);
-    const Vec3 to_contact = contact.first_capsule.radius * contact.normal;
-    const Capsule zone{from + to_contact, to + to_contact, 0.0};
-    for (const auto face : mesh.faces()) {
-        const auto h = mesh.halfedge(face);
-        const std::array<Mesh::Vertex_index, 3> of_face = {mesh.source(h), mesh.target(h), mesh.target(mesh.next(h))};
-        const Vec3 x = to_vector(mesh.point(of_face[0])), y = to_vector(mesh.point(of_face[1])), z = to_vector(mesh.point(of_face[2]));
-        if (signed_distance(zone, x) > reach + std::max((y - x).norm(), (z - x).norm())) continue;
-        const auto near = [&](const Vec3& p, const Vec3& q) {
-            return closest_points({p, q - p}, {zone.a, zone.b - zone.a}).distance < reach;
-        };
-        if (near(x, y) || near(y, z) || near(z, x)) corners.insert(corners.end(), of_face.begin(), of_face.end());
+// Some point of the triangle lies within `reach` of the grain: from one point to another, the distance changes by no more than the way.
+bool comes_within(const PlacedShape& grain, const std::array<Vec3, 3>& triangle, double reach) {
+    const Vec3 middle = (triangle[0] + triangle[1] + triangle[2]) / 3.0;
+    const double away = signed_distance(grain, middle);
+    if (away <= reach) return true;
+    double half_size = 0.0;
+    std::size_t longest = 0;
+    for (std::size_t c = 0; c < 3; ++c) {
+        half_size = std::max(half_size, (triangle[c] - middle).norm());
+        if ((triangle[(c + 1) % 3] - triangle[c]).norm() > (triangle[(longest + 1) % 3] - triangle[longest]).norm()) longest = c;
     }
-    return corners;
+    if (away > reach + half_size) return false;
+    if (half_size < 0.5 * reach) return true;
+    const std::size_t next = (longest + 1) % 3;
+    auto one = triangle, other = triangle;
+    one[next] = other[longest] = 0.5 * (triangle[longest] + triangle[next]);
+    return comes_within(grain, one, reach) || comes_within(grain, other, reach);
 }
 
-// Moves the other corners outward until the mesh has this volume again.
-void keep_volume(Mesh& mesh, const std::vector<Capsule>& grain, const std::vector<bool>& moved, double volume, double deviation) {
+// Moves the other corners of round sides outward until the mesh has this volume again.
+void keep_volume(Mesh& mesh, const PlacedShape& grain, const std::vector<bool>& moved, double volume, double deviation) {
+    std::vector<Vec3> outward(mesh.num_vertices(), Vec3::Zero());
+    const bool has_faces = grain.shape.body != nullptr;
+    for (const auto v : mesh.vertices()) {
+        if (moved[v.idx()]) continue;
+        Vec3 out;
+        if (signed_distance(grain, to_vector(mesh.point(v)), out) > 1e-3 * deviation || !has_faces) outward[v.idx()] = out;
+    }
     double free_area = 0.0;
     for (const auto face : mesh.faces())
         for (const auto v : vertices_around_face(mesh.halfedge(face), mesh))
-            if (!moved[v.idx()]) free_area += pmp::face_area(face, mesh) / 3.0;
+            if (!outward[v.idx()].isZero()) free_area += pmp::face_area(face, mesh) / 3.0;
     if (free_area <= 0.0) return;
-    const double outward = std::clamp((volume - pmp::volume(mesh)) / free_area, 0.0, 0.2 * deviation);
-    for (const auto v : mesh.vertices()) {
-        if (moved[v.idx()]) continue;
-        const Vec3 x = to_vector(mesh.point(v));
-        const auto own = std::min_element(
-            grain.begin(), grain.end(), [&](const Capsule& p, const Capsule& q) { return signed_distance(p, x) < signed_distance(q, x); });
-        mesh.point(v) = to_point(x + outward * (x - closest_on_axis(*own, x)).normalized());
-    }
+    const double step = std::clamp((volume - pmp::volume(mesh)) / free_area, 0.0, 0.2 * deviation);
+    for (const auto v : mesh.vertices()) mesh.point(v) = to_point(to_vector(mesh.point(v)) + step * outward[v.idx()]);
 }
 
 }  // namespace
 
-void keep_apart(Mesh& mesh, const std::vector<Capsule>& grain, const std::vector<const GrainContact*>& contacts, std::size_t image,
-                double deviation, int variant) {
+void keep_apart(Mesh& mesh, const PlacedShape& grain, const std::vector<PlacedShape>& others, double deviation, int variant) {
     const double volume = pmp::volume(mesh);
+    // Corners of both grains lie outside by half the deviation at most: where the exact surfaces are farther apart, facets cannot meet.
+    const double reach = (1.2 + 0.5 * variant) * deviation;
     std::vector<bool> moved(mesh.num_vertices(), false);
-    for (const GrainContact* contact : contacts) {
-        const Capsule& own = contact->first == image ? contact->first_capsule : contact->second_capsule;
-        for (const auto v : corners_at(mesh, own, *contact, deviation, variant)) {
-            const Vec3 x = to_vector(mesh.point(v)), foot = closest_on_axis(own, x);
-            const double distance = (x - foot).norm();
-            // In a crease between two capsules, facets are small and could be folded; it is tried only after a fault.
-            const auto in_reach = std::count_if(grain.begin(), grain.end(),
-                                                [&](const Capsule& capsule) { return signed_distance(capsule, x) < 2.0 * deviation; });
-            moved[v.idx()] = true;
-            if ((in_reach == 1 || variant > 0) && distance > own.radius && distance < own.radius + 2.0 * deviation)
-                mesh.point(v) = to_point(foot + own.radius / distance * (x - foot));
-        }
+    for (const auto face : mesh.faces()) {
+        const auto h = mesh.halfedge(face);
+        const std::array<Mesh::Vertex_index, 3> corners = {mesh.source(h), mesh.target(h), mesh.target(mesh.next(h))};
+        const std::array<Vec3, 3> triangle = {to_vector(mesh.point(corners[0])), to_vector(mesh.point(corners[1])),
+                                              to_vector(mesh.point(corners[2]))};
+        if (std::any_of(others.begin(), others.end(), [&](const PlacedShape& other) { return comes_within(other, triangle, reach); }))
+            for (const auto v : corners) moved[v.idx()] = true;
+    }
+    for (const auto v : mesh.vertices()) {
+        if (!moved[v.idx()]) continue;
+        const Vec3 x = to_vector(mesh.point(v));
+        Vec3 outward;
+        const double away = signed_distance(grain, x, outward);
+        // In a crease between two capsules, facets are small and could be folded; it is tried only after a fault.
+        const Vec3 own = grain.to_shape(x);
+        const auto in_reach = std::count_if(grain.shape.capsules.begin(), grain.shape.capsules.end(),
+                                            [&](const Capsule& capsule) { return signed_distance(capsule, own) < 2.0 * deviation; });
+        if ((in_reach <= 1 || variant > 0) && away > 0.0 && away < 2.0 * deviation) mesh.point(v) = to_point(x - away * outward);
     }
     keep_volume(mesh, grain, moved, volume, deviation);
 }
 
-std::vector<int> thin_coaxial(std::size_t images, const std::vector<GrainContact>& contacts) {
+std::vector<int> thin_coincident(std::size_t images, const std::vector<GrainContact>& contacts, double contact_gap) {
     std::vector<int> thinned(images, 0);
     for (const auto& contact : contacts)
-        if (on_one_line(contact.first_capsule, contact.second_capsule))
+        if (contact.with_faces ? std::abs(contact.gap) < 0.1 * contact_gap : on_one_line(contact.first_capsule, contact.second_capsule))
             thinned[contact.second] = std::max(thinned[contact.second], thinned[contact.first] + 1);
     return thinned;
 }

@@ -8,17 +8,18 @@
 
 namespace porepack::converters {
 
-/// Two capsules of different grains in contact or nearly so.
+/// Two capsules of different grains in contact or nearly so. A grain with faces has there a ball that lies in it and touches its surface.
 struct GrainContact {
     std::size_t first, second;  ///< images
     shapes::Capsule first_capsule, second_capsule;
     shapes::Vec3 nearest;  ///< point of the first one's axis
     shapes::Vec3 normal;   ///< from there towards the second
     double gap;            ///< between the surfaces; negative where they overlap
+    bool with_faces = false;
 };
 
-/// All contacts of images with a gap below `reach`, each once.
-[[nodiscard]] std::vector<GrainContact> find_contacts(const std::vector<packing::Grains::Image>& images, double reach);
+/// All contacts of images with a gap below `reach`, each once; of a grain with faces and another, only the nearest place.
+[[nodiscard]] std::vector<GrainContact> find_contacts(const packing::Grains& grains, double reach);
 
 /// A box that joins two grains at their contact.
 struct Bridge {
@@ -34,15 +35,15 @@ struct Bridge {
 /// Vertices 0 to 3 lie in the first grain, 4 to 7 in the second.
 [[nodiscard]] Mesh bridge_mesh(const Bridge& bridge);
 
-/// At contacts of the grain `image`, its corners are moved onto its exact surface: the facets between them then lie inside, so that grains
-/// meet only where their exact surfaces do. The other corners are moved outward, so that the mesh keeps its volume. After a fault
+/// Where the grain is near one of `others`, its corners are moved onto its exact surface: the facets between them then lie inside, so that
+/// grains meet only where their exact surfaces do. The other corners are moved outward, so that the mesh keeps its volume. After a fault
 /// (`variant` > 0) corners farther away are moved too, and those in creases.
-void keep_apart(Mesh& mesh, const std::vector<shapes::Capsule>& grain, const std::vector<const GrainContact*>& contacts, std::size_t image,
-                double deviation, int variant);
+void keep_apart(Mesh& mesh, const shapes::PlacedShape& grain, const std::vector<shapes::PlacedShape>& others, double deviation,
+                int variant);
 
-/// Initial number of thinnings per image: of overlapping capsules on one line (a rod through a periodic face and its image)
-/// one is thinner, otherwise their facets would coincide and CGAL would crash.
-[[nodiscard]] std::vector<int> thin_coaxial(std::size_t images, const std::vector<GrainContact>& contacts);
+/// Initial number of thinnings per image: of overlapping capsules on one line (a rod through a periodic face and its image), and of grains
+/// with faces that meet without gap or overlap, one is thinner, otherwise their facets would coincide and CGAL would crash.
+[[nodiscard]] std::vector<int> thin_coincident(std::size_t images, const std::vector<GrainContact>& contacts, double contact_gap);
 
 /// Groups of images that are joined, directly or through others.
 [[nodiscard]] std::vector<std::vector<std::size_t>> clusters_of(std::size_t images,

@@ -1,14 +1,17 @@
-// Facets of one grain. Each capsule is a stack of rings of corners around its axis, from pole to pole. Neighbouring rings are rotated
-// by half a corner, and each arm of a grain by a different angle, so that no two facets are coplanar: coplanar facets make
-// exact Booleans slow and, rounded to single precision, faulty. The corners lie slightly outside the exact surface, the facets' middles
-// slightly inside, so that the mesh keeps the capsule's volume. CGAL then unites the arms.
+// Facets of one grain. A grain with faces has its own. Each capsule is a stack of rings of corners around its axis, from pole to pole.
+// Neighbouring rings are rotated by half a corner, and each arm of a grain by a different angle, so that no two facets are coplanar:
+// coplanar facets make exact Booleans slow and, rounded to single precision, faulty. The corners lie slightly outside the exact surface,
+// the facets' middles slightly inside, so that the mesh keeps the capsule's volume. CGAL then unites the arms.
 #include "converters/grain_mesh.hpp"
 
 #include <CGAL/Polygon_mesh_processing/connected_components.h>
 #include <CGAL/Polygon_mesh_processing/measure.h>
+#include <CGAL/Polygon_mesh_processing/polygon_soup_to_polygon_mesh.h>
+#include <CGAL/Polygon_mesh_processing/repair_polygon_soup.h>
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -102,6 +105,20 @@ Mesh capsule_mesh(const Capsule& capsule, double deviation, double turn) {
                     {.fix = "choose a larger surface_deviation_m"});
 }
 
+// A grain with faces, in its own frame.
+Mesh body_mesh(const RoundedBody& body, double deviation, double turn) {
+    std::vector<Point> points;
+    std::vector<std::array<std::size_t, 3>> triangles;
+    for (const shapes::Facet& facet : body.facets(deviation, turn)) {
+        triangles.push_back({points.size(), points.size() + 1, points.size() + 2});
+        for (const Vec3& corner : facet) points.push_back(to_point(corner));
+    }
+    pmp::merge_duplicate_points_in_polygon_soup(points, triangles);
+    Mesh mesh;
+    pmp::polygon_soup_to_polygon_mesh(points, triangles, mesh);
+    return mesh;
+}
+
 // Inner shells (enclosed voids) have negative volume.
 void drop_cavities(Mesh& mesh) {
     auto shell = mesh.add_property_map<Mesh::Face_index, std::size_t>("f:shell").first;
@@ -131,6 +148,10 @@ void unite_into(Mesh& all, Mesh& part) {
 }
 
 Mesh grain_mesh(const Shape& shape, double deviation, double thinner, int variant) {
+    if (shape.body != nullptr) {
+        const auto thinned = thinner > 0.0 ? shape.body->thinned(thinner) : shape.body;
+        return body_mesh(thinned != nullptr ? *thinned : *shape.body, deviation, 0.37 + 0.291 * variant);
+    }
     Mesh mesh;
     for (std::size_t i = 0; i < shape.capsules.size(); ++i) {
         Capsule capsule = shape.capsules[i];

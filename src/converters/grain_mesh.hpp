@@ -13,8 +13,8 @@ namespace porepack::converters {
     return {p.x(), p.y(), p.z()};
 }
 
-/// A shape's capsules as one closed mesh in the shape's frame, within `deviation_m` of the exact surface and of the exact volume per
-/// capsule. `thinner_m` is taken off the radii. `variant` counts the attempts: each has different corners. Enclosed voids are left out
+/// A shape as one closed mesh in its frame, within `deviation_m` of the exact surface and of the exact volume per capsule.
+/// `thinner_m` is taken off everywhere. `variant` counts the attempts: each has different corners. Enclosed voids are left out
 /// where they count as solid. Throws UserError when a capsule would need more than 512 corners around its axis, NumericalError when CGAL
 /// cannot unite the capsules.
 [[nodiscard]] Mesh grain_mesh(const shapes::Shape& shape, double deviation_m, double thinner_m, int variant);

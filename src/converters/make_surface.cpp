@@ -16,6 +16,7 @@
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "core/parallel.hpp"
+#include "shapes/touch.hpp"
 
 namespace porepack::converters {
 namespace {
@@ -52,37 +53,18 @@ Mesh unite_group(std::vector<Mesh> meshes, const std::function<void(double cost)
 }
 
 // Of corners and middles of facets and edges from the exact surface of all images; at most `cap`.
-double largest_deviation(const TriangleSurface& surface, const std::vector<Grains::Image>& images, double deviation, double cap) {
-    std::vector<Capsule> capsules;
-    std::vector<Bounds> boxes;
-    for (const auto& image : images)
-        for (const Capsule& capsule : image.capsules) {
-            capsules.push_back(capsule);
-            boxes.push_back(bounds_of({capsule}));
-        }
-    const SpatialBins bins(boxes);
+double largest_deviation(const TriangleSurface& surface, const Grains& grains, double cap) {
     double worst = 0.0;
-#pragma omp parallel reduction(max : worst)
-    {
-        std::vector<int> found;
-        std::vector<Capsule> near;
-#pragma omp for schedule(dynamic, 256)
-        for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-            Vec3 corner[3];
-            for (std::size_t c = 0; c < 3; ++c) {
-                const auto& p = surface.points[static_cast<std::size_t>(surface.triangles[t][c])];
-                corner[c] = Vec3(p[0], p[1], p[2]);
-            }
-            const Vec3 middle = (corner[0] + corner[1] + corner[2]) / 3.0;
-            double reach = 0.0;
-            for (const Vec3& at : corner) reach = std::max(reach, (at - middle).norm());
-            found.clear();
-            near.clear();
-            bins.near(middle, reach + 4.0 * deviation, found);
-            for (const int c : found) near.push_back(capsules[static_cast<std::size_t>(c)]);
-            for (const Vec3& at : {corner[0], middle, Vec3((corner[0] + corner[1]) / 2.0), Vec3((corner[1] + corner[2]) / 2.0)})
-                worst = std::max(worst, near.empty() ? cap : std::min(cap, std::abs(signed_distance(near, at))));
+#pragma omp parallel for schedule(dynamic, 256) reduction(max : worst)
+    for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+        Vec3 corner[3];
+        for (std::size_t c = 0; c < 3; ++c) {
+            const auto& p = surface.points[static_cast<std::size_t>(surface.triangles[t][c])];
+            corner[c] = Vec3(p[0], p[1], p[2]);
         }
+        for (const Vec3& at : {corner[0], Vec3((corner[0] + corner[1] + corner[2]) / 3.0), Vec3((corner[0] + corner[1]) / 2.0),
+                               Vec3((corner[1] + corner[2]) / 2.0)})
+            worst = std::max(worst, std::min(cap, std::abs(*grains.distance(at, cap))));
     }
     return worst;
 }
@@ -90,7 +72,7 @@ double largest_deviation(const TriangleSurface& surface, const std::vector<Grain
 // How the grains become one surface. Grains in point contact are joined there (contact_joints.hpp); grains that overlap by more than the
 // deviation of their facets, and those whose joint did not succeed, are one group, which CGAL unites as a whole.
 struct Plan {
-    const Packing& packing;
+    const Grains& grains;
     const std::vector<Grains::Image>& images;
     const std::vector<GrainContact>& contacts;
     double deviation_m, contact_gap_m;
@@ -106,11 +88,12 @@ struct Plan {
 std::vector<Mesh> image_meshes(const Plan& plan, const std::vector<std::size_t>& group_of, const std::function<void(double cost)>& done) {
     std::map<std::pair<std::size_t, int>, Mesh> unit;  // by shape and thinning
     for (std::size_t i = 0; i < plan.images.size(); ++i) {
-        const auto key = std::pair(plan.packing.bodies[plan.images[i].body].shape, plan.thinned[i]);
+        const auto key = std::pair(plan.grains.packing().bodies[plan.images[i].body].shape, plan.thinned[i]);
         if (!unit.contains(key))
-            unit.emplace(key, without_slivers(grain_mesh(plan.packing.shapes[key.first], 0.9 * plan.deviation_m * std::pow(0.9, key.second),
-                                                         key.second * plan.contact_gap_m, key.second),
-                                              plan.contact_gap_m));
+            unit.emplace(
+                key, without_slivers(grain_mesh(plan.grains.packing().shapes[key.first], 0.9 * plan.deviation_m * std::pow(0.9, key.second),
+                                                key.second * plan.contact_gap_m, key.second),
+                                     plan.contact_gap_m));
     }
     std::vector<std::vector<const GrainContact*>> of_image(plan.images.size());
     for (const auto& contact : plan.contacts) {
@@ -121,9 +104,13 @@ std::vector<Mesh> image_meshes(const Plan& plan, const std::vector<std::size_t>&
     std::vector<Mesh> meshes(plan.images.size());
     parallel_for(plan.images.size(), [&](std::size_t i) {
         const auto& image = plan.images[i];
-        const Body& body = plan.packing.bodies[image.body];
+        const Body& body = plan.grains.packing().bodies[image.body];
         meshes[i] = moved_mesh(unit.at({body.shape, plan.thinned[i]}), body.position_m + image.shift, body.orientation);
-        keep_apart(meshes[i], image.capsules, of_image[i], i, plan.deviation_m, plan.thinned[i]);
+        std::set<std::size_t> near;
+        for (const GrainContact* contact : of_image[i]) near.insert(contact->first == i ? contact->second : contact->first);
+        std::vector<PlacedShape> others;
+        for (const std::size_t other : near) others.push_back(plan.grains.placed(plan.images[other]));
+        keep_apart(meshes[i], plan.grains.placed(image), others, plan.deviation_m, plan.thinned[i]);
         for (const GrainContact* contact : of_image[i])
             if (contact->first == i && plan.in_contact(*contact) && group_of[i] == group_of[contact->second]) {
                 Mesh box = bridge_mesh(bridge_of(*contact, plan.contact_gap_m, plan.deviation_m,
@@ -185,11 +172,11 @@ TriangleSurface unite_grains(Plan& plan, const std::string& task) {
 }
 
 // Grains whose surface is near one of the places.
-std::set<std::size_t> grains_at(const std::vector<Vec3>& places, const std::vector<Grains::Image>& images, double reach) {
+std::set<std::size_t> grains_at(const std::vector<Vec3>& places, const Grains& grains, double reach) {
     std::set<std::size_t> bodies;
     for (const Vec3& place : places)
-        for (const auto& image : images)
-            if (signed_distance(image.capsules, place) < reach) bodies.insert(image.body);
+        for (const auto& image : grains.images())
+            if (signed_distance(grains.placed(image), place) < reach) bodies.insert(image.body);
     return bodies;
 }
 
@@ -247,7 +234,6 @@ SurfaceOptions surface_options(const GeometryConfig& geometry) {
 
 SurfaceResult make_surface(const Packing& packing, const SurfaceOptions& options) {
     if (packing.bodies.empty()) throw UserError("the packing has no grain");
-    for (const Shape& shape : packing.shapes) require_capsules(shape, "a closed surface");
     const double d = finest_diameter(packing);
     const double deviation = options.deviation_m > 0.0 ? options.deviation_m : 0.005 * d;
     SurfaceResult result;
@@ -259,14 +245,14 @@ SurfaceResult make_surface(const Packing& packing, const SurfaceOptions& options
                 {.where = key, .allowed = fmt::format("at most {:g} m", largest_change * d), .fix = "use a smaller value, or auto"});
     const Grains grains(packing);
     const auto& images = grains.images();
-    const auto contacts = find_contacts(images, std::max(4.0 * deviation, result.contact_gap_m));
-    Plan plan{.packing = packing,
+    const auto contacts = find_contacts(grains, std::max(4.0 * deviation, result.contact_gap_m));
+    Plan plan{.grains = grains,
               .images = images,
               .contacts = contacts,
               .deviation_m = deviation,
               .contact_gap_m = result.contact_gap_m,
               .united = {},
-              .thinned = thin_coaxial(images.size(), contacts)};
+              .thinned = thin_coincident(images.size(), contacts, result.contact_gap_m)};
     std::vector<std::pair<std::size_t, std::size_t>> joined;
     for (const auto& contact : contacts) {
         plan.united.push_back(plan.in_contact(contact) && !plan.grazing(contact));
@@ -290,7 +276,7 @@ SurfaceResult make_surface(const Packing& packing, const SurfaceOptions& options
             throw NumericalError(fmt::format("the surface still has faults at {} places after the grains there were thinned {} times: {}",
                                              crossings.size(), round, check.fault),
                                  {.fix = "raise contact_gap_m, or change surface_deviation_m slightly"});
-        const std::set<std::size_t> faulty = grains_at(crossings, images, 2.0 * deviation);
+        const std::set<std::size_t> faulty = grains_at(crossings, grains, 2.0 * deviation);
         for (std::size_t i = 0; i < images.size(); ++i) plan.thinned[i] += faulty.contains(images[i].body) ? 1 : 0;
         log_info("surface: {} faults after rounding to single precision; {} grains are thinned by {:.2g} m", crossings.size(),
                  faulty.size(), result.contact_gap_m);
@@ -300,7 +286,7 @@ SurfaceResult make_surface(const Packing& packing, const SurfaceOptions& options
         if (plan.thinned[i] > 0) shrunk.insert(images[i].body);
     result.shrunk_grains = static_cast<long>(shrunk.size());
     require_volume(result.check.volume_m3, grains, packing.container, options.max_volume_error);
-    result.deviation_m = largest_deviation(result.surface, images, deviation, d);
+    result.deviation_m = largest_deviation(result.surface, grains, d);
     return result;
 }
 

@@ -1,6 +1,7 @@
 #include "design/bed.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cmath>
 #include <numbers>
@@ -18,15 +19,13 @@ Flags shape_flags(const SizedCandidate& grain) {
     Flags flags = {{"kind", fmt::format("\"{}\"", name_of(shape.kind))},
                    {"sphericity", ""},
                    {"volume_m3", ""},
-                   {"diameter_m", ""},
-                   {"length_m", ""},
+                   {"sides", shape.sides > 0 ? std::to_string(shape.sides) : ""},
+                   {"lobes", shape.lobes > 0 ? std::to_string(shape.lobes) : ""},
+                   {"size_m", shape.size_m.empty() ? "" : fmt::format("[{:.12g}]", fmt::join(shape.size_m, ", "))},
                    {"capsule", ""}};
+    for (const SizeKey& key : size_keys) flags[key.name] = shape.*key.size > 0.0 ? fmt::format("{:.12g}", shape.*key.size) : "";
     if (shape.kind == ShapeKind::star) flags["arms"] = std::to_string(shape.arms);
-    if (shape.kind != ShapeKind::capsules) {
-        flags["diameter_m"] = fmt::format("{:.12g}", shape.diameter_m);
-        if (shape.kind != ShapeKind::sphere) flags["length_m"] = fmt::format("{:.12g}", shape.length_m);
-        return flags;
-    }
+    if (shape.kind != ShapeKind::capsules) return flags;
     std::string list;
     const auto point = [](const Vec3& p) { return fmt::format("[{:.12g}, {:.12g}, {:.12g}]", p[0], p[1], p[2]); };
     for (const Capsule& capsule : shape.capsule)

@@ -1,8 +1,10 @@
 #include "design/candidates.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <optional>
 
@@ -47,39 +49,46 @@ std::vector<Candidate> all_measured(std::size_t count, const std::function<Candi
     return candidates;
 }
 
-struct Place {
-    std::size_t capsule;  // the number of capsules: all of them
-    bool radius;
-};
+using Setter = std::function<void(ShapeConfig& shape, double value)>;
 
-Place place_of(const FreeParameter& parameter, const ShapeConfig& shape) {
+Setter setter_of_faced(const FreeParameter& parameter, const ShapeConfig& shape) {
+    std::vector<std::string> names;
+    for (const SizeKey& key : size_keys) {
+        if (!(shape.*key.size > 0.0) && key.size != &ShapeConfig::rounding_m) continue;
+        if (parameter.name == key.name) return [size = key.size](ShapeConfig& one, double value) { one.*size = value; };
+        names.emplace_back(key.name);
+    }
+    throw UserError(fmt::format("the shape has no parameter \"{}\"", parameter.name),
+                    {.where = "--free", .allowed = fmt::format("{}", fmt::join(names, ", "))});
+}
+
+void set_length(Capsule& capsule, double length) {
+    capsule.b = capsule.a + length * (capsule.b - capsule.a).normalized();
+}
+
+Setter setter_of(const FreeParameter& parameter, const ShapeConfig& shape) {
+    if (has_faces(shape.kind)) return setter_of_faced(parameter, shape);
+    if (parameter.name == "radius_m")
+        return [](ShapeConfig& one, double value) {
+            for (Capsule& capsule : one.capsule) capsule.radius = value;
+        };
     const std::size_t count = shape.capsule.size();
-    if (parameter.name == "radius_m") return {count, true};
     std::size_t number = 0;
     int used = 0;
     if (std::sscanf(parameter.name.c_str(), "capsule.%zu.%n", &number, &used) == 1 && number >= 1 && number <= count) {
         const std::string rest = parameter.name.substr(static_cast<std::size_t>(used));
-        if (rest == "radius_m" || rest == "length_m") return {number - 1, rest == "radius_m"};
+        const std::size_t i = number - 1;
+        if (rest == "radius_m") return [i](ShapeConfig& one, double value) { one.capsule[i].radius = value; };
+        if (rest == "length_m") {
+            if (shape.capsule[i].a == shape.capsule[i].b)
+                throw UserError(fmt::format("capsule {} is a sphere: it has no axis along which it could grow", number),
+                                {.where = "--free"});
+            return [i](ShapeConfig& one, double value) { set_length(one.capsule[i], value); };
+        }
     }
     throw UserError(
         fmt::format("the shape has no parameter \"{}\"", parameter.name),
         {.where = "--free", .allowed = fmt::format("radius_m, capsule.N.radius_m, capsule.N.length_m, with N from 1 to {}", count)});
-}
-
-void set(ShapeConfig& shape, const Place& place, double value) {
-    for (std::size_t i = 0; i < shape.capsule.size(); ++i) {
-        if (place.capsule != shape.capsule.size() && place.capsule != i) continue;
-        Capsule& capsule = shape.capsule[i];
-        if (place.radius) {
-            capsule.radius = value;
-        } else {
-            const Vec3 axis = capsule.b - capsule.a;
-            if (axis.norm() == 0.0)
-                throw UserError(fmt::format("capsule {} is a sphere: it has no axis along which it could grow", i + 1),
-                                {.where = "--free"});
-            capsule.b = capsule.a + value * axis.normalized();
-        }
-    }
 }
 
 }  // namespace
@@ -99,8 +108,8 @@ FreeParameter parse_free_parameter(const std::string& text) {
 
 ShapeConfig scaled(const ShapeConfig& shape, double size_m) {
     ShapeConfig other = shape;
-    other.diameter_m *= size_m;
-    other.length_m *= size_m;
+    for (const SizeKey& key : size_keys) other.*key.size *= size_m;
+    for (double& edge : other.size_m) edge *= size_m;
     for (Capsule& capsule : other.capsule) {
         capsule.a *= size_m;
         capsule.b *= size_m;
@@ -112,9 +121,12 @@ ShapeConfig scaled(const ShapeConfig& shape, double size_m) {
 std::vector<Candidate> preset_candidates(ShapeKind kind, const Interval& sphericity, long arms) {
     const std::string family(name_of(kind));
     if (kind == ShapeKind::sphere) return {measured(family, {.kind = kind, .diameter_m = 1.0}, {0.0})};
+    if (kind == ShapeKind::cube) return {measured(family, {.kind = kind, .side_m = 1.0}, {0.0})};
     std::vector<Candidate> candidates = all_measured(preset_steps, [&](std::size_t i) {
         const double ratio = shortest * std::pow(longest / shortest, static_cast<double>(i) / (preset_steps - 1));
-        return measured(family, {.kind = kind, .diameter_m = 1.0, .length_m = ratio, .arms = arms}, {ratio});
+        ShapeConfig one{.kind = kind, .diameter_m = 1.0, .arms = arms};
+        (has_faces(kind) ? one.height_m : one.length_m) = ratio;
+        return measured(family, one, {ratio});
     });
     std::erase_if(candidates,
                   [&](const Candidate& one) { return one.form.sphericity < sphericity.low || one.form.sphericity > sphericity.high; });
@@ -122,11 +134,13 @@ std::vector<Candidate> preset_candidates(ShapeKind kind, const Interval& spheric
 }
 
 std::vector<Candidate> own_candidates(const std::string& family, const ShapeConfig& shape, const std::vector<FreeParameter>& free) {
-    if (shape.kind != ShapeKind::capsules || shape.capsule.empty())
-        throw UserError("the shape is not a list of capsules",
-                        {.where = family, .allowed = "[[capsule]] tables with a_m, b_m and radius_m"});
-    std::vector<Place> places;
-    for (const FreeParameter& parameter : free) places.push_back(place_of(parameter, shape));
+    if (!has_faces(shape.kind) && (shape.kind != ShapeKind::capsules || shape.capsule.empty()))
+        throw UserError("the shape is neither a list of capsules nor a grain with faces",
+                        {.where = family, .allowed = "[[capsule]] tables with a_m, b_m and radius_m; or a kind with faces and its sizes"});
+    if (shape.volume_m3 > 0.0)
+        throw UserError("the shape is given by its volume", {.where = family, .fix = "give its sizes: the search chooses the volume"});
+    std::vector<Setter> setters;
+    for (const FreeParameter& parameter : free) setters.push_back(setter_of(parameter, shape));
     const auto steps = free.empty()
                            ? std::size_t{1}
                            : static_cast<std::size_t>(std::lround(std::pow(grains_of_own_shape, 1.0 / static_cast<double>(free.size()))));
@@ -140,7 +154,7 @@ std::vector<Candidate> own_candidates(const std::string& family, const ShapeConf
         for (std::size_t p = 0; p < free.size(); ++p, number /= steps) {
             const double t = static_cast<double>(number % steps) / static_cast<double>(steps - 1);
             values.push_back(free[p].low + t * (free[p].high - free[p].low));
-            set(one, places[p], values.back());
+            setters[p](one, values.back());
         }
         return measured(family, one, values);
     };

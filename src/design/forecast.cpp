@@ -18,7 +18,7 @@ double normal_distribution(double x) {
     return 0.5 * std::erfc(-x / std::numbers::sqrt2);
 }
 
-ShapeConfig read_capsules(const Path& file) {
+ShapeConfig read_shape(const Path& file) {
     const TomlFile toml(file);
     ShapeConfig config;
     toml.read(toml.has("shape") ? "shape" : "", [&](ConfigVisitor& v) { describe(v, config); }, {{"kind", "\"capsules\""}});
@@ -61,7 +61,7 @@ Forecaster::Forecaster(const DesignGoal& goal, const DesignBed& bed, std::vector
         candidates_.insert(candidates_.end(), some.begin(), some.end());
     }
     if (!goal.own_shape.empty()) {
-        const std::vector<Candidate> some = own_candidates(goal.own_shape.filename().string(), read_capsules(goal.own_shape), goal.free);
+        const std::vector<Candidate> some = own_candidates(goal.own_shape.filename().string(), read_shape(goal.own_shape), goal.free);
         candidates_.insert(candidates_.end(), some.begin(), some.end());
     }
     if (candidates_.empty()) throw UserError("there is no shape to choose from", {.where = "--shape, --sphericity", .fix = "allow more"});

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "core/error.hpp"
 #include "design/uses.hpp"
@@ -46,28 +47,27 @@ double number_at(const StudyRow& row, const std::string& column) {
     return found == row.end() || found->second.empty() ? std::nan("") : std::stod(found->second);
 }
 
-// The maximum Feret diameter needs the capsules, which the table describes by diameter and length for presets.
-double feret_of(const ShapeConfig& config, double diameter_m, double length_m) {
-    Shape shape;
-    shape.capsules =
-        config.kind == ShapeKind::capsules ? config.capsule : make_preset(config.kind, diameter_m, length_m, config.arms).capsules;
-    return maximum_feret_diameter(shape);
+// The table has the sizes of presets of capsules, whose search takes a while. None of surfaces and mixtures.
+std::optional<Shape> grain_of(const ShapeConfig& config, double diameter_m, double length_m) {
+    if (config.kind == ShapeKind::stl || config.kind == ShapeKind::mixture) return std::nullopt;
+    if (has_faces(config.kind) || config.kind == ShapeKind::capsules) return make_shape(config);
+    return make_preset(config.kind, diameter_m, length_m, config.arms);
 }
 
 // NaN where something is missing.
 KnownBed bed_of(const StudyRow& row, const Point& point) {
     const stages::Settings& settings = point.planned.settings;
     const double size = number_at(row, "equal_volume_diameter_m"), k = number_at(row, "permeability_m2");
-    KnownBed bed{
-        .name = point.name,
-        .form = {.sphericity = number_at(row, "sphericity"),
-                 .convexity = number_at(row, "convexity"),
-                 .thickness = number_at(row, "capsule_diameter_m") / size,
-                 .feret = feret_of(settings.shape, number_at(row, "capsule_diameter_m"), number_at(row, "capsule_length_m")) / size},
-        .wall = wall_ratio(size, make_container(settings.container)),
-        .packings = std::lround(number_at(row, "packings")),
-        .porosity = number_at(row, "porosity"),
-        .permeability = k / (size * size)};
+    const auto grain = grain_of(settings.shape, number_at(row, "capsule_diameter_m"), number_at(row, "capsule_length_m"));
+    KnownBed bed{.name = point.name,
+                 .form = {.sphericity = number_at(row, "sphericity"),
+                          .convexity = number_at(row, "convexity"),
+                          .thickness = grain ? smallest_diameter(*grain) / size : std::nan(""),
+                          .feret = grain ? maximum_feret_diameter(*grain) / size : std::nan("")},
+                 .wall = wall_ratio(size, make_container(settings.container)),
+                 .packings = std::lround(number_at(row, "packings")),
+                 .porosity = number_at(row, "porosity"),
+                 .permeability = k / (size * size)};
     if (bed.packings > 1) {
         const double t = uncertainty::students_t(static_cast<double>(bed.packings) - 1.0);
         const double half_width = 0.5 * (number_at(row, "porosity_high") - number_at(row, "porosity_low"));
@@ -107,7 +107,8 @@ std::vector<KnownBed> known_beds(const Study& study) {
         throw UserError(
             "there are not two beds to learn from",
             {.where = study.table().string(),
-             .allowed = "rows with sphericity, convexity, equal_volume_diameter_m, capsule_diameter_m, porosity, permeability_m2",
+             .allowed = "rows with sphericity, convexity, equal_volume_diameter_m, porosity, permeability_m2; of presets of capsules also "
+                        "capsule_diameter_m and capsule_length_m",
              .fix = "porepack study run " + study.folder.string()});
     return beds;
 }

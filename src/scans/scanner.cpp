@@ -76,9 +76,14 @@ struct Detector {
 // A grain that encloses a filled cavity, in the scanner's frame.
 struct HollowGrain {
     std::vector<Capsule> capsules;
-    const shapes::Shape* shape;
-    shapes::Quaternion to_shape;
-    Vec3 origin;  ///< of the shape's frame
+    shapes::PlacedShape grain;
+};
+
+// The grains in the scanner's frame, or those near a block of rows.
+struct ScannedGrains {
+    std::vector<Capsule> capsules;
+    std::vector<HollowGrain> hollow;
+    std::vector<shapes::PlacedShape> faced;
 };
 
 // Length of each ray in the grains.
@@ -88,24 +93,36 @@ class Chords {
 public:
     explicit Chords(const Detector& detector) : detector_(detector), parts_(static_cast<std::size_t>(detector.columns * detector.rows)) {}
 
-    void project(const std::vector<Capsule>& capsules, const std::vector<HollowGrain>& hollow, const View& view,
-                 std::vector<double>& lengths) {
+    void project(const ScannedGrains& grains, const View& view, std::vector<double>& lengths) {
         for (auto& parts : parts_) parts.clear();
-        for (const Capsule& capsule : capsules)
+        for (const Capsule& capsule : grains.capsules)
             for_rays_near(capsule, view, [&](std::size_t ray, const Vec3& origin) {
                 if (const auto part = line_interval(capsule, origin, view.along)) parts_[ray].push_back(*part);
             });
+        std::vector<Interval> of_body;
+        for (const shapes::PlacedShape& grain : grains.faced) {
+            const shapes::RoundedBody& body = *grain.shape.body;
+            const shapes::Quaternion to_shape = grain.orientation.conjugate();
+            const auto extent = [&](const Vec3& axis) {
+                const double middle = axis.dot(grain.position_m);
+                return Interval{middle - body.support(to_shape * -axis), middle + body.support(to_shape * axis)};
+            };
+            for_rays_within(extent(view.across), extent(Vec3::UnitZ()), view, [&](std::size_t ray, const Vec3& origin) {
+                body.line(grain.to_shape(origin), to_shape * view.along, 0.0, of_body);
+                parts_[ray].insert(parts_[ray].end(), of_body.begin(), of_body.end());
+            });
+        }
         std::map<std::size_t, std::vector<Interval>> own;  // by ray
-        for (const HollowGrain& grain : hollow) {
+        for (const HollowGrain& hollow : grains.hollow) {
             own.clear();
-            for (const Capsule& capsule : grain.capsules)
+            for (const Capsule& capsule : hollow.capsules)
                 for_rays_near(capsule, view, [&](std::size_t ray, const Vec3& origin) {
                     if (const auto part = line_interval(capsule, origin, view.along)) own[ray].push_back(*part);
                 });
             for (auto& [ray, parts] : own) {
                 unite(parts);
-                join_over_cavities(*grain.shape, grain.to_shape * (origin_of(ray, view) - grain.origin), grain.to_shape * view.along,
-                                   parts);
+                join_over_cavities(hollow.grain.shape, hollow.grain.to_shape(origin_of(ray, view)),
+                                   hollow.grain.orientation.conjugate() * view.along, parts);
                 parts_[ray].insert(parts_[ray].end(), parts.begin(), parts.end());
             }
         }
@@ -124,11 +141,15 @@ private:
     }
     template <typename Use>
     void for_rays_near(const Capsule& capsule, const View& view, const Use& use) const {
-        const double ua = capsule.a.dot(view.across), ub = capsule.b.dot(view.across);
-        const auto [i0, i1] = range(std::min(ua, ub) - capsule.radius + 0.5 * detector_.columns * detector_.step,
-                                    std::max(ua, ub) + capsule.radius + 0.5 * detector_.columns * detector_.step, detector_.columns);
-        const auto [j0, j1] = range(std::min(capsule.a.z(), capsule.b.z()) - capsule.radius - detector_.z0,
-                                    std::max(capsule.a.z(), capsule.b.z()) + capsule.radius - detector_.z0, detector_.rows);
+        const double ua = capsule.a.dot(view.across), ub = capsule.b.dot(view.across), r = capsule.radius;
+        for_rays_within({std::min(ua, ub) - r, std::max(ua, ub) + r},
+                        {std::min(capsule.a.z(), capsule.b.z()) - r, std::max(capsule.a.z(), capsule.b.z()) + r}, view, use);
+    }
+    template <typename Use>
+    void for_rays_within(const Interval& u, const Interval& z, const View& view, const Use& use) const {
+        const double half_width = 0.5 * detector_.columns * detector_.step;
+        const auto [i0, i1] = range(u.low + half_width, u.high + half_width, detector_.columns);
+        const auto [j0, j1] = range(z.low - detector_.z0, z.high - detector_.z0, detector_.rows);
         for (int j = j0; j < j1; ++j)
             for (int i = i0; i < i1; ++i) {
                 const auto ray = static_cast<std::size_t>(j * detector_.columns + i);
@@ -170,17 +191,19 @@ public:
         axis_ = tilt * Vec3::UnitZ();
         const Vec3 back(0.0, 0.0, middle.z());
         for (const Body& body : packing.bodies) {
+            const shapes::Shape& shape = packing.shapes[body.shape];
+            const shapes::PlacedShape grain{shape, tilt * (body.position_m - middle) + back, shapes::Quaternion(tilt) * body.orientation};
+            if (shape.body != nullptr) {
+                grains_.faced.push_back(grain);
+                continue;
+            }
             std::vector<Capsule> own;
             for (const Capsule& capsule : world_capsules(packing, body))
                 own.push_back({tilt * (capsule.a - middle) + back, tilt * (capsule.b - middle) + back, capsule.radius});
-            const shapes::Shape& shape = packing.shapes[body.shape];
             if (has_filled_cavity(shape))
-                hollow_.push_back({.capsules = std::move(own),
-                                   .shape = &shape,
-                                   .to_shape = (shapes::Quaternion(tilt) * body.orientation).conjugate(),
-                                   .origin = tilt * (body.position_m - middle) + back});
+                grains_.hollow.push_back({std::move(own), grain});
             else
-                capsules_.insert(capsules_.end(), own.begin(), own.end());
+                grains_.capsules.insert(grains_.capsules.end(), own.begin(), own.end());
         }
         middle_z_ = middle.z();
     }
@@ -211,11 +234,14 @@ private:
             return std::min(capsule.a.z(), capsule.b.z()) - capsule.radius < detector.z(detector.rows) &&
                    std::max(capsule.a.z(), capsule.b.z()) + capsule.radius > detector.z0;
         };
-        std::vector<Capsule> near;
-        std::copy_if(capsules_.begin(), capsules_.end(), std::back_inserter(near), is_near);
-        std::vector<HollowGrain> hollow;
-        std::copy_if(hollow_.begin(), hollow_.end(), std::back_inserter(hollow),
-                     [&](const HollowGrain& grain) { return std::any_of(grain.capsules.begin(), grain.capsules.end(), is_near); });
+        ScannedGrains near;
+        for (const Capsule& capsule : grains_.capsules)
+            if (is_near(capsule)) near.capsules.push_back(capsule);
+        for (const HollowGrain& grain : grains_.hollow)
+            if (std::any_of(grain.capsules.begin(), grain.capsules.end(), is_near)) near.hollow.push_back(grain);
+        for (const shapes::PlacedShape& grain : grains_.faced)
+            if (const shapes::Bounds bounds = bounds_of(grain); bounds.low.z() < detector.z(detector.rows) && bounds.high.z() > detector.z0)
+                near.faced.push_back(grain);
         // A pixel keeps its gain in all views: that is what makes a ring. Seeds depend on the row, not on the block or the thread.
         std::vector<float> gains(static_cast<std::size_t>(rows * pixels_), 1.0F);
         for (int row = 0; row < rows; ++row) {
@@ -233,7 +259,7 @@ private:
             for (long v = static_cast<long>(part); v < views_; v += static_cast<long>(parts)) {
                 check_interrupt();
                 const View view(v, views_);
-                chords.project(near, hollow, view, lengths);
+                chords.project(near, view, lengths);
                 std::vector<float> beam = intensities(detector, view, lengths, all);
                 blur_rows(beam, pixels_, all, config_.blur_voxels);
                 for (int row = 0; row < rows; ++row)
@@ -337,8 +363,7 @@ private:
     const std::vector<float> filter_;
     double attenuation_ = 0.0, middle_z_ = 0.0;
     Vec3 axis_;
-    std::vector<Capsule> capsules_;  ///< of all other grains
-    std::vector<HollowGrain> hollow_;
+    ScannedGrains grains_;
     std::vector<float> filtered_;
 };
 
@@ -353,7 +378,6 @@ double scan_memory_bytes(const Container& container, const Section& part, const 
 SimulatedScan scan_packing(const Packing& packing, const Section& part, const ScannerConfig& config) {
     if (packing.container.any_periodic())
         throw UserError("a periodic container cannot be scanned", {.fix = "a container without periodic sides"});
-    for (const shapes::Shape& shape : packing.shapes) require_capsules(shape, "the simulated scanner");
     if (!(config.voxel_size_m > 0.0)) throw UserError("no voxel size", {.where = "--voxel-size"});
     if (grid_of(packing.container, part, config).cells[2] < 1)
         throw UserError("the scanned part is lower than a voxel", {.where = "--part", .fix = "a longer part, or smaller voxels"});

@@ -11,6 +11,7 @@
 #include "core/error.hpp"
 #include "core/json.hpp"
 #include "geometry/solid.hpp"
+#include "shapes/loops.hpp"
 #include "shapes/quadrature.hpp"
 #include "shapes/rounded_body.hpp"
 
@@ -108,7 +109,9 @@ public:
             });
         });
         for (const double side : {-1.0, 1.0}) {
-            for_gauss_points<20>(0.0, 0.5 * pi, [&](double theta, double weight_theta) {
+            // Where lobes hardly overlap, the angle of the arcs changes fast near the flat end: theta = pi/2 - u^2.
+            for_gauss_points<20>(0.0, std::sqrt(0.5 * pi), [&](double u, double weight_u) {
+                const double theta = 0.5 * pi - u * u, weight_theta = 2.0 * u * weight_u;
                 const double arc_radius = radius - r + r * std::cos(theta);
                 along_arcs(arc_radius, [&](const Vec3& centre, const Vec3& out, double, double weight) {
                     const Vec3 normal = std::cos(theta) * out + side * std::sin(theta) * Vec3::UnitZ();
@@ -129,12 +132,12 @@ public:
     }
 
     // The cross-section's hull is the polygon of the axes, grown by the arc's radius.
-    [[nodiscard]] HullMeasures hull() const override {
+    [[nodiscard]] SurfaceSizes hull() const override {
         const double n = static_cast<double>(size_.lobes), r = size_.rounding_m, radius = 0.5 * size_.lobe_diameter_m;
         const double polygon = 0.5 * n * away_ * away_ * std::sin(2.0 * beta_), around = 2.0 * n * away_ * std::sin(beta_);
         const auto area = [&](double R) { return polygon + around * R + pi * R * R; };
         const auto outline = [&](double R) { return around + 2.0 * pi * R; };
-        HullMeasures convex{.volume_m3 = 2.0 * half_height() * area(radius),
+        SurfaceSizes convex{.volume_m3 = 2.0 * half_height() * area(radius),
                             .surface_area_m2 = 2.0 * half_height() * outline(radius) + 2.0 * area(radius - r)};
         for_gauss_points<20>(0.0, 0.5 * pi, [&](double theta, double weight) {
             const double R = radius - r + r * std::cos(theta);
@@ -144,6 +147,38 @@ public:
         return convex;
     }
 
+    [[nodiscard]] std::vector<Facet> facets(double deviation, double) const override {
+        const double r = size_.rounding_m, radius = 0.5 * size_.lobe_diameter_m, half = half_height();
+        // The deviations of sides and rims add up.
+        const int sides = divided_arc(radius, 2.0 * arc_end(radius - r), 0.5 * deviation).parts;
+        std::vector<Loop> loops;
+        // Each arc from the crease before it to the one after it, which the next arc adds.
+        const auto add_loop = [&](double arc_radius, double z) {
+            loops.emplace_back();
+            const double end = arc_end(arc_radius), crease = away_ * std::cos(beta_) + arc_radius * std::cos(end - beta_);
+            const double to_corner = arc_factor(2.0 * end, sides) * arc_radius;
+            for (std::size_t i = 0; i < centres_.size(); ++i) {
+                const double middle = 2.0 * beta_ * static_cast<double>(i);
+                loops.back().emplace_back(crease * std::cos(middle - beta_), crease * std::sin(middle - beta_), z);
+                for (int k = 1; k < sides; ++k) {
+                    const double phi = middle - end + 2.0 * end * k / sides;
+                    loops.back().push_back(centres_[i] + Vec3(to_corner * std::cos(phi), to_corner * std::sin(phi), z));
+                }
+            }
+        };
+        const DividedArc rim = divided_arc(r, 0.5 * pi, 0.5 * deviation);
+        const auto add_rim = [&](int k, double side) {
+            const double theta = 0.5 * pi * k / rim.parts, out = k == 0 || k == rim.parts ? r : rim.factor * r;
+            add_loop(radius - r + out * std::cos(theta), side * (half + out * std::sin(theta)));
+        };
+        for (int k = rim.parts; k >= 0; --k) add_rim(k, -1.0);
+        const int pieces = static_cast<int>(std::ceil(2.0 * half / (3.0 * radius)));
+        for (int k = 1; k < pieces; ++k) add_loop(radius, half * (2.0 * k / pieces - 1.0));
+        for (int k = 0; k <= rim.parts; ++k) add_rim(k, 1.0);
+        return facets_between(loops, false);
+    }
+
+    [[nodiscard]] bool convex() const override { return false; }
     [[nodiscard]] std::vector<ContactCurve> contact_curves() const override {
         std::vector<ContactCurve> curves;
         for (const Vec3& centre : centres_)
@@ -183,6 +218,12 @@ private:
 
 std::shared_ptr<const RoundedBody> make_lobed(const LobedSize& size) {
     if (size.lobes != 3 && size.lobes != 4) throw UserError(fmt::format("a grain with {} lobes", size.lobes), {.allowed = "3 or 4"});
+    if (!(size.height_m > 0.0) || !std::isfinite(size.height_m))
+        throw UserError(fmt::format("the height of a grain with lobes is {:g} m", size.height_m), {.allowed = "above 0"});
+    if (!(size.rounding_m >= 0.0) || size.rounding_m >= 0.5 * std::min(size.height_m, size.lobe_diameter_m))
+        throw UserError(fmt::format("the rounding of a grain with lobes is {:g} m", size.rounding_m),
+                        {.allowed = fmt::format("0 to below {:.6g} m, half of its height or lobe",
+                                                0.5 * std::min(size.height_m, size.lobe_diameter_m))});
     if (!(size.lobe_diameter_m > 0.0) || !(size.diameter_m > size.lobe_diameter_m))
         throw UserError(fmt::format("lobes of {:g} m in a circle of {:g} m", size.lobe_diameter_m, size.diameter_m),
                         {.allowed = "a lobe_diameter_m above 0 and below diameter_m, the diameter of the circle around all lobes"});

@@ -29,10 +29,13 @@ struct ContactCurve {
     double hole_radius = 0.0;
 };
 
-struct HullMeasures {
+struct SurfaceSizes {
     double volume_m3 = 0.0;
     double surface_area_m2 = 0.0;
 };
+
+/// A triangle; its corners are counter-clockwise seen from outside.
+using Facet = std::array<Vec3, 3>;
 
 class RoundedBody {
 public:
@@ -43,7 +46,7 @@ public:
 
     /// As in packing.json: `kind`, and the dimensions of that kind.
     [[nodiscard]] virtual core::Json to_json() const = 0;
-    /// From the surface, exact outside; negative inside, where no point is less deep than this says.
+    /// From the surface: exact outside; negative inside, where the true depth may be larger.
     [[nodiscard]] double distance(const Vec3& point) const { return distance(point, nullptr); }
     /// The same; `outward` becomes the direction in which the distance grows (unit vector), if it is not null.
     [[nodiscard]] virtual double distance(const Vec3& point, Vec3* outward) const = 0;
@@ -56,11 +59,16 @@ public:
     [[nodiscard]] virtual std::shared_ptr<const RoundedBody> thinned(double depth) const = 0;
     /// The same body in other units of length.
     [[nodiscard]] virtual std::shared_ptr<const RoundedBody> scaled(double factor) const = 0;
-    /// Points of the surface with outward normals and areas, with which polynomials of degree 3 are integrated to about 1e-12.
+    /// Points of the surface with outward normals and areas, with which polynomials of degree 3 are integrated to about 1e-12 (1e-9 for
+    /// lobes that hardly overlap).
     using SurfacePoint = std::function<void(const Vec3& point, const Vec3& normal, double area)>;
     virtual void for_surface(const SurfacePoint& visit) const = 0;
-    [[nodiscard]] virtual HullMeasures hull() const = 0;
+    [[nodiscard]] virtual SurfaceSizes hull() const = 0;
+    /// A closed surface within `deviation` of this one; neighbours have equal corners to the last bit. Flat faces are exact; corners of
+    /// round sides lie a little outside, so that the volume is kept. `turn` (rad) divides round sides at other places.
+    [[nodiscard]] virtual std::vector<Facet> facets(double deviation, double turn) const = 0;
 
+    [[nodiscard]] virtual bool convex() const = 0;
     [[nodiscard]] virtual std::vector<ContactCurve> contact_curves() const = 0;
     [[nodiscard]] virtual double rounding() const = 0;
     /// Diameter of the largest ball in the thinnest part: a wall, a lobe, the whole of a convex body.
@@ -69,6 +77,9 @@ public:
     [[nodiscard]] virtual double reach_from(const Vec3& point) const = 0;
     [[nodiscard]] virtual double maximum_feret_diameter() const = 0;
 };
+
+/// Volume and area of the body itself.
+[[nodiscard]] SurfaceSizes surface_measures(const RoundedBody& body);
 
 /// A cylinder with flat ends, or with a hole a ring; the axis is z, the centre lies at the origin. Outer dimensions.
 struct RingSize {

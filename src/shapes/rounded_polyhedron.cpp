@@ -3,13 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <boost/math/tools/minima.hpp>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <numbers>
 
 #include "core/error.hpp"
 #include "core/json.hpp"
 #include "shapes/capsule.hpp"
+#include "shapes/loops.hpp"
 #include "shapes/quadrature.hpp"
 #include "shapes/rounded_body.hpp"
 
@@ -31,10 +34,8 @@ struct Edge {
 
 class RoundedPolyhedron : public RoundedBody {
 public:
-    RoundedPolyhedron(std::vector<Vec3> corners, std::vector<Face> faces, std::vector<Edge> edges, double rounding)
-        : corners_(std::move(corners)), faces_(std::move(faces)), edges_(std::move(edges)), rounding_(rounding) {
-        centre_ = Vec3::Zero();
-        for (const Vec3& corner : corners_) centre_ += corner / static_cast<double>(corners_.size());
+    RoundedPolyhedron(std::vector<Vec3> corners, std::vector<Face> faces, std::vector<Edge> edges, const Vec3& centre, double rounding)
+        : corners_(std::move(corners)), faces_(std::move(faces)), edges_(std::move(edges)), rounding_(rounding), centre_(centre) {
         for (const Vec3& corner : corners_) radius_ = std::max(radius_, (corner - centre_).norm());
         depth_ = 1e300;
         for (const Face& face : faces_) depth_ = std::min(depth_, face.height - face.normal.dot(centre_));
@@ -123,10 +124,9 @@ public:
     }
 
     [[nodiscard]] std::shared_ptr<const RoundedBody> scaled(double factor) const override {
-        PolyhedronSize size{.corners_m = corners_, .faces = {}, .rounding_m = factor * rounding_};
-        for (Vec3& corner : size.corners_m) corner *= factor;
-        for (const Face& face : faces_) size.faces.push_back(face.corners);
-        return make_polyhedron(size);
+        std::vector<Vec3> corners = corners_;
+        for (Vec3& corner : corners) corner *= factor;
+        return changed(std::move(corners), factor * centre_, factor * rounding_);
     }
 
     void for_surface(const SurfacePoint& visit) const override {
@@ -138,13 +138,53 @@ public:
         for (std::size_t i = 0; i < corners_.size(); ++i) on_corner(static_cast<int>(i), visit);
     }
 
-    [[nodiscard]] HullMeasures hull() const override {
-        HullMeasures convex;
-        for_surface([&](const Vec3& x, const Vec3& n, double area) {
-            convex.surface_area_m2 += area;
-            convex.volume_m3 += area * (x - centre_).dot(n) / 3.0;
-        });
-        return convex;
+    [[nodiscard]] SurfaceSizes hull() const override { return surface_measures(*this); }
+    [[nodiscard]] bool convex() const override { return true; }
+    [[nodiscard]] std::vector<Facet> facets(double deviation, double) const override {
+        std::vector<Facet> facets;
+        const auto add = [&](const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& outward) {
+            if (a == b || b == c || c == a) return;
+            facets.push_back((b - a).cross(c - a).dot(outward) > 0.0 ? Facet{a, b, c} : Facet{a, c, b});
+        };
+        for (const Face& face : faces_) {
+            const Vec3 out = rounding_ * face.normal;
+            for (std::size_t i = 1; i + 1 < face.corners.size(); ++i)
+                add(corner(face, 0) + out, corner(face, i) + out, corner(face, i + 1) + out, face.normal);
+        }
+        double widest = 0.0;
+        for (const Edge& edge : edges_) widest = std::max(widest, angle_between(edge.normal_a, edge.normal_b));
+        const int parts = divided_arc(rounding_, widest, 0.5 * deviation).parts;
+        // From a corner of the core to that of a facet on the arc between two faces.
+        const auto on_arc = [&](const Vec3& a, const Vec3& b, int k) -> Vec3 {
+            const double factor = k == 0 || k == parts ? 1.0 : arc_factor(angle_between(a, b), parts);
+            return factor * rounding_ * between(a, b, k, parts);
+        };
+        for (const Edge& edge : edges_)
+            for (int k = 0; k < parts; ++k) {
+                const Vec3 one = on_arc(edge.normal_a, edge.normal_b, k), other = on_arc(edge.normal_a, edge.normal_b, k + 1);
+                add(at(edge.a) + one, at(edge.b) + one, at(edge.b) + other, one + other);
+                add(at(edge.a) + one, at(edge.b) + other, at(edge.a) + other, one + other);
+            }
+        const double inner = arc_factor(widest, parts);
+        for (std::size_t i = 0; i < corners_.size(); ++i) {
+            const std::vector<Vec3> normals = normals_around(static_cast<int>(i));
+            const Vec3 middle = middle_of(normals);
+            for (std::size_t n = 0; n < normals.size(); ++n) {
+                const Vec3 &a = normals[n], &b = normals[(n + 1) % normals.size()];
+                // The triangle from `middle` to the arc between two faces, in rows that grow by one facet.
+                const auto place = [&](int row, int k) -> Vec3 {
+                    if (row == parts) return corners_[i] + on_arc(a, b, k);
+                    return corners_[i] + inner * rounding_ * between(middle, row == 0 ? a : between(a, b, k, row), row, parts);
+                };
+                for (int row = 0; row < parts; ++row)
+                    for (int k = 0; k <= row; ++k) {
+                        const Vec3 out = place(row + 1, k) - corners_[i];
+                        add(place(row, k), place(row + 1, k), place(row + 1, k + 1), out);
+                        if (k < row) add(place(row, k), place(row + 1, k + 1), place(row, k + 1), out);
+                    }
+            }
+        }
+        return facets;
     }
 
     [[nodiscard]] std::vector<ContactCurve> contact_curves() const override {
@@ -173,6 +213,17 @@ private:
     [[nodiscard]] const Vec3& at(int i) const { return corners_[static_cast<std::size_t>(i)]; }
     [[nodiscard]] const Vec3& corner(const Face& face, std::size_t i) const { return at(face.corners[i % face.corners.size()]); }
 
+    static double angle_between(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
+    // The unit vector k / parts of the way along the arc from a to b, the same to the last bit from b to a.
+    static Vec3 between(const Vec3& a, const Vec3& b, int k, int parts) {
+        if (k == 0) return a;
+        if (k == parts) return b;
+        if (std::lexicographical_compare(b.begin(), b.end(), a.begin(), a.end())) return between(b, a, parts - k, parts);
+        const double angle = angle_between(a, b), share = static_cast<double>(k) / parts;
+        if (angle < 1e-12) return a;  // two faces in one plane
+        return (std::sin((1.0 - share) * angle) * a + std::sin(share * angle) * b) / std::sin(angle);
+    }
+
     // The point projects onto the face.
     [[nodiscard]] bool within(const Face& face, const Vec3& point) const {
         for (std::size_t i = 0; i < face.corners.size(); ++i)
@@ -192,12 +243,17 @@ private:
         }
     }
 
+    // About the centre.
     [[nodiscard]] std::shared_ptr<const RoundedBody> moved_and_scaled(double factor, double rounding) const {
         std::vector<Vec3> corners = corners_;
         for (Vec3& corner : corners) corner = centre_ + factor * (corner - centre_);
+        return changed(std::move(corners), centre_, rounding);
+    }
+    // The same faces with other corners.
+    [[nodiscard]] std::shared_ptr<const RoundedBody> changed(std::vector<Vec3> corners, const Vec3& centre, double rounding) const {
         std::vector<Face> faces = faces_;
         for (Face& face : faces) face.height = face.normal.dot(corners[static_cast<std::size_t>(face.corners[0])]);
-        return std::make_shared<const RoundedPolyhedron>(std::move(corners), std::move(faces), edges_, rounding);
+        return std::make_shared<const RoundedPolyhedron>(std::move(corners), std::move(faces), edges_, centre, rounding);
     }
 
     // The triangle, as a square with one side drawn together.
@@ -226,9 +282,10 @@ private:
 
     // A part of a sphere, between the normals of the faces around the corner.
     void on_corner(int index, const SurfacePoint& visit) const {
-        std::vector<Vec3> normals = normals_around(index);
-        for (std::size_t i = 1; i + 1 < normals.size(); ++i) {
-            const Vec3 &a = normals[0], &b = normals[i], &c = normals[i + 1];
+        const std::vector<Vec3> normals = normals_around(index);
+        const Vec3 a = middle_of(normals);
+        for (std::size_t i = 0; i < normals.size(); ++i) {
+            const Vec3 &b = normals[i], &c = normals[(i + 1) % normals.size()];
             const Vec3 across = (b - a).cross(c - a);  // the flat triangle below that part; its area is half of this vector's length
             for_gauss_points<20>(0.0, 1.0, [&](double u, double weight_u) {
                 for_gauss_points<20>(0.0, 1.0, [&](double v, double weight_v) {
@@ -238,6 +295,12 @@ private:
                 });
             });
         }
+    }
+
+    static Vec3 middle_of(const std::vector<Vec3>& directions) {
+        Vec3 sum = Vec3::Zero();
+        for (const Vec3& direction : directions) sum += direction;
+        return sum.normalized();
     }
 
     // In their order around the corner: the side before the corner in one face is the side after it in the next.
@@ -268,6 +331,33 @@ private:
     double depth_;         // of the centre below the nearest face
 };
 
+// The middle of the largest ball between the faces: the mean of the corners, or a place where the nearest face is farther away. That depth
+// has one maximum, which is searched along one axis after another.
+Vec3 middle_of_largest_ball(const std::vector<Face>& faces, const std::vector<Vec3>& corners) {
+    const auto depth_at = [&](const Vec3& x) {
+        double depth = 1e300;
+        for (const Face& face : faces) depth = std::min(depth, face.height - face.normal.dot(x));
+        return depth;
+    };
+    Vec3 low = corners.front(), high = low, mean = Vec3::Zero(), x = mean;
+    for (const Vec3& corner : corners) {
+        low = low.cwiseMin(corner);
+        high = high.cwiseMax(corner);
+        mean += corner / static_cast<double>(corners.size());
+    }
+    const std::function<double(int)> deepest_from = [&](int axis) {
+        if (axis == 3) return depth_at(x);
+        const auto negative = [&](double place) {
+            x[axis] = place;
+            return -deepest_from(axis + 1);
+        };
+        constexpr int bits = 20;
+        return -negative(boost::math::tools::brent_find_minima(negative, low[axis], high[axis], bits).first);
+    };
+    constexpr double as_deep = 1.0 + 1e-4;
+    return deepest_from(0) > as_deep * depth_at(mean) ? x : mean;
+}
+
 // The face with its plane (Newell's normal, which needs no good choice of three corners). Throws UserError where it is not flat or not
 // convex.
 Face plane_face(const std::vector<Vec3>& corners, const std::vector<int>& list, double size) {
@@ -282,6 +372,9 @@ Face plane_face(const std::vector<Vec3>& corners, const std::vector<int>& list, 
         if (std::abs(face.normal.dot(at(i)) - face.height) > 1e-9 * size)
             throw UserError("a face of the polyhedron is not flat", {.allowed = "corners within 1e-9 of its size from one plane"});
         face.outwards.push_back((at(i + 1) - at(i)).cross(face.normal).normalized());
+        for (std::size_t j = 0; j < list.size(); ++j)
+            if (face.outwards.back().dot(at(j) - at(i)) > 1e-9 * size)
+                throw UserError("a face of the polyhedron is not convex", {.fix = "divide it into convex polygons"});
     }
     return face;
 }
@@ -323,12 +416,16 @@ std::shared_ptr<const RoundedBody> make_polyhedron(const PolyhedronSize& size) {
         faces.push_back(plane_face(size.corners_m, list, extent));
     }
     std::vector<Edge> edges = edges_of(faces);
+    for (int i = 0; i < count; ++i)
+        if (std::none_of(edges.begin(), edges.end(), [&](const Edge& edge) { return edge.a == i || edge.b == i; }))
+            throw UserError(fmt::format("corner {} of the polyhedron belongs to no face", i), {.fix = "remove it"});
     for (const Face& face : faces)
         for (const Vec3& corner : size.corners_m)
             if (face.normal.dot(corner) - face.height > 1e-9 * extent)
                 throw UserError("the polyhedron is not convex: a corner lies outside of a face's plane",
                                 {.fix = "convex polyhedra only; check the direction of the faces"});
-    return std::make_shared<const RoundedPolyhedron>(size.corners_m, std::move(faces), std::move(edges), size.rounding_m);
+    const Vec3 centre = middle_of_largest_ball(faces, size.corners_m);
+    return std::make_shared<const RoundedPolyhedron>(size.corners_m, std::move(faces), std::move(edges), centre, size.rounding_m);
 }
 
 namespace {

@@ -9,6 +9,7 @@
 #include "core/error.hpp"
 #include "core/json.hpp"
 #include "geometry/solid.hpp"
+#include "shapes/loops.hpp"
 #include "shapes/planar.hpp"
 #include "shapes/quadrature.hpp"
 #include "shapes/rounded_body.hpp"
@@ -51,7 +52,7 @@ public:
                                                : 1.0;
             const double turn = rho > 0.0 ? (to_hole ? -out : out) / rho : 0.0;
             *outward = {turn * point.x(), turn * point.y(), std::copysign(up, point.z())};
-            if (rho == 0.0 && up == 0.0) *outward = Vec3::UnitX();
+            if (rho == 0.0 && out > 0.0) outward->x() = to_hole ? -out : out;
         }
         return away - rounding_;
     }
@@ -110,14 +111,41 @@ public:
         }
     }
 
-    [[nodiscard]] HullMeasures hull() const override {
-        HullMeasures convex;
-        const RoundedRing filled(outer_, -1.0, half_height_, rounding_);
-        filled.for_surface([&](const Vec3& x, const Vec3& n, double area) {
-            convex.surface_area_m2 += area;
-            convex.volume_m3 += area * x.dot(n) / 3.0;
-        });
-        return convex;
+    [[nodiscard]] SurfaceSizes hull() const override { return surface_measures(RoundedRing(outer_, -1.0, half_height_, rounding_)); }
+    [[nodiscard]] bool convex() const override { return !has_hole(); }
+    // The outline of the turned section: around the outer rims from below to above, then around those of the hole.
+    [[nodiscard]] std::vector<Facet> facets(double deviation, double turn) const override {
+        const double r = rounding_;
+        // The deviations of both add up.
+        const DividedArc circle = divided_circle(outer_ + r, 0.5 * deviation), rim = divided_arc(r, 0.5 * pi, 0.6 * deviation);
+        std::vector<Loop> loops;
+        const auto add_loop = [&](double rho, double z) {
+            loops.emplace_back();
+            for (int i = 0; i < circle.parts; ++i) {
+                const double phi = turn + 2.0 * pi * i / circle.parts, to_corner = circle.factor * rho;
+                loops.back().emplace_back(to_corner * std::cos(phi), to_corner * std::sin(phi), z);
+            }
+        };
+        // A straight side needs no loops in between, but very long triangles make intersections slow and inaccurate.
+        const auto add_side = [&](double rho, double from, double to) {
+            const int pieces = static_cast<int>(std::ceil(std::abs(to - from) / (3.0 * (outer_ + r))));
+            for (int k = 1; k < pieces; ++k) add_loop(rho, from + (to - from) * k / pieces);
+        };
+        const auto add_rim = [&](double rho, double z, double start) {
+            for (int k = 0; k <= rim.parts; ++k) {
+                const double theta = start + 0.5 * pi * k / rim.parts, to_corner = k == 0 || k == rim.parts ? r : rim.factor * r;
+                add_loop(rho + to_corner * std::cos(theta), z + to_corner * std::sin(theta));
+            }
+        };
+        add_rim(outer_, -half_height_, -0.5 * pi);
+        add_side(outer_ + r, -half_height_, half_height_);
+        add_rim(outer_, half_height_, 0.0);
+        if (has_hole()) {
+            add_rim(inner_, half_height_, 0.5 * pi);
+            add_side(inner_ - r, half_height_, -half_height_);
+            add_rim(inner_, -half_height_, pi);
+        }
+        return facets_between(loops, has_hole());
     }
 
     [[nodiscard]] std::vector<ContactCurve> contact_curves() const override {

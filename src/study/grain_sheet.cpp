@@ -4,6 +4,7 @@
 
 #include "converters/surface.hpp"
 #include "packing/packing.hpp"
+#include "shapes/touch.hpp"
 #include "study/uses.hpp"
 
 namespace porepack::study {
@@ -11,10 +12,9 @@ namespace porepack::study {
 namespace {
 
 // The origin of a user's shape may lie anywhere.
-Vec3 middle_of(const std::vector<Capsule>& capsules) {
-    Eigen::AlignedBox3d box;
-    for (const Capsule& capsule : capsules) box.extend(capsule.a).extend(capsule.b);
-    return box.center();
+Vec3 middle_of(const Shape& shape) {
+    const Bounds bounds = bounds_of(PlacedShape{shape});
+    return 0.5 * (bounds.low + bounds.high);
 }
 
 }  // namespace
@@ -27,7 +27,7 @@ io::TriangleSurface grain_sheet(const std::vector<Shape>& grains, long columns, 
         const auto place = static_cast<long>(i);
         const auto column = static_cast<double>(place % columns), row = static_cast<double>(place / columns);
         const Vec3 middle((0.5 + column) * pitch_m, 0.5 * pitch_m, (0.5 + row) * pitch_m);
-        sheet.bodies.push_back({.shape = i, .position_m = middle - turned * middle_of(grains[i].capsules), .orientation = turned});
+        sheet.bodies.push_back({.shape = i, .position_m = middle - turned * middle_of(grains[i]), .orientation = turned});
     }
     const auto rows = static_cast<double>((static_cast<long>(grains.size()) + columns - 1) / columns);
     sheet.container = vessels::make_box({static_cast<double>(columns) * pitch_m, pitch_m, rows * pitch_m});

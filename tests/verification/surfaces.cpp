@@ -4,7 +4,8 @@
 
 #include "converters/surface.hpp"
 #include "core/data_file.hpp"
-#include "shapes/shape.hpp"
+#include "shapes/config.hpp"
+#include "shapes/touch.hpp"
 #include "support/helpers.hpp"
 #include "vessels/config.hpp"
 
@@ -78,6 +79,62 @@ TEST(Surface, ContactsComeOutAsTheGeometrySays) {
         make_surface(pair_of(sphere, Vec3(1.001, 0, 0)), {.deviation_m = 0.02, .contact_gap_m = 0.01, .max_volume_error = 0.05});
     EXPECT_EQ(check_surface(joined.surface).shells, 1);
     EXPECT_EQ(joined.bridges, 1);
+}
+
+// Two grains side by side along x, with this gap between their exact surfaces.
+Packing with_gap(const Shape& first, const Shape& second, const Quaternion& one, const Quaternion& other, double gap) {
+    Packing packing{.container = parse_container("box:4,2.6,2.6"), .shapes = {first, second}, .bodies = {}};
+    packing.bodies.push_back({.shape = 0, .position_m = Vec3(1, 1.3, 1.3), .orientation = one});
+    packing.bodies.push_back({.shape = 1, .position_m = Vec3(1, 1.37, 1.26), .orientation = other});
+    double low = 0.3, high = 2.4;
+    for (int step = 0; step < 60; ++step) {
+        packing.bodies[1].position_m.x() = 1.0 + 0.5 * (low + high);
+        const Nearest found = nearest(placed(packing, packing.bodies[0]), placed(packing, packing.bodies[1]), 5.0);
+        (found.gap_m > gap ? high : low) = 0.5 * (low + high);
+    }
+    return packing;
+}
+
+TEST(Surface, ContactsOfGrainsWithFacesComeOutAsTheGeometrySays) {
+    const Shape cube = make_shape({.kind = ShapeKind::cube, .side_m = 1.0}),
+                cylinder = make_shape({.kind = ShapeKind::cylinder, .diameter_m = 1.0, .height_m = 1.2}),
+                ring = make_shape({.kind = ShapeKind::ring, .diameter_m = 1.2, .height_m = 1.0, .inner_diameter_m = 0.8}),
+                lobed = make_shape({.kind = ShapeKind::lobed, .diameter_m = 1.0, .height_m = 1.2, .lobe_diameter_m = 0.55}),
+                tetrapod = make_preset(ShapeKind::tetrapod, 0.5, 0.6);
+    const auto turned = [](const Vec3& axis, double degrees) {
+        return Quaternion(Eigen::AngleAxisd(degrees * std::numbers::pi / 180.0, axis.normalized()));
+    };
+    const Quaternion as_it_is = Quaternion::Identity(), lying = turned(Vec3::UnitY(), 90.0);
+    struct Case {
+        const char* name;
+        const Shape &first, &second;
+        Quaternion one, other;
+    };
+    const std::vector<Case> cases = {{"face to face", cube, cube, as_it_is, as_it_is},
+                                     {"face to face, turned", cube, cube, as_it_is, turned(Vec3::UnitX(), 31.0)},
+                                     {"corner to face", cube, cube, as_it_is, turned(Vec3(1, 2, 3), 50.0)},
+                                     {"edge to face", cube, cube, as_it_is, turned(Vec3::UnitZ(), 40.0)},
+                                     {"edge to edge", cube, cube, turned(Vec3::UnitZ(), 45.0), turned(Vec3::UnitY(), 45.0)},
+                                     {"sides, parallel", cylinder, cylinder, as_it_is, as_it_is},
+                                     {"sides, crossing", cylinder, cylinder, as_it_is, turned(Vec3::UnitX(), 70.0)},
+                                     {"end to end", cylinder, cylinder, lying, lying},
+                                     {"end to side", cylinder, cylinder, as_it_is, lying},
+                                     {"rim to side", cylinder, cylinder, as_it_is, turned(Vec3(0.3, 1, 0.2), 60.0)},
+                                     {"rings, crossing", ring, ring, turned(Vec3(0.2, 1, 0), 20.0), lying},
+                                     {"ring on cube", ring, cube, as_it_is, turned(Vec3(1, 2, 3), 33.0)},
+                                     {"lobes", lobed, lobed, as_it_is, turned(Vec3(1, 0, 0.2), 80.0)},
+                                     {"tetrapod on cylinder", tetrapod, cylinder, turned(Vec3(1, 2, 3), 20.0), as_it_is}};
+    for (const Case& one : cases)
+        for (const double gap : {2e-3, 0.0, -1e-3, -1e-2}) {
+            const Packing packing = with_gap(one.first, one.second, one.one, one.other, gap);
+            const SurfaceResult result = make_surface(packing, {.max_volume_error = 0.1});
+            std::printf("  %-22s %+.0e: %ld shells, %ld thinned, deviation %.4f\n", one.name, gap, result.check.shells,
+                        result.shrunk_grains, result.deviation_m);
+            EXPECT_EQ(result.check.fault, "") << one.name << gap;
+            EXPECT_EQ(result.check.shells, gap > 0.0 ? 2 : 1) << one.name << gap;
+            const double exact = measure(one.first).volume_m3 + measure(one.second).volume_m3;
+            EXPECT_NEAR(result.check.volume_m3 / exact, 1.0, 0.01) << one.name << gap;
+        }
 }
 
 TEST(Surface, PoresAndClipAgreeWithTheColumns) {

@@ -1,6 +1,7 @@
 // The reverse question: a shape for a wanted permeability.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <sstream>
@@ -36,12 +37,16 @@ Interval interval_of(const std::string& text, const char* flag) {
     throw UserError(fmt::format("\"{}\" is neither a number nor a range", text), {.where = flag, .allowed = "X, or LOW,HIGH"});
 }
 
-// Names of presets, or a file with capsules.
+// Presets with one ratio at most; others have a file.
+constexpr ShapeKind families[] = {ShapeKind::tetrapod, ShapeKind::dolos, ShapeKind::tetrahedron, ShapeKind::star,
+                                  ShapeKind::sphere,   ShapeKind::rod,   ShapeKind::cylinder,    ShapeKind::cube};
+
+// Names of presets, or a file with a shape.
 void choose_shapes(DesignGoal& goal, const std::string& text) {
     std::istringstream words(text == "any" ? "tetrapod,dolos,tetrahedron" : text);
     for (std::string word; std::getline(words, word, ',');) {
         const auto kind = choice_named<ShapeKind>(word);
-        if (kind && !has_faces(*kind) && *kind != ShapeKind::capsules && *kind != ShapeKind::stl && *kind != ShapeKind::mixture)
+        if (kind && std::find(std::begin(families), std::end(families), *kind) != std::end(families))
             goal.kinds.push_back(*kind);
         else if (word.ends_with(".toml") && goal.own_shape.empty())
             goal.own_shape = word;
@@ -49,7 +54,7 @@ void choose_shapes(DesignGoal& goal, const std::string& text) {
             throw UserError(
                 fmt::format("\"{}\" is no shape to choose", word),
                 {.where = "--shape",
-                 .allowed = "any; tetrapod, dolos, tetrahedron, star, sphere, rod; one TOML file with [[capsule]] tables; or a list"});
+                 .allowed = "any; tetrapod, dolos, tetrahedron, star, sphere, rod, cylinder, cube; one TOML file with a shape; or a list"});
     }
 }
 
@@ -107,12 +112,13 @@ void add_design_command(CommandLine& line) {
         .type_name("number or free");
     command
         .add_option("--shape", options->shape,
-                    "shapes to choose from: any (tetrapod, dolos, tetrahedron), names, or a TOML file with [[capsule]] tables")
+                    "shapes to choose from: any (tetrapod, dolos, tetrahedron), names, or a TOML file with a shape: [[capsule]] tables, or "
+                    "a kind with faces and its sizes")
         .type_name("list");
     command
         .add_option("--free", options->free,
                     "parameter of the shape in the TOML file: capsule.2.radius_m=0.001,0.002 (also length_m; "
-                    "radius_m of all)")
+                    "radius_m of all); of grains with faces a size: inner_diameter_m=0.002,0.006")
         .type_name("name=low,high");
     command.add_option("--sphericity", options->sphericity, "limits for presets; default 0.43,0.99").type_name("range");
     command.add_option("--convexity", options->convexity, "limits").type_name("range");
