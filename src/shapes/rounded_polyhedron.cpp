@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <boost/math/tools/minima.hpp>
 #include <cmath>
 #include <functional>
@@ -23,13 +24,16 @@ namespace {
 struct Face {
     std::vector<int> corners;
     Vec3 normal;
-    double height;               // of its plane along the normal
-    std::vector<Vec3> outwards;  // unit vector in the plane, out of the side from corner i to the next
+    double height;                   // of its plane along the normal
+    std::vector<Vec3> outwards;      // unit vector in the plane, out of the side from corner i to the next
+    std::vector<std::size_t> edges;  // number of that side's edge
 };
 
 struct Edge {
     int a, b;
+    std::array<std::size_t, 2> faces;
     Vec3 normal_a, normal_b;  // of its two faces
+    Vec3 out_a, out_b;        // of these, out of the side at this edge
 };
 
 class RoundedPolyhedron : public RoundedBody {
@@ -37,6 +41,19 @@ public:
     RoundedPolyhedron(std::vector<Vec3> corners, std::vector<Face> faces, std::vector<Edge> edges, const Vec3& centre, double rounding)
         : corners_(std::move(corners)), faces_(std::move(faces)), edges_(std::move(edges)), rounding_(rounding), centre_(centre) {
         for (const Vec3& corner : corners_) radius_ = std::max(radius_, (corner - centre_).norm());
+        for (std::size_t e = 0; e < edges_.size(); ++e) {
+            const Edge& edge = edges_[e];
+            along_.push_back(at(edge.b) - at(edge.a));
+            per_square_.push_back(1.0 / along_.back().squaredNorm());
+            for (const std::size_t f : edge.faces) {
+                Face& face = faces_[f];
+                face.edges.resize(face.corners.size());
+                for (std::size_t i = 0; i < face.corners.size(); ++i)
+                    if (const int from = face.corners[i], to = face.corners[(i + 1) % face.corners.size()];
+                        (from == edge.a && to == edge.b) || (from == edge.b && to == edge.a))
+                        face.edges[i] = e;
+            }
+        }
         depth_ = 1e300;
         for (const Face& face : faces_) depth_ = std::min(depth_, face.height - face.normal.dot(centre_));
     }
@@ -49,35 +66,48 @@ public:
     }
 
     [[nodiscard]] double distance(const Vec3& point, Vec3* outward) const override {
-        double highest = -1e300;
-        const Face* over = nullptr;
-        for (const Face& face : faces_)
-            if (const double height = face.normal.dot(point) - face.height; height > highest) {
-                highest = height;
-                over = &face;
+        const auto above = [&](std::size_t f) { return faces_[f].normal.dot(point) - faces_[f].height; };
+        std::size_t over = 0;
+        double height = above(0);
+        for (std::size_t f = 1; f < faces_.size(); ++f)
+            if (const double own = above(f); own > height) {
+                height = own;
+                over = f;
             }
-        // Often the nearest point lies on the highest face; otherwise, on an edge.
-        if (highest <= 0.0 || within(*over, point)) {
-            if (outward != nullptr) *outward = over->normal;
-            return highest - rounding_;
+        // Often the nearest point lies on the highest face, or within one of its edges; otherwise, on an edge of any face that is seen from
+        // the point.
+        const Face& highest = faces_[over];
+        if (outward != nullptr) *outward = highest.normal;
+        if (height <= 0.0) return height - rounding_;
+        bool within = true;
+        for (std::size_t i = 0; i < highest.corners.size(); ++i) {
+            const Vec3 from = point - corner(highest, i);
+            if (highest.outwards[i].dot(from) <= 0.0) continue;
+            within = false;
+            const Edge& edge = edges_[highest.edges[i]];
+            const Vec3 &along = along_[highest.edges[i]], from_a = point - at(edge.a);
+            const double share = from_a.dot(along) * per_square_[highest.edges[i]];
+            if (share <= 0.0 || share >= 1.0 || edge.out_a.dot(from) <= 0.0 || edge.out_b.dot(from) <= 0.0) continue;
+            const Vec3 away = from_a - share * along;
+            const double distance = away.norm();
+            if (outward != nullptr) *outward = away / distance;
+            return distance - rounding_;
         }
+        if (within) return height - rounding_;
         double nearest2 = 1e300;
-        Vec3 from_nearest = over->normal;
-        for (const Face& face : faces_) {
-            const double height = face.normal.dot(point) - face.height;
-            if (height <= 0.0 || height * height >= nearest2) continue;
-            for (std::size_t i = 0; i < face.corners.size(); ++i) {
-                const Vec3 &a = corner(face, i), along = corner(face, i + 1) - a, from = point - a;
-                const double share = std::clamp(from.dot(along) / along.squaredNorm(), 0.0, 1.0);
-                const Vec3 away = from - share * along;
-                if (const double away2 = away.squaredNorm(); away2 < nearest2) {
-                    nearest2 = away2;
-                    from_nearest = away;
-                }
+        Vec3 from_nearest = faces_[over].normal;
+        for (std::size_t e = 0; e < edges_.size(); ++e) {
+            const Edge& edge = edges_[e];
+            if (above(edge.faces[0]) <= 0.0 && above(edge.faces[1]) <= 0.0) continue;
+            const Vec3 from = point - at(edge.a), &along = along_[e];
+            const Vec3 away = from - std::clamp(from.dot(along) * per_square_[e], 0.0, 1.0) * along;
+            if (const double away2 = away.squaredNorm(); away2 < nearest2) {
+                nearest2 = away2;
+                from_nearest = away;
             }
         }
         const double nearest = std::sqrt(nearest2);
-        if (outward != nullptr) *outward = nearest > 0.0 ? Vec3(from_nearest / nearest) : over->normal;
+        if (outward != nullptr && nearest > 0.0) *outward = from_nearest / nearest;
         return nearest - rounding_;
     }
 
@@ -224,13 +254,6 @@ private:
         return (std::sin((1.0 - share) * angle) * a + std::sin(share * angle) * b) / std::sin(angle);
     }
 
-    // The point projects onto the face.
-    [[nodiscard]] bool within(const Face& face, const Vec3& point) const {
-        for (std::size_t i = 0; i < face.corners.size(); ++i)
-            if (face.outwards[i].dot(point - corner(face, i)) > 0.0) return false;
-        return true;
-    }
-
     // Keeps the part of the line below the plane.
     static void clip(Interval& part, const Vec3& normal, double height, const Vec3& origin, const Vec3& direction) {
         const double rise = normal.dot(direction), below = height - normal.dot(origin);
@@ -327,8 +350,10 @@ private:
     std::vector<Edge> edges_;
     double rounding_;
     Vec3 centre_;
-    double radius_ = 0.0;  // of the sphere about the centre through the farthest corner
-    double depth_;         // of the centre below the nearest face
+    double radius_ = 0.0;             // of the sphere about the centre through the farthest corner
+    double depth_;                    // of the centre below the nearest face
+    std::vector<Vec3> along_;         // of each edge
+    std::vector<double> per_square_;  // 1 / its squared length
 };
 
 // The middle of the largest ball between the faces: the mean of the corners, or a place where the nearest face is farther away. That depth
@@ -366,7 +391,7 @@ Face plane_face(const std::vector<Vec3>& corners, const std::vector<int>& list, 
     for (std::size_t i = 0; i < list.size(); ++i) normal += at(i).cross(at(i + 1));
     if (list.size() < 3 || normal.norm() <= 1e-12 * size * size)
         throw UserError("a face of the polyhedron has no area", {.fix = "three corners or more, not on one line"});
-    Face face{.corners = list, .normal = normal.normalized(), .height = 0.0, .outwards = {}};
+    Face face{.corners = list, .normal = normal.normalized(), .height = 0.0, .outwards = {}, .edges = {}};
     for (std::size_t i = 0; i < list.size(); ++i) face.height += face.normal.dot(at(i)) / static_cast<double>(list.size());
     for (std::size_t i = 0; i < list.size(); ++i) {
         if (std::abs(face.normal.dot(at(i)) - face.height) > 1e-9 * size)
@@ -379,11 +404,26 @@ Face plane_face(const std::vector<Vec3>& corners, const std::vector<int>& list, 
     return face;
 }
 
+// Of the face in which it is a side, and of the other, in which it runs the other way.
+Edge edge_between(const std::pair<int, int>& side, const std::array<std::size_t, 2>& of, const std::vector<Face>& faces) {
+    const auto out_of = [](const Face& face, int from) {
+        const auto place = std::find(face.corners.begin(), face.corners.end(), from) - face.corners.begin();
+        return face.outwards[static_cast<std::size_t>(place)];
+    };
+    return {.a = side.first,
+            .b = side.second,
+            .faces = of,
+            .normal_a = faces[of[0]].normal,
+            .normal_b = faces[of[1]].normal,
+            .out_a = out_of(faces[of[0]], side.first),
+            .out_b = out_of(faces[of[1]], side.second)};
+}
+
 std::vector<Edge> edges_of(const std::vector<Face>& faces) {
-    std::map<std::pair<int, int>, const Face*> sides;
-    for (const Face& face : faces)
-        for (std::size_t i = 0; i < face.corners.size(); ++i)
-            if (!sides.emplace(std::pair(face.corners[i], face.corners[(i + 1) % face.corners.size()]), &face).second)
+    std::map<std::pair<int, int>, std::size_t> sides;
+    for (std::size_t f = 0; f < faces.size(); ++f)
+        for (std::size_t i = 0; i < faces[f].corners.size(); ++i)
+            if (!sides.emplace(std::pair(faces[f].corners[i], faces[f].corners[(i + 1) % faces[f].corners.size()]), f).second)
                 throw UserError("the polyhedron is not closed, or a face has the wrong direction",
                                 {.fix = "list the corners of each face counter-clockwise, seen from outside"});
     std::vector<Edge> edges;
@@ -393,7 +433,7 @@ std::vector<Edge> edges_of(const std::vector<Face>& faces) {
             throw UserError(
                 fmt::format("the polyhedron is not closed: the edge from corner {} to {} has one face", side.first, side.second),
                 {.fix = "list all faces, their corners counter-clockwise, seen from outside"});
-        if (side.first < side.second) edges.push_back({side.first, side.second, face->normal, other->second->normal});
+        if (side.first < side.second) edges.push_back(edge_between(side, {face, other->second}, faces));
     }
     return edges;
 }

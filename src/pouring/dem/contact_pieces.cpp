@@ -51,7 +51,7 @@ struct Course {
 // this.
 template <typename Slope>
 Place valley(const Slope& slope, double low, double at_low, double high, double at_high, double length, double& uncertain) {
-    constexpr double width = 1e-4, level = 1e-6;
+    constexpr double width = 1e-4, level = 1e-5;
     Place place{.s = low, .distance = 1e300};
     uncertain = (high - low) * length;
     int side = 0;
@@ -301,9 +301,10 @@ void add_change_of_share(const ContactPiece& piece, const Surface& surface, cons
 }
 
 // From one place to another, between which the overlap rises or falls.
+template <unsigned Points>
 void add_part(const ContactPiece& piece, const Surface& surface, double from, double to, Integral& sum) {
     Vec3 outward, tangent;
-    shapes::for_gauss_points<16>(from, to, [&](double s, double width) {
+    shapes::for_gauss_points<Points>(from, to, [&](double s, double width) {
         const Vec3 x = piece.at(s, &tangent);
         const double away = surface.distance(x, outward), overlap = std::max(0.0, piece.radius - away);
         const Vec3 from_about = x - sum.about;
@@ -319,6 +320,16 @@ void add_part(const ContactPiece& piece, const Surface& surface, double from, do
         sum.add(part * outward, from_about);
         sum.at += part * (from_about - (piece.radius - 0.5 * overlap) * outward);
     });
+}
+
+// Where the distance grows in the same direction at both ends, a convex body is flat between them; elsewhere, the part may pass from one
+// feature of the other body to the next, where the curvature jumps.
+bool is_flat(const ContactPiece& piece, const Surface& surface, double from, double to) {
+    if (surface.feature() != Surface::convex || piece.kind == ContactPiece::Kind::axis) return false;
+    Vec3 one, other;
+    (void)surface.distance(piece.at(from), one);
+    (void)surface.distance(piece.at(to), other);
+    return (one - other).squaredNorm() < 1e-18;
 }
 
 }  // namespace
@@ -345,7 +356,11 @@ bool contact_of(const ContactPiece& piece, const Surface& surface, PieceContact&
         if (std::max(at_from, at_to) <= small) continue;
         if (at_from < 0.0) from = zero_between(overlap_at, from, at_from, to, at_to, small);
         if (at_to < 0.0) to = zero_between(overlap_at, places[i].s, at_from, to, at_to, small);
-        if (to > from) add_part(piece, surface, from, to, sum);
+        if (!(to > from)) continue;
+        if (is_flat(piece, surface, from, to))
+            add_part<6>(piece, surface, from, to, sum);
+        else
+            add_part<16>(piece, surface, from, to, sum);
     }
     contact.weight = sum.push.norm();
     if (!(sum.weight > 0.0) || !(contact.weight > 0.0)) return false;
