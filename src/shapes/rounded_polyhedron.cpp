@@ -4,9 +4,7 @@
 
 #include <algorithm>
 #include <array>
-#include <boost/math/tools/minima.hpp>
 #include <cmath>
-#include <functional>
 #include <map>
 #include <numbers>
 
@@ -14,27 +12,13 @@
 #include "core/json.hpp"
 #include "shapes/capsule.hpp"
 #include "shapes/loops.hpp"
+#include "shapes/polyhedron_faces.hpp"
 #include "shapes/quadrature.hpp"
 #include "shapes/rounded_body.hpp"
 
 namespace porepack::shapes {
 using namespace core;
 namespace {
-
-struct Face {
-    std::vector<int> corners;
-    Vec3 normal;
-    double height;                   // of its plane along the normal
-    std::vector<Vec3> outwards;      // unit vector in the plane, out of the side from corner i to the next
-    std::vector<std::size_t> edges;  // number of that side's edge
-};
-
-struct Edge {
-    int a, b;
-    std::array<std::size_t, 2> faces;
-    Vec3 normal_a, normal_b;  // of its two faces
-    Vec3 out_a, out_b;        // of these, out of the side at this edge
-};
 
 class RoundedPolyhedron : public RoundedBody {
 public:
@@ -356,88 +340,6 @@ private:
     std::vector<double> per_square_;  // 1 / its squared length
 };
 
-// The middle of the largest ball between the faces: the mean of the corners, or a place where the nearest face is farther away. That depth
-// has one maximum, which is searched along one axis after another.
-Vec3 middle_of_largest_ball(const std::vector<Face>& faces, const std::vector<Vec3>& corners) {
-    const auto depth_at = [&](const Vec3& x) {
-        double depth = 1e300;
-        for (const Face& face : faces) depth = std::min(depth, face.height - face.normal.dot(x));
-        return depth;
-    };
-    Vec3 low = corners.front(), high = low, mean = Vec3::Zero(), x = mean;
-    for (const Vec3& corner : corners) {
-        low = low.cwiseMin(corner);
-        high = high.cwiseMax(corner);
-        mean += corner / static_cast<double>(corners.size());
-    }
-    const std::function<double(int)> deepest_from = [&](int axis) {
-        if (axis == 3) return depth_at(x);
-        const auto negative = [&](double place) {
-            x[axis] = place;
-            return -deepest_from(axis + 1);
-        };
-        constexpr int bits = 20;
-        return -negative(boost::math::tools::brent_find_minima(negative, low[axis], high[axis], bits).first);
-    };
-    constexpr double as_deep = 1.0 + 1e-4;
-    return deepest_from(0) > as_deep * depth_at(mean) ? x : mean;
-}
-
-// The face with its plane (Newell's normal, which needs no good choice of three corners). Throws UserError where it is not flat or not
-// convex.
-Face plane_face(const std::vector<Vec3>& corners, const std::vector<int>& list, double size) {
-    const auto at = [&](std::size_t i) -> const Vec3& { return corners[static_cast<std::size_t>(list[i % list.size()])]; };
-    Vec3 normal = Vec3::Zero();
-    for (std::size_t i = 0; i < list.size(); ++i) normal += at(i).cross(at(i + 1));
-    if (list.size() < 3 || normal.norm() <= 1e-12 * size * size)
-        throw UserError("a face of the polyhedron has no area", {.fix = "three corners or more, not on one line"});
-    Face face{.corners = list, .normal = normal.normalized(), .height = 0.0, .outwards = {}, .edges = {}};
-    for (std::size_t i = 0; i < list.size(); ++i) face.height += face.normal.dot(at(i)) / static_cast<double>(list.size());
-    for (std::size_t i = 0; i < list.size(); ++i) {
-        if (std::abs(face.normal.dot(at(i)) - face.height) > 1e-9 * size)
-            throw UserError("a face of the polyhedron is not flat", {.allowed = "corners within 1e-9 of its size from one plane"});
-        face.outwards.push_back((at(i + 1) - at(i)).cross(face.normal).normalized());
-        for (std::size_t j = 0; j < list.size(); ++j)
-            if (face.outwards.back().dot(at(j) - at(i)) > 1e-9 * size)
-                throw UserError("a face of the polyhedron is not convex", {.fix = "divide it into convex polygons"});
-    }
-    return face;
-}
-
-// Of the face in which it is a side, and of the other, in which it runs the other way.
-Edge edge_between(const std::pair<int, int>& side, const std::array<std::size_t, 2>& of, const std::vector<Face>& faces) {
-    const auto out_of = [](const Face& face, int from) {
-        const auto place = std::find(face.corners.begin(), face.corners.end(), from) - face.corners.begin();
-        return face.outwards[static_cast<std::size_t>(place)];
-    };
-    return {.a = side.first,
-            .b = side.second,
-            .faces = of,
-            .normal_a = faces[of[0]].normal,
-            .normal_b = faces[of[1]].normal,
-            .out_a = out_of(faces[of[0]], side.first),
-            .out_b = out_of(faces[of[1]], side.second)};
-}
-
-std::vector<Edge> edges_of(const std::vector<Face>& faces) {
-    std::map<std::pair<int, int>, std::size_t> sides;
-    for (std::size_t f = 0; f < faces.size(); ++f)
-        for (std::size_t i = 0; i < faces[f].corners.size(); ++i)
-            if (!sides.emplace(std::pair(faces[f].corners[i], faces[f].corners[(i + 1) % faces[f].corners.size()]), f).second)
-                throw UserError("the polyhedron is not closed, or a face has the wrong direction",
-                                {.fix = "list the corners of each face counter-clockwise, seen from outside"});
-    std::vector<Edge> edges;
-    for (const auto& [side, face] : sides) {
-        const auto other = sides.find({side.second, side.first});
-        if (other == sides.end())
-            throw UserError(
-                fmt::format("the polyhedron is not closed: the edge from corner {} to {} has one face", side.first, side.second),
-                {.fix = "list all faces, their corners counter-clockwise, seen from outside"});
-        if (side.first < side.second) edges.push_back(edge_between(side, {face, other->second}, faces));
-    }
-    return edges;
-}
-
 }  // namespace
 
 std::shared_ptr<const RoundedBody> make_polyhedron(const PolyhedronSize& size) {
@@ -466,54 +368,6 @@ std::shared_ptr<const RoundedBody> make_polyhedron(const PolyhedronSize& size) {
                                 {.fix = "convex polyhedra only; check the direction of the faces"});
     const Vec3 centre = middle_of_largest_ball(faces, size.corners_m);
     return std::make_shared<const RoundedPolyhedron>(size.corners_m, std::move(faces), std::move(edges), centre, size.rounding_m);
-}
-
-namespace {
-
-// A prism over a polygon in the plane z = 0, counter-clockwise seen from above.
-PolyhedronSize prism_over(const std::vector<Eigen::Vector2d>& polygon, double half_height, double rounding_m) {
-    const auto n = static_cast<int>(polygon.size());
-    PolyhedronSize prism{.corners_m = {}, .faces = {}, .rounding_m = rounding_m};
-    for (const double z : {-half_height, half_height})
-        for (const auto& corner : polygon) prism.corners_m.emplace_back(corner.x(), corner.y(), z);
-    std::vector<int> bottom, top;
-    for (int i = 0; i < n; ++i) {
-        bottom.push_back(n - 1 - i);
-        top.push_back(n + i);
-        prism.faces.push_back({i, (i + 1) % n, n + (i + 1) % n, n + i});
-    }
-    prism.faces.push_back(bottom);
-    prism.faces.push_back(top);
-    return prism;
-}
-
-void require_sizes(const char* name, std::initializer_list<double> sizes, double rounding_m, double smallest) {
-    for (const double size : sizes)
-        if (!(size > 0.0) || !std::isfinite(size))
-            throw UserError(fmt::format("a size of the {} is {:g} m", name, size), {.allowed = "above 0"});
-    if (!(rounding_m >= 0.0) || rounding_m >= 0.5 * smallest)
-        throw UserError(fmt::format("the rounding of the {} is {:g} m", name, rounding_m),
-                        {.allowed = fmt::format("0 to below {:.6g} m, half of its smallest width", 0.5 * smallest)});
-}
-
-}  // namespace
-
-PolyhedronSize box_size(const Vec3& size_m, double rounding_m) {
-    require_sizes("box", {size_m.x(), size_m.y(), size_m.z()}, rounding_m, size_m.minCoeff());
-    const Vec3 half = 0.5 * size_m - Vec3::Constant(rounding_m);
-    return prism_over({{-half.x(), -half.y()}, {half.x(), -half.y()}, {half.x(), half.y()}, {-half.x(), half.y()}}, half.z(), rounding_m);
-}
-
-PolyhedronSize prism_size(long sides, double diameter_m, double height_m, double rounding_m) {
-    if (sides < 3 || sides > 64) throw UserError(fmt::format("a prism of {} sides", sides), {.allowed = "3 to 64"});
-    const double angle = std::numbers::pi / static_cast<double>(sides), inscribed = diameter_m * std::cos(angle);
-    require_sizes("prism", {diameter_m, height_m}, rounding_m, std::min(inscribed, height_m));
-    const double radius = 0.5 * diameter_m - rounding_m / std::cos(angle);
-    std::vector<Eigen::Vector2d> polygon;
-    for (long i = 0; i < sides; ++i)
-        polygon.emplace_back(radius * std::cos(2.0 * angle * static_cast<double>(i)),
-                             radius * std::sin(2.0 * angle * static_cast<double>(i)));
-    return prism_over(polygon, 0.5 * height_m - rounding_m, rounding_m);
 }
 
 }  // namespace porepack::shapes

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "scans/scanner.hpp"
 #include "shapes/config.hpp"
 #include "support/arrays.hpp"
 #include "support/helpers.hpp"
@@ -120,6 +121,31 @@ TEST(FacedFlow, SquareRodsAgreeWithFiniteDifferences) {
         EXPECT_NEAR(result.permeability_m2 / k, 1.0, 0.01);
         EXPECT_LE(interval.low, 1.002 * k);
         EXPECT_GE(interval.high, 0.998 * k);
+    }
+}
+
+// A cylinder that is rounded to a sphere makes the scan of a sphere; others, an image of their volume.
+TEST(FacedScan, IsThatOfTheExactGrain) {
+    const ScannerConfig config{
+        .voxel_size_m = 0.05, .views = 160, .counts = 0.0, .blur_voxels = 0.0, .gain_error = 0.0, .one_energy = true, .tilt_deg = 4.0};
+    const auto scan_of = [&](const Shape& shape) {
+        Packing packing{.container = parse_container("cylinder:3,3"), .shapes = {shape}, .bodies = {}};
+        packing.bodies.push_back(
+            {.position_m = {0.3, -0.2, 1.4}, .orientation = Quaternion(Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized()))});
+        return scan_packing(packing, {0.5, 2.3}, config);
+    };
+    const SimulatedScan sphere = scan_of(make_preset(ShapeKind::sphere, 1.0, 0.0)),
+                        rounded = scan_of(shape_of(make_ring({.diameter_m = 1.0, .height_m = 1.0, .rounding_m = 0.5})));
+    double difference = 0.0;
+    for (std::size_t i = 0; i < sphere.values.size(); ++i)
+        difference = std::max(difference, std::abs(static_cast<double>(sphere.values[i] - rounded.values[i])));
+    EXPECT_LT(difference, 1e-6);
+    // The attenuation of the grains is 3 over the container's width.
+    for (const Shape& shape : {make_shape({.kind = ShapeKind::cube, .side_m = 0.9}),
+                               make_shape({.kind = ShapeKind::ring, .diameter_m = 1.0, .height_m = 0.8, .inner_diameter_m = 0.5})}) {
+        const SimulatedScan scan = scan_of(shape);
+        const auto solid = std::count_if(scan.values.begin(), scan.values.end(), [](float value) { return value > 0.5F; });
+        EXPECT_NEAR(static_cast<double>(solid) * 1.25e-4 / measure(shape).volume_m3, 1.0, 0.03) << shape.id;
     }
 }
 

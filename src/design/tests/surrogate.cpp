@@ -168,5 +168,22 @@ TEST(Candidates, OfAUsersShape) {
         EXPECT_THROW((void)parse_free_parameter(text), core::UserError) << text;
 }
 
+// The wall of a ring is free.
+TEST(Candidates, OfAGrainWithFaces) {
+    const ShapeConfig ring{.kind = ShapeKind::ring, .diameter_m = 0.01, .height_m = 0.01, .inner_diameter_m = 0.006};
+    const std::vector<Candidate> walls = own_candidates("ring", ring, {parse_free_parameter("inner_diameter_m=0.002,0.008")});
+    ASSERT_EQ(walls.size(), 100U);
+    EXPECT_LT(walls.back().form.thickness, 0.4 * walls.front().form.thickness);
+    EXPECT_LT(walls.back().form.convexity, walls.front().form.convexity);
+    const double size = std::cbrt(6.0 * measure(make_shape(walls.back().shape)).volume_m3 / std::numbers::pi);
+    EXPECT_NEAR(size, 1.0, 1e-9) << "in units of d_v";
+    EXPECT_NEAR(walls.back().shape.inner_diameter_m / walls.back().shape.diameter_m, 0.8, 1e-12);
+    EXPECT_THROW((void)own_candidates("ring", ring, {parse_free_parameter("side_m=1,2")}), core::UserError);
+    const std::vector<Candidate> cylinders = preset_candidates(ShapeKind::cylinder, {0.7, 0.99});
+    ASSERT_GT(cylinders.size(), 20U);
+    for (const Candidate& one : cylinders) EXPECT_LE(one.form.sphericity, 0.9);
+    EXPECT_EQ(preset_candidates(ShapeKind::cube, {0.0, 1.0}).size(), 1U);
+}
+
 }  // namespace
 }  // namespace porepack

@@ -148,6 +148,8 @@ TEST(Manifest, KnowsDoneStaleAndOfAnotherResultVersion) {
     old["program_version"] = "0.0.1";  // a new version alone does not make a stage stale
     write_json(folder.path() / "manifest.json", old);
     EXPECT_EQ(state_of(folder.path(), manifest, &why), StageState::done);
+    // Entries of lists likewise; their number counts.
+    EXPECT_EQ(given_values(Json::parse(R"({"list":[{"a":1,"b":0},{}],"x":[]})")), Json::parse(R"({"list":[{"a":1},{}]})"));
     Manifest with_new_keys = manifest;  // a later version's, at the values that stand for "not given"
     with_new_keys.configuration = {{"a", 1}, {"b", 0.0}, {"c", false}, {"d", ""}, {"e", Json::array()}, {"f", {{"g", nullptr}}}};
     EXPECT_EQ(state_of(folder.path(), with_new_keys, &why), StageState::done);
