@@ -83,17 +83,23 @@ struct Plan {
     [[nodiscard]] bool grazing(const GrainContact& contact) const { return contact.gap > -4.0 * deviation_m; }
 };
 
+// By how much a grain is thinner after so many times. Faces that press on each other overlap all over: they come apart only when each round
+// takes twice as much as the last one.
+double taken_off(const Shape& shape, int times, double contact_gap_m) {
+    return (shape.body != nullptr ? std::pow(2.0, times) - 1.0 : static_cast<double>(times)) * contact_gap_m;
+}
+
 // The mesh of each image: its grain's mesh, moved, its corners near others on the exact surface; in a group, united with a bridge to every
 // later grain of the group in contact.
 std::vector<Mesh> image_meshes(const Plan& plan, const std::vector<std::size_t>& group_of, const std::function<void(double cost)>& done) {
     std::map<std::pair<std::size_t, int>, Mesh> unit;  // by shape and thinning
     for (std::size_t i = 0; i < plan.images.size(); ++i) {
         const auto key = std::pair(plan.grains.packing().bodies[plan.images[i].body].shape, plan.thinned[i]);
-        if (!unit.contains(key))
-            unit.emplace(
-                key, without_slivers(grain_mesh(plan.grains.packing().shapes[key.first], 0.9 * plan.deviation_m * std::pow(0.9, key.second),
-                                                key.second * plan.contact_gap_m, key.second),
-                                     plan.contact_gap_m));
+        if (unit.contains(key)) continue;
+        const Shape& shape = plan.grains.packing().shapes[key.first];
+        const double thinner = taken_off(shape, key.second, plan.contact_gap_m);
+        const Mesh mesh = grain_mesh(shape, 0.9 * plan.deviation_m * std::pow(0.9, key.second), thinner, key.second);
+        unit.emplace(key, without_slivers(mesh, plan.contact_gap_m));
     }
     std::vector<std::vector<const GrainContact*>> of_image(plan.images.size());
     for (const auto& contact : plan.contacts) {
@@ -278,8 +284,7 @@ SurfaceResult make_surface(const Packing& packing, const SurfaceOptions& options
                                  {.fix = "raise contact_gap_m, or change surface_deviation_m slightly"});
         const std::set<std::size_t> faulty = grains_at(crossings, grains, 2.0 * deviation);
         for (std::size_t i = 0; i < images.size(); ++i) plan.thinned[i] += faulty.contains(images[i].body) ? 1 : 0;
-        log_info("surface: {} faults after rounding to single precision; {} grains are thinned by {:.2g} m", crossings.size(),
-                 faulty.size(), result.contact_gap_m);
+        log_info("surface: {} faults after rounding to single precision; {} grains are thinned", crossings.size(), faulty.size());
     }
     std::set<std::size_t> shrunk;
     for (std::size_t i = 0; i < images.size(); ++i)
