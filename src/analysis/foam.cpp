@@ -72,9 +72,9 @@ results::Foam compute_foam_flow(const PoreSpace& space, const GeometryConfig& ge
     const auto cells = background_cells(space.container, space.computed(), cell);
     const double count = static_cast<double>(cells[0]) * cells[1] * cells[2];
     if (cell > space.grain_size_m || count > 2e8)
-        throw UserError(fmt::format("a background cell of {:g} m does not fit the scene: {} x {} x {} cells, capsule diameter {:g} m", cell,
+        throw UserError(fmt::format("a background cell of {:g} m does not fit the scene: {} x {} x {} cells, grains {:g} m thick", cell,
                                     cells[0], cells[1], cells[2], space.grain_size_m),
-                        {.allowed = "cells smaller than the capsules, at most 2e8 of them", .fix = "the cell size is in metres"});
+                        {.allowed = "cells smaller than that, at most 2e8 of them", .fix = "the cell size is in metres"});
     const double exact = space.porosity().value;
     const Expectation expected = expect_foam(space, config, cell, exact);
     require_memory(expected.memory_bytes, "the OpenFOAM mesh", "use larger cells or a shorter section");

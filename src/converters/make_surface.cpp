@@ -21,7 +21,7 @@
 namespace porepack::converters {
 namespace {
 
-constexpr double largest_change = 0.1;  // deviation and contact gap, of the smallest capsule diameter
+constexpr double largest_change = 0.1;  // deviation and contact gap, of the thickness of the grains
 
 // The cost of a step, for the time left, in meshes of one image: that of uniting two meshes grows with the images in them, and the last
 // unions have one thread.
@@ -247,7 +247,7 @@ SurfaceResult make_surface(const Packing& packing, const SurfaceOptions& options
     for (const auto& [key, value] : {std::pair("surface_deviation_m", deviation), std::pair("contact_gap_m", result.contact_gap_m)})
         if (value > largest_change * d)
             throw UserError(
-                fmt::format("{:g} m would change the grains: their smallest capsule diameter is {:g} m", value, d),
+                fmt::format("{:g} m would change the grains: they are {:g} m thick", value, d),
                 {.where = key, .allowed = fmt::format("at most {:g} m", largest_change * d), .fix = "use a smaller value, or auto"});
     const Grains grains(packing);
     const auto& images = grains.images();

@@ -114,8 +114,8 @@ VoxelPlan plan_voxels(const Container& container, const Section& section, double
         throw UserError(fmt::format("the voxel size must be positive, got {:g} m", voxel_size_m));
     if (voxel_size_m > grain_size_m || voxel_size_m > section.length())
         throw UserError(
-            fmt::format("the voxel is larger than the grain: voxel {:g} m, capsule diameter {:g} m, section {:g} m", voxel_size_m,
-                        grain_size_m, section.length()),
+            fmt::format("the voxel is larger than the grain: voxel {:g} m, grains {:g} m thick, section {:g} m", voxel_size_m, grain_size_m,
+                        section.length()),
             {.allowed = fmt::format("up to {:.3g} m; 10 voxels per diameter are a good start", std::min(grain_size_m, section.length())),
              .fix = "the voxel size is in metres; where several grids are solved, their coarsest must fit too"});
     VoxelPlan plan;
