@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 
 #include "core/error.hpp"
@@ -32,21 +33,12 @@ double grains_per_batch(double extent, const Container& container) {
 // Into how many pieces the engine divides corners, edges, rims and axes of a grain with faces, roughly. In a bed, each takes 0.3 us per
 // step: 6 us for a cylinder, 11 us for a ring, 13 us for a cube.
 double pieces_of(const RoundedBody& body) {
+    const std::map<ContactCurve::Kind, double> of_curve = {{ContactCurve::Kind::corner, 1.0},
+                                                           {ContactCurve::Kind::edge, 3.0},
+                                                           {ContactCurve::Kind::rim, 8.0},
+                                                           {ContactCurve::Kind::axis, 4.0}};
     double pieces = 0.0;
-    for (const ContactCurve& curve : body.contact_curves()) switch (curve.kind) {
-            case ContactCurve::Kind::corner:
-                pieces += 1.0;
-                break;
-            case ContactCurve::Kind::edge:
-                pieces += 3.0;
-                break;
-            case ContactCurve::Kind::rim:
-                pieces += 8.0;
-                break;
-            case ContactCurve::Kind::axis:
-                pieces += 4.0;
-                break;
-        }
+    for (const ContactCurve& curve : body.contact_curves()) pieces += of_curve.at(curve.kind);
     return pieces;
 }
 
