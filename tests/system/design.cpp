@@ -116,7 +116,7 @@ TEST(BadDesigns, EachHasItsMessage) {
     fault("--permeability 2e-7,", "neither a number nor a range");
     fault(k + "--within nan", "\"nan\" is not a finite number");
     fault(k + "--porosity 40", "the porosity is not a value");
-    fault(k + "--shape cube", "\"cube\" is no shape to choose");
+    fault(k + "--shape ring", "\"ring\" is no shape to choose");
     fault(k + "--shape mixture", "no shape to choose");
     fault(k + "--shape nowhere.toml", "nowhere.toml");
     fault(k + "--free radius_m=1,2", "free parameters belong to a shape of your own");
