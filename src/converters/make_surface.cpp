@@ -53,18 +53,32 @@ Mesh unite_group(std::vector<Mesh> meshes, const std::function<void(double cost)
 }
 
 // Of corners and middles of facets and edges from the exact surface of all images; at most `cap`.
-double largest_deviation(const TriangleSurface& surface, const Grains& grains, double cap) {
+double largest_deviation(const TriangleSurface& surface, const Grains& grains, double deviation, double cap) {
     double worst = 0.0;
-#pragma omp parallel for schedule(dynamic, 256) reduction(max : worst)
-    for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-        Vec3 corner[3];
-        for (std::size_t c = 0; c < 3; ++c) {
-            const auto& p = surface.points[static_cast<std::size_t>(surface.triangles[t][c])];
-            corner[c] = Vec3(p[0], p[1], p[2]);
+#pragma omp parallel reduction(max : worst)
+    {
+        std::vector<Capsule> capsules;
+        std::vector<PlacedShape> bodies;
+#pragma omp for schedule(dynamic, 256)
+        for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+            Vec3 corner[3];
+            for (std::size_t c = 0; c < 3; ++c) {
+                const auto& p = surface.points[static_cast<std::size_t>(surface.triangles[t][c])];
+                corner[c] = Vec3(p[0], p[1], p[2]);
+            }
+            const Vec3 middle = (corner[0] + corner[1] + corner[2]) / 3.0;
+            double reach = 4.0 * deviation;
+            for (const Vec3& at : corner) reach = std::max(reach, (at - middle).norm() + 4.0 * deviation);
+            capsules.clear();
+            bodies.clear();
+            grains.capsules_near(middle, reach, capsules);
+            grains.bodies_near(middle, reach, bodies);
+            for (const Vec3& at : {corner[0], middle, Vec3((corner[0] + corner[1]) / 2.0), Vec3((corner[1] + corner[2]) / 2.0)}) {
+                double nearest = capsules.empty() ? cap : signed_distance(capsules, at);
+                for (const PlacedShape& body : bodies) nearest = std::min(nearest, signed_distance(body, at));
+                worst = std::max(worst, std::min(cap, std::abs(nearest)));
+            }
         }
-        for (const Vec3& at : {corner[0], Vec3((corner[0] + corner[1] + corner[2]) / 3.0), Vec3((corner[0] + corner[1]) / 2.0),
-                               Vec3((corner[1] + corner[2]) / 2.0)})
-            worst = std::max(worst, std::min(cap, std::abs(*grains.distance(at, cap))));
     }
     return worst;
 }
@@ -291,7 +305,7 @@ SurfaceResult make_surface(const Packing& packing, const SurfaceOptions& options
         if (plan.thinned[i] > 0) shrunk.insert(images[i].body);
     result.shrunk_grains = static_cast<long>(shrunk.size());
     require_volume(result.check.volume_m3, grains, packing.container, options.max_volume_error);
-    result.deviation_m = largest_deviation(result.surface, grains, d);
+    result.deviation_m = largest_deviation(result.surface, grains, deviation, d);
     return result;
 }
 
