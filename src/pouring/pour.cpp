@@ -30,9 +30,8 @@ double grains_per_batch(double extent, const Container& container) {
     return 1.5 * container.inner_area_m2() / (extent * extent);
 }
 
-// Into how many pieces the engine divides corners, edges, rims and axes of a grain with faces, roughly. In a bed, each takes 0.3 us per
-// step: 6 us for a cylinder, 11 us for a ring, 13 us for a cube.
-double pieces_of(const RoundedBody& body) {
+// Into how many pieces the engine divides corners, edges, rims and axes of a grain with faces, roughly.
+double expected_pieces(const RoundedBody& body) {
     const std::map<ContactCurve::Kind, double> of_curve = {{ContactCurve::Kind::corner, 1.0},
                                                            {ContactCurve::Kind::edge, 3.0},
                                                            {ContactCurve::Kind::rim, 8.0},
@@ -60,10 +59,10 @@ void add_expected_cost(PourPlan& plan, const std::vector<ShapeShare>& shapes, co
             0.4e-6 * 0.6 * grains * static_cast<double>(plan.clump_spheres) * steps / static_cast<double>(config.processes);
         plan.expected_memory_bytes = 60e6 + 4000.0 * static_cast<double>(plan.max_grains * plan.clump_spheres);
     } else {
-        constexpr double per_capsule_s = 0.1e-6, per_piece_s = 0.3e-6;
+        constexpr double per_capsule_s = 0.1e-6, per_piece_s = 0.3e-6;  // the latter from the pour of cases/catalyst_cylinders
         double arms = 0.0, step_s = 0.0;
         for (const auto& [shape, share] : shapes) {
-            const double count = shape.body != nullptr ? pieces_of(*shape.body) : static_cast<double>(shape.capsules.size());
+            const double count = shape.body != nullptr ? expected_pieces(*shape.body) : static_cast<double>(shape.capsules.size());
             arms += share * count;
             step_s += share * count * (shape.body != nullptr ? per_piece_s : per_capsule_s);
         }

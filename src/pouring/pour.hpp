@@ -24,11 +24,12 @@ struct ContactTimes {
     double contact_time_s = 0.0;  ///< pi / sqrt((s_n/2)/m_ij (1 - eta_n^2)), m_ij = m/2 (consistent with Eq. 9), of the lightest grain
     double time_step_s = 0.0;
 };
-/// How many contacts of a capsule a grain's contacts may be as stiff as: its number of capsules; of a grain with faces 12.
+/// Contacts that a grain may have at the same time, for the time step: the number of its capsules. Two faces on each other are as stiff as
+/// several contacts: a grain with faces counts as 12.
 [[nodiscard]] std::size_t contacts_at_once(const shapes::Shape& shape);
 /// `diameter_m`: of the thinnest grain; `at_once`: contacts of one grain, which a dashpot of each would push back and forth for ever, so
-/// the step is shorter by the square root of their number over 6. Throws UserError when the stiffness is
-/// too low for the heaviest grain, or the given step is too long for the lightest.
+/// the step is shorter by the square root of their number over 6. Throws UserError when the stiffness is too low for the heaviest grain,
+/// or the given step is too long for the lightest.
 [[nodiscard]] ContactTimes contact_times(double lightest_kg, double heaviest_kg, double diameter_m, std::size_t at_once,
                                          const PackingConfig& config);
 

@@ -116,16 +116,12 @@ FacedGrain of_aspect(const ShapeConfig& c, double height_over_diameter) {
 // The sphericity rises to its maximum near a height of one diameter and falls on both sides: the grain higher than that is taken. A given
 // rounding does not fit into every grain.
 FacedGrain of_sphericity(const ShapeConfig& c) {
-    const auto fits = [&](double log_aspect) {
+    const auto sphericity_at = [&](double log_aspect) {  // 0 where it does not fit
         try {
-            (void)of_aspect(c, std::exp(log_aspect));
-            return true;
+            return sphericity_of(surface_measures(*of_aspect(c, std::exp(log_aspect)).body));
         } catch (const UserError&) {
-            return false;
+            return 0.0;
         }
-    };
-    const auto sphericity_at = [&](double log_aspect) {
-        return fits(log_aspect) ? sphericity_of(surface_measures(*of_aspect(c, std::exp(log_aspect)).body)) : 0.0;
     };
     constexpr int bits = 40;
     const auto roundest =
@@ -134,11 +130,11 @@ FacedGrain of_sphericity(const ShapeConfig& c) {
         throw UserError(fmt::format("a rounding of {:g} m does not fit into a {} of {:g} m3", c.rounding_m, name_of(c.kind), c.volume_m3),
                         {.fix = "use a smaller rounding_m"});
     double longest = std::log(50.0);
-    if (!fits(longest)) {
+    if (sphericity_at(longest) == 0.0) {
         double low = roundest.first;
         while (longest - low > 1e-6) {
             const double middle = 0.5 * (low + longest);
-            (fits(middle) ? low : longest) = middle;
+            (sphericity_at(middle) > 0.0 ? low : longest) = middle;
         }
         longest = low;
     }

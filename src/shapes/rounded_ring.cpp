@@ -117,7 +117,7 @@ public:
     [[nodiscard]] std::vector<Facet> facets(double deviation, double turn) const override {
         const double r = rounding_;
         // The deviations of both add up.
-        const DividedArc circle = divided_circle(outer_ + r, 0.5 * deviation), rim = divided_arc(r, 0.5 * pi, 0.6 * deviation);
+        const DividedArc circle = divided_circle(outer_ + r, 0.5 * deviation), rim = divided_arc(r, 0.5 * pi, 0.5 * deviation);
         std::vector<Loop> loops;
         const auto add_loop = [&](double rho, double z) {
             loops.emplace_back();

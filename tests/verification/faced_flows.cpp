@@ -64,8 +64,6 @@ Packing walls_across(const std::vector<Vec3>& normals, const Vec3& box, double t
         const double along = normal.dot(middle), nearest = std::round(along - shift) + shift;
         packing.bodies.push_back(
             {.position_m = middle + (nearest - along) * normal, .orientation = Quaternion::FromTwoVectors(Vec3::UnitX(), normal)});
-        if (normals.size() > 1)  // upright
-            packing.bodies.back().orientation = Quaternion(Eigen::AngleAxisd(std::atan2(normal.y(), normal.x()), Vec3::UnitZ()));
     }
     return packing;
 }
