@@ -76,6 +76,8 @@ double largest_deviation(const TriangleSurface& surface, const Grains& grains, d
             for (const Vec3& at : {corner[0], middle, Vec3((corner[0] + corner[1]) / 2.0), Vec3((corner[1] + corner[2]) / 2.0)}) {
                 double nearest = capsules.empty() ? cap : signed_distance(capsules, at);
                 for (const PlacedShape& body : bodies) nearest = std::min(nearest, signed_distance(body, at));
+                // Near periodic faces, the list holds other images than the surface: what would be the largest is computed from its own.
+                if (std::abs(nearest) > worst) nearest = *grains.distance(at, cap);
                 worst = std::max(worst, std::min(cap, std::abs(nearest)));
             }
         }
