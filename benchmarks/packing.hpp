@@ -39,6 +39,8 @@ struct PackingBench {
 [[nodiscard]] core::Json cost_by_grains(const PackingBench& bench);
 /// LIGGGHTS: porosity, overlap and wall time against time step and surface tolerance.
 [[nodiscard]] core::Json time_step_table(const PackingBench& bench);
+/// Cylinders and rings, all at once and batch after batch.
+[[nodiscard]] core::Json grains_with_faces(const PackingBench& bench);
 /// Stiffness of a rod lying on the floor over that of one contact.
 [[nodiscard]] core::Json lying_rods(const PackingBench& bench);
 

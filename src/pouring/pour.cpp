@@ -51,6 +51,7 @@ void add_expected_cost(PourPlan& plan, const std::vector<ShapeShare>& shapes, co
         std::min(static_cast<double>(config.batch_grains), std::max(1.0, grains_per_batch(maximum_feret_diameter(shapes), container)));
     const double fall = std::sqrt(2.0 * container.height() / config.gravity_m_per_s2);
     const double steps = ((config.fill == Fill::lattice ? 1.0 : grains / batch) * config.batch_interval_s + fall + 0.5) / plan.time_step_s;
+    plan.expected_steps = steps;
     if (steps > 1e9)
         throw UserError(fmt::format("the time step {:.3g} s is too short: the pour would need {:.2g} steps", plan.time_step_s, steps),
                         {.allowed = "1e9 steps", .fix = "leave time_step_s out: it is then chosen from the contact time"});

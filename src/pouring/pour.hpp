@@ -41,6 +41,7 @@ struct PourPlan {
     double drop_height_m = 0.0;
     long max_grains = 0;     ///< grains prepared; pouring may stop before
     long clump_spheres = 0;  ///< per grain, on average; LIGGGHTS only
+    double expected_steps = 0.0;
     double expected_wall_time_s = 0.0;
     double expected_memory_bytes = 0.0;
 };

@@ -67,6 +67,15 @@ private:
 
 }  // namespace
 
+void RoundedBody::distances(const PointRow& points, DistanceRow& found) const {
+    Vec3 outward;
+    for (int i = 0; i < points.count; ++i) {
+        const double away = distance(points.at(i), &outward);
+        found.set(i, away, outward);
+    }
+    found.clear_from(points.count);
+}
+
 SurfaceSizes surface_measures(const RoundedBody& body) {
     SurfaceSizes sizes;
     Vec3 about;

@@ -11,6 +11,7 @@
 #include "core/interval.hpp"
 #include "core/json_fwd.hpp"
 #include "geometry/vector.hpp"
+#include "shapes/point_row.hpp"
 
 namespace porepack::shapes {
 
@@ -50,6 +51,8 @@ public:
     [[nodiscard]] double distance(const Vec3& point) const { return distance(point, nullptr); }
     /// The same; `outward` becomes the direction in which the distance grows (unit vector), if it is not null.
     [[nodiscard]] virtual double distance(const Vec3& point, Vec3* outward) const = 0;
+    /// The same of several points.
+    virtual void distances(const PointRow& points, DistanceRow& found) const;
     /// The parts of the line origin + t direction (unit vector) inside the body, sorted and disjoint; with `grown`, inside the body whose
     /// rounding is larger by that length. `parts` is overwritten.
     virtual void line(const Vec3& origin, const Vec3& direction, double grown, std::vector<core::Interval>& parts) const = 0;

@@ -8,6 +8,7 @@
 
 #include "core/error.hpp"
 #include "core/json.hpp"
+#include "core/vectorised.hpp"
 #include "geometry/solid.hpp"
 #include "shapes/loops.hpp"
 #include "shapes/planar.hpp"
@@ -20,6 +21,42 @@ using namespace core;
 namespace {
 
 constexpr double pi = std::numbers::pi;
+
+struct RingCore {
+    double outer, inner;  ///< inner < 0: no hole
+    double half_height, rounding;
+};
+
+// No jumps, so that several points can be computed at once.
+inline void ring_distance(const RingCore& ring, double hole, double x, double y, double z, double& distance, double& outward_x,
+                          double& outward_y, double& outward_z) {
+    const double rho = std::sqrt(x * x + y * y), beyond = rho - ring.outer, before = hole - rho;
+    const double across = beyond < before ? before : beyond, above = std::abs(z) - ring.half_height;
+    const double least = across < above ? across : above, most = across < above ? above : across;  // past the rim: least > 0
+    const double from_rim = least > 0.0 ? std::sqrt(across * across + above * above) : 1.0;
+    const double away = least > 0.0 ? from_rim : most, to_side = across > above ? 1.0 : 0.0;
+    const double out = least > 0.0 ? across / from_rim : to_side, up = least > 0.0 ? above / from_rim : 1.0 - to_side;
+    const double turn = (beyond < before ? -out : out) / (rho > 0.0 ? rho : 1.0);
+    distance = away - ring.rounding;
+    outward_x = turn * (rho > 0.0 ? x : 1.0);
+    outward_y = turn * y;
+    outward_z = std::copysign(up, z);
+}
+
+double hole_of(const RingCore& ring) {
+    return ring.inner < 0.0 ? -1e300 : ring.inner;
+}
+
+POREPACK_VECTORISED void ring_distances(const RingCore& ring, const PointRow& points, DistanceRow& found) {
+    const double hole = hole_of(ring);
+    const double *const x = points.x.data(), *const y = points.y.data(), *const z = points.z.data();
+    double *const distance = found.distance.data(), *const outward_x = found.outward.x.data(), *const outward_y = found.outward.y.data(),
+                  *const outward_z = found.outward.z.data();
+    const RingCore core = ring;
+#pragma GCC ivdep
+    for (int i = 0; i < PointRow::most; ++i)
+        ring_distance(core, hole, x[i], y[i], z[i], distance[i], outward_x[i], outward_y[i], outward_z[i]);
+}
 
 class RoundedRing : public RoundedBody {
 public:
@@ -37,25 +74,15 @@ public:
     }
 
     [[nodiscard]] double distance(const Vec3& point, Vec3* outward) const override {
-        const double rho = std::sqrt(point.x() * point.x() + point.y() * point.y());
-        const bool to_hole = has_hole() && inner_ - rho > rho - outer_;
-        const double across = to_hole ? inner_ - rho : rho - outer_;
-        const double above = std::abs(point.z()) - half_height_;
-        const bool past_rim = across > 0.0 && above > 0.0;
-        const double away = past_rim ? std::sqrt(across * across + above * above) : std::max(across, above);
-        if (outward != nullptr) {
-            const double out = past_rim         ? across / away
-                               : across > above ? 1.0
-                                                : 0.0,
-                         up = past_rim         ? above / away
-                              : across > above ? 0.0
-                                               : 1.0;
-            const double turn = rho > 0.0 ? (to_hole ? -out : out) / rho : 0.0;
-            *outward = {turn * point.x(), turn * point.y(), std::copysign(up, point.z())};
-            if (rho == 0.0 && out > 0.0) outward->x() = to_hole ? -out : out;
-        }
-        return away - rounding_;
+        Vec3 to;
+        double away = 0.0;
+        const RingCore core = this->core();
+        ring_distance(core, hole_of(core), point.x(), point.y(), point.z(), away, to.x(), to.y(), to.z());
+        if (outward != nullptr) *outward = to;
+        return away;
     }
+
+    void distances(const PointRow& points, DistanceRow& found) const override { ring_distances(core(), points, found); }
 
     void line(const Vec3& origin, const Vec3& direction, double grown, std::vector<Interval>& parts) const override {
         parts.clear();
@@ -176,6 +203,7 @@ public:
 
 private:
     [[nodiscard]] bool has_hole() const { return inner_ >= 0.0; }
+    [[nodiscard]] RingCore core() const { return {outer_, inner_, half_height_, rounding_}; }
 
     // Between two upright cylinders and the heights -half and half.
     static void add_between(const Vec3& origin, const Vec3& direction, double outer, double inner, double half,

@@ -25,12 +25,11 @@ CapsuleDem::State::State(const Container& container, const std::vector<Shape>& s
     make_walls();
 }
 
-// Along a line shorter than the thinnest part of a grain that is not convex, the distance has one minimum.
 void CapsuleDem::State::make_pieces() {
     std::vector<std::vector<ContactPiece>> pieces = pieces_of(shapes_);
     for (std::size_t k = 0; k < kinds_.size(); ++k) {
         Kind& kind = kinds_[k];
-        kind.feature = is_convex(shapes_[k]) ? Surface::convex : kind.diameter;
+        kind.convex = is_convex(shapes_[k]);
         kind.pieces = std::move(pieces[k]);
         kind.round = std::any_of(kind.pieces.begin(), kind.pieces.end(),
                                  [](const ContactPiece& piece) { return piece.kind == ContactPiece::Kind::axis; });

@@ -146,8 +146,7 @@ private:
             write_snapshot(snapshot_, key_, dem_, at_);
             next_snapshot_ = dem_.steps() + snapshot_steps_;
         }
-        const double poured = static_cast<double>(at_.next_batch) / static_cast<double>(batches());
-        progress.update(at_.poured ? 0.97 : 0.95 * poured,
+        progress.update(std::min(0.97, static_cast<double>(dem_.steps()) / plan_.expected_steps),
                         fmt::format("{:.2f} s, {} grains, {} asleep", dem_.time_s(), dem_.size(), dem_.sleeping()));
     }
 

@@ -46,7 +46,7 @@ public:
         bool isotropic = false;
         std::vector<ContactPiece> pieces;  ///< where a grain has faces
         bool round = false;                ///< some piece is an axis
-        double feature = 0.0;              ///< of the surface
+        bool convex = false;
     };
     struct Derivative {
         shapes::Vec3 v = shapes::Vec3::Zero(), a = shapes::Vec3::Zero(), torque = shapes::Vec3::Zero();

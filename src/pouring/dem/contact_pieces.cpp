@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "pouring/dem/piece_rows.hpp"
 #include "pouring/uses.hpp"
 #include "shapes/quadrature.hpp"
 
@@ -38,20 +39,17 @@ double zero_between(const F& f, double a, double at_a, double b, double at_b, do
     return 0.5 * (a + b);
 }
 
-// A piece from one end to the other by places where the distance from a surface rises or falls only between neighbours.
 struct Place {
     double s, distance;
 };
-struct Course {
-    std::vector<Place> places;
-    double bound = 0.0;  // no place of the piece is nearer
-};
+
+constexpr double level = 1e-5;  // a slope below this is none
 
 // Where the slope is zero, between a fall and a rise. `uncertain`: the distance there is not larger than the smallest one by more than
 // this.
 template <typename Slope>
 Place valley(const Slope& slope, double low, double at_low, double high, double at_high, double length, double& uncertain) {
-    constexpr double width = 1e-4, level = 1e-5;
+    constexpr double width = 1e-4;
     Place place{.s = low, .distance = 1e300};
     uncertain = (high - low) * length;
     int side = 0;
@@ -80,51 +78,86 @@ Place valley(const Slope& slope, double low, double at_low, double high, double 
     return place;
 }
 
-// Stretches that may be in contact are halved until they have one minimum at most.
-void follow(const ContactPiece& piece, const Surface& surface, Course& course) {
-    struct Sample {
-        double s, distance, slope;
-    };
-    Vec3 outward, tangent;
+// A piece from one end to the other. Between two turns, the distance from the surface only rises or only falls (but for `level`).
+class Course {
+public:
+    /// Fifteen steps from place to place; along a step, there is one nearest place at most (pieces_of).
+    Course(const ContactPiece& piece, const Surface& surface) : piece_(piece), surface_(surface) {
+        row_.points.count = PointRow::most;
+        for (std::size_t i = 0; i < samples; ++i) row_.s[i] = static_cast<double>(i) / (samples - 1);
+        place(piece, row_);
+        surface.distances(row_.points, found_);
+        // From one point to another, the distance changes by no more than the way.
+        bound_ = bound_between(row_, found_.distance);
+    }
+    [[nodiscard]] double bound() const { return bound_; }  ///< no place of the piece is nearer
+    void find_turns();
+    [[nodiscard]] std::size_t parts() const { return turn_count_ - 1; }
+    [[nodiscard]] std::size_t turn(std::size_t n) const { return turns_[n]; }
+    [[nodiscard]] const Place& operator[](std::size_t place) const { return places_[place]; }
+    [[nodiscard]] const Place& nearest() const { return places_[nearest_]; }
+
+private:
+    static constexpr std::size_t samples = PointRow::most;
+    static bool nearer(const Place& one, const Place& other) { return one.distance < other.distance; }
+    void add(const Place& place) {
+        if (count_ == 0 || place.distance < places_[nearest_].distance) nearest_ = count_;
+        places_[count_++] = place;
+    }
+
+    const ContactPiece& piece_;
+    const Surface& surface_;
+    PlaceRow row_;
+    DistanceRow found_;
+    double bound_;
+    std::array<Place, 2 * samples> places_;
+    std::array<std::size_t, 2 * samples> turns_;  // numbers of places; the first and the last one are among them
+    std::size_t count_ = 0, turn_count_ = 0, nearest_ = 0;
+};
+
+void Course::find_turns() {
+    Row slopes;
+    find_slopes(row_, found_, slopes);
     const auto slope_at = [&](double s, double& away) {
-        const Vec3 x = piece.at(s, &tangent);
-        away = surface.distance(x, outward);
+        Vec3 outward, tangent;
+        away = surface_.distance(piece_.at(s, &tangent), outward);
         return outward.dot(tangent);
     };
-    const auto sample = [&](double s) {
-        Sample found{.s = s, .distance = 0.0, .slope = 0.0};
-        found.slope = slope_at(s, found.distance);
-        return found;
-    };
-    // The parameter is fastest at the beginning. A convex body may be near an arc at both of its ends.
-    const double speed = piece.speed(0.0);
-    const double feature = piece.kind == ContactPiece::Kind::arc ? std::min(surface.feature(), 0.5 * piece.rim_radius) : surface.feature();
-    thread_local std::vector<Sample> ends;  // of the stretches to come, the next one last
-    Sample from = sample(0.0);
-    ends.assign(1, sample(1.0));
-    course.places.assign(1, {from.s, from.distance});
-    course.bound = 1e300;
-    while (!ends.empty()) {
-        const Sample to = ends.back();
-        const double length = (to.s - from.s) * speed;
-        // From one point to another, the distance changes by no more than the way.
-        double bound = std::min({from.distance, to.distance, 0.5 * (from.distance + to.distance - length)});
-        if (bound < piece.radius && length > feature) {
-            ends.push_back(sample(0.5 * (from.s + to.s)));
-            continue;
+    const bool one_minimum = surface_.convex() && piece_.kind != ContactPiece::Kind::arc;
+    turns_[turn_count_++] = 0;
+    bound_ = 1e300;
+    int way = 0;            // of the distance: 1 rises, -1 falls
+    std::size_t since = 0;  // the last place with such a slope
+    for (std::size_t i = 0; i < samples; ++i) {
+        const Place to = {row_.s[i], found_.distance[i]};
+        const double slope = slopes[i];
+        if (i > 0) {
+            const Place from = {row_.s[i - 1], found_.distance[i - 1]};
+            const double length = (to.s - from.s) * row_.speed[i - 1], lower = std::min(from.distance, to.distance);
+            double nearest = std::min(lower, 0.5 * (from.distance + to.distance - length));
+            if (slopes[i - 1] < -level && slope > level && nearest < piece_.radius) {
+                double uncertain = 0.0;
+                const Place lowest = valley(slope_at, from.s, slopes[i - 1], to.s, slope, row_.speed[i - 1], uncertain);
+                add(lowest);
+                nearest = std::max(nearest, std::min(lower, lowest.distance - uncertain));
+            } else if (one_minimum) {
+                nearest = lower - level * length;
+            }
+            bound_ = std::min(bound_, nearest);
         }
-        if (from.slope < 0.0 && to.slope > 0.0 && bound < piece.radius) {
-            double uncertain = 0.0;
-            course.places.push_back(valley(slope_at, from.s, from.slope, to.s, to.slope, speed, uncertain));
-            bound = std::max(bound, std::min({from.distance, to.distance, course.places.back().distance - uncertain}));
-        } else if (surface.feature() == Surface::convex && piece.kind != ContactPiece::Kind::arc) {
-            bound = std::min(from.distance, to.distance);
+        add(to);
+        const int now = slope > level ? 1 : slope < -level ? -1 : 0;
+        if (now == 0) continue;
+        if (way == -now) {
+            const auto one = places_.begin() + static_cast<std::ptrdiff_t>(since),
+                       end = places_.begin() + static_cast<std::ptrdiff_t>(count_);
+            const auto turn = now > 0 ? std::min_element(one, end, nearer) : std::max_element(one, end, nearer);
+            if (const auto n = static_cast<std::size_t>(turn - places_.begin()); n > turns_[turn_count_ - 1]) turns_[turn_count_++] = n;
         }
-        course.bound = std::min(course.bound, bound);
-        course.places.push_back({to.s, to.distance});
-        from = to;
-        ends.pop_back();
+        way = now;
+        since = count_ - 1;
     }
+    if (turns_[turn_count_ - 1] + 1 < count_) turns_[turn_count_++] = count_ - 1;
 }
 
 bool contact_of_point(const ContactPiece& piece, const Surface& surface, PieceContact& contact, double& gap) {
@@ -163,6 +196,15 @@ Vec3 ContactPiece::at(double s, Vec3* tangent) const {
     }
     if (tangent != nullptr) *tangent = along / length;
     return start + s * along;
+}
+
+void Surface::distances(const PointRow& points, DistanceRow& found) const {
+    Vec3 outward;
+    for (int i = 0; i < points.count; ++i) {
+        const double away = distance(points.at(i), outward);
+        found.set(i, away, outward);
+    }
+    found.clear_from(points.count);
 }
 
 double ContactPiece::speed(double s) const {
@@ -237,7 +279,7 @@ std::vector<ContactPiece> contact_pieces(const Shape& shape, double longest_m, d
                 break;
             }
             case ContactCurve::Kind::rim: {
-                constexpr int arcs = 8;
+                const int arcs = std::max(8, static_cast<int>(std::ceil(std::numbers::pi * curve.rim_radius / longest_m)));
                 const Vec3 first = curve.rim_radius * curve.b.unitOrthogonal(), second = curve.b.cross(first);
                 const double turn = 2.0 * std::numbers::pi / arcs;
                 for (int i = 0; i < arcs; ++i) {
@@ -269,7 +311,11 @@ std::vector<std::vector<ContactPiece>> pieces_of(const std::vector<Shape>& shape
     std::vector<std::vector<ContactPiece>> pieces(shapes.size());
     if (std::none_of(shapes.begin(), shapes.end(), [](const Shape& shape) { return shape.body != nullptr; })) return pieces;
     double longest = 1e300;
-    for (const Shape& shape : shapes) longest = std::min(longest, 0.25 * maximum_feret_diameter(shape));
+    for (const Shape& shape : shapes) {
+        longest = std::min(longest, 0.25 * maximum_feret_diameter(shape));
+        // Along a line shorter than the thickness, the distance from a grain that is not convex has one minimum.
+        if (!is_convex(shape)) longest = std::min(longest, 6.0 * smallest_diameter(shape));
+    }
     const bool convex = std::all_of(shapes.begin(), shapes.end(), is_convex);
     for (std::size_t s = 0; s < shapes.size(); ++s) pieces[s] = contact_pieces(shapes[s], longest, convex ? 1e300 : longest);
     return pieces;
@@ -277,22 +323,10 @@ std::vector<std::vector<ContactPiece>> pieces_of(const std::vector<Shape>& shape
 
 namespace {
 
-// The sum over the parts of a piece of what a shift and a turn of the piece change.
-struct Integral {
-    Vec3 about;  // a point near the contact
-    Vec3 push = Vec3::Zero(), at = Vec3::Zero(), moment = Vec3::Zero();
-    double potential = 0.0, weight = 0.0;
-
-    void add(const Vec3& force, const Vec3& from_about) {
-        push += force;
-        moment += from_about.cross(force);
-    }
-};
-
 // The share S of a disc at s depends on s + R tau, with tau = -outward.t the part along the axis t of the direction in which the disc is
 // nearest: a shift of the disc changes tau by -H t, with H the second derivatives of the distance, and a turn by -t x outward.
 void add_change_of_share(const ContactPiece& piece, const Surface& surface, const Vec3& x, const Vec3& t, const Vec3& outward,
-                         double change, Integral& sum) {
+                         double change, ContactSum& sum) {
     const double step = 1e-6 * piece.radius;
     Vec3 next;
     (void)surface.distance(x + step * t, next);
@@ -300,32 +334,55 @@ void add_change_of_share(const ContactPiece& piece, const Surface& surface, cons
     sum.moment += change * t.cross(outward);
 }
 
+// Gauss' rule from 0 to 1; what it does not need lies at 0 and weighs nothing.
+struct GaussRow {
+    Row s = {}, weight = {};
+};
+template <unsigned Points>
+GaussRow gauss_row() {
+    GaussRow row;
+    std::size_t n = 0;
+    shapes::for_gauss_points<Points>(0.0, 1.0, [&](double s, double weight) {
+        row.s[n] = s;
+        row.weight[n++] = weight;
+    });
+    return row;
+}
+
 // From one place to another, between which the overlap rises or falls.
 template <unsigned Points>
-void add_part(const ContactPiece& piece, const Surface& surface, double from, double to, Integral& sum) {
-    Vec3 outward, tangent;
-    shapes::for_gauss_points<Points>(from, to, [&](double s, double width) {
-        const Vec3 x = piece.at(s, &tangent);
-        const double away = surface.distance(x, outward), overlap = std::max(0.0, piece.radius - away);
-        const Vec3 from_about = x - sum.about;
-        const double whole = width * piece.speed(s) / piece.per_length * seventh(overlap);
-        double part = whole;
-        if (piece.kind == ContactPiece::Kind::axis) {
+void add_part(const ContactPiece& piece, const Surface& surface, double from, double to, ContactSum& sum) {
+    static const GaussRow rule = gauss_row<Points>();
+    PlaceRow row;
+    DistanceRow found;
+    Row weights;
+    row.points.count = Points;
+    for (std::size_t n = 0; n < weights.size(); ++n) {
+        row.s[n] = from + rule.s[n] * (to - from);
+        weights[n] = rule.weight[n] * (to - from) / piece.per_length;
+    }
+    place(piece, row);
+    surface.distances(row.points, found);
+    for (std::size_t n = 0; n < weights.size(); ++n) weights[n] *= row.speed[n];
+    if (piece.kind == ContactPiece::Kind::axis)
+        for (std::size_t n = 0; n < Points; ++n) {
+            const int i = static_cast<int>(n);
+            const Vec3 outward = found.outward.at(i), tangent = row.tangents.at(i);
+            const double away = found.distance[n], overlap = std::max(0.0, piece.radius - away);
             double slope = 0.0;
-            part *= share_of_disc(piece, s, away, -outward.dot(tangent), slope);
-            if (slope != 0.0) add_change_of_share(piece, surface, x, tangent, outward, 0.125 * whole * overlap * slope * piece.radius, sum);
+            const double whole = weights[n], share = share_of_disc(piece, row.s[n], away, -outward.dot(tangent), slope);
+            weights[n] *= share;
+            if (slope != 0.0)
+                add_change_of_share(piece, surface, row.points.at(i), tangent, outward,
+                                    0.125 * whole * seventh(overlap) * overlap * slope * piece.radius, sum);
         }
-        sum.potential += part * overlap;
-        sum.weight += part;
-        sum.add(part * outward, from_about);
-        sum.at += part * (from_about - (piece.radius - 0.5 * overlap) * outward);
-    });
+    add_row(row, found, weights, piece.radius, sum);
 }
 
 // Where the distance grows in the same direction at both ends, a convex body is flat between them; elsewhere, the part may pass from one
 // feature of the other body to the next, where the curvature jumps.
 bool is_flat(const ContactPiece& piece, const Surface& surface, double from, double to) {
-    if (surface.feature() != Surface::convex || piece.kind == ContactPiece::Kind::axis) return false;
+    if (!surface.convex() || piece.kind == ContactPiece::Kind::axis) return false;
     Vec3 one, other;
     (void)surface.distance(piece.at(from), one);
     (void)surface.distance(piece.at(to), other);
@@ -339,23 +396,29 @@ bool contact_of(const ContactPiece& piece, const Surface& surface, PieceContact&
     Vec3 outward;
     gap = surface.distance(piece.at(0.5), outward) - 0.5 * piece.speed(0.0) - piece.radius;
     if (gap > 0.0) return false;
-    thread_local Course course;
-    follow(piece, surface, course);
-    gap = std::max(0.0, course.bound - piece.radius);
-
-    const auto& places = course.places;
-    const auto nearest =
-        std::min_element(places.begin(), places.end(), [](const Place& one, const Place& other) { return one.distance < other.distance; });
-    if (nearest->distance >= piece.radius) return false;
+    Course course(piece, surface);
+    gap = course.bound() - piece.radius;
+    if (gap >= 0.0) return false;
+    course.find_turns();
+    gap = std::max(0.0, course.bound() - piece.radius);
+    const Place nearest = course.nearest();
+    if (nearest.distance >= piece.radius) return false;
+    const auto overlap = [&](std::size_t place) { return piece.radius - course[place].distance; };
     const auto overlap_at = [&](double s) { return piece.radius - surface.distance(piece.at(s), outward); };
-    const double small = 0.01 * (piece.radius - nearest->distance);  // to the power 8
-    Integral sum{.about = piece.at(nearest->s)};
-    for (std::size_t i = 0; i + 1 < places.size(); ++i) {
-        double from = places[i].s, to = places[i + 1].s;
-        const double at_from = piece.radius - places[i].distance, at_to = piece.radius - places[i + 1].distance;
-        if (std::max(at_from, at_to) <= small) continue;
-        if (at_from < 0.0) from = zero_between(overlap_at, from, at_from, to, at_to, small);
-        if (at_to < 0.0) to = zero_between(overlap_at, places[i].s, at_from, to, at_to, small);
+    const double small = 0.01 * (piece.radius - nearest.distance);  // to the power 8
+    const auto end_between = [&](std::size_t in, std::size_t out) {
+        if (overlap(out) >= 0.0) return course[out].s;
+        return zero_between(overlap_at, course[in].s, overlap(in), course[out].s, overlap(out), small);
+    };
+    ContactSum sum{.about = piece.at(nearest.s)};
+    for (std::size_t part = 0; part < course.parts(); ++part) {
+        // The first and the last place in contact.
+        std::size_t first = course.turn(part), last = course.turn(part + 1);
+        while (first < last && overlap(first) <= small) ++first;
+        while (last > first && overlap(last) <= small) --last;
+        if (overlap(first) <= small) continue;
+        const double from = first > course.turn(part) ? end_between(first, first - 1) : course[first].s;
+        const double to = last < course.turn(part + 1) ? end_between(last, last + 1) : course[last].s;
         if (!(to > from)) continue;
         if (is_flat(piece, surface, from, to))
             add_part<6>(piece, surface, from, to, sum);

@@ -38,8 +38,8 @@ struct ContactPiece {
     [[nodiscard]] ContactPiece moved(const Eigen::Matrix3d& turn_by, const shapes::Vec3& shift) const;
 };
 
-/// Those of each shape, no longer than a quarter of the smallest grain; axes are whole where all shapes are convex. None at all without
-/// grains with faces.
+/// Those of each shape, no longer than a quarter of the smallest grain, nor than six times the thinnest part of a grain that is not
+/// convex; axes are whole where all shapes are convex. None at all without grains with faces.
 [[nodiscard]] std::vector<std::vector<ContactPiece>> pieces_of(const std::vector<shapes::Shape>& shapes);
 [[nodiscard]] bool is_convex(const shapes::Shape& shape);
 
@@ -55,18 +55,18 @@ struct PieceContact {
 /// What a piece may be in contact with: a grain, or a wall.
 class Surface {
 public:
-    /// `feature`: along a line shorter than this the distance has one minimum; any line, of a convex body.
-    explicit Surface(double feature) : feature_(feature) {}
+    explicit Surface(bool convex) : convex_(convex) {}
     Surface(const Surface&) = delete;
     Surface& operator=(const Surface&) = delete;
     virtual ~Surface() = default;
     /// Negative inside; with the direction in which it grows (unit vector).
     virtual double distance(const shapes::Vec3& point, shapes::Vec3& outward) const = 0;
-    [[nodiscard]] double feature() const { return feature_; }
-    static constexpr double convex = 1e300;
+    /// The same of several points.
+    virtual void distances(const shapes::PointRow& points, shapes::DistanceRow& found) const;
+    [[nodiscard]] bool convex() const { return convex_; }
 
 private:
-    double feature_;
+    bool convex_;
 };
 
 /// False where the piece is not in contact; then `gap` is a lower bound of the gap, or 0.

@@ -6,6 +6,7 @@
 
 #include "core/error.hpp"
 #include "pouring/dem/capsule_state.hpp"
+#include "pouring/dem/piece_rows.hpp"
 #include "pouring/uses.hpp"
 
 namespace porepack::pouring::dem {
@@ -15,9 +16,12 @@ namespace {
 // In the shape's frame.
 class ShapeSurface : public Surface {
 public:
-    ShapeSurface(const Shape& shape, double feature) : Surface(feature), shape_(shape) {}
+    ShapeSurface(const Shape& shape, bool convex) : Surface(convex), shape_(shape) {}
     double distance(const Vec3& point, Vec3& outward) const override {
         return shape_.body != nullptr ? shape_.body->distance(point, &outward) : signed_distance(shape_.capsules, point, outward);
+    }
+    void distances(const PointRow& points, DistanceRow& found) const override {
+        shape_.body != nullptr ? shape_.body->distances(points, found) : Surface::distances(points, found);
     }
 
 private:
@@ -27,11 +31,12 @@ private:
 // Walls in the frame of a grain's shape.
 class PlaneSurface : public Surface {
 public:
-    PlaneSurface(const Vec3& normal, double offset) : Surface(convex), normal_(normal), offset_(offset) {}
+    PlaneSurface(const Vec3& normal, double offset) : Surface(true), normal_(normal), offset_(offset) {}
     double distance(const Vec3& point, Vec3& outward) const override {
         outward = normal_;
         return offset_ + normal_.dot(point);
     }
+    void distances(const PointRow& points, DistanceRow& found) const override { plane_distances(normal_, offset_, points, found); }
 
 private:
     Vec3 normal_;
@@ -41,13 +46,14 @@ private:
 class TubeSurface : public Surface {
 public:
     TubeSurface(const Eigen::Matrix3d& turn, const Vec3& origin, double radius)
-        : Surface(radius), turn_(turn), origin_(origin), radius_(radius) {}
+        : Surface(false), turn_(turn), origin_(origin), radius_(radius) {}
     double distance(const Vec3& point, Vec3& outward) const override {
         const Vec3 x = origin_ + turn_ * point;
         const double away = x.head<2>().norm();
         outward = away > 0.0 ? Vec3(turn_.transpose() * Vec3(-x.x() / away, -x.y() / away, 0.0)) : Vec3(Vec3::UnitX());
         return radius_ - away;
     }
+    void distances(const PointRow& points, DistanceRow& found) const override { tube_distances(turn_, origin_, radius_, points, found); }
 
 private:
     const Eigen::Matrix3d& turn_;
@@ -76,7 +82,7 @@ void CapsuleDem::State::add_piece_pairs(std::size_t i, std::size_t other, const 
         std::vector<bool> known(piece_kind.pieces.size(), false);
         for (std::size_t n = 0; n < before; ++n)
             if (list[n].other == second && (list[n].own != 0) == own) known[list[n].piece] = true;
-        const ShapeSurface surface(shapes_[surface_body.kind], surface_kind.feature);
+        const ShapeSurface surface(shapes_[surface_body.kind], surface_kind.convex);
         Vec3 outward;
         for (std::size_t p = 0; p < piece_kind.pieces.size(); ++p) {
             const ContactPiece& piece = piece_kind.pieces[p];
@@ -111,7 +117,7 @@ bool CapsuleDem::State::piece_contact_of(std::size_t i, std::size_t n, Contact& 
     const Eigen::Matrix3d turn = surface.turn.transpose() * frame.turn;
     const ContactPiece piece =
         kinds_[bodies_[of_piece].kind].pieces[pair.piece].moved(turn, surface.turn.transpose() * (frame.origin + away - surface.origin));
-    if (!dem::contact_of(piece, ShapeSurface(shapes_[surface_kind], kinds_[surface_kind].feature), part, gap)) return false;
+    if (!dem::contact_of(piece, ShapeSurface(shapes_[surface_kind], kinds_[surface_kind].convex), part, gap)) return false;
     // Out of the surface means towards the piece's body.
     contact.normal = surface.turn * (own ? Vec3(-part.normal) : part.normal);
     contact.at = surface.origin + surface.turn * part.at + (own ? contact.shift : Vec3(Vec3::Zero()));

@@ -198,6 +198,25 @@ TEST(RoundedBody, DistanceAndSupportAreThoseOfTheSurface) {
     }
 }
 
+// Rows of points are computed with the instructions of the machine, single points with those that all machines have.
+TEST(RoundedBody, RowsOfPointsGiveTheBitsOfSinglePoints) {
+    std::mt19937_64 random(5);
+    for (const auto& [name, body] : bodies())
+        for (int repeat = 0; repeat < 500; ++repeat) {
+            PointRow points;
+            points.count = 1 + repeat % PointRow::most;
+            for (int i = 0; i < PointRow::most; ++i) points.set(i, random_point(random));
+            if (repeat == 0) points.set(0, Vec3::Zero());
+            DistanceRow found;
+            body->distances(points, found);
+            for (int i = 0; i < points.count; ++i) {
+                Vec3 outward;
+                ASSERT_EQ(body->distance(points.at(i), &outward), found.distance[static_cast<std::size_t>(i)]) << name;
+                ASSERT_EQ(outward, found.outward.at(i)) << name;
+            }
+        }
+}
+
 TEST(Torus, PartsAreThoseOfTheDistance) {
     std::mt19937_64 random(5);
     std::vector<Interval> parts;
