@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <limits>
@@ -20,8 +21,12 @@ constexpr long part = 500;  // steps between two checks
 struct PourProgress {
     long next_batch = 0;
     bool poured = false, calm = false;  // calm: at rest with sleeping grains; all were woken since
-    long settled_at = 0;                // step at which the last batch was created
+    long settled_at = 0;                // step at which the last batch was created, or all were woken
+    long awakenings = 0;                // of all grains
 };
+
+// Grains with faces cost so much more than capsules that a bed in which a few of them roll on is put back to sleep, this many times.
+constexpr long max_awakenings = 10;
 
 // The key comes first, so that a snapshot of other settings is recognised before its content is read. The file replaces the earlier one
 // only when it is complete.
@@ -65,7 +70,8 @@ void require_all_inside(const CapsuleDem& dem, const Container& container, doubl
 }
 
 // One pour: batches are inserted on schedule until the bed is full, then the grains settle until they are at rest. With sleep there are
-// two phases of settling: first with sleeping grains, then with all grains awake, because the packing must also be at rest without sleep.
+// two phases of settling: first with sleeping grains, then with all grains awake, because the packing must also be at rest without sleep;
+// grains with faces may go through both several times.
 class CapsulePour {
 public:
     CapsulePour(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config, const Path& folder)
@@ -75,13 +81,14 @@ public:
           pour_(make_batches(shapes, container, config, plan_.drop_height_m, plan_.max_grains)),
           dem_(container, shapes_of(shapes), config.density_kg_per_m3, contact_law(config), options()),
           snapshot_(folder / "snapshot.bin"),
-          key_(scene_key(shapes, container, config)),
+          key_(scene_key(shapes, container, config) + " 2"),  // the format of the snapshot
           diameter_(finest_diameter(shapes)),
           feret_diameter_(maximum_feret_diameter(shapes)),
           interval_(steps_of(config.batch_interval_s)),
           snapshot_steps_(steps_of(config.snapshot_interval_s)),
           settle_steps_(std::lround(config.settle_time_s / plan_.time_step_s)),
-          limit_J_(config.rest_energy_fraction * plan_.grain_mass_kg * config.gravity_m_per_s2 * diameter_) {}
+          limit_J_(config.rest_energy_fraction * plan_.grain_mass_kg * config.gravity_m_per_s2 * diameter_),
+          faced_(std::any_of(shapes.begin(), shapes.end(), [](const ShapeShare& share) { return share.shape.body != nullptr; })) {}
 
     [[nodiscard]] PourResult run() {
         start_or_resume();
@@ -147,7 +154,14 @@ private:
             next_snapshot_ = dem_.steps() + snapshot_steps_;
         }
         progress.update(std::min(0.97, static_cast<double>(dem_.steps()) / plan_.expected_steps),
-                        fmt::format("{:.2f} s, {} grains, {} asleep", dem_.time_s(), dem_.size(), dem_.sleeping()));
+                        fmt::format("{:.2f} s, {} grains, {} asleep{}", dem_.time_s(), dem_.size(), dem_.sleeping(), unrest()));
+    }
+
+    // What is left to do after the last batch.
+    [[nodiscard]] std::string unrest() const {
+        if (!at_.poured) return "";
+        return fmt::format(", energy {:.1e} of {:.1e} J, force {:.1g} of {:g} weights", rest_.kinetic_energy_per_grain_J, limit_J_,
+                           rest_.mean_force_over_weight, rest_force_limit);
     }
 
     // Returns true at rest; wakes all grains at the end of the first phase.
@@ -163,7 +177,11 @@ private:
             // The second phase has its own settling time.
             at_.calm = true;
             at_.settled_at = dem_.steps();
+            ++at_.awakenings;
             dem_.set_sleep(false);
+        } else if (at_.calm && faced_ && at_.awakenings < max_awakenings && dem_.steps() - at_.settled_at > 2 * interval_) {
+            at_.calm = false;
+            dem_.set_sleep(true);
         }
         if (dem_.steps() - at_.settled_at > settle_steps_)
             throw NumericalError(
@@ -211,6 +229,7 @@ private:
     double diameter_, feret_diameter_;
     long interval_, snapshot_steps_, settle_steps_;  // in steps
     double limit_J_;                                 // of the kinetic energy per grain at rest
+    bool faced_;
     PourProgress at_;
     DemRest rest_;
     long next_snapshot_ = 0;

@@ -78,7 +78,8 @@ Place valley(const Slope& slope, double low, double at_low, double high, double 
     return place;
 }
 
-// A piece from one end to the other. Between two turns, the distance from the surface only rises or only falls (but for `level`).
+// A piece from one end to the other. Its turns are places between which the distance from the surface only rises or only falls (but for
+// `level`).
 class Course {
 public:
     /// Fifteen steps from place to place; along a step, there is one nearest place at most (pieces_of).
