@@ -159,7 +159,8 @@ Json packing_benchmark(bool quick, const Path& output) {
 
     // Costs first, before other work heats the processor or fills the memory.
     const Json costs = step_costs(bench);
-    const Json grains = cost_by_grains(bench), rods = lying_rods(bench), steps = time_step_table(bench), faced = grains_with_faces(bench);
+    const Json grains = cost_by_grains(bench), rods = lying_rods(bench), steps = time_step_table(bench), faced = grains_with_faces(bench),
+               spheres = spheres_of_faces(bench);
 
     // Several packings by both engines.
     Json shapes = Json::array();
@@ -209,9 +210,16 @@ Json packing_benchmark(bool quick, const Path& output) {
     }
     const Json lattice = bed_json(beds);
     draw_engines(bench.folder, shapes, tolerances, lattice, costs);
-    return {{"grains", bench.grains}, {"step_costs", costs},      {"cost_by_grains", grains},
-            {"lying_rod", rods},      {"time_steps", steps},      {"grains_with_faces", faced},
-            {"shapes", shapes},       {"tolerances", tolerances}, {"capsules_from_a_lattice", lattice}};
+    return {{"grains", bench.grains},
+            {"step_costs", costs},
+            {"cost_by_grains", grains},
+            {"lying_rod", rods},
+            {"time_steps", steps},
+            {"grains_with_faces", faced},
+            {"spheres_of_320_faces", spheres},
+            {"shapes", shapes},
+            {"tolerances", tolerances},
+            {"capsules_from_a_lattice", lattice}};
 }
 
 }  // namespace porepack::benchmarks

@@ -41,6 +41,8 @@ struct PackingBench {
 [[nodiscard]] core::Json time_step_table(const PackingBench& bench);
 /// Cylinders and rings, all at once and batch after batch.
 [[nodiscard]] core::Json grains_with_faces(const PackingBench& bench);
+/// Porosity of beds of spheres as polyhedra of 320 faces, and of exact ones.
+[[nodiscard]] core::Json spheres_of_faces(const PackingBench& bench);
 /// Stiffness of a rod lying on the floor over that of one contact.
 [[nodiscard]] core::Json lying_rods(const PackingBench& bench);
 
