@@ -179,7 +179,7 @@ private:
             at_.settled_at = dem_.steps();
             ++at_.awakenings;
             dem_.set_sleep(false);
-        } else if (at_.calm && faced_ && at_.awakenings < max_awakenings && dem_.steps() - at_.settled_at > 2 * interval_) {
+        } else if (at_.calm && faced_ && at_.awakenings < max_awakenings && dem_.steps() - at_.settled_at > interval_) {
             at_.calm = false;
             dem_.set_sleep(true);
         }
