@@ -60,16 +60,17 @@ void add_expected_cost(PourPlan& plan, const std::vector<ShapeShare>& shapes, co
             0.4e-6 * 0.6 * grains * static_cast<double>(plan.clump_spheres) * steps / static_cast<double>(config.processes);
         plan.expected_memory_bytes = 60e6 + 4000.0 * static_cast<double>(plan.max_grains * plan.clump_spheres);
     } else {
-        constexpr double per_capsule_s = 0.1e-6, per_piece_s = 0.3e-6;  // the latter from the pour of cases/catalyst_cylinders
+        constexpr double per_capsule_s = 0.1e-6, per_piece_s = 0.25e-6;  // the latter from pours of 36 to 1000 cylinders and rings
         double arms = 0.0, step_s = 0.0;
         for (const auto& [shape, share] : shapes) {
             const double count = shape.body != nullptr ? expected_pieces(*shape.body) : static_cast<double>(shape.capsules.size());
             arms += share * count;
             step_s += share * count * (shape.body != nullptr ? per_piece_s : per_capsule_s);
         }
-        constexpr double min_grains_for_threads = 500.0, gain_of_a_thread = 0.6, max_threads = 4.0;
-        const double threads = grains < min_grains_for_threads ? 1.0 : std::min(max_threads, static_cast<double>(thread_count()));
-        plan.expected_wall_time_s = step_s * 0.4 * grains * steps / (1.0 + gain_of_a_thread * (threads - 1.0));
+        constexpr double min_step_for_threads_s = 0.1e-3, gain_of_a_thread = 0.6, max_threads = 4.0;
+        const double step_of_all_s = step_s * 0.4 * grains;
+        const double threads = step_of_all_s < min_step_for_threads_s ? 1.0 : std::min(max_threads, static_cast<double>(thread_count()));
+        plan.expected_wall_time_s = step_of_all_s * steps / (1.0 + gain_of_a_thread * (threads - 1.0));
         plan.expected_memory_bytes = 20e6 + grains * (2000.0 + 4000.0 * arms);
     }
 }
