@@ -159,8 +159,7 @@ Json packing_benchmark(bool quick, const Path& output) {
 
     // Costs first, before other work heats the processor or fills the memory.
     const Json costs = step_costs(bench);
-    const Json grains = cost_by_grains(bench), rods = lying_rods(bench), steps = time_step_table(bench), faced = grains_with_faces(bench),
-               spheres = spheres_of_faces(bench);
+    const Json grains = cost_by_grains(bench), rods = lying_rods(bench), steps = time_step_table(bench);
 
     // Several packings by both engines.
     Json shapes = Json::array();
@@ -209,6 +208,7 @@ Json packing_benchmark(bool quick, const Path& output) {
         beds.push_back(measure_bed(pour.packing, pour.wall_time_s));
     }
     const Json lattice = bed_json(beds);
+    const Json faced = grains_with_faces(bench), spheres = spheres_of_faces(bench);
     draw_engines(bench.folder, shapes, tolerances, lattice, costs);
     return {{"grains", bench.grains},
             {"step_costs", costs},

@@ -1,15 +1,21 @@
 // Pours of grains with faces: seconds, cost per step, and spheres as polyhedra against exact ones.
+#include <algorithm>
 #include <cmath>
 #include <map>
+#include <memory>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 #include "benchmarks/packing.hpp"
 #include "core/json.hpp"
 #include "core/log.hpp"
 #include "packing/grains.hpp"
+#include "packing/packing.hpp"
 #include "packing/porosity.hpp"
 #include "pouring/dem/capsule_pour.hpp"
 #include "shapes/config.hpp"
+#include "shapes/rounded_body.hpp"
 
 namespace porepack::benchmarks {
 using namespace core;

@@ -34,9 +34,8 @@ endfunction()
 
 # Fused multiplications and additions change the last bits from one machine to the next, and a pour is chaotic: only the kernels of
 # lattice Boltzmann use them (instruction_sets.cmake).
-# Loops with roots and conditions run on several numbers at once only where no flag of theirs has to be kept; no bit changes.
 function(private_options target)
-  target_compile_options(${target} PRIVATE -ffp-contract=off -fno-math-errno -fno-trapping-math -Wall -Wextra -Wshadow -Wno-psabi
+  target_compile_options(${target} PRIVATE -ffp-contract=off -Wall -Wextra -Wshadow -Wno-psabi
     -Wno-missing-field-initializers                         # designated initialisers leave members at their defaults
     -Wno-restrict -Wno-stringop-overflow -Wno-array-bounds  # GCC 12 warns falsely in std::string (bug 105651)
     $<$<BOOL:${POREPACK_WERROR}>:-Werror>)

@@ -54,6 +54,9 @@ Mesh unite_group(std::vector<Mesh> meshes, const std::function<void(double cost)
 
 // Of corners and middles of facets and edges from the exact surface of all images; at most `cap`.
 double largest_deviation(const TriangleSurface& surface, const Grains& grains, double deviation, double cap) {
+    // Lists of what is near a triangle are fast. Through periodic sides they hold other images than the surface, and beyond their reach
+    // they are not complete.
+    const double far = grains.packing().container.any_periodic() ? -1.0 : 4.0 * deviation;
     double worst = 0.0;
 #pragma omp parallel reduction(max : worst)
     {
@@ -76,8 +79,7 @@ double largest_deviation(const TriangleSurface& surface, const Grains& grains, d
             for (const Vec3& at : {corner[0], middle, Vec3((corner[0] + corner[1]) / 2.0), Vec3((corner[1] + corner[2]) / 2.0)}) {
                 double nearest = capsules.empty() ? cap : signed_distance(capsules, at);
                 for (const PlacedShape& body : bodies) nearest = std::min(nearest, signed_distance(body, at));
-                // Near periodic faces, the list holds other images than the surface: what would be the largest is computed from its own.
-                if (std::abs(nearest) > worst) nearest = *grains.distance(at, cap);
+                if (std::abs(nearest) > far) nearest = *grains.distance(at, cap);
                 worst = std::max(worst, std::min(cap, std::abs(nearest)));
             }
         }

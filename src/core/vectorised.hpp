@@ -1,4 +1,4 @@
-// Functions whose loops run on several numbers at once.
+// For functions whose loops run on several numbers at once. Sanitizers cannot run a function that exists several times.
 #pragma once
 
 /// Compiled once per instruction set of x86-64; the widest that the machine has runs. Without fused operations (components.cmake) all give

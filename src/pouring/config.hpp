@@ -99,7 +99,8 @@ inline void describe(record::ConfigVisitor& v, PackingConfig& c) {
     v.number("rest_energy_fraction", c.rest_energy_fraction, {.low = 1e-12, .high = 0.1},
              "criterion for rest: the kinetic energy per grain is below this fraction of m g d (m: mass of a grain, g: gravity, d: "
              "smallest diameter of the capsules, or thickness of a grain with faces)");
-    v.number("settle_time_s", c.settle_time_s, record::between(1e-4, 1e4), "maximum simulated time after the last batch");
+    v.number("settle_time_s", c.settle_time_s, record::between(1e-4, 1e4),
+             "maximum simulated time after the last batch, and after each time that all grains are woken");
     v.integer("processes", c.processes, record::between(1, 256),
               "MPI processes of LIGGGHTS; another number gives another, statistically equivalent packing");
     v.choice("integrator", c.integrator, "capsule: verlet, of second order; or the paper's Adams-Bashforth, of third order");

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 
 #include "geometry/vector.hpp"
 
@@ -11,7 +12,7 @@ using geometry::Vec3;
 
 using Row = std::array<double, 16>;
 
-/// The first `count` are given; the others have some numbers, too.
+/// All sixteen have numbers; the first `count` mean something.
 struct PointRow {
     static constexpr int most = 16;
     int count = 0;
@@ -28,7 +29,7 @@ struct PointRow {
     }
 };
 
-/// Distances of points from a surface, and the directions in which they grow (unit vectors).
+/// Distances of points from a surface, and the directions in which they grow: unit vectors, where the point counts.
 struct DistanceRow {
     Row distance;
     PointRow outward;

@@ -122,6 +122,8 @@ void CapsuleDem::State::wake_all() {
 }
 
 void CapsuleDem::State::set_sleep(bool sleep) {
+    if (sleep && !options_.sleep)
+        for (BodyState& body : bodies_) body.quiet = 0;
     options_.sleep = sleep;
     if (!sleep) wake_all();
 }

@@ -16,16 +16,18 @@
 namespace porepack::pouring::dem {
 namespace {
 
-constexpr long part = 500;  // steps between two checks
+constexpr long part = 500;          // steps between two checks
+constexpr int snapshot_format = 2;  // of PourProgress and what follows
 
 struct PourProgress {
     long next_batch = 0;
     bool poured = false, calm = false;  // calm: at rest with sleeping grains; all were woken since
-    long settled_at = 0;                // step at which the last batch was created, or all were woken
+    long settled_at = 0;                // step at which the last batch was created, all were woken, or may sleep again
     long awakenings = 0;                // of all grains
 };
 
-// Grains with faces cost so much more than capsules that a bed in which a few of them roll on is put back to sleep, this many times.
+// Grains with faces cost so much more than capsules that a bed in which a few of them roll on may sleep again, until it has been woken
+// this many times.
 constexpr long max_awakenings = 10;
 
 // The key comes first, so that a snapshot of other settings is recognised before its content is read. The file replaces the earlier one
@@ -46,7 +48,7 @@ bool read_snapshot(const Path& file, const std::string& key, CapsuleDem& dem, Po
     std::string theirs;
     if (!in || !std::getline(in, theirs)) return false;
     if (theirs != key) {
-        log_info("pour: {} has other settings; the pour starts from the beginning", file.string());
+        log_info("pour: {} is of other settings or another version; the pour starts from the beginning", file.string());
         return false;
     }
     in.read(reinterpret_cast<char*>(&at), sizeof at);
@@ -81,7 +83,7 @@ public:
           pour_(make_batches(shapes, container, config, plan_.drop_height_m, plan_.max_grains)),
           dem_(container, shapes_of(shapes), config.density_kg_per_m3, contact_law(config), options()),
           snapshot_(folder / "snapshot.bin"),
-          key_(scene_key(shapes, container, config) + " 2"),  // the format of the snapshot
+          key_(fmt::format("{} {}", scene_key(shapes, container, config), snapshot_format)),
           diameter_(finest_diameter(shapes)),
           feret_diameter_(maximum_feret_diameter(shapes)),
           interval_(steps_of(config.batch_interval_s)),
@@ -95,8 +97,10 @@ public:
         const Stopwatch watch;
         Progress progress("pour (capsules)");
         do {
+            save();  // between a decision of settled() and the next steps
             if (!at_.poured && dem_.steps() == at_.next_batch * interval_) insert();
-            advance(progress);
+            advance();
+            report(progress);
         } while (!at_.poured || !settled());
         std::error_code ignored;
         std::filesystem::remove(snapshot_, ignored);
@@ -144,30 +148,32 @@ private:
     }
 
     // Steps until the next check or the next batch.
-    void advance(Progress& progress) {
+    void advance() {
         // Steps end exactly at the next batch, because run() inserts it at this step only.
         const long until = at_.poured ? dem_.steps() + part : std::min(dem_.steps() / part * part + part, at_.next_batch * interval_);
         dem_.step(until - dem_.steps());
         check_interrupt();
-        if (dem_.steps() >= next_snapshot_) {
-            write_snapshot(snapshot_, key_, dem_, at_);
-            next_snapshot_ = dem_.steps() + snapshot_steps_;
-        }
-        progress.update(std::min(0.97, static_cast<double>(dem_.steps()) / plan_.expected_steps),
-                        fmt::format("{:.2f} s, {} grains, {} asleep{}", dem_.time_s(), dem_.size(), dem_.sleeping(), unrest()));
     }
 
-    // What is left to do after the last batch.
-    [[nodiscard]] std::string unrest() const {
-        if (!at_.poured) return "";
-        return fmt::format(", energy {:.1e} of {:.1e} J, force {:.1g} of {:g} weights", rest_.kinetic_energy_per_grain_J, limit_J_,
-                           rest_.mean_force_over_weight, rest_force_limit);
+    void save() {
+        if (dem_.steps() < next_snapshot_) return;
+        write_snapshot(snapshot_, key_, dem_, at_);
+        next_snapshot_ = dem_.steps() + snapshot_steps_;
+    }
+
+    // After the last batch, also how far the bed was from rest at the last check.
+    void report(Progress& progress) const {
+        std::string text = fmt::format("{:.2f} s, {} grains, {} asleep", dem_.time_s(), dem_.size(), dem_.sleeping());
+        if (at_.poured && checked_) text += fmt::format(", energy {:.1e} of {:.1e} J", rest_.kinetic_energy_per_grain_J, limit_J_);
+        if (at_.calm && checked_) text += fmt::format(", force {:.1g} of {:g} weights", rest_.mean_force_over_weight, rest_force_limit);
+        progress.update(std::min(0.97, static_cast<double>(dem_.steps()) / plan_.expected_steps), text);
     }
 
     // Returns true at rest; wakes all grains at the end of the first phase.
     bool settled() {
         require_all_inside(dem_, container_, feret_diameter_);
         rest_ = dem_.rest();
+        checked_ = true;
         require_falling_energy();
         const bool last_phase = !config_.sleep || at_.calm;
         // Net forces are judged with all grains awake only.
@@ -181,15 +187,16 @@ private:
             dem_.set_sleep(false);
         } else if (at_.calm && faced_ && at_.awakenings < max_awakenings && dem_.steps() - at_.settled_at > interval_) {
             at_.calm = false;
+            at_.settled_at = dem_.steps();
             dem_.set_sleep(true);
         }
         if (dem_.steps() - at_.settled_at > settle_steps_)
-            throw NumericalError(
-                fmt::format("the grains are not at rest after {:g} s: kinetic energy {:.3g} J per grain (limit {:.3g} J), net force {:.2g} "
-                            "weights (limit {:g})",
-                            config_.settle_time_s, rest_.kinetic_energy_per_grain_J, limit_J_, rest_.mean_force_over_weight,
-                            rest_force_limit),
-                {.fix = "raise settle_time_s, or shorten time_step_s"});
+            throw NumericalError(fmt::format("the grains are not at rest {:g} s after the last batch or awakening: kinetic energy {:.3g} J "
+                                             "per grain (limit {:.3g} J), net force {:.2g} "
+                                             "weights (limit {:g})",
+                                             config_.settle_time_s, rest_.kinetic_energy_per_grain_J, limit_J_,
+                                             rest_.mean_force_over_weight, rest_force_limit),
+                                 {.fix = "raise settle_time_s, or shorten time_step_s"});
         return false;
     }
 
@@ -232,6 +239,7 @@ private:
     bool faced_;
     PourProgress at_;
     DemRest rest_;
+    bool checked_ = false;  // rest_ is known
     long next_snapshot_ = 0;
     double energy_before_ = std::numeric_limits<double>::infinity();
 };

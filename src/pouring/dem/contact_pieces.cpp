@@ -135,16 +135,17 @@ void Course::find_turns() {
         if (i > 0) {
             const Place from = {row_.s[i - 1], found_.distance[i - 1]};
             const double length = (to.s - from.s) * row_.speed[i - 1], lower = std::min(from.distance, to.distance);
-            double nearest = std::min(lower, 0.5 * (from.distance + to.distance - length));
-            if (slopes[i - 1] < -level && slope > level && nearest < piece_.radius) {
+            const bool has_valley = slopes[i - 1] < -level && slope > level;
+            double bound = std::min(lower, 0.5 * (from.distance + to.distance - length));
+            if (has_valley && bound < piece_.radius) {
                 double uncertain = 0.0;
                 const Place lowest = valley(slope_at, from.s, slopes[i - 1], to.s, slope, row_.speed[i - 1], uncertain);
                 add(lowest);
-                nearest = std::max(nearest, std::min(lower, lowest.distance - uncertain));
-            } else if (one_minimum) {
-                nearest = lower - level * length;
+                bound = std::max(bound, std::min(lower, lowest.distance - uncertain));
+            } else if (one_minimum && !has_valley) {
+                bound = lower - level * length;
             }
-            bound_ = std::min(bound_, nearest);
+            bound_ = std::min(bound_, bound);
         }
         add(to);
         const int now = slope > level ? 1 : slope < -level ? -1 : 0;
@@ -314,7 +315,8 @@ std::vector<std::vector<ContactPiece>> pieces_of(const std::vector<Shape>& shape
     double longest = 1e300;
     for (const Shape& shape : shapes) {
         longest = std::min(longest, 0.25 * maximum_feret_diameter(shape));
-        // Along a line shorter than the thickness, the distance from a grain that is not convex has one minimum.
+        // Along a step shorter than the thickness, the distance from a grain that is not convex has one minimum. A piece has fifteen steps;
+        // an arc may be twice as long as an edge.
         if (!is_convex(shape)) longest = std::min(longest, 6.0 * smallest_diameter(shape));
     }
     const bool convex = std::all_of(shapes.begin(), shapes.end(), is_convex);

@@ -9,6 +9,7 @@
 
 #include <vector>
 
+#include "shapes/point_row.hpp"
 #include "shapes/shape.hpp"
 
 namespace porepack::pouring::dem {
@@ -38,7 +39,7 @@ struct ContactPiece {
     [[nodiscard]] ContactPiece moved(const Eigen::Matrix3d& turn_by, const shapes::Vec3& shift) const;
 };
 
-/// Those of each shape, no longer than a quarter of the smallest grain, nor than six times the thinnest part of a grain that is not
+/// Those of each shape; edges no longer than a quarter of the smallest grain, nor than six times the thinnest part of a grain that is not
 /// convex; axes are whole where all shapes are convex. None at all without grains with faces.
 [[nodiscard]] std::vector<std::vector<ContactPiece>> pieces_of(const std::vector<shapes::Shape>& shapes);
 [[nodiscard]] bool is_convex(const shapes::Shape& shape);

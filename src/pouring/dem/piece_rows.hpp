@@ -2,6 +2,7 @@
 #pragma once
 
 #include "pouring/dem/contact_pieces.hpp"
+#include "shapes/point_row.hpp"
 
 namespace porepack::pouring::dem {
 
