@@ -56,7 +56,7 @@ Mesh unite_group(std::vector<Mesh> meshes, const std::function<void(double cost)
 double largest_deviation(const TriangleSurface& surface, const Grains& grains, double deviation, double cap) {
     // Lists of what is near a triangle are fast. Through periodic sides they hold other images than the surface, and beyond their reach
     // they are not complete.
-    const double far = grains.packing().container.any_periodic() ? -1.0 : 4.0 * deviation;
+    const bool listed = !grains.packing().container.any_periodic();
     double worst = 0.0;
 #pragma omp parallel reduction(max : worst)
     {
@@ -74,12 +74,14 @@ double largest_deviation(const TriangleSurface& surface, const Grains& grains, d
             for (const Vec3& at : corner) reach = std::max(reach, (at - middle).norm() + 4.0 * deviation);
             capsules.clear();
             bodies.clear();
-            grains.capsules_near(middle, reach, capsules);
-            grains.bodies_near(middle, reach, bodies);
+            if (listed) {
+                grains.capsules_near(middle, reach, capsules);
+                grains.bodies_near(middle, reach, bodies);
+            }
             for (const Vec3& at : {corner[0], middle, Vec3((corner[0] + corner[1]) / 2.0), Vec3((corner[1] + corner[2]) / 2.0)}) {
                 double nearest = capsules.empty() ? cap : signed_distance(capsules, at);
                 for (const PlacedShape& body : bodies) nearest = std::min(nearest, signed_distance(body, at));
-                if (std::abs(nearest) > far) nearest = *grains.distance(at, cap);
+                if (!listed || std::abs(nearest) > 4.0 * deviation) nearest = *grains.distance(at, cap);
                 worst = std::max(worst, std::min(cap, std::abs(nearest)));
             }
         }

@@ -1,7 +1,9 @@
 // Pours by the capsule engine: protocol, difficult cases, a killed run, and both engines on the same task.
 #include <cmath>
+#include <optional>
 #include <thread>
 
+#include "core/context.hpp"
 #include "packing/grains.hpp"
 #include "packing/porosity.hpp"
 #include "pouring/batches.hpp"
@@ -183,6 +185,39 @@ void expect_same_bits_after_a_kill(const std::string& engine, const std::string&
 
 TEST(Pour, AKilledPourGoesOnWithTheSameBits) {
     expect_same_bits_after_a_kill("engine = \"capsule\"\ngrains = 60\n", "snapshot.bin");
+}
+
+// Grains with faces sleep and are woken several times: stopped after every second check, a pour gives the same bits.
+TEST(Pour, FacedGrainsStoppedAtEveryCheckGiveTheSameBits) {
+    const test::Folder folder;
+    const auto shapes = one(make_shape({.kind = ShapeKind::cylinder, .diameter_m = 0.01, .height_m = 0.01}));
+    const Container container = parse_container("cylinder:0.03,0.1");
+    const auto poured = [&](const char* name, double snapshot_interval_s) {
+        const PackingConfig config{.fill = Fill::lattice, .grains = 12, .snapshot_interval_s = snapshot_interval_s};
+        return pour_with_capsules(shapes, container, config, folder.path() / name);
+    };
+    const PourResult whole = poured("whole", 1e9);
+    long calls = 0, stops = 0;
+    const Context stopping{.log = [](LogLevel, std::string_view) {}, .progress = {}, .interrupted = [&] { return ++calls % 2 == 0; }};
+    const core::ContextScope scope(stopping);
+    std::optional<PourResult> stopped;
+    while (!stopped.has_value() && stops < 10000) {
+        calls = 0;
+        try {
+            stopped = poured("stopped", 1e-9);
+        } catch (const MachineError&) {
+            ++stops;
+        }
+    }
+    ASSERT_TRUE(stopped.has_value());
+    EXPECT_GT(stops, 20);
+    EXPECT_EQ(stopped->steps, whole.steps);
+    EXPECT_EQ(stopped->coordination_number, whole.coordination_number);
+    ASSERT_EQ(stopped->packing.bodies.size(), whole.packing.bodies.size());
+    for (std::size_t i = 0; i < whole.packing.bodies.size(); ++i) {
+        EXPECT_EQ(stopped->packing.bodies[i].position_m, whole.packing.bodies[i].position_m) << i;
+        EXPECT_EQ(stopped->packing.bodies[i].orientation.coeffs(), whole.packing.bodies[i].orientation.coeffs()) << i;
+    }
 }
 
 TEST(PourLiggghts, AKilledPourGoesOnWithTheSameBits) {

@@ -9,6 +9,7 @@
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "pouring/dem/capsule_dem.hpp"
+#include "pouring/dem/piece_rows.hpp"
 #include "shapes/config.hpp"
 #include "support/helpers.hpp"
 #include "vessels/container.hpp"
@@ -209,6 +210,38 @@ TEST(FacedDem, ACrossingEndsTheRun) {
     dem.add(1, {0.501, 0.5, 0.11}, turned(Vec3(1, 2, 3), 20.0), {0, 0, -5.0});
     EXPECT_TRUE(
         test::has(test::message_of<NumericalError>([&] { dem.step(2000); }), "grains 0 and 1 overlap by more than 0.4 of the thickness"));
+}
+
+TEST(FacedDem, RowsOfPlacesAndWallsAreThoseOfSinglePoints) {
+    using namespace pouring::dem;
+    for (const auto& pieces : pieces_of({cube(0.006), cylinder(0.006, 0.006), ring(0.007, 0.0042, 0.006)}))
+        for (const ContactPiece& piece : pieces) {
+            if (piece.kind == ContactPiece::Kind::point) continue;
+            PlaceRow row;
+            row.points.count = PointRow::most;
+            for (std::size_t i = 0; i < row.s.size(); ++i) row.s[i] = static_cast<double>(i) / 15.0;
+            place(piece, row);
+            const Quaternion pose = turned(Vec3(3, -1, 2), 50.0);
+            const Eigen::Matrix3d turn = pose.toRotationMatrix();
+            const Vec3 origin(0.004, -0.003, 0.02), normal = Vec3(1, 2, -2) / 3.0;
+            DistanceRow plane, tube;
+            plane_distances(normal, 0.001, row.points, plane);
+            tube_distances(turn, origin, 0.03, row.points, tube);
+            for (int i = 0; i < PointRow::most; ++i) {
+                const auto n = static_cast<std::size_t>(i);
+                Vec3 tangent;
+                const Vec3 at = piece.at(row.s[n], &tangent);
+                ASSERT_EQ(at, row.points.at(i));
+                ASSERT_EQ(tangent, row.tangents.at(i));
+                ASSERT_DOUBLE_EQ(piece.speed(row.s[n]), row.speed[n]);
+                EXPECT_NEAR(plane.distance[n], 0.001 + normal.dot(at), 1e-17);
+                EXPECT_EQ(plane.outward.at(i), normal);
+                const Vec3 x = origin + pose * at;
+                EXPECT_NEAR(tube.distance[n], 0.03 - x.head<2>().norm(), 1e-16);
+                const Vec3 inward = pose.conjugate() * Vec3(-x.x(), -x.y(), 0.0).normalized();
+                EXPECT_LT((tube.outward.at(i) - inward).norm(), 1e-14);
+            }
+        }
 }
 
 TEST(FacedDem, GivesTheSameBitsOnAnyNumberOfThreadsAndAfterASnapshot) {

@@ -12,7 +12,7 @@
 
 #include "geometry/vessel.hpp"
 #include "pouring/dem/capsule_dem.hpp"
-#include "pouring/dem/contact_pieces.hpp"
+#include "pouring/dem/piece_contact.hpp"
 #include "pouring/dem/thread_choice.hpp"
 #include "shapes/segments.hpp"
 

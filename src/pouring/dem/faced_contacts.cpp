@@ -1,4 +1,4 @@
-// Contacts of grains with faces, with each other, with grains of capsules and with walls (contact_pieces.hpp).
+// Contacts of grains with faces, with each other, with grains of capsules and with walls (piece_contact.hpp).
 #include <fmt/format.h>
 
 #include <algorithm>
