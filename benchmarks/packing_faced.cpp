@@ -73,7 +73,7 @@ Json spheres_of_faces(const PackingBench& bench) {
     constexpr double diameter = 0.009;
     const Container tube = make_cylinder(0.05, 0.3);
     const auto porosity_of = [&](const Shape& shape, long seed) {
-        const PackingConfig config{.fill = Fill::lattice, .seed = seed, .grains = bench.quick ? 30 : 100};
+        const PackingConfig config{.fill = Fill::lattice, .seed = seed, .grains = bench.quick ? 50 : 100};
         const PourResult pour = dem::pour_with_capsules({{.shape = shape, .number_fraction = 1.0}}, tube, config, bench.folder / "spheres");
         const Grains grains(pour.packing);
         log_info("{}: {:.0f} s, {} steps", shape.id, pour.wall_time_s, pour.steps);
@@ -120,7 +120,10 @@ Json grains_with_faces(const PackingBench& bench) {
             const std::vector<ShapeShare> shape = {{.shape = {.id = task.name, .body = make_ring(task.size)}, .number_fraction = 1.0}};
             const Container tube = make_cylinder(task.tube_m, task.height_m);
             PackingConfig config{.fill = fill, .grains = task.grains};
-            if (fill == Fill::batches) config.batch_grains = 50;
+            if (fill == Fill::batches) {
+                config.batch_grains = 50;
+                config.drop_height_m = 0.2;  // rings that fall from higher would pass through each other
+            }
             const PourPlan plan = plan_pour(shape, tube, config);
             const PourResult pour = dem::pour_with_capsules(shape, tube, config, bench.folder / "faced");
             const Grains grains(pour.packing);

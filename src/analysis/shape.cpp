@@ -9,6 +9,7 @@
 #include "analysis/uses.hpp"
 #include "converters/surface.hpp"
 #include "core/error.hpp"
+#include "inputs/mesh_grains.hpp"
 
 namespace porepack::analysis {
 namespace {
@@ -30,11 +31,11 @@ results::Inertia inertia_of(const Eigen::Matrix3d& inertia) {
 
 // The mixture's own numbers are means over the grains, by number; its sphericity is the one that gives the mixture's specific
 // surface (6 V/A = sphericity times the equal-volume diameter), as the Carman-Kozeny equation requires.
-results::Shape measure_mixture(const ShapeConfig& config, double density) {
+results::Shape measure_mixture(const ShapeConfig& config, double density, const Path& folder) {
     results::Shape mixture{.kind = "mixture", .relative_error = 0.0, .components = std::vector<results::Shape>()};
-    (void)make_shapes(config);  // its errors are reported before anything is measured
+    (void)make_shapes(inputs::with_mesh_grains(config, folder));  // its errors are reported before anything is measured
     for (const auto& part : config.component) {
-        results::Shape& component = mixture.components->emplace_back(measure_shape(part, density));
+        results::Shape& component = mixture.components->emplace_back(measure_shape(part, density, folder));
         component.number_fraction = part.number_fraction;
         mixture.volume_m3 += part.number_fraction * component.volume_m3;
         mixture.surface_area_m2 += part.number_fraction * component.surface_area_m2;
@@ -48,11 +49,15 @@ results::Shape measure_mixture(const ShapeConfig& config, double density) {
 
 }  // namespace
 
-results::Shape measure_shape(const ShapeConfig& config, double density) {
-    if (config.kind == ShapeKind::mixture) return measure_mixture(config, density);
+results::Shape measure_shape(const ShapeConfig& config, double density, const Path& folder) {
+    if (config.kind == ShapeKind::mixture) return measure_mixture(config, density, folder);
     std::optional<FacedGrain> faced;
     if (has_faces(config.kind)) faced = make_faced(config);
-    const Shape shape = faced ? Shape{.id = std::string(name_of(config.kind)), .body = faced->body} : make_shape(config);
+    std::optional<converters::MeshGrain> mesh;
+    if (config.kind == ShapeKind::mesh) mesh = inputs::read_mesh_grain(config, folder);
+    const Shape shape = faced  ? Shape{.id = std::string(name_of(config.kind)), .body = faced->body}
+                        : mesh ? Shape{.id = "mesh", .body = mesh->body}
+                               : make_shape(config);
     const ShapeMeasures m = measure(shape);
     const SurfaceSizes convex = hull(shape);
     results::Shape found{.kind = std::string(name_of(config.kind)),
@@ -75,6 +80,15 @@ results::Shape measure_shape(const ShapeConfig& config, double density) {
         found.scale_of_sizes = faced->scale;
         found.sharp_surface_area_m2 = faced->sharp_area_m2;
         found.sharp_sphericity = faced->sharp_sphericity;
+        return found;
+    }
+    if (mesh) {
+        found.rounding_m = mesh->body->rounding();
+        found.faces_of_file = mesh->faces_before;
+        found.faces = mesh->faces;
+        found.surface_area_of_file_m2 = mesh->area_before_m2;
+        found.largest_deviation_m = mesh->largest_deviation_m;
+        found.rms_deviation_m = mesh->rms_deviation_m;
         return found;
     }
     found.cavity = std::string(name_of(shape.cavity));

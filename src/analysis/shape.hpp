@@ -10,7 +10,8 @@
 namespace porepack::analysis {
 
 /// Of a mixture: means over the grains, by number, and the measures of each component. Throws UserError as make_shape().
-[[nodiscard]] results::Shape measure_shape(const shapes::ShapeConfig& config, double density_kg_per_m3);
+/// Files of meshes are relative to `folder`.
+[[nodiscard]] results::Shape measure_shape(const shapes::ShapeConfig& config, double density_kg_per_m3, const core::Path& folder = {});
 /// Of a closed surface; `name` for messages. Throws UserError where it is not sound.
 [[nodiscard]] results::Shape measure_surface_shape(const io::TriangleSurface& surface, const std::string& name, double density_kg_per_m3);
 

@@ -8,6 +8,9 @@
 #include <CGAL/Polygon_mesh_processing/measure.h>
 #include <CGAL/Polygon_mesh_processing/polygon_soup_to_polygon_mesh.h>
 #include <CGAL/Polygon_mesh_processing/repair_polygon_soup.h>
+#include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/Bounded_normal_change_filter.h>
+#include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/Count_stop_predicate.h>
+#include <CGAL/Surface_mesh_simplification/edge_collapse.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -19,9 +22,12 @@
 #include "converters/uses.hpp"
 #include "core/error.hpp"
 #include "core/interrupt.hpp"
+#include "core/parallel.hpp"
+#include "io/iso_surface.hpp"
 
 namespace porepack::converters {
 namespace pmp = CGAL::Polygon_mesh_processing;
+namespace sms = CGAL::Surface_mesh_simplification;
 namespace {
 
 // A capsule, ring by ring from pole to pole, its corners at distance `r` from the axis. `turn` differs from arm to arm so
@@ -105,11 +111,91 @@ Mesh capsule_mesh(const Capsule& capsule, double deviation, double turn) {
                     {.fix = "choose a larger surface_deviation_m"});
 }
 
+// Moves the corners onto the body's surface, or `outside` of it.
+void project(Mesh& mesh, const RoundedBody& body, double outside = 0.0) {
+    for (const auto v : mesh.vertices()) {
+        Vec3 x = to_vector(mesh.point(v)), outward;
+        for (int step = 0; step < 4; ++step) {
+            const double away = body.distance(x, &outward) - outside;
+            x -= away * outward;
+        }
+        mesh.point(v) = to_point(x);
+    }
+}
+
+// The largest distance of a facet's middle, or a side's, from the surface.
+double mesh_deviation(const Mesh& mesh, const RoundedBody& body) {
+    double worst = 0.0;
+    for (const auto face : mesh.faces()) {
+        Vec3 middle = Vec3::Zero();
+        for (const auto v : vertices_around_face(mesh.halfedge(face), mesh)) middle += to_vector(mesh.point(v)) / 3.0;
+        worst = std::max(worst, std::abs(body.distance(middle)));
+    }
+    for (const auto edge : mesh.edges())
+        worst = std::max(
+            worst,
+            std::abs(body.distance(0.5 * (to_vector(mesh.point(mesh.vertex(edge, 0))) + to_vector(mesh.point(mesh.vertex(edge, 1)))))));
+    return worst;
+}
+
+// A body without facets of its own: the zero level of its distance on a grid that is finer than the rounding, then as few facets as keep
+// the deviation. `shift`, below 1, moves the grid by so much of its spacing.
+Mesh level_mesh(const RoundedBody& body, double deviation, double shift) {
+    Vec3 low, high;
+    for (int axis = 0; axis < 3; ++axis) {
+        low[axis] = -body.support(-Vec3::Unit(axis));
+        high[axis] = body.support(Vec3::Unit(axis));
+    }
+    constexpr double most_cells = 250.0;
+    const double h = std::max({1.5 * deviation, 0.4 * body.rounding(), (high - low).maxCoeff() / most_cells});
+    geometry::GrayImage image;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const auto a = static_cast<Eigen::Index>(axis);
+        image.grid.cells[axis] = static_cast<int>(std::ceil((high[a] - low[a]) / h)) + 4;
+        image.grid.spacing_m[axis] = h;
+        image.grid.origin_m[axis] = low[a] - (2.0 + shift) * h;
+    }
+    image.packed.resize(image.grid.size());
+    parallel_for(static_cast<std::size_t>(image.grid.cells[2]), [&](std::size_t slice) {
+        const int k = static_cast<int>(slice);
+        for (int j = 0; j < image.grid.cells[1]; ++j)
+            for (int i = 0; i < image.grid.cells[0]; ++i) {
+                const Vec3 x(image.grid.centre(0, i), image.grid.centre(1, j), image.grid.centre(2, k));
+                image.packed[image.grid.index(i, j, k)] = geometry::GrayImage::pack(0.5 - 0.2 * body.distance(x) / h);
+            }
+    });
+    auto fine = mesh_of(io::iso_surface(image));
+    if (!fine) throw NumericalError("the surface of a grain is not manifold", {.fix = "change surface_deviation_m slightly"});
+    project(*fine, body);
+    Mesh kept = *fine;
+    constexpr double fewest_edges = 100.0, step = 1.4, share_inside = 0.7;
+    for (double edges = static_cast<double>(kept.number_of_edges()) / step; edges > fewest_edges; edges /= step) {
+        check_interrupt();
+        Mesh mesh = kept;
+        const sms::Count_stop_predicate<Mesh> stop(static_cast<std::size_t>(edges));
+        sms::edge_collapse(mesh, stop, CGAL::parameters::filter(sms::Bounded_normal_change_filter<>()));
+        mesh.collect_garbage();
+        project(mesh, body);
+        if (mesh_deviation(mesh, body) > share_inside * deviation) break;
+        kept = std::move(mesh);
+    }
+    // Corners outside, as many facets inside: the volume is that of the body.
+    const double volume = surface_measures(body).volume_m3;
+    double outside = 0.0;
+    for (int round = 0; round < 3; ++round) {
+        outside += (volume - pmp::volume(kept)) / pmp::area(kept);
+        project(kept, body, std::clamp(outside, -share_inside * deviation, share_inside * deviation));
+    }
+    return kept;
+}
+
 // A grain with faces, in its own frame.
 Mesh body_mesh(const RoundedBody& body, double deviation, double turn) {
     std::vector<Point> points;
     std::vector<std::array<std::size_t, 3>> triangles;
-    for (const shapes::Facet& facet : body.facets(deviation, turn)) {
+    const std::vector<shapes::Facet> facets = body.facets(deviation, turn);
+    if (facets.empty()) return level_mesh(body, deviation, turn - std::floor(turn));
+    for (const shapes::Facet& facet : facets) {
         triangles.push_back({points.size(), points.size() + 1, points.size() + 2});
         for (const Vec3& corner : facet) points.push_back(to_point(corner));
     }

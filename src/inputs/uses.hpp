@@ -5,6 +5,7 @@ namespace porepack {
 namespace core {}
 namespace geometry {}
 namespace io {}
+namespace shapes {}
 namespace packing {}
 namespace vessels {}
 namespace pore_space {}
@@ -14,6 +15,7 @@ namespace inputs {
 using namespace core;
 using namespace geometry;
 using namespace io;
+using namespace shapes;
 using namespace packing;
 using namespace vessels;
 using namespace pore_space;

@@ -108,6 +108,25 @@ ContactTimes contact_times(double lightest_kg, double heaviest_kg, double diamet
     return times;
 }
 
+namespace {
+
+// A grain that falls onto a bed at rest goes so deep that its energy m v^2 / 2 is (s_n / 4) O^2.
+void require_no_crossing(const RoundedBody& body, double drop_height_m, const PackingConfig& config) {
+    const double mass = config.density_kg_per_m3 * surface_measures(body).volume_m3,
+                 speed2 = 2.0 * config.gravity_m_per_s2 * drop_height_m + std::pow(config.horizontal_speed_m_per_s, 2),
+                 overlap = std::sqrt(2.0 * mass * speed2 / config.normal_stiffness_N_per_m), deepest = deepest_overlap * body.thickness();
+    if (overlap <= deepest) return;
+    throw UserError(
+        fmt::format("grains {:.3g} m thick that fall at {:.3g} m/s would pass through each other: they would overlap by {:.2g} m",
+                    body.thickness(), std::sqrt(speed2), overlap),
+        {.allowed = fmt::format("an overlap of {:g} of the thickness", deepest_overlap),
+         .fix = fmt::format("set normal_stiffness_N_per_m to {:.2g} or more, tangential_stiffness_N_per_m to half of it; or lower "
+                            "drop_height_m",
+                            1.2 * config.normal_stiffness_N_per_m * std::pow(overlap / deepest, 2))});
+}
+
+}  // namespace
+
 PourPlan plan_pour(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config) {
     if (container.periodic()[2])
         throw UserError("grains fall along z: the container cannot be periodic there",
@@ -154,7 +173,11 @@ PourPlan plan_pour(const std::vector<ShapeShare>& shapes, const Container& conta
     const double densest = 0.75 * container.inner_area_m2() * plan.fill_height_m / mean_volume;
     plan.max_grains = config.grains > 0 ? config.grains : std::max(1L, static_cast<long>(densest));
     plan.clump_spheres = std::lround(mean_spheres);
-    if (config.fill == Fill::lattice) plan.drop_height_m = 0.0;
+    if (config.fill == Fill::lattice)
+        plan.drop_height_m = 0.0;
+    else
+        for (const auto& [shape, share] : shapes)
+            if (shape.body != nullptr) require_no_crossing(*shape.body, plan.drop_height_m, config);
     add_expected_cost(plan, shapes, container, config, densest / 0.75 * poured_solid_fraction(shapes, container));
     return plan;
 }

@@ -46,6 +46,9 @@ struct PourPlan {
     double expected_memory_bytes = 0.0;
 };
 
+/// Where overlaps of grains with faces exceed this fraction of the thinner grain's thickness the grains begin to pass through each other.
+inline constexpr double deepest_overlap = 0.4;
+
 /// The plan of a pour. Throws UserError when the grain does not fit into the container, the stiffness is too low for its mass, or the step
 /// is too long for it.
 [[nodiscard]] PourPlan plan_pour(const std::vector<shapes::ShapeShare>& shapes, const vessels::Container& container,

@@ -60,6 +60,9 @@ struct Shape {
     core::OptionalKey<CavityMeasures> with_cavity = {};
     // Of a grain with faces: its rounding, and what that changes. `sharp`: with sharp edges, and the same volume.
     core::OptionalKey<double> rounding_m = {}, scale_of_sizes = {}, sharp_surface_area_m2 = {}, sharp_sphericity = {};
+    /// Of a mesh: triangles of the file and of the grain, its area there, and the distance of the two surfaces, in both directions.
+    core::OptionalKey<long> faces_of_file = {}, faces = {};
+    core::OptionalKey<double> surface_area_of_file_m2 = {}, largest_deviation_m = {}, rms_deviation_m = {};
     // Of a surface.
     core::OptionalKey<long> shells = {};
     core::OptionalKey<std::array<double, 3>> low_m = {}, high_m = {};
@@ -79,6 +82,11 @@ void visit_members(Self& shape, const Visit& visit) {
     visit("scale_of_sizes", shape.scale_of_sizes);
     visit("sharp_surface_area_m2", shape.sharp_surface_area_m2);
     visit("sharp_sphericity", shape.sharp_sphericity);
+    visit("faces_of_file", shape.faces_of_file);
+    visit("faces", shape.faces);
+    visit("surface_area_of_file_m2", shape.surface_area_of_file_m2);
+    visit("largest_deviation_m", shape.largest_deviation_m);
+    visit("rms_deviation_m", shape.rms_deviation_m);
     visit("shells", shape.shells);
     visit("components", shape.components);
     visit("volume_m3", shape.volume_m3);

@@ -20,8 +20,9 @@ void describe_point(ConfigVisitor& v, const char* key, Vec3& point, const char* 
 // The keys of one shape; a mixture's components have them too.
 void describe_shape(ConfigVisitor& v, ShapeConfig& c, const std::vector<ShapeKind>& kinds) {
     v.choice("kind", c.kind, kinds,
-             "capsules: a union listed in [[shape.capsule]]; stl: the grains are a closed surface from `file`; mixture: several "
-             "shapes, listed in [[shape.component]]; cylinder to prism: grains with faces, cylinders with flat ends");
+             "capsules: a union listed in [[shape.capsule]]; mesh: one grain is a closed surface from `file`; stl: all grains are a closed "
+             "surface from `file`; mixture: several shapes, listed in [[shape.component]]; cylinder to prism: grains with faces, cylinders "
+             "with flat ends");
     v.number("sphericity", c.sphericity, {.low = 0.0, .high = 1.0, .low_open = true, .zero_is_auto = true},
              "with volume_m3: determines diameter and length; of a cylinder or prism diameter and height (the higher one of two)");
     v.number("volume_m3", c.volume_m3, Range{.low = 1e-36, .high = 1e18, .zero_is_auto = true}, "volume of one grain");
@@ -40,6 +41,13 @@ void describe_shape(ConfigVisitor& v, ShapeConfig& c, const std::vector<ShapeKin
         "rounding_m", c.rounding_m, length_range_or_auto(),
         "radius of the rounded edges of a grain with faces, inside the given sizes; auto: 2 % of the diameter of the sphere of the same "
         "volume");
+    v.text("file", c.file, "STL file of a mesh, or of all grains (kind = \"stl\"), relative to the case");
+    v.number("unit_m", c.unit_m, length_range_or_auto(),
+             "length of the STL file's unit in metres: 0.001 for millimetres; a mesh needs it; auto: 1 with kind = \"stl\"");
+    v.integer("faces", c.faces, Range{.low = 4, .high = 2000, .zero_is_auto = true},
+              "number of triangles to which a mesh is simplified; auto: 80, or as many as deviation_m needs");
+    v.number("deviation_m", c.deviation_m, length_range_or_auto(),
+             "of a mesh: the largest distance between the simplified grain and the file's surface; auto: what the faces give");
     v.integer("arms", c.arms, between(2, 64), "number of arms of a star, evenly distributed");
     v.choice("cavity", c.cavity, "filled: an enclosed void counts as solid (no fluid reaches it); open: it counts as void");
     v.boolean("disconnected", c.disconnected, "true: the capsules of a union may be disconnected and still form one rigid body");
@@ -68,8 +76,6 @@ void describe(ConfigVisitor& v, ShapeConfig& c) {
     std::vector<ShapeKind> of_components = kinds;
     std::erase_if(of_components, [](ShapeKind kind) { return kind == ShapeKind::stl || kind == ShapeKind::mixture; });
     describe_shape(v, c, kinds);
-    v.text("file", c.file, "STL file (kind = \"stl\"), relative to the case");
-    v.number("unit_m", c.unit_m, length_range(), "length of the STL file's unit in metres: 0.001 for millimetres");
     v.tables(
         "component",
         [&](std::size_t count) {
@@ -92,6 +98,11 @@ Shape make_shape(const ShapeConfig& c) {
     const bool by_sphericity = c.sphericity > 0.0, by_size = c.diameter_m > 0.0;
     if (c.kind == ShapeKind::mixture) throw UserError("a mixture is not one shape", {.fix = "choose one of its components"});
     if (c.kind == ShapeKind::stl) throw UserError("the shape is an STL file, not a union of capsules", {.fix = "start at the stl stage"});
+    if (c.kind == ShapeKind::mesh) {
+        require_mesh_keys(c);
+        if (c.from_file == nullptr) throw UserError("kind = \"mesh\" is not possible here", {.fix = "give a shape by its sizes"});
+        return {.id = "mesh", .body = c.from_file};
+    }
     if (has_faces(c.kind)) return {.id = std::string(name_of(c.kind)), .body = make_faced(c).body};
     refuse_keys_of_faces(c);
     if (c.kind == ShapeKind::capsules) {

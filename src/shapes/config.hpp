@@ -14,7 +14,7 @@ struct ShapeConfig {
     double length_m = 0.0;
     Cavity cavity = Cavity::filled;
     std::string file = {};
-    double unit_m = 1.0;
+    double unit_m = 0.0;  ///< 0: metres
     long arms = 6;
     bool disconnected = false;
     std::vector<Capsule> capsule = {};
@@ -22,9 +22,18 @@ struct ShapeConfig {
     double height_m = 0.0, inner_diameter_m = 0.0, lobe_diameter_m = 0.0, side_m = 0.0, rounding_m = 0.0;
     std::vector<double> size_m = {};
     long sides = 0, lobes = 0;
+    // Of a mesh.
+    long faces = 0;
+    double deviation_m = 0.0;
+    std::shared_ptr<const RoundedBody> from_file = nullptr;  ///< not a key: what the file holds, as soon as it is read
     std::vector<ShapeConfig> component = {};
     double number_fraction = 0.0;
 };
+
+/// Of kind "stl".
+[[nodiscard]] inline double surface_unit_m(const ShapeConfig& config) {
+    return config.unit_m > 0.0 ? config.unit_m : 1.0;
+}
 
 /// Lists the keys.
 void describe(record::ConfigVisitor& v, ShapeConfig& c);
@@ -42,7 +51,7 @@ inline constexpr std::array<SizeKey, 7> size_keys = {{{"diameter_m", &ShapeConfi
                                                       {"side_m", &ShapeConfig::side_m},
                                                       {"rounding_m", &ShapeConfig::rounding_m}}};
 
-/// The shape with its cavities. Throws UserError when the keys do not determine a shape, or overdetermine it.
+/// The shape with its cavities. Throws UserError when the keys do not determine a shape, or overdetermine it, or a mesh has not been read.
 [[nodiscard]] Shape make_shape(const ShapeConfig& config);
 
 /// Of a grain with faces, if its rounding is not given: the radius over the diameter of the sphere of the same volume.
@@ -58,6 +67,8 @@ struct FacedGrain {
 };
 /// Throws UserError when the keys do not determine it, or overdetermine it. By sphericity and volume: the higher one of two.
 [[nodiscard]] FacedGrain make_faced(const ShapeConfig& config);
+/// Throws UserError for a key that a mesh does not have, or if the unit of its file is missing.
+void require_mesh_keys(const ShapeConfig& config);
 /// Throws UserError for a key that only grains with faces have.
 void refuse_keys_of_faces(const ShapeConfig& config);
 

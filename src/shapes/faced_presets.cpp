@@ -151,6 +151,14 @@ FacedGrain of_sphericity(const ShapeConfig& c) {
     return of_aspect(c, std::stod(fmt::format("{:.9g}", std::exp(root.first))));
 }
 
+void refuse_keys_of_meshes(const ShapeConfig& c) {
+    for (const Key& key :
+         {Key{"file", !c.file.empty()}, Key{"unit_m", c.unit_m > 0.0}, Key{"faces", c.faces > 0}, Key{"deviation_m", c.deviation_m > 0.0}})
+        if (key.given)
+            throw UserError(fmt::format("`{}` has no effect on a {}", key.name, name_of(c.kind)),
+                            {.fix = "remove it, or choose kind = \"mesh\""});
+}
+
 }  // namespace
 
 bool has_faces(ShapeKind kind) {
@@ -166,10 +174,32 @@ void refuse_keys_of_faces(const ShapeConfig& c) {
                             {.fix = fmt::format("remove it, or choose a kind with faces: {}", fmt::join(names, ", "))});
     if (c.rounding_m > 0.0)
         throw UserError(fmt::format("`rounding_m` has no effect on a {}", name_of(c.kind)), {.fix = "remove it: capsules are round"});
+    refuse_keys_of_meshes(c);
+}
+
+void require_mesh_keys(const ShapeConfig& c) {
+    std::vector<Key> keys = keys_of_sizes(c);
+    keys.insert(keys.end(), {{"length_m", c.length_m > 0.0},
+                             {"sphericity", c.sphericity > 0.0},
+                             {"volume_m3", c.volume_m3 > 0.0},
+                             {"cavity", c.cavity == Cavity::open},
+                             {"disconnected", c.disconnected},
+                             {"capsule", !c.capsule.empty()}});
+    for (const Key& key : keys)
+        if (key.given)
+            throw UserError(fmt::format("`{}` has no effect on a mesh", key.name),
+                            {.allowed = "file, unit_m, faces, deviation_m, rounding_m", .fix = "remove it: the file has the sizes"});
+    if (c.file.empty()) throw UserError("kind is \"mesh\", but no file is given", {.fix = "file = \"stone.stl\""});
+    if (c.unit_m == 0.0)
+        throw UserError("the unit of " + c.file + " is not known",
+                        {.allowed = "its length in metres", .fix = "unit_m = 0.001 for millimetres"});
+    if (c.faces > 0 && c.deviation_m > 0.0)
+        throw UserError("both faces and deviation_m are given: each decides the other", {.fix = "remove one of them"});
 }
 
 FacedGrain make_faced(const ShapeConfig& c) {
     const Preset& preset = *preset_of(c.kind);
+    refuse_keys_of_meshes(c);
     const auto contains = [](const std::vector<std::string>& list, const char* name) {
         return std::find(list.begin(), list.end(), name) != list.end();
     };

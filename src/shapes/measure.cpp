@@ -316,7 +316,7 @@ ShapeMeasures measure_body(const Shape& shape) {
     ShapeMeasures measures = measures_of(sums.head<quantities>(), about, unit);
     measures.bounding_radius_m = shape.body->reach_from(measures.centre_of_mass_m);
     measures.maximum_feret_diameter_m = shape.body->maximum_feret_diameter();
-    measures.relative_error = 1e-9;  // 1e-12 against closed forms; the rest where lobes hardly overlap
+    measures.relative_error = shape.body->surface_error();
     return measures;
 }
 

@@ -63,12 +63,15 @@ public:
     /// The same body in other units of length.
     [[nodiscard]] virtual std::shared_ptr<const RoundedBody> scaled(double factor) const = 0;
     /// Points of the surface with outward normals and areas, with which polynomials of degree 3 are integrated to about 1e-12 (1e-9 for
-    /// lobes that hardly overlap).
+    /// lobes that hardly overlap, 1e-6 for polyhedra that are not convex).
     using SurfacePoint = std::function<void(const Vec3& point, const Vec3& normal, double area)>;
     virtual void for_surface(const SurfacePoint& visit) const = 0;
+    /// Relative, of volume and area by these points.
+    [[nodiscard]] virtual double surface_error() const { return 1e-9; }
     [[nodiscard]] virtual SurfaceSizes hull() const = 0;
     /// A closed surface within `deviation` of this one; neighbours have equal corners to the last bit. Flat faces are exact; corners of
-    /// round sides lie a little outside, so that the volume is kept. `turn` (rad) divides round sides at other places.
+    /// round sides lie a little outside, so that the volume is kept. `turn` (rad) divides round sides at other places. Empty where they are
+    /// found from the distance.
     [[nodiscard]] virtual std::vector<Facet> facets(double deviation, double turn) const = 0;
 
     [[nodiscard]] virtual bool convex() const = 0;
@@ -105,13 +108,14 @@ struct LobedSize {
 /// Throws UserError where the lobes do not overlap by more than the rounding, or do not fit into the circle.
 [[nodiscard]] std::shared_ptr<const RoundedBody> make_lobed(const LobedSize& size);
 
-/// A convex polyhedron: the corners of the core, and its flat faces as corners counter-clockwise seen from outside.
+/// A polyhedron: the corners of the core, and its flat convex faces as corners counter-clockwise seen from outside.
 struct PolyhedronSize {
     std::vector<Vec3> corners_m;
     std::vector<std::vector<int>> faces;
     double rounding_m = 0.0;
 };
-/// Throws UserError where it is not closed, not convex, or a face is not flat (1e-9 of its size).
+/// Throws UserError where it is not closed, or a face is not flat or not convex (1e-9 of its size). One that is not convex as a whole has
+/// triangles for faces, and must be one part that does not cross itself.
 [[nodiscard]] std::shared_ptr<const RoundedBody> make_polyhedron(const PolyhedronSize& size);
 /// Outer dimensions; the corner of the core farther out along each axis lies at half of them, less the rounding.
 [[nodiscard]] PolyhedronSize box_size(const Vec3& size_m, double rounding_m);

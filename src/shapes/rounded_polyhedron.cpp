@@ -15,6 +15,7 @@
 #include "shapes/polyhedron_faces.hpp"
 #include "shapes/quadrature.hpp"
 #include "shapes/rounded_body.hpp"
+#include "shapes/rounded_mesh.hpp"
 
 namespace porepack::shapes {
 using namespace core;
@@ -361,11 +362,17 @@ std::shared_ptr<const RoundedBody> make_polyhedron(const PolyhedronSize& size) {
     for (int i = 0; i < count; ++i)
         if (std::none_of(edges.begin(), edges.end(), [&](const Edge& edge) { return edge.a == i || edge.b == i; }))
             throw UserError(fmt::format("corner {} of the polyhedron belongs to no face", i), {.fix = "remove it"});
-    for (const Face& face : faces)
-        for (const Vec3& corner : size.corners_m)
-            if (face.normal.dot(corner) - face.height > 1e-9 * extent)
-                throw UserError("the polyhedron is not convex: a corner lies outside of a face's plane",
-                                {.fix = "convex polyhedra only; check the direction of the faces"});
+    const bool convex = std::all_of(faces.begin(), faces.end(), [&](const Face& face) {
+        return std::all_of(size.corners_m.begin(), size.corners_m.end(),
+                           [&](const Vec3& corner) { return face.normal.dot(corner) - face.height <= 1e-9 * extent; });
+    });
+    if (!convex) {
+        std::vector<std::array<int, 3>> triangles;
+        for (const Face& face : faces)
+            for (std::size_t i = 1; i + 1 < face.corners.size(); ++i)
+                triangles.push_back({face.corners[0], face.corners[i], face.corners[i + 1]});
+        return make_rounded_mesh(std::make_shared<const TriangleCore>(size.corners_m, std::move(triangles)), size.rounding_m);
+    }
     const Vec3 centre = middle_of_largest_ball(faces, size.corners_m);
     return std::make_shared<const RoundedPolyhedron>(size.corners_m, std::move(faces), std::move(edges), centre, size.rounding_m);
 }

@@ -18,10 +18,27 @@ constexpr std::array<core::Choice<Cavity>, 2> choices_of(Cavity) {
     return {{{Cavity::filled, "filled"}, {Cavity::open, "open"}}};
 }
 
-/// The presets of capsules (the paper's three, star, sphere, rod) and with faces, a list of capsules, a user's surface, and a mixture of
-/// shapes.
-enum class ShapeKind { tetrapod, dolos, tetrahedron, star, sphere, rod, cylinder, ring, box, cube, lobed, prism, capsules, stl, mixture };
-constexpr std::array<core::Choice<ShapeKind>, 15> choices_of(ShapeKind) {
+/// The presets of capsules (the paper's three, star, sphere, rod) and with faces, a grain from a user's surface, a list of capsules, a
+/// whole bed as a user's surface, and a mixture of shapes.
+enum class ShapeKind {
+    tetrapod,
+    dolos,
+    tetrahedron,
+    star,
+    sphere,
+    rod,
+    cylinder,
+    ring,
+    box,
+    cube,
+    lobed,
+    prism,
+    mesh,
+    capsules,
+    stl,
+    mixture
+};
+constexpr std::array<core::Choice<ShapeKind>, 16> choices_of(ShapeKind) {
     return {{{ShapeKind::tetrapod, "tetrapod"},
              {ShapeKind::dolos, "dolos"},
              {ShapeKind::tetrahedron, "tetrahedron"},
@@ -34,6 +51,7 @@ constexpr std::array<core::Choice<ShapeKind>, 15> choices_of(ShapeKind) {
              {ShapeKind::cube, "cube"},
              {ShapeKind::lobed, "lobed"},
              {ShapeKind::prism, "prism"},
+             {ShapeKind::mesh, "mesh"},
              {ShapeKind::capsules, "capsules"},
              {ShapeKind::stl, "stl"},
              {ShapeKind::mixture, "mixture"}}};

@@ -171,6 +171,26 @@ std::vector<Ball> balls_of(const PlacedShape& grain) {
     return balls;
 }
 
+namespace {
+
+// What reaches into a hole through the wall is in the middle of the wall too, around this point of the axis: in the direction of what is
+// nearest, or another one.
+template <typename F>
+bool is_in_wall(const ContactCurve& axis, const Vec3& x, const Vec3& out_of_other, const F& distance) {
+    constexpr int directions = 16;
+    const double middle = 0.5 * (axis.radius + axis.hole_radius);
+    const Vec3 along = (axis.b - axis.a).normalized(), u = along.unitOrthogonal(), v = along.cross(u);
+    const Vec3 towards = out_of_other.dot(along) * along - out_of_other;
+    if (towards.norm() > 0.1 && distance(x + middle * towards.normalized()) < 0.0) return true;
+    for (int i = 0; i < directions; ++i) {
+        const double angle = 2.0 * std::numbers::pi * i / directions;
+        if (distance(x + middle * (std::cos(angle) * u + std::sin(angle) * v)) < 0.0) return true;
+    }
+    return false;
+}
+
+}  // namespace
+
 Nearest nearest(const PlacedShape& first, const PlacedShape& second, double beyond_m) {
     Nearest found{.gap_m = beyond_m};
     const auto search = [&](const PlacedShape& own, const PlacedShape& other, double side) {
@@ -179,14 +199,18 @@ Nearest nearest(const PlacedShape& first, const PlacedShape& second, double beyo
             const auto distance = [&](const Vec3& x) { return signed_distance(other, x); };
             const Lowest lowest = lowest_along(path, distance, found.gap_m + curve.radius);
             if (!lowest.found) continue;
-            if (curve.kind == ContactCurve::Kind::axis) {
-                constexpr double at_end = 1e-6;
-                if (lowest.s < at_end || lowest.s > 1.0 - at_end || lowest.value <= curve.hole_radius) continue;
-            }
-            found.gap_m = lowest.value - curve.radius;
             const Vec3 x = path.at(lowest.s);
             Vec3 out_of_other;
             (void)signed_distance(other, x, out_of_other);
+            if (curve.kind == ContactCurve::Kind::axis) {
+                const bool through_wall =
+                    curve.hole_radius > 0.0 && lowest.value <= curve.hole_radius && is_in_wall(curve, x, out_of_other, distance);
+                constexpr double at_end = 1e-6;
+                if (!through_wall && (lowest.s < at_end || lowest.s > 1.0 - at_end || lowest.value <= curve.hole_radius)) continue;
+                // Less deep below an end than below the round side.
+                if (!through_wall && curve.radius - lowest.value > std::min(lowest.s, 1.0 - lowest.s) * path.length()) continue;
+            }
+            found.gap_m = lowest.value - curve.radius;
             found.point = x - (curve.radius + 0.5 * found.gap_m) * out_of_other;
             found.normal = -side * out_of_other;
         }

@@ -77,7 +77,10 @@ void require_pouring(const Case& c, const TomlFile& toml, const std::map<std::st
             throw UserError(fmt::format("the table [{}] has no effect on the grains of an STL file: they stay where they are", table),
                             {.where = file,
                              .allowed = "an STL file with all grains of the bed in their places",
-                             .fix = "remove the table; one grain of an STL file cannot be poured, spherocylinders can"});
+                             .fix = "remove the table; to pour many copies of one grain, kind = \"mesh\""});
+    if (c.from_stl() && (c.settings.shape.faces > 0 || c.settings.shape.deviation_m > 0.0))
+        throw UserError("`faces` and `deviation_m` have no effect on all grains of an STL file: they stay as they are",
+                        {.where = file + ", [shape]", .fix = "remove them; to pour many copies of one grain, kind = \"mesh\""});
 }
 
 // What [packings] and friction_uncertainty need of each other.

@@ -10,6 +10,7 @@
 #include "core/log.hpp"
 #include "imaging/volume.hpp"
 #include "inputs/image_input.hpp"
+#include "inputs/mesh_grains.hpp"
 #include "inputs/pore_space_input.hpp"
 #include "io/stl.hpp"
 #include "pouring/pour.hpp"
@@ -52,6 +53,10 @@ PoreSpace case_pore_space(const Case& c) {
     return load_pore_space(c.stage_folder("pack") / "packing.json", options);
 }
 
+std::vector<ShapeShare> case_shapes(const Case& c) {
+    return make_shapes(inputs::with_mesh_grains(c.settings.shape, c.folder));
+}
+
 Container case_container(const Case& c) {
     if (!c.from_fit()) return make_container(c.settings.container);
     if (const Path made = c.stage_folder("pack") / "packing.json"; fs::exists(made)) return read_packing(made).container;
@@ -67,7 +72,7 @@ bool has_packing(const Case& c) {
 
 double expected_porosity(const Case& c) {
     if (has_packing(c)) return c.result<results::Pack>().bed.porosity_bed;
-    return c.from_stl() || c.from_image() ? 0.6 : 1.0 - poured_solid_fraction(make_shapes(c.settings.shape), case_container(c));
+    return c.from_stl() || c.from_image() ? 0.6 : 1.0 - poured_solid_fraction(case_shapes(c), case_container(c));
 }
 
 // The section before the packing exists: the height at which pouring stops, minus one grain at both ends.
@@ -82,7 +87,7 @@ PoreSpace expected_pore_space(const Case& c) {
     PoreSpace space{.container = case_container(c), .section = {}};
     double top = c.from_fit() ? space.container.height() : space.container.height() / 2.0;
     if (!c.from_stl()) {
-        const std::vector<ShapeShare> shapes = make_shapes(settings.shape);
+        const std::vector<ShapeShare> shapes = case_shapes(c);
         for (const auto& [shape, share] : shapes) {
             space.maximum_feret_diameter_m = std::max(space.maximum_feret_diameter_m, maximum_feret_diameter(shape));
             space.grain_size_m = std::min(space.grain_size_m, smallest_diameter(shape));
@@ -92,7 +97,7 @@ PoreSpace expected_pore_space(const Case& c) {
         if (settings.packing.grains > 0)
             top = std::min(space.container.height(), poured_height_m(shapes, space.container, settings.packing.grains));
     } else {
-        space.grain_size_m = grain_size_of(io::read_stl(c.resolve(settings.shape.file), settings.shape.unit_m));
+        space.grain_size_m = grain_size_of(io::read_stl(c.resolve(settings.shape.file), surface_unit_m(settings.shape)));
     }
     space.section =
         choose_section(space.container, {.section_m = settings.geometry.section_m, .trim_m = settings.geometry.trim_m, .bed_known = false},

@@ -16,6 +16,8 @@ namespace porepack::stages {
 [[nodiscard]] falling_head::FallingHeadConfig case_apparatus(const Case& c);
 /// The pore space of the geometry and flow stages.
 [[nodiscard]] pore_space::PoreSpace case_pore_space(const Case& c);
+/// The grains of [shape], meshes read from their files.
+[[nodiscard]] std::vector<shapes::ShapeShare> case_shapes(const Case& c);
 /// The packing of this configuration has been made.
 [[nodiscard]] bool has_packing(const Case& c);
 /// The pore space before a packing exists: the expected container and section, for dry runs. Its porosity is

@@ -18,7 +18,7 @@ imaging::VolumeHeader scan_of(const Case& c) {
 
 results::Pack run_fit(const Case& c, const Path& folder) {
     std::vector<shapes::Shape> shapes;
-    for (const shapes::ShapeShare& share : make_shapes(c.settings.shape)) shapes.push_back(share.shape);
+    for (const shapes::ShapeShare& share : case_shapes(c)) shapes.push_back(share.shape);
     results::Pack result{.engine = "fit"};
     result.fit = written(fit_image(c.resolve(c.settings.image.file), c.settings.image, container_of_image(c), shapes), folder);
     const Packing packing = read_packing(folder / "packing.json");

@@ -5,6 +5,7 @@
 #include "analysis/pour.hpp"
 #include "core/error.hpp"
 #include "core/json.hpp"
+#include "inputs/mesh_grains.hpp"
 #include "record/digest.hpp"
 #include "stages/case_space.hpp"
 #include "stages/stages.hpp"
@@ -18,15 +19,14 @@ Poured given(const Case& c) {
     if (config.file.empty()) throw UserError("engine = \"none\" needs a packing", {.where = "[packing]", .fix = "file = \"packing.json\""});
     Poured given{.result = {.engine = std::string(name_of(config.engine)), .seed = config.seed},
                  .packing = read_packing(c.resolve(config.file))};
-    require_same_bed(make_shapes(c.settings.shape), make_container(c.settings.container), given.packing, config.file);
+    require_same_bed(case_shapes(c), make_container(c.settings.container), given.packing, config.file);
     return given;
 }
 
 results::Pack run_pack(const Case& c, const Path& folder) {
     const PackingConfig& config = c.settings.packing;
-    auto [result, packing] = config.engine == Engine::none
-                                 ? given(c)
-                                 : pour(make_shapes(c.settings.shape), make_container(c.settings.container), config, folder);
+    auto [result, packing] =
+        config.engine == Engine::none ? given(c) : pour(case_shapes(c), make_container(c.settings.container), config, folder);
     add_grains(result, packing);
     if (packing.overlap_allowed) result.overlap_allowed = true;
     write_packing(folder / "packing.json", packing);
@@ -36,7 +36,7 @@ results::Pack run_pack(const Case& c, const Path& folder) {
 
 Expectation expect_pack(const Case& c) {
     if (c.settings.packing.engine == Engine::none) return {.text = "seconds"};
-    Expectation expected = expect_pour(make_shapes(c.settings.shape), make_container(c.settings.container), c.settings.packing);
+    Expectation expected = expect_pour(case_shapes(c), make_container(c.settings.container), c.settings.packing);
     if (!c.settings.geometry.section_m.empty())
         if (const PoreSpace bed = expected_pore_space(c); bed.section.z1_m > bed.bed_top_m)
             expected.text += fmt::format("; the section ends at {:g} m, above the expected top of the bed (about {:.2g} m)",
@@ -59,7 +59,8 @@ Stage make_pack_stage(const Case& c) {
                 .resumes = config.engine != Engine::none,
                 .result_version = results::Pack::version,
                 .processes = config.processes};
-    if (config.engine == Engine::none && !config.file.empty()) stage.files = {c.resolve(config.file)};
+    stage.files = inputs::mesh_files(c.settings.shape, c.folder);
+    if (config.engine == Engine::none && !config.file.empty()) stage.files.push_back(c.resolve(config.file));
     for (const Path& file : stage.files) (void)record::sha256_of_file(file);  // a missing file is named before anything runs
     return stage;
 }

@@ -1,6 +1,7 @@
 // The grain itself.
 #include "analysis/shape.hpp"
 
+#include "inputs/mesh_grains.hpp"
 #include "io/stl.hpp"
 #include "stages/stages.hpp"
 #include "stages/uses.hpp"
@@ -13,11 +14,12 @@ Stage make_shape_stage(const Case& c) {
     if (c.from_stl()) {
         const Path file = c.resolve(c.settings.shape.file);
         stage.files = {file};
-        stage.run = [=, unit_m = c.settings.shape.unit_m](const Path&) {
+        stage.run = [=, unit_m = surface_unit_m(c.settings.shape)](const Path&) {
             return measure_surface_shape(io::read_stl(file, unit_m), file.string(), density);
         };
     } else {
-        stage.run = [=, shape = c.settings.shape](const Path&) { return measure_shape(shape, density); };
+        stage.files = inputs::mesh_files(c.settings.shape, c.folder);
+        stage.run = [=, shape = c.settings.shape, folder = c.folder](const Path&) { return measure_shape(shape, density, folder); };
     }
     return stage;
 }

@@ -18,7 +18,7 @@ Stage make_stl_stage(const Case& c) {
     if (c.from_stl()) stage.files = {user_file};
     stage.run = [c, user_file, with_planes](const Path& folder) {
         const InputOptions options{.container = case_container(c),
-                                   .unit_m = c.from_stl() ? c.settings.shape.unit_m : 1.0,
+                                   .unit_m = c.from_stl() ? surface_unit_m(c.settings.shape) : 1.0,
                                    .geometry = c.settings.geometry,
                                    .whole_bed = !with_planes};
         return write_surfaces(load_pore_space(c.from_stl() ? user_file : c.stage_folder("pack") / "packing.json", options),

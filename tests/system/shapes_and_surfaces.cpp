@@ -1,7 +1,11 @@
 // Mixtures, the extra surfaces and figure 7, through the program.
+#include <numbers>
+
 #include "core/json.hpp"
+#include "io/stl.hpp"
 #include "packing/packing.hpp"
 #include "support/helpers.hpp"
+#include "support/stones.hpp"
 #include "vessels/config.hpp"
 
 namespace porepack {
@@ -33,6 +37,49 @@ TEST(Mixture, IsPouredAndComesBackShapeByShape) {
     EXPECT_TRUE(has(porepack("pack " + quoted(folder.path())).err, "two shapes or more"));
     folder.write("case.toml", "[shape]\nkind = \"mixture\"\n" + pod + star + pod + container);
     EXPECT_TRUE(has(porepack("pack " + quoted(folder.path())).err, "add up to 1.5"));
+}
+
+// A user's stone: measured, poured, and as voxels and a surface.
+TEST(MeshGrains, AreSimplifiedAndPoured) {
+    const test::Folder folder;
+    const PolyhedronSize size = test::stone(2, 0.4, 7, 0.0);
+    TriangleSurface stone;
+    for (const Vec3& x : size.corners_m) stone.points.push_back({10.0 * x.x() + 40.0, 10.0 * x.y(), 10.0 * x.z()});
+    for (const auto& face : size.faces) stone.triangles.push_back({face[0], face[1], face[2]});
+    write_stl(folder.path() / "stone.stl", stone);
+    const std::string file = quoted(folder.path() / "stone.stl");
+    const Json whole = porepack("shape --json --unit 0.001 " + file).json();
+    const Json few = porepack("shape --json --unit 0.001 --faces 60 " + file).json();
+    EXPECT_EQ(few["faces_of_file"], 320);
+    EXPECT_EQ(few["faces"], 60);
+    const double volume = whole["volume_m3"].get<double>();
+    EXPECT_NEAR(few["volume_m3"].get<double>() / volume, 1.0, 3e-6);
+    EXPECT_LT(few["largest_deviation_m"].get<double>(), 1e-3);
+    EXPECT_TRUE(has(porepack("shape --faces 60 " + file).err, "unit_m = 0.001"));
+    const std::string rest =
+        "faces = 60\n[container]\nkind = \"cylinder\"\ndiameter_m = 0.03\nheight_m = 0.08\n"
+        "[packing]\ngrains = 6\nfill = \"lattice\"\n[geometry]\nvoxel_size_m = 5e-4\nsection_m = [0.002, 0.008]\n";
+    const std::string shape = "[shape]\nkind = \"mesh\"\nfile = \"stone.stl\"\n";
+    folder.write("case.toml", shape + rest);
+    EXPECT_TRUE(has(porepack("run " + quoted(folder.path())).err, "the unit of stone.stl is not known"));
+    folder.write("case.toml", shape + "sphericity = 0.8\nunit_m = 0.001\n" + rest);
+    EXPECT_TRUE(has(porepack("run " + quoted(folder.path())).err, "`sphericity` has no effect on a mesh"));
+    folder.write("case.toml", shape + "unit_m = 0.001\n" + rest);
+    for (const char* stage : {"voxelise", "stl"}) {
+        const auto run = porepack("run --up-to " + std::string(stage) + " " + quoted(folder.path()));
+        ASSERT_EQ(run.exit_code, 0) << run.err;
+    }
+    const Path results = folder.path() / "results";
+    const Json pack = read_json(results / "pack/result.json");
+    const double solid = 6.0 * volume, space = pack["bed_height_m"].get<double>() * std::numbers::pi * 0.015 * 0.015;
+    EXPECT_NEAR(pack["porosity_bed"].get<double>(), 1.0 - solid / space, 1e-3);
+    EXPECT_NEAR(read_json(results / "stl/result.json")["volume_m3"].get<double>() / solid, 1.0, 0.002);
+    EXPECT_TRUE(read_json(results / "stl/result.json")["closed"].get<bool>());
+    EXPECT_EQ(test::schema_faults(results), "");
+    // Another file is another shape.
+    for (auto& p : stone.points) p[2] *= 1.1;
+    write_stl(folder.path() / "stone.stl", stone);
+    EXPECT_TRUE(has(porepack("status " + quoted(folder.path())).out, "stone.stl"));
 }
 
 TEST(ExtraSurfaces, AreWrittenAsAskedFor) {

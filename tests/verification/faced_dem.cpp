@@ -153,6 +153,21 @@ TEST(FacedDem, ACylinderRestsOnItsEndAndARingHangsOnARod) {
 }
 
 // Frictionless and elastic in a periodic box.
+// Its end lies on the ends of two others, near their rims: their round sides are not in contact.
+TEST(FacedDem, ACylinderStandsOnTheRimsOfTwoOthers) {
+    const Shape shape = cylinder(0.008, 0.008);
+    CapsuleDem dem(wide_box(), {shape}, 1000.0, {.normal_stiffness_N_per_m = 1e4, .tangential_stiffness_N_per_m = 5e3},
+                   {.time_step_s = 5e-6});
+    dem.add(0, {0.4932, 0.5, 0.1}, Quaternion::Identity());
+    dem.add(0, {0.5071, 0.5, 0.1}, Quaternion::Identity());
+    dem.hold(0);
+    dem.hold(1);
+    dem.add(0, {0.5, 0.5, 0.10801}, Quaternion::Identity());
+    dem.step(60000);
+    EXPECT_LT(dem.rest().largest_overlap_m, 1e-5);
+    EXPECT_LT((dem.pose(2).position_m - Vec3(0.5, 0.5, 0.108)).norm(), 2e-5);
+}
+
 TEST(FacedDem, AGasKeepsMomentumAndEnergy) {
     const ContactLaw law{.normal_stiffness_N_per_m = 5e3,
                          .tangential_stiffness_N_per_m = 2.5e3,

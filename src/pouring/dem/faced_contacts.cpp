@@ -7,6 +7,7 @@
 #include "core/error.hpp"
 #include "pouring/dem/capsule_state.hpp"
 #include "pouring/dem/piece_rows.hpp"
+#include "pouring/pour.hpp"
 #include "pouring/uses.hpp"
 
 namespace porepack::pouring::dem {

@@ -50,17 +50,19 @@ bool contact_of_point(const ContactPiece& piece, const Surface& surface, PieceCo
 }
 
 // What a disc of an axis counts where it is nearest to the other body in the direction `towards`: nothing if that lies beyond the ends of
-// the axis, where the rim or the flat end is in contact. Smoothly; `slope`: per length along the axis.
-double share_of_disc(const ContactPiece& piece, double s, double distance, double towards_along, double& slope) {
+// the axis, or less deep below one of them than below the round side: there the rim or the flat end is in contact. Smoothly; `slope`: per
+// length along the axis, away from the nearer end; it is also that per distance.
+double share_of_disc(const ContactPiece& piece, double s, double distance, double towards_along, double& slope, bool& from_first_end) {
     slope = 0.0;
     // What lies in the hole is in contact with rims. Between the middle of the wall and the outside, overlaps stay below deepest_overlap.
     if (distance * std::sqrt(std::max(0.0, 1.0 - towards_along * towards_along)) <= 0.5 * (piece.radius + piece.hole_radius)) return 0.0;
     const double along = s * piece.length + piece.radius * towards_along;
     const double from_start = piece.before + along, from_end = piece.after + piece.length - along;
-    const double share = std::min(from_start, from_end) / piece.taper;
+    const double share = (std::min(from_start, from_end) - std::max(0.0, piece.radius - distance)) / piece.taper;
     if (share >= 1.0) return 1.0;
     if (share <= 0.0) return 0.0;
-    slope = (from_start < from_end ? 6.0 : -6.0) * share * (1.0 - share) / piece.taper;
+    slope = 6.0 * share * (1.0 - share) / piece.taper;
+    from_first_end = from_start < from_end;
     return share * share * (3.0 - 2.0 * share);
 }
 
@@ -111,11 +113,14 @@ void add_part(const ContactPiece& piece, const Surface& surface, double from, do
             const Vec3 outward = found.outward.at(i), tangent = row.tangents.at(i);
             const double away = found.distance[n], overlap = std::max(0.0, piece.radius - away);
             double slope = 0.0;
-            const double whole = weights[n], share = share_of_disc(piece, row.s[n], away, -outward.dot(tangent), slope);
+            bool from_first_end = true;
+            const double whole = weights[n], share = share_of_disc(piece, row.s[n], away, -outward.dot(tangent), slope, from_first_end);
             weights[n] *= share;
-            if (slope != 0.0)
-                add_change_of_share(piece, surface, row.points.at(i), tangent, outward,
-                                    0.125 * whole * seventh(overlap) * overlap * slope * piece.radius, sum);
+            if (slope == 0.0 || overlap == 0.0) continue;
+            const double change = 0.125 * whole * seventh(overlap) * overlap * slope;
+            add_change_of_share(piece, surface, row.points.at(i), tangent, outward, (from_first_end ? 1.0 : -1.0) * change * piece.radius,
+                                sum);
+            sum.add(-change * outward, row.points.at(i) - sum.about);
         }
     add_row(row, found, weights, piece.radius, sum);
 }

@@ -46,7 +46,4 @@ private:
 /// Its part of O^2.
 [[nodiscard]] double square_of(const PieceContact& contact, double sum_of_potentials);
 
-/// Where overlaps exceed this fraction of the thinner grain's thickness the grains begin to pass through each other.
-inline constexpr double deepest_overlap = 0.4;
-
 }  // namespace porepack::pouring::dem

@@ -302,6 +302,11 @@ TEST(Touch, TwoBoxesFaceToFaceAndEdgeToEdge) {
     // A rod through the hole of a ring touches nothing.
     const Shape ring = shape_of(make_ring({1.0, 0.6, 0.5, 0.02}));
     EXPECT_NEAR(nearest({ring}, {make_preset(ShapeKind::rod, 0.2, 3.0)}, 1.0).gap_m, 0.2, 1e-9);
+    // Beside the axis too; and a rod that reaches into the hole through the wall.
+    EXPECT_NEAR(nearest({ring}, {make_preset(ShapeKind::rod, 0.2, 3.0), {0.1, 0.0, 0.0}}, 1.0).gap_m, 0.1, 1e-9);
+    EXPECT_LT(nearest({ring}, {make_preset(ShapeKind::rod, 0.2, 1.0), {0.62, 0.0, 0.0}, Quaternion(r2, 0.0, r2, 0.0)}, 1.0).gap_m, -0.1);
+    // Two rings whose walls lie in each other as a whole.
+    EXPECT_LT(nearest({ring}, {ring, {0.78, 0.0, 0.0}, Quaternion(r2, r2, 0.0, 0.0)}, 1.0).gap_m, -0.1);
 }
 
 TEST(RoundedBody, FacetsAreAClosedSurfaceNearTheExactOne) {

@@ -60,10 +60,26 @@ ShapeConfig read_shape(const Common& common, const ShapeOptions& options) {
     return config;
 }
 
+// The grain of few faces that a case pours. Its surface is written too where an output is wanted.
+void measure_mesh(const Common& common, const ShapeOptions& options) {
+    ShapeConfig config = config_from_flags<ShapeConfig>(common.flags);
+    config.kind = ShapeKind::mesh;
+    config.file = common.input;
+    config.unit_m = common.unit_m;
+    const auto work = [&](const Path&) { return measure_shape(config, options.density_kg_per_m3); };
+    if (common.output.empty() && !common.dry_run) return print_result(common, work({}));
+    run_on_files(
+        common,
+        {.stage = "shape", .target = common.output, .configuration = resolved_config(config), .inputs = {common.input}, .work = work});
+}
+
 void measure_one(const Common& common, const ShapeOptions& options) {
-    if (options.capsules_file.empty() && is_surface(common.input))
-        return print_result(common,
-                            measure_surface_shape(io::read_stl(common.input, common.unit_m), common.input, options.density_kg_per_m3));
+    if (options.capsules_file.empty() && is_surface(common.input)) {
+        if (common.flags.empty())
+            return print_result(common,
+                                measure_surface_shape(io::read_stl(common.input, common.unit_m), common.input, options.density_kg_per_m3));
+        return measure_mesh(common, options);
+    }
     const ShapeConfig config = read_shape(common, options);
     const auto work = [&](const Path&) { return measure_shape(config, options.density_kg_per_m3); };
     if (common.output.empty() && !common.dry_run) return print_result(common, work({}));
@@ -78,7 +94,9 @@ void add_shape_command(CommandLine& line) {
     auto shape =
         line.add("shape", "volume, surface, sphericity, inertia of a grain", "porepack shape tetrapod --sphericity 0.53 --volume 7.33e-7",
                  [&common, options] { options->sweep ? sweep(common) : measure_one(common, *options); });
-    shape.add_option("kind", line.common.input, "tetrapod, dolos, tetrahedron, star, sphere, rod, or an STL file")
+    shape
+        .add_option("kind", line.common.input,
+                    "tetrapod, dolos, tetrahedron, star, sphere, rod, cylinder, ring, box, cube, lobed, prism, or an STL file")
         .type_name("name or path");
     shape.add_flag("--sweep", options->sweep, "figure 7: convexity against sphericity of the paper's aggregates, as CSV, plot and picture");
     shape.add_option("--capsules", options->capsules_file, "TOML file with [[capsule]] tables (a_m, b_m, radius_m)").type_name("path");
