@@ -132,6 +132,10 @@ std::shared_ptr<const RoundedBody> body_of(const Corners& corners, double roundi
     return make_polyhedron(size);
 }
 
+std::string first_line(const std::string& text) {
+    return text.substr(0, text.find('\n'));
+}
+
 class Simplification {
 public:
     Simplification(const TriangleSurface& surface, double rounding, const std::string& where) : where_(where), rounding_(rounding) {
@@ -158,7 +162,7 @@ public:
             fit(corners);
             body = body_of(corners, rounding_);
         } catch (const UserError& fault) {
-            throw UserError(fmt::format("with {} faces, {}", corners.triangles.size(), fault.what()),
+            throw UserError(fmt::format("with {} faces, {}", corners.triangles.size(), first_line(fault.what())),
                             {.where = where_, .fix = "a slightly different number of faces"});
         }
         MeshGrain grain{.faces_before = static_cast<long>(surface_.triangles.size()),
@@ -241,15 +245,20 @@ MeshGrain grain_from_mesh(const TriangleSurface& surface, const MeshGrainOptions
     const Simplification simplification(surface, options.rounding_m, where);
     MeshGrain grain;
     if (options.deviation_m > 0.0) {
-        for (double faces = 20.0;; faces *= 1.26) {
+        const double most = std::min(static_cast<double>(most_faces), static_cast<double>(surface.triangles.size()));
+        for (double faces = std::min(20.0, most);; faces = std::min(1.26 * faces, most)) {
             check_interrupt();
-            if (faces > std::min(static_cast<double>(most_faces), 1.26 * static_cast<double>(surface.triangles.size())))
+            try {
+                grain = simplification.with(std::lround(faces));
+                if (grain.largest_deviation_m <= options.deviation_m) return grain;
+            } catch (const UserError&) {  // so few faces would cross
+                if (faces == most) throw;
+            }
+            if (faces == most)
                 throw UserError(fmt::format("{} faces deviate by {:.3g} m", grain.faces, grain.largest_deviation_m),
                                 {.where = where,
-                                 .allowed = fmt::format("a deviation_m that at most {} faces keep", most_faces),
+                                 .allowed = fmt::format("a deviation_m that at most {} faces keep", std::lround(most)),
                                  .fix = "a larger deviation_m, or a smaller rounding_m"});
-            grain = simplification.with(std::lround(faces));
-            if (grain.largest_deviation_m <= options.deviation_m) return grain;
         }
     }
     if (options.faces < fewest_faces || options.faces > most_faces)

@@ -147,7 +147,8 @@ Mesh level_mesh(const RoundedBody& body, double deviation, double shift) {
         high[axis] = body.support(Vec3::Unit(axis));
     }
     constexpr double most_cells = 250.0;
-    const double h = std::max({1.5 * deviation, 0.4 * body.rounding(), (high - low).maxCoeff() / most_cells});
+    const double h =
+        std::max(std::min(std::max(1.5 * deviation, 0.4 * body.rounding()), 0.5 * body.thickness()), (high - low).maxCoeff() / most_cells);
     geometry::GrayImage image;
     for (std::size_t axis = 0; axis < 3; ++axis) {
         const auto a = static_cast<Eigen::Index>(axis);
@@ -186,6 +187,10 @@ Mesh level_mesh(const RoundedBody& body, double deviation, double shift) {
         outside += (volume - pmp::volume(kept)) / pmp::area(kept);
         project(kept, body, std::clamp(outside, -share_inside * deviation, share_inside * deviation));
     }
+    if (std::abs(pmp::volume(kept) / volume - 1.0) > 0.02)
+        throw NumericalError(fmt::format("the surface of a grain has {:.3g} of its volume: parts of it are thinner than {:.3g} m",
+                                         pmp::volume(kept) / volume, h),
+                             {.fix = "use a smaller surface_deviation_m"});
     return kept;
 }
 

@@ -27,7 +27,10 @@ namespace {
 // hence that stage's own inputs: a change anywhere before makes all later stages stale. The words for absent manifests match no digest.
 std::map<std::string, std::string> digests_of(const Pipeline& pipeline, const Stage& stage) {
     std::map<std::string, std::string> digests;
-    for (const auto& file : stage.files) digests[file.filename().string()] = sha256_of_file(file);
+    for (const auto& file : stage.files) {
+        const std::string name = file.filename().string();
+        digests[digests.contains(name) ? file.lexically_normal().string() : name] = sha256_of_file(file);
+    }
     for (const auto& need : stage.needs) {
         const Path manifest = stage_folder(pipeline, need) / "manifest.json";
         if (!fs::exists(manifest)) {

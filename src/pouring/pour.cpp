@@ -110,15 +110,20 @@ ContactTimes contact_times(double lightest_kg, double heaviest_kg, double diamet
 
 namespace {
 
-// A grain that falls onto a bed at rest goes so deep that its energy m v^2 / 2 is (s_n / 4) O^2.
-void require_no_crossing(const RoundedBody& body, double drop_height_m, const PackingConfig& config) {
-    const double mass = config.density_kg_per_m3 * surface_measures(body).volume_m3,
+// A grain that falls onto a bed at rest goes so deep that its energy m v^2 / 2 is (s_n / 4) O^2. The heaviest one may fall onto the
+// thinnest.
+void require_no_crossing(const std::vector<ShapeShare>& shapes, double largest_volume_m3, double drop_height_m,
+                         const PackingConfig& config) {
+    double thickness = 1e300;
+    for (const auto& [shape, share] : shapes)
+        if (shape.body != nullptr) thickness = std::min(thickness, shape.body->thickness());
+    const double mass = config.density_kg_per_m3 * largest_volume_m3,
                  speed2 = 2.0 * config.gravity_m_per_s2 * drop_height_m + std::pow(config.horizontal_speed_m_per_s, 2),
-                 overlap = std::sqrt(2.0 * mass * speed2 / config.normal_stiffness_N_per_m), deepest = deepest_overlap * body.thickness();
+                 overlap = std::sqrt(2.0 * mass * speed2 / config.normal_stiffness_N_per_m), deepest = deepest_overlap * thickness;
     if (overlap <= deepest) return;
     throw UserError(
         fmt::format("grains {:.3g} m thick that fall at {:.3g} m/s would pass through each other: they would overlap by {:.2g} m",
-                    body.thickness(), std::sqrt(speed2), overlap),
+                    thickness, std::sqrt(speed2), overlap),
         {.allowed = fmt::format("an overlap of {:g} of the thickness", deepest_overlap),
          .fix = fmt::format("set normal_stiffness_N_per_m to {:.2g} or more, tangential_stiffness_N_per_m to half of it; or lower "
                             "drop_height_m",
@@ -176,8 +181,7 @@ PourPlan plan_pour(const std::vector<ShapeShare>& shapes, const Container& conta
     if (config.fill == Fill::lattice)
         plan.drop_height_m = 0.0;
     else
-        for (const auto& [shape, share] : shapes)
-            if (shape.body != nullptr) require_no_crossing(*shape.body, plan.drop_height_m, config);
+        require_no_crossing(shapes, largest_volume, plan.drop_height_m, config);
     add_expected_cost(plan, shapes, container, config, densest / 0.75 * poured_solid_fraction(shapes, container));
     return plan;
 }

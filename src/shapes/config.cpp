@@ -144,6 +144,9 @@ std::vector<ShapeShare> make_shapes(const ShapeConfig& c) {
     if (c.component.size() < 2)
         throw UserError(fmt::format("a mixture needs two shapes or more, {} is given", c.component.size()),
                         {.fix = "add tables [[shape.component]] with number_fraction and the keys of a shape"});
+    if (!c.file.empty() || c.unit_m > 0.0 || c.faces > 0 || c.deviation_m > 0.0 || c.rounding_m > 0.0)
+        throw UserError("`file`, `unit_m`, `faces`, `deviation_m` and `rounding_m` have no effect on a mixture as a whole",
+                        {.where = "[shape]", .fix = "write them into the tables [[shape.component]]"});
     std::vector<ShapeShare> shares;
     double sum = 0.0;
     for (std::size_t i = 0; i < c.component.size(); ++i) {

@@ -67,6 +67,8 @@ struct FacedGrain {
 };
 /// Throws UserError when the keys do not determine it, or overdetermine it. By sphericity and volume: the higher one of two.
 [[nodiscard]] FacedGrain make_faced(const ShapeConfig& config);
+/// Throws UserError for a key of sizes: the shape is in a file. `allowed`: the keys that it has.
+void refuse_sizes(const ShapeConfig& config, const std::string& allowed);
 /// Throws UserError for a key that a mesh does not have, or if the unit of its file is missing.
 void require_mesh_keys(const ShapeConfig& config);
 /// Throws UserError for a key that only grains with faces have.

@@ -177,7 +177,7 @@ void refuse_keys_of_faces(const ShapeConfig& c) {
     refuse_keys_of_meshes(c);
 }
 
-void require_mesh_keys(const ShapeConfig& c) {
+void refuse_sizes(const ShapeConfig& c, const std::string& allowed) {
     std::vector<Key> keys = keys_of_sizes(c);
     keys.insert(keys.end(), {{"length_m", c.length_m > 0.0},
                              {"sphericity", c.sphericity > 0.0},
@@ -187,8 +187,12 @@ void require_mesh_keys(const ShapeConfig& c) {
                              {"capsule", !c.capsule.empty()}});
     for (const Key& key : keys)
         if (key.given)
-            throw UserError(fmt::format("`{}` has no effect on a mesh", key.name),
-                            {.allowed = "file, unit_m, faces, deviation_m, rounding_m", .fix = "remove it: the file has the sizes"});
+            throw UserError(fmt::format("`{}` has no effect with kind = \"{}\"", key.name, name_of(c.kind)),
+                            {.allowed = allowed, .fix = "remove it: the file has the sizes"});
+}
+
+void require_mesh_keys(const ShapeConfig& c) {
+    refuse_sizes(c, "file, unit_m, faces, deviation_m, rounding_m");
     if (c.file.empty()) throw UserError("kind is \"mesh\", but no file is given", {.fix = "file = \"stone.stl\""});
     if (c.unit_m == 0.0)
         throw UserError("the unit of " + c.file + " is not known",

@@ -46,7 +46,7 @@ public:
     // Between such parts, the line lies deeper inside, or outside.
     void line(const Vec3& origin, const Vec3& direction, double grown, std::vector<Interval>& parts) const override {
         parts.clear();
-        const double r = std::max(rounding_ + grown, 1e-9 * core_->bounds().high.cwiseAbs().maxCoeff());
+        const double r = std::max(rounding_ + grown, 1e-9 * (core_->bounds().high - core_->bounds().low).norm());
         const auto near = [&](const Vec3& middle, double reach) {
             const Vec3 away = middle - origin;
             return (away - away.dot(direction) * direction).squaredNorm() < reach * reach;

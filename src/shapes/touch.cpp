@@ -208,7 +208,8 @@ Nearest nearest(const PlacedShape& first, const PlacedShape& second, double beyo
                 constexpr double at_end = 1e-6;
                 if (!through_wall && (lowest.s < at_end || lowest.s > 1.0 - at_end || lowest.value <= curve.hole_radius)) continue;
                 // Less deep below an end than below the round side.
-                if (!through_wall && curve.radius - lowest.value > std::min(lowest.s, 1.0 - lowest.s) * path.length()) continue;
+                const double depth = through_wall ? 0.5 * (curve.radius - curve.hole_radius) : curve.radius - lowest.value;
+                if (depth > std::min(lowest.s, 1.0 - lowest.s) * path.length() + own.shape.body->rounding()) continue;
             }
             found.gap_m = lowest.value - curve.radius;
             found.point = x - (curve.radius + 0.5 * found.gap_m) * out_of_other;

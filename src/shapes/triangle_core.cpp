@@ -223,7 +223,7 @@ double TriangleCore::distance_to(std::size_t triangle, const Vec3& point) const 
 }
 
 TriangleCore::Nearest TriangleCore::nearest(const Vec3& point) const {
-    Nearest nearest;
+    Nearest nearest{.normal = &planes_.front().normal};
     const Vec3 place = (point - low_) / cell_;
     if ((place.array() >= 0.0).all() && (place.array() < static_cast<double>(cells_)).all()) {
         const auto cell = (static_cast<std::size_t>(place.z()) * cells_ + static_cast<std::size_t>(place.y())) * cells_ +
@@ -302,7 +302,8 @@ void TriangleCore::find_neck() {
     }
     std::sort(cells.begin(), cells.end(),
               [](const auto& a, const auto& b) { return a.first > b.first || (a.first == b.first && a.second < b.second); });
-    neck_radius_ = cells.empty() ? 0.25 * h : cells.front().first;
+    // What is thinner than the grid shows is at most half a cell.
+    neck_radius_ = std::min(cells.empty() ? 0.25 * h : cells.front().first, 0.5 * size.minCoeff());
     constexpr std::size_t none = static_cast<std::size_t>(-1);
     std::vector<std::size_t> parent(static_cast<std::size_t>(n) * n * n, none);
     std::vector<double> peak(parent.size(), 0.0);
@@ -327,6 +328,10 @@ void TriangleCore::find_neck() {
                 parent[one] = parent[two] = deeper;
             }
     }
+    const bool in_parts = std::any_of(cells.begin(), cells.end(), [&](const auto& cell) {
+        return root(cell.second) != root(cells.front().second) && peak[root(cell.second)] > h;
+    });
+    if (in_parts) neck_radius_ = std::min(neck_radius_, 0.25 * h);
 }
 
 }  // namespace porepack::shapes

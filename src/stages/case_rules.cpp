@@ -78,8 +78,9 @@ void require_pouring(const Case& c, const TomlFile& toml, const std::map<std::st
                             {.where = file,
                              .allowed = "an STL file with all grains of the bed in their places",
                              .fix = "remove the table; to pour many copies of one grain, kind = \"mesh\""});
-    if (c.from_stl() && (c.settings.shape.faces > 0 || c.settings.shape.deviation_m > 0.0))
-        throw UserError("`faces` and `deviation_m` have no effect on all grains of an STL file: they stay as they are",
+    if (c.from_stl()) refuse_sizes(c.settings.shape, "file, unit_m");
+    if (c.from_stl() && (c.settings.shape.faces > 0 || c.settings.shape.deviation_m > 0.0 || c.settings.shape.rounding_m > 0.0))
+        throw UserError("`faces`, `deviation_m` and `rounding_m` have no effect on all grains of an STL file: they stay as they are",
                         {.where = file + ", [shape]", .fix = "remove them; to pour many copies of one grain, kind = \"mesh\""});
 }
 

@@ -5,6 +5,7 @@
 #include "analysis/pour.hpp"
 #include "core/json.hpp"
 #include "imaging/volume.hpp"
+#include "inputs/mesh_grains.hpp"
 #include "stages/case_space.hpp"
 #include "stages/stages.hpp"
 #include "stages/uses.hpp"
@@ -30,9 +31,11 @@ results::Pack run_fit(const Case& c, const Path& folder) {
 }  // namespace
 
 Stage make_fit_stage(const Case& c) {
+    std::vector<Path> files = scan_of(c).files;
+    for (const Path& file : inputs::mesh_files(c.settings.shape, c.folder)) files.push_back(file);
     return {.name = "pack",
             .configuration = c.settings.resolved_tables({"shape", "image", "container"}),
-            .files = scan_of(c).files,
+            .files = std::move(files),
             .outputs = {"packing.json"},
             .run = [c](const Path& folder) { return run_fit(c, folder); },
             .expect = [c] { return expect_fit(static_cast<double>(scan_of(c).count())); },

@@ -354,6 +354,10 @@ Case write_point(const Study& study, const Point& point) {
                                       {"image", point.planned.settings.image.file}})
         if (!file.empty() && !Path(file).is_absolute())
             set[table]["file"] = Json(fs::relative(fs::absolute(base / file), fs::absolute(folder)).string()).dump();
+    for (const shapes::ShapeConfig& part : point.planned.settings.shape.component)
+        if (!part.file.empty() && !Path(part.file).is_absolute())
+            throw UserError("a component names " + part.file + ", relative to its case",
+                            {.where = base.string(), .fix = "in a study, give the files of components with their whole path"});
     const std::string text =
         fmt::format("# Written by `porepack study run`: the point {} of ../../study.toml. Change the values there.\n\n", point.name) +
         TomlFile(fs::is_directory(base) ? base / "case.toml" : base).with(set).text();

@@ -63,7 +63,7 @@ TEST(MeshGrains, AreSimplifiedAndPoured) {
     folder.write("case.toml", shape + rest);
     EXPECT_TRUE(has(porepack("run " + quoted(folder.path())).err, "the unit of stone.stl is not known"));
     folder.write("case.toml", shape + "sphericity = 0.8\nunit_m = 0.001\n" + rest);
-    EXPECT_TRUE(has(porepack("run " + quoted(folder.path())).err, "`sphericity` has no effect on a mesh"));
+    EXPECT_TRUE(has(porepack("run " + quoted(folder.path())).err, "`sphericity` has no effect with kind"));
     folder.write("case.toml", shape + "unit_m = 0.001\n" + rest);
     for (const char* stage : {"voxelise", "stl"}) {
         const auto run = porepack("run --up-to " + std::string(stage) + " " + quoted(folder.path()));

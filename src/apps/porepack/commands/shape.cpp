@@ -51,16 +51,16 @@ ShapeConfig read_shape(const Common& common, const ShapeOptions& options) {
         std::string kinds;
         for (const auto& kind : choices_of(shapes::ShapeKind()))
             if (kind.value != shapes::ShapeKind::capsules && kind.value != shapes::ShapeKind::stl &&
-                kind.value != shapes::ShapeKind::mixture)
+                kind.value != shapes::ShapeKind::mesh && kind.value != shapes::ShapeKind::mixture)
                 kinds += fmt::format("{}, ", kind.name);
-        throw UserError("which shape?", {.allowed = kinds + "or --capsules FILE"});
+        throw UserError("which shape?", {.allowed = kinds + "an STL file (with --faces: as a grain), or --capsules FILE"});
     }
     flags["kind"] = "\"" + common.input + "\"";
     TomlFile().read("", describe_it, flags);
     return config;
 }
 
-// The grain of few faces that a case pours. Its surface is written too where an output is wanted.
+// The grain of few faces that a case pours.
 void measure_mesh(const Common& common, const ShapeOptions& options) {
     ShapeConfig config = config_from_flags<ShapeConfig>(common.flags);
     config.kind = ShapeKind::mesh;
