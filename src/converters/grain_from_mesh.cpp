@@ -93,8 +93,8 @@ std::vector<Vec3> fitted(const Corners& corners, const TriangleCore& core, const
     Eigen::VectorXd right = Eigen::VectorXd::Zero(size);
     for (const Vec3& point : points) {
         Vec3 outward;
-        const double away = core.distance(point, &outward);
-        const std::size_t t = core.nearest_triangle(point);
+        std::size_t t = 0;
+        const double away = core.distance(point, &outward, &t);
         const auto& triangle = corners.triangles[t];
         const Vec3 foot = point - away * outward;
         const Vec3 &a = corners.points[static_cast<std::size_t>(triangle[0])], &b = corners.points[static_cast<std::size_t>(triangle[1])],

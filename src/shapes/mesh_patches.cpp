@@ -1,7 +1,7 @@
 // A patch is a triangle moved out, a part of a cylinder about a convex edge, or a part of a sphere about a corner. It belongs to the
 // surface where no other triangle of the core is nearer than the rounding. Those that cannot be nearer are left out first: without creases,
-// none is left, and the patch is integrated as a whole. Otherwise it is divided into four again and again, along the crease only; the
-// smallest parts end where the distance, interpolated between their corners, equals the rounding.
+// none is left, and the patch is integrated as a whole. Otherwise it is divided into four again and again, along the crease only, until
+// the crease is straight within a part: the part ends where the distance, interpolated between its corners, equals the rounding.
 #include "shapes/mesh_patches.hpp"
 
 #include <algorithm>

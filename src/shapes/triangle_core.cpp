@@ -235,12 +235,9 @@ TriangleCore::Nearest TriangleCore::nearest(const Vec3& point) const {
     return nearest;
 }
 
-std::size_t TriangleCore::nearest_triangle(const Vec3& point) const {
-    return nearest(point).triangle;
-}
-
-double TriangleCore::distance(const Vec3& point, Vec3* outward) const {
+double TriangleCore::distance(const Vec3& point, Vec3* outward, std::size_t* triangle) const {
     const Nearest nearest = this->nearest(point);
+    if (triangle != nullptr) *triangle = nearest.triangle;
     const double away = std::sqrt(nearest.square);
     const bool inside = nearest.from.dot(*nearest.normal) < 0.0;
     if (outward != nullptr) {
@@ -262,8 +259,8 @@ void TriangleCore::list_candidates() {
     add_lists(low_, cells_, {0, 0, 0}, all);
 }
 
-// Those of a cube of `cells` cells a side: what is nearest to one of its points is no farther from its middle than the nearest triangle by
-// more than the cube's diagonal.
+// The lists of a cube with `cells` cells along each side. What is nearest to one of its points is farther from its middle than the triangle
+// nearest to the middle by at most the cube's diagonal.
 void TriangleCore::add_lists(const Vec3& low, int cells, const std::array<int, 3>& at, const std::vector<std::uint16_t>& from) {
     const double side = cells * cell_;
     const Vec3 middle = low + Vec3::Constant(0.5 * side);

@@ -38,10 +38,10 @@ public:
     [[nodiscard]] const Bounds& bounds() const { return bounds_; }
     [[nodiscard]] double volume() const { return volume_; }
 
-    /// From the surface; negative inside. `outward`: the direction in which it grows (unit vector), if it is not null.
-    [[nodiscard]] double distance(const Vec3& point, Vec3* outward) const;
+    /// From the surface; negative inside. `outward`: the direction in which it grows (unit vector), and `triangle`: the nearest one, if
+    /// they are not null.
+    [[nodiscard]] double distance(const Vec3& point, Vec3* outward, std::size_t* triangle = nullptr) const;
     [[nodiscard]] double distance_to(std::size_t triangle, const Vec3& point) const;
-    [[nodiscard]] std::size_t nearest_triangle(const Vec3& point) const;
 
     /// The radius of the smallest of the balls that its parts, and the necks between them, hold; to a 32nd of its size.
     [[nodiscard]] double neck_radius() const { return neck_radius_; }
