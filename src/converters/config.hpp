@@ -51,7 +51,8 @@ inline void describe(record::ConfigVisitor& v, GeometryConfig& c) {
              "maximum distance between the triangles and the exact surface; auto: 0.5 % of the capsule's diameter");
     v.number("contact_gap_m", c.contact_gap_m, record::length_range_or_auto(),
              "grains that overlap, or whose gap is below this length, become one body; if the surface of other grains intersects itself "
-             "after rounding to single precision, these grains are made thinner by this length; auto: 1e-4 of the capsule's diameter");
+             "after rounding to single precision, these grains are made thinner by this length; auto: 1e-4 of the capsule's diameter, "
+             "and 10 and 100 times that where faults remain");
     v.numbers("section_m", c.section_m, {2, 2}, record::not_negative(),
               "z0 and z1 of the section that is evaluated; auto: the bed without a length of trim_m at each end");
     v.number("trim_m", c.trim_m, record::length_range_or_auto(),

@@ -21,6 +21,7 @@
 namespace porepack::converters {
 namespace {
 
+constexpr int maximum_repairs = 7;      // rounds of thinner grains with one contact gap
 constexpr double largest_change = 0.1;  // deviation and contact gap, of the thickness of the grains
 
 // The cost of a step, for the time left, in meshes of one image: that of uniting two meshes grows with the images in them, and the last
@@ -252,6 +253,48 @@ void require_volume(double volume_m3, const Grains& grains, const Container& con
             {.allowed = fmt::format("{:g} %", 100.0 * largest_error), .fix = "use a smaller surface_deviation_m or contact_gap_m"});
 }
 
+// The surface with one contact gap; its check names the faults that are left, if any.
+//
+// Single precision moves corners by up to 1e-7 of their coordinates, which can make facets with small gaps cross. Crossings are repaired in
+// place where that is possible. Else the grains at such a place are thinned by the contact gap and get other facets, turned and finer ones,
+// and the union is made again.
+SurfaceResult surface_with_gap(const Grains& grains, double deviation, double contact_gap) {
+    SurfaceResult result{.contact_gap_m = contact_gap};
+    const auto& images = grains.images();
+    const auto contacts = find_contacts(grains, std::max(4.0 * deviation, contact_gap));
+    Plan plan{.grains = grains,
+              .images = images,
+              .contacts = contacts,
+              .deviation_m = deviation,
+              .contact_gap_m = contact_gap,
+              .united = {},
+              .thinned = thin_coincident(images.size(), contacts, contact_gap)};
+    std::vector<std::pair<std::size_t, std::size_t>> joined;
+    for (const auto& contact : contacts) {
+        plan.united.push_back(plan.in_contact(contact) && !plan.grazing(contact));
+        if (plan.in_contact(contact)) joined.emplace_back(contact.first, contact.second);
+    }
+    result.bridges = static_cast<long>(joined.size());
+    for (const auto& cluster : clusters_of(images.size(), joined))
+        if (cluster.size() > 1) result.joined_grains += static_cast<long>(cluster.size());
+
+    for (int round = 0;; ++round) {
+        result.surface = unite_grains(plan, round == 0 ? "surface (CGAL)" : fmt::format("surface (CGAL), repair {}", round));
+        SurfaceCheck& check = result.check = check_surface(result.surface);
+        if (check.self_intersecting) repair_crossings(result.surface, check, 2.0 * deviation);
+        const auto& crossings = check.fault_places;
+        if (check.fault.empty() || crossings.empty() || round == maximum_repairs) break;
+        const std::set<std::size_t> faulty = grains_at(crossings, grains, 2.0 * deviation);
+        for (std::size_t i = 0; i < images.size(); ++i) plan.thinned[i] += faulty.contains(images[i].body) ? 1 : 0;
+        log_info("surface: {} faults after rounding to single precision; {} grains are thinned", crossings.size(), faulty.size());
+    }
+    std::set<std::size_t> shrunk;
+    for (std::size_t i = 0; i < images.size(); ++i)
+        if (plan.thinned[i] > 0) shrunk.insert(images[i].body);
+    result.shrunk_grains = static_cast<long>(shrunk.size());
+    return result;
+}
+
 }  // namespace
 
 SurfaceOptions surface_options(const GeometryConfig& geometry) {
@@ -262,54 +305,23 @@ SurfaceResult make_surface(const Packing& packing, const SurfaceOptions& options
     if (packing.bodies.empty()) throw UserError("the packing has no grain");
     const double d = finest_diameter(packing);
     const double deviation = options.deviation_m > 0.0 ? options.deviation_m : 0.005 * d;
-    SurfaceResult result;
-    result.contact_gap_m = options.contact_gap_m > 0.0 ? options.contact_gap_m : 1e-4 * d;
-    for (const auto& [key, value] : {std::pair("surface_deviation_m", deviation), std::pair("contact_gap_m", result.contact_gap_m)})
+    for (const auto& [key, value] : {std::pair("surface_deviation_m", deviation), std::pair("contact_gap_m", options.contact_gap_m)})
         if (value > largest_change * d)
             throw UserError(
                 fmt::format("{:g} m would change the grains: they are {:g} m thick", value, d),
                 {.where = key, .allowed = fmt::format("at most {:g} m", largest_change * d), .fix = "use a smaller value, or auto"});
     const Grains grains(packing);
-    const auto& images = grains.images();
-    const auto contacts = find_contacts(grains, std::max(4.0 * deviation, result.contact_gap_m));
-    Plan plan{.grains = grains,
-              .images = images,
-              .contacts = contacts,
-              .deviation_m = deviation,
-              .contact_gap_m = result.contact_gap_m,
-              .united = {},
-              .thinned = thin_coincident(images.size(), contacts, result.contact_gap_m)};
-    std::vector<std::pair<std::size_t, std::size_t>> joined;
-    for (const auto& contact : contacts) {
-        plan.united.push_back(plan.in_contact(contact) && !plan.grazing(contact));
-        if (plan.in_contact(contact)) joined.emplace_back(contact.first, contact.second);
+    const std::vector<double> gaps =
+        options.contact_gap_m > 0.0 ? std::vector{options.contact_gap_m} : std::vector{1e-4 * d, 1e-3 * d, 1e-2 * d};
+    SurfaceResult result;
+    for (const double gap : gaps) {
+        result = surface_with_gap(grains, deviation, gap);
+        if (result.check.fault.empty()) break;
+        const std::string faults = fmt::format("the surface still has faults at {} places with a contact gap of {:.2g} m: {}",
+                                               result.check.fault_places.size(), gap, result.check.fault);
+        if (gap == gaps.back()) throw NumericalError(faults, {.fix = "change surface_deviation_m slightly, or set contact_gap_m larger"});
+        log_info("surface: {}; made again with a larger one", faults);
     }
-    result.bridges = static_cast<long>(joined.size());
-    for (const auto& cluster : clusters_of(images.size(), joined))
-        if (cluster.size() > 1) result.joined_grains += static_cast<long>(cluster.size());
-
-    // Single precision moves corners by up to 1e-7 of their coordinates, which can make facets with small gaps cross. Crossings are
-    // repaired in place where that is possible. Else the grains at such a place are thinned by the contact gap and get other facets, turned
-    // and finer ones, and the union is made again.
-    constexpr int maximum_rounds = 8;
-    for (int round = 0; round < maximum_rounds; ++round) {
-        result.surface = unite_grains(plan, round == 0 ? "surface (CGAL)" : fmt::format("surface (CGAL), repair {}", round));
-        SurfaceCheck& check = result.check = check_surface(result.surface);
-        if (check.self_intersecting) repair_crossings(result.surface, check, 2.0 * deviation);
-        if (check.fault.empty()) break;
-        const auto& crossings = check.fault_places;
-        if (round + 1 == maximum_rounds || crossings.empty())
-            throw NumericalError(fmt::format("the surface still has faults at {} places after the grains there were thinned {} times: {}",
-                                             crossings.size(), round, check.fault),
-                                 {.fix = "raise contact_gap_m, or change surface_deviation_m slightly"});
-        const std::set<std::size_t> faulty = grains_at(crossings, grains, 2.0 * deviation);
-        for (std::size_t i = 0; i < images.size(); ++i) plan.thinned[i] += faulty.contains(images[i].body) ? 1 : 0;
-        log_info("surface: {} faults after rounding to single precision; {} grains are thinned", crossings.size(), faulty.size());
-    }
-    std::set<std::size_t> shrunk;
-    for (std::size_t i = 0; i < images.size(); ++i)
-        if (plan.thinned[i] > 0) shrunk.insert(images[i].body);
-    result.shrunk_grains = static_cast<long>(shrunk.size());
     require_volume(result.check.volume_m3, grains, packing.container, options.max_volume_error);
     result.deviation_m = largest_deviation(result.surface, grains, deviation, d);
     return result;

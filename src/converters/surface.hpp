@@ -34,8 +34,8 @@ struct SurfaceOptions {
     /// triangles grows as 1 / deviation: choose a larger value for images and 3D printing, a smaller one where volume or area of the
     /// surface are compared with exact values.
     double deviation_m = 0.0;
-    /// Grains with a gap below this, in metres, become one body; 0: 1e-4 of the smallest capsule diameter. It is also the step by which
-    /// grains are thinned where the surface crosses itself in single precision. Raise it when make_surface reports that faults remain.
+    /// Grains with a gap below this, in metres, become one body; 0: 1e-4 of the smallest capsule diameter, and 10 and 100 times that where
+    /// faults remain. It is also the step by which grains are thinned where the surface crosses itself in single precision.
     double contact_gap_m = 0.0;
     /// Of the surface against the grains, relative. Facets and bridges change the volume. Not checked in periodic containers.
     double max_volume_error = 0.01;

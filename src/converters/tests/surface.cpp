@@ -69,6 +69,29 @@ TEST(Surface, TouchingOverlappingAndParallelGrainsBecomeOneSoundSurface) {
     }
 }
 
+// Three rings of a poured bed, one of them with both rims in the others: eight rounds of repair with the smallest gap leave crossings.
+TEST(Surface, IsMadeAgainWithALargerContactGapWhereFaultsRemain) {
+    Packing packing;
+    packing.container = parse_container("box:0.3,0.3,0.3");
+    packing.shapes.push_back({.id = "ring",
+                              .body = make_ring({.diameter_m = 0.01000639052734979,
+                                                 .inner_diameter_m = 0.0070044733691448525,
+                                                 .height_m = 0.01000639052734979,
+                                                 .rounding_m = 0.00018303237811667975})});
+    packing.bodies = {{.position_m = {0.118503099091153025, 0.134030797542335873, 0.062054444562331096},
+                       .orientation = {0.14354838315439189, -0.15888612406492833, -0.28218768444275844, -0.93515729801045688}},
+                      {.position_m = {0.118165354930025329, 0.126405536506058306, 0.054993942054247864},
+                       .orientation = {0.63740089937929523, 0.70206976034905766, 0.084040611626208114, 0.3061949063445949}},
+                      {.position_m = {0.111045072411421664, 0.135953864530658160, 0.068584261715010167},
+                       .orientation = {-0.29469408448144352, 0.66297529198842275, -0.55769008302960421, 0.4032380563326613}}};
+    const double smallest = 1e-4 * finest_diameter(packing);
+    const auto error = message_of<NumericalError>([&] { (void)make_surface(packing, {.contact_gap_m = smallest}); });
+    EXPECT_TRUE(has(error, "the surface still has faults")) << error;
+    const SurfaceResult result = make_surface(packing, {});
+    EXPECT_EQ(check_surface(result.surface).fault, "");
+    EXPECT_GT(result.contact_gap_m, 5.0 * smallest);
+}
+
 TEST(Surface, FaultsOfSeveralBodiesNameTheirKindAndPlace) {
     const test::Folder folder;
     const auto fault = [&](const std::string& text) { return check_surface(read_stl(folder.write("a.stl", text), 1e-3)).fault; };
