@@ -17,14 +17,15 @@ namespace porepack::analysis {
 namespace {
 
 // Cost and errors of the clump of spheres; LIGGGHTS is still given the exact mass and inertia.
-results::Clump clump_of(const Shape& shape, double surface_tolerance) {
-    const double tolerance = surface_tolerance * smallest_diameter(shape);
-    Shape clump{.id = shape.id, .capsules = sphere_clump(shape, tolerance), .cavity = shape.cavity};
-    const ShapeMeasures exact = measure(shape, 1e-6), of_clump = measure(clump, 1e-6);
+results::Clump clump_of(const Shape& shape, const PackingConfig& config) {
+    const SphereClump made = clump_for(shape, config);
+    const Shape clump{.id = shape.id, .capsules = made.spheres, .cavity = shape.cavity};
+    const bool faced = shape.body != nullptr;
+    const ShapeMeasures exact = measure(shape, 1e-6), of_clump = measure(clump, faced ? 1e-4 : 1e-6);
     const double solid = exact.volume_m3 - (shape.cavity == Cavity::filled ? exact.cavity_volume_m3 : 0.0);
     return {.shape = shape.id,
             .spheres = clump.capsules.size(),
-            .largest_surface_error_m = tolerance,
+            .largest_surface_error_m = faced ? clump_error(shape, made.spheres) : made.tolerance_m,
             .volume_error = of_clump.volume_m3 / solid - 1.0,
             .area_error = of_clump.surface_area_m2 / exact.surface_area_m2 - 1.0};
 }
@@ -57,20 +58,26 @@ results::Pour result_of(const PourResult& pour, const std::vector<ShapeShare>& s
         result.pose_error_relative_to_diameter = *pour.pose_error_m / d;
         result.largest_clump_overlap_relative_to_diameter = *pour.largest_clump_overlap_m / d;
         result.clumps.emplace();
-        for (const auto& share : shapes) result.clumps->push_back(clump_of(share.shape, config.surface_tolerance));
+        for (const auto& share : shapes) result.clumps->push_back(clump_of(share.shape, config));
         result.repeat_by_hand = "cd run && " + pour.command;
     }
     return result;
 }
 
-// The spheres of LIGGGHTS's clumps lie within surface_tolerance of the grains, so the exact grains may overlap by more than soft contacts.
-void allow_clump_overlaps(Packing& packing, const PackingConfig& config) {
+// The spheres of LIGGGHTS's clumps lie up to a tolerance below the grains' surface, so two exact grains may overlap by twice that more than
+// soft contacts.
+void allow_clump_overlaps(Packing& packing, const results::Pour& pour) {
+    double error_m = 0.0;
+    for (const results::Clump& clump : *pour.clumps) error_m = std::max(error_m, clump.largest_surface_error_m);
     const Overlaps overlaps = find_overlaps(packing);
-    const double d = finest_diameter(packing), largest = std::max(overlaps.largest_between_grains_m, overlaps.largest_with_wall_m);
-    packing.overlap_allowed = largest > largest_overlap_of_diameter * d && largest <= config.surface_tolerance * d;
+    const double d = finest_diameter(packing), soft = largest_overlap_of_diameter * d,
+                 largest = std::max(overlaps.largest_between_grains_m, overlaps.largest_with_wall_m);
+    packing.overlap_allowed = largest > soft && largest <= soft + 2.0 * error_m;
     if (packing.overlap_allowed)
-        log_warning(fmt::format("grains overlap by up to {:.2g} of the thinnest capsule's diameter: surface_tolerance is {:g}", largest / d,
-                                config.surface_tolerance));
+        log_warning(
+            fmt::format("grains overlap by up to {:.2g} of the thickness of the thinnest: the clumps' spheres lie up to {:.2g} of it "
+                        "below the surface",
+                        largest / d, error_m / d));
 }
 
 PourResult pour_with_engine(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config,
@@ -116,7 +123,7 @@ Poured pour(const std::vector<ShapeShare>& shapes, const Container& container, c
     const PourResult pour = pour_with_engine(shapes, container, config, folder);
     Poured poured{.result = {.engine = std::string(name_of(config.engine)), .seed = config.seed}, .packing = pour.packing};
     poured.result.pour = result_of(pour, shapes, config);
-    if (config.engine == Engine::liggghts) allow_clump_overlaps(poured.packing, config);
+    if (config.engine == Engine::liggghts) allow_clump_overlaps(poured.packing, *poured.result.pour);
     return poured;
 }
 

@@ -35,6 +35,7 @@ struct PackingConfig {
     long grains = 0;
     double fill_height_m = 0.0;
     double surface_tolerance = 0.05;
+    long clump_spheres = 0;
     double density_kg_per_m3 = 1000.0;
     double gravity_m_per_s2 = 9.81;
     double normal_stiffness_N_per_m = 10000.0;
@@ -72,7 +73,10 @@ inline void describe(record::ConfigVisitor& v, PackingConfig& c) {
     v.number("fill_height_m", c.fill_height_m, record::positive_or_auto(),
              "height at which pouring stops; auto: half the container's height");
     v.number("surface_tolerance", c.surface_tolerance, {.low = 0.0005, .high = 0.4},
-             "maximum distance between the sphere clump's surface and the exact one, as a fraction of the capsule's diameter");
+             "liggghts: maximum distance between the sphere clump's surface and the exact one, as a fraction of the capsule's diameter, or "
+             "of the thickness of a grain with faces");
+    v.integer("clump_spheres", c.clump_spheres, {.low = 1, .high = 10000, .zero_is_auto = true},
+              "liggghts: maximum number of spheres per clump; auto: as many as surface_tolerance needs");
     v.number("density_kg_per_m3", c.density_kg_per_m3, record::between(1.0, 1e5), "density of the grains");
     v.number("gravity_m_per_s2", c.gravity_m_per_s2, record::between(1e-3, 1e4), "gravity, along -z");
     v.number("normal_stiffness_N_per_m", c.normal_stiffness_N_per_m, record::positive(),
@@ -89,7 +93,8 @@ inline void describe(record::ConfigVisitor& v, PackingConfig& c) {
         "its effect on k becomes a row of the budget; 0: friction is taken as known");
     v.number("time_step_s", c.time_step_s, record::positive_or_auto(),
              "time step; auto: the contact time / 45, or 0.06 / the rate of the stronger dashpot if that is smaller; shorter by "
-             "sqrt(n / 6) for grains of n > 6 capsules, which have many contacts at once, and by sqrt(2) for grains with faces");
+             "sqrt(n / 6) for grains of n > 6 capsules, which have many contacts at once, and by sqrt(2) for grains with faces; by "
+             "sqrt(n / 12) for clumps of n > 24 spheres of such grains");
     v.number("drop_height_m", c.drop_height_m, record::positive_or_auto(),
              "height above the floor at which grains are created; auto: one maximum Feret diameter below the rim");
     v.integer("batch_grains", c.batch_grains, record::between(1, 10000), "grains created together; fewer when not all fit without overlap");

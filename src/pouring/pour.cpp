@@ -132,6 +132,12 @@ void require_no_crossing(const std::vector<ShapeShare>& shapes, double largest_v
 
 }  // namespace
 
+SphereClump clump_for(const Shape& shape, const PackingConfig& config) {
+    if (config.clump_spheres > 0) return clump_of_at_most(shape, config.clump_spheres);
+    const double tolerance = config.surface_tolerance * smallest_diameter(shape);
+    return {.spheres = sphere_clump(shape, tolerance), .tolerance_m = tolerance};
+}
+
 PourPlan plan_pour(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config) {
     if (container.periodic()[2])
         throw UserError("grains fall along z: the container cannot be periodic there",
@@ -155,8 +161,10 @@ PourPlan plan_pour(const std::vector<ShapeShare>& shapes, const Container& conta
         largest_volume = std::max(largest_volume, volume);
         smallest_volume = std::min(smallest_volume, volume);
         if (config.engine != Engine::liggghts) continue;
-        const auto spheres = static_cast<double>(sphere_clump(shape, config.surface_tolerance * smallest_diameter(shape)).size());
-        mean_spheres += share * spheres;
+        const std::size_t spheres = clump_for(shape, config).spheres.size();
+        mean_spheres += share * static_cast<double>(spheres);
+        // Where two faces meet, up to half of the spheres are in contact: with a longer step, grains at rest shake on and on.
+        if (shape.body != nullptr) at_once = std::max(at_once, spheres / 2);
     }
     plan.grain_mass_kg = config.density_kg_per_m3 * mean_volume;
     const ContactTimes times =

@@ -6,6 +6,7 @@
 #include "packing/packing.hpp"
 #include "pouring/config.hpp"
 #include "shapes/config.hpp"
+#include "shapes/sphere_clump.hpp"
 
 namespace porepack::pouring {
 
@@ -25,13 +26,16 @@ struct ContactTimes {
     double time_step_s = 0.0;
 };
 /// Contacts that a grain may have at the same time, for the time step: the number of its capsules. Two faces on each other are as stiff as
-/// several contacts: a grain with faces counts as 12.
+/// several contacts: a grain with faces counts as 12. Of clumps of grains with faces see plan_pour().
 [[nodiscard]] std::size_t contacts_at_once(const shapes::Shape& shape);
 /// `diameter_m`: of the thinnest grain; `at_once`: contacts of one grain, which a dashpot of each would push back and forth for ever, so
 /// the step is shorter by the square root of their number over 6. Throws UserError when the stiffness is too low for the heaviest grain,
 /// or the given step is too long for the lightest.
 [[nodiscard]] ContactTimes contact_times(double lightest_kg, double heaviest_kg, double diameter_m, std::size_t at_once,
                                          const PackingConfig& config);
+
+/// The clump of spheres that stands for a shape in LIGGGHTS.
+[[nodiscard]] shapes::SphereClump clump_for(const shapes::Shape& shape, const PackingConfig& config);
 
 struct PourPlan {
     double time_step_s = 0.0;

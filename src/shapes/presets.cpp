@@ -183,25 +183,6 @@ Dimensions dimensions_for(ShapeKind kind, double sphericity, double volume_m3, C
     return {rounded(size.diameter_m, 9), rounded(size.length_m, 9)};
 }
 
-std::vector<Capsule> sphere_clump(const Shape& shape, double tolerance) {
-    std::vector<Capsule> spheres;
-    const auto add_once = [&](const Vec3& centre, double radius) {
-        for (const auto& sphere : spheres)
-            if ((sphere.a - centre).norm() < 1e-6 * radius && std::abs(sphere.radius - radius) < 1e-6 * radius) return;
-        spheres.push_back({centre, centre, radius});
-    };
-    for (const auto& capsule : shape.capsules) {
-        const double r = capsule.radius;
-        if (tolerance >= r) throw UserError("the clump's surface tolerance must be smaller than the capsule's radius");
-        // Neighbouring spheres meet in a circle of radius r - tolerance, half a spacing from their centres.
-        const double spacing = 2.0 * std::sqrt(r * r - (r - tolerance) * (r - tolerance));
-        const double length = (capsule.b - capsule.a).norm();
-        const int pieces = std::max(1, static_cast<int>(std::ceil(length / spacing - 1e-9)));
-        for (int i = 0; i <= pieces; ++i) add_once(capsule.a + (capsule.b - capsule.a) * (static_cast<double>(i) / pieces), r);
-    }
-    return spheres;
-}
-
 double smallest_diameter(const Shape& shape) {
     if (shape.body != nullptr) return shape.body->thickness();
     double minimum = 1e300;

@@ -132,10 +132,6 @@ struct Dimensions {
 /// none: sphericity outside (0, 1], below the value at L/d = 50, or in the gap where a cavity closes. Accurate to 1e-8.
 [[nodiscard]] Dimensions dimensions_for(ShapeKind kind, double sphericity, double volume_m3, Cavity cavity, long arms = 6);
 
-/// Spheres along the axes whose union lies within `tolerance` below the capsules' surface: spacing
-/// 2 sqrt(r^2 - (r - tolerance)^2). Each is a capsule with a = b.
-[[nodiscard]] std::vector<Capsule> sphere_clump(const Shape& shape, double tolerance);
-
 /// Smallest capsule diameter, or the thickness of a body.
 [[nodiscard]] double smallest_diameter(const Shape& shape);
 /// Maximum Feret diameter: exact.

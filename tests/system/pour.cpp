@@ -10,7 +10,9 @@
 #include "pouring/dem/capsule_pour.hpp"
 #include "pouring/liggghts/liggghts.hpp"
 #include "record/digest.hpp"
+#include "shapes/rounded_body.hpp"
 #include "support/helpers.hpp"
+#include "support/stones.hpp"
 #include "vessels/config.hpp"
 
 namespace porepack {
@@ -223,6 +225,28 @@ TEST(Pour, FacedGrainsStoppedAtEveryCheckGiveTheSameBits) {
 TEST(PourLiggghts, AKilledPourGoesOnWithTheSameBits) {
     REQUIRE_PROGRAM("liggghts");
     expect_same_bits_after_a_kill("engine = \"liggghts\"\ngrains = 16\n", "snapshot.[4-9].*");
+}
+
+TEST(PourLiggghts, TakesGrainsWithFaces) {
+    REQUIRE_PROGRAM("liggghts");
+    const test::Folder folder;
+    std::vector<ShapeShare> shapes = {
+        {.shape = {.id = "cube", .body = make_polyhedron(box_size({0.008, 0.008, 0.008}, 0.0002))}, .number_fraction = 0.5},
+        {.shape = {.id = "stone", .body = make_polyhedron(test::stone(1, 0.3, 3, 0.02))->scaled(0.009)}, .number_fraction = 0.5}};
+    const PackingConfig config{.engine = Engine::liggghts, .grains = 12, .clump_spheres = 20, .drop_height_m = 0.08, .batch_grains = 3};
+    const PourResult poured = pour_with_liggghts(shapes, parse_container("cylinder:0.03,0.12"), config,
+                                                 Path(POREPACK_SOURCE_FOLDER) / "liggghts_templates", folder.path() / "run");
+    EXPECT_TRUE(poured.at_rest());
+    ASSERT_EQ(poured.packing.bodies.size(), 12U);
+    EXPECT_LT(*poured.pose_error_m, 1e-9);
+    EXPECT_GT(*poured.coordination_number, 1.5);
+    // The spheres lie inside the grains, so that these overlap by up to twice the clumps' error more than the spheres.
+    double error = 0.0;
+    for (const auto& share : shapes) error = std::max(error, clump_error(share.shape, clump_of_at_most(share.shape, 20).spheres));
+    const Overlaps overlaps = find_overlaps(poured.packing);
+    EXPECT_GT(overlaps.contacts, 12);
+    EXPECT_LT(overlaps.largest_between_grains_m, 2.0 * error + *poured.largest_clump_overlap_m);
+    EXPECT_LT(overlaps.largest_with_wall_m, error + 2e-4);
 }
 
 // Runs LIGGGHTS itself, with one line of its script replaced.

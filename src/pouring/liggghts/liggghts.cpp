@@ -106,10 +106,10 @@ void measure_rest(const Run& run, const std::vector<std::vector<double>>& bodies
     }
     result.mean_force_over_weight = sum / static_cast<double>(bodies.size());
     result.largest_force_over_weight = largest;
-    // Contacts are those of the spheres that LIGGGHTS saw, not those of the exact capsules.
+    // Contacts are those of the spheres that LIGGGHTS saw, not those of the exact grains.
     Packing clumps = result.packing;
     for (std::size_t s = 0; s < clumps.shapes.size(); ++s) {
-        clumps.shapes[s].capsules.clear();
+        clumps.shapes[s] = {.id = clumps.shapes[s].id};
         for (const Capsule& sphere : run.bodies[s].spheres) {
             const Vec3 centre = run.bodies[s].centre + run.bodies[s].turn * sphere.a;
             clumps.shapes[s].capsules.push_back({centre, centre, sphere.radius});
@@ -218,7 +218,6 @@ double check_poses(const Run& run, const Packing& packing) {
 
 PourResult pour_with_liggghts(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config,
                               const Path& templates, const Path& folder, const std::optional<Pour>& given) {
-    for (const auto& share : shapes) require_capsules(share.shape, "LIGGGHTS");
     Run run{.shapes = shapes,
             .container = container,
             .config = config,

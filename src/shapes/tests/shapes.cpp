@@ -4,7 +4,10 @@
 
 #include "core/error.hpp"
 #include "shapes/config.hpp"
+#include "shapes/rounded_body.hpp"
+#include "shapes/sphere_clump.hpp"
 #include "support/basics.hpp"
+#include "support/stones.hpp"
 
 namespace porepack {
 using namespace core;
@@ -123,6 +126,33 @@ TEST(Clump, StaysWithinItsTolerance) {
             if (const auto inside = line_interval(sphere, at, normal)) reach = std::min(reach, -inside->high);
         EXPECT_LE(reach, tolerance * (1.0 + 1e-9));
     }
+}
+
+TEST(Clump, OfAGrainWithFacesLiesInsideAndWithinItsTolerance) {
+    const std::vector<Shape> grains = {{.id = "cube", .body = make_polyhedron(box_size({1.0, 1.0, 1.0}, 0.025))},
+                                       {.id = "cylinder", .body = make_ring({.diameter_m = 1.0, .height_m = 1.0, .rounding_m = 0.02})},
+                                       {.id = "stone", .body = make_polyhedron(test::stone(1, 0.3, 3, 0.02))}};
+    for (const Shape& grain : grains) {
+        std::size_t fewer = 0;
+        for (const double tolerance : {0.2, 0.1, 0.05}) {
+            const double length = tolerance * smallest_diameter(grain);
+            const auto spheres = sphere_clump(grain, length);
+            EXPECT_GT(spheres.size(), fewer) << grain.id;
+            fewer = spheres.size();
+            for (const Capsule& sphere : spheres) EXPECT_LT(grain.body->distance(sphere.a) + sphere.radius, 1e-8) << grain.id;
+            // Between the points by which the clump was made, the surface may be a little farther away.
+            const double error = clump_error(grain, spheres);
+            EXPECT_LT(error, 1.3 * length) << grain.id;
+            EXPECT_GT(error, 0.5 * length) << grain.id;
+        }
+        const SphereClump limited = clump_of_at_most(grain, 60);
+        EXPECT_GT(limited.spheres.size(), 50U) << grain.id;
+        EXPECT_LE(limited.spheres.size(), 60U) << grain.id;
+        EXPECT_LT(clump_error(grain, limited.spheres), 1.3 * limited.tolerance_m) << grain.id;
+    }
+    const Shape& cube = grains.front();
+    EXPECT_TRUE(has(message_of<UserError>([&] { (void)sphere_clump(cube, 0.6); }), "half the grain's thickness"));
+    EXPECT_TRUE(has(message_of<UserError>([&] { (void)clump_of_at_most(cube, 0); }), "no clump of 0 spheres"));
 }
 
 }  // namespace
