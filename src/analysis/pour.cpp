@@ -18,14 +18,13 @@ namespace {
 
 // Cost and errors of the clump of spheres; LIGGGHTS is still given the exact mass and inertia.
 results::Clump clump_of(const Shape& shape, const PackingConfig& config) {
-    const SphereClump made = clump_for(shape, config);
-    const Shape clump{.id = shape.id, .capsules = made.spheres, .cavity = shape.cavity};
+    const Shape clump{.id = shape.id, .capsules = clump_spheres_for(shape, config), .cavity = shape.cavity};
     const bool faced = shape.body != nullptr;
     const ShapeMeasures exact = measure(shape, 1e-6), of_clump = measure(clump, faced ? 1e-4 : 1e-6);
     const double solid = exact.volume_m3 - (shape.cavity == Cavity::filled ? exact.cavity_volume_m3 : 0.0);
     return {.shape = shape.id,
             .spheres = clump.capsules.size(),
-            .largest_surface_error_m = faced ? clump_error(shape, made.spheres) : made.tolerance_m,
+            .largest_surface_error_m = faced ? clump_error(shape, clump.capsules) : clump_for(shape, config).tolerance_m,
             .volume_error = of_clump.volume_m3 / solid - 1.0,
             .area_error = of_clump.surface_area_m2 / exact.surface_area_m2 - 1.0};
 }

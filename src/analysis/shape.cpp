@@ -9,7 +9,9 @@
 #include "analysis/uses.hpp"
 #include "converters/surface.hpp"
 #include "core/error.hpp"
+#include "core/log.hpp"
 #include "inputs/mesh_grains.hpp"
+#include "report/picture.hpp"
 
 namespace porepack::analysis {
 namespace {
@@ -109,12 +111,35 @@ results::Shape measure_shape(const ShapeConfig& config, double density, const Pa
     return found;
 }
 
+void write_mesh_grain(const ShapeConfig& config, const Path& folder, const Path& output) {
+    const converters::MeshGrain grain = inputs::read_mesh_grain(config, folder);
+    const double width = 2.0 * std::max(grain.body->reach_from(Vec3::Zero()), grain.body->maximum_feret_diameter() / 2.0);
+    Packing alone{.container = vessels::make_box({width, width, width}),
+                  .shapes = {{.id = "mesh", .body = grain.body}},
+                  .bodies = {{.position_m = Vec3::Constant(width / 2.0)}}};
+    const double deviation = 0.002 * width;
+    const TriangleSurface after = make_surface(alone, {.deviation_m = std::min(deviation, 0.05 * grain.body->thickness())}).surface;
+    TriangleSurface at_origin = after, both = grain.surface;
+    const auto first = static_cast<int>(both.points.size());
+    for (std::size_t i = 0; i < after.points.size(); ++i) {
+        auto p = after.points[i];
+        for (double& x : p) x -= width / 2.0;
+        at_origin.points[i] = p;
+        both.points.push_back({p[0] + 1.1 * width, p[1], p[2]});
+    }
+    for (const auto& t : after.triangles) both.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+    io::write_stl(output / "grain.stl", at_origin);
+    io::write_stl(output / "before_and_after.stl", both);
+    if (!report::draw_picture(output / "before_and_after.stl", output / "before_and_after.png", {"--front"}))
+        log_warning("no picture of the grain: see " + (output / "log.picture").string());
+}
+
 // The correlations need the sphericity of one grain, which several bodies together do not have.
 results::Shape measure_surface_shape(const TriangleSurface& surface, const std::string& name, double density) {
     const SurfaceCheck check = check_surface(surface);
     require_sound(check, name);
     const SurfaceMeasures m = measure_surface(surface);
-    return {.kind = "stl",
+    return {.kind = "surface",
             .volume_m3 = m.volume_m3,
             .surface_area_m2 = m.area_m2,
             .convexity = std::min(1.0, m.volume_m3 / m.hull_volume_m3),

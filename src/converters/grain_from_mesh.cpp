@@ -143,7 +143,7 @@ public:
         require_sound(check, where);
         if (check.shells > 1)
             throw UserError(fmt::format("the surface has {} parts", check.shells),
-                            {.where = where, .allowed = "one closed part", .fix = "one file per grain; a whole bed is kind = \"stl\""});
+                            {.where = where, .allowed = "one closed part", .fix = "one file per grain; a whole bed is kind = \"surface\""});
         before_ = measure_surface(surface);
         const Vec3 centre = before_.centre_of_mass_m;
         for (auto& p : (surface_ = surface).points)
@@ -180,6 +180,7 @@ public:
             throw UserError(fmt::format("a rounding of {:.3g} m leaves no core of {} faces", rounding_, grain.faces),
                             {.where = where_, .fix = "a smaller rounding_m"});
         grain.body = body;
+        grain.surface = surface_;
         measure_deviation(grain);
         return grain;
     }

@@ -17,6 +17,7 @@ struct MeshGrainOptions {
 
 struct MeshGrain {
     std::shared_ptr<const shapes::RoundedBody> body = nullptr;  ///< its centre of mass lies at the origin
+    io::TriangleSurface surface = {};                           ///< the one that was given, with its centre of mass at the origin
     long faces_before = 0, faces = 0;
     double volume_m3 = 0.0;  ///< of the surface, and of the body to its surface_error()
     double scale = 1.0;      ///< of the body, which gives it that volume

@@ -10,7 +10,7 @@ namespace porepack::inputs {
 /// The files that a shape, or the components of a mixture, name; relative to `folder`.
 [[nodiscard]] std::vector<core::Path> mesh_files(const shapes::ShapeConfig& config, const core::Path& folder);
 
-/// One mesh, simplified. Throws UserError, with the file, where grain_from_mesh() does, or the grain is not between 1 micrometre and 5 m
+/// One mesh, simplified; kept for the next call of this process with the same file and keys. Throws UserError, with the file, where grain_from_mesh() does, or the grain is not between 1 micrometre and 5 m
 /// wide.
 [[nodiscard]] converters::MeshGrain read_mesh_grain(const shapes::ShapeConfig& config, const core::Path& folder);
 

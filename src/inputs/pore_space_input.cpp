@@ -7,12 +7,12 @@
 
 #include "converters/slices.hpp"
 #include "converters/surface.hpp"
+#include "converters/surface_file.hpp"
 #include "core/error.hpp"
 #include "core/json.hpp"
 #include "core/log.hpp"
 #include "inputs/image_input.hpp"
 #include "inputs/uses.hpp"
-#include "io/stl.hpp"
 #include "pore_space/image_solid.hpp"
 #include "record/resolved_config.hpp"
 #include "scans/doubts.hpp"
@@ -26,7 +26,7 @@ namespace {
 
 PoreSpace load_surface(const Path& input, const InputOptions& options) {
     if (!options.container) throw UserError("an STL file needs a container", {.where = input.string(), .allowed = container_flag()});
-    return pore_space_of(read_stl(input, options.unit_m), *options.container, input.string());
+    return pore_space_of(read_surface(input, options.unit_m), *options.container, input.string());
 }
 
 // Standard uncertainty: of the gray levels; where a wall was subtracted, its place is known to about 0.15 voxels, judged on simulated scans
@@ -117,7 +117,7 @@ bool is_packing(const Path& input) {
 }
 
 bool is_surface(const Path& input) {
-    return input.extension() == ".stl" || input.extension() == ".STL";
+    return is_surface_file(input);
 }
 
 bool is_image(const Path& input) {

@@ -138,6 +138,11 @@ SphereClump clump_for(const Shape& shape, const PackingConfig& config) {
     return {.spheres = sphere_clump(shape, tolerance), .tolerance_m = tolerance};
 }
 
+std::vector<Capsule> clump_spheres_for(const Shape& shape, const PackingConfig& config) {
+    std::vector<Capsule> spheres = clump_for(shape, config).spheres;
+    return shape.body == nullptr ? spheres : with_volume(std::move(spheres), measure(shape, 1e-6).volume_m3);
+}
+
 PourPlan plan_pour(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config) {
     if (container.periodic()[2])
         throw UserError("grains fall along z: the container cannot be periodic there",

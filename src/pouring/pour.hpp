@@ -34,8 +34,10 @@ struct ContactTimes {
 [[nodiscard]] ContactTimes contact_times(double lightest_kg, double heaviest_kg, double diameter_m, std::size_t at_once,
                                          const PackingConfig& config);
 
-/// The clump of spheres that stands for a shape in LIGGGHTS.
+/// The clump of spheres that stands for a shape in LIGGGHTS; its spheres lie inside.
 [[nodiscard]] shapes::SphereClump clump_for(const shapes::Shape& shape, const PackingConfig& config);
+/// The spheres that LIGGGHTS gets: of a grain with faces larger, so that they have its volume.
+[[nodiscard]] std::vector<shapes::Capsule> clump_spheres_for(const shapes::Shape& shape, const PackingConfig& config);
 
 struct PourPlan {
     double time_step_s = 0.0;

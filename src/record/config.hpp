@@ -81,6 +81,8 @@ public:
     }
     /// A key's name in an earlier version: still read for one version, with a warning.
     virtual void renamed(const char* old_key, const char* key) = 0;
+    /// The same of a word that a key may have; before the key itself.
+    virtual void renamed_word(const char* /*key*/, const char* /*old_word*/, const char* /*word*/) {}
     /// The key was in another table in an earlier version, where moved_to() declares it: still read from there for one version, with a
     /// warning.
     virtual void moved_here(const char* /*old_table*/, const char* /*key*/) {}

@@ -75,6 +75,7 @@ public:
         renamed_[key] = old_key;
         known_.emplace_back(old_key);
     }
+    void renamed_word(const char* key, const char* old_word, const char* word) override { old_words_[key][old_word] = word; }
     void moved_here(const char* old_table, const char* key) override {
         const toml::node* node = whole_[old_table][key].node();
         if (node == nullptr) return;
@@ -89,7 +90,12 @@ public:
         const auto node = find(key);
         if (!node) return;
         const std::string list = fmt::format("\"{}\"", fmt::join(allowed, "\", \""));
-        const std::string given = text_of(*node, key, list);
+        std::string given = text_of(*node, key, list);
+        if (const auto renamed = old_words_[key].find(given); renamed != old_words_[key].end()) {
+            log_warning(fmt::format("{}: \"{}\" of `{}{}` is now called \"{}\"; the old name is read until version 0.4", where(*node),
+                                    given, place_, key, renamed->second));
+            given = renamed->second;
+        }
         if (std::find(allowed.begin(), allowed.end(), given) == allowed.end()) {
             const std::string near = nearest(given, allowed);
             fail(key, *node, fmt::format("is not known: \"{}\"", given), list, near.empty() ? "" : fmt::format("perhaps \"{}\"", near));
@@ -220,8 +226,9 @@ private:
     const Flags& set_;
     const Flags none_;
     std::vector<std::string> known_;
-    std::map<std::string, std::string> renamed_;      // key -> its old name, used by the file
-    std::map<std::string, const toml::node*> moved_;  // key -> its value in the table where it was
+    std::map<std::string, std::string> renamed_;                           // key -> its old name, used by the file
+    std::map<std::string, std::map<std::string, std::string>> old_words_;  // by key: old and new
+    std::map<std::string, const toml::node*> moved_;                       // key -> its value in the table where it was
     std::deque<toml::table> from_flags_;
     std::map<const toml::node*, std::string> flag_nodes_;
 };

@@ -35,7 +35,7 @@ void visit_members(Self& cavity, const Visit& visit) {
     visit("surface_area_open_m2", cavity.surface_area_open_m2);
 }
 
-/// One grain of spherocylinders; all bodies of a surface ("stl"); or the means over a mixture's grains, by number.
+/// One grain of spherocylinders; all bodies of a surface; or the means over a mixture's grains, by number.
 struct Shape {
     static constexpr const char* stage = "shape";
     /// Raised when these numbers can change, or a key is added: older results are out of date then.

@@ -19,9 +19,10 @@ void describe_point(ConfigVisitor& v, const char* key, Vec3& point, const char* 
 
 // The keys of one shape; a mixture's components have them too.
 void describe_shape(ConfigVisitor& v, ShapeConfig& c, const std::vector<ShapeKind>& kinds) {
+    v.renamed_word("kind", "stl", "surface");
     v.choice("kind", c.kind, kinds,
-             "capsules: a union listed in [[shape.capsule]]; mesh: one grain is a closed surface from `file`; stl: all grains are a closed "
-             "surface from `file`; mixture: several shapes, listed in [[shape.component]]; cylinder to prism: grains with faces, cylinders "
+             "capsules: a union listed in [[shape.capsule]]; mesh: one grain is a closed surface from `file`; surface: all grains are a "
+             "closed surface from `file`; mixture: several shapes, listed in [[shape.component]]; cylinder to prism: grains with faces, cylinders "
              "with flat ends");
     v.number("sphericity", c.sphericity, {.low = 0.0, .high = 1.0, .low_open = true, .zero_is_auto = true},
              "with volume_m3: determines diameter and length; of a cylinder or prism diameter and height (the higher one of two)");
@@ -41,9 +42,9 @@ void describe_shape(ConfigVisitor& v, ShapeConfig& c, const std::vector<ShapeKin
         "rounding_m", c.rounding_m, length_range_or_auto(),
         "radius of the rounded edges of a grain with faces, inside the given sizes; auto: 2 % of the diameter of the sphere of the same "
         "volume");
-    v.text("file", c.file, "STL file of a mesh, or of all grains (kind = \"stl\"), relative to the case");
+    v.text("file", c.file, "STL, PLY or OBJ file of a mesh, or of all grains (kind = \"surface\"), relative to the case");
     v.number("unit_m", c.unit_m, length_range_or_auto(),
-             "length of the STL file's unit in metres: 0.001 for millimetres; a mesh needs it; auto: 1 with kind = \"stl\"");
+             "length of the file's unit in metres: 0.001 for millimetres; a mesh needs it; auto: 1 with kind = \"surface\"");
     v.integer("faces", c.faces, Range{.low = 4, .high = 2000, .zero_is_auto = true},
               "number of triangles to which a mesh is simplified; auto: 80, or as many as deviation_m needs");
     v.number("deviation_m", c.deviation_m, length_range_or_auto(),
@@ -74,7 +75,7 @@ void describe(ConfigVisitor& v, ShapeConfig& c) {
     std::vector<ShapeKind> kinds;
     for (const auto& kind : choices_of(c.kind)) kinds.push_back(kind.value);
     std::vector<ShapeKind> of_components = kinds;
-    std::erase_if(of_components, [](ShapeKind kind) { return kind == ShapeKind::stl || kind == ShapeKind::mixture; });
+    std::erase_if(of_components, [](ShapeKind kind) { return kind == ShapeKind::surface || kind == ShapeKind::mixture; });
     describe_shape(v, c, kinds);
     v.tables(
         "component",
@@ -97,7 +98,7 @@ Shape make_shape(const ShapeConfig& c) {
     Shape shape;
     const bool by_sphericity = c.sphericity > 0.0, by_size = c.diameter_m > 0.0;
     if (c.kind == ShapeKind::mixture) throw UserError("a mixture is not one shape", {.fix = "choose one of its components"});
-    if (c.kind == ShapeKind::stl) throw UserError("the shape is an STL file, not a union of capsules", {.fix = "start at the stl stage"});
+    if (c.kind == ShapeKind::surface) throw UserError("the shape is the surface of all grains, not one grain", {.fix = "start at the stl stage"});
     if (c.kind == ShapeKind::mesh) {
         require_mesh_keys(c);
         if (c.from_file == nullptr) throw UserError("kind = \"mesh\" is not possible here", {.fix = "give a shape by its sizes"});

@@ -30,7 +30,7 @@ struct ShapeConfig {
     double number_fraction = 0.0;
 };
 
-/// Of kind "stl".
+/// Of kind "surface".
 [[nodiscard]] inline double surface_unit_m(const ShapeConfig& config) {
     return config.unit_m > 0.0 ? config.unit_m : 1.0;
 }

@@ -35,7 +35,7 @@ enum class ShapeKind {
     prism,
     mesh,
     capsules,
-    stl,
+    surface,
     mixture
 };
 constexpr std::array<core::Choice<ShapeKind>, 16> choices_of(ShapeKind) {
@@ -53,7 +53,7 @@ constexpr std::array<core::Choice<ShapeKind>, 16> choices_of(ShapeKind) {
              {ShapeKind::prism, "prism"},
              {ShapeKind::mesh, "mesh"},
              {ShapeKind::capsules, "capsules"},
-             {ShapeKind::stl, "stl"},
+             {ShapeKind::surface, "surface"},
              {ShapeKind::mixture, "mixture"}}};
 }
 

@@ -160,12 +160,24 @@ SphereClump clump_of_at_most(const Shape& shape, long spheres) {
     return found;
 }
 
+std::vector<Capsule> with_volume(std::vector<Capsule> spheres, double volume_m3) {
+    constexpr int most_steps = 8;
+    for (int step = 0; step < most_steps; ++step) {
+        const ShapeMeasures union_of = measure({.id = "clump", .capsules = spheres}, 1e-4, Effort::once);
+        const double missing = volume_m3 - union_of.volume_m3;
+        if (std::abs(missing) < 1e-3 * volume_m3) break;
+        const double growth = missing / union_of.surface_area_m2;
+        for (Capsule& sphere : spheres) sphere.radius += growth;
+    }
+    return spheres;
+}
+
 double clump_error(const Shape& shape, const std::vector<Capsule>& spheres) {
     double largest = 0.0;
     for (const SurfacePoint& point : points_by_number(shape, 20000.0, 0.31)) {
         double nearest = 1e300;
         for (const Capsule& sphere : spheres) nearest = std::min(nearest, (point.place - sphere.a).norm() - sphere.radius);
-        largest = std::max(largest, nearest);
+        largest = std::max(largest, std::abs(nearest));
     }
     return largest;
 }

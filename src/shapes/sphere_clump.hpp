@@ -20,7 +20,11 @@ struct SphereClump {
 /// The clump of at most so many spheres with the smallest tolerance, to 2 %. Throws UserError where none has so few.
 [[nodiscard]] SphereClump clump_of_at_most(const Shape& shape, long spheres);
 
-/// Largest distance from points of a body's surface, up to 20,000, down to the nearest sphere.
+/// All radii larger by one length, so that the union has this volume, to 1e-3. (Beds of spheres that all lie inside are too dense: of
+/// their exact grains, which are larger.)
+[[nodiscard]] std::vector<Capsule> with_volume(std::vector<Capsule> spheres, double volume_m3);
+
+/// Largest distance from points of a body's surface, up to 20,000, to the nearest sphere's surface below or above them.
 [[nodiscard]] double clump_error(const Shape& shape, const std::vector<Capsule>& spheres);
 
 }  // namespace porepack::shapes

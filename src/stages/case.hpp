@@ -30,7 +30,7 @@ struct Case {
     [[nodiscard]] bool from_image() const { return !settings.image.file.empty() && !settings.image.fit; }
     /// The packing is found in a scan.
     [[nodiscard]] bool from_fit() const { return !settings.image.file.empty() && settings.image.fit; }
-    [[nodiscard]] bool from_stl() const { return settings.shape.kind == shapes::ShapeKind::stl; }
+    [[nodiscard]] bool from_surface() const { return settings.shape.kind == shapes::ShapeKind::surface; }
 };
 
 /// `path` is the case's folder or its case.toml. `flags` of the table `flag_table`, and those of [geometry] and [section], win over the

@@ -66,20 +66,20 @@ void require_tables_of_image(const Case& c, const TomlFile& toml, const std::map
         throw UserError("`fitted_sizes` has no effect without fit = true", {.where = file + ", [image]"});
     if (fit && c.settings.image.file.empty())
         throw UserError("fit = true needs a scan", {.where = file + ", [image]", .fix = "file = \"scan.nrrd\""});
-    if (fit && (!toml.has("shape") || c.from_stl()))
+    if (fit && (!toml.has("shape") || c.from_surface()))
         throw UserError("fit = true needs the shape of the grains", {.where = file, .allowed = "[shape] with spherocylinders"});
 }
 
 // The grains of an STL file are not poured.
 void require_pouring(const Case& c, const TomlFile& toml, const std::map<std::string, Flags>& set, const std::string& file) {
     for (const char* table : {"packing", "packings"})
-        if (c.from_stl() && (toml.has(table) || set.contains(table)))
+        if (c.from_surface() && (toml.has(table) || set.contains(table)))
             throw UserError(fmt::format("the table [{}] has no effect on the grains of an STL file: they stay where they are", table),
                             {.where = file,
                              .allowed = "an STL file with all grains of the bed in their places",
                              .fix = "remove the table; to pour many copies of one grain, kind = \"mesh\""});
-    if (c.from_stl()) refuse_sizes(c.settings.shape, "file, unit_m");
-    if (c.from_stl() && (c.settings.shape.faces > 0 || c.settings.shape.deviation_m > 0.0 || c.settings.shape.rounding_m > 0.0))
+    if (c.from_surface()) refuse_sizes(c.settings.shape, "file, unit_m");
+    if (c.from_surface() && (c.settings.shape.faces > 0 || c.settings.shape.deviation_m > 0.0 || c.settings.shape.rounding_m > 0.0))
         throw UserError("`faces`, `deviation_m` and `rounding_m` have no effect on all grains of an STL file: they stay as they are",
                         {.where = file + ", [shape]", .fix = "remove them; to pour many copies of one grain, kind = \"mesh\""});
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "converters/surface_file.hpp"
 #include "core/error.hpp"
 #include "core/json.hpp"
 #include "core/log.hpp"
@@ -12,7 +13,6 @@
 #include "inputs/image_input.hpp"
 #include "inputs/mesh_grains.hpp"
 #include "inputs/pore_space_input.hpp"
-#include "io/stl.hpp"
 #include "pouring/pour.hpp"
 #include "stages/case_space.hpp"
 #include "stages/stages.hpp"
@@ -41,7 +41,7 @@ double grain_size_of(const io::TriangleSurface& surface) {
 }  // namespace
 
 std::string solid_stage(const Case& c) {
-    return c.from_image() ? "image" : c.from_stl() ? "stl" : "pack";
+    return c.from_image() ? "image" : c.from_surface() ? "stl" : "pack";
 }
 
 PoreSpace case_pore_space(const Case& c) {
@@ -49,7 +49,7 @@ PoreSpace case_pore_space(const Case& c) {
         return load_pore_space(c.stage_folder("image") / image_file(c), {.geometry = c.settings.geometry, .section = c.settings.section});
     const InputOptions options{.container = case_container(c), .geometry = c.settings.geometry, .section = c.settings.section};
     const Path surface = c.stage_folder("stl") / "solid.stl";
-    if (c.from_stl()) return load_pore_space(surface, options);
+    if (c.from_surface()) return load_pore_space(surface, options);
     return load_pore_space(c.stage_folder("pack") / "packing.json", options);
 }
 
@@ -66,13 +66,13 @@ Container case_container(const Case& c) {
 
 bool has_packing(const Case& c) {
     const Path manifest = c.stage_folder("pack") / "manifest.json";
-    return !c.from_stl() && !c.from_image() && fs::exists(manifest) && fs::exists(c.stage_folder("pack") / "packing.json") &&
+    return !c.from_surface() && !c.from_image() && fs::exists(manifest) && fs::exists(c.stage_folder("pack") / "packing.json") &&
            read_json(manifest).value("configuration", Json()) == make_pack_stage(c).configuration;
 }
 
 double expected_porosity(const Case& c) {
     if (has_packing(c)) return c.result<results::Pack>().bed.porosity_bed;
-    return c.from_stl() || c.from_image() ? 0.6 : 1.0 - poured_solid_fraction(case_shapes(c), case_container(c));
+    return c.from_surface() || c.from_image() ? 0.6 : 1.0 - poured_solid_fraction(case_shapes(c), case_container(c));
 }
 
 // The section before the packing exists: the height at which pouring stops, minus one grain at both ends.
@@ -86,7 +86,7 @@ PoreSpace expected_pore_space(const Case& c) {
                                                                   .image = c.settings.image});
     PoreSpace space{.container = case_container(c), .section = {}};
     double top = c.from_fit() ? space.container.height() : space.container.height() / 2.0;
-    if (!c.from_stl()) {
+    if (!c.from_surface()) {
         const std::vector<ShapeShare> shapes = case_shapes(c);
         for (const auto& [shape, share] : shapes) {
             space.maximum_feret_diameter_m = std::max(space.maximum_feret_diameter_m, maximum_feret_diameter(shape));
@@ -97,7 +97,7 @@ PoreSpace expected_pore_space(const Case& c) {
         if (settings.packing.grains > 0)
             top = std::min(space.container.height(), poured_height_m(shapes, space.container, settings.packing.grains));
     } else {
-        space.grain_size_m = grain_size_of(io::read_stl(c.resolve(settings.shape.file), surface_unit_m(settings.shape)));
+        space.grain_size_m = grain_size_of(converters::read_surface(c.resolve(settings.shape.file), surface_unit_m(settings.shape)));
     }
     space.section =
         choose_section(space.container, {.section_m = settings.geometry.section_m, .trim_m = settings.geometry.trim_m, .bed_known = false},

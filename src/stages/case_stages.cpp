@@ -25,10 +25,10 @@ std::vector<Stage> image_stages(const Case& c) {
 std::vector<Stage> case_stages(const Case& c, std::vector<Stage> studies) {
     const Settings& s = c.settings;
     if (c.from_image()) return image_stages(c);
-    if (c.from_stl() && s.shape.file.empty())
-        throw UserError("kind = \"stl\" needs a file", {.where = "[shape]", .fix = "file = \"grains.stl\""});
+    if (c.from_surface() && s.shape.file.empty())
+        throw UserError("kind = \"surface\" needs a file", {.where = "[shape]", .fix = "file = \"grains.stl\""});
     std::vector<Stage> stages = {make_shape_stage(c)};
-    if (!c.from_stl()) stages.push_back(make_pack_stage(c));
+    if (!c.from_surface()) stages.push_back(make_pack_stage(c));
     for (const auto& make : {make_stl_stage, make_voxelise_stage, make_slices_stage, make_lbm_stage}) stages.push_back(make(c));
     if (s.openfoam.enabled) stages.push_back(make_foam_stage(c));
     stages.push_back(make_tortuosity_stage(c));
@@ -42,7 +42,7 @@ std::vector<Stage> case_stages(const Case& c, std::vector<Stage> studies) {
     stages.push_back(make_descriptors_stage(c));
 
     // The surface of a packing is made only for stages that render or mesh it.
-    const bool surface_wanted = c.from_stl() || s.openfoam.enabled || s.report.pictures || s.stl.pores || s.stl.clip;
+    const bool surface_wanted = c.from_surface() || s.openfoam.enabled || s.report.pictures || s.stl.pores || s.stl.clip;
     std::vector<std::string> needs, shown;
     for (Stage& stage : stages) {
         stage.seed = s.packing.seed;

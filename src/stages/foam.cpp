@@ -26,7 +26,7 @@ Stage make_foam_stage(const Case& c) {
                 .optional = true,  // a cross-check
                 .resumes = true,
                 .result_version = results::Foam::version};
-    if (!c.from_stl()) stage.needs.insert(stage.needs.begin(), "pack");
+    if (!c.from_surface()) stage.needs.insert(stage.needs.begin(), "pack");
     return stage;
 }
 

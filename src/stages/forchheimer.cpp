@@ -16,7 +16,7 @@ Stage make_forchheimer_stage(const Case& c) {
                     return written(compute_inertial_flows(case_pore_space(c), c.settings.geometry, c.settings.forchheimer, folder), folder);
                 },
             .expect = [c]() -> Expectation {
-                if (!has_packing(c) && !c.from_stl()) return {.text = "as soon as there is a packing"};
+                if (!has_packing(c) && !c.from_surface()) return {.text = "as soon as there is a packing"};
                 return expect_inertia(case_pore_space(c), c.settings.forchheimer);
             },
             .resumes = true,

@@ -15,7 +15,7 @@ results::Tortuosity run_case_tortuosity(const Case& c, const Path& folder) {
     if (c.from_image()) {
         result.geometric_paper_pixels = written(compute_geometric_paper(space, config), folder);
     } else {
-        if (!c.from_stl()) result.geometric_paper_exact = written(compute_geometric_paper(space, config), folder);
+        if (!c.from_surface()) result.geometric_paper_exact = written(compute_geometric_paper(space, config), folder);
         result.geometric_paper_pixels = written(compute_geometric_paper(read_slices(c.stage_folder("slices")), config), folder);
     }
     if (config.shortest_path) result.shortest_path = written(compute_shortest_path(space, geometry, config.direction), folder);
@@ -57,7 +57,7 @@ Stage make_tortuosity_stage(const Case& c) {
                 .expect = [c] { return expect_case(c); },
                 .result_version = results::Tortuosity::version};
     if (c.from_image()) stage.needs = {"image", "lbm"};
-    if (!c.from_stl() && !c.from_image()) stage.needs.insert(stage.needs.begin(), "pack");
+    if (!c.from_surface() && !c.from_image()) stage.needs.insert(stage.needs.begin(), "pack");
     return stage;
 }
 

@@ -9,7 +9,7 @@ namespace porepack::study {
 
 Pipeline case_pipeline(const Case& c) {
     std::vector<Stage> studies;
-    if (!c.from_stl() && !c.from_image() && c.settings.packings.several() && c.settings.packing.engine != Engine::none)
+    if (!c.from_surface() && !c.from_image() && c.settings.packings.several() && c.settings.packing.engine != Engine::none)
         studies.push_back(make_seeds_stage(c));
     return {.results = c.results(),
             .stages = case_stages(c, std::move(studies)),

@@ -184,7 +184,7 @@ StudyRow row_of(const Point& point, const Case& made) {
     Results results = results::read_results(made.results(), [&](const std::string& stage) {
         return stage != results::Shape::stage && std::find(stages.begin(), stages.end(), stage) != stages.end();
     });
-    if (!made.from_stl() && !made.from_image())
+    if (!made.from_surface() && !made.from_image())
         results.shape = analysis::measure_shape(made.settings.shape, made.settings.packing.density_kg_per_m3);
     StudyRow row = {{"point", point.name},
                     {"current", "yes"},

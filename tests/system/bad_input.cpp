@@ -61,7 +61,7 @@ TEST(BadCase, EachHasItsMessage) {
     // Found before the grains are poured.
     expect_fault(head + "[lbm]\ndirection = \"x\"\n", "periodic along x");
     expect_fault(head + "[geometry]\nsection_m = [0.02, 0.3]\n", "is not possible");
-    expect_fault("[shape]\nkind = \"stl\"\n[container]\ndiameter_m = 0.05\nheight_m = 0.1\n", "needs a file");
+    expect_fault("[shape]\nkind = \"surface\"\n[container]\ndiameter_m = 0.05\nheight_m = 0.1\n", "needs a file");
 }
 
 TEST(BadFlags, EachHasItsMessage) {

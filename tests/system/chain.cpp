@@ -244,7 +244,7 @@ TEST(Chain, AGasInNarrowPoresGetsANote) {
     std::filesystem::copy_file(Path(POREPACK_SOURCE_FOLDER) / "cases/own_stl/grains.stl", folder.path() / "grains.stl");
     for (const std::string fluid : {"air", "water"}) {
         folder.write("case.toml",
-                     "[shape]\nkind = \"stl\"\nfile = \"grains.stl\"\nunit_m = 1e-7\n"
+                     "[shape]\nkind = \"surface\"\nfile = \"grains.stl\"\nunit_m = 1e-7\n"
                      "[container]\nkind = \"box\"\nsize_m = [5e-6, 5e-6, 1.5e-5]\n"
                      "[geometry]\nvoxel_size_m = 1.5e-7\nsection_m = [1e-6, 4e-6]\nslice_pixel_m = 1e-7\nslice_spacing_m = 1e-7\n"
                      "[openfoam]\nenabled = false\n[lbm]\nfields = \"none\"\ngrids = 1\n"

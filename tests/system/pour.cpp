@@ -240,9 +240,9 @@ TEST(PourLiggghts, TakesGrainsWithFaces) {
     ASSERT_EQ(poured.packing.bodies.size(), 12U);
     EXPECT_LT(*poured.pose_error_m, 1e-9);
     EXPECT_GT(*poured.coordination_number, 1.5);
-    // The spheres lie inside the grains, so that these overlap by up to twice the clumps' error more than the spheres.
+    // The grains overlap by up to twice the clumps' error more than the spheres.
     double error = 0.0;
-    for (const auto& share : shapes) error = std::max(error, clump_error(share.shape, clump_of_at_most(share.shape, 20).spheres));
+    for (const auto& share : shapes) error = std::max(error, clump_error(share.shape, clump_spheres_for(share.shape, config)));
     const Overlaps overlaps = find_overlaps(poured.packing);
     EXPECT_GT(overlaps.contacts, 12);
     EXPECT_LT(overlaps.largest_between_grains_m, 2.0 * error + *poured.largest_clump_overlap_m);

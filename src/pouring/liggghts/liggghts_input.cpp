@@ -14,7 +14,7 @@ namespace porepack::pouring::liggghts {
 ClumpBody clump_body(const Shape& shape, const PackingConfig& config) {
     const GrainBody grain = grain_body(shape, config.density_kg_per_m3);
     ClumpBody body{.spheres = {}, .mass = grain.mass_kg, .inertia = grain.inertia_kg_m2, .centre = grain.centre_m, .turn = grain.turn};
-    for (Capsule sphere : clump_for(shape, config).spheres) {
+    for (Capsule sphere : clump_spheres_for(shape, config)) {
         // About the centre of mass, in the principal axes: the inertia tensor in the template is then diagonal.
         sphere.a = sphere.b = grain.turn.conjugate() * (sphere.a - body.centre);
         body.spheres.push_back(sphere);

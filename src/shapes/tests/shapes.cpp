@@ -151,6 +151,12 @@ TEST(Clump, OfAGrainWithFacesLiesInsideAndWithinItsTolerance) {
         EXPECT_LT(clump_error(grain, limited.spheres), 1.3 * limited.tolerance_m) << grain.id;
     }
     const Shape& cube = grains.front();
+    const auto spheres = sphere_clump(cube, 0.1);
+    const double volume = measure(cube).volume_m3;
+    EXPECT_LT(measure({.id = "clump", .capsules = spheres}, 1e-4).volume_m3, 0.85 * volume);
+    const auto larger = with_volume(spheres, volume);
+    EXPECT_NEAR(measure({.id = "clump", .capsules = larger}, 1e-4).volume_m3, volume, 1.2e-3 * volume);
+    EXPECT_GT(larger.front().radius, spheres.front().radius);
     EXPECT_TRUE(has(message_of<UserError>([&] { (void)sphere_clump(cube, 0.6); }), "half the grain's thickness"));
     EXPECT_TRUE(has(message_of<UserError>([&] { (void)clump_of_at_most(cube, 0); }), "no clump of 0 spheres"));
 }

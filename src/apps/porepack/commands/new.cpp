@@ -7,6 +7,7 @@
 
 #include "apps/porepack/run.hpp"
 #include "apps/porepack/uses.hpp"
+#include "converters/surface_file.hpp"
 #include "core/data_file.hpp"
 #include "core/error.hpp"
 #include "core/escape.hpp"
@@ -34,7 +35,8 @@ std::vector<std::string> names_of_cases(const Path& cases) {
 // What a case is made of, not what was made of it.
 bool belongs_to_case(const Path& file) {
     const std::string name = file.filename().string();
-    return name == "case.toml" || name == "study.toml" || name == "packing.json" || name.ends_with(".json.gz") || name.ends_with(".stl");
+    return name == "case.toml" || name == "study.toml" || name == "packing.json" || name.ends_with(".json.gz") ||
+           converters::is_surface_file(name);
 }
 
 void make_new(const Common& common, const std::string& folder, const std::string& from) {

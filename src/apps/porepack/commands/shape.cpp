@@ -4,10 +4,10 @@
 #include "analysis/shape.hpp"
 #include "apps/porepack/run.hpp"
 #include "apps/porepack/uses.hpp"
+#include "converters/surface_file.hpp"
 #include "core/error.hpp"
 #include "core/json.hpp"
 #include "core/log.hpp"
-#include "io/stl.hpp"
 #include "record/engine_versions.hpp"
 #include "record/resolved_config.hpp"
 #include "report/picture.hpp"
@@ -50,10 +50,10 @@ ShapeConfig read_shape(const Common& common, const ShapeOptions& options) {
     if (common.input.empty()) {
         std::string kinds;
         for (const auto& kind : choices_of(shapes::ShapeKind()))
-            if (kind.value != shapes::ShapeKind::capsules && kind.value != shapes::ShapeKind::stl &&
+            if (kind.value != shapes::ShapeKind::capsules && kind.value != shapes::ShapeKind::surface &&
                 kind.value != shapes::ShapeKind::mesh && kind.value != shapes::ShapeKind::mixture)
                 kinds += fmt::format("{}, ", kind.name);
-        throw UserError("which shape?", {.allowed = kinds + "an STL file (with --faces: as a grain), or --capsules FILE"});
+        throw UserError("which shape?", {.allowed = kinds + "an STL, PLY or OBJ file (with --faces: as a grain), or --capsules FILE"});
     }
     flags["kind"] = "\"" + common.input + "\"";
     TomlFile().read("", describe_it, flags);
@@ -66,7 +66,10 @@ void measure_mesh(const Common& common, const ShapeOptions& options) {
     config.kind = ShapeKind::mesh;
     config.file = common.input;
     config.unit_m = common.unit_m;
-    const auto work = [&](const Path&) { return measure_shape(config, options.density_kg_per_m3); };
+    const auto work = [&](const Path& folder) {
+        if (!folder.empty()) write_mesh_grain(config, {}, folder);
+        return measure_shape(config, options.density_kg_per_m3);
+    };
     if (common.output.empty() && !common.dry_run) return print_result(common, work({}));
     run_on_files(
         common,
@@ -76,8 +79,8 @@ void measure_mesh(const Common& common, const ShapeOptions& options) {
 void measure_one(const Common& common, const ShapeOptions& options) {
     if (options.capsules_file.empty() && is_surface(common.input)) {
         if (common.flags.empty())
-            return print_result(common,
-                                measure_surface_shape(io::read_stl(common.input, common.unit_m), common.input, options.density_kg_per_m3));
+            return print_result(common, measure_surface_shape(converters::read_surface(common.input, common.unit_m), common.input,
+                                                              options.density_kg_per_m3));
         return measure_mesh(common, options);
     }
     const ShapeConfig config = read_shape(common, options);
@@ -96,7 +99,7 @@ void add_shape_command(CommandLine& line) {
                  [&common, options] { options->sweep ? sweep(common) : measure_one(common, *options); });
     shape
         .add_option("kind", line.common.input,
-                    "tetrapod, dolos, tetrahedron, star, sphere, rod, cylinder, ring, box, cube, lobed, prism, or an STL file")
+                    "tetrapod, dolos, tetrahedron, star, sphere, rod, cylinder, ring, box, cube, lobed, prism, or an STL, PLY or OBJ file")
         .type_name("name or path");
     shape.add_flag("--sweep", options->sweep, "figure 7: convexity against sphericity of the paper's aggregates, as CSV, plot and picture");
     shape.add_option("--capsules", options->capsules_file, "TOML file with [[capsule]] tables (a_m, b_m, radius_m)").type_name("path");

@@ -6,6 +6,7 @@
 
 #include "apps/porepack/run.hpp"
 #include "apps/porepack/uses.hpp"
+#include "converters/surface_file.hpp"
 #include "core/error.hpp"
 #include "core/process.hpp"
 #include "io/render.hpp"
@@ -48,9 +49,9 @@ void draw(const Common& common, const std::vector<std::string>& arguments, bool 
     const Path target = common.output.empty() ? Path(common.input).replace_extension(".png") : Path(common.output);
     if (common.dry_run) return print_result(common, {{"picture", target.string()}, {"expected", "seconds"}});
     if (!inputs::is_surface(common.input))
-        throw UserError("not an STL file: " + common.input, {.fix = "make one: porepack stl packing.json"});
+        throw UserError("not a surface (STL, PLY or OBJ): " + common.input, {.fix = "make one: porepack stl packing.json"});
     render_under_some_display(arguments);
-    const TriangleSurface surface = read_stl(common.input, common.unit_m);
+    const TriangleSurface surface = converters::read_surface(common.input, common.unit_m);
     PictureStyle style = style_for(surface);
     style.front = front;
     if (const auto container = container_of(common); container && container->tube_diameter())
