@@ -306,7 +306,19 @@ Segmented segment_image(const Path& file, ImageConfig image, const std::optional
         result.section_m = section->interval();
         result.porosity = porosity(GraySolid(std::make_shared<GrayImage>(gray), input.container), input.container, *section).value;
     }
-    return {.outcome = {result, std::move(files)}, .gray = std::move(gray), .phases = std::move(phases), .labels = std::move(found.label)};
+    std::optional<StoneLibrary> library;
+    if (config.library) {
+        std::vector<std::uint32_t> whole;
+        for (std::size_t g = 1; g < grains.size(); ++g)
+            if (grains[g].voxels > 0.0 && grains[g].kind == Kind::whole) whole.push_back(static_cast<std::uint32_t>(g));
+        library = stones_of(gray, owner, whole);
+        result.library = {.stones = static_cast<long>(library->labels.size()), .left_out = library->left_out};
+    }
+    return {.outcome = {result, std::move(files)},
+            .gray = std::move(gray),
+            .phases = std::move(phases),
+            .labels = std::move(found.label),
+            .library = std::move(library)};
 }
 
 results::Segment written(const Segmented& segmented, const Path& folder) {
@@ -314,6 +326,7 @@ results::Segment written(const Segmented& segmented, const Path& folder) {
     io::write_phase_image(folder / "pore.vti", segmented.phases);
     io::write_label_image(folder / "labels.vti", segmented.gray.grid, segmented.labels);
     io::write_stl(folder / "solid.stl", io::iso_surface(segmented.gray));
+    if (segmented.library) write_library(*segmented.library, folder / "library");
     return written(segmented.outcome, folder);
 }
 

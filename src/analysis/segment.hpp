@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "analysis/outcome.hpp"
+#include "analysis/stone_library.hpp"
 #include "core/files.hpp"
 #include "geometry/gray_image.hpp"
 #include "imaging/config.hpp"
@@ -19,6 +20,7 @@ struct SegmentConfig {
     bool on_floor = false;
     bool keep_cavities = false;
     double smallest_grain = 0.05;
+    bool library = false;
 };
 inline void describe(record::ConfigVisitor& v, SegmentConfig& c) {
     v.number(
@@ -30,6 +32,8 @@ inline void describe(record::ConfigVisitor& v, SegmentConfig& c) {
               "the first layer lies on the container's floor: grains that reach it are whole, however broad they stand on it");
     v.boolean("keep_cavities", c.keep_cavities, "cavities in the grains stay pores");
     v.number("smallest_grain", c.smallest_grain, record::between(0.0, 1.0), "smaller pieces are removed; volume over the median volume");
+    v.boolean("library", c.library,
+              "write each whole grain as a closed surface into the folder library/, from which [shape] kind = \"library\" pours new beds");
 }
 
 struct Segmented {
@@ -37,11 +41,12 @@ struct Segmented {
     geometry::GrayImage gray;           ///< solid fractions without the grains that were removed
     geometry::PhaseImage phases;
     std::vector<std::uint32_t> labels;  ///< of all grains; 0: pores
+    std::optional<StoneLibrary> library = {};
 };
 /// Without a threshold, `volume`. Throws UserError as read_gray(), and where no grain is left.
 [[nodiscard]] Segmented segment_image(const core::Path& file, imaging::ImageConfig image,
                                       const std::optional<vessels::Container>& container, const SegmentConfig& config);
-/// gray.vti, pore.vti, labels.vti and solid.stl beside the tables and pictures.
+/// gray.vti, pore.vti, labels.vti, solid.stl and library/ beside the tables and pictures.
 [[nodiscard]] results::Segment written(const Segmented& segmented, const core::Path& folder);
 
 }  // namespace porepack::analysis

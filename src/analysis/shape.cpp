@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -34,7 +35,8 @@ results::Inertia inertia_of(const Eigen::Matrix3d& inertia) {
 // The mixture's own numbers are means over the grains, by number; its sphericity is the one that gives the mixture's specific
 // surface (6 V/A = sphericity times the equal-volume diameter), as the Carman-Kozeny equation requires.
 results::Shape measure_mixture(const ShapeConfig& config, double density, const Path& folder) {
-    results::Shape mixture{.kind = "mixture", .relative_error = 0.0, .components = std::vector<results::Shape>()};
+    results::Shape mixture{
+        .kind = std::string(name_of(ShapeKind::mixture)), .relative_error = 0.0, .components = std::vector<results::Shape>()};
     (void)make_shapes(inputs::with_mesh_grains(config, folder));  // its errors are reported before anything is measured
     for (const auto& part : config.component) {
         results::Shape& component = mixture.components->emplace_back(measure_shape(part, density, folder));
@@ -51,7 +53,8 @@ results::Shape measure_mixture(const ShapeConfig& config, double density, const 
 
 }  // namespace
 
-results::Shape measure_shape(const ShapeConfig& config, double density, const Path& folder) {
+results::Shape measure_shape(const ShapeConfig& given, double density, const Path& folder) {
+    const ShapeConfig config = inputs::without_library(given, folder);
     if (config.kind == ShapeKind::mixture) return measure_mixture(config, density, folder);
     std::optional<FacedGrain> faced;
     if (has_faces(config.kind)) faced = make_faced(config);
@@ -121,11 +124,15 @@ void write_mesh_grain(const ShapeConfig& config, const Path& folder, const Path&
     const TriangleSurface after = make_surface(alone, {.deviation_m = std::min(deviation, 0.05 * grain.body->thickness())}).surface;
     TriangleSurface at_origin = after, both = grain.surface;
     const auto first = static_cast<int>(both.points.size());
-    for (std::size_t i = 0; i < after.points.size(); ++i) {
-        auto p = after.points[i];
+    const Quaternion turned(Eigen::AngleAxisd(0.7, Vec3::UnitX()) * Eigen::AngleAxisd(0.5, Vec3::UnitZ()));  // so that holes are seen
+    const auto turn = [&](const std::array<double, 3>& p, double right) {
+        const Vec3 q = turned * Vec3(p[0], p[1], p[2]);
+        return std::array{q.x() + right, q.y(), q.z()};
+    };
+    for (auto& p : both.points) p = turn(p, 0.0);
+    for (auto& p : at_origin.points) {
         for (double& x : p) x -= width / 2.0;
-        at_origin.points[i] = p;
-        both.points.push_back({p[0] + 1.1 * width, p[1], p[2]});
+        both.points.push_back(turn(p, 1.1 * width));
     }
     for (const auto& t : after.triangles) both.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
     io::write_stl(output / "grain.stl", at_origin);

@@ -29,16 +29,16 @@ TriangleSurface read_polygons(const Path& path, double unit_m, const std::string
     std::istringstream in(bytes);
     std::vector<CGAL::Simple_cartesian<double>::Point_3> points;
     std::vector<std::vector<std::size_t>> polygons;
+    const bool is_ply = format == ".ply";
     bool read = false;
     try {
-        read = format == ".ply" ? CGAL::IO::read_PLY(in, points, polygons) : CGAL::IO::read_OBJ(in, points, polygons);
+        read = is_ply ? bytes.starts_with("ply") && CGAL::IO::read_PLY(in, points, polygons) : CGAL::IO::read_OBJ(in, points, polygons);
     } catch (const std::exception&) {  // of sizes that the file cannot hold
     }
-    const std::string name = format == ".ply" ? "PLY" : "OBJ";
     if (!read || points.empty() || polygons.empty())
-        throw UserError(fmt::format("not a {0} file, or an incomplete one: {1} ({2} points and {3} faces were read)", name, path.string(),
-                                    points.size(), polygons.size()),
-                        {.allowed = fmt::format("a {} file with points and faces", name), .fix = "export it again, or as STL"});
+        throw UserError(fmt::format("not {} file, or an incomplete one: {} ({} points and {} faces were read)", is_ply ? "a PLY" : "an OBJ",
+                                    path.string(), points.size(), polygons.size()),
+                        {.allowed = "a file with points and faces", .fix = "export it again, or as STL"});
     TriangleSurface surface;
     std::map<std::array<double, 3>, int> place_of;
     std::vector<int> place;

@@ -49,7 +49,7 @@ double number_at(const StudyRow& row, const std::string& column) {
 
 // The table has the sizes of presets of capsules, whose search takes a while. None of surfaces and mixtures.
 std::optional<Shape> grain_of(const ShapeConfig& config, double diameter_m, double length_m) {
-    if (config.kind == ShapeKind::surface || config.kind == ShapeKind::mesh || config.kind == ShapeKind::mixture) return std::nullopt;
+    if (config.kind == ShapeKind::surface || config.kind == ShapeKind::mesh || config.kind == ShapeKind::library || config.kind == ShapeKind::mixture) return std::nullopt;
     if (has_faces(config.kind) || config.kind == ShapeKind::capsules) return make_shape(config);
     return make_preset(config.kind, diameter_m, length_m, config.arms);
 }

@@ -2,13 +2,16 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <map>
 #include <mutex>
 #include <numbers>
 
 #include "converters/surface_file.hpp"
 #include "core/error.hpp"
+#include "core/parallel.hpp"
 #include "inputs/uses.hpp"
 #include "record/digest.hpp"
 
@@ -19,10 +22,47 @@ Path file_of(const ShapeConfig& config, const Path& folder) {
     return Path(config.file).is_absolute() ? Path(config.file) : folder / config.file;
 }
 
+std::vector<Path> files_of_library(const ShapeConfig& config, const Path& folder) {
+    require_library_keys(config);
+    const Path place = Path(config.folder).is_absolute() ? Path(config.folder) : folder / config.folder;
+    std::vector<Path> files;
+    std::error_code missing;
+    for (const auto& entry : std::filesystem::directory_iterator(place, missing))
+        if (converters::is_surface_file(entry.path())) files.push_back(entry.path());
+    constexpr std::size_t most_meshes = 1000;
+    if (missing || files.empty() || files.size() > most_meshes)
+        throw UserError(missing ? "the folder cannot be read: " + place.string() : fmt::format("the library has {} meshes", files.size()),
+                        {.where = "[shape] folder = \"" + config.folder + "\"",
+                         .allowed = fmt::format("a folder with 1 to {} STL, PLY or OBJ files", most_meshes),
+                         .fix = "porepack image segment scan.nrrd --library writes one: segmented/library"});
+    std::sort(files.begin(), files.end());
+    return files;
+}
+
 }  // namespace
+
+ShapeConfig without_library(const ShapeConfig& config, const Path& folder) {
+    if (config.kind != ShapeKind::library) return config;
+    ShapeConfig mixture{.kind = ShapeKind::mixture};
+    for (const Path& file : files_of_library(config, folder)) {
+        ShapeConfig& mesh = mixture.component.emplace_back(config);
+        mesh.kind = ShapeKind::mesh;
+        mesh.file = std::filesystem::absolute(file).string();
+        mesh.folder.clear();
+        mesh.library_by = LibraryBy::number;
+    }
+    std::vector<double> part(mixture.component.size(), 1.0);
+    if (config.library_by == LibraryBy::volume)
+        parallel_for(part.size(), [&](std::size_t i) { part[i] = 1.0 / read_mesh_grain(mixture.component[i], {}).volume_m3; });
+    double sum = 0.0;
+    for (const double one : part) sum += one;
+    for (std::size_t i = 0; i < part.size(); ++i) mixture.component[i].number_fraction = part[i] / sum;
+    return mixture.component.size() == 1 ? mixture.component.front() : mixture;
+}
 
 std::vector<Path> mesh_files(const ShapeConfig& config, const Path& folder) {
     std::vector<Path> files;
+    if (config.kind == ShapeKind::library) return files_of_library(config, folder);
     if (config.kind == ShapeKind::mesh && !config.file.empty()) files.push_back(file_of(config, folder));
     for (const ShapeConfig& part : config.component)
         for (const Path& file : mesh_files(part, folder)) files.push_back(file);
@@ -53,9 +93,10 @@ MeshGrain read_mesh_grain(const ShapeConfig& config, const Path& folder) {
     return made.try_emplace(key, std::move(grain)).first->second;
 }
 
-ShapeConfig with_mesh_grains(ShapeConfig config, const Path& folder) {
+ShapeConfig with_mesh_grains(const ShapeConfig& given, const Path& folder) {
+    ShapeConfig config = without_library(given, folder);
     if (config.kind == ShapeKind::mesh) config.from_file = read_mesh_grain(config, folder).body;
-    for (ShapeConfig& part : config.component) part = with_mesh_grains(std::move(part), folder);
+    parallel_for(config.component.size(), [&](std::size_t i) { config.component[i] = with_mesh_grains(config.component[i], folder); });
     return config;
 }
 

@@ -25,6 +25,16 @@ void visit_members(Self& grains, const Visit& visit) {
     visit("speck", grains.speck);
 }
 
+/// Closed surfaces of whole grains; left out: not closed, or they cross themselves.
+struct SegmentedLibrary {
+    long stones = 0, left_out = 0;
+};
+template <core::MembersOf<SegmentedLibrary> Self, typename Visit>
+void visit_members(Self& library, const Visit& visit) {
+    visit("stones", library.stones);
+    visit("left_out", library.left_out);
+}
+
 struct Segment {
     ImageFile file;
     std::string pores;
@@ -35,6 +45,7 @@ struct Segment {
     std::int64_t cavity_voxels = 0;
     double half_thickness_m = 0.0, median_grain_volume_m3 = 0.0;
     SegmentedGrains grains = {};
+    core::OptionalKey<SegmentedLibrary> library = {};
     std::string meaning =
         "whole: 0.6 to 1.5 median volumes; merged: more; split: less; cut: by the first or last layer, unless it only touches it; the "
         "median is that by volume of the grains that are not cut; section: where no removed grain reaches, a grain's height away from "
@@ -53,6 +64,7 @@ void visit_members(Self& found, const Visit& visit) {
     visit("half_thickness_m", found.half_thickness_m);
     visit("median_grain_volume_m3", found.median_grain_volume_m3);
     visit("grains", found.grains);
+    visit("library", found.library);
     visit("meaning", found.meaning);
 }
 

@@ -21,8 +21,10 @@ void describe_point(ConfigVisitor& v, const char* key, Vec3& point, const char* 
 void describe_shape(ConfigVisitor& v, ShapeConfig& c, const std::vector<ShapeKind>& kinds) {
     v.renamed_word("kind", "stl", "surface");
     v.choice("kind", c.kind, kinds,
-             "capsules: a union listed in [[shape.capsule]]; mesh: one grain is a closed surface from `file`; surface: all grains are a "
-             "closed surface from `file`; mixture: several shapes, listed in [[shape.component]]; cylinder to prism: grains with faces, cylinders "
+             "capsules: a union listed in [[shape.capsule]]; mesh: one grain is a closed surface from `file`; library: each grain is one "
+             "of the meshes in `folder`; surface: all grains are a "
+             "closed surface from `file`; mixture: several shapes, listed in [[shape.component]]; cylinder to prism: grains with faces, "
+             "cylinders "
              "with flat ends");
     v.number("sphericity", c.sphericity, {.low = 0.0, .high = 1.0, .low_open = true, .zero_is_auto = true},
              "with volume_m3: determines diameter and length; of a cylinder or prism diameter and height (the higher one of two)");
@@ -43,8 +45,10 @@ void describe_shape(ConfigVisitor& v, ShapeConfig& c, const std::vector<ShapeKin
         "radius of the rounded edges of a grain with faces, inside the given sizes; auto: 2 % of the diameter of the sphere of the same "
         "volume");
     v.text("file", c.file, "STL, PLY or OBJ file of a mesh, or of all grains (kind = \"surface\"), relative to the case");
+    v.text("folder", c.folder, "library: the folder of its meshes (STL, PLY, OBJ), relative to the case");
+    v.choice("library_by", c.library_by, "library: every mesh has the same part in the number of grains, or in their volume");
     v.number("unit_m", c.unit_m, length_range_or_auto(),
-             "length of the file's unit in metres: 0.001 for millimetres; a mesh needs it; auto: 1 with kind = \"surface\"");
+             "length of the file's unit in metres: 0.001 for millimetres; a mesh and a library need it; auto: 1 with kind = \"surface\"");
     v.integer("faces", c.faces, Range{.low = 4, .high = 2000, .zero_is_auto = true},
               "number of triangles to which a mesh is simplified; auto: 80, or as many as deviation_m needs");
     v.number("deviation_m", c.deviation_m, length_range_or_auto(),
@@ -75,7 +79,8 @@ void describe(ConfigVisitor& v, ShapeConfig& c) {
     std::vector<ShapeKind> kinds;
     for (const auto& kind : choices_of(c.kind)) kinds.push_back(kind.value);
     std::vector<ShapeKind> of_components = kinds;
-    std::erase_if(of_components, [](ShapeKind kind) { return kind == ShapeKind::surface || kind == ShapeKind::mixture; });
+    std::erase_if(of_components,
+                  [](ShapeKind kind) { return kind == ShapeKind::surface || kind == ShapeKind::library || kind == ShapeKind::mixture; });
     describe_shape(v, c, kinds);
     v.tables(
         "component",
@@ -98,7 +103,9 @@ Shape make_shape(const ShapeConfig& c) {
     Shape shape;
     const bool by_sphericity = c.sphericity > 0.0, by_size = c.diameter_m > 0.0;
     if (c.kind == ShapeKind::mixture) throw UserError("a mixture is not one shape", {.fix = "choose one of its components"});
-    if (c.kind == ShapeKind::surface) throw UserError("the shape is the surface of all grains, not one grain", {.fix = "start at the stl stage"});
+    if (c.kind == ShapeKind::surface)
+        throw UserError("the shape is the surface of all grains, not one grain", {.fix = "start at the stl stage"});
+    if (c.kind == ShapeKind::library) throw UserError("a library is not one shape", {.fix = "choose one of its meshes: kind = \"mesh\""});
     if (c.kind == ShapeKind::mesh) {
         require_mesh_keys(c);
         if (c.from_file == nullptr) throw UserError("kind = \"mesh\" is not possible here", {.fix = "give a shape by its sizes"});
@@ -145,8 +152,9 @@ std::vector<ShapeShare> make_shapes(const ShapeConfig& c) {
     if (c.component.size() < 2)
         throw UserError(fmt::format("a mixture needs two shapes or more, {} is given", c.component.size()),
                         {.fix = "add tables [[shape.component]] with number_fraction and the keys of a shape"});
-    if (!c.file.empty() || c.unit_m > 0.0 || c.faces > 0 || c.deviation_m > 0.0 || c.rounding_m > 0.0)
-        throw UserError("`file`, `unit_m`, `faces`, `deviation_m` and `rounding_m` have no effect on a mixture as a whole",
+    if (!c.file.empty() || !c.folder.empty() || c.library_by != LibraryBy::number || c.unit_m > 0.0 || c.faces > 0 || c.deviation_m > 0.0 ||
+        c.rounding_m > 0.0)
+        throw UserError("`file`, `folder`, `unit_m`, `faces`, `deviation_m` and `rounding_m` have no effect on a mixture as a whole",
                         {.where = "[shape]", .fix = "write them into the tables [[shape.component]]"});
     std::vector<ShapeShare> shares;
     double sum = 0.0;

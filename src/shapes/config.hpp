@@ -6,6 +6,12 @@
 
 namespace porepack::shapes {
 
+/// What is the same for every stone of a library: its part in the number of grains, or in their volume.
+enum class LibraryBy { number, volume };
+constexpr std::array<core::Choice<LibraryBy>, 2> choices_of(LibraryBy) {
+    return {{{LibraryBy::number, "number"}, {LibraryBy::volume, "volume"}}};
+}
+
 struct ShapeConfig {
     ShapeKind kind = ShapeKind::tetrapod;
     double sphericity = 0.0;
@@ -22,7 +28,9 @@ struct ShapeConfig {
     double height_m = 0.0, inner_diameter_m = 0.0, lobe_diameter_m = 0.0, side_m = 0.0, rounding_m = 0.0;
     std::vector<double> size_m = {};
     long sides = 0, lobes = 0;
-    // Of a mesh.
+    // Of a mesh, or a library of meshes.
+    std::string folder = {};
+    LibraryBy library_by = LibraryBy::number;
     long faces = 0;
     double deviation_m = 0.0;
     std::shared_ptr<const RoundedBody> from_file = nullptr;  ///< not a key: what the file holds, as soon as it is read
@@ -71,6 +79,8 @@ struct FacedGrain {
 void refuse_sizes(const ShapeConfig& config, const std::string& allowed);
 /// Throws UserError for a key that a mesh does not have, or if the unit of its file is missing.
 void require_mesh_keys(const ShapeConfig& config);
+/// Throws UserError for a key that a library does not have, or if its folder or the unit of its files is missing.
+void require_library_keys(const ShapeConfig& config);
 /// Throws UserError for a key that only grains with faces have.
 void refuse_keys_of_faces(const ShapeConfig& config);
 

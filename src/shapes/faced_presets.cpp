@@ -151,7 +151,15 @@ FacedGrain of_sphericity(const ShapeConfig& c) {
     return of_aspect(c, std::stod(fmt::format("{:.9g}", std::exp(root.first))));
 }
 
+void refuse_keys_of_libraries(const ShapeConfig& c) {
+    for (const Key& key : {Key{"folder", !c.folder.empty()}, Key{"library_by", c.library_by != LibraryBy::number}})
+        if (key.given)
+            throw UserError(fmt::format("`{}` has no effect with kind = \"{}\"", key.name, name_of(c.kind)),
+                            {.fix = "remove it, or choose kind = \"library\""});
+}
+
 void refuse_keys_of_meshes(const ShapeConfig& c) {
+    refuse_keys_of_libraries(c);
     for (const Key& key :
          {Key{"file", !c.file.empty()}, Key{"unit_m", c.unit_m > 0.0}, Key{"faces", c.faces > 0}, Key{"deviation_m", c.deviation_m > 0.0}})
         if (key.given)
@@ -191,8 +199,19 @@ void refuse_sizes(const ShapeConfig& c, const std::string& allowed) {
                             {.allowed = allowed, .fix = "remove it: the file has the sizes"});
 }
 
+void require_library_keys(const ShapeConfig& c) {
+    refuse_sizes(c, "folder, library_by, unit_m, faces, deviation_m, rounding_m");
+    if (!c.file.empty())
+        throw UserError("`file` has no effect with kind = \"library\"", {.fix = "folder = \"library\", or kind = \"mesh\""});
+    if (c.folder.empty()) throw UserError("kind is \"library\", but no folder is given", {.fix = "folder = \"segmented/library\""});
+    if (c.unit_m == 0.0)
+        throw UserError("the unit of the meshes in " + c.folder + " is not known",
+                        {.allowed = "its length in metres", .fix = "unit_m = 1 for those of porepack image segment"});
+}
+
 void require_mesh_keys(const ShapeConfig& c) {
     refuse_sizes(c, "file, unit_m, faces, deviation_m, rounding_m");
+    refuse_keys_of_libraries(c);
     if (c.file.empty()) throw UserError("kind is \"mesh\", but no file is given", {.fix = "file = \"stone.stl\""});
     if (c.unit_m == 0.0)
         throw UserError("the unit of " + c.file + " is not known",

@@ -34,11 +34,12 @@ enum class ShapeKind {
     lobed,
     prism,
     mesh,
+    library,
     capsules,
     surface,
     mixture
 };
-constexpr std::array<core::Choice<ShapeKind>, 16> choices_of(ShapeKind) {
+constexpr std::array<core::Choice<ShapeKind>, 17> choices_of(ShapeKind) {
     return {{{ShapeKind::tetrapod, "tetrapod"},
              {ShapeKind::dolos, "dolos"},
              {ShapeKind::tetrahedron, "tetrahedron"},
@@ -52,6 +53,7 @@ constexpr std::array<core::Choice<ShapeKind>, 16> choices_of(ShapeKind) {
              {ShapeKind::lobed, "lobed"},
              {ShapeKind::prism, "prism"},
              {ShapeKind::mesh, "mesh"},
+             {ShapeKind::library, "library"},
              {ShapeKind::capsules, "capsules"},
              {ShapeKind::surface, "surface"},
              {ShapeKind::mixture, "mixture"}}};

@@ -79,6 +79,9 @@ void require_pouring(const Case& c, const TomlFile& toml, const std::map<std::st
                              .allowed = "an STL file with all grains of the bed in their places",
                              .fix = "remove the table; to pour many copies of one grain, kind = \"mesh\""});
     if (c.from_surface()) refuse_sizes(c.settings.shape, "file, unit_m");
+    if (c.from_surface() && (!c.settings.shape.folder.empty() || c.settings.shape.library_by != shapes::LibraryBy::number))
+        throw UserError("`folder` and `library_by` have no effect on the surface of all grains",
+                        {.where = file + ", [shape]", .fix = "remove them, or choose kind = \"library\""});
     if (c.from_surface() && (c.settings.shape.faces > 0 || c.settings.shape.deviation_m > 0.0 || c.settings.shape.rounding_m > 0.0))
         throw UserError("`faces`, `deviation_m` and `rounding_m` have no effect on all grains of an STL file: they stay as they are",
                         {.where = file + ", [shape]", .fix = "remove them; to pour many copies of one grain, kind = \"mesh\""});

@@ -1,10 +1,18 @@
 // Mixtures, the extra surfaces and figure 7, through the program.
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <numbers>
 
 #include "core/json.hpp"
+#include "core/table.hpp"
+#include "imaging/write_volume.hpp"
 #include "io/stl.hpp"
+#include "packing/grains.hpp"
 #include "packing/packing.hpp"
+#include "scans/gray_levels.hpp"
 #include "support/helpers.hpp"
+#include "support/simulated_scan.hpp"
 #include "support/stones.hpp"
 #include "vessels/config.hpp"
 
@@ -80,6 +88,61 @@ TEST(MeshGrains, AreSimplifiedAndPoured) {
     for (auto& p : stone.points) p[2] *= 1.1;
     write_stl(folder.path() / "stone.stl", stone);
     EXPECT_TRUE(has(porepack("status " + quoted(folder.path())).out, "stone.stl"));
+}
+
+// Stones, a scan of them, and a new bed of the stones that the scan shows.
+TEST(MeshGrains, AScanGivesALibraryFromWhichNewBedsArePoured) {
+    const test::Folder folder;
+    Packing packing{.container = parse_container("box:0.045,0.03,0.03"), .shapes = {}, .bodies = {}};
+    std::vector<double> volumes;
+    for (const unsigned seed : {1U, 5U, 9U}) {
+        packing.shapes.push_back(
+            {.id = fmt::format("stone_{}", seed), .body = make_polyhedron(test::stone(1, 0.3, seed, 0.03))->scaled(0.012)});
+        const double x = 0.0075 + 0.015 * static_cast<double>(packing.bodies.size());
+        packing.bodies.push_back({.shape = packing.bodies.size(), .position_m = Vec3(x, 0.015, 0.015)});
+        volumes.push_back(measure(packing.shapes.back(), 1e-6).volume_m3);
+    }
+    const auto at = [&](const char* name) { return quoted(folder.path() / name); };
+    const geometry::GrayImage image =
+        test::simulated_scan(Grains(packing), packing.container, 3e-4, {.blur_voxels = 0.7, .noise = 0.02, .seed = 2});
+    imaging::write_volume(folder.path() / "scan.nrrd", scans::scan_of(image, 60.0, 180.0, imaging::ValueType::uint8));
+    const auto segmented = porepack("image segment --json --library true --separation 0.5 --container box:0.045,0.03,0.03 " +
+                                    at("scan.nrrd") + " --output " + at("segmented"));
+    ASSERT_EQ(segmented.exit_code, 0) << segmented.err;
+    EXPECT_EQ(segmented.json()["library"]["stones"], 3) << segmented.out;
+    EXPECT_EQ(segmented.json()["library"]["left_out"], 0);
+    // 40 voxels wide: half a percent.
+    const TextTable table = read_text_table(folder.path() / "segmented/library/stones.csv");
+    ASSERT_EQ(table.rows.size(), 3U);
+    std::vector<double> found;
+    for (const auto& row : table.rows) found.push_back(std::stod(row[1]));
+    std::sort(found.begin(), found.end());
+    std::sort(volumes.begin(), volumes.end());
+    for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(found[i] / volumes[i], 1.0, 0.01);
+
+    const std::string rest =
+        "unit_m = 1.0\nfaces = 40\n[container]\nkind = \"cylinder\"\ndiameter_m = 0.04\nheight_m = 0.12\n"
+        "[packing]\ngrains = 9\nfill = \"lattice\"\n";
+    const auto with = [&](const std::string& keys) {
+        folder.write("case.toml", "[shape]\nkind = \"library\"\n" + keys + rest);
+        return porepack("pack --json " + quoted(folder.path()));
+    };
+    const auto poured = with("folder = \"segmented/library\"\nlibrary_by = \"volume\"\n");
+    ASSERT_EQ(poured.exit_code, 0) << poured.err;
+    const Packing bed = read_packing(folder.path() / "results/pack/packing.json");
+    EXPECT_EQ(bed.shapes.size(), 3U);
+    EXPECT_EQ(bed.bodies.size(), 9U);
+    double solid = 0.0;
+    for (const Body& body : bed.bodies) solid += measure(bed.shapes[body.shape], 1e-5).volume_m3;
+    const double height = poured.json()["bed_height_m"].get<double>();
+    EXPECT_NEAR(poured.json()["porosity_bed"].get<double>(), 1.0 - solid / (std::numbers::pi * 0.02 * 0.02 * height), 2e-3);
+
+    EXPECT_TRUE(has(with("").err, "no folder is given"));
+    EXPECT_TRUE(has(with("folder = \"none\"\n").err, "cannot be read"));
+    EXPECT_TRUE(has(with("folder = \".\"\n").err, "the library has 0 meshes"));
+    EXPECT_TRUE(has(with("folder = \"segmented/library\"\nfile = \"a.stl\"\n").err, "`file` has no effect"));
+    folder.write("segmented/library/bad.stl", "solid x\n");
+    EXPECT_TRUE(has(with("folder = \"segmented/library\"\n").err, "bad.stl"));
 }
 
 TEST(ExtraSurfaces, AreWrittenAsAskedFor) {

@@ -51,7 +51,8 @@ ShapeConfig read_shape(const Common& common, const ShapeOptions& options) {
         std::string kinds;
         for (const auto& kind : choices_of(shapes::ShapeKind()))
             if (kind.value != shapes::ShapeKind::capsules && kind.value != shapes::ShapeKind::surface &&
-                kind.value != shapes::ShapeKind::mesh && kind.value != shapes::ShapeKind::mixture)
+                kind.value != shapes::ShapeKind::mesh && kind.value != shapes::ShapeKind::library &&
+                kind.value != shapes::ShapeKind::mixture)
                 kinds += fmt::format("{}, ", kind.name);
         throw UserError("which shape?", {.allowed = kinds + "an STL, PLY or OBJ file (with --faces: as a grain), or --capsules FILE"});
     }

@@ -1,0 +1,14 @@
+// A closed surface with fewer triangles (CGAL).
+#pragma once
+
+#include <optional>
+
+#include "io/stl.hpp"
+
+namespace porepack::converters {
+
+/// The part of the surface with the most triangles, with at most so many: edges are collapsed (Lindstrom and Turk). Nothing where the
+/// surface is not manifold, or the result is not closed, crosses itself, or has no volume.
+[[nodiscard]] std::optional<io::TriangleSurface> largest_part(const io::TriangleSurface& surface, long faces);
+
+}  // namespace porepack::converters
