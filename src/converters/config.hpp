@@ -47,8 +47,10 @@ inline void describe(record::ConfigVisitor& v, GeometryConfig& c) {
     v.number("voxel_size_m", c.voxel_size_m, record::length_range_or_auto(),
              "edge length of the cubic voxels; auto: the smallest capsule diameter / 10. Adjusted so that the section is a whole number of "
              "voxels");
-    v.number("surface_deviation_m", c.surface_deviation_m, record::length_range_or_auto(),
-             "maximum distance between the triangles and the exact surface; auto: 0.5 % of the capsule's diameter");
+    v.number(
+        "surface_deviation_m", c.surface_deviation_m, record::length_range_or_auto(),
+        "maximum distance between the triangles and the exact surface; auto: 0.5 % of the capsule's diameter, or of the thickness of a "
+        "grain with faces; 2 % with grains from meshes, whose inner edges may deviate by more");
     v.number("contact_gap_m", c.contact_gap_m, record::length_range_or_auto(),
              "grains that overlap, or whose gap is below this length, become one body; if the surface of other grains intersects itself "
              "after rounding to single precision, these grains are made thinner by this length; auto: 1e-4 of the capsule's diameter, "

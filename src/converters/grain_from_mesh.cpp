@@ -20,6 +20,7 @@
 #include "converters/uses.hpp"
 #include "core/error.hpp"
 #include "core/interrupt.hpp"
+#include "core/machine.hpp"
 #include "shapes/shape.hpp"
 #include "shapes/triangle_core.hpp"
 
@@ -139,6 +140,10 @@ std::string first_line(const std::string& text) {
 class Simplification {
 public:
     Simplification(const TriangleSurface& surface, double rounding, const std::string& where) : where_(where), rounding_(rounding) {
+        constexpr double bytes_per_triangle = 1500.0;
+        require_memory(bytes_per_triangle * static_cast<double>(surface.triangles.size()),
+                       fmt::format("the simplification of {} triangles", surface.triangles.size()),
+                       "reduce the file to less than a million triangles first, for example with MeshLab");
         const SurfaceCheck check = check_surface(surface);
         require_sound(check, where);
         if (check.shells > 1)
@@ -240,7 +245,23 @@ private:
     Tree tree_;
 };
 
+// Through a closed surface in one part, by Euler's formula.
+long holes_through(std::size_t corners, std::size_t triangles) {
+    return 1 - (static_cast<long>(corners) - static_cast<long>(triangles) / 2) / 2;
+}
+
 }  // namespace
+
+void require_same_holes(const MeshGrain& grain, const std::string& where) {
+    const long before = holes_through(grain.surface.points.size(), grain.surface.triangles.size());
+    if (before == 0) return;
+    const double diameter = std::cbrt(6.0 * grain.volume_m3 / std::numbers::pi);
+    const Mesh after = grain_mesh({.id = "mesh", .body = grain.body}, 0.005 * diameter, 0.0, 0);
+    if (const long left = holes_through(after.number_of_vertices(), after.number_of_faces()); left != before)
+        throw UserError(fmt::format("the surface has {} hole{} through it, the grain of {} faces with a rounding of {:.3g} m has {}",
+                                    before, before == 1 ? "" : "s", grain.faces, grain.body->rounding(), left),
+                        {.where = where, .fix = "more faces, or a smaller rounding_m; or close the hole in the file"});
+}
 
 MeshGrain grain_from_mesh(const TriangleSurface& surface, const MeshGrainOptions& options, const std::string& where) {
     const Simplification simplification(surface, options.rounding_m, where);
@@ -251,7 +272,10 @@ MeshGrain grain_from_mesh(const TriangleSurface& surface, const MeshGrainOptions
             check_interrupt();
             try {
                 grain = simplification.with(std::lround(faces));
-                if (grain.largest_deviation_m <= options.deviation_m) return grain;
+                if (grain.largest_deviation_m <= options.deviation_m) {
+                    require_same_holes(grain, where);
+                    return grain;
+                }
             } catch (const UserError&) {  // so few faces would cross
                 if (faces == most) throw;
             }
@@ -272,6 +296,7 @@ MeshGrain grain_from_mesh(const TriangleSurface& surface, const MeshGrainOptions
                         {.where = where,
                          .allowed = fmt::format("{:g} of the diameter of the sphere of the same volume", largest_share),
                          .fix = "more faces, or a smaller rounding_m"});
+    require_same_holes(grain, where);
     return grain;
 }
 

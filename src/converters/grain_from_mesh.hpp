@@ -30,4 +30,7 @@ struct MeshGrain {
 /// crosses itself, has several parts, or where so few faces and so much rounding leave nothing like it.
 [[nodiscard]] MeshGrain grain_from_mesh(const io::TriangleSurface& surface, const MeshGrainOptions& options, const std::string& where);
 
+/// Throws UserError where a hole through the surface closes in the body: where its walls come nearer than twice the rounding.
+void require_same_holes(const MeshGrain& grain, const std::string& where);
+
 }  // namespace porepack::converters

@@ -97,8 +97,9 @@ struct Plan {
     const std::vector<Grains::Image>& images;
     const std::vector<GrainContact>& contacts;
     double deviation_m, contact_gap_m;
-    std::vector<bool> united;  ///< by contact: needs the union of both grains
-    std::vector<int> thinned;  ///< by image: number of times by contact_gap_m
+    std::vector<bool> united;                               ///< by contact: needs the union of both grains
+    std::vector<int> thinned;                               ///< by image: number of times by contact_gap_m
+    std::map<std::pair<std::size_t, int>, Mesh> unit = {};  ///< by shape and thinning: what was made so far
 
     [[nodiscard]] bool in_contact(const GrainContact& contact) const { return contact.gap < contact_gap_m; }
     [[nodiscard]] bool grazing(const GrainContact& contact) const { return contact.gap > -4.0 * deviation_m; }
@@ -110,18 +111,26 @@ double taken_off(const Shape& shape, int times, double contact_gap_m) {
     return (shape.body != nullptr ? std::pow(2.0, times) - 1.0 : static_cast<double>(times)) * contact_gap_m;
 }
 
+// Of the shapes and thinnings that are not there yet.
+void add_unit_meshes(Plan& plan) {
+    std::vector<std::pair<std::size_t, int>> missing;
+    for (std::size_t i = 0; i < plan.images.size(); ++i)
+        if (const auto key = std::pair(plan.grains.packing().bodies[plan.images[i].body].shape, plan.thinned[i]);
+            plan.unit.try_emplace(key).second)
+            missing.push_back(key);
+    parallel_for(missing.size(), [&](std::size_t m) {
+        const auto [index, times] = missing[m];
+        const Shape& shape = plan.grains.packing().shapes[index];
+        const double thinner = taken_off(shape, times, plan.contact_gap_m);
+        const Mesh mesh = grain_mesh(shape, 0.9 * plan.deviation_m * std::pow(0.9, times), thinner, times);
+        plan.unit.at(missing[m]) = without_slivers(mesh, plan.contact_gap_m);
+    });
+}
+
 // The mesh of each image: its grain's mesh, moved, its corners near others on the exact surface; in a group, united with a bridge to every
 // later grain of the group in contact.
-std::vector<Mesh> image_meshes(const Plan& plan, const std::vector<std::size_t>& group_of, const std::function<void(double cost)>& done) {
-    std::map<std::pair<std::size_t, int>, Mesh> unit;  // by shape and thinning
-    for (std::size_t i = 0; i < plan.images.size(); ++i) {
-        const auto key = std::pair(plan.grains.packing().bodies[plan.images[i].body].shape, plan.thinned[i]);
-        if (unit.contains(key)) continue;
-        const Shape& shape = plan.grains.packing().shapes[key.first];
-        const double thinner = taken_off(shape, key.second, plan.contact_gap_m);
-        const Mesh mesh = grain_mesh(shape, 0.9 * plan.deviation_m * std::pow(0.9, key.second), thinner, key.second);
-        unit.emplace(key, without_slivers(mesh, plan.contact_gap_m));
-    }
+std::vector<Mesh> image_meshes(Plan& plan, const std::vector<std::size_t>& group_of, const std::function<void(double cost)>& done) {
+    add_unit_meshes(plan);
     std::vector<std::vector<const GrainContact*>> of_image(plan.images.size());
     for (const auto& contact : plan.contacts) {
         if (!plan.grazing(contact)) continue;
@@ -132,7 +141,7 @@ std::vector<Mesh> image_meshes(const Plan& plan, const std::vector<std::size_t>&
     parallel_for(plan.images.size(), [&](std::size_t i) {
         const auto& image = plan.images[i];
         const Body& body = plan.grains.packing().bodies[image.body];
-        meshes[i] = moved_mesh(unit.at({body.shape, plan.thinned[i]}), body.position_m + image.shift, body.orientation);
+        meshes[i] = moved_mesh(plan.unit.at({body.shape, plan.thinned[i]}), body.position_m + image.shift, body.orientation);
         std::set<std::size_t> near;
         for (const GrainContact* contact : of_image[i]) near.insert(contact->first == i ? contact->second : contact->first);
         std::vector<PlacedShape> others;
@@ -301,10 +310,22 @@ SurfaceOptions surface_options(const GeometryConfig& geometry) {
     return {.deviation_m = geometry.surface_deviation_m, .contact_gap_m = geometry.contact_gap_m};
 }
 
+namespace {
+
+// Grains from meshes deviate from their files by more than a hundredth of their thickness.
+double automatic_deviation(const Packing& packing, double d) {
+    const bool mesh = std::any_of(packing.shapes.begin(), packing.shapes.end(), [&](const Shape& shape) {
+        return shape.body != nullptr && !shape.body->convex() && shape.body->facets(0.005 * d, 0.0).empty();
+    });
+    return (mesh ? 0.02 : 0.005) * d;
+}
+
+}  // namespace
+
 SurfaceResult make_surface(const Packing& packing, const SurfaceOptions& options) {
     if (packing.bodies.empty()) throw UserError("the packing has no grain");
     const double d = finest_diameter(packing);
-    const double deviation = options.deviation_m > 0.0 ? options.deviation_m : 0.005 * d;
+    const double deviation = options.deviation_m > 0.0 ? options.deviation_m : automatic_deviation(packing, d);
     for (const auto& [key, value] : {std::pair("surface_deviation_m", deviation), std::pair("contact_gap_m", options.contact_gap_m)})
         if (value > largest_change * d)
             throw UserError(

@@ -226,9 +226,16 @@ TriangleCore::Nearest TriangleCore::nearest(const Vec3& point) const {
     Nearest nearest{.normal = &planes_.front().normal};
     const Vec3 place = (point - low_) / cell_;
     if ((place.array() >= 0.0).all() && (place.array() < static_cast<double>(cells_)).all()) {
-        const auto cell = (static_cast<std::size_t>(place.z()) * cells_ + static_cast<std::size_t>(place.y())) * cells_ +
-                          static_cast<std::size_t>(place.x());
-        for (const std::uint16_t t : candidates_[cell]) try_triangle(t, point, nearest);
+        const Vec3 corner = place.array().floor();
+        const auto cell = (static_cast<std::size_t>(corner.z()) * cells_ + static_cast<std::size_t>(corner.y())) * cells_ +
+                          static_cast<std::size_t>(corner.x());
+        // No candidate can be nearer than its distance from the cell's middle less that of the point.
+        const double off = cell_ * (place - corner - Vec3::Constant(0.5)).norm() * (1.0 + 1e-6);
+        for (std::uint32_t n = lists_[cell]; n < lists_[cell + 1]; ++n) {
+            const double least = static_cast<double>(candidates_[n].from_middle) - off;
+            if (least > 0.0 && least * least >= nearest.square) break;
+            try_triangle(candidates_[n].triangle, point, nearest);
+        }
     } else {
         for (std::size_t t = 0; t < triangles_.size(); ++t) try_triangle(t, point, nearest);
     }
@@ -253,15 +260,22 @@ void TriangleCore::list_candidates() {
     const Vec3 size = bounds_.high - bounds_.low, middle = 0.5 * (bounds_.low + bounds_.high);
     cell_ = 1.5 * size.maxCoeff() / cells_;
     low_ = middle - Vec3::Constant(0.5 * cells_ * cell_);
-    candidates_.resize(static_cast<std::size_t>(cells_) * cells_ * cells_);
     std::vector<std::uint16_t> all(triangles_.size());
     std::iota(all.begin(), all.end(), std::uint16_t{0});
-    add_lists(low_, cells_, {0, 0, 0}, all);
+    std::vector<std::vector<Candidate>> lists(static_cast<std::size_t>(cells_) * cells_ * cells_);
+    add_lists(low_, cells_, {0, 0, 0}, all, lists);
+    lists_.reserve(lists.size() + 1);
+    for (const auto& list : lists) {
+        lists_.push_back(static_cast<std::uint32_t>(candidates_.size()));
+        candidates_.insert(candidates_.end(), list.begin(), list.end());
+    }
+    lists_.push_back(static_cast<std::uint32_t>(candidates_.size()));
 }
 
 // The lists of a cube with `cells` cells along each side. What is nearest to one of its points is farther from its middle than the triangle
 // nearest to the middle by at most the cube's diagonal.
-void TriangleCore::add_lists(const Vec3& low, int cells, const std::array<int, 3>& at, const std::vector<std::uint16_t>& from) {
+void TriangleCore::add_lists(const Vec3& low, int cells, const std::array<int, 3>& at, const std::vector<std::uint16_t>& from,
+                             std::vector<std::vector<Candidate>>& lists) const {
     const double side = cells * cell_;
     const Vec3 middle = low + Vec3::Constant(0.5 * side);
     std::vector<double> away;
@@ -271,17 +285,22 @@ void TriangleCore::add_lists(const Vec3& low, int cells, const std::array<int, 3
         least = std::min(least, away.back());
     }
     std::vector<std::uint16_t> near;
+    std::vector<Candidate> list;
     for (std::size_t n = 0; n < from.size(); ++n)
-        if (away[n] <= least + std::sqrt(3.0) * side * (1.0 + 1e-9)) near.push_back(from[n]);
+        if (away[n] <= least + std::sqrt(3.0) * side * (1.0 + 1e-9)) {
+            near.push_back(from[n]);
+            list.push_back({.from_middle = static_cast<float>(away[n] * (1.0 - 1e-6)), .triangle = from[n]});
+        }
     if (cells == 1) {
-        candidates_[(static_cast<std::size_t>(at[2]) * cells_ + static_cast<std::size_t>(at[1])) * cells_ +
-                    static_cast<std::size_t>(at[0])] = std::move(near);
+        std::stable_sort(list.begin(), list.end(), [](const Candidate& a, const Candidate& b) { return a.from_middle < b.from_middle; });
+        lists[(static_cast<std::size_t>(at[2]) * cells_ + static_cast<std::size_t>(at[1])) * cells_ + static_cast<std::size_t>(at[0])] =
+            std::move(list);
         return;
     }
     for (int part = 0; part < 8; ++part) {
         const std::array<int, 3> step = {part & 1, part >> 1 & 1, part >> 2};
         const Vec3 corner = low + 0.5 * side * Vec3(step[0], step[1], step[2]);
-        add_lists(corner, cells / 2, {at[0] + step[0] * cells / 2, at[1] + step[1] * cells / 2, at[2] + step[2] * cells / 2}, near);
+        add_lists(corner, cells / 2, {at[0] + step[0] * cells / 2, at[1] + step[1] * cells / 2, at[2] + step[2] * cells / 2}, near, lists);
     }
 }
 

@@ -62,8 +62,13 @@ private:
     void find_cones();
     void require_one_part() const;
     void require_no_crossing() const;
+    struct Candidate {
+        float from_middle;  // distance from the middle of the cell, not more
+        std::uint16_t triangle;
+    };
     void list_candidates();
-    void add_lists(const Vec3& low, int cells, const std::array<int, 3>& at, const std::vector<std::uint16_t>& from);
+    void add_lists(const Vec3& low, int cells, const std::array<int, 3>& at, const std::vector<std::uint16_t>& from,
+                   std::vector<std::vector<Candidate>>& lists) const;
     void find_neck();
     void try_triangle(std::size_t triangle, const Vec3& point, Nearest& nearest) const;
 
@@ -80,7 +85,9 @@ private:
     static constexpr int cells_ = 32;  // along each axis
     Vec3 low_ = Vec3::Zero();
     double cell_ = 0.0;
-    std::vector<std::vector<std::uint16_t>> candidates_;
+    // Of each cell, the nearest to its middle first: candidates_[lists_[cell]] to those of the next cell.
+    std::vector<std::uint32_t> lists_;
+    std::vector<Candidate> candidates_;
 };
 
 }  // namespace porepack::shapes

@@ -106,6 +106,28 @@ TEST(GrainFromMesh, AHoleStays) {
     }
 }
 
+// A square frame, 10 mm wide, around a hole of 2 mm.
+TEST(GrainFromMesh, AHoleThatTheRoundingClosesIsRefused) {
+    shapes::PolyhedronSize frame;
+    for (const double z : {0.0, 0.003})
+        for (const double half : {0.005, 0.001})
+            for (const auto& [x, y] : {std::pair(-1, -1), {1, -1}, {1, 1}, {-1, 1}}) frame.corners_m.emplace_back(half * x, half * y, z);
+    for (int i = 0; i < 4; ++i) {
+        const int j = (i + 1) % 4;
+        frame.faces.insert(frame.faces.end(),
+                           {{i, j, j + 8, i + 8}, {j + 4, i + 4, i + 12, j + 12}, {i, i + 4, j + 4, j}, {i + 8, j + 8, j + 12, i + 12}});
+    }
+    const auto require = [&](double rounding) {
+        frame.rounding_m = rounding;
+        MeshGrain grain{
+            .body = shapes::make_polyhedron(frame), .surface = surface_of(frame, 1.0, {0, 0, 0}), .faces = 32, .volume_m3 = 2.9e-7};
+        require_same_holes(grain, "frame.stl");
+    };
+    EXPECT_NO_THROW(require(8e-4));
+    EXPECT_TRUE(has(message_of<UserError>([&] { require(1.1e-3); }),
+                    "the surface has 1 hole through it, the grain of 32 faces with a rounding of 0.0011 m has 0"));
+}
+
 TEST(GrainFromMesh, WhatCannotBeAGrainIsRefused) {
     const shapes::PolyhedronSize size = test::stone(2, 0.3, 5, 0.0);
     const auto fault = [](const TriangleSurface& surface, const MeshGrainOptions& options) {

@@ -96,10 +96,13 @@ TEST(Files, DigestIsTheOneOfSha256sum) {
 
 struct Renamed {
     double wire_m = 1.0;
+    core::Axis axis = core::Axis::x;
 };
 void describe(ConfigVisitor& v, Renamed& c) {
     v.renamed("mesh_wire_m", "wire_m");
     v.number("wire_m", c.wire_m, positive(), "a wire");
+    v.renamed_word("axis", "vertical", "z");
+    v.choice("axis", c.axis, "an axis");
 }
 
 TEST(Config, ReadsAKeysOldNameWithAWarning) {
@@ -110,11 +113,15 @@ TEST(Config, ReadsAKeysOldNameWithAWarning) {
     const auto read = [&](const std::string& text) {
         Renamed config;
         TomlFile(folder.write("case.toml", text)).read("screen", [&](ConfigVisitor& v) { describe(v, config); });
+        EXPECT_EQ(config.axis, text.find("vertical") == std::string::npos ? core::Axis::x : core::Axis::z);
         return config.wire_m;
     };
     EXPECT_EQ(read("[screen]\nmesh_wire_m = 0.5\n"), 0.5);
     EXPECT_TRUE(has(lines.at(0), "line 2: `screen.mesh_wire_m` is now called `wire_m`"));
     EXPECT_THROW((void)read("[screen]\nmesh_wire_m = 0.5\nwire_m = 0.4\n"), UserError);
+    lines.clear();
+    EXPECT_EQ(read("[screen]\naxis = \"vertical\"\n"), 1.0);
+    EXPECT_TRUE(has(lines.at(0), "line 2: \"vertical\" of `screen.axis` is now called \"z\""));
 }
 
 }  // namespace
