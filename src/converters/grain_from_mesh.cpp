@@ -140,7 +140,7 @@ std::string first_line(const std::string& text) {
 class Simplification {
 public:
     Simplification(const TriangleSurface& surface, double rounding, const std::string& where) : where_(where), rounding_(rounding) {
-        constexpr double bytes_per_triangle = 1500.0;
+        constexpr double bytes_per_triangle = 700.0;  // 580 were measured between 80,000 and 330,000 triangles
         require_memory(bytes_per_triangle * static_cast<double>(surface.triangles.size()),
                        fmt::format("the simplification of {} triangles", surface.triangles.size()),
                        "reduce the file to less than a million triangles first, for example with MeshLab");

@@ -174,7 +174,7 @@ Mesh level_mesh(const RoundedBody& body, double deviation, double shift) {
     if (!fine) throw NumericalError("the surface of a grain is not manifold", {.fix = "change surface_deviation_m slightly"});
     project(*fine, body);
     constexpr double share_inside = 0.7;
-    // At inner edges, which have no rounding, facets deviate by more than elsewhere: by more, the larger they are.
+    // At inner edges, which have no rounding, facets deviate by more than elsewhere, and the more, the larger they are.
     const double at_edges = std::max(share_inside * deviation, 1.5 * mesh_deviation(*fine, body).largest);
     Mesh kept = *fine;
     constexpr double fewest_edges = 100.0, step = 1.4;

@@ -304,14 +304,6 @@ SurfaceResult surface_with_gap(const Grains& grains, double deviation, double co
     return result;
 }
 
-}  // namespace
-
-SurfaceOptions surface_options(const GeometryConfig& geometry) {
-    return {.deviation_m = geometry.surface_deviation_m, .contact_gap_m = geometry.contact_gap_m};
-}
-
-namespace {
-
 // Grains from meshes deviate from their files by more than a hundredth of their thickness.
 double automatic_deviation(const Packing& packing, double d) {
     const bool mesh = std::any_of(packing.shapes.begin(), packing.shapes.end(), [&](const Shape& shape) {
@@ -321,6 +313,10 @@ double automatic_deviation(const Packing& packing, double d) {
 }
 
 }  // namespace
+
+SurfaceOptions surface_options(const GeometryConfig& geometry) {
+    return {.deviation_m = geometry.surface_deviation_m, .contact_gap_m = geometry.contact_gap_m};
+}
 
 SurfaceResult make_surface(const Packing& packing, const SurfaceOptions& options) {
     if (packing.bodies.empty()) throw UserError("the packing has no grain");

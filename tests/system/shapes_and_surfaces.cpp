@@ -111,7 +111,7 @@ TEST(MeshGrains, AScanGivesALibraryFromWhichNewBedsArePoured) {
     ASSERT_EQ(segmented.exit_code, 0) << segmented.err;
     EXPECT_EQ(segmented.json()["library"]["stones"], 3) << segmented.out;
     EXPECT_EQ(segmented.json()["library"]["left_out"], 0);
-    // 40 voxels wide: half a percent.
+    // They are 40 voxels wide. A shift of the surface by a twentieth of a voxel would change the volume by a percent at most.
     const TextTable table = read_text_table(folder.path() / "segmented/library/stones.csv");
     ASSERT_EQ(table.rows.size(), 3U);
     std::vector<double> found;
