@@ -39,15 +39,17 @@ namespace porepack::benchmarks {
 /// A packing as input for OpenFOAM; `deviation` is that of its surface over the grain size.
 [[nodiscard]] openfoam::FoamScene foam_scene_of(const packing::Packing& packing, const packing::Section& section, double grain_size_m,
                                                 double deviation = 0.003);
-/// Both packing engines: porosity of several packings, seconds against the clumps' surface tolerance; writes packing_engines.svg into
-/// `folder`.
-[[nodiscard]] core::Json packing_benchmark(bool quick, const core::Path& folder);
+/// Pours: the paper's grains by both engines (porosity of several packings, seconds against the clumps' surface tolerance; writes
+/// packing_engines.svg into `folder`), grains with faces, spheres as polyhedra. `parts`: engines, grains_with_faces, spheres_of_320_faces;
+/// none: all.
+[[nodiscard]] core::Json packing_benchmark(const std::vector<std::string>& parts, bool quick, const core::Path& folder);
 /// Flows that are not steady: stability of the collisions, and the friction of arrays of spheres; writes stability.csv and friction.csv
 /// into `folder` (or ./inertia_study).
 [[nodiscard]] core::Json inertia_benchmark(bool quick, const core::Path& folder);
+/// Errors of k that the stopping rule of the iteration leaves, on settled beds in `folder`.
+[[nodiscard]] core::Json iteration_benchmark(bool quick, const core::Path& folder);
 /// k of a section in its bed: pressure on a plane, length of the buffers, k against the length of the section; writes section_length.svg
 /// into `folder` (or ./section_study).
-[[nodiscard]] core::Json iteration_benchmark(bool quick, const core::Path& folder);
 [[nodiscard]] core::Json section_benchmark(const std::vector<std::string>& parts, bool quick, const core::Path& folder);
 /// The paper's tortuosity against all its parameters, error against seconds of the others; writes tortuosity_study.svg into `folder`.
 [[nodiscard]] core::Json tortuosity_benchmark(bool quick, const core::Path& folder);

@@ -52,7 +52,7 @@ constexpr Benchmark benchmarks[] = {
     {"lbm", [](const Request& r) { return lbm_benchmark(r.quick, r.folder); }},
     {"memory", [](const Request& r) { return memory_benchmark(r.quick, r.cases, r.folder); }},
     {"multigrid", [](const Request& r) { return multigrid_benchmark(r.cases, r.quick); }},
-    {"packing", [](const Request& r) { return packing_benchmark(r.quick, r.folder); }},
+    {"packing", [](const Request& r) { return packing_benchmark(r.cases, r.quick, r.folder); }},
     {"fit", [](const Request& r) { return fit_benchmark(r.quick, r.folder); }},
     {"segment", [](const Request& r) { return segment_benchmark(r.quick, r.folder); }},
     {"section", [](const Request& r) { return section_benchmark(r.cases, r.quick, r.folder); }},
@@ -89,14 +89,11 @@ int main_or_throw(int argc, char** argv) {
     bool json = false;
     app.add_option("name", request.name,
                    "coverage, cross-check, design-scatter, fit, foam, gray, inertia, iteration, lbm, memory, multigrid, packing, section, "
-                   "section-scatter, "
-                   "segment, shapes, "
-                   "speed-error, stopping, "
-                   "tortuosity")
+                   "section-scatter, segment, shapes, speed-error, stopping, tortuosity")
         ->required();
     app.add_option("cases", request.cases,
-                   "for cross-check: folders with case.toml; for section: parts (arrays, lengths, plane_pressures, slices_053, "
-                   "slices_087); for coverage: a CSV file "
+                   "for cross-check: folders with case.toml; for packing: parts (engines, grains_with_faces, spheres_of_320_faces; "
+                   "default: all); for section: parts (arrays, lengths, plane_pressures, slices_053, slices_087); for coverage: a CSV file "
                    "of rows on random packings, to which the missing ones are added (--quick: none), and a second one for checks of their "
                    "references; for design-scatter: study.csv of studies; for stopping: seeds.csv of "
                    "studies, whose packings are resampled; for memory: a number of fluid nodes (one run, porosity 0.7, single precision); "

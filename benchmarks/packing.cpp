@@ -1,6 +1,7 @@
 // Both packing engines on the same task: seconds, porosity, and the effect of the clumps' roughness.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 
@@ -147,16 +148,9 @@ void draw_engines(const Path& folder, const Json& shapes, const Json& tolerances
               {.width = 900, .height = 700});
 }
 
-}  // namespace
-
-Json packing_benchmark(bool quick, const Path& output) {
-    require_program("liggghts", "liggghts");
-    const PackingBench bench{.folder = output.empty() ? Path("packing_engines") : output,
-                             .container = parse_container("cylinder:0.04,0.45"),
-                             .grains = quick ? 60 : 100,
-                             .quick = quick};
-    make_folder(bench.folder);
-
+// The grains of the paper by both engines.
+Json both_engines(const PackingBench& bench) {
+    const bool quick = bench.quick;
     // Costs first, before other work heats the processor or fills the memory.
     const Json costs = step_costs(bench);
     const Json grains = cost_by_grains(bench), rods = lying_rods(bench), steps = time_step_table(bench);
@@ -208,18 +202,31 @@ Json packing_benchmark(bool quick, const Path& output) {
         beds.push_back(measure_bed(pour.packing, pour.wall_time_s));
     }
     const Json lattice = bed_json(beds);
-    const Json faced = grains_with_faces(bench), spheres = spheres_of_faces(bench);
     draw_engines(bench.folder, shapes, tolerances, lattice, costs);
-    return {{"grains", bench.grains},
-            {"step_costs", costs},
-            {"cost_by_grains", grains},
-            {"lying_rod", rods},
-            {"time_steps", steps},
-            {"grains_with_faces", faced},
-            {"spheres_of_320_faces", spheres},
-            {"shapes", shapes},
-            {"tolerances", tolerances},
-            {"capsules_from_a_lattice", lattice}};
+    return {{"grains", bench.grains}, {"step_costs", costs}, {"cost_by_grains", grains}, {"lying_rod", rods},
+            {"time_steps", steps},    {"shapes", shapes},    {"tolerances", tolerances}, {"capsules_from_a_lattice", lattice}};
+}
+
+}  // namespace
+
+Json packing_benchmark(const std::vector<std::string>& parts, bool quick, const Path& output) {
+    const PackingBench bench{.folder = output.empty() ? Path("packing_engines") : output,
+                             .container = parse_container("cylinder:0.04,0.45"),
+                             .grains = quick ? 60 : 100,
+                             .quick = quick};
+    constexpr std::pair<const char*, Json (*)(const PackingBench&)> all[] = {
+        {"engines", both_engines}, {"grains_with_faces", grains_with_faces}, {"spheres_of_320_faces", spheres_of_faces}};
+    for (const std::string& part : parts)
+        if (std::none_of(std::begin(all), std::end(all), [&](const auto& one) { return part == one.first; }))
+            throw UserError(fmt::format("no such part of the packing benchmark: {}", part),
+                            {.allowed = "engines, grains_with_faces, spheres_of_320_faces"});
+    const auto is_asked = [&](const char* part) { return parts.empty() || std::find(parts.begin(), parts.end(), part) != parts.end(); };
+    if (is_asked("engines")) require_program("liggghts", "liggghts");
+    make_folder(bench.folder);
+    Json result;
+    for (const auto& [name, run] : all)
+        if (is_asked(name)) result[name] = run(bench);
+    return result;
 }
 
 }  // namespace porepack::benchmarks

@@ -115,8 +115,8 @@ Json grains_with_faces(const PackingBench& bench) {
          bench.quick ? 30 : 300},
     };
     Json rows = Json::array();
-    for (const Task& task : tasks)
-        for (const Fill fill : {Fill::lattice, Fill::batches}) {
+    for (const Fill fill : {Fill::lattice, Fill::batches})  // batches take several times as long
+        for (const Task& task : tasks) {
             const std::vector<ShapeShare> shape = {{.shape = {.id = task.name, .body = make_ring(task.size)}, .number_fraction = 1.0}};
             const Container tube = make_cylinder(task.tube_m, task.height_m);
             PackingConfig config{.fill = fill, .grains = task.grains};
