@@ -37,11 +37,11 @@ public:
     }
     double mean_area(const core::Interval&) const override { return std::sqrt(3.0) / 4.0; }
     double side_per_volume() const override { return 3.0 / mean_area({}); }
-    std::optional<geometry::ConvexWalls> convex_walls() const override { return walls_; }
+    std::optional<geometry::VesselWalls> walls() const override { return walls_; }
 
 private:
     const double s = std::sqrt(0.75);
-    const geometry::ConvexWalls walls_{.planes = {{Vec3::UnitY(), 0.0}, {Vec3(s, -0.5, 0.0), -0.5 * s}, {Vec3(-s, -0.5, 0.0), -0.5 * s}}};
+    const geometry::VesselWalls walls_{.planes = {{Vec3::UnitY(), 0.0}, {Vec3(s, -0.5, 0.0), -0.5 * s}, {Vec3(-s, -0.5, 0.0), -0.5 * s}}};
 };
 
 // Nothing in it.

@@ -104,6 +104,9 @@ results::Lbm result_of(const LbmResult& result, const PoreSpace& space, const Lb
                        .grids = result.grids,
                        .subsections = result.subsections,
                        .peak_memory_bytes = peak_memory_bytes()};
+    if (config.direction == Axis::z)
+        found.conductance_m3 =
+            result.permeability_m2 * space.container.vessel().mean_area(found.section_m) / (found.section_m.high - found.section_m.low);
     if (config.tolerance > 0.0)
         found.reached = {.tolerance = config.tolerance,
                          .tolerance_reached = result.stopped_by.empty(),
@@ -123,7 +126,7 @@ Expectation expect_flow(const PoreSpace& space, const LbmConfig& config, double 
     const double cells = static_cast<double>(plan.grid.size());
     const double steps_of_tuned = 85.0 * std::log(1.0 / iteration_tolerance(config));
     const double pore_length = pores * space.computed().length() + 2.0 * space.reservoir_m;
-    const double fluid = space.container.inner_area_m2() * pore_length / std::pow(plan.voxel_size_m, 3);
+    const double fluid = space.container.vessel().mean_area(space.computed().interval()) * pore_length / std::pow(plan.voxel_size_m, 3);
     Expectation expected{.memory_bytes = lbm_memory_bytes({.cells = cells,
                                                            .nodes = fluid,
                                                            .links_per_node = expected_links_per_node(pores, across / plan.voxel_size_m),

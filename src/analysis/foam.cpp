@@ -84,21 +84,23 @@ results::Foam compute_foam_flow(const PoreSpace& space, const GeometryConfig& ge
     const FoamResult result = foam_permeability(scene, config, cell, data_file("openfoam_cases"), folder);
     const auto& extrapolation = result.extrapolation;
     const auto converged = [](const FoamMeshResult& mesh) { return mesh.converged; };
-    return {.permeability = {result.permeability_m2, extrapolation ? std::optional(extrapolation->interval) : std::nullopt},
-            .method = "OpenFOAM simpleFoam, creeping flow, snappyHexMesh",
-            .repeat_by_hand = "cd mesh_fine && ./Allclean && ./Allrun",
-            .interval_meaning = interval_meaning(config, extrapolation),
-            .observed_order = extrapolation ? extrapolation->observed_order : std::nullopt,
-            .grid_convergence_index = extrapolation ? extrapolation->grid_convergence_index : std::nullopt,
-            .section_m = space.section.interval(),
-            .ends = space.container.periodic()[2] ? "periodic" : std::string(name_of(space.ends)),
-            .buffers_m = space.buffers_m,
-            .converged = std::all_of(result.meshes.begin(), result.meshes.end(), converged),
-            .cells = result.fine().cells,
-            .iterations = result.fine().iterations,
-            .fine = result.fine(),
-            .meshes = result.meshes,
-            .expected_memory_bytes = expected.memory_bytes};
+    return {
+        .permeability = {result.permeability_m2, extrapolation ? std::optional(extrapolation->interval) : std::nullopt},
+        .conductance_m3 = result.permeability_m2 * space.container.vessel().mean_area(space.section.interval()) / space.section.length(),
+        .method = "OpenFOAM simpleFoam, creeping flow, snappyHexMesh",
+        .repeat_by_hand = "cd mesh_fine && ./Allclean && ./Allrun",
+        .interval_meaning = interval_meaning(config, extrapolation),
+        .observed_order = extrapolation ? extrapolation->observed_order : std::nullopt,
+        .grid_convergence_index = extrapolation ? extrapolation->grid_convergence_index : std::nullopt,
+        .section_m = space.section.interval(),
+        .ends = space.container.periodic()[2] ? "periodic" : std::string(name_of(space.ends)),
+        .buffers_m = space.buffers_m,
+        .converged = std::all_of(result.meshes.begin(), result.meshes.end(), converged),
+        .cells = result.fine().cells,
+        .iterations = result.fine().iterations,
+        .fine = result.fine(),
+        .meshes = result.meshes,
+        .expected_memory_bytes = expected.memory_bytes};
 }
 
 }  // namespace porepack::analysis

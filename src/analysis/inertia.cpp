@@ -291,7 +291,8 @@ Expectation expect_inertia(const PoreSpace& space, const ForchheimerConfig& conf
     pores.reservoir_m = water_depth(space);
     const VoxelPlan plan = pores.plan_at(finest_voxel(space, config));
     const double cells = static_cast<double>(plan.grid.size()), porosity = space.porosity(4000).value,
-                 pore_volume = space.container.inner_area_m2() * (porosity * pores.computed().length() + 2.0 * pores.reservoir_m),
+                 pore_volume = space.container.vessel().mean_area(pores.computed().interval()) *
+                               (porosity * pores.computed().length() + 2.0 * pores.reservoir_m),
                  links = expected_links_per_node(porosity, space.grain_size_m / plan.voxel_size_m);
     const double fluid = pore_volume / std::pow(plan.voxel_size_m, 3), flows = static_cast<double>(config.reynolds.size());
     Expectation expected{.text = fmt::format("{} flows on {} grids, the finest {} x {} x {} voxels of {:.4g} m", config.reynolds.size(),

@@ -38,7 +38,7 @@ void require_used_keys(const PackingConfig& config) {
         if (value != usual.at(key) && std::find(used.begin(), used.end(), key) == used.end())
             throw UserError(fmt::format("`{}` has no effect on given grains", key), {.where = "pack --from", .fix = "remove it"});
     if (config.engine != Engine::capsule)
-        throw UserError("given grains relax in the DEM of exact capsules", {.where = "pack --from", .fix = "remove --engine"});
+        throw UserError("given grains relax in the DEM of exact shapes", {.where = "pack --from", .fix = "remove --engine"});
 }
 
 }  // namespace

@@ -12,7 +12,7 @@
 namespace porepack::analysis {
 namespace {
 
-// Default: 0.5 % of the smallest capsule diameter.
+// Default: 0.5 % of the smallest thickness of the grains.
 double surface_deviation(const PoreSpace& space, const GeometryConfig& geometry) {
     return geometry.surface_deviation_m > 0.0 ? geometry.surface_deviation_m : 0.005 * space.grain_size_m;
 }
@@ -116,8 +116,8 @@ results::Stl write_surfaces(const PoreSpace& space, const GeometryConfig& geomet
         const double exact = *result.exact_volume_m3;
         result.volume_error = check.volume_m3 / exact - 1.0;
         // Facets and bridges together, relative to the bed.
-        result.porosity_change =
-            (exact - check.volume_m3) / (space.container.inner_area_m2() * std::min(space.bed_top_m, space.container.height()));
+        const double height = std::min(space.bed_top_m, space.container.height());
+        result.porosity_change = (exact - check.volume_m3) / (space.container.vessel().mean_area({0.0, height}) * height);
     }
     write_extra_surfaces(space, surface_deviation(space, geometry), extras, written, folder, result);
     if (!space.packing()) result.bed = bed_porosity(space);

@@ -32,7 +32,8 @@ Sides both(double width) {
 std::optional<double> overlap_of_solid(const std::optional<PoreSpace>& bed, const results::Pack& pack) {
     if (!bed) return std::nullopt;
     const PoreSpace& space = *bed;
-    const double d = space.grain_size_m, solid = (1.0 - pack.bed.porosity_bed) * space.container.inner_area_m2() * pack.bed.bed_height_m;
+    const double d = space.grain_size_m, height = pack.bed.bed_height_m,
+                 solid = (1.0 - pack.bed.porosity_bed) * space.container.vessel().mean_area({0.0, height}) * height;
     constexpr double cylinders_over_spheres = 2.5;
     return cylinders_over_spheres * static_cast<double>(pack.contacts) * std::numbers::pi * 0.5 * d *
            std::pow(pack.mean_overlap_relative_to_diameter * d, 2.0) / solid;

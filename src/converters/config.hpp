@@ -13,6 +13,8 @@ struct GeometryConfig {
     double contact_gap_m = 0.0;
     std::vector<double> section_m;
     double trim_m = 0.0;
+    double film_thickness_m = 0.0;
+    double film_volume_fraction = 0.0;
     double reservoir_m = 0.0;
     double slice_spacing_m = 2e-4;
     double slice_pixel_m = 2e-4;
@@ -45,7 +47,8 @@ inline void describe(record::ConfigVisitor& v, StlConfig& c) {
 
 inline void describe(record::ConfigVisitor& v, GeometryConfig& c) {
     v.number("voxel_size_m", c.voxel_size_m, record::length_range_or_auto(),
-             "edge length of the cubic voxels; auto: the smallest capsule diameter / 10. Adjusted so that the section is a whole number of "
+             "edge length of the cubic voxels; auto: the smallest thickness of the grains / 10. Adjusted so that the section is a whole "
+             "number of "
              "voxels");
     v.number(
         "surface_deviation_m", c.surface_deviation_m, record::length_range_or_auto(),
@@ -59,6 +62,10 @@ inline void describe(record::ConfigVisitor& v, GeometryConfig& c) {
               "z0 and z1 of the section that is evaluated; auto: the bed without a length of trim_m at each end");
     v.number("trim_m", c.trim_m, record::length_range_or_auto(),
              "length removed at each end of the bed; auto: 30 mm or one maximum Feret diameter of a grain, whichever is smaller");
+    v.number("film_thickness_m", c.film_thickness_m, record::length_range_or_auto(),
+             "thickness of a film (binder) on all grains of the packing, at rest; it counts as solid in all that follows; auto: none");
+    v.number("film_volume_fraction", c.film_volume_fraction, {.low = 0.0, .high = 0.9, .zero_is_auto = true},
+             "the same by its volume over that of the bed, without what overlaps; auto: as film_thickness_m says");
     v.number("reservoir_m", c.reservoir_m, record::between(0.0, 1e6),
              "length of the container without grains that is added beyond each end of the section in flow computations");
     v.number("slice_spacing_m", c.slice_spacing_m, record::length_range(), "distance between two slices");

@@ -73,7 +73,16 @@ PoreSurface make_pore_surface(const TriangleSurface& grains_surface, const Conta
                               double deviation_m) {
     if (container.any_periodic()) throw UserError("a periodic cell has no inlet, outlet or wall", {.fix = "use the grains alone"});
     vessels::require_prism(container, "the surface of the pore space");
-    Mesh grains = sound_mesh_of(grains_surface), space = prism(container.vessel().outline(deviation_m), section.z0_m, section.z1_m);
+    const auto outlines = container.vessel().outlines(deviation_m);
+    Mesh grains = sound_mesh_of(grains_surface), space = prism(outlines.front(), section.z0_m, section.z1_m);
+    const double beyond = 0.1 * section.length();  // holes go through both ends
+    for (std::size_t hole = 1; hole < outlines.size(); ++hole) {
+        const auto corners = std::vector(outlines[hole].rbegin(), outlines[hole].rend());
+        Mesh core = prism(corners, section.z0_m - beyond, section.z1_m + beyond);
+        const auto around = boolean_of(Boolean::subtract, space, core);
+        if (!around) throw NumericalError("CGAL cannot subtract the inner wall from the container", {.fix = "move the section slightly"});
+        space = *around;
+    }
     const auto pores = boolean_of(Boolean::subtract, space, grains);
     if (!pores)
         throw NumericalError("CGAL cannot subtract the grains from the container",
@@ -82,16 +91,17 @@ PoreSurface make_pore_surface(const TriangleSurface& grains_surface, const Conta
     append(result.surface, *pores);
     // A triangle lies on a plane of the section, or on one of the wall's planes, or is a grain's.
     const double slack = 1e-7 * (section.length() + container.high().norm());
-    const auto base = container.vessel().outline(deviation_m);
+    const auto on_side = [&](const std::array<std::array<double, 3>, 3>& corners, const std::array<double, 2>& p,
+                             const std::array<double, 2>& q) {
+        const double length = std::hypot(q[0] - p[0], q[1] - p[1]);
+        return std::all_of(corners.begin(), corners.end(), [&](const auto& c) {
+            return std::abs((c[0] - p[0]) * (q[1] - p[1]) - (c[1] - p[1]) * (q[0] - p[0])) < slack * length;
+        });
+    };
     const auto on_wall = [&](const std::array<std::array<double, 3>, 3>& corners) {
-        for (std::size_t i = 0; i < base.size(); ++i) {
-            const auto &p = base[i], &q = base[(i + 1) % base.size()];
-            const double length = std::hypot(q[0] - p[0], q[1] - p[1]);
-            bool all = true;
-            for (const auto& c : corners)
-                all = all && std::abs((c[0] - p[0]) * (q[1] - p[1]) - (c[1] - p[1]) * (q[0] - p[0])) < slack * length;
-            if (all) return true;
-        }
+        for (const auto& line : outlines)
+            for (std::size_t i = 0; i < line.size(); ++i)
+                if (on_side(corners, line[i], line[(i + 1) % line.size()])) return true;
         return false;
     };
     for (const auto& triangle : result.surface.triangles) {

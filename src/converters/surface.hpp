@@ -30,12 +30,12 @@ struct SurfaceCheck {
 void require_sound(const SurfaceCheck& check, const std::string& where);
 
 struct SurfaceOptions {
-    /// Maximum distance in metres between the triangles and the exact capsules; 0: 0.5 % of the smallest capsule diameter. The number of
+    /// Maximum distance in metres between the triangles and the exact grains; 0: automatic_deviation(). The number of
     /// triangles grows as 1 / deviation: choose a larger value for images and 3D printing, a smaller one where volume or area of the
     /// surface are compared with exact values.
     double deviation_m = 0.0;
-    /// Grains with a gap below this, in metres, become one body; 0: 1e-4 of the smallest capsule diameter, and 10 and 100 times that where
-    /// faults remain. It is also the step by which grains are thinned where the surface crosses itself in single precision.
+    /// Grains with a gap below this, in metres, become one body; 0: 1e-4 of the smallest thickness of the grains, and 10 and 100 times that
+    /// where faults remain. It is also the step by which grains are thinned where the surface crosses itself in single precision.
     double contact_gap_m = 0.0;
     /// Of the surface against the grains, relative. Facets and bridges change the volume. Not checked in periodic containers.
     double max_volume_error = 0.01;
@@ -46,7 +46,7 @@ struct SurfaceOptions {
 struct SurfaceResult {
     io::TriangleSurface surface;
     SurfaceCheck check;        ///< of this surface, whose coordinates are those of an STL file
-    double deviation_m = 0.0;  ///< measured: maximum distance of a corner or a facet's middle from the exact capsules
+    double deviation_m = 0.0;  ///< measured: maximum distance of a corner or a facet's middle from the exact grains
     double contact_gap_m = 0.0;
     long joined_grains = 0;  ///< grains that became one body with others
     long bridges = 0;        ///< contacts nearer than contact_gap_m, joined by a small box that contains the lens of their overlap
@@ -55,7 +55,7 @@ struct SurfaceResult {
 };
 
 /// One closed surface of the union of all grains. Throws NumericalError when CGAL cannot make one, UserError when deviation or contact gap
-/// are more than a tenth of the smallest capsule diameter or change the volume of the grains by more than max_volume_error.
+/// are more than a tenth of the smallest thickness of the grains or change the volume of the grains by more than max_volume_error.
 [[nodiscard]] SurfaceResult make_surface(const packing::Packing& packing, const SurfaceOptions& options);
 
 struct SurfaceMeasures {

@@ -134,6 +134,11 @@ std::vector<Candidate> preset_candidates(ShapeKind kind, const Interval& spheric
 }
 
 std::vector<Candidate> own_candidates(const std::string& family, const ShapeConfig& shape, const std::vector<FreeParameter>& free) {
+    if (shape.kind == ShapeKind::mesh || shape.kind == ShapeKind::library)
+        throw UserError(fmt::format("a search does not take grains from meshes (kind = \"{}\")", name_of(shape.kind)),
+                        {.where = family,
+                         .allowed = "[[capsule]] tables, or a kind with faces and its sizes",
+                         .fix = "`porepack study` varies a case with such grains"});
     if (!has_faces(shape.kind) && (shape.kind != ShapeKind::capsules || shape.capsule.empty()))
         throw UserError("the shape is neither a list of capsules nor a grain with faces",
                         {.where = family, .allowed = "[[capsule]] tables with a_m, b_m and radius_m; or a kind with faces and its sizes"});

@@ -34,7 +34,7 @@ std::vector<Path> files_of_library(const ShapeConfig& config, const Path& folder
         throw UserError(missing ? "the folder cannot be read: " + place.string() : fmt::format("the library has {} meshes", files.size()),
                         {.where = "[shape] folder = \"" + config.folder + "\"",
                          .allowed = fmt::format("a folder with 1 to {} STL, PLY or OBJ files", most_meshes),
-                         .fix = "`porepack image segment scan.nrrd --library true` writes one: segmented/library"});
+                         .fix = "`porepack image segment scan.nrrd --library` writes one: segmented/library"});
     std::sort(files.begin(), files.end());
     return files;
 }

@@ -13,6 +13,7 @@
 #include "core/log.hpp"
 #include "inputs/image_input.hpp"
 #include "inputs/uses.hpp"
+#include "packing/film.hpp"
 #include "pore_space/image_solid.hpp"
 #include "record/resolved_config.hpp"
 #include "scans/doubts.hpp"
@@ -87,6 +88,37 @@ PoreSpace load_slices(const Path& folder, const InputOptions& options) {
     return space;
 }
 
+PoreSpace load_packing(const Path& file, const GeometryConfig& geometry) {
+    Packing packing = read_packing(file);
+    double film = geometry.film_thickness_m;
+    if (const double fraction = geometry.film_volume_fraction; fraction > 0.0) {
+        if (film > 0.0)
+            throw UserError("film_thickness_m and film_volume_fraction exclude each other",
+                            {.where = "[geometry]", .fix = "give one of them"});
+        const PoreSpace dry = pore_space_of(packing);
+        film = film_thickness(packing, dry.section, fraction);
+        log_info("a film that fills {:g} of the bed is {:.4g} m thick", fraction, film);
+    }
+    PoreSpace space = pore_space_of(film > 0.0 ? coated(std::move(packing), film) : std::move(packing));
+    space.film_thickness_m = film;
+    return space;
+}
+
+// The superficial velocity is that of the mean area.
+void warn_of_changing_area(const PoreSpace& space) {
+    constexpr int parts = 50;
+    const double length = space.section.length() / parts;
+    double least = 1e300, most = 0.0;
+    for (int n = 0; n < parts; ++n) {
+        const double z0 = space.section.z0_m + n * length, area = space.container.vessel().mean_area({z0, z0 + length});
+        least = std::min(least, area);
+        most = std::max(most, area);
+    }
+    if (most > 1.05 * least)
+        log_warning(fmt::format("the container's area changes from {:.4g} to {:.4g} m2 within the section: k is that of the mean area",
+                                least, most));
+}
+
 // A single stone in a tube, or grains that hang in the air, are solved as well as a bed is, and mean something else.
 void warn_of_no_bed(const PoreSpace& space) {
     if (space.container.any_periodic() || space.container.cut_ends()) return;
@@ -134,8 +166,11 @@ PoreSpace load_pore_space(const Path& input, const InputOptions& options) {
     PoreSpace space;
     if (!imaging::is_volume(input) && record::resolved_config(options.image) != record::resolved_config(imaging::ImageConfig()))
         throw UserError("--image-... have no effect here: they belong to images", {.where = input.string(), .fix = "remove them"});
+    if (!is_packing(input) && (options.geometry.film_thickness_m > 0.0 || options.geometry.film_volume_fraction > 0.0))
+        throw UserError("a film is put on the grains of a packing; this is none",
+                        {.where = input.string(), .fix = "remove film_thickness_m and film_volume_fraction"});
     if (is_packing(input))
-        space = pore_space_of(read_packing(input));
+        space = load_packing(input, options.geometry);
     else if (is_surface(input))
         space = load_surface(input, options);
     else if (is_image(input))
@@ -160,6 +195,7 @@ PoreSpace load_pore_space(const Path& input, const InputOptions& options) {
         log_warning(fmt::format(
             "the section is {:.3g} m long, less than one grain's maximum Feret diameter ({:.3g} m): it hardly represents the packing",
             space.section.length(), space.maximum_feret_diameter_m));
+    warn_of_changing_area(space);
     return with_ends(space, options.section);
 }
 

@@ -22,7 +22,7 @@ struct FoamConfig {
 inline void describe(record::ConfigVisitor& v, FoamConfig& c) {
     v.boolean("enabled", c.enabled, "run the OpenFOAM cross-check");
     v.number("cell_size_m", c.cell_size_m, record::length_range_or_auto(),
-             "size of the background cells of the finest mesh; auto: the smallest capsule diameter / 4");
+             "size of the background cells of the finest mesh; auto: the smallest thickness of the grains / 4");
     v.integer("meshes", c.meshes, record::between(1, 3),
               "1: one mesh, and no uncertainty is given; 2: also a coarser mesh, and k is extrapolated; 3: three meshes, and the observed "
               "order and the grid convergence index are computed");

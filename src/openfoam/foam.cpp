@@ -35,7 +35,7 @@ double evaluated_length_over_drop(const FoamScene& scene, const Path& folder, do
 void judge_flow(const FoamScene& scene, const FoamConfig& config, const Path& folder, FoamMeshResult& result) {
     const Path log = folder / "log.simpleFoam";
     const Path post = folder / "postProcessing";
-    const double length = scene.section.length(), area = scene.container.inner_area_m2();
+    const double length = scene.section.length(), area = scene.container.vessel().mean_area(scene.section.interval());
     std::vector<double> flow;
     if (scene.container.periodic()[2]) {
         flow = read_series(post / "meanVelocity", "volFieldValue.dat", 3);
@@ -96,8 +96,7 @@ FoamMeshResult solve_on_mesh(const FoamScene& scene, const FoamConfig& config, d
                           "// The fields are those of water (1e-6 m2/s, 1000 kg/m3) at a pressure drop of 1 mPa (periodic: per metre): U "
                           "in m/s, p in mPa.\n"
                           "viscosity 1;\n" +
-                          (periodic ? "gradient (0 0 1);\n"
-                                    : fmt::format("pressureDrop 1;\nwallRadius {:.12g};\n", wall_radius_m(scene)) + side_parameters(scene)),
+                          (periodic ? "gradient (0 0 1);\n" : "pressureDrop 1;\n" + wall_parameters(scene) + side_parameters(scene)),
                       cases / (periodic ? "stokes_periodic" : "stokes_packing"), folder);
     log_info("{}: background cells of {:.3g} m", label, cell);
     const auto state = [&] {

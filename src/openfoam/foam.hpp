@@ -19,7 +19,7 @@ struct FoamScene {
     packing::Section section;                         ///< meshed: from the inlet to the outlet
     std::optional<packing::Section> evaluated = {};   ///< part that k refers to, inside the flow; without it, all of `section`
     double pore_volume_m3 = 0.0;                      ///< exact, of what is meshed
-    double grain_size_m = 0.0;                        ///< smallest capsule diameter, or 4 volume / area of a surface
+    double grain_size_m = 0.0;                        ///< smallest thickness of the grains, or 4 volume / area of a surface
     std::optional<pore_space::PoreSpace> pores = {};  ///< gives the gaps that are too narrow for mesh cells; without it no gap counts
     shapes::Vec3 pore_point = shapes::Vec3::Zero();   ///< a point in the pore space that flow reaches, far from grains and walls
 };

@@ -61,10 +61,35 @@ std::string common_parameters(const FoamScene& scene, const FoamConfig& config, 
     return text;
 }
 
-double wall_radius_m(const FoamScene& scene) {
+std::string wall_parameters(const FoamScene& scene) {
     const Container& container = scene.container;
-    const std::optional<double> tube = container.tube_diameter();
-    return tube ? *tube / 2.0 : 2.0 * container.low().norm() + 2.0 * container.high().norm();
+    const double length = scene.section.length(), low = scene.section.z0_m - length, high = scene.section.z1_m + length;
+    std::string walls, levels;
+    const auto add = [&](const char* name, const std::string& surface) {
+        walls += fmt::format("    {} {{ {} }}\n", name, surface);
+        levels += fmt::format("    {} {{ level ($surfaceLevel $surfaceLevel); patchInfo {{ type wall; }} }}\n", name);
+    };
+    const auto cylinder = [](double radius) {
+        return fmt::format("type searchableCylinder; point1 (0 0 -1e3); point2 (0 0 1e3); radius {:.12g};", radius);
+    };
+    const auto around = container.vessel().walls();
+    if (container.vessel().fills_bounds() || !around)
+        add("wall", cylinder(2.0 * container.low().norm() + 2.0 * container.high().norm()));  // wider than the block
+    else
+        for (const auto& wall : around->round) {
+            const char* name = wall.inside ? "core" : "wall";
+            if (wall.slope == 0.0) {
+                add(name, cylinder(wall.radius_m));
+                continue;
+            }
+            // Its tip, if it lies within reach, is no end of the surface.
+            const double tip = -wall.radius_m / wall.slope, gap = 0.01 * length, z0 = wall.slope > 0.0 ? std::max(low, tip + gap) : low,
+                         z1 = wall.slope < 0.0 ? std::min(high, tip - gap) : high;
+            add(name, fmt::format("type searchableCone; point1 (0 0 {:.12g}); radius1 {:.12g}; innerRadius1 0; point2 (0 0 {:.12g}); "
+                                  "radius2 {:.12g}; innerRadius2 0;",
+                                  z0, wall.radius_m + wall.slope * z0, z1, wall.radius_m + wall.slope * z1));
+        }
+    return "walls\n{\n" + walls + "}\nwallLevels\n{\n" + levels + "}\n";
 }
 
 void prepare_foam_case(const FoamScene& scene, const std::string& parameters, const Path& source, const Path& folder) {

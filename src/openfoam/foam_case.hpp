@@ -19,8 +19,8 @@ struct FoamBlock {
 
 /// The lines of caseParameters that all cases share: block, refinement, point in the pores, relaxation, processes.
 [[nodiscard]] std::string common_parameters(const FoamScene& scene, const FoamConfig& config, double cell_size_m, long processes);
-/// Radius of the wall; a box's sides are those of the background block: its wall is a cylinder wider than the block.
-[[nodiscard]] double wall_radius_m(const FoamScene& scene);
+/// The surfaces of the round walls. A box's sides are those of the background block: its wall is a cylinder wider than the block.
+[[nodiscard]] std::string wall_parameters(const FoamScene& scene);
 
 /// Copies the case `source` to `folder`, with these parameters and the scene's surface. Unchanged files keep their time, because the case's
 /// Allrun starts again when an input is newer than its first step.

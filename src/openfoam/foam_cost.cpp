@@ -8,7 +8,8 @@ namespace porepack::openfoam {
 
 double expected_foam_cells(const PoreSpace& space, double cell_size_m, long surface_level, double porosity) {
     const Container& container = space.container;
-    const double length = space.computed().length() + 2.0 * space.reservoir_m, volume = container.inner_area_m2() * length;
+    const double length = space.computed().length() + 2.0 * space.reservoir_m,
+                 volume = container.vessel().mean_area(space.computed().interval()) * length;
     double surface_to_solid = 4.0 / space.grain_size_m;  // of long capsules
     if (space.packing()) {
         double area = 0.0, solid = 0.0;

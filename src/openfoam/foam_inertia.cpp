@@ -34,9 +34,8 @@ FoamInertialSeries foam_inertial_flows(const FoamScene& scene, const FoamConfig&
     make_folder(folder);
     fs::copy_file(cases / "runFunctions", folder / "runFunctions", fs::copy_options::overwrite_existing);
     const Path run = folder / "inertial";
-    std::string parameters =
-        common_parameters(scene, config, cell_size_m, config.processes) +
-        fmt::format("viscosity {:g};\nwallRadius {:.12g};\npressureDrops (", water_viscosity_m2_per_s, wall_radius_m(scene));
+    std::string parameters = common_parameters(scene, config, cell_size_m, config.processes) +
+                             fmt::format("viscosity {:g};\n{}pressureDrops (", water_viscosity_m2_per_s, wall_parameters(scene));
     for (const double drop : drops) parameters += fmt::format("{:.6g} ", drop);
     prepare_foam_case(scene, parameters + ");\n", cases / "inertial_packing", run);
     FoamInertialSeries series{.mesh = {.cell_size_m = cell_size_m, .processes = config.processes}, .flows = {}, .stopped_by = {}};
@@ -60,7 +59,8 @@ FoamInertialSeries foam_inertial_flows(const FoamScene& scene, const FoamConfig&
     };
     const ProgramEnd end = run_foam_case(run, "OpenFOAM, flows with inertia", state, series.mesh);
     judge_foam_mesh(scene, config, run, series.mesh);
-    const double area = scene.container.inner_area_m2(), length = scene.section.length(), nu = water_viscosity_m2_per_s;
+    const double area = scene.container.vessel().mean_area(scene.section.interval()), length = scene.section.length(),
+                 nu = water_viscosity_m2_per_s;
     std::ifstream rates(run / "flow_rates.dat");
     for (std::string line; std::getline(rates, line);) {
         if (line.empty() || line.front() == '#') continue;

@@ -27,15 +27,17 @@ double narrow_pores(const PoreSpace& space, double voxel_size_m) {
 
 FoamScene foam_scene(const PoreSpace& space, const SurfaceOptions& surface, double coarsest_cell_m, const TriangleSurface* made) {
     if (made == nullptr) made = space.surface();
-    if (!space.container.tube_diameter() && !space.container.vessel().fills_bounds())
-        throw UserError("the cases of OpenFOAM have walls of cylinders and boxes, not of other vessels",
+    const auto walls = space.container.vessel().walls();
+    if (!space.container.vessel().fills_bounds() && !(walls && walls->planes.empty()))
+        throw UserError("the cases of OpenFOAM have round walls and boxes, not other vessels",
                         {.where = to_json(space.container).dump(), .fix = "leave OpenFOAM out ([openfoam] enabled = false)"});
     const PoreSpace meshed = space.with_section(space.computed()).section_only();
     FoamScene scene{.surface = made != nullptr ? *made : make_surface(grains_near(space), surface).surface,
                     .container = space.container,
                     .section = meshed.section};
     if (space.ends == Ends::in_situ && !space.container.periodic()[2]) scene.evaluated = space.section;
-    scene.pore_volume_m3 = meshed.porosity().value * space.container.inner_area_m2() * meshed.section.length();
+    scene.pore_volume_m3 =
+        meshed.porosity().value * space.container.vessel().mean_area(meshed.section.interval()) * meshed.section.length();
     scene.grain_size_m = space.grain_size_m;
     scene.pores = meshed;
     scene.pore_point = find_pore_point(meshed.voxelise_at(0.5 * coarsest_cell_m), space.container);
@@ -45,7 +47,7 @@ FoamScene foam_scene(const PoreSpace& space, const SurfaceOptions& surface, doub
 FoamScene foam_scene_in_water(const PoreSpace& space, const SurfaceOptions& surface, double cell_m, double water_m) {
     FoamScene scene = foam_scene(space, surface, cell_m);
     scene.surface = clip_surface(scene.surface, space.computed());
-    scene.pore_volume_m3 += 2.0 * water_m * space.container.inner_area_m2();
+    scene.pore_volume_m3 += 2.0 * water_m * space.container.vessel().mean_area(space.computed().interval());
     scene.section = {space.computed().z0_m - water_m, space.computed().z1_m + water_m};
     return scene;
 }

@@ -301,15 +301,15 @@ Overlaps find_overlaps(const Packing& packing) {
                 overlaps.grain_at_wall = all[i].body;
             }
         }
-        for (const auto& capsule : all[i].capsules)
-            for (const Vec3& end : {capsule.a, capsule.b}) {
-                double outside = capsule.radius - packing.container.wall_distance(end);
-                if (!packing.container.periodic()[2] && !packing.container.cut_ends())
-                    outside = std::max(outside, capsule.radius - end.z());
-                if (all[i].image != 0 || outside <= overlaps.largest_with_wall_m) continue;
-                overlaps.largest_with_wall_m = outside;
-                overlaps.grain_at_wall = all[i].body;
-            }
+        for (const auto& capsule : all[i].capsules) {
+            if (all[i].image != 0) continue;
+            double outside = capsule.radius - packing.container.vessel().least_distance(capsule.a, capsule.b);
+            if (!packing.container.periodic()[2] && !packing.container.cut_ends())
+                outside = std::max(outside, capsule.radius - std::min(capsule.a.z(), capsule.b.z()));
+            if (outside <= overlaps.largest_with_wall_m) continue;
+            overlaps.largest_with_wall_m = outside;
+            overlaps.grain_at_wall = all[i].body;
+        }
         for (std::size_t m = n + 1; m < order.size() && all[order[m]].bounds.low.z() <= all[i].bounds.high.z(); ++m) {
             const std::size_t j = order[m];
             if (all[i].image != 0 && all[j].image != 0) continue;  // the same pair occurs once with an original

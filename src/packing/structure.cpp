@@ -116,16 +116,18 @@ std::vector<double> pairs_in_bins(const Container& container, const std::vector<
 }
 
 // With the same distributions of the distances from walls and floor as the centres, but without any order between grains: each coordinate
-// across walls is that of a centre chosen at random (in a cylinder the radius), the others are uniform.
+// across walls is that of a centre chosen at random (between round walls the radius), the others are uniform.
 std::vector<Vec3> random_points_like(const Container& container, const std::vector<Vec3>& centres) {
     std::mt19937_64 random(1);
     const auto uniform = [&](double from, double to) { return from + (to - from) * static_cast<double>(random() >> 11) * 0x1p-53; };
     const auto any = [&]() -> const Vec3& { return centres[random() % centres.size()]; };
+    const auto walls = container.vessel().walls();
+    const bool round = walls && !walls->round.empty();
     std::vector<Vec3> points(random_points);
     for (Vec3& point : points) {
         for (int axis = 0; axis < 3; ++axis)
             point[axis] = container.periodic()[static_cast<std::size_t>(axis)] ? uniform(0.0, container.size()[axis]) : any()[axis];
-        if (!container.tube_diameter()) continue;
+        if (!round) continue;
         const double radius = any().head<2>().norm(), angle = uniform(0.0, 2.0 * std::numbers::pi);
         point.head<2>() = radius * Eigen::Vector2d(std::cos(angle), std::sin(angle));
     }

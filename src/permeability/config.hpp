@@ -34,7 +34,7 @@ inline void describe(record::ConfigVisitor& v, ForchheimerConfig& c) {
               "Reynolds numbers U d/nu, increasing (U: superficial velocity, d: diameter of the sphere with the volume of a grain); the "
               "series ends at the first Reynolds number without a steady flow");
     v.number("voxel_size_m", c.voxel_size_m, record::length_range_or_auto(),
-             "voxel size of the finest grid; auto: the smallest capsule diameter / 8, with mean_in_time / 16");
+             "voxel size of the finest grid; auto: the smallest thickness of the grains / 8, with mean_in_time / 16");
     v.integer("grids", c.grids, record::between(1, 3), "number of grids; two or more: the change between the finest two is the grid error");
     v.number("grid_ratio", c.grid_ratio, {.low = 1.1, .high = 4.0}, "voxel size of a grid / that of the next finer one");
     v.number("tolerance", c.tolerance, {.low = 1e-8, .high = 0.1},
@@ -53,7 +53,7 @@ inline void describe(record::ConfigVisitor& v, ForchheimerConfig& c) {
         "which the mean velocity in the pores passes one grain diameter");
     v.boolean("openfoam", c.openfoam, "compute the same flows by OpenFOAM as well");
     v.number("cell_size_m", c.cell_size_m, record::length_range_or_auto(),
-             "size of OpenFOAM's background cells; auto: the smallest capsule diameter / 4");
+             "size of OpenFOAM's background cells; auto: the smallest thickness of the grains / 4");
     v.integer("surface_level", c.surface_level, record::between(0, 3), "OpenFOAM's cells at grains and wall are 2^level times finer");
     v.number("relaxation_velocity", c.relaxation_velocity, {.low = 0.1, .high = 0.99},
              "OpenFOAM's relaxation factor of U; lower than for creeping flow, because inertia couples the equations");

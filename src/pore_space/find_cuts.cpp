@@ -82,7 +82,8 @@ private:
 LinkCuts find_cuts(const PhaseImage& image, const FlowWalls& walls, const Drive& drive) {
     const Grid& grid = image.grid;
     const Vessel& vessel = walls.container.vessel();
-    const bool convex = vessel.convex_walls().has_value();  // no segment between two points inside meets such walls
+    const std::optional<VesselWalls> sides = vessel.walls();
+    const bool convex = sides && sides->convex();
     const double h = grid.spacing_m[2], first = grid.origin_m[2] + 0.5 * h, last = grid.whole_cells(2) - 1.0,
                  longest = std::numbers::sqrt2 * std::ranges::max(grid.spacing_m);
     std::vector<std::vector<Cut>> parts(static_cast<std::size_t>(grid.cells[1]));

@@ -40,6 +40,7 @@ struct PoreSpace {
     double bed_bottom_m = 0.0;              ///< lowest point of the solid, not below the floor; of an image its first plane
     double bed_top_m = 0.0;                 ///< highest point of the solid; of an image its last plane
     bool round_sides = false;               ///< of a periodic box, rather than take a voxel size farther from the one asked for
+    double film_thickness_m = 0.0;          ///< of the film that is part of the grains
     double reservoir_m = 0.0;               ///< empty container beyond both ends of the computed part, in flow runs
 
     std::string source = {};  ///< source file, for messages

@@ -58,8 +58,7 @@ Batch make_batch(const std::vector<ShapeShare>& shapes, const Container& contain
     const bool faced = std::any_of(shapes.begin(), shapes.end(), [](const ShapeShare& share) { return share.shape.body != nullptr; });
     const auto fits = [&](const std::vector<Capsule>& grain) {
         for (const auto& capsule : grain)
-            for (const Vec3& end : {capsule.a, capsule.b})
-                if (container.wall_distance(end) < capsule.radius + clearance) return false;
+            if (container.vessel().least_distance(capsule.a, capsule.b) < capsule.radius + clearance) return false;
         for (const auto& other : placed)
             for (const auto& p : other)
                 for (const auto& q : grain)
@@ -115,22 +114,36 @@ Pour make_lattice(const std::vector<ShapeShare>& shapes, const Container& contai
         return std::max(1L, static_cast<long>((high[axis] - low[axis]) / pitch + (periodic ? 1e-9 : 0.0)));
     };
     const long nx = count(0), ny = count(1);
-    std::vector<Vec3> places;  // of one layer
-    for (long j = 0; j < ny; ++j)
-        for (long i = 0; i < nx; ++i) {
-            const Vec3 place(low.x() + (static_cast<double>(i) + 0.5) * (high.x() - low.x()) / static_cast<double>(nx),
-                             low.y() + (static_cast<double>(j) + 0.5) * (high.y() - low.y()) / static_cast<double>(ny), 0.0);
-            if (container.wall_distance(place) >= 0.5 * pitch) places.push_back(place);
+    const auto places_at = [&](double z) {
+        std::vector<Vec3> places;
+        for (long j = 0; j < ny; ++j)
+            for (long i = 0; i < nx; ++i) {
+                const Vec3 place(low.x() + (static_cast<double>(i) + 0.5) * (high.x() - low.x()) / static_cast<double>(nx),
+                                 low.y() + (static_cast<double>(j) + 0.5) * (high.y() - low.y()) / static_cast<double>(ny), z);
+                if (container.wall_distance(place) >= 0.5 * pitch) places.push_back(place);
+            }
+        if (Vec3 widest = container.widest_place().at; places.empty()) {
+            widest.z() = z;
+            if (!(container.wall_distance(widest) > 0.0))
+                throw UserError("the lattice of grains does not fit into the vessel, which becomes narrower upwards",
+                                {.where = "[packing]", .fix = "fill = \"batches\", or fewer grains"});
+            places.push_back(widest);
         }
-    if (places.empty()) places.push_back(container.widest_place().at);
+        return places;
+    };
     Pour pour;
     pour.batches.emplace_back();
-    for (long n = 0; n < grains; ++n) {
-        const auto slot = static_cast<std::size_t>(n) % places.size();
-        const long layer = n / static_cast<long>(places.size());
+    std::vector<Vec3> places;  // of one layer
+    std::size_t slot = 0;
+    long layer = -1;
+    for (long n = 0; n < grains; ++n, ++slot) {
+        if (slot == places.size()) {
+            ++layer;
+            slot = 0;
+            places = places_at((static_cast<double>(layer) + 0.5) * pitch);
+        }
         Newcomer grain{
             .shape = draw(shapes, random), .position_m = places[slot], .orientation = random.rotation(), .velocity_m_per_s = Vec3::Zero()};
-        grain.position_m.z() = (static_cast<double>(layer) + 0.5) * pitch;
         // The middle of the grain, not the origin of its frame, is placed on the lattice point.
         const Bounds bounds = bounds_of(PlacedShape{shapes[grain.shape].shape});
         grain.position_m -= grain.orientation * (0.5 * (bounds.low + bounds.high));

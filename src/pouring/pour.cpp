@@ -184,11 +184,11 @@ PourPlan plan_pour(const std::vector<ShapeShare>& shapes, const Container& conta
                         {.allowed = fmt::format("a fill height up to {:.4g} m", plan.drop_height_m - extent),
                          .fix = "use a higher container or a lower fill_height_m"});
     // Poured grains of these shapes fill at most 3/4 of the space.
-    const double maximum = 0.75 * container.inner_area_m2() * plan.drop_height_m / mean_volume;
+    const double maximum = 0.75 * container.vessel().mean_area({0.0, plan.drop_height_m}) * plan.drop_height_m / mean_volume;
     if (static_cast<double>(config.grains) > maximum)
         throw UserError(fmt::format("{} grains do not fit below the drop height", config.grains),
                         {.allowed = fmt::format("at most about {:.0f}", maximum), .fix = "use a higher container or fewer grains"});
-    const double densest = 0.75 * container.inner_area_m2() * plan.fill_height_m / mean_volume;
+    const double densest = 0.75 * container.vessel().mean_area({0.0, plan.fill_height_m}) * plan.fill_height_m / mean_volume;
     plan.max_grains = config.grains > 0 ? config.grains : std::max(1L, static_cast<long>(densest));
     plan.clump_spheres = std::lround(mean_spheres);
     if (config.fill == Fill::lattice)
@@ -213,8 +213,10 @@ double poured_solid_fraction(const std::vector<ShapeShare>& shapes, const Contai
 }
 
 double poured_height_m(const std::vector<ShapeShare>& shapes, const Container& container, long grains) {
-    return static_cast<double>(grains) * mean_volume_m3(shapes) / (poured_solid_fraction(shapes, container) * container.inner_area_m2()) +
-           0.6 * maximum_feret_diameter(shapes);
+    const double volume = static_cast<double>(grains) * mean_volume_m3(shapes) / poured_solid_fraction(shapes, container);
+    double height = volume / container.inner_area_m2();
+    for (int n = 0; n < 20; ++n) height = volume / container.vessel().mean_area({0.0, std::min(height, container.height())});
+    return height + 0.6 * maximum_feret_diameter(shapes);
 }
 
 std::string scene_key(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config) {

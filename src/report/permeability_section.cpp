@@ -40,6 +40,9 @@ std::string notes_of(const ReportInput& input) {
             fmt::format("Note: grains overlap each other by up to {} diameters and walls by up to {} (overlap_allowed in packing.json). ",
                         number_text(pack->largest_overlap_relative_to_diameter, "{:.2g}"),
                         number_text(pack->largest_wall_overlap_relative_to_diameter, "{:.2g}"));
+    if (const auto& voxels = input.results.voxelise; voxels && voxels->film_thickness_m)
+        notes += fmt::format("Note: a film of {} m lies on all grains and counts as solid; the films overlap where grains touch. ",
+                             number_text(*voxels->film_thickness_m, "{:.4g}"));
     if (const auto& shape = input.results.shape; lbm && shape && shape->maximum_feret_diameter_m)
         if (lbm->section_m.high - lbm->section_m.low < *shape->maximum_feret_diameter_m)
             notes += "Note: the section is shorter than one maximum Feret diameter of a grain: it hardly represents the packing. ";

@@ -128,7 +128,7 @@ void add_tortuosities(Quantities& list, const results::Tortuosity& found, std::o
 std::vector<results::ReportedQuantity> quantities(const ReportInput& input) {
     Quantities list(input);
     const auto& results = input.results;
-    const char* lines = "exact capsules or triangles, vertical lines";
+    const char* lines = "exact shapes or triangles, vertical lines";
     if (const auto& voxels = results.voxelise)
         list.add("porosity", "voxelise", voxels->porosity, "1", lines,
                  Quantities::computed(voxels->porosity, voxels->porosity_uncertainty));

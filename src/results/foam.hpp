@@ -16,8 +16,9 @@ namespace porepack::results {
 struct Foam {
     static constexpr const char* stage = "foam";
     /// Raised when these numbers can change, or a key is added: older results are out of date then.
-    static constexpr long version = 3;
+    static constexpr long version = 4;
     Permeability permeability;
+    double conductance_m3 = 0.0;  ///< as of lattice Boltzmann
     std::string method;
     std::string repeat_by_hand;
     std::string interval_meaning;
@@ -34,6 +35,7 @@ struct Foam {
 template <core::MembersOf<Foam> Self, typename Visit>
 void visit_members(Self& foam, const Visit& visit) {
     visit("", foam.permeability);
+    visit("conductance_m3", foam.conductance_m3);
     visit("method", foam.method);
     visit("repeat_by_hand", foam.repeat_by_hand);
     visit("interval_meaning", foam.interval_meaning);

@@ -49,8 +49,10 @@ void visit_members(Self& reached, const Visit& visit) {
 struct Lbm {
     static constexpr const char* stage = "lbm";
     /// Raised when these numbers can change, or a key is added: older results are out of date then.
-    static constexpr long version = 8;
+    static constexpr long version = 9;
     Permeability permeability;
+    core::OptionalKey<double> conductance_m3 =
+        {};  ///< flow rate times viscosity over pressure drop, along z: k times mean area over length
     std::optional<HalfWidthParts> half_width_parts_m2{};
     core::OptionalKey<double> averaged_image_change = {};  ///< of a gray image: see lbm::LbmResult
     std::string interval_meaning;
@@ -83,6 +85,7 @@ struct Lbm {
 template <core::MembersOf<Lbm> Self, typename Visit>
 void visit_members(Self& lbm, const Visit& visit) {
     visit("", lbm.permeability);
+    visit("conductance_m3", lbm.conductance_m3);
     visit("half_width_parts_m2", lbm.half_width_parts_m2);
     visit("averaged_image_change", lbm.averaged_image_change);
     visit("interval_meaning", lbm.interval_meaning);

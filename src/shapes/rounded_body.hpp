@@ -58,7 +58,8 @@ public:
     virtual void line(const Vec3& origin, const Vec3& direction, double grown, std::vector<core::Interval>& parts) const = 0;
     /// Largest coordinate along a direction (unit vector): the height of the tangent plane.
     [[nodiscard]] virtual double support(const Vec3& direction) const = 0;
-    /// A body of which every point lies deeper than `depth` in this one; null where none is known.
+    /// A body of which every point lies deeper than `depth` in this one; null where none is known. A negative depth: the body with all
+    /// points that are as near to it, exactly; null where its hole closes.
     [[nodiscard]] virtual std::shared_ptr<const RoundedBody> thinned(double depth) const = 0;
     /// The same body in other units of length.
     [[nodiscard]] virtual std::shared_ptr<const RoundedBody> scaled(double factor) const = 0;

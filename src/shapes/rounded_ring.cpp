@@ -106,6 +106,7 @@ public:
     [[nodiscard]] std::shared_ptr<const RoundedBody> thinned(double depth) const override {
         const double r = std::max(0.0, rounding_ - depth), into_core = std::max(0.0, depth - rounding_);
         const double outer = outer_ - into_core, inner = has_hole() ? inner_ + into_core : inner_, half = half_height_ - into_core;
+        if (has_hole() && inner <= r) return nullptr;
         if (outer < 0.0 || half < 0.0 || inner > outer || (r == 0.0 && (outer == 0.0 || half == 0.0 || inner == outer))) return nullptr;
         return std::make_shared<const RoundedRing>(outer, inner, half, r);
     }

@@ -1,5 +1,6 @@
 // Tortuosities of the case's section.
 #include "analysis/tortuosity.hpp"
+#include "core/log.hpp"
 #include "stages/case_space.hpp"
 #include "stages/stages.hpp"
 #include "stages/uses.hpp"
@@ -12,7 +13,9 @@ results::Tortuosity run_case_tortuosity(const Case& c, const Path& folder) {
     const GeometryConfig& geometry = c.settings.geometry;
     const PoreSpace space = case_pore_space(c);
     results::Tortuosity result;
-    if (c.from_image()) {
+    if (space.container.vessel().outlines(space.container.size().norm()).empty()) {
+        log_info("the paper's tortuosity is left out: it needs a container whose cross-section is the same at all heights");
+    } else if (c.from_image()) {
         result.geometric_paper_pixels = written(compute_geometric_paper(space, config), folder);
     } else {
         if (!c.from_surface()) result.geometric_paper_exact = written(compute_geometric_paper(space, config), folder);

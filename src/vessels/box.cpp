@@ -42,8 +42,8 @@ double Box::side_per_volume() const {
     return sum;
 }
 
-std::optional<ConvexWalls> Box::convex_walls() const {
-    ConvexWalls walls;
+std::optional<VesselWalls> Box::walls() const {
+    VesselWalls walls;
     for (int axis = 0; axis < 2; ++axis) {
         if (periodic_[static_cast<std::size_t>(axis)]) continue;
         walls.planes.push_back({Vec3::Unit(axis), 0.0});
@@ -52,8 +52,8 @@ std::optional<ConvexWalls> Box::convex_walls() const {
     return walls;
 }
 
-std::vector<std::array<double, 2>> Box::outline(double) const {
-    return {{0.0, 0.0}, {size_.x(), 0.0}, {size_.x(), size_.y()}, {0.0, size_.y()}};
+std::vector<std::vector<std::array<double, 2>>> Box::outlines(double) const {
+    return {{{0.0, 0.0}, {size_.x(), 0.0}, {size_.x(), size_.y()}, {0.0, size_.y()}}};
 }
 
 std::shared_ptr<const Vessel> Box::resized(const Vec3& size_m) const {

@@ -19,8 +19,8 @@ public:
     [[nodiscard]] double mean_area(const core::Interval&) const override { return size_.x() * size_.y(); }
     [[nodiscard]] double side_per_volume() const override;
     [[nodiscard]] bool fills_bounds() const override { return true; }
-    [[nodiscard]] std::optional<geometry::ConvexWalls> convex_walls() const override;
-    [[nodiscard]] std::vector<std::array<double, 2>> outline(double deviation_m) const override;
+    [[nodiscard]] std::optional<geometry::VesselWalls> walls() const override;
+    [[nodiscard]] std::vector<std::vector<std::array<double, 2>>> outlines(double deviation_m) const override;
     [[nodiscard]] std::shared_ptr<const Vessel> resized(const geometry::Vec3& size_m) const override;
 
 private:

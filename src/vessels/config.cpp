@@ -7,7 +7,9 @@
 
 #include "core/error.hpp"
 #include "core/json.hpp"
+#include "vessels/annulus.hpp"
 #include "vessels/box.hpp"
+#include "vessels/cone.hpp"
 #include "vessels/cylinder.hpp"
 #include "vessels/uses.hpp"
 
@@ -20,7 +22,7 @@ struct VesselKind {
     std::vector<std::string> needed, optional;  // keys of ContainerConfig
     std::string missing;                        // what to say where a needed key is not given
     std::string form;                           // on the command line: name:numbers
-    std::string frame;                          // where it lies, for help and messages
+    std::string frame;                          // where it lies, for help and messages; empty: said with another kind
     std::string text;                           // for the report, with the keys in braces
     std::size_t numbers;                        // that the command line gives
     bool may_be_periodic;
@@ -35,7 +37,7 @@ const std::vector<VesselKind>& all_kinds() {
          .optional = {},
          .missing = "a cylinder needs diameter_m and height_m",
          .form = "cylinder:D,H",
-         .frame = "a cylinder has its axis at x = y = 0",
+         .frame = "a cylinder, an annulus or a cone has its axis at x = y = 0",
          .text = "a cylinder {diameter_m} wide and {height_m} high",
          .numbers = 2,
          .may_be_periodic = false,
@@ -46,6 +48,42 @@ const std::vector<VesselKind>& all_kinds() {
              },
          .make = [](const ContainerConfig& c) -> std::shared_ptr<const Vessel> {
              return std::make_shared<const Cylinder>(c.diameter_m, c.height_m);
+         }},
+        {.name = "annulus",
+         .needed = {"inner_diameter_m", "diameter_m", "height_m"},
+         .optional = {},
+         .missing = "an annulus needs inner_diameter_m, diameter_m and height_m",
+         .form = "annulus:DI,D,H",
+         .frame = {},
+         .text = "an annulus from {inner_diameter_m} to {diameter_m}, {height_m} high",
+         .numbers = 3,
+         .may_be_periodic = false,
+         .fill =
+             [](ContainerConfig& config, const std::vector<double>& numbers) {
+                 config.inner_diameter_m = numbers[0];
+                 config.diameter_m = numbers[1];
+                 config.height_m = numbers[2];
+             },
+         .make = [](const ContainerConfig& c) -> std::shared_ptr<const Vessel> {
+             return std::make_shared<const Annulus>(c.inner_diameter_m, c.diameter_m, c.height_m);
+         }},
+        {.name = "cone",
+         .needed = {"diameter_m", "top_diameter_m", "height_m"},
+         .optional = {},
+         .missing = "a cone needs diameter_m (at the floor), top_diameter_m and height_m",
+         .form = "cone:D,DT,H",
+         .frame = {},
+         .text = "a cone, {diameter_m} wide at the floor and {top_diameter_m} at the top, {height_m} high",
+         .numbers = 3,
+         .may_be_periodic = false,
+         .fill =
+             [](ContainerConfig& config, const std::vector<double>& numbers) {
+                 config.diameter_m = numbers[0];
+                 config.top_diameter_m = numbers[1];
+                 config.height_m = numbers[2];
+             },
+         .make = [](const ContainerConfig& c) -> std::shared_ptr<const Vessel> {
+             return std::make_shared<const Cone>(c.diameter_m, c.top_diameter_m, c.height_m);
          }},
         {.name = "box",
          .needed = {"size_m"},
@@ -191,12 +229,13 @@ const std::vector<std::string>& kinds_of_vessels() {
 std::string container_forms() {
     std::vector<std::string> list;
     for (const VesselKind& kind : all_kinds()) list.push_back(kind.form + (kind.may_be_periodic ? "[:periodic]" : ""));
-    return fmt::format("{}", fmt::join(list, " or "));
+    return fmt::format("{}", fmt::join(list, ", "));
 }
 
 std::string container_frames() {
     std::vector<std::string> list;
-    for (const VesselKind& kind : all_kinds()) list.push_back(kind.frame);
+    for (const VesselKind& kind : all_kinds())
+        if (!kind.frame.empty()) list.push_back(kind.frame);
     return fmt::format("{}; the floor is at z = 0", fmt::join(list, ", "));
 }
 

@@ -15,6 +15,8 @@ namespace porepack::vessels {
 struct ContainerConfig {
     std::string kind = "cylinder";
     double diameter_m = 0.0;
+    double inner_diameter_m = 0.0;
+    double top_diameter_m = 0.0;
     double height_m = 0.0;
     std::vector<double> size_m;
     std::vector<bool> periodic = {false, false, false};
@@ -24,16 +26,21 @@ struct ContainerConfig {
 [[nodiscard]] const std::vector<std::string>& kinds_of_vessels();
 
 inline void describe(record::ConfigVisitor& v, ContainerConfig& c) {
-    v.word("kind", c.kind, kinds_of_vessels(), "upright cylinder (axis x = y = 0) or box (corner at the origin); floor at z = 0");
-    v.number("diameter_m", c.diameter_m, record::length_range_or_auto(), "inner diameter of the cylinder");
-    v.number("height_m", c.height_m, record::length_range_or_auto(), "inner height of the cylinder");
+    v.word("kind", c.kind, kinds_of_vessels(),
+           "upright cylinder, annulus (between two cylinders) or cone (a frustum; axis x = y = 0), or box (corner at the origin); floor at "
+           "z = 0");
+    v.number("diameter_m", c.diameter_m, record::length_range_or_auto(),
+             "inner diameter of the cylinder; of an annulus that of its outer wall; of a cone at the floor");
+    v.number("inner_diameter_m", c.inner_diameter_m, record::length_range_or_auto(), "diameter of an annulus's inner wall");
+    v.number("top_diameter_m", c.top_diameter_m, record::length_range_or_auto(), "inner diameter of a cone at height_m");
+    v.number("height_m", c.height_m, record::length_range_or_auto(), "inner height of a cylinder, annulus or cone");
     v.numbers("size_m", c.size_m, {3, 3}, record::length_range(), "inner size of the box");
     v.booleans("periodic", c.periodic, 3, "true where the box is periodic along x, y, z");
 }
 
 /// Throws UserError for a key that the kind needs, or that has no effect on it.
 [[nodiscard]] Container make_container(const ContainerConfig& config);
-/// "cylinder:D,H or box:X,Y,Z[:periodic]": what parse_container() takes, in metres.
+/// "cylinder:D,H, ...": what parse_container() takes, in metres.
 [[nodiscard]] std::string container_forms();
 /// "a cylinder has its axis at x = y = 0, ...": where each kind lies.
 [[nodiscard]] std::string container_frames();

@@ -66,7 +66,7 @@ Container make_box(const Vec3& size_m, const std::array<bool, 3>& periodic) {
 }
 
 void require_prism(const Container& container, const std::string& what) {
-    if (container.vessel().outline(container.size().norm()).empty())
+    if (container.vessel().outlines(container.size().norm()).empty())
         throw UserError(what + " needs a vessel whose cross-section is the same at all heights", {.where = to_json(container).dump()});
 }
 

@@ -42,18 +42,21 @@ double Cylinder::mean_area(const Interval&) const {
     return std::numbers::pi * diameter_ * diameter_ / 4.0;
 }
 
-std::optional<ConvexWalls> Cylinder::convex_walls() const {
-    return ConvexWalls{.planes = {}, .tube_radius_m = diameter_ / 2.0};
+std::optional<VesselWalls> Cylinder::walls() const {
+    return VesselWalls{.planes = {}, .round = {{.radius_m = diameter_ / 2.0}}};
 }
 
-std::vector<std::array<double, 2>> Cylinder::outline(double deviation_m) const {
-    const double r = diameter_ / 2.0;
-    const int n = std::max(24, static_cast<int>(std::ceil(std::numbers::pi / std::acos(1.0 - std::min(0.5, deviation_m / r)))));
+std::vector<std::vector<std::array<double, 2>>> Cylinder::outlines(double deviation_m) const {
+    return {circle(diameter_ / 2.0, deviation_m)};
+}
+
+std::vector<std::array<double, 2>> circle(double radius_m, double deviation_m) {
+    const int n = std::max(24, static_cast<int>(std::ceil(std::numbers::pi / std::acos(1.0 - std::min(0.5, deviation_m / radius_m)))));
     const double step = 2.0 * std::numbers::pi / n;
-    const double corner = r * std::sqrt(step / std::sin(step));
-    std::vector<std::array<double, 2>> base;
-    for (int i = 0; i < n; ++i) base.push_back({corner * std::cos((i + 0.31) * step), corner * std::sin((i + 0.31) * step)});
-    return base;
+    const double corner = radius_m * std::sqrt(step / std::sin(step));
+    std::vector<std::array<double, 2>> corners;
+    for (int i = 0; i < n; ++i) corners.push_back({corner * std::cos((i + 0.31) * step), corner * std::sin((i + 0.31) * step)});
+    return corners;
 }
 
 std::shared_ptr<const Vessel> Cylinder::resized(const Vec3& size_m) const {

@@ -17,12 +17,15 @@ public:
     [[nodiscard]] double mean_area(const core::Interval& heights) const override;
     [[nodiscard]] double side_per_volume() const override { return 4.0 / diameter_; }
     [[nodiscard]] std::optional<double> tube_diameter() const override { return diameter_; }
-    [[nodiscard]] std::optional<geometry::ConvexWalls> convex_walls() const override;
-    [[nodiscard]] std::vector<std::array<double, 2>> outline(double deviation_m) const override;
+    [[nodiscard]] std::optional<geometry::VesselWalls> walls() const override;
+    [[nodiscard]] std::vector<std::vector<std::array<double, 2>>> outlines(double deviation_m) const override;
     [[nodiscard]] std::shared_ptr<const Vessel> resized(const geometry::Vec3& size_m) const override;
 
 private:
     double diameter_, height_;
 };
+
+/// Corners of a polygon of the circle's area, counter-clockwise, nowhere farther than `deviation_m` from it.
+[[nodiscard]] std::vector<std::array<double, 2>> circle(double radius_m, double deviation_m);
 
 }  // namespace porepack::vessels

@@ -239,9 +239,14 @@ TEST(FacedDem, RowsOfPlacesAndWallsAreThoseOfSinglePoints) {
             const Quaternion pose = turned(Vec3(3, -1, 2), 50.0);
             const Eigen::Matrix3d turn = pose.toRotationMatrix();
             const Vec3 origin(0.004, -0.003, 0.02), normal = Vec3(1, 2, -2) / 3.0;
-            DistanceRow plane, tube;
+            DistanceRow plane;
             plane_distances(normal, 0.001, row.points, plane);
-            tube_distances(turn, origin, 0.03, row.points, tube);
+            const geometry::VesselWalls::Round rounds[] = {{.radius_m = 0.03},
+                                                           {.radius_m = 0.02, .slope = 0.4},
+                                                           {.radius_m = 0.03, .slope = -0.7},
+                                                           {.radius_m = 0.001, .inside = true}};
+            DistanceRow round[4];
+            for (int w = 0; w < 4; ++w) round_distances(turn, origin, rounds[w], row.points, round[w]);
             for (int i = 0; i < PointRow::most; ++i) {
                 const auto n = static_cast<std::size_t>(i);
                 Vec3 tangent;
@@ -252,9 +257,11 @@ TEST(FacedDem, RowsOfPlacesAndWallsAreThoseOfSinglePoints) {
                 EXPECT_NEAR(plane.distance[n], 0.001 + normal.dot(at), 1e-17);
                 EXPECT_EQ(plane.outward.at(i), normal);
                 const Vec3 x = origin + pose * at;
-                EXPECT_NEAR(tube.distance[n], 0.03 - x.head<2>().norm(), 1e-16);
-                const Vec3 inward = pose.conjugate() * Vec3(-x.x(), -x.y(), 0.0).normalized();
-                EXPECT_LT((tube.outward.at(i) - inward).norm(), 1e-14);
+                EXPECT_NEAR(rounds[0].distance(x), 0.03 - x.head<2>().norm(), 1e-16);
+                for (int w = 0; w < 4; ++w) {
+                    EXPECT_NEAR(round[w].distance[n], rounds[w].distance(x), 1e-16);
+                    EXPECT_LT((round[w].outward.at(i) - pose.conjugate() * rounds[w].normal(x)).norm(), 1e-14);
+                }
             }
         }
 }

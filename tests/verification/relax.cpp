@@ -86,8 +86,7 @@ TEST(Relax, RefusesWhatItCannotDo) {
     EXPECT_TRUE(has(message_of<core::UserError>([&] { (void)relax(two, {}); }), "grains 0 and 1 overlap by 0.63"));
     const Packing given = displaced(poured(), 0.0);
     EXPECT_TRUE(has(message_of<core::UserError>([&] { (void)relax_packing(given, {.seed = 7}); }), "`seed` has no effect"));
-    EXPECT_TRUE(
-        has(message_of<core::UserError>([&] { (void)relax_packing(given, {.engine = Engine::liggghts}); }), "DEM of exact capsules"));
+    EXPECT_TRUE(has(message_of<core::UserError>([&] { (void)relax_packing(given, {.engine = Engine::liggghts}); }), "DEM of exact shapes"));
 }
 
 }  // namespace

@@ -9,50 +9,12 @@
 #include "packing/porosity.hpp"
 #include "support/helpers.hpp"
 #include "tortuosity/tortuosity.hpp"
-#include "vessels/container.hpp"
+#include "vessels/config.hpp"
 
 namespace porepack::test {
 namespace {
 
 constexpr double endless = std::numeric_limits<double>::infinity();
-
-// Round, its radius grows along z.
-class Funnel : public geometry::Vessel {
-public:
-    Funnel(double lower, double upper, double height) : lower_(lower), slope_((upper - lower) / height), height_(height) {}
-    [[nodiscard]] Json to_json() const override { return {{"kind", "funnel"}}; }
-    [[nodiscard]] Bounds bounds() const override {
-        const double r = radius(height_);
-        return {Vec3(-r, -r, 0.0), Vec3(r, r, height_)};
-    }
-    void column(double x, double y, std::vector<Interval>& parts) const override {
-        parts = {{(std::hypot(x, y) - lower_) / slope_, endless}};
-    }
-    // |p + t s| = lower + slope (z + t dz)
-    [[nodiscard]] std::optional<double> first_hit(const Vec3& from, const Vec3& step) const override {
-        const double r = radius(from.z()), dr = slope_ * step.z();
-        const double a = step.head<2>().squaredNorm() - dr * dr, half_b = from.head<2>().dot(step.head<2>()) - r * dr,
-                     c = from.head<2>().squaredNorm() - r * r, root = half_b * half_b - a * c;
-        if (root < 0.0) return std::nullopt;
-        double first = 2.0;
-        for (const double sign : {-1.0, 1.0})
-            if (const double t = a != 0.0 ? (-half_b + sign * std::sqrt(root)) / a : -0.5 * c / half_b; t >= 0.0)
-                first = std::min(first, t);
-        return first <= 1.0 ? std::optional(first) : std::nullopt;
-    }
-    [[nodiscard]] double distance(const Vec3& point) const override {
-        return (radius(point.z()) - point.head<2>().norm()) / std::hypot(1.0, slope_);
-    }
-    [[nodiscard]] double mean_area(const Interval& z) const override {
-        const double r = radius(z.low), s = radius(z.high);
-        return std::numbers::pi * (r * r + r * s + s * s) / 3.0;
-    }
-    [[nodiscard]] double side_per_volume() const override { return std::numeric_limits<double>::quiet_NaN(); }
-
-private:
-    [[nodiscard]] double radius(double z) const { return lower_ + slope_ * z; }
-    double lower_, slope_, height_;
-};
 
 // Two square ducts of side 1 side by side, periodic along them.
 class TwoDucts : public geometry::Vessel {
@@ -90,7 +52,7 @@ packing::Grains sphere(const Container& container, const Vec3& centre, double ra
 }
 
 TEST(Vessels, PorosityInAFunnel) {
-    const Container funnel(std::make_shared<Funnel>(0.5, 1.0, 2.0));
+    const Container funnel = parse_container("cone:1,2,2");
     const packing::Grains solid = sphere(funnel, {0.1, 0.0, 1.0}, 0.4);
     const double volume = funnel.vessel().mean_area({0.0, 2.0}) * 2.0, exact = 1.0 - 4.0 / 3.0 * std::numbers::pi * 0.064 / volume;
     for (const long lines : {2000L, 20000L, 200000L}) {
@@ -111,7 +73,7 @@ TEST(Vessels, PorosityInAFunnel) {
 // A slender funnel is a chain of resistances 1 / area, times 1 + slope^2 / 2 for the flow across (Zwanzig 1992, J. Phys. Chem. 96, 3926);
 // at its ends, where the planes are flat, less.
 TEST(Vessels, DiffusionThroughAFunnel) {
-    const Container funnel(std::make_shared<Funnel>(1.0, 1.2, 4.0));
+    const Container funnel = parse_container("cone:2,2.4,4");
     const packing::Grains solid = sphere(funnel, {0.0, 0.0, 2.0}, 1e-6);
     const PoreSpace pores = pore_space_of(std::make_shared<const packing::Grains>(solid), funnel, {0.0, 4.0}, 1.0);
     const double slender = (1.0 + 1.2 + 1.44) / (3.0 * 1.2) * (1.0 + 0.5 * 0.05 * 0.05);

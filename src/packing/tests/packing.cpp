@@ -3,6 +3,7 @@
 #include <numbers>
 
 #include "core/error.hpp"
+#include "packing/film.hpp"
 #include "packing/grains.hpp"
 #include "packing/packing.hpp"
 #include "packing/porosity.hpp"
@@ -49,6 +50,27 @@ TEST(Packing, FaultsAreNamedWithTheirPlace) {
     EXPECT_TRUE(has(fault(head + R"({"shape":"s","position_m":[0,null,0.1],"orientation":[1,0,0,0]}]})"), "/bodies[0]/position_m[1]"));
     EXPECT_TRUE(has(message_of<UserError>([&] { (void)read_packing(folder.path()); }), "is a folder"));
     EXPECT_TRUE(has(message_of<UserError>([&] { (void)read_packing(folder.path() / "none.json"); }), "no such file"));
+}
+
+// Two spheres that touch, in a box whose floor cuts the film of one.
+TEST(Film, IsTheShapeWithALargerRadius) {
+    Packing packing{.container = vessels::make_box({1.0, 1.0, 2.0}),
+                    .shapes = {{.id = "sphere", .capsules = {{Vec3::Zero(), Vec3::Zero(), 0.2}}}},
+                    .bodies = {{.position_m = Vec3(0.5, 0.5, 0.2)}, {.position_m = Vec3(0.5, 0.5, 0.6)}}};
+    const double r = 0.25;
+    const auto ball = [](double radius) { return 4.0 / 3.0 * std::numbers::pi * radius * radius * radius; };
+    const auto cap = [](double radius, double height) { return std::numbers::pi * height * height * (radius - height / 3.0); };
+    const double exact = 1.0 - (2.0 * ball(r) - cap(r, 0.05) - 2.0 * cap(r, 0.05)) / 2.0;
+    const Packing wet = coated(packing, 0.05);
+    EXPECT_TRUE(wet.overlap_allowed);
+    const Porosity found = porosity(Grains(wet), wet.container, {0.0, 2.0}, 200000);
+    EXPECT_NEAR(found.value, exact, 2e-5);
+    const double filled = 1.0 - 2.0 * ball(0.2) / 2.0 - exact;
+    EXPECT_NEAR(film_thickness(packing, {0.0, 2.0}, filled), 0.05, 1e-4);
+    EXPECT_TRUE(has(message_of<UserError>([&] { (void)film_thickness(packing, {0.0, 2.0}, 0.99); }), "less than the porosity"));
+    packing.shapes[0] = {.id = "ring", .body = make_ring({0.4, 0.1, 0.2, 0.02})};
+    EXPECT_TRUE(has(message_of<UserError>([&] { (void)coated(packing, 0.06); }), "closes the hole of the grain `ring`"));
+    EXPECT_EQ(coated(packing, 0.04).shapes[0].body->to_json().at("inner_diameter_m").get<double>(), 2.0 * (0.05 + 0.02 - 0.06));
 }
 
 TEST(Porosity, OneSphereInABoxAndAcrossAPeriodicCorner) {

@@ -55,14 +55,23 @@ bool CapsuleDem::State::contact_of(std::size_t i, std::size_t n, Contact& contac
     return true;
 }
 
+namespace {
+
+// 1 at the same place, 0 beyond `reach`.
+double nearness(const Vec3& a, const Vec3& b, double reach) {
+    const double near = std::max(0.0, 1.0 - (a - b).squaredNorm() / (reach * reach));
+    return near * near;
+}
+
+}  // namespace
+
 // Several contacts of the same two bodies at one place share the stiffness of a single contact.
 void CapsuleDem::State::share_stiffness(const std::vector<VerletPair>& pairs, std::vector<Contact>& contacts, double reach) {
     for (Contact& contact : contacts) {
         double together = 0.0;
         for (const Contact& other : contacts) {
             if (pairs[other.pair].other != pairs[contact.pair].other) continue;
-            const double near = std::max(0.0, 1.0 - (other.at - contact.at).squaredNorm() / (reach * reach));
-            together += near * near;
+            together += nearness(other.at, contact.at, reach);
         }
         contact.share = 1.0 / together;
     }
@@ -169,51 +178,88 @@ void CapsuleDem::State::grain_forces(std::size_t i, std::vector<Load>& loads, st
     if (options_.sleep) watch_sleeping_neighbours(i, contacts, forces);
 }
 
-void CapsuleDem::State::wall_forces(std::size_t i, std::vector<Load>& loads) {
+// Between walls that enclose a convex space, the ends of the capsules are nearest to each wall.
+void CapsuleDem::State::find_wall_contacts(std::size_t i, std::vector<WallTouch>& found) const {
     const BodyState& body = bodies_[i];
     const Kind& kind = kinds_[body.kind];
-    const std::size_t walls = planes_.size() + 1;
-    const auto push = [&](std::size_t history, const Vec3& at, const Vec3& outward, double overlap, double share) {
-        const Vec3 lever = at - body.x;
-        WallContact& contact = walls_[body.first_wall + history];
+    const std::size_t walls = wall_count(), planes = vessel_walls_.planes.size();
+    found.clear();
+    const auto for_nodes = [&](const auto& visit) {
+        const Eigen::Matrix3d turn = body.q.toRotationMatrix();
+        for (std::size_t node = 0; node < kind.nodes.size(); ++node)
+            visit(node, kind.nodes[node].radius, Vec3(body.x + turn * kind.nodes[node].place));
+    };
+    const auto add = [&](std::size_t history, const Vec3& place, double radius, const Vec3& outward, double overlap) {
+        found.push_back({history, place + (radius - overlap) * outward, outward, overlap, 1.0, overlap * overlap});
+    };
+    for (std::size_t w = 0; w < planes; ++w) {
+        const auto& plane = vessel_walls_.planes[w];
+        if (plane.distance(body.x) > kind.radius) continue;
+        for_nodes([&](std::size_t node, double radius, const Vec3& place) {
+            const double overlap = radius - plane.distance(place);
+            if (overlap > 0.0) add(node * walls + w, place, radius, -plane.normal, overlap);
+        });
+    }
+    for (std::size_t w = 0; w < vessel_walls_.round.size(); ++w) {
+        const auto& wall = vessel_walls_.round[w];
+        if (!(wall.overlap(body.x, kind.radius) > 0.0)) continue;
+        if (wall.inside)
+            find_arm_wall_contacts(i, w, found);
+        else
+            for_nodes([&](std::size_t node, double radius, const Vec3& place) {
+                const double overlap = wall.overlap(place, radius);
+                if (overlap > 0.0) add(node * walls + planes + w, place, radius, -wall.normal(place), overlap);
+            });
+    }
+    if (has_faces(body)) find_piece_wall_contacts(i, found);
+}
+
+// Capsules lie around such a wall. Those that meet at one place of it share the stiffness of a single contact.
+void CapsuleDem::State::find_arm_wall_contacts(std::size_t i, std::size_t w, std::vector<WallTouch>& found) const {
+    const BodyState& body = bodies_[i];
+    const Kind& kind = kinds_[body.kind];
+    const auto& wall = vessel_walls_.round[w];
+    const double far = container_.size().norm();
+    const Segment axis{Vec3(0.0, 0.0, body.x.z() - far), Vec3(0.0, 0.0, 2.0 * far)};
+    const std::size_t first = found.size(),
+                      before = (kind.nodes.size() + kind.pieces.size()) * wall_count() + vessel_walls_.planes.size() + w;
+    for (std::size_t a = 0; a < kind.arms.size(); ++a) {
+        const WorldArm& arm = arms_[body.first_arm + a];
+        const double radius = kind.arms[a].radius;
+        const Segment segment{arm.start, arm.along};
+        const ClosestPoints closest = closest_points(segment, axis);
+        const double overlap = wall.radius_m + radius - closest.distance;
+        if (!(overlap > 0.0)) continue;
+        const Vec3 place = pressed_point(segment, axis, closest, overlap), outward = -wall.normal(place);
+        found.push_back({before + a * wall_count(), place + (radius - overlap) * outward, outward, overlap, 1.0, 0.0});
+    }
+    for (std::size_t n = first; n < found.size(); ++n) {
+        double together = 0.0;
+        for (std::size_t m = first; m < found.size(); ++m) together += nearness(found[m].at, found[n].at, 0.25 * kind.diameter);
+        found[n].share = 1.0 / together;
+        found[n].square = found[n].share * found[n].overlap * found[n].overlap;
+    }
+}
+
+void CapsuleDem::State::wall_forces(std::size_t i, std::vector<Load>& loads) {
+    const BodyState& body = bodies_[i];
+    thread_local std::vector<WallTouch> found;
+    find_wall_contacts(i, found);
+    for (const WallTouch& touch : found) {
+        const Vec3 lever = touch.at - body.x;
+        WallContact& contact = walls_[body.first_wall + touch.history];
         const Vec3 velocity = body.v_contact + body.omega.cross(lever);
-        const Vec3 force = contact_force({.normal = outward,
-                                          .overlap = overlap,
+        const Vec3 force = contact_force({.normal = touch.outward,
+                                          .overlap = touch.overlap,
                                           .velocity = velocity,
-                                          .mass = kind.body.mass_kg,
+                                          .mass = kinds_[body.kind].body.mass_kg,
                                           .friction = law_.wall_friction,
-                                          .share = share},
+                                          .share = touch.share},
                                          contact.tangential_displacement, is_new(contact.last_contact, body, body));
         contact.last_contact = steps_;
         loads[i].force -= force;
         loads[i].torque -= lever.cross(force);
-    };
-    const auto push_node = [&](std::size_t node, std::size_t wall, const Vec3& place, const Vec3& outward, double overlap) {
-        push(node * walls + wall, place + (kind.nodes[node].radius - overlap) * outward, outward, overlap, 1.0);
-    };
-    const auto for_nodes = [&](const auto& visit) {
-        const Eigen::Matrix3d turn = body.q.toRotationMatrix();
-        for (std::size_t node = 0; node < kind.nodes.size(); ++node) visit(node, Vec3(body.x + turn * kind.nodes[node].place));
-    };
-    for (std::size_t w = 0; w < planes_.size(); ++w) {
-        const Plane& plane = planes_[w];
-        if (plane.distance(body.x) > kind.radius) continue;
-        for_nodes([&](std::size_t node, const Vec3& place) {
-            const double overlap = kind.nodes[node].radius - plane.distance(place);
-            if (overlap > 0.0) push_node(node, w, place, -plane.normal, overlap);
-        });
-    }
-    if (cylinder_radius_ > 0.0 && body.x.head<2>().norm() + kind.radius > cylinder_radius_)
-        for_nodes([&](std::size_t node, const Vec3& place) {
-            const double away = place.head<2>().norm(), overlap = away + kind.nodes[node].radius - cylinder_radius_;
-            if (overlap > 0.0) push_node(node, walls - 1, place, Vec3(place.x() / away, place.y() / away, 0.0), overlap);
-        });
-    if (!has_faces(body)) return;
-    thread_local std::vector<PieceWallContact> found;
-    find_piece_wall_contacts(i, found);
-    for (const auto& [piece, wall, part, share, square] : found) {
-        push((kind.nodes.size() + piece) * walls + wall, part.at, -part.normal, part.overlap, share);
-        loads[i].torque += elastic_force(part.overlap, share) * part.twist * part.normal;
+        if (touch.twist != 0.0) loads[i].torque -= elastic_force(touch.overlap, touch.share) * touch.twist * touch.outward;
     }
 }
 

@@ -93,13 +93,13 @@ void CapsuleDem::State::make_cells(double widest) {
 }
 
 void CapsuleDem::State::make_walls() {
-    const std::optional<ConvexWalls> walls = container_.vessel().convex_walls();
+    const std::optional<VesselWalls> walls = container_.vessel().walls();
     if (!walls)
-        throw UserError("grains cannot be poured into this vessel: its walls are not planes or a tube that enclose a convex space",
+        throw UserError("grains cannot be poured into this vessel: its walls are not planes, tubes or cones",
                         {.where = to_json(container_).dump()});
-    if (!container_.periodic()[2] && !container_.cut_ends()) planes_.push_back({Vec3::UnitZ(), container_.low().z()});
-    planes_.insert(planes_.end(), walls->planes.begin(), walls->planes.end());
-    cylinder_radius_ = walls->tube_radius_m;
+    vessel_walls_ = *walls;
+    if (!container_.periodic()[2] && !container_.cut_ends())
+        vessel_walls_.planes.insert(vessel_walls_.planes.begin(), {Vec3::UnitZ(), container_.low().z()});
 }
 
 void CapsuleDem::State::add(std::size_t shape, const Vec3& position_m, const Quaternion& orientation, const Vec3& velocity,
@@ -117,8 +117,7 @@ void CapsuleDem::State::add(std::size_t shape, const Vec3& position_m, const Qua
     body.first_arm = static_cast<std::uint32_t>(arms_.size());
     body.first_wall = static_cast<std::uint32_t>(walls_.size());
     arms_.resize(arms_.size() + kind.arms.size());
-    // Each node has its own history for each plane, and one for the cylinder.
-    walls_.resize(walls_.size() + (kind.nodes.size() + kind.pieces.size()) * (planes_.size() + 1));
+    walls_.resize(walls_.size() + wall_histories(kind));
     bodies_.push_back(body);
     verlet_lists_.emplace_back();
     neighbours_.emplace_back();

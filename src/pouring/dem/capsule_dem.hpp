@@ -72,8 +72,9 @@ struct DemRest {
 /// Deterministic: the same calls give the same bits for any number of threads.
 /// Every pair of overlapping capsules is a contact, as in the paper. Where several of them lie at one place, at a joint of arms, they
 /// share the stiffness of one (smoothly, within half a radius); otherwise two tetrahedra corner to corner would be nine times as stiff.
-/// Walls are in contact with the capsules' ends, once per place. Cost is linear in the number of grains: a body searches neighbours
-/// again only when it has moved by half the skin, and a pair is checked again only when its gap can have closed.
+/// Walls are in contact with the capsules' ends, once per place; a wall that grains lie around is so with their axes. Cost is linear in the
+/// number of grains: a body searches neighbours again only when it has moved by half the skin, and a pair is checked again only when its
+/// gap can have closed.
 class CapsuleDem {
 public:
     /// Throws UserError for a periodic box narrower than two grains.

@@ -24,26 +24,11 @@ void CapsuleDem::State::for_contacts(const Visit& visit) const {
 double CapsuleDem::State::wall_energy(std::size_t index, double elastic_J) const {
     const BodyState& body = bodies_[index];
     const double kn = 0.5 * law_.normal_stiffness_N_per_m, kt = 0.5 * law_.tangential_stiffness_N_per_m;
-    const std::size_t walls = planes_.size() + 1;
-    const Kind& kind = kinds_[body.kind];
-    for (std::size_t node = 0; node < kind.nodes.size(); ++node) {
-        const Vec3 place = body.x + body.q * kind.nodes[node].place;
-        for (std::size_t w = 0; w < walls; ++w) {
-            const double overlap = w < planes_.size()       ? kind.nodes[node].radius - planes_[w].normal.dot(place) + planes_[w].offset_m
-                                   : cylinder_radius_ > 0.0 ? place.head<2>().norm() + kind.nodes[node].radius - cylinder_radius_
-                                                            : 0.0;
-            if (overlap > 0.0)
-                elastic_J += 0.5 * kn * overlap * overlap +
-                             0.5 * kt * walls_[body.first_wall + node * walls + w].tangential_displacement.squaredNorm();
-        }
-    }
-    if (!has_faces(body)) return elastic_J;
-    std::vector<PieceWallContact> found;
-    find_piece_wall_contacts(index, found);
-    for (const auto& [piece, wall, part, share, square] : found) {
-        const WallContact& contact = walls_[body.first_wall + (kind.nodes.size() + piece) * walls + wall];
-        elastic_J += 0.5 * (kn * square + kt * share * contact.tangential_displacement.squaredNorm());
-    }
+    std::vector<WallTouch> found;
+    find_wall_contacts(index, found);
+    for (const WallTouch& touch : found)
+        elastic_J +=
+            0.5 * (kn * touch.square + kt * touch.share * walls_[body.first_wall + touch.history].tangential_displacement.squaredNorm());
     return elastic_J;
 }
 

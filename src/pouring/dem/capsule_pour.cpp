@@ -129,7 +129,7 @@ private:
             // A snapshot of the second phase continues with all grains awake.
             dem_.set_sleep(config_.sleep && !at_.calm);
         } else {
-            log_info("pour: at most {} grains of exact capsules, time step {:.2e} s", plan_.max_grains, plan_.time_step_s);
+            log_info("pour: at most {} grains of exact shape, time step {:.2e} s", plan_.max_grains, plan_.time_step_s);
         }
         next_snapshot_ = dem_.steps() + snapshot_steps_;
     }

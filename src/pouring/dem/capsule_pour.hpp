@@ -1,4 +1,4 @@
-// Packing by the built-in DEM of exact capsules.
+// Packing by the built-in DEM of exact shapes.
 #pragma once
 
 #include "core/files.hpp"

@@ -91,7 +91,7 @@ void CapsuleDem::State::load(std::istream& in, const std::string& where) {
             }
         }
         arms += kinds_[bodies_[i].kind].arms.size();
-        walls += (kinds_[bodies_[i].kind].nodes.size() + kinds_[bodies_[i].kind].pieces.size()) * (planes_.size() + 1);
+        walls += wall_histories(kinds_[bodies_[i].kind]);
     }
     walls_.assign(walls, {});
     for (WallContact& contact : walls_) get(in, contact);

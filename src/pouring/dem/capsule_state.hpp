@@ -96,10 +96,11 @@ public:
         double square;                   ///< elastic energy over a quarter of the stiffness
         double twist = 0.0;              ///< torque about the normal over the elastic force
     };
-    struct PieceWallContact {  ///< place, normal and share as of a contact
-        std::size_t piece, wall;
-        PieceContact part;
-        double share, square;
+    struct WallTouch {
+        std::size_t history;  ///< of the body's first WallContact on
+        shapes::Vec3 at, outward;
+        double overlap, share, square;  ///< as of a contact
+        double twist = 0.0;
     };
     struct WallContact {
         shapes::Vec3 tangential_displacement = shapes::Vec3::Zero();
@@ -111,7 +112,6 @@ public:
     struct Load {
         shapes::Vec3 force, torque;
     };
-    using Plane = geometry::ConvexWalls::Plane;
     /// Input of the contact law.
     struct Approach {
         shapes::Vec3 normal;  ///< towards the second body
@@ -146,6 +146,12 @@ public:
 
 private:
     // capsule_dem.cpp: set-up
+    /// Planes first, then round ones.
+    [[nodiscard]] std::size_t wall_count() const { return vessel_walls_.planes.size() + vessel_walls_.round.size(); }
+    /// Places for tangential displacements: of each node, piece and arm at each wall.
+    [[nodiscard]] std::size_t wall_histories(const Kind& kind) const {
+        return (kind.nodes.size() + kind.pieces.size() + (vessel_walls_.convex() ? 0 : kind.arms.size())) * wall_count();
+    }
     [[nodiscard]] static Kind make_kind(const shapes::Shape& shape, double density_kg_per_m3);
     void make_pieces();
     void make_cells(double widest);
@@ -182,6 +188,8 @@ private:
     void watch_sleeper(std::size_t body, std::uint32_t other, shapes::Vec3& base_force, const shapes::Vec3& force);
     template <typename Pair>
     shapes::Vec3 press(std::size_t body, Pair& pair, const Contact& contact, std::vector<Load>& loads);
+    void find_wall_contacts(std::size_t body, std::vector<WallTouch>& found) const;
+    void find_arm_wall_contacts(std::size_t body, std::size_t round, std::vector<WallTouch>& found) const;
     void wall_forces(std::size_t body, std::vector<Load>& loads);
     [[nodiscard]] double elastic_force(double overlap, double share) const { return share * 0.5 * law_.normal_stiffness_N_per_m * overlap; }
     [[nodiscard]] shapes::Vec3 contact_force(const Approach& approach, shapes::Vec3& displacement, bool first) const;
@@ -196,7 +204,7 @@ private:
     void watch_sleeping_neighbours(std::size_t body, const std::vector<Contact>& contacts, const std::vector<shapes::Vec3>& forces);
     void require_no_crossing();
     void share_potential(std::size_t body, const std::vector<PieceContact>& parts, std::vector<Contact>& contacts) const;
-    void find_piece_wall_contacts(std::size_t body, std::vector<PieceWallContact>& found) const;
+    void find_piece_wall_contacts(std::size_t body, std::vector<WallTouch>& found) const;
 
     // capsule_measures.cpp
     template <typename Visit>
@@ -217,15 +225,14 @@ private:
     std::array<std::vector<shapes::Vec3>, load_slots> piece_forces_;
     std::array<std::array<std::size_t, 3>, load_slots> too_deep_{};  // {found, body, other}
     std::vector<std::vector<std::uint32_t>> neighbours_;             // the other bodies of each list, once
-    std::vector<WallContact> walls_;                                 // by body, node and wall
+    std::vector<WallContact> walls_;                                 // by body, then by node, piece or arm, and wall
     std::vector<std::vector<Load>> loads_;                           // by load slot
     std::vector<std::vector<std::uint32_t>> cells_;
     std::vector<long> cell_of_body_;
     std::array<long, 3> cell_count_{};
     shapes::Vec3 cell_low_ = shapes::Vec3::Zero();
     double cell_size_ = 1.0, skin_ = 0.0;
-    std::vector<Plane> planes_;
-    double cylinder_radius_ = 0.0;                              // 0: no cylinder
+    geometry::VesselWalls vessel_walls_;                        // the floor, then the vessel's
     std::array<std::vector<std::uint32_t>, load_slots> woken_;  // by load slot
     double time_ = 0.0, displacement_time_ = 0.0;
     long steps_ = 0;

@@ -44,22 +44,21 @@ private:
     double offset_;
 };
 
-class TubeSurface : public Surface {
+class RoundSurface : public Surface {
 public:
-    TubeSurface(const Eigen::Matrix3d& turn, const Vec3& origin, double radius)
-        : Surface(false), turn_(turn), origin_(origin), radius_(radius) {}
+    RoundSurface(const Eigen::Matrix3d& turn, const Vec3& origin, const VesselWalls::Round& wall)
+        : Surface(wall.inside), turn_(turn), origin_(origin), wall_(wall) {}
     double distance(const Vec3& point, Vec3& outward) const override {
         const Vec3 x = origin_ + turn_ * point;
-        const double away = x.head<2>().norm();
-        outward = away > 0.0 ? Vec3(turn_.transpose() * Vec3(-x.x() / away, -x.y() / away, 0.0)) : Vec3(Vec3::UnitX());
-        return radius_ - away;
+        outward = turn_.transpose() * wall_.normal(x);
+        return wall_.distance(x);
     }
-    void distances(const PointRow& points, DistanceRow& found) const override { tube_distances(turn_, origin_, radius_, points, found); }
+    void distances(const PointRow& points, DistanceRow& found) const override { round_distances(turn_, origin_, wall_, points, found); }
 
 private:
     const Eigen::Matrix3d& turn_;
     const Vec3& origin_;
-    double radius_;
+    const VesselWalls::Round& wall_;
 };
 
 }  // namespace
@@ -202,35 +201,40 @@ void CapsuleDem::State::find_piece_contacts(std::size_t i, std::vector<Contact>&
     share_potential(i, parts, contacts);
 }
 
-// In the frame of the body's shape, where the pieces need not be moved; planes first, then the tube.
-void CapsuleDem::State::find_piece_wall_contacts(std::size_t i, std::vector<PieceWallContact>& found) const {
+// In the frame of the body's shape, where the pieces need not be moved.
+void CapsuleDem::State::find_piece_wall_contacts(std::size_t i, std::vector<WallTouch>& found) const {
     const BodyState& body = bodies_[i];
     const Kind& kind = kinds_[body.kind];
     const Frame& frame = frames_[i];
-    found.clear();
-    const auto add = [&](std::size_t wall, const Surface& surface) {
-        const std::size_t before = found.size();
+    thread_local std::vector<std::pair<std::size_t, PieceContact>> parts;
+    // Round sides meet convex walls away from their rims.
+    const auto add = [&](std::size_t wall, const Surface& surface, bool with_axes) {
+        parts.clear();
         double sum = 0.0;
         for (std::size_t p = 0; p < kind.pieces.size(); ++p) {
             PieceContact part;
             double gap = 0.0;
-            if (kind.pieces[p].kind == ContactPiece::Kind::axis || !dem::contact_of(kind.pieces[p], surface, part, gap)) continue;
+            if ((kind.pieces[p].kind == ContactPiece::Kind::axis && !with_axes) || !dem::contact_of(kind.pieces[p], surface, part, gap))
+                continue;
             sum += part.potential;
-            found.push_back({p, wall, part, 0.0, 0.0});
+            parts.emplace_back(p, part);
         }
-        for (std::size_t n = before; n < found.size(); ++n) {
-            PieceContact& part = found[n].part;
-            found[n].share = share_of(part, sum);
-            found[n].square = square_of(part, sum);
-            part.normal = frame.turn * part.normal;
-            part.at = frame.origin + frame.turn * part.at;
-        }
+        for (const auto& [p, part] : parts)
+            found.push_back({.history = (kind.nodes.size() + p) * wall_count() + wall,
+                             .at = frame.origin + frame.turn * part.at,
+                             .outward = -(frame.turn * part.normal),
+                             .overlap = part.overlap,
+                             .share = share_of(part, sum),
+                             .square = square_of(part, sum),
+                             .twist = part.twist});
     };
-    for (std::size_t w = 0; w < planes_.size(); ++w)
-        if (planes_[w].distance(body.x) <= kind.radius)
-            add(w, PlaneSurface(frame.turn.transpose() * planes_[w].normal, planes_[w].distance(frame.origin)));
-    if (cylinder_radius_ > 0.0 && body.x.head<2>().norm() + kind.radius > cylinder_radius_)
-        add(planes_.size(), TubeSurface(frame.turn, frame.origin, cylinder_radius_));
+    const std::size_t planes = vessel_walls_.planes.size();
+    for (std::size_t w = 0; w < planes; ++w)
+        if (const auto& plane = vessel_walls_.planes[w]; plane.distance(body.x) <= kind.radius)
+            add(w, PlaneSurface(frame.turn.transpose() * plane.normal, plane.distance(frame.origin)), false);
+    for (std::size_t w = 0; w < vessel_walls_.round.size(); ++w)
+        if (const auto& wall = vessel_walls_.round[w]; wall.overlap(body.x, kind.radius) > 0.0)
+            add(planes + w, RoundSurface(frame.turn, frame.origin, wall), wall.inside);
 }
 
 void CapsuleDem::State::require_no_crossing() {

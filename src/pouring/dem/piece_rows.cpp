@@ -108,21 +108,25 @@ POREPACK_VECTORISED void plane_distances(const Vec3& normal, double offset, cons
     }
 }
 
-POREPACK_VECTORISED void tube_distances(const Eigen::Matrix3d& turn, const Vec3& origin, double radius, const PointRow& points,
-                                        DistanceRow& found) {
+POREPACK_VECTORISED void round_distances(const Eigen::Matrix3d& turn, const Vec3& origin, const VesselWalls::Round& wall,
+                                         const PointRow& points, DistanceRow& found) {
     const double *const px = points.x.data(), *const py = points.y.data(), *const pz = points.z.data();
-    const double xx = turn(0, 0), xy = turn(0, 1), xz = turn(0, 2), yx = turn(1, 0), yy = turn(1, 1), yz = turn(1, 2);
-    const double x0 = origin.x(), y0 = origin.y();
+    const double xx = turn(0, 0), xy = turn(0, 1), xz = turn(0, 2), yx = turn(1, 0), yy = turn(1, 1), yz = turn(1, 2), zx = turn(2, 0),
+                 zy = turn(2, 1), zz = turn(2, 2);
+    const double x0 = origin.x(), y0 = origin.y(), z0 = origin.z();
+    const double radius = wall.radius_m, slope = wall.slope, level = 1.0 / std::sqrt(1.0 + slope * slope), up = slope * level,
+                 inward = wall.inside ? -level : level;
     double* const distance = found.distance.data();
     const Pointers outward(found.outward);
 #pragma GCC ivdep
     for (int i = 0; i < size; ++i) {
-        const double x = x0 + (xx * px[i] + xy * py[i] + xz * pz[i]), y = y0 + (yx * px[i] + yy * py[i] + yz * pz[i]);
-        const double away = std::sqrt(x * x + y * y), per = -1.0 / (away > 0.0 ? away : 1.0);
-        distance[i] = radius - away;
-        outward.x[i] = per * (xx * x + yx * y);
-        outward.y[i] = per * (xy * x + yy * y);
-        outward.z[i] = per * (xz * x + yz * y);
+        const double x = x0 + (xx * px[i] + xy * py[i] + xz * pz[i]), y = y0 + (yx * px[i] + yy * py[i] + yz * pz[i]),
+                     z = z0 + (zx * px[i] + zy * py[i] + zz * pz[i]);
+        const double away = std::sqrt(x * x + y * y), per = -inward / (away > 0.0 ? away : 1.0);
+        distance[i] = inward * (radius + slope * z - away);
+        outward.x[i] = per * (xx * x + yx * y) + up * zx;
+        outward.y[i] = per * (xy * x + yy * y) + up * zy;
+        outward.z[i] = per * (xz * x + yz * y) + up * zz;
     }
 }
 

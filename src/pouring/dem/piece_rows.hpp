@@ -1,6 +1,7 @@
 // Sixteen places of a contact piece at once.
 #pragma once
 
+#include "geometry/vessel.hpp"
 #include "pouring/dem/contact_pieces.hpp"
 #include "shapes/point_row.hpp"
 
@@ -19,9 +20,9 @@ void place(const ContactPiece& piece, PlaceRow& row);
 
 /// From a plane whose distance is `offset` at the origin.
 void plane_distances(const shapes::Vec3& normal, double offset, const shapes::PointRow& points, shapes::DistanceRow& found);
-/// From a tube about the axis z, inwards, of points in a frame with this pose.
-void tube_distances(const Eigen::Matrix3d& turn, const shapes::Vec3& origin, double radius, const shapes::PointRow& points,
-                    shapes::DistanceRow& found);
+/// From a round wall, of points in a frame with this pose.
+void round_distances(const Eigen::Matrix3d& turn, const shapes::Vec3& origin, const geometry::VesselWalls::Round& wall,
+                     const shapes::PointRow& points, shapes::DistanceRow& found);
 
 /// Of the distance, per length along the piece.
 void find_slopes(const PlaceRow& row, const shapes::DistanceRow& found, shapes::Row& slopes);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "core/error.hpp"
 #include "pouring/batches.hpp"
@@ -84,11 +85,59 @@ long Run::spheres_after(long batch) const {
     return count;
 }
 
+std::string wall_script(const Container& container) {
+    const auto walls = container.vessel().walls();
+    if (!walls || container.vessel().fills_bounds()) return walls ? "box" : "";
+    if (!walls->planes.empty() || walls->round.empty() || walls->round.front().inside) return "";
+    if (walls->round.size() == 1) return walls->round.front().slope == 0.0 ? "cylinder" : "cone";
+    return walls->round.size() == 2 && walls->round.back().inside && walls->round.front().slope == 0.0 ? "annulus" : "";
+}
+
+namespace {
+
+// Facets of a cone from the floor to `top`, whose cross-section has the area of the circle. A sphere checks all facets within its skin
+// in each step, so they are few, and four times as high as wide.
+void write_cone(const VesselWalls::Round& wall, double top, const Path& path) {
+    constexpr int around = 64;
+    const double step = 2.0 * std::numbers::pi / around, widest = std::max(wall.radius_m, wall.radius_m + wall.slope * top);
+    const int layers = std::max(1, static_cast<int>(std::lround(top / (4.0 * step * widest))));
+    const auto corner = [&](int layer, int n) {
+        const double z = top * layer / layers, r = (wall.radius_m + wall.slope * z) * std::sqrt(step / std::sin(step));
+        return Vec3(r * std::cos(n * step), r * std::sin(n * step), z);
+    };
+    std::string text = "solid cone\n";
+    const auto add = [&](const Vec3& a, const Vec3& b, const Vec3& c) {
+        const Vec3 normal = (b - a).cross(c - a).normalized();
+        text += fmt::format("facet normal {:.9g} {:.9g} {:.9g}\nouter loop\n", normal.x(), normal.y(), normal.z());
+        for (const Vec3& at : {a, b, c}) text += fmt::format("vertex {:.9g} {:.9g} {:.9g}\n", at.x(), at.y(), at.z());
+        text += "endloop\nendfacet\n";
+    };
+    for (int layer = 0; layer < layers; ++layer)
+        for (int n = 0; n < around; ++n) {
+            const int next = (n + 1) % around;
+            add(corner(layer, n), corner(layer, next), corner(layer + 1, next));
+            add(corner(layer, n), corner(layer + 1, next), corner(layer + 1, n));
+        }
+    write_text(path, text + "endsolid cone\n");
+}
+
+}  // namespace
+
 void write_parameters(const Run& run, const Snapshot& snapshot) {
     const auto& c = run.config;
     const double d = finest_diameter(run.shapes);
-    const double margin = d;
+    const double top = std::max(run.container.high().z(), run.top_m) + 3.0 * d;
+    const std::string script = wall_script(run.container);
+    const auto walls = run.container.vessel().walls();
+    double margin = d;
     const Vec3 low = run.container.low(), high = run.container.high();
+    if (script == "cone") {
+        const auto& cone = walls->round.front();
+        // Its tip, if it lies within reach, is no end of the surface.
+        const double end = cone.slope < 0.0 ? std::min(top, -0.99 * cone.radius_m / cone.slope) : top;
+        write_cone(cone, end, run.folder / "cone.stl");
+        margin += std::max(0.0, cone.radius_m + cone.slope * end - high.x());
+    }
     const double dt = run.plan.time_step_s;
     // Per sphere, because the script knows the number of spheres, not that of grains.
     double limit = 1e300;  // per sphere; for a mixture the lowest
@@ -99,17 +148,17 @@ void write_parameters(const Run& run, const Snapshot& snapshot) {
     std::string text = "# Written by porepack; SI units. Contact law, Eq. 9: stiffness s_n/2, dashpot 2 eta sqrt((s_n/2)/m_ij) per m_ij.\n";
     const auto number = [&](const char* name, double value) { text += fmt::format("variable {} equal {:.17g}\n", name, value); };
     const auto whole = [&](const char* name, long value) { text += fmt::format("variable {} equal {}\n", name, value); };
-    const std::optional<double> tube = run.container.tube_diameter();
-    text += fmt::format("variable container string {}\n", tube ? "cylinder" : "box");
-    number("radius", tube.value_or(0.0) / 2.0);
-    number("size_x", tube ? 0.0 : run.container.size().x());
-    number("size_y", tube ? 0.0 : run.container.size().y());
+    text += fmt::format("variable container string {}\n", script);
+    number("radius", walls->round.empty() ? 0.0 : walls->round.front().radius_m);
+    number("inner_radius", walls->round.size() < 2 ? 0.0 : walls->round.back().radius_m);
+    number("size_x", script == "box" ? run.container.size().x() : 0.0);
+    number("size_y", script == "box" ? run.container.size().y() : 0.0);
     number("x_low", low.x() - margin);
     number("x_high", high.x() + margin);
     number("y_low", low.y() - margin);
     number("y_high", high.y() + margin);
-    number("z_low", -margin);
-    number("z_high", std::max(high.z(), run.top_m) + 4.0 * margin);
+    number("z_low", -d);
+    number("z_high", top + d);
     number("neighbour_skin", d);
     number("time_step", dt);
     number("gravity", c.gravity_m_per_s2);

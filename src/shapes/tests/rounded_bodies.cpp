@@ -194,6 +194,11 @@ TEST(RoundedBody, DistanceAndSupportAreThoseOfTheSurface) {
             if (const auto thinner = one.body->thinned(depth))
                 thinner->for_surface(
                     [&](const Vec3& x, const Vec3&, double) { EXPECT_LE(one.body->distance(x), -depth + 1e-12) << one.name; });
+        const auto grown = one.body->thinned(-0.02);
+        ASSERT_NE(grown, nullptr) << one.name;
+        for (int i = 0; i < 2000; ++i)
+            if (const Vec3 x = random_point(random); one.body->distance(x) > 0.03)
+                EXPECT_NEAR(grown->distance(x), one.body->distance(x) - 0.02, 1e-12) << one.name;
         EXPECT_NEAR(measure(shape_of(one.body->scaled(2.0))).volume_m3 / measure(shape_of(one.body)).volume_m3, 8.0, 1e-11) << one.name;
     }
 }

@@ -6,6 +6,7 @@
 
 #include "core/error.hpp"
 #include "core/json.hpp"
+#include "geometry/solid.hpp"
 #include "support/basics.hpp"
 #include "vessels/box.hpp"
 #include "vessels/config.hpp"
@@ -18,7 +19,7 @@ using test::has;
 using test::message_of;
 
 TEST(Containers, AreReadAsTheyAreWritten) {
-    for (const char* text : {"cylinder:0.1,0.7", "box:1,2,3", "box:1,2,3:periodic"}) {
+    for (const char* text : {"cylinder:0.1,0.7", "annulus:0.04,0.1,0.7", "cone:0.1,0.2,0.7", "box:1,2,3", "box:1,2,3:periodic"}) {
         const Container container = parse_container(text);
         const Container again = container_from_json(to_json(container), "here");
         EXPECT_EQ(to_json(again), to_json(container)) << text;
@@ -41,8 +42,15 @@ TEST(Containers, SayWhatIsWrongWithThem) {
     EXPECT_TRUE(has(fault(R"({"kind":"box","size_m":[1,1,1],"ends":"open"})"), "`ends` must be"));
     EXPECT_TRUE(has(fault(R"({"kind":"box","size_m":[1,1,1],"periodic":[true,true,true],"ends":"cut"})"), "no cut ends"));
     const auto of_case = [](const ContainerConfig& config) { return message_of<UserError>([&] { (void)make_container(config); }); };
-    EXPECT_TRUE(has(of_case({.kind = "box", .diameter_m = 1.0, .size_m = {1, 1, 1}}), "belongs to kind = \"cylinder\""));
+    EXPECT_TRUE(has(of_case({.kind = "box", .diameter_m = 1.0, .size_m = {1, 1, 1}}),
+                    "belongs to kind = \"cylinder\" and kind = \"annulus\" and kind = \"cone\""));
     EXPECT_TRUE(has(of_case({.kind = "cylinder", .diameter_m = 1.0}), "a cylinder needs diameter_m and height_m"));
+    EXPECT_TRUE(has(of_case({.kind = "annulus", .diameter_m = 1.0, .height_m = 1.0}), "an annulus needs inner_diameter_m"));
+    EXPECT_TRUE(
+        has(of_case({.kind = "annulus", .diameter_m = 1.0, .inner_diameter_m = 1.5, .height_m = 1.0}), "is not below its outer one"));
+    EXPECT_TRUE(has(of_case({.kind = "cone", .diameter_m = 1.0, .top_diameter_m = 1.0, .height_m = 1.0}), "are equal"));
+    EXPECT_TRUE(has(of_case({.kind = "cone", .diameter_m = 1.0, .inner_diameter_m = 0.5, .top_diameter_m = 2.0, .height_m = 1.0}),
+                    "has no effect here"));
     EXPECT_TRUE(has(message_of<UserError>([] { (void)make_cylinder(1.0, 1.0).resized({1.0, 2.0, 1.0}); }), "cannot be 1 x 2 x 1 m"));
 }
 
@@ -54,8 +62,8 @@ TEST(Containers, AreParsed) {
 }
 
 TEST(Containers, AreNamedInTexts) {
-    EXPECT_EQ(container_forms(), "cylinder:D,H or box:X,Y,Z[:periodic]");
-    EXPECT_TRUE(has(container_frames(), "a cylinder has its axis at x = y = 0, a box has its corner at the origin"));
+    EXPECT_EQ(container_forms(), "cylinder:D,H, annulus:DI,D,H, cone:D,DT,H, box:X,Y,Z[:periodic]");
+    EXPECT_TRUE(has(container_frames(), "a cylinder, an annulus or a cone has its axis at x = y = 0, a box has its corner at the origin"));
     const auto text = [](const char* form) {
         return container_text(to_json(parse_container(form)), [](double x) { return fmt::format("{:g} m", x); });
     };
@@ -88,9 +96,12 @@ TEST(Vessels, TheWidestPlaceHoldsTheLargestSphere) {
 // Along any segment from inside, the distance is 0 at the hit and the sides that are crossed are those of the column.
 TEST(Vessels, DistanceHitAndColumnAgree) {
     for (const Container& container :
-         {make_cylinder(0.1, 0.2), make_box({0.1, 0.15, 0.2}), make_box({0.1, 0.15, 0.2}, {true, false, false})})
+         {make_cylinder(0.1, 0.2), make_box({0.1, 0.15, 0.2}), make_box({0.1, 0.15, 0.2}, {true, false, false}),
+          parse_container("annulus:0.04,0.1,0.2"), parse_container("cone:0.1,0.16,0.2"), parse_container("cone:0.12,0.1,0.2")})
         for (int i = 0; i < 50; ++i) {
-            const Vec3 inside = container.low() + Vec3(0.3 + 0.008 * i, 0.7 - 0.008 * i, 0.5).cwiseProduct(container.size());
+            Vec3 inside = container.low() + Vec3(0.3 + 0.008 * i, 0.71 - 0.008 * i, 0.5).cwiseProduct(container.size());
+            if (container.wall_distance(inside) <= 0.0)  // between an annulus's walls
+                inside.head<2>() = 0.03 * Eigen::Vector2d(std::cos(2.1 * i), std::sin(2.1 * i));
             const double angle = 0.37 * i;
             const Vec3 step = 0.2 * Vec3(std::cos(angle), std::sin(angle), 0.3);
             const auto hit = container.vessel().first_hit(inside, step);
@@ -101,10 +112,12 @@ TEST(Vessels, DistanceHitAndColumnAgree) {
             EXPECT_NEAR(container.wall_distance(inside + *hit * step), 0.0, 1e-15);
             const auto contained = [&](double part) {
                 const Vec3 point = inside + part * *hit * step;
-                return container.contains_column(container.periodic()[0] ? 0.05 : point.x(), point.y());
+                std::vector<Interval> parts;
+                container.vessel().column(container.periodic()[0] ? 0.05 : point.x(), point.y(), parts);
+                return geometry::contains(parts, point.z());
             };
-            EXPECT_TRUE(contained(1.0 - 1e-9));
-            EXPECT_FALSE(contained(1.0 + 1e-9));
+            EXPECT_TRUE(contained(1.0 - 1e-9)) << to_json(container) << i;
+            EXPECT_FALSE(contained(1.0 + 1e-9)) << to_json(container) << ' ' << i << ' ' << *hit;
         }
 }
 
@@ -113,15 +126,58 @@ TEST(Vessels, AreasAndOutlines) {
     EXPECT_NEAR(tube.inner_area_m2(), std::numbers::pi * 0.0025, 1e-17);
     EXPECT_NEAR(tube.vessel().side_per_volume(), 40.0, 1e-12);
     EXPECT_NEAR(box.vessel().side_per_volume(), 10.0, 1e-12);
-    for (const Container& container : {tube, box}) {
-        const auto corners = container.vessel().outline(1e-4);
+    const Container annulus = parse_container("annulus:0.04,0.1,0.7"), cone = parse_container("cone:0.2,0.1,0.3");
+    EXPECT_NEAR(annulus.vessel().side_per_volume(), 4.0 / 0.06, 1e-12);
+    EXPECT_NEAR(cone.inner_area_m2(), std::numbers::pi * (0.01 + 0.005 + 0.0025) / 3.0, 1e-15);
+    EXPECT_NEAR(cone.vessel().side_per_volume(), std::numbers::pi * 0.15 * std::hypot(0.3, 0.05) / (0.3 * cone.inner_area_m2()), 1e-12);
+    EXPECT_TRUE(cone.vessel().outlines(1e-4).empty());
+    for (const Container& container : {tube, box, annulus}) {
         double area = 0.0;
-        for (std::size_t i = 0; i < corners.size(); ++i) {
-            const auto [x, y] = corners[i];
-            const auto [u, v] = corners[(i + 1) % corners.size()];
-            area += 0.5 * (x * v - u * y);
-        }
+        for (const auto& corners : container.vessel().outlines(1e-4))
+            for (std::size_t i = 0; i < corners.size(); ++i) {
+                const auto [x, y] = corners[i];
+                const auto [u, v] = corners[(i + 1) % corners.size()];
+                area += 0.5 * (x * v - u * y);
+            }
         EXPECT_NEAR(area / container.inner_area_m2(), 1.0, 1e-12);
+    }
+}
+
+// A segment may come nearest to an inner wall between its ends.
+TEST(Vessels, LeastDistanceAlongASegment) {
+    const Container annulus = parse_container("annulus:0.04,0.1,0.7"), cone = parse_container("cone:0.2,0.1,0.3");
+    for (int n = 0; n < 200; ++n) {
+        const Vec3 a(0.03, 0.02 * std::sin(n), 0.1 + 0.001 * n),
+            b = a + 0.05 * Vec3(std::cos(1.7 * n) - 0.6, std::sin(1.7 * n), std::cos(2.3 * n));
+        for (const Container& container : {annulus, cone}) {
+            double least = 1e300;
+            for (int i = 0; i <= 2000; ++i) least = std::min(least, container.wall_distance(a + i / 2000.0 * (b - a)));
+            EXPECT_NEAR(container.vessel().least_distance(a, b), least, 2e-6) << n;
+            EXPECT_LE(container.vessel().least_distance(a, b), least + 1e-15) << n;
+        }
+    }
+}
+
+// The walls that engines see are those of the vessel.
+TEST(Vessels, WallsForEngines) {
+    for (const char* form : {"cylinder:0.1,0.7", "annulus:0.04,0.1,0.7", "cone:0.1,0.2,0.7", "cone:0.2,0.1,0.7", "box:0.1,0.2,0.3"}) {
+        const Container container = parse_container(form);
+        const auto walls = container.vessel().walls();
+        ASSERT_TRUE(walls);
+        for (int n = 1; n < 200; ++n) {
+            const Vec3 x =
+                container.low() +
+                (Vec3::Constant(0.5) + 0.5 * Vec3(std::sin(n), std::sin(2.3 * n), std::sin(3.1 * n))).cwiseProduct(container.size());
+            double least = 1e300;
+            for (const auto& plane : walls->planes) least = std::min(least, plane.distance(x));
+            for (const auto& wall : walls->round) {
+                least = std::min(least, wall.distance(x));
+                const double step = 1e-6;
+                EXPECT_NEAR(wall.distance(x + step * wall.normal(x)), wall.distance(x) + step, 1e-15) << form;
+                EXPECT_NEAR(wall.overlap(x, 0.01), 0.01 - wall.distance(x), 1e-15) << form;
+            }
+            EXPECT_NEAR(container.wall_distance(x), least, 1e-15) << form;
+        }
     }
 }
 

@@ -121,6 +121,9 @@ std::vector<shapes::Shape> shapes_of(const std::string& text, const Flags& flags
     Flags all = flags;
     const bool file = is_case(text) || text.ends_with(".toml");
     const TomlFile toml = file ? TomlFile(std::filesystem::is_directory(text) ? Path(text) / "case.toml" : Path(text)) : TomlFile();
+    if (text == "mesh" || text == "library")
+        throw UserError("the poses of grains from meshes are not fitted",
+                        {.where = "--shape " + text, .fix = "`porepack image segment` takes grains of any shape"});
     if (!file) all["kind"] = "\"" + text + "\"";
     if (file && !toml.has("shape")) all["kind"] = "\"capsules\"";
     toml.read(
