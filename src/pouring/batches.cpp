@@ -122,13 +122,15 @@ Pour make_lattice(const std::vector<ShapeShare>& shapes, const Container& contai
                                  low.y() + (static_cast<double>(j) + 0.5) * (high.y() - low.y()) / static_cast<double>(ny), z);
                 if (container.wall_distance(place) >= 0.5 * pitch) places.push_back(place);
             }
-        if (Vec3 widest = container.widest_place().at; places.empty()) {
-            widest.z() = z;
-            if (!(container.wall_distance(widest) > 0.0))
-                throw UserError("the lattice of grains does not fit into the vessel, which becomes narrower upwards",
-                                {.where = "[packing]", .fix = "fill = \"batches\", or fewer grains"});
-            places.push_back(widest);
-        }
+        if (!places.empty()) return places;
+        // A grain as wide as the vessel goes into the middle. Where a cone is narrower than that, the lattice has no place.
+        Vec3 widest = container.widest_place().at;
+        widest.z() = z;
+        const double room = container.wall_distance(widest), above = container.wall_distance(widest + pitch * Vec3::UnitZ());
+        if (room >= 0.5 * pitch || room == above) places.push_back(widest);
+        if (places.empty() && above < room)
+            throw UserError("the lattice of grains does not fit into the vessel, which becomes narrower upwards",
+                            {.where = "[packing]", .fix = "fill = \"batches\", or fewer grains"});
         return places;
     };
     Pour pour;
@@ -137,9 +139,8 @@ Pour make_lattice(const std::vector<ShapeShare>& shapes, const Container& contai
     std::size_t slot = 0;
     long layer = -1;
     for (long n = 0; n < grains; ++n, ++slot) {
-        if (slot == places.size()) {
+        for (; slot == places.size(); slot = 0) {
             ++layer;
-            slot = 0;
             places = places_at((static_cast<double>(layer) + 0.5) * pitch);
         }
         Newcomer grain{

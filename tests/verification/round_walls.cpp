@@ -123,7 +123,7 @@ TEST(RoundWalls, PoursIntoAnnuliAndCones) {
     pour(tetrapod, "cone:0.024,0.06,0.08", pouring::Fill::batches, 40);
     pour(tetrapod, "cone:0.05,0.03,0.1", pouring::Fill::batches, 40);
     pour(pellet, "annulus:0.012,0.034,0.1", pouring::Fill::lattice, 12);
-    pour(pellet, "cone:0.02,0.05,0.06", pouring::Fill::lattice, 12);
+    pour(pellet, "cone:0.004,0.05,0.06", pouring::Fill::lattice, 12);  // whose floor holds no grain
 }
 
 }  // namespace
