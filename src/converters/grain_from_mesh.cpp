@@ -16,6 +16,7 @@
 
 #include "converters/cgal_mesh.hpp"
 #include "converters/grain_mesh.hpp"
+#include "converters/single_precision.hpp"
 #include "converters/surface.hpp"
 #include "converters/uses.hpp"
 #include "core/error.hpp"
@@ -153,8 +154,9 @@ public:
         const Vec3 centre = before_.centre_of_mass_m;
         for (auto& p : (surface_ = surface).points)
             for (std::size_t axis = 0; axis < 3; ++axis) p[axis] -= centre[static_cast<Eigen::Index>(axis)];
-        mesh_ = mesh_of(surface_).value();
         diameter_ = std::cbrt(6.0 * before_.volume_m3 / std::numbers::pi);
+        // A level set may have edges of any shortness, whose triangles' normals say nothing: no edge would be collapsed over them.
+        mesh_ = without_slivers(mesh_of(surface_).value(), 1e-5 * diameter_);
         if (rounding_ == 0.0) rounding_ = default_share * diameter_;
         points_ = points_on(surface_, before_.area_m2, 20000);
         tree_.insert(faces(mesh_).first, faces(mesh_).second, mesh_);

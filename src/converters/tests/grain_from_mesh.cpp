@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 
 #include "converters/grain_mesh.hpp"
@@ -71,6 +73,45 @@ TEST(GrainFromMesh, MoreFacesComeNearerAndTheVolumeIsKept) {
     const MeshGrain fine = grain_from_mesh(surface, {.deviation_m = 0.03 * diameter}, "stone");
     EXPECT_LE(fine.largest_deviation_m, 0.03 * diameter);
     EXPECT_LT(fine.faces, 400);
+}
+
+// Where a level set passes next to a point of its grid, it has triangles of any smallness, whose normals say nothing.
+void put_tiny_triangle(shapes::PolyhedronSize& stone, int corner, double tiny) {
+    std::map<int, int> next;  // around the corner
+    std::vector<std::vector<int>> others;
+    for (const auto& face : stone.faces) {
+        const auto at = static_cast<std::size_t>(std::find(face.begin(), face.end(), corner) - face.begin());
+        if (at == 3)
+            others.push_back(face);
+        else
+            next[face[(at + 1) % 3]] = face[(at + 2) % 3];
+    }
+    ASSERT_EQ(next.size(), 6U);
+    std::vector<int> ring = {next.begin()->first};
+    while (ring.size() < 6) ring.push_back(next.at(ring.back()));
+    const Vec3 x = stone.corners_m[static_cast<std::size_t>(corner)], out = x.normalized();
+    const int second = static_cast<int>(stone.corners_m.size());
+    const int own[] = {corner, second, second + 1};
+    stone.corners_m.resize(stone.corners_m.size() + 2);
+    for (std::size_t n = 0; n < 3; ++n) {
+        const Vec3 towards = (stone.corners_m[static_cast<std::size_t>(ring[2 * n + 1])] - x).normalized();
+        stone.corners_m[static_cast<std::size_t>(own[n])] = x + tiny * (towards + 20.0 * static_cast<double>(n) * out);
+    }
+    stone.faces = others;
+    for (std::size_t n = 0; n < 3; ++n) {
+        const int a = ring[2 * n], b = ring[2 * n + 1], c = ring[(2 * n + 2) % 6];
+        stone.faces.insert(stone.faces.end(), {{own[n], a, b}, {own[n], b, c}, {own[n], c, own[(n + 1) % 3]}});
+    }
+    stone.faces.push_back({own[0], own[1], own[2]});
+}
+
+TEST(GrainFromMesh, TinyTrianglesOfALevelSetDoNotMatter) {
+    shapes::PolyhedronSize rough = test::stone(3, 0.4, 5, 0.0);
+    const MeshGrain before = grain_from_mesh(surface_of(rough, 0.009, Vec3::Zero()), {.faces = 80}, "stone");
+    for (const int corner : {100, 200, 300, 400}) put_tiny_triangle(rough, corner, 1e-7);
+    const MeshGrain grain = grain_from_mesh(surface_of(rough, 0.009, Vec3::Zero()), {.faces = 80}, "stone");
+    EXPECT_EQ(grain.faces, 80);
+    EXPECT_LT(grain.largest_deviation_m, 1.5 * before.largest_deviation_m);
 }
 
 TEST(GrainFromMesh, ABoxStaysABox) {
