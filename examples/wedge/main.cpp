@@ -41,7 +41,8 @@ public:
 
 private:
     const double s = std::sqrt(0.75);
-    const geometry::VesselWalls walls_{.planes = {{Vec3::UnitY(), 0.0}, {Vec3(s, -0.5, 0.0), -0.5 * s}, {Vec3(-s, -0.5, 0.0), -0.5 * s}}};
+    const geometry::VesselWalls walls_{.planes = {{Vec3::UnitY(), 0.0}, {Vec3(s, -0.5, 0.0), -0.5 * s}, {Vec3(-s, -0.5, 0.0), -0.5 * s}},
+                                       .round = {}};
 };
 
 // Nothing in it.
