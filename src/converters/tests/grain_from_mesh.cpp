@@ -111,7 +111,7 @@ TEST(GrainFromMesh, TinyTrianglesOfALevelSetDoNotMatter) {
     for (const int corner : {100, 200, 300, 400}) put_tiny_triangle(rough, corner, 1e-7);
     const MeshGrain grain = grain_from_mesh(surface_of(rough, 0.009, Vec3::Zero()), {.faces = 80}, "stone");
     EXPECT_EQ(grain.faces, 80);
-    EXPECT_LT(grain.largest_deviation_m, 1.5 * before.largest_deviation_m);
+    EXPECT_LT(grain.largest_deviation_m, 1.5 * before.largest_deviation_m);  // other edges are collapsed first
 }
 
 TEST(GrainFromMesh, ABoxStaysABox) {
