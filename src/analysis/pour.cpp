@@ -63,6 +63,49 @@ results::Pour result_of(const PourResult& pour, const std::vector<ShapeShare>& s
     return result;
 }
 
+Table protocol_table(const std::vector<ProtocolRow>& rows) {
+    Table table({"step", "kind", "repeat", "time_s", "bed_height_m", "porosity", "coordination_number", "coordination_without_rattlers",
+                 "rattlers", "lid_height_m", "lid_force_N", "pressure_Pa"});
+    const auto known = [](double value) { return value != 0.0 ? std::optional(value) : std::nullopt; };
+    for (const ProtocolRow& row : rows) {
+        // Grains that are shaken fly.
+        const bool flies = row.kind == StepKind::vibrate && row.repeat > 0;
+        const auto at_rest = [&](auto value) { return flies ? std::nullopt : std::optional(value); };
+        table.add(row.step, row.step == 0 ? "pour" : std::string(name_of(row.kind)), row.repeat, row.time_s, row.bed_height_m, row.porosity,
+                  at_rest(row.coordination_number), at_rest(row.coordination_without_rattlers), at_rest(row.rattlers),
+                  known(row.lid_height_m), known(row.lid_force_N), known(row.pressure_Pa));
+    }
+    return table;
+}
+
+// The last row of each step is the bed after it.
+results::Protocol protocol_result(const PourResult& pour, const ProtocolConfig& protocol, const PackingConfig& config) {
+    results::Protocol result{.floor_force_N = pour.floor_force_N, .side_force_N = pour.side_force_N, .lid_force_N = pour.lid_force_N};
+    for (const ProtocolRow& row : pour.protocol) {
+        const bool poured = row.step == 0;
+        const std::size_t number = poured ? 0 : static_cast<std::size_t>(row.step);
+        results::ProtocolStep one{.kind = poured ? "pour" : std::string(name_of(row.kind)),
+                                  .time_s = row.time_s,
+                                  .bed_height_m = row.bed_height_m,
+                                  .porosity = row.porosity,
+                                  .coordination_number = row.coordination_number,
+                                  .reached = row.reached};
+        if (row.kind == StepKind::tap && !poured) one.taps = row.repeat;
+        if (!poured) one.acceleration_over_gravity = relative_acceleration(protocol.step[number - 1], config.gravity_m_per_s2);
+        if (row.pressure_Pa != 0.0) one.pressure_Pa = row.pressure_Pa;
+        if (config.fill == Fill::scatter) one.coordination_without_rattlers = row.coordination_without_rattlers;
+        const std::size_t first = config.fill == Fill::scatter ? 1 : 0;  // such a bed has no row of the pour
+        if (result.steps.size() + first > number)
+            result.steps.back() = one;
+        else
+            result.steps.push_back(one);
+    }
+    const auto missed = [](const results::ProtocolStep& step) { return !step.reached; };
+    if (std::any_of(result.steps.begin(), result.steps.end(), missed))
+        log_warning(fmt::format("[protocol] did not reach its aim: the porosity is {:.4f}", result.steps.back().porosity));
+    return result;
+}
+
 // The spheres of LIGGGHTS's clumps lie up to a tolerance below the grains' surface, so two exact grains may overlap by twice that more than
 // soft contacts.
 void allow_clump_overlaps(Packing& packing, const results::Pour& pour) {
@@ -80,12 +123,13 @@ void allow_clump_overlaps(Packing& packing, const results::Pour& pour) {
 }
 
 PourResult pour_with_engine(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config,
-                            const Path& folder) {
+                            const ProtocolConfig& protocol, const Path& folder) {
+    (void)plan_pour(shapes, container, config, protocol);  // refuses what the engine cannot do
     switch (config.engine) {
         case Engine::liggghts:
             return liggghts::pour_with_liggghts(shapes, container, config, data_file("liggghts_templates"), folder / "run");
         case Engine::capsule:
-            return dem::pour_with_capsules(shapes, container, config, folder);
+            return dem::pour_with_capsules(shapes, container, config, folder, protocol);
         case Engine::none:
             break;
     }
@@ -118,16 +162,22 @@ void require_same_bed(const std::vector<ShapeShare>& shapes, const Container& co
     require_same_shape(shapes, packing, file);
 }
 
-Poured pour(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config, const Path& folder) {
-    const PourResult pour = pour_with_engine(shapes, container, config, folder);
-    Poured poured{.result = {.engine = std::string(name_of(config.engine)), .seed = config.seed}, .packing = pour.packing};
+Poured pour(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config, const ProtocolConfig& protocol,
+            const Path& folder) {
+    const PourResult pour = pour_with_engine(shapes, container, config, protocol, folder);
+    Poured poured{.result = {.engine = std::string(name_of(config.engine)), .seed = config.seed}, .packing = pour.packing, .protocol = {}};
     poured.result.pour = result_of(pour, shapes, config);
+    if (!protocol.none()) {
+        poured.result.protocol = protocol_result(pour, protocol, config);
+        poured.protocol = protocol_table(pour.protocol);
+    }
     if (config.engine == Engine::liggghts) allow_clump_overlaps(poured.packing, *poured.result.pour);
     return poured;
 }
 
-Expectation expect_pour(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config) {
-    const PourPlan plan = plan_pour(shapes, container, config);
+Expectation expect_pour(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config,
+                        const ProtocolConfig& protocol) {
+    const PourPlan plan = plan_pour(shapes, container, config, protocol);
     const std::string engine = config.engine == Engine::liggghts
                                    ? fmt::format("LIGGGHTS, up to {} grains of {} spheres", plan.max_grains, plan.clump_spheres)
                                    : fmt::format("capsules, up to {} grains", plan.max_grains);

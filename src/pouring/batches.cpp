@@ -1,5 +1,7 @@
 #include "pouring/batches.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -156,11 +158,72 @@ Pour make_lattice(const std::vector<ShapeShare>& shapes, const Container& contai
     return pour;
 }
 
+// Random places in a periodic box at which the spheres around the grains do not touch, one after another.
+Pour make_scattered(const std::vector<ShapeShare>& shapes, const Container& container, long grains, Random& random) {
+    constexpr int tries = 2000;
+    constexpr double most = 0.3;  // part of the box that such spheres fill, surely
+    struct Sphere {
+        Vec3 centre;
+        double radius;
+    };
+    std::vector<double> radii;
+    std::vector<Vec3> middles;
+    double mean_volume = 0.0;
+    for (const auto& [shape, share] : shapes) {
+        const Bounds bounds = bounds_of(PlacedShape{shape});
+        middles.emplace_back(0.5 * (bounds.low + bounds.high));
+        double radius = 0.0;
+        for (const Capsule& capsule : shape.capsules)
+            radius = std::max(radius, std::max((capsule.a - middles.back()).norm(), (capsule.b - middles.back()).norm()) + capsule.radius);
+        if (shape.body != nullptr) radius = std::max(radius, shape.body->reach_from(middles.back()));
+        radii.push_back(1.01 * radius);
+        mean_volume += share * 4.0 / 3.0 * std::numbers::pi * std::pow(radii.back(), 3);
+    }
+    const Vec3 size = container.size();
+    const auto refuse = [&] {
+        throw UserError(fmt::format("{} grains do not fit into the box without contact", grains),
+                        {.where = "[container]",
+                         .allowed = fmt::format("a box of {:.3g} m3 or more", static_cast<double>(grains) * mean_volume / most),
+                         .fix = "a larger box: it shrinks until the grains touch"});
+    };
+    if (static_cast<double>(grains) * mean_volume > most * size.prod()) refuse();
+    Pour pour;
+    pour.batches.emplace_back();
+    pour.top_m = size.z();
+    std::vector<Sphere> placed;
+    const auto is_free = [&](const Sphere& one) {
+        return std::none_of(placed.begin(), placed.end(), [&](const Sphere& other) {
+            Vec3 apart = one.centre - other.centre;
+            for (int axis = 0; axis < 3; ++axis) apart[axis] -= size[axis] * std::round(apart[axis] / size[axis]);
+            const double reach = one.radius + other.radius;
+            return apart.squaredNorm() < reach * reach;
+        });
+    };
+    for (long n = 0; n < grains; ++n) {
+        const std::size_t kind = draw(shapes, random);
+        int t = 0;
+        for (; t < tries; ++t) {
+            const Sphere sphere{{random.uniform(0.0, size.x()), random.uniform(0.0, size.y()), random.uniform(0.0, size.z())}, radii[kind]};
+            if (!is_free(sphere)) continue;
+            placed.push_back(sphere);
+            const Quaternion orientation = random.rotation();
+            pour.batches.back().push_back({.shape = kind,
+                                           .position_m = sphere.centre - orientation * middles[kind],
+                                           .orientation = orientation,
+                                           .velocity_m_per_s = Vec3::Zero()});
+            break;
+        }
+        if (t == tries) refuse();
+    }
+    return pour;
+}
+
 }  // namespace
 
 Pour make_batches(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config, double drop_height_m,
                   long grains) {
     Random random(config.seed);
+    if (config.fill == Fill::scatter) return make_scattered(shapes, container, grains, random);
     if (config.fill == Fill::lattice) return make_lattice(shapes, container, config, grains, random);
     Pour pour;
     pour.top_m = drop_height_m + maximum_feret_diameter(shapes);

@@ -23,7 +23,7 @@ struct Pour {
 };
 /// All batches of a pour of at most `grains` grains: random poses in a slab of one maximum Feret diameter at drop height, no contact with
 /// walls or grains; as many per batch as fit. Or, with fill = "lattice", one batch on a lattice above the floor. Depends only on
-/// the seed. Throws UserError when no grain fits.
+/// the seed. With fill = "scatter", one batch of grains at rest at random places of the whole box. Throws UserError when no grain fits.
 [[nodiscard]] Pour make_batches(const std::vector<shapes::ShapeShare>& shapes, const vessels::Container& container,
                                 const PackingConfig& config, double drop_height_m, long grains);
 

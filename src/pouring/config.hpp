@@ -11,9 +11,9 @@ enum class Engine { capsule, liggghts, none };
 constexpr std::array<core::Choice<Engine>, 3> choices_of(Engine) {
     return {{{Engine::capsule, "capsule"}, {Engine::liggghts, "liggghts"}, {Engine::none, "none"}}};
 }
-enum class Fill { batches, lattice };
-constexpr std::array<core::Choice<Fill>, 2> choices_of(Fill) {
-    return {{{Fill::batches, "batches"}, {Fill::lattice, "lattice"}}};
+enum class Fill { batches, lattice, scatter };
+constexpr std::array<core::Choice<Fill>, 3> choices_of(Fill) {
+    return {{{Fill::batches, "batches"}, {Fill::lattice, "lattice"}, {Fill::scatter, "scatter"}}};
 }
 /// Velocity Verlet, second order and symplectic without damping; or the paper's third-order Adams-Bashforth (Eq. 3-8).
 enum class Integrator { verlet, adams_bashforth };
@@ -65,7 +65,9 @@ inline void describe(record::ConfigVisitor& v, PackingConfig& c) {
     v.text("file", c.file, "a given packing.json or packing.json.gz (engine = \"none\"), relative to the case");
     v.choice("fill", c.fill,
              "batches: grains fall from drop_height_m, batch after batch (batch_grains = 1: one grain at a time); lattice: all grains fall "
-             "at once from a loose lattice above the floor");
+             "at once from a loose lattice above the floor; scatter: all grains at random places of a box that is periodic along x, y and "
+             "z, without "
+             "weight, for a step `compress` of [protocol]");
     v.integer("seed", c.seed, record::between(0, 2147483647), "seed of all random poses");
     v.moved_to("packings", "seeds");
     v.integer("grains", c.grains, {.low = 0, .high = 1e6, .zero_is_auto = true},

@@ -41,9 +41,24 @@ double expected_pieces(const RoundedBody& body) {
     return pieces;
 }
 
+// Roughly: 0.2 s until a bed is at rest after a tap or under a lid; a box shrinks to a third of its width.
+double expected_protocol_steps(const ProtocolConfig& protocol, const Container& container, const PackingConfig& config,
+                               double time_step_s) {
+    constexpr double rest_s = 0.2;
+    double time = 0.0;
+    for (const ProtocolStep& step : protocol.step) {
+        const double number = static_cast<double>(std::max(1L, step.number)),
+                     period = step.frequency_Hz > 0.0 ? 1.0 / step.frequency_Hz : 0.0;
+        const double fall = std::sqrt(8.0 * step.height_m / config.gravity_m_per_s2);
+        time += number * (rest_s + fall) + (step.kind == StepKind::vibrate ? step.time_s : number * period);
+        if (step.speed_m_per_s > 0.0) time += 0.3 * container.height() / step.speed_m_per_s;
+    }
+    return time / time_step_s;
+}
+
 // `expected_grains` are those of a bed that is filled to its height.
 void add_expected_cost(PourPlan& plan, const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config,
-                       double expected_grains) {
+                       const ProtocolConfig& protocol, double expected_grains) {
     // From measurements: LIGGGHTS 0.4 us per sphere and step, with 0.6 of the grains present on average; capsules 0.1 us per capsule and
     // step, with 0.4 of the grains present and awake (0.25 to 0.55 in pours of 1152 to 2385 grains, docs/packing.md).
     const double grains = config.grains > 0 ? static_cast<double>(config.grains) : expected_grains;
@@ -70,7 +85,9 @@ void add_expected_cost(PourPlan& plan, const std::vector<ShapeShare>& shapes, co
         constexpr double min_step_for_threads_s = 0.1e-3, gain_of_a_thread = 0.6, max_threads = 4.0;
         const double step_of_all_s = step_s * 0.4 * grains;
         const double threads = step_of_all_s < min_step_for_threads_s ? 1.0 : std::min(max_threads, static_cast<double>(thread_count()));
-        plan.expected_wall_time_s = step_of_all_s * steps / (1.0 + gain_of_a_thread * (threads - 1.0));
+        // During a protocol all grains are present, and awake.
+        const double all_awake = step_s * grains * expected_protocol_steps(protocol, container, config, plan.time_step_s);
+        plan.expected_wall_time_s = (step_of_all_s * steps + all_awake) / (1.0 + gain_of_a_thread * (threads - 1.0));
         plan.expected_memory_bytes = 20e6 + grains * (2000.0 + 4000.0 * arms);
     }
 }
@@ -143,10 +160,34 @@ std::vector<Capsule> clump_spheres_for(const Shape& shape, const PackingConfig& 
     return shape.body == nullptr ? spheres : with_volume(std::move(spheres), measure(shape, 1e-6).volume_m3);
 }
 
-PourPlan plan_pour(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config) {
-    if (container.periodic()[2])
+namespace {
+
+// Where grains fall, z is not periodic; where they are scattered, all axes are, and a step of the protocol presses them together.
+void require_way_of_filling(const Container& container, const PackingConfig& config, const ProtocolConfig& protocol) {
+    const std::array<bool, 3> periodic = container.periodic();
+    if (periodic[2] && config.fill != Fill::scatter)
         throw UserError("grains fall along z: the container cannot be periodic there",
-                        {.fix = "periodic = [true, true, false] with engine = \"capsule\"; or give a packing.json with engine = \"none\""});
+                        {.fix = "periodic = [true, true, false] with engine = \"capsule\"; a bed without walls with fill = \"scatter\"; or "
+                                "give a packing.json with engine = \"none\""});
+    if (!protocol.none() && config.engine != Engine::capsule)
+        throw UserError("steps of [protocol] are not carried out by this engine",
+                        {.where = "[packing]", .allowed = "engine = \"capsule\"", .fix = "remove [protocol], or change the engine"});
+    if (config.fill != Fill::scatter) return;
+    if (!(periodic[0] && periodic[1] && periodic[2]))
+        throw UserError("fill = \"scatter\" needs a box without walls",
+                        {.where = "[container]", .allowed = "kind = \"box\", periodic = [true, true, true]"});
+    if (protocol.none())
+        throw UserError("scattered grains do not touch each other: this is no bed yet",
+                        {.where = "[protocol]", .fix = "[[protocol.step]] kind = \"compress\", pressure_Pa = 100"});
+    if (config.grains == 0) throw UserError("fill = \"scatter\" needs the number of grains", {.where = "[packing]", .fix = "grains = 500"});
+}
+
+}  // namespace
+
+PourPlan plan_pour(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config,
+                   const ProtocolConfig& protocol) {
+    require_protocol(protocol, container);
+    require_way_of_filling(container, config, protocol);
     const double d = finest_diameter(shapes);
     const double extent = maximum_feret_diameter(shapes);
     const double width = container.widest_place().width_m;
@@ -191,11 +232,11 @@ PourPlan plan_pour(const std::vector<ShapeShare>& shapes, const Container& conta
     const double densest = 0.75 * container.vessel().mean_area({0.0, plan.fill_height_m}) * plan.fill_height_m / mean_volume;
     plan.max_grains = config.grains > 0 ? config.grains : std::max(1L, static_cast<long>(densest));
     plan.clump_spheres = std::lround(mean_spheres);
-    if (config.fill == Fill::lattice)
+    if (config.fill != Fill::batches)
         plan.drop_height_m = 0.0;
     else
         require_no_crossing(shapes, largest_volume, plan.drop_height_m, config);
-    add_expected_cost(plan, shapes, container, config, densest / 0.75 * poured_solid_fraction(shapes, container));
+    add_expected_cost(plan, shapes, container, config, protocol, densest / 0.75 * poured_solid_fraction(shapes, container));
     return plan;
 }
 
@@ -219,8 +260,10 @@ double poured_height_m(const std::vector<ShapeShare>& shapes, const Container& c
     return height + 0.6 * maximum_feret_diameter(shapes);
 }
 
-std::string scene_key(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config) {
+std::string scene_key(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config,
+                      const ProtocolConfig& protocol) {
     Json key = {{"container", to_json(container)}, {"packing", resolved_config(config)}, {"shapes", Json::array()}};
+    if (!protocol.none()) key["protocol"] = resolved_config(protocol);
     for (const auto& [shape, share] : shapes) {
         if (shape.body != nullptr) key["shapes"].push_back({share, shape.body->to_json()});
         for (const Capsule& capsule : shape.capsules)

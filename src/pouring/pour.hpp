@@ -5,6 +5,7 @@
 
 #include "packing/packing.hpp"
 #include "pouring/config.hpp"
+#include "pouring/protocol.hpp"
 #include "shapes/config.hpp"
 #include "shapes/sphere_clump.hpp"
 
@@ -58,14 +59,14 @@ inline constexpr double deepest_overlap = 0.4;
 /// The plan of a pour. Throws UserError when the grain does not fit into the container, the stiffness is too low for its mass, or the step
 /// is too long for it.
 [[nodiscard]] PourPlan plan_pour(const std::vector<shapes::ShapeShare>& shapes, const vessels::Container& container,
-                                 const PackingConfig& config);
+                                 const PackingConfig& config, const ProtocolConfig& protocol = {});
 
 /// At rest the mean net force on a grain is below this fraction of its weight: this excludes grains at a turning point.
 constexpr double rest_force_limit = 0.02;
 
 /// Digest of all inputs of a pour: a run resumes from a snapshot only if their digests agree.
 [[nodiscard]] std::string scene_key(const std::vector<shapes::ShapeShare>& shapes, const vessels::Container& container,
-                                    const PackingConfig& config);
+                                    const PackingConfig& config, const ProtocolConfig& protocol = {});
 
 struct PourResult {
     Packing packing;
@@ -83,6 +84,9 @@ struct PourResult {
     std::optional<double> mean_force_over_weight;
     std::optional<double> largest_clump_overlap_m;  ///< LIGGGHTS: between the clumps' spheres
     std::optional<double> pose_error_m;             ///< LIGGGHTS: maximum distance between predicted and real clump spheres
+    std::vector<ProtocolRow> protocol = {};         ///< the bed after the pour and after each step
+    // With a protocol: forces of the grains on the walls, along z.
+    std::optional<double> floor_force_N = {}, side_force_N = {}, lid_force_N = {};
     double wall_time_s = 0.0;
     std::string command;  ///< repeats the run by hand, in the run's folder; empty where not available
 };

@@ -1,5 +1,7 @@
+#include <algorithm>
 #include <cmath>
 
+#include "report/plot.hpp"
 #include "report/section.hpp"
 #include "report/uses.hpp"
 
@@ -47,8 +49,23 @@ ReportSection packing_section(const ReportInput& input, const Path& folder) {
             add("net force on a grain / its weight, mean", number_text(pack->pour->mean_force_over_weight, "{:.1e}"));
         }
     }
+    if (pack && pack->protocol) {
+        int number = 0;
+        for (const results::ProtocolStep& step : pack->protocol->steps) {
+            const std::string what = step.taps ? fmt::format("{} taps", *step.taps) : step.kind;
+            const std::string name = step.kind == "pour" ? "bed as poured" : fmt::format("bed after step {}: {}", ++number, what);
+            add(name.c_str(), fmt::format("porosity {:.4f}, {:.4g} m high{}", step.porosity, step.bed_height_m,
+                                          step.reached ? "" : "; the aim of the step was not reached"));
+        }
+    }
     if (voxels) add("section", fmt::format("z = {:.4g} to {:.4g} m", voxels->section_m.low, voxels->section_m.high));
     if (fs::exists(folder / "packing.png")) section.pictures = {{"packing.png", "The packing: surface made by CGAL."}};
+    const auto is_course = [](const results::ProtocolStep& step) { return step.taps.value_or(0) > 1 || step.kind == "vibrate"; };
+    if (pack && pack->protocol && std::any_of(pack->protocol->steps.begin(), pack->protocol->steps.end(), is_course) &&
+        take_file(input, "pack/protocol.csv", folder) && draw_plot(folder / "protocol.svg", "protocol"))
+        section.pictures.emplace_back("protocol.svg",
+                                      "The bed after the pour, each step and each tap. No contacts are given during "
+                                      "vibration, when grains fly.");
     return section;
 }
 

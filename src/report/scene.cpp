@@ -25,6 +25,15 @@ std::string grains_text(const results::CaseResults& results) {
     return text + fmt::format(", {:.3g} mm³ each)", 1e9 * shape->volume_m3);
 }
 
+// "Then: 10 taps, vibrate, lid."
+std::string protocol_text(const results::CaseResults& results) {
+    std::string steps;
+    if (results.pack->protocol)
+        for (const results::ProtocolStep& step : results.pack->protocol->steps)
+            if (step.kind != "pour") steps += (steps.empty() ? "" : ", ") + (step.taps ? fmt::format("{} taps", *step.taps) : step.kind);
+    return steps.empty() ? std::string() : fmt::format(" Then: {}.", steps);
+}
+
 std::string solid_text(const ReportInput& input) {
     const Json &all = input.configuration, packing = all.value("packing", Json::object()), image = all.value("image", Json::object());
     const std::string container = vessels::container_text(all.value("container", Json::object()), length_text);
@@ -38,9 +47,11 @@ std::string solid_text(const ReportInput& input) {
     const std::string engine = packing.value("engine", std::string());
     if (engine == "none")
         return fmt::format("{} lie in {} as {} says.", grains_text(input.results), container, packing.value("file", std::string()));
-    return fmt::format("{} were poured into {} by {} (friction {:g}, seed {}).", grains_text(input.results), container,
+    const char* made = packing.value("fill", std::string()) == "scatter" ? "scattered in" : "poured into";
+    return fmt::format("{} were {} {} by {} (friction {:g}, seed {}).", grains_text(input.results), made, container,
                        engine == "liggghts" ? "LIGGGHTS" : "the built-in discrete element method", packing.value("friction", 0.0),
-                       packing.value("seed", 0L));
+                       packing.value("seed", 0L)) +
+           protocol_text(input.results);
 }
 
 }  // namespace

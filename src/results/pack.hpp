@@ -67,6 +67,45 @@ void visit_members(Self& pour, const Visit& visit) {
     visit("engine_wall_time_s", pour.engine_wall_time_s);
 }
 
+/// The bed after the pour, and after each step of the protocol.
+struct ProtocolStep {
+    std::string kind;
+    core::OptionalKey<long> taps = {};                         ///< that were done
+    core::OptionalKey<double> acceleration_over_gravity = {};  ///< peak, of a vessel that is shaken
+    double time_s = 0.0;                                       ///< simulated, since the pour began
+    double bed_height_m = 0.0, porosity = 0.0;                 ///< of the section; of a box without walls as a whole
+    double coordination_number = 0.0;
+    core::OptionalKey<double> coordination_without_rattlers = {};  ///< in a box without walls: grains with fewer than 4 contacts left out
+    core::OptionalKey<double> pressure_Pa = {};                    ///< on a plate, or in a box without walls
+    bool reached = true;                                           ///< what the step was to reach
+};
+template <core::MembersOf<ProtocolStep> Self, typename Visit>
+void visit_members(Self& step, const Visit& visit) {
+    visit("kind", step.kind);
+    visit("taps", step.taps);
+    visit("acceleration_over_gravity", step.acceleration_over_gravity);
+    visit("time_s", step.time_s);
+    visit("bed_height_m", step.bed_height_m);
+    visit("porosity", step.porosity);
+    visit("coordination_number", step.coordination_number);
+    visit("coordination_without_rattlers", step.coordination_without_rattlers);
+    visit("pressure_Pa", step.pressure_Pa);
+    visit("reached", step.reached);
+}
+
+struct Protocol {
+    std::vector<ProtocolStep> steps;
+    // Of the grains on the walls along z, at the end: their weight and a lid's arrive there.
+    core::OptionalKey<double> floor_force_N = {}, side_force_N = {}, lid_force_N = {};
+};
+template <core::MembersOf<Protocol> Self, typename Visit>
+void visit_members(Self& protocol, const Visit& visit) {
+    visit("steps", protocol.steps);
+    visit("floor_force_N", protocol.floor_force_N);
+    visit("side_force_N", protocol.side_force_N);
+    visit("lid_force_N", protocol.lid_force_N);
+}
+
 struct Pack {
     static constexpr const char* stage = "pack";
     /// Raised when these numbers can change, or a key is added: older results are out of date then.
@@ -75,6 +114,7 @@ struct Pack {
     core::OptionalKey<long> seed = {};
     core::OptionalKey<Fit> fit = {};
     core::OptionalKey<Pour> pour = {};
+    core::OptionalKey<Protocol> protocol = {};
     std::size_t grains = 0;
     core::OptionalKey<core::ByName<long>> grains_of_shape = {};  ///< of a mixture
     double largest_overlap_relative_to_diameter = 0.0, mean_overlap_relative_to_diameter = 0.0;
@@ -89,6 +129,7 @@ void visit_members(Self& pack, const Visit& visit) {
     visit("seed", pack.seed);
     visit("fit", pack.fit);
     visit("", pack.pour);
+    visit("protocol", pack.protocol);
     visit("grains", pack.grains);
     visit("grains_of_shape", pack.grains_of_shape);
     visit("largest_overlap_relative_to_diameter", pack.largest_overlap_relative_to_diameter);

@@ -54,8 +54,9 @@ namespace {
 void require_tables_of_image(const Case& c, const TomlFile& toml, const std::map<std::string, Flags>& set, const std::string& file) {
     if (!toml.has("image")) return;
     const bool fit = c.settings.image.fit;
-    for (const char* table : {"shape", "packing", "packings", "stl", "forchheimer"})
-        if ((toml.has(table) || set.contains(table)) && (!fit || std::string(table).starts_with("packing")))
+    for (const char* table : {"shape", "packing", "protocol", "packings", "stl", "forchheimer"})
+        if ((toml.has(table) || set.contains(table)) &&
+            (!fit || std::string(table).starts_with("packing") || std::string(table) == "protocol"))
             throw UserError(std::string("the table [") + table + "] has no effect on an image",
                             {.where = file,
                              .fix = std::string("remove it, or ") +
@@ -72,7 +73,7 @@ void require_tables_of_image(const Case& c, const TomlFile& toml, const std::map
 
 // The grains of an STL file are not poured.
 void require_pouring(const Case& c, const TomlFile& toml, const std::map<std::string, Flags>& set, const std::string& file) {
-    for (const char* table : {"packing", "packings"})
+    for (const char* table : {"packing", "protocol", "packings"})
         if (c.from_surface() && (toml.has(table) || set.contains(table)))
             throw UserError(fmt::format("the table [{}] has no effect on the grains of an STL file: they stay where they are", table),
                             {.where = file,
@@ -137,6 +138,12 @@ void require_packings(const Settings& settings, const std::string& file) {
 
 void require_consistent(const Case& c, const TomlFile& toml, const std::map<std::string, Flags>& set, const std::string& file) {
     require_tables_of_image(c, toml, set, file);
+    if (toml.has("protocol") && c.settings.protocol.none())
+        throw UserError("[protocol] has no steps",
+                        {.where = file, .fix = "[[protocol.step]] kind = \"tap\", number = 100, height_m = 0.002"});
+    if (c.settings.packing.engine == Engine::none && !c.settings.protocol.none())
+        throw UserError("[protocol] has no effect on a given packing",
+                        {.where = file, .fix = "remove it, or pour the bed: engine = \"capsule\""});
     if (const PackingConfig& packing = c.settings.packing; packing.engine != Engine::none && !packing.file.empty())
         throw UserError(fmt::format("`file` has no effect with engine = \"{}\"", name_of(packing.engine)),
                         {.where = file + ", [packing]", .fix = "remove it, or write engine = \"none\""});

@@ -58,8 +58,10 @@ std::vector<ShapeShare> case_shapes(const Case& c) {
 }
 
 Container case_container(const Case& c) {
-    if (!c.from_fit()) return make_container(c.settings.container);
+    const bool shrinks = c.settings.packing.fill == Fill::scatter;  // the case gives the box in which the grains are scattered
+    if (!c.from_fit() && !shrinks) return make_container(c.settings.container);
     if (const Path made = c.stage_folder("pack") / "packing.json"; fs::exists(made)) return read_packing(made).container;
+    if (shrinks) return make_container(c.settings.container);
     if (const auto given = container_of_image(c)) return *given;
     return box_of(imaging::open_volume(c.resolve(c.settings.image.file), c.settings.image).header);
 }

@@ -14,6 +14,7 @@
 #include "permeability/config.hpp"
 #include "pore_space/config.hpp"
 #include "pouring/config.hpp"
+#include "pouring/protocol.hpp"
 #include "record/config.hpp"
 #include "report/config.hpp"
 #include "shapes/config.hpp"
@@ -28,6 +29,7 @@ struct Settings {
     imaging::ImageConfig image;
     vessels::ContainerConfig container;
     pouring::PackingConfig packing;
+    pouring::ProtocolConfig protocol;
     pouring::PackingsConfig packings;
     converters::GeometryConfig geometry;
     pore_space::SectionConfig section;
@@ -51,6 +53,7 @@ void visit_members(Self& settings, const Visit& visit) {
     visit("image", settings.image);
     visit("container", settings.container);
     visit("packing", settings.packing);
+    visit("protocol", settings.protocol);
     visit("packings", settings.packings);
     visit("geometry", settings.geometry);
     visit("section", settings.section);

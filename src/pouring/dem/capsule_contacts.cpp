@@ -150,6 +150,7 @@ Vec3 CapsuleDem::State::press(std::size_t i, Pair& pair, const Contact& contact,
     loads[i].force -= force;
     loads[i].torque -= lever.cross(force);
     loads[pair.other].force += force;
+    virial_[i / block % load_slots] += force.dot(other.x + contact.shift - body.x);
     loads[pair.other].torque += other_lever.cross(force);
     if (contact.twist != 0.0) {
         const Vec3 torque = elastic_force(contact.overlap, contact.share) * contact.twist * contact.normal;
@@ -192,14 +193,14 @@ void CapsuleDem::State::find_wall_contacts(std::size_t i, std::vector<WallTouch>
     const auto add = [&](std::size_t history, const Vec3& place, double radius, const Vec3& outward, double overlap) {
         found.push_back({history, place + (radius - overlap) * outward, outward, overlap, 1.0, overlap * overlap});
     };
-    for (std::size_t w = 0; w < planes; ++w) {
-        const auto& plane = vessel_walls_.planes[w];
-        if (plane.distance(body.x) > kind.radius) continue;
+    const auto add_plane = [&](std::size_t w, const VesselWalls::Plane& plane) {
+        if (plane.distance(body.x) > kind.radius) return;
         for_nodes([&](std::size_t node, double radius, const Vec3& place) {
             const double overlap = radius - plane.distance(place);
             if (overlap > 0.0) add(node * walls + w, place, radius, -plane.normal, overlap);
         });
-    }
+    };
+    for (std::size_t w = 0; w < planes; ++w) add_plane(w, vessel_walls_.planes[w]);
     for (std::size_t w = 0; w < vessel_walls_.round.size(); ++w) {
         const auto& wall = vessel_walls_.round[w];
         if (!(wall.overlap(body.x, kind.radius) > 0.0)) continue;
@@ -211,6 +212,7 @@ void CapsuleDem::State::find_wall_contacts(std::size_t i, std::vector<WallTouch>
                 if (overlap > 0.0) add(node * walls + planes + w, place, radius, -wall.normal(place), overlap);
             });
     }
+    if (lid_) add_plane(lid_wall(), lid_plane());
     if (has_faces(body)) find_piece_wall_contacts(i, found);
 }
 
@@ -241,22 +243,30 @@ void CapsuleDem::State::find_arm_wall_contacts(std::size_t i, std::size_t w, std
     }
 }
 
-void CapsuleDem::State::wall_forces(std::size_t i, std::vector<Load>& loads) {
+void CapsuleDem::State::wall_forces(std::size_t i, std::vector<Load>& loads, WallLoads& sums) {
     const BodyState& body = bodies_[i];
+    const double own_mass = kinds_[body.kind].body.mass_kg;
     thread_local std::vector<WallTouch> found;
     find_wall_contacts(i, found);
     for (const WallTouch& touch : found) {
         const Vec3 lever = touch.at - body.x;
         WallContact& contact = walls_[body.first_wall + touch.history];
-        const Vec3 velocity = body.v_contact + body.omega.cross(lever);
+        Vec3 velocity = body.v_contact + body.omega.cross(lever);
+        const std::size_t wall = touch.history % wall_count();
+        double mass = own_mass;
+        if (wall == lid_wall()) {
+            velocity.z() -= lid_->velocity_m_per_s;
+            if (lid_->mass_kg > 0.0) mass = own_mass * lid_->mass_kg / (own_mass + lid_->mass_kg);
+        }
         const Vec3 force = contact_force({.normal = touch.outward,
                                           .overlap = touch.overlap,
                                           .velocity = velocity,
-                                          .mass = kinds_[body.kind].body.mass_kg,
+                                          .mass = mass,
                                           .friction = law_.wall_friction,
                                           .share = touch.share},
                                          contact.tangential_displacement, is_new(contact.last_contact, body, body));
         contact.last_contact = steps_;
+        (wall == lid_wall() ? sums.lid_N : wall == 0 && has_floor_ ? sums.floor_N : sums.sides_N) += force.z();
         loads[i].force -= force;
         loads[i].torque -= lever.cross(force);
         if (touch.twist != 0.0) loads[i].torque -= elastic_force(touch.overlap, touch.share) * touch.twist * touch.outward;
@@ -274,14 +284,33 @@ void CapsuleDem::State::forces(double displacement_time) {
         auto& loads = loads_[slot];
         std::vector<Contact> contacts;
         loads.assign(n, {Vec3::Zero(), Vec3::Zero()});
+        wall_sums_[slot] = {};
+        virial_[slot] = 0.0;
         for (std::size_t first = slot * block; first < n; first += load_slots * block)
             for (std::size_t i = first; i < std::min(n, first + block); ++i) {
                 grain_forces(i, loads, looked_at[slot], contacts);
-                if (bodies_[i].asleep == 0) wall_forces(i, loads);
+                if (bodies_[i].asleep == 0) wall_forces(i, loads, wall_sums_[slot]);
             }
     }
     looked_at_ = 0;
     for (const std::size_t count : looked_at) looked_at_ += count;
+    if (lid_) lid_->force_N = wall_loads().lid_N;
+}
+
+WallLoads CapsuleDem::State::wall_loads() const {
+    WallLoads sum;
+    for (const WallLoads& one : wall_sums_) {
+        sum.floor_N += one.floor_N;
+        sum.sides_N += one.sides_N;
+        sum.lid_N += one.lid_N;
+    }
+    return sum;
+}
+
+double CapsuleDem::State::pressure() const {
+    double sum = 0.0;
+    for (const double one : virial_) sum += one;
+    return sum / (3.0 * container_.size().prod());
 }
 
 }  // namespace porepack::pouring::dem

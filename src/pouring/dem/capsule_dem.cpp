@@ -12,16 +12,16 @@ namespace porepack::pouring::dem {
 CapsuleDem::State::State(const Container& container, const std::vector<Shape>& shapes, double density_kg_per_m3, const ContactLaw& law,
                          const DemOptions& options)
     : container_(container), shapes_(shapes), law_(law), options_(options), loads_(load_slots) {
-    double widest = 0.0, finest = 1e300;
+    double finest = 1e300;
     for (const Shape& shape : shapes) {
         kinds_.push_back(make_kind(shape, density_kg_per_m3));
-        widest = std::max(widest, kinds_.back().radius);
+        widest_ = std::max(widest_, kinds_.back().radius);
         finest = std::min(finest, kinds_.back().diameter);
         faced_ = faced_ || shape.body != nullptr;
     }
     if (faced_) make_pieces();
     skin_ = options.skin_m > 0.0 ? options.skin_m : 0.25 * finest;
-    make_cells(widest);
+    make_cells();
     make_walls();
 }
 
@@ -74,22 +74,27 @@ CapsuleDem::State::Kind CapsuleDem::State::make_kind(const Shape& shape, double 
     return kind;
 }
 
-void CapsuleDem::State::make_cells(double widest) {
+void CapsuleDem::State::make_cells() {
     // Grains whose gap is below twice the skin have centres at most this far apart: they lie in the same cell or in neighbouring ones.
-    cell_size_ = 2.0 * widest + 2.0 * skin_;
+    cell_size_ = 2.0 * widest_ + 2.0 * skin_;
     const Vec3 low = container_.low(), high = container_.high();
     cell_low_ = low;
     for (int axis = 0; axis < 3; ++axis) {
         const auto a = static_cast<std::size_t>(axis);
         // A pair keeps one periodic shift, so two images of a grain must not be near another grain at the same time.
         const double extent = high[axis] - low[axis];
-        if (container_.periodic()[a] && extent < 4.0 * widest + 2.0 * skin_)
+        if (container_.periodic()[a] && extent < 4.0 * widest_ + 2.0 * skin_)
             throw UserError(
-                fmt::format("the periodic box is {:g} m wide along axis {}, too narrow for grains of radius {:g} m", extent, axis, widest),
-                {.allowed = fmt::format("{:g} m or more, so that no two grains have two contacts", 4.0 * widest + 2.0 * skin_)});
+                fmt::format("the periodic box is {:g} m wide along axis {}, too narrow for grains of radius {:g} m", extent, axis, widest_),
+                {.allowed = fmt::format("{:g} m or more, so that no two grains have two contacts", 4.0 * widest_ + 2.0 * skin_)});
         cell_count_[a] = std::clamp(static_cast<long>(extent / cell_size_), 1L, 400L);
     }
-    cells_.resize(static_cast<std::size_t>(cell_count_[0] * cell_count_[1] * cell_count_[2]));
+    cells_.assign(static_cast<std::size_t>(cell_count_[0] * cell_count_[1] * cell_count_[2]), {});
+}
+
+void CapsuleDem::State::sort_into_cells() {
+    cell_of_body_.assign(bodies_.size(), -1);
+    for (std::size_t i = 0; i < bodies_.size(); ++i) move_to_cell(i, cell_of(bodies_[i].x));
 }
 
 void CapsuleDem::State::make_walls() {
@@ -98,8 +103,8 @@ void CapsuleDem::State::make_walls() {
         throw UserError("grains cannot be poured into this vessel: its walls are not planes, tubes or cones",
                         {.where = to_json(container_).dump()});
     vessel_walls_ = *walls;
-    if (!container_.periodic()[2] && !container_.cut_ends())
-        vessel_walls_.planes.insert(vessel_walls_.planes.begin(), {Vec3::UnitZ(), container_.low().z()});
+    has_floor_ = !container_.periodic()[2] && !container_.cut_ends();
+    if (has_floor_) vessel_walls_.planes.insert(vessel_walls_.planes.begin(), {Vec3::UnitZ(), container_.low().z()});
 }
 
 void CapsuleDem::State::add(std::size_t shape, const Vec3& position_m, const Quaternion& orientation, const Vec3& velocity,
@@ -215,6 +220,30 @@ void CapsuleDem::wake_all() {
 void CapsuleDem::set_sleep(bool sleep) {
     state_->set_sleep(sleep);
 }
+void CapsuleDem::set_gravity(const Vec3& gravity_m_per_s2) {
+    state_->set_gravity(gravity_m_per_s2);
+}
+void CapsuleDem::push(const Vec3& velocity_m_per_s) {
+    state_->push(velocity_m_per_s);
+}
+void CapsuleDem::set_friction(double friction) {
+    state_->set_friction(friction);
+}
+void CapsuleDem::set_lid(const std::optional<Lid>& lid) {
+    state_->set_lid(lid);
+}
+const std::optional<Lid>& CapsuleDem::lid() const {
+    return state_->lid();
+}
+void CapsuleDem::resize(const Vec3& size_m) {
+    state_->resize(size_m);
+}
+double CapsuleDem::pressure_Pa() const {
+    return state_->pressure();
+}
+WallLoads CapsuleDem::wall_loads() const {
+    return state_->wall_loads();
+}
 std::size_t CapsuleDem::size() const {
     return state_->bodies().size();
 }
@@ -253,6 +282,9 @@ DemRest CapsuleDem::rest() const {
 }
 Packing CapsuleDem::packing() const {
     return state_->packing();
+}
+const Container& CapsuleDem::container() const {
+    return state_->container();
 }
 std::size_t CapsuleDem::watched_pairs() const {
     return state_->watched_pairs();

@@ -3,6 +3,7 @@
 
 #include <iosfwd>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "packing/packing.hpp"
@@ -64,9 +65,25 @@ struct DemRest {
     double kinetic_energy_per_grain_J = 0.0;  ///< of translation, and of rotation unless all grains are spheres
     double largest_force_over_weight = 0.0;   ///< net force (contacts and gravity) on a grain / its weight
     double mean_force_over_weight = 0.0;
+    double mean_net_force_N = 0.0;
     double coordination_number = 0.0;                      ///< grains in contact per grain, held ones too, walls not counted
     double largest_overlap_m = 0.0, mean_overlap_m = 0.0;  ///< between grains
     double top_m = 0.0;                                    ///< highest point of the grains slower than 0.05 m/s; 0 if there is none
+    long rattlers = 0;                                     ///< grains with fewer than four contacts, removed until none is left
+    double coordination_without_rattlers = 0.0;
+};
+
+/// A horizontal plate above the grains, which closes the vessel and slides along its sides without friction.
+struct Lid {
+    double height_m = 0.0;
+    double velocity_m_per_s = 0.0;
+    double mass_kg = 0.0;  ///< 0: it keeps its velocity, whatever presses on it
+    double force_N = 0.0;  ///< of the grains on it, upwards; set by each step
+};
+
+/// Forces of the grains on the walls in the last step, along z; of grains that are awake.
+struct WallLoads {
+    double floor_N = 0.0, sides_N = 0.0, lid_N = 0.0;
 };
 
 /// Deterministic: the same calls give the same bits for any number of threads.
@@ -95,6 +112,21 @@ public:
     void wake_all();
     /// Without sleep all grains are awake.
     void set_sleep(bool sleep);
+    /// From the next step on. A vessel that moves is described in its own frame: gravity less the vessel's acceleration.
+    void set_gravity(const shapes::Vec3& gravity_m_per_s2);
+    /// Wakes all grains and adds a velocity to each.
+    void push(const shapes::Vec3& velocity_m_per_s);
+    /// Between grains, from the next step on.
+    void set_friction(double friction);
+    /// Without a value, the lid is taken away. Under a lid grains do not sleep: switch sleep off. Not along a periodic axis z.
+    void set_lid(const std::optional<Lid>& lid);
+    [[nodiscard]] const std::optional<Lid>& lid() const;
+    /// Moves all grains with a box that is periodic along x, y and z to a new size, one part in 1000 smaller or larger at most. Grains keep
+    /// their size. Throws UserError where the box becomes narrower than two grains.
+    void resize(const shapes::Vec3& size_m);
+    /// Of contacts between grains over the container's volume, from the last step: trace of the stress / 3.
+    [[nodiscard]] double pressure_Pa() const;
+    [[nodiscard]] WallLoads wall_loads() const;
 
     [[nodiscard]] std::size_t size() const;
     [[nodiscard]] double time_s() const;
@@ -109,6 +141,7 @@ public:
     [[nodiscard]] DemEnergy energy() const;
     [[nodiscard]] DemRest rest() const;
     [[nodiscard]] Packing packing() const;
+    [[nodiscard]] const vessels::Container& container() const;
     /// Pairs of capsules in the Verlet lists, and those checked in the last step.
     [[nodiscard]] std::size_t watched_pairs() const;
     [[nodiscard]] std::size_t looked_at() const;

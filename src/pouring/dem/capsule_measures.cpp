@@ -43,11 +43,49 @@ DemEnergy CapsuleDem::State::energy() const {
         energy.potential_J -= kind.body.mass_kg * options_.gravity_m_per_s2.dot(body.x);
         energy.elastic_J = wall_energy(i, energy.elastic_J);
     }
+    if (lid_) {
+        energy.kinetic_J += 0.5 * lid_->mass_kg * lid_->velocity_m_per_s * lid_->velocity_m_per_s;
+        energy.potential_J -= lid_->mass_kg * options_.gravity_m_per_s2.z() * lid_->height_m;
+    }
     for_contacts([&](std::size_t, const auto& pair, const Contact& contact) {
         energy.elastic_J += 0.5 * (kn * contact.square + kt * contact.share * pair.tangential_displacement.squaredNorm());
     });
     return energy;
 }
+
+namespace {
+
+// Grains that fewer than four others touch are removed, until none is left.
+void remove_rattlers(const std::set<std::pair<std::size_t, std::size_t>>& touching, std::size_t grains, DemRest& rest) {
+    std::vector<std::vector<std::size_t>> others(grains);
+    for (const auto& [i, j] : touching) {
+        others[i].push_back(j);
+        others[j].push_back(i);
+    }
+    std::vector<std::size_t> count(grains), loose;
+    std::vector<bool> removed(grains, false);
+    const auto check = [&](std::size_t i) {
+        if (removed[i] || count[i] >= 4) return;
+        removed[i] = true;
+        loose.push_back(i);
+    };
+    for (std::size_t i = 0; i < grains; ++i) count[i] = others[i].size();
+    for (std::size_t i = 0; i < grains; ++i) check(i);
+    while (!loose.empty()) {
+        const std::size_t i = loose.back();
+        loose.pop_back();
+        for (const std::size_t j : others[i]) {
+            --count[j];
+            check(j);
+        }
+    }
+    std::size_t neighbours = 0;
+    for (std::size_t i = 0; i < grains; ++i) removed[i] ? static_cast<void>(++rest.rattlers) : static_cast<void>(neighbours += count[i]);
+    const auto left = static_cast<double>(grains) - static_cast<double>(rest.rattlers);
+    rest.coordination_without_rattlers = left > 0.0 ? static_cast<double>(neighbours) / left : 0.0;
+}
+
+}  // namespace
 
 DemRest CapsuleDem::State::rest() const {
     DemRest rest;
@@ -62,7 +100,9 @@ DemRest CapsuleDem::State::rest() const {
         // A sphere may spin in place without end and move no other grain.
         const double rotation = spheres ? 0.0 : 0.5 * body.momentum.dot(omega_of(body, body.q, body.momentum));
         rest.kinetic_energy_per_grain_J += 0.5 * kind.body.mass_kg * body.v.squaredNorm() + rotation;
-        const double net = g > 0.0 ? (body.force / kind.body.mass_kg + options_.gravity_m_per_s2).norm() / g : 0.0;
+        const double acceleration = (body.force / kind.body.mass_kg + options_.gravity_m_per_s2).norm(),
+                     net = g > 0.0 ? acceleration / g : 0.0;
+        rest.mean_net_force_N += kind.body.mass_kg * acceleration;
         rest.largest_force_over_weight = std::max(rest.largest_force_over_weight, net);
         rest.mean_force_over_weight += net;
         if (body.v.norm() < 0.05) {
@@ -87,9 +127,11 @@ DemRest CapsuleDem::State::rest() const {
         rest.mean_overlap_m += contact.overlap;
         rest.largest_overlap_m = std::max(rest.largest_overlap_m, contact.overlap);
     });
+    remove_rattlers(touching, bodies_.size(), rest);
     const auto n = static_cast<double>(std::max<std::size_t>(1, free));
     rest.kinetic_energy_per_grain_J /= n;
     rest.mean_force_over_weight /= n;
+    rest.mean_net_force_N /= n;
     rest.coordination_number = static_cast<double>(neighbours) / n;
     rest.mean_overlap_m /= static_cast<double>(std::max(1L, contacts));
     return rest;

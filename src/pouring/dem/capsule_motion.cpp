@@ -133,6 +133,46 @@ void CapsuleDem::State::hold(std::size_t body) {
     bodies_[body].v = bodies_[body].v_contact = bodies_[body].momentum = bodies_[body].omega = Vec3::Zero();
 }
 
+void CapsuleDem::State::push(const Vec3& velocity_m_per_s) {
+    wake_all();
+    for (BodyState& body : bodies_) {
+        if (body.held != 0) continue;
+        body.v += velocity_m_per_s;
+        body.v_contact = body.v;
+        body.fresh = 3;
+    }
+}
+
+void CapsuleDem::State::set_lid(const std::optional<Lid>& lid) {
+    lid_ = lid;
+    primed_ = false;
+}
+
+// Velocity Verlet, as of the grains.
+void CapsuleDem::State::move_lid(bool first_half) {
+    const double dt = options_.time_step_s;
+    if (lid_->mass_kg > 0.0) lid_->velocity_m_per_s += 0.5 * dt * (lid_->force_N / lid_->mass_kg + options_.gravity_m_per_s2.z());
+    if (first_half) lid_->height_m += dt * lid_->velocity_m_per_s;
+}
+
+// Two grains in contact, or nearly so, are as far apart as a cell is wide at most: so much their distance changes.
+void CapsuleDem::State::resize(const Vec3& size_m) {
+    const Vec3 ratio = size_m.cwiseQuotient(container_.size());
+    const double change = (ratio - Vec3::Ones()).cwiseAbs().maxCoeff();
+    container_ = container_.resized(size_m);
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+        bodies_[i].x = bodies_[i].x.cwiseProduct(ratio);
+        bodies_[i].travelled += 0.51 * change * cell_size_;
+        place_arms(i);
+    }
+    for (int axis = 0; axis < 3; ++axis)
+        if (size_m[axis] < cell_size_ * static_cast<double>(cell_count_[static_cast<std::size_t>(axis)])) {
+            make_cells();
+            sort_into_cells();
+            break;
+        }
+}
+
 void CapsuleDem::State::stop() {
     for (BodyState& body : bodies_) body.v = body.v_contact = body.momentum = body.omega = Vec3::Zero();
 }
@@ -150,6 +190,7 @@ void CapsuleDem::State::step(long steps) {
         const core::Stopwatch watch;
         ++steps_;
         time_ += options_.time_step_s;
+        if (lid_) move_lid(true);
 #pragma omp parallel for schedule(static, block) if (threads_.parallel())
         for (std::size_t i = 0; i < n; ++i)
             if (bodies_[i].moves()) {
@@ -159,6 +200,7 @@ void CapsuleDem::State::step(long steps) {
         search();
         forces(options_.time_step_s);
         if (faced_) require_no_crossing();
+        if (lid_) move_lid(false);
 #pragma omp parallel for schedule(static, block) if (threads_.parallel())
         for (std::size_t i = 0; i < n; ++i)
             if (bodies_[i].moves()) {

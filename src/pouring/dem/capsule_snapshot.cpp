@@ -9,7 +9,7 @@
 namespace porepack::pouring::dem {
 namespace {
 
-constexpr std::uint64_t state_mark = 0x31307374'61746570ULL;
+constexpr std::uint64_t state_mark = 0x32307374'61746570ULL;
 
 template <typename Value>
 void put(std::ostream& out, const Value& value) {
@@ -32,6 +32,9 @@ void CapsuleDem::State::save(std::ostream& out) const {
     put(out, time_);
     put(out, steps_);
     put(out, primed_);
+    put(out, container_.size());
+    put(out, lid_.has_value());
+    put(out, lid_.value_or(Lid{}));
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
         put(out, bodies_[i]);
         put(out, verlet_lists_[i].size());
@@ -66,6 +69,18 @@ void CapsuleDem::State::load(std::istream& in, const std::string& where) {
     get(in, time_);
     get(in, steps_);
     get(in, primed_);
+    Vec3 size = container_.size();
+    bool has_lid = false;
+    Lid lid;
+    get(in, size);
+    get(in, has_lid);
+    get(in, lid);
+    if (!in || !size.allFinite() || !(size.minCoeff() > 0.0)) refuse();
+    if (size != container_.size()) {
+        container_ = container_.resized(size);
+        make_cells();
+    }
+    lid_ = has_lid ? std::optional(lid) : std::nullopt;
     bodies_.assign(count, {});
     verlet_lists_.assign(count, {});
     if (faced_) {

@@ -128,12 +128,21 @@ public:
     void step(long steps);
     void wake_all();
     void set_sleep(bool sleep);
+    void set_gravity(const shapes::Vec3& gravity_m_per_s2) { options_.gravity_m_per_s2 = gravity_m_per_s2; }
+    void push(const shapes::Vec3& velocity_m_per_s);
+    void set_friction(double friction) { law_.friction = friction; }
+    void set_lid(const std::optional<Lid>& lid);
+    [[nodiscard]] const std::optional<Lid>& lid() const { return lid_; }
+    void resize(const shapes::Vec3& size_m);
+    [[nodiscard]] double pressure() const;
+    [[nodiscard]] WallLoads wall_loads() const;
     [[nodiscard]] packing::Body pose(std::size_t body) const;
     [[nodiscard]] shapes::Vec3 angular_velocity(std::size_t body) const;
     [[nodiscard]] std::size_t sleeping() const;
     [[nodiscard]] DemEnergy energy() const;
     [[nodiscard]] DemRest rest() const;
     [[nodiscard]] Packing packing() const;
+    [[nodiscard]] const vessels::Container& container() const { return container_; }
     [[nodiscard]] std::size_t watched_pairs() const;
     void save(std::ostream& out) const;
     void load(std::istream& in, const std::string& where);
@@ -146,15 +155,18 @@ public:
 
 private:
     // capsule_dem.cpp: set-up
-    /// Planes first, then round ones.
-    [[nodiscard]] std::size_t wall_count() const { return vessel_walls_.planes.size() + vessel_walls_.round.size(); }
+    /// Planes first, then round ones, then the lid.
+    [[nodiscard]] std::size_t wall_count() const { return lid_wall() + 1; }
+    [[nodiscard]] std::size_t lid_wall() const { return vessel_walls_.planes.size() + vessel_walls_.round.size(); }
+    [[nodiscard]] geometry::VesselWalls::Plane lid_plane() const { return {-shapes::Vec3::UnitZ(), -lid_->height_m}; }
     /// Places for tangential displacements: of each node, piece and arm at each wall.
     [[nodiscard]] std::size_t wall_histories(const Kind& kind) const {
         return (kind.nodes.size() + kind.pieces.size() + (vessel_walls_.convex() ? 0 : kind.arms.size())) * wall_count();
     }
     [[nodiscard]] static Kind make_kind(const shapes::Shape& shape, double density_kg_per_m3);
     void make_pieces();
-    void make_cells(double widest);
+    void make_cells();
+    void sort_into_cells();
     void make_walls();
     [[nodiscard]] shapes::Vec3 omega_of(const BodyState& body, const shapes::Quaternion& q, const shapes::Vec3& momentum) const;
     [[nodiscard]] shapes::Vec3 image_shift(const shapes::Vec3& between) const;
@@ -164,6 +176,7 @@ private:
     void advance(BodyState& body);
     void finish(BodyState& body);
     void gather(BodyState& body, std::size_t i) const;
+    void move_lid(bool first_half);
     void fall_asleep_or_wake();
 
     // capsule_neighbours.cpp
@@ -190,7 +203,7 @@ private:
     shapes::Vec3 press(std::size_t body, Pair& pair, const Contact& contact, std::vector<Load>& loads);
     void find_wall_contacts(std::size_t body, std::vector<WallTouch>& found) const;
     void find_arm_wall_contacts(std::size_t body, std::size_t round, std::vector<WallTouch>& found) const;
-    void wall_forces(std::size_t body, std::vector<Load>& loads);
+    void wall_forces(std::size_t body, std::vector<Load>& loads, WallLoads& sums);
     [[nodiscard]] double elastic_force(double overlap, double share) const { return share * 0.5 * law_.normal_stiffness_N_per_m * overlap; }
     [[nodiscard]] shapes::Vec3 contact_force(const Approach& approach, shapes::Vec3& displacement, bool first) const;
 
@@ -231,8 +244,12 @@ private:
     std::vector<long> cell_of_body_;
     std::array<long, 3> cell_count_{};
     shapes::Vec3 cell_low_ = shapes::Vec3::Zero();
-    double cell_size_ = 1.0, skin_ = 0.0;
-    geometry::VesselWalls vessel_walls_;                        // the floor, then the vessel's
+    double cell_size_ = 1.0, skin_ = 0.0, widest_ = 0.0;  // the last: largest radius of a grain
+    geometry::VesselWalls vessel_walls_;                  // the floor, then the vessel's
+    bool has_floor_ = false;
+    std::optional<Lid> lid_;
+    std::array<WallLoads, load_slots> wall_sums_{};             // by load slot
+    std::array<double, load_slots> virial_{};                   // likewise
     std::array<std::vector<std::uint32_t>, load_slots> woken_;  // by load slot
     double time_ = 0.0, displacement_time_ = 0.0;
     long steps_ = 0;

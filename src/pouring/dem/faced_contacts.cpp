@@ -235,6 +235,9 @@ void CapsuleDem::State::find_piece_wall_contacts(std::size_t i, std::vector<Wall
     for (std::size_t w = 0; w < vessel_walls_.round.size(); ++w)
         if (const auto& wall = vessel_walls_.round[w]; wall.overlap(body.x, kind.radius) > 0.0)
             add(planes + w, RoundSurface(frame.turn, frame.origin, wall), wall.inside);
+    if (!lid_) return;
+    if (const VesselWalls::Plane plane = lid_plane(); plane.distance(body.x) <= kind.radius)
+        add(lid_wall(), PlaneSurface(frame.turn.transpose() * plane.normal, plane.distance(frame.origin)), false);
 }
 
 void CapsuleDem::State::require_no_crossing() {

@@ -63,11 +63,17 @@ void draw(const Common& common, const std::vector<std::string>& arguments, bool 
 std::string key_reference() {
     Settings settings;
     std::string text;
-    for (const auto& table : Settings::tables()) {
-        text += (text.empty() ? "## [" : "\n## [") + table + "]\n\n| key | type | default | allowed | meaning |\n|---|---|---|---|---|\n";
-        for (const auto& row : key_rows(settings.describe_table(table)))
+    const auto add = [&](const std::string& title, const record::Describe& keys) {
+        text += fmt::format("{}## {}\n\n| key | type | default | allowed | meaning |\n|---|---|---|---|---|\n", text.empty() ? "" : "\n",
+                            title);
+        for (const auto& row : key_rows(keys))
             text += fmt::format("| `{}` | {} | {} | {} | {} |\n", row.key, row.type, row.standard.empty() ? "–" : row.standard,
                                 row.allowed.empty() ? "–" : row.allowed, row.meaning);
+    };
+    for (const auto& table : Settings::tables()) {
+        add("[" + table + "]", settings.describe_table(table));
+        pouring::ProtocolStep step;
+        if (table == "protocol") add("[[protocol.step]]", [&](record::ConfigVisitor& v) { describe(v, step); });
     }
     return text;
 }

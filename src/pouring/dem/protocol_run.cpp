@@ -1,0 +1,414 @@
+#include "pouring/dem/protocol_run.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <istream>
+#include <numbers>
+#include <ostream>
+
+#include "core/error.hpp"
+#include "core/log.hpp"
+#include "packing/grains.hpp"
+#include "packing/porosity.hpp"
+#include "packing/section.hpp"
+#include "pouring/uses.hpp"
+
+namespace porepack::pouring::dem {
+namespace {
+
+constexpr long part = 500;               // time steps between two checks
+constexpr long between_pressures = 100;  // the same of a plate that moves down
+constexpr long lines_of_porosity = 10000;
+constexpr long rows_of_vibration = 50;
+constexpr double tap_rest_factor = 100.0;  // between taps, the energy at rest may be so much larger
+constexpr double pressure_tolerance = 1e-3;
+constexpr double softest = 0.02;  // largest mean overlap of compressed grains over the diameter
+
+// Peak acceleration of a shaken vessel, with its direction.
+Vec3 peak_of(const ProtocolStep& step) {
+    const double size = step.peak_acceleration_m_per_s2 > 0.0 ? step.peak_acceleration_m_per_s2
+                                                              : step.amplitude_m * std::pow(2.0 * std::numbers::pi * step.frequency_Hz, 2);
+    const Vec3 direction =
+        step.direction.empty() ? Vec3(Vec3::UnitZ()) : Vec3(step.direction[0], step.direction[1], step.direction[2]).normalized();
+    return size * direction;
+}
+
+Vec3 gravity_of(const PackingConfig& config) {
+    return {0.0, 0.0, -config.gravity_m_per_s2};
+}
+
+}  // namespace
+
+ProtocolRun::ProtocolRun(const ProtocolConfig& protocol, const PackingConfig& config, const ProtocolScale& scale, CapsuleDem& dem)
+    : protocol_(protocol), config_(config), scale_(scale), dem_(dem), dt_(scale.plan.time_step_s) {
+    at_.friction = config.friction;
+    for (std::size_t i = 0; i < protocol.step.size(); ++i) require_possible(protocol.step[i], i + 1);
+}
+
+void ProtocolRun::require_possible(const ProtocolStep& step, std::size_t number) const {
+    const std::string where = fmt::format("[[protocol.step]], step {} ({})", number, name_of(step.kind));
+    const double stiffness = config_.normal_stiffness_N_per_m, d = scale_.diameter_m;
+    double speed = step.speed_m_per_s;
+    if (step.kind == StepKind::tap || step.kind == StepKind::vibrate) {
+        speed = step.height_m > 0.0 ? std::sqrt(2.0 * config_.gravity_m_per_s2 * step.height_m)
+                                    : peak_of(step).norm() / (2.0 * std::numbers::pi * step.frequency_Hz);
+        const double fastest = 0.25 / scale_.plan.contact_time_s;
+        if (step.frequency_Hz > fastest)
+            throw UserError(fmt::format("a period of {:.3g} s is too short: a contact lasts {:.3g} s", 1.0 / step.frequency_Hz,
+                                        scale_.plan.contact_time_s),
+                            {.where = where, .allowed = fmt::format("frequency_Hz up to {:.3g}", fastest)});
+    }
+    // A grain that meets a wall with this speed goes so deep that m v^2 / 2 = (s_n / 4) O^2.
+    const double overlap = speed * std::sqrt(2.0 * scale_.heaviest_kg / stiffness), deepest = deepest_overlap * d;
+    if (overlap > deepest)
+        throw UserError(fmt::format("at {:.3g} m/s, grains {:.3g} m thick would pass through each other", speed, d),
+                        {.where = where,
+                         .allowed = fmt::format("{:.3g} m/s with this stiffness", speed * deepest / overlap),
+                         .fix = "a gentler step, or a larger normal_stiffness_N_per_m"});
+    if (const double soft = 2.0 * step.pressure_Pa * d / stiffness; soft > softest)
+        throw UserError(fmt::format("a pressure of {:.3g} Pa would press grains into each other by about {:.2g} of their diameter",
+                                    step.pressure_Pa, soft),
+                        {.where = where,
+                         .allowed = fmt::format("{:g}", softest),
+                         .fix = fmt::format("normal_stiffness_N_per_m of {:.2g} or more, tangential_stiffness_N_per_m half of it",
+                                            2.0 * step.pressure_Pa * d / (0.1 * softest))});
+}
+
+bool ProtocolRun::in_box() const {
+    return dem_.container().periodic()[2];
+}
+
+void ProtocolRun::begin() {
+    rows_.clear();
+    if (!in_box()) measure(true);
+}
+
+// Grains may sleep while they come to rest, and only then: so a resumed run has the same bits.
+void ProtocolRun::enter(Phase phase) {
+    dem_.set_sleep(false);
+    at_.phase = phase;
+    at_.since = dem_.steps();
+}
+
+void ProtocolRun::finish_step() {
+    ++at_.step;
+    at_.repeat = at_.measured = 0;
+    enter(Phase::begin);
+}
+
+void ProtocolRun::advance() {
+    dem_.set_friction(at_.friction);
+    switch (step().kind) {
+        case StepKind::settle:
+            if (at_.phase == Phase::begin) at_.reached = true;
+            if (at_.phase == Phase::begin) enter(Phase::rest);
+            return rest_after();
+        case StepKind::tap:
+            return at_.phase == Phase::rest ? rest_after() : tap();
+        case StepKind::vibrate:
+            return at_.phase == Phase::rest ? rest_after() : vibrate();
+        case StepKind::lid:
+            return at_.phase == Phase::rest ? rest_after() : lay_lid();
+        case StepKind::compress:
+            if (in_box()) return shrink();
+            return at_.phase == Phase::rest ? rest_after() : press_down();
+    }
+}
+
+// The vessel's position is a (1 - cos w t): it starts from rest, and is at rest after each whole period.
+void ProtocolRun::shake(long until, const Vec3& acceleration, double frequency_Hz) {
+    const double period = std::max(1.0, std::round(1.0 / (frequency_Hz * dt_)));
+    while (dem_.steps() < until) {
+        const double turns = (static_cast<double>(steps_in_phase()) + 0.5) / period;
+        dem_.set_gravity(gravity_of(config_) - std::cos(2.0 * std::numbers::pi * turns) * acceleration);
+        dem_.step();
+    }
+    dem_.set_gravity(gravity_of(config_));
+}
+
+// A vessel that falls does not load its grains; when it stops, all of them have its velocity.
+void ProtocolRun::tap() {
+    if (at_.phase == Phase::begin) enter(Phase::move);
+    if (step().height_m > 0.0) {
+        dem_.push(Vec3(0.0, 0.0, -std::sqrt(2.0 * config_.gravity_m_per_s2 * step().height_m)));
+        enter(Phase::rest);
+        return rest_after();  // each call takes time steps, so that a run which is stopped again and again comes to an end
+    }
+    const long end = at_.since + std::lround(1.0 / (step().frequency_Hz * dt_));
+    shake(std::min(end, dem_.steps() + part), peak_of(step()), step().frequency_Hz);
+    if (dem_.steps() == end) enter(Phase::rest);
+}
+
+void ProtocolRun::vibrate() {
+    const double period = std::max(1.0, std::round(1.0 / (step().frequency_Hz * dt_)));
+    const auto length = static_cast<long>(std::ceil(step().time_s / dt_ / period - 1e-9) * period);
+    if (at_.phase == Phase::begin) {
+        log_info("pour: vibration with {:.3g} times gravity for {:.3g} s", *relative_acceleration(step(), config_.gravity_m_per_s2),
+                 static_cast<double>(length) * dt_);
+        enter(Phase::move);
+    }
+    shake(std::min(at_.since + length, dem_.steps() + part), peak_of(step()), step().frequency_Hz);
+    // Rows between whole periods, when the vessel is at rest.
+    const auto periods = static_cast<long>(static_cast<double>(steps_in_phase()) / period);
+    const long all = std::lround(static_cast<double>(length) / period), due = periods * std::min(all, rows_of_vibration) / all;
+    if (due > at_.measured && steps_in_phase() < length) {
+        at_.measured = due;
+        measure(true);
+        at_.reached = protocol_.target_porosity > 0.0 && rows_.back().porosity <= protocol_.target_porosity;
+    }
+    if (steps_in_phase() >= length || at_.reached) enter(Phase::rest);
+}
+
+void ProtocolRun::lay_lid() {
+    const double area = dem_.container().inner_area_m2(), g = config_.gravity_m_per_s2;
+    if (at_.phase == Phase::begin) {
+        const double mass = step().mass_kg > 0.0 ? step().mass_kg : step().pressure_Pa * area / g;
+        if (mass < scale_.heaviest_kg)
+            throw UserError(fmt::format("the lid has a mass of {:.3g} kg, a grain {:.3g} kg", mass, scale_.heaviest_kg),
+                            {.where = fmt::format("[[protocol.step]], step {}", at_.step + 1), .allowed = "a lid heavier than a grain"});
+        dem_.set_lid(Lid{.height_m = dem_.rest().top_m + 1e-3 * scale_.diameter_m, .velocity_m_per_s = 0.0, .mass_kg = mass});
+        enter(Phase::move);
+    }
+    dem_.step(part);
+    require_time("under the lid");
+    if (steps_in_phase() < 2 * part || !lid_at_rest() || !at_rest(1.0, true)) return;
+    measure(true);
+    if (step().stays) return finish_step();
+    dem_.set_lid({});
+    at_.reached = true;
+    enter(Phase::rest);
+}
+
+double ProtocolRun::speed() const {
+    return step().speed_m_per_s > 0.0 ? step().speed_m_per_s : 0.05 * std::sqrt(config_.gravity_m_per_s2 * scale_.diameter_m);
+}
+
+// The plate moves evenly until the end is reached. Then it stands still, or, for a pressure, gets the mass whose weight this is.
+void ProtocolRun::press_down() {
+    const double area = dem_.container().inner_area_m2();
+    if (at_.phase == Phase::begin) {
+        if (step().friction >= 0.0) at_.friction = step().friction;
+        const double top = dem_.rest().top_m + 1e-3 * scale_.diameter_m;
+        at_.reached = step().to_height_m >= top;
+        if (at_.reached)
+            throw UserError(fmt::format("the plate would not touch the bed, which is {:.4g} m high", top),
+                            {.where = fmt::format("[[protocol.step]], step {}", at_.step + 1), .allowed = "a to_height_m below that"});
+        dem_.set_lid(Lid{.height_m = top, .velocity_m_per_s = -speed()});
+        enter(Phase::move);
+    }
+    if (dem_.lid()->velocity_m_per_s != 0.0 && dem_.lid()->mass_kg == 0.0) {
+        const long left = step().to_height_m > 0.0 ? std::max(1L, std::lround((dem_.lid()->height_m - step().to_height_m) / speed() / dt_))
+                                                   : between_pressures;
+        dem_.step(std::min(between_pressures, left));
+        Lid lid = *dem_.lid();
+        double height = 0.0;
+        const bool soft = dem_.rest().mean_overlap_m > softest * scale_.diameter_m;
+        if (step().pressure_Pa > 0.0 && lid.force_N >= step().pressure_Pa * area) {
+            lid.mass_kg = step().pressure_Pa * area / config_.gravity_m_per_s2;
+            at_.reached = true;
+        } else if (step().to_height_m > 0.0) {
+            at_.reached = lid.height_m <= step().to_height_m + 0.5 * dt_ * speed();
+        } else if (step().to_porosity > 0.0) {
+            at_.reached = porosity(height) <= step().to_porosity;
+        }
+        if (!at_.reached && !soft) return;
+        if (!at_.reached)
+            log_warning(fmt::format("pour: step {} ends before its aim: grains overlap by more than {:g} of their diameter on average",
+                                    at_.step + 1, softest));
+        if (lid.mass_kg == 0.0) lid.velocity_m_per_s = 0.0;
+        dem_.set_lid(lid);
+        at_.since = dem_.steps();
+        return;
+    }
+    dem_.step(part);
+    require_time("under the plate");
+    if (steps_in_phase() < 2 * part || !lid_at_rest() || !at_rest(1.0, false)) return;
+    measure(at_.reached);
+    if (step().stays) return finish_step();
+    dem_.set_lid({});
+    enter(Phase::rest);
+}
+
+// The box shrinks evenly until grains press on each other. From then on its rate is so small that the pressure grows, and falls, within the
+// time d sqrt(density / pressure), in which a grain moves by its diameter under this pressure.
+void ProtocolRun::shrink() {
+    const double d = scale_.diameter_m, k = 0.5 * config_.normal_stiffness_N_per_m;
+    // Of a step that ends with a porosity: a pressure that overlaps of one part in 1000 cause.
+    const double target = step().pressure_Pa > 0.0 ? step().pressure_Pa : 1e-3 * k / d;
+    const double time = d * std::sqrt(config_.density_kg_per_m3 / target), size = dem_.container().size().minCoeff();
+    const double fastest = step().speed_m_per_s > 0.0 ? step().speed_m_per_s / size : 0.01 / time;
+    if (at_.phase == Phase::begin) {
+        dem_.set_gravity(Vec3::Zero());
+        if (step().friction >= 0.0) at_.friction = step().friction;
+        at_.reached = false;
+        enter(Phase::move);
+    }
+    const bool to_porosity = step().to_porosity > 0.0;
+    const double slow = std::min(fastest, target * d / k / time);
+    if (at_.phase == Phase::move)
+        for (long n = 0; n < part; ++n) {
+            const double pressure = dem_.pressure_Pa();
+            double rate = pressure < 0.01 * target ? fastest : slow * std::clamp(1.0 - pressure / target, -1.0, 1.0);
+            if (to_porosity) rate = fastest;
+            dem_.resize(dem_.container().size() * (1.0 - std::min(1e-3, rate * dt_)));
+            dem_.step();
+            if (to_porosity && n % between_pressures == 0) {
+                double height = 0.0;
+                if (porosity(height) <= step().to_porosity) {
+                    at_.reached = true;
+                    break;
+                }
+            }
+        }
+    else
+        dem_.step(part);
+    const DemRest rest = dem_.rest();
+    if (rest.mean_overlap_m > softest * d && at_.phase == Phase::move) {
+        log_warning(fmt::format("pour: step {} ends before its aim: grains overlap by more than {:g} of their diameter on average",
+                                at_.step + 1, softest));
+        enter(Phase::rest);
+        return;
+    }
+    const double force = std::max(dem_.pressure_Pa(), 1e-6 * target) * d * d, energy = force * d;
+    const bool still =
+        rest.kinetic_energy_per_grain_J < config_.rest_energy_fraction * energy && rest.mean_net_force_N < rest_force_limit * force;
+    if (at_.phase == Phase::move && to_porosity && at_.reached) return enter(Phase::rest);
+    if (to_porosity && at_.phase == Phase::move) return;
+    const bool pressed = to_porosity || at_.phase == Phase::rest || std::abs(dem_.pressure_Pa() / target - 1.0) < pressure_tolerance;
+    if (pressed && still) {
+        measure(to_porosity ? at_.reached : at_.phase == Phase::move);
+        return finish_step();
+    }
+    // Nothing supports a loose bed at a porosity: it stops moving by its contacts alone.
+    require_time("in the periodic box");
+}
+
+bool ProtocolRun::lid_at_rest() const {
+    if (!dem_.lid()) return true;
+    const Lid& lid = *dem_.lid();
+    if (lid.mass_kg == 0.0) return lid.velocity_m_per_s == 0.0;
+    const double weight = lid.mass_kg * config_.gravity_m_per_s2;
+    return std::abs(lid.force_N - weight) < 0.1 * rest_force_limit * weight &&
+           0.5 * lid.mass_kg * lid.velocity_m_per_s * lid.velocity_m_per_s < scale_.rest_limit_J;
+}
+
+bool ProtocolRun::at_rest(double factor, bool balanced) const {
+    const DemRest rest = dem_.rest();
+    return rest.kinetic_energy_per_grain_J < factor * scale_.rest_limit_J &&
+           (!balanced || dem_.sleeping() > 0 || rest.mean_force_over_weight < rest_force_limit);
+}
+
+void ProtocolRun::require_time(const char* what) const {
+    const double limit = in_box() ? 1e3 * config_.settle_time_s : config_.settle_time_s;
+    if (static_cast<double>(steps_in_phase()) * dt_ > limit)
+        throw NumericalError(fmt::format("the grains are not at rest {:g} s after step {} of [protocol], {}", limit, at_.step + 1, what),
+                             {.fix = "raise settle_time_s, or shorten time_step_s"});
+}
+
+// Under a plate that stays, no grain sleeps.
+void ProtocolRun::rest_after() {
+    const bool is_tap = step().kind == StepKind::tap;
+    if (steps_in_phase() == 0) dem_.set_sleep(config_.sleep && !dem_.lid());
+    dem_.step(part);
+    const bool long_enough = static_cast<double>(steps_in_phase()) * dt_ > 0.02,
+               late = static_cast<double>(steps_in_phase()) * dt_ > config_.settle_time_s;
+    if (!(is_tap && late)) {  // grains that roll on do not keep the next tap from coming
+        if (!late && !(long_enough && at_rest(is_tap ? tap_rest_factor : 1.0, false) && lid_at_rest())) return;
+        require_time("without motion of the vessel");
+    }
+    const bool aims = protocol_.target_porosity > 0.0 && (is_tap || step().kind == StepKind::vibrate);
+    measure(true);
+    if (aims) rows_.back().reached = at_.reached = rows_.back().porosity <= protocol_.target_porosity;
+    if (!is_tap) return finish_step();
+    ++at_.repeat;
+    if (at_.repeat >= std::max(1L, step().number) || (aims && at_.reached)) return finish_step();
+    enter(Phase::begin);
+}
+
+double ProtocolRun::porosity(double& height_m) const {
+    const Packing packing = dem_.packing();
+    const Grains grains(packing);
+    const Bounds bounds = grains.bounds();
+    const Container& container = packing.container;
+    height_m = in_box() ? container.height() : bounds.high.z();
+    const Section bed = whole_bed(container, {std::max(0.0, bounds.low.z()), bounds.high.z()});
+    if (in_box()) return packing::porosity(grains, container, bed, lines_of_porosity).value;
+    // The automatic section; of a low bed its middle half, so that a tap does not decide which of both it is.
+    const double trim = std::min({0.03, scale_.feret_diameter_m, 0.25 * bed.length()});
+    return packing::porosity(grains, container, {bed.z0_m + trim, bed.z1_m - trim}, lines_of_porosity).value;
+}
+
+void ProtocolRun::measure(bool reached) {
+    const DemRest rest = dem_.rest();
+    ProtocolRow row{.step = rows_.empty() && at_.phase == Phase::begin && !in_box() ? 0 : static_cast<long>(at_.step) + 1,
+                    .kind = done() ? StepKind::settle : step().kind,
+                    .repeat = step().kind == StepKind::tap ? at_.repeat + 1
+                              : at_.phase == Phase::move   ? at_.measured
+                                                           : 0,
+                    .time_s = dem_.time_s(),
+                    .coordination_number = rest.coordination_number,
+                    .coordination_without_rattlers = rest.coordination_without_rattlers,
+                    .rattlers = rest.rattlers,
+                    .pressure_Pa = in_box() ? dem_.pressure_Pa() : 0.0,
+                    .reached = reached};
+    if (row.step == 0) row.repeat = 0;
+    row.porosity = porosity(row.bed_height_m);
+    if (dem_.lid()) {
+        row.lid_height_m = dem_.lid()->height_m;
+        row.lid_force_N = dem_.lid()->force_N;
+        row.pressure_Pa = row.lid_force_N / dem_.container().inner_area_m2();
+    }
+    rows_.push_back(row);
+    if (const double soft = rest.mean_overlap_m / scale_.diameter_m; soft > softest && dem_.lid())
+        log_warning(
+            fmt::format("pour: after step {} the grains overlap by {:.2g} of their diameter on average: a larger "
+                        "normal_stiffness_N_per_m makes them harder",
+                        row.step, soft));
+}
+
+std::string ProtocolRun::text() const {
+    const std::size_t n = std::min(at_.step, protocol_.step.size() - 1);
+    const ProtocolStep& now = protocol_.step[n];
+    std::string text = fmt::format("step {} of {}, {}", n + 1, protocol_.step.size(), name_of(now.kind));
+    if (now.kind == StepKind::tap) text += fmt::format(" {} of {}", at_.repeat + 1, std::max(1L, now.number));
+    if (in_box()) text += fmt::format(", box {:.4g} m, {:.3g} Pa", dem_.container().size().minCoeff(), dem_.pressure_Pa());
+    if (!rows_.empty()) text += fmt::format(", porosity {:.4f}", rows_.back().porosity);
+    return text;
+}
+
+double ProtocolRun::fraction_done() const {
+    double done = 0.0, all = 0.0;
+    for (std::size_t i = 0; i < protocol_.step.size(); ++i) {
+        const double weight = static_cast<double>(std::max(1L, protocol_.step[i].number));
+        all += weight;
+        if (i < at_.step) done += weight;
+        if (i == at_.step) done += static_cast<double>(at_.repeat);
+        if (i == at_.step && protocol_.step[i].kind == StepKind::vibrate)
+            done += std::min(1.0, static_cast<double>(at_.measured) / rows_of_vibration);
+    }
+    return done / std::max(1.0, all);
+}
+
+void ProtocolRun::save(std::ostream& out) const {
+    const std::size_t count = rows_.size();
+    out.write(reinterpret_cast<const char*>(&at_), sizeof at_);
+    out.write(reinterpret_cast<const char*>(&count), sizeof count);
+    for (const ProtocolRow& row : rows_) out.write(reinterpret_cast<const char*>(&row), sizeof row);
+}
+
+bool ProtocolRun::load(std::istream& in) {
+    std::size_t count = 0;
+    in.read(reinterpret_cast<char*>(&at_), sizeof at_);
+    in.read(reinterpret_cast<char*>(&count), sizeof count);
+    if (!in || count > 10000000 || at_.step > protocol_.step.size()) return false;
+    rows_.assign(count, {});
+    for (ProtocolRow& row : rows_) in.read(reinterpret_cast<char*>(&row), sizeof row);
+    if (in_box()) dem_.set_gravity(Vec3::Zero());
+    if (at_.phase != Phase::rest || steps_in_phase() == 0 || dem_.lid()) dem_.set_sleep(false);
+    dem_.set_friction(at_.friction);
+    return static_cast<bool>(in);
+}
+
+}  // namespace porepack::pouring::dem

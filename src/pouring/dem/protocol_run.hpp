@@ -1,0 +1,88 @@
+// The steps of [protocol] with the built-in DEM.
+#pragma once
+
+#include <functional>
+#include <iosfwd>
+#include <string>
+#include <vector>
+
+#include "pouring/dem/capsule_dem.hpp"
+#include "pouring/pour.hpp"
+#include "pouring/protocol.hpp"
+
+namespace porepack::pouring::dem {
+
+/// Properties of the grains and of the pour that steps need.
+struct ProtocolScale {
+    PourPlan plan;
+    double diameter_m = 0.0;        ///< smallest, or the smallest thickness
+    double feret_diameter_m = 0.0;  ///< largest
+    double heaviest_kg = 0.0;
+    double rest_limit_J = 0.0;  ///< kinetic energy per grain at rest
+};
+
+/// Carries the steps out one after another, each in parts, between which the whole state can be saved. A vessel that moves is described
+/// in its own frame, in which gravity changes with time. References are kept.
+class ProtocolRun {
+public:
+    /// Throws UserError for steps so violent that grains would pass through each other, or too fast for the time step.
+    ProtocolRun(const ProtocolConfig& protocol, const PackingConfig& config, const ProtocolScale& scale, CapsuleDem& dem);
+
+    /// A row for the bed as poured.
+    void begin();
+    [[nodiscard]] bool done() const { return at_.step == protocol_.step.size(); }
+    /// At most 500 time steps. Throws NumericalError where the bed does not come to rest.
+    void advance();
+    [[nodiscard]] const std::vector<ProtocolRow>& rows() const { return rows_; }
+    /// "tap 3 of 100, porosity 0.412".
+    [[nodiscard]] std::string text() const;
+    /// Of all steps, roughly.
+    [[nodiscard]] double fraction_done() const;
+    /// A lid that is still there has come to rest; true without one.
+    [[nodiscard]] bool lid_at_rest() const;
+
+    void save(std::ostream& out) const;
+    /// Returns false when the data are incomplete.
+    [[nodiscard]] bool load(std::istream& in);
+
+private:
+    enum class Phase { begin, move, rest };
+    struct At {
+        std::size_t step = 0;
+        Phase phase = Phase::begin;
+        long repeat = 0;
+        long since = 0;     ///< time step at which the phase began
+        long measured = 0;  ///< rows of a vibration
+        double friction = 0.0;
+        bool reached = false;
+    };
+
+    [[nodiscard]] const ProtocolStep& step() const { return protocol_.step[at_.step]; }
+    [[nodiscard]] bool in_box() const;
+    [[nodiscard]] long steps_in_phase() const { return dem_.steps() - at_.since; }
+    void enter(Phase phase);
+    void finish_step();
+    void shake(long until, const shapes::Vec3& acceleration, double frequency_Hz);
+    void tap();
+    void vibrate();
+    void lay_lid();
+    void press_down();
+    void shrink();
+    void rest_after();
+    [[nodiscard]] bool at_rest(double factor, bool balanced) const;
+    void require_time(const char* what) const;
+    void measure(bool reached);
+    [[nodiscard]] double porosity(double& height_m) const;
+    [[nodiscard]] double speed() const;
+    void require_possible(const ProtocolStep& step, std::size_t number) const;
+
+    const ProtocolConfig& protocol_;
+    const PackingConfig& config_;
+    ProtocolScale scale_;
+    CapsuleDem& dem_;
+    double dt_;
+    At at_;
+    std::vector<ProtocolRow> rows_;
+};
+
+}  // namespace porepack::pouring::dem
