@@ -63,7 +63,8 @@ struct DemEnergy {
 /// Quantities that define rest, of the grains that are not held.
 struct DemRest {
     double kinetic_energy_per_grain_J = 0.0;  ///< of translation, and of rotation unless all grains are spheres
-    double largest_force_over_weight = 0.0;   ///< net force (contacts and gravity) on a grain / its weight
+    double translation_energy_per_grain_J = 0.0;
+    double largest_force_over_weight = 0.0;  ///< net force (contacts and gravity) on a grain / its weight
     double mean_force_over_weight = 0.0;
     double mean_net_force_N = 0.0;
     double coordination_number = 0.0;                      ///< grains in contact per grain, held ones too, walls not counted

@@ -99,7 +99,9 @@ DemRest CapsuleDem::State::rest() const {
         const Kind& kind = kinds_[body.kind];
         // A sphere may spin in place without end and move no other grain.
         const double rotation = spheres ? 0.0 : 0.5 * body.momentum.dot(omega_of(body, body.q, body.momentum));
-        rest.kinetic_energy_per_grain_J += 0.5 * kind.body.mass_kg * body.v.squaredNorm() + rotation;
+        const double translation = 0.5 * kind.body.mass_kg * body.v.squaredNorm();
+        rest.translation_energy_per_grain_J += translation;
+        rest.kinetic_energy_per_grain_J += translation + rotation;
         const double acceleration = (body.force / kind.body.mass_kg + options_.gravity_m_per_s2).norm(),
                      net = g > 0.0 ? acceleration / g : 0.0;
         rest.mean_net_force_N += kind.body.mass_kg * acceleration;
@@ -130,6 +132,7 @@ DemRest CapsuleDem::State::rest() const {
     remove_rattlers(touching, bodies_.size(), rest);
     const auto n = static_cast<double>(std::max<std::size_t>(1, free));
     rest.kinetic_energy_per_grain_J /= n;
+    rest.translation_energy_per_grain_J /= n;
     rest.mean_force_over_weight /= n;
     rest.mean_net_force_N /= n;
     rest.coordination_number = static_cast<double>(neighbours) / n;

@@ -272,8 +272,9 @@ void ProtocolRun::shrink() {
         return;
     }
     const double force = std::max(dem_.pressure_Pa(), 1e-6 * target) * d * d, energy = force * d;
+    // Without friction nothing stops a round grain that spins about its axis.
     const bool still =
-        rest.kinetic_energy_per_grain_J < config_.rest_energy_fraction * energy && rest.mean_net_force_N < rest_force_limit * force;
+        rest.translation_energy_per_grain_J < config_.rest_energy_fraction * energy && rest.mean_net_force_N < rest_force_limit * force;
     if (at_.phase == Phase::move && to_porosity && at_.reached) return enter(Phase::rest);
     if (to_porosity && at_.phase == Phase::move) return;
     const bool pressed = to_porosity || at_.phase == Phase::rest || std::abs(dem_.pressure_Pa() / target - 1.0) < pressure_tolerance;
@@ -373,7 +374,12 @@ std::string ProtocolRun::text() const {
     const ProtocolStep& now = protocol_.step[n];
     std::string text = fmt::format("step {} of {}, {}", n + 1, protocol_.step.size(), name_of(now.kind));
     if (now.kind == StepKind::tap) text += fmt::format(" {} of {}", at_.repeat + 1, std::max(1L, now.number));
-    if (in_box()) text += fmt::format(", box {:.4g} m, {:.3g} Pa", dem_.container().size().minCoeff(), dem_.pressure_Pa());
+    if (in_box()) {
+        const DemRest rest = dem_.rest();
+        const double d = scale_.diameter_m, force = std::max(1e-300, dem_.pressure_Pa() * d * d);
+        text += fmt::format(", box {:.4g} m, {:.3g} Pa, energy {:.1g}, force {:.1g} of p d3, p d2", dem_.container().size().minCoeff(),
+                            dem_.pressure_Pa(), rest.translation_energy_per_grain_J / (force * d), rest.mean_net_force_N / force);
+    }
     if (!rows_.empty()) text += fmt::format(", porosity {:.4f}", rows_.back().porosity);
     return text;
 }
