@@ -1,4 +1,5 @@
 // What is done to a bed after the pour, against exact answers.
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -159,8 +160,9 @@ TEST(Protocol, StoppedAtEveryCheckGivesTheSameBits) {
     const Folder folder;
     const Container tube = parse_container("cylinder:0.06,0.4");
     const auto shape = one(make_preset(ShapeKind::tetrapod, 0.008, 0.008));
-    const ProtocolConfig protocol{.step = {{.kind = StepKind::tap, .number = 2, .height_m = 0.001},
-                                           {.kind = StepKind::vibrate, .frequency_Hz = 100.0, .amplitude_m = 1e-4, .time_s = 0.02},
+    const ProtocolConfig protocol{.step = {{.kind = StepKind::settle},
+                                           {.kind = StepKind::tap, .number = 2, .height_m = 0.001},
+                                           {.kind = StepKind::vibrate, .frequency_Hz = 100.0, .amplitude_m = 1e-4, .time_s = 0.06},
                                            {.kind = StepKind::lid, .mass_kg = 0.02},
                                            {.kind = StepKind::settle}}};
     const auto poured = [&](const char* name, double snapshot_interval_s) {
@@ -188,6 +190,8 @@ TEST(Protocol, StoppedAtEveryCheckGivesTheSameBits) {
     ASSERT_TRUE(stopped.has_value());
     EXPECT_GT(stops, 5);
     EXPECT_EQ(stopped->steps, whole.steps);
+    const auto shaken = [](const ProtocolRow& row) { return row.kind == StepKind::vibrate; };
+    EXPECT_EQ(std::count_if(whole.protocol.begin(), whole.protocol.end(), shaken), 4);  // a row per 500 steps, the last one at rest
     ASSERT_EQ(stopped->protocol.size(), whole.protocol.size());
     EXPECT_EQ(stopped->protocol.back().porosity, whole.protocol.back().porosity);
     for (std::size_t i = 0; i < whole.packing.bodies.size(); ++i)

@@ -18,13 +18,9 @@
 namespace porepack::pouring::dem {
 namespace {
 
-constexpr long part = 500;               // time steps between two checks
-constexpr long between_pressures = 100;  // the same of a plate that moves down
 constexpr long lines_of_porosity = 10000;
 constexpr long rows_of_vibration = 50;
 constexpr double tap_rest_factor = 100.0;  // between taps, the energy at rest may be so much larger
-constexpr double pressure_tolerance = 1e-3;
-constexpr double softest = 0.02;  // largest mean overlap of compressed grains over the diameter
 
 // Peak acceleration of a shaken vessel, with its direction.
 Vec3 peak_of(const ProtocolStep& step) {
@@ -67,6 +63,9 @@ void ProtocolRun::require_possible(const ProtocolStep& step, std::size_t number)
                         {.where = where,
                          .allowed = fmt::format("{:.3g} m/s with this stiffness", speed * deepest / overlap),
                          .fix = "a gentler step, or a larger normal_stiffness_N_per_m"});
+    if (step.kind == StepKind::lid && lid_mass(step) < scale_.heaviest_kg)
+        throw UserError(fmt::format("the lid has a mass of {:.3g} kg, a grain {:.3g} kg", lid_mass(step), scale_.heaviest_kg),
+                        {.where = where, .allowed = "a lid heavier than a grain"});
     if (const double soft = 2.0 * step.pressure_Pa * d / stiffness; soft > softest)
         throw UserError(fmt::format("a pressure of {:.3g} Pa would press grains into each other by about {:.2g} of their diameter",
                                     step.pressure_Pa, soft),
@@ -95,6 +94,7 @@ void ProtocolRun::enter(Phase phase) {
 void ProtocolRun::finish_step() {
     ++at_.step;
     at_.repeat = at_.measured = 0;
+    at_.reached = false;
     enter(Phase::begin);
 }
 
@@ -102,7 +102,6 @@ void ProtocolRun::advance() {
     dem_.set_friction(at_.friction);
     switch (step().kind) {
         case StepKind::settle:
-            if (at_.phase == Phase::begin) at_.reached = true;
             if (at_.phase == Phase::begin) enter(Phase::rest);
             return rest_after();
         case StepKind::tap:
@@ -137,7 +136,7 @@ void ProtocolRun::tap() {
         return rest_after();  // each call takes time steps, so that a run which is stopped again and again comes to an end
     }
     const long end = at_.since + std::lround(1.0 / (step().frequency_Hz * dt_));
-    shake(std::min(end, dem_.steps() + part), peak_of(step()), step().frequency_Hz);
+    shake(std::min(end, dem_.steps() + checked_steps), peak_of(step()), step().frequency_Hz);
     if (dem_.steps() == end) enter(Phase::rest);
 }
 
@@ -149,7 +148,7 @@ void ProtocolRun::vibrate() {
                  static_cast<double>(length) * dt_);
         enter(Phase::move);
     }
-    shake(std::min(at_.since + length, dem_.steps() + part), peak_of(step()), step().frequency_Hz);
+    shake(std::min(at_.since + length, dem_.steps() + checked_steps), peak_of(step()), step().frequency_Hz);
     // Rows between whole periods, when the vessel is at rest.
     const auto periods = static_cast<long>(static_cast<double>(steps_in_phase()) / period);
     const long all = std::lround(static_cast<double>(length) / period), due = periods * std::min(all, rows_of_vibration) / all;
@@ -159,131 +158,6 @@ void ProtocolRun::vibrate() {
         at_.reached = protocol_.target_porosity > 0.0 && rows_.back().porosity <= protocol_.target_porosity;
     }
     if (steps_in_phase() >= length || at_.reached) enter(Phase::rest);
-}
-
-void ProtocolRun::lay_lid() {
-    const double area = dem_.container().inner_area_m2(), g = config_.gravity_m_per_s2;
-    if (at_.phase == Phase::begin) {
-        const double mass = step().mass_kg > 0.0 ? step().mass_kg : step().pressure_Pa * area / g;
-        if (mass < scale_.heaviest_kg)
-            throw UserError(fmt::format("the lid has a mass of {:.3g} kg, a grain {:.3g} kg", mass, scale_.heaviest_kg),
-                            {.where = fmt::format("[[protocol.step]], step {}", at_.step + 1), .allowed = "a lid heavier than a grain"});
-        dem_.set_lid(Lid{.height_m = dem_.rest().top_m + 1e-3 * scale_.diameter_m, .velocity_m_per_s = 0.0, .mass_kg = mass});
-        enter(Phase::move);
-    }
-    dem_.step(part);
-    require_time("under the lid");
-    if (steps_in_phase() < 2 * part || !lid_at_rest() || !at_rest(1.0, true)) return;
-    measure(true);
-    if (step().stays) return finish_step();
-    dem_.set_lid({});
-    at_.reached = true;
-    enter(Phase::rest);
-}
-
-double ProtocolRun::speed() const {
-    return step().speed_m_per_s > 0.0 ? step().speed_m_per_s : 0.05 * std::sqrt(config_.gravity_m_per_s2 * scale_.diameter_m);
-}
-
-// The plate moves evenly until the end is reached. Then it stands still, or, for a pressure, gets the mass whose weight this is.
-void ProtocolRun::press_down() {
-    const double area = dem_.container().inner_area_m2();
-    if (at_.phase == Phase::begin) {
-        if (step().friction >= 0.0) at_.friction = step().friction;
-        const double top = dem_.rest().top_m + 1e-3 * scale_.diameter_m;
-        at_.reached = step().to_height_m >= top;
-        if (at_.reached)
-            throw UserError(fmt::format("the plate would not touch the bed, which is {:.4g} m high", top),
-                            {.where = fmt::format("[[protocol.step]], step {}", at_.step + 1), .allowed = "a to_height_m below that"});
-        dem_.set_lid(Lid{.height_m = top, .velocity_m_per_s = -speed()});
-        enter(Phase::move);
-    }
-    if (dem_.lid()->velocity_m_per_s != 0.0 && dem_.lid()->mass_kg == 0.0) {
-        const long left = step().to_height_m > 0.0 ? std::max(1L, std::lround((dem_.lid()->height_m - step().to_height_m) / speed() / dt_))
-                                                   : between_pressures;
-        dem_.step(std::min(between_pressures, left));
-        Lid lid = *dem_.lid();
-        double height = 0.0;
-        const bool soft = dem_.rest().mean_overlap_m > softest * scale_.diameter_m;
-        if (step().pressure_Pa > 0.0 && lid.force_N >= step().pressure_Pa * area) {
-            lid.mass_kg = step().pressure_Pa * area / config_.gravity_m_per_s2;
-            at_.reached = true;
-        } else if (step().to_height_m > 0.0) {
-            at_.reached = lid.height_m <= step().to_height_m + 0.5 * dt_ * speed();
-        } else if (step().to_porosity > 0.0) {
-            at_.reached = porosity(height) <= step().to_porosity;
-        }
-        if (!at_.reached && !soft) return;
-        if (!at_.reached)
-            log_warning(fmt::format("pour: step {} ends before its aim: grains overlap by more than {:g} of their diameter on average",
-                                    at_.step + 1, softest));
-        if (lid.mass_kg == 0.0) lid.velocity_m_per_s = 0.0;
-        dem_.set_lid(lid);
-        at_.since = dem_.steps();
-        return;
-    }
-    dem_.step(part);
-    require_time("under the plate");
-    if (steps_in_phase() < 2 * part || !lid_at_rest() || !at_rest(1.0, false)) return;
-    measure(at_.reached);
-    if (step().stays) return finish_step();
-    dem_.set_lid({});
-    enter(Phase::rest);
-}
-
-// The box shrinks evenly until grains press on each other. From then on its rate is so small that the pressure grows, and falls, within the
-// time d sqrt(density / pressure), in which a grain moves by its diameter under this pressure.
-void ProtocolRun::shrink() {
-    const double d = scale_.diameter_m, k = 0.5 * config_.normal_stiffness_N_per_m;
-    // Of a step that ends with a porosity: a pressure that overlaps of one part in 1000 cause.
-    const double target = step().pressure_Pa > 0.0 ? step().pressure_Pa : 1e-3 * k / d;
-    const double time = d * std::sqrt(config_.density_kg_per_m3 / target), size = dem_.container().size().minCoeff();
-    const double fastest = step().speed_m_per_s > 0.0 ? step().speed_m_per_s / size : 0.01 / time;
-    if (at_.phase == Phase::begin) {
-        dem_.set_gravity(Vec3::Zero());
-        if (step().friction >= 0.0) at_.friction = step().friction;
-        at_.reached = false;
-        enter(Phase::move);
-    }
-    const bool to_porosity = step().to_porosity > 0.0;
-    const double slow = std::min(fastest, target * d / k / time);
-    if (at_.phase == Phase::move)
-        for (long n = 0; n < part; ++n) {
-            const double pressure = dem_.pressure_Pa();
-            double rate = pressure < 0.01 * target ? fastest : slow * std::clamp(1.0 - pressure / target, -1.0, 1.0);
-            if (to_porosity) rate = fastest;
-            dem_.resize(dem_.container().size() * (1.0 - std::min(1e-3, rate * dt_)));
-            dem_.step();
-            if (to_porosity && n % between_pressures == 0) {
-                double height = 0.0;
-                if (porosity(height) <= step().to_porosity) {
-                    at_.reached = true;
-                    break;
-                }
-            }
-        }
-    else
-        dem_.step(part);
-    const DemRest rest = dem_.rest();
-    if (rest.mean_overlap_m > softest * d && at_.phase == Phase::move) {
-        log_warning(fmt::format("pour: step {} ends before its aim: grains overlap by more than {:g} of their diameter on average",
-                                at_.step + 1, softest));
-        enter(Phase::rest);
-        return;
-    }
-    const double force = std::max(dem_.pressure_Pa(), 1e-6 * target) * d * d, energy = force * d;
-    // Without friction nothing stops a round grain that spins about its axis.
-    const bool still =
-        rest.translation_energy_per_grain_J < config_.rest_energy_fraction * energy && rest.mean_net_force_N < rest_force_limit * force;
-    if (at_.phase == Phase::move && to_porosity && at_.reached) return enter(Phase::rest);
-    if (to_porosity && at_.phase == Phase::move) return;
-    const bool pressed = to_porosity || at_.phase == Phase::rest || std::abs(dem_.pressure_Pa() / target - 1.0) < pressure_tolerance;
-    if (pressed && still) {
-        measure(to_porosity ? at_.reached : at_.phase == Phase::move);
-        return finish_step();
-    }
-    // Nothing supports a loose bed at a porosity: it stops moving by its contacts alone.
-    require_time("in the periodic box");
 }
 
 bool ProtocolRun::lid_at_rest() const {
@@ -312,7 +186,7 @@ void ProtocolRun::require_time(const char* what) const {
 void ProtocolRun::rest_after() {
     const bool is_tap = step().kind == StepKind::tap;
     if (steps_in_phase() == 0) dem_.set_sleep(config_.sleep && !dem_.lid());
-    dem_.step(part);
+    dem_.step(checked_steps);
     const bool long_enough = static_cast<double>(steps_in_phase()) * dt_ > 0.02,
                late = static_cast<double>(steps_in_phase()) * dt_ > config_.settle_time_s;
     if (!(is_tap && late)) {  // grains that roll on do not keep the next tap from coming
@@ -412,7 +286,7 @@ bool ProtocolRun::load(std::istream& in) {
     rows_.assign(count, {});
     for (ProtocolRow& row : rows_) in.read(reinterpret_cast<char*>(&row), sizeof row);
     if (in_box()) dem_.set_gravity(Vec3::Zero());
-    if (at_.phase != Phase::rest || steps_in_phase() == 0 || dem_.lid()) dem_.set_sleep(false);
+    if (begun() && !done() && (at_.phase != Phase::rest || steps_in_phase() == 0 || dem_.lid())) dem_.set_sleep(false);
     dem_.set_friction(at_.friction);
     return static_cast<bool>(in);
 }

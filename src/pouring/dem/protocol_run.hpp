@@ -46,6 +46,8 @@ public:
     [[nodiscard]] bool load(std::istream& in);
 
 private:
+    static constexpr long checked_steps = 500;  ///< time steps between two checks
+    static constexpr double softest = 0.02;     ///< largest mean overlap of pressed grains over the diameter
     enum class Phase { begin, move, rest };
     struct At {
         std::size_t step = 0;
@@ -58,6 +60,7 @@ private:
     };
 
     [[nodiscard]] const ProtocolStep& step() const { return protocol_.step[at_.step]; }
+    [[nodiscard]] bool begun() const { return !rows_.empty() || at_.step > 0 || at_.phase != Phase::begin; }
     [[nodiscard]] bool in_box() const;
     [[nodiscard]] long steps_in_phase() const { return dem_.steps() - at_.since; }
     void enter(Phase phase);
@@ -74,6 +77,8 @@ private:
     void measure(bool reached);
     [[nodiscard]] double porosity(double& height_m) const;
     [[nodiscard]] double speed() const;
+    [[nodiscard]] double lid_mass(const ProtocolStep& step) const;
+    void change_friction();
     void require_possible(const ProtocolStep& step, std::size_t number) const;
 
     const ProtocolConfig& protocol_;

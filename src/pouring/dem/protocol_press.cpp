@@ -1,0 +1,146 @@
+// Steps that press the grains together: plates, and a periodic box that shrinks.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "core/log.hpp"
+#include "pouring/dem/protocol_run.hpp"
+#include "pouring/uses.hpp"
+
+namespace porepack::pouring::dem {
+namespace {
+
+constexpr long between_pressures = 100;  // time steps between two checks of a plate that moves down, or of a porosity
+constexpr double pressure_tolerance = 1e-3;
+
+}  // namespace
+
+void ProtocolRun::lay_lid() {
+    if (at_.phase == Phase::begin) {
+        dem_.set_lid(Lid{.height_m = dem_.rest().top_m + 1e-3 * scale_.diameter_m, .velocity_m_per_s = 0.0, .mass_kg = lid_mass(step())});
+        enter(Phase::move);
+    }
+    dem_.step(checked_steps);
+    require_time("under the lid");
+    if (steps_in_phase() < 2 * checked_steps || !lid_at_rest() || !at_rest(1.0, true)) return;
+    measure(true);
+    if (step().stays) return finish_step();
+    dem_.set_lid({});
+    enter(Phase::rest);
+}
+
+double ProtocolRun::lid_mass(const ProtocolStep& step) const {
+    return step.mass_kg > 0.0 ? step.mass_kg : step.pressure_Pa * dem_.container().inner_area_m2() / config_.gravity_m_per_s2;
+}
+
+void ProtocolRun::change_friction() {
+    if (step().friction >= 0.0) at_.friction = step().friction;
+    dem_.set_friction(at_.friction);
+}
+
+double ProtocolRun::speed() const {
+    return step().speed_m_per_s > 0.0 ? step().speed_m_per_s : 0.05 * std::sqrt(config_.gravity_m_per_s2 * scale_.diameter_m);
+}
+
+// The plate moves evenly until the end is reached. Then it stands still, or, for a pressure, gets the mass whose weight this is.
+void ProtocolRun::press_down() {
+    const double area = dem_.container().inner_area_m2();
+    if (at_.phase == Phase::begin) {
+        change_friction();
+        const double top = dem_.rest().top_m + 1e-3 * scale_.diameter_m;
+        if (step().to_height_m >= top)
+            throw UserError(fmt::format("the plate would not touch the bed, which is {:.4g} m high", top),
+                            {.where = fmt::format("[[protocol.step]], step {}", at_.step + 1), .allowed = "a to_height_m below that"});
+        dem_.set_lid(Lid{.height_m = top, .velocity_m_per_s = -speed()});
+        enter(Phase::move);
+    }
+    if (dem_.lid()->velocity_m_per_s != 0.0 && dem_.lid()->mass_kg == 0.0) {
+        const long left = step().to_height_m > 0.0 ? std::max(1L, std::lround((dem_.lid()->height_m - step().to_height_m) / speed() / dt_))
+                                                   : between_pressures;
+        dem_.step(std::min(between_pressures, left));
+        Lid lid = *dem_.lid();
+        double height = 0.0;
+        const bool soft = dem_.rest().mean_overlap_m > softest * scale_.diameter_m;
+        if (step().pressure_Pa > 0.0 && lid.force_N >= step().pressure_Pa * area) {
+            lid.mass_kg = lid_mass(step());
+            at_.reached = true;
+        } else if (step().to_height_m > 0.0) {
+            at_.reached = lid.height_m <= step().to_height_m + 0.5 * dt_ * speed();
+        } else if (step().to_porosity > 0.0) {
+            at_.reached = porosity(height) <= step().to_porosity;
+        }
+        if (!at_.reached && !soft) return;
+        if (!at_.reached)
+            log_warning(fmt::format("pour: step {} ends before its aim: grains overlap by more than {:g} of their diameter on average",
+                                    at_.step + 1, softest));
+        if (lid.mass_kg == 0.0) lid.velocity_m_per_s = 0.0;
+        dem_.set_lid(lid);
+        at_.since = dem_.steps();
+        return;
+    }
+    dem_.step(checked_steps);
+    require_time("under the plate");
+    if (steps_in_phase() < 2 * checked_steps || !lid_at_rest() || !at_rest(1.0, false)) return;
+    measure(at_.reached);
+    if (step().stays) return finish_step();
+    dem_.set_lid({});
+    enter(Phase::rest);
+}
+
+// The box shrinks evenly until grains press on each other. From then on its rate is so small that the pressure grows, and falls, within the
+// time d sqrt(density / pressure), in which a grain moves by its diameter under this pressure.
+void ProtocolRun::shrink() {
+    const double d = scale_.diameter_m, k = 0.5 * config_.normal_stiffness_N_per_m;
+    // Of a step that ends with a porosity: a pressure that overlaps of one part in 1000 cause.
+    const double target = step().pressure_Pa > 0.0 ? step().pressure_Pa : 1e-3 * k / d;
+    const double time = d * std::sqrt(config_.density_kg_per_m3 / target), size = dem_.container().size().minCoeff();
+    const double fastest = step().speed_m_per_s > 0.0 ? step().speed_m_per_s / size : 0.01 / time;
+    if (at_.phase == Phase::begin) {
+        dem_.set_gravity(Vec3::Zero());
+        change_friction();
+        enter(Phase::move);
+    }
+    const bool to_porosity = step().to_porosity > 0.0;
+    const double slow = std::min(fastest, target * d / k / time);
+    if (at_.phase == Phase::move)
+        for (long n = 0; n < checked_steps; ++n) {
+            const double pressure = dem_.pressure_Pa();
+            double rate = pressure < 0.01 * target ? fastest : slow * std::clamp(1.0 - pressure / target, -1.0, 1.0);
+            if (to_porosity) rate = fastest;
+            dem_.resize(dem_.container().size() * (1.0 - std::min(1e-3, rate * dt_)));
+            dem_.step();
+            if (to_porosity && n % between_pressures == 0) {
+                double height = 0.0;
+                if (porosity(height) <= step().to_porosity) {
+                    at_.reached = true;
+                    break;
+                }
+            }
+        }
+    else
+        dem_.step(checked_steps);
+    const DemRest rest = dem_.rest();
+    if (rest.mean_overlap_m > softest * d && at_.phase == Phase::move) {
+        log_warning(fmt::format("pour: step {} ends before its aim: grains overlap by more than {:g} of their diameter on average",
+                                at_.step + 1, softest));
+        enter(Phase::rest);
+        return;
+    }
+    const double force = std::max(dem_.pressure_Pa(), 1e-6 * target) * d * d, energy = force * d;
+    // Without friction nothing stops a round grain that spins about its axis.
+    const bool still =
+        rest.translation_energy_per_grain_J < config_.rest_energy_fraction * energy && rest.mean_net_force_N < rest_force_limit * force;
+    if (at_.phase == Phase::move && to_porosity && at_.reached) return enter(Phase::rest);
+    if (to_porosity && at_.phase == Phase::move) return;
+    const bool pressed = to_porosity || at_.phase == Phase::rest || std::abs(dem_.pressure_Pa() / target - 1.0) < pressure_tolerance;
+    if (pressed && still) {
+        measure(to_porosity ? at_.reached : at_.phase == Phase::move);
+        return finish_step();
+    }
+    // Nothing supports a loose bed at a porosity: it stops moving by its contacts alone.
+    require_time("in the periodic box");
+}
+
+}  // namespace porepack::pouring::dem
