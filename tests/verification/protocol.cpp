@@ -216,6 +216,21 @@ TEST(Protocol, FrictionlessSpheresWithoutWallsJamWithSixContacts) {
     EXPECT_NEAR(1.0 - 120.0 * measure(bed.packing.shapes[0], 1e-6).volume_m3 / size.prod(), row.porosity, 0.01);
 }
 
+// Above the jammed porosity nothing holds the spheres: they lie apart, or touch, and do not move.
+TEST(Protocol, ALooseBedWithoutWallsHasThePorosity) {
+    const Folder folder;
+    const PackingConfig config{.fill = Fill::scatter, .grains = 60};
+    const Container box = make_box({0.09, 0.09, 0.09}, {true, true, true});
+    for (const double aim : {0.55, 0.42}) {
+        const ProtocolConfig protocol{.step = {{.kind = StepKind::compress, .to_porosity = aim, .friction = 0.0}}};
+        const PourResult bed =
+            pour_with_capsules(one(make_preset(ShapeKind::sphere, 0.01, 0.0)), box, config, folder.path() / "run", protocol);
+        EXPECT_TRUE(bed.protocol.at(0).reached);
+        EXPECT_NEAR(bed.protocol.at(0).porosity, aim, 1e-3);  // 10,000 lines
+        EXPECT_LT(find_overlaps(bed.packing).largest_between_grains_m, 1e-5);
+    }
+}
+
 TEST(Protocol, BadStepsAreNamed) {
     const Folder folder;
     const auto shape = one(make_preset(ShapeKind::tetrapod, 0.008, 0.008));

@@ -91,56 +91,76 @@ void ProtocolRun::press_down() {
 
 // The box shrinks evenly until grains press on each other. From then on its rate is so small that the pressure grows, and falls, within the
 // time d sqrt(density / pressure), in which a grain moves by its diameter under this pressure.
-void ProtocolRun::shrink() {
+ProtocolRun::Pace ProtocolRun::pace() const {
     const double d = scale_.diameter_m, k = 0.5 * config_.normal_stiffness_N_per_m;
     // Of a step that ends with a porosity: a pressure that overlaps of one part in 1000 cause.
     const double target = step().pressure_Pa > 0.0 ? step().pressure_Pa : 1e-3 * k / d;
     const double time = d * std::sqrt(config_.density_kg_per_m3 / target), size = dem_.container().size().minCoeff();
     const double fastest = step().speed_m_per_s > 0.0 ? step().speed_m_per_s / size : 0.01 / time;
+    return {.pressure_Pa = target, .fastest_per_s = fastest, .slowest_per_s = std::min(fastest, target * d / k / time)};
+}
+
+void ProtocolRun::shrink() {
     if (at_.phase == Phase::begin) {
         dem_.set_gravity(Vec3::Zero());
         change_friction();
         enter(Phase::move);
     }
-    const bool to_porosity = step().to_porosity > 0.0;
-    const double slow = std::min(fastest, target * d / k / time);
-    if (at_.phase == Phase::move)
-        for (long n = 0; n < checked_steps; ++n) {
-            const double pressure = dem_.pressure_Pa();
-            double rate = pressure < 0.01 * target ? fastest : slow * std::clamp(1.0 - pressure / target, -1.0, 1.0);
-            if (to_porosity) rate = fastest;
-            dem_.resize(dem_.container().size() * (1.0 - std::min(1e-3, rate * dt_)));
-            dem_.step();
-            if (to_porosity && n % between_pressures == 0) {
-                double height = 0.0;
-                if (porosity(height) <= step().to_porosity) {
-                    at_.reached = true;
-                    break;
-                }
-            }
-        }
-    else
-        dem_.step(checked_steps);
-    const DemRest rest = dem_.rest();
-    if (rest.mean_overlap_m > softest * d && at_.phase == Phase::move) {
+    if (at_.phase == Phase::rest) return rest_in_box();
+    step().to_porosity > 0.0 ? shrink_to_porosity() : shrink_to_pressure();
+    if (at_.phase == Phase::move && dem_.rest().mean_overlap_m > softest * scale_.diameter_m) {
         log_warning(fmt::format("pour: step {} ends before its aim: grains overlap by more than {:g} of their diameter on average",
                                 at_.step + 1, softest));
         enter(Phase::rest);
-        return;
     }
-    const double force = std::max(dem_.pressure_Pa(), 1e-6 * target) * d * d, energy = force * d;
-    // Without friction nothing stops a round grain that spins about its axis.
-    const bool still =
-        rest.translation_energy_per_grain_J < config_.rest_energy_fraction * energy && rest.mean_net_force_N < rest_force_limit * force;
-    if (at_.phase == Phase::move && to_porosity && at_.reached) return enter(Phase::rest);
-    if (to_porosity && at_.phase == Phase::move) return;
-    const bool pressed = to_porosity || at_.phase == Phase::rest || std::abs(dem_.pressure_Pa() / target - 1.0) < pressure_tolerance;
-    if (pressed && still) {
-        measure(to_porosity ? at_.reached : at_.phase == Phase::move);
+}
+
+void ProtocolRun::shrink_to_pressure() {
+    const Pace pace = this->pace();
+    for (long n = 0; n < checked_steps; ++n) {
+        const double pressure = dem_.pressure_Pa(), part = std::clamp(1.0 - pressure / pace.pressure_Pa, -1.0, 1.0);
+        const double rate = pressure < 0.01 * pace.pressure_Pa ? pace.fastest_per_s : part * pace.slowest_per_s;
+        dem_.resize(dem_.container().size() * (1.0 - std::min(1e-3, rate * dt_)));
+        dem_.step();
+    }
+    if (std::abs(dem_.pressure_Pa() / pace.pressure_Pa - 1.0) < pressure_tolerance && still_in_box()) {
+        measure(true);
         return finish_step();
     }
-    // Nothing supports a loose bed at a porosity: it stops moving by its contacts alone.
     require_time("in the periodic box");
+}
+
+// Overlaps do not count: they are small.
+void ProtocolRun::shrink_to_porosity() {
+    double solid = 0.0;
+    for (std::size_t i = 0; i < dem_.size(); ++i) solid += dem_.grain(dem_.pose(i).shape).mass_kg / config_.density_kg_per_m3;
+    const double aim = solid / (1.0 - step().to_porosity), smallest = 1.0 - std::min(1e-3, pace().fastest_per_s * dt_);
+    for (long n = 0; n < checked_steps; ++n) {
+        const double ratio = std::cbrt(aim / dem_.container().size().prod());
+        at_.reached = ratio >= smallest;
+        if (ratio < 1.0) dem_.resize(dem_.container().size() * std::max(ratio, smallest));
+        dem_.step();
+        if (at_.reached) return enter(Phase::rest);
+    }
+}
+
+// Nothing supports a loose bed: what moves is stopped after each part, until the contacts push no more.
+void ProtocolRun::rest_in_box() {
+    dem_.step(checked_steps);
+    if (still_in_box()) {
+        measure(at_.reached);
+        return finish_step();
+    }
+    dem_.stop();
+    require_time("in the periodic box");
+}
+
+// Without friction nothing stops a round grain that spins about its axis.
+bool ProtocolRun::still_in_box() const {
+    const DemRest rest = dem_.rest();
+    const double d = scale_.diameter_m, force = std::max(dem_.pressure_Pa(), 1e-3 * pace().pressure_Pa) * d * d;
+    return rest.translation_energy_per_grain_J < config_.rest_energy_fraction * force * d &&
+           rest.mean_net_force_N < rest_force_limit * force;
 }
 
 }  // namespace porepack::pouring::dem

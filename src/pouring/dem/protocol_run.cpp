@@ -176,7 +176,7 @@ bool ProtocolRun::at_rest(double factor, bool balanced) const {
 }
 
 void ProtocolRun::require_time(const char* what) const {
-    const double limit = in_box() ? 1e3 * config_.settle_time_s : config_.settle_time_s;
+    const double limit = in_box() ? 10.0 * config_.settle_time_s : config_.settle_time_s;
     if (static_cast<double>(steps_in_phase()) * dt_ > limit)
         throw NumericalError(fmt::format("the grains are not at rest {:g} s after step {} of [protocol], {}", limit, at_.step + 1, what),
                              {.fix = "raise settle_time_s, or shorten time_step_s"});

@@ -70,7 +70,15 @@ private:
     void vibrate();
     void lay_lid();
     void press_down();
+    struct Pace {  ///< of a periodic box that shrinks
+        double pressure_Pa, fastest_per_s, slowest_per_s;
+    };
+    [[nodiscard]] Pace pace() const;
     void shrink();
+    void shrink_to_pressure();
+    void shrink_to_porosity();
+    void rest_in_box();
+    [[nodiscard]] bool still_in_box() const;
     void rest_after();
     [[nodiscard]] bool at_rest(double factor, bool balanced) const;
     void require_time(const char* what) const;
