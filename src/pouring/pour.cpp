@@ -226,7 +226,7 @@ PourPlan plan_pour(const std::vector<ShapeShare>& shapes, const Container& conta
                          .fix = "use a higher container or a lower fill_height_m"});
     // Poured grains of these shapes fill at most 3/4 of the space.
     const double maximum = 0.75 * container.vessel().mean_area({0.0, plan.drop_height_m}) * plan.drop_height_m / mean_volume;
-    if (static_cast<double>(config.grains) > maximum)
+    if (config.fill != Fill::scatter && static_cast<double>(config.grains) > maximum)
         throw UserError(fmt::format("{} grains do not fit below the drop height", config.grains),
                         {.allowed = fmt::format("at most about {:.0f}", maximum), .fix = "use a higher container or fewer grains"});
     const double densest = 0.75 * container.vessel().mean_area({0.0, plan.fill_height_m}) * plan.fill_height_m / mean_volume;

@@ -258,6 +258,13 @@ TEST(Protocol, BadStepsAreNamed) {
     refuses({.kind = StepKind::compress, .to_height_m = 0.1, .to_porosity = 0.4}, "compression needs its end");
     EXPECT_TRUE(has(message({.target_porosity = 0.4, .step = {{}}}, tube, few), "needs taps or vibration"));
     EXPECT_TRUE(has(message({}, tube, {.fill = Fill::scatter, .grains = 5}), "a box without walls"));
+    // Too many for a box without contact: the message says how large it must be.
+    const ProtocolConfig pressed{.step = {{.kind = StepKind::compress, .pressure_Pa = 100.0}}};
+    const auto crowded = [&] {
+        (void)pour_with_capsules(shape, make_box({0.06, 0.06, 0.06}, {true, true, true}), {.fill = Fill::scatter, .grains = 90},
+                                 folder.path() / "run", pressed);
+    };
+    EXPECT_TRUE(has(message_of<UserError>(crowded), "do not fit into the box without contact"));
 }
 
 }  // namespace
