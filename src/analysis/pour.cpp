@@ -81,9 +81,9 @@ Table protocol_table(const std::vector<ProtocolRow>& rows) {
 // The last row of each step is the bed after it.
 results::Protocol protocol_result(const PourResult& pour, const ProtocolConfig& protocol, const PackingConfig& config) {
     results::Protocol result{.floor_force_N = pour.floor_force_N, .side_force_N = pour.side_force_N, .lid_force_N = pour.lid_force_N};
+    long last = -1;
     for (const ProtocolRow& row : pour.protocol) {
         const bool poured = row.step == 0;
-        const std::size_t number = poured ? 0 : static_cast<std::size_t>(row.step);
         results::ProtocolStep one{.kind = poured ? "pour" : std::string(name_of(row.kind)),
                                   .time_s = row.time_s,
                                   .bed_height_m = row.bed_height_m,
@@ -91,14 +91,16 @@ results::Protocol protocol_result(const PourResult& pour, const ProtocolConfig& 
                                   .coordination_number = row.coordination_number,
                                   .reached = row.reached};
         if (row.kind == StepKind::tap && !poured) one.taps = row.repeat;
-        if (!poured) one.acceleration_over_gravity = relative_acceleration(protocol.step[number - 1], config.gravity_m_per_s2);
+        if (!poured)
+            one.acceleration_over_gravity =
+                relative_acceleration(protocol.step[static_cast<std::size_t>(row.step - 1)], config.gravity_m_per_s2);
         if (row.pressure_Pa != 0.0) one.pressure_Pa = row.pressure_Pa;
         if (config.fill == Fill::scatter) one.coordination_without_rattlers = row.coordination_without_rattlers;
-        const std::size_t first = config.fill == Fill::scatter ? 1 : 0;  // such a bed has no row of the pour
-        if (result.steps.size() + first > number)
+        if (row.step == last)
             result.steps.back() = one;
         else
             result.steps.push_back(one);
+        last = row.step;
     }
     const auto missed = [](const results::ProtocolStep& step) { return !step.reached; };
     if (std::any_of(result.steps.begin(), result.steps.end(), missed))
@@ -124,7 +126,8 @@ void allow_clump_overlaps(Packing& packing, const results::Pour& pour) {
 
 PourResult pour_with_engine(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config,
                             const ProtocolConfig& protocol, const Path& folder) {
-    (void)plan_pour(shapes, container, config, protocol);  // refuses what the engine cannot do
+    // Refuses it; only then, because a plan makes the clumps.
+    if (!protocol.none() && config.engine == Engine::liggghts) (void)plan_pour(shapes, container, config, protocol);
     switch (config.engine) {
         case Engine::liggghts:
             return liggghts::pour_with_liggghts(shapes, container, config, data_file("liggghts_templates"), folder / "run");

@@ -114,6 +114,20 @@ TEST(Protocol, ALidsWeightArrivesAtFloorAndSides) {
     EXPECT_NEAR(bed.protocol[1].lid_height_m, bed.protocol[1].bed_height_m, 5e-4);  // the overlap
 }
 
+// Grains with faces, and a lid that falls with the vessel: without the tap's velocity the bed would fly up to it.
+TEST(Protocol, ALidStaysOnGrainsWithFacesThatAreTapped) {
+    const Folder folder;
+    const PackingConfig config{.fill = Fill::lattice, .grains = 6, .density_kg_per_m3 = 2000.0, .settle_time_s = 1.0};
+    const ProtocolConfig protocol{
+        .step = {{.kind = StepKind::lid, .mass_kg = 0.05, .stays = true}, {.kind = StepKind::tap, .height_m = 0.002}}};
+    const Shape shape = make_shape({.kind = ShapeKind::cylinder, .diameter_m = 0.01, .height_m = 0.01});
+    const PourResult bed = pour_with_capsules(one(shape), parse_container("cylinder:0.03,0.15"), config, folder.path() / "run", protocol);
+    const double weight = (0.05 + 6.0 * 2000.0 * measure(shape, 1e-6).volume_m3) * config.gravity_m_per_s2;
+    EXPECT_NEAR(-(*bed.floor_force_N + *bed.side_force_N), weight, 0.01 * weight);
+    ASSERT_EQ(bed.protocol.size(), 3U);
+    EXPECT_NEAR(bed.protocol[2].lid_height_m, bed.protocol[2].bed_height_m, 2e-4);
+}
+
 TEST(Protocol, APlateStopsAtAHeightAPressureOrAPorosity) {
     const Folder folder;
     const PackingConfig config{.fill = Fill::lattice, .grains = 40};
@@ -209,8 +223,10 @@ TEST(Protocol, FrictionlessSpheresWithoutWallsJamWithSixContacts) {
     const ProtocolRow& row = bed.protocol[0];
     EXPECT_TRUE(row.reached);
     EXPECT_NEAR(row.pressure_Pa, 500.0, 1.0);
-    EXPECT_NEAR(row.porosity, 0.363, 0.015);  // 120 spheres scatter by 0.005
-    EXPECT_NEAR(row.coordination_without_rattlers, 6.0, 0.35);
+    std::printf("  porosity %.4f, %.2f contacts, %ld rattlers\n", row.porosity, row.coordination_without_rattlers, row.rattlers);
+    // 500 spheres, five seeds (docs/packing.md): 0.360 and 5.95 + 0.0177 sqrt(500) at this pressure; 100 spheres differ from them by 0.007.
+    EXPECT_NEAR(row.porosity, 0.360, 0.014);
+    EXPECT_NEAR(row.coordination_without_rattlers, 6.35, 0.2);
     EXPECT_LT(row.rattlers, 12);
     const Vec3 size = bed.packing.container.size();
     EXPECT_NEAR(1.0 - 120.0 * measure(bed.packing.shapes[0], 1e-6).volume_m3 / size.prod(), row.porosity, 0.01);

@@ -115,7 +115,7 @@ public:
     void set_sleep(bool sleep);
     /// From the next step on. A vessel that moves is described in its own frame: gravity less the vessel's acceleration.
     void set_gravity(const shapes::Vec3& gravity_m_per_s2);
-    /// Wakes all grains and adds a velocity to each.
+    /// Wakes all grains and adds a velocity to each, and to a lid that has a mass.
     void push(const shapes::Vec3& velocity_m_per_s);
     /// Between grains, from the next step on.
     void set_friction(double friction);

@@ -141,6 +141,7 @@ void CapsuleDem::State::push(const Vec3& velocity_m_per_s) {
         body.v_contact = body.v;
         body.fresh = 3;
     }
+    if (lid_ && lid_->mass_kg > 0.0) lid_->velocity_m_per_s += velocity_m_per_s.z();
 }
 
 void CapsuleDem::State::set_lid(const std::optional<Lid>& lid) {

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "core/error.hpp"
-#include "core/log.hpp"
 #include "pouring/dem/protocol_run.hpp"
 #include "pouring/uses.hpp"
 
@@ -72,9 +71,7 @@ void ProtocolRun::press_down() {
             at_.reached = porosity(height) <= step().to_porosity;
         }
         if (!at_.reached && !soft) return;
-        if (!at_.reached)
-            log_warning(fmt::format("pour: step {} ends before its aim: grains overlap by more than {:g} of their diameter on average",
-                                    at_.step + 1, softest));
+        if (!at_.reached) warn_of_soft_grains();
         if (lid.mass_kg == 0.0) lid.velocity_m_per_s = 0.0;
         dem_.set_lid(lid);
         at_.since = dem_.steps();
@@ -109,8 +106,7 @@ void ProtocolRun::shrink() {
     if (at_.phase == Phase::rest) return rest_in_box();
     step().to_porosity > 0.0 ? shrink_to_porosity() : shrink_to_pressure();
     if (at_.phase == Phase::move && dem_.rest().mean_overlap_m > softest * scale_.diameter_m) {
-        log_warning(fmt::format("pour: step {} ends before its aim: grains overlap by more than {:g} of their diameter on average",
-                                at_.step + 1, softest));
+        warn_of_soft_grains();
         enter(Phase::rest);
     }
 }

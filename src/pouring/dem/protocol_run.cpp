@@ -24,8 +24,7 @@ constexpr double tap_rest_factor = 100.0;  // between taps, the energy at rest m
 
 // Peak acceleration of a shaken vessel, with its direction.
 Vec3 peak_of(const ProtocolStep& step) {
-    const double size = step.peak_acceleration_m_per_s2 > 0.0 ? step.peak_acceleration_m_per_s2
-                                                              : step.amplitude_m * std::pow(2.0 * std::numbers::pi * step.frequency_Hz, 2);
+    const double size = *relative_acceleration(step, 1.0);
     const Vec3 direction =
         step.direction.empty() ? Vec3(Vec3::UnitZ()) : Vec3(step.direction[0], step.direction[1], step.direction[2]).normalized();
     return size * direction;
@@ -81,7 +80,9 @@ bool ProtocolRun::in_box() const {
 
 void ProtocolRun::begin() {
     rows_.clear();
-    if (!in_box()) measure(true);
+    if (in_box()) return;
+    measure(true);
+    rows_.back().step = rows_.back().repeat = 0;
 }
 
 // Grains may sleep while they come to rest, and only then: so a resumed run has the same bits.
@@ -116,11 +117,20 @@ void ProtocolRun::advance() {
     }
 }
 
+long ProtocolRun::period() const {
+    return std::max(1L, std::lround(1.0 / (step().frequency_Hz * dt_)));
+}
+
+void ProtocolRun::warn_of_soft_grains() const {
+    log_warning(fmt::format("pour: step {} ends before its aim: grains overlap by more than {:g} of their diameter on average",
+                            at_.step + 1, softest));
+}
+
 // The vessel's position is a (1 - cos w t): it starts from rest, and is at rest after each whole period.
-void ProtocolRun::shake(long until, const Vec3& acceleration, double frequency_Hz) {
-    const double period = std::max(1.0, std::round(1.0 / (frequency_Hz * dt_)));
+void ProtocolRun::shake(long until) {
+    const Vec3 acceleration = peak_of(step());
     while (dem_.steps() < until) {
-        const double turns = (static_cast<double>(steps_in_phase()) + 0.5) / period;
+        const double turns = (static_cast<double>(steps_in_phase()) + 0.5) / static_cast<double>(period());
         dem_.set_gravity(gravity_of(config_) - std::cos(2.0 * std::numbers::pi * turns) * acceleration);
         dem_.step();
     }
@@ -135,23 +145,21 @@ void ProtocolRun::tap() {
         enter(Phase::rest);
         return rest_after();  // each call takes time steps, so that a run which is stopped again and again comes to an end
     }
-    const long end = at_.since + std::lround(1.0 / (step().frequency_Hz * dt_));
-    shake(std::min(end, dem_.steps() + checked_steps), peak_of(step()), step().frequency_Hz);
+    const long end = at_.since + period();
+    shake(std::min(end, dem_.steps() + checked_steps));
     if (dem_.steps() == end) enter(Phase::rest);
 }
 
 void ProtocolRun::vibrate() {
-    const double period = std::max(1.0, std::round(1.0 / (step().frequency_Hz * dt_)));
-    const auto length = static_cast<long>(std::ceil(step().time_s / dt_ / period - 1e-9) * period);
+    const long all = std::lround(std::ceil(step().time_s / dt_ / static_cast<double>(period()) - 1e-9)), length = all * period();
     if (at_.phase == Phase::begin) {
         log_info("pour: vibration with {:.3g} times gravity for {:.3g} s", *relative_acceleration(step(), config_.gravity_m_per_s2),
                  static_cast<double>(length) * dt_);
         enter(Phase::move);
     }
-    shake(std::min(at_.since + length, dem_.steps() + checked_steps), peak_of(step()), step().frequency_Hz);
+    shake(std::min(at_.since + length, dem_.steps() + checked_steps));
     // Rows between whole periods, when the vessel is at rest.
-    const auto periods = static_cast<long>(static_cast<double>(steps_in_phase()) / period);
-    const long all = std::lround(static_cast<double>(length) / period), due = periods * std::min(all, rows_of_vibration) / all;
+    const long due = steps_in_phase() / period() * std::min(all, rows_of_vibration) / all;
     if (due > at_.measured && steps_in_phase() < length) {
         at_.measured = due;
         measure(true);
@@ -217,8 +225,8 @@ double ProtocolRun::porosity(double& height_m) const {
 
 void ProtocolRun::measure(bool reached) {
     const DemRest rest = dem_.rest();
-    ProtocolRow row{.step = rows_.empty() && at_.phase == Phase::begin && !in_box() ? 0 : static_cast<long>(at_.step) + 1,
-                    .kind = done() ? StepKind::settle : step().kind,
+    ProtocolRow row{.step = static_cast<long>(at_.step) + 1,
+                    .kind = step().kind,
                     .repeat = step().kind == StepKind::tap ? at_.repeat + 1
                               : at_.phase == Phase::move   ? at_.measured
                                                            : 0,
@@ -228,7 +236,6 @@ void ProtocolRun::measure(bool reached) {
                     .rattlers = rest.rattlers,
                     .pressure_Pa = in_box() ? dem_.pressure_Pa() : 0.0,
                     .reached = reached};
-    if (row.step == 0) row.repeat = 0;
     row.porosity = porosity(row.bed_height_m);
     if (dem_.lid()) {
         row.lid_height_m = dem_.lid()->height_m;

@@ -65,7 +65,10 @@ private:
     [[nodiscard]] long steps_in_phase() const { return dem_.steps() - at_.since; }
     void enter(Phase phase);
     void finish_step();
-    void shake(long until, const shapes::Vec3& acceleration, double frequency_Hz);
+    /// Time steps of one period of the vessel's motion.
+    [[nodiscard]] long period() const;
+    void shake(long until);
+    void warn_of_soft_grains() const;
     void tap();
     void vibrate();
     void lay_lid();
