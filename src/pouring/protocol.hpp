@@ -42,10 +42,11 @@ struct ProtocolStep {
 };
 
 inline void describe(record::ConfigVisitor& v, ProtocolStep& c) {
-    v.choice("kind", c.kind,
-             "settle: until the grains are at rest; tap: the vessel falls on its support, or is accelerated for one period; vibrate: it "
-             "moves to and fro; lid: a plate is laid on the bed; compress: a plate moves down, or a box that is periodic along x, y and z "
-             "shrinks");
+    v.choice(
+        "kind", c.kind,
+        "settle: until the grains are at rest; tap: the vessel falls on its support, or is accelerated for one period; vibrate: it "
+        "moves back and forth; lid: a plate is laid on the bed; compress: a plate moves down, or a box that is periodic along x, y and z "
+        "shrinks");
     v.integer("number", c.number, {.low = 1, .high = 1e6, .zero_is_auto = true}, "tap: how many, each until the bed is at rest; auto: 1");
     v.number("height_m", c.height_m, {.low = 1e-9, .high = 10.0, .zero_is_auto = true},
              "tap: height from which the vessel falls; it stops at once. auto: peak_acceleration_m_per_s2 and frequency_Hz are given");
