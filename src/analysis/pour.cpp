@@ -161,7 +161,7 @@ void require_same_bed(const std::vector<ShapeShare>& shapes, const Container& co
     if (to_json(packing.container) != to_json(container))
         throw UserError(
             "the container of the packing is not the one of the case",
-            {.where = file, .allowed = to_json(container).dump(), .fix = "[container] must say " + to_json(packing.container).dump()});
+            {.where = file, .allowed = text_of(container), .fix = "[container] must say " + text_of(packing.container)});
     require_same_shape(shapes, packing, file);
 }
 

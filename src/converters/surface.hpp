@@ -82,6 +82,10 @@ struct PoreSurface {
 [[nodiscard]] PoreSurface make_pore_surface(const io::TriangleSurface& grains, const vessels::Container& container,
                                             const packing::Section& section, double deviation_m);
 
+/// The sides of a vessel as they are drawn, from the floor to `top_m` (a mesh: as high as it is); round ones have 96 facets. Empty for a
+/// box.
+[[nodiscard]] io::TriangleSurface sides_of(const vessels::Container& container, double top_m);
+
 /// A closed triangle surface as a solid; `periodic` repeats it.
 class SurfaceSolid : public geometry::Solid {
 public:

@@ -7,6 +7,7 @@
 #include "converters/uses.hpp"
 #include "core/error.hpp"
 #include "core/log.hpp"
+#include "geometry/triangle.hpp"
 #include "vessels/config.hpp"
 
 namespace porepack::converters {
@@ -27,12 +28,8 @@ struct SurfaceSolid::Bins {
     [[nodiscard]] int clamp_cell(double value, double low, int count) const {
         return std::clamp(static_cast<int>((value - low) / size), 0, count - 1);
     }
-    struct Crossing {
-        double z;
-        int step;  // +1 into the solid, going up
-    };
     // All crossings of the line at (x, y), moved by `lift`.
-    void collect(double x, double y, double lift, std::vector<Crossing>& crossings) const;
+    void collect(double x, double y, double lift, std::vector<LineCrossing>& crossings) const;
 };
 
 SurfaceSolid::SurfaceSolid(TriangleSurface surface, const Container& container)
@@ -91,23 +88,12 @@ public:
                     for (const int t : found_) near_.push_back({t, shift});
                 }
     }
-    // Moller & Trumbore (1997); only triangles that the segment crosses from outside count.
     [[nodiscard]] std::optional<double> first_hit(const Vec3& from, const Vec3& step) const override {
         double first = 2.0;
         for (const auto& [t, shift] : near_) {
             const Bins::Triangle& triangle = bins_.triangles[static_cast<std::size_t>(t)];
-            const Vec3 e1 = triangle.b - triangle.a, e2 = triangle.c - triangle.a;
-            const Vec3 p = step.cross(e2);
-            const double determinant = e1.dot(p);
-            // The determinant is positive where the segment runs against the outward normal: it enters the solid.
-            if (determinant <= 0.0) continue;
-            const Vec3 s = from - shift - triangle.a;
-            const Vec3 q = s.cross(e1);
-            const double u = s.dot(p) / determinant, v = step.dot(q) / determinant, at = e2.dot(q) / determinant;
-            // A hit on a shared edge must not be missed by both of its triangles.
-            constexpr double slack = 1e-9;
-            if (u < -slack || v < -slack || u + v > 1.0 + slack || at < -slack || at > 1.0) continue;
-            first = std::min(first, std::max(0.0, at));
+            if (const auto hit = crossing_from_outside(triangle.a, triangle.b, triangle.c, from - shift, step))
+                first = std::min(first, *hit);
         }
         return first <= 1.0 ? std::optional(first) : std::nullopt;
     }
@@ -130,24 +116,6 @@ Bounds SurfaceSolid::bounds() const {
     return bins_->bounds;
 }
 
-namespace {
-
-// Integral of max(0, z - level) over a triangle, per area.
-double mean_above(double level, const std::array<double, 3>& z) {
-    std::array<double, 3> h = {z[0] - level, z[1] - level, z[2] - level};
-    std::sort(h.begin(), h.end());
-    const double mean = (h[0] + h[1] + h[2]) / 3.0;
-    if (h[0] >= 0.0) return mean;
-    if (h[2] <= 0.0) return 0.0;
-    if (h[1] <= 0.0) return h[2] * h[2] * h[2] / (3.0 * (h[2] - h[0]) * (h[2] - h[1]));
-    return mean - h[0] * h[0] * h[0] / (3.0 * (h[1] - h[0]) * (h[2] - h[0]));
-}
-
-}  // namespace
-
-// Gauss' theorem with the field (0, 0, min(max(z, z0), z1)).
-// Its divergence is 1 between the planes and 0 elsewhere. It equals z0 + max(0, z - z0) - max(0, z - z1); the constant has no flux through
-// a closed surface, and mean_above() integrates the other two terms exactly.
 std::optional<double> SurfaceSolid::volume_between(double z0, double z1) const {
     const Container& container = bins_->container;
     if (container.any_periodic()) return std::nullopt;
@@ -157,39 +125,30 @@ std::optional<double> SurfaceSolid::volume_between(double z0, double z1) const {
         for (const Vec3& p : {t.a, t.b, t.c}) {
             if (container.wall_distance(p) < -slack) return std::nullopt;
         }
-        const std::array<double, 3> z = {t.a.z(), t.b.z(), t.c.z()};
-        const double area = 0.5 * (t.b - t.a).cross(t.c - t.a).z();  // seen from above
-        volume += area * (mean_above(z0, z) - mean_above(z1, z));
+        volume += geometry::volume_between(t.a, t.b, t.c, z0, z1);
     }
     return volume;
 }
 
-void SurfaceSolid::Bins::collect(double x, double y, double lift, std::vector<Crossing>& crossings) const {
+void SurfaceSolid::Bins::collect(double x, double y, double lift, std::vector<LineCrossing>& crossings) const {
     if (x < bounds.low.x() || x > bounds.high.x() || y < bounds.low.y() || y > bounds.high.y()) return;
     const auto& cell = cells[static_cast<std::size_t>(clamp_cell(y, bounds.low.y(), rows)) * static_cast<std::size_t>(columns) +
                              static_cast<std::size_t>(clamp_cell(x, bounds.low.x(), columns))];
     for (const int t : cell) {
         const Triangle& s = triangles[static_cast<std::size_t>(t)];
-        // Twice the signed areas of the three triangles that the line makes with the edges, seen from above. They have equal signs if the
-        // line passes inside, and are the weights of the corners' heights. A triangle seen from its outside (area > 0) is where the line
-        // leaves the solid.
-        const auto side = [&](const Vec3& p, const Vec3& q) { return (q.x() - p.x()) * (y - p.y()) - (q.y() - p.y()) * (x - p.x()); };
-        const double u = side(s.b, s.c), v = side(s.c, s.a), w = side(s.a, s.b);
-        const double area = u + v + w;
-        if (area == 0.0 || ((u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0))) continue;
-        crossings.push_back({(u * s.a.z() + v * s.b.z() + w * s.c.z()) / area + lift, area > 0.0 ? -1 : 1});
+        if (const auto crossing = line_crossing(s.a, s.b, s.c, x, y)) crossings.push_back({crossing->z + lift, crossing->step});
     }
 }
 
 void SurfaceSolid::column(double x, double y, std::vector<Interval>& parts) const {
     parts.clear();
-    thread_local std::vector<Bins::Crossing> crossings;
+    thread_local std::vector<LineCrossing> crossings;
     const Container& container = bins_->container;
     const double extent = (bins_->bounds.high - bins_->bounds.low).norm();
     // A line through an edge or a corner counts it twice or not at all: then the line is moved by a tiny amount and evaluated again.
     for (int attempt = 0; attempt < 8; ++attempt) {
         crossings.clear();
-        const double px = x + (1.13e-9 + 2.7e-9 * attempt) * extent, py = y + (0.71e-9 - 1.9e-9 * attempt) * extent;
+        const auto [px, py] = line_nearby(x, y, extent, attempt);
         const auto around = [&](int axis) { return container.periodic()[static_cast<std::size_t>(axis)] ? 1 : 0; };
         for (int i = -around(0); i <= around(0); ++i)
             for (int j = -around(1); j <= around(1); ++j)

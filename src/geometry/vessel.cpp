@@ -19,7 +19,7 @@ Vec3 VesselWalls::Round::normal(const Vec3& point) const {
 }
 
 bool VesselWalls::convex() const {
-    return std::none_of(round.begin(), round.end(), [](const Round& wall) { return wall.inside; });
+    return mesh == nullptr && std::none_of(round.begin(), round.end(), [](const Round& wall) { return wall.inside; });
 }
 
 }  // namespace porepack::geometry

@@ -13,6 +13,8 @@
 
 namespace porepack::geometry {
 
+class TriangleWall;  // geometry/triangle_wall.hpp
+
 /// Walls for engines that pour: a point is inside if it is inside all of them.
 struct VesselWalls {
     struct Plane {
@@ -35,6 +37,7 @@ struct VesselWalls {
     };
     std::vector<Plane> planes;
     std::vector<Round> round;
+    std::shared_ptr<const TriangleWall> mesh;
 
     /// No segment between two points inside meets them.
     [[nodiscard]] bool convex() const;

@@ -6,7 +6,6 @@
 #include <vtkActor.h>
 #include <vtkCamera.h>
 #include <vtkCellArray.h>
-#include <vtkCylinderSource.h>
 #include <vtkLight.h>
 #include <vtkNew.h>
 #include <vtkPNGWriter.h>
@@ -39,18 +38,14 @@ vtkNew<vtkPolyData> poly_data(const TriangleSurface& surface) {
     return data;
 }
 
-void add_container(vtkRenderer* renderer, const PictureStyle& style) {
-    vtkNew<vtkCylinderSource> wall;
-    wall->SetRadius(style.cylinder_diameter_m / 2.0);
-    wall->SetHeight(style.cylinder_height_m);
-    wall->SetResolution(96);
-    wall->CappingOff();
+void add_walls(vtkRenderer* renderer, const TriangleSurface& walls) {
+    vtkNew<vtkPolyDataNormals> normals;
+    normals->SetInputData(poly_data(walls));
+    normals->SetFeatureAngle(40.0);
     vtkNew<vtkPolyDataMapper> mapper;
-    mapper->SetInputConnection(wall->GetOutputPort());
+    mapper->SetInputConnection(normals->GetOutputPort());
     vtkNew<vtkActor> actor;
     actor->SetMapper(mapper);
-    actor->RotateX(90.0);
-    actor->SetPosition(0.0, 0.0, style.cylinder_height_m / 2.0);
     actor->GetProperty()->SetColor(0.55, 0.65, 0.75);
     actor->GetProperty()->SetOpacity(0.18);
     renderer->AddActor(actor);
@@ -83,7 +78,7 @@ void render_surface(const Path& png, const TriangleSurface& surface, const Pictu
     vtkNew<vtkRenderer> renderer;
     renderer->AddActor(grains);
     renderer->SetBackground(1.0, 1.0, 1.0);
-    if (style.cylinder_diameter_m > 0.0) add_container(renderer, style);
+    if (!style.walls.triangles.empty()) add_walls(renderer, style.walls);
     vtkNew<vtkRenderWindow> window;
     window->SetOffScreenRendering(1);
     window->SetSize(style.width, style.height);

@@ -7,11 +7,10 @@
 namespace porepack::io {
 
 struct PictureStyle {
-    int width = 900;                   ///< pixels
-    int height = 1100;                 ///< pixels
-    double cylinder_diameter_m = 0.0;  ///< > 0: draws the container's wall, transparent
-    double cylinder_height_m = 0.0;    ///< of this wall, from z = 0
-    bool front = false;                ///< seen along y in parallel projection, for objects side by side
+    int width = 900;             ///< pixels
+    int height = 1100;           ///< pixels
+    TriangleSurface walls = {};  ///< of the container, drawn transparent
+    bool front = false;          ///< seen along y in parallel projection, for objects side by side
 };
 
 /// The image fits the surface's width or its height.

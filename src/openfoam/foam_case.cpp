@@ -10,6 +10,7 @@
 
 #include "core/error.hpp"
 #include "core/log.hpp"
+#include "geometry/triangle_wall.hpp"
 #include "openfoam/uses.hpp"
 #include "record/digest.hpp"
 
@@ -75,6 +76,8 @@ std::string wall_parameters(const FoamScene& scene) {
     const auto around = container.vessel().walls();
     if (container.vessel().fills_bounds() || !around)
         add("wall", cylinder(2.0 * container.low().norm() + 2.0 * container.high().norm()));  // wider than the block
+    else if (around->mesh != nullptr)
+        add("wall", "type triSurfaceMesh; file \"vessel.stl\";");
     else
         for (const auto& wall : around->round) {
             const char* name = wall.inside ? "core" : "wall";
@@ -101,12 +104,22 @@ void prepare_foam_case(const FoamScene& scene, const std::string& parameters, co
     for (const auto& entry : fs::directory_iterator(source / "system"))
         if (entry.path().filename() != "caseParameters") copy_if_different(entry.path(), folder / "system" / entry.path().filename());
     write_if_different(folder / "system" / "caseParameters", parameters);
-    const Path surface = folder / "constant" / "triSurface" / "solid.stl", fresh = folder / "solid.stl";
-    write_stl(fresh, scene.surface, "porepack; unit: metre");
-    if (fs::exists(surface) && sha256_of_file(surface) == sha256_of_file(fresh))
-        fs::remove(fresh);
-    else
-        fs::rename(fresh, surface);
+    const auto write_surface = [&](const char* name, const TriangleSurface& triangles) {
+        const Path surface = folder / "constant" / "triSurface" / name, fresh = folder / name;
+        write_stl(fresh, triangles, "porepack; unit: metre");
+        if (fs::exists(surface) && sha256_of_file(surface) == sha256_of_file(fresh))
+            fs::remove(fresh);
+        else
+            fs::rename(fresh, surface);
+    };
+    write_surface("solid.stl", scene.surface);
+    const auto walls = scene.container.vessel().walls();
+    if (!walls || walls->mesh == nullptr) return;
+    const double length = scene.section.length();
+    const TriangleMesh sides = walls->mesh->sides(scene.section.z0_m - length, scene.section.z1_m + length);
+    TriangleSurface triangles{.points = {}, .triangles = sides.triangles};
+    for (const Vec3& point : sides.points_m) triangles.points.push_back({point.x(), point.y(), point.z()});
+    write_surface("vessel.stl", triangles);
 }
 
 std::optional<double> last_number(const Path& log, const std::string& label) {

@@ -30,7 +30,7 @@ FoamScene foam_scene(const PoreSpace& space, const SurfaceOptions& surface, doub
     const auto walls = space.container.vessel().walls();
     if (!space.container.vessel().fills_bounds() && !(walls && walls->planes.empty()))
         throw UserError("the cases of OpenFOAM have round walls and boxes, not other vessels",
-                        {.where = to_json(space.container).dump(), .fix = "leave OpenFOAM out ([openfoam] enabled = false)"});
+                        {.where = text_of(space.container), .fix = "leave OpenFOAM out ([openfoam] enabled = false)"});
     const PoreSpace meshed = space.with_section(space.computed()).section_only();
     FoamScene scene{.surface = made != nullptr ? *made : make_surface(grains_near(space), surface).surface,
                     .container = space.container,

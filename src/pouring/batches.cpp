@@ -126,8 +126,7 @@ Pour make_lattice(const std::vector<ShapeShare>& shapes, const Container& contai
             }
         if (!places.empty()) return places;
         // A grain as wide as the vessel goes into the middle. Where a cone is narrower than that, the lattice has no place.
-        Vec3 widest = container.widest_place().at;
-        widest.z() = z;
+        const Vec3 widest = container.widest_place(z).at;
         const double room = container.wall_distance(widest), above = container.wall_distance(widest + pitch * Vec3::UnitZ());
         if (room >= 0.5 * pitch || room == above) places.push_back(widest);
         if (places.empty() && above < room)

@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "core/error.hpp"
+#include "geometry/triangle.hpp"
 
 namespace porepack::shapes {
 using namespace core;
@@ -187,7 +188,6 @@ void TriangleCore::find_cones() {
     }
 }
 
-// The nearest point of the triangle, by the region in which the point's foot lies (Ericson, Real-Time Collision Detection, 5.1.5).
 void TriangleCore::try_triangle(std::size_t t, const Vec3& point, Nearest& nearest) const {
     const Plane& plane = planes_[t];
     const double above = plane.normal.dot(point) - plane.height;
@@ -200,20 +200,7 @@ void TriangleCore::try_triangle(std::size_t t, const Vec3& point, Nearest& neare
     };
     const auto take_corner = [&](std::size_t i, const Vec3& from) { take(from, corner_normals_[static_cast<std::size_t>(corner[i])]); };
     const auto take_edge = [&](std::size_t i, const Vec3& from) { take(from, edge_normals_[static_cast<std::size_t>(edge_of_[t][i])]); };
-    const Vec3 ab = b - a, ac = c - a, ap = point - a;
-    const double d1 = ab.dot(ap), d2 = ac.dot(ap);
-    if (d1 <= 0.0 && d2 <= 0.0) return take_corner(0, ap);
-    const Vec3 bp = point - b;
-    const double d3 = ab.dot(bp), d4 = ac.dot(bp);
-    if (d3 >= 0.0 && d4 <= d3) return take_corner(1, bp);
-    if (const double vc = d1 * d4 - d3 * d2; vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0) return take_edge(0, ap - d1 / (d1 - d3) * ab);
-    const Vec3 cp = point - c;
-    const double d5 = ab.dot(cp), d6 = ac.dot(cp);
-    if (d6 >= 0.0 && d5 <= d6) return take_corner(2, cp);
-    if (const double vb = d5 * d2 - d1 * d6; vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0) return take_edge(2, ap - d2 / (d2 - d6) * ac);
-    if (const double va = d3 * d6 - d5 * d4; va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0)
-        return take_edge(1, bp - (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b));
-    take(above * plane.normal, plane.normal);
+    geometry::nearest_of_triangle(a, b, c, point, take_corner, take_edge, [&] { take(above * plane.normal, plane.normal); });
 }
 
 double TriangleCore::distance_to(std::size_t triangle, const Vec3& point) const {

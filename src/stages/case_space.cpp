@@ -12,6 +12,7 @@
 #include "imaging/volume.hpp"
 #include "inputs/image_input.hpp"
 #include "inputs/mesh_grains.hpp"
+#include "inputs/mesh_vessel.hpp"
 #include "inputs/pore_space_input.hpp"
 #include "pouring/pour.hpp"
 #include "stages/case_space.hpp"
@@ -59,9 +60,9 @@ std::vector<ShapeShare> case_shapes(const Case& c) {
 
 Container case_container(const Case& c) {
     const bool shrinks = c.settings.packing.fill == Fill::scatter;  // the case gives the box in which the grains are scattered
-    if (!c.from_fit() && !shrinks) return make_container(c.settings.container);
+    if (!c.from_fit() && !shrinks) return inputs::make_container(c.settings.container, c.folder);
     if (const Path made = c.stage_folder("pack") / "packing.json"; fs::exists(made)) return read_packing(made).container;
-    if (shrinks) return make_container(c.settings.container);
+    if (shrinks) return inputs::make_container(c.settings.container, c.folder);
     if (const auto given = container_of_image(c)) return *given;
     return box_of(imaging::open_volume(c.resolve(c.settings.image.file), c.settings.image).header);
 }

@@ -6,6 +6,7 @@
 #include "core/json.hpp"
 #include "imaging/volume.hpp"
 #include "inputs/mesh_grains.hpp"
+#include "inputs/mesh_vessel.hpp"
 #include "stages/case_space.hpp"
 #include "stages/stages.hpp"
 #include "stages/uses.hpp"
@@ -33,6 +34,7 @@ results::Pack run_fit(const Case& c, const Path& folder) {
 Stage make_fit_stage(const Case& c) {
     std::vector<Path> files = scan_of(c).files;
     for (const Path& file : inputs::mesh_files(c.settings.shape, c.folder)) files.push_back(file);
+    for (const Path& file : inputs::vessel_files(c.settings.container, c.folder)) files.push_back(file);
     return {.name = "pack",
             .configuration = c.settings.resolved_tables({"shape", "image", "container"}),
             .files = std::move(files),

@@ -6,6 +6,7 @@
 #include "core/json.hpp"
 #include "imaging/volume.hpp"
 #include "inputs/image_input.hpp"
+#include "inputs/mesh_vessel.hpp"
 #include "stages/case_space.hpp"
 #include "stages/stages.hpp"
 #include "stages/uses.hpp"
@@ -15,8 +16,8 @@ namespace fs = std::filesystem;
 
 std::optional<Container> container_of_image(const Case& c) {
     const ContainerConfig& config = c.settings.container;
-    const bool given = config.diameter_m > 0.0 || config.height_m > 0.0 || !config.size_m.empty();
-    return given ? std::optional(make_container(config)) : std::nullopt;
+    const bool given = config.diameter_m > 0.0 || config.height_m > 0.0 || !config.size_m.empty() || !config.file.empty();
+    return given ? std::optional(inputs::make_container(config, c.folder)) : std::nullopt;
 }
 
 namespace {
@@ -42,9 +43,11 @@ std::string image_file(const Case& c) {
 Stage make_image_stage(const Case& c) {
     const Path file = c.resolve(c.settings.image.file);
     if (!fs::exists(file)) throw UserError("no such image: " + file.string(), {.where = "[image] file"});
+    std::vector<Path> files = imaging::open_volume(file, c.settings.image).header.files;
+    for (const Path& vessel : inputs::vessel_files(c.settings.container, c.folder)) files.push_back(vessel);
     return {.name = "image",
             .configuration = c.settings.resolved_tables({"image", "container"}),
-            .files = imaging::open_volume(file, c.settings.image).header.files,
+            .files = std::move(files),
             .outputs = {image_file(c)},
             .run = [c](const Path& folder) { return run_image(c, folder); },
             .result_version = results::Image::version};

@@ -6,6 +6,7 @@
 #include "core/error.hpp"
 #include "core/json.hpp"
 #include "inputs/mesh_grains.hpp"
+#include "inputs/mesh_vessel.hpp"
 #include "record/digest.hpp"
 #include "stages/case_space.hpp"
 #include "stages/stages.hpp"
@@ -20,15 +21,16 @@ Poured given(const Case& c) {
     Poured given{.result = {.engine = std::string(name_of(config.engine)), .seed = config.seed},
                  .packing = read_packing(c.resolve(config.file)),
                  .protocol = {}};
-    require_same_bed(case_shapes(c), make_container(c.settings.container), given.packing, config.file);
+    require_same_bed(case_shapes(c), inputs::make_container(c.settings.container, c.folder), given.packing, config.file);
     return given;
 }
 
 results::Pack run_pack(const Case& c, const Path& folder) {
     const PackingConfig& config = c.settings.packing;
     auto [result, packing, protocol] =
-        config.engine == Engine::none ? given(c)
-                                      : pour(case_shapes(c), make_container(c.settings.container), config, c.settings.protocol, folder);
+        config.engine == Engine::none
+            ? given(c)
+            : pour(case_shapes(c), inputs::make_container(c.settings.container, c.folder), config, c.settings.protocol, folder);
     add_grains(result, packing);
     if (packing.overlap_allowed) result.overlap_allowed = true;
     write_packing(folder / "packing.json", packing);
@@ -39,7 +41,8 @@ results::Pack run_pack(const Case& c, const Path& folder) {
 
 Expectation expect_pack(const Case& c) {
     if (c.settings.packing.engine == Engine::none) return {.text = "seconds"};
-    Expectation expected = expect_pour(case_shapes(c), make_container(c.settings.container), c.settings.packing, c.settings.protocol);
+    Expectation expected =
+        expect_pour(case_shapes(c), inputs::make_container(c.settings.container, c.folder), c.settings.packing, c.settings.protocol);
     if (!c.settings.geometry.section_m.empty())
         if (const PoreSpace bed = expected_pore_space(c); bed.section.z1_m > bed.bed_top_m)
             expected.text += fmt::format("; the section ends at {:g} m, above the expected top of the bed (about {:.2g} m)",
@@ -66,6 +69,7 @@ Stage make_pack_stage(const Case& c) {
                 .result_version = results::Pack::version,
                 .processes = config.processes};
     stage.files = inputs::mesh_files(c.settings.shape, c.folder);
+    for (const Path& file : inputs::vessel_files(c.settings.container, c.folder)) stage.files.push_back(file);
     if (config.engine == Engine::none && !config.file.empty()) stage.files.push_back(c.resolve(config.file));
     for (const Path& file : stage.files) (void)record::sha256_of_file(file);  // a missing file is named before anything runs
     return stage;

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "converters/surface.hpp"
 #include "core/json.hpp"
 #include "core/log.hpp"
 #include "permeability/fluid.hpp"
@@ -29,9 +30,16 @@ bool draw_packing(const Case& c, const results::CaseResults& results, const Path
     const auto bed = results::bed_of(results);
     // The empty part above the bed is not shown.
     const double shown = std::min(container.height(), 1.15 * (bed ? bed->bed_height_m : container.height()));
+    const io::TriangleSurface walls = converters::sides_of(container, shown);
     std::vector<std::string> more;
-    if (const auto tube = container.tube_diameter()) more = {"--container", fmt::format("cylinder:{:.9g},{:.9g}", *tube, shown)};
-    return draw_picture(c.stage_folder("stl") / "solid.stl", folder / "packing.png", more);
+    const Path file = folder / "walls.stl";
+    if (!walls.triangles.empty()) {
+        io::write_stl(file, walls);
+        more = {"--walls", fs::absolute(file).string()};
+    }
+    const bool drawn = draw_picture(c.stage_folder("stl") / "solid.stl", folder / "packing.png", more);
+    fs::remove(file);
+    return drawn;
 }
 
 results::Report run_report(const Case& c, const std::vector<std::string>& shown, const Path& folder) {

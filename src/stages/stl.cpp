@@ -1,5 +1,6 @@
 // The grains as one closed triangle surface.
 #include "analysis/surfaces.hpp"
+#include "inputs/mesh_vessel.hpp"
 #include "inputs/pore_space_input.hpp"
 #include "stages/case_space.hpp"
 #include "stages/stages.hpp"
@@ -15,7 +16,10 @@ Stage make_stl_stage(const Case& c) {
                 .configuration = deciding_keys(c, {"container", "shape", "stl"}, {"surface_deviation_m", "contact_gap_m"}, with_planes),
                 .outputs = {"solid.stl"},
                 .result_version = results::Stl::version};
-    if (c.from_surface()) stage.files = {user_file};
+    if (c.from_surface()) {
+        stage.files = inputs::vessel_files(c.settings.container, c.folder);
+        stage.files.push_back(user_file);
+    }
     stage.run = [c, user_file, with_planes](const Path& folder) {
         const InputOptions options{.container = case_container(c),
                                    .unit_m = c.from_surface() ? surface_unit_m(c.settings.shape) : 1.0,

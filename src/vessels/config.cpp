@@ -11,6 +11,7 @@
 #include "vessels/box.hpp"
 #include "vessels/cone.hpp"
 #include "vessels/cylinder.hpp"
+#include "vessels/mesh.hpp"
 #include "vessels/uses.hpp"
 
 namespace porepack::vessels {
@@ -21,7 +22,7 @@ struct VesselKind {
     std::string name;
     std::vector<std::string> needed, optional;  // keys of ContainerConfig
     std::string missing;                        // what to say where a needed key is not given
-    std::string form;                           // on the command line: name:numbers
+    std::string form;                           // on the command line: name:numbers; empty: not there
     std::string frame;                          // where it lies, for help and messages; empty: said with another kind
     std::string text;                           // for the report, with the keys in braces
     std::size_t numbers;                        // that the command line gives
@@ -98,6 +99,21 @@ const std::vector<VesselKind>& all_kinds() {
          .make = [](const ContainerConfig& c) -> std::shared_ptr<const Vessel> {
              return std::make_shared<const Box>(Vec3(c.size_m[0], c.size_m[1], c.size_m[2]),
                                                 std::array<bool, 3>{c.periodic[0], c.periodic[1], c.periodic[2]});
+         }},
+        {.name = "mesh",
+         .needed = {"file", "unit_m"},
+         .optional = {},
+         .missing = "a vessel of kind \"mesh\" needs file and unit_m",
+         .form = {},
+         .frame = "a mesh lies as in its file, moved along z",
+         .text = "the vessel of {file}",
+         .numbers = 0,
+         .may_be_periodic = false,
+         .fill = nullptr,
+         .make = [](const ContainerConfig& c) -> std::shared_ptr<const Vessel> {
+             if (c.mesh == nullptr)
+                 throw UserError("a vessel from a file cannot be used here", {.where = "[container]", .allowed = "the other kinds"});
+             return std::make_shared<const MeshVessel>(*c.mesh);
          }}};
     return kinds;
 }
@@ -131,7 +147,7 @@ public:
     }
     void integer(const char*, long&, const record::Range&, const char*) override {}
     void boolean(const char*, bool&, const char*) override {}
-    void text(const char*, std::string&, const char*) override {}
+    void text(const char* key, std::string& value, const char*) override { add(key, !value.empty()); }
     void word(const char*, std::string&, const std::vector<std::string>&, const char*) override {}
     void renamed(const char*, const char*) override {}
     void any(const char*, Json&, const char*, const char*) override {}
@@ -228,7 +244,8 @@ const std::vector<std::string>& kinds_of_vessels() {
 
 std::string container_forms() {
     std::vector<std::string> list;
-    for (const VesselKind& kind : all_kinds()) list.push_back(kind.form + (kind.may_be_periodic ? "[:periodic]" : ""));
+    for (const VesselKind& kind : all_kinds())
+        if (!kind.form.empty()) list.push_back(kind.form + (kind.may_be_periodic ? "[:periodic]" : ""));
     return fmt::format("{}", fmt::join(list, ", "));
 }
 
@@ -245,6 +262,10 @@ std::string container_text(const Json& container, const std::function<std::strin
     std::string text = kind->text;
     for (const std::string& key : kind->needed) {
         const Json value = container.value(key, Json());
+        if (value.is_string() && !value.get<std::string>().empty()) {
+            text.replace(text.find("{" + key + "}"), key.size() + 2, value.get<std::string>());
+            continue;
+        }
         std::vector<std::string> sizes;
         for (const Json& one : value.is_array() ? value : Json::array({value}))
             if (one.is_number() && one.get<double>() > 0.0) sizes.push_back(length_text(one.get<double>()));
@@ -270,14 +291,14 @@ Container make_container(const ContainerConfig& config) {
     }
     for (const std::string& key : kind.needed)
         if (!contains(given.keys, key))
-            throw UserError(kind.missing, {.where = "[container]", .fix = fmt::format("give {} in metres", fmt::join(kind.needed, ", "))});
+            throw UserError(kind.missing, {.where = "[container]", .fix = fmt::format("give {}", fmt::join(kind.needed, ", "))});
     return Container(kind.make(config));
 }
 
 Container parse_container(const std::string& text) {
     const std::size_t colon = text.find(':');
     const VesselKind* const kind = colon == std::string::npos ? nullptr : kind_named(text.substr(0, colon));
-    if (kind == nullptr) throw UserError("not a container: " + text, {.allowed = allowed_forms()});
+    if (kind == nullptr || kind->form.empty()) throw UserError("not a container: " + text, {.allowed = allowed_forms()});
     ContainerConfig config{.kind = kind->name};
     std::string numbers = text.substr(colon + 1);
     if (const auto end = numbers.find(':'); end != std::string::npos) {
@@ -297,16 +318,21 @@ Container container_from_json(const Json& json, const std::string& where) {
     if (!json.is_object() || !json.contains("kind")) refuse("`kind` is missing");
     ContainerConfig config{.kind = json.at("kind").is_string() ? json.at("kind").get<std::string>() : ""};
     const VesselKind* const kind = &known_kind(config.kind, where);
+    const bool mesh = kind->name == "mesh";  // its triangles are in the packing, not in a file of their own
     std::vector<std::string> known = {"kind"};
-    known.insert(known.end(), kind->needed.begin(), kind->needed.end());
-    known.insert(known.end(), kind->optional.begin(), kind->optional.end());
+    if (mesh) known.insert(known.end(), {"points_m", "triangles"});
+    if (!mesh) known.insert(known.end(), kind->needed.begin(), kind->needed.end());
+    if (!mesh) known.insert(known.end(), kind->optional.begin(), kind->optional.end());
     known.emplace_back("ends");
     for (const auto& [key, value] : json.items())
         if (!contains(known, key)) refuse(fmt::format("unknown key `{}`", key), fmt::format("{}", fmt::join(known, ", ")));
     for (const std::string& key : kind->needed)
-        if (!json.contains(key)) refuse(fmt::format("`{}` is missing", key));
+        if (!mesh && !json.contains(key)) refuse(fmt::format("`{}` is missing", key));
     JsonReader reader(json, where);
-    describe(reader, config);
+    if (mesh)
+        config.mesh = std::make_shared<const TriangleMesh>(mesh_from_json(json, where));
+    else
+        describe(reader, config);
     if (!json.contains("ends")) return Container(kind->make(config));
     if (json["ends"] != "cut") refuse("`ends` must be \"cut\", or be left out");
     if (config.periodic[2]) refuse("a container that is periodic along z has no cut ends");

@@ -29,9 +29,10 @@ const Vessel& Container::vessel() const {
     return *vessel_;
 }
 
-Container::WidestPlace Container::widest_place() const {
+Container::WidestPlace Container::widest_place(double z) const {
     constexpr int steps = 100;
     WidestPlace place{.at = 0.5 * (low_ + high_), .width_m = 0.0};
+    place.at.z() = z;
     place.width_m = 2.0 * wall_distance(place.at);
     for (int j = 0; j <= steps; ++j)
         for (int i = 0; i <= steps; ++i) {
@@ -52,8 +53,7 @@ bool Container::contains_column(double x, double y) const {
 Container Container::resized(const Vec3& size_m) const {
     auto other = vessel().resized(size_m);
     if (other == nullptr)
-        throw UserError(
-            fmt::format("this vessel cannot be {:g} x {:g} x {:g} m: {}", size_m.x(), size_m.y(), size_m.z(), vessel_->to_json().dump()));
+        throw UserError(fmt::format("this vessel cannot be {:g} x {:g} x {:g} m: {}", size_m.x(), size_m.y(), size_m.z(), text_of(*this)));
     return Container(std::move(other), cut_ends_);
 }
 
@@ -67,13 +67,20 @@ Container make_box(const Vec3& size_m, const std::array<bool, 3>& periodic) {
 
 void require_prism(const Container& container, const std::string& what) {
     if (container.vessel().outlines(container.size().norm()).empty())
-        throw UserError(what + " needs a vessel whose cross-section is the same at all heights", {.where = to_json(container).dump()});
+        throw UserError(what + " needs a vessel whose cross-section is the same at all heights", {.where = text_of(container)});
 }
 
 Json to_json(const Container& container) {
     Json json = container.vessel().to_json();
     if (container.cut_ends()) json["ends"] = "cut";
     return json;
+}
+
+std::string text_of(const Container& container) {
+    Json json = to_json(container);
+    for (auto& [key, value] : json.items())
+        if (value.is_array() && value.size() > 3) value = value.size();
+    return json.dump();
 }
 
 }  // namespace porepack::vessels

@@ -39,7 +39,9 @@ public:
         geometry::Vec3 at;
         double width_m;
     };
-    [[nodiscard]] WidestPlace widest_place() const;
+    [[nodiscard]] WidestPlace widest_place() const { return widest_place(0.5 * (low_.z() + high_.z())); }
+    /// At another height.
+    [[nodiscard]] WidestPlace widest_place(double z) const;
     /// A point of the vertical line at (x, y) lies inside.
     [[nodiscard]] bool contains_column(double x, double y) const;
 
@@ -63,5 +65,7 @@ void require_prism(const Container& container, const std::string& what);
 
 /// The vessel's, and `ends` = "cut" where the bed goes on.
 [[nodiscard]] core::Json to_json(const Container& container);
+/// The same in one line for messages, of long lists only the length.
+[[nodiscard]] std::string text_of(const Container& container);
 
 }  // namespace porepack::vessels

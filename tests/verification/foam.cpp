@@ -2,10 +2,14 @@
 #include <cmath>
 #include <numbers>
 
+#include "lbm/permeability.hpp"
 #include "openfoam/foam.hpp"
 #include "openfoam/foam_field.hpp"
+#include "packing/grains.hpp"
 #include "support/helpers.hpp"
+#include "support/vessel_meshes.hpp"
 #include "vessels/config.hpp"
+#include "vessels/mesh.hpp"
 
 namespace porepack {
 namespace {
@@ -43,26 +47,45 @@ TEST(FoamDuct, IsOfSecondOrder) {
     for (int k = 0; k < 2; ++k) EXPECT_NEAR(std::log2(error[k] / error[k + 1]), 2.0, 0.15);
 }
 
-// An annular duct by its closed form, and a slender cone by lubrication theory (8 mu Q / pi times the integral of 1 / R^4).
+Container bend() {
+    std::vector<double> heights;
+    for (int i = 0; i <= 12; ++i) heights.push_back(0.001 * i);
+    return Container(std::make_shared<const vessels::MeshVessel>(test::tube_mesh(
+        32, heights, [](double) { return 0.004; },
+        [](double z) { return Vec3(0.0015 * (1.0 - std::cos(std::numbers::pi * z / 0.012)), 0.0, z); })));
+}
+
+double by_lattice_boltzmann(const Packing& packing, const Section& section) {
+    const PoreSpace pores = pore_space_of(std::make_shared<const packing::Grains>(packing), packing.container, section, 0.001);
+    return lbm::lbm_permeability(pores, 4e-4, {.iteration_tolerance = 1e-5, .grids = 2}).permeability_m2;
+}
+
+// An annular duct by its closed form, a slender cone by lubrication theory (8 mu Q / pi times the integral of 1 / R^4), and a bend, which
+// is a mesh, by lattice Boltzmann.
 TEST(FoamDuct, RoundWalls) {
     REQUIRE_PROGRAM("simpleFoam");
     const test::Folder folder;
     const double length = 0.012, a = 0.002, b = 0.006, squares = b * b - a * a, first = 0.005, slope = 0.05, last = first + slope * length;
     struct Duct {
-        const char* container;
+        const char* name;
+        Container container;
         Vec3 pore_point;
-        double permeability;
+        double permeability;  // 0: by lattice Boltzmann
     };
     const double integral = (std::pow(first, -3) - std::pow(last, -3)) / (3.0 * slope),
                  area = std::numbers::pi * (first * first + first * last + last * last) / 3.0;
-    const Duct ducts[] = {{"annulus:0.004,0.012,0.1",
-                           {0.0041, 0.0003, 0.0051},
-                           (std::pow(b, 4) - std::pow(a, 4) - squares * squares / std::log(b / a)) / (8.0 * squares)},
-                          {"cone:0.01,0.02,0.1", {0.0003, 0.0002, 0.0051}, std::numbers::pi * length / (8.0 * integral * area)}};
+    const Duct ducts[] = {
+        {"annulus",
+         parse_container("annulus:0.004,0.012,0.1"),
+         {0.0041, 0.0003, 0.0051},
+         (std::pow(b, 4) - std::pow(a, 4) - squares * squares / std::log(b / a)) / (8.0 * squares)},
+        {"cone", parse_container("cone:0.01,0.02,0.1"), {0.0003, 0.0002, 0.0051}, std::numbers::pi * length / (8.0 * integral * area)},
+        {"bend", bend(), {0.0016, 0.0002, 0.0061}, 0.0}};
+    const Section section{0.0, length};
     for (const Duct& duct : ducts) {
-        Packing packing{.container = parse_container(duct.container), .shapes = {make_preset(ShapeKind::sphere, 0.002, 0.0)}, .bodies = {}};
+        Packing packing{.container = duct.container, .shapes = {make_preset(ShapeKind::sphere, 0.002, 0.0)}, .bodies = {}};
         packing.bodies.push_back({.shape = 0, .position_m = Vec3(0.004, 0.0, 0.08)});
-        const Section section{0.0, length};
+        const double known = duct.permeability > 0.0 ? duct.permeability : by_lattice_boltzmann(packing, section);
         const double volume = packing.container.vessel().mean_area(section.interval()) * length;
         double error[2];
         for (const int fine : {0, 1}) {
@@ -73,12 +96,12 @@ TEST(FoamDuct, RoundWalls) {
                                   .grain_size_m = 0.002,
                                   .pore_point = duct.pore_point};
             const FoamResult result = foam_permeability(scene, {.meshes = 1}, fine != 0 ? 0.0005 : 0.001, cases,
-                                                        folder.path() / (std::string(duct.container, 4) + std::to_string(fine)));
-            error[fine] = result.fine().permeability_m2 / duct.permeability - 1.0;
+                                                        folder.path() / (duct.name + std::to_string(fine)));
+            error[fine] = result.fine().permeability_m2 / known - 1.0;
         }
-        std::printf("  %s: errors %+.4f %+.4f\n", duct.container, error[0], error[1]);
-        EXPECT_LT(std::abs(error[1]), 0.03) << duct.container;  // the annulus is eight cells wide, with the finer ones at its walls
-        EXPECT_LT(std::abs(error[1]), 0.4 * std::abs(error[0])) << duct.container;
+        std::printf("  %s: errors %+.4f %+.4f\n", duct.name, error[0], error[1]);
+        EXPECT_LT(std::abs(error[1]), 0.03) << duct.name;  // the annulus is eight cells wide, with the finer ones at its walls
+        EXPECT_LT(std::abs(error[1]), 0.4 * std::abs(error[0])) << duct.name;
     }
 }
 

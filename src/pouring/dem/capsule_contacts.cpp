@@ -213,7 +213,7 @@ void CapsuleDem::State::find_wall_contacts(std::size_t i, std::vector<WallTouch>
             });
     }
     if (lid_) add_plane(lid_wall(), lid_plane());
-    if (has_faces(body)) find_piece_wall_contacts(i, found);
+    if (has_faces(body) || vessel_walls_.mesh != nullptr) find_piece_wall_contacts(i, found);
 }
 
 // Capsules lie around such a wall. Those that meet at one place of it share the stiffness of a single contact.
@@ -250,7 +250,7 @@ void CapsuleDem::State::wall_forces(std::size_t i, std::vector<Load>& loads, Wal
     find_wall_contacts(i, found);
     for (const WallTouch& touch : found) {
         const Vec3 lever = touch.at - body.x;
-        WallContact& contact = walls_[body.first_wall + touch.history];
+        WallContact& contact = wall_contact(i, touch);
         Vec3 velocity = body.v_contact + body.omega.cross(lever);
         const std::size_t wall = touch.history % wall_count();
         double mass = own_mass;

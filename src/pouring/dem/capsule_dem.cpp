@@ -19,10 +19,11 @@ CapsuleDem::State::State(const Container& container, const std::vector<Shape>& s
         finest = std::min(finest, kinds_.back().diameter);
         faced_ = faced_ || shape.body != nullptr;
     }
+    make_walls();
+    faced_ = faced_ || vessel_walls_.mesh != nullptr;
     if (faced_) make_pieces();
     skin_ = options.skin_m > 0.0 ? options.skin_m : 0.25 * finest;
     make_cells();
-    make_walls();
 }
 
 void CapsuleDem::State::make_pieces() {
@@ -99,9 +100,7 @@ void CapsuleDem::State::sort_into_cells() {
 
 void CapsuleDem::State::make_walls() {
     const std::optional<VesselWalls> walls = container_.vessel().walls();
-    if (!walls)
-        throw UserError("grains cannot be poured into this vessel: its walls are not planes, tubes or cones",
-                        {.where = to_json(container_).dump()});
+    if (!walls) throw UserError("grains cannot be poured into this vessel: its walls are not known", {.where = text_of(container_)});
     vessel_walls_ = *walls;
     has_floor_ = !container_.periodic()[2] && !container_.cut_ends();
     if (has_floor_) vessel_walls_.planes.insert(vessel_walls_.planes.begin(), {Vec3::UnitZ(), container_.low().z()});
@@ -129,6 +128,8 @@ void CapsuleDem::State::add(std::size_t shape, const Vec3& position_m, const Qua
     if (faced_) {
         piece_pairs_.emplace_back();
         frames_.emplace_back();
+        rim_contacts_.emplace_back();
+        near_mesh_.emplace_back();
     }
     cell_of_body_.push_back(-1);
     place_arms(bodies_.size() - 1);

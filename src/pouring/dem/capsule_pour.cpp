@@ -66,7 +66,7 @@ void require_all_inside(const CapsuleDem& dem, double feret_diameter) {
     const Vec3 low = container.low(), high = container.high();
     for (std::size_t i = 0; i < dem.size(); ++i) {
         const Vec3& x = dem.centre_of_mass(i);
-        bool inside = x.allFinite() && x.z() > -0.5 * feret_diameter;
+        bool inside = x.allFinite() && x.z() > -0.5 * feret_diameter && container.wall_distance(x) > -0.5 * feret_diameter;
         for (int axis = 0; axis < 2; ++axis)
             if (!container.periodic()[static_cast<std::size_t>(axis)])
                 inside = inside && x[axis] > low[axis] - 0.5 * feret_diameter && x[axis] < high[axis] + 0.5 * feret_diameter;

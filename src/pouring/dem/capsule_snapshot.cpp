@@ -25,7 +25,7 @@ void get(std::istream& in, Value& value) {
 
 void CapsuleDem::State::save(std::ostream& out) const {
     put(out, state_mark);
-    put(out, sizeof(BodyState) + sizeof(VerletPair) + sizeof(PiecePair));
+    put(out, sizeof(BodyState) + sizeof(VerletPair) + sizeof(PiecePair) + sizeof(RimContact));
     put(out, options_.time_step_s);
     put(out, kinds_.size());
     put(out, bodies_.size());
@@ -42,6 +42,8 @@ void CapsuleDem::State::save(std::ostream& out) const {
         if (!faced_) continue;
         put(out, piece_pairs_[i].size());
         for (const PiecePair& pair : piece_pairs_[i]) put(out, pair);
+        put(out, rim_contacts_[i].size());
+        for (const RimContact& rim : rim_contacts_[i]) put(out, rim);
     }
     for (const WallContact& contact : walls_) put(out, contact);
     for (const auto& cell : cells_) {  // their order determines the order of the pairs
@@ -63,8 +65,8 @@ void CapsuleDem::State::load(std::istream& in, const std::string& where) {
     get(in, step);
     get(in, kinds);
     get(in, count);
-    if (!in || mark != state_mark || layout != sizeof(BodyState) + sizeof(VerletPair) + sizeof(PiecePair) || step != options_.time_step_s ||
-        kinds != kinds_.size() || count > 100000000)
+    if (!in || mark != state_mark || layout != sizeof(BodyState) + sizeof(VerletPair) + sizeof(PiecePair) + sizeof(RimContact) ||
+        step != options_.time_step_s || kinds != kinds_.size() || count > 100000000)
         refuse();
     get(in, time_);
     get(in, steps_);
@@ -86,6 +88,8 @@ void CapsuleDem::State::load(std::istream& in, const std::string& where) {
     if (faced_) {
         piece_pairs_.assign(count, {});
         frames_.resize(count);
+        rim_contacts_.assign(count, {});
+        near_mesh_.assign(count, {});
     }
     cell_of_body_.assign(count, -1);
     std::size_t arms = 0, walls = 0;
@@ -104,6 +108,10 @@ void CapsuleDem::State::load(std::istream& in, const std::string& where) {
                 get(in, pair);
                 if (!in || pair.other >= count) refuse();
             }
+            get(in, pairs);
+            if (!in || pairs > 1000000) refuse();
+            rim_contacts_[i].resize(pairs);
+            for (RimContact& rim : rim_contacts_[i]) get(in, rim);
         }
         arms += kinds_[bodies_[i].kind].arms.size();
         walls += wall_histories(kinds_[bodies_[i].kind]);
@@ -111,10 +119,10 @@ void CapsuleDem::State::load(std::istream& in, const std::string& where) {
     walls_.assign(walls, {});
     for (WallContact& contact : walls_) get(in, contact);
     for (std::size_t c = 0; c < cells_.size(); ++c) {
-        std::size_t size = 0;
-        get(in, size);
-        if (!in || size > count) refuse();
-        cells_[c].resize(size);
+        std::size_t members = 0;
+        get(in, members);
+        if (!in || members > count) refuse();
+        cells_[c].resize(members);
         for (std::uint32_t& body : cells_[c]) {
             get(in, body);
             if (body >= count) refuse();

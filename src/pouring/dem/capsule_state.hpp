@@ -101,10 +101,20 @@ public:
         shapes::Vec3 at, outward;
         double overlap, share, square;  ///< as of a contact
         double twist = 0.0;
+        std::uint64_t rim = 0;  ///< part of a rim of the mesh, from 1 on; 0: none
     };
     struct WallContact {
         shapes::Vec3 tangential_displacement = shapes::Vec3::Zero();
         std::int64_t last_contact = -2;
+    };
+    struct RimContact {  ///< with a part of a rim of the wall
+        std::uint64_t rim = 0;
+        WallContact contact;
+    };
+    struct NearMesh {  ///< what a body can touch of the wall, until it has travelled so far
+        double until = 0.0;
+        bool touches = false;
+        std::vector<std::uint32_t> sides;
     };
     struct WorldArm {
         shapes::Vec3 start, along;
@@ -155,9 +165,10 @@ public:
 
 private:
     // capsule_dem.cpp: set-up
-    /// Planes first, then round ones, then the lid.
+    /// Planes first, then round ones, then the mesh, then the lid.
     [[nodiscard]] std::size_t wall_count() const { return lid_wall() + 1; }
-    [[nodiscard]] std::size_t lid_wall() const { return vessel_walls_.planes.size() + vessel_walls_.round.size(); }
+    [[nodiscard]] std::size_t mesh_wall() const { return vessel_walls_.planes.size() + vessel_walls_.round.size(); }
+    [[nodiscard]] std::size_t lid_wall() const { return mesh_wall() + (vessel_walls_.mesh != nullptr ? 1 : 0); }
     [[nodiscard]] geometry::VesselWalls::Plane lid_plane() const { return {-shapes::Vec3::UnitZ(), -lid_->height_m}; }
     /// Places for tangential displacements: of each node, piece and arm at each wall.
     [[nodiscard]] std::size_t wall_histories(const Kind& kind) const {
@@ -218,6 +229,8 @@ private:
     void require_no_crossing();
     void share_potential(std::size_t body, const std::vector<PieceContact>& parts, std::vector<Contact>& contacts) const;
     void find_piece_wall_contacts(std::size_t body, std::vector<WallTouch>& found) const;
+    [[nodiscard]] bool is_near_mesh(std::size_t body) const;
+    [[nodiscard]] WallContact& wall_contact(std::size_t body, const WallTouch& touch);
 
     // capsule_measures.cpp
     template <typename Visit>
@@ -232,13 +245,15 @@ private:
     std::vector<BodyState> bodies_;
     std::vector<WorldArm> arms_;
     std::vector<std::vector<VerletPair>> verlet_lists_;  // by the body of lower number
-    bool faced_ = false;                                 // some grain has faces
+    bool faced_ = false;                                 // some grain has faces, or the vessel's wall is a mesh
     std::vector<std::vector<PiecePair>> piece_pairs_;    // by the body of lower number; used if so
     std::vector<Frame> frames_;                          // likewise
     std::array<std::vector<shapes::Vec3>, load_slots> piece_forces_;
     std::array<std::array<std::size_t, 3>, load_slots> too_deep_{};  // {found, body, other}
     std::vector<std::vector<std::uint32_t>> neighbours_;             // the other bodies of each list, once
     std::vector<WallContact> walls_;                                 // by body, then by node, piece or arm, and wall
+    std::vector<std::vector<RimContact>> rim_contacts_;              // by body; used between walls of a mesh
+    mutable std::vector<NearMesh> near_mesh_;                        // likewise
     std::vector<std::vector<Load>> loads_;                           // by load slot
     std::vector<std::vector<std::uint32_t>> cells_;
     std::vector<long> cell_of_body_;

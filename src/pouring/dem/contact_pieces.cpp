@@ -120,7 +120,6 @@ bool is_convex(const Shape& shape) {
 
 std::vector<std::vector<ContactPiece>> pieces_of(const std::vector<Shape>& shapes) {
     std::vector<std::vector<ContactPiece>> pieces(shapes.size());
-    if (std::none_of(shapes.begin(), shapes.end(), [](const Shape& shape) { return shape.body != nullptr; })) return pieces;
     double longest = 1e300;
     for (const Shape& shape : shapes) {
         longest = std::min(longest, 0.25 * maximum_feret_diameter(shape));

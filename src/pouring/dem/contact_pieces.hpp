@@ -33,7 +33,7 @@ struct ContactPiece {
 };
 
 /// Those of each shape; edges no longer than a quarter of the smallest grain, nor than six times the thinnest part of a grain that is not
-/// convex; axes are whole where all shapes are convex. None at all without grains with faces.
+/// convex; axes are whole where all shapes are convex.
 [[nodiscard]] std::vector<std::vector<ContactPiece>> pieces_of(const std::vector<shapes::Shape>& shapes);
 [[nodiscard]] bool is_convex(const shapes::Shape& shape);
 

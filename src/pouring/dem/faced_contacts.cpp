@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "geometry/triangle_wall.hpp"
 #include "pouring/dem/capsule_state.hpp"
 #include "pouring/dem/piece_rows.hpp"
 #include "pouring/pour.hpp"
@@ -59,6 +60,30 @@ private:
     const Eigen::Matrix3d& turn_;
     const Vec3& origin_;
     const VesselWalls::Round& wall_;
+};
+
+// `sides`: those within twice `reach` of the grain's middle. A point of the grain that is farther from the wall than `reach`, which is the
+// radius of the grain's bounding sphere, has no contact: there the distance may be any larger one.
+class MeshSurface : public Surface {
+public:
+    MeshSurface(const Eigen::Matrix3d& turn, const Vec3& origin, const TriangleWall& wall, const std::vector<std::uint32_t>& sides,
+                double reach)
+        : Surface(false), turn_(turn), origin_(origin), wall_(wall), sides_(sides), reach_(reach) {}
+    double distance(const Vec3& point, Vec3& outward) const override {
+        constexpr std::size_t few = 100;  // more are searched in the wall's tree
+        Vec3 inward;
+        const Vec3 x = origin_ + turn_ * point;
+        const double away = sides_.size() <= few ? wall_.distance(x, sides_, &inward) : wall_.distance(x, &inward);
+        outward = turn_.transpose() * inward;
+        return away < -reach_ ? -away : away;
+    }
+
+private:
+    const Eigen::Matrix3d& turn_;
+    const Vec3& origin_;
+    const TriangleWall& wall_;
+    const std::vector<std::uint32_t>& sides_;
+    double reach_;
 };
 
 }  // namespace
@@ -201,43 +226,110 @@ void CapsuleDem::State::find_piece_contacts(std::size_t i, std::vector<Contact>&
     share_potential(i, parts, contacts);
 }
 
+bool CapsuleDem::State::is_near_mesh(std::size_t i) const {
+    const BodyState& body = bodies_[i];
+    NearMesh& near = near_mesh_[i];
+    if (body.travelled < near.until) return near.touches;
+    const double reach = kinds_[body.kind].radius, gap = vessel_walls_.mesh->distance(body.x) - reach;
+    near.touches = gap <= skin_;
+    near.until = body.travelled + std::max(skin_, gap);
+    near.sides.clear();
+    if (near.touches) vessel_walls_.mesh->sides_near(body.x, 2.0 * reach + skin_, near.sides);
+    return near.touches;
+}
+
 // In the frame of the body's shape, where the pieces need not be moved.
 void CapsuleDem::State::find_piece_wall_contacts(std::size_t i, std::vector<WallTouch>& found) const {
     const BodyState& body = bodies_[i];
     const Kind& kind = kinds_[body.kind];
     const Frame& frame = frames_[i];
-    thread_local std::vector<std::pair<std::size_t, PieceContact>> parts;
-    // Round sides meet convex walls away from their rims.
-    const auto add = [&](std::size_t wall, const Surface& surface, bool with_axes) {
-        parts.clear();
-        double sum = 0.0;
+    struct Part {
+        std::size_t history;
+        std::uint64_t rim;
+        double to_wall;  // along the normal of the contact: -1, or 1 where the piece is the wall's
+        PieceContact contact;
+    };
+    thread_local std::vector<Part> parts;
+    const auto find = [&](std::size_t wall, const Surface& surface, bool with_axes) {
         for (std::size_t p = 0; p < kind.pieces.size(); ++p) {
-            PieceContact part;
+            PieceContact contact;
             double gap = 0.0;
-            if ((kind.pieces[p].kind == ContactPiece::Kind::axis && !with_axes) || !dem::contact_of(kind.pieces[p], surface, part, gap))
+            if ((kind.pieces[p].kind == ContactPiece::Kind::axis && !with_axes) || !dem::contact_of(kind.pieces[p], surface, contact, gap))
                 continue;
-            sum += part.potential;
-            parts.emplace_back(p, part);
+            parts.push_back({(kind.nodes.size() + p) * wall_count() + wall, 0, -1.0, contact});
         }
-        for (const auto& [p, part] : parts)
-            found.push_back({.history = (kind.nodes.size() + p) * wall_count() + wall,
-                             .at = frame.origin + frame.turn * part.at,
-                             .outward = -(frame.turn * part.normal),
-                             .overlap = part.overlap,
-                             .share = share_of(part, sum),
-                             .square = square_of(part, sum),
-                             .twist = part.twist});
+    };
+    // All that were found share one potential.
+    const auto add = [&] {
+        double sum = 0.0;
+        for (const Part& part : parts) sum += part.contact.potential;
+        for (const auto& [history, rim, to_wall, contact] : parts)
+            found.push_back({.history = history,
+                             .at = frame.origin + frame.turn * contact.at,
+                             .outward = to_wall * (frame.turn * contact.normal),
+                             .overlap = contact.overlap,
+                             .share = share_of(contact, sum),
+                             .square = square_of(contact, sum),
+                             .twist = contact.twist,
+                             .rim = rim});
+        parts.clear();
     };
     const std::size_t planes = vessel_walls_.planes.size();
-    for (std::size_t w = 0; w < planes; ++w)
-        if (const auto& plane = vessel_walls_.planes[w]; plane.distance(body.x) <= kind.radius)
-            add(w, PlaneSurface(frame.turn.transpose() * plane.normal, plane.distance(frame.origin)), false);
-    for (std::size_t w = 0; w < vessel_walls_.round.size(); ++w)
-        if (const auto& wall = vessel_walls_.round[w]; wall.overlap(body.x, kind.radius) > 0.0)
-            add(planes + w, RoundSurface(frame.turn, frame.origin, wall), wall.inside);
-    if (!lid_) return;
-    if (const VesselWalls::Plane plane = lid_plane(); plane.distance(body.x) <= kind.radius)
-        add(lid_wall(), PlaneSurface(frame.turn.transpose() * plane.normal, plane.distance(frame.origin)), false);
+    if (has_faces(body)) {
+        // Round sides meet convex walls away from their rims.
+        for (std::size_t w = 0; w < planes; ++w)
+            if (const auto& plane = vessel_walls_.planes[w]; plane.distance(body.x) <= kind.radius) {
+                find(w, PlaneSurface(frame.turn.transpose() * plane.normal, plane.distance(frame.origin)), false);
+                add();
+            }
+        for (std::size_t w = 0; w < vessel_walls_.round.size(); ++w)
+            if (const auto& wall = vessel_walls_.round[w]; wall.overlap(body.x, kind.radius) > 0.0) {
+                find(planes + w, RoundSurface(frame.turn, frame.origin, wall), wall.inside);
+                add();
+            }
+        if (lid_)
+            if (const VesselWalls::Plane plane = lid_plane(); plane.distance(body.x) <= kind.radius) {
+                find(lid_wall(), PlaneSurface(frame.turn.transpose() * plane.normal, plane.distance(frame.origin)), false);
+                add();
+            }
+    }
+    if (vessel_walls_.mesh == nullptr || !is_near_mesh(i)) return;
+    const TriangleWall& mesh = *vessel_walls_.mesh;
+    find(mesh_wall(), MeshSurface(frame.turn, frame.origin, mesh, near_mesh_[i].sides, kind.radius), true);
+    // Capsules meet the wall's rims by their axes; faces do not.
+    if (has_faces(body)) {
+        const double longest = std::min(0.5 * kind.radius, kind.convex ? 1e300 : 6.0 * kind.diameter);
+        const ShapeSurface surface(shapes_[body.kind], kind.convex);
+        mesh.for_rims_near(body.x, kind.radius, [&](std::size_t n, double from, double to) {
+            const auto& rim = mesh.rim(n);
+            const double length = (rim.b - rim.a).norm();
+            for (auto k = static_cast<std::uint64_t>(from / longest); static_cast<double>(k) * longest < to; ++k) {
+                const double start = static_cast<double>(k) * longest, end = std::min(length, start + longest);
+                if (!(end > start)) break;
+                const ContactPiece piece{.kind = ContactPiece::Kind::segment,
+                                         .start = rim.a + start / length * (rim.b - rim.a),
+                                         .along = (end - start) / length * (rim.b - rim.a),
+                                         .length = end - start,
+                                         .per_length = 0.1 * kind.diameter};
+                PieceContact contact;
+                double gap = 0.0;
+                const Eigen::Matrix3d back = frame.turn.transpose();
+                if (dem::contact_of(piece.moved(back, -(back * frame.origin)), surface, contact, gap))
+                    parts.push_back({mesh_wall(), (static_cast<std::uint64_t>(n) << 32U) + k + 1, 1.0, contact});
+            }
+        });
+    }
+    add();
+}
+
+CapsuleDem::State::WallContact& CapsuleDem::State::wall_contact(std::size_t i, const WallTouch& touch) {
+    if (touch.rim == 0) return walls_[bodies_[i].first_wall + touch.history];
+    auto& list = rim_contacts_[i];
+    const auto found = std::find_if(list.begin(), list.end(), [&](const RimContact& one) { return one.rim == touch.rim; });
+    if (found != list.end()) return found->contact;
+    if (bodies_[i].asleep == 0) std::erase_if(list, [&](const RimContact& one) { return one.contact.last_contact < steps_ - 1; });
+    list.push_back({.rim = touch.rim, .contact = {}});
+    return list.back().contact;
 }
 
 void CapsuleDem::State::require_no_crossing() {

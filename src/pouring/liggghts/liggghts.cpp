@@ -226,8 +226,8 @@ PourResult pour_with_liggghts(const std::vector<ShapeShare>& shapes, const Conta
             .folder = folder};
     for (const auto& share : shapes) run.bodies.push_back(clump_body(share.shape, config));
     if (wall_script(container).empty())
-        throw UserError("LIGGGHTS pours into boxes, cylinders, annuli and cones",
-                        {.where = to_json(container).dump(), .fix = "engine = \"capsule\""});
+        throw UserError("LIGGGHTS pours into boxes, cylinders, annuli, cones and meshes",
+                        {.where = text_of(container), .fix = "engine = \"capsule\""});
     if (container.any_periodic())
         throw UserError("LIGGGHTS pours into a container with walls, this one is periodic",
                         {.fix = "engine = \"capsule\" pours into boxes that are periodic in x and y; or use a container with walls"});
@@ -235,7 +235,7 @@ PourResult pour_with_liggghts(const std::vector<ShapeShare>& shapes, const Conta
     if (config.processes > 1) require_program("mpirun", "openmpi-bin");
     make_folder(folder);
     for (const char* name : {"pour.in", "begin_new.in", "begin_again.in", "snapshot.in", "walls_box.in", "walls_cylinder.in",
-                             "walls_annulus.in", "walls_cone.in"})
+                             "walls_annulus.in", "walls_mesh.in"})
         std::filesystem::copy_file(templates / name, folder / name, std::filesystem::copy_options::overwrite_existing);
     PourResult result;
     const Pour pour = given ? *given : make_batches(shapes, container, config, run.plan.drop_height_m, run.plan.max_grains);

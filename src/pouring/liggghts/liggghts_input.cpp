@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "core/error.hpp"
+#include "geometry/triangle_wall.hpp"
 #include "pouring/batches.hpp"
 #include "pouring/grain_body.hpp"
 #include "pouring/liggghts/liggghts_run.hpp"
@@ -88,12 +89,26 @@ long Run::spheres_after(long batch) const {
 std::string wall_script(const Container& container) {
     const auto walls = container.vessel().walls();
     if (!walls || container.vessel().fills_bounds()) return walls ? "box" : "";
+    if (walls->mesh != nullptr) return "mesh";
     if (!walls->planes.empty() || walls->round.empty() || walls->round.front().inside) return "";
-    if (walls->round.size() == 1) return walls->round.front().slope == 0.0 ? "cylinder" : "cone";
+    if (walls->round.size() == 1) return walls->round.front().slope == 0.0 ? "cylinder" : "mesh";
     return walls->round.size() == 2 && walls->round.back().inside && walls->round.front().slope == 0.0 ? "annulus" : "";
 }
 
 namespace {
+
+void write_triangles(const TriangleMesh& mesh, const Path& path) {
+    std::string text = "solid sides\n";
+    for (const auto& triangle : mesh.triangles) {
+        const auto corner = [&](std::size_t i) -> const Vec3& { return mesh.points_m[static_cast<std::size_t>(triangle[i])]; };
+        const Vec3 normal = (corner(1) - corner(0)).cross(corner(2) - corner(0)).normalized();
+        text += fmt::format("facet normal {:.9g} {:.9g} {:.9g}\nouter loop\n", normal.x(), normal.y(), normal.z());
+        for (std::size_t i = 0; i < 3; ++i)
+            text += fmt::format("vertex {:.9g} {:.9g} {:.9g}\n", corner(i).x(), corner(i).y(), corner(i).z());
+        text += "endloop\nendfacet\n";
+    }
+    write_text(path, text + "endsolid sides\n");
+}
 
 // Facets of a cone from the floor to `top`, whose cross-section has the area of the circle. A sphere checks all facets within its skin
 // in each step, so they are few, and four times as high as wide.
@@ -105,20 +120,16 @@ void write_cone(const VesselWalls::Round& wall, double top, const Path& path) {
         const double z = top * layer / layers, r = (wall.radius_m + wall.slope * z) * std::sqrt(step / std::sin(step));
         return Vec3(r * std::cos(n * step), r * std::sin(n * step), z);
     };
-    std::string text = "solid cone\n";
-    const auto add = [&](const Vec3& a, const Vec3& b, const Vec3& c) {
-        const Vec3 normal = (b - a).cross(c - a).normalized();
-        text += fmt::format("facet normal {:.9g} {:.9g} {:.9g}\nouter loop\n", normal.x(), normal.y(), normal.z());
-        for (const Vec3& at : {a, b, c}) text += fmt::format("vertex {:.9g} {:.9g} {:.9g}\n", at.x(), at.y(), at.z());
-        text += "endloop\nendfacet\n";
-    };
+    TriangleMesh mesh;
+    for (int layer = 0; layer <= layers; ++layer)
+        for (int n = 0; n < around; ++n) mesh.points_m.push_back(corner(layer, n));
     for (int layer = 0; layer < layers; ++layer)
         for (int n = 0; n < around; ++n) {
-            const int next = (n + 1) % around;
-            add(corner(layer, n), corner(layer, next), corner(layer + 1, next));
-            add(corner(layer, n), corner(layer + 1, next), corner(layer + 1, n));
+            const int here = layer * around + n, next = layer * around + (n + 1) % around;
+            mesh.triangles.push_back({here, next, next + around});
+            mesh.triangles.push_back({here, next + around, here + around});
         }
-    write_text(path, text + "endsolid cone\n");
+    write_triangles(mesh, path);
 }
 
 }  // namespace
@@ -131,11 +142,13 @@ void write_parameters(const Run& run, const Snapshot& snapshot) {
     const auto walls = run.container.vessel().walls();
     double margin = d;
     const Vec3 low = run.container.low(), high = run.container.high();
-    if (script == "cone") {
+    if (walls->mesh != nullptr) {
+        write_triangles(walls->mesh->sides(0.0, top), run.folder / "sides.stl");
+    } else if (script == "mesh") {
         const auto& cone = walls->round.front();
         // Its tip, if it lies within reach, is no end of the surface.
         const double end = cone.slope < 0.0 ? std::min(top, -0.99 * cone.radius_m / cone.slope) : top;
-        write_cone(cone, end, run.folder / "cone.stl");
+        write_cone(cone, end, run.folder / "sides.stl");
         margin += std::max(0.0, cone.radius_m + cone.slope * end - high.x());
     }
     const double dt = run.plan.time_step_s;

@@ -39,7 +39,7 @@ struct Run {
     [[nodiscard]] long spheres_after(long batch) const;
 };
 
-/// The name of the walls' script (walls_NAME.in): box, cylinder, annulus, cone; empty: other walls.
+/// The name of the walls' script (walls_NAME.in): box, cylinder, annulus, mesh (also a cone); empty: other walls.
 [[nodiscard]] std::string wall_script(const vessels::Container& container);
 /// Write batch_1.in ..., parameters.in and grains.in with the clumps; the batches' shapes are kept in `run`.
 void write_batches(Run& run, const Pour& pour);

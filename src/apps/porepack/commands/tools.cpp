@@ -6,6 +6,7 @@
 
 #include "apps/porepack/run.hpp"
 #include "apps/porepack/uses.hpp"
+#include "converters/surface.hpp"
 #include "converters/surface_file.hpp"
 #include "core/error.hpp"
 #include "core/process.hpp"
@@ -45,7 +46,7 @@ void render_under_some_display(const std::vector<std::string>& arguments) {
     throw EngineError("cannot start xvfb-run");
 }
 
-void draw(const Common& common, const std::vector<std::string>& arguments, bool front) {
+void draw(const Common& common, const std::vector<std::string>& arguments, bool front, const std::string& walls) {
     const Path target = common.output.empty() ? Path(common.input).replace_extension(".png") : Path(common.output);
     if (common.dry_run) return print_result(common, {{"picture", target.string()}, {"expected", "seconds"}});
     if (!inputs::is_surface(common.input))
@@ -54,8 +55,8 @@ void draw(const Common& common, const std::vector<std::string>& arguments, bool 
     const TriangleSurface surface = converters::read_surface(common.input, common.unit_m);
     PictureStyle style = style_for(surface);
     style.front = front;
-    if (const auto container = container_of(common); container && container->tube_diameter())
-        style = {.cylinder_diameter_m = *container->tube_diameter(), .cylinder_height_m = container->height()};
+    if (const auto container = container_of(common)) style = {.walls = sides_of(*container, container->height())};
+    if (!walls.empty()) style = {.walls = converters::read_surface(walls)};
     render_surface(target, surface, style);
     print_result(common, {{"picture", target.string()}});
 }
@@ -82,13 +83,15 @@ std::string key_reference() {
 
 void add_tools(CommandLine& line) {
     const auto front = std::make_shared<bool>(false);
+    const auto walls = std::make_shared<std::string>();
     line.add_forwarded("benchmark", "measurements (the program porepack_benchmark)", [&line] {
         forward_to_benchmark({line.arguments.begin() + 1, line.arguments.end()});
     });
     auto picture = line.add("picture", "render an STL file to a PNG", "porepack picture solid.stl --output solid.png",
-                            [&line, front] { draw(line.common, line.arguments, *front); });
+                            [&line, front, walls] { draw(line.common, line.arguments, *front, *walls); });
     line.add_input(picture, "an STL file");
     picture.add_flag("--front", *front, "seen along y, without perspective");
+    picture.add_option("--walls", *walls, "a surface that is drawn transparent, in metres: of the container");
     line.add_plain("keys", "all keys of case.toml, as a Markdown table", [] { fmt::print("{}", key_reference()); });
 }
 
