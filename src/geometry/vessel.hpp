@@ -37,7 +37,7 @@ struct VesselWalls {
     };
     std::vector<Plane> planes;
     std::vector<Round> round;
-    std::shared_ptr<const TriangleWall> mesh;
+    std::shared_ptr<const TriangleWall> mesh = nullptr;
 
     /// No segment between two points inside meets them.
     [[nodiscard]] bool convex() const;
