@@ -158,14 +158,7 @@ void SurfaceSolid::column(double x, double y, std::vector<Interval>& parts) cons
         for (const auto& crossing : crossings) sum += crossing.step;
         if (sum == 0) break;
     }
-    std::sort(crossings.begin(), crossings.end(), [](const auto& p, const auto& q) { return p.z < q.z; });
-    // Where solids overlap, as periodic images may, the depth exceeds 1; a part ends where it returns to 0.
-    int depth = 0;
-    for (const auto& crossing : crossings) {
-        if (depth == 0 && crossing.step > 0) parts.push_back({crossing.z, crossing.z});
-        depth += crossing.step;
-        if (depth == 0 && !parts.empty()) parts.back().high = crossing.z;
-    }
+    parts_between(crossings, parts);
     unite(parts);
 }
 

@@ -18,8 +18,9 @@ public:
         if (!boxes.empty()) divide(boxes, 0, static_cast<std::uint32_t>(boxes.size()));
     }
 
-    /// Visits the numbers of boxes whose key(box) is not above limit(), which may fall with each visit; the box with the lower key first.
-    /// The key of a box may not be above that of a box within it.
+    /// Visits the numbers of all boxes whose key(box) is not above limit(), and of some others near them: a group of up to four is visited
+    /// as a whole. Groups with a lower key come first; limit() may fall with each visit. The key of a box may not be above that of a box
+    /// within it.
     template <typename Key, typename Limit, typename Visit>
     void search(const Key& key, const Limit& limit, const Visit& visit) const {
         if (!nodes_.empty()) search(0, key, limit, visit);

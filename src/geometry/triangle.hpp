@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <optional>
+#include <vector>
 
+#include "core/interval.hpp"
 #include "geometry/vector.hpp"
 
 namespace porepack::geometry {
@@ -59,6 +61,18 @@ struct LineCrossing {
     const double area = u + v + w;
     if (area == 0.0 || ((u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0))) return std::nullopt;
     return LineCrossing{(u * a.z() + v * b.z() + w * c.z()) / area, area > 0.0 ? -1 : 1};
+}
+
+/// The parts of a line inside a body, given its crossings, which are sorted; `parts` is empty before. Where shells overlap, the depth
+/// exceeds 1: a part ends where it returns to 0.
+inline void parts_between(std::vector<LineCrossing>& crossings, std::vector<core::Interval>& parts) {
+    std::sort(crossings.begin(), crossings.end(), [](const auto& p, const auto& q) { return p.z < q.z; });
+    int depth = 0;
+    for (const LineCrossing& crossing : crossings) {
+        if (depth == 0 && crossing.step > 0) parts.push_back({crossing.z, crossing.z});
+        depth += crossing.step;
+        if (depth == 0 && !parts.empty()) parts.back().high = crossing.z;
+    }
 }
 
 /// Of a line through a side or a corner, which counts twice or not at all, the crossings of a line at a tiny distance: `attempt` is 0 to 7.

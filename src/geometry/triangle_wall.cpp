@@ -86,7 +86,9 @@ TriangleWall::TriangleWall(TriangleMesh mesh, const std::string& where) : mesh_(
         throw UserError("the normals of the vessel's surface point inward",
                         {.where = where, .fix = "turn them round: out of the inner space, into the wall"});
     require_one_space(mesh_, where);
-    if (std::abs(bounds_.low.z()) > 1e-9 * extent) throw UserError("the vessel's surface does not begin at z = 0", {.where = where});
+    if (bounds_.low.z() != 0.0)
+        throw UserError(fmt::format("the vessel's surface begins at z = {:.6g} m", bounds_.low.z()),
+                        {.where = where, .allowed = "z = 0", .fix = "move it along z, and the grains with it"});
     find_ends(where);
     find_normals();
     std::vector<Bounds> boxes;
@@ -310,13 +312,7 @@ void TriangleWall::column(double x, double y, std::vector<Interval>& parts) cons
         for (const LineCrossing& crossing : crossings) sum += crossing.step;
         if (sum == 0) break;
     }
-    std::sort(crossings.begin(), crossings.end(), [](const auto& p, const auto& q) { return p.z < q.z; });
-    int depth = 0;
-    for (const LineCrossing& crossing : crossings) {
-        if (depth == 0 && crossing.step > 0) parts.push_back({crossing.z, crossing.z});
-        depth += crossing.step;
-        if (depth == 0 && !parts.empty()) parts.back().high = crossing.z;
-    }
+    parts_between(crossings, parts);
 }
 
 TriangleMesh TriangleWall::sides(double z0, double z1) const {

@@ -56,10 +56,10 @@ TEST(MeshVessels, AnswerAsExactOnes) {
             EXPECT_NEAR(std::max(0.0, mesh.vessel().least_distance(x, y)), std::max(0.0, exact.vessel().least_distance(x, y)), 1.5 * off)
                 << i;
             const auto hit = mesh.vessel().first_hit(x, y - x), known = exact.vessel().first_hit(x, y - x);
-            if (!hit || !known) {
-                EXPECT_LT(std::min(exact.vessel().least_distance(x, y), mesh.vessel().least_distance(x, y)), hit || known ? off : 1.0) << i;
-                continue;
-            }
+            // Only a segment that grazes a wall may meet it in one of the vessels.
+            if (hit.has_value() != known.has_value())
+                EXPECT_LT(std::min(exact.vessel().least_distance(x, y), mesh.vessel().least_distance(x, y)), off) << i;
+            if (!hit || !known) continue;
             EXPECT_NEAR(exact.wall_distance(x + *hit * (y - x)), 0.0, off) << i;
         }
     }
@@ -123,7 +123,7 @@ TEST(MeshVessels, PoursAsBetweenExactWalls) {
                      porosity_below(poured(sphere, vessels::parse_container("annulus:0.016,0.05,0.1"), pouring::Fill::lattice, 120), 0.01),
                  found = porosity_below(poured(sphere, facets, pouring::Fill::lattice, 120), 0.01);
     std::printf("  porosity %.3f between exact walls, %.3f between facets\n", known, found);
-    EXPECT_NEAR(found, known, 0.03);
+    EXPECT_NEAR(found, known, 0.03);  // two beds of 120 grains: their poses differ
     (void)poured(tetrapod, facets, pouring::Fill::lattice, 8);
     (void)poured(pellet, vessel_of(tube_mesh(16, {0.0, 0.06}, [](double z) { return 0.01 + 0.25 * z; })), pouring::Fill::lattice, 4);
 }
@@ -174,7 +174,7 @@ TEST(MeshVessels, SayWhatIsWrongWithThem) {
     EXPECT_TRUE(has(fault(mesh), "no opening"));
     mesh = good;
     for (Vec3& point : mesh.points_m) point.z() += 0.01;
-    EXPECT_TRUE(has(fault(mesh), "does not begin at z = 0"));
+    EXPECT_TRUE(has(fault(mesh), "begins at z = 0.01 m"));
     mesh = good;
     for (const Vec3& point : good.points_m) mesh.points_m.push_back(point + Vec3(0.2, 0.0, 0.0));
     for (const auto& [a, b, c] : good.triangles) mesh.triangles.push_back({a + 24, b + 24, c + 24});
