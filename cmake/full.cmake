@@ -79,6 +79,8 @@ add_custom_target(check
   COMMAND ${RUN_CLANG_TIDY} -quiet -p ${PROJECT_BINARY_DIR} "${PROJECT_SOURCE_DIR}/src/.*"
   WORKING_DIRECTORY ${PROJECT_SOURCE_DIR} VERBATIM)
 
+include(cmake/python.cmake)
+
 if(POREPACK_TESTS)
   enable_testing()
   add_subdirectory(tests)

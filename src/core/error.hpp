@@ -1,9 +1,11 @@
 // Errors that a run can end with, and the exit code of each. They are caught once, in main.
 #pragma once
 
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace porepack::core {
 
@@ -20,11 +22,17 @@ struct Advice {
 
 class Error : public std::runtime_error {
 public:
-    Error(ExitCode code, std::string_view what, const Advice& advice = {}) : std::runtime_error(with_advice(what, advice)), code_(code) {}
+    Error(ExitCode code, std::string_view what, const Advice& advice = {})
+        : std::runtime_error(with_advice(what, advice)), code_(code), parts_(std::make_shared<const Parts>(std::string(what), advice)) {}
     [[nodiscard]] ExitCode code() const { return code_; }
+    /// What is wrong, without advice; what() is both as one text.
+    [[nodiscard]] const std::string& fault() const { return parts_->first; }
+    [[nodiscard]] const Advice& advice() const { return parts_->second; }
 
 private:
+    using Parts = std::pair<std::string, Advice>;
     ExitCode code_;
+    std::shared_ptr<const Parts> parts_;  // so that copies do not throw
 };
 
 /// The input is wrong, and the user can fix it (exit 2).

@@ -25,9 +25,9 @@
 namespace porepack::inputs {
 namespace {
 
-PoreSpace load_surface(const Path& input, const InputOptions& options) {
-    if (!options.container) throw UserError("an STL file needs a container", {.where = input.string(), .allowed = container_flag()});
-    return pore_space_of(read_surface(input, options.unit_m), *options.container, input.string());
+const Container& container_of_surface(const std::string& name, const InputOptions& options) {
+    if (!options.container) throw UserError("a surface needs a container", {.where = name, .allowed = container_flag()});
+    return *options.container;
 }
 
 // Standard uncertainty: of the gray levels; where a wall was subtracted, its place is known to about 0.15 voxels, judged on simulated scans
@@ -38,8 +38,7 @@ double porosity_error(const GrayNotes& notes, const PoreSpace& space) {
     return std::hypot(notes.fraction_error, 0.5 * wall);
 }
 
-PoreSpace load_image(const Path& file, const InputOptions& options) {
-    ImageInput found = read_image(file, options.image, options.container);
+PoreSpace space_of(ImageInput found, const Path& file, const InputOptions& options) {
     const Grid& grid = found.gray ? found.gray->image()->grid : found.image.grid;
     if (!found.own)
         log_info("image: {}, {} x {} x {} voxels of {:.4g} m ({}), {}; pores: {}", found.file.format, grid.cells[0], grid.cells[1],
@@ -88,8 +87,7 @@ PoreSpace load_slices(const Path& folder, const InputOptions& options) {
     return space;
 }
 
-PoreSpace load_packing(const Path& file, const GeometryConfig& geometry) {
-    Packing packing = read_packing(file);
+PoreSpace space_of(Packing packing, const GeometryConfig& geometry) {
     double film = geometry.film_thickness_m;
     if (const double fraction = geometry.film_volume_fraction; fraction > 0.0) {
         if (film > 0.0)
@@ -141,6 +139,34 @@ PoreSpace with_ends(const PoreSpace& space, const SectionConfig& section) {
     return ready;
 }
 
+// Its section and ends, and what there is to say about them.
+PoreSpace with_section(PoreSpace space, const std::string& source, const InputOptions& options) {
+    space.source = source;
+    if (options.whole_bed) return space;
+    if (space.image() || space.gray()) return with_ends(space, options.section);
+    const GeometryConfig& geometry = options.geometry;
+    space.section = choose_section(space.container, {.section_m = geometry.section_m, .trim_m = geometry.trim_m},
+                                   {space.bed_bottom_m, space.bed_top_m}, space.maximum_feret_diameter_m);
+    if (space.porosity(2000).value == 1.0 && space.porosity().value == 1.0)  // few lines may miss small grains
+        throw UserError(
+            fmt::format("there is no grain in the section from {:g} to {:g} m", space.section.z0_m, space.section.z1_m),
+            {.allowed = fmt::format("a section in the bed, which reaches from {:g} to {:g} m", space.bed_bottom_m, space.bed_top_m)});
+    space.reservoir_m = geometry.reservoir_m;
+    warn_of_no_bed(space);
+    if (space.section.length() < space.maximum_feret_diameter_m && !space.container.periodic()[2])
+        log_warning(fmt::format(
+            "the section is {:.3g} m long, less than one grain's maximum Feret diameter ({:.3g} m): it hardly represents the packing",
+            space.section.length(), space.maximum_feret_diameter_m));
+    warn_of_changing_area(space);
+    return with_ends(space, options.section);
+}
+
+void refuse_film(const std::string& source, const GeometryConfig& geometry) {
+    if (geometry.film_thickness_m > 0.0 || geometry.film_volume_fraction > 0.0)
+        throw UserError("a film is put on the grains of a packing; this is none",
+                        {.where = source, .fix = "remove film_thickness_m and film_volume_fraction"});
+}
+
 }  // namespace
 
 bool is_packing(const Path& input) {
@@ -163,40 +189,33 @@ bool is_case(const Path& input) {
 PoreSpace load_pore_space(const Path& input, const InputOptions& options) {
     if (!(options.unit_m >= 1e-12 && options.unit_m <= 1e6))
         throw UserError(fmt::format("a unit of {:g} m is not possible", options.unit_m), {.allowed = "1e-12 to 1e6 (0.001: millimetres)"});
-    PoreSpace space;
     if (!imaging::is_volume(input) && record::resolved_config(options.image) != record::resolved_config(imaging::ImageConfig()))
         throw UserError("--image-... have no effect here: they belong to images", {.where = input.string(), .fix = "remove them"});
-    if (!is_packing(input) && (options.geometry.film_thickness_m > 0.0 || options.geometry.film_volume_fraction > 0.0))
-        throw UserError("a film is put on the grains of a packing; this is none",
-                        {.where = input.string(), .fix = "remove film_thickness_m and film_volume_fraction"});
-    if (is_packing(input))
-        space = load_packing(input, options.geometry);
-    else if (is_surface(input))
-        space = load_surface(input, options);
-    else if (is_image(input))
-        space = std::filesystem::exists(input / "slices.json") ? load_slices(input, options) : load_image(input, options);
-    else
-        throw UserError(
-            "cannot tell what " + input.string() + " is",
-            {.allowed = "packing.json, packing.json.gz, an .stl file, an image (docs/images.md), a folder of slices, or a case"});
-    space.source = input.string();
-    if (options.whole_bed) return space;
-    if (space.image() || space.gray()) return with_ends(space, options.section);
-    const GeometryConfig& geometry = options.geometry;
-    space.section = choose_section(space.container, {.section_m = geometry.section_m, .trim_m = geometry.trim_m},
-                                   {space.bed_bottom_m, space.bed_top_m}, space.maximum_feret_diameter_m);
-    if (space.porosity(2000).value == 1.0 && space.porosity().value == 1.0)  // few lines may miss small grains
-        throw UserError(
-            fmt::format("there is no grain in the section from {:g} to {:g} m", space.section.z0_m, space.section.z1_m),
-            {.allowed = fmt::format("a section in the bed, which reaches from {:g} to {:g} m", space.bed_bottom_m, space.bed_top_m)});
-    space.reservoir_m = geometry.reservoir_m;
-    warn_of_no_bed(space);
-    if (space.section.length() < space.maximum_feret_diameter_m && !space.container.periodic()[2])
-        log_warning(fmt::format(
-            "the section is {:.3g} m long, less than one grain's maximum Feret diameter ({:.3g} m): it hardly represents the packing",
-            space.section.length(), space.maximum_feret_diameter_m));
-    warn_of_changing_area(space);
-    return with_ends(space, options.section);
+    if (is_packing(input)) return load_pore_space(read_packing(input), input.string(), options);
+    refuse_film(input.string(), options.geometry);
+    if (is_surface(input)) {
+        (void)container_of_surface(input.string(), options);  // before a large file is read
+        return load_pore_space(read_surface(input, options.unit_m), input.string(), options);
+    }
+    if (std::filesystem::exists(input / "slices.json")) return with_section(load_slices(input, options), input.string(), options);
+    if (is_image(input))
+        return with_section(space_of(read_image(input, options.image, options.container), input, options), input.string(), options);
+    throw UserError("cannot tell what " + input.string() + " is",
+                    {.allowed = "packing.json, packing.json.gz, an .stl file, an image (docs/images.md), a folder of slices, or a case"});
+}
+
+PoreSpace load_pore_space(Packing packing, const std::string& name, const InputOptions& options) {
+    return with_section(space_of(std::move(packing), options.geometry), name, options);
+}
+
+PoreSpace load_pore_space(io::TriangleSurface surface, const std::string& name, const InputOptions& options) {
+    refuse_film(name, options.geometry);
+    return with_section(pore_space_of(std::move(surface), container_of_surface(name, options), name), name, options);
+}
+
+PoreSpace load_pore_space(const imaging::VolumeSource& image, const std::string& name, const InputOptions& options) {
+    refuse_film(name, options.geometry);
+    return with_section(space_of(read_image(image, options.image, options.container, name), name, options), name, options);
 }
 
 Section section_of_note(const std::string& note, const Path& file) {

@@ -24,6 +24,11 @@ struct InputOptions {
 /// packing.json[.gz], an .stl (which needs a container), an image of any format (docs/images.md), or a folder of slices. Throws UserError
 /// on anything else, and where the file, the container and the section do not fit together.
 [[nodiscard]] pore_space::PoreSpace load_pore_space(const core::Path& input, const InputOptions& options = {});
+/// Of a packing, an image, or a surface in metres (which needs a container), that is no file; `name` names it in messages.
+[[nodiscard]] pore_space::PoreSpace load_pore_space(packing::Packing packing, const std::string& name, const InputOptions& options);
+[[nodiscard]] pore_space::PoreSpace load_pore_space(io::TriangleSurface surface, const std::string& name, const InputOptions& options);
+[[nodiscard]] pore_space::PoreSpace load_pore_space(const imaging::VolumeSource& image, const std::string& name,
+                                                    const InputOptions& options);
 
 [[nodiscard]] bool is_packing(const core::Path& input);
 [[nodiscard]] bool is_surface(const core::Path& input);

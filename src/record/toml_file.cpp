@@ -18,6 +18,11 @@ using namespace core;
 struct TomlFile::Content {
     toml::table table;
     Path path;
+    bool has_lines = true;
+
+    [[nodiscard]] std::string where(const toml::node& node) const {
+        return has_lines ? fmt::format("{}, line {}", path.string(), node.source().begin.line) : path.string();
+    }
 };
 
 namespace {
@@ -43,11 +48,13 @@ Json json_of(const toml::node& node) {
     return text.str();
 }
 
+using Where = std::function<std::string(const toml::node&)>;
+
 // Reads one table and records which keys were read; all other keys of the table are unknown.
 class Reader : public ConfigVisitor {
 public:
-    Reader(const toml::table* table, const toml::table& whole, std::string place, Path file, const Flags& flags, const Flags& set)
-        : table_(table), whole_(whole), place_(std::move(place)), file_(std::move(file)), flags_(flags), set_(set) {}
+    Reader(const toml::table* table, const toml::table& whole, std::string place, Where in_file, const Flags& flags, const Flags& set)
+        : table_(table), whole_(whole), place_(std::move(place)), in_file_(std::move(in_file)), flags_(flags), set_(set) {}
 
     void number(const char* key, double& value, const Range& range, const char*) override {
         if (const auto node = find(key)) value = number_of(*node, key, range);
@@ -138,7 +145,7 @@ public:
             fail(key, *node, "is not an array of tables", fmt::format("[[{}]] once for each entry", place_ + key));
         resize(array->size());
         for (std::size_t i = 0; i < array->size(); ++i) {
-            Reader entry(array->get(i)->as_table(), whole_, fmt::format("{}{}[{}].", place_, key, i), file_, none_, none_);
+            Reader entry(array->get(i)->as_table(), whole_, fmt::format("{}{}[{}].", place_, key, i), in_file_, none_, none_);
             describe_one(i, entry);
             entry.require_known_keys();
         }
@@ -211,7 +218,7 @@ private:
 
     [[nodiscard]] std::string where(const toml::node& node) const {
         if (const auto flag = flag_nodes_.find(&node); flag != flag_nodes_.end()) return flag->second;
-        return fmt::format("{}, line {}", file_.string(), node.source().begin.line);
+        return in_file_(node);
     }
     [[noreturn]] void fail(const char* key, const toml::node& node, const std::string& fault, const std::string& allowed,
                            const std::string& fix = {}) const {
@@ -221,7 +228,7 @@ private:
     const toml::table* table_;
     const toml::table& whole_;
     std::string place_;
-    Path file_;
+    Where in_file_;
     const Flags& flags_;
     const Flags& set_;
     const Flags none_;
@@ -265,17 +272,26 @@ TomlFile::TomlFile(const Path& path) : content_(std::make_unique<Content>()) {
     }
 }
 
+TomlFile::TomlFile(const Json& values, const std::string& place) : content_(std::make_unique<Content>()) {
+    content_->path = place;
+    content_->has_lines = false;
+    std::string text;
+    for (const auto& [key, value] : values.items()) text += fmt::format("{} = {}\n", Json(key).dump(), toml_text(value));
+    content_->table = toml::parse(text);
+}
+
 void TomlFile::read(std::string_view name, const Describe& describe, const Flags& flags, const Flags& set) const {
     const toml::table* table = name.empty() ? &content_->table : nullptr;
     if (!name.empty())
         if (const auto* node = content_->table.get(name)) {
             table = node->as_table();
             if (table == nullptr)
-                throw UserError(fmt::format("`{}` is not a table", name),
-                                {.where = fmt::format("{}, line {}", content_->path.string(), node->source().begin.line),
-                                 .fix = fmt::format("write [{}] on a line of its own, its keys below", name)});
+                throw UserError(
+                    fmt::format("`{}` is not a table", name),
+                    {.where = content_->where(*node), .fix = fmt::format("write [{}] on a line of its own, its keys below", name)});
         }
-    Reader reader(table, content_->table, name.empty() ? "" : fmt::format("{}.", name), content_->path, flags, set);
+    const Where where = [this](const toml::node& node) { return content_->where(node); };
+    Reader reader(table, content_->table, name.empty() ? "" : fmt::format("{}.", name), where, flags, set);
     describe(reader);
     reader.require_known_keys();
 }
@@ -313,8 +329,7 @@ std::string TomlFile::text() const {
 std::map<std::string, std::string> TomlFile::keys_of(std::string_view name) const {
     std::map<std::string, std::string> keys;
     if (const toml::table* table = content_->table[name].as_table())
-        for (const auto& [key, node] : *table)
-            keys[std::string(key.str())] = fmt::format("{}, line {}", content_->path.string(), node.source().begin.line);
+        for (const auto& [key, node] : *table) keys[std::string(key.str())] = content_->where(node);
     return keys;
 }
 
@@ -324,7 +339,7 @@ void TomlFile::require_known_tables(const std::vector<std::string>& known) const
         if (std::find(known.begin(), known.end(), name) != known.end()) continue;
         const std::string near = nearest(name, known);
         throw UserError(fmt::format("unknown table or key `{}`", name),
-                        {.where = fmt::format("{}, line {}", content_->path.string(), node.source().begin.line),
+                        {.where = content_->where(node),
                          .allowed = fmt::format("[{}]", fmt::join(known, "] [")),
                          .fix = near.empty() ? "remove it" : fmt::format("perhaps [{}]", near)});
     }

@@ -12,6 +12,8 @@ namespace porepack::record {
 class TomlFile {
 public:
     explicit TomlFile(const core::Path& path);
+    /// An object of values of a program instead of a file; `place` stands in messages where a file and a line would.
+    TomlFile(const core::Json& values, const std::string& place);
     TomlFile();  ///< an empty one: defaults and flags only
     ~TomlFile();
     TomlFile(TomlFile&&) noexcept;
@@ -34,6 +36,12 @@ private:
     struct Content;
     std::unique_ptr<Content> content_;
 };
+
+/// Reads an object's values into a table's struct with the rules of the file.
+template <typename Config>
+void read_values(const core::Json& values, Config& config, const std::string& place) {
+    TomlFile(values, place).read("", [&](ConfigVisitor& v) { describe(v, config); });
+}
 
 /// A value as in TOML on one line: "0.5", "[1, 2]", "{ radius_m = 1e-3 }".
 [[nodiscard]] std::string toml_text(const core::Json& value);

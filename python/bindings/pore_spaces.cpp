@@ -1,0 +1,212 @@
+// Pore spaces of packings, images, surfaces and files.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <optional>
+
+#include "analysis/porosity.hpp"
+#include "bindings/host.hpp"
+#include "bindings/objects.hpp"
+#include "converters/surface.hpp"
+#include "core/error.hpp"
+#include "inputs/image_input.hpp"
+#include "inputs/pore_space_input.hpp"
+
+namespace porepack::python {
+using geometry::PhaseImage;
+using inputs::InputOptions;
+using pore_space::PoreSpace;
+using vessels::Container;
+
+namespace {
+
+InputOptions options_of(const py::dict& geometry, const py::dict& section, const py::dict& image, const Container* vessel, double unit_m) {
+    const char* place = "PoreSpace()";
+    InputOptions options{.unit_m = unit_m,
+                         .geometry = config_of<converters::GeometryConfig>(geometry, place),
+                         .section = config_of<pore_space::SectionConfig>(section, place),
+                         .image = config_of<imaging::ImageConfig>(image, place)};
+    if (vessel != nullptr) options.container = *vessel;
+    return options;
+}
+
+// A whole number that single precision does not hold is refused.
+template <typename T>
+float value_of(T value) {
+    if constexpr (std::is_integral_v<T> && sizeof(T) >= 4)
+        if (constexpr T largest = 1 << 24; value > largest || (std::is_signed_v<T> && value < T{0} - largest))
+            throw core::UserError(fmt::format("the array holds the value {}", value),
+                                  {.where = "PoreSpace()", .allowed = "whole numbers up to 16777216", .fix = "a mask: array == value"});
+    return static_cast<float>(value);
+}
+// Of an array [x, y, z] of any strides.
+template <typename T>
+void copy_layer(const py::buffer_info& array, std::int64_t z, std::int64_t nx, std::int64_t ny, float* out) {
+    const auto* base = static_cast<const char*>(array.ptr) + z * array.strides[2];
+    for (std::int64_t y = 0; y < ny; ++y)
+        for (std::int64_t x = 0; x < nx; ++x)
+            *out++ = value_of(*reinterpret_cast<const T*>(base + y * array.strides[1] + x * array.strides[0]));
+}
+
+struct ArrayType {
+    const char* name;
+    imaging::ValueType type;
+    void (*copy)(const py::buffer_info&, std::int64_t, std::int64_t, std::int64_t, float*);
+};
+constexpr std::array<ArrayType, 11> array_types = {{{"bool", imaging::ValueType::uint8, &copy_layer<bool>},
+                                                    {"uint8", imaging::ValueType::uint8, &copy_layer<std::uint8_t>},
+                                                    {"int8", imaging::ValueType::int8, &copy_layer<std::int8_t>},
+                                                    {"uint16", imaging::ValueType::uint16, &copy_layer<std::uint16_t>},
+                                                    {"int16", imaging::ValueType::int16, &copy_layer<std::int16_t>},
+                                                    {"uint32", imaging::ValueType::uint32, &copy_layer<std::uint32_t>},
+                                                    {"int32", imaging::ValueType::int32, &copy_layer<std::int32_t>},
+                                                    {"uint64", imaging::ValueType::uint32, &copy_layer<std::uint64_t>},
+                                                    {"int64", imaging::ValueType::int32, &copy_layer<std::int64_t>},
+                                                    {"float32", imaging::ValueType::float32, &copy_layer<float>},
+                                                    {"float64", imaging::ValueType::float64, &copy_layer<double>}}};
+
+void require_finite(std::span<const float> values, std::int64_t z, std::int64_t nx) {
+    for (std::size_t n = 0; n < values.size(); ++n)
+        if (!std::isfinite(values[n])) {
+            const auto at = static_cast<std::int64_t>(n);
+            throw core::UserError("the array holds a value that is not finite",
+                                  {.where = fmt::format("PoreSpace(): array[{}, {}, {}] in the order x, y, z", at % nx, at / nx, z),
+                                   .fix = "replace NaN and infinity before, for instance by numpy.nan_to_num"});
+        }
+}
+
+// An array as an image: it is read layer by layer, as a file.
+imaging::VolumeSource source_of(const py::buffer_info& array, const std::string& type_name, double voxel_size_m) {
+    const auto type = std::find_if(array_types.begin(), array_types.end(), [&](const ArrayType& one) { return type_name == one.name; });
+    if (type == array_types.end())
+        throw core::UserError(
+            "the array is of the type " + type_name,
+            {.where = "PoreSpace()", .allowed = "bool, int8 to int64, uint8 to uint64, float32, float64", .fix = "array.astype(...)"});
+    const std::int64_t nx = array.shape[0], ny = array.shape[1], nz = array.shape[2];
+    imaging::VolumeSource source{.header = {.voxels = {nx, ny, nz},
+                                            .spacing_m = {voxel_size_m, voxel_size_m, voxel_size_m},
+                                            .type = type->type,
+                                            .format = fmt::format("NumPy array, {}", type_name),
+                                            .orientation = "array[x, y, z]",
+                                            .size_source = "given"}};
+    source.read = [&array, copy = type->copy, nx, ny](std::int64_t first, std::span<float> values) {
+        const auto layer = static_cast<std::size_t>(nx * ny);
+        for (std::size_t n = 0; n * layer < values.size(); ++n) {
+            const std::int64_t z = first + static_cast<std::int64_t>(n);
+            copy(array, z, nx, ny, values.data() + n * layer);
+            require_finite(values.subspan(n * layer, layer), z, nx);
+        }
+    };
+    return source;
+}
+
+PoreSpace space_of_array(const py::array& array, double voxel_size_m, const std::optional<std::array<bool, 3>>& periodic,
+                         const Container* vessel, const py::dict& geometry, const py::dict& section, const py::dict& image) {
+    InputOptions options = options_of(geometry, section, image, vessel, 1.0);
+    const py::buffer_info buffer = array.request();
+    const auto type = py::str(array.dtype().attr("name")).cast<std::string>();
+    return run([&] {
+        const imaging::VolumeSource source = source_of(buffer, type, voxel_size_m);
+        if (periodic && vessel == nullptr) options.container = vessels::make_box(inputs::box_of(source.header).size(), *periodic);
+        return inputs::load_pore_space(source, "PoreSpace()", options);
+    });
+}
+
+io::TriangleSurface surface_of(const py::array_t<double, py::array::c_style | py::array::forcecast>& vertices,
+                               const py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>& triangles) {
+    const auto refuse = [](const std::string& what) {
+        throw core::UserError(
+            what, {.where = "PoreSpace()", .allowed = "vertices of shape (n, 3), triangles of shape (m, 3) with numbers of vertices"});
+    };
+    if (vertices.ndim() != 2 || vertices.shape(1) != 3 || triangles.ndim() != 2 || triangles.shape(1) != 3) refuse("no triangle surface");
+    io::TriangleSurface surface;
+    for (py::ssize_t n = 0; n < vertices.shape(0); ++n) {
+        surface.points.push_back({vertices.at(n, 0), vertices.at(n, 1), vertices.at(n, 2)});
+        for (const double x : surface.points.back())
+            if (!std::isfinite(x)) refuse(fmt::format("vertex {} is not finite", n));
+    }
+    for (py::ssize_t n = 0; n < triangles.shape(0); ++n) {
+        std::array<int, 3> corners{};
+        for (std::size_t c = 0; c < 3; ++c) {
+            const std::int64_t vertex = triangles.at(n, static_cast<py::ssize_t>(c));
+            if (vertex < 0 || vertex >= vertices.shape(0)) refuse(fmt::format("triangle {} has the vertex {}", n, vertex));
+            corners[c] = static_cast<int>(vertex);
+        }
+        surface.triangles.push_back(corners);
+    }
+    return surface;
+}
+
+py::dict surface_of_packing(const packing::Packing& packing, const py::dict& geometry) {
+    const auto config = config_of<converters::GeometryConfig>(geometry, "surface()");
+    const auto made = run([&] { return converters::make_surface(packing, converters::surface_options(config)); });
+    py::array_t<double> vertices({static_cast<py::ssize_t>(made.surface.points.size()), py::ssize_t{3}});
+    py::array_t<int> triangles({static_cast<py::ssize_t>(made.surface.triangles.size()), py::ssize_t{3}});
+    double* point = vertices.mutable_data();
+    for (const auto& one : made.surface.points)
+        for (const double x : one) *point++ = x;
+    int* corner = triangles.mutable_data();
+    for (const auto& one : made.surface.triangles)
+        for (const int vertex : one) *corner++ = vertex;
+    py::dict found;
+    found["vertices_m"] = vertices;
+    found["triangles"] = triangles;
+    found["largest_deviation_m"] = made.deviation_m;
+    found["volume_m3"] = made.check.volume_m3;
+    found["area_m2"] = made.check.area_m2;
+    found["joined_grains"] = made.joined_grains;
+    return found;
+}
+
+py::dict porosity_of(const PoreSpace& space) {
+    const auto porosity = run([&] { return space.porosity(); });
+    py::dict found;
+    found["value"] = porosity.value;
+    found["standard_uncertainty"] = porosity.uncertainty;
+    return found;
+}
+
+}  // namespace
+
+void bind_pore_spaces(py::module_& module) {
+    py::class_<PoreSpace>(module, "PoreSpace")
+        .def("porosity", &porosity_of)
+        .def("voxels",
+             [](const PoreSpace& space, double voxel_size_m) {
+                 PhaseImage image = run([&] { return space.section_only().voxelise_at(space.voxel_size_m(voxel_size_m)); });
+                 const geometry::Grid grid = image.grid;
+                 return py::make_tuple(array_of(std::move(image.phase), grid), to_python(grid.spacing_m), to_python(grid.origin_m));
+             })
+        .def("voxel_size_m", &PoreSpace::voxel_size_m)
+        .def_property_readonly("section_m", [](const PoreSpace& space) { return to_python(space.section.interval()); })
+        .def_property_readonly("bed_m", [](const PoreSpace& space) { return py::make_tuple(space.bed_bottom_m, space.bed_top_m); })
+        .def_property_readonly("vessel", [](const PoreSpace& space) { return space.container; })
+        .def_property_readonly("has_exact_walls", &PoreSpace::has_exact_walls)
+        .def_property_readonly("ends", [](const PoreSpace& space) { return std::string(core::name_of(space.ends)); })
+        .def_property_readonly("kind", [](const PoreSpace& space) {
+            return space.packing()   ? "packing"
+                   : space.surface() ? "surface"
+                   : space.gray()    ? "gray image"
+                   : space.image()   ? "image"
+                                     : "solid";
+        });
+    module.def("space_of_array", &space_of_array);
+    module.def("space_of_packing", [](const packing::Packing& packing, const py::dict& geometry, const py::dict& section) {
+        const InputOptions options = options_of(geometry, section, {}, nullptr, 1.0);
+        return run([&] { return inputs::load_pore_space(packing, "PoreSpace()", options); });
+    });
+    module.def("space_of_surface", [](const py::object& vertices, const py::object& triangles, const Container& vessel,
+                                      const py::dict& geometry, const py::dict& section) {
+        const InputOptions options = options_of(geometry, section, {}, &vessel, 1.0);
+        io::TriangleSurface surface = surface_of(vertices, triangles);
+        return run([&] { return inputs::load_pore_space(std::move(surface), "PoreSpace()", options); });
+    });
+    module.def("space_of_file", [](const std::string& file, const Container* vessel, double unit_m, const py::dict& geometry,
+                                   const py::dict& section, const py::dict& image) {
+        const InputOptions options = options_of(geometry, section, image, vessel, unit_m);
+        return run([&] { return inputs::load_pore_space(core::Path(file), options); });
+    });
+    module.def("surface_of_packing", &surface_of_packing);
+}
+
+}  // namespace porepack::python

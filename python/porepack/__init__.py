@@ -1,0 +1,59 @@
+"""PorePack: how porous, tortuous and permeable a packing is, and how sure that is.
+
+    >>> import porepack
+    >>> space = porepack.PoreSpace(array, voxel_size_m=1e-5)  # True in the pores  # doctest: +SKIP
+    >>> print(porepack.permeability(space))  # doctest: +SKIP
+
+Lengths are in metres, and names end in their unit. ``porepack.keys("lbm")`` lists the keyword arguments that belong to a table of
+case.toml.
+"""
+
+from __future__ import annotations
+
+from porepack._case import read_result, run_case
+from porepack._errors import EngineError, Error, MachineError, NumericalError, PorePackWarning, UserError
+from porepack._flow import Flow, Grid, Permeability, Pores, Tortuosity, permeability, pores, tortuosity
+from porepack._host import set_progress, set_threads
+from porepack._keys import Key, Keys, keys
+from porepack._packing import Packing, Shape, Vessel, pour
+from porepack._pore_space import PoreSpace, Porosity, Surface, surface
+
+__all__ = [
+    "EngineError",
+    "Error",
+    "Flow",
+    "Grid",
+    "Key",
+    "Keys",
+    "MachineError",
+    "NumericalError",
+    "Packing",
+    "Permeability",
+    "PorePackWarning",
+    "PoreSpace",
+    "Pores",
+    "Porosity",
+    "Shape",
+    "Surface",
+    "Tortuosity",
+    "UserError",
+    "Vessel",
+    "keys",
+    "permeability",
+    "pores",
+    "pour",
+    "read_result",
+    "run_case",
+    "set_progress",
+    "set_threads",
+    "surface",
+    "tortuosity",
+    "version",
+]
+
+
+def version() -> str:
+    """Version and commit of the library."""
+    from porepack import _core
+
+    return f"{_core.version()} ({_core.git_hash()})"
