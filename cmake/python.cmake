@@ -23,6 +23,6 @@ add_custom_target(porepack_python_sources ALL
   COMMAND ${CMAKE_COMMAND} -E copy_directory ${PROJECT_SOURCE_DIR}/python/porepack ${PROJECT_BINARY_DIR}/python/porepack)
 add_dependencies(porepack_python porepack_python_sources)
 
-set(POREPACK_PYTHON_FOLDER ${CMAKE_INSTALL_LIBDIR}/python3/dist-packages CACHE STRING "Folder of Python's packages, below the prefix")
+set(POREPACK_PYTHON_FOLDER lib/python3/dist-packages CACHE STRING "Folder of Python's packages, below the prefix")
 install(TARGETS porepack_python LIBRARY DESTINATION ${POREPACK_PYTHON_FOLDER}/porepack)
 install(DIRECTORY python/porepack DESTINATION ${POREPACK_PYTHON_FOLDER} PATTERN __pycache__ EXCLUDE)

@@ -8,6 +8,7 @@
 #include "core/error.hpp"
 #include "results/results.hpp"
 #include "study/case_pipeline.hpp"
+#include "study/study_run.hpp"
 
 namespace porepack::python {
 namespace {
@@ -57,11 +58,19 @@ py::dict read_result(const std::string& folder_name) {
     return to_python(found);
 }
 
+py::dict run_study(const std::string& folder, const std::string& points, double max_time_s) {
+    const study::Study the_study = study::read_study(folder);
+    return to_python(run([&] { return study::run_study(the_study, {.points = points, .max_time_s = max_time_s}); }));
+}
+
 }  // namespace
 
 void bind_cases(py::module_& module) {
     module.def("run_case", &run_case);
     module.def("read_result", &read_result);
+    module.def("run_study", &run_study);
+    module.def("study_status", [](const std::string& folder) { return to_python(study::status_of(study::read_study(folder))); });
+    module.def("study_table", [](const std::string& folder) { return study::read_study(folder).table().string(); });
 }
 
 }  // namespace porepack::python

@@ -7,6 +7,7 @@
 #include "core/build.hpp"
 #include "core/data_file.hpp"
 #include "core/error.hpp"
+#include "core/process.hpp"
 #include "stages/settings.hpp"
 
 namespace porepack::python {
@@ -49,9 +50,12 @@ PYBIND11_MODULE(_core, module) {
     bind_packings(module);
     bind_pore_spaces(module);
     bind_flows(module);
+    bind_scans(module);
+    bind_falling_heads(module);
     bind_cases(module);
     module.def("version", [] { return std::string(porepack::core::program_version()); });
     module.def("git_hash", [] { return std::string(porepack::core::git_hash()); });
+    module.def("set_program", [](const std::string& file) { porepack::core::set_porepack_program(file); });
     module.def("set_data_folder", [](const std::string& folder) { porepack::core::set_data_folder(folder); });
     module.def("keys_of_table", &keys_of_table);
     module.def("flag_of", [](const std::string& key) { return porepack::record::flag_of(key); });

@@ -23,6 +23,8 @@ struct Shape {
 void bind_packings(py::module_& module);
 void bind_pore_spaces(py::module_& module);
 void bind_flows(py::module_& module);
+void bind_scans(py::module_& module);
+void bind_falling_heads(py::module_& module);
 void bind_cases(py::module_& module);
 
 }  // namespace porepack::python

@@ -10,17 +10,20 @@ case.toml.
 
 from __future__ import annotations
 
-from porepack._case import read_result, run_case
+from porepack._case import Study, read_result, run_case
 from porepack._errors import EngineError, Error, MachineError, NumericalError, PorePackWarning, UserError
+from porepack._falling_head import FallingHead, analyse_falling_head, falling_head
 from porepack._flow import Flow, Grid, Permeability, Pores, Tortuosity, permeability, pores, tortuosity
 from porepack._host import set_progress, set_threads
 from porepack._keys import Key, Keys, keys
 from porepack._packing import Packing, Shape, Vessel, pour
 from porepack._pore_space import PoreSpace, Porosity, Surface, surface
+from porepack._scan import Segmentation, fit, segment
 
 __all__ = [
     "EngineError",
     "Error",
+    "FallingHead",
     "Flow",
     "Grid",
     "Key",
@@ -33,17 +36,23 @@ __all__ = [
     "PoreSpace",
     "Pores",
     "Porosity",
+    "Segmentation",
     "Shape",
+    "Study",
     "Surface",
     "Tortuosity",
     "UserError",
     "Vessel",
+    "analyse_falling_head",
+    "falling_head",
+    "fit",
     "keys",
     "permeability",
     "pores",
     "pour",
     "read_result",
     "run_case",
+    "segment",
     "set_progress",
     "set_threads",
     "surface",

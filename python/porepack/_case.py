@@ -1,9 +1,12 @@
-"""Cases: folders with case.toml."""
+"""Cases and studies: folders with case.toml or study.toml."""
 
 from __future__ import annotations
 
 import os
+import pathlib
 from typing import Any, Mapping
+
+from porepack._table import columns_of
 
 
 def run_case(
@@ -33,6 +36,7 @@ def run_case(
     """
     from porepack import _core
 
+    _name_program()
     return read_result(_core.run_case(os.fspath(folder), up_to, os.fspath(output), dict(set or {})))
 
 
@@ -52,3 +56,69 @@ def read_result(folder: str | os.PathLike[str]) -> dict[str, Any]:
     from porepack import _core
 
     return _core.read_result(os.fspath(folder))
+
+
+class Study:
+    """A study: one case with several values of some keys.
+
+    Parameters
+    ----------
+    folder : path
+        With study.toml (docs/studies.md).
+
+    Examples
+    --------
+    >>> pandas.DataFrame(porepack.Study("cases/paper_study").table())  # doctest: +SKIP
+    """
+
+    def __init__(self, folder: str | os.PathLike[str]) -> None:
+        self.folder = os.fspath(folder)
+        self.status()  # a folder that is none is refused here
+
+    def run(self, points: str = "", max_time_s: float = 0.0) -> dict[str, Any]:
+        """Run the points that have no current row, several at once, each in a process of its own.
+
+        Parameters
+        ----------
+        points : str
+            Names or numbers: "1,3-5"; default: all.
+        max_time_s : float
+            No point begins after so many seconds; 0: no limit.
+
+        Returns
+        -------
+        dict
+            "done" and "failed" points, ...
+        """
+        from porepack import _core
+
+        _name_program()
+        return _core.run_study(self.folder, points, max_time_s)
+
+    def status(self) -> list[dict[str, str]]:
+        """Of each point: its name, its state (done, stale, running, interrupted, failed, missing), and why."""
+        from porepack import _core
+
+        return _core.study_status(self.folder)
+
+    def table(self) -> dict[str, list[Any]]:
+        """Columns of study.csv, one row per finished point; empty if no point has been run."""
+        from porepack import _core
+
+        file = pathlib.Path(_core.study_table(self.folder))
+        return columns_of(file.read_text(encoding="utf-8").splitlines()) if file.exists() else {}
+
+    def __repr__(self) -> str:
+        states = [point["state"] for point in self.status()]
+        return f"<Study {self.folder}: {len(states)} points, {states.count('done')} done>"
+
+
+def _name_program() -> None:
+    """Packings and points run in processes of the program porepack: that of the same build or prefix, else the one on PATH."""
+    from porepack import _core
+
+    package = pathlib.Path(__file__).resolve().parent
+    for program in (package.parents[1] / "porepack", package.parents[3] / "bin" / "porepack"):
+        if program.is_file() and os.access(program, os.X_OK):
+            _core.set_program(str(program))
+            return

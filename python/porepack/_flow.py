@@ -6,6 +6,7 @@ import os
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from porepack._keys import refuse_without_effect
 from porepack._pore_space import PoreSpace
 
 if TYPE_CHECKING:
@@ -176,6 +177,7 @@ def permeability(
     """
     from porepack import _core
 
+    refuse_without_effect(keys, "permeability()", ("fields",), "flow=True keeps the flow field")
     result, arrays = _core.permeability(space._core, float(voxel_size_m), flow, os.fspath(checkpoint), {"direction": direction, **keys})
     grids = tuple(
         Grid(
@@ -208,6 +210,9 @@ def permeability(
 def _budget(result: dict[str, Any]) -> dict[str, float] | None:
     parts: dict[str, float] | None = result["half_width_parts_m2"]
     return parts and {name: part for name, part in parts.items() if name != "ends"}  # an old name of mass_balance
+
+
+_OF_DOTS = ("dot_spacing_m", "slice_spacing_m", "largest_angle_deg", "dot_pixel_m", "dot_radius_m")
 
 
 @dataclass(frozen=True)
@@ -265,6 +270,9 @@ def tortuosity(space: PoreSpace, voxel_size_m: float = 0.0, *, kind: str = "diff
     """
     from porepack import _core
 
+    refuse_without_effect(keys, "tortuosity()", ("shortest_path", "diffusive"), 'kind="..." chooses')
+    if kind != "geometric_paper":
+        refuse_without_effect(keys, "tortuosity()", _OF_DOTS, "it belongs to the kind geometric_paper")
     found = _core.tortuosity(space._core, float(voxel_size_m), kind, {"direction": direction, **keys})
     if kind == "diffusive":
         return Tortuosity(kind, found["tortuosity_factor"], found["interval"], found["direction"], found)

@@ -5,8 +5,10 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import NamedTuple
 
+from porepack._errors import UserError
+
 # The tables whose keys the functions take.
-TABLES = ("shape", "container", "packing", "protocol", "geometry", "section", "image", "lbm", "tortuosity")
+TABLES = ("shape", "container", "packing", "protocol", "geometry", "section", "image", "lbm", "tortuosity", "falling_head")
 
 
 class Key(NamedTuple):
@@ -79,3 +81,10 @@ def sorted_by_table(arguments: dict[str, object], tables: tuple[str, ...]) -> di
         if value is not None:
             found[table_of(key, tables) or tables[0]][key] = value
     return found
+
+
+def refuse_without_effect(arguments: dict[str, object], where: str, without_effect: tuple[str, ...], fix: str = "remove it") -> None:
+    """A key that would change nothing is an error."""
+    for key in without_effect:
+        if arguments.get(key) is not None:
+            raise UserError(f"`{key}` has no effect here", where, fix=fix)

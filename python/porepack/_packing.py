@@ -6,6 +6,8 @@ import os
 import tempfile
 from typing import TYPE_CHECKING, Any, Iterable, Mapping, Sequence
 
+from porepack._keys import refuse_without_effect
+
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
@@ -302,6 +304,7 @@ def pour(
     """
     from porepack import _core
 
+    refuse_without_effect(keys, "pour()", ("file", "friction_uncertainty"))
     packing_keys = {"grains": grains, "seed": seed, **keys}
     protocol_keys = {"step": [dict(step) for step in protocol] or None, "target_porosity": target_porosity}
     with tempfile.TemporaryDirectory(prefix="porepack_") as temporary:

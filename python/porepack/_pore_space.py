@@ -7,11 +7,16 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Sequence
 
 from porepack._errors import UserError
-from porepack._keys import sorted_by_table
+from porepack._keys import keys as all_keys
+from porepack._keys import refuse_without_effect, sorted_by_table
 from porepack._packing import Packing, Vessel
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+    from porepack import _core
+
+_OF_SURFACES = ("surface_deviation_m", "contact_gap_m", "slice_spacing_m", "slice_pixel_m")
 
 
 class PoreSpace:
@@ -66,9 +71,13 @@ class PoreSpace:
 
         found = sorted_by_table(keys, ("geometry", "section", "image"))
         geometry, section, image = found["geometry"], found["section"], found["image"]
+        refuse_without_effect(geometry, "PoreSpace()", _OF_SURFACES)
+        refuse_without_effect(image, "PoreSpace()", ("fit", "fitted_sizes", "fit_memory_bytes"), "porepack.fit() finds grains")
         core_vessel = None if vessel is None else vessel._core
         is_file = isinstance(source, (str, os.PathLike))
         vertices, triangles = _surface_arrays(source)
+        if not is_file:
+            refuse_without_effect(image, "PoreSpace()", ("file", "dims", "type", "byte_order", "header_bytes", "field"))
         is_array = not is_file and vertices is None and not isinstance(source, Packing)
         _refuse_without_effect(
             is_array, is_file, voxel_size_m=voxel_size_m, axes=axes, periodic=None if periodic is None else tuple(periodic), unit_m=unit_m
@@ -90,7 +99,7 @@ class PoreSpace:
                 image["voxel_size_m"] = [voxel_size_m]
             self._core = _core.space_of_file(os.fspath(source), core_vessel, unit_m, geometry, section, image)
         else:
-            array = _checked_array(source, axes)
+            array = checked_array(source, axes, "PoreSpace()")
             if voxel_size_m is None or not 0.0 < voxel_size_m < float("inf"):
                 raise UserError(f"voxel_size_m = {voxel_size_m}", "PoreSpace()", "the edge length of a voxel in metres, as 1e-5")
             if array.dtype == bool and not {"pore", "threshold"} & image.keys():
@@ -101,6 +110,12 @@ class PoreSpace:
                 image["pore"] = 1
             sides = None if periodic is None else [bool(side) for side in periodic]
             self._core = _core.space_of_array(array, float(voxel_size_m), sides, core_vessel, geometry, section, image)
+
+    @classmethod
+    def _of(cls, core: _core.PoreSpace) -> PoreSpace:
+        space = cls.__new__(cls)
+        space._core = core
+        return space
 
     @property
     def vessel(self) -> Vessel:
@@ -147,7 +162,6 @@ class PoreSpace:
         bottom, top = self.section_m
         size = max(high[0] - low[0], high[1] - low[1], top - bottom) / 120.0
         return section_html(self.voxels(size if self.kind in ("packing", "surface") else 0.0), escape(repr(self)))
-
 
 
 @dataclass(frozen=True)
@@ -227,6 +241,7 @@ def surface(packing: Packing, **keys: Any) -> Surface:
     """
     from porepack import _core
 
+    refuse_without_effect(keys, "surface()", tuple(key.name for key in all_keys("geometry") if key.name not in _OF_SURFACES[:2]))
     made = _core.surface_of_packing(packing._core, keys)
     return Surface(made["vertices_m"], made["triangles"], made["largest_deviation_m"], made["volume_m3"], made["area_m2"])
 
@@ -240,27 +255,28 @@ def _surface_arrays(source: Any) -> tuple[Any, Any]:
     return None, None
 
 
-def _checked_array(source: Any, axes: str) -> NDArray[Any]:
+def checked_array(source: Any, axes: str, where: str) -> NDArray[Any]:
+    """An array of three axes in the order x, y, z and of native byte order; UserError for anything else."""
     import numpy
 
     if not hasattr(source, "__array__") and not isinstance(source, (list, tuple)):
         raise UserError(
             f"a {type(source).__name__} is no pore space",
-            "PoreSpace()",
+            where,
             "a Packing, an array of NumPy, a surface (an object with vertices and faces, or both as a pair), or the name of a file",
         )
     array = numpy.asarray(source)
     if array.ndim != 3:
         raise UserError(
             f"the array has {array.ndim} axes",
-            "PoreSpace()",
+            where,
             "an array [x, y, z]",
             "one slice: array[:, :, None], periodic=(False, False, True)",
         )
     if 0 in array.shape:
-        raise UserError(f"the array of shape {array.shape} holds no voxel", "PoreSpace()")
+        raise UserError(f"the array of shape {array.shape} holds no voxel", where)
     if sorted(axes) != ["x", "y", "z"]:
-        raise UserError(f"axes = {axes!r}", "PoreSpace()", 'x, y and z once each, in the order of the array\'s indices: "zyx"')
+        raise UserError(f"axes = {axes!r}", where, 'x, y and z once each, in the order of the array\'s indices: "zyx"')
     if not array.dtype.isnative:
         array = array.astype(array.dtype.newbyteorder("="))
     return array.transpose([axes.index(axis) for axis in "xyz"])

@@ -196,7 +196,8 @@ std::vector<std::string> doubts_of(const Refined& found, const Unexplained& rest
 
 // In the image, coarser where the scan is large. Throws UserError where there are none, or their mirror images.
 std::vector<FittedGrain> search_all(const GrayImage& gray, const Scan& scan, const Container& container,
-                                    const std::vector<ShapePoints>& points, const std::vector<shapes::Shape>& shapes, const Path& file) {
+                                    const std::vector<ShapePoints>& points, const std::vector<shapes::Shape>& shapes,
+                                    const std::string& name) {
     const auto search = [&](const std::vector<ShapePoints>& of) {
         // A new map for each search, because detect() changes it.
         DistanceMap map = distance_map(scan.search_bin > 1 ? averaged(gray, scan.search_bin) : gray);
@@ -214,12 +215,11 @@ std::vector<FittedGrain> search_all(const GrayImage& gray, const Scan& scan, con
         if (mirrored > 2 * grains.size() + 2)
             throw UserError(
                 fmt::format("the image shows mirror images of the grains: {} of them, and {} as given", mirrored, grains.size()),
-                {.where = file.string(), .fix = "--image-axes with a minus sign (xy-z) if the stack is in the wrong order"});
+                {.where = name, .fix = "--image-axes with a minus sign (xy-z) if the stack is in the wrong order"});
     }
     if (grains.empty())
-        throw UserError(
-            "no grain of this shape was found",
-            {.where = file.string(), .fix = "check shape, voxel size and threshold (porepack image segment shows what is solid)"});
+        throw UserError("no grain of this shape was found",
+                        {.where = name, .fix = "check shape, voxel size and threshold (porepack image segment shows what is solid)"});
     return grains;
 }
 
@@ -245,7 +245,8 @@ void add_poses(results::Fit& result, const std::vector<shapes::Shape>& shapes, c
 
 }  // namespace
 
-Fitted fit_image(const Path& file, ImageConfig image, const std::optional<Container>& given, const std::vector<shapes::Shape>& shapes) {
+Fitted fit_image(const VolumeSource& source, ImageConfig image, const std::optional<Container>& given,
+                 const std::vector<shapes::Shape>& shapes, const std::string& name) {
     if (image.threshold.is_null()) image.threshold = "volume";
     image.walls = ImageWalls::gray;
     std::vector<ShapePoints> points;
@@ -255,19 +256,19 @@ Fitted fit_image(const Path& file, ImageConfig image, const std::optional<Contai
         thinnest = std::min(thinnest, found.thinnest_radius_m);
         smallest = std::min(smallest, found.volume_m3);
     }
-    const Scan scan = open_scan(file, image, 2.0 * thinnest);
-    const ImageInput input = read_image(scan.reduced(), image, given, file);
+    const Scan scan = open_scan(source, image, 2.0 * thinnest, name);
+    const ImageInput input = read_image(scan.reduced(), image, given, name);
     const GrayNotes& notes = *input.gray_notes;
     const GrayImage& gray = *input.gray->image();
     const double h = gray.grid.spacing_m[0];
     Stopwatch watch;
-    std::vector<FittedGrain> grains = search_all(gray, scan, input.container, points, shapes, file);
+    std::vector<FittedGrain> grains = search_all(gray, scan, input.container, points, shapes, name);
     const double seconds_of_search = watch.seconds();
     watch = {};
     Refined found = refine(gray, input.container, points, std::move(grains), Common{.blur_m = {notes.blur_voxels * h}});
     // The model is compared with the reduced image, so it is rendered with this image's blur, not with that of the full size.
     const double blur_of_picture_m = found.common.blur_m.value;
-    if (scan.bin > 1) found = refine_at_full_size(scan, gray, notes, input.container, points, std::move(found), file.string());
+    if (scan.bin > 1) found = refine_at_full_size(scan, gray, notes, input.container, points, std::move(found), name);
     const double seconds_of_poses = watch.seconds();
     const std::size_t refined = found.grains.size();
     std::vector<double> residuals;
@@ -278,7 +279,7 @@ Fitted fit_image(const Path& file, ImageConfig image, const std::optional<Contai
     const std::vector<std::uint8_t> model = rendered(gray.grid, points, found, blur_of_picture_m);
     Container container = input.container;
     if (image.find_container) {  // again, without the grains: they shift the edge
-        const Tube tube = find_tube(scan.reduced(), image.pore_side, file.string(), model);
+        const Tube tube = find_tube(scan.reduced(), image.pore_side, name, model);
         container = vessels::make_cylinder(2.0 * tube.radius_voxels * h, container.height());
         const shapes::Vec3 axis(gray.grid.origin_m[0] + tube.x_voxels * h, gray.grid.origin_m[1] + tube.y_voxels * h, 0.0);
         for (FittedGrain& grain : found.grains) grain.pose.position_m -= axis;
@@ -313,9 +314,14 @@ Fitted fit_image(const Path& file, ImageConfig image, const std::optional<Contai
         result.section_m = complete.interval();
         result.porosity = porosity(Grains(packing), packing.container, complete).value;
     }
-    for (const std::string& doubt : result.doubts) log_warning(fmt::format("{}: {}", file.string(), doubt));
+    for (const std::string& doubt : result.doubts) log_warning(fmt::format("{}: {}", name, doubt));
     return {.outcome = {result, {.tables = {{"grains.csv", grain_table(shapes, found)}}, .pictures = {fit_picture(gray, model)}}},
             .packing = packing};
+}
+
+Fitted fit_image(const Path& file, const ImageConfig& image, const std::optional<Container>& container,
+                 const std::vector<shapes::Shape>& shapes) {
+    return fit_image(open_volume(file, image), image, container, shapes, file.string());
 }
 
 results::Fit written(const Fitted& fitted, const Path& folder) {

@@ -211,17 +211,17 @@ std::optional<Section> complete_section(const std::vector<Grain>& grains, const 
 
 }  // namespace
 
-Segmented segment_image(const Path& file, ImageConfig image, const std::optional<Container>& given, const SegmentConfig& config) {
+Segmented segment_image(const VolumeSource& source, ImageConfig image, const std::optional<Container>& given, const SegmentConfig& config,
+                        const std::string& name) {
     if (image.threshold.is_null()) image.threshold = "volume";
     image.walls = ImageWalls::gray;
-    if (open_volume(file, image).header.own_phases)
-        throw UserError("the image is segmented already", {.where = file.string(), .fix = "give the scan"});
-    const ImageInput input = read_image(file, image, given);
+    if (source.header.own_phases) throw UserError("the image is segmented already", {.where = name, .fix = "give the scan"});
+    const ImageInput input = read_image(source, image, given, name);
     const GrayNotes& notes = *input.gray_notes;
     GrayImage gray = *input.gray->image();
     const Grid& grid = gray.grid;
-    require_fit(grid, input.container, {0.0, grid.cells[2] * grid.spacing_m[2]}, file.string(), gray.notes.contains("shows_wall"));
-    Files files{.pictures = {scan_picture(open_volume(file, image), notes, grid)}};
+    require_fit(grid, input.container, {0.0, grid.cells[2] * grid.spacing_m[2]}, name, gray.notes.contains("shows_wall"));
+    Files files{.pictures = {scan_picture(source, notes, grid)}};
 
     std::vector<std::uint8_t> solid = solid_voxels(gray, input.container);
     const auto at = [&](int i, int k) { return grid.index(i, middle_row(grid), k); };
@@ -278,7 +278,7 @@ Segmented segment_image(const Path& file, ImageConfig image, const std::optional
     const long kept = numbers[0] + numbers[2] + numbers[3] + (config.keep_cut_grains ? numbers[1] : 0);
     if (kept == 0)
         throw UserError(fmt::format("no grain is left: {} are cut by the ends of the image, {} are specks", numbers[1], numbers[4]),
-                        {.where = file.string(), .fix = "--keep-cut-grains, a longer scan, or another threshold (porepack image info)"});
+                        {.where = name, .fix = "--keep-cut-grains, a longer scan, or another threshold (porepack image info)"});
     const auto section = complete_section(grains, grid, config.keep_cut_grains);
     if (section) {
         const std::string note = fmt::format("{:.10g},{:.10g}", section->z0_m, section->z1_m);
@@ -319,6 +319,11 @@ Segmented segment_image(const Path& file, ImageConfig image, const std::optional
             .phases = std::move(phases),
             .labels = std::move(found.label),
             .library = std::move(library)};
+}
+
+Segmented segment_image(const Path& file, const ImageConfig& image, const std::optional<Container>& container,
+                        const SegmentConfig& config) {
+    return segment_image(open_volume(file, image), image, container, config, file.string());
 }
 
 results::Segment written(const Segmented& segmented, const Path& folder) {

@@ -8,6 +8,7 @@
 #include "core/files.hpp"
 #include "geometry/gray_image.hpp"
 #include "imaging/config.hpp"
+#include "imaging/volume.hpp"
 #include "packing/packing.hpp"
 #include "record/config.hpp"
 #include "results/segment.hpp"
@@ -43,8 +44,12 @@ struct Segmented {
     std::vector<std::uint32_t> labels;  ///< of all grains; 0: pores
     std::optional<StoneLibrary> library = {};
 };
-/// Without a threshold, `volume`. Throws UserError as read_gray(), and where no grain is left.
-[[nodiscard]] Segmented segment_image(const core::Path& file, imaging::ImageConfig image,
+/// Without a threshold, `volume`. `name` names the scan in messages. Throws UserError as read_gray(), and where no grain is left.
+[[nodiscard]] Segmented segment_image(const imaging::VolumeSource& source, imaging::ImageConfig image,
+                                      const std::optional<vessels::Container>& container, const SegmentConfig& config,
+                                      const std::string& name);
+/// Of a file or a folder of slices.
+[[nodiscard]] Segmented segment_image(const core::Path& file, const imaging::ImageConfig& image,
                                       const std::optional<vessels::Container>& container, const SegmentConfig& config);
 /// gray.vti, pore.vti, labels.vti, solid.stl and library/ beside the tables and pictures.
 [[nodiscard]] results::Segment written(const Segmented& segmented, const core::Path& folder);

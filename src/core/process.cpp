@@ -24,6 +24,11 @@ namespace {
 
 std::atomic<double> peak_program_memory{0.0};
 
+Path& host_porepack() {
+    static Path program;
+    return program;
+}
+
 // Runs in the child between fork and exec: only async-signal-safe calls.
 [[noreturn]] void become(const Program& program, char* const* arguments, char* const* environment) {
     setpgid(0, 0);  // its own process group, so that it and its children can be stopped together
@@ -155,7 +160,12 @@ std::optional<Path> find_program(const std::string& name) {
     return std::nullopt;
 }
 
+void set_porepack_program(const Path& program) {
+    host_porepack() = program;
+}
+
 std::optional<Path> porepack_program() {
+    if (!host_porepack().empty()) return host_porepack();
     std::error_code none;
     const Path beside = std::filesystem::read_symlink("/proc/self/exe", none).parent_path() / "porepack";
     return std::filesystem::exists(beside) ? std::optional(beside) : find_program("porepack");

@@ -34,8 +34,10 @@ struct ProgramEnd {
 
 /// Full path of a program on PATH.
 [[nodiscard]] std::optional<Path> find_program(const std::string& name);
-/// The program porepack: beside this program, or on PATH.
+/// The program porepack: the one that was set, or the one beside this program, or on PATH.
 [[nodiscard]] std::optional<Path> porepack_program();
+/// For a host that is another program.
+void set_porepack_program(const Path& program);
 /// Throws EngineError that names the Debian package to install.
 void require_program(const std::string& name, const std::string& package);
 /// First line of what a short command prints; empty when it fails.

@@ -30,13 +30,13 @@ VolumeSource Scan::reduced() const {
     return bin > 1 ? binned(source, bin) : source;
 }
 
-Scan open_scan(const Path& file, const ImageConfig& image, double thinnest_m) {
-    Scan scan{.source = open_volume(file, image), .memory_bytes = image.fit_memory_bytes};
+Scan open_scan(const VolumeSource& source, const ImageConfig& image, double thinnest_m, const std::string& where) {
+    Scan scan{.source = source, .memory_bytes = image.fit_memory_bytes};
     if (scan.memory_bytes == 0.0) scan.memory_bytes = 0.8 * available_memory_bytes();
     const double h = scan.voxel_size_m(), voxels = static_cast<double>(scan.source.header.count());
     if (thinnest_m < smallest_voxels * h)
         throw UserError(fmt::format("the thinnest part of the grains is {:.1f} voxels thick", thinnest_m / h),
-                        {.where = file.string(), .allowed = "4 voxels or more", .fix = "check the voxel size and the shape's lengths"});
+                        {.where = where, .allowed = "4 voxels or more", .fix = "check the voxel size and the shape's lengths"});
     const auto bytes_of = [&](std::int64_t bin) {
         const auto wide = static_cast<double>(bin);
         return voxels / std::pow(wide, 3.0) *
@@ -47,7 +47,7 @@ Scan open_scan(const Path& file, const ImageConfig& image, double thinnest_m) {
     if (scan.bin > maximum)
         throw MachineError(fmt::format("the search needs {} on the fewest voxels by which grains are found (6 per diameter)",
                                        human_bytes(bytes_of(maximum))),
-                           {.where = file.string(),
+                           {.where = where,
                             .allowed = human_bytes(scan.memory_bytes),
                             .fix = "raise `fit_memory_bytes`, or fit parts of the scan (porepack image crop)"});
     scan.search_bin = search_bin(thinnest_m / (h * static_cast<double>(scan.bin)));

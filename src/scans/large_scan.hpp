@@ -20,7 +20,8 @@ struct Scan {
 };
 
 /// Throws UserError for grains whose thinnest part (diameter) is below 4 voxels, and MachineError where it would be after binning.
-[[nodiscard]] Scan open_scan(const core::Path& file, const imaging::ImageConfig& image, double thinnest_m);
+[[nodiscard]] Scan open_scan(const imaging::VolumeSource& source, const imaging::ImageConfig& image, double thinnest_m,
+                             const std::string& where);
 
 /// Poses at the scan's own resolution. `found`: from binned voxels; `reduced`, `notes`: of these. Throws MachineError where not even a slab
 /// fits into memory.

@@ -43,6 +43,18 @@ def array_of_spheres():
     return porepack.Packing(porepack.Shape("sphere", diameter_m=0.008), box, [[0.002, 0.002, 0.002], [0.007, 0.007, 0.007]])
 
 
+def pebbles_in_gray(bed):
+    """A scan of the bed's middle: 100 in pores, 200 in grains, smoothed once along each axis."""
+    size = 5e-4
+    x, y, z = numpy.meshgrid(*[(numpy.arange(48) + 0.5) * size - 0.012] * 2, (numpy.arange(40) + 0.5) * size + 0.008, indexing="ij")
+    gray = numpy.full(x.shape, 100.0)
+    for centre in bed.positions_m:
+        gray[(x - centre[0]) ** 2 + (y - centre[1]) ** 2 + (z - centre[2]) ** 2 < 0.005**2] = 200.0
+    for axis in range(3):
+        gray = (numpy.roll(gray, 1, axis) + 2.0 * gray + numpy.roll(gray, -1, axis)) / 4.0
+    return gray.astype(numpy.float32)
+
+
 def program(*arguments):
     """The program's result as JSON; its files go to a folder that is removed."""
     with tempfile.TemporaryDirectory() as folder:

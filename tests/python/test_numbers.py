@@ -8,7 +8,7 @@ import unittest
 import numpy
 
 import porepack
-from support import SOURCE, array_of_spheres, gyroid, pebbles, program, same
+from support import SOURCE, array_of_spheres, gyroid, pebbles, pebbles_in_gray, program, same
 
 
 class SameNumbers(unittest.TestCase):
@@ -99,18 +99,6 @@ class SameNumbers(unittest.TestCase):
     def test_shape(self):
         shape = porepack.Shape("dolos", sphericity=0.5, volume_m3=1e-7)
         self.check(shape.measures(), "shape", "dolos", "--sphericity", 0.5, "--volume", 1e-7)
-
-
-def pebbles_in_gray(bed):
-    """A scan of the bed's middle: 100 in pores, 200 in grains, smoothed once along each axis."""
-    size = 5e-4
-    x, y, z = numpy.meshgrid(*[(numpy.arange(48) + 0.5) * size - 0.012] * 2, (numpy.arange(40) + 0.5) * size + 0.008, indexing="ij")
-    gray = numpy.full(x.shape, 100.0)
-    for centre in bed.positions_m:
-        gray[(x - centre[0]) ** 2 + (y - centre[1]) ** 2 + (z - centre[2]) ** 2 < 0.005**2] = 200.0
-    for axis in range(3):
-        gray = (numpy.roll(gray, 1, axis) + 2.0 * gray + numpy.roll(gray, -1, axis)) / 4.0
-    return gray.astype(numpy.float32)
 
 
 if __name__ == "__main__":

@@ -79,6 +79,22 @@ class Messages(unittest.TestCase):
             walled = porepack.PoreSpace(closed, 1e-5)
         self.refused(lambda: porepack.permeability(walled), "", kind=porepack.NumericalError)
 
+    def test_keys_without_effect(self):
+        space, bed = porepack.PoreSpace(gyroid(), 1e-5, **PERIODIC), array_of_spheres()
+        for function in (
+            lambda: porepack.permeability(space, fields="vti"),
+            lambda: porepack.tortuosity(space, dot_spacing_m=1e-3),
+            lambda: porepack.tortuosity(space, diffusive=False),
+            lambda: porepack.PoreSpace(bed, slice_pixel_m=1e-3),
+            lambda: porepack.PoreSpace(bed, pore=1),
+            lambda: porepack.PoreSpace(bed, voxel_size_m=1e-3),
+            lambda: porepack.PoreSpace(gyroid(), 1e-5, dims=[1, 1, 1]),
+            lambda: porepack.surface(bed, voxel_size_m=1e-3),
+            lambda: porepack.falling_head(1e-9, scale_uncertainty=0.1),
+            lambda: porepack.analyse_falling_head([], noise_m=0.1),
+        ):
+            self.refused(function, "has no effect here")
+
     def test_kinds_are_those_of_python(self):
         self.assertTrue(issubclass(porepack.UserError, ValueError))
         self.assertTrue(issubclass(porepack.NumericalError, ArithmeticError))
