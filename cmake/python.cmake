@@ -23,6 +23,13 @@ add_custom_target(porepack_python_sources ALL
   COMMAND ${CMAKE_COMMAND} -E copy_directory ${PROJECT_SOURCE_DIR}/python/porepack ${PROJECT_BINARY_DIR}/python/porepack)
 add_dependencies(porepack_python porepack_python_sources)
 
-set(POREPACK_PYTHON_FOLDER lib/python3/dist-packages CACHE STRING "Folder of Python's packages, below the prefix")
-install(TARGETS porepack_python LIBRARY DESTINATION ${POREPACK_PYTHON_FOLDER}/porepack)
-install(DIRECTORY python/porepack DESTINATION ${POREPACK_PYTHON_FOLDER} PATTERN __pycache__ EXCLUDE)
+# Below the prefix as Debian has it; in a wheel, where scikit-build-core builds, at its root and with the files that are found in the
+# prefix otherwise.
+if(SKBUILD)
+  set(POREPACK_PYTHON_FOLDER .)
+  install(DIRECTORY liggghts_templates openfoam_cases src/report/templates DESTINATION porepack/data COMPONENT python USE_SOURCE_PERMISSIONS)
+else()
+  set(POREPACK_PYTHON_FOLDER lib/python3/dist-packages CACHE STRING "Folder of Python's packages, below the prefix")
+endif()
+install(TARGETS porepack_python LIBRARY DESTINATION ${POREPACK_PYTHON_FOLDER}/porepack COMPONENT python)
+install(DIRECTORY python/porepack DESTINATION ${POREPACK_PYTHON_FOLDER} COMPONENT python PATTERN __pycache__ EXCLUDE)
