@@ -1,5 +1,7 @@
 // The module porepack._core, on which the package porepack stands.
+#include <dlfcn.h>
 #include <pybind11/pybind11.h>
+#include <unistd.h>
 
 #include <filesystem>
 
@@ -41,11 +43,22 @@ py::list keys_of_table(const std::string& table) {
     return rows;
 }
 
+// Files and program that belong to this build: in the package of a wheel, else in the prefix or the build folder that the package lies in.
+void find_own_files() {
+    Dl_info own{};
+    if (dladdr(reinterpret_cast<const void*>(&keys_of_table), &own) == 0) return;
+    const std::filesystem::path package = std::filesystem::path(own.dli_fname).parent_path();
+    if (std::filesystem::exists(package / "data")) core::set_data_folder(package / "data");
+    for (const auto& program : {package / ".." / ".." / "porepack", package / ".." / ".." / ".." / ".." / "bin" / "porepack"})
+        if (std::filesystem::is_regular_file(program) && access(program.c_str(), X_OK) == 0) return core::set_porepack_program(program);
+}
+
 }  // namespace
 }  // namespace porepack::python
 
 PYBIND11_MODULE(_core, module) {
     using namespace porepack::python;
+    find_own_files();
     py::register_exception_translator(&translate);
     bind_packings(module);
     bind_pore_spaces(module);
@@ -55,8 +68,6 @@ PYBIND11_MODULE(_core, module) {
     bind_cases(module);
     module.def("version", [] { return std::string(porepack::core::program_version()); });
     module.def("git_hash", [] { return std::string(porepack::core::git_hash()); });
-    module.def("set_program", [](const std::string& file) { porepack::core::set_porepack_program(file); });
-    module.def("set_data_folder", [](const std::string& folder) { porepack::core::set_data_folder(folder); });
     module.def("keys_of_table", &keys_of_table);
     module.def("flag_of", [](const std::string& key) { return porepack::record::flag_of(key); });
 }

@@ -36,7 +36,6 @@ def run_case(
     """
     from porepack import _core
 
-    _name_program()
     return read_result(_core.run_case(os.fspath(folder), up_to, os.fspath(output), dict(set or {})))
 
 
@@ -92,7 +91,6 @@ class Study:
         """
         from porepack import _core
 
-        _name_program()
         return _core.run_study(self.folder, points, max_time_s)
 
     def status(self) -> list[dict[str, str]]:
@@ -111,14 +109,3 @@ class Study:
     def __repr__(self) -> str:
         states = [point["state"] for point in self.status()]
         return f"<Study {self.folder}: {len(states)} points, {states.count('done')} done>"
-
-
-def _name_program() -> None:
-    """Packings and points run in processes of the program porepack: that of the same build or prefix, else the one on PATH."""
-    from porepack import _core
-
-    package = pathlib.Path(__file__).resolve().parent
-    for program in (package.parents[1] / "porepack", package.parents[3] / "bin" / "porepack"):
-        if program.is_file() and os.access(program, os.X_OK):
-            _core.set_program(str(program))
-            return

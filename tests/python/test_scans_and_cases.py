@@ -79,7 +79,7 @@ class FallingHeads(unittest.TestCase):
             1e-4,
             "--start-level",
             1.6,
-            *flags
+            *flags,
         )
         self.assertEqual(same(test.details, expected), [])
         with tempfile.TemporaryDirectory() as folder:

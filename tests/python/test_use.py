@@ -159,7 +159,9 @@ class Host(unittest.TestCase):
             "          open(f'/proc/{os.getpid()}/task/{os.getpid()}/children').read(), flush=True)\n"
             "    print(space.porosity(), flush=True)\n"
         )
-        child = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True)
+        # A shell that runs this in the background lets it ignore the signal, and children inherit that.
+        listen = lambda: signal.signal(signal.SIGINT, signal.SIG_DFL)
+        child = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True, preexec_fn=listen)
         self.assertEqual(child.stdout.readline(), "begins\n")
         time.sleep(2.0)
         child.send_signal(signal.SIGINT)
