@@ -12,6 +12,8 @@
 #include "core/error.hpp"
 #include "inputs/image_input.hpp"
 #include "inputs/pore_space_input.hpp"
+#include "pore_space/gray_solid.hpp"
+#include "scans/ball_walls.hpp"
 
 namespace porepack::python {
 using geometry::PhaseImage;
@@ -115,11 +117,8 @@ void bind_pore_spaces(py::module_& module) {
         .def_property_readonly("has_exact_walls", &PoreSpace::has_exact_walls)
         .def_property_readonly("ends", [](const PoreSpace& space) { return std::string(core::name_of(space.ends)); })
         .def_property_readonly("kind", [](const PoreSpace& space) {
-            return space.packing()   ? "packing"
-                   : space.surface() ? "surface"
-                   : space.gray()    ? "gray image"
-                   : space.image()   ? "image"
-                                     : "solid";
+            if (space.gray()) return scans::has_walls_of_balls(*space.gray()) ? "image" : "gray image";
+            return space.packing() ? "packing" : space.surface() ? "surface" : space.image() ? "image" : "solid";
         });
     module.def("space_of_array", &space_of_array);
     module.def("space_of_packing", [](const packing::Packing& packing, const py::dict& geometry, const py::dict& section) {

@@ -145,7 +145,7 @@ def permeability(
     Parameters
     ----------
     space : PoreSpace
-        Its walls are exact where it is made of grains or a surface; of a binary image they lie half-way between voxels.
+        Its walls are exact where it is made of grains or a surface; of images see PoreSpace.
     voxel_size_m : float
         Of the finest grid; 0: a tenth of the grain's thickness. An image has its own.
     direction : {"z", "x", "y"}

@@ -43,8 +43,9 @@ class PoreSpace:
 
     Notes
     -----
-    A boolean array is True in the pores. Of other values, ``pore=1`` (or a list of values) or ``threshold=`` says which are pores. An
-    array becomes one byte per voxel; with gray walls, two.
+    A boolean array is True in the pores; its walls are smoother than its voxels, and k has an interval (``walls="balls"``,
+    docs/images.md). Of other values, ``pore=1`` (or a list of values) or ``threshold=`` says which are pores; with a threshold, walls
+    come from the gray values. An array becomes one byte per voxel with ``walls="half_way"``, else two.
 
     Raises
     ------
@@ -108,6 +109,7 @@ class PoreSpace:
                         f"{'all' if array.all() else 'nothing'} of the array is pore", "PoreSpace()", "a mask that is True in the pores"
                     )
                 image["pore"] = 1
+                image.setdefault("walls", "balls")
             sides = None if periodic is None else [bool(side) for side in periodic]
             self._core = _core.space_of_array(array, float(voxel_size_m), sides, core_vessel, geometry, section, image)
 
@@ -133,7 +135,7 @@ class PoreSpace:
         return self._core.kind
 
     def porosity(self) -> Porosity:
-        """Pore volume of the section over its volume: exact along lines for packings and surfaces, else of the voxels."""
+        """Pore volume of the section over its volume: exact along lines but for half-way walls, else of the voxels."""
         found = self._core.porosity()
         uncertainty = found["standard_uncertainty"]
         return Porosity(found["value"], uncertainty if uncertainty >= 0.0 else None)

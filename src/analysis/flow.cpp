@@ -15,6 +15,7 @@
 #include "lbm/checkpoint.hpp"
 #include "lbm/permeability.hpp"
 #include "lbm/sequence.hpp"
+#include "scans/ball_walls.hpp"
 #include "scans/gray_input.hpp"
 
 namespace porepack::analysis {
@@ -38,6 +39,8 @@ Table gradients_of(const LbmResult& result) {
 
 std::string interval_meaning(const LbmResult& result, const PoreSpace& space, const Scheme& scheme) {
     if (!result.half_width) return "too few grids: no uncertainty";
+    if (space.gray() && scans::has_walls_of_balls(*space.gray()))
+        return "three grids, and the places of the walls between the voxels; judged on voxelised arrays and packings (docs/images.md)";
     if (space.gray()) return "three grids, gray levels and blur; judged on spheres (docs/images.md)";
     std::string meaning = scheme.walls == Walls::interpolated ? "three grids: covers the exact value in at least 95 % of the known cases"
                                                               : "two grids, first order, at least 6 %: held in 90 of 100 arrays and ducts";

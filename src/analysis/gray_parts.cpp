@@ -6,6 +6,7 @@
 #include "analysis/uses.hpp"
 #include "core/log.hpp"
 #include "pore_space/gray_solid.hpp"
+#include "scans/ball_walls.hpp"
 #include "scans/gray_input.hpp"
 
 namespace porepack::analysis {
@@ -27,8 +28,11 @@ void add_gray_parts(lbm::LbmResult& result, const PoreSpace& space, const lbm::L
             return -1.0;
         }
     };
-    log_info("gray levels, blur and resolution: three more runs on voxels of {:.4g} m", middle.voxel_size_m);
-    const GrayVariants variants = gray_variants(*space.gray(), space.container);
+    const bool of_balls = scans::has_walls_of_balls(*space.gray());
+    log_info("{} on voxels of {:.4g} m",
+             of_balls ? "places of the walls: one more run" : "gray levels, blur and resolution: three more runs", middle.voxel_size_m);
+    GrayVariants variants = gray_variants(*space.gray(), space.container);
+    if (of_balls) variants.averaged = nullptr;  // means of its distances are no scan
     const double k = result.permeability_m2;
     if (variants.averaged) result.averaged_image_change = change(variants.averaged);
     if (variants.other_level) result.half_width->threshold_m2 = std::abs(change(variants.other_level)) * k;

@@ -53,7 +53,8 @@ void add_parts(std::vector<BudgetRow>& rows, const results::Lbm& lbm) {
     add("mass balance", parts.mass_balance, Evidence::measured, "flow rate through the planes against the mean over the layers");
     add("rounding", parts.precision, Evidence::bounded, "number format of the populations");
     add("stretched box", parts.stretch, Evidence::bounded, "the periodic box is stretched to whole numbers of cubic voxels");
-    add("gray levels", parts.threshold, Evidence::measured, "k with the solid fraction moved by two standard errors of the gray levels");
+    add("gray levels, or places of walls", parts.threshold, Evidence::measured,
+        "k with the solid fraction moved by two standard errors of the gray levels, or of the walls around balls");
     add("blur", parts.blur, Evidence::judged, "k with twice the variance of the blur; blur makes k too large", false);
 }
 

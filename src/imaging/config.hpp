@@ -29,9 +29,10 @@ constexpr std::array<core::Choice<PoreSide>, 2> choices_of(PoreSide) {
 }
 
 /// Where the walls lie between the voxels of a scan.
-enum class ImageWalls { automatic, gray, half_way };
-constexpr std::array<core::Choice<ImageWalls>, 3> choices_of(ImageWalls) {
-    return {{{ImageWalls::automatic, "auto"}, {ImageWalls::gray, "gray"}, {ImageWalls::half_way, "half_way"}}};
+enum class ImageWalls { automatic, gray, half_way, balls };
+constexpr std::array<core::Choice<ImageWalls>, 4> choices_of(ImageWalls) {
+    return {
+        {{ImageWalls::automatic, "auto"}, {ImageWalls::gray, "gray"}, {ImageWalls::half_way, "half_way"}, {ImageWalls::balls, "balls"}}};
 }
 
 struct ImageConfig {
@@ -77,6 +78,7 @@ inline void describe(record::ConfigVisitor& v, ImageConfig& c) {
     v.choice("pore_side", c.pore_side, "side of the threshold on which the pores are");
     v.choice("walls", c.walls,
              "gray: walls where the interpolated gray values reach the threshold; half_way: half-way between voxels of different phase; "
+             "balls: of the phases, around the largest balls that fit into the solid, smoother than voxels; "
              "auto: gray with a threshold, half_way with pore values");
     v.number("smoothing_voxels", c.smoothing_voxels, {.low = -1.0, .high = 5.0},
              "standard deviation of the Gaussian that smooths the gray values first; -1: as much as the measured noise needs");

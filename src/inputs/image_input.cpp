@@ -8,7 +8,9 @@
 #include "core/error.hpp"
 #include "core/json.hpp"
 #include "core/log.hpp"
+#include "core/machine.hpp"
 #include "inputs/uses.hpp"
+#include "scans/ball_walls.hpp"
 #include "scans/doubts.hpp"
 #include "scans/find_tube.hpp"
 #include "scans/gray_input.hpp"
@@ -75,10 +77,20 @@ void leave_out_outside(PhaseImage& image, const Container& container) {
 bool has_gray_walls(const imaging::ImageConfig& config) {
     if (config.walls == imaging::ImageWalls::gray && config.threshold.is_null())
         throw UserError("gray walls need a threshold", {.where = "[image], --image-walls", .fix = "--image-threshold volume"});
-    return config.walls != imaging::ImageWalls::half_way && !config.threshold.is_null();
+    return (config.walls == imaging::ImageWalls::automatic || config.walls == imaging::ImageWalls::gray) && !config.threshold.is_null();
 }
 
 namespace {
+
+void warn_of_thin_parts(const PhaseImage& image, const Container& container, const Path& file) {
+    constexpr double few = 0.02;
+    const scans::ThinParts thin = scans::thin_parts(image, container.periodic());
+    if (std::max(thin.solid, thin.pores) > few)
+        log_warning(fmt::format(
+            "{}: {:.2g} % of the solid and {:.2g} % of the pores are one or two voxels wide: their walls are not known, and k may be "
+            "farther off than its interval says",
+            file.string(), 100.0 * thin.solid, 100.0 * thin.pores));
+}
 
 // A key that would change nothing is an error.
 void require_effect(const imaging::ImageConfig& config, bool own_fractions, const Path& file) {
@@ -152,8 +164,18 @@ ImageInput read_image(const imaging::VolumeSource& source, const imaging::ImageC
     input.image = std::move(found.image);
     if (!input.image.notes.contains("container")) place(input.image.grid, input.container);  // else it is in its place
     leave_out_outside(input.image, input.container);
-    input.image.notes["container"] = to_json(input.container).dump();
     input.pores = found.pore_level;
+    if (config.walls == imaging::ImageWalls::balls) {
+        require_memory(scans::bytes_per_voxel_of_balls * static_cast<double>(input.image.grid.size()), "walls of the largest balls",
+                       "--image-walls half_way, porepack image crop, or porepack image bin");
+        warn_of_thin_parts(input.image, input.container, file);
+        const GrayInput balls = scans::walls_of_balls(input.image, input.container);
+        input.gray = balls.solid;
+        input.gray_notes = balls.notes;
+        input.image = {};
+        return input;
+    }
+    input.image.notes["container"] = to_json(input.container).dump();
     return input;
 }
 

@@ -16,6 +16,7 @@
 #include "packing/film.hpp"
 #include "pore_space/image_solid.hpp"
 #include "record/resolved_config.hpp"
+#include "scans/ball_walls.hpp"
 #include "scans/doubts.hpp"
 #include "scans/find_tube.hpp"
 #include "scans/gray_input.hpp"
@@ -43,7 +44,9 @@ PoreSpace space_of(ImageInput found, const Path& file, const InputOptions& optio
     if (!found.own)
         log_info("image: {}, {} x {} x {} voxels of {:.4g} m ({}), {}; pores: {}", found.file.format, grid.cells[0], grid.cells[1],
                  grid.cells[2], grid.spacing_m[2], found.file.voxel_size_from, found.file.orientation, found.pores);
-    if (found.gray_notes) {
+    if (found.gray && scans::has_walls_of_balls(*found.gray)) {
+        log_info("walls around the largest balls that fit into the solid voxels");
+    } else if (found.gray_notes) {
         const GrayNotes& gray = *found.gray_notes;
         log_info("gray values: pores {:.5g}, solid {:.5g}, noise {:.2g} %, smoothed by {:.2g} voxels, then blur {:.2g} voxels{}",
                  gray.pore_level, gray.solid_level, 100.0 * gray.noise, gray.smoothing_voxels, gray.blur_voxels,

@@ -37,7 +37,7 @@ std::string image_file(const Case& c) {
     const imaging::ImageConfig& image = c.settings.image;
     const bool own =
         image.threshold.is_null() && image.pore.is_null() && imaging::open_volume(c.resolve(image.file), image).header.own_fractions;
-    return own || has_gray_walls(image) ? "gray.vti" : "pore.vti";
+    return own || image.walls == imaging::ImageWalls::balls || has_gray_walls(image) ? "gray.vti" : "pore.vti";
 }
 
 Stage make_image_stage(const Case& c) {

@@ -50,7 +50,7 @@ class SameNumbers(unittest.TestCase):
         """Flow along the array's second axis, which is called z."""
         with self.assertWarnsRegex(porepack.PorePackWarning, "planes of constant pressure"):
             space = porepack.PoreSpace(gyroid(), voxel_size_m=1e-5, axes="xzy")
-        image = ["--image-voxel-size", 1e-5, "--image-pore", 1, "--image-axes", "yzx"]
+        image = ["--image-voxel-size", 1e-5, "--image-pore", 1, "--image-axes", "yzx", "--image-walls", "balls"]
         self.check(porepack.permeability(space).details, "lbm", self.folder / "gyroid.npy", *image, "--fields", "none")
 
     def test_gray_image(self):

@@ -105,19 +105,42 @@ class Arrays(unittest.TestCase):
     def test_layout_and_type_do_not_matter(self):
         mask = gyroid()
         mask[3:9, 5, :] = False  # the axes differ
-        expected = porepack.permeability(porepack.PoreSpace(mask, 1e-5, **PERIODIC)).value_m2
+        half_way = {**PERIODIC, "walls": "half_way"}
+        expected = porepack.permeability(porepack.PoreSpace(mask, 1e-5, **half_way)).value_m2
         swapped = mask.transpose(2, 1, 0)
         for array, keys in (
             (numpy.asfortranarray(mask), {}),
             (numpy.repeat(mask, 2, axis=0)[::2], {}),
             (mask.astype(">i4"), {"pore": 1}),
             (mask.astype(numpy.int64) * 7, {"pore": 7}),
-            (mask.astype(numpy.float32), {"threshold": 0.5, "pore_side": "above", "walls": "half_way"}),
+            (mask.astype(numpy.float32), {"threshold": 0.5, "pore_side": "above"}),
             (swapped, {"axes": "zyx"}),
         ):
-            space = porepack.PoreSpace(array, 1e-5, **PERIODIC, **keys)
+            space = porepack.PoreSpace(array, 1e-5, **half_way, **keys)
             self.assertEqual(porepack.permeability(space).value_m2, expected)
         numpy.testing.assert_array_equal(porepack.PoreSpace(mask, 1e-5, **PERIODIC).voxels(), mask.astype(numpy.uint8))
+
+    def test_walls_of_a_mask(self):
+        """By default around the largest balls: an interval, and the phases of the array."""
+        space = porepack.PoreSpace(gyroid(), 1e-5, **PERIODIC)
+        k = porepack.permeability(space)
+        half_way = porepack.permeability(porepack.PoreSpace(gyroid(), 1e-5, **PERIODIC, walls="half_way"))
+        self.assertEqual(space.kind, "image")
+        self.assertTrue(k.interval_m2[0] < k.value_m2 < k.interval_m2[1])
+        self.assertIn("places of the walls", k.interval_meaning)
+        self.assertIsNone(half_way.interval_m2)
+        self.assertAlmostEqual(space.porosity().value, 0.5, delta=0.005)
+        numpy.testing.assert_array_equal(space.voxels() == 1, gyroid())
+        # Of the gyroid's other half, which is its mirror image, the same k.
+        other = porepack.permeability(porepack.PoreSpace(~gyroid(), 1e-5, **PERIODIC))
+        self.assertAlmostEqual(other.value_m2 / k.value_m2, 1.0, delta=0.02)
+
+    def test_thin_parts_are_said(self):
+        thin = gyroid()
+        thin[::4] = False
+        thin[1::4] = True
+        with self.assertWarnsRegex(porepack.PorePackWarning, "one or two voxels wide"):
+            porepack.PoreSpace(thin, 1e-5, **PERIODIC)
 
     def test_flow_field(self):
         k = porepack.permeability(porepack.PoreSpace(gyroid(), 1e-5, **PERIODIC), flow=True, superficial_velocity_m_per_s=2e-4)
@@ -150,7 +173,8 @@ class Host(unittest.TestCase):
         """Ctrl-C, sent to a process that computes: KeyboardInterrupt, no child is left, and the next call works."""
         script = (
             "import numpy, os, porepack, sys, time\n"
-            "space = porepack.PoreSpace(numpy.random.default_rng(1).random((90, 90, 90)) < 0.7, 1e-5, periodic=(True,) * 3)\n"
+            "mask = numpy.random.default_rng(1).random((90, 90, 90)) < 0.7\n"
+            "space = porepack.PoreSpace(mask, 1e-5, periodic=(True,) * 3, walls='half_way')\n"
             "print('begins', flush=True)\n"
             "try:\n"
             "    porepack.permeability(space, iteration_tolerance=1e-12)\n"
@@ -219,9 +243,9 @@ class Host(unittest.TestCase):
             "import numpy, porepack, resource\n"
             "array = numpy.ones((300, 300, 300), bool)\n"
             "array[::7] = False\n"
-            "porepack.PoreSpace(array[:8, :8, :8], 1e-5, periodic=(True,) * 3)\n"
+            "porepack.PoreSpace(array[:8, :8, :8], 1e-5, periodic=(True,) * 3, walls='half_way')\n"
             "before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss\n"
-            "space = porepack.PoreSpace(array, 1e-5, periodic=(True,) * 3)\n"
+            "space = porepack.PoreSpace(array, 1e-5, periodic=(True,) * 3, walls='half_way')\n"
             "print((resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) * 1024 / array.size)\n"
         )
         done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
@@ -248,8 +272,10 @@ class Help(unittest.TestCase):
     def test_results_say_what_they_are(self):
         space = porepack.PoreSpace(gyroid(), 1e-5, **PERIODIC)
         k = porepack.permeability(space)
-        self.assertIn("no uncertainty", str(k))
-        self.assertIn("no uncertainty known", repr(space))
+        self.assertIn("95 %", str(k))
+        half_way = porepack.PoreSpace(gyroid(), 1e-5, **PERIODIC, walls="half_way")
+        self.assertIn("no uncertainty", str(porepack.permeability(half_way)))
+        self.assertIn("no uncertainty known", repr(half_way))
         for thing in (space, k, pebbles()):
             self.assertIn("<div>", thing._repr_html_())
         self.assertIn("image/png", space._repr_html_())
