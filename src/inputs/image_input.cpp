@@ -87,7 +87,7 @@ void warn_of_thin_parts(const PhaseImage& image, const Container& container, con
     const scans::ThinParts thin = scans::thin_parts(image, container.periodic());
     if (std::max(thin.solid, thin.pores) > few)
         log_warning(fmt::format(
-            "{}: {:.2g} % of the solid and {:.2g} % of the pores are one or two voxels wide: their walls are not known, and k may be "
+            "{}: {:.0f} % of the solid and {:.0f} % of the pores are one or two voxels wide: their walls are not known, and k may be "
             "farther off than its interval says",
             file.string(), 100.0 * thin.solid, 100.0 * thin.pores));
 }

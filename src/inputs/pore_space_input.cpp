@@ -74,6 +74,8 @@ PoreSpace space_of(ImageInput found, const Path& file, const InputOptions& optio
     }
     if (found.gray) {
         PoreSpace space = pore_space_of(found.gray, found.container, section, file.string());
+        // A single voxel is a feature that the image shows, however thin its ball is.
+        if (scans::has_walls_of_balls(*space.gray())) space.grain_size_m = std::max(space.grain_size_m, 1.01 * space.image_voxel_size_m);
         space.image_porosity_error = porosity_error(*found.gray_notes, space);
         return space;
     }

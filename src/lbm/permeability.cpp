@@ -208,11 +208,13 @@ private:
 
 constexpr double same_size = 1.02;  // of two grids, at most
 
-// Coarse to fine.
+// Coarse to fine. The features of an image may be as thin as its voxels: grids that are coarser than they are left out.
 std::vector<double> grid_sizes(const PoreSpace& space, double voxel_size_m, const LbmConfig& config) {
     std::vector<double> sizes;
-    for (long left = count_grids(space, voxel_size_m, config) - 1; left >= 0; --left)
-        sizes.push_back(voxel_size_m * std::pow(config.grid_ratio, static_cast<double>(left)));
+    for (long left = count_grids(space, voxel_size_m, config) - 1; left >= 0; --left) {
+        const double size = voxel_size_m * std::pow(config.grid_ratio, static_cast<double>(left));
+        if (left == 0 || !space.gray() || size <= space.grain_size_m) sizes.push_back(size);
+    }
     return sizes;
 }
 

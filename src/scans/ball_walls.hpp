@@ -22,7 +22,8 @@ inline constexpr double wall_error_voxels = 0.015;
 /// Memory while they are made, per voxel of the image.
 inline constexpr double bytes_per_voxel_of_balls = 8.0;
 
-/// Part of the solid's voxels, and of the pores', that lie in features of one or two voxels, and farther than a voxel from wider ones.
+/// Part of the solid's voxels, and of the pores', that lie in features of one or two voxels, and more than two voxels from wider
+/// ones.
 struct ThinParts {
     double solid = 0.0, pores = 0.0;
 };

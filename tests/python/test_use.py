@@ -122,7 +122,9 @@ class Arrays(unittest.TestCase):
 
     def test_walls_of_a_mask(self):
         """By default around the largest balls: an interval, and the phases of the array."""
-        space = porepack.PoreSpace(gyroid(), 1e-5, **PERIODIC)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # nothing of it is thin
+            space = porepack.PoreSpace(gyroid(), 1e-5, **PERIODIC)
         k = porepack.permeability(space)
         half_way = porepack.permeability(porepack.PoreSpace(gyroid(), 1e-5, **PERIODIC, walls="half_way"))
         self.assertEqual(space.kind, "image")
@@ -134,6 +136,18 @@ class Arrays(unittest.TestCase):
         # Of the gyroid's other half, which is its mirror image, the same k.
         other = porepack.permeability(porepack.PoreSpace(~gyroid(), 1e-5, **PERIODIC))
         self.assertAlmostEqual(other.value_m2 / k.value_m2, 1.0, delta=0.02)
+
+    def test_a_mask_of_noise_has_a_k(self):
+        """Single voxels: too thin for coarser grids, so no interval, and it is said."""
+        for part in (0.8, 0.97):
+            mask = numpy.random.default_rng(2).random((20, 20, 20)) < part
+            with self.assertWarnsRegex(porepack.PorePackWarning, "one or two voxels wide"):
+                space = porepack.PoreSpace(mask, 1e-5, **PERIODIC)
+            k = porepack.permeability(space)
+            self.assertTrue(k.converged)
+            self.assertIsNone(k.interval_m2)
+            half_way = porepack.permeability(porepack.PoreSpace(mask, 1e-5, **PERIODIC, walls="half_way"))
+            self.assertAlmostEqual(k.value_m2 / half_way.value_m2, 1.0, delta=0.5)
 
     def test_thin_parts_are_said(self):
         thin = gyroid()
