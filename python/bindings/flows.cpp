@@ -37,16 +37,6 @@ py::tuple permeability(const PoreSpace& space, double voxel_size_m, bool with_fl
     return py::make_tuple(to_python(result), field ? py::object(field_of(std::move(*field))) : py::none());
 }
 
-py::dict expected_flow(const PoreSpace& space, double voxel_size_m, const py::dict& keys) {
-    const auto config = config_of<lbm::LbmConfig>(keys, "permeability()");
-    const auto expected = run([&] { return analysis::expect_flow(space, GeometryConfig{.voxel_size_m = voxel_size_m}, config); });
-    py::dict found;
-    found["text"] = expected.text;
-    found["memory_bytes"] = expected.memory_bytes;
-    found["wall_time_s"] = expected.wall_time_s;
-    return found;
-}
-
 py::object tortuosity(const PoreSpace& space, double voxel_size_m, const std::string& kind_name, const py::dict& keys) {
     const auto config = config_of<tortuosity::TortuosityConfig>(keys, "tortuosity()");
     const auto kind = core::choice_named<analysis::TortuosityKind>(kind_name);
@@ -71,7 +61,6 @@ py::object pores(const PoreSpace& space, double voxel_size_m) {
 
 void bind_flows(py::module_& module) {
     module.def("permeability", &permeability);
-    module.def("expected_flow", &expected_flow);
     module.def("tortuosity", &tortuosity);
     module.def("pores", &pores);
 }

@@ -63,17 +63,6 @@ py::tuple pour(const Shape& shape, const Container& vessel, const py::dict& pack
     return py::make_tuple(outcome.first, to_python(outcome.second));
 }
 
-py::dict expected_pour(const Shape& shape, const Container& vessel, const py::dict& packing_keys, const py::dict& protocol_keys) {
-    const auto config = config_of<pouring::PackingConfig>(packing_keys, "pour()");
-    const auto protocol = config_of<pouring::ProtocolConfig>(protocol_keys, "pour()");
-    const auto expected = run([&] { return analysis::expect_pour(shape.shares, vessel, config, protocol); });
-    py::dict found;
-    found["text"] = expected.text;
-    found["memory_bytes"] = expected.memory_bytes;
-    found["wall_time_s"] = expected.wall_time_s;
-    return found;
-}
-
 using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
 Packing packing_of_poses(const Shape& shape, const Container& vessel, const Numbers& positions, const Numbers& orientations,
@@ -193,7 +182,6 @@ void bind_packings(py::module_& module) {
              [](const Packing& packing, const std::string& file) { run_in_thread([&] { packing::write_packing(file, packing); }); });
     module.def("read_packing", [](const std::string& file) { return run([&] { return packing::read_packing(file); }); });
     module.def("pour", &pour);
-    module.def("expected_pour", &expected_pour);
 }
 
 }  // namespace porepack::python

@@ -101,8 +101,7 @@ class PoreSpace:
             self._core = _core.space_of_file(os.fspath(source), core_vessel, unit_m, geometry, section, image)
         else:
             array = checked_array(source, axes, "PoreSpace()")
-            if voxel_size_m is None or not 0.0 < voxel_size_m < float("inf"):
-                raise UserError(f"voxel_size_m = {voxel_size_m}", "PoreSpace()", "the edge length of a voxel in metres, as 1e-5")
+            size_m = checked_size(voxel_size_m, "PoreSpace()")
             if array.dtype == bool and not {"pore", "threshold"} & image.keys():
                 if array.all() or not array.any():
                     raise UserError(
@@ -111,7 +110,7 @@ class PoreSpace:
                 image["pore"] = 1
                 image.setdefault("walls", "balls")
             sides = None if periodic is None else [bool(side) for side in periodic]
-            self._core = _core.space_of_array(array, float(voxel_size_m), sides, core_vessel, geometry, section, image)
+            self._core = _core.space_of_array(array, size_m, sides, core_vessel, geometry, section, image)
 
     @classmethod
     def _of(cls, core: _core.PoreSpace) -> PoreSpace:
@@ -282,6 +281,13 @@ def checked_array(source: Any, axes: str, where: str) -> NDArray[Any]:
     if not array.dtype.isnative:
         array = array.astype(array.dtype.newbyteorder("="))
     return array.transpose([axes.index(axis) for axis in "xyz"])
+
+
+def checked_size(voxel_size_m: float | None, where: str) -> float:
+    """The voxel size of an array, which must be given."""
+    if voxel_size_m is None or not 0.0 < voxel_size_m < float("inf"):
+        raise UserError(f"voxel_size_m = {voxel_size_m}", where, "the edge length of a voxel in metres, as 1e-5")
+    return float(voxel_size_m)
 
 
 def _refuse_without_effect(is_array: bool, is_file: bool, **given: Any) -> None:

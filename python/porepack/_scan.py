@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from porepack._errors import UserError
 from porepack._keys import sorted_by_table
 from porepack._packing import Packing, Shape, Vessel
-from porepack._pore_space import PoreSpace, checked_array
+from porepack._pore_space import PoreSpace, checked_array, checked_size
 from porepack._table import columns_of
 
 if TYPE_CHECKING:
@@ -143,7 +143,4 @@ def _scan_and_size(source: Any, voxel_size_m: float | None, axes: str, image: di
         if voxel_size_m is not None:
             image["voxel_size_m"] = [voxel_size_m]
         return os.fspath(source), 0.0
-    array = checked_array(source, axes, where)
-    if voxel_size_m is None or not 0.0 < voxel_size_m < float("inf"):
-        raise UserError(f"voxel_size_m = {voxel_size_m}", where, "the edge length of a voxel in metres, as 1e-5")
-    return array, float(voxel_size_m)
+    return checked_array(source, axes, where), checked_size(voxel_size_m, where)
