@@ -5,7 +5,10 @@ get_property(components GLOBAL PROPERTY porepack_components)
 # ./Allrun builds only the program: what is missing is built first, or an installation would end half done.
 add_custom_target(installed DEPENDS ${components})
 if(TARGET porepack)
-  add_dependencies(installed porepack porepack_benchmark)
+  # Man pages and the completion for bash, written by the program.
+  add_custom_command(OUTPUT share/man/man1/porepack.1 COMMAND porepack manual --output share DEPENDS porepack)
+  add_custom_target(porepack_manual DEPENDS share/man/man1/porepack.1)
+  add_dependencies(installed porepack_manual porepack_benchmark)
 endif()
 if(TARGET porepack_python)
   add_dependencies(installed porepack_python)
@@ -15,6 +18,7 @@ install(TARGETS ${components} EXPORT porepackTargets
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 if(TARGET porepack)
   install(TARGETS porepack porepack_benchmark RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+  install(DIRECTORY ${PROJECT_BINARY_DIR}/share/man ${PROJECT_BINARY_DIR}/share/bash-completion DESTINATION ${CMAKE_INSTALL_DATADIR})
 endif()
 
 # In the source tree a header is "folder/name.hpp"; installed it is "porepack/folder/name.hpp", for a user's program may have a folder of

@@ -29,6 +29,24 @@ install_packages() {
     "${sudo[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends "${missing[@]}" > /dev/null
 }
 
+# make_venv: packages of PyPI that tests need, in build/venv; taufactor, which runs on Debian's torch, in build/venv/taufactor.
+# Without them their tests are skipped, or fail in CI.
+make_venv() {
+    local venv="$here/build/venv" list="$here/requirements-test.txt"
+    ! cmp -s "$list" "$venv/installed.txt" || return 0
+    [ "$install" = yes ] || return 0
+    echo "installing packages of PyPI in build/venv (requirements-test.txt)"
+    rm -rf "$venv"
+    mkdir -p "$here/build"
+    {
+        /usr/bin/python3 -m venv "$venv" &&
+            "$venv/bin/pip" install -r "$list" &&
+            "$venv/bin/pip" install --target "$venv/taufactor" --no-deps taufactor &&
+            "$venv/bin/pip" install --target "$venv/taufactor" ipython scikit-image "numpy<2" && # torch was built for NumPy 1
+            cp "$list" "$venv/installed.txt"
+    } > "$here/build/venv.log" 2>&1 || echo "that failed: build/venv.log" >&2
+}
+
 # build_project PRESET FOLDER TARGET: configures if necessary and builds; prints the errors if it fails.
 build_project() {
     local log="$here/$2/build.log"

@@ -48,8 +48,13 @@ void find_own_files() {
     Dl_info own{};
     if (dladdr(reinterpret_cast<const void*>(&keys_of_table), &own) == 0) return;
     const std::filesystem::path package = std::filesystem::path(own.dli_fname).parent_path();
-    if (std::filesystem::exists(package / "data")) core::set_data_folder(package / "data");
-    for (const auto& program : {package / ".." / ".." / "porepack", package / ".." / ".." / ".." / ".." / "bin" / "porepack"})
+    const std::filesystem::path prefix = package / ".." / ".." / ".." / "..";
+    for (const auto& data : {package / "data", prefix / "share" / "porepack"})
+        if (std::filesystem::exists(data / "liggghts_templates")) {
+            core::set_data_folder(data);
+            break;
+        }
+    for (const auto& program : {package / ".." / ".." / "porepack", prefix / "bin" / "porepack"})
         if (std::filesystem::is_regular_file(program) && access(program.c_str(), X_OK) == 0) return core::set_porepack_program(program);
 }
 

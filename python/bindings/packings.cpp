@@ -140,7 +140,6 @@ void bind_packings(py::module_& module) {
         .def_property_readonly("periodic", [](const Container& vessel) { return to_python(vessel.periodic()); })
         .def("wall_distance",
              [](const Container& vessel, double x, double y, double z) { return vessel.wall_distance(geometry::Vec3(x, y, z)); })
-        .def("text", [](const Container& vessel) { return vessels::text_of(vessel); })
         .def("keys", [](const Container& vessel) { return python_of(vessels::to_json(vessel)); });
     py::class_<Packing>(module, "Packing")
         .def(py::init(&packing_of_poses))

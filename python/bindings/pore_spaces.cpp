@@ -73,17 +73,9 @@ io::TriangleSurface surface_of(const py::array_t<double, py::array::c_style | py
 py::dict surface_of_packing(const packing::Packing& packing, const py::dict& geometry) {
     const auto config = config_of<converters::GeometryConfig>(geometry, "surface()");
     const auto made = run([&] { return converters::make_surface(packing, converters::surface_options(config)); });
-    py::array_t<double> vertices({static_cast<py::ssize_t>(made.surface.points.size()), py::ssize_t{3}});
-    py::array_t<int> triangles({static_cast<py::ssize_t>(made.surface.triangles.size()), py::ssize_t{3}});
-    double* point = vertices.mutable_data();
-    for (const auto& one : made.surface.points)
-        for (const double x : one) *point++ = x;
-    int* corner = triangles.mutable_data();
-    for (const auto& one : made.surface.triangles)
-        for (const int vertex : one) *corner++ = vertex;
     py::dict found;
-    found["vertices_m"] = vertices;
-    found["triangles"] = triangles;
+    found["vertices_m"] = rows_of(made.surface.points);
+    found["triangles"] = rows_of(made.surface.triangles);
     found["largest_deviation_m"] = made.deviation_m;
     found["volume_m3"] = made.check.volume_m3;
     found["area_m2"] = made.check.area_m2;
@@ -110,12 +102,8 @@ void bind_pore_spaces(py::module_& module) {
                  const geometry::Grid grid = image.grid;
                  return py::make_tuple(array_of(std::move(image.phase), grid), to_python(grid.spacing_m), to_python(grid.origin_m));
              })
-        .def("voxel_size_m", &PoreSpace::voxel_size_m)
         .def_property_readonly("section_m", [](const PoreSpace& space) { return to_python(space.section.interval()); })
-        .def_property_readonly("bed_m", [](const PoreSpace& space) { return py::make_tuple(space.bed_bottom_m, space.bed_top_m); })
         .def_property_readonly("vessel", [](const PoreSpace& space) { return space.container; })
-        .def_property_readonly("has_exact_walls", &PoreSpace::has_exact_walls)
-        .def_property_readonly("ends", [](const PoreSpace& space) { return std::string(core::name_of(space.ends)); })
         .def_property_readonly("kind", [](const PoreSpace& space) {
             if (space.gray()) return scans::has_walls_of_balls(*space.gray()) ? "image" : "gray image";
             return space.packing() ? "packing" : space.surface() ? "surface" : space.image() ? "image" : "solid";

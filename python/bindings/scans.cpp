@@ -84,13 +84,8 @@ pore_space::PoreSpace space_of_segmented(const Segmented& segmented, const py::d
 py::list stones_of(const Segmented& segmented) {
     py::list stones;
     if (!segmented.library) return stones;
-    for (const io::TriangleSurface& surface : segmented.library->surfaces) {
-        py::array_t<double> vertices({static_cast<py::ssize_t>(surface.points.size()), py::ssize_t{3}});
-        py::array_t<int> faces({static_cast<py::ssize_t>(surface.triangles.size()), py::ssize_t{3}});
-        if (!surface.points.empty()) std::copy_n(surface.points.front().data(), 3 * surface.points.size(), vertices.mutable_data());
-        if (!surface.triangles.empty()) std::copy_n(surface.triangles.front().data(), 3 * surface.triangles.size(), faces.mutable_data());
-        stones.append(py::make_tuple(vertices, faces));
-    }
+    for (const io::TriangleSurface& surface : segmented.library->surfaces)
+        stones.append(py::make_tuple(rows_of(surface.points), rows_of(surface.triangles)));
     return stones;
 }
 

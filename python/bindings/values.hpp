@@ -5,6 +5,8 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <algorithm>
+#include <array>
 #include <string>
 #include <utility>
 #include <vector>
@@ -75,6 +77,14 @@ template <typename Config>
     Config config;
     read_keys(keys, config, place);
     return config;
+}
+
+/// An array (rows, 3) of points or triangles.
+template <typename Value>
+[[nodiscard]] py::array_t<Value> rows_of(const std::vector<std::array<Value, 3>>& rows) {
+    py::array_t<Value> array({static_cast<py::ssize_t>(rows.size()), py::ssize_t{3}});
+    if (!rows.empty()) std::copy_n(rows.front().data(), 3 * rows.size(), array.mutable_data());
+    return array;
 }
 
 /// An array [x, y, z], or [x, y, z, component], of values of a grid's cells, which are not copied: the array owns them.

@@ -6,7 +6,9 @@ import logging
 import sys
 import time
 import warnings
-from typing import Callable
+from html import escape
+from types import ModuleType
+from typing import Any, Callable
 
 from porepack._errors import PorePackWarning, UserError
 
@@ -16,6 +18,7 @@ _logger = logging.getLogger("porepack")
 threads = 0
 _progress: bool | Progress = True
 _line_length = 0
+_shown: Any = None  # the notebook's output that shows progress
 
 
 def set_progress(progress: bool | Progress) -> None:
@@ -65,7 +68,13 @@ def _outside() -> int:
 
 
 def _is_watched() -> bool:
-    return "ipykernel" in sys.modules or (sys.stderr is not None and sys.stderr.isatty())
+    return _notebook() is not None or (sys.stderr is not None and sys.stderr.isatty())
+
+
+def _notebook() -> ModuleType | None:
+    """IPython, where the code runs in its kernel."""
+    ipython = sys.modules.get("IPython")
+    return ipython if ipython is not None and hasattr(ipython.get_ipython(), "kernel") else None
 
 
 def _draw(label: str, fraction: float, seconds: float, detail: str) -> None:
@@ -77,9 +86,23 @@ def _draw(label: str, fraction: float, seconds: float, detail: str) -> None:
     else:
         left = f", {_time(seconds * (1.0 - fraction) / fraction)} left" if fraction >= 0.1 else ""
         text = f"{label} {100.0 * fraction:.0f} %{left}{'  ' + detail if detail else ''}"
+    if (ipython := _notebook()) is not None:
+        return _draw_in_notebook(ipython, text)
     sys.stderr.write("\r" + text.ljust(_line_length) + ("\r" if not text else ""))
     sys.stderr.flush()
     _line_length = len(text)
+
+
+def _draw_in_notebook(ipython: ModuleType, text: str) -> None:
+    """One output of the cell, which is replaced each time and empty in the end."""
+    global _shown
+    line = ipython.display.HTML(f"<small>{escape(text)}</small>" if text else "")
+    if _shown is not None:
+        _shown.update(line)
+    elif text:
+        _shown = ipython.display.display(line, display_id=True)
+    if not text:
+        _shown = None
 
 
 def _time(seconds: float) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Sequence
+from typing import TYPE_CHECKING, Any, Dict, Sequence
 
 from porepack._errors import UserError
 from porepack._keys import keys as all_keys
@@ -68,49 +68,29 @@ class PoreSpace:
         unit_m: float = 1.0,
         **keys: Any,
     ) -> None:
-        from porepack import _core
-
         found = sorted_by_table(keys, ("geometry", "section", "image"))
-        geometry, section, image = found["geometry"], found["section"], found["image"]
-        refuse_without_effect(geometry, "PoreSpace()", _OF_SURFACES)
-        refuse_without_effect(image, "PoreSpace()", ("fit", "fitted_sizes", "fit_memory_bytes"), "porepack.fit() finds grains")
-        core_vessel = None if vessel is None else vessel._core
-        is_file = isinstance(source, (str, os.PathLike))
-        vertices, triangles = _surface_arrays(source)
-        if not is_file:
-            refuse_without_effect(image, "PoreSpace()", ("file", "dims", "type", "byte_order", "header_bytes", "field"))
-        is_array = not is_file and vertices is None and not isinstance(source, Packing)
-        _refuse_without_effect(
-            is_array, is_file, voxel_size_m=voxel_size_m, axes=axes, periodic=None if periodic is None else tuple(periodic), unit_m=unit_m
-        )
-        if image and not (is_array or is_file):
+        refuse_without_effect(found["geometry"], "PoreSpace()", _OF_SURFACES)
+        refuse_without_effect(found["image"], "PoreSpace()", ("fit", "fitted_sizes", "fit_memory_bytes"), "porepack.fit() finds grains")
+        surface = _surface_arrays(source)
+        is_file, is_packing = isinstance(source, (str, os.PathLike)), isinstance(source, Packing)
+        is_array = not (is_file or is_packing or surface)
+        sides = None if periodic is None else tuple(bool(side) for side in periodic)
+        _refuse_without_effect(is_array, is_file, voxel_size_m=voxel_size_m, axes=axes, periodic=sides, unit_m=unit_m)
+        if found["image"] and not (is_array or is_file):
             raise UserError(
-                f"`{next(iter(image))}` has no effect here", "PoreSpace()", "keys of images for arrays and image files", "remove it"
+                f"`{next(iter(found['image']))}` has no effect here",
+                "PoreSpace()",
+                "keys of images for arrays and image files",
+                "remove it",
             )
-        if isinstance(source, Packing):
-            if vessel is not None:
-                raise UserError("a packing has its own vessel", "PoreSpace()", fix="remove `vessel`")
-            self._core = _core.space_of_packing(source._core, geometry, section)
-        elif vertices is not None:
-            if core_vessel is None:
-                raise UserError("a surface needs a vessel", "PoreSpace()", fix='vessel=porepack.Vessel("box", size_m=[...])')
-            self._core = _core.space_of_surface(vertices, triangles, core_vessel, geometry, section)
+        if is_packing:
+            self._core = _of_packing(source, vessel, found)
+        elif surface:
+            self._core = _of_surface(*surface, vessel, found)
         elif is_file:
-            if voxel_size_m is not None:
-                image["voxel_size_m"] = [voxel_size_m]
-            self._core = _core.space_of_file(os.fspath(source), core_vessel, unit_m, geometry, section, image)
+            self._core = _of_file(source, voxel_size_m, vessel, unit_m, found)
         else:
-            array = checked_array(source, axes, "PoreSpace()")
-            size_m = checked_size(voxel_size_m, "PoreSpace()")
-            if array.dtype == bool and not {"pore", "threshold"} & image.keys():
-                if array.all() or not array.any():
-                    raise UserError(
-                        f"{'all' if array.all() else 'nothing'} of the array is pore", "PoreSpace()", "a mask that is True in the pores"
-                    )
-                image["pore"] = 1
-                image.setdefault("walls", "balls")
-            sides = None if periodic is None else [bool(side) for side in periodic]
-            self._core = _core.space_of_array(array, size_m, sides, core_vessel, geometry, section, image)
+            self._core = _of_array(source, voxel_size_m, vessel, axes, sides, found)
 
     @classmethod
     def _of(cls, core: _core.PoreSpace) -> PoreSpace:
@@ -247,13 +227,61 @@ def surface(packing: Packing, **keys: Any) -> Surface:
     return Surface(made["vertices_m"], made["triangles"], made["largest_deviation_m"], made["volume_m3"], made["area_m2"])
 
 
-def _surface_arrays(source: Any) -> tuple[Any, Any]:
-    """Vertices and triangles, or None twice."""
+_Tables = Dict[str, Dict[str, Any]]
+
+
+def _of_packing(packing: Packing, vessel: Vessel | None, found: _Tables) -> _core.PoreSpace:
+    from porepack import _core
+
+    if vessel is not None:
+        raise UserError("a packing has its own vessel", "PoreSpace()", fix="remove `vessel`")
+    return _core.space_of_packing(packing._core, found["geometry"], found["section"])
+
+
+def _of_surface(vertices: Any, triangles: Any, vessel: Vessel | None, found: _Tables) -> _core.PoreSpace:
+    from porepack import _core
+
+    if vessel is None:
+        raise UserError("a surface needs a vessel", "PoreSpace()", fix='vessel=porepack.Vessel("box", size_m=[...])')
+    return _core.space_of_surface(vertices, triangles, vessel._core, found["geometry"], found["section"])
+
+
+def _of_file(file: Any, voxel_size_m: float | None, vessel: Vessel | None, unit_m: float, found: _Tables) -> _core.PoreSpace:
+    from porepack import _core
+
+    image = found["image"] if voxel_size_m is None else {**found["image"], "voxel_size_m": [voxel_size_m]}
+    core_vessel = None if vessel is None else vessel._core
+    return _core.space_of_file(os.fspath(file), core_vessel, unit_m, found["geometry"], found["section"], image)
+
+
+def _of_array(
+    source: Any, voxel_size_m: float | None, vessel: Vessel | None, axes: str, sides: tuple[bool, ...] | None, found: _Tables
+) -> _core.PoreSpace:
+    from porepack import _core
+
+    image = dict(found["image"])
+    refuse_without_effect(image, "PoreSpace()", ("file", "dims", "type", "byte_order", "header_bytes", "field"))
+    array = checked_array(source, axes, "PoreSpace()")
+    size_m = checked_size(voxel_size_m, "PoreSpace()")
+    if array.dtype == bool and not {"pore", "threshold"} & image.keys():
+        if array.all() or not array.any():
+            what = "all" if array.all() else "nothing"
+            raise UserError(f"{what} of the array is pore", "PoreSpace()", "a mask that is True in the pores")
+        image["pore"] = 1
+        image.setdefault("walls", "balls")
+    core_vessel = None if vessel is None else vessel._core
+    return _core.space_of_array(
+        array, size_m, None if sides is None else list(sides), core_vessel, found["geometry"], found["section"], image
+    )
+
+
+def _surface_arrays(source: Any) -> tuple[Any, Any] | None:
+    """Vertices and triangles of a surface; None: it is none."""
     if isinstance(source, tuple) and len(source) == 2:
         return source
     if hasattr(source, "vertices") and hasattr(source, "faces"):
         return source.vertices, source.faces
-    return None, None
+    return None
 
 
 def checked_array(source: Any, axes: str, where: str) -> NDArray[Any]:

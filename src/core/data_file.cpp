@@ -14,7 +14,7 @@ Path& host_folder() {
     return folder;
 }
 
-// In the source tree the templates are beside the code that uses them.
+// In the source tree, whose path is empty in a package, the templates are beside the code that uses them.
 Path found_in(const Path& root, const Path& name) {
     for (const Path& path : {root / name, root / "src" / "report" / name})
         if (fs::exists(path)) return path;

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/files.hpp"
 #include "record/config.hpp"
 #include "stages/case.hpp"
 
@@ -75,6 +76,8 @@ public:
     ~CommandLine();
     /// The exit code. Throws what the command throws.
     int run(int argc, char** argv);
+    /// man/man1/porepack.1, one page per command, and bash-completion/completions/porepack, below `folder`. The files.
+    [[nodiscard]] std::vector<core::Path> write_manual(const core::Path& folder) const;
 
     /// A command; its action runs after parsing, so that its exceptions reach main.
     Command add(const std::string& name, const std::string& help, const std::string& example, std::function<void()> action);

@@ -1,4 +1,4 @@
-// Further commands: benchmark, picture, keys.
+// Further commands: benchmark, picture, manual, keys.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -92,6 +92,14 @@ void add_tools(CommandLine& line) {
     line.add_input(picture, "an STL file");
     picture.add_flag("--front", *front, "seen along y, without perspective");
     picture.add_option("--walls", *walls, "a surface that is drawn transparent, in metres: of the container");
+    line.add("manual", "man pages of all commands and the completion for bash, below a folder share/",
+             "porepack manual --output ~/.local/share", [&line] {
+                 const Common& common = line.common;
+                 if (common.output.empty())
+                     throw UserError("--output is missing", {.fix = "--output ~/.local/share, where man and bash look"});
+                 if (common.dry_run) return print_result(common, {{"folder", common.output}, {"expected", "seconds"}});
+                 print_result(common, {{"folder", common.output}, {"written_files", line.write_manual(common.output).size()}});
+             });
     line.add_plain("keys", "all keys of case.toml, as a Markdown table", [] { fmt::print("{}", key_reference()); });
 }
 
