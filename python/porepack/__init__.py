@@ -10,6 +10,8 @@ case.toml.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from porepack._case import Study, read_result, run_case
 from porepack._errors import EngineError, Error, MachineError, NumericalError, PorePackWarning, UserError
 from porepack._falling_head import FallingHead, analyse_falling_head, falling_head
@@ -66,3 +68,14 @@ def version() -> str:
     from porepack import _core
 
     return f"{_core.version()} ({_core.git_hash()})"
+
+
+if not TYPE_CHECKING:
+
+    def __getattr__(name: str) -> object:
+        """The compiled part, at first use."""
+        if name != "_core":
+            raise AttributeError(f"module 'porepack' has no attribute {name!r}")
+        from porepack._load import load_core
+
+        return load_core()
