@@ -8,6 +8,7 @@
 
 #include "analysis/gray_parts.hpp"
 #include "analysis/uses.hpp"
+#include "core/communicator.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "core/table.hpp"
@@ -75,6 +76,15 @@ std::string method_of(const LbmConfig& config, const Scheme& scheme) {
                        scheme.walls == Walls::interpolated ? "interpolated walls" : "half-way bounce-back", name_of(config.precision));
 }
 
+// Of all ranks.
+double largest_peak() {
+    const double mine = peak_memory_bytes();
+    double largest = mine;
+    for (const Bytes& of_rank : ranks().gather(std::as_bytes(std::span(&mine, 1))))
+        largest = std::max(largest, list_of<double>(of_rank).front());
+    return largest;
+}
+
 results::Lbm result_of(const LbmResult& result, const PoreSpace& space, const LbmConfig& config) {
     const LbmGridResult& fine = result.fine();
     const Scheme scheme = scheme_of(config, space.has_exact_walls(), {});
@@ -106,7 +116,7 @@ results::Lbm result_of(const LbmResult& result, const PoreSpace& space, const Lb
                        .fine = fine,
                        .grids = result.grids,
                        .subsections = result.subsections,
-                       .peak_memory_bytes = peak_memory_bytes()};
+                       .peak_memory_bytes = largest_peak()};
     if (config.direction == Axis::z)
         found.conductance_m3 =
             result.permeability_m2 * space.container.vessel().mean_area(found.section_m) / (found.section_m.high - found.section_m.low);
@@ -165,7 +175,8 @@ ComputedFlow compute_flow(const PoreSpace& space, const GeometryConfig& geometry
     const double voxel = plan.voxel_size_m;
     const auto& cells = plan.grid.cells;
     const Expectation expected = expect_flow(space, geometry, config);
-    require_memory(expected.memory_bytes, fmt::format("the flow on {} x {} x {} voxels", cells[0], cells[1], cells[2]),
+    const double on_this_machine = static_cast<double>(ranks_here()) / ranks().parts();
+    require_memory(on_this_machine * expected.memory_bytes, fmt::format("the flow on {} x {} x {} voxels", cells[0], cells[1], cells[2]),
                    "use a larger voxel size or a shorter section");
     const LbmRun run{.with_flow = true, .checkpoint = checkpoint};
     LbmResult result;

@@ -112,6 +112,37 @@ const Communicator& no_communicator() {
     return alone;
 }
 
+namespace {
+const Communicator*& all_ranks() {
+    static const Communicator* all = &no_communicator();
+    return all;
+}
+int number_here = 1;
+}  // namespace
+
+const Communicator& ranks() {
+    return *all_ranks();
+}
+
+int ranks_here() {
+    return number_here;
+}
+
+void set_ranks(const Communicator& all, int here) {
+    all_ranks() = &all;
+    number_here = here;
+}
+
+double agreed(const Communicator& parts, double number) {
+    return parts.parts() == 1 ? number : list_of<double>(parts.gather(std::as_bytes(std::span(&number, 1))).front()).front();
+}
+
+double sum_of(const Communicator& parts, double number) {
+    double sum = 0.0;
+    for (const Bytes& of_part : parts.gather(std::as_bytes(std::span(&number, 1)))) sum += list_of<double>(of_part).front();
+    return sum;
+}
+
 void run_parts(int parts, const std::function<void(const Communicator&)>& work) {
     Room room(parts);
     const Context& run = context();

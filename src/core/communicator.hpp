@@ -36,6 +36,18 @@ public:
 /// One part.
 [[nodiscard]] const Communicator& no_communicator();
 
+/// All ranks of this program where it was started as several (src/parallel), else one part.
+[[nodiscard]] const Communicator& ranks();
+/// Of these, on this machine.
+[[nodiscard]] int ranks_here();
+/// Called once, before the work begins; `all` outlives it.
+void set_ranks(const Communicator& all, int here);
+
+/// The number that part 0 gives, for all parts: clocks and free memory differ, and decisions must not.
+[[nodiscard]] double agreed(const Communicator& parts, double number);
+/// Sum over the parts, in their order.
+[[nodiscard]] double sum_of(const Communicator& parts, double number);
+
 /// Calls work(communicator) once for each part, in threads of this process, and rethrows the first error.
 void run_parts(int parts, const std::function<void(const Communicator&)>& work);
 

@@ -1,50 +1,94 @@
 #include "lbm/layered_flow.hpp"
-#include "lbm/uses.hpp"
 
 #include <fmt/format.h>
+
+#include <algorithm>
+
+#include "lbm/uses.hpp"
 
 namespace porepack::lbm {
 namespace {
 
 constexpr double water_viscosity_Pa_s = 1e-3;
 
+// The lists of all slabs, one after the other.
+template <typename T>
+std::vector<T> gathered(const Communicator& slabs, const std::vector<T>& mine) {
+    std::vector<T> all;
+    for (const Bytes& of_slab : slabs.gather(core::bytes_of(mine))) {
+        const std::vector<T> list = list_of<T>(of_slab);
+        all.insert(all.end(), list.begin(), list.end());
+    }
+    return all;
+}
+
 }  // namespace
 
-LayeredFlow layered_flow(PhaseImage&& image, FlowField&& field, const LbmGridResult& result, double force,
+LayeredFlow layered_flow(PhaseImage&& image, FlowField&& field, const Grid& whole, const LbmGridResult& result, double force,
                          double superficial_velocity_m_per_s) {
     const double speed = superficial_velocity_m_per_s / result.run.superficial_velocity_lu;
     const double gradient = water_viscosity_Pa_s * superficial_velocity_m_per_s / result.permeability_m2;
     const double pressure = gradient * result.voxel_size_m / result.run.gradient_lu;
     const auto axis = static_cast<std::size_t>(field.domain.drive.axis);
     const double slope = field.domain.drive.by_pressure() ? force : 0.0;
-    LayeredFlow flow{.grid = image.grid, .notes = std::move(image.notes), .layers = {}};
+    LayeredFlow flow{.grid = whole, .notes = std::move(image.notes), .layers = {}};
     flow.notes["state"] =
         fmt::format("water (1e-3 Pa s) at a superficial velocity of {:g} m/s along {}", superficial_velocity_m_per_s, "xyz"[axis]);
     flow.notes["direction"] = std::string(1, "xyz"[axis]);
     const auto phase = std::make_shared<const std::vector<std::uint8_t>>(std::move(image.phase));
     const auto of_nodes = std::make_shared<const FlowField>(std::move(field));
-    flow.layers = [=, grid = flow.grid](int first, int end) {
-        const std::size_t begin = grid.index(0, 0, first), cells = grid.index(0, 0, end) - begin;
+    // Layers [first, end) of this slab.
+    const auto of_slab = [=, own = image.grid](int first, int end) {
+        const std::size_t begin = own.index(0, 0, first), cells = own.index(0, 0, end) - begin;
         const auto from = phase->begin() + static_cast<std::ptrdiff_t>(begin);
-        FlowImage picture{.grid = grid,
+        FlowImage picture{.grid = own,
                           .velocity_m_per_s = std::vector<float>(3 * cells, 0.0F),
                           .pressure_Pa = std::vector<float>(cells, 0.0F),
                           .phase = {from, from + static_cast<std::ptrdiff_t>(cells)},
                           .notes = {}};
-        picture.grid.origin_m[2] += first * grid.spacing_m[2];
-        picture.grid.cells[2] = end - first;
-        auto node = static_cast<std::size_t>(of_nodes->domain.cells.rank(begin));
+        const Domain& domain = of_nodes->domain;
+        const std::size_t in_field = domain.grid.is_slab() ? own.index(0, 0, own.slab.first - domain.grid.slab.first) : 0;
+        auto node = static_cast<std::size_t>(domain.cells.rank(in_field + begin));
         for (std::size_t cell = 0; cell < cells; ++cell) {
-            if (!of_nodes->domain.cells.contains(begin + cell)) continue;
+            if (!domain.cells.contains(in_field + begin + cell)) continue;
             const auto& moments = of_nodes->moments[node++];
             for (std::size_t a = 0; a < 3; ++a)
                 picture.velocity_m_per_s[3 * cell + a] = static_cast<float>(speed * static_cast<double>(moments[a + 1]));
-            const double to_outlet = grid.cells[axis] - grid.place(begin + cell)[axis] - 0.5;
+            std::array<int, 3> at = own.place(begin + cell);
+            at[2] = own.layer(at[2]);
+            const double to_outlet = own.whole_cells(axis) - at[axis] - 0.5;
             picture.pressure_Pa[cell] = static_cast<float>(pressure * (static_cast<double>(moments[0]) / 3.0 + slope * to_outlet));
         }
         return picture;
     };
+    flow.layers = [of_slab, whole, own = image.grid, slabs = of_nodes->domain.slabs](int first, int end) {
+        const std::array<int, 2> mine{first, end};
+        const auto asked = list_of<int>(slabs->gather(std::as_bytes(std::span(mine))).front());
+        first = asked[0];
+        end = asked[1];
+        if (first < 0) return FlowImage{};
+        const int low = std::clamp(first - own.slab.first, 0, own.cells[2]), high = std::clamp(end - own.slab.first, 0, own.cells[2]);
+        FlowImage picture = of_slab(low, high);
+        if (slabs->parts() > 1) {
+            picture.velocity_m_per_s = gathered(*slabs, picture.velocity_m_per_s);
+            picture.pressure_Pa = gathered(*slabs, picture.pressure_Pa);
+            picture.phase = gathered(*slabs, picture.phase);
+        }
+        picture.grid = whole;
+        picture.grid.origin_m[2] += first * whole.spacing_m[2];
+        picture.grid.cells[2] = end - first;
+        return picture;
+    };
     return flow;
+}
+
+void answer_first_part(const LayeredFlow& flow) {
+    while (!flow.layers(-1, -1).phase.empty()) {
+    }
+}
+
+void end_answers(const LayeredFlow& flow, const Communicator& parts) {
+    if (parts.parts() > 1) (void)flow.layers(-1, -1);
 }
 
 }  // namespace porepack::lbm

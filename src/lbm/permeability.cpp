@@ -79,8 +79,8 @@ long count_grids(const PoreSpace& space, double voxel_size_m, const LbmConfig& c
 // The grids of a run with a tolerance, coarse to fine.
 class Refinement {
 public:
-    Refinement(Sequence& sequence, const PoreSpace& space, double voxel_size_m, const LbmConfig& config)
-        : sequence_(sequence), space_(space), config_(config), coarsest_m_(space.known_grain_diameter_m() / first_nodes()) {
+    Refinement(Sequence& sequence, const PoreSpace& space, double voxel_size_m, const LbmConfig& config, const Communicator& parts)
+        : sequence_(sequence), space_(space), config_(config), parts_(parts), coarsest_m_(space.known_grain_diameter_m() / first_nodes()) {
         if (!std::isfinite(coarsest_m_)) coarsest_m_ = 3.0 * voxel_size_m;
     }
 
@@ -169,12 +169,12 @@ private:
         LbmResult& result = sequence_.result();
         double time_left = Sequence::no_limit;
         if (sequence_.done() >= 3) {
-            if (config_.max_time_s > 0.0) time_left = config_.max_time_s - watch_.seconds();
+            if (config_.max_time_s > 0.0) time_left = config_.max_time_s - agreed(parts_, watch_.seconds());
             const LbmGridResult& last = result.grids.back();
             const double finer = last.voxel_size_m / size;
             const double bytes = bytes_at(size, last);
             const double seconds = last.run.seconds * std::pow(finer, 5.0) + last.set_up_seconds * std::pow(finer, 3.0);
-            if (bytes > available_memory_bytes())
+            if (bytes > free_memory())
                 result.stopped_by = fmt::format("memory: the next grid needs {}", human_bytes(bytes));
             else if (seconds > time_left)
                 result.stopped_by = fmt::format("time: the next grid needs about {}, {} are left", human_time(seconds),
@@ -184,6 +184,9 @@ private:
             result.stopped_by = "time: the limit was reached on the next grid";
     }
 
+    // Of the machine of part 0, or of all if they run on machines of their own.
+    [[nodiscard]] double free_memory() const { return agreed(parts_, available_memory_bytes()); }
+
     // Throats narrower than a voxel may be open on a finer grid, unless the exact grains show that no path exists.
     [[nodiscard]] double after_blocked(double size, const DoesNotPercolate& blocked) {
         if (space_.certainly_blocked(size, choose_drive(space_.container, config_.direction)))
@@ -191,8 +194,7 @@ private:
                                    {.fix = "check the section, and that grains do not overlap"});
         const double next = finer(size);
         const double cells = static_cast<double>(space_.plan_at(next).grid.size());
-        if (lbm_memory_bytes({.cells = cells, .nodes = 0.5 * cells, .bytes_per_number = bytes_of(config_.precision)}) >
-            available_memory_bytes())
+        if (lbm_memory_bytes({.cells = cells, .nodes = 0.5 * cells, .bytes_per_number = bytes_of(config_.precision)}) > free_memory())
             throw blocked;
         log_info("lattice Boltzmann: no path leads through voxels of {:.3g} m; finer voxels are tried", size);
         sequence_.discard_grids();
@@ -202,6 +204,7 @@ private:
     Sequence& sequence_;
     const PoreSpace& space_;
     const LbmConfig& config_;
+    const Communicator& parts_;
     double coarsest_m_;
     Stopwatch watch_;
 };
@@ -335,9 +338,9 @@ LbmResult lbm_permeability(const PoreSpace& given_space, double voxel_size_m, co
     const LbmConfig config = fitted_to(given_space, given);
     const std::vector<double> sizes = grid_sizes(given_space, voxel_size_m, config);
     const PoreSpace space = config.tolerance > 0.0 ? given_space : with_different_grids(given_space, sizes);
-    Sequence sequence(space, config, run.checkpoint);
+    Sequence sequence(space, config, run.parts->parts() == 1 ? run.checkpoint : Path(), *run.parts);
     if (config.tolerance > 0.0)
-        Refinement(sequence, space, voxel_size_m, config).run();
+        Refinement(sequence, space, voxel_size_m, config, *run.parts).run();
     else
         solve_grids(sequence, space, sizes, config);
     sequence.remove_checkpoint();

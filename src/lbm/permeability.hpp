@@ -3,6 +3,7 @@
 
 #include <optional>
 
+#include "core/communicator.hpp"
 #include "core/files.hpp"
 #include "core/interval.hpp"
 #include "lbm/config.hpp"
@@ -49,6 +50,9 @@ struct LbmResult {
 struct LbmRun {
     bool with_flow = false;      ///< keep the flow field of the finest grid, unless the configuration disables it
     core::Path checkpoint = {};  ///< file to resume from and to update during the run; none if empty
+    /// Each part computes a slab of the grids, and all have the result: its k and steps do not depend on their number. Several parts make no
+    /// checkpoint.
+    const core::Communicator* parts = &core::ranks();
 };
 
 /// Driven by a body force along `drive`.

@@ -103,8 +103,8 @@ FlowSection flow_section(const Grid& grid, const Container& container, const Sec
     return flow;
 }
 
-Sequence::Sequence(const PoreSpace& space, const LbmConfig& config, const Path& checkpoint)
-    : space_(space), config_(config), checkpoint_(checkpoint) {
+Sequence::Sequence(const PoreSpace& space, const LbmConfig& config, const Path& checkpoint, const Communicator& parts)
+    : space_(space), config_(config), checkpoint_(checkpoint), parts_(parts) {
     if (checkpoint_.empty() || !std::filesystem::exists(checkpoint_)) return;
     saved_ = read_checkpoint(checkpoint_);
     attempts_ = saved_->attempts;
@@ -152,8 +152,8 @@ void Sequence::discard_grids() {
 
 LayeredFlow Sequence::take_flow() {
     // The voxels were freed when the nodes were known.
-    return layered_flow(space_.voxelise_at(result_.fine().voxel_size_m), std::move(*field_), result_.fine(), force_,
-                        config_.superficial_velocity_m_per_s);
+    const Grid whole = space_.plan_at(result_.fine().voxel_size_m).grid, own = slab(whole, field_->domain.drive.periodic[2]).without_halo();
+    return layered_flow(space_.phases_on(own), std::move(*field_), whole, result_.fine(), force_, config_.superficial_velocity_m_per_s);
 }
 
 Scheme Sequence::scheme_for(double voxel_size_m, const Drive& drive) const {
@@ -194,24 +194,29 @@ bool Sequence::solve(double voxel_size_m, bool coarsest_of_many, double max_seco
 }
 
 bool Sequence::solve_once(double voxel_size_m, bool coarsest_of_many, double max_seconds) {
-    auto [image, space, stretch] = cubic_voxels(space_, voxel_size_m);
+    const Stopwatch set_up;
+    const bool periodic = choose_drive(space_.container, config_.direction).periodic[2];
+    auto [image, space, stretch] = cubic_voxels(space_, voxel_size_m, [&](const Grid& whole) { return slab(whole, periodic); });
     const Drive drive = choose_drive(space.container, config_.direction);
     if (space.ends == Ends::paper) require_paper_ends(drive, image.grid);
-    const Stopwatch set_up;
     size_m_ = image.grid.spacing_m[2];
     grid_watch_ = {};
     const Scheme scheme = scheme_for(voxel_size_m, drive);
     const std::optional<FlowWalls> walls = scheme.walls == Walls::interpolated ? space.walls() : std::nullopt;
     const double radius = space.ends == Ends::paper ? 0.5 * *space.container.tube_diameter() / image.grid.spacing_m[2] : 0.0;
-    Domain domain = build_domain(image, drive, walls ? &*walls : nullptr, radius);
+    Domain domain = build_domain(image, drive, walls ? &*walls : nullptr, radius, parts_);
     const FlowSection section = flow_section(image.grid, space.container, space.section, drive);
     image = {};
+    const double links = sum_of(parts_, static_cast<double>(domain.walls.size())),
+                 narrow_links = sum_of(parts_, domain.narrow_share() * static_cast<double>(domain.walls.size()));
     LbmGridResult grid{.voxel_size_m = domain.grid.spacing_m[2],
-                       .cells = domain.grid.cells,
-                       .nodes = domain.nodes(),
+                       .cells = {domain.grid.cells[0], domain.grid.cells[1], domain.grid.whole_cells(2)},
+                       .nodes = static_cast<std::size_t>(domain.all_nodes),
                        .isolated_cells = domain.isolated_cells,
-                       .wall_links = domain.walls.size(),
-                       .narrow_share = domain.narrow_share(),
+                       .wall_links = static_cast<std::size_t>(links),
+                       .narrow_share = parts_.parts() == 1 ? domain.narrow_share()
+                                       : links > 0.0       ? narrow_links / links
+                                                           : 0.0,
                        .stretch = stretch,
                        .by_pressure = drive.by_pressure()};
     log_info("lattice Boltzmann: {} x {} x {} voxels of {:.4g} m, {} fluid nodes ({} isolated)", grid.cells[0], grid.cells[1],
@@ -219,7 +224,7 @@ bool Sequence::solve_once(double voxel_size_m, bool coarsest_of_many, double max
     Solved solved{.scheme = scheme, .flow = nullptr};
     {
         const std::shared_ptr<const FlowPlan> of_domain = plan(domain);
-        grid.set_up_seconds = set_up.seconds();
+        grid.set_up_seconds = agreed(parts_, set_up.seconds());
         if (!checkpoint_.empty()) identity_ = identity_of(space_, config_, domain);
         domain.forget_links();  // before populations need the memory
         return_freed_memory();
@@ -238,12 +243,13 @@ bool Sequence::solve_flow(Solved& solved, const FlowPlan& plan, const Domain& do
                                          .stop_when_growing = tuned(),
                                          .progress = [this](auto steps, auto share, auto detail) { show_progress(steps, share, detail); }};
     const bool small =
-        static_cast<double>(domain.nodes()) <= nodes_of_search || domain.drive.axis != 2 || !domain.drive.by_pressure() || space_.image();
+        static_cast<double>(domain.all_nodes) <= nodes_of_search || domain.drive.axis != 2 || !domain.drive.by_pressure() || space_.image();
     if (!saved_ && tuned() && search && small) {
         solved = fastest(plan, domain, solved.scheme, section, criterion);
     } else {
         if (!saved_ && tuned() && search) solved.scheme = with_tau(solved.scheme, relaxation_time_of_piece(domain, criterion));
         solved.flow = plan.start(solved.scheme);
+        if (field_) field_ = with_layers_beyond(std::move(*field_), least_layers - 1);
         if (field_ && max_seconds == no_limit) {
             start_from(*solved.flow, domain, solved.scheme, std::move(*field_));
             field_.reset();
@@ -268,12 +274,12 @@ bool Sequence::solve_flow(Solved& solved, const FlowPlan& plan, const Domain& do
 void Sequence::keep(LbmGridResult grid, Solved solved, Domain&& domain, const FlowSection& section) {
     grid.run = std::move(solved.run);
     grid.relaxation_time = solved.scheme.tau;
-    grid.bytes_per_node = solved.flow->bytes() / static_cast<double>(domain.nodes());
+    grid.bytes_per_node = sum_of(parts_, solved.flow->bytes()) / static_cast<double>(domain.all_nodes);
     const double h2 = grid.voxel_size_m * grid.voxel_size_m;
     grid.permeability_m2 = grid.run.permeability_lu * h2;
     grid.permeability_volume_m2 = grid.run.permeability_volume_lu * h2;
     if (space_.computes_whole_bed() && domain.drive.axis == 2) {
-        const double drop = solved.scheme.force[2] * domain.grid.cells[2], length = space_.computed().length() / grid.voxel_size_m;
+        const double drop = solved.scheme.force[2] * domain.grid.whole_cells(2), length = space_.computed().length() / grid.voxel_size_m;
         grid.bed_permeability_m2 = solved.scheme.viscosity_lu() * grid.run.superficial_velocity_lu * length / drop * h2;
     }
     result_.subsections = subsections(grid, domain, solved.scheme, section, space_.section, config_.subsections);
@@ -281,6 +287,11 @@ void Sequence::keep(LbmGridResult grid, Solved solved, Domain&& domain, const Fl
     force_ = solved.scheme.force[static_cast<std::size_t>(domain.drive.axis)];
     field_ = take_field(*solved.flow, std::move(domain), solved.scheme);
     result_.grids.push_back(std::move(grid));
+}
+
+Grid Sequence::slab(const Grid& whole, bool periodic) {
+    if (!cuts_) cuts_.emplace(space_, whole, parts_);
+    return cuts_->slab_of(whole, periodic, parts_);
 }
 
 std::shared_ptr<const FlowPlan> Sequence::plan(const Domain& domain) const {
@@ -321,7 +332,7 @@ StokesRun Sequence::saved_run(Flow& flow) const {
 double Sequence::relaxation_time_of_piece(const Domain& domain, ConvergenceCriterion criterion) const {
     const Section computed = space_.computed();
     const double h = domain.grid.spacing_m[2], middle = 0.5 * (computed.z0_m + computed.z1_m),
-                 layers = std::max(8.0, std::round(domain.grid.cells[2] * nodes_of_search / static_cast<double>(domain.nodes())));
+                 layers = std::max(8.0, std::round(domain.grid.whole_cells(2) * nodes_of_search / static_cast<double>(domain.all_nodes)));
     const PoreSpace part = space_.with_section({middle - 0.5 * layers * h, middle + 0.5 * layers * h}).section_only();
     const auto [image, piece, stretch] = cubic_voxels(part, h);
     const Drive drive = choose_drive(piece.container, config_.direction);

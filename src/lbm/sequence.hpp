@@ -4,6 +4,7 @@
 #include "core/files.hpp"
 #include "core/log.hpp"
 #include "lbm/checkpoint.hpp"
+#include "lbm/slabs.hpp"
 #include "lbm/start.hpp"
 #include "packing/grains.hpp"
 #include "packing/section.hpp"
@@ -22,7 +23,8 @@ public:
     static constexpr double no_limit = 1e300;
 
     /// `space` and `config` must outlive it. Resumes from the file `checkpoint` if it exists, and updates it; none if empty.
-    Sequence(const pore_space::PoreSpace& space, const LbmConfig& config, const core::Path& checkpoint);
+    Sequence(const pore_space::PoreSpace& space, const LbmConfig& config, const core::Path& checkpoint,
+             const core::Communicator& parts = core::no_communicator());
 
     [[nodiscard]] LbmResult& result() { return result_; }
     /// Number of grids started, including omitted ones.
@@ -61,11 +63,15 @@ private:
     void keep(LbmGridResult grid, Solved solved, Domain&& domain, const FlowSection& section);
     [[nodiscard]] StokesRun saved_run(Flow& flow) const;
     StokesRun run(Solved& solved, const Domain& domain, const FlowSection& section, ConvergenceCriterion criterion, StokesRun before);
+    /// The slab of this part, with its halo.
+    [[nodiscard]] geometry::Grid slab(const geometry::Grid& whole, bool periodic);
     void require_paper_ends(const pore_space::Drive& drive, const geometry::Grid& grid) const;
 
     const pore_space::PoreSpace& space_;
     const LbmConfig& config_;
     core::Path checkpoint_;
+    const core::Communicator& parts_;
+    std::optional<SlabCuts> cuts_;   ///< from the first grid on
     std::optional<SavedRun> saved_;  ///< contents of the checkpoint, until the run has resumed from it
     std::string identity_;           ///< of the grid and all settings
     long attempts_ = 0;

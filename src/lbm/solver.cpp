@@ -75,6 +75,7 @@ StokesRun run_to_steady(Flow& flow, const Domain& domain, const Scheme& scheme, 
                         const ConvergenceCriterion& criterion, StokesRun run) {
     const long steps_per_check = criterion.steps_per_check;
     const Stopwatch watch;
+    const auto seconds = [&] { return agreed(*domain.slabs, watch.seconds()); };
     const double seconds_before = run.seconds;
     const long steps_before = run.steps;
     std::optional<Progress> line;
@@ -88,12 +89,12 @@ StokesRun run_to_steady(Flow& flow, const Domain& domain, const Scheme& scheme, 
     constexpr long apart = 2;  // steps between the two states of a check
     double momentum_bound = 0.0;
     run.converged = is_steady(run.history, criterion.tolerance);
-    while (run.steps < criterion.max_steps && !run.converged && watch.seconds() < criterion.max_seconds) {
+    while (run.steps < criterion.max_steps && !run.converged && run.seconds - seconds_before < criterion.max_seconds) {
         const long until = std::min((run.steps / steps_per_check + 1) * steps_per_check, criterion.max_steps + criterion.max_steps % 2);
         for (; run.steps < until - apart && !interrupted(); run.steps += 2) flow.advance_two_steps();
         const Layers before = flow.layers(domain);
         for (; run.steps < until && !interrupted(); run.steps += 2) flow.advance_two_steps();
-        run.seconds = seconds_before + watch.seconds();
+        run.seconds = seconds_before + seconds();
         if (run.steps < until && criterion.checkpoint) criterion.checkpoint(run);
         check_interrupt();
         run.layers = flow.layers(domain);
@@ -115,7 +116,7 @@ StokesRun run_to_steady(Flow& flow, const Domain& domain, const Scheme& scheme, 
         if (!run.converged) balance.correct(flow, run.layers, run.permeability_lu, steps_per_check, run.balance);
         if (!run.converged && criterion.checkpoint) criterion.checkpoint(run);
     }
-    run.seconds = seconds_before + watch.seconds();
+    run.seconds = seconds_before + seconds();
     run.updates_per_second =
         static_cast<double>(run.steps - steps_before) * static_cast<double>(domain.all_nodes) / std::max(1e-9, watch.seconds());
     measure_velocities(flow, domain, section, run);

@@ -1,4 +1,5 @@
 #include "lbm/start.hpp"
+
 #include "lbm/uses.hpp"
 
 #include <algorithm>
@@ -29,7 +30,7 @@ Moments interpolate(const FlowField& coarse, const std::array<double, 3>& place)
 double centre_in(const Domain& coarse, const Domain& fine, int axis, int cell) {
     const auto a = static_cast<std::size_t>(axis);
     const double centre = fine.grid.centre(axis, cell), rounding = 1e-9,
-                 ratio = coarse.grid.cells[a] * coarse.grid.spacing_m[a] / (fine.grid.cells[a] * fine.grid.spacing_m[a]);
+                 ratio = coarse.grid.whole_cells(a) * coarse.grid.spacing_m[a] / (fine.grid.whole_cells(a) * fine.grid.spacing_m[a]);
     return fine.drive.periodic[a] && std::abs(ratio - 1.0) > rounding ? ratio * centre : centre;
 }
 
@@ -37,7 +38,6 @@ constexpr std::size_t block_nodes = std::size_t{1} << 17U;  // what is kept twic
 
 // Nodes [first, end) of the flow.
 void start_block(Flow& flow, const Domain& domain, const Scheme& scheme, const FlowField& coarse, std::size_t first, std::size_t end) {
-    if (domain.grid.is_slab()) throw std::logic_error("a slab cannot start from a coarser grid");
     const double ratio = coarse.domain.grid.spacing_m[0] / domain.grid.spacing_m[0], thicker = scheme.viscosity_lu() / coarse.viscosity_lu;
     const auto axis = static_cast<std::size_t>(domain.drive.axis);
     // A prescribed flow rate is the same in lattice units; the pressure then falls by nu u / k.
@@ -68,6 +68,72 @@ void for_blocks(std::size_t nodes, const Visit& visit) {
 
 }  // namespace
 
+namespace {
+
+// The slab's layer with this number in the whole grid.
+int local_layer(const Grid& slab, int layer) {
+    for (const int local :
+         {layer - slab.slab.first, layer - slab.slab.first + slab.slab.layers, layer - slab.slab.first - slab.slab.layers})
+        if (local >= 0 && local < slab.cells[2]) return local;
+    throw std::logic_error("a slab needs a layer of a coarser grid that it does not hold");
+}
+
+// Some layers of a field for a neighbour: numbers of the cells, from the first of these layers on, and their moments.
+struct FieldLayers {
+    std::vector<std::uint64_t> cells;
+    std::vector<std::array<float, 4>> moments;
+};
+
+FieldLayers layers_of(const FlowField& field, int first, int end) {
+    const Grid& grid = field.domain.grid;
+    const std::size_t begin = grid.index(0, 0, first), behind = grid.index(0, 0, end);
+    FieldLayers found;
+    auto node = static_cast<std::size_t>(field.domain.cells.rank(begin));
+    for (std::size_t cell = begin; cell < behind; ++cell)
+        if (field.domain.cells.contains(cell)) {
+            found.cells.push_back(cell - begin);
+            found.moments.push_back(field.moments[node++]);
+        }
+    return found;
+}
+
+}  // namespace
+
+FlowField with_layers_beyond(FlowField&& field, int layers) {
+    const Domain& own = field.domain;
+    const Grid& grid = own.grid;
+    if (!grid.is_slab() || field.layers_beyond > 0) return std::move(field);
+    const FieldLayers low = layers_of(field, 0, layers), high = layers_of(field, grid.cells[2] - layers, grid.cells[2]);
+    const auto cells = exchange_lists<std::uint64_t>(*own.slabs, {low.cells, high.cells});
+    const auto moments = exchange_lists<std::array<float, 4>>(*own.slabs, {low.moments, high.moments});
+
+    const bool below = grid.slab.first > 0 || own.drive.periodic[2],
+               above = grid.slab.first + grid.cells[2] < grid.slab.layers || own.drive.periodic[2];
+    Grid wider = grid;
+    wider.slab.first -= below ? layers : 0;
+    wider.cells[2] += (below ? layers : 0) + (above ? layers : 0);
+    const std::size_t shift = below ? grid.index(0, 0, layers) : 0, top = shift + grid.size();
+    std::vector<std::uint64_t> words((wider.size() + 63) / 64, 0);
+    std::vector<std::array<float, 4>> all;
+    const auto add = [&](std::size_t cell, const std::array<float, 4>& of_cell) {
+        words[cell / 64] |= std::uint64_t{1} << (cell % 64);
+        all.push_back(of_cell);
+    };
+    if (below)
+        for (std::size_t i = 0; i < cells[0].size(); ++i) add(cells[0][i], moments[0][i]);
+    std::size_t node = 0;
+    own.cells.for_each([&](std::size_t cell) { add(shift + cell, field.moments[node++]); });
+    if (above)
+        for (std::size_t i = 0; i < cells[1].size(); ++i) add(top + cells[1][i], moments[1][i]);
+
+    FlowField found{.domain = {.grid = wider, .drive = own.drive, .cells = CellSet(wider, std::move(words)), .slabs = own.slabs},
+                    .viscosity_lu = field.viscosity_lu,
+                    .moments = core::Pages<std::array<float, 4>>(all.size()),
+                    .layers_beyond = layers};
+    for (std::size_t i = 0; i < all.size(); ++i) found.moments[i] = all[i];
+    return found;
+}
+
 NodesAround nodes_around(const Domain& domain, const std::array<double, 3>& place) {
     const Grid& grid = domain.grid;
     std::array<int, 3> base{};
@@ -83,7 +149,7 @@ NodesAround nodes_around(const Domain& domain, const std::array<double, 3>& plac
         std::array<int, 3> at{};
         bool inside = true;
         for (std::size_t a = 0; a < 3; ++a) {
-            const int far = static_cast<int>(corner >> a & 1U), n = grid.cells[a];
+            const int far = static_cast<int>(corner >> a & 1U), n = grid.whole_cells(a);
             around.weight[corner] *= far != 0 ? part[a] : 1.0 - part[a];
             at[a] = base[a] + far;
             if (domain.drive.periodic[a])
@@ -93,13 +159,13 @@ NodesAround nodes_around(const Domain& domain, const std::array<double, 3>& plac
             else
                 inside = inside && at[a] >= 0 && at[a] < n;
         }
+        if (inside && grid.is_slab()) at[2] = local_layer(grid, at[2]);
         around.node[corner] = inside ? domain.node_at(at) : -1;
     }
     return around;
 }
 
 FlowField take_field(Flow& flow, Domain&& domain, const Scheme& scheme) {
-    if (domain.grid.is_slab()) throw std::logic_error("a flow field is of a whole grid");
     FlowField field{.domain = std::move(domain), .viscosity_lu = scheme.viscosity_lu(), .moments = {}};
     field.domain.forget_links();
     field.moments = core::Pages<std::array<float, 4>>(field.domain.nodes());
@@ -127,6 +193,7 @@ void start_from(Flow& flow, const Domain& domain, const Scheme& scheme, const Fl
 void start_from(Flow& flow, const Domain& domain, const Scheme& scheme, FlowField&& given) {
     FlowField coarse = std::move(given);
     const Grid& grid = coarse.domain.grid;
+    if (grid.is_slab()) return start_block(flow, domain, scheme, coarse, 0, domain.nodes());
     const auto first_node = [&](int layer) {
         return static_cast<std::size_t>(coarse.domain.cells.rank(grid.index(0, 0, std::clamp(layer, 0, grid.cells[2] - 1))));
     };

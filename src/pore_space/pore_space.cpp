@@ -114,8 +114,9 @@ PoreSpace PoreSpace::stretched(const Stretch& stretch) const {
     return space;
 }
 
-CubicVoxels cubic_voxels(const PoreSpace& space, double voxel_size_m) {
-    CubicVoxels voxels{.image = space.voxelise_at(voxel_size_m), .space = space};
+CubicVoxels cubic_voxels(const PoreSpace& space, double voxel_size_m, const std::function<Grid(const Grid&)>& part) {
+    const Grid whole = space.plan_at(voxel_size_m).grid;
+    CubicVoxels voxels{.image = space.phases_on(part ? part(whole) : whole), .space = space};
     if (space.image()) return voxels;
     voxels.stretch = stretch_to_cubes(voxels.image.grid);
     if (!voxels.stretch) return voxels;

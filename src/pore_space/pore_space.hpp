@@ -1,6 +1,7 @@
 // The pore space that the solvers use, from exact grains, a closed surface, or an image.
 #pragma once
 
+#include <functional>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -106,8 +107,9 @@ struct CubicVoxels {
     PoreSpace space;                      ///< that the image shows
     std::optional<Stretch> stretch = {};  ///< of the pore space that was given; none where its voxels are cubes
 };
-/// About this voxel size; an image has its own. Throws UserError as plan_voxels.
-[[nodiscard]] CubicVoxels cubic_voxels(const PoreSpace& space, double voxel_size_m);
+/// About this voxel size; an image has its own. `part` gives the slab of the whole grid that is wanted. Throws UserError as plan_voxels.
+[[nodiscard]] CubicVoxels cubic_voxels(const PoreSpace& space, double voxel_size_m,
+                                       const std::function<geometry::Grid(const geometry::Grid&)>& part = {});
 
 /// Exact grains; the section is the whole bed. Throws UserError when the packing is empty.
 [[nodiscard]] PoreSpace pore_space_of(packing::Packing packing);

@@ -2,9 +2,11 @@
 #include <filesystem>
 
 #include "analysis/flow.hpp"
+#include "core/communicator.hpp"
 #include "core/log.hpp"
 #include "io/image.hpp"
 #include "lbm/checkpoint.hpp"
+#include "lbm/layered_flow.hpp"
 #include "stages/case_space.hpp"
 #include "stages/stages.hpp"
 #include "stages/uses.hpp"
@@ -16,7 +18,9 @@ results::Lbm run_lbm(const PoreSpace& space, const GeometryConfig& geometry, con
                      const Path& checkpoint) {
     ComputedFlow flow = compute_flow(space, geometry, config, checkpoint);
     results::Lbm result = written(std::move(flow.outcome), folder);
-    if (config.fields != FieldFiles::none) io::write_flow_image(folder / "flow.vti", flow.field);
+    if (config.fields == FieldFiles::none) return result;
+    io::write_flow_image(folder / "flow.vti", flow.field);
+    lbm::end_answers(flow.field, core::ranks());
     return result;
 }
 

@@ -3,6 +3,7 @@
 
 #include "core/communicator.hpp"
 #include "lbm/kernels/cpu/addresses.hpp"
+#include "lbm/layered_flow.hpp"
 #include "lbm/layers.hpp"
 #include "lbm/sequence.hpp"
 #include "lbm/solver.hpp"
@@ -202,6 +203,77 @@ TEST(Slabs, GiveTheBitsOfTheWholeGrid) {
         }
     EXPECT_GT(isolated_cells, 0);
     EXPECT_GT(closed_links, 0);
+}
+
+// Grids from coarse to fine, each started from the one before, the search for the best relaxation time, and the flow field.
+struct Sequenced {
+    LbmResult result;
+    FlowImage flow;
+};
+
+Sequenced sequence_of(const PoreSpace& space, double voxel_size_m, const LbmConfig& config, const Communicator& slabs) {
+    Sequenced found{.result = lbm_permeability(space, voxel_size_m, config, {.with_flow = true, .parts = &slabs}), .flow = {}};
+    if (slabs.part() == 0) {
+        found.flow = found.result.flow.whole();
+        end_answers(found.result.flow, slabs);
+    } else {
+        answer_first_part(found.result.flow);
+    }
+    return found;
+}
+
+struct SequencedScene {
+    std::string name;
+    PoreSpace space;
+    double voxel_size_m;
+    LbmConfig config;
+};
+
+TEST(Slabs, GiveThePermeabilityOfAllGrids) {
+    const PoreSpace bed = pore_space_of(random_bed("cylinder:1,2", 30, 0.1)),
+                    box = pore_space_of(random_bed("box:1,1,1:periodic", 20, 0.1));
+    LbmConfig three, along_x, to_tolerance;
+    along_x.direction = Axis::x;
+    to_tolerance.tolerance = 0.2;
+    const std::vector<SequencedScene> list = {{"planes", bed.with_section({0.3, 1.7}), 0.05, three},
+                                              {"in situ", bed.with_section({0.7, 1.3}).with_ends(Ends::in_situ, 0.3), 0.05, three},
+                                              {"periodic along z", box, 0.045, three},
+                                              {"periodic along x", box, 0.045, along_x},
+                                              {"to a tolerance", bed.with_section({0.4, 1.6}), 0.0, to_tolerance}};
+    for (const auto& [name, space, voxel_size_m, config] : list) {
+        const Sequenced whole = sequence_of(space, voxel_size_m, config, no_communicator());
+        EXPECT_GE(whole.result.grids.size(), 3U) << name;
+        for (const int parts : name == "planes" ? std::vector{2, 3} : std::vector{2}) {
+            std::vector<Sequenced> of_parts(static_cast<std::size_t>(parts));
+            run_parts(parts, [&](const Communicator& slabs) {
+                of_parts[static_cast<std::size_t>(slabs.part())] = sequence_of(space, voxel_size_m, config, slabs);
+            });
+            const std::string where = name + ", slabs: " + std::to_string(parts);
+            for (const auto& [result, flow] : of_parts) {
+                EXPECT_EQ(result.permeability_m2, whole.result.permeability_m2) << where;
+                EXPECT_EQ(result.half_width->sum(), whole.result.half_width->sum()) << where;
+                ASSERT_EQ(result.grids.size(), whole.result.grids.size()) << where;
+                for (std::size_t grid = 0; grid < result.grids.size(); ++grid) {
+                    EXPECT_EQ(result.grids[grid].run.steps, whole.result.grids[grid].run.steps) << where;
+                    EXPECT_EQ(result.grids[grid].permeability_m2, whole.result.grids[grid].permeability_m2) << where;
+                    EXPECT_EQ(result.grids[grid].nodes, whole.result.grids[grid].nodes) << where;
+                    EXPECT_EQ(result.grids[grid].wall_links, whole.result.grids[grid].wall_links) << where;
+                    EXPECT_EQ(result.grids[grid].cells, whole.result.grids[grid].cells) << where;
+                }
+            }
+            EXPECT_TRUE(of_parts[0].flow.velocity_m_per_s == whole.flow.velocity_m_per_s) << where;
+            EXPECT_TRUE(of_parts[0].flow.pressure_Pa == whole.flow.pressure_Pa) << where;
+            EXPECT_TRUE(of_parts[0].flow.phase == whole.flow.phase) << where;
+        }
+    }
+}
+
+TEST(Slabs, AreNotThinnerThanWhatTheyExchange) {
+    const PoreSpace bed = pore_space_of(random_bed("cylinder:1,2", 30, 0.1)).with_section({0.4, 1.6});
+    const auto solve_on_twelve = [&] {
+        run_parts(12, [&](const Communicator& slabs) { (void)lbm_permeability(bed, 0.1, {}, {.parts = &slabs}); });
+    };
+    EXPECT_THROW(solve_on_twelve(), UserError);
 }
 
 TEST(Slabs, NeedTheCommunicatorOfAll) {

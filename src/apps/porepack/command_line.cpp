@@ -13,6 +13,7 @@
 
 #include "apps/porepack/uses.hpp"
 #include "core/build.hpp"
+#include "core/communicator.hpp"
 #include "core/error.hpp"
 #include "core/escape.hpp"
 #include "core/json.hpp"
@@ -206,6 +207,9 @@ int CommandLine::run(int argc, char** argv) {
     }
     require_finite_numbers(app, of_tables_);
     set_thread_count(common.threads);
+    if (ranks().parts() > 1 && command_path() != "lbm ")
+        throw UserError(fmt::format("porepack {}was started {} times by mpirun or srun", command_path(), ranks().parts()),
+                        {.allowed = "several ranks for porepack lbm", .fix = "start it once"});
     try {
         if (app.get_subcommands().empty()) fmt::print("{}", app.help());
         if (action_) action_();

@@ -61,6 +61,7 @@ struct Common {
     bool dry_run = false;
     bool verbose = false;
     int threads = 0;
+    long ranks = 0;  ///< processes of MPI that compute one flow; 0: those that a launcher has started, or one
     std::string output;
     std::string container;
     double unit_m = 1.0;

@@ -1,25 +1,35 @@
 // The program `porepack`.
 #include <fmt/format.h>
 
+#include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <new>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
+#include <thread>
 
 #include "apps/porepack/command_line.hpp"
+#include "core/communicator.hpp"
 #include "core/error.hpp"
 #include "core/escape.hpp"
 #include "core/interrupt.hpp"
 #include "core/json.hpp"
 #include "core/machine.hpp"
 #include "core/passive_waiting.hpp"
+#include "parallel/mpi_ranks.hpp"
 
 namespace {
 
 int report(const std::string& message, porepack::core::ExitCode code) {
-    const std::string line = fmt::format("error: {}\n", porepack::core::for_terminal(message));
+    const int rank = porepack::core::ranks().part();
+    // What all ranks meet is told by the first, which ends the others.
+    if (rank > 0) std::this_thread::sleep_for(std::chrono::seconds(2));
+    const std::string where = rank > 0 ? fmt::format("rank {}: ", rank) : "";
+    const std::string line = fmt::format("error: {}{}\n", where, porepack::core::for_terminal(message));
     (void)std::fwrite(line.data(), 1, line.size(), stderr);  // a log that cannot be written is not an error
+    porepack::parallel::end_all(static_cast<int>(code));
     return static_cast<int>(code);
 }
 
@@ -31,7 +41,9 @@ int main(int argc, char** argv) {
     porepack::core::wait_passively(argv);
     porepack::core::return_large_blocks();
     porepack::core::install_signal_handlers();
+    std::optional<porepack::parallel::MpiRanks> ranks;  // outlives what is caught below: ending MPI waits for all ranks
     try {
+        ranks.emplace();
         porepack::core::require_stack();
         return porepack::apps::CommandLine().run(argc, argv);
     } catch (const porepack::core::Error& error) {

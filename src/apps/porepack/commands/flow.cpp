@@ -1,18 +1,56 @@
 // Commands that compute permeabilities: lbm, foam, forchheimer.
+#include <fmt/format.h>
+
+#include <optional>
+
 #include "analysis/flow.hpp"
 #include "analysis/foam.hpp"
 #include "analysis/inertia.hpp"
 #include "apps/porepack/run.hpp"
 #include "apps/porepack/uses.hpp"
+#include "core/communicator.hpp"
+#include "core/context.hpp"
+#include "core/error.hpp"
 #include "core/json.hpp"
+#include "lbm/domain.hpp"
+#include "lbm/layered_flow.hpp"
+#include "parallel/mpi_ranks.hpp"
 #include "record/resolved_config.hpp"
 #include "stages/work.hpp"
 
 namespace porepack::apps {
 namespace {
 
-void run_lbm_command(const Common& common) {
-    if (is_case(common.input)) return run_in_case(common, "lbm", "lbm");
+// This process becomes one of several, or is one.
+void require_ranks(const CommandLine& line) {
+    const Common& common = line.common;
+    const int started = ranks().parts();
+    if (common.ranks == 0 || common.ranks == started || common.dry_run) return;
+    if (started > 1)
+        throw UserError(fmt::format("--ranks {}, and the launcher has started {}", common.ranks, started), {.fix = "leave out --ranks"});
+    parallel::start_ranks(static_cast<int>(common.ranks), line.arguments);
+}
+
+// Memory of the largest slab, about.
+Expectation of_one_rank(Expectation expected, long ranks) {
+    if (ranks < 2) return expected;
+    expected.memory_bytes = lbm::program_bytes + (expected.memory_bytes - lbm::program_bytes) / static_cast<double>(ranks);
+    expected.text += fmt::format("; {} ranks, memory of each", ranks);
+    return expected;
+}
+
+void run_lbm_command(const CommandLine& line) {
+    const Common& common = line.common;
+    if (is_case(common.input)) {
+        if (common.ranks > 1 || ranks().parts() > 1)
+            throw UserError("a case runs in one process",
+                            {.where = "--ranks", .fix = "give its packing.json: porepack lbm packing.json --ranks 2"});
+        return run_in_case(common, "lbm", "lbm");
+    }
+    require_ranks(line);
+    const Context silent{.log = [](auto, auto) {}, .progress = [](auto, auto, auto, auto) {}};
+    std::optional<ContextScope> scope;
+    if (ranks().part() > 0) scope.emplace(silent);
     const auto geometry = config_of<GeometryConfig>(common.flags);
     const auto section = config_of<SectionConfig>(common.flags);
     const auto config = config_of<LbmConfig>(common.flags);
@@ -27,7 +65,12 @@ void run_lbm_command(const Common& common) {
                                   return run_lbm(space, geometry, config, folder,
                                                  space.image() ? Path() : target_folder(common) / "lbm.checkpoint");
                               },
-                          .expect = [&](const PoreSpace& space) { return expect_flow(space, geometry, config); }});
+                          .expect = [&](const PoreSpace& space) { return of_one_rank(expect_flow(space, geometry, config), common.ranks); },
+                          .of_other_ranks =
+                              [&](const PoreSpace& space) {
+                                  const ComputedFlow flow = compute_flow(space, geometry, config);
+                                  if (config.fields != FieldFiles::none) lbm::answer_first_part(flow.field);
+                              }});
 }
 
 void run_foam_command(const Common& common) {
@@ -74,7 +117,12 @@ void run_forchheimer_command(const Common& common) {
 
 void add_lbm_command(CommandLine& line) {
     auto lbm = line.add("lbm", "permeability by lattice Boltzmann", "porepack lbm packing.json --voxel-size 2e-4 --direction z",
-                        [&line] { run_lbm_command(line.common); });
+                        [&line] { run_lbm_command(line); });
+    lbm.add_option(
+           "--ranks", line.common.ranks,
+           "processes of MPI, each with a slab of the voxels (docs/cluster.md); default: those that mpirun or srun has started, or one")
+        .type_name("1 to 10000")
+        .range(1L, 10000L);
     line.add_input(lbm, "a case, packing.json[.gz], an STL file or pore.vti");
     line.add_keys(lbm, "geometry", {"surface_deviation_m", "contact_gap_m", "slice_spacing_m", "slice_pixel_m"});
     line.add_keys(lbm, "section");

@@ -1,0 +1,84 @@
+#include "lbm/slabs.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "core/error.hpp"
+#include "lbm/uses.hpp"
+#include "pore_space/pore_space.hpp"
+
+namespace porepack::lbm {
+namespace {
+
+int cut_of(double height, int layers) {
+    return static_cast<int>(std::lround(height * layers));
+}
+
+// The same box with voxels about three times as large.
+Grid coarser(Grid grid) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const int cells = std::max(1, (grid.cells[axis] + 1) / 3);
+        grid.spacing_m[axis] *= static_cast<double>(grid.cells[axis]) / cells;
+        grid.cells[axis] = cells;
+    }
+    return grid;
+}
+
+// Of each layer, counted by the part to which an equal share of the layers belongs.
+std::vector<double> pore_cells_of_layers(const PoreSpace& space, const Grid& whole, const Communicator& parts) {
+    const int layers = whole.cells[2], first = cut_of(static_cast<double>(parts.part()) / parts.parts(), layers),
+              end = cut_of(static_cast<double>(parts.part() + 1) / parts.parts(), layers);
+    std::vector<double> mine;
+    if (end > first) {
+        const PhaseImage image = space.phases_on(whole.slab_of(first, end, false).without_halo());
+        const std::size_t area = image.grid.index(0, 0, 1);
+        for (std::size_t cell = 0; cell < image.phase.size(); cell += area)
+            mine.push_back(static_cast<double>(std::count_if(image.phase.begin() + static_cast<std::ptrdiff_t>(cell),
+                                                             image.phase.begin() + static_cast<std::ptrdiff_t>(cell + area),
+                                                             [](std::uint8_t phase) { return phase == Phase::pore; })));
+    }
+    std::vector<double> all;
+    for (const Bytes& of_part : parts.gather(core::bytes_of(mine)))
+        for (const double count : list_of<double>(of_part)) all.push_back(count);
+    return all;
+}
+
+}  // namespace
+
+SlabCuts::SlabCuts(const PoreSpace& space, const Grid& grid, const Communicator& parts) {
+    const int number = parts.parts();
+    if (number == 1) return;
+    if (number * least_layers > grid.cells[2])
+        throw UserError(fmt::format("{} ranks are too many: the coarsest grid has {} layers of voxels", number, grid.cells[2]),
+                        {.where = "--ranks", .allowed = fmt::format("up to {}", std::max(1, grid.cells[2] / least_layers))});
+    const std::vector<double> pores = pore_cells_of_layers(space, space.image() ? grid : coarser(grid), parts);
+    const double total = std::accumulate(pores.begin(), pores.end(), 0.0), thinnest = (least_layers + 0.01) / grid.cells[2];
+    heights_.assign(1, 0.0);
+    double below = 0.0;
+    std::size_t layer = 0;
+    for (int part = 1; part < number; ++part) {
+        const double wanted = total * part / number;
+        while (layer < pores.size() && below + pores[layer] < wanted) below += pores[layer++];
+        const double share = layer < pores.size() && pores[layer] > 0.0 ? (wanted - below) / pores[layer] : 0.0;
+        heights_.push_back((static_cast<double>(layer) + share) / static_cast<double>(pores.size()));
+    }
+    heights_.push_back(1.0);
+    // Thick enough, from below and then from above; where all are as thin as possible, equal ones.
+    const auto count = heights_.size() - 1;
+    if (thinnest * number > 1.0) {
+        for (std::size_t cut = 0; cut <= count; ++cut) heights_[cut] = static_cast<double>(cut) / number;
+        return;
+    }
+    for (std::size_t cut = 1; cut < count; ++cut) heights_[cut] = std::max(heights_[cut], heights_[cut - 1] + thinnest);
+    for (std::size_t cut = count - 1; cut > 0; --cut) heights_[cut] = std::min(heights_[cut], heights_[cut + 1] - thinnest);
+}
+
+Grid SlabCuts::slab_of(const Grid& whole, bool periodic, const Communicator& parts) const {
+    const auto part = static_cast<std::size_t>(parts.part());
+    return whole.slab_of(cut_of(heights_[part], whole.cells[2]), cut_of(heights_[part + 1], whole.cells[2]), periodic);
+}
+
+}  // namespace porepack::lbm

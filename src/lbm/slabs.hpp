@@ -1,0 +1,34 @@
+// Where a grid is cut into slabs of about equal numbers of fluid nodes, one for each part of the computation.
+#pragma once
+
+#include <vector>
+
+#include "core/communicator.hpp"
+#include "geometry/grid.hpp"
+
+namespace porepack::pore_space {
+class PoreSpace;
+}
+
+namespace porepack::lbm {
+
+/// A slab has at least so many layers: it exchanges as many with its neighbours when a finer grid starts from this one.
+inline constexpr int least_layers = 4;
+
+/// Cuts at the same heights on every grid of a sequence, so that the slabs of a grid lie in those of the next coarser one, but for a layer.
+class SlabCuts {
+public:
+    /// One slab.
+    SlabCuts() = default;
+    /// The fluid is counted on voxels three times as large as those of `grid`, the coarsest, by all parts together. UserError where the
+    /// grid has too few layers for so many parts.
+    SlabCuts(const pore_space::PoreSpace& space, const geometry::Grid& grid, const core::Communicator& parts);
+
+    /// The slab of this part, with its halo; the whole grid of one part.
+    [[nodiscard]] geometry::Grid slab_of(const geometry::Grid& whole, bool periodic, const core::Communicator& parts) const;
+
+private:
+    std::vector<double> heights_ = {0.0, 1.0};  ///< of the cuts, as fractions of the grid's height: parts + 1
+};
+
+}  // namespace porepack::lbm
