@@ -1,9 +1,10 @@
 """k of voxelised packings by the walls around the largest balls, and by half-way walls, against k with the exact walls.
 
-Usage: PYTHONPATH=build/python /usr/bin/python3 benchmarks/walls_of_masks.py FIRST_SEED COUNT
+Usage: PYTHONPATH=build/python /usr/bin/python3 benchmarks/walls_of_masks.py FIRST_SEED COUNT [--turned]
 
 One line per seed: spheres, rods, tetrapods or dolosse of 10 mm thickness at random places and turns, overlapping, or an array of spheres
-whose lattice is shifted at random; 7 to 19 voxels per thickness; in a periodic box.
+whose lattice is shifted at random; 7 to 19 voxels per thickness; in a periodic box. With --turned: arrays of spheres that are turned and
+shifted at random, cut by a box with walls, 10 or 20 voxels per diameter.
 """
 
 import sys
@@ -73,15 +74,36 @@ def scene(seed):
     return boolean_model(dolos, int(random.integers(6, 16) * volume) + 1, side_m, seed), "dolos", voxels
 
 
-def compare(seed):
-    packing, name, voxels = scene(seed)
+def turned_array(seed):
+    """The same of an array whose axes are not those of the voxels; the box is a whole number of voxels."""
+    random = numpy.random.default_rng(seed)
+    name, voxels = ("sc", "bcc", "fcc")[random.integers(0, 3)], (10, 20)[random.integers(0, 2)]
+    cell_m = THICKNESS_M * {"sc": random.uniform(1.0, 1.3), "bcc": random.uniform(1.155, 1.5), "fcc": random.uniform(1.44, 1.8)}[name]
+    side_m = THICKNESS_M / voxels * round(voxels * random.uniform(3.0, 4.0))
+    reach = range(-5, 6)
+    places = cell_m * numpy.array([numpy.array(place) + [i, j, k] for place in CELLS[name] for i in reach for j in reach for k in reach])
+    turn, _ = numpy.linalg.qr(random.normal(size=(3, 3)))
+    places = places @ turn + side_m * random.random(3)
+    inside = ((places > -0.5 * THICKNESS_M) & (places < side_m + 0.5 * THICKNESS_M)).all(axis=1)
+    box = porepack.Vessel("box", size_m=[side_m] * 3)
+    return (
+        porepack.Packing(porepack.Shape("sphere", diameter_m=THICKNESS_M), box, places[inside], overlap_allowed=True),
+        f"turned {name}",
+        voxels,
+    )
+
+
+def compare(seed, turned):
+    packing, name, voxels = turned_array(seed) if turned else scene(seed)
     side_m = packing.vessel.height_m
-    phases = porepack.PoreSpace(packing).voxels(side_m / round(side_m / THICKNESS_M * voxels))
+    whole = {"section_m": [0.0, side_m], "ends": "planes"} if turned else {}
+    space = porepack.PoreSpace(packing, **whole)
+    phases = space.voxels(side_m / round(side_m / THICKNESS_M * voxels))
     mask, size_m = phases == 1, side_m / phases.shape[2]
-    exact = porepack.permeability(porepack.PoreSpace(packing), THICKNESS_M / 14).value_m2
+    exact = porepack.permeability(space, THICKNESS_M / 14).value_m2
 
     def flow(walls):
-        return porepack.permeability(porepack.PoreSpace(mask, size_m, periodic=[True] * 3, walls=walls))
+        return porepack.permeability(porepack.PoreSpace(mask, size_m, periodic=[not turned] * 3, walls=walls))
 
     balls, half_way = flow("balls"), flow("half_way")
     low, high = balls.interval_m2 or (float("nan"), float("nan"))
@@ -98,4 +120,4 @@ if __name__ == "__main__":
     warnings.simplefilter("ignore")
     first, count = int(sys.argv[1]), int(sys.argv[2])
     for number in range(first, first + count):
-        compare(number)
+        compare(number, "--turned" in sys.argv)

@@ -9,6 +9,7 @@
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "lbm/sequence.hpp"
+#include "lbm/slabs.hpp"
 #include "lbm/uses.hpp"
 #include "packing/packing.hpp"
 #include "pore_space/percolation.hpp"
@@ -76,11 +77,27 @@ long count_grids(const PoreSpace& space, double voxel_size_m, const LbmConfig& c
     return grids;
 }
 
+// With a time limit the first three grids are so coarse that they take about half of it; they are always finished, so that there is
+// an interval. About 500 steps, and 2e7 nodes per second, on the coarsest; twice the nodes per diameter need 16 times the time.
+double first_nodes(const PoreSpace& space, const LbmConfig& config) {
+    const double diameter = space.known_grain_diameter_m();
+    if (config.max_time_s <= 0.0 || !std::isfinite(diameter)) return first_nodes_per_grain;
+    const Section part = space.container.periodic()[2] ? space.section : space.computed();
+    const double cells =
+        space.container.vessel().mean_area(part.interval()) * part.length() / std::pow(diameter / first_nodes_per_grain, 3.0);
+    const double three_grids = 21.0 * cells * 0.5 * 500.0 / 2e7;
+    return std::clamp(first_nodes_per_grain * std::pow(0.5 * config.max_time_s / three_grids, 0.25), 2.0, first_nodes_per_grain);
+}
+
 // The grids of a run with a tolerance, coarse to fine.
 class Refinement {
 public:
     Refinement(Sequence& sequence, const PoreSpace& space, double voxel_size_m, const LbmConfig& config, const Communicator& parts)
-        : sequence_(sequence), space_(space), config_(config), parts_(parts), coarsest_m_(space.known_grain_diameter_m() / first_nodes()) {
+        : sequence_(sequence),
+          space_(space),
+          config_(config),
+          parts_(parts),
+          coarsest_m_(space.known_grain_diameter_m() / first_nodes(space, config)) {
         if (!std::isfinite(coarsest_m_)) coarsest_m_ = 3.0 * voxel_size_m;
     }
 
@@ -111,18 +128,6 @@ public:
     }
 
 private:
-    // With a time limit the first three grids are so coarse that they take about half of it; they are always finished, so that there is
-    // an interval. About 500 steps, and 2e7 nodes per second, on the coarsest; twice the nodes per diameter need 16 times the time.
-    [[nodiscard]] double first_nodes() const {
-        const double diameter = space_.known_grain_diameter_m();
-        if (config_.max_time_s <= 0.0 || !std::isfinite(diameter)) return first_nodes_per_grain;
-        const Section part = space_.container.periodic()[2] ? space_.section : space_.computed();
-        const double cells =
-            space_.container.vessel().mean_area(part.interval()) * part.length() / std::pow(diameter / first_nodes_per_grain, 3.0);
-        const double three_grids = 21.0 * cells * 0.5 * 500.0 / 2e7;
-        return std::clamp(first_nodes_per_grain * std::pow(0.5 * config_.max_time_s / three_grids, 0.25), 2.0, first_nodes_per_grain);
-    }
-
     // This grid and those that at least follow: three are needed for an interval.
     void announce(double size) {
         std::vector<double> sizes;
@@ -184,8 +189,8 @@ private:
             result.stopped_by = "time: the limit was reached on the next grid";
     }
 
-    // Of the machine of part 0, or of all if they run on machines of their own.
-    [[nodiscard]] double free_memory() const { return agreed(parts_, available_memory_bytes()); }
+    // Of all machines.
+    [[nodiscard]] double free_memory() const { return sum_of(parts_, available_memory_bytes() / ranks_here()); }
 
     // Throats narrower than a voxel may be open on a finer grid, unless the exact grains show that no path exists.
     [[nodiscard]] double after_blocked(double size, const DoesNotPercolate& blocked) {
@@ -346,6 +351,16 @@ LbmResult lbm_permeability(const PoreSpace& given_space, double voxel_size_m, co
     sequence.remove_checkpoint();
     if (run.with_flow && config.fields != FieldFiles::none) sequence.result().flow = sequence.take_flow();
     return std::move(sequence.result());
+}
+
+long most_parts(const PoreSpace& space, double voxel_size_m, const LbmConfig& given) {
+    const LbmConfig config = fitted_to(space, given);
+    double coarsest = grid_sizes(space, voxel_size_m, config).front();
+    if (config.tolerance > 0.0) {
+        coarsest = space.known_grain_diameter_m() / first_nodes(space, config);
+        if (!std::isfinite(coarsest)) coarsest = 3.0 * voxel_size_m;
+    }
+    return most_parts(space.plan_at(coarsest).grid.cells[2]);
 }
 
 TensorResult lbm_tensor(const PoreSpace& space, double voxel_size_m, const LbmConfig& config, const LbmRun& run) {

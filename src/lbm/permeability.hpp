@@ -88,6 +88,9 @@ struct GridErrorConstants {
 [[nodiscard]] LbmResult lbm_permeability(const pore_space::PoreSpace& space, double voxel_size_m, const LbmConfig& config,
                                          const LbmRun& run = {});
 
+/// Number of parts into which all grids of lbm_permeability() can be cut.
+[[nodiscard]] long most_parts(const pore_space::PoreSpace& space, double voxel_size_m, const LbmConfig& config);
+
 /// The whole tensor of a box that is periodic in x, y and z: column j is the flow that a gradient along j drives. Each by
 /// lbm_permeability; `runs` holds the three results.
 struct TensorResult {

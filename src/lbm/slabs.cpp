@@ -48,12 +48,15 @@ std::vector<double> pore_cells_of_layers(const PoreSpace& space, const Grid& who
 
 }  // namespace
 
+UserError too_many_parts(long parts, long most) {
+    return UserError(fmt::format("{} ranks are too many: a rank needs {} layers of voxels of the coarsest grid", parts, least_layers),
+                     {.where = "--ranks", .allowed = fmt::format("up to {}", most)});
+}
+
 SlabCuts::SlabCuts(const PoreSpace& space, const Grid& grid, const Communicator& parts) {
     const int number = parts.parts();
     if (number == 1) return;
-    if (number * least_layers > grid.cells[2])
-        throw UserError(fmt::format("{} ranks are too many: the coarsest grid has {} layers of voxels", number, grid.cells[2]),
-                        {.where = "--ranks", .allowed = fmt::format("up to {}", std::max(1, grid.cells[2] / least_layers))});
+    if (number > most_parts(grid.cells[2])) throw too_many_parts(number, most_parts(grid.cells[2]));
     const std::vector<double> pores = pore_cells_of_layers(space, space.image() ? grid : coarser(grid), parts);
     const double total = std::accumulate(pores.begin(), pores.end(), 0.0), thinnest = (least_layers + 0.01) / grid.cells[2];
     heights_.assign(1, 0.0);

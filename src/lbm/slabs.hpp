@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/communicator.hpp"
+#include "core/error.hpp"
 #include "geometry/grid.hpp"
 
 namespace porepack::pore_space {
@@ -14,6 +15,12 @@ namespace porepack::lbm {
 
 /// A slab has at least so many layers: it exchanges as many with its neighbours when a finer grid starts from this one.
 inline constexpr int least_layers = 4;
+
+/// Number of parts into which a grid of so many layers can be cut.
+[[nodiscard]] inline long most_parts(int layers) {
+    return layers < 2 * least_layers ? 1 : layers / least_layers;
+}
+[[nodiscard]] core::UserError too_many_parts(long parts, long most);
 
 /// Cuts at the same heights on every grid of a sequence, so that the slabs of a grid lie in those of the next coarser one, but for a layer.
 class SlabCuts {

@@ -66,10 +66,6 @@ void for_blocks(std::size_t nodes, const Visit& visit) {
     for (std::size_t first = 0; first < nodes; first += block_nodes) visit(first, std::min(nodes, first + block_nodes));
 }
 
-}  // namespace
-
-namespace {
-
 // The slab's layer with this number in the whole grid.
 int local_layer(const Grid& slab, int layer) {
     for (const int local :

@@ -128,7 +128,8 @@ MpiRanks::MpiRanks() {
     MPI_Comm_size(here, &count);
     MPI_Comm_free(&here);
     core::set_ranks(*world(), count);
-    if (std::getenv("OMP_NUM_THREADS") == nullptr)
+    const bool is_bound = core::usable_cores() < sysconf(_SC_NPROCESSORS_ONLN);  // by the launcher, to cores of its own
+    if (std::getenv("OMP_NUM_THREADS") == nullptr && !is_bound)
         setenv("OMP_NUM_THREADS", std::to_string(std::max(1, core::usable_cores() / count)).c_str(), 1);
 }
 

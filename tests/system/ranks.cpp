@@ -13,6 +13,8 @@ namespace {
 
 using namespace test;
 
+const std::string mpirun = "OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 timeout 60 mpirun --quiet --oversubscribe -np 2";
+
 class Ranks : public testing::Test {
 protected:
     // A bed in a cylinder, 2 high.
@@ -66,12 +68,11 @@ TEST_F(Ranks, RefuseWhatTheyCannotDo) {
     for (const char* number : {"0", "-1", "1000000", "two"}) EXPECT_EQ(lbm(std::string("--ranks ") + number, "no").exit_code, 2) << number;
     const Output many = lbm("--section 0.3,1.7 --voxel-size 0.05 --ranks 9", "no");
     EXPECT_EQ(many.exit_code, 2);
-    EXPECT_TRUE(has(many.err, "9 ranks are too many")) << many.err;
+    EXPECT_TRUE(has(many.err, "9 ranks are too many") && has(many.err, "up to 4")) << many.err;
     EXPECT_EQ(many.err.find("rank 1"), std::string::npos) << many.err;  // told once
     const Output a_case = porepack("lbm " + quoted(Path(POREPACK_SOURCE_FOLDER) / "cases/quickstart") + " --ranks 2");
     EXPECT_EQ(a_case.exit_code, 2);
     EXPECT_TRUE(has(a_case.err, "packing.json --ranks 2")) << a_case.err;
-    const std::string mpirun = "OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 mpirun --quiet --oversubscribe -np 2";
     const Output keys = porepack("keys", mpirun);
     EXPECT_EQ(keys.exit_code, 2);
     EXPECT_TRUE(has(keys.err, "started 2 times by mpirun")) << keys.err;
@@ -91,6 +92,11 @@ TEST_F(Ranks, PredictTheMemoryOfEach) {
     };
     EXPECT_TRUE(has(expected(" --ranks 4"), "4 ranks, memory of each"));
     EXPECT_FALSE(has(expected(""), "ranks"));
+    const Output many = lbm("--voxel-size 0.05 --dry-run --section 0.3,1.7 --ranks 9", "no");
+    EXPECT_TRUE(has(many.err, "9 ranks are too many") && has(many.err, "up to 4")) << many.err;
+    if (!find_program("mpirun")) return;
+    const Output started = lbm("--voxel-size 0.01 --dry-run", "no", mpirun);
+    EXPECT_TRUE(has(started.out, "2 ranks, memory of each")) << started.err;
 }
 
 // A rank that is killed ends all.

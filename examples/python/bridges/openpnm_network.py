@@ -1,4 +1,4 @@
-"""PoreSpy and OpenPNM make a pore network of an image: its permeability beside that of the flow in the pores."""
+"""PoreSpy and OpenPNM make a pore network of an image. Prints the permeability of the network, and that of the flow in the image itself."""
 
 import numpy
 import openpnm

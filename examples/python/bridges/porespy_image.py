@@ -1,4 +1,4 @@
-"""PoreSpy makes an image; its permeability here, with an interval."""
+"""PoreSpy makes an image; PorePack computes its permeability, with an interval."""
 
 import numpy
 import porespy

@@ -1,4 +1,4 @@
-"""taufactor and PorePack: the tortuosity factor of the voxels is the same; walls smoother than voxels give that of the gyroid."""
+"""taufactor and PorePack: with half-way walls both give the same tortuosity factor; walls smoother than the voxels give a smaller one."""
 
 import numpy
 import taufactor

@@ -1,4 +1,4 @@
-"""Surfaces to and from trimesh: the grains of a bed out, a solid of one's own in."""
+"""The surface of a bed is passed to trimesh, and a surface of trimesh is used as a solid."""
 
 import numpy
 import trimesh

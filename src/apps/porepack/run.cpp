@@ -156,7 +156,10 @@ void run_on_input(const Common& common, const LooseCommand& command) {
                                                            .section = command.section,
                                                            .image = config_from_flags<imaging::ImageConfig>(common.image_flags),
                                                            .whole_bed = command.whole_bed});
-    if (ranks().part() > 0) return command.of_other_ranks(space);
+    if (ranks().part() > 0) {
+        if (!common.dry_run) command.of_other_ranks(space);
+        return;
+    }
     if (common.dry_run)
         return print_result(common, {{"configuration", command.configuration},
                                      {"stage", command.stage},

@@ -1,6 +1,8 @@
 // Commands that compute permeabilities: lbm, foam, forchheimer.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cstdlib>
 #include <optional>
 
 #include "analysis/flow.hpp"
@@ -14,6 +16,7 @@
 #include "core/json.hpp"
 #include "lbm/domain.hpp"
 #include "lbm/layered_flow.hpp"
+#include "lbm/slabs.hpp"
 #include "parallel/mpi_ranks.hpp"
 #include "record/resolved_config.hpp"
 #include "stages/work.hpp"
@@ -25,15 +28,19 @@ namespace {
 void require_ranks(const CommandLine& line) {
     const Common& common = line.common;
     const int started = ranks().parts();
+    const char* const tasks = std::getenv("SLURM_STEP_NUM_TASKS");
+    if (started == 1 && tasks != nullptr && std::atoi(tasks) > 1)
+        throw UserError(fmt::format("srun has started {} tasks, which do not know of each other", tasks), {.fix = "srun --mpi=pmix"});
     if (common.ranks == 0 || common.ranks == started || common.dry_run) return;
     if (started > 1)
         throw UserError(fmt::format("--ranks {}, and the launcher has started {}", common.ranks, started), {.fix = "leave out --ranks"});
     parallel::start_ranks(static_cast<int>(common.ranks), line.arguments);
 }
 
-// Memory of the largest slab, about.
-Expectation of_one_rank(Expectation expected, long ranks) {
+// Mean memory of a slab; UserError for more ranks than the coarsest grid has slabs.
+Expectation of_one_rank(Expectation expected, long ranks, long most) {
     if (ranks < 2) return expected;
+    if (ranks > most) throw lbm::too_many_parts(ranks, most);
     expected.memory_bytes = lbm::program_bytes + (expected.memory_bytes - lbm::program_bytes) / static_cast<double>(ranks);
     expected.text += fmt::format("; {} ranks, memory of each", ranks);
     return expected;
@@ -65,7 +72,11 @@ void run_lbm_command(const CommandLine& line) {
                                   return run_lbm(space, geometry, config, folder,
                                                  space.image() ? Path() : target_folder(common) / "lbm.checkpoint");
                               },
-                          .expect = [&](const PoreSpace& space) { return of_one_rank(expect_flow(space, geometry, config), common.ranks); },
+                          .expect =
+                              [&](const PoreSpace& space) {
+                                  return of_one_rank(expect_flow(space, geometry, config), std::max<long>(common.ranks, ranks().parts()),
+                                                     lbm::most_parts(space, space.voxel_size_m(geometry.voxel_size_m), config));
+                              },
                           .of_other_ranks =
                               [&](const PoreSpace& space) {
                                   const ComputedFlow flow = compute_flow(space, geometry, config);
@@ -118,9 +129,8 @@ void run_forchheimer_command(const Common& common) {
 void add_lbm_command(CommandLine& line) {
     auto lbm = line.add("lbm", "permeability by lattice Boltzmann", "porepack lbm packing.json --voxel-size 2e-4 --direction z",
                         [&line] { run_lbm_command(line); });
-    lbm.add_option(
-           "--ranks", line.common.ranks,
-           "processes of MPI, each with a slab of the voxels (docs/cluster.md); default: those that mpirun or srun has started, or one")
+    lbm.add_option("--ranks", line.common.ranks,
+                   "processes of MPI, each with a slab of the voxels (docs/cluster.md); default: those that mpirun has started, or one")
         .type_name("1 to 10000")
         .range(1L, 10000L);
     line.add_input(lbm, "a case, packing.json[.gz], an STL file or pore.vti");
