@@ -56,6 +56,8 @@ namespace porepack::benchmarks {
 [[nodiscard]] core::Json tortuosity_benchmark(bool quick, const core::Path& folder);
 /// Error against cost of both solvers and the paper's scheme; writes speed_error.svg and .csv into `folder` (or ./speed_error).
 [[nodiscard]] core::Json speed_error_benchmark(bool quick, const core::Path& folder);
+/// Two slabs with one thread each against one part with two threads, and with messages that take a millisecond: rates, bytes, waiting.
+[[nodiscard]] core::Json slabs_benchmark(bool quick);
 /// Error and time of the measures of shapes against tolerance, of the inverse, and of CGAL's surfaces against their number of triangles.
 [[nodiscard]] core::Json shapes_benchmark();
 

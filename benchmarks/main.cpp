@@ -58,6 +58,7 @@ constexpr Benchmark benchmarks[] = {
     {"section", [](const Request& r) { return section_benchmark(r.cases, r.quick, r.folder); }},
     {"section-scatter", [](const Request& r) { return section_scatter_benchmark(r.folder); }},
     {"shapes", [](const Request&) { return shapes_benchmark(); }},
+    {"slabs", [](const Request& r) { return slabs_benchmark(r.quick); }},
     {"speed-error", [](const Request& r) { return speed_error_benchmark(r.quick, r.folder); }},
     {"stopping", [](const Request& r) { return stopping_benchmark(r.cases); }},
     {"tortuosity", [](const Request& r) { return tortuosity_benchmark(r.quick, r.folder); }},

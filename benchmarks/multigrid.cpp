@@ -30,9 +30,14 @@ namespace {
 
 using Populations = std::array<double, d3q19::directions>;
 
-std::span<Populations> populations(Flow& flow) {
-    const auto bytes = flow.state();
-    return {reinterpret_cast<Populations*>(bytes.data()), bytes.size() / sizeof(Populations)};
+std::vector<Populations> populations(const Flow& flow, const Domain& domain) {
+    std::vector<Populations> all(domain.nodes());
+    flow.populations(0, std::as_writable_bytes(std::span(all)));
+    return all;
+}
+
+void set_populations(Flow& flow, const std::vector<Populations>& all) {
+    flow.set_populations(0, std::as_bytes(std::span(all)));
 }
 
 struct Level {
@@ -107,25 +112,27 @@ void add_correction(Flow& fine, const std::vector<Populations>& before, const Le
     Scheme undriven = scheme;
     undriven.force = {0, 0, 0};
     const double ratio = coarse_level.domain.grid.spacing_m[2] / fine_level.domain.grid.spacing_m[2];
-    std::vector<Moments> source = restricted(before, populations(fine), fine_level.domain, coarse_level.domain);
+    std::vector<Moments> source = restricted(before, populations(fine, fine_level.domain), fine_level.domain, coarse_level.domain);
     for (Moments& moments : source) {
         moments.density *= ratio;
         for (double& u : moments.velocity) u *= ratio * ratio;
     }
     const auto coarse = coarse_level.plan->start(undriven);
-    const auto of_coarse = populations(*coarse);
     for (long step = 0; step < coarse_steps; step += 2) {
         coarse->advance_two_steps();
+        std::vector<Populations> of_coarse = populations(*coarse, coarse_level.domain);
         for (std::size_t x = 0; x < source.size(); ++x)
             for (int q = 0; q < d3q19::directions; ++q)
                 of_coarse[x][static_cast<std::size_t>(q)] += Scheme::equilibrium(q, source[x].density, source[x].velocity);
+        set_populations(*coarse, of_coarse);
     }
     const auto correction = fine_level.plan->start(undriven);
     start_from(*correction, fine_level.domain, undriven, take_field(*coarse, Domain(coarse_level.domain), undriven));
-    const auto added = populations(*correction);
-    const auto of_fine = populations(fine);
+    const std::vector<Populations> added = populations(*correction, fine_level.domain);
+    std::vector<Populations> of_fine = populations(fine, fine_level.domain);
     for (std::size_t x = 0; x < of_fine.size(); ++x)
         for (std::size_t q = 0; q < d3q19::directions; ++q) of_fine[x][q] += added[x][q];
+    set_populations(fine, of_fine);
 }
 
 std::vector<Point> run(const Level& fine, const Level& coarse, const FlowField& start, const Scheme& of_case, const Variant& variant,
@@ -143,7 +150,7 @@ std::vector<Point> run(const Level& fine, const Level& coarse, const FlowField& 
     while (work < largest_work) {
         for (long step = 0; step < apart - 2; step += 2) flow->advance_two_steps();
         std::vector<Populations> before;
-        if (variant.fine_steps > 0) before.assign(populations(*flow).begin(), populations(*flow).end());
+        if (variant.fine_steps > 0) before = populations(*flow, fine.domain);
         flow->advance_two_steps();
         work += static_cast<double>(apart);
         const Layers layers = flow->layers(fine.domain);

@@ -16,6 +16,7 @@
 #include "lbm/checkpoint.hpp"
 #include "lbm/permeability.hpp"
 #include "lbm/sequence.hpp"
+#include "lbm/slabs.hpp"
 #include "scans/ball_walls.hpp"
 #include "scans/gray_input.hpp"
 
@@ -76,15 +77,6 @@ std::string method_of(const LbmConfig& config, const Scheme& scheme) {
                        scheme.walls == Walls::interpolated ? "interpolated walls" : "half-way bounce-back", name_of(config.precision));
 }
 
-// Of all ranks.
-double largest_peak() {
-    const double mine = peak_memory_bytes();
-    double largest = mine;
-    for (const Bytes& of_rank : ranks().gather(std::as_bytes(std::span(&mine, 1))))
-        largest = std::max(largest, list_of<double>(of_rank).front());
-    return largest;
-}
-
 results::Lbm result_of(const LbmResult& result, const PoreSpace& space, const LbmConfig& config) {
     const LbmGridResult& fine = result.fine();
     const Scheme scheme = scheme_of(config, space.has_exact_walls(), {});
@@ -116,7 +108,7 @@ results::Lbm result_of(const LbmResult& result, const PoreSpace& space, const Lb
                        .fine = fine,
                        .grids = result.grids,
                        .subsections = result.subsections,
-                       .peak_memory_bytes = largest_peak()};
+                       .peak_memory_bytes = largest_of(ranks(), peak_memory_bytes())};
     if (config.direction == Axis::z)
         found.conductance_m3 =
             result.permeability_m2 * space.container.vessel().mean_area(found.section_m) / (found.section_m.high - found.section_m.low);
@@ -168,6 +160,15 @@ Expectation expect_flow(const PoreSpace& space, const LbmConfig& config, double 
 
 Expectation expect_flow(const PoreSpace& space, const GeometryConfig& geometry, const LbmConfig& config) {
     return expect_flow(space, config, space.voxel_size_m(geometry.voxel_size_m), space.porosity(4000).value);
+}
+
+Expectation on_ranks(Expectation expected, long ranks, long most) {
+    if (ranks < 2) return expected;
+    if (ranks > most) throw too_many_parts(ranks, most);
+    const double slab = (expected.memory_bytes - program_bytes) / static_cast<double>(ranks);
+    expected.memory_bytes += static_cast<double>(ranks - 1) * program_bytes;
+    expected.text += fmt::format("; {} ranks with {} each", ranks, human_bytes(program_bytes + slab));
+    return expected;
 }
 
 ComputedFlow compute_flow(const PoreSpace& space, const GeometryConfig& geometry, const LbmConfig& config, const Path& checkpoint) {

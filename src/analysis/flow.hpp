@@ -24,4 +24,7 @@ struct ComputedFlow {
 [[nodiscard]] core::Expectation expect_flow(const pore_space::PoreSpace& space, const lbm::LbmConfig& config, double voxel_size_m,
                                             double porosity);
 
+/// Of the same flow on so many ranks: memory of all, and of each in the text. UserError for more than `most` (lbm::most_parts).
+[[nodiscard]] core::Expectation on_ranks(core::Expectation expected, long ranks, long most);
+
 }  // namespace porepack::analysis

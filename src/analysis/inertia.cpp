@@ -7,6 +7,7 @@
 
 #include "analysis/uses.hpp"
 #include "converters/surface.hpp"
+#include "core/communicator.hpp"
 #include "core/data_file.hpp"
 #include "core/error.hpp"
 #include "core/log.hpp"
@@ -65,28 +66,32 @@ PoreSpace without_reservoir(const PoreSpace& given) {
     return space;
 }
 
-// Coarse to fine. A grid that an interrupted run has finished is read from `folder`.
+Path file_of_grid(const Path& folder, long grid) {
+    return folder / fmt::format("lattice_grid_{}.json", grid);
+}
+
+// Coarse to fine, by all ranks. A grid that an interrupted run has finished is read from `folder`, by the first.
 std::vector<InertialSeries> lattice_series(const PoreSpace& space, const ForchheimerConfig& config, double length_m, const Path& folder) {
     PoreSpace pores = space;
     pores.reservoir_m = water_depth(space);
     const std::string settings = resolved_config(config).dump() + fmt::format("walls measured {} {} {}", space.section.z0_m,
                                                                               space.section.z1_m, json_of(space.buffers_m).dump());
-    const auto file_of = [&](long grid) { return folder / fmt::format("lattice_grid_{}.json", grid); };
     std::vector<InertialSeries> all;
     for (long grid = 1; grid <= config.grids; ++grid) {
-        if (std::filesystem::exists(file_of(grid)))
-            if (const Json done = read_json(file_of(grid)); done.at("settings") == settings) {
-                log_info("flow with inertia: grid {} is done already", grid);
-                all.push_back(from_json_members<InertialSeries>(done.at("series")));
-                continue;
-            }
+        const Path file = file_of_grid(folder, grid);
+        const Json done = ranks().part() == 0 && std::filesystem::exists(file) ? read_json(file) : Json();
+        const bool is_done = done.is_object() && done.at("settings") == settings;
+        if (any_of(ranks(), is_done)) {
+            if (is_done) all.push_back(from_json_members<InertialSeries>(done.at("series")));
+            log_info("flow with inertia: grid {} is done already", grid);
+            continue;
+        }
         const double voxel = finest_voxel(space, config) * std::pow(config.grid_ratio, static_cast<double>(config.grids - grid));
         InertialCriterion criterion{.tolerance = config.tolerance, .max_steps = config.max_steps};
         if (config.mean_in_time) criterion.in_time = {.tolerance = config.statistical_tolerance, .max_turnovers = config.max_turnovers};
         all.push_back(lbm_inertial_flows(pores, voxel, config.reynolds, length_m, criterion));
-        write_json(file_of(grid), {{"settings", settings}, {"series", json_of(all.back())}});
+        if (ranks().part() == 0) write_json(file, {{"settings", settings}, {"series", json_of(all.back())}});
     }
-    for (long grid = 1; grid <= config.grids; ++grid) std::filesystem::remove(file_of(grid));
     return all;
 }
 
@@ -233,10 +238,8 @@ results::InertiaByFoam foam_part(const PoreSpace& space, const GeometryConfig& g
     return part;
 }
 
-}  // namespace
-
-Outcome<results::Forchheimer> compute_inertial_flows(const PoreSpace& given, const GeometryConfig& geometry,
-                                                     const ForchheimerConfig& config, const Path& folder) {
+// Throws UserError for an image, and for keys without effect.
+PoreSpace checked_space(const PoreSpace& given, const ForchheimerConfig& config) {
     for (std::size_t i = 1; i < config.reynolds.size(); ++i)
         if (!(config.reynolds[i] > config.reynolds[i - 1]))
             throw UserError("the Reynolds numbers do not rise", {.where = "reynolds", .fix = "sort them, each once"});
@@ -249,14 +252,28 @@ Outcome<results::Forchheimer> compute_inertial_flows(const PoreSpace& given, con
         (config.statistical_tolerance != standard.statistical_tolerance || config.max_turnovers != standard.max_turnovers))
         throw UserError("statistical_tolerance and max_turnovers have no effect without mean_in_time",
                         {.where = "[forchheimer]", .fix = "--mean-in-time true, or remove them"});
-    const PoreSpace space = without_reservoir(given);
+    PoreSpace space = without_reservoir(given);
     if (!space.has_exact_walls())
         throw UserError("flows with inertia need a packing or an STL file, not an image", {.where = space.source});
+    return space;
+}
+
+}  // namespace
+
+void solve_lattice_grids(const PoreSpace& space, const ForchheimerConfig& config, const Path& folder) {
+    const PoreSpace pores = checked_space(space, config);
+    (void)lattice_series(pores, config, grain_size(pores).length_m, folder);
+}
+
+Outcome<results::Forchheimer> compute_inertial_flows(const PoreSpace& given, const GeometryConfig& geometry,
+                                                     const ForchheimerConfig& config, const Path& folder) {
+    const PoreSpace space = checked_space(given, config);
     const Expectation expected = expect_inertia(space, config);
     require_memory(expected.memory_bytes, "the flows with inertia", "use a larger voxel size or a shorter section");
     const GrainSize size = grain_size(space);
     const double pores = space.porosity().value;
     const std::vector<InertialSeries> grids = lattice_series(space, config, size.length_m, folder);
+    for (long grid = 1; grid <= config.grids; ++grid) std::filesystem::remove(file_of_grid(folder, grid));
     const ForchheimerFit fit = fit_lattice(grids, size.length_m);
     const auto steady = [](const InertialFlow& flow) { return flow.converged; };
     results::Forchheimer result{

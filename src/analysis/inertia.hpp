@@ -15,6 +15,8 @@ namespace porepack::analysis {
 [[nodiscard]] Outcome<results::Forchheimer> compute_inertial_flows(const pore_space::PoreSpace& space,
                                                                    const converters::GeometryConfig& geometry,
                                                                    const permeability::ForchheimerConfig& config, const core::Path& folder);
+/// Its grids by lattice Boltzmann alone, which it then finds in `folder`. All ranks call it.
+void solve_lattice_grids(const pore_space::PoreSpace& space, const permeability::ForchheimerConfig& config, const core::Path& folder);
 [[nodiscard]] core::Expectation expect_inertia(const pore_space::PoreSpace& space, const permeability::ForchheimerConfig& config);
 
 }  // namespace porepack::analysis

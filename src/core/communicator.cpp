@@ -4,6 +4,7 @@
 #include <condition_variable>
 #include <exception>
 #include <mutex>
+#include <numeric>
 #include <stdexcept>
 #include <thread>
 
@@ -13,11 +14,20 @@
 namespace porepack::core {
 namespace {
 
+// Nothing is under way.
+class NoTransfer : public Transfer {
+public:
+    void finish() override {}
+};
+
 class Alone : public Communicator {
 public:
     [[nodiscard]] int parts() const override { return 1; }
     [[nodiscard]] int part() const override { return 0; }
-    void exchange(const std::array<std::span<const std::byte>, 2>&, const std::array<std::span<std::byte>, 2>&) const override {}
+    [[nodiscard]] std::unique_ptr<Transfer> begin_exchange(const std::array<std::span<const std::byte>, 2>&,
+                                                           const std::array<std::span<std::byte>, 2>&) const override {
+        return std::make_unique<NoTransfer>();
+    }
     [[nodiscard]] std::vector<Bytes> gather(std::span<const std::byte> mine) const override { return {Bytes(mine.begin(), mine.end())}; }
     void in_turn(std::span<double>, const std::function<void()>& add) const override { add(); }
 };
@@ -60,19 +70,39 @@ private:
     std::condition_variable changed_;
 };
 
+void receive(std::span<const std::byte> sent, std::span<std::byte> here) {
+    if (sent.size() != here.size()) throw std::logic_error("two parts expect messages of different lengths");
+    std::copy(sent.begin(), sent.end(), here.begin());
+}
+
+class CopyOfBothSides : public Transfer {
+public:
+    CopyOfBothSides(Room& room, std::size_t part, const std::array<std::span<std::byte>, 2>& from)
+        : room_(room), part_(part), from_(from) {}
+    void finish() override {
+        room_.meet();
+        const std::size_t n = room_.parts();
+        receive(room_.sent[(part_ + n - 1) % n][1], from_[0]);
+        receive(room_.sent[(part_ + 1) % n][0], from_[1]);
+        room_.meet();
+    }
+
+private:
+    Room& room_;
+    std::size_t part_;
+    std::array<std::span<std::byte>, 2> from_;
+};
+
 class Thread : public Communicator {
 public:
     Thread(Room& room, int part) : room_(room), part_(static_cast<std::size_t>(part)) {}
     [[nodiscard]] int parts() const override { return static_cast<int>(room_.parts()); }
     [[nodiscard]] int part() const override { return static_cast<int>(part_); }
 
-    void exchange(const std::array<std::span<const std::byte>, 2>& to, const std::array<std::span<std::byte>, 2>& from) const override {
+    [[nodiscard]] std::unique_ptr<Transfer> begin_exchange(const std::array<std::span<const std::byte>, 2>& to,
+                                                           const std::array<std::span<std::byte>, 2>& from) const override {
         for (std::size_t side = 0; side < 2; ++side) room_.sent[part_][side].assign(to[side].begin(), to[side].end());
-        room_.meet();
-        const std::size_t n = room_.parts();
-        receive(room_.sent[(part_ + n - 1) % n][1], from[0]);
-        receive(room_.sent[(part_ + 1) % n][0], from[1]);
-        room_.meet();
+        return std::make_unique<CopyOfBothSides>(room_, part_, from);
     }
     [[nodiscard]] std::vector<Bytes> gather(std::span<const std::byte> mine) const override {
         room_.sent[part_][0].assign(mine.begin(), mine.end());
@@ -97,10 +127,6 @@ public:
     }
 
 private:
-    static void receive(std::span<const std::byte> sent, std::span<std::byte> here) {
-        if (sent.size() != here.size()) throw std::logic_error("two parts expect messages of different lengths");
-        std::copy(sent.begin(), sent.end(), here.begin());
-    }
     Room& room_;
     std::size_t part_;
 };
@@ -133,14 +159,38 @@ void set_ranks(const Communicator& all, int here) {
     number_here = here;
 }
 
+namespace {
+template <typename T>
+std::vector<T> of_all(const Communicator& parts, T mine) {
+    if (parts.parts() == 1) return {mine};
+    std::vector<T> all;
+    for (const Bytes& of_part : parts.gather(std::as_bytes(std::span(&mine, 1)))) all.push_back(list_of<T>(of_part).front());
+    return all;
+}
+}  // namespace
+
 double agreed(const Communicator& parts, double number) {
-    return parts.parts() == 1 ? number : list_of<double>(parts.gather(std::as_bytes(std::span(&number, 1))).front()).front();
+    return of_all(parts, number).front();
+}
+
+bool any_of(const Communicator& parts, bool here) {
+    const std::vector<std::uint8_t> all = of_all(parts, static_cast<std::uint8_t>(here));
+    return std::find(all.begin(), all.end(), 1) != all.end();
+}
+
+double largest_of(const Communicator& parts, double number) {
+    const std::vector<double> all = of_all(parts, number);
+    return *std::max_element(all.begin(), all.end());
 }
 
 double sum_of(const Communicator& parts, double number) {
-    double sum = 0.0;
-    for (const Bytes& of_part : parts.gather(std::as_bytes(std::span(&number, 1)))) sum += list_of<double>(of_part).front();
-    return sum;
+    const std::vector<double> all = of_all(parts, number);
+    return std::accumulate(all.begin(), all.end(), 0.0);
+}
+
+std::uint64_t sum_below(const Communicator& parts, std::uint64_t number) {
+    const std::vector<std::uint64_t> all = of_all(parts, number);
+    return std::accumulate(all.begin(), all.begin() + parts.part(), std::uint64_t{0});
 }
 
 void run_parts(int parts, const std::function<void(const Communicator&)>& work) {

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <cstring>
 #include <functional>
+#include <memory>
 #include <span>
 #include <type_traits>
 #include <vector>
@@ -13,6 +14,16 @@
 namespace porepack::core {
 
 using Bytes = std::vector<std::byte>;
+
+/// Messages that are under way.
+class Transfer {
+public:
+    virtual ~Transfer() = default;
+    /// Lets them move on, while this part computes something else.
+    virtual void move_on() {}
+    /// Returns when all have been sent and received.
+    virtual void finish() = 0;
+};
 
 /// The parts of a grid, from the lowest to the highest. Every part calls the same functions in the same order, and each call returns when
 /// the parts that it needs have called it too. A part that fails ends the others with MachineError.
@@ -24,8 +35,13 @@ public:
     [[nodiscard]] virtual int part() const = 0;
 
     /// Sends to the parts below (0) and above (1), and receives from them as many bytes as they send. Below the lowest part lies the
-    /// highest; what is empty on both sides is not sent.
-    virtual void exchange(const std::array<std::span<const std::byte>, 2>& to, const std::array<std::span<std::byte>, 2>& from) const = 0;
+    /// highest; what is empty on both sides is not sent. The memory of both stays until the transfer is finished, before which nothing else
+    /// is asked of the communicator.
+    [[nodiscard]] virtual std::unique_ptr<Transfer> begin_exchange(const std::array<std::span<const std::byte>, 2>& to,
+                                                                   const std::array<std::span<std::byte>, 2>& from) const = 0;
+    void exchange(const std::array<std::span<const std::byte>, 2>& to, const std::array<std::span<std::byte>, 2>& from) const {
+        begin_exchange(to, from)->finish();
+    }
     /// What each part gives, in their order, for all parts.
     [[nodiscard]] virtual std::vector<Bytes> gather(std::span<const std::byte> mine) const = 0;
     /// Each part in turn, from the lowest, gets the numbers that the part below left and calls add(), which may change them; then all parts
@@ -45,8 +61,13 @@ void set_ranks(const Communicator& all, int here);
 
 /// The number that part 0 gives, for all parts: clocks and free memory differ, and decisions must not.
 [[nodiscard]] double agreed(const Communicator& parts, double number);
+/// True if it is for one of the parts.
+[[nodiscard]] bool any_of(const Communicator& parts, bool here);
+[[nodiscard]] double largest_of(const Communicator& parts, double number);
 /// Sum over the parts, in their order.
 [[nodiscard]] double sum_of(const Communicator& parts, double number);
+/// Sum over the parts below this one.
+[[nodiscard]] std::uint64_t sum_below(const Communicator& parts, std::uint64_t number);
 
 /// Calls work(communicator) once for each part, in threads of this process, and rethrows the first error.
 void run_parts(int parts, const std::function<void(const Communicator&)>& work);

@@ -23,6 +23,7 @@ void install_signal_handlers() {
     action.sa_handler = remember_signal;
     sigaction(SIGINT, &action, nullptr);
     sigaction(SIGTERM, &action, nullptr);
+    sigaction(SIGUSR1, &action, nullptr);
     std::signal(SIGXFSZ, SIG_IGN);
     std::signal(SIGPIPE, SIG_IGN);
 }
@@ -31,9 +32,11 @@ bool interrupted() {
     return context().interrupted ? context().interrupted() : received_signal != 0;
 }
 
+Interrupted::Interrupted()
+    : MachineError("interrupted", {.fix = "run the same command again: it resumes at the stage that was interrupted"}) {}
+
 void check_interrupt() {
-    if (interrupted())
-        throw MachineError("interrupted", {.fix = "run the same command again: it resumes at the stage that was interrupted"});
+    if (interrupted()) throw Interrupted();
 }
 
 }  // namespace porepack::core

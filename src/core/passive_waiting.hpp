@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <cstdlib>
+#include <string>
 
 namespace porepack::core {
 
@@ -15,7 +16,9 @@ inline void wait_passively(char** arguments) {
     if (std::getenv("OMP_WAIT_POLICY") != nullptr || std::getenv("GOMP_SPINCOUNT") != nullptr) return;
     setenv("OMP_WAIT_POLICY", "passive", 1);
     setenv("GOMP_SPINCOUNT", "3000", 1);
-    (void)execv("/proc/self/exe", arguments);
+    std::string program(4096, '\0');  // the file itself: lists of processes show its name
+    const auto length = readlink("/proc/self/exe", program.data(), program.size() - 1);
+    if (length > 0) (void)execv(program.c_str(), arguments);
 }
 
 }  // namespace porepack::core

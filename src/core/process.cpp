@@ -35,10 +35,12 @@ Path& host_porepack() {
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     signal(SIGXFSZ, SIG_DFL);
     signal(SIGPIPE, SIG_DFL);
-    const int log = open(program.log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
+    if (!program.log.empty()) {
+        const int log = open(program.log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
+        if (log < 0 || dup2(log, 1) < 0 || dup2(log, 2) < 0) _exit(126);
+    }
     const int nothing = open("/dev/null", O_RDONLY);
-    if (log < 0 || nothing < 0 || dup2(log, 1) < 0 || dup2(log, 2) < 0 || dup2(nothing, 0) < 0 || chdir(program.folder.c_str()) != 0)
-        _exit(126);
+    if (nothing < 0 || dup2(nothing, 0) < 0 || chdir(program.folder.c_str()) != 0) _exit(126);
     execvpe(arguments[0], arguments, environment);
     _exit(127);
 }
@@ -97,11 +99,16 @@ private:
     int pipe_ = -1;
 };
 
-void end_group(pid_t child) {
-    kill(-child, SIGTERM);
-    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+void end_group(pid_t child, const Program& program) {
+    kill(-child, program.stop_signal);
+    const Stopwatch watch;
+    bool ended = false;
+    while (!ended && watch.seconds() < program.stop_seconds) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        ended = waitpid(child, nullptr, WNOHANG) != 0;
+    }
     kill(-child, SIGKILL);
-    waitpid(child, nullptr, 0);
+    if (!ended) waitpid(child, nullptr, 0);
 }
 
 }  // namespace
@@ -113,7 +120,7 @@ ProgramEnd run_program(const Program& program) {
     auto variables = as_pointers(environment);
     const Stopwatch watch;
     Program absolute = program;
-    absolute.log = std::filesystem::absolute(program.log);
+    if (!program.log.empty()) absolute.log = std::filesystem::absolute(program.log);
     const pid_t child = fork();
     if (child < 0) throw MachineError(std::string("cannot start another process: ") + std::strerror(errno));
     if (child == 0) become(absolute, arguments.data(), variables.data());
@@ -131,7 +138,7 @@ ProgramEnd run_program(const Program& program) {
             check_interrupt();
             if (program.while_running) program.while_running();
         } catch (...) {
-            end_group(child);
+            end_group(child, program);
             throw;
         }
     }

@@ -1,6 +1,7 @@
 // Runs the engines as programs. They end with this process: none keeps running after Ctrl-C or kill -9.
 #pragma once
 
+#include <csignal>
 #include <functional>
 #include <map>
 #include <optional>
@@ -14,9 +15,11 @@ namespace porepack::core {
 struct Program {
     std::vector<std::string> command;                     ///< program and arguments, no shell in between
     Path folder = ".";                                    ///< working folder
-    Path log;                                             ///< stdout and stderr go here
+    Path log = {};                                        ///< stdout and stderr go here; if empty, to those of this process
     std::map<std::string, std::string> environment = {};  ///< added to the environment of this process
     std::function<void()> while_running = {};             ///< called every 0.2 s
+    int stop_signal = SIGTERM;                            ///< when this process is interrupted; SIGKILL follows
+    double stop_seconds = 0.2;                            ///< between the two, at most
 };
 
 struct ProgramEnd {

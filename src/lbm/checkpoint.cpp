@@ -1,17 +1,21 @@
 #include "lbm/checkpoint.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <fstream>
 
+#include "core/communicator.hpp"
 #include "core/error.hpp"
 #include "core/members_json.hpp"
+#include "lbm/lattice.hpp"
 #include "lbm/uses.hpp"
 
 namespace porepack::lbm {
 namespace {
 
 constexpr const char* key = "porepack_checkpoint";
+constexpr int version = 5;  // 4: the memory of one process
 constexpr const char* remove_it = "remove the file to start again";
 
 [[noreturn]] void refuse(const Path& path, const std::string& why) {
@@ -20,14 +24,27 @@ constexpr const char* remove_it = "remove the file to start again";
 
 template <typename Real>
 bool all_finite(std::span<const std::byte> populations) {
-    bool finite = true;
-#pragma omp parallel for schedule(static) reduction(&& : finite)
-    for (std::size_t i = 0; i < populations.size() / sizeof(Real); ++i) {
+    for (std::size_t byte = 0; byte < populations.size(); byte += sizeof(Real)) {
         Real value = 0;
-        std::memcpy(&value, populations.data() + i * sizeof(Real), sizeof(Real));
-        finite = finite && std::isfinite(value);
+        std::memcpy(&value, populations.data() + byte, sizeof(Real));
+        if (!std::isfinite(value)) return false;
     }
-    return finite;
+    return true;
+}
+
+std::size_t bytes_per_node(const Flow& flow) {
+    return d3q19::directions * flow.bytes_per_number();
+}
+
+// Visits the nodes in blocks, with memory for the populations of each.
+template <typename Visit>
+void for_blocks(const Flow& flow, const Domain& domain, const Visit& visit) {
+    constexpr std::size_t block_nodes = 64 * Flow::chunk;
+    std::vector<std::byte> memory;
+    for (std::size_t first = 0; first < domain.nodes(); first += block_nodes) {
+        memory.resize(std::min(block_nodes, domain.nodes() - first) * bytes_per_node(flow));
+        visit(first, std::span(memory));
+    }
 }
 
 std::ifstream open_behind_header(const Path& path, Json& header) {
@@ -37,6 +54,7 @@ std::ifstream open_behind_header(const Path& path, Json& header) {
     if (!file || !std::getline(file, line)) refuse(path, "cannot be read");
     header = Json::parse(line, nullptr, false);
     if (header.is_discarded() || !header.is_object() || !header.contains(key)) refuse(path, "file is not a checkpoint");
+    if (header[key] != version) refuse(path, "has another version");
     return file;
 }
 
@@ -54,15 +72,42 @@ void visit_members(Self& saved, const Visit& visit) {
     visit("balance", saved.run.balance);
 }
 
-void write_checkpoint(const Path& path, const SavedRun& saved, std::span<const std::byte> populations) {
+void write_checkpoint(const Path& path, const SavedRun& saved, const Flow& flow, const Domain& domain) {
+    const Communicator& slabs = *domain.slabs;
+    const std::uint64_t nodes_below = sum_below(slabs, domain.nodes());
+    const auto failed = [&] {
+        return MachineError("the checkpoint cannot be written", {.where = path.string(), .fix = "is the disk full?"});
+    };
+    // The file, with its header, exists when a slab has its name, and is complete when all slabs have come to the end.
+    const auto write_nodes = [&](const std::string& part, std::size_t header_bytes) {
+        std::fstream file(part, std::ios::binary | std::ios::in | std::ios::out);
+        file.seekp(static_cast<std::streamoff>(header_bytes + nodes_below * bytes_per_node(flow)));
+        for_blocks(flow, domain, [&](std::size_t first, std::span<std::byte> block) {
+            flow.populations(first, block);
+            file.write(reinterpret_cast<const char*>(block.data()), static_cast<std::streamsize>(block.size()));
+        });
+        file.close();
+        if (!file) throw failed();
+        (void)slabs.gather({});
+    };
+    const auto name_of_first = [&](const std::string& name) {
+        const Bytes sent = slabs.gather(std::as_bytes(std::span(name))).front();
+        return std::string(reinterpret_cast<const char*>(sent.data()), sent.size());
+    };
+    if (slabs.part() > 0) {
+        const std::string part = name_of_first("");
+        return write_nodes(part, static_cast<std::size_t>(agreed(slabs, 0.0)));
+    }
     Json header = json_of(saved);
-    header[key] = 4;
+    header[key] = version;
+    const std::string line = header.dump() + '\n';
     write_whole(path, [&](const Path& part) {
         std::ofstream file(part, std::ios::binary);
-        file << header.dump() << '\n';
-        file.write(reinterpret_cast<const char*>(populations.data()), static_cast<std::streamsize>(populations.size()));
+        file << line;
         file.close();
-        if (!file) throw MachineError("the checkpoint cannot be written", {.where = path.string(), .fix = "is the disk full?"});
+        if (!file) throw failed();
+        (void)name_of_first(std::filesystem::absolute(part).string());
+        write_nodes(part, static_cast<std::size_t>(agreed(slabs, static_cast<double>(line.size()))));
     });
 }
 
@@ -72,18 +117,24 @@ SavedRun read_checkpoint(const Path& path) {
     try {
         return from_json_members<SavedRun>(header);
     } catch (const UserError&) {
-        refuse(path, "has another version");
+        refuse(path, "has not the expected content");
     }
 }
 
-void read_checkpoint_populations(const Path& path, std::span<std::byte> populations, Precision precision) {
+void read_checkpoint_populations(const Path& path, Flow& flow, const Domain& domain) {
     Json header;
     std::ifstream file = open_behind_header(path, header);
-    file.read(reinterpret_cast<char*>(populations.data()), static_cast<std::streamsize>(populations.size()));
-    if (file.gcount() != static_cast<std::streamsize>(populations.size()) || file.peek() != std::char_traits<char>::eof())
+    const auto header_bytes = static_cast<std::uint64_t>(file.tellg());
+    if (std::filesystem::file_size(path) != header_bytes + static_cast<std::uint64_t>(domain.all_nodes) * bytes_per_node(flow))
         refuse(path, "has the wrong size");
-    if (!(precision == Precision::single_precision ? all_finite<float>(populations) : all_finite<double>(populations)))
-        refuse(path, "contains numbers that are not finite");
+    file.seekg(static_cast<std::streamoff>(header_bytes + sum_below(*domain.slabs, domain.nodes()) * bytes_per_node(flow)));
+    for_blocks(flow, domain, [&](std::size_t first, std::span<std::byte> block) {
+        file.read(reinterpret_cast<char*>(block.data()), static_cast<std::streamsize>(block.size()));
+        if (!file) refuse(path, "cannot be read");
+        if (!(flow.bytes_per_number() == sizeof(float) ? all_finite<float>(block) : all_finite<double>(block)))
+            refuse(path, "contains numbers that are not finite");
+        flow.set_populations(first, block);
+    });
 }
 
 }  // namespace porepack::lbm

@@ -1,10 +1,10 @@
-// The state of a sequence of grids on disk: a line of JSON, then the populations in their memory layout.
+// The state of a sequence of grids on disk: a line of JSON, then the 19 populations of each node, in the order of the cells of the whole
+// grid. What several slabs have written, one process or another number of slabs can read.
 #pragma once
-
-#include <span>
 
 #include "core/error.hpp"
 #include "core/files.hpp"
+#include "lbm/flow.hpp"
 #include "lbm/permeability.hpp"
 
 namespace porepack::lbm {
@@ -27,10 +27,12 @@ struct SavedRun {
     StokesRun run;  ///< steps, seconds and history of the grid that was interrupted
 };
 
-void write_checkpoint(const core::Path& path, const SavedRun& saved, std::span<const std::byte> populations);
+/// All slabs of the domain call it at the same step, and each writes its nodes; `saved` is that of the lowest. MachineError when the disk
+/// is full or a slab does not see the file's folder; the checkpoint before it then stays.
+void write_checkpoint(const core::Path& path, const SavedRun& saved, const Flow& flow, const Domain& domain);
 /// Throws UserError when the file is not a checkpoint.
 [[nodiscard]] SavedRun read_checkpoint(const core::Path& path);
-/// Fills `populations`. Throws UserError when the file has the wrong size or contains numbers that are not finite.
-void read_checkpoint_populations(const core::Path& path, std::span<std::byte> populations, Precision precision);
+/// Fills the populations of the slab. Throws UserError when the file has the wrong size or contains numbers that are not finite.
+void read_checkpoint_populations(const core::Path& path, Flow& flow, const Domain& domain);
 
 }  // namespace porepack::lbm

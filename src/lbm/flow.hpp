@@ -56,8 +56,10 @@ public:
     virtual void set_boundary_links(std::span<const double> added) = 0;
     /// No step follows, and nothing reads the populations of the nodes [first, end) any more: their memory may be returned.
     virtual void forget(std::size_t /*first*/, std::size_t /*end*/) {}
-    /// Everything that a later step depends on, in its memory layout.
-    [[nodiscard]] virtual std::span<std::byte> state() = 0;
+    /// All that later steps depend on: the 19 populations of each node, node after node, in the flow's precision. Nodes as in `moments`.
+    virtual void populations(std::size_t first, std::span<std::byte> of_nodes) const = 0;
+    virtual void set_populations(std::size_t first, std::span<const std::byte> of_nodes) = 0;
+    [[nodiscard]] virtual std::size_t bytes_per_number() const = 0;
     [[nodiscard]] virtual double bytes() const = 0;
 
     /// Nodes are requested in multiples of this.

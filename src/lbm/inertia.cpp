@@ -11,6 +11,7 @@
 #include "core/log.hpp"
 #include "lbm/mean_flow.hpp"
 #include "lbm/sequence.hpp"
+#include "lbm/slabs.hpp"
 #include "lbm/uses.hpp"
 #include "pore_space/percolation.hpp"
 #include "pore_space/pore_space.hpp"
@@ -68,7 +69,9 @@ public:
     void wall_forces(std::size_t first, std::span<std::array<double, 3>> forces) const override { flow_->wall_forces(first, forces); }
     void set_moments(std::size_t first, std::span<const Moments> moments) override { flow_->set_moments(first, moments); }
     void set_boundary_links(std::span<const double> added) override { flow_->set_boundary_links(added); }
-    [[nodiscard]] std::span<std::byte> state() override { return flow_->state(); }
+    void populations(std::size_t first, std::span<std::byte> of_nodes) const override { flow_->populations(first, of_nodes); }
+    void set_populations(std::size_t first, std::span<const std::byte> of_nodes) override { flow_->set_populations(first, of_nodes); }
+    [[nodiscard]] std::size_t bytes_per_number() const override { return flow_->bytes_per_number(); }
     void add_density(std::size_t first, std::span<const double> added) override { flow_->add_density(first, added); }
     [[nodiscard]] double bytes() const override { return flow_->bytes(); }
 
@@ -83,23 +86,24 @@ private:
 
 class Series {
 public:
-    Series(const PoreSpace& space, double voxel_size_m, const InertialCriterion& criterion)
+    Series(const PoreSpace& space, double voxel_size_m, const InertialCriterion& criterion, const Communicator& parts)
         : criterion_(criterion),
           in_situ_(space.ends == Ends::in_situ && !space.container.periodic()[2]),
           drive_(choose_drive(space.container, Axis::z)) {
-        CubicVoxels voxels = cubic_voxels(space, voxel_size_m);
-        image_ = std::move(voxels.image);
+        const CubicVoxels voxels = cubic_voxels(space, voxel_size_m, [&](const Grid& whole) {
+            return SlabCuts(space, whole, parts).slab_of(whole, drive_.periodic[2], parts);
+        });
         const std::optional<FlowWalls> walls = voxels.space.walls();
-        domain_ = build_domain(image_, drive_, walls ? &*walls : nullptr);
-        section_ = flow_section(image_.grid, voxels.space.container, voxels.space.section, drive_);
+        domain_ = build_domain(voxels.image, drive_, walls ? &*walls : nullptr, 0.0, parts);
+        section_ = flow_section(voxels.image.grid, voxels.space.container, voxels.space.section, drive_);
         stretch_ = voxels.stretch;
         moments_.assign(domain_.nodes(), {});
-        log_info("flow with inertia: {} x {} x {} voxels of {:.4g} m, {} fluid nodes", image_.grid.cells[0], image_.grid.cells[1],
-                 image_.grid.cells[2], voxel_size(), domain_.nodes());
+        log_info("flow with inertia: {} x {} x {} voxels of {:.4g} m, {} fluid nodes", domain_.grid.cells[0], domain_.grid.cells[1],
+                 domain_.grid.whole_cells(2), voxel_size(), nodes());
     }
 
-    [[nodiscard]] double voxel_size() const { return image_.grid.spacing_m[2]; }
-    [[nodiscard]] std::size_t nodes() const { return domain_.nodes(); }
+    [[nodiscard]] double voxel_size() const { return domain_.grid.spacing_m[2]; }
+    [[nodiscard]] std::size_t nodes() const { return static_cast<std::size_t>(domain_.all_nodes); }
     [[nodiscard]] std::optional<Stretch> stretch() const { return stretch_; }
 
     // Starts from the moments of the previous flow, velocities times `faster` and densities times `denser`; stores its own moments.
@@ -117,8 +121,8 @@ public:
                                        .steps_per_check = std::max(40L, 2 * std::lround(0.25 * settling_steps))});
         // Drag of walls and grains per volume: of the deviation from the mean gradient, and the buoyancy of that gradient.
         // All of it belongs to the section, because free water has almost no resistance.
-        const double layers = image_.grid.cells[2], volume = section_.area_cells * layers;
-        gradient_ = force + (flow->drag(domain_)[2] - force * static_cast<double>(domain_.nodes())) / volume;
+        const double layers = domain_.grid.whole_cells(2), volume = section_.area_cells * layers;
+        gradient_ = force + (flow->drag(domain_)[2] - force * static_cast<double>(nodes())) / volume;
         const double evaluated = section_.last_layer - section_.first_layer + 1;
         resistance_ = gradient_ * layers / evaluated;
         if (in_situ_) {
@@ -139,7 +143,7 @@ public:
         const std::unique_ptr<Flow> flow = start(Kernel::cpu_single, scheme);  // rounding is far below the statistical error
         disturb(wanted_speed / faster);
         begin(*flow, faster, denser);
-        const double layers = image_.grid.cells[2], porosity = static_cast<double>(domain_.nodes()) / (section_.area_cells * layers);
+        const double layers = domain_.grid.whole_cells(2), porosity = static_cast<double>(nodes()) / (section_.area_cells * layers);
         MeanFlow mean = average_in_time(*flow, domain_, section_.area_cells,
                                         {.tolerance = criterion.tolerance,
                                          .turnover_steps = length_lu * porosity / wanted_speed,
@@ -160,7 +164,7 @@ public:
             const auto& u = node.velocity;
             maximum = std::max(maximum, u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
         }
-        return std::sqrt(maximum);
+        return std::sqrt(largest_of(*domain_.slabs, maximum));
     }
 
 private:
@@ -172,15 +176,16 @@ private:
     // Waves across the cell, so that a symmetric flow can leave its symmetry.
     void disturb(double speed) {
         constexpr double share = 0.05;
-        const Grid& grid = image_.grid;
+        const Grid& grid = domain_.grid;
         std::size_t node = 0;
         domain_.cells.for_each([&](std::size_t cell) {
-            const auto at = grid.place(cell);
+            auto at = grid.place(cell);
+            at[2] = grid.layer(at[2]);
             auto& u = moments_[node++].velocity;
             for (std::size_t a = 0; a < 3; ++a) {
                 const std::size_t along = (a + 1) % 3;
-                u[a] +=
-                    share * speed * std::sin(2.0 * std::numbers::pi * (at[along] + 0.3) / grid.cells[along] + 1.0 + static_cast<double>(a));
+                u[a] += share * speed *
+                        std::sin(2.0 * std::numbers::pi * (at[along] + 0.3) / grid.whole_cells(along) + 1.0 + static_cast<double>(a));
             }
         });
     }
@@ -202,7 +207,6 @@ private:
 
     InertialCriterion criterion_;
     bool in_situ_;
-    PhaseImage image_;
     Drive drive_;
     Domain domain_;
     FlowSection section_;
@@ -331,11 +335,11 @@ InertialFlow next_flow(Series& series, const InertialSeries& known, const Inerti
 }  // namespace
 
 InertialSeries lbm_inertial_flows(const PoreSpace& space, double voxel_size_m, std::span<const double> reynolds, double length_m,
-                                  const InertialCriterion& criterion) {
+                                  const InertialCriterion& criterion, const Communicator& parts) {
     if (criterion.in_time && !space.container.periodic()[2])
         throw UserError("means in time need a box that is periodic along z: end planes would disturb a flow that is not steady",
                         {.fix = "leave mean_in_time out, or use a periodic packing"});
-    Series series(space, voxel_size_m, criterion);
+    Series series(space, voxel_size_m, criterion, parts);
     const double h = series.voxel_size(), length_lu = length_m / h;
     State state{.viscosity = creeping_viscosity_lu, .speed = 0.0, .force = 1e-6, .permeability = 0.0};
     const StokesRun creeping = series.solve(state.viscosity, state.force, Model::stokes, 0.0, 0.0, 0.0);

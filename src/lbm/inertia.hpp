@@ -4,6 +4,7 @@
 #include <optional>
 #include <span>
 
+#include "core/communicator.hpp"
 #include "lbm/inertial_series.hpp"
 
 namespace porepack::pore_space {
@@ -29,7 +30,9 @@ struct InertialCriterion {
 /// the section or its buffers (reservoir_m). Throws NumericalError when not even creeping flow becomes steady. Without buffers, the cut
 /// faces of the grains are walls, and the permeability follows from the drag (momentum exchange), because the fluxes of momentum
 /// through the two planes differ. Means in time end before the first Reynolds number at which their walls change k by more than 25 %.
+/// All parts call it, each for its slab.
 [[nodiscard]] InertialSeries lbm_inertial_flows(const pore_space::PoreSpace& space, double voxel_size_m, std::span<const double> reynolds,
-                                                double length_m, const InertialCriterion& criterion);
+                                                double length_m, const InertialCriterion& criterion,
+                                                const core::Communicator& parts = core::ranks());
 
 }  // namespace porepack::lbm

@@ -158,9 +158,10 @@ MeanFlow average_in_time(Flow& flow, const Domain& domain, double area_cells, co
     const Stopwatch watch;
     Progress line("lattice Boltzmann, mean in time");
     Record record(criterion, criterion.turnover_steps / static_cast<double>(apart));
+    const bool alone = domain.slabs->parts() == 1;
     while (!record.ended()) {
-        for (long step = 0; step < apart && !interrupted(); step += 2) flow.advance_two_steps();
-        check_interrupt();
+        for (long step = 0; step < apart && !(alone && interrupted()); step += 2) flow.advance_two_steps();
+        if (any_of(*domain.slabs, interrupted())) throw Interrupted();
         const FlowSums sample = flow.sums(domain, 0, static_cast<int>(domain.layers()) - 1);
         if (!(sample.fastest < fastest_possible_lu))  // NaN too
             throw FlowDiverged(fmt::format("the flow diverged within {} steps", apart * (record.samples() + 1)),

@@ -343,7 +343,7 @@ LbmResult lbm_permeability(const PoreSpace& given_space, double voxel_size_m, co
     const LbmConfig config = fitted_to(given_space, given);
     const std::vector<double> sizes = grid_sizes(given_space, voxel_size_m, config);
     const PoreSpace space = config.tolerance > 0.0 ? given_space : with_different_grids(given_space, sizes);
-    Sequence sequence(space, config, run.parts->parts() == 1 ? run.checkpoint : Path(), *run.parts);
+    Sequence sequence(space, config, run.checkpoint, *run.parts);
     if (config.tolerance > 0.0)
         Refinement(sequence, space, voxel_size_m, config, *run.parts).run();
     else
@@ -372,7 +372,8 @@ TensorResult lbm_tensor(const PoreSpace& space, double voxel_size_m, const LbmCo
         const std::size_t j = index_of(axis);
         LbmConfig along = config;
         along.direction = axis;
-        LbmRun part{.with_flow = run.with_flow && axis == config.direction, .checkpoint = run.checkpoint};
+        LbmRun part = run;
+        part.with_flow = run.with_flow && axis == config.direction;
         if (!part.checkpoint.empty()) part.checkpoint += "_" + std::string(name);
         result.runs[j] = lbm_permeability(space, voxel_size_m, along, part);
         const LbmGridResult& fine = result.runs[j].fine();

@@ -50,8 +50,8 @@ struct LbmResult {
 struct LbmRun {
     bool with_flow = false;      ///< keep the flow field of the finest grid, unless the configuration disables it
     core::Path checkpoint = {};  ///< file to resume from and to update during the run; none if empty
-    /// Each part computes a slab of the grids, and all have the result: its k and steps do not depend on their number. Several parts make no
-    /// checkpoint.
+    /// Each part computes a slab of the grids, and all have the result: its k and steps do not depend on their number. What some parts
+    /// have saved, another number of them can resume from.
     const core::Communicator* parts = &core::ranks();
 };
 

@@ -59,16 +59,30 @@ std::vector<LayerGradient> layer_gradients(const LbmGridResult& grid, const Doma
     return gradients;
 }
 
-// Identity of configuration, section, nodes and wall distances. It only has to distinguish runs of this program.
+// Of a list whose order does not matter: the entries are added after they were mixed (the finaliser of splitmix64).
+constexpr std::uint64_t mixed(std::uint64_t x) {
+    x = (x ^ x >> 30U) * 0xbf58476d1ce4e5b9U;
+    x = (x ^ x >> 27U) * 0x94d049bb133111ebU;
+    return x ^ x >> 31U;
+}
+
+// Identity of configuration, section, nodes and wall distances, the same for any number of slabs. It only has to distinguish runs of this
+// program.
 std::string identity_of(const PoreSpace& space, LbmConfig config, const Domain& domain) {
     config.max_time_s = config.checkpoint_minutes = 0.0;
-    std::vector<std::uint16_t> distances;
-    for (const WallLink& link : domain.walls) distances.push_back(link.distance);
-    const auto hash = [](const auto& list) {
-        return std::hash<std::string_view>{}({reinterpret_cast<const char*>(list.data()), list.size() * sizeof(list[0])});
-    };
+    const Communicator& slabs = *domain.slabs;
+    const std::uint64_t cells_below = domain.grid.index(0, 0, domain.grid.slab.first), nodes_below = sum_below(slabs, domain.nodes());
+    std::array<std::uint64_t, 2> sums{};  // of cells with nodes, of walls
+    domain.cells.for_each([&](std::size_t cell) { sums[0] += mixed(cells_below + cell + 1); });
+    for (const WallLink& link : domain.walls)
+        sums[1] += mixed((nodes_below + link.node + 1) << 21U | static_cast<std::uint64_t>(link.q) << 16U | link.distance);
+    std::array<std::uint64_t, 2> all{};
+    for (const Bytes& of_slab : slabs.gather(std::as_bytes(std::span(sums)))) {
+        const std::vector<std::uint64_t> list = list_of<std::uint64_t>(of_slab);
+        for (std::size_t i = 0; i < 2; ++i) all[i] += list[i];
+    }
     return fmt::format("{} {} {} {} {:016x} {:016x}", record::resolved_config(config).dump(), name_of(space.ends), space.section.z0_m,
-                       space.section.z1_m, hash(domain.cells.words()), hash(distances));
+                       space.section.z1_m, all[0], all[1]);
 }
 
 // The many small lists of the set-up stay with the C library otherwise.
@@ -105,7 +119,7 @@ FlowSection flow_section(const Grid& grid, const Container& container, const Sec
 
 Sequence::Sequence(const PoreSpace& space, const LbmConfig& config, const Path& checkpoint, const Communicator& parts)
     : space_(space), config_(config), checkpoint_(checkpoint), parts_(parts) {
-    if (checkpoint_.empty() || !std::filesystem::exists(checkpoint_)) return;
+    if (checkpoint_.empty() || agreed(parts_, std::filesystem::exists(checkpoint_) ? 1.0 : 0.0) == 0.0) return;
     saved_ = read_checkpoint(checkpoint_);
     attempts_ = saved_->attempts;
     result_.grids = saved_->grids;
@@ -142,7 +156,7 @@ void Sequence::show_progress(long steps, std::optional<double> share, std::strin
 }
 
 void Sequence::remove_checkpoint() const {
-    if (!checkpoint_.empty()) std::filesystem::remove(checkpoint_);
+    if (!checkpoint_.empty() && parts_.part() == 0) std::filesystem::remove(checkpoint_);
 }
 
 void Sequence::discard_grids() {
@@ -258,7 +272,7 @@ bool Sequence::solve_flow(Solved& solved, const FlowPlan& plan, const Domain& do
         }
         tau_ = solved.scheme.tau;
         grid_watch_ = {};  // without the search
-        solved.run = run(solved, domain, section, criterion, saved_ ? saved_run(*solved.flow) : StokesRun{});
+        solved.run = run(solved, domain, section, criterion, saved_ ? saved_run(*solved.flow, domain) : StokesRun{});
     }
     saved_.reset();
     if (!solved.run.converged && solved.run.seconds >= max_seconds) return false;
@@ -310,20 +324,20 @@ StokesRun Sequence::run(Solved& solved, const Domain& domain, const FlowSection&
                         StokesRun before) {
     Stopwatch since;
     if (!checkpoint_.empty())
-        criterion.checkpoint = [&](const StokesRun& now) {
-            if (!interrupted() && since.seconds() < 60.0 * config_.checkpoint_minutes) return;
+        criterion.checkpoint = [&](const StokesRun& now, bool is_last) {
+            if (!is_last && agreed(parts_, since.seconds()) < 60.0 * config_.checkpoint_minutes) return;
             since = {};
             SavedRun saved{
                 .identity = identity_, .attempts = attempts_ - 1, .relaxation_time = solved.scheme.tau, .grids = result_.grids, .run = now};
-            write_checkpoint(checkpoint_, saved, solved.flow->state());
+            write_checkpoint(checkpoint_, saved, *solved.flow, domain);
             log_info("lattice Boltzmann: checkpoint at step {} in {}", now.steps, checkpoint_.string());
         };
     return run_to_steady(*solved.flow, domain, solved.scheme, section, criterion, std::move(before));
 }
 
-StokesRun Sequence::saved_run(Flow& flow) const {
+StokesRun Sequence::saved_run(Flow& flow, const Domain& domain) const {
     if (saved_->identity != identity_) throw CheckpointOfAnotherRun(checkpoint_);
-    read_checkpoint_populations(checkpoint_, flow.state(), config_.precision);
+    read_checkpoint_populations(checkpoint_, flow, domain);
     return saved_->run;
 }
 

@@ -61,7 +61,7 @@ private:
     [[nodiscard]] bool solve_flow(Solved& solved, const FlowPlan& plan, const Domain& domain, const FlowSection& section, bool search,
                                   double max_seconds);
     void keep(LbmGridResult grid, Solved solved, Domain&& domain, const FlowSection& section);
-    [[nodiscard]] StokesRun saved_run(Flow& flow) const;
+    [[nodiscard]] StokesRun saved_run(Flow& flow, const Domain& domain) const;
     StokesRun run(Solved& solved, const Domain& domain, const FlowSection& section, ConvergenceCriterion criterion, StokesRun before);
     /// The slab of this part, with its halo.
     [[nodiscard]] geometry::Grid slab(const geometry::Grid& whole, bool periodic);

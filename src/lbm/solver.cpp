@@ -86,17 +86,21 @@ StokesRun run_to_steady(Flow& flow, const Domain& domain, const Scheme& scheme, 
     const double force = scheme.force[static_cast<std::size_t>(domain.drive.axis)];
     const LayerBalance balance(domain, scheme, section.area_cells, criterion.balance);
     if (run.steps == 0 && is_at_rest(flow.layers(domain))) balance.begin(flow);
+    // One process stops at any step; several agree to stop, at the checks.
+    const auto stops = [&] { return domain.slabs->parts() == 1 && interrupted(); };
     constexpr long apart = 2;  // steps between the two states of a check
     double momentum_bound = 0.0;
     run.converged = is_steady(run.history, criterion.tolerance);
     while (run.steps < criterion.max_steps && !run.converged && run.seconds - seconds_before < criterion.max_seconds) {
         const long until = std::min((run.steps / steps_per_check + 1) * steps_per_check, criterion.max_steps + criterion.max_steps % 2);
-        for (; run.steps < until - apart && !interrupted(); run.steps += 2) flow.advance_two_steps();
+        for (; run.steps < until - apart && !stops(); run.steps += 2) flow.advance_two_steps();
         const Layers before = flow.layers(domain);
-        for (; run.steps < until && !interrupted(); run.steps += 2) flow.advance_two_steps();
+        for (; run.steps < until && !stops(); run.steps += 2) flow.advance_two_steps();
         run.seconds = seconds_before + seconds();
-        if (run.steps < until && criterion.checkpoint) criterion.checkpoint(run);
-        check_interrupt();
+        if (run.steps < until) {
+            if (criterion.checkpoint) criterion.checkpoint(run, true);
+            check_interrupt();
+        }
         run.layers = flow.layers(domain);
         const double sum = std::accumulate(run.layers.flow.begin(), run.layers.flow.end(), 0.0);
         // The force cannot produce more momentum than this; a flow with more is an artefact of the scheme.
@@ -114,7 +118,11 @@ StokesRun run_to_steady(Flow& flow, const Domain& domain, const Scheme& scheme, 
         const double error = run.history.back().iteration_error;
         progress(run.steps, share_of_steps(run.history, criterion.tolerance), fmt::format("step {}, error {:.1e}", run.steps, error));
         if (!run.converged) balance.correct(flow, run.layers, run.permeability_lu, steps_per_check, run.balance);
-        if (!run.converged && criterion.checkpoint) criterion.checkpoint(run);
+        if (!run.converged) {
+            const bool ends = any_of(*domain.slabs, interrupted());
+            if (criterion.checkpoint) criterion.checkpoint(run, ends);
+            if (ends) throw Interrupted();
+        }
     }
     run.seconds = seconds_before + seconds();
     run.updates_per_second =

@@ -18,13 +18,14 @@ struct FlowDiverged : core::NumericalError {
 };
 
 struct ConvergenceCriterion {
-    double tolerance = 1e-4;                                ///< of the estimated relative iteration error of k
-    long max_steps = 200000;                                ///< then the run ends without having converged; raise it for long beds
-    long steps_per_check = 40;                              ///< even; the error is estimated this often, at the cost of about a step
-    bool balance = true;                                    ///< correct the pressure along the flow at each check; Stokes flow only
-    double max_seconds = 1e300;                             ///< wall time; then the run ends without having converged
-    bool stop_when_growing = false;                         ///< FlowDiverged when the flow grows (iteration_error.hpp)
-    std::function<void(const StokesRun&)> checkpoint = {};  ///< called when populations and run may be saved
+    double tolerance = 1e-4;         ///< of the estimated relative iteration error of k
+    long max_steps = 200000;         ///< then the run ends without having converged; raise it for long beds
+    long steps_per_check = 40;       ///< even; the error is estimated this often, at the cost of about a step
+    bool balance = true;             ///< correct the pressure along the flow at each check; Stokes flow only
+    double max_seconds = 1e300;      ///< wall time; then the run ends without having converged
+    bool stop_when_growing = false;  ///< FlowDiverged when the flow grows (iteration_error.hpp)
+    /// Called when populations and run may be saved, by all slabs at the same step; `is_last`: an interrupted run ends then.
+    std::function<void(const StokesRun&, bool is_last)> checkpoint = {};
     /// Called at each check with the share of the run's steps that is done, or nothing while that is not known. Default: a line of
     /// progress.
     std::function<void(long steps, std::optional<double> share, std::string_view detail)> progress = {};

@@ -10,13 +10,12 @@
 #include <algorithm>
 #include <climits>
 #include <cstdlib>
-#include <filesystem>
 #include <memory>
+#include <numeric>
 
 #include "core/communicator.hpp"
 #include "core/error.hpp"
 #include "core/machine.hpp"
-#include "core/process.hpp"
 
 namespace porepack::parallel {
 namespace {
@@ -33,6 +32,23 @@ bool is_started_by_launcher() {
 
 constexpr std::size_t block_bytes = std::size_t{1} << 30;  // MPI counts with int
 
+template <typename Byte, typename Visit>
+void for_blocks(std::span<Byte> bytes, const Visit& visit) {
+    for (std::size_t first = 0; first < bytes.size(); first += block_bytes)
+        visit(bytes.data() + first, static_cast<int>(std::min(block_bytes, bytes.size() - first)));
+}
+
+class MpiTransfer : public core::Transfer {
+public:
+    void move_on() override {
+        int all = 0;
+        MPI_Testall(static_cast<int>(requests.size()), requests.data(), &all, MPI_STATUSES_IGNORE);
+    }
+    void finish() override { MPI_Waitall(static_cast<int>(requests.size()), requests.data(), MPI_STATUSES_IGNORE); }
+
+    std::vector<MPI_Request> requests;
+};
+
 class MpiCommunicator : public core::Communicator {
 public:
     MpiCommunicator() {
@@ -42,9 +58,11 @@ public:
     [[nodiscard]] int parts() const override { return parts_; }
     [[nodiscard]] int part() const override { return part_; }
 
-    void exchange(const std::array<std::span<const std::byte>, 2>& to, const std::array<std::span<std::byte>, 2>& from) const override {
+    [[nodiscard]] std::unique_ptr<core::Transfer> begin_exchange(const std::array<std::span<const std::byte>, 2>& to,
+                                                                 const std::array<std::span<std::byte>, 2>& from) const override {
         const std::array<int, 2> beside{(part_ + parts_ - 1) % parts_, (part_ + 1) % parts_};
-        std::vector<MPI_Request> requests;
+        auto transfer = std::make_unique<MpiTransfer>();
+        std::vector<MPI_Request>& requests = transfer->requests;
         constexpr int downwards = 0, upwards = 1;
         for (std::size_t side = 0; side < 2; ++side)
             for_blocks(from[side], [&](std::byte* block, int size) {
@@ -56,7 +74,7 @@ public:
                 requests.emplace_back();
                 MPI_Isend(block, size, MPI_BYTE, beside[side], side == 0 ? downwards : upwards, MPI_COMM_WORLD, &requests.back());
             });
-        MPI_Waitall(static_cast<int>(requests.size()), requests.data(), MPI_STATUSES_IGNORE);
+        return transfer;
     }
 
     [[nodiscard]] std::vector<Bytes> gather(std::span<const std::byte> mine) const override {
@@ -65,12 +83,15 @@ public:
         std::vector<unsigned long> sizes(count);
         MPI_Allgather(&size, 1, MPI_UNSIGNED_LONG, sizes.data(), 1, MPI_UNSIGNED_LONG, MPI_COMM_WORLD);
         std::vector<Bytes> all(count);
-        for (std::size_t part = 0; part < count; ++part) {
-            all[part].resize(sizes[part]);
-            if (static_cast<int>(part) == part_) std::copy(mine.begin(), mine.end(), all[part].begin());
+        for (std::size_t part = 0; part < count; ++part) all[part].resize(sizes[part]);
+        if (std::accumulate(sizes.begin(), sizes.end(), 0UL) < block_bytes) {
+            gather_small(mine, all);
+            return all;
+        }
+        std::copy(mine.begin(), mine.end(), all[static_cast<std::size_t>(part_)].begin());
+        for (std::size_t part = 0; part < count; ++part)
             for_blocks(std::span(all[part]),
                        [&](std::byte* block, int length) { MPI_Bcast(block, length, MPI_BYTE, static_cast<int>(part), MPI_COMM_WORLD); });
-        }
         return all;
     }
 
@@ -84,10 +105,20 @@ public:
     }
 
 private:
-    template <typename Byte, typename Visit>
-    static void for_blocks(std::span<Byte> bytes, const Visit& visit) {
-        for (std::size_t first = 0; first < bytes.size(); first += block_bytes)
-            visit(bytes.data() + first, static_cast<int>(std::min(block_bytes, bytes.size() - first)));
+    // In one call; `all` has the sizes.
+    static void gather_small(std::span<const std::byte> mine, std::vector<Bytes>& all) {
+        std::vector<int> sizes, places;
+        int end = 0;
+        for (const Bytes& of_part : all) {
+            sizes.push_back(static_cast<int>(of_part.size()));
+            places.push_back(end);
+            end += sizes.back();
+        }
+        Bytes bytes(static_cast<std::size_t>(end));
+        MPI_Allgatherv(mine.data(), static_cast<int>(mine.size()), MPI_BYTE, bytes.data(), sizes.data(), places.data(), MPI_BYTE,
+                       MPI_COMM_WORLD);
+        for (std::size_t part = 0; part < all.size(); ++part)
+            std::copy_n(bytes.begin() + places[part], all[part].size(), all[part].begin());
     }
     int parts_ = 1, part_ = 0;
 };
@@ -155,27 +186,5 @@ MpiRanks::~MpiRanks() = default;
 void end_all(int) {}
 
 #endif
-
-void start_ranks(int ranks, const std::vector<std::string>& arguments) {
-#ifndef POREPACK_WITH_MPI
-    throw core::EngineError("this porepack was built without MPI",
-                            {.where = "--ranks", .fix = "install libopenmpi-dev and build it again"});
-#endif
-    core::require_program("mpirun", "openmpi-bin");
-    if (geteuid() == 0) {  // as in containers
-        setenv("OMPI_ALLOW_RUN_AS_ROOT", "1", 1);
-        setenv("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1", 1);
-    }
-    if (std::getenv("OMP_NUM_THREADS") == nullptr)
-        setenv("OMP_NUM_THREADS", std::to_string(std::max(1, core::usable_cores() / ranks)).c_str(), 1);
-    const std::string program = std::filesystem::read_symlink("/proc/self/exe").string();
-    std::vector<std::string> command = {"mpirun", "--quiet", "--oversubscribe", "--bind-to", "none", "-np", std::to_string(ranks), program};
-    command.insert(command.end(), arguments.begin(), arguments.end());
-    std::vector<char*> words;
-    for (std::string& word : command) words.push_back(word.data());
-    words.push_back(nullptr);
-    execvp(words[0], words.data());
-    throw core::EngineError("mpirun cannot be started");
-}
 
 }  // namespace porepack::parallel

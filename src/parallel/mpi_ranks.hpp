@@ -1,9 +1,6 @@
 // The ranks of MPI: this program, started several times by mpirun or srun. The only folder with MPI.
 #pragma once
 
-#include <string>
-#include <vector>
-
 namespace porepack::parallel {
 
 /// Starts MPI if a launcher has started this process as one of several, and makes core::ranks() all of them. To be made in main().
@@ -21,9 +18,5 @@ public:
 
 /// One rank fails: ends all of them, with this exit code. Does nothing if there is only one.
 void end_all(int exit_code);
-
-/// Replaces this process by `ranks` of it, started by mpirun on this machine, with the same arguments. Throws EngineError where mpirun is
-/// missing, or this program was built without MPI.
-[[noreturn]] void start_ranks(int ranks, const std::vector<std::string>& arguments);
 
 }  // namespace porepack::parallel

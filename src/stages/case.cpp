@@ -1,8 +1,11 @@
 #include "stages/case.hpp"
 
+#include <fmt/format.h>
+
 #include <filesystem>
 
 #include "core/error.hpp"
+#include "core/json.hpp"
 #include "record/toml_file.hpp"
 #include "stages/case_rules.hpp"
 #include "stages/uses.hpp"
@@ -51,6 +54,16 @@ Case read_case(const Path& path, const std::string& flag_table, const Flags& fla
 Case read_changed_case(const Path& path, const std::map<std::string, Flags>& changes) {
     const Path file = case_file(path);
     return case_of(TomlFile(file).with(changes), file, {}, {}, {});
+}
+
+std::vector<std::string> set_arguments(const Case& c) {
+    const Json in_file = read_case(c.folder).settings.resolved_tables(), wanted = c.settings.resolved_tables();
+    std::vector<std::string> arguments;
+    for (const auto& [table, keys] : wanted.items())
+        for (const auto& [key, value] : keys.items())
+            if (!in_file.at(table).contains(key) || in_file[table][key] != value)
+                arguments.insert(arguments.end(), {"--set", fmt::format("{}.{}={}", table, key, record::toml_text(value))});
+    return arguments;
 }
 
 }  // namespace porepack::stages

@@ -40,4 +40,7 @@ struct Case {
 /// The case with other values of keys, by table, an empty value to leave a key out: as if its file had been written so.
 [[nodiscard]] Case read_changed_case(const core::Path& path, const std::map<std::string, record::Flags>& changes);
 
+/// "--set", "table.key=value" for each key whose value is not that of the case's file.
+[[nodiscard]] std::vector<std::string> set_arguments(const Case& c);
+
 }  // namespace porepack::stages

@@ -1,8 +1,10 @@
 // Flows with inertia.
 #include "analysis/inertia.hpp"
+#include "pipeline/run_ranks.hpp"
 #include "stages/case_space.hpp"
 #include "stages/stages.hpp"
 #include "stages/uses.hpp"
+#include "stages/work.hpp"
 
 namespace porepack::stages {
 
@@ -13,6 +15,8 @@ Stage make_forchheimer_stage(const Case& c) {
             .outputs = {"forchheimer.csv"},
             .run =
                 [c](const Path& folder) {
+                    if (c.settings.parallel.ranks > 1)
+                        run_ranks(c.settings.parallel.ranks, rank_arguments("forchheimer", c, folder), folder);
                     return written(compute_inertial_flows(case_pore_space(c), c.settings.geometry, c.settings.forchheimer, folder), folder);
                 },
             .expect = [c]() -> Expectation {
@@ -20,7 +24,12 @@ Stage make_forchheimer_stage(const Case& c) {
                 return expect_inertia(case_pore_space(c), c.settings.forchheimer);
             },
             .resumes = true,
-            .result_version = results::Forchheimer::version};
+            .result_version = results::Forchheimer::version,
+            .processes = c.settings.parallel.ranks};
+}
+
+void run_forchheimer_rank(const Case& c, const Path& folder) {
+    solve_lattice_grids(case_pore_space(c), c.settings.forchheimer, folder);
 }
 
 }  // namespace porepack::stages

@@ -12,6 +12,7 @@
 #include "lbm/config.hpp"
 #include "openfoam/config.hpp"
 #include "permeability/config.hpp"
+#include "pipeline/config.hpp"
 #include "pore_space/config.hpp"
 #include "pouring/config.hpp"
 #include "pouring/protocol.hpp"
@@ -39,6 +40,7 @@ struct Settings {
     tortuosity::TortuosityConfig tortuosity;
     permeability::ForchheimerConfig forchheimer;
     falling_head::FallingHeadConfig falling_head;
+    pipeline::ParallelConfig parallel;
     report::ReportConfig report;
 
     /// The list of keys of one table.
@@ -63,6 +65,7 @@ void visit_members(Self& settings, const Visit& visit) {
     visit("tortuosity", settings.tortuosity);
     visit("forchheimer", settings.forchheimer);
     visit("falling_head", settings.falling_head);
+    visit("parallel", settings.parallel);
     visit("report", settings.report);
 }
 

@@ -3,21 +3,11 @@
 #include <fmt/format.h>
 
 #include "core/json.hpp"
-#include "record/toml_file.hpp"
 #include "study/case_pipeline.hpp"
 #include "study/uses.hpp"
 
 namespace porepack::study {
 namespace fs = std::filesystem;
-std::vector<std::string> set_arguments(const Case& c) {
-    const Json in_file = read_case(c.folder).settings.resolved_tables(), wanted = c.settings.resolved_tables();
-    std::vector<std::string> arguments;
-    for (const auto& [table, keys] : wanted.items())
-        for (const auto& [key, value] : keys.items())
-            if (!in_file.at(table).contains(key) || in_file[table][key] != value)
-                arguments.insert(arguments.end(), {"--set", fmt::format("{}.{}={}", table, key, toml_text(value))});
-    return arguments;
-}
 
 Case case_of_seed(const Case& c, long seed) {
     Case one = c;

@@ -9,9 +9,6 @@
 
 namespace porepack::study {
 
-/// "--set", "table.key=value" for each key whose value is not that of the case's file.
-[[nodiscard]] std::vector<std::string> set_arguments(const stages::Case& c);
-
 /// The same case with the seed `seed`, in results/seed_<n>.
 [[nodiscard]] stages::Case case_of_seed(const stages::Case& c, long seed);
 

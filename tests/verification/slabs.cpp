@@ -1,15 +1,25 @@
 // A grid that is divided into slabs gives the domain, the populations and the permeability of the whole grid, to the last bit.
+#include <atomic>
 #include <functional>
 
+#include "analysis/gray_parts.hpp"
 #include "core/communicator.hpp"
-#include "lbm/kernels/cpu/addresses.hpp"
+#include "core/context.hpp"
+#include "core/interrupt.hpp"
+#include "core/members_json.hpp"
+#include "lbm/checkpoint.hpp"
+#include "lbm/inertia.hpp"
+#include "lbm/lattice.hpp"
 #include "lbm/layered_flow.hpp"
 #include "lbm/layers.hpp"
 #include "lbm/sequence.hpp"
 #include "lbm/solver.hpp"
 #include "pore_space/pore_space.hpp"
+#include "scans/gray_input.hpp"
 #include "support/arrays.hpp"
 #include "support/helpers.hpp"
+#include "support/known_flows.hpp"
+#include "support/simulated_scan.hpp"
 
 namespace porepack {
 namespace {
@@ -107,15 +117,8 @@ Solution solve(const DividedScene& scene, const Grid& grid, Kernel kernel, const
     for (const WallLink& link : domain.walls) solution.links.push_back({below + link.node, link.q, link.distance, link.narrow});
     for (const BoundaryLink& link : domain.boundary_links)
         solution.links.push_back({below + link.node, link.q, below + link.source, link.source_q});
-    const auto numbers = flow->state();
-    for (std::size_t node = 0; node < domain.nodes(); ++node) {
-        std::array<double, 19> here;
-        for (std::size_t q = 0; q < 19; ++q) {
-            const std::size_t slot = kernel == Kernel::reference ? 19 * node + q : cpu::slot_of(q, node);
-            std::memcpy(&here[q], numbers.data() + slot * sizeof(double), sizeof(double));
-        }
-        solution.populations.push_back(here);
-    }
+    solution.populations.resize(domain.nodes());
+    flow->populations(0, std::as_writable_bytes(std::span(solution.populations)));
     return solution;
 }
 
@@ -205,6 +208,58 @@ TEST(Slabs, GiveTheBitsOfTheWholeGrid) {
     EXPECT_GT(closed_links, 0);
 }
 
+// Counts what a part sends.
+class Counting : public Communicator {
+public:
+    explicit Counting(const Communicator& parts) : parts_(parts) {}
+    [[nodiscard]] int parts() const override { return parts_.parts(); }
+    [[nodiscard]] int part() const override { return parts_.part(); }
+    [[nodiscard]] std::unique_ptr<Transfer> begin_exchange(const std::array<std::span<const std::byte>, 2>& to,
+                                                           const std::array<std::span<std::byte>, 2>& from) const override {
+        bytes += to[0].size() + to[1].size();
+        ++exchanges;
+        return parts_.begin_exchange(to, from);
+    }
+    [[nodiscard]] std::vector<Bytes> gather(std::span<const std::byte> mine) const override { return parts_.gather(mine); }
+    void in_turn(std::span<double> numbers, const std::function<void()>& add) const override { parts_.in_turn(numbers, add); }
+    mutable std::size_t bytes = 0, exchanges = 0;
+
+private:
+    const Communicator& parts_;
+};
+
+// One population for each link between two nodes on both sides of the cut, twice in two steps.
+TEST(Slabs, ExchangeOneNumberPerLinkAcrossTheCut) {
+    const DividedScene scene = scenes().front();
+    constexpr int cut = 8;
+    const Domain whole = build_domain(scene.phases(scene.grid), scene.drive, &*scene.walls);
+    std::size_t links = 0, open_links = 0;
+    whole.cells.for_each([&](std::size_t cell) {
+        const auto here = whole.grid.place(cell);
+        for (int q = 1; q < d3q19::directions; ++q) {
+            const auto& c = d3q19::c[static_cast<std::size_t>(q)];
+            if (here[2] != cut - 1 || c[2] <= 0) continue;
+            ++open_links;
+            if (!whole.cuts.closed(cell, c) && whole.node_beside(here, c) >= 0) ++links;
+        }
+    });
+    EXPECT_GT(links, 100U);
+    EXPECT_LT(links, open_links);
+    run_parts(2, [&](const Communicator& parts) {
+        const Counting slabs(parts);
+        const int layers = scene.grid.cells[2];
+        const Grid own = slabs.part() == 0 ? scene.grid.slab_of(0, cut, false) : scene.grid.slab_of(cut, layers, false);
+        const Domain domain = build_domain(scene.phases(own), scene.drive, &*scene.walls, 0.0, slabs);
+        for (const Kernel kernel : {Kernel::cpu_double, Kernel::cpu_single}) {
+            const auto flow = make_flow(kernel, domain, scheme_along(2));
+            slabs.bytes = slabs.exchanges = 0;
+            for (int pair = 0; pair < 5; ++pair) flow->advance_two_steps();
+            EXPECT_EQ(slabs.exchanges, 10U);
+            EXPECT_EQ(slabs.bytes, 10 * links * flow->bytes_per_number());
+        }
+    });
+}
+
 // Grids from coarse to fine, each started from the one before, the search for the best relaxation time, and the flow field.
 struct Sequenced {
     LbmResult result;
@@ -265,6 +320,92 @@ TEST(Slabs, GiveThePermeabilityOfAllGrids) {
             EXPECT_TRUE(of_parts[0].flow.pressure_Pa == whole.flow.pressure_Pa) << where;
             EXPECT_TRUE(of_parts[0].flow.phase == whole.flow.phase) << where;
         }
+    }
+}
+
+TEST(Slabs, GiveTheTensor) {
+    const PoreSpace box = pore_space_of(random_bed("box:1,1,1:periodic", 20, 0.1));
+    LbmConfig config;
+    config.grids = 1;
+    config.iteration_tolerance = 1e-3;
+    const TensorResult whole = lbm_tensor(box, 0.05, config);
+    run_parts(3, [&](const Communicator& slabs) {
+        EXPECT_EQ(lbm_tensor(box, 0.05, config, {.parts = &slabs}).permeability_m2, whole.permeability_m2);
+    });
+}
+
+TEST(Slabs, GiveThePermeabilityOfAScan) {
+    const Packing bed = random_bed("cylinder:1,2", 30, 0.1);
+    const GrayImage scan = simulated_scan(Grains(bed), bed.container, 0.05, {.blur_voxels = 0.6, .noise = 0.02, .seed = 3});
+    const scans::GrayInput input =
+        scans::read_gray(scan_of(scan, 0.0, 1.0), {.threshold = "volume", .gray_levels = {0.0, 1.0}}, bed.container, "scan");
+    const PoreSpace space = pore_space_of(input.solid, bed.container, {0.2, 1.8}, "scan");
+    const auto permeability = [&](const Communicator& slabs) {
+        return lbm_permeability(space, space.voxel_size_m(0.0), {.fields = FieldFiles::none}, {.parts = &slabs}).permeability_m2;
+    };
+    const double whole = permeability(no_communicator());
+    EXPECT_GT(whole, 0.0);
+    run_parts(3, [&](const Communicator& slabs) { EXPECT_EQ(permeability(slabs), whole); });
+}
+
+TEST(Slabs, GiveTheFlowsWithInertia) {
+    const KnownFlow cell = sphere_array(0.343, 15.39949, simple_cubic()), layers = three_layers(0.343, 15.39949);
+    PoreSpace in_situ = pore_space_of(layers.packing).with_section({2.0, 3.0}).with_ends(Ends::in_situ, 2.0);
+    in_situ.reservoir_m = 1.0;
+    const InertialCriterion steady{.tolerance = 1e-3}, in_time{.in_time = InertialCriterion::InTime{.tolerance = 0.02}};
+    const std::array<double, 2> reynolds = {5.0, 20.0};
+    for (const auto& [space, voxel, criterion] : {std::tuple(in_situ, 1.0 / 10, steady), {cell.space(), 1.0 / 12, in_time}}) {
+        const auto flows = [&](const Communicator& slabs) {
+            Json series = json_of(lbm_inertial_flows(space, voxel, reynolds, cell.diameter_m, criterion, slabs));
+            for (Json& flow : series.at("flows")) flow.erase("wall_time_s");
+            return series;
+        };
+        const Json whole = flows(no_communicator());
+        EXPECT_EQ(whole.at("flows").size(), 2U) << whole.dump(2);
+        run_parts(2, [&](const Communicator& slabs) { EXPECT_EQ(flows(slabs), whole); });
+    }
+}
+
+// Interrupted when it has written some checkpoints, in the same call of all parts.
+void interrupt_after(int checkpoints, const std::function<void()>& work) {
+    std::atomic<int> written = 0;
+    const Context context{.log =
+                              [&](auto, std::string_view text) {
+                                  if (has(std::string(text), "checkpoint at step")) ++written;
+                              },
+                          .progress = [](auto, auto, auto, auto) {},
+                          .interrupted = [&] { return written >= checkpoints; }};
+    const ContextScope scope(context);
+    EXPECT_THROW(work(), Interrupted);
+}
+
+TEST(Slabs, ResumeWithAnyNumberOfParts) {
+    const PoreSpace bed = pore_space_of(random_bed("cylinder:1,2", 30, 0.1)).with_section({0.3, 1.7});
+    for (const Precision precision : {Precision::double_precision, Precision::single_precision}) {
+        LbmConfig config;
+        config.precision = precision;
+        config.iteration_tolerance = 1e-4;
+        config.checkpoint_minutes = 1e-9;  // at each check
+        const LbmResult whole = lbm_permeability(bed, 0.05, config, {.parts = &no_communicator()});
+        const Folder folder;
+        const Path file = folder.path() / "lbm.checkpoint";
+        const auto solve = [&](int parts) {
+            std::vector<double> found(static_cast<std::size_t>(parts));
+            const auto of_part = [&](const Communicator& slabs) {
+                found[static_cast<std::size_t>(slabs.part())] =
+                    lbm_permeability(bed, 0.05, config, {.checkpoint = file, .parts = &slabs}).permeability_m2;
+            };
+            parts == 1 ? of_part(no_communicator()) : run_parts(parts, of_part);
+            for (const double k : found) EXPECT_EQ(k, whole.permeability_m2);
+        };
+        interrupt_after(5, [&] { solve(2); });
+        interrupt_after(5, [&] { solve(3); });
+        interrupt_after(5, [&] { solve(1); });
+        EXPECT_TRUE(std::filesystem::exists(file));
+        const SavedRun saved = read_checkpoint(file);
+        EXPECT_GT(saved.run.steps, 0);
+        solve(4);
+        EXPECT_FALSE(std::filesystem::exists(file));
     }
 }
 

@@ -8,12 +8,14 @@
 #include <cerrno>
 #include <cmath>
 #include <cstdlib>
+#include <optional>
 #include <sstream>
 #include <system_error>
 
 #include "apps/porepack/uses.hpp"
 #include "core/build.hpp"
 #include "core/communicator.hpp"
+#include "core/context.hpp"
 #include "core/error.hpp"
 #include "core/escape.hpp"
 #include "core/json.hpp"
@@ -152,6 +154,11 @@ Option Option::description(const std::string& text) {
     return *this;
 }
 
+Option Option::hidden() {
+    option_->group("");
+    return *this;
+}
+
 Option Command::add_option(const std::string& name, std::string& value, const std::string& help) {
     return Option(app_->add_option(name, value, help));
 }
@@ -207,9 +214,14 @@ int CommandLine::run(int argc, char** argv) {
     }
     require_finite_numbers(app, of_tables_);
     set_thread_count(common.threads);
-    if (ranks().parts() > 1 && command_path() != "lbm ")
-        throw UserError(fmt::format("porepack {}was started {} times by mpirun or srun", command_path(), ranks().parts()),
-                        {.allowed = "several ranks for porepack lbm", .fix = "start it once"});
+    if (ranks().parts() > 1 && command_path() != "lbm " && command_path() != "forchheimer ")
+        throw UserError(
+            fmt::format("porepack {}was started {} times by mpirun or srun", command_path(), ranks().parts()),
+            {.allowed = "several ranks for porepack lbm", .fix = "start it once; porepack run, lbm and forchheimer have --ranks"});
+    // All ranks but the first say nothing, but for errors.
+    const Context silent{.log = [](auto, auto) {}, .progress = [](auto, auto, auto, auto) {}};
+    std::optional<ContextScope> scope;
+    if (ranks().part() > 0) scope.emplace(silent);
     try {
         if (app.get_subcommands().empty()) fmt::print("{}", app.help());
         if (action_) action_();
@@ -319,6 +331,10 @@ void CommandLine::add_input(Command command, const char* what) {
         .type_name(vessels::container_forms() + " [m]");
     add_unit(command);
     add_image_keys(command);
+}
+
+void CommandLine::add_ranks(Command command, const std::string& help) {
+    command.add_option("--ranks", common.ranks, help).type_name("1 to 10000").range(1L, 10000L);
 }
 
 void CommandLine::add_image_keys(Command command, const std::vector<std::string>& leave_out) {

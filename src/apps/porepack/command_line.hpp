@@ -32,6 +32,7 @@ public:
     Option expected(int count);  ///< of values
     Option delimiter(char between_values);
     Option description(const std::string& text);
+    Option hidden();  ///< from --help and the manual
 
 private:
     CLI::Option* option_;
@@ -61,7 +62,8 @@ struct Common {
     bool dry_run = false;
     bool verbose = false;
     int threads = 0;
-    long ranks = 0;  ///< processes of MPI that compute one flow; 0: those that a launcher has started, or one
+    long ranks = 0;    ///< processes of MPI that compute one flow; 0: those that a launcher has started, those of a case, or one
+    std::string into;  ///< folder of the stage for which this process is a rank
     std::string output;
     std::string container;
     double unit_m = 1.0;
@@ -98,6 +100,7 @@ public:
     void add_alias(Command command, const std::string& flag, const std::string& key);
     void add_case(Command command);
     void add_input(Command command, const char* what);
+    void add_ranks(Command command, const std::string& help);
     void add_unit(Command command);
     /// --image-dims and so on: how an image is read. `leave_out`: keys.
     void add_image_keys(Command command, const std::vector<std::string>& leave_out = {"fitted_sizes", "fit_memory_bytes"});

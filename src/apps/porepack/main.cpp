@@ -19,6 +19,7 @@
 #include "core/machine.hpp"
 #include "core/passive_waiting.hpp"
 #include "parallel/mpi_ranks.hpp"
+#include "pipeline/run_ranks.hpp"
 
 namespace {
 
@@ -27,8 +28,10 @@ int report(const std::string& message, porepack::core::ExitCode code) {
     // What all ranks meet is told by the first, which ends the others.
     if (rank > 0) std::this_thread::sleep_for(std::chrono::seconds(2));
     const std::string where = rank > 0 ? fmt::format("rank {}: ", rank) : "";
-    const std::string line = fmt::format("error: {}{}\n", where, porepack::core::for_terminal(message));
-    (void)std::fwrite(line.data(), 1, line.size(), stderr);  // a log that cannot be written is not an error
+    if (!porepack::pipeline::tell_starter(where + message, static_cast<int>(code))) {
+        const std::string line = fmt::format("error: {}{}\n", where, porepack::core::for_terminal(message));
+        (void)std::fwrite(line.data(), 1, line.size(), stderr);  // a log that cannot be written is not an error
+    }
     porepack::parallel::end_all(static_cast<int>(code));
     return static_cast<int>(code);
 }

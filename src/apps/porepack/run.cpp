@@ -117,6 +117,7 @@ Case open_case(const Common& common, const std::string& table, const Flags& flag
         throw UserError("--set changes keys of the case, and the results in its own folder are those of case.toml as it is",
                         {.fix = "name another folder with --output"});
     the_case.output = common.output;
+    if (common.ranks > 0) the_case.settings.parallel.ranks = common.ranks;
     return the_case;
 }
 
@@ -147,17 +148,21 @@ void run_on_files(const Common& common, LooseRun run) {
     print_stage(common, run.stage, run_loose(run), run.target / (run.stage + ".manifest.json"));
 }
 
-void run_on_input(const Common& common, const LooseCommand& command) {
+PoreSpace load_input(const Common& common, const LooseCommand& command) {
     if (is_packing(common.input) && (!common.container.empty() || common.unit_m != 1.0))
         throw UserError("a packing brings its own container, in metres", {.where = common.input, .fix = "remove --container and --unit"});
-    const PoreSpace space = load_pore_space(common.input, {.container = container_of(common),
-                                                           .unit_m = common.unit_m,
-                                                           .geometry = command.geometry,
-                                                           .section = command.section,
-                                                           .image = config_from_flags<imaging::ImageConfig>(common.image_flags),
-                                                           .whole_bed = command.whole_bed});
+    return load_pore_space(common.input, {.container = container_of(common),
+                                          .unit_m = common.unit_m,
+                                          .geometry = command.geometry,
+                                          .section = command.section,
+                                          .image = config_from_flags<imaging::ImageConfig>(common.image_flags),
+                                          .whole_bed = command.whole_bed});
+}
+
+void run_on_input(const Common& common, const LooseCommand& command) {
+    const PoreSpace space = load_input(common, command);
     if (ranks().part() > 0) {
-        if (!common.dry_run) command.of_other_ranks(space);
+        if (!common.dry_run) (void)command.work(space, target_folder(common));  // the first rank writes
         return;
     }
     if (common.dry_run)

@@ -46,10 +46,10 @@ struct LooseCommand {
     core::Json configuration = {};
     core::JsonFunction<const pore_space::PoreSpace&, const core::Path&> work;    ///< writes into the folder
     std::function<core::Expectation(const pore_space::PoreSpace&)> expect = {};  ///< for --dry-run; "seconds" when empty
-    std::function<void(const pore_space::PoreSpace&)> of_other_ranks = {};       ///< the same without files, for all ranks but the first
     bool whole_bed = false;
     bool resumes = false;
 };
+[[nodiscard]] pore_space::PoreSpace load_input(const Common& common, const LooseCommand& command);
 void run_on_input(const Common& common, const LooseCommand& command);
 void run_on_files(const Common& common, pipeline::LooseRun run);
 [[nodiscard]] std::optional<vessels::Container> container_of(const Common& common);

@@ -94,6 +94,7 @@ void add_case_commands(CommandLine& line) {
                         [&, last] { run_case(common, *last); });
     line.add_case(run);
     line.add_keys(run, "packings");
+    line.add_ranks(run, "processes of MPI for each flow by lattice Boltzmann; default: [parallel] ranks of the case");
     run.add_option("--up-to", *last, "run only this stage and those that it needs").type_name("stage");
     line.add_case(line.add("status", "show which stages of a case are done, stale, failed or missing", "porepack status cases/quickstart",
                            [&] { print_status(common); }));

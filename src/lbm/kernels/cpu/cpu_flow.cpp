@@ -1,6 +1,7 @@
 #include "lbm/kernels/cpu/cpu_flow.hpp"
 
 #include <algorithm>
+#include <cstring>
 
 #include "core/communicator.hpp"
 #include "core/pages.hpp"
@@ -67,11 +68,12 @@ public:
 
     void advance_two_steps() override {
         const Schedule& schedule = plan_->schedule;
-        kernel_.two_steps(data_, 0, schedule.parts_alone);
-        if (plan_->slabs.parts() == 1) return;
-        exchange(&SharedSlots::own, &SharedSlots::beyond);
-        kernel_.two_steps(data_, schedule.parts_alone, schedule.parts.size());
-        exchange(&SharedSlots::beyond, &SharedSlots::own);
+        if (plan_->slabs.parts() == 1) return kernel_.two_steps(data_, 0, schedule.parts.size());
+        const std::size_t middle = (schedule.inside + schedule.border) / 2;
+        kernel_.two_steps(data_, 0, schedule.inside);
+        exchange(&SharedSlots::own, &SharedSlots::beyond, schedule.inside, middle);
+        kernel_.two_steps(data_, schedule.border, schedule.parts.size());
+        exchange(&SharedSlots::beyond, &SharedSlots::own, middle, schedule.border);
     }
     void moments(std::size_t first, std::span<Moments> moments) const override {
         kernel_.moments(data_, first, moments.data(), moments.size());
@@ -89,7 +91,15 @@ public:
         const bool last = end == plan_->nodes;
         store_.release(slot_of(0, first), last ? store_.size() : slot_of(0, end / chunk_nodes * chunk_nodes));
     }
-    [[nodiscard]] std::span<std::byte> state() override { return std::as_writable_bytes(std::span(store_.data(), store_.size())); }
+    void populations(std::size_t first, std::span<std::byte> of_nodes) const override {
+        for_numbers(first, of_nodes.size(),
+                    [&](std::size_t slot, std::size_t byte) { std::memcpy(of_nodes.data() + byte, store_.data() + slot, sizeof(Real)); });
+    }
+    void set_populations(std::size_t first, std::span<const std::byte> of_nodes) override {
+        for_numbers(first, of_nodes.size(),
+                    [&](std::size_t slot, std::size_t byte) { std::memcpy(store_.data() + slot, of_nodes.data() + byte, sizeof(Real)); });
+    }
+    [[nodiscard]] std::size_t bytes_per_number() const override { return sizeof(Real); }
     void wall_forces(std::size_t first, std::span<std::array<double, 3>> forces) const override {
         kernel_.wall_forces(data_, first, forces.data()->data(), forces.size());
     }
@@ -99,20 +109,37 @@ public:
     }
 
 private:
+    // Visits the slot of each population of the nodes from `first` on, with its place in a list of so many bytes.
+    template <typename Visit>
+    static void for_numbers(std::size_t first, std::size_t bytes, const Visit& visit) {
+        for (std::size_t byte = 0, node = first; byte < bytes; ++node)
+            for (std::size_t q = 0; q < d3q19::directions; ++q, byte += sizeof(Real)) visit(slot_of(q, node), byte);
+    }
     using Slots = std::vector<std::uint64_t> SharedSlots::*;
-    // Sends what the slots `from` hold to the slabs below and above, and puts what they send in the slots `to`.
-    void exchange(Slots from, Slots to) {
-        std::array<std::vector<Real>, 2> sent, received;
+    // Sends what the slots `from` hold to the slabs below and above, and puts what they send in the slots `to`; makes these parts of the
+    // schedule meanwhile.
+    void exchange(Slots from, Slots to, std::size_t first_part, std::size_t end_part) {
         for (std::size_t side = 0; side < 2; ++side) {
             const SharedSlots& shared = plan_->addresses.shared[side];
-            for (const std::uint64_t slot : shared.*from) sent[side].push_back(store_.data()[slot]);
-            received[side].resize((shared.*to).size());
+            sent_[side].clear();
+            for (const std::uint64_t slot : shared.*from) sent_[side].push_back(store_.data()[slot]);
+            received_[side].resize((shared.*to).size());
         }
-        plan_->slabs.exchange({bytes_of(sent[0]), bytes_of(sent[1])},
-                              {std::as_writable_bytes(std::span(received[0])), std::as_writable_bytes(std::span(received[1]))});
+        const auto transfer =
+            plan_->slabs.begin_exchange({bytes_of(sent_[0]), bytes_of(sent_[1])},
+                                        {std::as_writable_bytes(std::span(received_[0])), std::as_writable_bytes(std::span(received_[1]))});
+        // Long messages move only while the library of messages is called.
+        constexpr std::size_t pieces = 8;
+        for (std::size_t piece = 0; piece < pieces; ++piece) {
+            const auto at = [&](std::size_t p) { return first_part + (end_part - first_part) * p / pieces; };
+            if (at(piece) == at(piece + 1)) continue;
+            kernel_.two_steps(data_, at(piece), at(piece + 1));
+            transfer->move_on();
+        }
+        transfer->finish();
         for (std::size_t side = 0; side < 2; ++side) {
             const std::vector<std::uint64_t>& slots = plan_->addresses.shared[side].*to;
-            for (std::size_t s = 0; s < slots.size(); ++s) store_.data()[slots[s]] = received[side][s];
+            for (std::size_t s = 0; s < slots.size(); ++s) store_.data()[slots[s]] = received_[side][s];
         }
     }
 
@@ -153,6 +180,7 @@ private:
     std::vector<BoundaryPlace<Real>> boundary_;  // of this flow: their values may change
     core::Pages<Real> store_;                    // each thread touches its chunks first, in the first step (NUMA placement)
     KernelData<Real> data_{};
+    std::array<std::vector<Real>, 2> sent_, received_;  // populations on their way to and from the slabs below and above
 };
 
 template <typename Real>

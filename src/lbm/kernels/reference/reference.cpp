@@ -1,6 +1,9 @@
 // Direct implementation of the method: two copies of the populations, one node after the other, double precision. The fast
 // kernel must agree with it to rounding error.
 #include "lbm/kernels/reference/reference.hpp"
+
+#include <cstring>
+
 #include "lbm/uses.hpp"
 
 namespace porepack::lbm::reference {
@@ -150,7 +153,13 @@ public:
 
     void set_boundary_links(std::span<const double> added) override { boundary_added_.assign(added.begin(), added.end()); }
 
-    [[nodiscard]] std::span<std::byte> state() override { return std::as_writable_bytes(std::span(before_)); }
+    void populations(std::size_t first, std::span<std::byte> of_nodes) const override {
+        std::memcpy(of_nodes.data(), before_.data() + first, of_nodes.size());
+    }
+    void set_populations(std::size_t first, std::span<const std::byte> of_nodes) override {
+        std::memcpy(before_.data() + first, of_nodes.data(), of_nodes.size());
+    }
+    [[nodiscard]] std::size_t bytes_per_number() const override { return sizeof(double); }
 
     [[nodiscard]] double bytes() const override { return static_cast<double>(domain_.nodes()) * 2.0 * sizeof(Populations); }
 
