@@ -318,6 +318,12 @@ SurfaceOptions surface_options(const GeometryConfig& geometry) {
     return {.deviation_m = geometry.surface_deviation_m, .contact_gap_m = geometry.contact_gap_m};
 }
 
+io::TriangleSurface surface_of_grain(const Shape& shape, double deviation_m) {
+    io::TriangleSurface surface;
+    append(surface, grain_mesh(shape, deviation_m, 0.0, 0));
+    return surface;
+}
+
 SurfaceResult make_surface(const Packing& packing, const SurfaceOptions& options) {
     if (packing.bodies.empty()) throw UserError("the packing has no grain");
     const double d = finest_diameter(packing);

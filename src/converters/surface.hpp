@@ -58,6 +58,9 @@ struct SurfaceResult {
 /// are more than a tenth of the smallest thickness of the grains or change the volume of the grains by more than max_volume_error.
 [[nodiscard]] SurfaceResult make_surface(const packing::Packing& packing, const SurfaceOptions& options);
 
+/// One grain in its frame, closed. Throws as make_surface().
+[[nodiscard]] io::TriangleSurface surface_of_grain(const shapes::Shape& shape, double deviation_m);
+
 struct SurfaceMeasures {
     double volume_m3 = 0.0;
     double area_m2 = 0.0;

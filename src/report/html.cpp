@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <openssl/evp.h>
 
+#include <cctype>
 #include <map>
 
 #include "core/data_file.hpp"
@@ -12,16 +13,41 @@
 namespace porepack::report {
 namespace {
 
-std::string base64(const std::string& bytes) {
-    std::string text(4 * ((bytes.size() + 2) / 3) + 1, '\0');
-    const int size = EVP_EncodeBlock(reinterpret_cast<unsigned char*>(text.data()), reinterpret_cast<const unsigned char*>(bytes.data()),
-                                     static_cast<int>(bytes.size()));
-    text.resize(static_cast<std::size_t>(size));
-    return text;
+// The answer first, then a bar of what its uncertainty is from.
+std::string answer_html(const Answer& answer) {
+    if (answer.sentences.empty()) return "";
+    std::string html = "<div class=\"answer\"><p><strong>" + for_html(answer.sentences.front()) + "</strong></p>\n";
+    for (std::size_t i = 1; i < answer.sentences.size(); ++i) html += "<p>" + for_html(answer.sentences[i]) + "</p>\n";
+    if (!answer.shares.empty()) {
+        std::string bar, legend;
+        for (const auto& [name, share] : answer.shares) {
+            bar += fmt::format("<i style=\"flex:{:.4f}\"></i>", std::max(share, 0.004));
+            const std::string percent = share < 0.01 ? "< 1" : share > 0.99 && share < 1.0 ? "> 99" : fmt::format("{:.0f}", 100.0 * share);
+            legend += fmt::format("<span><i></i>{} {} %</span>", for_html(name), for_html(percent));
+        }
+        html += "<p>The uncertainty of one packing's k is, by variance, from</p><div class=\"bar\" aria-hidden=\"true\">" + bar +
+                "</div><div class=\"legend\">" + legend + "</div>\n";
+    }
+    return html + "</div>\n";
+}
+
+std::string anchor_of(const ReportSection& section) {
+    std::string anchor;
+    for (const char c : section.title)
+        if (std::isalnum(static_cast<unsigned char>(c)) != 0) anchor += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return anchor;
+}
+
+std::string contents_html(const std::vector<ReportSection>& sections) {
+    std::string html;
+    for (const ReportSection& section : sections)
+        if (!section.rows.empty() || !section.pictures.empty())
+            html += fmt::format("<a href=\"#{}\">{}</a>\n", anchor_of(section), for_html(section.title));
+    return "<nav aria-label=\"contents\">" + html + "</nav>\n";
 }
 
 std::string section_html(const ReportSection& section, const Path& folder) {
-    std::string html = "<h2>" + for_html(section.title) + "</h2>\n";
+    std::string html = "<h2 id=\"" + anchor_of(section) + "\">" + for_html(section.title) + "</h2>\n";
     if (!section.intro.empty()) html += "<p>" + for_html(section.intro) + "</p>\n";
     html += "<div class=\"wide\"><table><tr>";
     for (const auto& head : section.header) html += "<th>" + for_html(head) + "</th>";
@@ -46,7 +72,16 @@ std::string section_html(const ReportSection& section, const Path& folder) {
     return html;
 }
 
-// Fills the template's {{names}} in one pass: inserted text is not searched again.
+}  // namespace
+
+std::string base64(const std::string& bytes) {
+    std::string text(4 * ((bytes.size() + 2) / 3) + 1, '\0');
+    const int size = EVP_EncodeBlock(reinterpret_cast<unsigned char*>(text.data()), reinterpret_cast<const unsigned char*>(bytes.data()),
+                                     static_cast<int>(bytes.size()));
+    text.resize(static_cast<std::size_t>(size));
+    return text;
+}
+
 std::string filled(const std::string& page, const std::map<std::string, std::string>& values) {
     std::string text;
     std::size_t at = 0;
@@ -58,8 +93,6 @@ std::string filled(const std::string& page, const std::map<std::string, std::str
     return text + page.substr(at);
 }
 
-}  // namespace
-
 std::string html_page(const Page& page, const Path& folder) {
     std::string notes, numbers, tables;
     for (const auto& note : page.notes) notes += "<p class=\"note\">" + for_html(note) + "</p>\n";
@@ -69,6 +102,9 @@ std::string html_page(const Page& page, const Path& folder) {
     return filled(read_text(data_file("templates/report.html")),
                   {{"title", for_html(page.title)},
                    {"summary", page.summary.empty() ? "" : "<p>" + for_html(page.summary) + "</p>\n"},
+                   {"answer", answer_html(page.answer)},
+                   {"bed", page.bed},
+                   {"contents", contents_html(page.sections)},
                    {"notes", notes},
                    {"main_numbers", numbers},
                    {"sections", tables},

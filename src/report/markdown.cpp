@@ -8,6 +8,8 @@ namespace porepack::report {
 std::string markdown_page(const Page& page) {
     std::string text = "# " + for_markdown(page.title) + "\n\n";
     if (!page.summary.empty()) text += for_markdown(page.summary) + "\n\n";
+    for (const auto& sentence : page.answer.sentences)
+        text += (&sentence == page.answer.sentences.data() ? "**" + for_markdown(sentence) + "**" : for_markdown(sentence)) + "\n\n";
     for (const auto& note : page.notes) text += "> " + for_markdown(note) + "\n\n";
     for (const auto& [label, number] : page.main_numbers) text += "- " + for_markdown(label) + ": **" + for_markdown(number) + "**\n";
     for (const auto& section : page.sections) {

@@ -164,6 +164,8 @@ std::vector<results::ReportedQuantity> quantities(const ReportInput& input) {
 results::Report write_report(const ReportInput& input, const Path& folder) {
     Page page{.title = input.title,
               .summary = scene_text(input),
+              .answer = answer_of(input),
+              .bed = input.bed ? bed_view_html(*input.bed) : std::string(),
               .notes = input.notes,
               .main_numbers = main_numbers_of(input),
               .sections = {uncertainty_section(input), budget_section(input, folder), permeability_section(input, folder),

@@ -2,12 +2,14 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/files.hpp"
 #include "core/json.hpp"
 #include "permeability/fluid.hpp"
+#include "report/bed_view.hpp"
 #include "results/report.hpp"
 #include "results/results.hpp"
 
@@ -24,6 +26,7 @@ struct ReportInput {
     permeability::Fluid fluid = {};       ///< of the hydraulic conductivity
     std::string fluid_text = {};          ///< "water at 20 °C"
     core::Path stage_folders = {};        ///< results/: histories and flow fields are read from here
+    std::optional<BedView> bed = {};      ///< that can be turned
     std::vector<std::string> notes = {};  ///< shown at the top
 };
 

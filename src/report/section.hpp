@@ -25,6 +25,8 @@ namespace porepack::report {
 [[nodiscard]] ReportSection convergence_section(const ReportInput& input, const core::Path& folder);
 [[nodiscard]] ReportSection cost_section(const ReportInput& input);
 
+/// k in one sentence; empty where there is none.
+[[nodiscard]] Answer answer_of(const ReportInput& input);
 /// What was poured into what, and which part of it was solved.
 [[nodiscard]] std::string scene_text(const ReportInput& input);
 

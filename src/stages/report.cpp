@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "analysis/bed_view.hpp"
 #include "converters/surface.hpp"
 #include "core/json.hpp"
 #include "core/log.hpp"
@@ -63,6 +64,13 @@ results::Report run_report(const Case& c, const std::vector<std::string>& shown,
     input.stage_folders = c.results();
     if (config.pictures && !c.from_image() && !draw_packing(c, input.results, folder))
         input.notes.push_back("No picture of the packing: rendering failed, see results/report/log.picture.");
+    if (config.pictures && has_packing(c) && report::can_show_beds()) {
+        const auto& voxels = input.results.voxelise;
+        input.bed = bed_view_of(packing::read_packing(c.stage_folder("pack") / "packing.json"),
+                                voxels ? std::optional(voxels->section_m) : std::nullopt);
+    } else if (config.pictures && has_packing(c)) {
+        log_warning("the bed in the report cannot be turned: libjs-three is not installed");
+    }
     if (const auto note = slip_note(input, config)) {
         input.notes.push_back(*note);
         log_warning(*note);

@@ -1,0 +1,15 @@
+// A packing as a page shows it.
+#pragma once
+
+#include <optional>
+
+#include "core/interval.hpp"
+#include "packing/packing.hpp"
+#include "report/bed_view.hpp"
+
+namespace porepack::analysis {
+
+/// The grains exactly as they lie; those within a thousandth of their thickness touch. Their surfaces are within a hundredth of their thickness (of more than 300 grains, three hundredths).
+[[nodiscard]] report::BedView bed_view_of(const packing::Packing& packing, std::optional<core::Interval> section_m = {});
+
+}  // namespace porepack::analysis

@@ -1,0 +1,349 @@
+// Turns the bed of each element of class "bed". Lengths are shown in millimetres; z is up. Uses three.js r111.
+"use strict";
+(function () {
+  const mm = 1000;
+  const ramp = [[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [253, 231, 37]].map(c => c.map(v => v / 255));
+  const kinds = ["#4477aa", "#ee6677", "#228833", "#ccbb44", "#66ccee", "#aa3377", "#bbbbbb"];
+  const cutColour = 0x5b3a29;  // of the filled faces
+
+  function bytes(text) { return Uint8Array.from(atob(text), c => c.charCodeAt(0)).buffer; }
+
+  function rampColour(t) {
+    const x = Math.min(Math.max(t, 0), 1) * (ramp.length - 1), i = Math.min(Math.floor(x), ramp.length - 2), f = x - i;
+    return ramp[i].map((v, k) => v + f * (ramp[i + 1][k] - v));
+  }
+
+  // Corners with normals: the mean of the facets around a corner that meet at less than 35 degrees.
+  function smoothGeometry(points, triangles) {
+    const facets = triangles.length / 3, normal = new Float32Array(triangles.length), around = new Map();
+    for (let f = 0; f < facets; ++f) {
+      const p = [0, 1, 2].map(c => [0, 1, 2].map(a => points[3 * triangles[3 * f + c] + a]));
+      const u = p[1].map((v, a) => v - p[0][a]), w = p[2].map((v, a) => v - p[0][a]);
+      const n = [u[1] * w[2] - u[2] * w[1], u[2] * w[0] - u[0] * w[2], u[0] * w[1] - u[1] * w[0]];
+      for (let a = 0; a < 3; ++a) normal[3 * f + a] = n[a];
+      for (let c = 0; c < 3; ++c) {
+        const v = triangles[3 * f + c];
+        if (!around.has(v)) around.set(v, []);
+        around.get(v).push(f);
+      }
+    }
+    const length = f => Math.hypot(normal[3 * f], normal[3 * f + 1], normal[3 * f + 2]) || 1;
+    const position = new Float32Array(9 * facets), normals = new Float32Array(9 * facets);
+    for (let f = 0; f < facets; ++f)
+      for (let c = 0; c < 3; ++c) {
+        const v = triangles[3 * f + c], sum = [0, 0, 0];
+        for (const g of around.get(v)) {
+          const dot = (normal[3 * f] * normal[3 * g] + normal[3 * f + 1] * normal[3 * g + 1] + normal[3 * f + 2] * normal[3 * g + 2]) / (length(f) * length(g));
+          if (dot > 0.82) for (let a = 0; a < 3; ++a) sum[a] += normal[3 * g + a];
+        }
+        const size = Math.hypot(...sum) || 1;
+        for (let a = 0; a < 3; ++a) {
+          position[9 * f + 3 * c + a] = points[3 * v + a];
+          normals[9 * f + 3 * c + a] = sum[a] / size;
+        }
+      }
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute("position", new THREE.BufferAttribute(position, 3));
+    geometry.setAttribute("normal", new THREE.BufferAttribute(normals, 3));
+    geometry.computeBoundingSphere();
+    return geometry;
+  }
+
+  function surface(data) {
+    return { points: new Float32Array(bytes(data.points)).map(x => mm * x), triangles: new Uint32Array(bytes(data.triangles)) };
+  }
+
+  // Each grain has a colour of its own.
+  function tinted(material) {
+    material.onBeforeCompile = shader => {
+      shader.vertexShader = shader.vertexShader.replace("#include <common>", "attribute vec3 tint;\nvarying vec3 vTint;\n#include <common>")
+        .replace("#include <begin_vertex>", "vTint = tint;\n#include <begin_vertex>");
+      shader.fragmentShader = shader.fragmentShader.replace("#include <common>", "varying vec3 vTint;\n#include <common>")
+        .replace("#include <color_fragment>", "#include <color_fragment>\ndiffuseColor.rgb *= vTint;");
+    };
+    return material;
+  }
+
+  // Draws nothing, but counts in the stencil buffer how many surfaces lie between the eye and the cut.
+  function counter(side, operation, planes) {
+    return new THREE.MeshBasicMaterial({ side, clippingPlanes: planes, colorWrite: false, depthWrite: false, depthTest: false, stencilWrite: true,
+      stencilFunc: THREE.AlwaysStencilFunc, stencilFail: operation, stencilZFail: operation, stencilZPass: operation });
+  }
+
+  function start(box) {
+    const canvas = box.querySelector("canvas"), form = box.querySelector("form"), tip = box.querySelector(".tip"), legend = box.querySelector(".legend");
+    const data = JSON.parse(box.querySelector("script").textContent);
+    let renderer;
+    try {
+      renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true, stencil: true, preserveDrawingBuffer: true });
+    } catch (noWebGL) {
+      canvas.style.display = form.style.display = "none";
+      const note = document.createElement("p");
+      note.className = "off";
+      note.textContent = "This browser shows no WebGL: the bed cannot be turned here.";
+      box.append(note);
+      return;
+    }
+    renderer.localClippingEnabled = true;
+    renderer.setPixelRatio(Math.min(window.devicePixelRatio || 1, 2));
+    const scene = new THREE.Scene(), camera = new THREE.PerspectiveCamera(35, 1, 1, 10);
+    camera.up.set(0, 0, 1);
+    const low = new THREE.Vector3(...data.low_m).multiplyScalar(mm), high = new THREE.Vector3(...data.high_m).multiplyScalar(mm);
+    const middle = low.clone().add(high).multiplyScalar(0.5), radius = 0.5 * high.distanceTo(low);
+    const controls = new THREE.OrbitControls(camera, canvas);
+    controls.enableKeys = false;
+    const clip = new THREE.Plane(new THREE.Vector3(0, 0, -1), 0);
+    let planes = [], wanted = true, chosen = -1;
+
+    scene.add(new THREE.HemisphereLight(0xffffff, 0x8a8a94, 0.75));
+    const lamp = new THREE.DirectionalLight(0xffffff, 0.45);
+    camera.add(lamp);
+    lamp.position.set(0.6, 0.8, 1);
+    scene.add(camera);
+
+    // Grains, one instanced mesh per kind.
+    const count = data.kind_of_grain.length, poses = new Float32Array(bytes(data.poses)), matrices = [], kindsOf = [];
+    for (let g = 0; g < count; ++g) {
+      const p = poses.subarray(7 * g, 7 * g + 7);
+      matrices.push(new THREE.Matrix4().compose(new THREE.Vector3(mm * p[0], mm * p[1], mm * p[2]), new THREE.Quaternion(p[4], p[5], p[6], p[3]), new THREE.Vector3(1, 1, 1)));
+    }
+    data.kinds.forEach((kind, k) => {
+      const grains = [];
+      for (let g = 0; g < count; ++g) if (data.kind_of_grain[g] === k) grains.push(g);
+      const shape = surface(kind), geometry = smoothGeometry(shape.points, shape.triangles);
+      const tint = new THREE.InstancedBufferAttribute(new Float32Array(3 * grains.length), 3);
+      geometry.setAttribute("tint", tint);
+      const layers = [tinted(new THREE.MeshPhongMaterial({ color: 0xffffff, specular: 0x222222, shininess: 20, side: THREE.DoubleSide })),
+        counter(THREE.BackSide, THREE.IncrementWrapStencilOp, []), counter(THREE.FrontSide, THREE.DecrementWrapStencilOp, [])]
+        .map((material, layer) => {
+          const mesh = new THREE.InstancedMesh(geometry, material, grains.length);
+          grains.forEach((g, i) => matrices[g].toArray(mesh.instanceMatrix.array, 16 * i));
+          mesh.frustumCulled = false;
+          mesh.renderOrder = layer === 0 ? 3 : 1;
+          scene.add(mesh);
+          return mesh;
+        });
+      kindsOf.push({ name: kind.name, shape, grains, tint, layers, reach: geometry.boundingSphere });
+    });
+
+    // The filled face of the cut.
+    const cap = new THREE.Mesh(new THREE.PlaneBufferGeometry(4 * radius, 4 * radius), new THREE.MeshBasicMaterial({ color: cutColour, side: THREE.DoubleSide,
+      stencilWrite: true, stencilRef: 0, stencilFunc: THREE.NotEqualStencilFunc, stencilFail: THREE.ReplaceStencilOp, stencilZFail: THREE.ReplaceStencilOp, stencilZPass: THREE.ReplaceStencilOp }));
+    cap.renderOrder = 2;
+    cap.onAfterRender = r => r.clearStencil();
+    scene.add(cap);
+
+    // Vessel and section. The ends of the lines in which a plane cuts the vessel.
+    function outline(z) {
+      const ends = [];
+      if (!data.vessel) {
+        const corners = [[low.x, low.y], [high.x, low.y], [high.x, high.y], [low.x, high.y]].map(c => new THREE.Vector3(c[0], c[1], z));
+        corners.forEach((corner, i) => ends.push(corner, corners[(i + 1) % 4]));
+        return ends;
+      }
+      const { points, triangles } = surface(data.vessel);
+      for (let t = 0; t < triangles.length; t += 3) {
+        const corner = [0, 1, 2].map(c => new THREE.Vector3().fromArray(points, 3 * triangles[t + c])), cuts = [];
+        for (let c = 0; c < 3; ++c) {
+          const [a, b] = [corner[c], corner[(c + 1) % 3]];
+          if ((a.z < z) !== (b.z < z)) cuts.push(a.clone().lerp(b, (z - a.z) / (b.z - a.z)));
+        }
+        if (cuts.length === 2) ends.push(...cuts);
+      }
+      return ends;
+    }
+    const vessel = new THREE.Group(), section = new THREE.Group(), line = new THREE.LineBasicMaterial({ color: 0x6b7280 });
+    if (data.vessel) {
+      const sides = surface(data.vessel), geometry = new THREE.BufferGeometry();
+      geometry.setAttribute("position", new THREE.BufferAttribute(sides.points, 3));
+      geometry.setIndex(new THREE.BufferAttribute(sides.triangles, 1));
+      const skin = new THREE.Mesh(geometry, new THREE.MeshBasicMaterial({ color: 0x7aa5d8, transparent: true, opacity: 0.1, side: THREE.DoubleSide, depthWrite: false }));
+      skin.renderOrder = 4;
+      vessel.add(skin, new THREE.LineSegments(new THREE.EdgesGeometry(geometry, 30), line));
+    } else {
+      const size = high.clone().sub(low), edges = new THREE.LineSegments(new THREE.EdgesGeometry(new THREE.BoxBufferGeometry(size.x, size.y, size.z)), line);
+      edges.position.copy(middle);
+      vessel.add(edges);
+    }
+    scene.add(vessel);
+    for (const z of data.section_m || [])
+      section.add(new THREE.LineSegments(new THREE.BufferGeometry().setFromPoints(outline(mm * z)), new THREE.LineBasicMaterial({ color: 0xc2410c })));
+    scene.add(section);
+    form.section.parentElement.style.display = data.section_m ? "" : "none";
+    if (data.kinds.length < 2) form.colour.querySelector("[value=kind]").remove();
+
+    function colour() {
+      const how = form.colour.value, top = Math.max(...matrices.map(m => m.elements[14]), low.z + 1e-9), bottom = Math.min(...matrices.map(m => m.elements[14]), top);
+      const most = Math.max(1, ...data.contacts);
+      for (const kind of kindsOf) {
+        kind.grains.forEach((g, i) => {
+          const c = g === chosen ? [1, 0.35, 0.1]
+            : how === "height" ? rampColour((matrices[g].elements[14] - bottom) / (top - bottom || 1))
+            : how === "contacts" ? rampColour(data.contacts[g] / most)
+            : how === "kind" ? new THREE.Color(kinds[kindsOf.indexOf(kind) % kinds.length]).toArray() : [0.8, 0.78, 0.74];
+          kind.tint.array.set(c, 3 * i);
+        });
+        kind.tint.needsUpdate = true;
+      }
+      const bar = "<i style=\"background:linear-gradient(to right," + ramp.map(c => "rgb(" + c.map(v => Math.round(255 * v)) + ")") + ")\"></i>";
+      legend.innerHTML = how === "height" ? "height of the centre, mm" + bar + bottom.toPrecision(3) + " to " + top.toPrecision(3)
+        : how === "contacts" ? "grains that it touches" + bar + "0 to " + most : "";
+      if (how === "kind") kindsOf.forEach((kind, k) => {
+        const entry = document.createElement("div");
+        entry.textContent = kind.name + " \u25a0";
+        entry.style.color = kinds[k % kinds.length];
+        legend.append(entry);
+      });
+      wanted = true;
+    }
+
+    function cut() {
+      const axis = form.axis.value, on = axis !== "", a = "xyz".indexOf(axis);
+      for (const input of [form.at, form.flip]) input.disabled = !on;
+      if (on) {
+        const at = low.getComponent(a) + Number(form.at.value) * (high.getComponent(a) - low.getComponent(a));
+        const sign = (axis === "z") !== form.flip.checked ? -1 : 1;  // the face is on the side from which the bed is seen at first
+        clip.normal.set(0, 0, 0).setComponent(a, sign);
+        clip.constant = -sign * at;
+        cap.position.copy(middle).setComponent(a, at);
+        cap.lookAt(cap.position.clone().sub(clip.normal));
+        form.place.textContent = at.toPrecision(3) + " mm";
+      } else {
+        form.place.textContent = "";
+      }
+      planes = on ? [clip] : [];
+      for (const kind of kindsOf)
+        kind.layers.forEach((mesh, layer) => {
+          mesh.material.clippingPlanes = planes;
+          mesh.visible = layer === 0 || on;
+        });
+      cap.visible = on;
+      wanted = true;
+    }
+
+    function reset() {
+      camera.near = 0.02 * radius;
+      camera.far = 20 * radius;
+      controls.target.copy(middle);
+      camera.position.copy(middle).add(new THREE.Vector3(-0.55, -1.0, 0.42).normalize().multiplyScalar(3.4 * radius));
+      camera.updateProjectionMatrix();
+      controls.update();
+      wanted = true;
+    }
+    // From a side, for comparisons: "x", "y" or "z", from above.
+    function look(axis) {
+      const from = new THREE.Vector3().setComponent("xyz".indexOf(axis), 1);
+      camera.position.copy(controls.target).add(from.multiplyScalar(4 * radius)).add(new THREE.Vector3(0, -1e-3 * radius, 0));
+      controls.update();
+      wanted = true;
+    }
+
+    // The grain under a place of the canvas, in pixels: the nearest facet that the cut has left.
+    function pick(x, y) {
+      const size = renderer.getSize(new THREE.Vector2()), rays = new THREE.Raycaster(), hit = new THREE.Vector3(), corner = [0, 1, 2].map(() => new THREE.Vector3());
+      rays.setFromCamera(new THREE.Vector2(2 * x / size.x - 1, 1 - 2 * y / size.y), camera);
+      let best = Infinity, found = -1;
+      for (const kind of kindsOf)
+        for (const g of kind.grains) {
+          if (rays.ray.distanceToPoint(kind.reach.center.clone().applyMatrix4(matrices[g])) > kind.reach.radius) continue;
+          const ray = rays.ray.clone().applyMatrix4(new THREE.Matrix4().getInverse(matrices[g])), t = kind.shape.triangles, p = kind.shape.points;
+          for (let f = 0; f < t.length; f += 3) {
+            for (let c = 0; c < 3; ++c) corner[c].fromArray(p, 3 * t[f + c]);
+            if (!ray.intersectTriangle(corner[0], corner[1], corner[2], false, hit)) continue;
+            hit.applyMatrix4(matrices[g]);
+            const distance = hit.distanceTo(rays.ray.origin);
+            if (distance < best && planes.every(plane => plane.distanceToPoint(hit) >= 0)) [best, found] = [distance, g];
+          }
+        }
+      return found;
+    }
+
+    function draw() {
+      const width = canvas.clientWidth, height = canvas.clientHeight, size = renderer.getSize(new THREE.Vector2());
+      if (!width || !height) return;
+      if (size.x !== width || size.y !== height) {
+        renderer.setSize(width, height, false);
+        camera.aspect = width / height;
+        camera.updateProjectionMatrix();
+        wanted = true;
+      }
+      if (!wanted) return;
+      wanted = false;
+      renderer.render(scene, camera);
+    }
+    const still = window.matchMedia && matchMedia("(prefers-reduced-motion: reduce)").matches;
+    controls.autoRotate = !still;
+    controls.autoRotateSpeed = 0.8;
+    const stop = () => { controls.autoRotate = false; };
+    for (const event of ["pointerdown", "wheel", "keydown", "touchstart"]) box.addEventListener(event, stop, { passive: true });
+    controls.addEventListener("change", () => { wanted = true; });
+    (function loop() {
+      requestAnimationFrame(loop);
+      if (document.hidden) return;
+      controls.update();
+      draw();
+    })();
+
+    canvas.addEventListener("pointermove", event => {
+      const frame = canvas.getBoundingClientRect(), x = event.clientX - frame.left, y = event.clientY - frame.top;
+      const g = event.buttons ? -1 : pick(x, y);
+      if (g !== chosen) {
+        chosen = g;
+        colour();
+      }
+      tip.style.display = g < 0 ? "none" : "block";
+      if (g < 0) return;
+      const at = matrices[g].elements.slice(12, 15).map(v => v.toPrecision(4)).join(", ");
+      tip.textContent = "grain " + g + " (" + kindsOf[data.kind_of_grain[g]].name + "): touches " + data.contacts[g] + "; at " + at + " mm";
+      tip.style.left = Math.min(x + 12, canvas.clientWidth - tip.offsetWidth - 4) + "px";
+      tip.style.top = y + 14 + "px";
+    });
+    canvas.addEventListener("pointerleave", () => {
+      tip.style.display = "none";
+      if (chosen >= 0) {
+        chosen = -1;
+        colour();
+      }
+    });
+    canvas.addEventListener("keydown", event => {
+      const turn = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[event.key];
+      const nearer = { "+": 0.9, "-": 1.1 }[event.key];
+      if (!turn && !nearer && event.key !== "0") return;
+      event.preventDefault();
+      if (event.key === "0") return reset();
+      const from = new THREE.Spherical().setFromVector3(camera.position.clone().sub(controls.target).applyAxisAngle(new THREE.Vector3(1, 0, 0), -Math.PI / 2));
+      if (turn) {
+        from.theta += 0.1 * turn[0];
+        from.phi += 0.1 * turn[1];
+        from.makeSafe();
+      } else {
+        from.radius *= nearer;
+      }
+      camera.position.copy(controls.target).add(new THREE.Vector3().setFromSpherical(from).applyAxisAngle(new THREE.Vector3(1, 0, 0), Math.PI / 2));
+      wanted = true;
+    });
+    form.addEventListener("submit", event => event.preventDefault());
+    form.colour.addEventListener("change", colour);
+    for (const input of [form.axis, form.at, form.flip]) input.addEventListener("input", cut);
+    for (const [input, group] of [[form.vessel, vessel], [form.section, section]])
+      input.addEventListener("change", () => {
+        group.visible = input.checked;
+        wanted = true;
+      });
+    form.reset.addEventListener("click", reset);
+    form.full.addEventListener("click", () => document.fullscreenElement ? document.exitFullscreen() : box.requestFullscreen());
+    form.png.addEventListener("click", () => {
+      const link = document.createElement("a");
+      link.href = canvas.toDataURL("image/png");
+      link.download = "bed.png";
+      link.click();
+    });
+    colour();
+    cut();
+    reset();
+    draw();
+    box.view = { camera, controls, renderer, form, pick, look, reset, cut, colour, kinds: kindsOf, draw: () => { wanted = true; draw(); }, matrices, low, high, vessel, section };
+  }
+
+  document.querySelectorAll(".bed").forEach(start);
+})();
