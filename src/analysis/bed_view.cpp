@@ -3,9 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 
+#include "analysis/streamlines.hpp"
 #include "analysis/uses.hpp"
 #include "converters/surface.hpp"
+#include "io/image.hpp"
 #include "packing/structure.hpp"
 
 namespace porepack::analysis {
@@ -42,6 +45,18 @@ report::BedView bed_view_of(const Packing& packing, std::optional<Interval> sect
     bed.text = fmt::format("{} grains in {:.4g} mm of height; each touches {:.2g} others on average.", bed.grains.size(),
                            1e3 * (bed.high_m[2] - bed.low_m[2]), touching / std::max<double>(1.0, static_cast<double>(bed.grains.size())));
     return bed;
+}
+
+void add_streamlines(report::BedView& bed, const Path& flow_vti) {
+    constexpr std::size_t number = 60;
+    constexpr double largest_file_bytes = 1e9;
+    if (!std::filesystem::exists(flow_vti) || static_cast<double>(std::filesystem::file_size(flow_vti)) > largest_file_bytes) return;
+    const FlowImage flow = io::read_flow_image(flow_vti);
+    const auto direction = flow.notes.find("direction");
+    const int axis = direction == flow.notes.end() || direction->second == "z" ? 2 : direction->second == "y" ? 1 : 0;
+    if (const auto state = flow.notes.find("state"); state != flow.notes.end()) bed.flow = state->second;
+    for (Streamline& line : streamlines(flow, axis, number))
+        bed.streamlines.push_back({std::move(line.points_m), std::move(line.speeds_m_per_s)});
 }
 
 }  // namespace porepack::analysis

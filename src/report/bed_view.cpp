@@ -52,6 +52,16 @@ std::string data_of(const BedView& bed) {
     }
     json["poses"] = base64_of(poses);
     if (!bed.vessel.triangles.empty()) json["vessel"] = json_of_surface(bed.vessel);
+    std::vector<float> lines;  // x, y, z, speed
+    for (const BedView::Line& line : bed.streamlines) {
+        json["points_of_lines"].push_back(line.points_m.size());
+        for (std::size_t p = 0; p < line.points_m.size(); ++p) {
+            for (const double x : line.points_m[p]) lines.push_back(static_cast<float>(x));
+            lines.push_back(static_cast<float>(line.speeds_m_per_s[p]));
+        }
+    }
+    if (!lines.empty()) json["lines"] = base64_of(lines);
+    json["flow"] = bed.flow;
     if (bed.section_m) json["section_m"] = {bed.section_m->low, bed.section_m->high};
     // No text of a user ends the script.
     std::string text;

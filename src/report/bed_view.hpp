@@ -24,12 +24,18 @@ struct BedView {
         std::array<double, 4> orientation = {1.0, 0.0, 0.0, 0.0};  ///< quaternion w, x, y, z from the grain's frame
         long neighbours = 0;                                       ///< grains that it touches
     };
+    struct Line {
+        std::vector<std::array<double, 3>> points_m;
+        std::vector<double> speeds_m_per_s;
+    };
     std::string text;  ///< what is seen, for those who do not see it
     std::vector<Kind> kinds;
     std::vector<Grain> grains;
     io::TriangleSurface vessel = {};  ///< its sides; empty for a box
     std::array<double, 3> low_m{}, high_m{};
     std::optional<core::Interval> section_m = {};
+    std::vector<Line> streamlines = {};
+    std::string flow = {};  ///< whose streamlines they are: "water at a superficial velocity of ..."
 };
 
 /// libjs-three is installed.

@@ -68,6 +68,7 @@ results::Report run_report(const Case& c, const std::vector<std::string>& shown,
         const auto& voxels = input.results.voxelise;
         input.bed = bed_view_of(packing::read_packing(c.stage_folder("pack") / "packing.json"),
                                 voxels ? std::optional(voxels->section_m) : std::nullopt);
+        if (input.results.lbm) add_streamlines(*input.bed, c.stage_folder("lbm") / "flow.vti");
     } else if (config.pictures && has_packing(c)) {
         log_warning("the bed in the report cannot be turned: libjs-three is not installed");
     }

@@ -169,6 +169,33 @@
     for (const z of data.section_m || [])
       section.add(new THREE.LineSegments(new THREE.BufferGeometry().setFromPoints(outline(mm * z)), new THREE.LineBasicMaterial({ color: 0xc2410c })));
     scene.add(section);
+    // Streamlines, as thin tubes coloured by speed.
+    const lines = new THREE.Group();
+    let speedText = "";
+    if (data.lines) {
+      const numbers = new Float32Array(bytes(data.lines)), speeds = [];
+      for (let i = 3; i < numbers.length; i += 4) speeds.push(numbers[i]);
+      const fastest = speeds.sort((a, b) => a - b)[Math.floor(0.98 * (speeds.length - 1))] || 1, sides = 5;
+      speedText = "streamlines: speed, 0 to " + Number(fastest.toPrecision(2)) + " m/s, of " + data.flow;
+      let first = 0;
+      for (const count of data.points_of_lines) {
+        const points = [];
+        for (let p = 0; p < count; ++p) points.push(new THREE.Vector3().fromArray(numbers, 4 * (first + p)).multiplyScalar(mm));
+        const segments = count - 1, tube = new THREE.TubeBufferGeometry(new THREE.CatmullRomCurve3(points), segments, 0.0035 * radius, sides), colours = [];
+        for (let s = 0; s <= segments; ++s) {
+          const c = rampColour(numbers[4 * (first + s) + 3] / fastest);
+          for (let k = 0; k <= sides; ++k) colours.push(...c);
+        }
+        tube.setAttribute("color", new THREE.Float32BufferAttribute(colours, 3));
+        const mesh = new THREE.Mesh(tube, new THREE.MeshBasicMaterial({ vertexColors: THREE.VertexColors }));
+        mesh.renderOrder = 3;
+        lines.add(mesh);
+        first += count;
+      }
+    }
+    lines.visible = false;
+    scene.add(lines);
+    form.lines.parentElement.style.display = data.lines ? "" : "none";
     form.section.parentElement.style.display = data.section_m ? "" : "none";
     if (data.kinds.length < 2) form.colour.querySelector("[value=kind]").remove();
 
@@ -194,6 +221,12 @@
         entry.style.color = kinds[k % kinds.length];
         legend.append(entry);
       });
+      if (lines.visible) {
+        const entry = document.createElement("div");
+        entry.textContent = speedText;
+        if (how !== "height" && how !== "contacts") entry.insertAdjacentHTML("beforeend", bar);
+        legend.append(entry);
+      }
       wanted = true;
     }
 
@@ -325,10 +358,10 @@
     form.addEventListener("submit", event => event.preventDefault());
     form.colour.addEventListener("change", colour);
     for (const input of [form.axis, form.at, form.flip]) input.addEventListener("input", cut);
-    for (const [input, group] of [[form.vessel, vessel], [form.section, section]])
+    for (const [input, group] of [[form.vessel, vessel], [form.section, section], [form.lines, lines]])
       input.addEventListener("change", () => {
         group.visible = input.checked;
-        wanted = true;
+        colour();
       });
     form.reset.addEventListener("click", reset);
     form.full.addEventListener("click", () => document.fullscreenElement ? document.exitFullscreen() : box.requestFullscreen());
@@ -342,7 +375,7 @@
     cut();
     reset();
     draw();
-    box.view = { camera, controls, renderer, form, pick, look, reset, cut, colour, kinds: kindsOf, draw: () => { wanted = true; draw(); }, matrices, low, high, vessel, section };
+    box.view = { camera, controls, renderer, form, pick, look, reset, cut, colour, kinds: kindsOf, draw: () => { wanted = true; draw(); }, matrices, low, high, vessel, section, lines };
   }
 
   document.querySelectorAll(".bed").forEach(start);
