@@ -15,7 +15,8 @@ struct ReportConfig {
 
 inline void describe(record::ConfigVisitor& v, ReportConfig& c) {
     v.text("title", c.title, "title of the report; default: the folder's name");
-    v.boolean("pictures", c.pictures, "render the packing (needs xvfb-run if there is no display)");
+    v.boolean("pictures", c.pictures,
+              "show the bed: a rendered picture (needs xvfb-run if there is no display), and one that can be turned (libjs-three)");
     v.choice("fluid", c.fluid, "fluid for which the report states the hydraulic conductivity K = k rho g / mu");
     v.number("temperature_C", c.temperature_C, record::between(0.0, 100.0), "temperature of this fluid");
 }
