@@ -27,6 +27,10 @@ struct SavedRun {
     StokesRun run;  ///< steps, seconds and history of the grid that was interrupted
 };
 
+/// Of configuration, section, nodes and wall distances, the same for any number of slabs, all of which call it. It only has to distinguish
+/// runs of this program.
+[[nodiscard]] std::string identity_of(const pore_space::PoreSpace& space, LbmConfig config, const Domain& domain);
+
 /// All slabs of the domain call it at the same step, and each writes its nodes; `saved` is that of the lowest. MachineError when the disk
 /// is full or a slab does not see the file's folder; the checkpoint before it then stays.
 void write_checkpoint(const core::Path& path, const SavedRun& saved, const Flow& flow, const Domain& domain);

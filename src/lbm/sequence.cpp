@@ -17,7 +17,6 @@
 #include "pore_space/percolation.hpp"
 #include "pore_space/pore_space.hpp"
 #include "pore_space/walls.hpp"
-#include "record/resolved_config.hpp"
 
 namespace porepack::lbm {
 namespace {
@@ -57,32 +56,6 @@ std::vector<LayerGradient> layer_gradients(const LbmGridResult& grid, const Doma
         gradients.push_back({z0, z0 + height, gradient_between(force, domain.drive, grid.run.layers, layer, layer) / mean});
     }
     return gradients;
-}
-
-// Of a list whose order does not matter: the entries are added after they were mixed (the finaliser of splitmix64).
-constexpr std::uint64_t mixed(std::uint64_t x) {
-    x = (x ^ x >> 30U) * 0xbf58476d1ce4e5b9U;
-    x = (x ^ x >> 27U) * 0x94d049bb133111ebU;
-    return x ^ x >> 31U;
-}
-
-// Identity of configuration, section, nodes and wall distances, the same for any number of slabs. It only has to distinguish runs of this
-// program.
-std::string identity_of(const PoreSpace& space, LbmConfig config, const Domain& domain) {
-    config.max_time_s = config.checkpoint_minutes = 0.0;
-    const Communicator& slabs = *domain.slabs;
-    const std::uint64_t cells_below = domain.grid.index(0, 0, domain.grid.slab.first), nodes_below = sum_below(slabs, domain.nodes());
-    std::array<std::uint64_t, 2> sums{};  // of cells with nodes, of walls
-    domain.cells.for_each([&](std::size_t cell) { sums[0] += mixed(cells_below + cell + 1); });
-    for (const WallLink& link : domain.walls)
-        sums[1] += mixed((nodes_below + link.node + 1) << 21U | static_cast<std::uint64_t>(link.q) << 16U | link.distance);
-    std::array<std::uint64_t, 2> all{};
-    for (const Bytes& of_slab : slabs.gather(std::as_bytes(std::span(sums)))) {
-        const std::vector<std::uint64_t> list = list_of<std::uint64_t>(of_slab);
-        for (std::size_t i = 0; i < 2; ++i) all[i] += list[i];
-    }
-    return fmt::format("{} {} {} {} {:016x} {:016x}", record::resolved_config(config).dump(), name_of(space.ends), space.section.z0_m,
-                       space.section.z1_m, all[0], all[1]);
 }
 
 // The many small lists of the set-up stay with the C library otherwise.

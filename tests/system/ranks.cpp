@@ -153,7 +153,7 @@ private:
 TEST_F(Ranks, EndTogetherAndResume) {
     REQUIRE_PROGRAM("mpirun");
     write_bed();
-    const std::string scene = "--section 0.3,1.7 --voxel-size 0.02 --checkpoint-minutes 1e-3 ";
+    const std::string scene = "--section 0.3,1.7 --voxel-size 0.016 --checkpoint-minutes 1e-3 ";
     ASSERT_EQ(lbm(scene, "whole", "OMP_NUM_THREADS=2").exit_code, 0);
     const Processes processes(folder.path(), packing);
     const Path checkpoint = folder.path() / "parts" / "lbm.checkpoint";
@@ -163,7 +163,7 @@ TEST_F(Ranks, EndTogetherAndResume) {
         std::thread killer([&] {
             for (int i = 0; i < 200 && !std::filesystem::exists(checkpoint); ++i)
                 std::this_thread::sleep_for(std::chrono::milliseconds(50));
-            met = processes.wait_for(3, 0.3);
+            met = processes.wait_for(3, 0.05);
             const std::vector<int> all = processes.all(),
                                    ranks = processes.ranks();  // the starter, mpirun and two ranks, as they were started
             if (!met || all.size() < 4) return;
