@@ -14,6 +14,7 @@
 #include "core/json.hpp"
 #include "core/machine.hpp"
 #include "core/process.hpp"
+#include "core/throw_as.hpp"
 
 namespace porepack::pipeline {
 using namespace core;
@@ -25,17 +26,7 @@ constexpr const char* file_of_error = "POREPACK_FILE_OF_ERROR";
 // The error of a rank, in another process, with its exit code and its text.
 [[noreturn]] void throw_error_of(const Path& file) {
     const Json told = read_json(file);
-    const auto text = told.at("error").get<std::string>();
-    switch (static_cast<ExitCode>(told.at("exit_code").get<int>())) {
-        case ExitCode::user:
-            throw UserError(text);
-        case ExitCode::numerical:
-            throw NumericalError(text);
-        case ExitCode::engine:
-            throw EngineError(text);
-        default:
-            throw MachineError(text);
-    }
+    throw_as(static_cast<ExitCode>(told.at("exit_code").get<int>()), told.at("error").get<std::string>());
 }
 
 // Removed at the end.

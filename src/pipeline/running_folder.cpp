@@ -2,6 +2,7 @@
 
 #include "core/error.hpp"
 #include "core/interrupt.hpp"
+#include "core/throw_as.hpp"
 
 namespace porepack::pipeline {
 using namespace core;
@@ -31,16 +32,7 @@ void keep_what_is_left(const Path& running, const Path& failed, bool resumes) {
         std::string text = error.what();
         for (std::size_t at = 0; (at = text.find(running.string(), at)) != std::string::npos; at += failed.string().size())
             text.replace(at, running.string().size(), failed.string());
-        switch (error.code()) {
-            case ExitCode::user:
-                throw UserError(text);
-            case ExitCode::numerical:
-                throw NumericalError(text);
-            case ExitCode::engine:
-                throw EngineError(text);
-            default:
-                throw MachineError(text);
-        }
+        throw_as(error.code(), text);
     } catch (...) {
         fs::remove_all(running, ignored);
         throw;

@@ -83,12 +83,13 @@ std::string script(const std::string& text) {
 
 }  // namespace
 
-bool can_show_beds() {
-    return std::filesystem::exists(library / "three.min.js");
+void require_three() {
+    if (!std::filesystem::exists(library / "three.min.js"))
+        throw EngineError("three.js is not installed", {.fix = "apt-get install --no-install-recommends libjs-three"});
 }
 
 std::string bed_view_html(const BedView& bed) {
-    if (!can_show_beds()) throw EngineError("three.js is not installed", {.fix = "apt-get install --no-install-recommends libjs-three"});
+    require_three();
     const auto own = [](const char* name) { return read_text(data_file(Path("templates") / name)); };
     return "<style>\n" + own("bed_view.css") + "</style>\n" +
            filled(own("bed_view.html"), {{"label", for_html(bed.text)}, {"data", data_of(bed)}}) +

@@ -38,9 +38,9 @@ struct BedView {
     std::string flow = {};  ///< whose streamlines they are: "water at a superficial velocity of ..."
 };
 
-/// libjs-three is installed.
-[[nodiscard]] bool can_show_beds();
-/// HTML for the body of a page, with style and scripts; at most one per page. Throws EngineError without libjs-three.
+/// Throws EngineError where libjs-three is not installed.
+void require_three();
+/// HTML for the body of a page, with style and scripts; at most one per page. Throws as require_three().
 [[nodiscard]] std::string bed_view_html(const BedView& bed);
 /// A page of its own.
 void write_bed_page(const core::Path& html, const std::string& title, const BedView& bed);

@@ -5,6 +5,8 @@
 
 #include "analysis/bed_view.hpp"
 #include "converters/surface.hpp"
+#include "core/error.hpp"
+#include "core/interrupt.hpp"
 #include "core/json.hpp"
 #include "core/log.hpp"
 #include "permeability/fluid.hpp"
@@ -43,6 +45,21 @@ bool draw_packing(const Case& c, const results::CaseResults& results, const Path
     return drawn;
 }
 
+// A report without it is a report still.
+std::optional<report::BedView> bed_to_turn(const Case& c, const results::CaseResults& results) {
+    try {
+        report::require_three();
+        report::BedView bed = bed_view_of(packing::read_packing(c.stage_folder("pack") / "packing.json"),
+                                          results.voxelise ? std::optional(results.voxelise->section_m) : std::nullopt);
+        if (results.lbm) add_streamlines(bed, c.stage_folder("lbm") / "flow.vti");
+        return bed;
+    } catch (const Error& fault) {
+        if (interrupted()) throw;
+        log_warning(fmt::format("the bed in the report cannot be turned: {}", fault.what()));
+        return std::nullopt;
+    }
+}
+
 results::Report run_report(const Case& c, const std::vector<std::string>& shown, const Path& folder) {
     ReportInput input{.title = title_of(c), .configuration = c.settings.resolved_tables()};
     for (const std::string& stage : shown) {
@@ -64,14 +81,7 @@ results::Report run_report(const Case& c, const std::vector<std::string>& shown,
     input.stage_folders = c.results();
     if (config.pictures && !c.from_image() && !draw_packing(c, input.results, folder))
         input.notes.push_back("No picture of the packing: rendering failed, see results/report/log.picture.");
-    if (config.pictures && has_packing(c) && report::can_show_beds()) {
-        const auto& voxels = input.results.voxelise;
-        input.bed = bed_view_of(packing::read_packing(c.stage_folder("pack") / "packing.json"),
-                                voxels ? std::optional(voxels->section_m) : std::nullopt);
-        if (input.results.lbm) add_streamlines(*input.bed, c.stage_folder("lbm") / "flow.vti");
-    } else if (config.pictures && has_packing(c)) {
-        log_warning("the bed in the report cannot be turned: libjs-three is not installed");
-    }
+    if (config.pictures && has_packing(c)) input.bed = bed_to_turn(c, input.results);
     if (const auto note = slip_note(input, config)) {
         input.notes.push_back(*note);
         log_warning(*note);
