@@ -31,7 +31,7 @@ py::tuple permeability(const PoreSpace& space, double voxel_size_m, bool with_fl
     auto [result, field] = run([&] {
         analysis::ComputedFlow flow = analysis::compute_flow(space, {.voxel_size_m = voxel_size_m}, config, checkpoint);
         std::optional<geometry::FlowImage> whole;
-        if (with_flow) whole = flow.field.whole();
+        if (with_flow) whole = flow.field.of_own();
         return std::pair(std::move(flow.outcome.result), std::move(whole));
     });
     return py::make_tuple(to_python(result), field ? py::object(field_of(std::move(*field))) : py::none());

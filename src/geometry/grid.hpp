@@ -121,10 +121,11 @@ struct FlowImage {
 
 /// A flow image that is made while it is written, some layers of cells at a time.
 struct LayeredFlow {
-    Grid grid;
+    Grid grid;                        ///< the whole one
+    std::array<int, 2> own = {0, 0};  ///< [first, end): its layers along z that this part of the computation has
     std::map<std::string, std::string> notes;
-    std::function<FlowImage(int first, int end)> layers;  ///< [first, end) along z; empty: no flow was kept
-    [[nodiscard]] FlowImage whole() const { return layers(0, grid.cells[2]); }
+    std::function<FlowImage(int first, int end)> layers;  ///< [first, end) of its own; by several threads; empty: no flow was kept
+    [[nodiscard]] FlowImage of_own() const { return layers(own[0], own[1]); }
 };
 
 }  // namespace porepack::geometry

@@ -4,17 +4,12 @@
 #include <vtkCellData.h>
 #include <vtkFieldData.h>
 #include <vtkFloatArray.h>
-#include <vtkImageAlgorithm.h>
 #include <vtkImageData.h>
-#include <vtkInformation.h>
-#include <vtkInformationVector.h>
 #include <vtkNew.h>
 #include <vtkObject.h>
-#include <vtkObjectFactory.h>
 #include <vtkPNGReader.h>
 #include <vtkPNGWriter.h>
 #include <vtkPointData.h>
-#include <vtkStreamingDemandDrivenPipeline.h>
 #include <vtkStringArray.h>
 #include <vtkUnsignedCharArray.h>
 #include <vtkUnsignedIntArray.h>
@@ -66,13 +61,11 @@ vtkNew<Array> wrap(const char* name, const std::vector<Value>& values, int compo
     return array;
 }
 
-// `set_input` connects the writer.
-template <typename SetInput>
-void write_with(const Path& path, const SetInput& set_input) {
+void write_image(const Path& path, vtkImageData* image) {
     write_whole(path, [&](const Path& name) {
         vtkNew<vtkXMLImageDataWriter> writer;
         writer->SetFileName(name.c_str());
-        set_input(writer.Get());
+        writer->SetInputData(image);
         writer->SetDataModeToAppended();
         writer->EncodeAppendedDataOff();
         writer->SetCompressorTypeToZLib();
@@ -81,52 +74,6 @@ void write_with(const Path& path, const SetInput& set_input) {
             throw MachineError("cannot write " + path.string(), {.fix = "free some disk space or choose another folder with --output"});
     });
 }
-
-void write_image(const Path& path, vtkImageData* image) {
-    write_with(path, [&](vtkXMLImageDataWriter* writer) { writer->SetInputData(image); });
-}
-
-// VTK asks for one piece after the other, each some layers of cells.
-class FlowPieces : public vtkImageAlgorithm {
-public:
-    static FlowPieces* New();
-    vtkTypeMacro(FlowPieces, vtkImageAlgorithm);
-    const LayeredFlow* flow = nullptr;
-
-protected:
-    FlowPieces() { SetNumberOfInputPorts(0); }
-    int RequestInformation(vtkInformation*, vtkInformationVector**, vtkInformationVector* outputs) override {
-        vtkInformation* const out = outputs->GetInformationObject(0);
-        const auto& cells = flow->grid.cells;
-        const std::array<int, 6> extent = {0, cells[0], 0, cells[1], 0, cells[2]};
-        out->Set(vtkStreamingDemandDrivenPipeline::WHOLE_EXTENT(), extent.data(), 6);
-        out->Set(vtkDataObject::SPACING(), flow->grid.spacing_m.data(), 3);
-        out->Set(vtkDataObject::ORIGIN(), flow->grid.origin_m.data(), 3);
-        out->Set(vtkAlgorithm::CAN_HANDLE_PIECE_REQUEST(), 1);
-        return 1;
-    }
-    int RequestData(vtkInformation*, vtkInformationVector**, vtkInformationVector* outputs) override {
-        vtkInformation* const out = outputs->GetInformationObject(0);
-        const auto& cells = flow->grid.cells;
-        const long piece = out->Get(vtkStreamingDemandDrivenPipeline::UPDATE_PIECE_NUMBER()),
-                   pieces = out->Get(vtkStreamingDemandDrivenPipeline::UPDATE_NUMBER_OF_PIECES());
-        const auto first = static_cast<int>(cells[2] * piece / pieces), end = static_cast<int>(cells[2] * (piece + 1) / pieces);
-        layers_ = flow->layers(first, end);
-        vtkImageData* const data = vtkImageData::GetData(outputs);
-        data->SetExtent(0, cells[0], 0, cells[1], first, end);
-        data->SetOrigin(flow->grid.origin_m.data());
-        data->SetSpacing(flow->grid.spacing_m.data());
-        add_notes(data, flow->notes);
-        data->GetCellData()->SetVectors(wrap<vtkFloatArray>("velocity", layers_.velocity_m_per_s, 3));
-        data->GetCellData()->AddArray(wrap<vtkFloatArray>("pressure", layers_.pressure_Pa, 1));
-        data->GetCellData()->AddArray(wrap<vtkUnsignedCharArray>("phase", layers_.phase, 1));
-        return 1;
-    }
-
-private:
-    FlowImage layers_;  // the arrays of VTK refer to its memory
-};
-vtkStandardNewMacro(FlowPieces);
 
 vtkNew<vtkXMLImageDataReader> open_image(const Path& path) {
     const std::string text = read_text(path);
@@ -245,16 +192,6 @@ void write_label_image(const Path& path, const Grid& grid, const std::vector<std
     const auto data = make_image(grid, {});
     data->GetCellData()->SetScalars(wrap<vtkUnsignedIntArray>("label", label, 1));
     write_image(path, data);
-}
-
-void write_flow_image(const Path& path, const LayeredFlow& flow, std::size_t cells_per_piece) {
-    const std::size_t wanted = (flow.grid.size() + cells_per_piece - 1) / cells_per_piece;
-    vtkNew<FlowPieces> pieces;
-    pieces->flow = &flow;
-    write_with(path, [&](vtkXMLImageDataWriter* writer) {
-        writer->SetInputConnection(pieces->GetOutputPort());
-        writer->SetNumberOfPieces(static_cast<int>(std::min(wanted, static_cast<std::size_t>(flow.grid.cells[2]))));
-    });
 }
 
 FlowImage read_flow_image(const Path& path) {

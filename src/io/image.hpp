@@ -3,6 +3,7 @@
 
 #include <span>
 
+#include "core/communicator.hpp"
 #include "core/files.hpp"
 #include "geometry/gray_image.hpp"
 
@@ -16,8 +17,9 @@ void write_gray_image(const core::Path& path, const geometry::GrayImage& image);
 /// Cell data `label`, 32 bits; 0 is no grain.
 void write_label_image(const core::Path& path, const geometry::Grid& grid, const std::vector<std::uint32_t>& label);
 
-/// In pieces of some layers of cells: neither the fields nor the file need to be in memory as a whole.
-void write_flow_image(const core::Path& path, const geometry::LayeredFlow& flow, std::size_t cells_per_piece = 1000000);
+/// By all parts of the computation together, each the layers that it has; the bytes do not depend on their number. Each has its layers
+/// compressed in memory, some 10 bytes per pore cell.
+void write_flow_image(const core::Path& path, const geometry::LayeredFlow& flow, const core::Communicator& parts = core::no_communicator());
 /// Throws UserError when the file is not an image or has no such cell data; for NaN in the velocity with the index of the cell.
 [[nodiscard]] geometry::FlowImage read_flow_image(const core::Path& path);
 

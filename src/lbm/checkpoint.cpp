@@ -10,6 +10,7 @@
 #include "core/communicator.hpp"
 #include "core/error.hpp"
 #include "core/members_json.hpp"
+#include "core/shared_file.hpp"
 #include "lbm/lattice.hpp"
 #include "lbm/uses.hpp"
 #include "pore_space/pore_space.hpp"
@@ -85,6 +86,7 @@ void visit_members(Self& saved, const Visit& visit) {
 
 std::string identity_of(const PoreSpace& space, LbmConfig config, const Domain& domain) {
     config.max_time_s = config.checkpoint_minutes = 0.0;
+    config.device = "cpu";  // another one may go on
     const Communicator& slabs = *domain.slabs;
     const std::uint64_t cells_below = domain.grid.index(0, 0, domain.grid.slab.first), nodes_below = sum_below(slabs, domain.nodes());
     std::array<std::uint64_t, 2> sums{};  // of cells with nodes, of walls
@@ -101,41 +103,18 @@ std::string identity_of(const PoreSpace& space, LbmConfig config, const Domain& 
 }
 
 void write_checkpoint(const Path& path, const SavedRun& saved, const Flow& flow, const Domain& domain) {
-    const Communicator& slabs = *domain.slabs;
-    const std::uint64_t nodes_below = sum_below(slabs, domain.nodes());
-    const auto failed = [&] {
-        return MachineError("the checkpoint cannot be written", {.where = path.string(), .fix = "is the disk full?"});
-    };
-    // The file, with its header, exists when a slab has its name, and is complete when all slabs have come to the end.
-    const auto write_nodes = [&](const std::string& part, std::size_t header_bytes) {
-        std::fstream file(part, std::ios::binary | std::ios::in | std::ios::out);
-        file.seekp(static_cast<std::streamoff>(header_bytes + nodes_below * bytes_per_node(flow)));
-        for_blocks(flow, domain, [&](std::size_t first, std::span<std::byte> block) {
-            flow.populations(first, block);
-            file.write(reinterpret_cast<const char*>(block.data()), static_cast<std::streamsize>(block.size()));
-        });
-        file.close();
-        if (!file) throw failed();
-        (void)slabs.gather({});
-    };
-    const auto name_of_first = [&](const std::string& name) {
-        const Bytes sent = slabs.gather(std::as_bytes(std::span(name))).front();
-        return std::string(reinterpret_cast<const char*>(sent.data()), sent.size());
-    };
-    if (slabs.part() > 0) {
-        const std::string part = name_of_first("");
-        return write_nodes(part, static_cast<std::size_t>(agreed(slabs, 0.0)));
-    }
     Json header = json_of(saved);
     header[key] = version;
-    const std::string line = header.dump() + '\n';
-    write_whole(path, [&](const Path& part) {
-        std::ofstream file(part, std::ios::binary);
-        file << line;
-        file.close();
-        if (!file) throw failed();
-        (void)name_of_first(std::filesystem::absolute(part).string());
-        write_nodes(part, static_cast<std::size_t>(agreed(slabs, static_cast<double>(line.size()))));
+    const std::string line = header.dump() + '\n';  // that of the first slab; the seconds of the others differ
+    const auto header_bytes = static_cast<std::uint64_t>(agreed(*domain.slabs, static_cast<double>(line.size())));
+    std::uint64_t byte = header_bytes + sum_below(*domain.slabs, domain.nodes()) * bytes_per_node(flow);
+    write_together(path, "the checkpoint", *domain.slabs, [&](SharedFile& file) {
+        if (domain.slabs->part() == 0) file.write(0, std::as_bytes(std::span(line)));
+        for_blocks(flow, domain, [&](std::size_t first, std::span<std::byte> block) {
+            flow.populations(first, block);
+            file.write(byte, block);
+            byte += block.size();
+        });
     });
 }
 

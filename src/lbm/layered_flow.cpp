@@ -11,17 +11,6 @@ namespace {
 
 constexpr double water_viscosity_Pa_s = 1e-3;
 
-// The lists of all slabs, one after the other.
-template <typename T>
-std::vector<T> gathered(const Communicator& slabs, const std::vector<T>& mine) {
-    std::vector<T> all;
-    for (const Bytes& of_slab : slabs.gather(core::bytes_of(mine))) {
-        const std::vector<T> list = list_of<T>(of_slab);
-        all.insert(all.end(), list.begin(), list.end());
-    }
-    return all;
-}
-
 }  // namespace
 
 LayeredFlow layered_flow(PhaseImage&& image, FlowField&& field, const Grid& whole, const LbmGridResult& result, double force,
@@ -31,23 +20,26 @@ LayeredFlow layered_flow(PhaseImage&& image, FlowField&& field, const Grid& whol
     const double pressure = gradient * result.voxel_size_m / result.run.gradient_lu;
     const auto axis = static_cast<std::size_t>(field.domain.drive.axis);
     const double slope = field.domain.drive.by_pressure() ? force : 0.0;
-    LayeredFlow flow{.grid = whole, .notes = std::move(image.notes), .layers = {}};
+    LayeredFlow flow{.grid = whole, .own = {}, .notes = std::move(image.notes), .layers = {}};
     flow.notes["state"] =
         fmt::format("water (1e-3 Pa s) at a superficial velocity of {:g} m/s along {}", superficial_velocity_m_per_s, "xyz"[axis]);
     flow.notes["direction"] = std::string(1, "xyz"[axis]);
     const auto phase = std::make_shared<const std::vector<std::uint8_t>>(std::move(image.phase));
     const auto of_nodes = std::make_shared<const FlowField>(std::move(field));
-    // Layers [first, end) of this slab.
-    const auto of_slab = [=, own = image.grid](int first, int end) {
-        const std::size_t begin = own.index(0, 0, first), cells = own.index(0, 0, end) - begin;
+    const int below = image.grid.slab.first;  // layers of the whole grid
+    flow.own = {below, below + image.grid.cells[2]};
+    flow.layers = [=, own = image.grid](int first, int end) {
+        const std::size_t begin = own.index(0, 0, first - below), cells = own.index(0, 0, end - below) - begin;
         const auto from = phase->begin() + static_cast<std::ptrdiff_t>(begin);
-        FlowImage picture{.grid = own,
+        FlowImage picture{.grid = whole,
                           .velocity_m_per_s = std::vector<float>(3 * cells, 0.0F),
                           .pressure_Pa = std::vector<float>(cells, 0.0F),
                           .phase = {from, from + static_cast<std::ptrdiff_t>(cells)},
                           .notes = {}};
+        picture.grid.origin_m[2] += first * whole.spacing_m[2];
+        picture.grid.cells[2] = end - first;
         const Domain& domain = of_nodes->domain;
-        const std::size_t in_field = domain.grid.is_slab() ? own.index(0, 0, own.slab.first - domain.grid.slab.first) : 0;
+        const std::size_t in_field = domain.grid.is_slab() ? own.index(0, 0, below - domain.grid.slab.first) : 0;
         auto node = static_cast<std::size_t>(domain.cells.rank(in_field + begin));
         for (std::size_t cell = 0; cell < cells; ++cell) {
             if (!domain.cells.contains(in_field + begin + cell)) continue;
@@ -61,34 +53,7 @@ LayeredFlow layered_flow(PhaseImage&& image, FlowField&& field, const Grid& whol
         }
         return picture;
     };
-    flow.layers = [of_slab, whole, own = image.grid, slabs = of_nodes->domain.slabs](int first, int end) {
-        const std::array<int, 2> mine{first, end};
-        const auto asked = list_of<int>(slabs->gather(std::as_bytes(std::span(mine))).front());
-        first = asked[0];
-        end = asked[1];
-        if (first < 0) return FlowImage{};
-        const int low = std::clamp(first - own.slab.first, 0, own.cells[2]), high = std::clamp(end - own.slab.first, 0, own.cells[2]);
-        FlowImage picture = of_slab(low, high);
-        if (slabs->parts() > 1) {
-            picture.velocity_m_per_s = gathered(*slabs, picture.velocity_m_per_s);
-            picture.pressure_Pa = gathered(*slabs, picture.pressure_Pa);
-            picture.phase = gathered(*slabs, picture.phase);
-        }
-        picture.grid = whole;
-        picture.grid.origin_m[2] += first * whole.spacing_m[2];
-        picture.grid.cells[2] = end - first;
-        return picture;
-    };
     return flow;
-}
-
-void answer_first_part(const LayeredFlow& flow) {
-    while (!flow.layers(-1, -1).phase.empty()) {
-    }
-}
-
-void end_answers(const LayeredFlow& flow, const Communicator& parts) {
-    if (parts.parts() > 1) (void)flow.layers(-1, -1);
 }
 
 }  // namespace porepack::lbm

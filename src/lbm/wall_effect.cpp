@@ -61,7 +61,7 @@ double core_over_tube_permeability(const PoreSpace& space, double layer_m) {
     PoreSpace pores = space;
     pores.reservoir_m = 0.0;
     const FlowImage flow =
-        lbm_permeability(pores, pores.grain_size_m / 6.0, {.iteration_tolerance = 1e-3, .grids = 1}, {.with_flow = true}).flow.whole();
+        lbm_permeability(pores, pores.grain_size_m / 6.0, {.iteration_tolerance = 1e-3, .grids = 1}, {.with_flow = true}).flow.of_own();
     return core_over_tube(flow, {-1e300, 1e300}, *pores.container.tube_diameter(), layer_m);
 }
 

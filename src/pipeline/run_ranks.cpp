@@ -43,6 +43,8 @@ struct ErrorFile {
 
 std::map<std::string, std::string> environment_of(long ranks, const Path& error) {
     std::map<std::string, std::string> environment = {{file_of_error, error.string()}};
+    // mpirun looks for devices of OpenCL, and a driver made with LLVM then takes the signals that mpirun would pass on.
+    if (std::getenv("HWLOC_COMPONENTS") == nullptr) environment["HWLOC_COMPONENTS"] = "-opencl";
     if (geteuid() == 0)  // as in containers
         environment.insert({{"OMPI_ALLOW_RUN_AS_ROOT", "1"}, {"OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"}});
     if (std::getenv("OMP_NUM_THREADS") == nullptr && thread_count() < usable_cores())

@@ -8,7 +8,6 @@
 #include "core/members_json.hpp"
 #include "io/image.hpp"
 #include "lbm/checkpoint.hpp"
-#include "lbm/layered_flow.hpp"
 #include "lbm/permeability.hpp"
 #include "pipeline/run_ranks.hpp"
 #include "stages/case_space.hpp"
@@ -21,14 +20,9 @@ namespace porepack::stages {
 results::Lbm run_lbm(const PoreSpace& space, const GeometryConfig& geometry, const LbmConfig& config, const Path& folder,
                      const Path& checkpoint) {
     ComputedFlow flow = compute_flow(space, geometry, config, checkpoint);
-    if (ranks().part() > 0) {
-        if (config.fields != FieldFiles::none) lbm::answer_first_part(flow.field);
-        return std::move(flow.outcome.result);
-    }
-    results::Lbm result = written(std::move(flow.outcome), folder);
-    if (config.fields == FieldFiles::none) return result;
-    io::write_flow_image(folder / "flow.vti", flow.field);
-    lbm::end_answers(flow.field, ranks());
+    const bool first = ranks().part() == 0;
+    results::Lbm result = first ? written(std::move(flow.outcome), folder) : std::move(flow.outcome.result);
+    if (config.fields != FieldFiles::none) io::write_flow_image(folder / "flow.vti", flow.field, ranks());
     return result;
 }
 

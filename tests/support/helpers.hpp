@@ -22,6 +22,7 @@
 // Tests see all of the library.
 namespace porepack {
 namespace core {}
+namespace devices {}
 namespace geometry {}
 namespace record {}
 namespace io {}
@@ -80,7 +81,7 @@ namespace porepack::test {
 
 /// A flow image as the writer of flow.vti takes it. It must outlive the result.
 inline LayeredFlow as_layers(const FlowImage& flow) {
-    return {.grid = flow.grid, .notes = flow.notes, .layers = [&flow](int first, int end) {
+    return {.grid = flow.grid, .own = {0, flow.grid.cells[2]}, .notes = flow.notes, .layers = [&flow](int first, int end) {
                 FlowImage part{.grid = flow.grid, .velocity_m_per_s = {}, .pressure_Pa = {}, .phase = {}, .notes = {}};
                 part.grid.cells[2] = end - first;
                 part.grid.origin_m[2] = flow.grid.origin_m[2] + first * flow.grid.spacing_m[2];
