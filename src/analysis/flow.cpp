@@ -12,6 +12,7 @@
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "core/table.hpp"
+#include "devices/device.hpp"
 #include "io/image.hpp"
 #include "lbm/checkpoint.hpp"
 #include "lbm/permeability.hpp"
@@ -87,7 +88,8 @@ results::Lbm result_of(const LbmResult& result, const PoreSpace& space, const Lb
                        .interval_meaning = interval_meaning(result, space, scheme),
                        .permeability_bed_m2 = result.bed_permeability_m2(),
                        .permeability_by_volume_average_m2 = fine.permeability_volume_m2,
-                       .method = method_of(config, scheme),
+                       .method = method_of(config, scheme) + (result.device == "cpu" ? "" : ", by " + result.device),
+                       .device = result.device,
                        .direction = config.direction,
                        .driven_by = space.ends == Ends::paper ? "the inlet's flow rate"
                                     : fine.by_pressure        ? "pressure planes"
@@ -122,6 +124,22 @@ results::Lbm result_of(const LbmResult& result, const PoreSpace& space, const Lb
 
 }  // namespace
 
+namespace {
+// What the device needs, in words. UserError where there is none of this name, MachineError where its memory is too small.
+std::string on_device(const RunSize& size, const LbmConfig& config, double seconds_of_processor) {
+    const devices::DeviceInfo info = devices::open_device(config.device)->info();
+    const double bytes = lbm_device_bytes(size);
+    if (bytes > info.memory_bytes)
+        throw MachineError(fmt::format("the flow needs {} of the memory of {} ({}), which has {}", human_bytes(bytes), info.id, info.name,
+                                       human_bytes(info.memory_bytes)),
+                           {.fix = fmt::format("a larger voxel size{}, or --device cpu: {}, some {:.2g} h",
+                                               config.precision == Precision::single_precision ? "" : ", precision = \"single\"",
+                                               human_bytes(lbm_memory_bytes(size)), seconds_of_processor / 3600.0)});
+    return fmt::format("; of the {} of {} ({}), {}; the time is that of the processor", human_bytes(info.memory_bytes), info.id, info.name,
+                       human_bytes(bytes));
+}
+}  // namespace
+
 Expectation expect_flow(const PoreSpace& space, const LbmConfig& config, double voxel_size_m, double pores) {
     (void)choose_drive(space.container, config.direction);  // throws for a direction that is not possible
     const double across = std::isfinite(space.grain_size_m) ? space.grain_size_m : 10.0 * voxel_size_m;
@@ -132,10 +150,11 @@ Expectation expect_flow(const PoreSpace& space, const LbmConfig& config, double 
     const double steps_of_tuned = 85.0 * std::log(1.0 / iteration_tolerance(config));
     const double pore_length = pores * space.computed().length() + 2.0 * space.reservoir_m;
     const double fluid = space.container.vessel().mean_area(space.computed().interval()) * pore_length / std::pow(plan.voxel_size_m, 3);
-    Expectation expected{.memory_bytes = lbm_memory_bytes({.cells = cells,
-                                                           .nodes = fluid,
-                                                           .links_per_node = expected_links_per_node(pores, across / plan.voxel_size_m),
-                                                           .bytes_per_number = bytes_of(config.precision)})};
+    const RunSize size{.cells = cells,
+                       .nodes = fluid,
+                       .links_per_node = expected_links_per_node(pores, across / plan.voxel_size_m),
+                       .bytes_per_number = bytes_of(config.precision)};
+    Expectation expected{.memory_bytes = lbm_memory_bytes(size)};
     // With a relaxation time that follows the voxel size, a grid needs as many steps as the others; otherwise the steps grow with the
     // square of the pores' width in voxels. The search on the coarsest of several grids takes about five runs on it.
     const bool tuned = config.relaxation_time == 0.0 && config.collision == Collision::trt;
@@ -151,6 +170,7 @@ Expectation expect_flow(const PoreSpace& space, const LbmConfig& config, double 
                                 plan.grid.cells[2], plan.voxel_size_m, fluid);
     if (const double beyond = space.computed().length() - space.section.length(); beyond > 0.0)
         expected.text += fmt::format(", {:.0f} % of them in the buffers beyond the section", 100.0 * pores * beyond / pore_length);
+    if (config.device != "cpu") expected.text += on_device(size, config, expected.wall_time_s);
     if (config.tolerance > 0.0)
         expected.text += fmt::format(
             "; with a tolerance the grids go from 6 voxels per diameter to what {:g} needs; the numbers shown are for this grid",

@@ -1,6 +1,8 @@
 // Table [lbm] of case.toml.
 #pragma once
 
+#include <string>
+
 #include "core/choice.hpp"
 #include "lbm/scheme.hpp"
 #include "record/config.hpp"
@@ -32,6 +34,7 @@ struct LbmConfig {
     Walls walls = Walls::interpolated;
     Collision collision = Collision::trt;
     Precision precision = Precision::double_precision;
+    std::string device = "cpu";
     double relaxation_time = 0.0;
     double magic_parameter = 0.0;
     double tolerance = 0.0;
@@ -52,6 +55,10 @@ inline void describe(record::ConfigVisitor& v, LbmConfig& c) {
     v.choice("walls", c.walls, "interpolated: walls at their exact distance, second order; bounce_back: half-way between nodes (paper)");
     v.choice("collision", c.collision, "trt: two relaxation times; bgk: one, as in the paper (k then depends on relaxation_time)");
     v.choice("precision", c.precision, "precision of the populations; single halves memory and time");
+    v.text("device", c.device,
+           "what computes the flow: cpu, gpu (the first graphics card), or cuda:0, opencl:0, opencl:1 and so on as `porepack devices` "
+           "lists them; "
+           "results of different devices differ by rounding");
     v.moved_to("section", "ends");
     v.number("relaxation_time", c.relaxation_time, {.low = 0.5, .high = 100.0, .low_open = true, .zero_is_auto = true},
              "tau of the symmetric moments (lattice viscosity (tau - 1/2)/3); with trt, only the number of steps depends on it, and k does "

@@ -20,16 +20,25 @@ double expected_links_per_node(double porosity, double voxels) {
     return std::min(18.0, 23.0 * (1.0 - porosity) / (porosity * std::max(1.0, voxels)));
 }
 
+namespace {
+// Of populations, addresses and walls. Addresses of 16 nodes and one direction: 12 bytes. Of the nodes of a third place, each with 8 bytes,
+// there are 0.2 per wall link (0.14 to 0.2 on spheres and tetrapods of 8 to 40 nodes).
+double bytes_per_node(const RunSize& size) {
+    return 19.0 * size.bytes_per_number + 18.0 * 12.0 / 16.0 + 8.0 * 0.2 * size.links_per_node + 4.1 * size.links_per_node;
+}
+}  // namespace
+
 double lbm_memory_bytes(const RunSize& size) {
     constexpr double set_of_cells = 0.14;
-    // Addresses of 16 nodes and one direction: 12 bytes. Of the nodes of a third place, each with 8 bytes, there are 0.2 per wall link
-    // (0.14 to 0.2 on spheres and tetrapods of 8 to 40 nodes).
-    const double addresses = 18.0 * 12.0 / 16.0 + 8.0 * 0.2 * size.links_per_node, walls = 4.1 * size.links_per_node;
-    const double running =
-        size.nodes * (19.0 * size.bytes_per_number + addresses + walls) + set_of_cells * size.cells + size.coarser_nodes * 16.0;
+    const double running = size.nodes * bytes_per_node(size) + set_of_cells * size.cells + size.coarser_nodes * 16.0;
     // Voxels and their runs, and the links twice: decides where little of the grid is fluid.
     const double set_up = 2.0 * size.cells + size.nodes * 2.0 * 8.0 * size.links_per_node;
     return program_bytes + std::max(running, set_up);
+}
+
+double lbm_device_bytes(const RunSize& size) {
+    constexpr double of_a_batch = 4.0 * 8.0 * 4096 * 128, set_of_layers = 0.1;  // per node, for a flow along z
+    return size.nodes * (bytes_per_node(size) + set_of_layers) + of_a_batch;
 }
 
 std::size_t Domain::layer_of_cell(std::size_t here) const {

@@ -84,6 +84,8 @@ struct RunSize {
 inline constexpr double program_bytes = 6e7;
 /// Bytes that a run needs, including set-up and the program.
 [[nodiscard]] double lbm_memory_bytes(const RunSize& size);
+/// Bytes of it that are in the memory of a device, where one computes the flow.
+[[nodiscard]] double lbm_device_bytes(const RunSize& size);
 /// Of the machine of core::slowness() = 1, in double precision with interpolated walls (docs/lattice-boltzmann-speed.md).
 inline constexpr double lattice_updates_per_second = 5e7;
 

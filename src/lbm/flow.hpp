@@ -11,6 +11,10 @@
 #include "lbm/scheme.hpp"
 #include "lbm/stokes_run.hpp"
 
+namespace porepack::devices {
+class Device;
+}
+
 namespace porepack::lbm {
 
 /// Density deviation and velocity of one node, lattice units.
@@ -78,6 +82,10 @@ public:
 };
 /// The plan does not refer to the domain: its wall links, which are large, may be freed before a flow is started.
 [[nodiscard]] std::shared_ptr<const FlowPlan> plan_flow(Kernel kernel, const Domain& domain);
+/// On a device, of a whole grid: only sums over layers leave it while it computes. MachineError where its memory is too small, DeviceLost
+/// when it fails.
+[[nodiscard]] std::shared_ptr<const FlowPlan> plan_flow(const std::shared_ptr<devices::Device>& device, bool single_precision,
+                                                        const Domain& domain);
 /// One flow at rest.
 [[nodiscard]] std::unique_ptr<Flow> make_flow(Kernel kernel, const Domain& domain, const Scheme& scheme);
 

@@ -8,6 +8,7 @@
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
+#include "devices/device.hpp"
 #include "lbm/sequence.hpp"
 #include "lbm/slabs.hpp"
 #include "lbm/uses.hpp"
@@ -92,11 +93,13 @@ double first_nodes(const PoreSpace& space, const LbmConfig& config) {
 // The grids of a run with a tolerance, coarse to fine.
 class Refinement {
 public:
-    Refinement(Sequence& sequence, const PoreSpace& space, double voxel_size_m, const LbmConfig& config, const Communicator& parts)
+    Refinement(Sequence& sequence, const PoreSpace& space, double voxel_size_m, const LbmConfig& config, const Communicator& parts,
+               const devices::Device* device)
         : sequence_(sequence),
           space_(space),
           config_(config),
           parts_(parts),
+          device_(device),
           coarsest_m_(space.known_grain_diameter_m() / first_nodes(space, config)) {
         if (!std::isfinite(coarsest_m_)) coarsest_m_ = 3.0 * voxel_size_m;
     }
@@ -190,7 +193,10 @@ private:
     }
 
     // Of all machines.
-    [[nodiscard]] double free_memory() const { return sum_of(parts_, available_memory_bytes() / ranks_here()); }
+    [[nodiscard]] double free_memory() const {
+        const double here = sum_of(parts_, available_memory_bytes() / ranks_here());
+        return device_ != nullptr ? std::min(here, device_->info().memory_bytes) : here;
+    }
 
     // Throats narrower than a voxel may be open on a finer grid, unless the exact grains show that no path exists.
     [[nodiscard]] double after_blocked(double size, const DoesNotPercolate& blocked) {
@@ -210,6 +216,7 @@ private:
     const PoreSpace& space_;
     const LbmConfig& config_;
     const Communicator& parts_;
+    const devices::Device* device_;
     double coarsest_m_;
     Stopwatch watch_;
 };
@@ -343,13 +350,15 @@ LbmResult lbm_permeability(const PoreSpace& given_space, double voxel_size_m, co
     const LbmConfig config = fitted_to(given_space, given);
     const std::vector<double> sizes = grid_sizes(given_space, voxel_size_m, config);
     const PoreSpace space = config.tolerance > 0.0 ? given_space : with_different_grids(given_space, sizes);
-    Sequence sequence(space, config, run.checkpoint, *run.parts);
+    const std::shared_ptr<devices::Device> device = run.device || config.device == "cpu" ? run.device : devices::open_device(config.device);
+    Sequence sequence(space, config, run.checkpoint, *run.parts, device);
     if (config.tolerance > 0.0)
-        Refinement(sequence, space, voxel_size_m, config, *run.parts).run();
+        Refinement(sequence, space, voxel_size_m, config, *run.parts, device.get()).run();
     else
         solve_grids(sequence, space, sizes, config);
     sequence.remove_checkpoint();
     if (run.with_flow && config.fields != FieldFiles::none) sequence.result().flow = sequence.take_flow();
+    if (device) sequence.result().device = fmt::format("{} ({})", device->info().id, device->info().name);
     return std::move(sequence.result());
 }
 

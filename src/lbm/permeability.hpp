@@ -1,7 +1,9 @@
 // Permeability of a pore space by lattice Boltzmann, in SI units, on a sequence of grids from coarse to fine.
 #pragma once
 
+#include <memory>
 #include <optional>
+#include <string>
 
 #include "core/communicator.hpp"
 #include "core/files.hpp"
@@ -10,6 +12,10 @@
 #include "lbm/grid_result.hpp"
 #include "lbm/solver.hpp"
 #include "pore_space/pore_space.hpp"
+
+namespace porepack::devices {
+class Device;
+}
 
 namespace porepack::lbm {
 
@@ -40,6 +46,7 @@ struct LbmResult {
     std::vector<SubsectionResult> subsections;
     std::vector<LayerGradient> gradients;  ///< of the section's layers, for a flow along z
     geometry::LayeredFlow flow;            ///< empty unless requested
+    std::string device = "cpu";            ///< or "opencl:0 (its name)"
     [[nodiscard]] const LbmGridResult& fine() const { return grids.back(); }
     /// Of the whole bed, corrected by the same factor as that of the section; nothing if the flow does not go through all of it.
     [[nodiscard]] std::optional<double> bed_permeability_m2() const;
@@ -53,6 +60,8 @@ struct LbmRun {
     /// Each part computes a slab of the grids, and all have the result: its k and steps do not depend on their number. What some parts
     /// have saved, another number of them can resume from.
     const core::Communicator* parts = &core::ranks();
+    /// That of config.device if there is none here; of config.device "cpu", the processor.
+    std::shared_ptr<devices::Device> device = nullptr;
 };
 
 /// Driven by a body force along `drive`.

@@ -90,8 +90,9 @@ FlowSection flow_section(const Grid& grid, const Container& container, const Sec
     return flow;
 }
 
-Sequence::Sequence(const PoreSpace& space, const LbmConfig& config, const Path& checkpoint, const Communicator& parts)
-    : space_(space), config_(config), checkpoint_(checkpoint), parts_(parts) {
+Sequence::Sequence(const PoreSpace& space, const LbmConfig& config, const Path& checkpoint, const Communicator& parts,
+                   std::shared_ptr<devices::Device> device)
+    : space_(space), config_(config), checkpoint_(checkpoint), parts_(parts), device_(std::move(device)) {
     if (checkpoint_.empty() || agreed(parts_, std::filesystem::exists(checkpoint_) ? 1.0 : 0.0) == 0.0) return;
     saved_ = read_checkpoint(checkpoint_);
     attempts_ = saved_->attempts;
@@ -282,7 +283,9 @@ Grid Sequence::slab(const Grid& whole, bool periodic) {
 }
 
 std::shared_ptr<const FlowPlan> Sequence::plan(const Domain& domain) const {
-    return plan_flow(config_.precision == Precision::single_precision ? Kernel::cpu_single : Kernel::cpu_double, domain);
+    const bool single_precision = config_.precision == Precision::single_precision;
+    if (device_) return plan_flow(device_, single_precision, domain);
+    return plan_flow(single_precision ? Kernel::cpu_single : Kernel::cpu_double, domain);
 }
 
 void Sequence::require_paper_ends(const Drive& drive, const Grid& grid) const {

@@ -24,7 +24,7 @@ public:
 
     /// `space` and `config` must outlive it. Resumes from the file `checkpoint` if it exists, and updates it; none if empty.
     Sequence(const pore_space::PoreSpace& space, const LbmConfig& config, const core::Path& checkpoint,
-             const core::Communicator& parts = core::no_communicator());
+             const core::Communicator& parts = core::no_communicator(), std::shared_ptr<devices::Device> device = nullptr);
 
     [[nodiscard]] LbmResult& result() { return result_; }
     /// Number of grids started, including omitted ones.
@@ -71,9 +71,10 @@ private:
     const LbmConfig& config_;
     core::Path checkpoint_;
     const core::Communicator& parts_;
-    std::optional<SlabCuts> cuts_;   ///< from the first grid on
-    std::optional<SavedRun> saved_;  ///< contents of the checkpoint, until the run has resumed from it
-    std::string identity_;           ///< of the grid and all settings
+    std::shared_ptr<devices::Device> device_;  ///< none: the processor
+    std::optional<SlabCuts> cuts_;             ///< from the first grid on
+    std::optional<SavedRun> saved_;            ///< contents of the checkpoint, until the run has resumed from it
+    std::string identity_;                     ///< of the grid and all settings
     long attempts_ = 0;
     std::optional<FlowField> field_;
     double force_ = 0.0;

@@ -36,6 +36,12 @@ double centre_in(const Domain& coarse, const Domain& fine, int axis, int cell) {
 
 constexpr std::size_t block_nodes = std::size_t{1} << 17U;  // what is kept twice
 
+// Visits blocks of the nodes [first, end) in ascending order; of whole chunks where `first` is the first of one.
+template <typename Visit>
+void for_blocks(std::size_t first, std::size_t end, const Visit& visit) {
+    for (; first < end; first += block_nodes) visit(first, std::min(end, first + block_nodes));
+}
+
 // Nodes [first, end) of the flow.
 void start_block(Flow& flow, const Domain& domain, const Scheme& scheme, const FlowField& coarse, std::size_t first, std::size_t end) {
     const double ratio = coarse.domain.grid.spacing_m[0] / domain.grid.spacing_m[0], thicker = scheme.viscosity_lu() / coarse.viscosity_lu;
@@ -43,27 +49,25 @@ void start_block(Flow& flow, const Domain& domain, const Scheme& scheme, const F
     // A prescribed flow rate is the same in lattice units; the pressure then falls by nu u / k.
     const bool forced = scheme.force[axis] != 0.0;
     const double faster = forced ? ratio * ratio / thicker : 1.0, denser = forced ? ratio : thicker / ratio;
+    std::vector<Moments> moments;
+    for_blocks(first, end, [&](std::size_t begin, std::size_t behind) {
+        moments.resize(behind - begin);
 #pragma omp parallel for schedule(static)
-    for (std::size_t begin = first; begin < end; begin += Flow::chunk) {
-        std::array<Moments, Flow::chunk> moments;
-        std::array<std::size_t, Flow::chunk> cells;
-        const std::size_t count = std::min(Flow::chunk, end - begin);
-        domain.cells.list(begin, std::span(cells).first(count));
-        for (std::size_t i = 0; i < count; ++i) {
-            const auto at = domain.grid.place(cells[i]);
-            moments[i] = interpolate(coarse, {centre_in(coarse.domain, domain, 0, at[0]), centre_in(coarse.domain, domain, 1, at[1]),
-                                              centre_in(coarse.domain, domain, 2, at[2])});
-            moments[i].density *= denser;
-            for (double& u : moments[i].velocity) u *= faster;
+        for (std::size_t of_chunk = begin; of_chunk < behind; of_chunk += Flow::chunk) {
+            std::array<std::size_t, Flow::chunk> cells;
+            const std::size_t count = std::min(Flow::chunk, behind - of_chunk);
+            domain.cells.list(of_chunk, std::span(cells).first(count));
+            for (std::size_t i = 0; i < count; ++i) {
+                const auto at = domain.grid.place(cells[i]);
+                Moments& here = moments[of_chunk - begin + i];
+                here = interpolate(coarse, {centre_in(coarse.domain, domain, 0, at[0]), centre_in(coarse.domain, domain, 1, at[1]),
+                                            centre_in(coarse.domain, domain, 2, at[2])});
+                here.density *= denser;
+                for (double& u : here.velocity) u *= faster;
+            }
         }
-        flow.set_moments(begin, std::span(moments).first(count));
-    }
-}
-
-// Visits blocks of nodes in ascending order.
-template <typename Visit>
-void for_blocks(std::size_t nodes, const Visit& visit) {
-    for (std::size_t first = 0; first < nodes; first += block_nodes) visit(first, std::min(nodes, first + block_nodes));
+        flow.set_moments(begin, moments);
+    });
 }
 
 // The slab's layer with this number in the whole grid.
@@ -165,17 +169,15 @@ FlowField take_field(Flow& flow, Domain&& domain, const Scheme& scheme) {
     FlowField field{.domain = std::move(domain), .viscosity_lu = scheme.viscosity_lu(), .moments = {}};
     field.domain.forget_links();
     field.moments = core::Pages<std::array<float, 4>>(field.domain.nodes());
-    for_blocks(field.domain.nodes(), [&](std::size_t begin, std::size_t end) {
+    std::vector<Moments> moments;
+    for_blocks(0, field.domain.nodes(), [&](std::size_t begin, std::size_t end) {
+        moments.resize(end - begin);
+        flow.moments(begin, moments);
 #pragma omp parallel for schedule(static)
-        for (std::size_t first = begin; first < end; first += Flow::chunk) {
-            std::array<Moments, Flow::chunk> moments;
-            const std::size_t count = std::min(Flow::chunk, end - first);
-            flow.moments(first, std::span(moments).first(count));
-            for (std::size_t i = 0; i < count; ++i) {
-                const auto& [density, u] = moments[i];
-                field.moments[first + i] = {static_cast<float>(density), static_cast<float>(u[0]), static_cast<float>(u[1]),
-                                            static_cast<float>(u[2])};
-            }
+        for (std::size_t i = 0; i < moments.size(); ++i) {
+            const auto& [density, u] = moments[i];
+            field.moments[begin + i] = {static_cast<float>(density), static_cast<float>(u[0]), static_cast<float>(u[1]),
+                                        static_cast<float>(u[2])};
         }
         flow.forget(begin, end);
     });
@@ -194,7 +196,7 @@ void start_from(Flow& flow, const Domain& domain, const Scheme& scheme, FlowFiel
         return static_cast<std::size_t>(coarse.domain.cells.rank(grid.index(0, 0, std::clamp(layer, 0, grid.cells[2] - 1))));
     };
     std::size_t forgotten = first_node(1);  // the last layer of a periodic box needs the first one again
-    for_blocks(domain.nodes(), [&](std::size_t first, std::size_t end) {
+    for_blocks(0, domain.nodes(), [&](std::size_t first, std::size_t end) {
         start_block(flow, domain, scheme, coarse, first, end);
         if (end == domain.nodes()) return;
         const double z = centre_in(coarse.domain, domain, 2, domain.grid.place(domain.cells.cell(end))[2]);

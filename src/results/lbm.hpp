@@ -49,7 +49,7 @@ void visit_members(Self& reached, const Visit& visit) {
 struct Lbm {
     static constexpr const char* stage = "lbm";
     /// Raised when these numbers can change, or a key is added: older results are out of date then.
-    static constexpr long version = 9;
+    static constexpr long version = 10;
     Permeability permeability;
     core::OptionalKey<double> conductance_m3 =
         {};  ///< flow rate times viscosity over pressure drop, along z: k times mean area over length
@@ -60,6 +60,7 @@ struct Lbm {
     core::OptionalKey<double> permeability_bed_m2 = {};  ///< of the whole bed with its free ends, where the flow goes through all of it
     double permeability_by_volume_average_m2 = 0.0;
     std::string method;  ///< lattice, collision, walls and precision in words, for the report
+    std::string device;  ///< "cpu", or "opencl:0 (its name)"
     core::Axis direction = core::Axis::z;
     std::string driven_by;  ///< "body force", "pressure planes" or "the inlet's flow rate"
     core::Interval section_m;
@@ -93,6 +94,7 @@ void visit_members(Self& lbm, const Visit& visit) {
     visit("permeability_bed_m2", lbm.permeability_bed_m2);
     visit("permeability_by_volume_average_m2", lbm.permeability_by_volume_average_m2);
     visit("method", lbm.method);
+    visit("device", lbm.device);
     visit("direction", lbm.direction);
     visit("driven_by", lbm.driven_by);
     visit("section_m", lbm.section_m);

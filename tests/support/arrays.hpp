@@ -27,11 +27,12 @@ struct Scene {
     Drive drive;
     Domain domain;
 
-    Scene(Packing grains_of, const Section& part, double voxel, double reservoir = 0.0) : packing(std::move(grains_of)), section(part) {
+    Scene(Packing grains_of, const Section& part, double voxel, double reservoir = 0.0, Axis axis = Axis::z)
+        : packing(std::move(grains_of)), section(part) {
         grains = std::make_unique<Grains>(packing);
         image =
             voxelise(*grains, packing.container, section, plan_voxels(packing.container, section, voxel, {.reservoir_m = reservoir}, 1.0).grid);
-        drive = choose_drive(packing.container, Axis::z);
+        drive = choose_drive(packing.container, axis);
         const FlowWalls walls{*grains, packing.container, section};
         domain = build_domain(image, drive, &walls);
     }

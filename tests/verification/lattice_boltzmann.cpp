@@ -2,7 +2,7 @@
 #include <algorithm>
 
 #include "converters/surface.hpp"
-#include "lbm/kernels/cpu/addresses.hpp"
+#include "lbm/kernels/layout/addresses.hpp"
 #include "lbm/kernels/cpu/kernel.hpp"
 #include "lbm/lattice.hpp"
 #include "lbm/sequence.hpp"
@@ -141,7 +141,7 @@ TEST(Convergence, BalancedLayersSaveStepsInALongBed) {
 
 // Populations beyond 2^32, and neighbours at the other end of such a grid: every node is read from its slot, by a group or by itself.
 TEST(Kernels, AddressesReachBeyond32Bits) {
-    using namespace lbm::cpu;
+    using namespace lbm::layout;
     std::mt19937_64 random(3);
     for (const std::uint64_t start :
          {std::uint64_t{5000}, std::uint64_t{1} << 31U, (std::uint64_t{1} << 32U) - 50, std::uint64_t{7} << 33U}) {

@@ -9,7 +9,9 @@
 #include "converters/surface.hpp"
 #include "converters/surface_file.hpp"
 #include "core/error.hpp"
+#include "core/json.hpp"
 #include "core/process.hpp"
+#include "devices/device.hpp"
 #include "io/render.hpp"
 
 namespace porepack::apps {
@@ -61,6 +63,36 @@ void draw(const Common& common, const std::vector<std::string>& arguments, bool 
     print_result(common, {{"picture", target.string()}});
 }
 
+void list_devices(const Common& common) {
+    if (common.dry_run) return print_result(common, {{"expected", "seconds per device"}});
+    Json list = Json::array();
+    for (const devices::DeviceInfo& info : devices::find_devices()) {
+        Json entry = {{"id", info.id},
+                      {"name", info.name},
+                      {"driver", info.driver},
+                      {"graphics_card", info.graphics},
+                      {"memory_bytes", info.memory_bytes},
+                      {"largest_buffer_bytes", info.largest_buffer_bytes}};
+        try {
+            entry["copy_bytes_per_second"] = devices::copy_bandwidth(*devices::open_device(info.id));
+        } catch (const Error& fault) {
+            entry["fault"] = fault.what();
+        }
+        list.push_back(entry);
+    }
+    if (common.json) return print_result(common, {{"devices", list}});
+    fmt::print("{:<10}  {:>8}  {:>14}  {:>11}  name\n", "device", "memory", "largest buffer", "copy");
+    fmt::print("{:<10}  {:>8}  {:>14}  {:>11}  this processor\n", "cpu", "", "", "");
+    for (const Json& one : list) {
+        const auto gigabytes = [&](const char* key) { return fmt::format("{:.3g} GB", 1e-9 * one.value(key, 0.0)); };
+        fmt::print("{:<10}  {:>8}  {:>14}  {:>11}  {}{}\n", one["id"].get<std::string>(), gigabytes("memory_bytes"),
+                   gigabytes("largest_buffer_bytes"),
+                   one.contains("fault") ? "-" : fmt::format("{:.3g} GB/s", 1e-9 * one["copy_bytes_per_second"].get<double>()),
+                   one["name"].get<std::string>(), one.contains("fault") ? ": " + one["fault"].get<std::string>() : "");
+    }
+    if (list.empty()) fmt::print("No driver of OpenCL was found: see docs/gpu.md.\n");
+}
+
 std::string key_reference() {
     Settings settings;
     std::string text;
@@ -100,6 +132,8 @@ void add_tools(CommandLine& line) {
                  if (common.dry_run) return print_result(common, {{"folder", common.output}, {"expected", "seconds"}});
                  print_result(common, {{"folder", common.output}, {"written_files", line.write_manual(common.output).size()}});
              });
+    line.add("devices", "what --device can name: memory, and how fast it is copied", "porepack devices",
+             [&line] { list_devices(line.common); });
     line.add_plain("keys", "all keys of case.toml, as a Markdown table", [] { fmt::print("{}", key_reference()); });
 }
 

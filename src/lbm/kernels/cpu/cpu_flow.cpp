@@ -76,10 +76,12 @@ public:
         exchange(&SharedSlots::beyond, &SharedSlots::own, middle, schedule.border);
     }
     void moments(std::size_t first, std::span<Moments> moments) const override {
-        kernel_.moments(data_, first, moments.data(), moments.size());
+        for_chunks(first, moments,
+                   [&](std::size_t node, std::span<Moments> some) { kernel_.moments(data_, node, some.data(), some.size()); });
     }
     void set_moments(std::size_t first, std::span<const Moments> moments) override {
-        kernel_.set_moments(data_, first, moments.data(), moments.size());
+        for_chunks(first, moments,
+                   [&](std::size_t node, std::span<const Moments> some) { kernel_.set_moments(data_, node, some.data(), some.size()); });
     }
     void add_density(std::size_t first, std::span<const double> added) override {
         kernel_.add_density(data_, first, added.data(), added.size());
@@ -114,6 +116,15 @@ private:
     static void for_numbers(std::size_t first, std::size_t bytes, const Visit& visit) {
         for (std::size_t byte = 0, node = first; byte < bytes; ++node)
             for (std::size_t q = 0; q < d3q19::directions; ++q, byte += sizeof(Real)) visit(slot_of(q, node), byte);
+    }
+    // Some chunks at a time, by all threads; one is visited by the thread that calls.
+    template <typename T, typename Visit>
+    static void for_chunks(std::size_t first, std::span<T> list, const Visit& visit) {
+        if (list.size() <= chunk_nodes) return visit(first, list);
+        const std::size_t some = 16 * chunk_nodes;
+#pragma omp parallel for schedule(static)
+        for (std::size_t done = 0; done < list.size(); done += some)
+            visit(first + done, list.subspan(done, std::min(some, list.size() - done)));
     }
     using Slots = std::vector<std::uint64_t> SharedSlots::*;
     // Sends what the slots `from` hold to the slabs below and above, and puts what they send in the slots `to`; makes these parts of the

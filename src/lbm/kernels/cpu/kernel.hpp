@@ -6,11 +6,13 @@
 #include <cstdint>
 
 #include "lbm/flow.hpp"
-#include "lbm/kernels/cpu/addresses.hpp"
-#include "lbm/kernels/cpu/chunked_walls.hpp"
+#include "lbm/kernels/layout/addresses.hpp"
+#include "lbm/kernels/layout/chunked_walls.hpp"
 #include "lbm/kernels/cpu/schedule.hpp"
 
 namespace porepack::lbm::cpu {
+
+using namespace layout;
 
 /// Bytes of the longest SIMD vector.
 inline constexpr std::size_t vector_bytes = 64;

@@ -7,6 +7,7 @@
 #include "lbm/lattice.hpp"
 
 namespace porepack::lbm::cpu {
+using namespace layout;
 namespace {
 
 constexpr std::size_t chunks_per_part = 128;

@@ -1,7 +1,7 @@
 // The schedule by which one sweep through memory makes two steps.
 #pragma once
 
-#include "lbm/kernels/cpu/addresses.hpp"
+#include "lbm/kernels/layout/addresses.hpp"
 
 namespace porepack::lbm::cpu {
 
@@ -21,7 +21,7 @@ struct Schedule {
     std::size_t inside = 0, border = 0;
     std::vector<std::uint32_t> odd_order;
 
-    Schedule(const Addresses& addresses, std::size_t chunks);
+    Schedule(const layout::Addresses& addresses, std::size_t chunks);
 };
 
 }  // namespace porepack::lbm::cpu

@@ -1,8 +1,8 @@
-#include "lbm/kernels/cpu/chunked_walls.hpp"
+#include "lbm/kernels/layout/chunked_walls.hpp"
 
 #include <algorithm>
 
-namespace porepack::lbm::cpu {
+namespace porepack::lbm::layout {
 
 using d3q19::opposite;
 
@@ -41,4 +41,4 @@ double ChunkedWalls::bytes() const {
     return static_cast<double>(first.size() * 16 + row.size() * 4 + gaps.size() * sizeof(Gap));
 }
 
-}  // namespace porepack::lbm::cpu
+}  // namespace porepack::lbm::layout

@@ -5,10 +5,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "lbm/kernels/cpu/addresses.hpp"
+#include "lbm/kernels/layout/addresses.hpp"
 #include "lbm/lattice.hpp"
 
-namespace porepack::lbm::cpu {
+namespace porepack::lbm::layout {
 
 /// The wall links of all chunks; those in gaps of one node are stored separately, in pairs.
 struct ChunkedWalls {
@@ -26,4 +26,4 @@ struct ChunkedWalls {
     [[nodiscard]] double bytes() const;
 };
 
-}  // namespace porepack::lbm::cpu
+}  // namespace porepack::lbm::layout

@@ -1,4 +1,4 @@
-#include "lbm/kernels/cpu/addresses.hpp"
+#include "lbm/kernels/layout/addresses.hpp"
 
 #include <algorithm>
 #include <array>
@@ -11,7 +11,7 @@
 #include "lbm/neighbours.hpp"
 #include "lbm/uses.hpp"
 
-namespace porepack::lbm::cpu {
+namespace porepack::lbm::layout {
 namespace {
 
 using d3q19::opposite;
@@ -174,4 +174,4 @@ Addresses find_addresses(const Domain& domain) {
     return addresses;
 }
 
-}  // namespace porepack::lbm::cpu
+}  // namespace porepack::lbm::layout

@@ -8,7 +8,7 @@
 
 #include "lbm/domain.hpp"
 
-namespace porepack::lbm::cpu {
+namespace porepack::lbm::layout {
 
 inline constexpr std::size_t chunk_nodes = 128, group_nodes = 16;
 [[nodiscard]] constexpr std::size_t slot_of(std::size_t q, std::size_t node) {
@@ -67,4 +67,4 @@ void make_groups(std::span<const std::uint64_t> slots, std::size_t chunk, std::s
 
 [[nodiscard]] Addresses find_addresses(const Domain& domain);
 
-}  // namespace porepack::lbm::cpu
+}  // namespace porepack::lbm::layout
