@@ -56,6 +56,9 @@ bool is_device_name(const std::string& id) {
 }
 
 std::shared_ptr<Device> open_device(const std::string& id) {
+    if (!is_device_name(id))
+        throw UserError(fmt::format("\"{}\" is not the name of a device", id),
+                        {.allowed = "cpu, gpu, cuda:0, opencl:0, opencl:1, ...", .fix = "porepack devices lists what there is"});
     const std::vector<DeviceInfo> all = find_devices();
     std::string wanted = id;
     if (id == "gpu") {

@@ -5,10 +5,12 @@
 #include <CL/cl.h>
 #include <dlfcn.h>
 #include <fmt/format.h>
+#include <signal.h>
 
 #include <algorithm>
 #include <array>
 #include <map>
+#include <optional>
 
 namespace porepack::devices::opencl {
 using namespace core;
@@ -16,14 +18,14 @@ namespace {
 
 // The functions of the library that are used here.
 struct Library {
-#define POREPACK_OPENCL_FUNCTIONS(F)                                                                                                      \
-    F(clGetPlatformIDs)                                                                                                                   \
-    F(clGetDeviceIDs)                                                                                                                     \
-    F(clGetDeviceInfo)                                                                                                                    \
-    F(clCreateContext) F(clReleaseContext) F(clCreateCommandQueue) F(clReleaseCommandQueue) F(clCreateBuffer) F(clReleaseMemObject)       \
-        F(clEnqueueWriteBuffer) F(clEnqueueReadBuffer) F(clEnqueueFillBuffer) F(clCreateProgramWithSource) F(clBuildProgram)              \
-            F(clGetProgramBuildInfo) F(clReleaseProgram) F(clCreateKernel) F(clReleaseKernel) F(clSetKernelArg) F(clEnqueueNDRangeKernel) \
-                F(clFinish) F(clFlush)
+#define POREPACK_OPENCL_FUNCTIONS(F)                                                                                                     \
+    F(clGetPlatformIDs)                                                                                                                  \
+    F(clGetDeviceIDs)                                                                                                                    \
+    F(clGetDeviceInfo)                                                                                                                   \
+    F(clCreateContext)                                                                                                                   \
+    F(clReleaseContext) F(clCreateCommandQueue) F(clReleaseCommandQueue) F(clCreateBuffer) F(clReleaseMemObject) F(clEnqueueWriteBuffer) \
+        F(clEnqueueReadBuffer) F(clEnqueueFillBuffer) F(clCreateProgramWithSource) F(clBuildProgram) F(clGetProgramBuildInfo)            \
+            F(clReleaseProgram) F(clCreateKernel) F(clReleaseKernel) F(clSetKernelArg) F(clEnqueueNDRangeKernel) F(clFinish) F(clFlush)
 #define POREPACK_MEMBER(name) decltype(&::name) name = nullptr;
     POREPACK_OPENCL_FUNCTIONS(POREPACK_MEMBER)
 #undef POREPACK_MEMBER
@@ -45,6 +47,23 @@ const Library& library() {
     static const Library opened;
     return opened;
 }
+
+// Drivers that are made with LLVM handle the signals of a program when they compile: after this object the program has its own again.
+class KeptSignals {
+public:
+    KeptSignals() {
+        for (std::size_t i = 0; i < signals.size(); ++i) (void)sigaction(signals[i], nullptr, &before_[i]);
+    }
+    ~KeptSignals() {
+        for (std::size_t i = 0; i < signals.size(); ++i) (void)sigaction(signals[i], &before_[i], nullptr);
+    }
+    KeptSignals(const KeptSignals&) = delete;
+    KeptSignals& operator=(const KeptSignals&) = delete;
+
+private:
+    static constexpr std::array signals = {SIGHUP, SIGINT, SIGTERM, SIGUSR1, SIGUSR2, SIGPIPE, SIGXFSZ};
+    std::array<struct sigaction, signals.size()> before_{};
+};
 
 struct Found {
     cl_platform_id platform;
@@ -171,6 +190,7 @@ public:
         require(cl_.clEnqueueFillBuffer(queue_, memory_of(buffer), &zero, sizeof(zero), 0, bytes, 0, nullptr, nullptr), "was lost");
     }
     [[nodiscard]] std::shared_ptr<Program> compile(const ProgramText& text) override {
+        const KeptSignals kept;
         std::string options = "-cl-std=CL1.2";
         for (const std::string& definition : text.definitions) options += " -D" + definition;
         std::shared_ptr<OpenclProgram>& program = programs_[options + std::string(text.text)];
@@ -181,7 +201,9 @@ public:
              std::span<const Argument> arguments) override {
         auto& compiled = dynamic_cast<OpenclProgram&>(program);
         cl_kernel& kernel = compiled.kernel(name);
+        std::optional<KeptSignals> kept;
         if (kernel == nullptr) {
+            kept.emplace();  // some drivers compile when a kernel runs
             cl_int fault = 0;
             kernel = cl_.clCreateKernel(compiled.program(), name.c_str(), &fault);
             require(fault, "has not the kernel " + name);
@@ -203,6 +225,7 @@ public:
         const std::size_t threads = groups * group_size;
         require(cl_.clEnqueueNDRangeKernel(queue_, kernel, 1, nullptr, &threads, &group_size, 0, nullptr, nullptr),
                 fmt::format("cannot run {}", name));
+        if (kept) finish();
     }
     void finish() override { require(cl_.clFinish(queue_), "was lost"); }
 
@@ -240,6 +263,7 @@ private:
 }  // namespace
 
 std::vector<DeviceInfo> find_devices() {
+    const KeptSignals kept;
     std::vector<DeviceInfo> all;
     for (const Found& found : all_devices()) all.push_back(info_of(found, all.size()));
     return all;

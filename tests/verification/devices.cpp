@@ -169,6 +169,24 @@ TEST_F(Devices, GiveThePermeabilityOfTheProcessor) {
         }
 }
 
+// Small enough for a checker of memory (tests/install/check_gpu_memory): two chunks, end planes, gaps of one node.
+TEST_F(Devices, RunEveryKernel) {
+    const Scene scene(random_bed("cylinder:1,1", 10, 0.08), {0.1, 0.9}, 1.0 / 8);
+    EXPECT_GT(scene.domain.nodes(), 128U);
+    EXPECT_GT(scene.domain.narrow_share(), 0.0);
+    for (const Model model : {Model::stokes, Model::recursive}) {
+        const auto flow = start(scene.domain, {.model = model, .force = {0, 0, 1e-3}}, false);
+        std::vector<Moments> moments(scene.domain.nodes());
+        flow->advance_two_steps();
+        flow->moments(0, moments);
+        flow->set_moments(0, moments);
+        flow->add_to_layers(scene.domain, std::vector<double>(scene.domain.layers(), 1e-3));
+        flow->advance_two_steps();
+        EXPECT_GT(flow->sums(scene.domain, 0, 3).along, 0.0);
+        EXPECT_GT(flow->drag(scene.domain)[2], 0.0);
+    }
+}
+
 TEST_F(Devices, MoveLittleBetweenChecks) {
     const Scene scene(random_bed("cylinder:1,4", 40, 0.08), {0.1, 3.9}, 1.0 / 24);
     const Scheme scheme{.force = {0, 0, 1e-3}};

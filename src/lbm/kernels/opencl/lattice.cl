@@ -230,7 +230,7 @@ FUNCTION void collide(LOCAL real* f, const u32 i, const Rates rates, const int m
 
 // Where population q of a node that is not single is before an odd step: Addresses in kernels/layout.
 FUNCTION u64 slot_before(const Group group, const u64 c, const u32 thread, const u32 q) {
-    const u64 own = c * ROWS, reach = (u64)1 << 31, base = own > reach ? own - reach : 0;
+    const u64 own = c * ROWS, reach = (u64)1 << 31, base = c > reach / ROWS ? own - reach : 0;
     const u32 i = thread & 15, first = group.first_nodes >> i & 1, second = group.second_nodes >> i & 1;
     if (first == second) return own + q * CHUNK + thread;
     return base + (first ? group.first : group.second) + i;
