@@ -84,7 +84,7 @@ Stage make_lbm_stage(const Case& c) {
         const PoreSpace space = expected_pore_space(c);
         const double asked = c.settings.geometry.voxel_size_m,
                      voxel = asked > 0.0 || space.image() ? space.voxel_size_m(asked) : space.grain_size_m / 10.0;
-        return on_ranks(expect_flow(space, c.settings.lbm, voxel, expected_porosity(c)), ranks,
+        return on_ranks(expect_flow(space, c.settings.lbm, voxel, expected_porosity(c)), c.settings.lbm, ranks,
                         ranks > 1 ? lbm::most_parts(space, voxel, c.settings.lbm) : 1);
     };
     return stage;

@@ -7,6 +7,7 @@
 #include "lbm/permeability.hpp"
 #include "lbm/sequence.hpp"
 #include "lbm/solver.hpp"
+#include "packing/packing.hpp"
 #include "support/arrays.hpp"
 #include "support/helpers.hpp"
 #include "support/watched_device.hpp"
@@ -217,6 +218,31 @@ TEST_F(Devices, ResumeFromACheckpointOfAnother) {
     EXPECT_EQ(here.fine().run.steps, whole.fine().run.steps);
     EXPECT_NEAR(here.permeability_m2 / whole.permeability_m2, 1.0, 1e-9);
     EXPECT_FALSE(std::filesystem::exists(checkpoint));
+}
+
+TEST_F(Devices, AreNamedInTheResult) {
+    const Folder folder;
+    const Path packing = folder.path() / "packing.json";
+    Packing bed = random_bed("cylinder:1,2", 30, 0.1);
+    bed.overlap_allowed = true;
+    write_packing(packing, bed);
+    const std::string lbm = "lbm " + quoted(packing) + " --section 0.3,1.7 --voxel-size 0.05 --json --output " + quoted(folder.path()) + " ",
+                      id = device->info().id;
+    const Output found = porepack(lbm + "--device " + id);
+    ASSERT_EQ(found.exit_code, 0) << found.err;
+    EXPECT_EQ(found.json().at("device").get<std::string>(), id + " (" + device->info().name + ")");
+    EXPECT_EQ(read_json(folder.path() / "lbm.manifest.json").at("configuration").at("lbm").at("device"), id);
+    const Output listed = porepack("devices --json");
+    ASSERT_EQ(listed.exit_code, 0) << listed.err;
+    EXPECT_EQ(listed.json().at("devices").at(0).at("id"), id);
+    EXPECT_GT(listed.json().at("devices").at(0).at("copy_bytes_per_second"), 1e8);
+    const Output dry = porepack(lbm + "--dry-run --device " + id);
+    EXPECT_TRUE(has(dry.out, "of " + id + " (")) << dry.out << dry.err;
+    for (const std::string& wrong : {std::string("card"), std::string("opencl:99"), id + " --ranks 2"}) {
+        const Output refused = porepack(lbm + "--dry-run --device " + wrong);
+        EXPECT_EQ(refused.exit_code, 2) << wrong << refused.out;
+        EXPECT_TRUE(has(refused.err, "--device") || has(refused.err, "porepack devices")) << refused.err;
+    }
 }
 
 TEST_F(Devices, AreRefusedByName) {
