@@ -6,13 +6,13 @@
 #include <cmath>
 #include <filesystem>
 
+#include "analysis/device_use.hpp"
 #include "analysis/gray_parts.hpp"
 #include "analysis/uses.hpp"
 #include "core/communicator.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "core/table.hpp"
-#include "devices/device.hpp"
 #include "io/image.hpp"
 #include "lbm/checkpoint.hpp"
 #include "lbm/permeability.hpp"
@@ -124,22 +124,6 @@ results::Lbm result_of(const LbmResult& result, const PoreSpace& space, const Lb
 
 }  // namespace
 
-namespace {
-// What the device needs, in words. UserError where there is none of this name, MachineError where its memory is too small.
-std::string on_device(const RunSize& size, const LbmConfig& config, double seconds_of_processor) {
-    const devices::DeviceInfo info = devices::open_device(config.device)->info();
-    const double bytes = lbm_device_bytes(size);
-    if (bytes > info.memory_bytes)
-        throw MachineError(fmt::format("the flow needs {} of the memory of {} ({}), which has {}", human_bytes(bytes), info.id, info.name,
-                                       human_bytes(info.memory_bytes)),
-                           {.fix = fmt::format("a larger voxel size{}, or --device cpu: {}, some {:.2g} h",
-                                               config.precision == Precision::single_precision ? "" : ", precision = \"single\"",
-                                               human_bytes(lbm_memory_bytes(size)), seconds_of_processor / 3600.0)});
-    return fmt::format("; of the {} of {} ({}), {}; the time is that of the processor", human_bytes(info.memory_bytes), info.id, info.name,
-                       human_bytes(bytes));
-}
-}  // namespace
-
 Expectation expect_flow(const PoreSpace& space, const LbmConfig& config, double voxel_size_m, double pores) {
     (void)choose_drive(space.container, config.direction);  // throws for a direction that is not possible
     const double across = std::isfinite(space.grain_size_m) ? space.grain_size_m : 10.0 * voxel_size_m;
@@ -170,7 +154,7 @@ Expectation expect_flow(const PoreSpace& space, const LbmConfig& config, double 
                                 plan.grid.cells[2], plan.voxel_size_m, fluid);
     if (const double beyond = space.computed().length() - space.section.length(); beyond > 0.0)
         expected.text += fmt::format(", {:.0f} % of them in the buffers beyond the section", 100.0 * pores * beyond / pore_length);
-    if (config.device != "cpu") expected.text += on_device(size, config, expected.wall_time_s);
+    expected.text += use_of_device(config.device, size, expected.wall_time_s);
     if (config.tolerance > 0.0)
         expected.text += fmt::format(
             "; with a tolerance the grids go from 6 voxels per diameter to what {:g} needs; the numbers shown are for this grid",

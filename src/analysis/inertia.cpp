@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "analysis/device_use.hpp"
 #include "analysis/uses.hpp"
 #include "converters/surface.hpp"
 #include "core/communicator.hpp"
@@ -14,6 +15,7 @@
 #include "core/machine.hpp"
 #include "core/members_json.hpp"
 #include "core/table.hpp"
+#include "devices/device.hpp"
 #include "lbm/domain.hpp"
 #include "lbm/inertia.hpp"
 #include "openfoam/foam.hpp"
@@ -76,6 +78,7 @@ std::vector<InertialSeries> lattice_series(const PoreSpace& space, const Forchhe
     pores.reservoir_m = water_depth(space);
     const std::string settings = resolved_config(config).dump() + fmt::format("walls measured {} {} {}", space.section.z0_m,
                                                                               space.section.z1_m, json_of(space.buffers_m).dump());
+    const std::shared_ptr<devices::Device> device = config.device == "cpu" ? nullptr : devices::open_device(config.device);
     std::vector<InertialSeries> all;
     for (long grid = 1; grid <= config.grids; ++grid) {
         const Path file = file_of_grid(folder, grid);
@@ -87,7 +90,7 @@ std::vector<InertialSeries> lattice_series(const PoreSpace& space, const Forchhe
             continue;
         }
         const double voxel = finest_voxel(space, config) * std::pow(config.grid_ratio, static_cast<double>(config.grids - grid));
-        InertialCriterion criterion{.tolerance = config.tolerance, .max_steps = config.max_steps};
+        InertialCriterion criterion{.tolerance = config.tolerance, .max_steps = config.max_steps, .device = device};
         if (config.mean_in_time) criterion.in_time = {.tolerance = config.statistical_tolerance, .max_turnovers = config.max_turnovers};
         all.push_back(lbm_inertial_flows(pores, voxel, config.reynolds, length_m, criterion));
         if (ranks().part() == 0) write_json(file, {{"settings", settings}, {"series", json_of(all.back())}});
@@ -293,6 +296,7 @@ Outcome<results::Forchheimer> compute_inertial_flows(const PoreSpace& given, con
             "extrapolated: {}; the interval is {:.0f} % wider on both sides (turbulent coefficients differ: Fand et al. 1987)",
             config.mean_in_time ? "no flow was computed there" : "there is no steady flow to compute", 100.0 * turbulent_change),
         .expected_memory_bytes = expected.memory_bytes};
+    result.lbm.method += by_device(config.device);
     result.interval_meaning = result.lbm.interval_meaning;
     if (config.openfoam) {
         const std::vector<double> drops = pressure_drops(config.reynolds, curve_of(grids.back()), fit, space.computed().length(),
@@ -312,13 +316,15 @@ Expectation expect_inertia(const PoreSpace& space, const ForchheimerConfig& conf
                                (porosity * pores.computed().length() + 2.0 * pores.reservoir_m),
                  links = expected_links_per_node(porosity, space.grain_size_m / plan.voxel_size_m);
     const double fluid = pore_volume / std::pow(plan.voxel_size_m, 3), flows = static_cast<double>(config.reynolds.size());
-    Expectation expected{.text = fmt::format("{} flows on {} grids, the finest {} x {} x {} voxels of {:.4g} m", config.reynolds.size(),
-                                             config.grids, plan.grid.cells[0], plan.grid.cells[1], plan.grid.cells[2], plan.voxel_size_m),
-                         .memory_bytes = lbm_memory_bytes({.cells = cells, .nodes = fluid, .links_per_node = links}) + cells +
-                                         (32.0 + 8.0 * links) * fluid};  // voxels, moments and wall links are kept
+    const RunSize size{.cells = cells, .nodes = fluid, .links_per_node = links};
+    Expectation expected{
+        .text = fmt::format("{} flows on {} grids, the finest {} x {} x {} voxels of {:.4g} m", config.reynolds.size(), config.grids,
+                            plan.grid.cells[0], plan.grid.cells[1], plan.grid.cells[2], plan.voxel_size_m),
+        .memory_bytes = lbm_memory_bytes(size) + cells + (32.0 + 8.0 * links) * fluid};  // voxels, moments and wall links are kept
     // Means in time: at least 40 turnovers; a node is passed in about 40 steps.
     const double steps = config.mean_in_time ? 40.0 * 40.0 * grain_size(space).length_m / plan.voxel_size_m : 1000.0;
     expected.wall_time_s = flows * steps * fluid / lattice_updates_per_second;
+    expected.text += use_of_device(config.device, size, expected.wall_time_s);
     if (config.openfoam) {
         // Measured: 300 iterations per flow, 5 us per cell and iteration.
         const double foam_cells = expected_foam_cells(pores, finest_cell(space, config), config.surface_level, space.porosity(4000).value);

@@ -159,9 +159,8 @@ void add_grains(results::Pack& pack, const Packing& packing) {
 
 void require_same_bed(const std::vector<ShapeShare>& shapes, const Container& container, const Packing& packing, const std::string& file) {
     if (to_json(packing.container) != to_json(container))
-        throw UserError(
-            "the container of the packing is not the one of the case",
-            {.where = file, .allowed = text_of(container), .fix = "[container] must say " + text_of(packing.container)});
+        throw UserError("the container of the packing is not the one of the case",
+                        {.where = file, .allowed = text_of(container), .fix = "[container] must say " + text_of(packing.container)});
     require_same_shape(shapes, packing, file);
 }
 

@@ -45,11 +45,12 @@ public:
         update();
     }
     void update() {
-        std::array<Moments, chunk> moments;
-        for (std::size_t c = 0; c < chunks_.size(); ++c) {
-            const std::size_t first = chunks_[c] * chunk, count = std::min(chunk, domain_.nodes() - first);
-            flow_->moments(first, std::span(moments).first(count));
-            for (std::size_t i = 0; i < count; ++i) speed_[c * chunk + i] = moments[i].velocity[2];
+        for (std::size_t c = 0, end = 0; c < chunks_.size(); c = end) {
+            for (end = c + 1; end < chunks_.size() && chunks_[end] == chunks_[end - 1] + 1;) ++end;
+            const std::size_t first = chunks_[c] * chunk;
+            moments_.resize(std::min((end - c) * chunk, domain_.nodes() - first));
+            flow_->moments(first, moments_);
+            for (std::size_t i = 0; i < moments_.size(); ++i) speed_[c * chunk + i] = moments_[i].velocity[2];
         }
         for (std::size_t l = 0; l < added_.size(); ++l) {
             const BoundaryLink& link = domain_.boundary_links[l];
@@ -78,6 +79,7 @@ public:
 private:
     std::unique_ptr<Flow> flow_;
     const Domain& domain_;
+    std::vector<Moments> moments_;  // of some chunks
     std::vector<double> added_;
     std::vector<std::size_t> chunks_;                 // with nodes at open ends, ascending
     std::vector<double> speed_;                       // of their nodes
@@ -170,7 +172,8 @@ public:
 private:
     std::unique_ptr<Flow> start(Kernel kernel, const Scheme& scheme) {
         std::shared_ptr<const FlowPlan>& plan = plans_[kernel];
-        if (!plan) plan = plan_flow(kernel, domain_);
+        if (!plan)
+            plan = criterion_.device ? plan_flow(criterion_.device, kernel == Kernel::cpu_single, domain_) : plan_flow(kernel, domain_);
         return plan->start(scheme);
     }
     // Waves across the cell, so that a symmetric flow can leave its symmetry.
@@ -194,16 +197,9 @@ private:
             node.density *= denser;
             for (double& u : node.velocity) u *= faster;
         }
-        for_chunks([&](std::size_t first, std::size_t count) { flow.set_moments(first, std::span(moments_).subspan(first, count)); });
+        flow.set_moments(0, moments_);
     }
-    void keep(const Flow& flow) {
-        for_chunks([&](std::size_t first, std::size_t count) { flow.moments(first, std::span(moments_).subspan(first, count)); });
-    }
-    template <typename Work>
-    void for_chunks(const Work& work) {
-        for (std::size_t first = 0; first < moments_.size(); first += Flow::chunk)
-            work(first, std::min(Flow::chunk, moments_.size() - first));
-    }
+    void keep(const Flow& flow) { flow.moments(0, moments_); }
 
     InertialCriterion criterion_;
     bool in_situ_;

@@ -1,12 +1,16 @@
 // Flows with inertia: the apparent permeability against the Reynolds number, by the full equilibrium.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <span>
 
 #include "core/communicator.hpp"
 #include "lbm/inertial_series.hpp"
 
+namespace porepack::devices {
+class Device;
+}
 namespace porepack::pore_space {
 struct PoreSpace;
 }
@@ -23,6 +27,7 @@ struct InertialCriterion {
         double max_turnovers = 800;  ///< a flow whose mean is not known then ends the series
     };
     std::optional<InTime> in_time = {};
+    std::shared_ptr<devices::Device> device = nullptr;  ///< none: the processor
 };
 
 /// Flows along z at increasing Reynolds numbers, each started from the previous one; the first that does not meet the criterion,

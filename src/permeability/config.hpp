@@ -9,6 +9,7 @@ namespace porepack::permeability {
 struct ForchheimerConfig {
     bool enabled = false;
     std::vector<double> reynolds = {2, 5, 10, 20, 40, 80};
+    std::string device = "cpu";
     double voxel_size_m = 0.0;
     long grids = 2;
     double grid_ratio = 1.5;
@@ -33,6 +34,7 @@ inline void describe(record::ConfigVisitor& v, ForchheimerConfig& c) {
     v.numbers("reynolds", c.reynolds, {3, 100}, {.low = 1e-3, .high = 1e4},
               "Reynolds numbers U d/nu, increasing (U: superficial velocity, d: diameter of the sphere with the volume of a grain); the "
               "series ends at the first Reynolds number without a steady flow");
+    v.text("device", c.device, "what computes the flows by lattice Boltzmann, as in [lbm]");
     v.number("voxel_size_m", c.voxel_size_m, record::length_range_or_auto(),
              "voxel size of the finest grid; auto: the smallest thickness of the grains / 8, with mean_in_time / 16");
     v.integer("grids", c.grids, record::between(1, 3), "number of grids; two or more: the change between the finest two is the grid error");

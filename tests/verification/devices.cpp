@@ -3,6 +3,7 @@
 #include <cstring>
 
 #include "core/json.hpp"
+#include "lbm/inertia.hpp"
 #include "lbm/lattice.hpp"
 #include "lbm/permeability.hpp"
 #include "lbm/sequence.hpp"
@@ -170,6 +171,18 @@ TEST_F(Devices, GiveThePermeabilityOfTheProcessor) {
         }
 }
 
+// Steady flows with inertia between end planes, whose pressure follows the flow there.
+TEST_F(Devices, GiveTheFlowsWithInertia) {
+    const PoreSpace bed = pore_space_of(random_bed("cylinder:1,2", 30, 0.1)).with_section({0.7, 1.3}).with_ends(Ends::in_situ, 0.3);
+    const std::vector<double> reynolds = {5.0};
+    const InertialSeries here = lbm_inertial_flows(bed, 0.05, reynolds, 0.2, {}),
+                         there = lbm_inertial_flows(bed, 0.05, reynolds, 0.2, {.device = device});
+    EXPECT_NEAR(there.creeping_permeability_m2 / here.creeping_permeability_m2, 1.0, 1e-8);
+    ASSERT_EQ(here.flows.size(), 1U);
+    ASSERT_EQ(there.flows.size(), 1U);
+    EXPECT_NEAR(there.flows[0].permeability_m2 / here.flows[0].permeability_m2, 1.0, 1e-8);
+}
+
 // Small enough for a checker of memory (tests/install/check_gpu_memory): two chunks, end planes, gaps of one node.
 TEST_F(Devices, RunEveryKernel) {
     const Scene scene(random_bed("cylinder:1,1", 10, 0.08), {0.1, 0.9}, 1.0 / 8);
@@ -226,7 +239,8 @@ TEST_F(Devices, AreNamedInTheResult) {
     Packing bed = random_bed("cylinder:1,2", 30, 0.1);
     bed.overlap_allowed = true;
     write_packing(packing, bed);
-    const std::string lbm = "lbm " + quoted(packing) + " --section 0.3,1.7 --voxel-size 0.05 --json --output " + quoted(folder.path()) + " ",
+    const std::string lbm =
+                          "lbm " + quoted(packing) + " --section 0.3,1.7 --voxel-size 0.05 --json --output " + quoted(folder.path()) + " ",
                       id = device->info().id;
     const Output found = porepack(lbm + "--device " + id);
     ASSERT_EQ(found.exit_code, 0) << found.err;
