@@ -11,15 +11,15 @@ namespace porepack::shapes {
 using namespace core;
 namespace {
 
-struct SurfacePoint {
+struct PointToCover {
     Vec3 place, outward;
 };
 
 // Where lines along the three axes enter and leave the body: of any part of the surface, one of the three meets it at 55 degrees or less.
 // The lines of each axis lie `spacing` apart, the first at the share `start` of it.
-std::vector<SurfacePoint> points_by_lines(const Shape& shape, double spacing, double start) {
+std::vector<PointToCover> points_by_lines(const Shape& shape, double spacing, double start) {
     const RoundedBody& body = *shape.body;
-    std::vector<SurfacePoint> points;
+    std::vector<PointToCover> points;
     std::vector<Interval> parts;
     for (int axis = 0; axis < 3; ++axis) {
         const Vec3 along = Vec3::Unit(axis), first = Vec3::Unit((axis + 1) % 3), second = Vec3::Unit((axis + 2) % 3);
@@ -30,7 +30,7 @@ std::vector<SurfacePoint> points_by_lines(const Shape& shape, double spacing, do
                 body.line(origin, along, 0.0, parts);
                 for (const Interval& part : parts)
                     for (const double t : {part.low, part.high}) {
-                        SurfacePoint point{.place = origin + t * along, .outward = Vec3::Zero()};
+                        PointToCover point{.place = origin + t * along, .outward = Vec3::Zero()};
                         (void)body.distance(point.place, &point.outward);
                         points.push_back(point);
                     }
@@ -39,7 +39,7 @@ std::vector<SurfacePoint> points_by_lines(const Shape& shape, double spacing, do
     return points;
 }
 
-std::vector<SurfacePoint> points_by_number(const Shape& shape, double wanted, double start) {
+std::vector<PointToCover> points_by_number(const Shape& shape, double wanted, double start) {
     // By Cauchy's formula area / (4 spacing^2) lines of each axis meet a convex body of this area, on average, each of them twice.
     const double area = measure(shape, 1e-4).surface_area_m2;
     return points_by_lines(shape, std::sqrt(1.5 * area / wanted), start);
@@ -51,7 +51,7 @@ double points_for(const Shape& shape, double tolerance) {
 }
 
 // The largest ball inside that touches the surface there.
-Capsule ball_at(const RoundedBody& body, const SurfacePoint& point, double largest) {
+Capsule ball_at(const RoundedBody& body, const PointToCover& point, double largest) {
     double low = 0.0, high = largest;
     for (int halving = 0; halving < 30; ++halving) {
         const double middle = 0.5 * (low + high);
@@ -107,7 +107,7 @@ public:
 private:
     const RoundedBody& body_;
     double largest_;  // radius
-    std::vector<SurfacePoint> points_;
+    std::vector<PointToCover> points_;
     std::vector<Capsule> balls_;  // candidates
 };
 
@@ -174,7 +174,7 @@ std::vector<Capsule> with_volume(std::vector<Capsule> spheres, double volume_m3)
 
 double clump_error(const Shape& shape, const std::vector<Capsule>& spheres) {
     double largest = 0.0;
-    for (const SurfacePoint& point : points_by_number(shape, 20000.0, 0.31)) {
+    for (const PointToCover& point : points_by_number(shape, 20000.0, 0.31)) {
         double nearest = 1e300;
         for (const Capsule& sphere : spheres) nearest = std::min(nearest, (point.place - sphere.a).norm() - sphere.radius);
         largest = std::max(largest, std::abs(nearest));

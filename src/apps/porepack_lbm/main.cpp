@@ -10,6 +10,7 @@
 #include "core/files.hpp"
 #include "core/interrupt.hpp"
 #include "core/json.hpp"
+#include "core/passive_waiting.hpp"
 #include "devices/device.hpp"
 #include "lbm/permeability.hpp"
 #include "pore_space/config.hpp"
@@ -130,6 +131,7 @@ int run(const std::vector<std::string>& words) {
 
 int main(int argc, char** argv) {
     using porepack::core::ExitCode;
+    porepack::core::wait_passively(argv);
     porepack::core::install_signal_handlers();
     const auto report = [](const char* what, ExitCode code) {
         std::fprintf(stderr, "error: %s\n", what);

@@ -137,7 +137,7 @@ private:
             received_[side].resize((shared.*to).size());
         }
         const auto transfer =
-            plan_->slabs.begin_exchange({bytes_of(sent_[0]), bytes_of(sent_[1])},
+            plan_->slabs.begin_exchange({core::bytes_of(sent_[0]), core::bytes_of(sent_[1])},
                                         {std::as_writable_bytes(std::span(received_[0])), std::as_writable_bytes(std::span(received_[1]))});
         // Long messages move only while the library of messages is called.
         constexpr std::size_t pieces = 8;
