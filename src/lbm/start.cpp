@@ -34,12 +34,13 @@ double centre_in(const Domain& coarse, const Domain& fine, int axis, int cell) {
     return fine.drive.periodic[a] && std::abs(ratio - 1.0) > rounding ? ratio * centre : centre;
 }
 
-constexpr std::size_t block_nodes = std::size_t{1} << 17U;  // what is kept twice
+// Of the nodes that are kept twice, and of those whose moments are at hand at once.
+constexpr std::size_t kept_twice = std::size_t{1} << 17U, at_once = std::size_t{1} << 14U;
 
 // Visits blocks of the nodes [first, end) in ascending order; of whole chunks where `first` is the first of one.
 template <typename Visit>
-void for_blocks(std::size_t first, std::size_t end, const Visit& visit) {
-    for (; first < end; first += block_nodes) visit(first, std::min(end, first + block_nodes));
+void for_blocks(std::size_t first, std::size_t end, std::size_t nodes, const Visit& visit) {
+    for (; first < end; first += nodes) visit(first, std::min(end, first + nodes));
 }
 
 // Nodes [first, end) of the flow.
@@ -50,7 +51,7 @@ void start_block(Flow& flow, const Domain& domain, const Scheme& scheme, const F
     const bool forced = scheme.force[axis] != 0.0;
     const double faster = forced ? ratio * ratio / thicker : 1.0, denser = forced ? ratio : thicker / ratio;
     std::vector<Moments> moments;
-    for_blocks(first, end, [&](std::size_t begin, std::size_t behind) {
+    for_blocks(first, end, at_once, [&](std::size_t begin, std::size_t behind) {
         moments.resize(behind - begin);
 #pragma omp parallel for schedule(static)
         for (std::size_t of_chunk = begin; of_chunk < behind; of_chunk += Flow::chunk) {
@@ -170,16 +171,18 @@ FlowField take_field(Flow& flow, Domain&& domain, const Scheme& scheme) {
     field.domain.forget_links();
     field.moments = core::Pages<std::array<float, 4>>(field.domain.nodes());
     std::vector<Moments> moments;
-    for_blocks(0, field.domain.nodes(), [&](std::size_t begin, std::size_t end) {
-        moments.resize(end - begin);
-        flow.moments(begin, moments);
+    for_blocks(0, field.domain.nodes(), kept_twice, [&](std::size_t first, std::size_t end) {
+        for_blocks(first, end, at_once, [&](std::size_t begin, std::size_t behind) {
+            moments.resize(behind - begin);
+            flow.moments(begin, moments);
 #pragma omp parallel for schedule(static)
-        for (std::size_t i = 0; i < moments.size(); ++i) {
-            const auto& [density, u] = moments[i];
-            field.moments[begin + i] = {static_cast<float>(density), static_cast<float>(u[0]), static_cast<float>(u[1]),
-                                        static_cast<float>(u[2])};
-        }
-        flow.forget(begin, end);
+            for (std::size_t i = 0; i < moments.size(); ++i) {
+                const auto& [density, u] = moments[i];
+                field.moments[begin + i] = {static_cast<float>(density), static_cast<float>(u[0]), static_cast<float>(u[1]),
+                                            static_cast<float>(u[2])};
+            }
+        });
+        flow.forget(first, end);
     });
     return field;
 }
@@ -196,7 +199,7 @@ void start_from(Flow& flow, const Domain& domain, const Scheme& scheme, FlowFiel
         return static_cast<std::size_t>(coarse.domain.cells.rank(grid.index(0, 0, std::clamp(layer, 0, grid.cells[2] - 1))));
     };
     std::size_t forgotten = first_node(1);  // the last layer of a periodic box needs the first one again
-    for_blocks(0, domain.nodes(), [&](std::size_t first, std::size_t end) {
+    for_blocks(0, domain.nodes(), kept_twice, [&](std::size_t first, std::size_t end) {
         start_block(flow, domain, scheme, coarse, first, end);
         if (end == domain.nodes()) return;
         const double z = centre_in(coarse.domain, domain, 2, domain.grid.place(domain.cells.cell(end))[2]);
