@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <new>
 #include <nlohmann/json.hpp>
@@ -41,6 +42,9 @@ int report(const std::string& message, porepack::core::ExitCode code) {
 int main(int argc, char** argv) {
     using porepack::core::ExitCode;
     using porepack::core::with_advice;
+    // MPI, in the engines and in mpirun, looks for devices of OpenCL by hwloc. A driver made with LLVM then takes the signals that mpirun
+    // would pass on, and writes into its cache.
+    (void)setenv("HWLOC_COMPONENTS", "-opencl", 0);
     porepack::core::wait_passively(argv);
     porepack::core::return_large_blocks();
     porepack::core::install_signal_handlers();
