@@ -129,6 +129,14 @@ TEST_F(Devices, SumOverLayersAsTheProcessorDoes) {
             flow->advance_two_steps();
         }
         const Layers a = here->layers(scene.domain), b = there->layers(scene.domain);
+        // Another flow of the same plan does not change what is known of this one.
+        const auto plan = plan_flow(device, false, scene.domain);
+        const auto first = plan->start(scheme), second = plan->start(scheme);
+        first->advance_two_steps();
+        const double flow_rate = first->layers(scene.domain).flow[3];
+        second->add_to_layers(scene.domain, added);
+        EXPECT_NEAR(second->layers(scene.domain).flow[3], 0.5e-3 * a.nodes[3], 1e-12 * a.nodes[3]);  // at rest: half the force
+        EXPECT_EQ(first->layers(scene.domain).flow[3], flow_rate);
         EXPECT_EQ(a.nodes, b.nodes);
         for (const auto quantity :
              {&Layers::flow, &Layers::power, &Layers::kinetic, &Layers::kinetic_flux, &Layers::elastic, &Layers::density})

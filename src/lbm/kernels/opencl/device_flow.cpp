@@ -116,14 +116,13 @@ public:
         for (const LayerBlocks::Batch& batch : blocks.batches) most_blocks = std::max(most_blocks, batch.blocks);
         of_nodes = device->allocate(4 * sizeof(double) * std::min(LayerBlocks::batch_nodes, chunks * chunk_nodes));
         of_blocks = device->allocate(quantities * sizeof(double) * most_blocks);
-        of_layers = device->allocate(quantities * sizeof(double) * layers);
     }
     [[nodiscard]] std::unique_ptr<Flow> start(const Scheme& scheme) const override;
 
     [[nodiscard]] double bytes() const {
         double sum = 0.0;
         for (const auto* buffer : {&groups, &singles, &first_single, &first_wall, &wall_row, &wall_distance, &first_gap, &gaps, &first_end,
-                                   &order, &first_in_block, &layer_of_block, &layer, &block_of_layer, &of_nodes, &of_blocks, &of_layers})
+                                   &order, &first_in_block, &layer_of_block, &layer, &block_of_layer, &of_nodes, &of_blocks})
             sum += static_cast<double>((*buffer)->bytes());
         return sum;
     }
@@ -136,7 +135,7 @@ public:
     std::uint64_t known = 0;  ///< numbers that a chunk's walls need at most
     const LayerBlocks blocks;
     std::unique_ptr<Buffer> order, first_in_block, layer_of_block, layer, block_of_layer;
-    std::unique_ptr<Buffer> of_nodes, of_blocks, of_layers;  ///< of the batch, block and layers that are summed
+    std::unique_ptr<Buffer> of_nodes, of_blocks;  ///< of the batch that is summed; for one flow at a time, within one call
 };
 
 // The populations of a flow; in pieces where the device gives no buffer for all.
@@ -209,7 +208,8 @@ public:
           model_(model_names[static_cast<std::size_t>(scheme.model)]),
           store_(device_, plan_->chunks * rows),
           ends_(plan_->ends),
-          ends_on_device_(on_device(device_, ends_)) {
+          ends_on_device_(on_device(device_, ends_)),
+          of_layers_(device_.allocate(quantities * sizeof(double) * plan_->layers)) {
         std::vector<std::string> definitions = {"PIECES=" + std::to_string(store_.pieces())};
         if constexpr (sizeof(Real) == 8) definitions.emplace_back("DOUBLE");
         const std::string text = std::string(devices::kernel_language) + std::string(lattice_text);
@@ -274,9 +274,9 @@ public:
     void add_to_layers(const Domain& /*domain*/, std::span<const double> added) override {
         const std::scoped_lock one(mutex_);
         are_summed_ = false;
-        device_.write(*plan_->of_layers, 0, std::as_bytes(added));
+        device_.write(*of_layers_, 0, std::as_bytes(added));
         for (const LayerBlocks::Batch& batch : plan_->blocks.batches) {
-            std::vector<Argument> arguments = {*plan_->of_layers, *plan_->layer_of_block, batch.first_layer_of_block};
+            std::vector<Argument> arguments = {*of_layers_, *plan_->layer_of_block, batch.first_layer_of_block};
             add_batch(arguments, batch);
             arguments.emplace_back(*plan_->of_nodes);
             device_.run(*program_, "spread_over_blocks", batch.blocks, chunk_nodes, arguments);
@@ -389,11 +389,11 @@ private:
         if (!are_summed_) sum_layers();
         are_summed_ = true;
         std::vector<double> totals(first_quantities * plan_->layers);
-        device_.read(*plan_->of_layers, 0, std::as_writable_bytes(std::span(totals)));
+        device_.read(*of_layers_, 0, std::as_writable_bytes(std::span(totals)));
         return totals;
     }
     void sum_layers() const {
-        device_.fill_with_zeros(*plan_->of_layers);
+        device_.fill_with_zeros(*of_layers_);
         for (const LayerBlocks::Batch& batch : plan_->blocks.batches) {
             find_moments(batch.first_node, batch.nodes);
             std::vector<Argument> sums = {*plan_->of_nodes};
@@ -409,7 +409,7 @@ private:
                                                 batch.first_block_of_layer,
                                                 static_cast<std::uint32_t>(batch.layers),
                                                 static_cast<std::uint32_t>(plan_->layers),
-                                                *plan_->of_layers};
+                                                *of_layers_};
             device_.run(*program_, "add_blocks", chunks_for(batch.layers * quantities), chunk_nodes, adds);
         }
     }
@@ -422,9 +422,9 @@ private:
     const char* model_;
     Store<Real> store_;
     std::vector<End<Real>> ends_;
-    std::unique_ptr<Buffer> ends_on_device_;
+    std::unique_ptr<Buffer> ends_on_device_, of_layers_;
     std::shared_ptr<devices::Program> program_;
-    mutable bool are_summed_ = false;  // the layers, of the flow as it is
+    mutable bool are_summed_ = false;  // of_layers_ has the sums of the flow as it is
     mutable std::mutex mutex_;
 };
 
