@@ -174,6 +174,9 @@ public:
     }
     [[nodiscard]] std::shared_ptr<Program> compile(const ProgramText& text) override {
         use();
+        if (text.ptx == nullptr)  // of populations in pieces, too: CUDA gives one buffer, or the memory is too small
+            throw MachineError(info_.name + " has no free piece of memory that is large enough",
+                               {.where = info_.id, .fix = "choose a larger voxel size, precision = \"single\", or --device cpu"});
         std::shared_ptr<CudaProgram>& program = programs_[text.ptx];
         if (program) return program;
         Module module = nullptr;

@@ -46,7 +46,7 @@ public:
 struct ProgramText {
     std::string_view text;
     std::vector<std::string> definitions;  ///< "DOUBLE", "PIECES=4"
-    const char* ptx = nullptr;             ///< the same, compiled for CUDA when the program was built; null without nvcc
+    const char* ptx = nullptr;  ///< the same with these definitions, compiled for CUDA when the program was built; null if it was not
 };
 /// kernel_language.cl, which begins each text.
 extern const std::string_view kernel_language;

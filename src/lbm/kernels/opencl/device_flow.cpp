@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstring>
 #include <mutex>
@@ -10,6 +9,7 @@
 #include "lbm/kernels/layout/addresses.hpp"
 #include "lbm/kernels/layout/chunked_walls.hpp"
 #include "lbm/kernels/opencl/layer_blocks.hpp"
+#include "lbm/kernels/opencl/store.hpp"
 #include "lbm/uses.hpp"
 
 namespace porepack::lbm::opencl {
@@ -35,7 +35,6 @@ using devices::Device;
 using namespace layout;
 
 constexpr std::size_t rows = d3q19::directions * chunk_nodes, quantities = 12, maximum = 11;
-constexpr std::size_t most_pieces = 8;
 
 template <typename Real>
 struct End {
@@ -138,62 +137,6 @@ public:
     std::unique_ptr<Buffer> of_nodes, of_blocks;  ///< of the batch that is summed; for one flow at a time, within one call
 };
 
-// The populations of a flow; in pieces where the device gives no buffer for all.
-template <typename Real>
-class Store {
-public:
-    Store(Device& device, std::size_t numbers) : device_(device) {
-        for (bits_ = std::bit_width(numbers); pieces_.empty(); --bits_) {
-            const std::size_t piece = std::size_t{1} << static_cast<unsigned>(bits_), count = (numbers + piece - 1) / piece;
-            try {
-                for (std::size_t p = 0; p < count; ++p)
-                    pieces_.push_back(device.allocate(sizeof(Real) * std::min(piece, numbers - p * piece)));
-                for (auto& one : pieces_) device.fill_with_zeros(*one);  // drivers may take the memory only now
-                break;
-            } catch (const devices::DeviceLost&) {
-                throw;
-            } catch (const MachineError&) {
-                pieces_.clear();
-                if (2 * count > most_pieces) throw;  // half as large ones may be too many
-            }
-        }
-    }
-    [[nodiscard]] std::size_t pieces() const { return pieces_.size(); }
-    [[nodiscard]] double bytes() const {
-        double sum = 0.0;
-        for (const auto& piece : pieces_) sum += static_cast<double>(piece->bytes());
-        return sum;
-    }
-    void add_arguments(std::vector<Argument>& list) const {
-        for (std::size_t p = 0; p < (pieces() > 1 ? most_pieces : 1); ++p) list.emplace_back(*pieces_[std::min(p, pieces() - 1)]);
-        if (pieces() > 1) list.emplace_back(static_cast<std::uint32_t>(bits_));
-    }
-    void read(std::size_t first, std::span<Real> numbers) const {
-        for_pieces(first, numbers.size(), [&](std::size_t piece, std::size_t at, std::size_t from, std::size_t count) {
-            device_.read(*pieces_[piece], at * sizeof(Real), std::as_writable_bytes(numbers.subspan(from, count)));
-        });
-    }
-    void write(std::size_t first, std::span<const Real> numbers) {
-        for_pieces(first, numbers.size(), [&](std::size_t piece, std::size_t at, std::size_t from, std::size_t count) {
-            device_.write(*pieces_[piece], at * sizeof(Real), std::as_bytes(numbers.subspan(from, count)));
-        });
-    }
-
-private:
-    template <typename Visit>
-    void for_pieces(std::size_t first, std::size_t count, const Visit& visit) const {
-        const std::size_t piece = std::size_t{1} << static_cast<unsigned>(bits_);
-        for (std::size_t done = 0; done < count;) {
-            const std::size_t at = (first + done) % piece, here = std::min(count - done, piece - at);
-            visit((first + done) / piece, at, done, here);
-            done += here;
-        }
-    }
-    Device& device_;
-    std::vector<std::unique_ptr<Buffer>> pieces_;
-    int bits_ = 0;
-};
-
 constexpr std::array model_names = {"stokes", "navier_stokes", "regularised", "recursive"};
 
 template <typename Real>
@@ -213,7 +156,7 @@ public:
         std::vector<std::string> definitions = {"PIECES=" + std::to_string(store_.pieces())};
         if constexpr (sizeof(Real) == 8) definitions.emplace_back("DOUBLE");
         const std::string text = std::string(devices::kernel_language) + std::string(lattice_text);
-        program_ = device_.compile({.text = text, .definitions = definitions, .ptx = ptx_of<Real>});
+        program_ = device_.compile({.text = text, .definitions = definitions, .ptx = store_.pieces() == 1 ? ptx_of<Real> : nullptr});
     }
 
     void advance_two_steps() override {
