@@ -70,9 +70,9 @@ Table protocol_table(const std::vector<ProtocolRow>& rows) {
     for (const ProtocolRow& row : rows) {
         // Grains that are shaken fly.
         const bool flies = row.kind == StepKind::vibrate && row.repeat > 0;
-        const auto at_rest = [&](auto value) { return flies ? std::nullopt : std::optional(value); };
+        const auto at_rest = [&](auto value) { return flies ? decltype(value){} : value; };
         table.add(row.step, row.step == 0 ? "pour" : std::string(name_of(row.kind)), row.repeat, row.time_s, row.bed_height_m, row.porosity,
-                  at_rest(row.coordination_number), at_rest(row.coordination_without_rattlers), at_rest(row.rattlers),
+                  at_rest(std::optional(row.coordination_number)), at_rest(row.coordination_without_rattlers), at_rest(row.rattlers),
                   known(row.lid_height_m), known(row.lid_force_N), known(row.pressure_Pa));
     }
     return table;
@@ -95,7 +95,7 @@ results::Protocol protocol_result(const PourResult& pour, const ProtocolConfig& 
             one.acceleration_over_gravity =
                 relative_acceleration(protocol.step[static_cast<std::size_t>(row.step - 1)], config.gravity_m_per_s2);
         if (row.pressure_Pa != 0.0) one.pressure_Pa = row.pressure_Pa;
-        if (config.fill == Fill::scatter) one.coordination_without_rattlers = row.coordination_without_rattlers;
+        if (config.fill == Fill::scatter) one.coordination_without_rattlers = *row.coordination_without_rattlers;
         if (row.step == last)
             result.steps.back() = one;
         else
@@ -126,11 +126,9 @@ void allow_clump_overlaps(Packing& packing, const results::Pour& pour) {
 
 PourResult pour_with_engine(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config,
                             const ProtocolConfig& protocol, const Path& folder) {
-    // Refuses it; only then, because a plan makes the clumps.
-    if (!protocol.none() && config.engine == Engine::liggghts) (void)plan_pour(shapes, container, config, protocol);
     switch (config.engine) {
         case Engine::liggghts:
-            return liggghts::pour_with_liggghts(shapes, container, config, data_file("liggghts_templates"), folder / "run");
+            return liggghts::pour_with_liggghts(shapes, container, config, data_file("liggghts_templates"), folder / "run", {}, protocol);
         case Engine::capsule:
             return dem::pour_with_capsules(shapes, container, config, folder, protocol);
         case Engine::none:

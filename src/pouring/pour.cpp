@@ -42,8 +42,7 @@ double expected_pieces(const RoundedBody& body) {
 }
 
 // Roughly: 0.2 s until a bed is at rest after a tap or under a lid; a box shrinks to a third of its width.
-double expected_protocol_steps(const ProtocolConfig& protocol, const Container& container, const PackingConfig& config,
-                               double time_step_s) {
+double expected_steps_of(const ProtocolConfig& protocol, const Container& container, const PackingConfig& config, double time_step_s) {
     constexpr double rest_s = 0.2;
     double time = 0.0;
     for (const ProtocolStep& step : protocol.step) {
@@ -70,9 +69,10 @@ void add_expected_cost(PourPlan& plan, const std::vector<ShapeShare>& shapes, co
     if (steps > 1e9)
         throw UserError(fmt::format("the time step {:.3g} s is too short: the pour would need {:.2g} steps", plan.time_step_s, steps),
                         {.allowed = "1e9 steps", .fix = "leave time_step_s out: it is then chosen from the contact time"});
+    plan.expected_protocol_steps = expected_steps_of(protocol, container, config, plan.time_step_s);
     if (config.engine == Engine::liggghts) {
-        plan.expected_wall_time_s =
-            0.4e-6 * 0.6 * grains * static_cast<double>(plan.clump_spheres) * steps / static_cast<double>(config.processes);
+        plan.expected_wall_time_s = 0.4e-6 * grains * static_cast<double>(plan.clump_spheres) *
+                                    (0.6 * steps + plan.expected_protocol_steps) / static_cast<double>(config.processes);
         plan.expected_memory_bytes = 60e6 + 4000.0 * static_cast<double>(plan.max_grains * plan.clump_spheres);
     } else {
         constexpr double per_capsule_s = 0.1e-6, per_piece_s = 0.25e-6;  // the latter from pours of 36 to 1000 cylinders and rings
@@ -86,7 +86,7 @@ void add_expected_cost(PourPlan& plan, const std::vector<ShapeShare>& shapes, co
         const double step_of_all_s = step_s * 0.4 * grains;
         const double threads = step_of_all_s < min_step_for_threads_s ? 1.0 : std::min(max_threads, static_cast<double>(thread_count()));
         // During a protocol all grains are present, and awake.
-        const double all_awake = step_s * grains * expected_protocol_steps(protocol, container, config, plan.time_step_s);
+        const double all_awake = step_s * grains * plan.expected_protocol_steps;
         plan.expected_wall_time_s = (step_of_all_s * steps + all_awake) / (1.0 + gain_of_a_thread * (threads - 1.0));
         plan.expected_memory_bytes = 20e6 + grains * (2000.0 + 4000.0 * arms);
     }
@@ -169,9 +169,10 @@ void require_way_of_filling(const Container& container, const PackingConfig& con
         throw UserError("grains fall along z: the container cannot be periodic there",
                         {.fix = "periodic = [true, true, false] with engine = \"capsule\"; a bed without walls with fill = \"scatter\"; or "
                                 "give a packing.json with engine = \"none\""});
-    if (!protocol.none() && config.engine != Engine::capsule)
-        throw UserError("steps of [protocol] are not carried out by this engine",
-                        {.where = "[packing]", .allowed = "engine = \"capsule\"", .fix = "remove [protocol], or change the engine"});
+    if (!protocol.none() && config.engine == Engine::none)
+        throw UserError("steps of [protocol] need an engine",
+                        {.where = "[packing]", .allowed = "engine = \"capsule\" or \"liggghts\"", .fix = "remove [protocol]"});
+    if (config.engine == Engine::liggghts) require_steps_of_liggghts(protocol);
     if (config.fill != Fill::scatter) return;
     if (!(periodic[0] && periodic[1] && periodic[2]))
         throw UserError("fill = \"scatter\" needs a box without walls",
@@ -217,6 +218,13 @@ PourPlan plan_pour(const std::vector<ShapeShare>& shapes, const Container& conta
         contact_times(config.density_kg_per_m3 * smallest_volume, config.density_kg_per_m3 * largest_volume, d, at_once, config);
     plan.contact_time_s = times.contact_time_s;
     plan.time_step_s = times.time_step_s;
+    require_gentle_steps(protocol, container,
+                         {.diameter_m = d,
+                          .heaviest_kg = config.density_kg_per_m3 * largest_volume,
+                          .contact_time_s = times.contact_time_s,
+                          .deepest_overlap = deepest_overlap,
+                          .normal_stiffness_N_per_m = config.normal_stiffness_N_per_m,
+                          .gravity_m_per_s2 = config.gravity_m_per_s2});
     plan.fill_height_m = config.fill_height_m > 0.0 ? config.fill_height_m : container.height() / 2.0;
     plan.drop_height_m = config.drop_height_m > 0.0 ? config.drop_height_m : container.height() - extent;
     if (config.grains == 0 && plan.fill_height_m > plan.drop_height_m - extent)

@@ -46,9 +46,10 @@ struct PourPlan {
     double grain_mass_kg = 0.0;  ///< on average
     double fill_height_m = 0.0;
     double drop_height_m = 0.0;
-    long max_grains = 0;     ///< grains prepared; pouring may stop before
-    long clump_spheres = 0;  ///< per grain, on average; LIGGGHTS only
-    double expected_steps = 0.0;
+    long max_grains = 0;                   ///< grains prepared; pouring may stop before
+    long clump_spheres = 0;                ///< per grain, on average; LIGGGHTS only
+    double expected_steps = 0.0;           ///< of the pour
+    double expected_protocol_steps = 0.0;  ///< after it
     double expected_wall_time_s = 0.0;
     double expected_memory_bytes = 0.0;
 };
@@ -56,8 +57,8 @@ struct PourPlan {
 /// Where overlaps of grains with faces exceed this fraction of the thinner grain's thickness the grains begin to pass through each other.
 inline constexpr double deepest_overlap = 0.4;
 
-/// The plan of a pour. Throws UserError when the grain does not fit into the container, the stiffness is too low for its mass, or the step
-/// is too long for it.
+/// The plan of a pour. Throws UserError when the grain does not fit into the container, the stiffness is too low for its mass, the time
+/// step is too long for it, or the engine cannot carry a step of the protocol out.
 [[nodiscard]] PourPlan plan_pour(const std::vector<shapes::ShapeShare>& shapes, const vessels::Container& container,
                                  const PackingConfig& config, const ProtocolConfig& protocol = {});
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/choice.hpp"
+#include "packing/packing.hpp"
 #include "record/config.hpp"
 #include "vessels/container.hpp"
 
@@ -98,8 +99,9 @@ struct ProtocolRow {
     long repeat = 0;                            ///< number of the tap, or of the row during a vibration; 0 at rest after it
     double time_s = 0.0;                        ///< simulated since the pour began
     double bed_height_m = 0.0, porosity = 0.0;  ///< of the automatic section, of a low bed its middle half; or of the whole periodic box
-    double coordination_number = 0.0, coordination_without_rattlers = 0.0;
-    long rattlers = 0;
+    double coordination_number = 0.0;
+    std::optional<double> coordination_without_rattlers = {};  ///< not known of a bed by LIGGGHTS
+    std::optional<long> rattlers = {};
     double lid_height_m = 0.0, lid_force_N = 0.0;  ///< 0 without one
     double pressure_Pa = 0.0;                      ///< on the lid, or in the periodic box
     bool reached = true;                           ///< what the step was to reach
@@ -108,7 +110,44 @@ struct ProtocolRow {
 /// Throws UserError for a step whose keys do not belong to its kind, are missing or contradict each other, with its number.
 void require_protocol(const ProtocolConfig& config, const vessels::Container& container);
 
+/// Throws UserError for what LIGGGHTS's own fixes cannot do.
+void require_steps_of_liggghts(const ProtocolConfig& config);
+
+/// What limits the violence of a step.
+struct StepLimits {
+    double diameter_m = 0.0;  ///< smallest, or the smallest thickness
+    double heaviest_kg = 0.0;
+    double contact_time_s = 0.0;
+    double deepest_overlap = 0.0;  ///< over the diameter, beyond which grains pass through each other
+    double normal_stiffness_N_per_m = 0.0, gravity_m_per_s2 = 0.0;
+};
+/// Throws UserError for steps so violent that grains would pass through each other, too fast for a contact, or too heavy for its stiffness.
+void require_gentle_steps(const ProtocolConfig& config, const vessels::Container& container, const StepLimits& limits);
+
+/// Largest mean overlap of pressed grains over the diameter.
+inline constexpr double softest_overlap = 0.02;
+
+/// Largest acceleration of a vessel that is shaken with given acceleration or amplitude, with its direction.
+[[nodiscard]] shapes::Vec3 peak_acceleration(const ProtocolStep& step);
 /// Peak acceleration of a tap or a vibration over gravity; none of a tap by its height.
 [[nodiscard]] std::optional<double> relative_acceleration(const ProtocolStep& step, double gravity_m_per_s2);
+/// Speed of the grains after a tap by its height.
+[[nodiscard]] double fall_speed(const ProtocolStep& step, double gravity_m_per_s2);
+/// Time steps of one period of a vessel that is shaken, and whole periods of a vibration.
+[[nodiscard]] long period_steps(const ProtocolStep& step, double time_step_s);
+[[nodiscard]] long whole_periods(const ProtocolStep& step, double time_step_s);
+/// Rows of a vibration, between whole periods.
+inline constexpr long rows_of_vibration = 50;
+/// Whether grains are at rest between two taps is asked with so many times the energy.
+inline constexpr double tap_rest_factor = 100.0;
+/// Of a plate that is laid on the bed, and of one that moves down.
+[[nodiscard]] double plate_mass_kg(const ProtocolStep& step, const vessels::Container& container, double gravity_m_per_s2);
+[[nodiscard]] double plate_speed_m_per_s(const ProtocolStep& step, double diameter_m, double gravity_m_per_s2);
+
+/// Porosity of the automatic section, of a low bed of its middle half; in a box without walls of the whole box.
+struct BedState {
+    double height_m = 0.0, porosity = 0.0;
+};
+[[nodiscard]] BedState bed_state(const packing::Packing& packing, double feret_diameter_m);
 
 }  // namespace porepack::pouring

@@ -227,6 +227,63 @@ TEST(PourLiggghts, AKilledPourGoesOnWithTheSameBits) {
     expect_same_bits_after_a_kill("engine = \"liggghts\"\ngrains = 16\n", "snapshot.[4-9].*");
 }
 
+TEST(PourLiggghts, KilledBetweenTapsItGoesOnWithTheSameBits) {
+    REQUIRE_PROGRAM("liggghts");
+    expect_same_bits_after_a_kill(
+        "engine = \"liggghts\"\ngrains = 6\n[[protocol.step]]\nkind = \"tap\"\nnumber = 6\nheight_m = 0.003\n"
+        "[[protocol.step]]\nkind = \"vibrate\"\nfrequency_Hz = 100\namplitude_m = 0.0001\ntime_s = 0.02\n",
+        "snapshot.*.*.*.*.0.[1-9]");
+}
+
+// The steps of [protocol] by LIGGGHTS's own fixes: gravity that changes, a servo wall, a mesh that moves.
+TEST(PourLiggghts, CarriesOutStepsAsTheOwnEngineDoes) {
+    REQUIRE_PROGRAM("liggghts");
+    const test::Folder folder;
+    const Shape ball = make_preset(ShapeKind::sphere, 0.008, 0.0);
+    const Container container = parse_container("cylinder:0.035,0.12");
+    PackingConfig config{.fill = Fill::lattice, .grains = 40, .normal_stiffness_N_per_m = 40000, .tangential_stiffness_N_per_m = 20000};
+    const double height = 0.0245;
+    const ProtocolConfig protocol{
+        .step = {{.kind = StepKind::tap, .number = 3, .height_m = 0.003},
+                 {.kind = StepKind::vibrate, .peak_acceleration_m_per_s2 = 30.0, .frequency_Hz = 60.0, .time_s = 0.1},
+                 {.kind = StepKind::compress, .to_height_m = height},
+                 {.kind = StepKind::lid, .mass_kg = 0.05, .stays = true}}};
+    std::vector<PourResult> beds;
+    for (const bool clumps : {false, true}) {
+        config.engine = clumps ? Engine::liggghts : Engine::capsule;
+        const Path run = folder.path() / (clumps ? "l" : "c");
+        beds.push_back(clumps ? pour_with_liggghts(one(ball), container, config, Path(POREPACK_SOURCE_FOLDER) / "liggghts_templates", run,
+                                                   {}, protocol)
+                              : pour_with_capsules(one(ball), container, config, run, protocol));
+        EXPECT_TRUE(beds.back().at_rest());
+        for (const ProtocolRow& row : beds.back().protocol)
+            std::printf("  step %ld, part %ld: height %.4f m, porosity %.4f, plate %.4f m, %.4f N\n", row.step, row.repeat,
+                        row.bed_height_m, row.porosity, row.lid_height_m, row.lid_force_N);
+        const auto& rows = beds.back().protocol;
+        const auto of_step = [&](long step, long repeat) {
+            return *std::find_if(rows.begin(), rows.end(),
+                                 [&](const ProtocolRow& row) { return row.step == step && row.repeat == repeat; });
+        };
+        EXPECT_GT(std::abs(of_step(1, 1).porosity - of_step(0, 0).porosity), 1e-3);  // the tap moves the grains
+        EXPECT_LT(of_step(2, 0).porosity, of_step(0, 0).porosity);
+        EXPECT_NEAR(of_step(3, 0).lid_height_m, height, 1e-6);
+        EXPECT_LT(of_step(3, 0).bed_height_m, height + 2e-4);
+        EXPECT_NEAR(rows.back().lid_force_N, 0.05 * 9.81, 0.005 * 0.05 * 9.81);
+        EXPECT_NEAR(rows.back().lid_height_m, rows.back().bed_height_m, 1e-4);
+    }
+    ASSERT_GT(beds[0].protocol.size(), 8U);
+    EXPECT_NEAR(beds[0].protocol.back().porosity, beds[1].protocol.back().porosity, 0.05);  // one bed of each
+    // What its fixes cannot do is named.
+    const auto refuses = [&](const ProtocolConfig& steps, const char* part) {
+        const std::string text = test::message_of<UserError>([&] { (void)plan_pour(one(ball), container, config, steps); });
+        EXPECT_TRUE(has(text, part)) << text;
+    };
+    refuses({.step = {{.kind = StepKind::compress, .to_porosity = 0.4}}}, "`to_porosity`");
+    refuses({.step = {{.kind = StepKind::compress, .pressure_Pa = 100.0, .friction = 0.1}}}, "`friction`");
+    refuses({.step = {{.kind = StepKind::lid, .mass_kg = 0.05, .stays = true}, {.kind = StepKind::settle}}}, "a plate that stays");
+    refuses({.target_porosity = 0.4, .step = {{.kind = StepKind::tap, .height_m = 0.001}}}, "`target_porosity`");
+}
+
 TEST(PourLiggghts, TakesGrainsWithFaces) {
     REQUIRE_PROGRAM("liggghts");
     const test::Folder folder;

@@ -99,12 +99,7 @@ public:
           faced_(std::any_of(shapes.begin(), shapes.end(), [](const ShapeShare& share) { return share.shape.body != nullptr; })),
           has_protocol_(!protocol.none()),
           protocol_(protocol, config,
-                    {.plan = plan_,
-                     .diameter_m = diameter_,
-                     .feret_diameter_m = feret_diameter_,
-                     .heaviest_kg = heaviest(shapes, config),
-                     .rest_limit_J = limit_J_},
-                    dem_) {}
+                    {.plan = plan_, .diameter_m = diameter_, .feret_diameter_m = feret_diameter_, .rest_limit_J = limit_J_}, dem_) {}
 
     [[nodiscard]] PourResult run() {
         start_or_resume();
@@ -125,11 +120,6 @@ public:
 
 private:
     [[nodiscard]] bool scattered() const { return config_.fill == Fill::scatter; }
-    static double heaviest(const std::vector<ShapeShare>& shapes, const PackingConfig& config) {
-        double volume = 0.0;
-        for (const auto& share : shapes) volume = std::max(volume, measure(share.shape, 1e-4).volume_m3);
-        return config.density_kg_per_m3 * volume;
-    }
 
     // Scattered grains have no weight, and do not settle.
     void pour_and_settle() {

@@ -18,7 +18,9 @@ constexpr double pressure_tolerance = 1e-3;
 
 void ProtocolRun::lay_lid() {
     if (at_.phase == Phase::begin) {
-        dem_.set_lid(Lid{.height_m = dem_.rest().top_m + 1e-3 * scale_.diameter_m, .velocity_m_per_s = 0.0, .mass_kg = lid_mass(step())});
+        dem_.set_lid(Lid{.height_m = dem_.rest().top_m + 1e-3 * scale_.diameter_m,
+                         .velocity_m_per_s = 0.0,
+                         .mass_kg = plate_mass_kg(step(), dem_.container(), config_.gravity_m_per_s2)});
         enter(Phase::move);
     }
     dem_.step(checked_steps);
@@ -30,45 +32,36 @@ void ProtocolRun::lay_lid() {
     enter(Phase::rest);
 }
 
-double ProtocolRun::lid_mass(const ProtocolStep& step) const {
-    return step.mass_kg > 0.0 ? step.mass_kg : step.pressure_Pa * dem_.container().inner_area_m2() / config_.gravity_m_per_s2;
-}
-
 void ProtocolRun::change_friction() {
     if (step().friction >= 0.0) at_.friction = step().friction;
     dem_.set_friction(at_.friction);
 }
 
-double ProtocolRun::speed() const {
-    return step().speed_m_per_s > 0.0 ? step().speed_m_per_s : 0.05 * std::sqrt(config_.gravity_m_per_s2 * scale_.diameter_m);
-}
-
 // The plate moves evenly until the end is reached. Then it stands still, or, for a pressure, gets the mass whose weight this is.
 void ProtocolRun::press_down() {
-    const double area = dem_.container().inner_area_m2();
+    const double area = dem_.container().inner_area_m2(), speed = plate_speed_m_per_s(step(), scale_.diameter_m, config_.gravity_m_per_s2);
     if (at_.phase == Phase::begin) {
         change_friction();
         const double top = dem_.rest().top_m + 1e-3 * scale_.diameter_m;
         if (step().to_height_m >= top)
             throw UserError(fmt::format("the plate would not touch the bed, which is {:.4g} m high", top),
                             {.where = fmt::format("[[protocol.step]], step {}", at_.step + 1), .allowed = "a to_height_m below that"});
-        dem_.set_lid(Lid{.height_m = top, .velocity_m_per_s = -speed()});
+        dem_.set_lid(Lid{.height_m = top, .velocity_m_per_s = -speed});
         enter(Phase::move);
     }
     if (dem_.lid()->velocity_m_per_s != 0.0 && dem_.lid()->mass_kg == 0.0) {
-        const long left = step().to_height_m > 0.0 ? std::max(1L, std::lround((dem_.lid()->height_m - step().to_height_m) / speed() / dt_))
+        const long left = step().to_height_m > 0.0 ? std::max(1L, std::lround((dem_.lid()->height_m - step().to_height_m) / speed / dt_))
                                                    : between_pressures;
         dem_.step(std::min(between_pressures, left));
         Lid lid = *dem_.lid();
-        double height = 0.0;
-        const bool soft = dem_.rest().mean_overlap_m > softest * scale_.diameter_m;
+        const bool soft = dem_.rest().mean_overlap_m > softest_overlap * scale_.diameter_m;
         if (step().pressure_Pa > 0.0 && lid.force_N >= step().pressure_Pa * area) {
-            lid.mass_kg = lid_mass(step());
+            lid.mass_kg = plate_mass_kg(step(), dem_.container(), config_.gravity_m_per_s2);
             at_.reached = true;
         } else if (step().to_height_m > 0.0) {
-            at_.reached = lid.height_m <= step().to_height_m + 0.5 * dt_ * speed();
+            at_.reached = lid.height_m <= step().to_height_m + 0.5 * dt_ * speed;
         } else if (step().to_porosity > 0.0) {
-            at_.reached = porosity(height) <= step().to_porosity;
+            at_.reached = bed_state(dem_.packing(), scale_.feret_diameter_m).porosity <= step().to_porosity;
         }
         if (!at_.reached && !soft) return;
         if (!at_.reached) warn_of_soft_grains();
@@ -105,7 +98,7 @@ void ProtocolRun::shrink() {
     }
     if (at_.phase == Phase::rest) return rest_in_box();
     step().to_porosity > 0.0 ? shrink_to_porosity() : shrink_to_pressure();
-    if (at_.phase == Phase::move && dem_.rest().mean_overlap_m > softest * scale_.diameter_m) {
+    if (at_.phase == Phase::move && dem_.rest().mean_overlap_m > softest_overlap * scale_.diameter_m) {
         warn_of_soft_grains();
         enter(Phase::rest);
     }

@@ -10,25 +10,10 @@
 
 #include "core/error.hpp"
 #include "core/log.hpp"
-#include "packing/grains.hpp"
-#include "packing/porosity.hpp"
-#include "packing/section.hpp"
 #include "pouring/uses.hpp"
 
 namespace porepack::pouring::dem {
 namespace {
-
-constexpr long lines_of_porosity = 10000;
-constexpr long rows_of_vibration = 50;
-constexpr double tap_rest_factor = 100.0;  // between taps, the energy at rest may be so much larger
-
-// Peak acceleration of a shaken vessel, with its direction.
-Vec3 peak_of(const ProtocolStep& step) {
-    const double size = *relative_acceleration(step, 1.0);
-    const Vec3 direction =
-        step.direction.empty() ? Vec3(Vec3::UnitZ()) : Vec3(step.direction[0], step.direction[1], step.direction[2]).normalized();
-    return size * direction;
-}
 
 Vec3 gravity_of(const PackingConfig& config) {
     return {0.0, 0.0, -config.gravity_m_per_s2};
@@ -39,39 +24,6 @@ Vec3 gravity_of(const PackingConfig& config) {
 ProtocolRun::ProtocolRun(const ProtocolConfig& protocol, const PackingConfig& config, const ProtocolScale& scale, CapsuleDem& dem)
     : protocol_(protocol), config_(config), scale_(scale), dem_(dem), dt_(scale.plan.time_step_s) {
     at_.friction = config.friction;
-    for (std::size_t i = 0; i < protocol.step.size(); ++i) require_possible(protocol.step[i], i + 1);
-}
-
-void ProtocolRun::require_possible(const ProtocolStep& step, std::size_t number) const {
-    const std::string where = fmt::format("[[protocol.step]], step {} ({})", number, name_of(step.kind));
-    const double stiffness = config_.normal_stiffness_N_per_m, d = scale_.diameter_m;
-    double speed = step.speed_m_per_s;
-    if (step.kind == StepKind::tap || step.kind == StepKind::vibrate) {
-        speed = step.height_m > 0.0 ? std::sqrt(2.0 * config_.gravity_m_per_s2 * step.height_m)
-                                    : peak_of(step).norm() / (2.0 * std::numbers::pi * step.frequency_Hz);
-        const double fastest = 0.25 / scale_.plan.contact_time_s;
-        if (step.frequency_Hz > fastest)
-            throw UserError(fmt::format("a period of {:.3g} s is too short: a contact lasts {:.3g} s", 1.0 / step.frequency_Hz,
-                                        scale_.plan.contact_time_s),
-                            {.where = where, .allowed = fmt::format("frequency_Hz up to {:.3g}", fastest)});
-    }
-    // A grain that meets a wall with this speed goes so deep that m v^2 / 2 = (s_n / 4) O^2.
-    const double overlap = speed * std::sqrt(2.0 * scale_.heaviest_kg / stiffness), deepest = deepest_overlap * d;
-    if (overlap > deepest)
-        throw UserError(fmt::format("at {:.3g} m/s, grains {:.3g} m thick would pass through each other", speed, d),
-                        {.where = where,
-                         .allowed = fmt::format("{:.3g} m/s with this stiffness", speed * deepest / overlap),
-                         .fix = "a gentler step, or a larger normal_stiffness_N_per_m"});
-    if (step.kind == StepKind::lid && lid_mass(step) < scale_.heaviest_kg)
-        throw UserError(fmt::format("the lid has a mass of {:.3g} kg, a grain {:.3g} kg", lid_mass(step), scale_.heaviest_kg),
-                        {.where = where, .allowed = "a lid heavier than a grain"});
-    if (const double soft = 2.0 * step.pressure_Pa * d / stiffness; soft > softest)
-        throw UserError(fmt::format("a pressure of {:.3g} Pa would press grains into each other by about {:.2g} of their diameter",
-                                    step.pressure_Pa, soft),
-                        {.where = where,
-                         .allowed = fmt::format("{:g}", softest),
-                         .fix = fmt::format("normal_stiffness_N_per_m of {:.2g} or more, tangential_stiffness_N_per_m half of it",
-                                            2.0 * step.pressure_Pa * d / (0.1 * softest))});
 }
 
 bool ProtocolRun::in_box() const {
@@ -118,17 +70,17 @@ void ProtocolRun::advance() {
 }
 
 long ProtocolRun::period() const {
-    return std::max(1L, std::lround(1.0 / (step().frequency_Hz * dt_)));
+    return period_steps(step(), dt_);
 }
 
 void ProtocolRun::warn_of_soft_grains() const {
     log_warning(fmt::format("pour: step {} ends before its aim: grains overlap by more than {:g} of their diameter on average",
-                            at_.step + 1, softest));
+                            at_.step + 1, softest_overlap));
 }
 
 // The vessel's position is a (1 - cos w t): it starts from rest, and is at rest after each whole period.
 void ProtocolRun::shake(long until) {
-    const Vec3 acceleration = peak_of(step());
+    const Vec3 acceleration = peak_acceleration(step());
     while (dem_.steps() < until) {
         const double turns = (static_cast<double>(steps_in_phase()) + 0.5) / static_cast<double>(period());
         dem_.set_gravity(gravity_of(config_) - std::cos(2.0 * std::numbers::pi * turns) * acceleration);
@@ -141,7 +93,7 @@ void ProtocolRun::shake(long until) {
 void ProtocolRun::tap() {
     if (at_.phase == Phase::begin) enter(Phase::move);
     if (step().height_m > 0.0) {
-        dem_.push(Vec3(0.0, 0.0, -std::sqrt(2.0 * config_.gravity_m_per_s2 * step().height_m)));
+        dem_.push(Vec3(0.0, 0.0, -fall_speed(step(), config_.gravity_m_per_s2)));
         enter(Phase::rest);
         return rest_after();  // each call takes time steps, so that a run which is stopped again and again comes to an end
     }
@@ -151,7 +103,7 @@ void ProtocolRun::tap() {
 }
 
 void ProtocolRun::vibrate() {
-    const long all = std::lround(std::ceil(step().time_s / dt_ / static_cast<double>(period()) - 1e-9)), length = all * period();
+    const long all = whole_periods(step(), dt_), length = all * period();
     if (at_.phase == Phase::begin) {
         log_info("pour: vibration with {:.3g} times gravity for {:.3g} s", *relative_acceleration(step(), config_.gravity_m_per_s2),
                  static_cast<double>(length) * dt_);
@@ -210,19 +162,6 @@ void ProtocolRun::rest_after() {
     enter(Phase::begin);
 }
 
-double ProtocolRun::porosity(double& height_m) const {
-    const Packing packing = dem_.packing();
-    const Grains grains(packing);
-    const Bounds bounds = grains.bounds();
-    const Container& container = packing.container;
-    height_m = in_box() ? container.height() : bounds.high.z();
-    const Section bed = whole_bed(container, {std::max(0.0, bounds.low.z()), bounds.high.z()});
-    if (in_box()) return packing::porosity(grains, container, bed, lines_of_porosity).value;
-    // The automatic section; of a low bed its middle half, so that a tap does not decide which of both it is.
-    const double trim = std::min({0.03, scale_.feret_diameter_m, 0.25 * bed.length()});
-    return packing::porosity(grains, container, {bed.z0_m + trim, bed.z1_m - trim}, lines_of_porosity).value;
-}
-
 void ProtocolRun::measure(bool reached) {
     const DemRest rest = dem_.rest();
     ProtocolRow row{.step = static_cast<long>(at_.step) + 1,
@@ -236,14 +175,16 @@ void ProtocolRun::measure(bool reached) {
                     .rattlers = rest.rattlers,
                     .pressure_Pa = in_box() ? dem_.pressure_Pa() : 0.0,
                     .reached = reached};
-    row.porosity = porosity(row.bed_height_m);
+    const BedState bed = bed_state(dem_.packing(), scale_.feret_diameter_m);
+    row.bed_height_m = bed.height_m;
+    row.porosity = bed.porosity;
     if (dem_.lid()) {
         row.lid_height_m = dem_.lid()->height_m;
         row.lid_force_N = dem_.lid()->force_N;
         row.pressure_Pa = row.lid_force_N / dem_.container().inner_area_m2();
     }
     rows_.push_back(row);
-    if (const double soft = rest.mean_overlap_m / scale_.diameter_m; soft > softest && dem_.lid())
+    if (const double soft = rest.mean_overlap_m / scale_.diameter_m; soft > softest_overlap && dem_.lid())
         log_warning(
             fmt::format("pour: after step {} the grains overlap by {:.2g} of their diameter on average: a larger "
                         "normal_stiffness_N_per_m makes them harder",

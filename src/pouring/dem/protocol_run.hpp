@@ -17,7 +17,6 @@ struct ProtocolScale {
     PourPlan plan;
     double diameter_m = 0.0;        ///< smallest, or the smallest thickness
     double feret_diameter_m = 0.0;  ///< largest
-    double heaviest_kg = 0.0;
     double rest_limit_J = 0.0;  ///< kinetic energy per grain at rest
 };
 
@@ -25,7 +24,6 @@ struct ProtocolScale {
 /// in its own frame, in which gravity changes with time. References are kept.
 class ProtocolRun {
 public:
-    /// Throws UserError for steps so violent that grains would pass through each other, or too fast for the time step.
     ProtocolRun(const ProtocolConfig& protocol, const PackingConfig& config, const ProtocolScale& scale, CapsuleDem& dem);
 
     /// A row for the bed as poured.
@@ -47,7 +45,6 @@ public:
 
 private:
     static constexpr long checked_steps = 500;  ///< time steps between two checks
-    static constexpr double softest = 0.02;     ///< largest mean overlap of pressed grains over the diameter
     enum class Phase { begin, move, rest };
     struct At {
         std::size_t step = 0;
@@ -86,11 +83,7 @@ private:
     [[nodiscard]] bool at_rest(double factor, bool balanced) const;
     void require_time(const char* what) const;
     void measure(bool reached);
-    [[nodiscard]] double porosity(double& height_m) const;
-    [[nodiscard]] double speed() const;
-    [[nodiscard]] double lid_mass(const ProtocolStep& step) const;
     void change_friction();
-    void require_possible(const ProtocolStep& step, std::size_t number) const;
 
     const ProtocolConfig& protocol_;
     const PackingConfig& config_;

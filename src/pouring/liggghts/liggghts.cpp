@@ -17,30 +17,6 @@
 namespace porepack::pouring::liggghts {
 namespace {
 
-// Rows of a LIGGGHTS dump of `columns` numbers behind "ITEM: ENTRIES" or "ITEM: ATOMS".
-// A file may hold several dumps: the last one counts. Rows are sorted by their first column, the number of the body or sphere, because
-// their order in the file is not that of creation.
-std::vector<std::vector<double>> read_dump(const Path& file, std::size_t columns) {
-    std::ifstream in(file);
-    std::vector<std::vector<double>> rows;
-    bool inside = false;
-    for (std::string line; std::getline(in, line);) {
-        if (line.starts_with("ITEM:")) {
-            inside = line.starts_with("ITEM: ENTRIES") || line.starts_with("ITEM: ATOMS");
-            if (inside) rows.clear();
-            continue;
-        }
-        if (!inside) continue;
-        std::istringstream numbers(line);
-        std::vector<double> row(columns);
-        for (double& value : row) numbers >> value;
-        if (!numbers) throw EngineError("LIGGGHTS wrote a line that is not a row of numbers: " + line, {.where = file.string()});
-        rows.push_back(row);
-    }
-    std::sort(rows.begin(), rows.end());
-    return rows;
-}
-
 // Predicts every clump sphere from the poses and compares it with the sphere's position in LIGGGHTS.
 // A check of all conventions at once (order of the bodies, direction of the rotations, principal axes). Both lists are compared without
 // numbers: for each predicted sphere the nearest real one, searched upward and downward in z until z alone is farther than the nearest so
@@ -68,31 +44,11 @@ double pose_error(const Run& run, const Packing& packing, const std::vector<std:
     return worst;
 }
 
-constexpr const char* keep_them = "increase the container's height or lower drop_height_m, horizontal_speed_m_per_s or time_step_s";
+constexpr const char* keep_them =
+    "increase the container's height or lower drop_height_m, horizontal_speed_m_per_s or time_step_s; let steps of [protocol] be gentler";
 
 [[noreturn]] void fail_with_log(const std::string& what, const Path& log, const std::string& fix = {}) {
     throw EngineError(what + "\n" + tail(log, 12), {.where = log.string(), .fix = fix});
-}
-
-Packing read_packing_back(const Run& run, const std::vector<std::vector<double>>& bodies, long expected_grains, const Path& log) {
-    Packing packing{.container = run.container, .shapes = {}, .bodies = {}};
-    for (const auto& share : run.shapes) packing.shapes.push_back(share.shape);
-    // Bodies are numbered in the order of their creation.
-    std::vector<std::size_t> order;
-    for (const auto& batch : run.batches) order.insert(order.end(), batch.begin(), batch.end());
-    if (static_cast<long>(bodies.size()) != expected_grains)
-        fail_with_log(fmt::format("LIGGGHTS lost grains: {} were poured, {} are left", expected_grains, bodies.size()), log, keep_them);
-    for (std::size_t b = 0; b < bodies.size(); ++b) {
-        const auto& row = bodies[b];
-        const ClumpBody& clump = run.bodies[order[b]];
-        Body body{.shape = order[b]};
-        // LIGGGHTS works in the clump's principal axes about its centre of mass: its rotation is the shape's times `turn`.
-        const Quaternion q(row[4], row[5], row[6], row[7]);
-        body.orientation = (q * clump.turn.conjugate()).normalized();
-        body.position_m = Vec3(row[1], row[2], row[3]) - body.orientation * clump.centre;
-        packing.bodies.push_back(body);
-    }
-    return packing;
 }
 
 // Net force on the grains, and the clumps' contacts.
@@ -106,18 +62,9 @@ void measure_rest(const Run& run, const std::vector<std::vector<double>>& bodies
     }
     result.mean_force_over_weight = sum / static_cast<double>(bodies.size());
     result.largest_force_over_weight = largest;
-    // Contacts are those of the spheres that LIGGGHTS saw, not those of the exact grains.
-    Packing clumps = result.packing;
-    for (std::size_t s = 0; s < clumps.shapes.size(); ++s) {
-        clumps.shapes[s] = {.id = clumps.shapes[s].id};
-        for (const Capsule& sphere : run.bodies[s].spheres) {
-            const Vec3 centre = run.bodies[s].centre + run.bodies[s].turn * sphere.a;
-            clumps.shapes[s].capsules.push_back({centre, centre, sphere.radius});
-        }
-    }
-    const Overlaps overlaps = find_overlaps(clumps);
-    result.coordination_number = 2.0 * static_cast<double>(overlaps.contacts) / static_cast<double>(bodies.size());
-    result.largest_clump_overlap_m = overlaps.largest_between_grains_m;
+    const ClumpContacts contacts = clump_contacts(run, result.packing);
+    result.coordination_number = contacts.coordination_number;
+    result.largest_clump_overlap_m = contacts.largest_overlap_m;
 }
 
 std::vector<std::string> command_for(long processes) {
@@ -150,7 +97,8 @@ void require_sound(const Run& run, const PourLog& said, const Path& log) {
 void run_liggghts(const Run& run, PourLog& said, const Path& log) {
     Progress progress("pour (LIGGGHTS)");
     const double steps_a_batch = std::max(1.0, run.config.batch_interval_s / run.plan.time_step_s);
-    const double steps = steps_a_batch * static_cast<double>(run.batches.size()) + 1.0 / run.plan.time_step_s;
+    const double steps =
+        steps_a_batch * static_cast<double>(run.batches.size()) + 1.0 / run.plan.time_step_s + run.plan.expected_protocol_steps;
     const auto require = [&] { require_sound(run, said, log); };
     const Program program{
         .command = command_for(run.config.processes),
@@ -159,12 +107,14 @@ void run_liggghts(const Run& run, PourLog& said, const Path& log) {
         .environment = {{"OMPI_ALLOW_RUN_AS_ROOT", "1"}, {"OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"}, {"OMP_NUM_THREADS", "1"}},
         .while_running = [&] {
             said.read_on(require);
+            const std::string after = said.finished > 0 ? fmt::format(", step {} of [protocol], part {}", said.finished, said.row) : "";
             progress.update(static_cast<double>(said.step) / steps,
-                            fmt::format("step {}, {} spheres, the highest at {:.3f} m", said.step, said.spheres, said.bed_m));
+                            fmt::format("time step {}, {} spheres, the highest at {:.3f} m{}", said.step, said.spheres, said.bed_m, after));
         }};
     const ProgramEnd end = run_program(program);
     said.read_on(require);
-    if (end.exit_code != 0) fail_with_log(fmt::format("LIGGGHTS failed with exit code {}", end.exit_code), log);
+    const bool says_why = said.restless >= 0 || said.short_step > 0;  // and ends with exit code 1
+    if (end.exit_code != 0 && !says_why) fail_with_log(fmt::format("LIGGGHTS failed with exit code {}", end.exit_code), log);
 }
 
 void remove_snapshots(const Path& folder) {
@@ -173,17 +123,26 @@ void remove_snapshots(const Path& folder) {
             std::filesystem::remove(entry.path());
 }
 
+void remove_beds(const Path& folder) {
+    for (const auto& entry : std::filesystem::directory_iterator(folder))
+        if (entry.path().filename().string().starts_with("after.") && entry.path().extension() != ".in")
+            std::filesystem::remove(entry.path());
+}
+
 // The last snapshot of an earlier run with the same settings; snapshots with other settings are removed.
-// The key covers shapes, container and settings. The name of a snapshot holds the state of the script: batches poured, checks done while
-// settling, consecutive calm checks, and the step.
+// The key covers shapes, container, settings and protocol. The name of a snapshot holds the state of the script.
 Snapshot find_snapshot(const Path& folder, const std::string& scene) {
     const Path key = folder / "scene.sha256";
-    if (!std::filesystem::exists(key) || read_text(key) != scene + "\n") remove_snapshots(folder);
+    if (!std::filesystem::exists(key) || read_text(key) != scene + "\n") {
+        remove_snapshots(folder);
+        remove_beds(folder);
+    }
     write_text(key, scene + "\n");
     Snapshot last;
     for (const auto& entry : std::filesystem::directory_iterator(folder)) {
         Snapshot found{.file = entry.path().filename().string()};
-        if (std::sscanf(found.file.c_str(), "snapshot.%ld.%ld.%ld.%ld", &found.poured, &found.settled, &found.calm, &found.step) != 4)
+        if (std::sscanf(found.file.c_str(), "snapshot.%ld.%ld.%ld.%ld.%ld.%ld", &found.poured, &found.settled, &found.calm, &found.step,
+                        &found.finished, &found.repeated) != 6)
             continue;
         if (found.step > last.step) last = found;
     }
@@ -205,6 +164,18 @@ std::string not_at_rest(const Run& run, const PourLog& said) {
                        after > 0.8 * before ? "which no longer decreases" : "which still decreases");
 }
 
+// What the steps of [protocol] say of themselves.
+void require_carried_out(const Run& run, const PourLog& said, const Path& log) {
+    if (said.restless >= 0)
+        throw NumericalError(said.restless == 0 ? not_at_rest(run, said)
+                                                : fmt::format("the grains are not at rest {:g} s after step {} of [protocol]",
+                                                              run.config.settle_time_s, said.restless),
+                             {.where = log.string(), .fix = "raise settle_time_s, or shorten time_step_s"});
+    if (said.short_step > 0)
+        throw UserError(fmt::format("the plate would not touch the bed, which is {:.4g} m high", said.plate_m),
+                        {.where = fmt::format("[[protocol.step]], step {}", said.short_step), .allowed = "a to_height_m below that"});
+}
+
 /// Largest distance (m) between a sphere of LIGGGHTS and its place by the poses read back.
 double check_poses(const Run& run, const Packing& packing) {
     const double error_m = pose_error(run, packing, read_dump(run.folder / "final.spheres", 5));
@@ -217,11 +188,12 @@ double check_poses(const Run& run, const Packing& packing) {
 }  // namespace
 
 PourResult pour_with_liggghts(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config,
-                              const Path& templates, const Path& folder, const std::optional<Pour>& given) {
+                              const Path& templates, const Path& folder, const std::optional<Pour>& given, const ProtocolConfig& protocol) {
     Run run{.shapes = shapes,
             .container = container,
             .config = config,
-            .plan = plan_pour(shapes, container, config),
+            .protocol = protocol,
+            .plan = plan_pour(shapes, container, config, protocol),
             .bodies = {},
             .folder = folder};
     for (const auto& share : shapes) run.bodies.push_back(clump_body(share.shape, config));
@@ -235,7 +207,8 @@ PourResult pour_with_liggghts(const std::vector<ShapeShare>& shapes, const Conta
     if (config.processes > 1) require_program("mpirun", "openmpi-bin");
     make_folder(folder);
     for (const char* name : {"pour.in", "begin_new.in", "begin_again.in", "snapshot.in", "walls_box.in", "walls_cylinder.in",
-                             "walls_annulus.in", "walls_mesh.in"})
+                             "walls_annulus.in", "walls_mesh.in", "rest.in", "require_rest.in", "after.in", "shake.in", "fall.in",
+                             "step_settle.in", "step_tap.in", "step_vibrate.in", "step_press.in", "step_lower.in"})
         std::filesystem::copy_file(templates / name, folder / name, std::filesystem::copy_options::overwrite_existing);
     PourResult result;
     const Pour pour = given ? *given : make_batches(shapes, container, config, run.plan.drop_height_m, run.plan.max_grains);
@@ -243,9 +216,10 @@ PourResult pour_with_liggghts(const std::vector<ShapeShare>& shapes, const Conta
     write_batches(run, pour);
     // Given poses are not part of the key.
     if (given) remove_snapshots(folder);
-    const Snapshot snapshot = find_snapshot(folder, scene_key(shapes, container, config));
+    const Snapshot snapshot = find_snapshot(folder, scene_key(shapes, container, config, protocol));
     write_parameters(run, snapshot);
     write_grains(run);
+    write_protocol(run, snapshot);
 
     for (const auto& word : command_for(config.processes)) result.command += (result.command.empty() ? "" : " ") + word;
     if (snapshot.step > 0)
@@ -261,6 +235,7 @@ PourResult pour_with_liggghts(const std::vector<ShapeShare>& shapes, const Conta
     run_liggghts(run, said, log);
     result.wall_time_s = watch.seconds();
 
+    require_carried_out(run, said, log);
     if (!said.done) fail_with_log("LIGGGHTS ended with exit code 0, but before the end of its script", log);
     if (said.poured < 1 || said.poured > static_cast<long>(run.batches.size()))
         fail_with_log(fmt::format("LIGGGHTS reports {} poured batches of {}", said.poured, run.batches.size()), log);
@@ -270,7 +245,9 @@ PourResult pour_with_liggghts(const std::vector<ShapeShare>& shapes, const Conta
     if (const long spheres = run.spheres_after(said.poured); said.end_spheres != spheres)
         fail_with_log(fmt::format("LIGGGHTS lost grains: {} spheres are left of {}", said.end_spheres, spheres), log, keep_them);
     const auto bodies = read_dump(folder / "final.bodies", 11);
-    result.packing = read_packing_back(run, bodies, result.grains, log);
+    if (static_cast<long>(bodies.size()) != result.grains)
+        fail_with_log(fmt::format("LIGGGHTS lost grains: {} were poured, {} are left", result.grains, bodies.size()), log, keep_them);
+    result.packing = packing_of(run, bodies);
     result.batches = said.poured;
     result.steps = said.end_step;
     result.kinetic_energy_per_grain_J = said.end_energy_J / static_cast<double>(result.grains);
@@ -286,8 +263,10 @@ PourResult pour_with_liggghts(const std::vector<ShapeShare>& shapes, const Conta
              .allowed = fmt::format("{:g}", rest_force_limit),
              .fix = "lower rest_energy_fraction, or shorten time_step_s"});
     result.pose_error_m = check_poses(run, result.packing);
+    if (!protocol.none()) result.protocol = read_protocol(run);
     remove_snapshots(folder);
     write_parameters(run, {});  // a run by hand starts from the beginning
+    write_protocol(run, {});
     return result;
 }
 

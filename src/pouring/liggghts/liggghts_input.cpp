@@ -6,7 +6,6 @@
 #include <numbers>
 
 #include "core/error.hpp"
-#include "geometry/triangle_wall.hpp"
 #include "pouring/batches.hpp"
 #include "pouring/grain_body.hpp"
 #include "pouring/liggghts/liggghts_run.hpp"
@@ -70,6 +69,18 @@ void write_batches(Run& run, const Pour& pour) {
             run.max_energy_J +=
                 run.bodies[grain.shape].mass * (run.config.gravity_m_per_s2 * (grain.position_m.z() + maximum_feret_diameter(run.shapes)) +
                                                 0.5 * grain.velocity_m_per_s.squaredNorm());
+    // A vessel that is shaken throws grains about with some times its speed.
+    double mass = 0.0;
+    for (const Batch& batch : pour.batches)
+        for (const Newcomer& grain : batch) mass += run.bodies[grain.shape].mass;
+    for (const ProtocolStep& step : run.protocol.step) {
+        double speed = 0.0;
+        if (step.height_m > 0.0)
+            speed = fall_speed(step, run.config.gravity_m_per_s2);
+        else if (step.kind == StepKind::tap || step.kind == StepKind::vibrate)
+            speed = peak_acceleration(step).norm() / (2.0 * std::numbers::pi * step.frequency_Hz);
+        run.max_energy_J += 50.0 * mass * speed * speed;
+    }
 }
 
 long Run::grains_after(long batch) const {
@@ -95,8 +106,6 @@ std::string wall_script(const Container& container) {
     return walls->round.size() == 2 && walls->round.back().inside && walls->round.front().slope == 0.0 ? "annulus" : "";
 }
 
-namespace {
-
 void write_triangles(const TriangleMesh& mesh, const Path& path) {
     std::string text = "solid sides\n";
     for (const auto& triangle : mesh.triangles) {
@@ -109,6 +118,8 @@ void write_triangles(const TriangleMesh& mesh, const Path& path) {
     }
     write_text(path, text + "endsolid sides\n");
 }
+
+namespace {
 
 // Facets of a cone from the floor to `top`, whose cross-section has the area of the circle. A sphere checks all facets within its skin
 // in each step, so they are few, and four times as high as wide.
@@ -190,6 +201,12 @@ void write_parameters(const Run& run, const Snapshot& snapshot) {
         return share.shape.capsules.size() == 1 && share.shape.capsules.front().a == share.shape.capsules.front().b;
     });
     whole("rotation_counts", spheres ? 0 : 1);
+    const long check = std::max(500L, std::lround(0.005 / dt));  // of rest, after a step
+    whole("steps_per_check", check);
+    whole("rest_parts", std::max(2L, static_cast<long>(std::ceil(c.settle_time_s / dt / static_cast<double>(check)))));
+    const auto shakes = [](const ProtocolStep& step) { return step.kind == StepKind::tap || step.kind == StepKind::vibrate; };
+    whole("shaken", std::any_of(run.protocol.step.begin(), run.protocol.step.end(), shakes) ? 1 : 0);
+    whole("last_steps", !run.protocol.none() && run.protocol.step.back().stays ? 4 * check : 0);
     whole("steps_per_snapshot", std::max(1L, std::lround(c.snapshot_interval_s / dt)));
     // Start of the run; a run by hand starts from the beginning: new, none, and zeros.
     text += fmt::format("variable begin string {}\n", snapshot.step > 0 ? "again" : "new");
@@ -198,6 +215,9 @@ void write_parameters(const Run& run, const Snapshot& snapshot) {
     whole("poured", snapshot.poured);
     whole("settled", snapshot.settled);
     whole("calm", snapshot.calm);
+    whole("in_protocol", snapshot.in_protocol() ? 1 : 0);
+    whole("finished", snapshot.finished);
+    whole("repeated", snapshot.repeated);
     const auto batches = static_cast<long>(run.batches.size());
     // Once settling has begun no batch follows, even where not all of them were poured.
     whole("first_batch", snapshot.settled > 0 ? batches + 1 : snapshot.poured + 1);

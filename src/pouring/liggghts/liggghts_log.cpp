@@ -14,27 +14,31 @@ bool PourLog::read_line(const std::string& line) {
         batches.push_back(batch);
     } else if (std::sscanf(line.c_str(), "POREPACK poured %ld", &poured) == 1) {
         settling_J.clear();
+    } else if (std::sscanf(line.c_str(), "POREPACK after %ld %ld", &finished, &row) == 2 ||
+               std::sscanf(line.c_str(), "POREPACK restless %ld", &restless) == 1 ||
+               std::sscanf(line.c_str(), "POREPACK short %ld %lf", &short_step, &plate_m) == 2) {
+        return true;
     } else if (std::sscanf(line.c_str(), "POREPACK done step %ld spheres %ld energy %lf limit %lf", &end_step, &end_spheres, &end_energy_J,
                            &end_limit_J) == 4) {
         done = true;
     } else {
-        // step, spheres, kinetic and rotational energy, height of the bed, seconds of the processor
+        // step, spheres, kinetic and rotational energy, height of the bed, top of the highest sphere, seconds of the processor
         std::istringstream words(line);
-        std::array<double, 6> row{};
+        std::array<double, 7> values{};
         std::string word;
         std::size_t n = 0;
-        for (; words >> word && n < row.size(); ++n) {
+        for (; words >> word && n < values.size(); ++n) {
             char* end = nullptr;
-            row[n] = std::strtod(word.c_str(), &end);
+            values[n] = std::strtod(word.c_str(), &end);
             if (*end != '\0') return false;
         }
-        if (n != row.size() || words >> word) return false;
+        if (n != values.size() || words >> word) return false;
         batch_then = batches.empty() ? 0 : batches.back().number;
-        step = static_cast<long>(row[0]);
-        spheres = static_cast<long>(row[1]);
-        kinetic_J = row[2];
-        rotational_J = row[3];
-        bed_m = row[4];
+        step = static_cast<long>(values[0]);
+        spheres = static_cast<long>(values[1]);
+        kinetic_J = values[2];
+        rotational_J = values[3];
+        bed_m = values[4];
         if (poured > 0) settling_J.push_back(kinetic_J + rotational_J);
     }
     return true;

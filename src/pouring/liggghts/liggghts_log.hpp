@@ -18,6 +18,10 @@ struct PourLog {
     long step = 0, spheres = 0, batch_then = 0;
     double kinetic_J = 0.0, rotational_J = 0.0, bed_m = 0.0;  // of the last line
     std::vector<double> settling_J;                           // kinetic energy of each line after the end of pouring
+    long finished = 0, row = 0;                               // last step of [protocol], and its part, whose bed was written
+    long restless = -1;                                       // step after which the bed did not come to rest; 0: the pour
+    long short_step = 0;                                      // step whose plate would not touch the bed, and the height of its top
+    double plate_m = 0.0;
     bool done = false;
     long end_step = 0, end_spheres = 0;
     double end_energy_J = 0.0, end_limit_J = 0.0;
