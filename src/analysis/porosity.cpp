@@ -53,6 +53,7 @@ Voxels voxelise(const PoreSpace& space, const GeometryConfig& geometry) {
                              .porosity_interval = two >= 0.0 ? std::optional(about(exact.value, {two, two})) : std::nullopt,
                              .expected_memory_bytes = plan.memory_bytes};
     if (space.film_thickness_m > 0.0) voxels.outcome.result.film_thickness_m = space.film_thickness_m;
+    if (space.closing_radius_m > 0.0) voxels.outcome.result.closing_radius_m = space.closing_radius_m;
     return voxels;
 }
 

@@ -15,6 +15,7 @@ struct GeometryConfig {
     double trim_m = 0.0;
     double film_thickness_m = 0.0;
     double film_volume_fraction = 0.0;
+    double closing_radius_m = 0.0;
     double reservoir_m = 0.0;
     double slice_spacing_m = 2e-4;
     double slice_pixel_m = 2e-4;
@@ -66,6 +67,9 @@ inline void describe(record::ConfigVisitor& v, GeometryConfig& c) {
              "thickness of a film (binder) on all grains of the packing, at rest; it counts as solid in all that follows; auto: none");
     v.number("film_volume_fraction", c.film_volume_fraction, {.low = 0.0, .high = 0.9, .zero_is_auto = true},
              "the same by its volume over that of the bed, without what overlaps; auto: as film_thickness_m says");
+    v.number("closing_radius_m", c.closing_radius_m, record::length_range_or_auto(),
+             "menisci between the grains of a packing, as of a binder that wets them: what no ball of this radius reaches between them is "
+             "solid for the flow, tortuosities and pores; auto: none. solid.stl has none, and a case with menisci none by OpenFOAM");
     v.number("reservoir_m", c.reservoir_m, record::between(0.0, 1e6),
              "length of the container without grains that is added beyond each end of the section in flow computations");
     v.number("slice_spacing_m", c.slice_spacing_m, record::length_range(), "distance between two slices");

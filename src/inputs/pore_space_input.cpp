@@ -14,6 +14,7 @@
 #include "inputs/image_input.hpp"
 #include "inputs/uses.hpp"
 #include "packing/film.hpp"
+#include "pore_space/closing.hpp"
 #include "pore_space/image_solid.hpp"
 #include "record/resolved_config.hpp"
 #include "scans/ball_walls.hpp"
@@ -163,13 +164,14 @@ PoreSpace with_section(PoreSpace space, const std::string& source, const InputOp
             "the section is {:.3g} m long, less than one grain's maximum Feret diameter ({:.3g} m): it hardly represents the packing",
             space.section.length(), space.maximum_feret_diameter_m));
     warn_of_changing_area(space);
-    return with_ends(space, options.section);
+    space = with_ends(space, options.section);
+    return geometry.closing_radius_m > 0.0 ? closed(space, geometry.closing_radius_m) : space;
 }
 
 void refuse_film(const std::string& source, const GeometryConfig& geometry) {
-    if (geometry.film_thickness_m > 0.0 || geometry.film_volume_fraction > 0.0)
-        throw UserError("a film is put on the grains of a packing; this is none",
-                        {.where = source, .fix = "remove film_thickness_m and film_volume_fraction"});
+    if (geometry.film_thickness_m > 0.0 || geometry.film_volume_fraction > 0.0 || geometry.closing_radius_m > 0.0)
+        throw UserError("films and menisci belong to the grains of a packing; this is none",
+                        {.where = source, .fix = "remove film_thickness_m, film_volume_fraction and closing_radius_m"});
 }
 
 }  // namespace

@@ -42,6 +42,7 @@ struct PoreSpace {
     double bed_top_m = 0.0;                 ///< highest point of the solid; of an image its last plane
     bool round_sides = false;               ///< of a periodic box, rather than take a voxel size farther from the one asked for
     double film_thickness_m = 0.0;          ///< of the film that is part of the grains
+    double closing_radius_m = 0.0;          ///< of the menisci that are part of the solid
     double reservoir_m = 0.0;               ///< empty container beyond both ends of the computed part, in flow runs
 
     std::string source = {};  ///< source file, for messages

@@ -43,6 +43,9 @@ std::string notes_of(const ReportInput& input) {
     if (const auto& voxels = input.results.voxelise; voxels && voxels->film_thickness_m)
         notes += fmt::format("Note: a film of {} m lies on all grains and counts as solid; the films overlap where grains touch. ",
                              number_text(*voxels->film_thickness_m, "{:.4g}"));
+    if (const auto& voxels = input.results.voxelise; voxels && voxels->closing_radius_m)
+        notes += fmt::format("Note: menisci between the grains count as solid, which no ball of a radius of {} m reaches. ",
+                             number_text(*voxels->closing_radius_m, "{:.4g}"));
     if (const auto& shape = input.results.shape; lbm && shape && shape->maximum_feret_diameter_m)
         if (lbm->section_m.high - lbm->section_m.low < *shape->maximum_feret_diameter_m)
             notes += "Note: the section is shorter than one maximum Feret diameter of a grain: it hardly represents the packing. ";

@@ -93,8 +93,9 @@ void visit_members(Self& stl, const Visit& visit) {
 struct Voxelise {
     static constexpr const char* stage = "voxelise";
     /// Raised when these numbers can change, or a key is added: older results are out of date then.
-    static constexpr long version = 3;
+    static constexpr long version = 4;
     core::OptionalKey<double> film_thickness_m = {};  ///< on all grains
+    core::OptionalKey<double> closing_radius_m = {};  ///< of the menisci between them
     double voxel_size_m = 0.0;
     std::array<int, 3> cells{};
     core::Interval section_m, bed_m;
@@ -109,6 +110,7 @@ struct Voxelise {
 template <core::MembersOf<Voxelise> Self, typename Visit>
 void visit_members(Self& voxels, const Visit& visit) {
     visit("film_thickness_m", voxels.film_thickness_m);
+    visit("closing_radius_m", voxels.closing_radius_m);
     visit("voxel_size_m", voxels.voxel_size_m);
     visit("cells", voxels.cells);
     visit("section_m", voxels.section_m);

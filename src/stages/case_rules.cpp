@@ -134,6 +134,16 @@ void require_packings(const Settings& settings, const std::string& file) {
     }
 }
 
+// Menisci are part of the voxels alone.
+void require_no_surface_with_menisci(const Case& c, const TomlFile& toml, const std::string& file) {
+    if (c.settings.geometry.closing_radius_m == 0.0) return;
+    if (toml.has("openfoam") && c.settings.openfoam.enabled)
+        throw UserError("OpenFOAM's mesh is made from the grains, without menisci: [openfoam] has no effect with closing_radius_m",
+                        {.where = file, .fix = "enabled = false in [openfoam]"});
+    if (c.settings.stl.pores || c.settings.stl.clip)
+        throw UserError("`pores` and `clip` are made from the grains, without menisci", {.where = file + ", [stl]", .fix = "remove them"});
+}
+
 }  // namespace
 
 void require_consistent(const Case& c, const TomlFile& toml, const std::map<std::string, Flags>& set, const std::string& file) {
@@ -149,6 +159,7 @@ void require_consistent(const Case& c, const TomlFile& toml, const std::map<std:
                         {.where = file + ", [packing]", .fix = "remove it, or write engine = \"none\""});
     require_pouring(c, toml, set, file);
     require_packings(c.settings, file);
+    require_no_surface_with_menisci(c, toml, file);
 }
 
 }  // namespace porepack::stages

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 #include <numbers>
 
 #include "converters/surface_file.hpp"
@@ -15,6 +16,8 @@
 #include "inputs/mesh_vessel.hpp"
 #include "inputs/pore_space_input.hpp"
 #include "pouring/pour.hpp"
+#include "record/digest.hpp"
+#include "record/resolved_config.hpp"
 #include "stages/case_space.hpp"
 #include "stages/stages.hpp"
 #include "stages/uses.hpp"
@@ -45,13 +48,34 @@ std::string solid_stage(const Case& c) {
     return c.from_image() ? "image" : c.from_surface() ? "stl" : "pack";
 }
 
+namespace {
+
+// Menisci take a minute, and each stage asks for them: the last ones are kept.
+PoreSpace space_with_menisci(const Path& packing, const InputOptions& options) {
+    static std::mutex one_at_a_time;
+    static std::string kept_key;
+    static std::optional<PoreSpace> kept;
+    const std::lock_guard lock(one_at_a_time);
+    const std::string key = record::sha256_of_file(packing) + record::resolved_config(options.geometry).dump() +
+                            record::resolved_config(options.section).dump();
+    if (key != kept_key) {
+        kept = std::nullopt;
+        kept = load_pore_space(packing, options);
+        kept_key = key;
+    }
+    return *kept;
+}
+
+}  // namespace
+
 PoreSpace case_pore_space(const Case& c) {
     if (c.from_image())
         return load_pore_space(c.stage_folder("image") / image_file(c), {.geometry = c.settings.geometry, .section = c.settings.section});
     const InputOptions options{.container = case_container(c), .geometry = c.settings.geometry, .section = c.settings.section};
     const Path surface = c.stage_folder("stl") / "solid.stl";
     if (c.from_surface()) return load_pore_space(surface, options);
-    return load_pore_space(c.stage_folder("pack") / "packing.json", options);
+    const Path packing = c.stage_folder("pack") / "packing.json";
+    return c.settings.geometry.closing_radius_m > 0.0 ? space_with_menisci(packing, options) : load_pore_space(packing, options);
 }
 
 std::vector<ShapeShare> case_shapes(const Case& c) {
@@ -81,7 +105,11 @@ double expected_porosity(const Case& c) {
 // The section before the packing exists: the height at which pouring stops, minus one grain at both ends.
 PoreSpace expected_pore_space(const Case& c) {
     const auto& settings = c.settings;
-    if (has_packing(c)) return case_pore_space(c);
+    if (has_packing(c)) {
+        Case without_menisci = c;  // they take a minute, and change little of memory and time
+        without_menisci.settings.geometry.closing_radius_m = 0.0;
+        return case_pore_space(without_menisci);
+    }
     if (c.from_image())  // read again where the stage has not run: an image takes seconds
         return load_pore_space(c.resolve(c.settings.image.file), {.container = container_of_image(c),
                                                                   .geometry = c.settings.geometry,

@@ -30,7 +30,8 @@ std::vector<Stage> case_stages(const Case& c, std::vector<Stage> studies) {
     std::vector<Stage> stages = {make_shape_stage(c)};
     if (!c.from_surface()) stages.push_back(make_pack_stage(c));
     for (const auto& make : {make_stl_stage, make_voxelise_stage, make_slices_stage, make_lbm_stage}) stages.push_back(make(c));
-    if (s.openfoam.enabled) stages.push_back(make_foam_stage(c));
+    const bool with_foam = s.openfoam.enabled && s.geometry.closing_radius_m == 0.0;  // the surface has no menisci
+    if (with_foam) stages.push_back(make_foam_stage(c));
     stages.push_back(make_tortuosity_stage(c));
     for (Stage& study : studies) stages.push_back(std::move(study));
     std::vector<std::string> computed;
@@ -42,7 +43,7 @@ std::vector<Stage> case_stages(const Case& c, std::vector<Stage> studies) {
     stages.push_back(make_descriptors_stage(c));
 
     // The surface of a packing is made only for stages that render or mesh it.
-    const bool surface_wanted = c.from_surface() || s.openfoam.enabled || s.report.pictures || s.stl.pores || s.stl.clip;
+    const bool surface_wanted = c.from_surface() || with_foam || s.report.pictures || s.stl.pores || s.stl.clip;
     std::vector<std::string> needs, shown;
     for (Stage& stage : stages) {
         stage.seed = s.packing.seed;

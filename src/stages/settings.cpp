@@ -39,7 +39,7 @@ Json Settings::resolved_tables(const std::vector<std::string>& names) const {
 Json deciding_keys(const Case& c, const std::vector<std::string>& tables, std::set<std::string> geometry_keys, bool with_section) {
     Json json = c.settings.resolved_tables(tables);
     if (with_section) geometry_keys.insert({"section_m", "trim_m"});
-    geometry_keys.insert({"film_thickness_m", "film_volume_fraction"});
+    geometry_keys.insert({"film_thickness_m", "film_volume_fraction", "closing_radius_m"});
     json["geometry"] = Json::object();
     const Json geometry = resolved_config(c.settings.geometry);
     for (const auto& [key, value] : geometry.items())

@@ -18,7 +18,7 @@ results::Tortuosity run_case_tortuosity(const Case& c, const Path& folder) {
     } else if (c.from_image()) {
         result.geometric_paper_pixels = written(compute_geometric_paper(space, config), folder);
     } else {
-        if (!c.from_surface()) result.geometric_paper_exact = written(compute_geometric_paper(space, config), folder);
+        if (space.packing() != nullptr) result.geometric_paper_exact = written(compute_geometric_paper(space, config), folder);
         result.geometric_paper_pixels = written(compute_geometric_paper(read_slices(c.stage_folder("slices")), config), folder);
     }
     if (config.shortest_path) result.shortest_path = written(compute_shortest_path(space, geometry, config.direction), folder);

@@ -1,4 +1,6 @@
 // Calls as the documents show them, and dry runs.
+#include <fmt/format.h>
+
 #include <cmath>
 #include <csignal>
 #include <map>
@@ -97,6 +99,47 @@ TEST(Calls, DryRunsTellMemoryAndTimeAndWriteNothing) {
     EXPECT_NE(number(" --output other --set packing.grains=30"), number(""));
     std::filesystem::remove_all(folder.path() / "results");
     EXPECT_FALSE(std::filesystem::exists(folder.path() / "results"));
+}
+
+// From the results of a case: k alone, then with inertia, whose flows are those of the result.
+TEST(Calls, PressureDropIsThatOfTheResults) {
+    const test::Folder folder;
+    folder.write("case.toml",
+                 "[shape]\nkind = \"sphere\"\ndiameter_m = 0.01\n[container]\nkind = \"box\"\nsize_m = [0.0101, 0.0101, 0.0101]\n"
+                 "periodic = [true, true, true]\n[packing]\nengine = \"none\"\nfile = \"given.json\"\n[geometry]\nvoxel_size_m = 8e-4\n");
+    Packing packing{.container = make_box({0.0101, 0.0101, 0.0101}, {true, true, true}),
+                    .shapes = {make_preset(ShapeKind::sphere, 0.01, 0.0)},
+                    .bodies = {}};
+    packing.bodies.push_back({.shape = 0, .position_m = Vec3(0.00505, 0.00505, 0.00505)});
+    write_packing(folder.path() / "given.json", packing);
+    const std::string in = quoted(folder.path()), call = "pressure-drop --json " + in;
+    EXPECT_TRUE(has(porepack(call + " --velocity 1e-7").err, "the case has no permeability yet"));
+    const auto lbm = porepack("lbm --json " + in);
+    ASSERT_EQ(lbm.exit_code, 0) << lbm.err;
+    const double k = lbm.json().at("permeability_m2").get<double>(), mu = 1e-3, area = 0.0101 * 0.0101;
+    const auto slow = porepack(call + " --velocity 1e-7 --viscosity 1e-3 --density 1000 --length 0.5");
+    ASSERT_EQ(slow.exit_code, 0) << slow.err;
+    EXPECT_NEAR(slow.json().at("pressure_drop_Pa").get<double>() / (mu * 1e-7 * 0.5 / k), 1.0, 1e-9);
+    EXPECT_NEAR(slow.json().at("flow_rate_m3_per_s").get<double>() / (1e-7 * area), 1.0, 1e-9);
+    const Json interval = slow.json().at("pressure_drop_interval_Pa");
+    EXPECT_LT(interval[0].get<double>(), slow.json().at("pressure_drop_Pa").get<double>());
+    EXPECT_GT(interval[1].get<double>(), slow.json().at("pressure_drop_Pa").get<double>());
+    const std::string refused = porepack(call + " --velocity 1e-3").err;
+    EXPECT_TRUE(has(refused, "has no flows with inertia")) << refused;
+    EXPECT_TRUE(has(refused, "porepack forchheimer")) << refused;
+    const auto inertia = porepack("forchheimer --json --openfoam false --voxel-size 8e-4 --reynolds 3,6,12 " + in);
+    ASSERT_EQ(inertia.exit_code, 0) << inertia.err;
+    const Json flow = inertia.json().at("lbm").at("grids").back();
+    const double re = flow.at("flows")[1].at("reynolds").get<double>(),
+                 ratio = flow.at("creeping_permeability_m2").get<double>() / flow.at("flows")[1].at("permeability_m2").get<double>();
+    const double velocity = re * 1e-6 / inertia.json().at("length_m").get<double>();
+    const auto fast = porepack(call + fmt::format(" --flow-rate {:.17g} --viscosity 1e-3 --density 1000 --length 0.5", velocity * area));
+    ASSERT_EQ(fast.exit_code, 0) << fast.err;
+    EXPECT_NEAR(fast.json().at("pressure_drop_Pa").get<double>() / (mu * velocity * 0.5 / k * ratio), 1.0, 1e-6);
+    EXPECT_NEAR(fast.json().at("reynolds").get<double>() / re, 1.0, 1e-9);
+    EXPECT_TRUE(has(porepack(call + " --velocity 0.1").err, "the flows with inertia end at"));
+    EXPECT_TRUE(has(porepack(call + " --velocity 1 --flow-rate 1").err, "one of --flow-rate and --velocity"));
+    EXPECT_TRUE(has(porepack(call + " --velocity 1 --viscosity 1").err, "both a viscosity and a density"));
 }
 
 }  // namespace

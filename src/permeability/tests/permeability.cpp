@@ -1,9 +1,11 @@
 // Numbers of beds and fluids by hand.
 #include <cmath>
 
+#include "core/error.hpp"
 #include "permeability/descriptors.hpp"
 #include "permeability/fluid.hpp"
 #include "permeability/permeability.hpp"
+#include "permeability/pressure_drop.hpp"
 #include "support/basics.hpp"
 
 namespace porepack {
@@ -65,6 +67,44 @@ TEST(Correlations, CarmanKozeny) {
     EXPECT_NEAR(ergun_inertial_m(0.53, 0.0111867, 0.7) / 3.87358e-3, 1.0, 1e-5);
     // One darcy: 1 mPa s and 1 cm/s at 1 atm per cm.
     EXPECT_NEAR(darcy_m2 / (1e-3 * 1e-2 * 1e-2 / 101325.0), 1.0, 1e-6);
+}
+
+// Flows that obey Forchheimer's law, and flows of weak inertia: what lies between two of them is known, and the interval holds it.
+TEST(PressureDrop, IsThatOfTheFlowsItComesFrom) {
+    const double k = 1e-8, b = 0.02;
+    const auto flows_of = [&](auto excess, std::initializer_list<double> reynolds) {
+        InertialCurve curve{.permeability_m2 = k, .flows = {}};
+        for (const double re : reynolds) curve.flows.push_back({re, k / (1.0 + excess(re)), 1e-4});
+        return curve;
+    };
+    const auto straight = [&](double re) { return b * re; };
+    const auto weak = [&](double re) { return 1e-3 * re * re; };
+    for (const double re : {0.5, 2.0, 3.3, 7.0, 19.0, 20.0}) {
+        const InertialFactor one = inertial_factor(flows_of(straight, {2, 5, 10, 20}), {}, re);
+        EXPECT_NEAR(one.value, 1.0 + b * re, 1e-12 + one.half_width * one.value) << re;
+        if (re >= 2.0) EXPECT_NEAR(one.value, 1.0 + b * re, 1e-12) << re;
+        const InertialFactor other = inertial_factor(flows_of(weak, {2, 5, 10, 20}), {}, re);
+        EXPECT_NEAR(other.value, 1.0 + weak(re), 1e-12 + other.half_width * other.value) << re;
+        EXPECT_LT(other.half_width, 0.03) << re;
+    }
+    // The change to a coarser grid is part of the interval.
+    const InertialFactor rough =
+        inertial_factor(flows_of(straight, {2, 5, 10, 20}), flows_of([](double re) { return 0.025 * re; }, {2, 5, 10, 20}), 10.0);
+    EXPECT_NEAR(rough.half_width, 0.05 / 1.2, 1e-3);
+    EXPECT_TRUE(test::has(test::message_of<core::UserError>([&] {
+                              (void)inertial_factor(flows_of(straight, {2, 5, 10}), {}, 11.0);
+                          }),
+                          "up to 10"));
+    // By hand: mu U / k.
+    const Fluid fluid{.density_kg_per_m3 = 1000.0, .viscosity_Pa_s = 1e-3};
+    const PressureGradient gradient = pressure_gradient(0.01, fluid, k, {0.9 * k, 1.1 * k}, {.value = 1.5, .half_width = 0.05});
+    EXPECT_NEAR(gradient.value, 1500.0, 1e-9);
+    EXPECT_NEAR(gradient.interval.low, 1500.0 * (1.0 - std::hypot(1.0 - 1.0 / 1.1, 0.05)), 1e-9);
+    EXPECT_NEAR(gradient.interval.high, 1500.0 * (1.0 + std::hypot(1.0 / 0.9 - 1.0, 0.05)), 1e-9);
+    // Spheres of 1 mm at a porosity of 0.4, Re = 10 / 0.6: Ergun by hand.
+    const double unit = 1e-3 * 0.01 * 0.36 / (1e-6 * 0.064);
+    EXPECT_NEAR(ergun_gradient(0.01, fluid, 1e-3, 0.4), (150.0 + 1.75 * 10.0 / 0.6) * unit, 1e-9);
+    EXPECT_NEAR(erdim_gradient(0.01, fluid, 1e-3, 0.4), (160.0 + 2.81 * std::pow(10.0 / 0.6, 0.904)) * unit, 1e-9);
 }
 
 }  // namespace

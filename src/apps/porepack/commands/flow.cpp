@@ -97,8 +97,10 @@ void run_forchheimer_command(const CommandLine& line) {
     const Common& common = line.common;
     if (common.into.empty()) require_one_start("forchheimer");
     if (is_case(common.input)) {
-        if (common.into.empty()) return run_in_case(common, "forchheimer", "forchheimer");
-        return stages::run_forchheimer_rank(open_case(common, "forchheimer", common.flags), common.into);
+        Common wanted = common;
+        wanted.flags["enabled"] = "true";  // the command asks for the stage, whatever the case says
+        if (common.into.empty()) return run_in_case(wanted, "forchheimer", "forchheimer");
+        return stages::run_forchheimer_rank(open_case(wanted, "forchheimer", wanted.flags), common.into);
     }
     const auto geometry = config_of<GeometryConfig>(common.flags);
     const auto section = config_of<SectionConfig>(common.flags);
