@@ -18,6 +18,9 @@ namespace porepack::analysis {
 namespace {
 
 void require_surface(const PoreSpace& space) {
+    if (space.closing_radius_m > 0.0)
+        throw UserError("OpenFOAM's mesh is made from the grains, without menisci",
+                        {.where = space.source, .fix = "remove closing_radius_m"});
     if (!space.packing() && !space.surface())
         throw UserError("OpenFOAM needs a surface, and the input is an image",
                         {.where = space.source, .fix = "porepack lbm, or porepack image segment, which writes solid.stl"});

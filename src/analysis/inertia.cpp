@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "analysis/device_use.hpp"
 #include "analysis/uses.hpp"
@@ -36,6 +37,9 @@ struct GrainSize {
 };
 
 GrainSize grain_size(const PoreSpace& space) {
+    // With menisci, the area of the solid is not that of the grains.
+    if (space.closing_radius_m > 0.0)
+        return {space.equivalent_diameter_m, "diameter of the sphere of the grains' mean volume", std::numeric_limits<double>::quiet_NaN()};
     if (!space.packing()) return {1.5 * space.grain_size_m, "6 volume / area of the surface", 1.5 * space.grain_size_m};
     const GrainMeans means = grain_means(*space.packing());
     return {means.equivalent_diameter_m, "diameter of the sphere of the grains' mean volume", means.sauter_diameter_m};
@@ -43,7 +47,8 @@ GrainSize grain_size(const PoreSpace& space) {
 
 double finest_voxel(const PoreSpace& space, const ForchheimerConfig& config) {
     if (config.voxel_size_m > 0.0) return config.voxel_size_m;
-    if (space.grains()) return space.grain_size_m / (config.mean_in_time ? 16.0 : 8.0);  // the walls of means in time are less accurate
+    if (space.grains() || space.closing_radius_m > 0.0)
+        return space.grain_size_m / (config.mean_in_time ? 16.0 : 8.0);  // the walls of means in time are less accurate
     throw UserError("the voxel size is missing", {.fix = "--voxel-size (metres), or voxel_size_m in [forchheimer]"});
 }
 

@@ -140,9 +140,8 @@ Outcome<results::GeometricPaper> compute_geometric_paper(const PoreSpace& space,
             config);
     }
     if (!space.grains())
-        throw UserError(
-            "the exact dot method needs a packing",
-            {.fix = "make slices of the STL file and give their folder: porepack slices, then porepack tortuosity geometric_paper SLICES"});
+        throw UserError("the exact dot method needs a packing, without menisci",
+                        {.fix = "make slices and give their folder: porepack slices, then porepack tortuosity geometric_paper SLICES"});
     const bool on_pixels = config.dot_pixel_m > 0.0;
     auto found = found_of(geometric_paper_exact(*space.grains(), space.container, space.section, config), on_pixels ? "pixels" : "exact",
                           "paths_geometric_paper.vtp");

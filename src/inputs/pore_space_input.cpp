@@ -148,7 +148,11 @@ PoreSpace with_ends(const PoreSpace& space, const SectionConfig& section) {
 // Its section and ends, and what there is to say about them.
 PoreSpace with_section(PoreSpace space, const std::string& source, const InputOptions& options) {
     space.source = source;
-    if (options.whole_bed) return space;
+    if (options.whole_bed) {
+        if (options.geometry.closing_radius_m > 0.0)
+            throw UserError("a surface of the grains has no menisci", {.where = source, .fix = "remove closing_radius_m"});
+        return space;
+    }
     if (space.image() || space.gray()) return with_ends(space, options.section);
     const GeometryConfig& geometry = options.geometry;
     space.section = choose_section(space.container, {.section_m = geometry.section_m, .trim_m = geometry.trim_m},

@@ -84,7 +84,7 @@ double PoreSpace::voxel_size_m(double asked_m) const {
     }
     if (asked_m > 0.0) return asked_m;
     if (image_voxel_size_m > 0.0) return image_voxel_size_m;
-    if (grains()) return grain_size_m / 10.0;
+    if (grains() || closing_radius_m > 0.0) return grain_size_m / 10.0;
     throw UserError("the voxel size is missing: an STL file does not contain the grain diameter",
                     {.fix = "--voxel-size (metres), or voxel_size_m in [geometry]"});
 }

@@ -21,10 +21,11 @@ Stage make_stl_stage(const Case& c) {
         stage.files.push_back(user_file);
     }
     stage.run = [c, user_file, with_planes](const Path& folder) {
-        const InputOptions options{.container = case_container(c),
-                                   .unit_m = c.from_surface() ? surface_unit_m(c.settings.shape) : 1.0,
-                                   .geometry = c.settings.geometry,
-                                   .whole_bed = !with_planes};
+        InputOptions options{.container = case_container(c),
+                             .unit_m = c.from_surface() ? surface_unit_m(c.settings.shape) : 1.0,
+                             .geometry = c.settings.geometry,
+                             .whole_bed = !with_planes};
+        options.geometry.closing_radius_m = 0.0;  // the surface has no menisci
         return write_surfaces(load_pore_space(c.from_surface() ? user_file : c.stage_folder("pack") / "packing.json", options),
                               c.settings.geometry, c.settings.stl, folder);
     };
