@@ -21,6 +21,7 @@ PackedBed bed_of(const PoreSpace& space, const results::Lbm& lbm) {
     // Of a surface, grain_size_m is 4 volume / area. Grains that overlap on purpose hide an unknown part of their area.
     double surface = 4.0 / space.grain_size_m;
     if (space.packing()) surface = space.packing()->overlap_allowed ? unknown : 6.0 / grain_means(*space.packing()).sauter_diameter_m;
+    if (space.closing_radius_m > 0.0) surface = unknown;
     return {.porosity = lbm.porosity,
             .permeability_m2 = lbm.permeability.m2,
             .equivalent_diameter_m = space.equivalent_diameter_m,

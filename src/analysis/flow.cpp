@@ -166,10 +166,10 @@ Expectation expect_flow(const PoreSpace& space, const GeometryConfig& geometry, 
     return expect_flow(space, config, space.voxel_size_m(geometry.voxel_size_m), space.porosity(4000).value);
 }
 
-Expectation on_ranks(Expectation expected, const LbmConfig& config, long ranks, long most) {
+Expectation on_ranks(Expectation expected, const std::string& device, long ranks, long most) {
     if (ranks < 2) return expected;
-    if (config.device != "cpu")
-        throw UserError(fmt::format("{} ranks and the device {}", ranks, config.device),
+    if (device != "cpu")
+        throw UserError(fmt::format("{} ranks and the device {}", ranks, device),
                         {.allowed = "a device computes the flow of one process", .fix = "--device cpu, or no --ranks"});
     if (ranks > most) throw too_many_parts(ranks, most);
     const double slab = (expected.memory_bytes - program_bytes) / static_cast<double>(ranks);

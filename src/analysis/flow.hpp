@@ -24,8 +24,8 @@ struct ComputedFlow {
 [[nodiscard]] core::Expectation expect_flow(const pore_space::PoreSpace& space, const lbm::LbmConfig& config, double voxel_size_m,
                                             double porosity);
 
-/// Of the same flow on so many ranks: memory of all, and of each in the text. UserError for more than `most` (lbm::most_parts),
-/// and for several ranks with a device.
-[[nodiscard]] core::Expectation on_ranks(core::Expectation expected, const lbm::LbmConfig& config, long ranks, long most);
+/// Of the same flow, or flows with inertia, on so many ranks: memory of all, and of each in the text. UserError for more than `most`
+/// (lbm::most_parts), and for several ranks with a device.
+[[nodiscard]] core::Expectation on_ranks(core::Expectation expected, const std::string& device, long ranks, long most);
 
 }  // namespace porepack::analysis

@@ -255,6 +255,9 @@ PoreSpace checked_space(const PoreSpace& given, const ForchheimerConfig& config)
     if (config.openfoam && (periodic[0] || periodic[1] || periodic[2]))
         throw UserError("OpenFOAM computes flows with inertia in containers without periodic faces only",
                         {.where = "openfoam in [forchheimer]", .fix = "--openfoam false"});
+    if (config.openfoam && given.closing_radius_m > 0.0)
+        throw UserError("OpenFOAM's mesh is made from the grains, without menisci",
+                        {.where = "openfoam in [forchheimer]", .fix = "--openfoam false"});
     const ForchheimerConfig standard;
     if (!config.mean_in_time &&
         (config.statistical_tolerance != standard.statistical_tolerance || config.max_turnovers != standard.max_turnovers))

@@ -23,8 +23,8 @@ InertialCurve curve_of(const lbm::InertialSeries& series) {
 }
 
 std::string command_for(const PressureDropQuestion& question, double reynolds) {
-    return fmt::format("porepack forchheimer {} --openfoam false --reynolds {:.3g},{:.3g},{:.3g}", question.name, 0.25 * reynolds,
-                       0.5 * reynolds, 1.001 * reynolds);
+    return fmt::format("porepack forchheimer {} --openfoam false --reynolds {:.3g},{:.3g},{:.3g}", question.name, 0.3 * reynolds,
+                       0.6 * reynolds, 1.2 * reynolds);
 }
 
 // The flows with inertia of the case, or what their lack means.
@@ -45,13 +45,17 @@ InertialFactor factor_of(const results::CaseResults& found, const PressureDropQu
     if (*reynolds > fine.flows.back().reynolds * (1.0 + 1e-6))
         throw UserError(fmt::format("the flows with inertia end at a Reynolds number of {:.4g}; this flow rate has {:.4g}",
                                     fine.flows.back().reynolds, *reynolds),
-                        {.where = question.name, .fix = command_for(question, *reynolds)});
+                        {.where = question.name,
+                         .fix = found.forchheimer->lbm.stopped_by ? "a smaller flow rate: " + *found.forchheimer->lbm.stopped_by
+                                                                  : command_for(question, *reynolds)});
     return inertial_factor(fine, grids.size() > 1 ? std::optional(curve_of(grids[grids.size() - 2])) : std::nullopt, *reynolds);
 }
 
 std::string meaning_of(const results::CaseResults& found, const InertialFactor& factor) {
     std::string meaning = "k: " + found.lbm->interval_meaning + "; inertia: ";
-    if (!found.forchheimer) return meaning + fmt::format("neglected, at most {:.2g} %", 100.0 * factor.half_width);
+    if (!found.forchheimer) return meaning + fmt::format("neglected, about {:.2g} %", 100.0 * factor.half_width);
+    if (found.forchheimer->lbm.grids.size() < 2)
+        return meaning + "errors of the flows on one grid, without its error, and what is uncertain between them";
     return meaning + "the change to the coarser grid, errors of the flows, and what is uncertain between them";
 }
 
@@ -60,6 +64,9 @@ std::string meaning_of(const results::CaseResults& found, const InertialFactor& 
 results::PressureDrop pressure_drop(const results::CaseResults& found, const PressureDropQuestion& question) {
     if (!found.lbm) throw UserError("the case has no permeability yet", {.where = question.name, .fix = "porepack lbm " + question.name});
     const auto& k = found.lbm->permeability;
+    if (found.lbm->direction != Axis::z)
+        throw UserError("the case's permeability is not that along the bed's axis",
+                        {.where = question.name, .fix = "direction = \"z\" in [lbm]"});
     if (!k.interval_m2)
         throw UserError("the case's permeability has no interval", {.where = question.name, .fix = "three grids: [lbm] grids = 3"});
     const auto& fluid = question.properties;
@@ -91,8 +98,9 @@ results::PressureDrop pressure_drop(const results::CaseResults& found, const Pre
     result.interval_meaning = meaning_of(found, factor);
     if (found.uncertainty) {
         const results::Statements* const statements = core::find(found.uncertainty->statements, "permeability_m2");
-        if (statements != nullptr && statements->next_such_packing.interval) {
-            const PressureGradient other = pressure_gradient(velocity, fluid, k.m2, *statements->next_such_packing.interval, factor);
+        const auto& next = statements != nullptr ? statements->next_such_packing.interval : std::nullopt;
+        if (next && next->low > 0.0) {  // from few packings, k of the next one may be anything
+            const PressureGradient other = pressure_gradient(velocity, fluid, k.m2, *next, factor);
             result.next_such_packing_Pa = Interval{other.interval.low * result.length_m, other.interval.high * result.length_m};
         }
     }

@@ -7,6 +7,7 @@
 
 #include "core/error.hpp"
 #include "core/log.hpp"
+#include "core/machine.hpp"
 #include "core/parallel.hpp"
 #include "pore_space/gray_solid.hpp"
 #include "pore_space/uses.hpp"
@@ -15,7 +16,7 @@ namespace porepack::pore_space {
 namespace {
 
 constexpr double kept_cells = 3.0;  // distances beyond so many cells are cut
-constexpr double largest_image = 1e9;
+constexpr double largest_image = 1e9, bytes_per_voxel = 10.0;
 
 // The exact grains and, between them, a level set. It is no scan: it has neither blur nor gray levels that are uncertain.
 class ClosedSolid : public Solid {
@@ -104,6 +105,8 @@ Grid image_grid(const PoreSpace& space, double radius_m) {
                         {.where = "[geometry] closing_radius_m",
                          .allowed = fmt::format("{:g} voxels", largest_image),
                          .fix = "choose a larger radius, or a shorter section"});
+    require_memory(closing_memory_bytes(space, radius_m), fmt::format("the menisci, an image of {:.2g} voxels of {:.3g} m,", cells, voxel),
+                   "choose a larger closing_radius_m, or a smaller bed");
     return grid;
 }
 
@@ -111,9 +114,26 @@ double side_distance(const Grains& grains, const Vec3& point) {
     return grains.packing().container.vessel().distance(point);
 }
 
-// From grains and the container's sides.
-double wall_distance(const Grains& grains, const Vec3& point, double cap) {
-    return std::min(*grains.distance(point, cap), side_distance(grains, point));
+// From grains and the container's sides, at most `cap`. The grains know their images only where these reach into the box: beyond a periodic
+// side within `cap`, the point's own images look for them.
+double wall_distance(const Grains& grains, Vec3 point, double cap) {
+    const Container& container = grains.packing().container;
+    const std::array<bool, 3> periodic = container.periodic();
+    const Vec3 size = container.size();
+    std::vector<Vec3> images = {point};
+    for (int axis = 0; axis < 3; ++axis) {
+        if (!periodic[static_cast<std::size_t>(axis)]) continue;
+        for (Vec3& image : images) image[axis] -= size[axis] * std::floor(image[axis] / size[axis]);
+        for (std::size_t n = 0, count = images.size(); n < count; ++n)
+            for (const double shift : {-size[axis], size[axis]}) {
+                Vec3 other = images[n];
+                other[axis] += shift;
+                if (other[axis] > -cap && other[axis] < size[axis] + cap) images.push_back(other);
+            }
+    }
+    double nearest = std::min(cap, side_distance(grains, images.front()));
+    for (const Vec3& image : images) nearest = std::min(nearest, *grains.distance(image, cap));
+    return nearest;
 }
 
 // The point nearest to `point` from which no wall is nearer than `radius`: the walls near the last one found are taken as planes, and the
@@ -166,6 +186,13 @@ Vec3 nearest_centre(const Grains& grains, const Vec3& point, Vec3 centre, double
 }
 
 }  // namespace
+
+double closing_memory_bytes(const PoreSpace& space, double radius_m) {
+    const double voxel = closing_voxel_m(space, radius_m);
+    const Vec3 size = space.container.size();
+    const double height = space.container.periodic()[2] ? size.z() : space.bed_top_m - space.bed_bottom_m + 2.0 * radius_m;
+    return bytes_per_voxel * size.x() * size.y() * height / (voxel * voxel * voxel);
+}
 
 double closing_voxel_m(const PoreSpace& space, double radius_m) {
     return std::min(0.25 * radius_m, 0.1 * space.grain_size_m);

@@ -14,6 +14,9 @@ namespace porepack::pore_space {
 /// A quarter of the radius, or a tenth of the grains' thickness where that is less.
 [[nodiscard]] double closing_voxel_m(const PoreSpace& space, double radius_m);
 
+/// Memory that making the image takes.
+[[nodiscard]] double closing_memory_bytes(const PoreSpace& space, double radius_m);
+
 /// Values of the signed distance from the closed solid at the centres of these cells, row by row: positive in pores. Distances beyond three
 /// cells are cut. The cells are about cubes; periodic directions are periods of the grid.
 [[nodiscard]] std::vector<float> closed_distances(const packing::Grains& grains, const geometry::Grid& grid, double radius_m,

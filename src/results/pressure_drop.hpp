@@ -24,7 +24,7 @@ struct PressureDrop {
     double pressure_drop_Pa = 0.0;
     core::Interval pressure_drop_interval_Pa = {};  ///< of 95 %: of this packing
     std::string interval_meaning;
-    core::OptionalKey<core::Interval> next_such_packing_Pa = {};
+    core::OptionalKey<core::Interval> next_such_packing_Pa = {};  ///< none where its k may be 0
     double pressure_gradient_Pa_per_m = 0.0;
     // For comparison: correlations for beds of spheres, with this porosity and d_32.
     core::OptionalKey<double> ergun_Pa = {}, erdim_Pa = {};

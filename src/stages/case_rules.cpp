@@ -140,6 +140,12 @@ void require_no_surface_with_menisci(const Case& c, const TomlFile& toml, const 
     if (toml.has("openfoam") && c.settings.openfoam.enabled)
         throw UserError("OpenFOAM's mesh is made from the grains, without menisci: [openfoam] has no effect with closing_radius_m",
                         {.where = file, .fix = "enabled = false in [openfoam]"});
+    if (c.settings.forchheimer.enabled && c.settings.forchheimer.openfoam)
+        throw UserError("OpenFOAM's mesh is made from the grains, without menisci",
+                        {.where = file + ", [forchheimer]", .fix = "openfoam = false"});
+    if (c.settings.falling_head.causes)
+        throw UserError("the causes of a wrong k are computed for grains without menisci",
+                        {.where = file + ", [falling_head]", .fix = "causes = false"});
     if (c.settings.stl.pores || c.settings.stl.clip)
         throw UserError("`pores` and `clip` are made from the grains, without menisci", {.where = file + ", [stl]", .fix = "remove them"});
 }

@@ -59,7 +59,7 @@ PoreSpace space_with_menisci(const Path& packing, const InputOptions& options) {
     const std::string key = record::sha256_of_file(packing) + record::resolved_config(options.geometry).dump() +
                             record::resolved_config(options.section).dump();
     if (key != kept_key) {
-        kept = std::nullopt;
+        kept_key.clear();
         kept = load_pore_space(packing, options);
         kept_key = key;
     }

@@ -1,5 +1,7 @@
 // Flows with inertia.
+#include "analysis/flow.hpp"
 #include "analysis/inertia.hpp"
+#include "lbm/permeability.hpp"
 #include "pipeline/run_ranks.hpp"
 #include "stages/case_space.hpp"
 #include "stages/stages.hpp"
@@ -21,7 +23,11 @@ Stage make_forchheimer_stage(const Case& c) {
                 },
             .expect = [c]() -> Expectation {
                 if (!has_packing(c) && !c.from_surface()) return {.text = "as soon as there is a packing"};
-                return expect_inertia(case_pore_space(c), c.settings.forchheimer);
+                const PoreSpace space = expected_pore_space(c);
+                const ForchheimerConfig& config = c.settings.forchheimer;
+                const long ranks = c.settings.parallel.ranks;
+                return on_ranks(expect_inertia(space, config), config.device, ranks,
+                                ranks > 1 ? lbm::most_parts(space, space.voxel_size_m(config.voxel_size_m), lbm::LbmConfig()) : 1);
             },
             .resumes = true,
             .result_version = results::Forchheimer::version,

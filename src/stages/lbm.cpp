@@ -10,6 +10,7 @@
 #include "lbm/checkpoint.hpp"
 #include "lbm/permeability.hpp"
 #include "pipeline/run_ranks.hpp"
+#include "pore_space/closing.hpp"
 #include "stages/case_space.hpp"
 #include "stages/stages.hpp"
 #include "stages/uses.hpp"
@@ -84,8 +85,10 @@ Stage make_lbm_stage(const Case& c) {
         const PoreSpace space = expected_pore_space(c);
         const double asked = c.settings.geometry.voxel_size_m,
                      voxel = asked > 0.0 || space.image() ? space.voxel_size_m(asked) : space.grain_size_m / 10.0;
-        return on_ranks(expect_flow(space, c.settings.lbm, voxel, expected_porosity(c)), c.settings.lbm, ranks,
-                        ranks > 1 ? lbm::most_parts(space, voxel, c.settings.lbm) : 1);
+        Expectation flow = expect_flow(space, c.settings.lbm, voxel, expected_porosity(c));
+        if (const double radius = c.settings.geometry.closing_radius_m; radius > 0.0)
+            flow.memory_bytes = std::max(flow.memory_bytes, closing_memory_bytes(space, radius));
+        return on_ranks(flow, c.settings.lbm.device, ranks, ranks > 1 ? lbm::most_parts(space, voxel, c.settings.lbm) : 1);
     };
     return stage;
 }

@@ -13,6 +13,7 @@
 #include "report/page.hpp"
 #include "report/plot.hpp"
 #include "study/formula.hpp"
+#include "study/study_beds.hpp"
 #include "study/study_fits.hpp"
 #include "study/study_run.hpp"
 #include "study/study_table.hpp"
@@ -25,14 +26,6 @@ namespace {
 std::string text_in(const StudyRow& row, const std::string& column) {
     const auto found = row.find(column);
     return found == row.end() ? std::string() : found->second;
-}
-
-// "permeability_m2" -> "permeability (m²)".
-std::string label_of(const std::string& column) {
-    auto [name, unit] = split_unit(column.substr(column.find('.') == std::string::npos ? 0 : column.find('.') + 1));
-    std::replace(name.begin(), name.end(), '_', ' ');
-    if (unit.ends_with("m2") || unit.ends_with("m3")) unit = unit.substr(0, unit.size() - 1) + (unit.back() == '2' ? "²" : "³");
-    return unit.empty() ? name : fmt::format("{} ({})", name, unit);
 }
 
 // One row of each point, in the order of the points.
@@ -152,6 +145,13 @@ ReportSection fits_section(const std::vector<FittedCurve>& curves) {
 
 }  // namespace
 
+std::string label_of(const std::string& column) {
+    auto [name, unit] = split_unit(column.substr(column.find('.') == std::string::npos ? 0 : column.find('.') + 1));
+    std::replace(name.begin(), name.end(), '_', ' ');
+    if (unit.ends_with("m2") || unit.ends_with("m3")) unit = unit.substr(0, unit.size() - 1) + (unit.back() == '2' ? "²" : "³");
+    return unit.empty() ? name : fmt::format("{} ({})", name, unit);
+}
+
 bool draw_figure(const Study& study, const FigureConfig& figure, RowChoice choice) {
     const std::vector<StudyRow> rows = chosen_rows(study, choice);
     if (const std::size_t old = read_rows(study).size(); rows.empty())
@@ -197,7 +197,7 @@ bool draw_figure(const Study& study, const FigureConfig& figure, RowChoice choic
            draw_plot(folder / (figure.name + ".svg"), "study", values, {.width = 620, .height = 380});
 }
 
-void write_study_page(const Study& study, RowChoice choice) {
+void write_study_page(const Study& study, RowChoice choice, bool beds) {
     OwnedNames(study.folder).claim({"study.html", "fits.csv"});
     Page page;
     page.title = fmt::format("Study {}", fs::absolute(study.folder).lexically_normal().filename().string());
@@ -237,6 +237,13 @@ void write_study_page(const Study& study, RowChoice choice) {
         }
         const std::string report = fmt::format("points/{}/results/report.html", row.at("point"));
         points.links.push_back(fs::exists(study.folder / report) ? report : "");
+    }
+    if (beds) {
+        const FigureConfig figure =
+            study.config.figures.empty() ? FigureConfig{.x = "porosity", .y = "permeability_m2"} : study.config.figures.front();
+        const std::vector<StudyRow> rows = chosen_rows(study, choice);
+        page.bed = beds_html(study, rows, column_named(rows, figure.x), column_named(rows, figure.y), figure.logarithmic);
+        if (page.bed.empty()) page.notes.push_back("No point has a packing: there are no beds to show.");
     }
     for (const auto& [state, count] : states) page.main_numbers.push_back({state, fmt::format("{} of {}", count, study.points.size())});
     page.sections = {figures, fits_section(curves), points};

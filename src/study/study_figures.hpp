@@ -13,7 +13,11 @@ enum class RowChoice { current, with_stale };
 /// unknown columns and for columns without numbers.
 bool draw_figure(const Study& study, const FigureConfig& figure, RowChoice choice = RowChoice::current);
 
-/// All figures of study.toml, and study.html with them, the table of points and links to their reports.
-void write_study_page(const Study& study, RowChoice choice = RowChoice::current);
+/// "permeability_m2" is shown as "permeability (m²)".
+[[nodiscard]] std::string label_of(const std::string& column);
+
+/// All figures of study.toml, and study.html with them, the table of points and links to their reports. With `beds`, a page of each
+/// point's bed too, which study.html shows.
+void write_study_page(const Study& study, RowChoice choice = RowChoice::current, bool beds = false);
 
 }  // namespace porepack::study

@@ -231,7 +231,8 @@ TEST(PourLiggghts, KilledBetweenTapsItGoesOnWithTheSameBits) {
     REQUIRE_PROGRAM("liggghts");
     expect_same_bits_after_a_kill(
         "engine = \"liggghts\"\ngrains = 6\n[[protocol.step]]\nkind = \"tap\"\nnumber = 6\nheight_m = 0.003\n"
-        "[[protocol.step]]\nkind = \"vibrate\"\nfrequency_Hz = 100\namplitude_m = 0.0001\ntime_s = 0.02\n",
+        "[[protocol.step]]\nkind = \"vibrate\"\nfrequency_Hz = 100\namplitude_m = 0.0001\ntime_s = 0.02\n"
+        "[[protocol.step]]\nkind = \"tap\"\nheight_m = 0.001\n",
         "snapshot.*.*.*.*.0.[1-9]");
 }
 

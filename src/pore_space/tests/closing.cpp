@@ -82,6 +82,13 @@ TEST(Closing, IsPartOfThePoreSpace) {
     const PoreSpace beyond = closed(pore_space_of(std::move(shifted)).with_section({0.4, 4.4}), r);
     EXPECT_NEAR(beyond.porosity().value, middle.porosity().value, 2e-5);
     EXPECT_NEAR(dry.porosity().value - middle.porosity().value, meniscus_volume(R, r) / volume, 0.1 * meniscus_volume(R, r) / volume);
+    // Two balls that touch a periodic side from within, at the same place: their meniscus lies on both sides of it.
+    Packing touching = two_balls(R, "box:5.2,3.6,4.8:periodic");
+    touching.bodies[0].position_m = Vec3(R, 1.8, 2.4);
+    touching.bodies[1].position_m = Vec3(5.2 - R, 1.8, 2.4);
+    const PoreSpace apart = pore_space_of(touching).with_section({0.4, 4.4}), across = closed(apart, r);
+    const double share = meniscus_volume(R, r) / (5.2 * 3.6 * 4.0);
+    EXPECT_NEAR(apart.porosity().value - across.porosity().value, share, 0.1 * share);
     EXPECT_TRUE(has(message_of<UserError>([&] { (void)closed(wet, r); }), "menisci are made between the grains of a packing"));
     EXPECT_TRUE(has(message_of<UserError>([&] { (void)closed(dry, 1e-4); }), "need an image of"));
 }

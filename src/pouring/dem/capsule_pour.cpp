@@ -18,7 +18,7 @@ namespace porepack::pouring::dem {
 namespace {
 
 constexpr long part = 500;          // steps between two checks
-constexpr int snapshot_format = 3;  // of PourProgress and what follows
+constexpr int snapshot_format = 4;  // of PourProgress and what follows
 
 struct PourProgress {
     long next_batch = 0;

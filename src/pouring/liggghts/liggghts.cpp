@@ -167,10 +167,12 @@ std::string not_at_rest(const Run& run, const PourLog& said) {
 // What the steps of [protocol] say of themselves.
 void require_carried_out(const Run& run, const PourLog& said, const Path& log) {
     if (said.restless >= 0)
-        throw NumericalError(said.restless == 0 ? not_at_rest(run, said)
-                                                : fmt::format("the grains are not at rest {:g} s after step {} of [protocol]",
-                                                              run.config.settle_time_s, said.restless),
-                             {.where = log.string(), .fix = "raise settle_time_s, or shorten time_step_s"});
+        throw NumericalError(
+            said.restless == 0
+                ? not_at_rest(run, said)
+                : fmt::format("the grains are not at rest {:g} s after step {} of [protocol]: kinetic energy {:.3g} J (limit {:.3g} J)",
+                              run.config.settle_time_s, said.restless, said.end_energy_J, said.end_limit_J),
+            {.where = log.string(), .fix = "raise settle_time_s, or shorten time_step_s"});
     if (said.short_step > 0)
         throw UserError(fmt::format("the plate would not touch the bed, which is {:.4g} m high", said.plate_m),
                         {.where = fmt::format("[[protocol.step]], step {}", said.short_step), .allowed = "a to_height_m below that"});

@@ -15,7 +15,7 @@ bool PourLog::read_line(const std::string& line) {
     } else if (std::sscanf(line.c_str(), "POREPACK poured %ld", &poured) == 1) {
         settling_J.clear();
     } else if (std::sscanf(line.c_str(), "POREPACK after %ld %ld", &finished, &row) == 2 ||
-               std::sscanf(line.c_str(), "POREPACK restless %ld", &restless) == 1 ||
+               std::sscanf(line.c_str(), "POREPACK restless %ld energy %lf limit %lf", &restless, &end_energy_J, &end_limit_J) == 3 ||
                std::sscanf(line.c_str(), "POREPACK short %ld %lf", &short_step, &plate_m) == 2) {
         return true;
     } else if (std::sscanf(line.c_str(), "POREPACK done step %ld spheres %ld energy %lf limit %lf", &end_step, &end_spheres, &end_energy_J,

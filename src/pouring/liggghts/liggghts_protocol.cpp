@@ -86,27 +86,29 @@ void write_plate(const Run& run) {
                     run.folder / "plate.stl");
 }
 
-/// The parts of a step that are repeated: taps, or rows of a vibration.
-long repeats_of(const ProtocolStep& step, double dt) {
-    if (step.kind == StepKind::vibrate) return std::min(whole_periods(step, dt), rows_of_vibration);
-    return std::max(1L, step.number);
+struct Parts {
+    long number = 1, periods = 1;  ///< whole periods of each
+};
+/// Taps, or the parts of a vibration, after each of which the bed is written.
+Parts parts_of(const ProtocolStep& step, double dt) {
+    if (step.kind != StepKind::vibrate) return {.number = std::max(1L, step.number)};
+    const long all = whole_periods(step, dt), periods = (all + rows_of_vibration - 1) / rows_of_vibration;
+    return {.number = (all + periods - 1) / periods, .periods = periods};
 }
 
-// A vibration's whole periods are divided evenly among its parts; LIGGGHTS repeats one number of steps, so they may become more.
 std::string shaking(const ProtocolStep& step, double dt) {
     const Vec3 peak = peak_acceleration(step);
-    const long period = period_steps(step, dt), all = step.kind == StepKind::vibrate ? whole_periods(step, dt) : 1,
-               parts = step.kind == StepKind::vibrate ? repeats_of(step, dt) : 1;
-    return fmt::format("variable period_steps equal {}\nvariable shaken_steps equal {}\n", period, (all + parts - 1) / parts * period) +
+    const long period = period_steps(step, dt);
+    return fmt::format("variable period_steps equal {}\nvariable shaken_steps equal {}\n", period, parts_of(step, dt).periods * period) +
            fmt::format("variable peak_x equal {:.17g}\nvariable peak_y equal {:.17g}\nvariable peak_z equal {:.17g}\n", peak.x(), peak.y(),
                        peak.z());
 }
 
 std::string repeated_step(const Run& run, const ProtocolStep& step, long done) {
     const bool falls = step.kind == StepKind::tap && step.height_m > 0.0;
-    if (step.kind == StepKind::tap && done >= repeats_of(step, run.plan.time_step_s)) return "";
+    if (step.kind == StepKind::tap && done >= parts_of(step, run.plan.time_step_s).number) return "";
     std::string text = fmt::format("variable first_repeat equal {}\nvariable repeats equal {}\nvariable rest_factor equal {}\n", done + 1,
-                                   repeats_of(step, run.plan.time_step_s), step.kind == StepKind::tap ? tap_rest_factor : 1.0);
+                                   parts_of(step, run.plan.time_step_s).number, step.kind == StepKind::tap ? tap_rest_factor : 1.0);
     if (falls)
         text += fmt::format("variable fall_speed equal {:.17g}\n", fall_speed(step, run.config.gravity_m_per_s2));
     else
@@ -120,6 +122,10 @@ std::string plate_step(const Run& run, const ProtocolStep& step) {
     std::string text = fmt::format("variable plate_gap equal {:.17g}\nvariable plate_speed equal {:.17g}\nvariable stays equal {}\n",
                                    1e-3 * d, plate_speed_m_per_s(step, d, g), step.stays ? 1 : 0);
     if (step.to_height_m > 0.0) return text + fmt::format("variable to_height equal {:.17g}\ninclude step_lower.in\n", step.to_height_m);
+    // The plate's way down does not count as time in which the bed comes to rest.
+    const double check = std::max(500.0, 0.005 / run.plan.time_step_s);
+    text += fmt::format("variable way_parts equal {}\n",
+                        2 + static_cast<long>(run.container.height() / plate_speed_m_per_s(step, d, g) / run.plan.time_step_s / check));
     return text + fmt::format("variable plate_force equal {:.17g}\ninclude step_press.in\n", plate_mass_kg(step, run.container, g) * g);
 }
 
@@ -161,6 +167,8 @@ void write_protocol(const Run& run, const Snapshot& snapshot) {
                 break;
         }
     }
+    // Between taps grains may roll on; at the end they do not.
+    if (run.protocol.step.back().kind == StepKind::tap) text += "variable rest_factor equal 1\ninclude rest.in\ninclude require_rest.in\n";
     write_text(run.folder / "protocol.in", text);
 }
 
@@ -170,7 +178,7 @@ std::vector<ProtocolRow> read_protocol(const Run& run) {
     for (long s = 0; s <= static_cast<long>(run.protocol.step.size()); ++s) {
         const ProtocolStep& step = run.protocol.step[static_cast<std::size_t>(std::max(0L, s - 1))];
         const bool repeats = s > 0 && (step.kind == StepKind::tap || step.kind == StepKind::vibrate);
-        const long parts = repeats ? repeats_of(step, run.plan.time_step_s) : 0;
+        const long parts = repeats ? parts_of(step, run.plan.time_step_s).number : 0;
         for (long n = 1; std::filesystem::exists(bed_file(run, s, n, "bodies")); ++n) {
             long time_step = 0;
             const Packing packing = packing_of(run, read_dump(bed_file(run, s, n, "bodies"), 11, &time_step));

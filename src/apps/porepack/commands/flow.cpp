@@ -47,8 +47,15 @@ void run_lbm_command(const CommandLine& line) {
     }
     if (common.ranks > 1 && ranks().parts() == 1 && !common.dry_run) {
         const Path target = target_folder(common);
+        const bool is_new = !std::filesystem::exists(target);
         make_folder(target);
-        return pipeline::run_ranks(common.ranks, line.arguments, target);
+        try {
+            return pipeline::run_ranks(common.ranks, line.arguments, target);
+        } catch (...) {  // what is refused leaves nothing behind
+            std::error_code ignored;
+            if (is_new && std::filesystem::is_empty(target, ignored)) std::filesystem::remove(target, ignored);
+            throw;
+        }
     }
     const auto geometry = config_of<GeometryConfig>(common.flags);
     const auto section = config_of<SectionConfig>(common.flags);
@@ -66,7 +73,7 @@ void run_lbm_command(const CommandLine& line) {
                      },
                  .expect =
                      [&](const PoreSpace& space) {
-                         return on_ranks(expect_flow(space, geometry, config), config, std::max<long>(common.ranks, ranks().parts()),
+                         return on_ranks(expect_flow(space, geometry, config), config.device, std::max<long>(common.ranks, ranks().parts()),
                                          lbm::most_parts(space, space.voxel_size_m(geometry.voxel_size_m), config));
                      }});
 }
@@ -120,7 +127,11 @@ void run_forchheimer_command(const CommandLine& line) {
                                                  {"section", resolved_config(section)},
                                                  {"forchheimer", resolved_config(config)}},
                                .work = work,
-                               .expect = [&](const PoreSpace& space) { return expect_inertia(space, config); },
+                               .expect =
+                                   [&](const PoreSpace& space) {
+                                       return on_ranks(expect_inertia(space, config), config.device, common.ranks,
+                                                       lbm::most_parts(space, space.voxel_size_m(config.voxel_size_m), LbmConfig()));
+                                   },
                                .resumes = true};
     if (!common.into.empty()) return solve_lattice_grids(load_input(common, command), config, common.into);
     run_on_input(common, command);

@@ -12,6 +12,7 @@
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/json.hpp"
+#include "packing/film.hpp"
 #include "results/results.hpp"
 #include "stages/case_space.hpp"
 
@@ -25,6 +26,10 @@ struct Options {
 };
 
 void set_fluid(const Options& options, const Case& c, analysis::PressureDropQuestion& question) {
+    for (const auto& [value, flag] : {std::pair(options.viscosity_Pa_s, "--viscosity"), std::pair(options.density_kg_per_m3, "--density")})
+        if (value < 0.0 || !std::isfinite(value)) throw UserError(fmt::format("{} is {:g}", flag, value), {.allowed = "a number above 0"});
+    if (options.temperature_C < 0.0 || options.temperature_C > 100.0)
+        throw UserError(fmt::format("--temperature is {:g}", options.temperature_C), {.allowed = "0 to 100 (degrees Celsius)"});
     const bool own = options.viscosity_Pa_s > 0.0 || options.density_kg_per_m3 > 0.0;
     if (own && (!(options.viscosity_Pa_s > 0.0 && options.density_kg_per_m3 > 0.0) || !options.fluid.empty() ||
                 !std::isnan(options.temperature_C)))
@@ -46,16 +51,27 @@ void set_fluid(const Options& options, const Case& c, analysis::PressureDropQues
     question.properties = permeability::fluid_at(name, temperature);
 }
 
-void set_grains(const Case& c, analysis::PressureDropQuestion& question) {
+// With a film, the grains are larger; with menisci, their area is not known.
+void set_grains(const Case& c, const results::CaseResults& found, analysis::PressureDropQuestion& question) {
     if (c.from_image() || c.from_surface()) return;
-    double volume = 0.0, area = 0.0;
+    packing::Packing grains{.container = stages::case_container(c), .shapes = {}, .bodies = {}};
+    std::vector<double> shares;
     for (const auto& [shape, share] : stages::case_shapes(c)) {
-        const shapes::ShapeMeasures measures = shapes::measure(shape, 1e-4);
-        volume += share * measures.volume_m3;
-        area += share * measures.surface_area_m2;
+        grains.shapes.push_back(shape);
+        shares.push_back(share);
+    }
+    const bool by_volume = c.settings.geometry.film_volume_fraction > 0.0;
+    if (by_volume && (!found.voxelise || !found.voxelise->film_thickness_m)) return;
+    const double film = by_volume ? *found.voxelise->film_thickness_m : c.settings.geometry.film_thickness_m;
+    if (film > 0.0) grains = packing::coated(std::move(grains), film);
+    double volume = 0.0, area = 0.0;
+    for (std::size_t n = 0; n < shares.size(); ++n) {
+        const shapes::ShapeMeasures measures = shapes::measure(grains.shapes[n], 1e-4);
+        volume += shares[n] * measures.volume_m3;
+        area += shares[n] * measures.surface_area_m2;
     }
     question.equivalent_diameter_m = std::cbrt(6.0 * volume / std::numbers::pi);
-    question.sauter_diameter_m = 6.0 * volume / area;
+    if (c.settings.geometry.closing_radius_m == 0.0) question.sauter_diameter_m = 6.0 * volume / area;
 }
 
 void pressure_drop(const Common& common, const Options& options) {
@@ -76,10 +92,12 @@ void pressure_drop(const Common& common, const Options& options) {
     set_fluid(options, c, question);
     if (common.dry_run) return print_result(common, {{"fluid", question.fluid}, {"expected", "seconds"}});
     const results::CaseResults found = results::read_results(c.results(), [](const auto& stage) {
-        return std::set<std::string>{"pack", "stl", "lbm", "forchheimer", "uncertainty"}.contains(stage);
+        return std::set<std::string>{"pack", "stl", "voxelise", "lbm", "forchheimer", "uncertainty"}.contains(stage);
     });
-    set_grains(c, question);
-    if (found.lbm) question.area_m2 = stages::case_container(c).vessel().mean_area(found.lbm->section_m);
+    set_grains(c, found, question);
+    if (found.lbm)
+        question.area_m2 =
+            (c.from_image() ? stages::case_pore_space(c).container : stages::case_container(c)).vessel().mean_area(found.lbm->section_m);
     const core::Json result = core::json_of(analysis::pressure_drop(found, question));
     if (!common.output.empty()) write_text(common.output, result.dump(2) + "\n");
     print_result(common, result);

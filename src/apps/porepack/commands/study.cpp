@@ -56,13 +56,14 @@ void print_status(const Common& common) {
     print_points(list, &PointStatus::why);
 }
 
-void plot(const Common& common, const FigureConfig& figure, RowChoice choice) {
+void plot(const Common& common, const FigureConfig& figure, RowChoice choice, bool beds) {
     const Study the_study = read_study(common.input);
     if (figure.x.empty() && figure.y.empty()) {
-        write_study_page(the_study, choice);
+        write_study_page(the_study, choice, beds);
         fmt::print("written: {}\n", for_terminal((the_study.folder / "study.html").lexically_normal().string()));
         return;
     }
+    if (beds) throw UserError("beds are shown in study.html, not in one figure", {.where = "--beds", .fix = "leave out --x and --y"});
     if (figure.x.empty() || figure.y.empty())
         throw UserError("a figure needs --x and --y", {.fix = "or neither, which draws the figures of study.toml"});
     FigureConfig named = figure;
@@ -97,15 +98,17 @@ void add_study_commands(CommandLine& line) {
     run_command.add_option("--max-time", options->max_time_s, "seconds after which no point begins").type_name("number [s]").not_negative();
     add("status", "the state of each point", "porepack study status cases/paper_study_quick", [&common] { print_status(common); });
     const auto figure = std::make_shared<FigureConfig>();
-    const auto stale = std::make_shared<bool>(false);
-    auto plot_command = add("plot", "one figure of the columns of study.csv; without --x and --y all figures of study.toml, and study.html",
-                            "porepack study plot cases/paper_study_quick --x sphericity --y permeability_m2 --by shape --logarithmic",
-                            [&common, figure, stale] { plot(common, *figure, *stale ? RowChoice::with_stale : RowChoice::current); });
+    const auto stale = std::make_shared<bool>(false), beds = std::make_shared<bool>(false);
+    auto plot_command =
+        add("plot", "one figure of the columns of study.csv; without --x and --y all figures of study.toml, and study.html",
+            "porepack study plot cases/paper_study_quick --x sphericity --y permeability_m2 --by shape --logarithmic",
+            [&common, figure, stale, beds] { plot(common, *figure, *stale ? RowChoice::with_stale : RowChoice::current, *beds); });
     plot_command.add_option("--x", figure->x, "column of study.csv").type_name("column");
     plot_command.add_option("--y", figure->y, "column of study.csv; its interval is drawn too").type_name("column");
     plot_command.add_option("--by", figure->by, "column that tells groups apart").type_name("column");
     plot_command.add_option("--name", figure->name, "of the files in figures/").type_name("text");
     plot_command.add_flag("--stale", *stale, "also the rows of other settings or of another version, of points without a current row");
+    plot_command.add_flag("--beds", *beds, "study.html shows the bed of a point that is chosen, on a page points/NAME/view.html");
     plot_command.add_flag("--logarithmic", figure->logarithmic, "logarithmic axis of y");
     const auto snakemake = std::make_shared<bool>(false);
     add("export", "the study for a workflow engine", "porepack study export cases/paper_study_quick --snakemake", [&common, snakemake] {
