@@ -106,7 +106,7 @@ void bind_pore_spaces(py::module_& module) {
         .def_property_readonly("vessel", [](const PoreSpace& space) { return space.container; })
         .def_property_readonly("kind", [](const PoreSpace& space) {
             if (space.gray()) return scans::has_walls_of_balls(*space.gray()) ? "image" : "gray image";
-            return space.packing() ? "packing" : space.surface() ? "surface" : space.image() ? "image" : "solid";
+            return space.packing() ? "packing" : space.surface() ? "surface" : space.own_grid() ? "image" : "solid";
         });
     module.def("space_of_array", &space_of_array);
     module.def("space_of_packing", [](const packing::Packing& packing, const py::dict& geometry, const py::dict& section) {

@@ -15,6 +15,7 @@
 #include "core/table.hpp"
 #include "io/image.hpp"
 #include "lbm/checkpoint.hpp"
+#include "lbm/grid_sizes.hpp"
 #include "lbm/permeability.hpp"
 #include "lbm/sequence.hpp"
 #include "lbm/slabs.hpp"
@@ -78,10 +79,9 @@ std::string method_of(const LbmConfig& config, const Scheme& scheme) {
                        scheme.walls == Walls::interpolated ? "interpolated walls" : "half-way bounce-back", name_of(config.precision));
 }
 
-results::Lbm result_of(const LbmResult& result, const PoreSpace& space, const LbmConfig& config) {
+results::Lbm result_of(const LbmResult& result, const PoreSpace& space, double porosity, const LbmConfig& config) {
     const LbmGridResult& fine = result.fine();
     const Scheme scheme = scheme_of(config, space.has_exact_walls(), {});
-    const double porosity = space.porosity().value;
     results::Lbm found{.permeability = {result.permeability_m2, result.interval_m2()},
                        .half_width_parts_m2 = half_width_parts(result, space.gray() != nullptr),
                        .averaged_image_change = result.averaged_image_change,
@@ -122,12 +122,25 @@ results::Lbm result_of(const LbmResult& result, const PoreSpace& space, const Lb
     return found;
 }
 
+// Each part drops what only the others need of an image, and of its variants, which are made from the whole one.
+void keep_own_part(PoreSpace& space, std::optional<GrayVariants>& variants, LbmRun& run, double voxel_size_m, const LbmConfig& config,
+                   double porosity) {
+    run.cuts = lbm::slab_cuts(space, voxel_size_m, config, *run.parts);
+    const auto own = [&](const PoreSpace& whole) { return space_of_part(whole, voxel_size_m, config, *run.cuts, porosity, *run.parts); };
+    if (space.gray() && !config.tensor) {
+        variants = gray_variants(*space.gray(), space.container);
+        for (auto* variant : {&variants->averaged, &variants->other_level, &variants->blurred})
+            if (*variant) *variant = std::dynamic_pointer_cast<const GraySolid>(own(with_gray(space, *variant)).solid);
+    }
+    space = own(space);
+}
+
 }  // namespace
 
 Expectation expect_flow(const PoreSpace& space, const LbmConfig& config, double voxel_size_m, double pores) {
     (void)choose_drive(space.container, config.direction);  // throws for a direction that is not possible
     const double across = std::isfinite(space.grain_size_m) ? space.grain_size_m : 10.0 * voxel_size_m;
-    const VoxelPlan plan = space.image()
+    const VoxelPlan plan = space.own_grid()
                                ? space.plan_at(voxel_size_m)
                                : plan_voxels(space.container, space.section, voxel_size_m, {space.buffers_m, space.reservoir_m}, across);
     const double cells = static_cast<double>(plan.grid.size());
@@ -178,7 +191,7 @@ Expectation on_ranks(Expectation expected, const std::string& device, long ranks
     return expected;
 }
 
-ComputedFlow compute_flow(const PoreSpace& space, const GeometryConfig& geometry, const LbmConfig& config, const Path& checkpoint) {
+ComputedFlow compute_flow(PoreSpace space, const GeometryConfig& geometry, const LbmConfig& config, const Path& checkpoint) {
     const VoxelPlan plan = space.plan_at(space.voxel_size_m(geometry.voxel_size_m));
     const double voxel = plan.voxel_size_m;
     const auto& cells = plan.grid.cells;
@@ -186,7 +199,10 @@ ComputedFlow compute_flow(const PoreSpace& space, const GeometryConfig& geometry
     const double on_this_machine = static_cast<double>(ranks_here()) / ranks().parts();
     require_memory(on_this_machine * expected.memory_bytes, fmt::format("the flow on {} x {} x {} voxels", cells[0], cells[1], cells[2]),
                    "use a larger voxel size or a shorter section");
-    const LbmRun run{.with_flow = true, .checkpoint = checkpoint};
+    const double porosity = space.porosity().value;
+    LbmRun run{.with_flow = true, .checkpoint = checkpoint};
+    std::optional<GrayVariants> variants;
+    if (run.parts->parts() > 1) keep_own_part(space, variants, run, voxel, config, porosity);
     LbmResult result;
     OptionalKey<results::Tensor> tensor;
     if (config.tensor) {
@@ -195,9 +211,9 @@ ComputedFlow compute_flow(const PoreSpace& space, const GeometryConfig& geometry
         result = std::move(all.runs[index_of(config.direction)]);
     } else {
         result = lbm_permeability(space, voxel, config, run);
-        add_gray_parts(result, space, config);
+        add_gray_parts(result, space, config, run, std::move(variants));
     }
-    ComputedFlow flow{.outcome = {result_of(result, space, config), {.tables = {{"history.csv", history_of(result.fine())}}}}};
+    ComputedFlow flow{.outcome = {result_of(result, space, porosity, config), {.tables = {{"history.csv", history_of(result.fine())}}}}};
     flow.outcome.result.permeability_tensor_m2 = tensor;
     flow.outcome.result.expected_memory_bytes = expected.memory_bytes;
     if (!result.gradients.empty()) flow.outcome.files.tables.emplace_back("gradient.csv", gradients_of(result));

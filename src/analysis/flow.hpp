@@ -15,8 +15,9 @@ struct ComputedFlow {
     Outcome<results::Lbm> outcome;     ///< with the tables history.csv and, of a flow along z, gradient.csv
     geometry::LayeredFlow field = {};  ///< empty where config.fields is none
 };
-/// Resumes from the file `checkpoint` if it exists, and updates it until the end. Throws UserError as lbm_permeability().
-[[nodiscard]] ComputedFlow compute_flow(const pore_space::PoreSpace& space, const converters::GeometryConfig& geometry,
+/// Resumes from the file `checkpoint` if it exists, and updates it until the end. Of several ranks, each drops what only the others need
+/// of an image, unless there are other copies of the pore space. Throws UserError as lbm_permeability().
+[[nodiscard]] ComputedFlow compute_flow(pore_space::PoreSpace space, const converters::GeometryConfig& geometry,
                                         const lbm::LbmConfig& config, const core::Path& checkpoint = {});
 [[nodiscard]] core::Expectation expect_flow(const pore_space::PoreSpace& space, const converters::GeometryConfig& geometry,
                                             const lbm::LbmConfig& config);

@@ -11,7 +11,8 @@
 
 namespace porepack::analysis {
 
-void add_gray_parts(lbm::LbmResult& result, const PoreSpace& space, const lbm::LbmConfig& config) {
+void add_gray_parts(lbm::LbmResult& result, const PoreSpace& space, const lbm::LbmConfig& config, const lbm::LbmRun& run,
+                    std::optional<GrayVariants> given) {
     if (!space.gray() || !result.half_width || result.grids.size() < 2) return;
     const lbm::LbmGridResult& middle = result.grids[result.grids.size() - 2];
     lbm::LbmConfig one = config;
@@ -22,7 +23,9 @@ void add_gray_parts(lbm::LbmResult& result, const PoreSpace& space, const lbm::L
     // Change of k with another solid, on the same grid; all of k where that does not percolate.
     const auto change = [&](std::shared_ptr<const GraySolid> other) {
         try {
-            return lbm_permeability(with_gray(space, std::move(other)), middle.voxel_size_m, one).permeability_m2 / middle.permeability_m2 -
+            const PoreSpace varied = with_gray(space, std::move(other));
+            return lbm_permeability(varied, middle.voxel_size_m, one, {.parts = run.parts, .cuts = run.cuts}).permeability_m2 /
+                       middle.permeability_m2 -
                    1.0;
         } catch (const DoesNotPercolate&) {
             return -1.0;
@@ -31,7 +34,7 @@ void add_gray_parts(lbm::LbmResult& result, const PoreSpace& space, const lbm::L
     const bool of_balls = scans::has_walls_of_balls(*space.gray());
     log_info("{} on voxels of {:.4g} m",
              of_balls ? "places of the walls: one more run" : "gray levels, blur and resolution: three more runs", middle.voxel_size_m);
-    GrayVariants variants = gray_variants(*space.gray(), space.container);
+    GrayVariants variants = given ? std::move(*given) : gray_variants(*space.gray(), space.container);
     if (of_balls) variants.averaged = nullptr;  // means of its distances are no scan
     const double k = result.permeability_m2;
     if (variants.averaged) result.averaged_image_change = change(variants.averaged);

@@ -2,12 +2,15 @@
 #pragma once
 
 #include "lbm/permeability.hpp"
+#include "scans/gray_input.hpp"
 
 namespace porepack::analysis {
 
 /// Adds to the interval what gray levels and blur do to k: two more runs on the second finest grid, one with the solid fraction moved by
 /// two standard errors, one with twice the variance of the blur, its gray levels and its threshold found anew. Constants: fitted to spheres
-/// (`porepack_benchmark gray`). A third run is on the means of 2 x 2 x 2 voxels, where their numbers are even: not in the interval.
-void add_gray_parts(lbm::LbmResult& result, const pore_space::PoreSpace& space, const lbm::LbmConfig& config);
+/// (`porepack_benchmark gray`). A third run is on the means of 2 x 2 x 2 voxels, where their numbers are even: not in the interval. Where
+/// `space` keeps what a part of the computation needs of an image, `run` has its cuts, and `variants` the same of those of the whole image.
+void add_gray_parts(lbm::LbmResult& result, const pore_space::PoreSpace& space, const lbm::LbmConfig& config, const lbm::LbmRun& run = {},
+                    std::optional<scans::GrayVariants> variants = std::nullopt);
 
 }  // namespace porepack::analysis

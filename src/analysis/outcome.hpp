@@ -29,7 +29,7 @@ struct Files {
     std::vector<std::pair<std::string, core::Table>> tables = {};  ///< by the name of the file
     std::vector<Plot> plots = {};
     std::vector<Picture> pictures = {};
-    std::vector<std::pair<std::string, std::vector<io::Line>>> lines = {};  ///< .vtp
+    std::vector<std::pair<std::string, io::Paths>> paths = {};  ///< .vtp
 };
 
 template <typename Result>

@@ -37,8 +37,8 @@ Voxels voxelise(const PoreSpace& space, const GeometryConfig& geometry) {
     Voxels voxels{.outcome = {}, .image = space.voxelise_at(size)};
     voxels.outcome.files.tables.emplace_back("porosity.csv", porosity_profile(space));
     std::array<double, 3> count = {0, 0, 0};
-    const PoreSpace section = pore_space_of(voxels.image, space.container, space.section, space.source).section_only();
-    for (const auto phase : section.image()->phase) count[phase] += 1.0;
+    const PoreSpace section = pore_space_of(voxels.image, space.container, space.section, space.source);
+    for (const auto phase : section.phases_on(section.plan_at(0.0).grid).phase) count[phase] += 1.0;
     const Porosity exact = space.porosity();
     const double two = 2.0 * exact.uncertainty;  // standard uncertainties; not known (NaN) without exact walls
     voxels.outcome.result = {.voxel_size_m = plan.voxel_size_m,

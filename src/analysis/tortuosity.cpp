@@ -36,7 +36,7 @@ Outcome<results::GeometricPaper> found_of(const GeometricPaperResult& result, co
              .slices = result.slices,
              .rejections_per_point = result.rejections_per_point,
              .paths_file = paths_vtp},
-            {.lines = {{paths_vtp, lines_of(result.paths_m)}}}};
+            {.paths = {{paths_vtp, {lines_of(result.paths_m)}}}}};
 }
 
 // The lower bound of isotropic media on the tortuosity factor (Hashin & Shtrikman 1962).
@@ -122,7 +122,7 @@ Outcome<results::ShortestPath> compute_shortest_path(const PoreSpace& space, con
              .starts = found.starts,
              .blocked_starts = found.blocked_starts,
              .paths_file = paths},
-            {.lines = {{paths, lines_of(found.paths_m)}}}};
+            {.paths = {{paths, {lines_of(found.paths_m), static_cast<int>(index_of(direction))}}}}};
 }
 
 Outcome<results::GeometricPaper> compute_geometric_paper(const SliceStack& stack, const TortuosityConfig& config) {
@@ -133,7 +133,7 @@ Outcome<results::GeometricPaper> compute_geometric_paper(const SliceStack& stack
 
 Outcome<results::GeometricPaper> compute_geometric_paper(const PoreSpace& space, const TortuosityConfig& config) {
     vessels::require_prism(space.container, "the paper's tortuosity");
-    if (space.image() || space.gray()) {  // its layers are the slices
+    if (space.own_grid() || space.gray()) {  // its layers are the slices
         PhaseImage layers = space.section_only().voxelise_at(space.voxel_size_m(0.0));
         return compute_geometric_paper(
             SliceStack{.grid = layers.grid, .phase = std::move(layers.phase), .container = space.container, .section = space.section},

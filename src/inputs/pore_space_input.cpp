@@ -153,7 +153,7 @@ PoreSpace with_section(PoreSpace space, const std::string& source, const InputOp
             throw UserError("a surface of the grains has no menisci", {.where = source, .fix = "remove closing_radius_m"});
         return space;
     }
-    if (space.image() || space.gray()) return with_ends(space, options.section);
+    if (space.own_grid() || space.gray()) return with_ends(space, options.section);
     const GeometryConfig& geometry = options.geometry;
     space.section = choose_section(space.container, {.section_m = geometry.section_m, .trim_m = geometry.trim_m},
                                    {space.bed_bottom_m, space.bed_top_m}, space.maximum_feret_diameter_m);

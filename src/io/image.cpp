@@ -66,8 +66,7 @@ void write_image(const Path& path, vtkImageData* image) {
         vtkNew<vtkXMLImageDataWriter> writer;
         writer->SetFileName(name.c_str());
         writer->SetInputData(image);
-        writer->SetDataModeToAppended();
-        writer->EncodeAppendedDataOff();
+        writer->SetDataModeToBinary();  // flow_file.cpp says why
         writer->SetCompressorTypeToZLib();
         writer->SetCompressionLevel(1);
         if (writer->Write() != 1 || writer->GetErrorCode() != 0)
@@ -198,7 +197,8 @@ FlowImage read_flow_image(const Path& path) {
     const auto reader = open_image(path);
     vtkImageData* data = reader->GetOutput();
     FlowImage image{.grid = grid_of(data, path), .velocity_m_per_s = {}, .pressure_Pa = {}, .phase = {}, .notes = notes_of(data)};
-    vtkDataArray* velocity = require_array(data, "velocity", 3, path);
+    const bool is_old = data->GetCellData()->HasArray("velocity") == 1;  // of version 0.2
+    vtkDataArray* velocity = require_array(data, is_old ? "velocity" : "velocity_m_per_s", 3, path);
     image.velocity_m_per_s.resize(3 * image.grid.size());
     for (std::size_t i = 0; i < image.grid.size(); ++i)
         for (int axis = 0; axis < 3; ++axis) {

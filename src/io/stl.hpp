@@ -26,9 +26,14 @@ void write_ply(const core::Path& path, const TriangleSurface& surface, const std
 /// VTK polygons for ParaView, double precision.
 void write_vtp(const core::Path& path, const TriangleSurface& surface);
 
-/// VTK lines for ParaView, double precision.
 using Line = std::vector<std::array<double, 3>>;
-void write_vtp(const core::Path& path, const std::vector<Line>& lines);
+/// Lines that lead from one end of a section to the other.
+struct Paths {
+    std::vector<Line> lines;
+    int axis = 2;  ///< normal to the ends
+};
+/// VTK lines for ParaView, double precision, with cell data `length_m` and `tortuosity` (length over the distance of the ends).
+void write_vtp(const core::Path& path, const Paths& paths);
 
 /// Binary or ASCII. `unit_m` scales to metres. Triangles with two equal corners in single precision are left out, with a warning.
 /// Throws UserError: missing, empty, incomplete (with the bytes expected), NaN (with the triangle), not an STL file.

@@ -9,8 +9,8 @@
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "devices/device.hpp"
+#include "lbm/grid_sizes.hpp"
 #include "lbm/sequence.hpp"
-#include "lbm/slabs.hpp"
 #include "lbm/uses.hpp"
 #include "packing/packing.hpp"
 #include "pore_space/percolation.hpp"
@@ -20,7 +20,7 @@ namespace porepack::lbm {
 namespace {
 
 constexpr double body_force_lu = 1e-3;  // arbitrary: Stokes flow is linear, and populations are deviations from rest
-constexpr double first_nodes_per_grain = 6.0, tolerance_ratio = std::numbers::sqrt2;
+constexpr double tolerance_ratio = std::numbers::sqrt2;
 
 // Nodes per grain diameter; if that is not known, the value for packings of tetrapods with the same k / h^2.
 double nodes_per_grain(const PoreSpace& space, const LbmGridResult& grid) {
@@ -64,32 +64,6 @@ void find_interval(const PoreSpace& space, const LbmConfig& config, LbmResult& r
     result.half_width = parts;
 }
 
-// Additional coarser grids are cheap, and the best viscosity is found on them at low cost; but with fewer than five nodes per diameter,
-// walls in narrow pores leak, and the flow needs thousands of steps.
-long count_grids(const PoreSpace& space, double voxel_size_m, const LbmConfig& config) {
-    long grids = config.grids;
-    constexpr double min_nodes = 5.0;
-    const auto nodes = [&](long count) {
-        return space.known_grain_diameter_m() / (voxel_size_m * std::pow(config.grid_ratio, static_cast<double>(count - 1)));
-    };
-    while (config.grids > 2 && std::isfinite(space.known_grain_diameter_m()) && nodes(grids) > first_nodes_per_grain &&
-           nodes(grids + 1) > min_nodes)
-        ++grids;
-    return grids;
-}
-
-// With a time limit the first three grids are so coarse that they take about half of it; they are always finished, so that there is
-// an interval. About 500 steps, and 2e7 nodes per second, on the coarsest; twice the nodes per diameter need 16 times the time.
-double first_nodes(const PoreSpace& space, const LbmConfig& config) {
-    const double diameter = space.known_grain_diameter_m();
-    if (config.max_time_s <= 0.0 || !std::isfinite(diameter)) return first_nodes_per_grain;
-    const Section part = space.container.periodic()[2] ? space.section : space.computed();
-    const double cells =
-        space.container.vessel().mean_area(part.interval()) * part.length() / std::pow(diameter / first_nodes_per_grain, 3.0);
-    const double three_grids = 21.0 * cells * 0.5 * 500.0 / 2e7;
-    return std::clamp(first_nodes_per_grain * std::pow(0.5 * config.max_time_s / three_grids, 0.25), 2.0, first_nodes_per_grain);
-}
-
 // The grids of a run with a tolerance, coarse to fine.
 class Refinement {
 public:
@@ -100,9 +74,7 @@ public:
           config_(config),
           parts_(parts),
           device_(device),
-          coarsest_m_(space.known_grain_diameter_m() / first_nodes(space, config)) {
-        if (!std::isfinite(coarsest_m_)) coarsest_m_ = 3.0 * voxel_size_m;
-    }
+          coarsest_m_(coarsest_size(space, voxel_size_m, config)) {}
 
     void run() {
         LbmResult& result = sequence_.result();
@@ -221,43 +193,6 @@ private:
     Stopwatch watch_;
 };
 
-constexpr double same_size = 1.02;  // of two grids, at most
-
-// Coarse to fine. The features of an image may be as thin as its voxels: grids that are coarser than they are left out.
-std::vector<double> grid_sizes(const PoreSpace& space, double voxel_size_m, const LbmConfig& config) {
-    std::vector<double> sizes;
-    for (long left = count_grids(space, voxel_size_m, config) - 1; left >= 0; --left) {
-        const double size = voxel_size_m * std::pow(config.grid_ratio, static_cast<double>(left));
-        if (left == 0 || !space.gray() || size <= space.grain_size_m) sizes.push_back(size);
-    }
-    return sizes;
-}
-
-bool all_differ(const PoreSpace& space, const std::vector<double>& sizes) {
-    for (std::size_t i = 1; i < sizes.size(); ++i)
-        if (space.plan_at(sizes[i - 1]).voxel_size_m < same_size * space.plan_at(sizes[i]).voxel_size_m) return false;
-    return true;
-}
-
-// A periodic box may have too few voxel sizes that divide all its sides: then they are rounded.
-PoreSpace with_different_grids(const PoreSpace& space, const std::vector<double>& sizes) {
-    if (!space.container.any_periodic() || sizes.front() > std::min(space.grain_size_m, space.section.length())) return space;
-    PoreSpace rounded = space;
-    rounded.round_sides = true;
-    bool refused = false;
-    for (const PoreSpace& candidate : {space, rounded}) {
-        try {
-            if (all_differ(candidate, sizes)) return candidate;
-        } catch (const UserError&) {
-            refused = true;  // no such size
-        }
-    }
-    if (!refused) return space;
-    throw UserError(
-        fmt::format("the periodic box has no {} different voxel sizes of about {:g} to {:g} m", sizes.size(), sizes.back(), sizes.front()),
-        {.fix = "use smaller voxels, or grids = 1"});
-}
-
 // The requested number of grids.
 void solve_grids(Sequence& sequence, const PoreSpace& space, const std::vector<double>& sizes, const LbmConfig& config) {
     sequence.announce(sizes, false);
@@ -276,25 +211,6 @@ void solve_grids(Sequence& sequence, const PoreSpace& space, const std::vector<d
                             {.fix = "use smaller voxels, a longer section, a larger grid_ratio, or grids = 1"});
     }
     find_interval(space, config, sequence.result());
-}
-
-// Limits of the pore space: an image has cubic voxels of one size.
-LbmConfig fitted_to(const PoreSpace& space, LbmConfig config) {
-    if (space.image()) {
-        const auto& h = space.image()->grid.spacing_m;
-        for (const double spacing : h)
-            if (std::abs(spacing / h[0] - 1.0) > 1e-6)
-                throw UserError(fmt::format("the voxels are not cubic: {:g} x {:g} x {:g} m", h[0], h[1], h[2]),
-                                {.where = space.source, .fix = "resample the image"});
-        if (config.tolerance > 0.0)
-            throw UserError("an image has one resolution: no finer grid can reach a tolerance",
-                            {.where = space.source, .fix = "omit the tolerance, or give packing.json or the STL file"});
-        config.grids = 1;
-    }
-    if (config.tolerance > 0.0 && scheme_of(config, space.has_exact_walls(), {}).walls == Walls::bounce_back)
-        throw UserError("a tolerance needs interpolated walls: bounce-back scatters by about 4 % on any grid",
-                        {.fix = "walls = \"interpolated\" and an exact geometry, or no tolerance"});
-    return config;
 }
 
 }  // namespace
@@ -352,6 +268,7 @@ LbmResult lbm_permeability(const PoreSpace& given_space, double voxel_size_m, co
     const PoreSpace space = config.tolerance > 0.0 ? given_space : with_different_grids(given_space, sizes);
     const std::shared_ptr<devices::Device> device = run.device || config.device == "cpu" ? run.device : devices::open_device(config.device);
     Sequence sequence(space, config, run.checkpoint, *run.parts, device);
+    if (run.cuts) sequence.cut(*run.cuts);
     if (config.tolerance > 0.0)
         Refinement(sequence, space, voxel_size_m, config, *run.parts, device.get()).run();
     else
@@ -360,16 +277,6 @@ LbmResult lbm_permeability(const PoreSpace& given_space, double voxel_size_m, co
     if (run.with_flow && config.fields != FieldFiles::none) sequence.result().flow = sequence.take_flow();
     if (device) sequence.result().device = fmt::format("{} ({})", device->info().id, device->info().name);
     return std::move(sequence.result());
-}
-
-long most_parts(const PoreSpace& space, double voxel_size_m, const LbmConfig& given) {
-    const LbmConfig config = fitted_to(space, given);
-    double coarsest = grid_sizes(space, voxel_size_m, config).front();
-    if (config.tolerance > 0.0) {
-        coarsest = space.known_grain_diameter_m() / first_nodes(space, config);
-        if (!std::isfinite(coarsest)) coarsest = 3.0 * voxel_size_m;
-    }
-    return most_parts(space.plan_at(coarsest).grid.cells[2]);
 }
 
 TensorResult lbm_tensor(const PoreSpace& space, double voxel_size_m, const LbmConfig& config, const LbmRun& run) {

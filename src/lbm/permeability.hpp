@@ -10,6 +10,7 @@
 #include "core/interval.hpp"
 #include "lbm/config.hpp"
 #include "lbm/grid_result.hpp"
+#include "lbm/slabs.hpp"
 #include "lbm/solver.hpp"
 #include "pore_space/pore_space.hpp"
 
@@ -60,6 +61,8 @@ struct LbmRun {
     /// Each part computes a slab of the grids, and all have the result: its k and steps do not depend on their number. What some parts
     /// have saved, another number of them can resume from.
     const core::Communicator* parts = &core::ranks();
+    /// Where the pore space holds what this part needs (space_of_part): the cuts with which it was made.
+    std::optional<SlabCuts> cuts = {};
     /// That of config.device if there is none here; of config.device "cpu", the processor.
     std::shared_ptr<devices::Device> device = nullptr;
 };

@@ -21,8 +21,6 @@
 namespace porepack::lbm {
 namespace {
 
-constexpr double nodes_of_search = 2e5;  // the best viscosity is searched on at most about this number of nodes
-
 std::vector<SubsectionResult> subsections(const LbmGridResult& grid, const Domain& domain, const Scheme& scheme, const FlowSection& section,
                                           const Section& planes, long parts) {
     std::vector<SubsectionResult> results;
@@ -230,8 +228,8 @@ bool Sequence::solve_flow(Solved& solved, const FlowPlan& plan, const Domain& do
                                          .max_seconds = max_seconds,
                                          .stop_when_growing = tuned(),
                                          .progress = [this](auto steps, auto share, auto detail) { show_progress(steps, share, detail); }};
-    const bool small =
-        static_cast<double>(domain.all_nodes) <= nodes_of_search || domain.drive.axis != 2 || !domain.drive.by_pressure() || space_.image();
+    const bool small = static_cast<double>(domain.all_nodes) <= nodes_of_search || domain.drive.axis != 2 || !domain.drive.by_pressure() ||
+                       space_.own_grid();
     if (!saved_ && tuned() && search && small) {
         solved = fastest(plan, domain, solved.scheme, section, criterion);
     } else {
@@ -323,7 +321,10 @@ double Sequence::relaxation_time_of_piece(const Domain& domain, ConvergenceCrite
     const Section computed = space_.computed();
     const double h = domain.grid.spacing_m[2], middle = 0.5 * (computed.z0_m + computed.z1_m),
                  layers = std::max(8.0, std::round(domain.grid.whole_cells(2) * nodes_of_search / static_cast<double>(domain.all_nodes)));
-    const PoreSpace part = space_.with_section({middle - 0.5 * layers * h, middle + 0.5 * layers * h}).section_only();
+    const Section piece_planes = {middle - 0.5 * layers * h, middle + 0.5 * layers * h};
+    // Where most pores are closed, a part may not have kept so much of an image.
+    if (any_of(parts_, !space_.is_known(piece_planes))) return scheme_for(h, domain.drive).tau;
+    const PoreSpace part = space_.with_section(piece_planes).section_only();
     const auto [image, piece, stretch] = cubic_voxels(part, h);
     const Drive drive = choose_drive(piece.container, config_.direction);
     const Scheme scheme = scheme_for(h, drive);

@@ -18,6 +18,8 @@ namespace porepack::lbm {
 /// Iteration error of k at which the run on a grid stops: that of the configuration, or what auto means.
 [[nodiscard]] double iteration_tolerance(const LbmConfig& config);
 
+inline constexpr double nodes_of_search = 2e5;  ///< the best viscosity is searched on at most about this number of nodes
+
 class Sequence {
 public:
     static constexpr double no_limit = 1e300;
@@ -26,6 +28,8 @@ public:
     Sequence(const pore_space::PoreSpace& space, const LbmConfig& config, const core::Path& checkpoint,
              const core::Communicator& parts = core::no_communicator(), std::shared_ptr<devices::Device> device = nullptr);
 
+    /// Instead of cuts of its own.
+    void cut(SlabCuts cuts) { cuts_ = std::move(cuts); }
     [[nodiscard]] LbmResult& result() { return result_; }
     /// Number of grids started, including omitted ones.
     [[nodiscard]] long attempts() const { return attempts_; }

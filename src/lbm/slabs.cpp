@@ -57,7 +57,7 @@ SlabCuts::SlabCuts(const PoreSpace& space, const Grid& grid, const Communicator&
     const int number = parts.parts();
     if (number == 1) return;
     if (number > most_parts(grid.cells[2])) throw too_many_parts(number, most_parts(grid.cells[2]));
-    const std::vector<double> pores = pore_cells_of_layers(space, space.image() ? grid : coarser(grid), parts);
+    const std::vector<double> pores = pore_cells_of_layers(space, space.own_grid() ? grid : coarser(grid), parts);
     const double total = std::accumulate(pores.begin(), pores.end(), 0.0), thinnest = (least_layers + 0.01) / grid.cells[2];
     heights_.assign(1, 0.0);
     double below = 0.0;

@@ -22,21 +22,26 @@ constexpr double largest_image = 1e9, bytes_per_voxel = 10.0;
 class ClosedSolid : public Solid {
 public:
     ClosedSolid(std::shared_ptr<const Solid> grains, std::shared_ptr<const GrayImage> image, const Container& container)
-        : grains_(std::move(grains)), levels_(std::move(image), container) {}
+        : grains_(std::move(grains)), levels_(std::make_shared<GraySolid>(std::move(image), container)) {}
     void column(double x, double y, std::vector<Interval>& parts) const override {
         std::vector<Interval> others;
         grains_->column(x, y, parts);
-        levels_.column(x, y, others);
+        levels_->column(x, y, others);
         add(others, parts);
     }
     void near_column(double x, double y, double length, std::vector<Interval>& parts) const override {
         std::vector<Interval> others;
         grains_->near_column(x, y, length, parts);
-        levels_.near_column(x, y, length, others);
+        levels_->near_column(x, y, length, others);
         add(others, parts);
     }
     [[nodiscard]] Bounds bounds() const override { return grains_->bounds(); }
-    [[nodiscard]] std::unique_ptr<SolidProbe> probe() const override { return std::make_unique<Probe>(grains_->probe(), levels_.probe()); }
+    [[nodiscard]] std::unique_ptr<SolidProbe> probe() const override { return std::make_unique<Probe>(grains_->probe(), levels_->probe()); }
+    [[nodiscard]] std::shared_ptr<const Solid> between(const std::vector<Interval>& heights_m) const override {
+        const auto part = std::make_shared<ClosedSolid>(*this);
+        part->levels_ = levels_->between(heights_m);
+        return part;
+    }
 
 private:
     class Probe : public SolidProbe {
@@ -61,7 +66,7 @@ private:
     }
 
     std::shared_ptr<const Solid> grains_;
-    GraySolid levels_;
+    std::shared_ptr<const Solid> levels_;
 };
 
 struct Offset {

@@ -14,7 +14,7 @@
 namespace porepack::pore_space {
 
 GraySolid::GraySolid(std::shared_ptr<const GrayImage> image, const Container& container)
-    : image_(std::move(image)), periodic_(container.periodic()), level_(image_->level) {}
+    : image_(std::move(image)), layers_(image_->grid), periodic_(container.periodic()), level_(image_->level) {}
 
 GraySolid::Place GraySolid::place(int axis, double coordinate) const {
     const auto a = static_cast<std::size_t>(axis);
@@ -25,6 +25,7 @@ GraySolid::Place GraySolid::place(int axis, double coordinate) const {
     const auto bring_in = [&](int i) { return periodic_[a] ? ((i % n) + n) % n : std::clamp(i, 0, n - 1); };
     place.low = bring_in(place.low);
     place.high = bring_in(place.high);
+    if (axis == 2) place = {layers_.place(place.low), layers_.place(place.high), place.part};
     return place;
 }
 
@@ -44,6 +45,18 @@ GraySolid GraySolid::with_level(double level) const {
     return copy;
 }
 
+std::shared_ptr<const Solid> GraySolid::between(const std::vector<Interval>& heights_m) const {
+    const KnownLayers layers(image_->grid, heights_m);
+    const auto kept = std::make_shared<GrayImage>(GrayImage{.grid = image_->grid,
+                                                            .packed = layers.values(image_->grid, layers_, image_->packed),
+                                                            .level = image_->level,
+                                                            .notes = image_->notes});
+    const auto part = std::make_shared<GraySolid>(*this);
+    part->image_ = kept;
+    part->layers_ = layers;
+    return part;
+}
+
 Bounds GraySolid::bounds() const {
     const Grid& grid = image_->grid;
     const Vec3 low(grid.origin_m[0], grid.origin_m[1], grid.origin_m[2]);
@@ -58,7 +71,8 @@ void GraySolid::column(double x, double y, std::vector<Interval>& parts) const {
     const Place px = place(0, x), py = place(1, y);
     const int n = grid.cells[2];
     const double h = grid.spacing_m[2], level = level_;
-    const auto in_layer = [&](int k) {
+    const auto in_layer = [&](int layer) {
+        const int k = layers_.place(layer);
         return (1.0 - py.part) *
                    ((1.0 - px.part) * image_->at(grid.index(px.low, py.low, k)) + px.part * image_->at(grid.index(px.high, py.low, k))) +
                py.part *
@@ -68,6 +82,7 @@ void GraySolid::column(double x, double y, std::vector<Interval>& parts) const {
     double before = periodic_[2] ? in_layer(n - 1) : in_layer(0), z = bottom - 0.5 * h;
     if (before > level) parts.push_back({bottom, top});
     for (int k = 0; k <= n; ++k, z += h) {
+        if (k < n && !layers_.has(k)) continue;
         const double value = k < n ? in_layer(k) : periodic_[2] ? in_layer(0) : before;
         if ((before > level) != (value > level)) {
             const double at = std::clamp(z + h * (level - before) / (value - before), bottom, top);
@@ -98,8 +113,10 @@ void GraySolid::near_column(double x, double y, double length, std::vector<Inter
     const std::vector<int> xs = cells(0, x), ys = cells(1, y);
     const int n = grid.cells[2];
     for (int k = 0; k < n; ++k) {
+        if (!layers_.has(k)) continue;
+        const int kept = layers_.place(k);
         const bool above = std::any_of(ys.begin(), ys.end(), [&](int j) {
-            return std::any_of(xs.begin(), xs.end(), [&](int i) { return image_->at(grid.index(i, j, k)) > level_; });
+            return std::any_of(xs.begin(), xs.end(), [&](int i) { return image_->at(grid.index(i, j, kept)) > level_; });
         });
         if (!above) continue;
         const double z = grid.centre(2, k), margin = h + reach;
@@ -134,6 +151,7 @@ public:
             for (int i = low; i <= high; ++i)
                 cells[a][static_cast<std::size_t>(i - low)] = solid_.periodic_[a] ? ((i % n) + n) % n : std::clamp(i, 0, n - 1);
         }
+        for (std::size_t k = 0; k < count[2]; ++k) cells[2][k] = solid_.layers_.place(cells[2][k]);
         std::uint16_t largest = 0;
         for (std::size_t k = 0; k < count[2]; ++k)
             for (std::size_t j = 0; j < count[1]; ++j)

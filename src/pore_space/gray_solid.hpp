@@ -5,6 +5,7 @@
 
 #include "core/interval.hpp"
 #include "geometry/gray_image.hpp"
+#include "geometry/known_layers.hpp"
 #include "pore_space/pore_space.hpp"
 
 namespace porepack::pore_space {
@@ -18,7 +19,9 @@ public:
     void near_column(double x, double y, double length, std::vector<core::Interval>& parts) const override;
     [[nodiscard]] shapes::Bounds bounds() const override;
     [[nodiscard]] std::unique_ptr<geometry::SolidProbe> probe() const override;
+    [[nodiscard]] std::shared_ptr<const geometry::Solid> between(const std::vector<core::Interval>& heights_m) const override;
 
+    /// Its grid is the whole one; between() keeps the values of some of its layers only.
     [[nodiscard]] const std::shared_ptr<const geometry::GrayImage>& image() const { return image_; }
     [[nodiscard]] double level() const { return level_; }
     /// Interpolated solid fraction.
@@ -29,12 +32,13 @@ public:
 private:
     class Probe;
     struct Place {
-        int low, high;
-        double part;  ///< of the way from low to high
+        int low, high;  ///< cells; along z places of kept layers
+        double part;    ///< of the way from low to high
     };
     [[nodiscard]] Place place(int axis, double coordinate) const;
 
     std::shared_ptr<const geometry::GrayImage> image_;
+    geometry::KnownLayers layers_;  ///< that image_ holds
     std::array<bool, 3> periodic_;
     double level_;
 };

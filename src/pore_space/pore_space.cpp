@@ -41,19 +41,6 @@ Grid cropped_grid(Grid grid, const Section& section) {
     return grid;
 }
 
-// The image on some layers of its grid, or on a slab of them.
-PhaseImage cropped(const PhaseImage& image, const Grid& grid) {
-    const long low = std::lround((grid.origin_m[2] - image.grid.origin_m[2]) / grid.spacing_m[2]);
-    const auto cells = static_cast<std::ptrdiff_t>(grid.index(0, 0, 1));
-    PhaseImage part{.grid = grid, .phase = {}, .notes = image.notes};
-    part.phase.reserve(grid.size());
-    for (int k = 0; k < grid.cells[2]; ++k) {
-        const auto first = image.phase.begin() + (low + grid.layer(k)) * cells;
-        part.phase.insert(part.phase.end(), first, first + cells);
-    }
-    return part;
-}
-
 }  // namespace
 
 const Grains* PoreSpace::grains() const {
@@ -74,8 +61,8 @@ double PoreSpace::known_grain_diameter_m() const {
 }
 
 double PoreSpace::voxel_size_m(double asked_m) const {
-    if (const PhaseImage* const voxels = image()) {
-        const double own = voxels->grid.spacing_m[0];
+    if (const Grid* const grid = own_grid()) {
+        const double own = grid->spacing_m[0];
         if (asked_m > 0.0 && std::abs(asked_m / own - 1.0) > 1e-6)
             throw UserError(
                 fmt::format("a segmented image is its own grid of {:g} m: a voxel size of {:g} m has no effect", own, asked_m),
@@ -90,13 +77,13 @@ double PoreSpace::voxel_size_m(double asked_m) const {
 }
 
 VoxelPlan PoreSpace::plan_at(double voxel_size_m) const {
-    if (!image()) return plan_voxels(container, section, voxel_size_m, {buffers_m, reservoir_m}, grain_size_m, round_sides);
-    const Grid grid = cropped_grid(image()->grid, computed());
+    if (!own_grid()) return plan_voxels(container, section, voxel_size_m, {buffers_m, reservoir_m}, grain_size_m, round_sides);
+    const Grid grid = cropped_grid(*own_grid(), computed());
     return {.grid = grid, .voxel_size_m = grid.spacing_m[2], .memory_bytes = static_cast<double>(grid.size())};
 }
 
 PhaseImage PoreSpace::phases_on(const Grid& grid) const {
-    return image() ? cropped(*image(), grid) : voxelise(*solid, container, section, grid, kept_solid());
+    return own_grid() ? solid->own_phases(grid) : voxelise(*solid, container, section, grid, kept_solid());
 }
 
 PhaseImage PoreSpace::voxelise_at(double voxel_size_m) const {
@@ -117,7 +104,7 @@ PoreSpace PoreSpace::stretched(const Stretch& stretch) const {
 CubicVoxels cubic_voxels(const PoreSpace& space, double voxel_size_m, const std::function<Grid(const Grid&)>& part) {
     const Grid whole = space.plan_at(voxel_size_m).grid;
     CubicVoxels voxels{.image = space.phases_on(part ? part(whole) : whole), .space = space};
-    if (space.image()) return voxels;
+    if (space.own_grid()) return voxels;
     voxels.stretch = stretch_to_cubes(voxels.image.grid);
     if (!voxels.stretch) return voxels;
     const auto& [x, y, z] = *voxels.stretch;
@@ -145,15 +132,29 @@ LinkCuts PoreSpace::link_cuts(const PhaseImage& phases, const Drive& drive) cons
 
 bool PoreSpace::computes_whole_bed() const {
     const double rounding = 1e-9 * container.height();
-    return ends == Ends::in_situ && !image() && image_voxel_size_m == 0.0 && !container.periodic()[2] &&
+    return ends == Ends::in_situ && !own_grid() && image_voxel_size_m == 0.0 && !container.periodic()[2] &&
            std::abs(computed().z0_m - bed_bottom_m) < rounding && std::abs(computed().z1_m - bed_top_m) < rounding;
 }
 
 PoreSpace PoreSpace::section_only() const {
     PoreSpace part = with_ends(Ends::planes);
     part.reservoir_m = 0.0;
-    if (image()) part.solid = std::make_shared<const ImageSolid>(cropped(*image(), cropped_grid(image()->grid, section)));
+    if (own_grid()) part.solid = std::make_shared<const ImageSolid>(solid->own_phases(cropped_grid(*own_grid(), section)));
     return part;
+}
+
+PoreSpace PoreSpace::between(const std::vector<Interval>& heights_m) const {
+    PoreSpace part = *this;
+    if (std::shared_ptr<const Solid> smaller = solid->between(heights_m)) {
+        part.solid = std::move(smaller);
+        part.kept_m = heights_m;
+    }
+    return part;
+}
+
+bool PoreSpace::is_known(const Section& part) const {
+    return kept_m.empty() ||
+           std::any_of(kept_m.begin(), kept_m.end(), [&](const Interval& kept) { return kept.low <= part.z0_m && part.z1_m <= kept.high; });
 }
 
 PoreSpace PoreSpace::with_section(const Section& other) const {
@@ -169,7 +170,7 @@ PoreSpace PoreSpace::with_ends(Ends wanted, double buffer_m) const {
     if (wanted != Ends::in_situ || container.periodic()[2]) return part;
     const double longest = buffer_m > 0.0 ? buffer_m : default_buffer_m();
     part.buffers_m = {std::clamp(section.z0_m - bed_bottom_m, 0.0, longest), std::clamp(bed_top_m - section.z1_m, 0.0, longest)};
-    const double voxel = image() ? image()->grid.spacing_m[2] : image_voxel_size_m;
+    const double voxel = own_grid() ? own_grid()->spacing_m[2] : image_voxel_size_m;
     if (std::min(part.buffers_m[0], part.buffers_m[1]) < voxel) return with_ends(Ends::planes);  // 0: no image
     return part;
 }
@@ -210,14 +211,13 @@ bool PoreSpace::certainly_blocked(double voxel_size_m, const Drive& drive) const
 }
 
 Porosity PoreSpace::porosity(long lines) const {
-    if (!image()) {
+    if (!own_grid()) {
         Porosity found = packing::porosity(*solid, container, section, lines);
         found.uncertainty = std::hypot(found.uncertainty, image_porosity_error);
         return found;
     }
-    const PoreSpace part = section_only();
     double pores = 0.0, inside = 0.0;
-    for (const std::uint8_t phase : part.image()->phase) {
+    for (const std::uint8_t phase : solid->own_phases(cropped_grid(*own_grid(), section)).phase) {
         pores += phase == Phase::pore ? 1.0 : 0.0;
         inside += phase != Phase::outside ? 1.0 : 0.0;
     }

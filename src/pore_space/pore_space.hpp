@@ -34,16 +34,17 @@ struct PoreSpace {
 
     /// Diameter of the thinnest capsule; of a surface 4 volume / area, the diameter of a long capsule; infinite where unknown.
     double grain_size_m = std::numeric_limits<double>::infinity();
-    double image_voxel_size_m = 0.0;        ///< of a gray image
-    double image_porosity_error = 0.0;      ///< of a gray image: standard error by its gray levels and the container's wall
-    double maximum_feret_diameter_m = 0.0;  ///< of a grain
-    double equivalent_diameter_m = 0.0;     ///< of the sphere with the mean volume of a grain; 0 where unknown
-    double bed_bottom_m = 0.0;              ///< lowest point of the solid, not below the floor; of an image its first plane
-    double bed_top_m = 0.0;                 ///< highest point of the solid; of an image its last plane
-    bool round_sides = false;               ///< of a periodic box, rather than take a voxel size farther from the one asked for
-    double film_thickness_m = 0.0;          ///< of the film that is part of the grains
-    double closing_radius_m = 0.0;          ///< of the menisci that are part of the solid
-    double reservoir_m = 0.0;               ///< empty container beyond both ends of the computed part, in flow runs
+    double image_voxel_size_m = 0.0;          ///< of a gray image
+    double image_porosity_error = 0.0;        ///< of a gray image: standard error by its gray levels and the container's wall
+    double maximum_feret_diameter_m = 0.0;    ///< of a grain
+    double equivalent_diameter_m = 0.0;       ///< of the sphere with the mean volume of a grain; 0 where unknown
+    double bed_bottom_m = 0.0;                ///< lowest point of the solid, not below the floor; of an image its first plane
+    double bed_top_m = 0.0;                   ///< highest point of the solid; of an image its last plane
+    bool round_sides = false;                 ///< of a periodic box, rather than take a voxel size farther from the one asked for
+    double film_thickness_m = 0.0;            ///< of the film that is part of the grains
+    double closing_radius_m = 0.0;            ///< of the menisci that are part of the solid
+    std::vector<core::Interval> kept_m = {};  ///< heights between which the solid is known; empty: everywhere
+    double reservoir_m = 0.0;                 ///< empty container beyond both ends of the computed part, in flow runs
 
     std::string source = {};  ///< source file, for messages
 
@@ -53,8 +54,8 @@ struct PoreSpace {
     [[nodiscard]] const packing::Packing* packing() const;
     [[nodiscard]] const GraySolid* gray() const;
     [[nodiscard]] const io::TriangleSurface* surface() const { return solid ? solid->surface() : nullptr; }
-    /// The voxels of an image, which are its only resolution.
-    [[nodiscard]] const geometry::PhaseImage* image() const { return solid ? solid->own_voxels() : nullptr; }
+    /// The voxels of a segmented image, which are its only resolution; else null.
+    [[nodiscard]] const geometry::Grid* own_grid() const { return solid ? solid->own_grid() : nullptr; }
 
     /// The grain's diameter where it is known exactly; otherwise infinite.
     [[nodiscard]] double known_grain_diameter_m() const;
@@ -85,6 +86,9 @@ struct PoreSpace {
     [[nodiscard]] bool computes_whole_bed() const;
     /// The same pore space without buffers and reservoirs; an image is cropped to the section.
     [[nodiscard]] PoreSpace section_only() const;
+    /// The same pore space for whoever asks only between these heights: an image then keeps no other layers.
+    [[nodiscard]] PoreSpace between(const std::vector<core::Interval>& heights_m) const;
+    [[nodiscard]] bool is_known(const packing::Section& part) const;
     /// The same pore space with another section, without buffers.
     [[nodiscard]] PoreSpace with_section(const packing::Section& other) const;
     /// The same pore space with these ends. In situ, each buffer is `buffer_m` long (0: default_buffer_m()), or shorter where the bed or

@@ -18,9 +18,8 @@
 
 namespace porepack::stages {
 
-results::Lbm run_lbm(const PoreSpace& space, const GeometryConfig& geometry, const LbmConfig& config, const Path& folder,
-                     const Path& checkpoint) {
-    ComputedFlow flow = compute_flow(space, geometry, config, checkpoint);
+results::Lbm run_lbm(PoreSpace space, const GeometryConfig& geometry, const LbmConfig& config, const Path& folder, const Path& checkpoint) {
+    ComputedFlow flow = compute_flow(std::move(space), geometry, config, checkpoint);
     const bool first = ranks().part() == 0;
     results::Lbm result = first ? written(std::move(flow.outcome), folder) : std::move(flow.outcome.result);
     if (config.fields != FieldFiles::none) io::write_flow_image(folder / "flow.vti", flow.field, ranks());
@@ -84,7 +83,7 @@ Stage make_lbm_stage(const Case& c) {
     stage.expect = [c, ranks] {
         const PoreSpace space = expected_pore_space(c);
         const double asked = c.settings.geometry.voxel_size_m,
-                     voxel = asked > 0.0 || space.image() ? space.voxel_size_m(asked) : space.grain_size_m / 10.0;
+                     voxel = asked > 0.0 || space.own_grid() ? space.voxel_size_m(asked) : space.grain_size_m / 10.0;
         Expectation flow = expect_flow(space, c.settings.lbm, voxel, expected_porosity(c));
         if (const double radius = c.settings.geometry.closing_radius_m; radius > 0.0)
             flow.memory_bytes = std::max(flow.memory_bytes, closing_memory_bytes(space, radius));

@@ -1,5 +1,6 @@
 // The report of a case.
 #include "report/report.hpp"
+#include "report/paraview.hpp"
 
 #include <fmt/format.h>
 
@@ -86,19 +87,21 @@ results::Report run_report(const Case& c, const std::vector<std::string>& shown,
         input.notes.push_back(*note);
         log_warning(*note);
     }
+    report::write_paraview_script(folder / "view.py", c.results());
     return write_report(input, folder);
 }
 
 }  // namespace
 
 Stage make_report_stage(const Case& c, const std::vector<std::string>& needs, const std::vector<std::string>& shown) {
-    return {.name = "report",
-            .needs = needs,
-            .configuration = c.settings.resolved_tables({"report"}),
-            .outputs = {"report.html", "report.md"},
-            .run = [c, shown](const Path& folder) { return run_report(c, shown, folder); },
-            .result_version = results::Report::version,
-            .published = {{"report.html", "report.html"}, {"report.md", "report.md"}, {"result.json", "merged.json"}}};
+    return {
+        .name = "report",
+        .needs = needs,
+        .configuration = c.settings.resolved_tables({"report"}),
+        .outputs = {"report.html", "report.md", "view.py"},
+        .run = [c, shown](const Path& folder) { return run_report(c, shown, folder); },
+        .result_version = results::Report::version,
+        .published = {{"view.py", "view.py"}, {"report.html", "report.html"}, {"report.md", "report.md"}, {"result.json", "merged.json"}}};
 }
 
 }  // namespace porepack::stages

@@ -16,8 +16,8 @@ namespace porepack::stages {
 [[nodiscard]] results::Slices write_slice_images(const pore_space::PoreSpace& space, const converters::GeometryConfig& geometry,
                                                  const core::Path& folder);
 /// Called by all ranks, of which the first writes.
-[[nodiscard]] results::Lbm run_lbm(const pore_space::PoreSpace& space, const converters::GeometryConfig& geometry,
-                                   const lbm::LbmConfig& config, const core::Path& folder, const core::Path& checkpoint = {});
+[[nodiscard]] results::Lbm run_lbm(pore_space::PoreSpace space, const converters::GeometryConfig& geometry, const lbm::LbmConfig& config,
+                                   const core::Path& folder, const core::Path& checkpoint = {});
 
 /// Arguments of the ranks that a stage starts, which works in `folder`; the command `stage` calls the function below for each of them.
 [[nodiscard]] std::vector<std::string> rank_arguments(const std::string& stage, const Case& c, const core::Path& folder);

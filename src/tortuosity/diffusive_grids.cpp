@@ -32,7 +32,7 @@ DiffusiveEstimate diffusive_tortuosity(const PoreSpace& space, double voxel_size
     section.reservoir_m = 0.0;
     DiffusiveOptions options = asked;
     DiffusiveEstimate estimate;
-    if (section.image()) estimate.no_limit_because = "an image has one resolution";
+    if (section.own_grid()) estimate.no_limit_because = "an image has one resolution";
     if (options.one_grid) estimate.no_limit_because = "one grid was asked for";
     for (const double coarser : {1.0, 1.5, 2.0}) {
         const bool finest = estimate.grids.empty();

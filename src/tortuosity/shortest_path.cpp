@@ -338,7 +338,7 @@ ShortestPathResult shortest_path(const PoreSpace& space, double voxel_size_m, Ax
                    "the search for the shortest paths", "use a larger voxel size or a shorter section");
     const PhaseImage image = section.voxelise_at(voxel_size_m);
     const Lattice lattice = lattice_of(image, axis, section.periodic_sides());
-    const LinkCuts cuts = section.image() ? LinkCuts() : section.link_cuts(image, {.axis = axis, .periodic = section.periodic_sides()});
+    const LinkCuts cuts = section.own_grid() ? LinkCuts() : section.link_cuts(image, {.axis = axis, .periodic = section.periodic_sides()});
     if (!section.grains()) return along_corners(image, lattice, axis, cuts);
     return summarise(lattice, VoxelSight(image, lattice, cuts), static_cast<std::size_t>(axis), static_cast<std::size_t>(max_starts),
                      [&](std::vector<Vec3>& path) { return pull_taut(path, axis, *section.grains(), 0.5 * section.grain_size_m); });

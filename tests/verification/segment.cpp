@@ -79,7 +79,7 @@ TEST(Segment, GrainsTubeCavitiesAndCutGrains) {
     EXPECT_NEAR(gray.section.z0_m, section.z0_m, 1e-9);
     EXPECT_NEAR(gray.porosity().value, *found.porosity, 1e-3);
     const pore_space::PoreSpace voxels = load_pore_space(target / "pore.vti");
-    ASSERT_TRUE(voxels.image());
+    ASSERT_TRUE(voxels.own_grid());
     EXPECT_NEAR(voxels.porosity().value, gray.porosity().value, 0.01);
     const auto surface = io::read_stl(target / "solid.stl");
     double of_surface = 0.0;

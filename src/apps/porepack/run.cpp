@@ -160,9 +160,9 @@ PoreSpace load_input(const Common& common, const LooseCommand& command) {
 }
 
 void run_on_input(const Common& common, const LooseCommand& command) {
-    const PoreSpace space = load_input(common, command);
+    PoreSpace space = load_input(common, command);
     if (ranks().part() > 0) {
-        if (!common.dry_run) (void)command.work(space, target_folder(common));  // the first rank writes
+        if (!common.dry_run) (void)command.work(std::move(space), target_folder(common));  // the first rank writes
         return;
     }
     if (common.dry_run)
@@ -175,7 +175,7 @@ void run_on_input(const Common& common, const LooseCommand& command) {
                           .target = target_folder(common),
                           .configuration = command.configuration,
                           .inputs = {common.input},
-                          .work = [&](const Path& folder) { return command.work(space, folder); },
+                          .work = [&](const Path& folder) { return command.work(std::move(space), folder); },
                           .resumes = command.resumes});
 }
 

@@ -44,7 +44,7 @@ struct LooseCommand {
     converters::GeometryConfig geometry = {};
     pore_space::SectionConfig section = {.ends = pore_space::Ends::planes};
     core::Json configuration = {};
-    core::JsonFunction<const pore_space::PoreSpace&, const core::Path&> work;    ///< writes into the folder
+    core::JsonFunction<pore_space::PoreSpace, const core::Path&> work;           ///< writes into the folder
     std::function<core::Expectation(const pore_space::PoreSpace&)> expect = {};  ///< for --dry-run; "seconds" when empty
     bool whole_bed = false;
     bool resumes = false;

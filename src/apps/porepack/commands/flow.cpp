@@ -60,22 +60,23 @@ void run_lbm_command(const CommandLine& line) {
     const auto geometry = config_of<GeometryConfig>(common.flags);
     const auto section = config_of<SectionConfig>(common.flags);
     const auto config = config_of<LbmConfig>(common.flags);
-    run_on_input(
-        common, {.stage = "lbm",
-                 .geometry = geometry,
-                 .section = section,
-                 .configuration = {{"geometry", resolved_config(geometry)},
-                                   {"section", resolved_config(section)},
-                                   {"lbm", resolved_config(config)}},
-                 .work =
-                     [&](const PoreSpace& space, const Path& folder) {
-                         return run_lbm(space, geometry, config, folder, space.image() ? Path() : target_folder(common) / "lbm.checkpoint");
-                     },
-                 .expect =
-                     [&](const PoreSpace& space) {
-                         return on_ranks(expect_flow(space, geometry, config), config.device, std::max<long>(common.ranks, ranks().parts()),
-                                         lbm::most_parts(space, space.voxel_size_m(geometry.voxel_size_m), config));
-                     }});
+    run_on_input(common, {.stage = "lbm",
+                          .geometry = geometry,
+                          .section = section,
+                          .configuration = {{"geometry", resolved_config(geometry)},
+                                            {"section", resolved_config(section)},
+                                            {"lbm", resolved_config(config)}},
+                          .work =
+                              [&](PoreSpace space, const Path& folder) {
+                                  const Path checkpoint = space.own_grid() ? Path() : target_folder(common) / "lbm.checkpoint";
+                                  return run_lbm(std::move(space), geometry, config, folder, checkpoint);
+                              },
+                          .expect =
+                              [&](const PoreSpace& space) {
+                                  return on_ranks(expect_flow(space, geometry, config), config.device,
+                                                  std::max<long>(common.ranks, ranks().parts()),
+                                                  lbm::most_parts(space, space.voxel_size_m(geometry.voxel_size_m), config));
+                              }});
 }
 
 void run_foam_command(const Common& common) {

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <array>
 #include <cstdlib>
 #include <memory>
 
@@ -11,6 +12,7 @@
 #include "core/error.hpp"
 #include "core/process.hpp"
 #include "packing/packing.hpp"
+#include "report/paraview.hpp"
 #include "results/geometry.hpp"
 
 namespace porepack::apps {
@@ -20,13 +22,23 @@ bool has_display() {
     return isatty(STDOUT_FILENO) != 0 && (std::getenv("DISPLAY") != nullptr || std::getenv("WAYLAND_DISPLAY") != nullptr);
 }
 
-// Without waiting: a browser that it starts stays.
-void open_in_browser(const Path& page) {
-    if (!find_program("xdg-open")) return;
-    if (fork() != 0) return;
+// Without waiting: what it starts stays.
+void start(const std::array<std::string, 2>& command) {
+    if (!find_program(command[0]) || fork() != 0) return;
     setsid();
-    execlp("xdg-open", "xdg-open", page.c_str(), nullptr);
+    execlp(command[0].c_str(), command[0].c_str(), command[1].c_str(), nullptr);
     _exit(127);
+}
+
+void view_in_paraview(const Common& common, bool no_open) {
+    if (!is_case(common.input))
+        throw UserError("ParaView opens the results of a case", {.where = common.input, .fix = "open its .stl, .vti and .vtp files there"});
+    const Path folder = read_case(common.input).results(), script = common.output.empty() ? folder / "view.py" : Path(common.output);
+    if (!std::filesystem::exists(folder))
+        throw UserError("the case has no results yet", {.where = common.input, .fix = "porepack run " + common.input});
+    if (!common.dry_run) report::write_paraview_script(script, folder);
+    if (!common.dry_run && !no_open && has_display()) start({"paraview", "--script=" + std::filesystem::absolute(script).string()});
+    print_result(common, {{"script", script.string()}, {"open", "paraview --script=" + script.string()}});
 }
 
 void view(const Common& common, bool no_open) {
@@ -48,18 +60,21 @@ void view(const Common& common, bool no_open) {
     if (of_case) analysis::add_streamlines(bed, the_case.stage_folder("lbm") / "flow.vti");
     const Path whole = std::filesystem::absolute(of_case ? the_case.folder : packing_file).lexically_normal();
     report::write_bed_page(page, (of_case && whole.filename().empty() ? whole.parent_path() : whole).filename().string(), bed);
-    if (!no_open && has_display()) open_in_browser(std::filesystem::absolute(page));
+    if (!no_open && has_display()) start({"xdg-open", std::filesystem::absolute(page).string()});
     print_result(common, {{"page", page.string()}});
 }
 
 }  // namespace
 
 void add_view_command(CommandLine& line) {
-    const auto no_open = std::make_shared<bool>(false);
-    auto command = line.add("view", "a page on which the bed can be turned, cut and coloured, opened in the browser",
-                            "porepack view cases/quickstart", [&line, no_open] { view(line.common, *no_open); });
+    const auto no_open = std::make_shared<bool>(false), paraview = std::make_shared<bool>(false);
+    auto command =
+        line.add("view", "a page on which the bed can be turned, cut and coloured, opened in the browser", "porepack view cases/quickstart",
+                 [&line, no_open, paraview] { (*paraview ? view_in_paraview : view)(line.common, *no_open); });
     command.add_option("input", line.common.input, "a case with a packing, or packing.json[.gz]").type_name("path").required();
     command.add_flag("--no-open", *no_open, "write the page (view.html, or --output) only");
+    command.add_flag("--paraview", *paraview,
+                     "instead a script (results/view.py) that opens all results of a case in ParaView, and start it");
 }
 
 }  // namespace porepack::apps
