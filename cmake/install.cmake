@@ -39,6 +39,7 @@ install(CODE "
 set(data ${CMAKE_INSTALL_DATADIR}/porepack)
 install(DIRECTORY liggghts_templates openfoam_cases DESTINATION ${data} USE_SOURCE_PERMISSIONS)
 install(DIRECTORY src/report/templates DESTINATION ${data})
+install(DIRECTORY evidence DESTINATION ${data} USE_SOURCE_PERMISSIONS PATTERN "__pycache__" EXCLUDE)
 install(DIRECTORY cases DESTINATION ${data} USE_SOURCE_PERMISSIONS PATTERN results EXCLUDE)
 
 set(porepack_DATA_FOLDER ${data})

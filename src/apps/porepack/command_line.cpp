@@ -192,7 +192,7 @@ CommandLine::CommandLine()
     for (const auto& add_commands :
          {add_new_command, add_case_commands, add_shape_command, add_geometry_commands, add_lbm_command, add_foam_command,
           add_forchheimer_command, add_tortuosity_command, add_falling_head_commands, add_study_commands, add_design_command,
-          add_image_commands, add_pores_command, add_pressure_drop_command, add_view_command, add_tools})
+          add_image_commands, add_pores_command, add_pressure_drop_command, add_evidence_command, add_view_command, add_tools})
         add_commands(*this);
 }
 

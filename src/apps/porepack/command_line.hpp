@@ -135,6 +135,7 @@ void add_study_commands(CommandLine& line);
 void add_design_command(CommandLine& line);
 void add_image_commands(CommandLine& line);
 void add_pores_command(CommandLine& line);
+void add_evidence_command(CommandLine& line);
 void add_view_command(CommandLine& line);
 void add_pressure_drop_command(CommandLine& line);
 void add_tools(CommandLine& line);

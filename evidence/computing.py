@@ -1,0 +1,82 @@
+"""What the scripts `compute` of the subjects share: runs of porepack, and rows of ours.csv and control.csv."""
+
+import argparse
+import csv
+import datetime
+import json
+import math
+import os
+import pathlib
+import subprocess
+import tempfile
+
+POREPACK = os.environ.get("POREPACK", "porepack")
+
+
+def porepack(*arguments):
+    """The JSON that a command prints."""
+    done = subprocess.run([POREPACK, *map(str, arguments), "--json"], capture_output=True, text=True)
+    if done.returncode != 0:
+        raise SystemExit("porepack " + " ".join(map(str, arguments)) + "\n" + done.stderr)
+    return json.loads(done.stdout)
+
+
+def write_packing(path, container, shapes, bodies):
+    """bodies: (id of the shape, position in metres)."""
+    text = {
+        "format": "porepack-packing",
+        "version": 1,
+        "container": container,
+        "shapes": shapes,
+        "bodies": [{"shape": shape, "position_m": list(at), "orientation": [1, 0, 0, 0]} for shape, at in bodies],
+    }
+    pathlib.Path(path).write_text(json.dumps(text))
+
+
+def periodic_box(edge):
+    return {"kind": "box", "size_m": [edge] * 3, "periodic": [True] * 3}
+
+
+def sphere(diameter):
+    return {"id": "sphere", "capsules": [{"a_m": [0, 0, 0], "b_m": [0, 0, 0], "radius_m": diameter / 2}]}
+
+
+# Factor on the standard error for 95 of 100, by the number of values less one (Student).
+T95 = {1: 12.71, 2: 4.303, 3: 3.182, 4: 2.776, 5: 2.571, 6: 2.447, 7: 2.365, 8: 2.306, 9: 2.262}
+
+
+def mean_of(values):
+    """Mean and half width of what holds the mean of all such beds in 95 of 100."""
+    mean = sum(values) / len(values)
+    deviation = math.sqrt(sum((value - mean) ** 2 for value in values) / (len(values) - 1))
+    return mean, T95[len(values) - 1] * deviation / math.sqrt(len(values))
+
+
+class Rows:
+    def __init__(self, path, control=False):
+        self.path, self.control, self.rows = pathlib.Path(path), control, []
+
+    def add(self, item, value, half_width, command, change=None):
+        row = [item, f"{value:.6g}", f"{value - half_width:.6g}", f"{value + half_width:.6g}", command]
+        row += [datetime.date.today().isoformat(), VERSION]
+        self.rows.append([change] * self.control + row)
+        self.write()
+        print(self.rows[-1], flush=True)
+
+    def write(self):
+        columns = ["change"] * self.control + ["item", "value", "low", "high", "command", "date", "version"]
+        with open(self.path, "w", newline="") as file:
+            csv.writer(file, lineterminator="\n").writerows([columns, *self.rows])
+
+
+VERSION = subprocess.run([POREPACK, "--version"], capture_output=True, text=True).stdout.split("\n")[0].split(" ")[-1]
+
+
+def subject(folder, compute):
+    """Calls compute(ours, control, scratch folder)."""
+    parser = argparse.ArgumentParser(description=f"Computes ours.csv and control.csv of {pathlib.Path(folder).name}.")
+    parser.add_argument("--output", default=folder, help="folder for both tables; default: that of the subject")
+    output = pathlib.Path(parser.parse_args().output)
+    output.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory() as scratch:
+        compute(Rows(output / "ours.csv"), Rows(output / "control.csv", control=True), pathlib.Path(scratch))

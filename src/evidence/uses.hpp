@@ -1,0 +1,11 @@
+// Names of the folders below this one. Only for the sources of this folder.
+#pragma once
+
+namespace porepack {
+namespace core {}
+namespace report {}
+namespace evidence {
+using namespace core;
+using namespace report;
+}  // namespace evidence
+}  // namespace porepack
