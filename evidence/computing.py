@@ -21,11 +21,12 @@ def porepack(*arguments):
     return json.loads(done.stdout)
 
 
-def write_packing(path, container, shapes, bodies):
+def write_packing(path, container, shapes, bodies, overlap_allowed=False):
     """bodies: (id of the shape, position in metres)."""
     text = {
         "format": "porepack-packing",
         "version": 1,
+        "overlap_allowed": overlap_allowed,
         "container": container,
         "shapes": shapes,
         "bodies": [{"shape": shape, "position_m": list(at), "orientation": [1, 0, 0, 0]} for shape, at in bodies],
@@ -69,7 +70,7 @@ class Rows:
             csv.writer(file, lineterminator="\n").writerows([columns, *self.rows])
 
 
-VERSION = subprocess.run([POREPACK, "--version"], capture_output=True, text=True).stdout.split("\n")[0].split(" ")[-1]
+VERSION = subprocess.run([POREPACK, "--version"], capture_output=True, text=True).stdout.split("\n")[0].removeprefix("porepack ")
 
 
 def subject(folder, compute):

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 
 #include "analysis/streamlines.hpp"
@@ -21,6 +22,50 @@ double shown_height(const Packing& packing) {
     double top = container.low().z();
     for (const Body& body : packing.bodies) top = std::max(top, bounds_of(placed(packing, body)).high.z());
     return std::clamp(1.05 * (top - container.low().z()), 0.0, container.height());
+}
+
+// The bytes of a plane: from low to high, solid cells apart.
+template <typename ValueOf>
+report::BedView::Slice::Values values_of(const FlowImage& flow, const std::vector<std::size_t>& cells, const char* name, const char* unit,
+                                         double share, const ValueOf& value_of) {
+    std::vector<double> values;
+    for (const std::size_t cell : cells)
+        if (flow.phase[cell] == Phase::pore) values.push_back(value_of(cell));
+    std::ranges::sort(values);
+    const auto at = [&](double part) {
+        return values.empty() ? 0.0 : values[static_cast<std::size_t>(part * static_cast<double>(values.size() - 1))];
+    };
+    report::BedView::Slice::Values found{.name = name, .unit = unit, .range = {at(0.0), std::max(at(share), at(0.0) + 1e-300)}};
+    for (const std::size_t cell : cells) {
+        const double part = (value_of(cell) - found.range.low) / (found.range.high - found.range.low);
+        found.bytes.push_back(flow.phase[cell] == Phase::pore ? static_cast<std::uint8_t>(std::lround(254.0 * std::clamp(part, 0.0, 1.0)))
+                                                              : report::BedView::Slice::Values::solid);
+    }
+    return found;
+}
+
+// Across y, or across x where the flow is along y.
+report::BedView::Slice slice_of(const FlowImage& flow, int axis) {
+    const std::size_t normal = axis == 1 ? 0 : 1, along = 1 - normal;
+    const Grid& grid = flow.grid;
+    const int middle = grid.cells[normal] / 2;
+    report::BedView::Slice slice{.normal = static_cast<int>(normal),
+                                 .at_m = grid.centre(static_cast<int>(normal), middle),
+                                 .low_m = {grid.origin_m[along], grid.origin_m[2]},
+                                 .size_m = {grid.cells[along] * grid.spacing_m[along], grid.cells[2] * grid.spacing_m[2]},
+                                 .width = grid.cells[along],
+                                 .height = grid.cells[2]};
+    std::vector<std::size_t> cells;
+    for (int k = 0; k < slice.height; ++k)
+        for (int i = 0; i < slice.width; ++i) cells.push_back(normal == 1 ? grid.index(i, middle, k) : grid.index(middle, i, k));
+    slice.values.push_back(values_of(flow, cells, "speed", "m/s", 0.99, [&](std::size_t cell) {
+        const float* const u = &flow.velocity_m_per_s[3 * cell];
+        return std::hypot(static_cast<double>(u[0]), static_cast<double>(u[1]), static_cast<double>(u[2]));
+    }));
+    if (!flow.pressure_Pa.empty())
+        slice.values.push_back(
+            values_of(flow, cells, "pressure", "Pa", 1.0, [&](std::size_t cell) { return static_cast<double>(flow.pressure_Pa[cell]); }));
+    return slice;
 }
 
 }  // namespace
@@ -47,7 +92,7 @@ report::BedView bed_view_of(const Packing& packing, std::optional<Interval> sect
     return bed;
 }
 
-void add_streamlines(report::BedView& bed, const Path& flow_vti) {
+void add_flow(report::BedView& bed, const Path& flow_vti) {
     constexpr std::size_t number = 60;
     constexpr double largest_file_bytes = 1e9;
     if (!std::filesystem::exists(flow_vti) || static_cast<double>(std::filesystem::file_size(flow_vti)) > largest_file_bytes) return;
@@ -57,6 +102,7 @@ void add_streamlines(report::BedView& bed, const Path& flow_vti) {
     if (const auto state = flow.notes.find("state"); state != flow.notes.end()) bed.flow = state->second;
     for (Streamline& line : streamlines(flow, axis, number))
         bed.streamlines.push_back({std::move(line.points_m), std::move(line.speeds_m_per_s)});
+    if (!flow.phase.empty()) bed.slice = slice_of(flow, axis);
 }
 
 }  // namespace porepack::analysis

@@ -13,7 +13,8 @@ namespace porepack::analysis {
 /// The grains exactly as they lie; those within a thousandth of their thickness touch. Their surfaces are within a hundredth of their
 /// thickness (of more than 300 grains, three hundredths).
 [[nodiscard]] report::BedView bed_view_of(const packing::Packing& packing, std::optional<core::Interval> section_m = {});
-/// Adds some streamlines of flow.vti, along the direction that it names. Nothing where the file is missing, or too large to be looked at.
-void add_streamlines(report::BedView& bed, const core::Path& flow_vti);
+/// Adds some streamlines of flow.vti, along the direction that it names, and speed and pressure on the plane through its middle. Nothing
+/// where the file is missing, or too large to be looked at.
+void add_flow(report::BedView& bed, const core::Path& flow_vti);
 
 }  // namespace porepack::analysis

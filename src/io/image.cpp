@@ -209,6 +209,11 @@ FlowImage read_flow_image(const Path& path) {
             image.velocity_m_per_s[3 * i + static_cast<std::size_t>(axis)] = static_cast<float>(value);
         }
     if (data->GetCellData()->HasArray("phase") == 1) image.phase = phases_of(data, path);
+    if (vtkDataArray* const pressure = data->GetCellData()->GetArray(is_old ? "pressure" : "pressure_Pa")) {
+        image.pressure_Pa.resize(image.grid.size());
+        for (std::size_t i = 0; i < image.grid.size(); ++i)
+            image.pressure_Pa[i] = static_cast<float>(pressure->GetComponent(static_cast<vtkIdType>(i), 0));
+    }
     return image;
 }
 

@@ -62,6 +62,15 @@ std::string data_of(const BedView& bed) {
     }
     if (!lines.empty()) json["lines"] = base64_of(lines);
     json["flow"] = bed.flow;
+    if (const auto& slice = bed.slice) {
+        json["slice"] = {{"normal", slice->normal}, {"at_m", slice->at_m},     {"low_m", slice->low_m},  {"size_m", slice->size_m},
+                         {"width", slice->width},   {"height", slice->height}, {"values", Json::array()}};
+        for (const auto& values : slice->values)
+            json["slice"]["values"].push_back({{"name", values.name},
+                                               {"unit", values.unit},
+                                               {"range", {values.range.low, values.range.high}},
+                                               {"bytes", base64_of(values.bytes)}});
+    }
     if (bed.section_m) json["section_m"] = {bed.section_m->low, bed.section_m->high};
     // No text of a user ends the script.
     std::string text;

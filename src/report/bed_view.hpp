@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -28,6 +29,20 @@ struct BedView {
         std::vector<std::array<double, 3>> points_m;
         std::vector<double> speeds_m_per_s;
     };
+    /// Values on the cells of a plane, row by row from below.
+    struct Slice {
+        int normal = 1;  ///< axis; rows lie along the first other axis, one above the other along the second one
+        double at_m = 0.0;
+        std::array<double, 2> low_m{}, size_m{};  ///< along these
+        int width = 0, height = 0;
+        struct Values {
+            std::string name, unit;  ///< "speed", "m/s"
+            core::Interval range;    ///< of the bytes 0 to 254
+            std::vector<std::uint8_t> bytes = {};
+            static constexpr std::uint8_t solid = 255;
+        };
+        std::vector<Values> values = {};
+    };
     std::string text;  ///< what is seen, for those who do not see it
     std::vector<Kind> kinds;
     std::vector<Grain> grains;
@@ -35,7 +50,8 @@ struct BedView {
     std::array<double, 3> low_m{}, high_m{};
     std::optional<core::Interval> section_m = {};
     std::vector<Line> streamlines = {};
-    std::string flow = {};  ///< whose streamlines they are: "water at a superficial velocity of ..."
+    std::string flow = {};  ///< whose streamlines and slice they are: "water at a superficial velocity of ..."
+    std::optional<Slice> slice = {};
 };
 
 /// Throws EngineError where libjs-three is not installed.

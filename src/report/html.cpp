@@ -3,7 +3,10 @@
 #include <openssl/evp.h>
 
 #include <cctype>
+#include <filesystem>
 #include <map>
+#include <regex>
+#include <set>
 
 #include "core/data_file.hpp"
 #include "core/escape.hpp"
@@ -46,6 +49,43 @@ std::string contents_html(const std::vector<ReportSection>& sections) {
     return "<nav aria-label=\"contents\">" + html + "</nav>\n";
 }
 
+// Of a file that gnuplot reads: blanks between values become commas.
+std::string as_csv(const std::string& text) {
+    std::string csv;
+    bool in_text = false, between = false, comment = false;
+    for (const char c : text) {
+        if (csv.empty() || csv.back() == '\n') comment = c == '#';
+        if (c == '"') in_text = !in_text;
+        if ((c == ' ' || c == '\t') && !in_text && !comment) {
+            between = true;
+            continue;
+        }
+        if (between && c != '\n' && !csv.empty() && csv.back() != '\n') csv += ',';
+        between = false;
+        csv += c;
+    }
+    return csv;
+}
+
+// The files that the script beside a plot reads, to be kept.
+std::string data_links(const Path& picture) {
+    Path script = picture;
+    script.replace_extension(".gnuplot");
+    if (!std::filesystem::exists(script)) return "";
+    std::string links;
+    const std::string text = read_text(script);
+    std::set<std::string> seen;
+    static const std::regex name("'([A-Za-z0-9_.-]+)\\.(csv|dat)'");
+    for (std::sregex_iterator found(text.begin(), text.end(), name), end; found != end; ++found) {
+        const std::string stem = found->str(1), file = stem + "." + found->str(2);
+        if (!seen.insert(file).second || !std::filesystem::exists(picture.parent_path() / file)) continue;
+        const std::string data = read_text(picture.parent_path() / file);
+        links += fmt::format(" <a download=\"{0}.csv\" href=\"data:text/csv;base64,{1}\">{0}.csv</a>", for_html(stem),
+                             base64(found->str(2) == "csv" ? data : as_csv(data)));
+    }
+    return links;
+}
+
 std::string section_html(const ReportSection& section, const Path& folder) {
     std::string html = "<h2 id=\"" + anchor_of(section) + "\">" + for_html(section.title) + "</h2>\n";
     if (!section.intro.empty()) html += "<p>" + for_html(section.intro) + "</p>\n";
@@ -67,7 +107,7 @@ std::string section_html(const ReportSection& section, const Path& folder) {
         const std::string picture = file.ends_with(".svg")
                                         ? bytes.substr(bytes.find("<svg"))
                                         : "<img alt=\"" + for_html(caption) + "\" src=\"data:image/png;base64," + base64(bytes) + "\">";
-        html += "<figure>" + picture + "<figcaption>" + for_html(caption) + "</figcaption></figure>\n";
+        html += "<figure>" + picture + "<figcaption>" + for_html(caption) + data_links(folder / file) + "</figcaption></figure>\n";
     }
     return html;
 }
@@ -108,6 +148,7 @@ std::string html_page(const Page& page, const Path& folder) {
                    {"notes", notes},
                    {"main_numbers", numbers},
                    {"sections", tables},
+                   {"script", read_text(data_file("templates/page.js"))},
                    {"versions", for_html(page.versions.dump(2))},
                    {"configuration", for_html(page.configuration.dump(2))}});
 }

@@ -52,7 +52,7 @@ std::optional<report::BedView> bed_to_turn(const Case& c, const results::CaseRes
         report::require_three();
         report::BedView bed = bed_view_of(packing::read_packing(c.stage_folder("pack") / "packing.json"),
                                           results.voxelise ? std::optional(results.voxelise->section_m) : std::nullopt);
-        if (results.lbm) add_streamlines(bed, c.stage_folder("lbm") / "flow.vti");
+        if (results.lbm) add_flow(bed, c.stage_folder("lbm") / "flow.vti");
         return bed;
     } catch (const Error& fault) {
         if (interrupted()) throw;

@@ -30,7 +30,7 @@ void write_bed(const Path& results, const Path& page, const std::string& title) 
     std::optional<Interval> section;
     if (fs::exists(results / "lbm" / "result.json")) section = results::read_result<results::Lbm>(results).section_m;
     report::BedView bed = analysis::bed_view_of(packing::read_packing(results / "pack" / "packing.json"), section);
-    analysis::add_streamlines(bed, results / "lbm" / "flow.vti");
+    analysis::add_flow(bed, results / "lbm" / "flow.vti");
     report::write_bed_page(page, title, bed);
 }
 

@@ -93,5 +93,23 @@ TEST_F(Evidence, RefusesWhatIsWrong) {
     EXPECT_TRUE(has(refusal(), "the columns are others"));
 }
 
+// The stored rows of the project itself.
+TEST(EvidenceOfTheProject, HasAPageOfItsRowsAndControlsThatDisagree) {
+    const Path folder = Path(POREPACK_SOURCE_FOLDER) / "evidence";
+    const std::vector<Subject> subjects = read_evidence(folder);
+    EXPECT_GE(subjects.size(), 6U);
+    const std::string page = core::read_text(folder / "README.md"), table = table_of(subjects);
+    EXPECT_TRUE(page.ends_with(table)) << "porepack evidence evidence --page";
+    for (const Subject& subject : subjects) {
+        EXPECT_TRUE(subject.control_disagrees()) << subject.name;
+        for (const Row& row : subject.rows) {
+            if (!row.ours) continue;  // listed as not computed
+            EXPECT_FALSE(row.ours->command.empty() || row.ours->date.empty() || row.ours->version.empty()) << row.published.item;
+            EXPECT_FALSE(row.published.source.empty()) << row.published.item;
+        }
+        EXPECT_FALSE(subject.controls.empty()) << subject.name;
+    }
+}
+
 }  // namespace
 }  // namespace porepack::evidence

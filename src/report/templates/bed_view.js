@@ -53,6 +53,24 @@
     return { points: new Float32Array(bytes(data.points)).map(x => mm * x), triangles: new Uint32Array(bytes(data.triangles)) };
   }
 
+  // The direction in which a body is longest or, if that is more distinct, shortest; null of a body without one. From the moments of its
+  // corners, by turning away the products of two coordinates (Jacobi).
+  function axisOf(points) {
+    const n = points.length / 3, mean = [0, 1, 2].map(a => { let sum = 0; for (let p = a; p < points.length; p += 3) sum += points[p]; return sum / n; });
+    const m = [0, 1, 2].map(a => [0, 1, 2].map(b => { let sum = 0; for (let p = 0; p < points.length; p += 3) sum += (points[p + a] - mean[a]) * (points[p + b] - mean[b]); return sum / n; }));
+    const v = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
+    for (let turn = 0; turn < 60; ++turn) {
+      const [i, j] = [[0, 1], [0, 2], [1, 2]][turn % 3], angle = 0.5 * Math.atan2(2 * m[i][j], m[j][j] - m[i][i]), c = Math.cos(angle), s = Math.sin(angle);
+      for (const row of [m, v]) for (let k = 0; k < 3; ++k) [row[k][i], row[k][j]] = [c * row[k][i] - s * row[k][j], s * row[k][i] + c * row[k][j]];
+      for (let k = 0; k < 3; ++k) [m[i][k], m[j][k]] = [c * m[i][k] - s * m[j][k], s * m[i][k] + c * m[j][k]];
+    }
+    const order = [0, 1, 2].sort((a, b) => m[b][b] - m[a][a]), [large, middle, small] = order.map(a => m[a][a]);
+    const long = large / middle >= middle / small;
+    if ((long ? large / middle : middle / small) < 1.1) return null;
+    const at = order[long ? 0 : 2];
+    return new THREE.Vector3(v[0][at], v[1][at], v[2][at]);
+  }
+
   // Each grain has a colour of its own.
   function tinted(material) {
     material.onBeforeCompile = shader => {
@@ -195,9 +213,39 @@
     }
     lines.visible = false;
     scene.add(lines);
+    // A slice of speed or pressure: a picture on a plane, without what is solid.
+    const slices = {};
+    let slice = null;
+    if (data.slice) {
+      const s = data.slice, normal = s.normal, along = normal === 1 ? 0 : 1;
+      for (const values of s.values) {
+        const from = new Uint8Array(bytes(values.bytes)), pixels = new Uint8Array(4 * from.length);
+        from.forEach((v, i) => pixels.set(v === 255 ? [0, 0, 0, 0] : [...rampColour(v / 254).map(c => Math.round(255 * c)), 255], 4 * i));
+        const texture = new THREE.DataTexture(pixels, s.width, s.height, THREE.RGBAFormat);
+        texture.magFilter = texture.minFilter = THREE.NearestFilter;
+        texture.needsUpdate = true;
+        const plane = new THREE.Mesh(new THREE.PlaneBufferGeometry(mm * s.size_m[0], mm * s.size_m[1]),
+          new THREE.MeshBasicMaterial({ map: texture, side: THREE.DoubleSide, alphaTest: 0.5 }));
+        const axis = n => new THREE.Vector3().setComponent(n, 1);
+        plane.quaternion.setFromRotationMatrix(new THREE.Matrix4().makeBasis(axis(along), axis(2), axis(along).cross(axis(2))));
+        plane.position.setComponent(normal, mm * s.at_m).setComponent(along, mm * (s.low_m[0] + 0.5 * s.size_m[0])).setComponent(2, mm * (s.low_m[1] + 0.5 * s.size_m[1]));
+        plane.renderOrder = 3;
+        plane.visible = false;
+        scene.add(plane);
+        slices[values.name] = { plane, text: "slice: " + values.name + ", " + values.range.map(v => Number(v.toPrecision(2))).join(" to ") + " " + values.unit + ", of " + data.flow };
+        form.slice.add(new Option(values.name, values.name));
+      }
+    }
+    form.slice.parentElement.style.display = data.slice ? "" : "none";
     form.lines.parentElement.style.display = data.lines ? "" : "none";
     form.section.parentElement.style.display = data.section_m ? "" : "none";
     if (data.kinds.length < 2) form.colour.querySelector("[value=kind]").remove();
+    // Angle between the vertical and the axis of a long or flat grain, in degrees; none of round ones.
+    const axes = kindsOf.map(kind => axisOf(kind.shape.points)), inclinations = matrices.map((matrix, g) => {
+      const axis = axes[data.kind_of_grain[g]];
+      return axis ? Math.acos(Math.min(1, Math.abs(axis.clone().transformDirection(matrix).z))) * 180 / Math.PI : null;
+    });
+    if (axes.every(axis => !axis)) form.colour.querySelector("[value=inclination]").remove();
 
     function colour() {
       const how = form.colour.value, top = Math.max(...matrices.map(m => m.elements[14]), low.z + 1e-9), bottom = Math.min(...matrices.map(m => m.elements[14]), top);
@@ -207,6 +255,7 @@
           const c = g === chosen ? [1, 0.35, 0.1]
             : how === "height" ? rampColour((matrices[g].elements[14] - bottom) / (top - bottom || 1))
             : how === "contacts" ? rampColour(data.contacts[g] / most)
+            : how === "inclination" && inclinations[g] !== null ? rampColour(inclinations[g] / 90)
             : how === "kind" ? new THREE.Color(kinds[kindsOf.indexOf(kind) % kinds.length]).toArray() : [0.8, 0.78, 0.74];
           kind.tint.array.set(c, 3 * i);
         });
@@ -214,7 +263,8 @@
       }
       const bar = "<i style=\"background:linear-gradient(to right," + ramp.map(c => "rgb(" + c.map(v => Math.round(255 * v)) + ")") + ")\"></i>";
       legend.innerHTML = how === "height" ? "height of the centre, mm" + bar + bottom.toPrecision(3) + " to " + top.toPrecision(3)
-        : how === "contacts" ? "grains that it touches" + bar + "0 to " + most : "";
+        : how === "contacts" ? "grains that it touches" + bar + "0 to " + most
+        : how === "inclination" ? "axis against the vertical, degrees" + bar + "0 to 90" : "";
       if (how === "kind") kindsOf.forEach((kind, k) => {
         const entry = document.createElement("div");
         entry.textContent = kind.name + " \u25a0";
@@ -224,7 +274,13 @@
       if (lines.visible) {
         const entry = document.createElement("div");
         entry.textContent = speedText;
-        if (how !== "height" && how !== "contacts") entry.insertAdjacentHTML("beforeend", bar);
+        if (how === "kind" || how === "plain") entry.insertAdjacentHTML("beforeend", bar);
+        legend.append(entry);
+      }
+      if (slice) {
+        const entry = document.createElement("div");
+        entry.textContent = slice.text;
+        if ((how === "kind" || how === "plain") && !lines.visible) entry.insertAdjacentHTML("beforeend", bar);
         legend.append(entry);
       }
       wanted = true;
@@ -363,6 +419,12 @@
         group.visible = input.checked;
         colour();
       });
+    form.slice.addEventListener("change", () => {
+      if (slice) slice.plane.visible = false;
+      slice = slices[form.slice.value] || null;
+      if (slice) slice.plane.visible = true;
+      colour();
+    });
     form.reset.addEventListener("click", reset);
     form.full.addEventListener("click", () => document.fullscreenElement ? document.exitFullscreen() : box.requestFullscreen());
     form.png.addEventListener("click", () => {
@@ -375,7 +437,7 @@
     cut();
     reset();
     draw();
-    box.view = { camera, controls, renderer, form, pick, look, reset, cut, colour, kinds: kindsOf, draw: () => { wanted = true; draw(); }, matrices, low, high, vessel, section, lines };
+    box.view = { camera, controls, renderer, form, pick, look, reset, cut, colour, kinds: kindsOf, draw: () => { wanted = true; draw(); }, matrices, low, high, vessel, section, lines, slices, inclinations };
   }
 
   document.querySelectorAll(".bed").forEach(start);

@@ -42,10 +42,13 @@ def colour_by(source, array, association, title, component="", visible=True):
     ColorBy(display, (association, array, "Magnitude") if component == "Magnitude" else (association, array))
     display.RescaleTransferFunctionToDataRange(True, False)
     colours = GetColorTransferFunction(array)
+    colours.ApplyPreset("Viridis (matplotlib)", True)
     bar = GetScalarBar(colours, view)
     bar.Title = title
     bar.ComponentTitle = ""
     bar.TitleColor = bar.LabelColor = [0.0, 0.0, 0.0]
+    bar.TitleFontSize, bar.LabelFontSize, bar.ScalarBarThickness = 16, 13, 12
+    bar.WindowLocation = "Upper Right Corner"
     display.SetScalarBarVisibility(view, visible)
     if not visible:
         Hide(source, view)

@@ -57,7 +57,7 @@ void view(const Common& common, bool no_open) {
     if (of_case && std::filesystem::exists(the_case.stage_folder("voxelise") / "result.json"))
         section = the_case.result<results::Voxelise>().section_m;
     report::BedView bed = analysis::bed_view_of(packing, section);
-    if (of_case) analysis::add_streamlines(bed, the_case.stage_folder("lbm") / "flow.vti");
+    if (of_case) analysis::add_flow(bed, the_case.stage_folder("lbm") / "flow.vti");
     const Path whole = std::filesystem::absolute(of_case ? the_case.folder : packing_file).lexically_normal();
     report::write_bed_page(page, (of_case && whole.filename().empty() ? whole.parent_path() : whole).filename().string(), bed);
     if (!no_open && has_display()) start({"xdg-open", std::filesystem::absolute(page).string()});
