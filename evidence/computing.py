@@ -7,6 +7,7 @@ import json
 import math
 import os
 import pathlib
+import re
 import subprocess
 import tempfile
 
@@ -19,6 +20,26 @@ def porepack(*arguments):
     if done.returncode != 0:
         raise SystemExit("porepack " + " ".join(map(str, arguments)) + "\n" + done.stderr)
     return json.loads(done.stdout)
+
+
+def case_of(folder, source, **settings):
+    """A copy of the case `source` with other keys: packing__seed=2 sets seed in [packing]."""
+    text = (pathlib.Path(source) / "case.toml").read_text()
+    for name, value in settings.items():
+        table, key = name.split("__")
+        begin = text.index(f"[{table}]\n") + len(table) + 3
+        end = text.find("\n[", begin)
+        body = text[begin:] if end < 0 else text[begin:end]
+        line = f"{key} = {value}"
+        changed = re.sub(rf"(?m)^{key} = .*$", line, body) if re.search(rf"(?m)^{key} = ", body) else line + "\n" + body
+        text = text[:begin] + changed + ("" if end < 0 else text[end:])
+    folder.mkdir(parents=True)
+    (folder / "case.toml").write_text(text)
+    return folder
+
+
+def result(case, stage):
+    return json.loads((case / "results" / stage / "result.json").read_text())
 
 
 def write_packing(path, container, shapes, bodies, overlap_allowed=False):

@@ -49,6 +49,15 @@ std::string contents_html(const std::vector<ReportSection>& sections) {
     return "<nav aria-label=\"contents\">" + html + "</nav>\n";
 }
 
+// An SVG picture as a part of the page: its ids are its own, and it has a name for those who do not see it.
+std::string inline_svg(const std::string& text, const std::string& stem, const std::string& caption) {
+    std::string svg = text.substr(text.find("<svg"));
+    svg = std::regex_replace(svg, std::regex("(\\bid=[\"'])"), "$1" + stem + "-");
+    svg = std::regex_replace(svg, std::regex("(href=[\"']#|url\\(#)"), "$1" + stem + "-");
+    svg.insert(4, " role=\"img\" aria-label=\"" + for_html(caption) + "\"");
+    return svg;
+}
+
 // Of a file that gnuplot reads: blanks between values become commas.
 std::string as_csv(const std::string& text) {
     std::string csv;
@@ -105,7 +114,7 @@ std::string section_html(const ReportSection& section, const Path& folder) {
     for (const auto& [file, caption] : section.pictures) {
         const std::string bytes = read_text(folder / file);
         const std::string picture = file.ends_with(".svg")
-                                        ? bytes.substr(bytes.find("<svg"))
+                                        ? inline_svg(bytes, Path(file).stem().string(), caption)
                                         : "<img alt=\"" + for_html(caption) + "\" src=\"data:image/png;base64," + base64(bytes) + "\">";
         html += "<figure>" + picture + "<figcaption>" + for_html(caption) + data_links(folder / file) + "</figcaption></figure>\n";
     }
