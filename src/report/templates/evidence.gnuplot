@@ -1,6 +1,6 @@
 # Ours over what others published. Given: data, places (rows of the picture).
 # The data: place, ours over published, its low and high end, low and high end of the published value over itself, subject, quantity.
-set xlabel 'ours over published; gray: twice the standard uncertainty of what was published'
+set xlabel 'ours over published (gray: 2 u of what was published)'
 set ytics out nomirror
 set grid x
 set yrange [places+0.5:0]
