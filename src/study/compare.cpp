@@ -11,8 +11,10 @@
 #include "core/members_json.hpp"
 #include "core/owned_names.hpp"
 #include "core/table.hpp"
+#include "report/page.hpp"
 #include "report/plot.hpp"
 #include "results/report.hpp"
+#include "study/study_beds.hpp"
 #include "study/uses.hpp"
 
 namespace porepack::study {
@@ -43,9 +45,13 @@ void visit_members(Self& result, const Visit& visit) {
     visit("quantities", result.quantities);
 }
 
+// That of a case, or the folder itself.
+Path results_in(const Path& folder) {
+    return fs::exists(folder / "result.json") ? folder : folder / "results";
+}
+
 std::vector<Quantity> quantities_in(const Path& folder) {
-    for (const Path& file : {folder / "result.json", folder / "results" / "result.json"}) {
-        if (!fs::exists(file)) continue;
+    if (const Path file = results_in(folder) / "result.json"; fs::exists(file)) {
         const Json result = read_json(file);
         if (!result.contains("quantities"))
             throw UserError("this is the result of a stage, not of a case", {.where = file.string(), .fix = "name the folder above it"});
@@ -66,6 +72,49 @@ std::string text_of(const ComparedValue& value) {
     if (!std::isfinite(value.value)) return "-";
     return std::isfinite(value.low) ? fmt::format("{:.4g} ({:.4g} to {:.4g})", value.value, value.low, value.high)
                                     : fmt::format("{:.4g}", value.value);
+}
+
+std::string bed_page(std::size_t result) {
+    return fmt::format("compare_bed_{}.html", result + 1);
+}
+
+// The beds of those results that have one and both quantities, each a page of its own.
+std::string beds_of(const Comparison& comparison, const Path& folder) {
+    const auto row = [&](const char* name) {
+        return std::ranges::find_if(comparison.rows, [&](const Comparison::Row& one) { return one.quantity == name; });
+    };
+    const auto x = row("porosity"), y = row("permeability_lbm");
+    std::vector<BedPoint> points;
+    for (std::size_t c = 0; c < comparison.names.size(); ++c) {
+        const Path results = results_in(comparison.names[c]);
+        if (x == comparison.rows.end() || y == comparison.rows.end() || !fs::exists(results / "pack" / "packing.json")) continue;
+        if (!std::isfinite(x->values[c].value) || !std::isfinite(y->values[c].value)) continue;
+        const std::string page = bed_page(c);
+        write_bed(results, folder / page, comparison.names[c]);
+        points.push_back({comparison.names[c], page, x->values[c].value, y->values[c].value});
+    }
+    return choice_of_beds(points, "porosity", "k by lattice Boltzmann, m2", true);
+}
+
+void write_page(const Comparison& comparison, const Path& folder) {
+    report::Page page{.title = "Comparison",
+                      .summary = "In brackets: intervals of 95 %. Of one packing: numerical. Of the mean of seeds: their scatter, too."};
+    report::ReportSection table{.title = "Quantities", .header = {"quantity", "unit"}};
+    table.header.insert(table.header.end(), comparison.names.begin(), comparison.names.end());
+    for (const auto& row : comparison.rows) {
+        std::string name = row.quantity;
+        std::ranges::replace(name, '_', ' ');
+        table.rows.push_back({name, row.unit});
+        for (const ComparedValue& value : row.values) table.rows.back().push_back(text_of(value));
+    }
+    if (fs::exists(folder / "compare.svg")) table.pictures.emplace_back("compare.svg", "Relative to the first result, with intervals.");
+    page.sections = {table};
+    try {
+        page.bed = beds_of(comparison, folder);
+    } catch (const EngineError& no_three) {
+        page.notes.push_back(no_three.what());
+    }
+    write_text(folder / "compare.html", html_page(page, folder));
 }
 
 }  // namespace
@@ -122,7 +171,9 @@ std::string text_of(const Comparison& comparison) {
 
 void write_comparison(const Comparison& comparison, const Path& folder) {
     make_folder(folder);
-    OwnedNames(folder).claim({"compare.csv", "compare.dat", "compare.svg", "compare.gnuplot"});
+    std::vector<std::string> names = {"compare.csv", "compare.dat", "compare.svg", "compare.gnuplot", "compare.html"};
+    for (std::size_t c = 0; c < comparison.names.size(); ++c) names.push_back(bed_page(c));
+    OwnedNames(folder).claim(names);
     Table table({"quantity", "unit", "result", "value", "low", "high"});
     report::PlotValues values = {{"count", static_cast<double>(comparison.names.size())}};
     std::string points;
@@ -145,11 +196,12 @@ void write_comparison(const Comparison& comparison, const Path& folder) {
         ++places;
     }
     table.write(folder / "compare.csv");
-    if (points.empty()) return;
+    if (points.empty()) return write_page(comparison, folder);
     write_text(folder / "compare.dat", points);
     values.emplace_back("places", static_cast<double>(places));
     for (std::size_t c = 0; c < comparison.names.size(); ++c) values.emplace_back(fmt::format("title_{}", c + 1), comparison.names[c]);
     report::draw_plot(folder / "compare.svg", "compare", values, {.width = 760, .height = 420});
+    write_page(comparison, folder);
 }
 
 }  // namespace porepack::study

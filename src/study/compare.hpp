@@ -27,7 +27,7 @@ struct Comparison {
 [[nodiscard]] core::Json to_json(const Comparison& comparison);
 /// One line per quantity, one column per result.
 [[nodiscard]] std::string text_of(const Comparison& comparison);
-/// compare.csv, and compare.svg: the quantities with an uncertainty, relative to those of the first result.
+/// compare.csv; compare.svg: the quantities with an uncertainty, relative to those of the first result; compare.html: both, and the beds.
 void write_comparison(const Comparison& comparison, const core::Path& folder);
 
 }  // namespace porepack::study

@@ -109,7 +109,7 @@ void add_case_commands(CommandLine& line) {
             "no case: the grains of this packing.json, as found in a scan, move until they no longer overlap and rest on each other")
         .type_name("path");
     const auto folders = std::make_shared<std::vector<std::string>>();
-    line.add("compare", "the main quantities of several results side by side; with --output, compare.csv and compare.svg",
+    line.add("compare", "the main quantities of several results side by side; with --output, compare.csv, compare.svg and compare.html with the beds to be turned",
              "porepack compare cases/quickstart cases/own_stl --output comparison", [&, folders] { compare(common, *folders); })
         .add_option("results", *folders, "folders of results, or of cases")
         .type_name("path")
