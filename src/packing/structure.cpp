@@ -128,8 +128,13 @@ std::vector<Vec3> random_points_like(const Container& container, const std::vect
         for (int axis = 0; axis < 3; ++axis)
             point[axis] = container.periodic()[static_cast<std::size_t>(axis)] ? uniform(0.0, container.size()[axis]) : any()[axis];
         if (!round) continue;
-        const double radius = any().head<2>().norm(), angle = uniform(0.0, 2.0 * std::numbers::pi);
-        point.head<2>() = radius * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+        // At the radius of a grain, all around; where plane sides leave a sector, within it.
+        constexpr int tries = 1000;
+        for (int n = 0; n < tries; ++n) {
+            const double radius = any().head<2>().norm(), angle = uniform(0.0, 2.0 * std::numbers::pi);
+            point.head<2>() = radius * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+            if (container.wall_distance(point) >= 0.0) break;
+        }
     }
     return points;
 }

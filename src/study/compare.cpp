@@ -111,8 +111,8 @@ void write_page(const Comparison& comparison, const Path& folder) {
     page.sections = {table};
     try {
         page.bed = beds_of(comparison, folder);
-    } catch (const EngineError& no_three) {
-        page.notes.push_back(no_three.what());
+    } catch (const Error& fault) {  // no libjs-three, or results of another version: the numbers are shown without the beds
+        page.notes.push_back(fmt::format("No beds: {}", fault.what()));
     }
     write_text(folder / "compare.html", html_page(page, folder));
 }

@@ -62,7 +62,8 @@ TEST(Containers, AreParsed) {
 }
 
 TEST(Containers, AreNamedInTexts) {
-    EXPECT_EQ(container_forms(), "cylinder:D,H, annulus:DI,D,H, cone:D,DT,H, box:X,Y,Z[:periodic]");
+    for (const char* form : {"cylinder:D,H", "annulus:DI,D,H", "cone:D,DT,H", "box:X,Y,Z[:periodic]"})
+        EXPECT_TRUE(has(container_forms(), form));
     EXPECT_TRUE(has(container_frames(), "a cylinder, an annulus or a cone has its axis at x = y = 0, a box has its corner at the origin"));
     const auto text = [](const char* form) {
         return container_text(to_json(parse_container(form)), [](double x) { return fmt::format("{:g} m", x); });
