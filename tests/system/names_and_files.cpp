@@ -42,7 +42,12 @@ void expect_nothing_made(const Path& folder, const std::string& what) {
 // No attribute, element or direction of a stranger.
 void expect_plain_page(const Path& page, const std::string& what) {
     const std::string text = read_text(page);
-    for (const char* markup : {"<script", "<img src=x", "\u202e", "\x1b"}) EXPECT_FALSE(has(text, markup)) << what << markup;
+    for (const char* markup : {"<img src=x", "\u202e", "\x1b"}) EXPECT_FALSE(has(text, markup)) << what << markup;
+    // The page has one script, its own.
+    std::size_t scripts = 0;
+    for (std::size_t at = 0; (at = text.find("<script", at)) != std::string::npos; ++at, ++scripts)
+        EXPECT_TRUE(text.substr(at).starts_with("<script>\"use strict\";")) << what;
+    EXPECT_LE(scripts, 1U) << what;
     // In the text of an element it is text; within a tag, it is an attribute.
     for (std::size_t at = 0; (at = text.find("\" onerror", at)) != std::string::npos; ++at)
         EXPECT_EQ(text.find_last_of("<>", at), text.rfind('>', at)) << what;

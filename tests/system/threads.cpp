@@ -59,7 +59,8 @@ std::map<std::string, std::string> results_in(const Path& folder) {
     for (const auto& entry : fs::recursive_directory_iterator(folder)) {
         if (!entry.is_regular_file()) continue;
         const std::string name = fs::relative(entry.path(), folder).string(), file = entry.path().filename().string();
-        if (file == "manifest.json" || file.starts_with("report") || file.starts_with("log") || file == "merged.json") continue;
+        if (file == "manifest.json" || file.starts_with("report") || file.starts_with("log") || file == "merged.json" || file == "view.py")
+            continue;  // view.py names its folder
         found[name] = file == "result.json" ? without_costs(read_json(entry.path())).dump() : sha256_of_file(entry.path());
     }
     return found;
