@@ -202,7 +202,9 @@ ComputedFlow compute_flow(PoreSpace space, const GeometryConfig& geometry, const
     const double porosity = space.porosity().value;
     LbmRun run{.with_flow = true, .checkpoint = checkpoint};
     std::optional<GrayVariants> variants;
-    if (run.parts->parts() > 1) keep_own_part(space, variants, run, voxel, config, porosity);
+    // Other solids are as small in each part; their grids are cut as they are solved.
+    const bool is_image = space.own_grid() || space.gray() || space.closing_radius_m > 0.0;
+    if (run.parts->parts() > 1 && is_image) keep_own_part(space, variants, run, voxel, config, porosity);
     LbmResult result;
     OptionalKey<results::Tensor> tensor;
     if (config.tensor) {

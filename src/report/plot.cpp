@@ -33,8 +33,7 @@ void add_axes(const Path& picture) {
     for (double& number : n) numbers >> number;
     if (!numbers) return;
     const auto is_logarithmic = [&](char axis) {
-        const std::size_t at = set.find("\nset logscale ");
-        return at != std::string::npos && set.substr(at + 14, set.find('\n', at + 1) - at - 14).find(axis) != std::string::npos;
+        return set.find(std::string("\nset logscale ") + axis + ' ') != std::string::npos;  // a line for each
     };
     const Json json = {{"pixels", {n[0], n[1], n[8] - n[3], n[8] - n[2]}},
                        {"x", {n[4], n[5]}},
